@@ -1,0 +1,14 @@
+//! A photorealistic many-light renderer.
+
+pub mod bsdf;
+pub mod color;
+pub mod emitters;
+pub mod film;
+pub mod geometry;
+pub mod ids;
+pub mod image;
+pub mod math;
+pub mod sampling;
+pub mod scene;
+pub mod sensors;
+pub mod texture;

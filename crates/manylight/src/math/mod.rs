@@ -1,0 +1,12 @@
+//! Vectors (from `glam`) and the handful of helpers that every layer shares.
+
+pub mod aabb;
+pub mod cone;
+pub mod float;
+pub mod frame;
+pub mod octahedral;
+
+pub use aabb::Aabb;
+pub use cone::Cone;
+pub use frame::Frame;
+pub use glam::{Affine3A, Mat3, Mat4, UVec2, Vec2, Vec3, Vec3A, Vec4};

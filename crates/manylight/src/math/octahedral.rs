@@ -1,0 +1,123 @@
+//! The octahedral map between unit directions and the square, and tables of values on it.
+//!
+//! Source: Engelhardt and Dachsbacher, "Octahedron Environment Maps", VMV 2008.
+
+use super::{Vec2, Vec3};
+
+/// Unit direction → the square [0, 1]². The upper hemisphere (z > 0) fills the inner diamond.
+#[inline]
+pub fn square_from_direction(w: Vec3) -> Vec2 {
+    let p = w / (w.x.abs() + w.y.abs() + w.z.abs());
+    let q = if p.z >= 0.0 {
+        Vec2::new(p.x, p.y)
+    } else {
+        Vec2::new((1.0 - p.y.abs()).copysign(p.x), (1.0 - p.x.abs()).copysign(p.y))
+    };
+    q * 0.5 + Vec2::splat(0.5)
+}
+
+/// The square [0, 1]² → unit direction. Inverse of [`square_from_direction`].
+#[inline]
+pub fn direction_from_square(uv: Vec2) -> Vec3 {
+    let q = uv * 2.0 - Vec2::ONE;
+    let z = 1.0 - q.x.abs() - q.y.abs();
+    let (x, y) =
+        if z >= 0.0 { (q.x, q.y) } else { ((1.0 - q.y.abs()).copysign(q.x), (1.0 - q.x.abs()).copysign(q.y)) };
+    Vec3::new(x, y, z).normalize()
+}
+
+/// Texel indices (row-major, `row * side + column`) and weights of the bilinear lookup at `w` in a `side`² table
+/// whose texel centres stand at `(i + 1/2) / side`. Wraps over the edges of the map, so the function is continuous.
+#[inline]
+pub fn bilinear(w: Vec3, side: usize) -> [(usize, f32); 4] {
+    let uv = square_from_direction(w) * side as f32 - Vec2::splat(0.5);
+    let base = uv.floor();
+    let f = uv - base;
+    let (i, j) = (base.x as i32, base.y as i32);
+    [
+        (wrapped_texel(i, j, side), (1.0 - f.x) * (1.0 - f.y)),
+        (wrapped_texel(i + 1, j, side), f.x * (1.0 - f.y)),
+        (wrapped_texel(i, j + 1, side), (1.0 - f.x) * f.y),
+        (wrapped_texel(i + 1, j + 1, side), f.x * f.y),
+    ]
+}
+
+/// The texel that stands for column `i`, row `j`, each from -1 to `side`: stepping over an edge mirrors the other axis.
+#[inline]
+pub fn wrapped_texel(mut i: i32, mut j: i32, side: usize) -> usize {
+    let n = side as i32;
+    if i < 0 || i >= n {
+        i = i.clamp(0, n - 1);
+        j = n - 1 - j;
+    }
+    if j < 0 || j >= n {
+        j = j.clamp(0, n - 1);
+        i = n - 1 - i;
+    }
+    (j * n + i) as usize
+}
+
+/// Direction through the centre of texel `index` of a `side`² table.
+#[inline]
+pub fn texel_direction(index: usize, side: usize) -> Vec3 {
+    let (row, column) = (index / side, index % side);
+    direction_from_square(Vec2::new(column as f32 + 0.5, row as f32 + 0.5) / side as f32)
+}
+
+/// Solid angle per unit area of the square at `uv`, in sr.
+///
+/// With `v` the point of the octahedron |x|+|y|+|z| = 1 above `uv`, dω = dA cosθ / |v|², and one unit of the square
+/// is 4 units of the xy-projection; both give 4 / |v|³.
+#[inline]
+pub fn solid_angle_density(uv: Vec2) -> f32 {
+    let q = uv * 2.0 - Vec2::ONE;
+    let z = 1.0 - q.x.abs() - q.y.abs();
+    let (x, y) = if z >= 0.0 { (q.x.abs(), q.y.abs()) } else { (1.0 - q.y.abs(), 1.0 - q.x.abs()) };
+    4.0 * (x * x + y * y + z * z).powf(-1.5)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn directions() -> impl Iterator<Item = Vec3> {
+        (0..2000).map(|i| {
+            let z = 1.0 - 2.0 * (i as f32 + 0.5) / 2000.0;
+            let phi = i as f32 * 2.399_963;
+            let r = (1.0 - z * z).sqrt();
+            Vec3::new(r * phi.cos(), r * phi.sin(), z)
+        })
+    }
+
+    #[test]
+    fn the_map_inverts() {
+        for w in directions() {
+            assert!((direction_from_square(square_from_direction(w)) - w).length() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn solid_angles_sum_to_the_sphere() {
+        let n = 512;
+        let sum: f64 = (0..n * n)
+            .map(|i| {
+                let uv = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
+                f64::from(solid_angle_density(uv)) / (n * n) as f64
+            })
+            .sum();
+        assert!((sum - 4.0 * std::f64::consts::PI).abs() < 1e-3, "{sum}");
+    }
+
+    #[test]
+    fn bilinear_weights_sum_to_one_and_wrap_continuously() {
+        let side = 32;
+        let table: Vec<f32> = (0..side * side).map(|t| texel_direction(t, side).dot(Vec3::new(0.3, 0.5, 0.8))).collect();
+        let eval = |w: Vec3| bilinear(w, side).iter().map(|&(t, k)| table[t] * k).sum::<f32>();
+        for w in directions() {
+            let total: f32 = bilinear(w, side).iter().map(|t| t.1).sum();
+            assert!((total - 1.0).abs() < 1e-5);
+            let nudged = (w + Vec3::new(1e-5, -1e-5, 1e-5)).normalize();
+            assert!((eval(w) - eval(nudged)).abs() < 2e-3, "jump at {w}");
+        }
+    }
+}

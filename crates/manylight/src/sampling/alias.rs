@@ -1,0 +1,77 @@
+//! Discrete choice in constant time.
+
+/// Walker's alias table. Source: Vose, "A Linear Algorithm for Generating Random Numbers with a Given Distribution", 1991.
+#[derive(Clone, Debug, Default)]
+pub struct Alias {
+    slots: Vec<Slot>,
+    pmf: Vec<f32>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Slot {
+    keep: f32,
+    other: u32,
+}
+
+impl Alias {
+    /// A table that chooses item `i` with probability proportional to `weights[i] >= 0`.
+    /// `None` if no weight is positive and finite in sum.
+    pub fn new(weights: &[f32]) -> Option<Self> {
+        let total: f64 = weights.iter().map(|&w| f64::from(w)).sum();
+        if !(total.is_finite() && total > 0.0) {
+            return None;
+        }
+        let n = weights.len();
+        let mut scaled: Vec<f64> = weights.iter().map(|&w| f64::from(w) * n as f64 / total).collect();
+        let (mut small, mut large): (Vec<usize>, Vec<usize>) = (0..n).partition(|&i| scaled[i] < 1.0);
+        let mut slots = vec![Slot { keep: 1.0, other: 0 }; n];
+        while let (Some(&s), Some(&l)) = (small.last(), large.last()) {
+            small.pop();
+            slots[s] = Slot { keep: scaled[s] as f32, other: l as u32 };
+            scaled[l] -= 1.0 - scaled[s];
+            if scaled[l] < 1.0 {
+                large.pop();
+                small.push(l);
+            }
+        }
+        Some(Alias { slots, pmf: weights.iter().map(|&w| (f64::from(w) / total) as f32).collect() })
+    }
+
+    /// The chosen item and its probability.
+    #[inline]
+    pub fn sample(&self, u: f32) -> (usize, f32) {
+        let x = u * self.slots.len() as f32;
+        let i = (x as usize).min(self.slots.len() - 1);
+        let slot = self.slots[i];
+        let chosen = if x - (i as f32) < slot.keep { i } else { slot.other as usize };
+        (chosen, self.pmf[chosen])
+    }
+
+    /// Probability of item `i`.
+    #[inline]
+    pub fn pmf(&self, i: usize) -> f32 {
+        self.pmf[i]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frequencies_match_the_weights() {
+        let weights = [1.0, 0.0, 3.0, 0.5, 5.5];
+        let alias = Alias::new(&weights).unwrap();
+        let n = 100_000;
+        let mut counts = [0usize; 5];
+        for i in 0..n {
+            let (k, p) = alias.sample((i as f32 + 0.5) / n as f32);
+            assert!((p - weights[k] / 10.0).abs() < 1e-6);
+            counts[k] += 1;
+        }
+        for (count, weight) in counts.iter().zip(weights) {
+            assert!((*count as f32 / n as f32 - weight / 10.0).abs() < 1e-3);
+        }
+        assert!(Alias::new(&[0.0, 0.0]).is_none());
+    }
+}

@@ -1,0 +1,42 @@
+//! A small counter-seeded generator: any path can be traced again from its name alone.
+
+/// Mixes a 64-bit word until every input bit affects every output bit.
+///
+/// Source: the finaliser of SplitMix64, Steele et al., OOPSLA 2014.
+#[inline]
+pub const fn mix(mut z: u64) -> u64 {
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
+/// PCG-XSH-RR with a 64-bit state. Source: O'Neill, "PCG", 2014.
+#[derive(Clone, Debug)]
+pub struct Pcg {
+    state: u64,
+    increment: u64,
+}
+
+impl Pcg {
+    /// The generator named by `key`; different keys give unrelated sequences.
+    pub fn new(key: u64) -> Self {
+        let mut rng = Pcg { state: mix(key), increment: mix(key ^ 0x9e37_79b9_7f4a_7c15) | 1 };
+        rng.next_u32();
+        rng
+    }
+
+    /// 32 uniform bits.
+    #[inline]
+    pub fn next_u32(&mut self) -> u32 {
+        let old = self.state;
+        self.state = old.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(self.increment);
+        let shifted = (((old >> 18) ^ old) >> 27) as u32;
+        shifted.rotate_right((old >> 59) as u32)
+    }
+
+    /// Uniform in [0, 1).
+    #[inline]
+    pub fn next_f32(&mut self) -> f32 {
+        (self.next_u32() >> 8) as f32 * (1.0 / 16_777_216.0)
+    }
+}

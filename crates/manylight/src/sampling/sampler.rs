@@ -1,0 +1,49 @@
+//! The random numbers of one path.
+
+use super::rng::{Pcg, mix};
+use crate::math::Vec2;
+
+/// What the numbers are for; each purpose has its own, so that adding one changes no other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u64)]
+pub enum Stream {
+    /// Camera paths, one index per pixel.
+    Pixel = 1,
+    /// Photon paths.
+    Photon = 2,
+    /// Importon paths.
+    Importon = 3,
+    /// Selection of virtual lights.
+    Selection = 4,
+    /// Everything else that a pass draws once.
+    Pass = 5,
+    /// Tests.
+    Test = 6,
+}
+
+/// Uniform numbers in [0, 1) named by (seed, pass, stream, index): the same name gives the same numbers on any thread.
+#[derive(Clone, Debug)]
+pub struct Sampler {
+    rng: Pcg,
+}
+
+impl Sampler {
+    /// The sampler named by the four arguments.
+    #[inline]
+    pub fn new(seed: u64, pass: u32, stream: Stream, index: u64) -> Self {
+        let key = mix(seed ^ mix((u64::from(pass) << 8) | stream as u64));
+        Sampler { rng: Pcg::new(key.wrapping_add(mix(index.wrapping_add(0x9e37_79b9_7f4a_7c15)))) }
+    }
+
+    /// One number.
+    #[inline]
+    pub fn next_1d(&mut self) -> f32 {
+        self.rng.next_f32()
+    }
+
+    /// Two numbers.
+    #[inline]
+    pub fn next_2d(&mut self) -> Vec2 {
+        Vec2::new(self.rng.next_f32(), self.rng.next_f32())
+    }
+}

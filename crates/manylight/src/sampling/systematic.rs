@@ -1,0 +1,70 @@
+//! Keep a fixed number of weighted items with a single random offset.
+
+/// Inclusion probabilities `a_i = min(1, w_i / τ)` with τ such that they sum to `target` (or to the number of items with
+/// positive weight, if that is smaller). Weights below `floor_share` of the mean weight are raised to it first, so that
+/// no item that carries light has a vanishing probability. Items of weight 0 keep probability 0.
+pub fn inclusion_probabilities(weights: &[f32], target: usize, floor_share: f32) -> Vec<f32> {
+    let positive = weights.iter().filter(|&&w| w > 0.0).count();
+    if positive <= target {
+        return weights.iter().map(|&w| if w > 0.0 { 1.0 } else { 0.0 }).collect();
+    }
+    let mean = weights.iter().map(|&w| f64::from(w)).sum::<f64>() / positive as f64;
+    let floor = mean * f64::from(floor_share);
+    let raised = |w: f32| if w > 0.0 { f64::from(w).max(floor) } else { 0.0 };
+    let sum_at = |tau: f64| weights.iter().map(|&w| (raised(w) / tau).min(1.0)).sum::<f64>();
+
+    // The sum falls monotonically with τ: bisect in the exponent.
+    let (mut low, mut high) = (floor.max(f64::MIN_POSITIVE) * 1e-6, mean * positive as f64 / target as f64 * 2.0);
+    for _ in 0..200 {
+        let middle = (low * high).sqrt();
+        if sum_at(middle) > target as f64 { low = middle } else { high = middle }
+    }
+    let tau = (low * high).sqrt();
+    weights.iter().map(|&w| (raised(w) / tau).min(1.0) as f32).collect()
+}
+
+/// Indices of the kept items: item `i` with probability `probabilities[i]`, their number within one of the sum.
+/// `u` in [0, 1) is the one random offset. Items near each other in the list rarely both stay, so sort along a
+/// space-filling curve first. Source: systematic sampling, e.g. Madow 1949; prefix sums in `f64` (ERRATA E16).
+pub fn systematic(probabilities: &[f32], u: f32) -> Vec<usize> {
+    let mut kept = Vec::new();
+    let mut sum = 0.0f64;
+    let mut next = f64::from(u);
+    for (i, &p) in probabilities.iter().enumerate() {
+        sum += f64::from(p);
+        if sum > next {
+            kept.push(i);
+            next += 1.0;
+        }
+    }
+    kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn probabilities_sum_to_the_target_and_respect_one() {
+        let weights: Vec<f32> = (0..1000).map(|i| if i % 7 == 0 { 0.0 } else { (i as f32 * 0.37).sin().abs().powi(4) }).collect();
+        let a = inclusion_probabilities(&weights, 100, 1e-3);
+        let sum: f64 = a.iter().map(|&p| f64::from(p)).sum();
+        assert!((sum - 100.0).abs() < 1e-2, "{sum}");
+        assert!(a.iter().zip(&weights).all(|(&p, &w)| (0.0..=1.0).contains(&p) && (p > 0.0) == (w > 0.0)));
+    }
+
+    #[test]
+    fn every_item_is_kept_with_its_probability() {
+        let a = [0.3f32, 0.9, 0.05, 0.75];
+        let trials = 10_000;
+        let mut counts = [0; 4];
+        for t in 0..trials {
+            for i in systematic(&a, (t as f32 + 0.5) / trials as f32) {
+                counts[i] += 1;
+            }
+        }
+        for (count, p) in counts.iter().zip(a) {
+            assert!((*count as f32 / trials as f32 - p).abs() < 1e-3);
+        }
+    }
+}

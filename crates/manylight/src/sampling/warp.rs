@@ -1,0 +1,66 @@
+//! From the unit square to other domains, each beside its density.
+
+use crate::math::{Vec2, Vec3, float::safe_sqrt};
+use std::f32::consts::{FRAC_1_PI, PI, TAU};
+
+/// Unit disc, area-preserving and continuous. Source: Shirley and Chiu, "A Low Distortion Map", 1997.
+#[inline]
+pub fn disc(u: Vec2) -> Vec2 {
+    let p = u * 2.0 - Vec2::ONE;
+    if p == Vec2::ZERO {
+        return Vec2::ZERO;
+    }
+    let (r, phi) =
+        if p.x.abs() > p.y.abs() { (p.x, PI / 4.0 * (p.y / p.x)) } else { (p.y, PI / 2.0 - PI / 4.0 * (p.x / p.y)) };
+    Vec2::new(phi.cos(), phi.sin()) * r
+}
+
+/// Upper hemisphere with density cosθ/π.
+#[inline]
+pub fn cosine_hemisphere(u: Vec2) -> Vec3 {
+    let d = disc(u);
+    d.extend(safe_sqrt(1.0 - d.length_squared()))
+}
+
+/// Density of [`cosine_hemisphere`] per solid angle.
+#[inline]
+pub fn cosine_hemisphere_pdf(cos_theta: f32) -> f32 {
+    cos_theta.max(0.0) * FRAC_1_PI
+}
+
+/// Whole sphere, uniform: density 1/(4π).
+#[inline]
+pub fn sphere(u: Vec2) -> Vec3 {
+    let z = 1.0 - 2.0 * u.y;
+    polar(z, safe_sqrt(1.0 - z * z), TAU * u.x)
+}
+
+/// Density of [`sphere`] per solid angle.
+pub const SPHERE_PDF: f32 = 0.25 * FRAC_1_PI;
+
+/// Cone around z with the given cosine of its half-angle, uniform.
+#[inline]
+pub fn cone(u: Vec2, cos_max: f32) -> Vec3 {
+    let z = 1.0 - u.y * (1.0 - cos_max);
+    polar(z, safe_sqrt(1.0 - z * z), TAU * u.x)
+}
+
+/// Density of [`cone`] per solid angle.
+#[inline]
+pub fn cone_pdf(cos_max: f32) -> f32 {
+    1.0 / (TAU * (1.0 - cos_max))
+}
+
+/// Barycentric coordinates (of the second and third corner), uniform by area. Source: Heitz, "A Low-Distortion Map", 2019.
+#[inline]
+pub fn triangle(u: Vec2) -> Vec2 {
+    if u.x < u.y {
+        Vec2::new(u.x * 0.5, u.y - u.x * 0.5)
+    } else {
+        Vec2::new(u.x - u.y * 0.5, u.y * 0.5)
+    }
+}
+
+fn polar(z: f32, r: f32, phi: f32) -> Vec3 {
+    Vec3::new(r * phi.cos(), r * phi.sin(), z)
+}
