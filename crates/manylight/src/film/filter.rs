@@ -30,3 +30,10 @@ pub enum Filter {
         lobes: f32,
     },
 }
+
+impl Filter {
+    /// Offset from the pixel's centre in pixels, and the weight of a sample there.
+    pub fn sample(&self, _u: crate::math::Vec2) -> (crate::math::Vec2, f32) {
+        todo!()
+    }
+}
