@@ -10,7 +10,7 @@ pub use many_light::ManyLight;
 
 use crate::color::Rgb;
 use crate::film::{Film, Layer, TileSamples};
-use crate::render::Stats;
+use crate::stats::Stats;
 use crate::sampling::Pass;
 use crate::scene::{PathLimits, Scene};
 use crate::transport::Vertex;

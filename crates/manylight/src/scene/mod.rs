@@ -69,4 +69,9 @@ impl Scene {
     pub fn transmittance_and_crossings(&self, _segment: &Segment) -> (Rgb, u32) {
         todo!()
     }
+
+    /// The transparent surfaces alone: for segments already known to be clear of opaque ones.
+    pub fn transparent_transmittance(&self, _segment: &Segment) -> (Rgb, u32) {
+        todo!()
+    }
 }
