@@ -2,7 +2,7 @@
 
 pub mod filter;
 
-pub use filter::Filter;
+pub use filter::{Filter, FilterSampler};
 
 use crate::math::UVec2;
 
