@@ -1,1 +1,8 @@
 //! io
+pub mod file_error;
+pub mod mesh;
+
+#[cfg(test)]
+mod fuzz;
+
+pub use file_error::{FileError, FileErrorKind};
