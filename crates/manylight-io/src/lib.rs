@@ -1,6 +1,7 @@
 //! io
 pub mod file_error;
 pub mod mesh;
+pub mod spectra;
 
 #[cfg(test)]
 mod fuzz;
