@@ -3,14 +3,14 @@
 //! A pass follows the paper's order: particles, maps, placement, creation ([`ManyLight::prepare`]), then every pixel is shaded
 //! ([`Prepared::shade`]). Which path belongs to which term is said in [`super::partition`].
 
-use super::path::pixel_index;
 use super::{PassContext, first_surface};
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
-use crate::film::{Film, FilmDesc, Layer, TileSamples};
+use crate::film::{Film, FilmSampler, Layer, TileSamples};
 pub use crate::gather::{Clamp, Kernel};
 use crate::gather::{Gather, ShadingPoint};
-use crate::maps::{KdTree, estimate, importance_at};
+use crate::maps::density::{IMPORTANCE_NEIGHBORS, estimate, importance_at};
+use crate::maps::{KdTree, Neighbors};
 use crate::particles::{Importon, Photon, trace_importons, trace_photons};
 use crate::stats::Stats;
 use crate::sampling::{Sampler, Stream};
@@ -71,8 +71,6 @@ pub struct ManyLight {
     pub clamp: Clamp,
 }
 
-/// Importons in an importance estimate: their noise costs variance only, never bias (ALGORITHMS 1.3).
-const IMPORTANCE_NEIGHBORS: usize = 64;
 /// Photons in a caustic estimate.
 const CAUSTIC_NEIGHBORS: usize = 48;
 /// Largest radius of a caustic estimate as a share of the scene's diagonal.
@@ -119,8 +117,8 @@ impl ManyLight {
             return false;
         }
         let prepared = self.prepare(scene, limits, run);
-        let desc = film.desc().clone();
-        run.shade(film, |samples| prepared.shade_tile(run, &desc, samples))
+        let positions = film.desc().sampler();
+        run.shade(film, |samples| prepared.shade_tile(run, &positions, samples))
     }
 
     /// Everything that a pass shades with.
@@ -166,7 +164,10 @@ impl ManyLight {
             let map = KdTree::build(importons);
             photons
                 .par_iter()
-                .map(|photon| importance_at(&map, photon.p, photon.n, IMPORTANCE_NEIGHBORS) * photon.flux.luminance())
+                .map_init(
+                    || Neighbors::new(IMPORTANCE_NEIGHBORS),
+                    |found, photon| importance_at(&map, photon.p, photon.n, found) * photon.flux.luminance(),
+                )
                 .collect()
         })
     }
@@ -208,12 +209,12 @@ struct Gathering<'s> {
 
 impl<'s> Prepared<'s> {
     /// Shades the pixels of one tile: first all eye paths with their direct light, then the lights for all points together.
-    fn shade_tile(&self, run: &PassContext, desc: &FilmDesc, out: &mut TileSamples) {
+    fn shade_tile(&self, run: &PassContext, positions: &FilmSampler, out: &mut TileSamples) {
         let mut points = Vec::new();
         let mut shadow_rays = 0;
         for (i, pixel) in out.tile().pixels().enumerate() {
-            let mut sampler = run.pass.sampler(Stream::Pixel, pixel_index(pixel, desc.crop_size.x));
-            let film = desc.sample(pixel, sampler.next_2d());
+            let mut sampler = run.pass.sampler(Stream::Pixel, positions.index(pixel));
+            let film = positions.sample(pixel, sampler.next_2d());
             let camera = self.scene.sensor.ray(film.position, sampler.next_2d());
             let walk = Walk::from_sensor(self.scene, camera.ray, Rgb::splat(camera.weight * film.weight));
             let mut eye = EyePath { prepared: self, walk, sampler, pixel: i, shadow_rays: 0 };
@@ -221,10 +222,11 @@ impl<'s> Prepared<'s> {
             shadow_rays += eye.shadow_rays;
         }
         let (mut connections, mut clamped, mut unclamped) = (0, 0.0, 0.0);
+        let mut found = Neighbors::new(CAUSTIC_NEIGHBORS);
         for point in &points {
             let gathered = self.gather.sum(self.scene, &self.lights, &point.at);
             out.add(point.pixel, Layer::VirtualLights, point.throughput * gathered.radiance);
-            out.add(point.pixel, Layer::Caustics, point.throughput * self.caustic_radiance(point));
+            out.add(point.pixel, Layer::Caustics, point.throughput * self.caustic_radiance(point, &mut found));
             connections += gathered.connections;
             shadow_rays += gathered.shadow_rays;
             clamped += f64::from(gathered.clamped * point.throughput.luminance());
@@ -238,12 +240,12 @@ impl<'s> Prepared<'s> {
     }
 
     /// Density estimate over photons whose last event was specular: `Σ_j k_j f Φ_j` (ALGORITHMS 2.16).
-    fn caustic_radiance(&self, point: &Gathering) -> Rgb {
+    fn caustic_radiance(&self, point: &Gathering, found: &mut Neighbors) -> Rgb {
         let x = &point.at.x;
         let n = if x.ng.dot(point.at.wo) >= 0.0 { x.ng } else { -x.ng };
         let reach = CAUSTIC_RADIUS * self.scene.geometry.bounds().diagonal();
         let mut sum = Rgb::BLACK;
-        estimate(&self.caustics, x.p, n, CAUSTIC_NEIGHBORS, reach, |photon, kernel| {
+        estimate(&self.caustics, x.p, n, reach, found, |photon, kernel| {
             if self.limits.allow(point.segments + u32::from(photon.depth)) {
                 sum += photon.flux * point.at.bsdf.f(photon.wi, point.at.wo, Lobes::SMOOTH) * kernel;
             }
