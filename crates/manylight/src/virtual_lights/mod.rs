@@ -2,6 +2,15 @@
 //!
 //! select (placement) → assign (flux) → moments (extent) → profile (emission) → [`LightField`].
 
+pub mod assign;
+pub mod curve;
+pub mod select;
+#[cfg(test)]
+mod testing;
+
+pub use assign::{Shares, assign};
+pub use select::select;
+
 use crate::bsdf::{Bsdf, Exit};
 use crate::color::Rgb;
 use crate::ids::LightId;
