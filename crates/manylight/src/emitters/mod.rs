@@ -118,7 +118,12 @@ impl Emitters {
     }
 
     /// Starts a photon: emitter by power, then position and direction. `None` if this sample carries nothing.
-    pub fn sample_emission(&self, _geometry: &Geometry, _textures: &[Texture], _u: EmissionNumbers) -> Option<EmissionSample> {
+    pub fn sample_emission(
+        &self,
+        _geometry: &Geometry,
+        _textures: &[Texture],
+        _u: EmissionNumbers,
+    ) -> Option<EmissionSample> {
         todo!()
     }
 
@@ -138,7 +143,13 @@ impl Emitters {
     }
 
     /// Density per solid angle with which [`Emitters::sample_direct`] at (`p`, `n`) finds the point `y` of an area emitter.
-    pub fn pdf_direct(&self, _geometry: &Geometry, _p: Vec3, _n: Option<Vec3>, _y: &SurfacePoint) -> f32 {
+    pub fn pdf_direct(
+        &self,
+        _geometry: &Geometry,
+        _p: Vec3,
+        _n: Option<Vec3>,
+        _y: &SurfacePoint,
+    ) -> f32 {
         todo!()
     }
 
@@ -148,7 +159,13 @@ impl Emitters {
     }
 
     /// Radiance that the surface emits at `x` towards `wo`; black for surfaces that do not emit.
-    pub fn radiance(&self, _geometry: &Geometry, _textures: &[Texture], _x: &SurfacePoint, _wo: Vec3) -> Rgb {
+    pub fn radiance(
+        &self,
+        _geometry: &Geometry,
+        _textures: &[Texture],
+        _x: &SurfacePoint,
+        _wo: Vec3,
+    ) -> Rgb {
         todo!()
     }
 
