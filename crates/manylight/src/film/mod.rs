@@ -5,7 +5,7 @@
 
 pub mod filter;
 
-pub use filter::{Filter, FilterSampler};
+pub use filter::Filter;
 
 use crate::color::Rgb;
 use crate::image::Image;
