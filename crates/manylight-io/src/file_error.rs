@@ -33,6 +33,8 @@ pub enum FileErrorKind {
     Unwritable(io::Error),
     /// The content is damaged, or of a form that is not supported.
     Malformed,
+    /// The extension names no format that can be written.
+    UnknownFormat,
 }
 
 impl FileError {
@@ -89,7 +91,9 @@ impl std::error::Error for FileError {
     fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
         match &self.kind {
             FileErrorKind::Unreadable(error) | FileErrorKind::Unwritable(error) => Some(error),
-            FileErrorKind::NotFound | FileErrorKind::Malformed => None,
+            FileErrorKind::NotFound | FileErrorKind::Malformed | FileErrorKind::UnknownFormat => {
+                None
+            }
         }
     }
 }

@@ -1,5 +1,6 @@
 //! io
 pub mod file_error;
+pub mod image;
 pub mod mesh;
 pub mod spectra;
 
