@@ -2,7 +2,7 @@
 
 use super::{PassContext, first_surface};
 use crate::color::Rgb;
-use crate::film::{Film, Layer};
+use crate::film::Film;
 use crate::sampling::Stream;
 use crate::scene::Scene;
 use crate::transport::{Step, Walk};
@@ -17,8 +17,7 @@ pub(super) fn render_pass(scene: &Scene, run: &PassContext, film: &mut Film) -> 
             let camera = scene.sensor.ray(at.position, sampler.next_2d());
             let mut walk = Walk::from_sensor(scene, camera.ray, Rgb::WHITE);
             if let Step::Hit(v) = walk.advance() {
-                first_surface(&v, i, samples);
-                samples.add(i, Layer::Beauty, v.bsdf.quick_albedo(v.w_prev));
+                first_surface(&v, &mut sampler, i, samples);
             }
         }
     })

@@ -281,7 +281,7 @@ impl<'s> EyePath<'_, 's> {
                 Step::Hit(v) => v,
             };
             if v.segments == 1 {
-                first_surface(&v, self.pixel, out);
+                first_surface(&v, &mut self.sampler, self.pixel, out);
             }
             if !hidden {
                 let found = found_radiance(scene, self.walk.previous(), &v.x, v.w_prev);

@@ -55,7 +55,7 @@ impl Path<'_> {
                 Step::Hit(v) => v,
             };
             if v.segments == 1 {
-                first_surface(&v, index, out);
+                first_surface(&v, sampler, index, out);
             }
             if !hidden {
                 let found = found_radiance(self.scene, self.walk.previous(), &v.x, v.w_prev);
