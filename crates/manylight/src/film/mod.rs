@@ -5,7 +5,7 @@
 
 pub mod filter;
 
-pub use filter::Filter;
+pub use filter::{Filter, FilterSampler};
 
 use crate::color::Rgb;
 use crate::image::Image;
