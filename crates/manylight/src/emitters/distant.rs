@@ -1,6 +1,7 @@
 //! Emitters at infinity: parallel light, constant radiance, pictures of the surroundings.
 
 use super::environment::EnvironmentSampler;
+use super::guide::{Guide, Lesson, Point4};
 use super::warp_within::split;
 use super::{Emitter, Strength};
 use crate::color::Rgb;
@@ -8,7 +9,7 @@ use crate::geometry::Ray;
 use crate::ids::EmitterId;
 use crate::math::{Aabb, Frame, Vec2, Vec3};
 use crate::sampling::warp;
-use std::f32::consts::PI;
+use std::f32::consts::{FRAC_PI_4, PI};
 
 /// A sphere around everything that light from infinity can meet.
 #[derive(Clone, Copy, Debug)]
@@ -56,6 +57,8 @@ struct Source {
     kind: Kind,
     /// Probability of being chosen for direct light.
     pmf: f32,
+    /// Where photons are useful, once a pilot has found out.
+    guide: Option<Guide>,
 }
 
 /// All emitters at infinity.
@@ -103,6 +106,7 @@ impl Distant {
                     emitter: EmitterId::from(i),
                     kind,
                     pmf: strength,
+                    guide: None,
                 });
             }
         }
@@ -202,25 +206,64 @@ impl Distant {
         u: EmissionPoint,
     ) -> Option<(Ray, Rgb)> {
         let source = self.sources.iter().find(|s| s.emitter == emitter)?;
-        let (wi, irradiance) = match &source.kind {
-            Kind::Directional { wi, irradiance } => (*wi, *irradiance),
-            Kind::Constant { radiance } => {
-                (warp::sphere(u.direction), *radiance / warp::SPHERE_PDF)
-            }
-            Kind::Environment(sampler) => {
-                let environment = environment(emitters, emitter);
-                let wi = sampler.sample(environment, u.direction);
-                let pdf = sampler.pdf(environment, wi);
-                if pdf <= 0.0 {
-                    return None;
-                }
-                (wi, environment.radiance(wi) / pdf)
-            }
+        let point = [u.direction.x, u.direction.y, u.position.x, u.position.y];
+        let (point, density) = match &source.guide {
+            Some(guide) => guide.sample(u.guide, point),
+            None => (point, 1.0),
         };
+        let [x, y, across_x, across_y] = point;
+        let (wi, irradiance) = source.direction(emitters, Vec2::new(x, y))?;
         let BoundingSphere { center, radius } = self.sphere;
-        let across = warp::disc(u.position).extend(1.0) * radius;
+        let across = warp::disc(Vec2::new(across_x, across_y)).extend(1.0) * radius;
         let o = center + Frame::from_normal(wi).to_world(across);
-        Some((Ray::new(o, -wi), irradiance * self.sphere.cross_section()))
+        Some((
+            Ray::new(o, -wi),
+            irradiance * (self.sphere.cross_section() / density),
+        ))
+    }
+
+    /// For each source: what light arrives at `p` across the normal `n` from the direction that `u` names, if the ray to it
+    /// is free. Numbered as the guides of [`Distant::set_guides`].
+    pub(super) fn lessons(
+        &self,
+        emitters: &[Emitter],
+        (p, n): (Vec3, Vec3),
+        mut u: impl FnMut() -> Vec2,
+        is_free: impl Fn(Vec3) -> bool,
+    ) -> Vec<(usize, Lesson)> {
+        let lesson = |(index, source): (usize, &Source)| {
+            let u_direction = u();
+            let (wi, irradiance) = source.direction(emitters, u_direction)?;
+            let weight = irradiance.strength() * n.dot(wi);
+            if weight <= 0.0 || !is_free(wi) {
+                return None;
+            }
+            let across =
+                Frame::from_normal(wi).to_local(p - self.sphere.center) / self.sphere.radius;
+            let across = square_from_disc(across.truncate());
+            let at: Point4 = [u_direction.x, u_direction.y, across.x, across.y];
+            Some((index, Lesson { at, weight }))
+        };
+        self.sources.iter().enumerate().filter_map(lesson).collect()
+    }
+
+    /// Teaches the emission of photons. `lessons` are numbered by source.
+    pub(super) fn set_guides(&mut self, lessons: &[(usize, Lesson)]) {
+        for (index, source) in self.sources.iter_mut().enumerate() {
+            let mut own: Vec<Lesson> = lessons
+                .iter()
+                .filter(|l| l.0 == index)
+                .map(|l| l.1)
+                .collect();
+            source.guide = Guide::learn(&mut own);
+        }
+    }
+
+    /// Emitters and by how much the guide concentrates their photons.
+    pub(super) fn gains(&self) -> impl Iterator<Item = (EmitterId, f32)> + '_ {
+        self.sources
+            .iter()
+            .map(|s| (s.emitter, s.guide.as_ref().map_or(1.0, Guide::gain)))
     }
 
     fn choose(&self, u: f32) -> (&Source, f32) {
@@ -244,6 +287,39 @@ impl Distant {
 pub(super) struct EmissionPoint {
     pub(super) position: Vec2,
     pub(super) direction: Vec2,
+    /// Decides whether the guide is asked.
+    pub(super) guide: f32,
+}
+
+impl Source {
+    /// The direction that `u` names, distributed like the light, and the irradiance across it: radiance over pdf.
+    fn direction(&self, emitters: &[Emitter], u: Vec2) -> Option<(Vec3, Rgb)> {
+        match &self.kind {
+            Kind::Directional { wi, irradiance } => Some((*wi, *irradiance)),
+            Kind::Constant { radiance } => Some((warp::sphere(u), *radiance / warp::SPHERE_PDF)),
+            Kind::Environment(sampler) => {
+                let environment = environment(emitters, self.emitter);
+                let wi = sampler.sample(environment, u);
+                let pdf = sampler.pdf(environment, wi);
+                (pdf > 0.0).then(|| (wi, environment.radiance(wi) / pdf))
+            }
+        }
+    }
+}
+
+/// The inverse of [`warp::disc`]; points outside the disc go to the border of the square.
+fn square_from_disc(d: Vec2) -> Vec2 {
+    let r = d.length().min(1.0);
+    let p = if d.x.abs() > d.y.abs() {
+        let x = r.copysign(d.x);
+        Vec2::new(x, x * (d.y / d.x).atan() / FRAC_PI_4)
+    } else if d.y != 0.0 {
+        let y = r.copysign(d.y);
+        Vec2::new(y * (d.x / d.y).atan() / FRAC_PI_4, y)
+    } else {
+        Vec2::ZERO
+    };
+    ((p + Vec2::ONE) * 0.5).clamp(Vec2::ZERO, Vec2::splat(1.0 - f32::EPSILON))
 }
 
 impl Kind {
@@ -261,5 +337,19 @@ fn environment(emitters: &[Emitter], id: EmitterId) -> &super::Environment {
     match &emitters[id.index()] {
         Emitter::Environment(environment) => environment,
         other => unreachable!("invariant: samplers are made for environments, not for {other:?}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_map_to_the_disc_inverts() {
+        for i in 0..400 {
+            let u = Vec2::new((i % 20) as f32 + 0.3, (i / 20) as f32 + 0.6) / 20.0;
+            assert!((square_from_disc(warp::disc(u)) - u).length() < 1e-5, "{u}");
+        }
+        assert_eq!(square_from_disc(Vec2::ZERO), Vec2::splat(0.5));
     }
 }

@@ -5,6 +5,7 @@
 
 mod distant;
 pub mod environment;
+mod guide;
 mod light_tree;
 mod parts;
 #[cfg(test)]
@@ -18,11 +19,13 @@ use crate::geometry::{Geometry, Ray, SurfacePoint, SurfaceRef};
 use crate::ids::{EmitterId, PrimitiveId};
 use crate::math::{Aabb, Frame, Vec2, Vec3};
 use crate::sampling::alias::Alias;
-use crate::sampling::warp;
+use crate::sampling::{Sampler, Stream, warp};
 use crate::texture::{ColorInput, Texture};
 use distant::{BoundingSphere, Distant, EmissionPoint};
+use guide::Lesson;
 use light_tree::LightTree;
 use parts::{Form, Part, PartBounds};
+use rayon::prelude::*;
 use std::f32::consts::PI;
 use warp_within::split;
 
@@ -284,6 +287,7 @@ impl Emitters {
                 let point = EmissionPoint {
                     position: u.position,
                     direction: u.direction,
+                    guide: u.part,
                 };
                 let (ray, flux) = self.distant.emit(&self.emitters, emitter, point)?;
                 Some(EmissionSample {
@@ -294,6 +298,40 @@ impl Emitters {
                 })
             }
         }
+    }
+
+    /// Teaches the photons of distant emitters where they are useful: a pilot walks diffusely from `rays` (of the camera) and
+    /// asks at each of its points for light from afar. Without it an interior gets few photons through its windows.
+    /// `see_through` names surfaces that the pilot ignores: glass in windows.
+    ///
+    /// Changes only densities, never what is estimated; the same rays give the same guide. Without distant emitters, nothing happens.
+    pub fn guide_emission(
+        &mut self,
+        geometry: &Geometry,
+        rays: &[Ray],
+        see_through: impl Fn(PrimitiveId) -> bool + Sync,
+    ) {
+        if self.distant.is_empty() {
+            return;
+        }
+        let pilot = Pilot {
+            geometry,
+            emitters: &self.emitters,
+            distant: &self.distant,
+            see_through: &see_through,
+        };
+        let walks = rays
+            .par_iter()
+            .enumerate()
+            .map(|(i, ray)| pilot.walk(*ray, i as u64));
+        let lessons: Vec<_> = walks.collect::<Vec<_>>().into_iter().flatten().collect();
+        self.distant.set_guides(&lessons);
+        // A photon of a guided emitter carries less flux, so that fewer of them are as good.
+        let mut strengths: Vec<f32> = self.powers.iter().map(|p| p.strength()).collect();
+        for (emitter, gain) in self.distant.gains() {
+            strengths[emitter.index()] /= gain;
+        }
+        self.emission = Alias::new(&strengths);
     }
 
     /// A photon from an area emitter, before the choice of the emitter is divided out.
@@ -485,6 +523,57 @@ impl Emitters {
         let part = (element < elements.count)
             .then(|| self.part_of_element[(elements.start + element) as usize])?;
         (part != NO_PART).then_some(part as usize)
+    }
+}
+
+/// Finds out where light from afar gets in.
+struct Pilot<'a, F> {
+    geometry: &'a Geometry,
+    emitters: &'a [Emitter],
+    distant: &'a Distant,
+    see_through: &'a F,
+}
+
+/// Surfaces at which a walk of the pilot asks for light.
+const PILOT_BOUNCES: usize = 4;
+
+/// See-through surfaces that the pilot crosses at most on one ray.
+const PILOT_CROSSINGS: usize = 8;
+
+impl<F: Fn(PrimitiveId) -> bool> Pilot<'_, F> {
+    fn walk(&self, mut ray: Ray, index: u64) -> Vec<(usize, Lesson)> {
+        let mut sampler = Sampler::new(0, 0, Stream::Pass, index);
+        let mut lessons = Vec::new();
+        for _ in 0..PILOT_BOUNCES {
+            let Some(x) = self.nearest(ray) else { break };
+            let n = if x.ng.dot(ray.d) < 0.0 { x.ng } else { -x.ng };
+            let is_free = |wi: Vec3| self.nearest(x.spawn(wi)).is_none();
+            lessons.extend(self.distant.lessons(
+                self.emitters,
+                (x.p, n),
+                || sampler.next_2d(),
+                is_free,
+            ));
+            let w = Frame::from_normal(n)
+                .to_world(warp::cosine_hemisphere(sampler.next_2d()))
+                .normalize();
+            ray = x.spawn(w);
+        }
+        lessons
+    }
+
+    /// The nearest surface that is not ignored.
+    fn nearest(&self, mut ray: Ray) -> Option<SurfacePoint> {
+        for _ in 0..PILOT_CROSSINGS {
+            let x = self
+                .geometry
+                .surface_point(self.geometry.intersect(&ray)?.at);
+            if !(self.see_through)(x.at.primitive) {
+                return Some(x);
+            }
+            ray = x.spawn(ray.d);
+        }
+        None
     }
 }
 

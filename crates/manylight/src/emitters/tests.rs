@@ -7,7 +7,6 @@ use super::parts::PartBounds;
 use super::*;
 use crate::image::Image;
 use crate::math::{Cone, Mat3, octahedral};
-use crate::sampling::{Sampler, Stream};
 
 fn picture() -> Image {
     let data = (0..72).map(|i| ((i * 37) % 64) as f32 / 64.0).collect();
@@ -241,6 +240,7 @@ fn distant_emission_crosses_the_sphere_evenly() {
             let u = EmissionPoint {
                 position: numbers.next_2d(),
                 direction: numbers.next_2d(),
+                guide: 0.5,
             };
             let (ray, sample_flux) = distant.emit(&emitters, emitter, u).unwrap();
             let to_center = center - ray.o;
