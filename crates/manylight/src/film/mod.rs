@@ -1,10 +1,17 @@
 //! Where samples end up: per-pixel sums over passes, with the variance of their mean.
+//!
+//! A sample touches exactly one pixel (filters are importance-sampled), so tiles never overlap and any thread count gives
+//! the same bits. A pass is kept aside until it is complete: a cancelled pass leaves no trace.
 
 pub mod filter;
 
 pub use filter::Filter;
 
-use crate::math::UVec2;
+use crate::color::Rgb;
+use crate::image::Image;
+use crate::math::{UVec2, Vec2};
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 /// Size and filter of a film, as a file describes it.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,4 +24,391 @@ pub struct FilmDesc {
     pub crop_size: UVec2,
     /// Reconstruction filter.
     pub filter: Filter,
+}
+
+/// What a film records. The terms of the path partition sum to the beauty.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Layer {
+    /// The picture.
+    Beauty,
+    /// Emitters seen directly or along specular chains.
+    Emission,
+    /// Light from emitters at the first vertex with a smooth lobe.
+    Direct,
+    /// Light from virtual lights there.
+    VirtualLights,
+    /// Light from photons whose last event was specular.
+    Caustics,
+    /// Albedo of the first surface.
+    Albedo,
+    /// Shading normal of the first surface, world space.
+    Normal,
+    /// Distance to the first surface along the ray, in the scene's unit; 0 where there is none.
+    Depth,
+}
+
+impl Layer {
+    /// Name in files; the beauty has none.
+    pub fn name(self) -> &'static str {
+        match self {
+            Layer::Beauty => "",
+            Layer::Emission => "emission",
+            Layer::Direct => "direct",
+            Layer::VirtualLights => "virtual_lights",
+            Layer::Caustics => "caustics",
+            Layer::Albedo => "albedo",
+            Layer::Normal => "normal",
+            Layer::Depth => "depth",
+        }
+    }
+
+    /// Terms of the path partition: added to the beauty as they are added to their own layer.
+    pub fn is_term(self) -> bool {
+        matches!(
+            self,
+            Layer::Emission | Layer::Direct | Layer::VirtualLights | Layer::Caustics
+        )
+    }
+}
+
+/// Edge of a tile in pixels.
+pub const TILE_SIZE: u32 = 8;
+
+/// A rectangle of pixels within the crop window.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Tile {
+    /// Upper left pixel.
+    pub origin: UVec2,
+    /// At most [`TILE_SIZE`] squared.
+    pub size: UVec2,
+}
+
+impl Tile {
+    /// The pixels, row by row.
+    pub fn pixels(self) -> impl Iterator<Item = UVec2> {
+        (0..self.size.y)
+            .flat_map(move |y| (0..self.size.x).map(move |x| self.origin + UVec2::new(x, y)))
+    }
+}
+
+/// One pass of one tile: one value per pixel and layer.
+#[derive(Debug)]
+pub struct TileSamples<'f> {
+    tile: Tile,
+    layers: &'f [Layer],
+    values: &'f mut [Rgb],
+}
+
+impl TileSamples<'_> {
+    /// The pixels to fill.
+    pub fn tile(&self) -> Tile {
+        self.tile
+    }
+
+    /// Whether the film records this layer.
+    pub fn keeps(&self, layer: Layer) -> bool {
+        self.layers.contains(&layer)
+    }
+
+    /// Adds to a pixel of the tile (`index` counts row by row). A term of the partition is added to the beauty too.
+    /// Layers that the film does not keep are ignored.
+    #[inline]
+    pub fn add(&mut self, index: usize, layer: Layer, value: Rgb) {
+        for (l, &kept) in self.layers.iter().enumerate() {
+            if kept == layer || (kept == Layer::Beauty && layer.is_term()) {
+                self.values[index * self.layers.len() + l] += value;
+            }
+        }
+    }
+}
+
+/// Sums over passes. Stored tile by tile, so that threads write disjoint slices.
+#[derive(Debug)]
+pub struct Film {
+    desc: FilmDesc,
+    layers: Vec<Layer>,
+    tiles: Vec<TileSums>,
+    passes: u32,
+}
+
+#[derive(Debug)]
+struct TileSums {
+    tile: Tile,
+    pass: Vec<Rgb>,
+    sums: Vec<[f64; 3]>,
+    squares: Vec<[f64; 3]>,
+}
+
+impl Film {
+    /// An empty film for the crop window of `desc`. `layers` must begin with [`Layer::Beauty`].
+    pub fn new(desc: FilmDesc, layers: &[Layer]) -> Self {
+        assert_eq!(
+            layers.first(),
+            Some(&Layer::Beauty),
+            "invariant: every film records the beauty, first"
+        );
+        let size = desc.crop_size;
+        let tiles = (0..size.y.div_ceil(TILE_SIZE))
+            .flat_map(|ty| {
+                (0..size.x.div_ceil(TILE_SIZE)).map(move |tx| UVec2::new(tx, ty) * TILE_SIZE)
+            })
+            .map(|origin| {
+                let tile = Tile {
+                    origin,
+                    size: (size - origin).min(UVec2::splat(TILE_SIZE)),
+                };
+                let pixels = (tile.size.x * tile.size.y) as usize;
+                TileSums {
+                    tile,
+                    pass: vec![Rgb::BLACK; pixels * layers.len()],
+                    sums: vec![[0.0; 3]; pixels * layers.len()],
+                    squares: vec![[0.0; 3]; pixels],
+                }
+            })
+            .collect();
+        Film {
+            desc,
+            layers: layers.to_vec(),
+            tiles,
+            passes: 0,
+        }
+    }
+
+    /// Size and filter.
+    pub fn desc(&self) -> &FilmDesc {
+        &self.desc
+    }
+
+    /// Size of the picture in pixels.
+    pub fn size(&self) -> UVec2 {
+        self.desc.crop_size
+    }
+
+    /// Recorded layers, beauty first.
+    pub fn layers(&self) -> &[Layer] {
+        &self.layers
+    }
+
+    /// Complete passes so far.
+    pub fn passes(&self) -> u32 {
+        self.passes
+    }
+
+    /// Number of tiles.
+    pub fn tile_count(&self) -> usize {
+        self.tiles.len()
+    }
+
+    /// Renders one pass: `shade` fills each tile, in parallel. Pixels with a non-finite value are dropped and counted in
+    /// `dropped`. When `cancel` turns true before the last tile is done, the pass is discarded and the result is `false`.
+    pub fn add_pass(
+        &mut self,
+        cancel: &AtomicBool,
+        dropped: &AtomicU64,
+        shade: impl Fn(&mut TileSamples) + Sync,
+    ) -> bool {
+        let layers = &self.layers;
+        let complete = self.tiles.par_iter_mut().map(|sums| {
+            if cancel.load(Ordering::Relaxed) {
+                return false;
+            }
+            sums.pass.fill(Rgb::BLACK);
+            shade(&mut TileSamples {
+                tile: sums.tile,
+                layers,
+                values: &mut sums.pass,
+            });
+            true
+        });
+        // A full reduction rather than `all`, which could skip tiles after the first `false`.
+        if !complete.reduce(|| true, |a, b| a && b) {
+            return false;
+        }
+        let count = layers.len();
+        self.tiles
+            .par_iter_mut()
+            .for_each(|sums| sums.commit(count, dropped));
+        self.passes += 1;
+        true
+    }
+
+    /// Adds a pass that was made as a whole picture (light tracing): `pixels` row by row, beauty only.
+    pub fn add_frame(&mut self, pixels: &[Rgb], dropped: &AtomicU64) {
+        let width = self.size().x;
+        self.add_pass(&AtomicBool::new(false), dropped, |samples| {
+            for (i, pixel) in samples.tile().pixels().enumerate() {
+                samples.add(
+                    i,
+                    Layer::Beauty,
+                    pixels[(pixel.y * width + pixel.x) as usize],
+                );
+            }
+        });
+    }
+
+    /// Mean over passes of one layer, three channels; `None` if the film does not record it.
+    pub fn image(&self, layer: Layer) -> Option<Image> {
+        let l = self.layers.iter().position(|&x| x == layer)?;
+        let n = f64::from(self.passes.max(1));
+        Some(self.collect(|sums, i| sums.sums[i * self.layers.len() + l].map(|v| (v / n) as f32)))
+    }
+
+    /// Variance of the mean of the beauty, per pixel and channel, from the spread over passes.
+    /// Infinite with fewer than two passes: nothing is known then.
+    pub fn variance(&self) -> Image {
+        let n = f64::from(self.passes);
+        self.collect(|sums, i| {
+            std::array::from_fn(|c| {
+                if self.passes < 2 {
+                    return f32::INFINITY;
+                }
+                let mean = sums.sums[i * self.layers.len()][c] / n;
+                ((sums.squares[i][c] / n - mean * mean).max(0.0) / (n - 1.0)) as f32
+            })
+        })
+    }
+
+    /// Estimated relative error of the beauty: the root of the mean over pixels and channels of
+    /// `variance / (value² + 0.01 m²)`, `m` the mean of the picture. Infinite with fewer than two passes.
+    pub fn relative_error(&self) -> f32 {
+        if self.passes < 2 {
+            return f32::INFINITY;
+        }
+        let (mean, variance) = (
+            self.image(Layer::Beauty).unwrap_or_default(),
+            self.variance(),
+        );
+        let count = mean.data.len().max(1) as f64;
+        let m = mean.data.iter().map(|&v| f64::from(v)).sum::<f64>() / count;
+        let sum: f64 = mean
+            .data
+            .iter()
+            .zip(&variance.data)
+            .map(|(&v, &var)| {
+                f64::from(var) / (f64::from(v).powi(2) + 0.01 * m * m).max(f64::MIN_POSITIVE)
+            })
+            .sum();
+        (sum / count).sqrt() as f32
+    }
+
+    fn collect(&self, value: impl Fn(&TileSums, usize) -> [f32; 3]) -> Image {
+        let size = self.size();
+        let mut image = Image::new(size.x as usize, size.y as usize, 3);
+        for sums in &self.tiles {
+            for (i, pixel) in sums.tile.pixels().enumerate() {
+                let start = (pixel.y as usize * image.width + pixel.x as usize) * 3;
+                image.data[start..start + 3].copy_from_slice(&value(sums, i));
+            }
+        }
+        image
+    }
+}
+
+impl TileSums {
+    fn commit(&mut self, layers: usize, dropped: &AtomicU64) {
+        for (i, pixel) in self.pass.chunks_exact(layers).enumerate() {
+            if !pixel.iter().all(|v| v.is_finite()) {
+                dropped.fetch_add(1, Ordering::Relaxed);
+                continue;
+            }
+            for (l, value) in pixel.iter().enumerate() {
+                for (c, v) in value.to_array().into_iter().enumerate() {
+                    self.sums[i * layers + l][c] += f64::from(v);
+                    if l == 0 {
+                        self.squares[i][c] += f64::from(v) * f64::from(v);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A film position and what a sample taken there counts.
+#[derive(Clone, Copy, Debug)]
+pub struct FilmSample {
+    /// In pixels from the upper left of the crop window.
+    pub position: Vec2,
+    /// 1 in the mean; negative on negative lobes of the filter.
+    pub weight: f32,
+}
+
+impl FilmDesc {
+    /// Draws a film position for `pixel` from its reconstruction filter.
+    #[inline]
+    pub fn sample(&self, pixel: UVec2, u: Vec2) -> FilmSample {
+        let (offset, weight) = self.filter.sample(u);
+        FilmSample {
+            position: pixel.as_vec2() + Vec2::splat(0.5) + offset,
+            weight,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn film() -> Film {
+        let size = UVec2::new(19, 11);
+        let desc = FilmDesc {
+            size,
+            crop_offset: UVec2::ZERO,
+            crop_size: size,
+            filter: Filter::Box,
+        };
+        Film::new(desc, &[Layer::Beauty, Layer::Direct, Layer::Depth])
+    }
+
+    fn add(film: &mut Film, value: impl Fn(UVec2) -> f32 + Sync, cancel: bool) -> u64 {
+        let dropped = AtomicU64::new(0);
+        film.add_pass(&AtomicBool::new(cancel), &dropped, |samples| {
+            for (i, pixel) in samples.tile().pixels().enumerate() {
+                samples.add(i, Layer::Direct, Rgb::splat(value(pixel)));
+                samples.add(i, Layer::Depth, Rgb::splat(1.0));
+            }
+        });
+        dropped.into_inner()
+    }
+
+    #[test]
+    fn mean_and_variance_of_the_mean() {
+        let mut film = film();
+        assert!(film.variance().data.iter().all(|v| v.is_infinite()));
+        for k in 0..4 {
+            add(
+                &mut film,
+                |p| p.x as f32 + 100.0 * p.y as f32 + k as f32,
+                false,
+            );
+        }
+        let image = film.image(Layer::Beauty).unwrap();
+        assert_eq!(image.pixel(7, 9), &[908.5; 3]);
+        assert_eq!(film.image(Layer::Direct).unwrap(), image);
+        assert_eq!(film.image(Layer::Depth).unwrap().pixel(0, 0), &[1.0; 3]);
+        assert!(film.image(Layer::Caustics).is_none());
+        // Values 0, 1, 2, 3 about their mean: sample variance 5/3, of the mean 5/12.
+        assert!(
+            film.variance()
+                .data
+                .iter()
+                .all(|v| (v - 5.0 / 12.0).abs() < 1e-4)
+        );
+    }
+
+    #[test]
+    fn a_cancelled_pass_leaves_no_trace() {
+        let mut film = film();
+        add(&mut film, |_| 1.0, false);
+        add(&mut film, |_| 100.0, true);
+        assert_eq!(film.passes(), 1);
+        assert_eq!(film.image(Layer::Beauty).unwrap().pixel(3, 3), &[1.0; 3]);
+    }
+
+    #[test]
+    fn non_finite_pixels_are_dropped_and_counted() {
+        let mut film = film();
+        let dropped = add(&mut film, |p| if p.x == 2 { f32::NAN } else { 1.0 }, false);
+        assert_eq!(dropped, 11);
+        assert_eq!(film.image(Layer::Beauty).unwrap().pixel(2, 0), &[0.0; 3]);
+    }
 }

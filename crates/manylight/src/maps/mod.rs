@@ -1,0 +1,1 @@
+//! Particles found by position.

@@ -1,0 +1,7 @@
+//! Photons from the emitters and importons from the sensor.
+
+pub mod importons;
+pub mod photons;
+
+pub use importons::Importon;
+pub use photons::Photon;
