@@ -107,10 +107,11 @@ struct Snapshot {
 }
 
 impl Snapshot {
-    /// Passes, with the part of the current one that is done.
+    /// Passes, with the part of the current one that is done. The count of tiles stays full until the next pass is
+    /// shaded, so a full count is none.
     fn fractional_passes(&self) -> f64 {
-        let tiles = self.tiles_done.min(self.tiles) as f64 / self.tiles.max(1) as f64;
-        self.passes as f64 + tiles
+        let tiles = self.tiles.max(1);
+        self.passes as f64 + (self.tiles_done % tiles) as f64 / tiles as f64
     }
 
     /// How much of the budget is spent, from 0 to 1; `None` while only an error bound ends the render.

@@ -12,7 +12,7 @@ use std::process::ExitCode;
 /// Version of the JSON object's shape.
 const SCHEMA: &str = "manylight.compare/1";
 
-/// Compares images with the last one.
+/// Compares images with a reference.
 pub(crate) fn run(args: &CompareArgs) -> Result<ExitCode, Failure> {
     let reference_path = &args.reference;
     let reference = read(reference_path)?;
