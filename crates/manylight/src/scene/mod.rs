@@ -64,4 +64,9 @@ impl Scene {
     pub fn transmittance(&self, _segment: &Segment) -> Rgb {
         todo!()
     }
+
+    /// [`Scene::transmittance`] with the number of transparent surfaces on the way.
+    pub fn transmittance_and_crossings(&self, _segment: &Segment) -> (Rgb, u32) {
+        todo!()
+    }
 }
