@@ -17,3 +17,4 @@ pub mod sampling;
 pub mod scene;
 pub mod sensors;
 pub mod texture;
+pub mod transport;

@@ -318,6 +318,20 @@ impl<'s> Bsdf<'s> {
         self.glossy_width
     }
 
+    /// The normal that a receiver chooses emitters with: the shading normal on the side of `wo`. `None` if some lobe
+    /// transmits: then light matters from both sides.
+    #[inline]
+    pub fn receiving_normal(&self, wo: Vec3) -> Option<Vec3> {
+        let _ = wo;
+        todo!()
+    }
+
+    /// A cheap estimate of [`Bsdf::albedo`] over all lobes, for AOVs and previews: exact for Lambert.
+    pub fn quick_albedo(&self, wo: Vec3) -> Rgb {
+        let _ = wo;
+        todo!()
+    }
+
     /// Fraction of flux from `wi` that leaves through `lobes` (delta ones included, straight-through not), by deterministic quadrature.
     pub fn albedo(&self, wi: Vec3, lobes: Lobes) -> Rgb {
         // Additive recurrence on the plastic number's powers: Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences".

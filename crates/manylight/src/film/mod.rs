@@ -101,6 +101,11 @@ impl TileSamples<'_> {
         self.tile
     }
 
+    /// Whether the film records this layer.
+    pub fn keeps(&self, layer: Layer) -> bool {
+        self.layers.contains(&layer)
+    }
+
     /// Adds to a pixel of the tile (`index` counts row by row). A term of the partition is added to the beauty too.
     /// Layers that the film does not keep are ignored.
     #[inline]

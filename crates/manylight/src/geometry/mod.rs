@@ -1,10 +1,15 @@
 //! Where things are: shapes, the acceleration structure over them, and the points that rays find.
 
-pub mod bvh;
+mod analytic;
+mod bvh;
+mod layer;
 pub mod mesh;
+mod placement;
 pub mod ray;
 pub mod shape;
 pub mod surface_point;
+#[cfg(test)]
+mod tests;
 pub mod world;
 
 pub use mesh::Mesh;

@@ -61,6 +61,9 @@ impl SurfacePoint {
     #[inline]
     pub fn segment_to(&self, other: &SurfacePoint) -> Segment {
         let w = other.p - self.p;
-        Segment { from: self.offset_towards(w), to: other.offset_towards(-w) }
+        Segment {
+            from: self.offset_towards(w),
+            to: other.offset_towards(-w),
+        }
     }
 }

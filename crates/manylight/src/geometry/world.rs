@@ -1,8 +1,12 @@
 //! All surfaces of a scene: nearest hit, visibility, and points by area.
 
+use super::layer::{Layer, LayerBuilder, Member};
+use super::placement::{PlacedInstance, Placement};
 use super::{Ray, Segment, Shape, SurfacePoint, SurfaceRef};
 use crate::ids::{EmitterId, MaterialId, PrimitiveId, ShapeId};
-use crate::math::{Aabb, Affine3A, Vec2, Vec3};
+use crate::math::{Aabb, Affine3A, Frame, Vec2, Vec3};
+use rayon::prelude::*;
+use std::ops::Range;
 
 /// One placed surface: what a ray can hit.
 #[derive(Clone, Debug)]
@@ -53,18 +57,113 @@ pub struct AreaSample {
 pub struct Geometry {
     shapes: Vec<Shape>,
     primitives: Vec<Primitive>,
+    /// One per primitive.
+    placements: Vec<Placement>,
+    world: Level,
+    groups: Vec<Level>,
+    instances: Vec<PlacedInstance>,
+    bounds: Aabb,
+}
+
+/// What a ray can meet in one space: the world or a group. Transparent surfaces stand apart, so that visibility among
+/// opaque ones never pays for them.
+#[derive(Debug)]
+struct Level {
+    opaque: Layer,
+    transparent: Layer,
+}
+
+impl Level {
+    fn layer(&self, class: Class) -> &Layer {
+        match class {
+            Class::Opaque => &self.opaque,
+            Class::Transparent => &self.transparent,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Class {
+    Opaque,
+    Transparent,
 }
 
 impl Geometry {
     /// Builds the acceleration structures. `primitives` holds the world's own first and then, group by group, those of
     /// the groups: `groups[g]` is the range of group `g`. Ids must be in range; degenerate triangles are allowed and never hit.
     pub fn build(
-        _shapes: Vec<Shape>,
-        _primitives: Vec<Primitive>,
-        _groups: Vec<std::ops::Range<usize>>,
-        _instances: Vec<Instance>,
+        shapes: Vec<Shape>,
+        primitives: Vec<Primitive>,
+        groups: Vec<Range<usize>>,
+        instances: Vec<Instance>,
     ) -> Self {
-        todo!()
+        let placements: Vec<Placement> = primitives
+            .par_iter()
+            .map(|p| Placement::new(&shapes[p.shape.index()], &p.world_from_object))
+            .collect();
+        let level = |range: Range<usize>, instances: &[(usize, Aabb, Aabb)]| {
+            let layer = |class: Class| {
+                let members = range
+                    .clone()
+                    .filter(|&i| primitives[i].transparent == (class == Class::Transparent));
+                let mut builder = LayerBuilder::default();
+                for i in members {
+                    builder.add_primitive(
+                        PrimitiveId::from(i),
+                        &shapes[primitives[i].shape.index()],
+                        &placements[i],
+                    );
+                }
+                for &(index, opaque, transparent) in instances {
+                    builder.add_instance(
+                        index,
+                        if class == Class::Opaque {
+                            opaque
+                        } else {
+                            transparent
+                        },
+                    );
+                }
+                builder.build()
+            };
+            Level {
+                opaque: layer(Class::Opaque),
+                transparent: layer(Class::Transparent),
+            }
+        };
+        let world_end = groups
+            .iter()
+            .map(|g| g.start)
+            .min()
+            .unwrap_or(primitives.len());
+        let groups: Vec<Level> = groups.into_iter().map(|range| level(range, &[])).collect();
+        let instances: Vec<PlacedInstance> = instances
+            .iter()
+            .map(|i| PlacedInstance::new(i.group, &i.world_from_group))
+            .collect();
+        let instance_bounds: Vec<(usize, Aabb, Aabb)> = instances
+            .iter()
+            .map(|i| (i, &groups[i.group()]))
+            .map(|(i, group)| {
+                (
+                    i.bounds(group.opaque.bounds()),
+                    i.bounds(group.transparent.bounds()),
+                )
+            })
+            .enumerate()
+            .map(|(index, (opaque, transparent))| (index, opaque, transparent))
+            .collect();
+        let world = level(0..world_end, &instance_bounds);
+        let bounds = world.opaque.bounds().union(world.transparent.bounds());
+        Geometry {
+            shapes,
+            primitives,
+            placements,
+            world,
+            groups,
+            instances,
+            bounds,
+        }
     }
 
     /// The placed surfaces; index by [`PrimitiveId`].
@@ -79,52 +178,176 @@ impl Geometry {
 
     /// Box around everything, instances included; empty for an empty scene.
     pub fn bounds(&self) -> Aabb {
-        todo!()
+        self.bounds
     }
 
     /// Number of triangles stored (instances not multiplied).
     pub fn triangle_count(&self) -> usize {
-        todo!()
+        self.layers().map(Layer::triangle_count).sum()
+    }
+
+    /// Memory of the acceleration structures over triangles, in bytes.
+    pub fn acceleration_bytes(&self) -> usize {
+        self.layers().map(Layer::bytes).sum()
+    }
+
+    fn layers(&self) -> impl Iterator<Item = &Layer> {
+        std::iter::once(&self.world)
+            .chain(&self.groups)
+            .flat_map(|level| [&level.opaque, &level.transparent])
     }
 
     /// The nearest surface with `0 < t < ray.t_max`, opaque or transparent.
-    pub fn intersect(&self, _ray: &Ray) -> Option<Hit> {
-        todo!()
+    pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        let opaque = self.nearest(Class::Opaque, ray);
+        if !self.has_transparent() {
+            return opaque;
+        }
+        let rest = Ray {
+            t_max: opaque.map_or(ray.t_max, |hit| hit.t),
+            ..*ray
+        };
+        self.nearest(Class::Transparent, &rest).or(opaque)
     }
 
     /// Whether an opaque surface lies on the segment.
-    pub fn occluded(&self, _segment: &Segment) -> bool {
-        todo!()
+    pub fn occluded(&self, segment: &Segment) -> bool {
+        self.world.opaque.any_triangle(segment) || self.any_object(&self.world.opaque, segment)
     }
 
     /// Visibility from one point to up to 64 others at once: bit `i` is set when an opaque surface lies between `from` and `to[i]`.
     /// Bits beyond `to.len()` are 0. Equal to single [`Geometry::occluded`] calls, only faster.
-    pub fn occluded_packet(&self, _from: Vec3, _to: &[Vec3]) -> u64 {
-        todo!()
+    pub fn occluded_packet(&self, from: Vec3, to: &[Vec3]) -> u64 {
+        let layer = &self.world.opaque;
+        let mut blocked = layer.any_triangle_packet(from, to);
+        if layer.has_objects() {
+            for (i, &to) in to.iter().enumerate() {
+                if blocked >> i & 1 == 0 && self.any_object(layer, &Segment { from, to }) {
+                    blocked |= 1 << i;
+                }
+            }
+        }
+        blocked
     }
 
     /// Whether any surface lets light straight through; if not, [`Geometry::occluded`] is the whole story.
     pub fn has_transparent(&self) -> bool {
-        todo!()
+        !self.world.transparent.is_empty()
     }
 
     /// The nearest transparent surface on the ray.
-    pub fn intersect_transparent(&self, _ray: &Ray) -> Option<Hit> {
-        todo!()
+    pub fn intersect_transparent(&self, ray: &Ray) -> Option<Hit> {
+        self.nearest(Class::Transparent, ray)
+    }
+
+    fn nearest(&self, class: Class, ray: &Ray) -> Option<Hit> {
+        let layer = self.world.layer(class);
+        let mut best = layer.nearest_triangle(ray);
+        let mut rest = Ray {
+            t_max: best.map_or(ray.t_max, |hit| hit.t),
+            ..*ray
+        };
+        layer.visit_objects(ray, rest.t_max, |member, t_max| {
+            rest.t_max = t_max;
+            let hit = match member {
+                Member::Analytic(primitive) => {
+                    self.placements[primitive.index()].intersect_analytic(primitive, &rest)
+                }
+                Member::Instance(index) => self.nearest_in_instance(class, index, &rest),
+            };
+            best = hit.or(best);
+            hit.map_or(t_max, |hit| hit.t)
+        });
+        best
+    }
+
+    fn nearest_in_instance(&self, class: Class, index: usize, ray: &Ray) -> Option<Hit> {
+        let instance = &self.instances[index];
+        let layer = self.groups[instance.group()].layer(class);
+        let mut rest = instance.ray_in_group(ray);
+        let mut best = layer.nearest_triangle(&rest);
+        rest.t_max = best.map_or(ray.t_max, |hit| hit.t);
+        let start = rest;
+        layer.visit_objects(&start, start.t_max, |member, t_max| {
+            rest.t_max = t_max;
+            let hit = match member {
+                Member::Analytic(primitive) => {
+                    self.placements[primitive.index()].intersect_analytic(primitive, &rest)
+                }
+                Member::Instance(_) => None,
+            };
+            best = hit.or(best);
+            hit.map_or(t_max, |hit| hit.t)
+        });
+        best.map(|hit| Hit {
+            at: SurfaceRef {
+                instance: index as u32,
+                ..hit.at
+            },
+            ..hit
+        })
+    }
+
+    fn any_object(&self, layer: &Layer, segment: &Segment) -> bool {
+        layer.any_object(segment, |member| match member {
+            Member::Analytic(primitive) => self.placements[primitive.index()].blocks(segment),
+            Member::Instance(index) => {
+                let instance = &self.instances[index];
+                let group = &self.groups[instance.group()].opaque;
+                let segment = instance.segment_in_group(segment);
+                group.any_triangle(&segment) || self.any_object(group, &segment)
+            }
+        })
     }
 
     /// The full description of a hit or stored reference. Needs no ray.
-    pub fn surface_point(&self, _at: SurfaceRef) -> SurfacePoint {
-        todo!()
+    pub fn surface_point(&self, at: SurfaceRef) -> SurfacePoint {
+        let primitive = &self.primitives[at.primitive.index()];
+        let shape = &self.shapes[primitive.shape.index()];
+        let placement = &self.placements[at.primitive.index()];
+        let mut surface = placement.surface(shape, at.element, at.coordinates);
+        if primitive.flip_normals {
+            surface.ng = -surface.ng;
+            surface.ns = -surface.ns;
+        }
+        if at.instance != SurfaceRef::NO_INSTANCE {
+            surface = self.instances[at.instance as usize].surface_in_world(&surface);
+        }
+        SurfacePoint {
+            p: surface.p,
+            ng: surface.ng,
+            frame: Frame::from_normal_and_tangent(surface.ns, surface.dp_du),
+            uv: surface.uv,
+            dp_du: surface.dp_du,
+            dp_dv: surface.dp_dv,
+            at,
+            offset: surface.offset,
+        }
     }
 
     /// Area of a primitive in the world, instances ignored, in m².
-    pub fn area(&self, _primitive: PrimitiveId) -> f32 {
-        todo!()
+    pub fn area(&self, primitive: PrimitiveId) -> f32 {
+        self.placements[primitive.index()].area()
     }
 
     /// A point of the primitive, uniform by area. `None` if its area is 0.
-    pub fn sample_area(&self, _primitive: PrimitiveId, _u: Vec2) -> Option<AreaSample> {
-        todo!()
+    ///
+    /// Under a transform that is no similarity the points of a sphere or cylinder are only nearly uniform; `pdf_area` is
+    /// always the density with which they are drawn.
+    pub fn sample_area(&self, primitive: PrimitiveId, u: Vec2) -> Option<AreaSample> {
+        let placed = &self.primitives[primitive.index()];
+        let shape = &self.shapes[placed.shape.index()];
+        let placement = &self.placements[primitive.index()];
+        let (element, coordinates, pdf_area) = placement.sample(shape, u)?;
+        let at = SurfaceRef {
+            primitive,
+            element,
+            instance: SurfaceRef::NO_INSTANCE,
+            coordinates,
+        };
+        Some(AreaSample {
+            point: self.surface_point(at),
+            pdf_area,
+        })
     }
 }

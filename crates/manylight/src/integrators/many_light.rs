@@ -102,3 +102,9 @@ impl ManyLight {
         ManyLight { placement: Placement::Importance, ..ManyLight::vpl() }
     }
 }
+
+impl ManyLight {
+    pub(super) fn render_pass(&self, _scene: &crate::scene::Scene, _limits: crate::scene::PathLimits, _run: &super::PassContext, _film: &mut crate::film::Film) -> bool {
+        todo!()
+    }
+}

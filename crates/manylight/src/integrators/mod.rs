@@ -1,10 +1,20 @@
-//! The methods.
+//! The methods. Start reading at [`many_light`].
 
+mod aov;
+mod light_tracer;
 pub mod many_light;
+pub mod partition;
+mod path;
 
 pub use many_light::ManyLight;
 
-use crate::scene::PathLimits;
+use crate::color::Rgb;
+use crate::film::{Film, Layer, TileSamples};
+use crate::render::Stats;
+use crate::sampling::Pass;
+use crate::scene::{PathLimits, Scene};
+use crate::transport::Vertex;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A method with its parameters.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,12 +30,81 @@ pub struct Method {
 pub enum MethodKind {
     /// Path tracing with next-event estimation: the reference.
     Path,
-    /// Photons splatted on the film: the adjoint of `Path`.
+    /// Photons splatted on the film: the adjoint of `Path`, for what the camera sees without specular events.
     LightTracer,
     /// Direct light alone: path tracing to depth 2.
     Direct,
-    /// Albedo, normal, depth of the first surface.
+    /// Albedo, normal, depth of the first surface; the beauty is the albedo.
     Aov,
     /// Virtual lights.
     ManyLight(ManyLight),
+}
+
+/// What a pass works with, besides the scene.
+#[derive(Clone, Copy, Debug)]
+pub struct PassContext<'a> {
+    /// Names the random numbers.
+    pub pass: Pass,
+    /// Counters and stage times.
+    pub stats: &'a Stats,
+    /// Polled per tile.
+    pub cancel: &'a AtomicBool,
+}
+
+impl PassContext<'_> {
+    /// [`Film::add_pass`] with progress, as the stage "shade".
+    fn shade(&self, film: &mut Film, shade: impl Fn(&mut TileSamples) + Sync) -> bool {
+        let done = &self.stats.tiles_done;
+        done.store(0, Ordering::Relaxed);
+        self.stats.tiles.store(film.tile_count() as u64, Ordering::Relaxed);
+        self.stats.time("shade", || {
+            film.add_pass(self.cancel, &self.stats.dropped_samples, |samples| {
+                shade(samples);
+                Stats::count(done, 1);
+            })
+        })
+    }
+
+    /// Whether the pass shall be dropped.
+    fn cancelled(&self) -> bool {
+        self.cancel.load(Ordering::Relaxed)
+    }
+}
+
+impl Method {
+    /// The layers that this method fills, beauty first.
+    pub fn layers(&self) -> Vec<Layer> {
+        let mut layers = vec![Layer::Beauty];
+        if !matches!(self.kind, MethodKind::LightTracer | MethodKind::Aov) {
+            layers.extend([Layer::Emission, Layer::Direct, Layer::VirtualLights, Layer::Caustics]);
+        }
+        if self.kind != MethodKind::LightTracer {
+            layers.extend([Layer::Albedo, Layer::Normal, Layer::Depth]);
+        }
+        layers
+    }
+
+    /// Adds one pass to `film`; `false` if it was cancelled and dropped.
+    pub fn render_pass(&self, scene: &Scene, run: &PassContext, film: &mut Film) -> bool {
+        match &self.kind {
+            MethodKind::Path => path::render_pass(scene, self.limits, run, film),
+            MethodKind::Direct => {
+                let max_depth = Some(self.limits.max_depth.map_or(2, |max| max.min(2)));
+                path::render_pass(scene, PathLimits { max_depth, ..self.limits }, run, film)
+            }
+            MethodKind::LightTracer => light_tracer::render_pass(scene, self.limits, run, film),
+            MethodKind::Aov => aov::render_pass(scene, run, film),
+            MethodKind::ManyLight(settings) => settings.render_pass(scene, self.limits, run, film),
+        }
+    }
+}
+
+/// Fills the layers that describe the first surface of a camera path.
+fn first_surface(v: &Vertex, index: usize, out: &mut TileSamples) {
+    let n = v.x.frame.n;
+    out.add(index, Layer::Normal, Rgb::new(n.x, n.y, n.z));
+    out.add(index, Layer::Depth, Rgb::splat(v.distance));
+    if out.keeps(Layer::Albedo) {
+        out.add(index, Layer::Albedo, v.bsdf.quick_albedo(v.w_prev));
+    }
 }

@@ -2,11 +2,15 @@
 
 use super::Stats;
 use crate::film::Film;
-use crate::integrators::Method;
+use crate::integrators::{Method, PassContext};
+use crate::sampling::Pass;
 use crate::scene::Scene;
 use std::ops::ControlFlow;
-use std::sync::atomic::AtomicBool;
-use std::time::Duration;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// Fewer passes than this say too little about the variance to stop by it.
+const MIN_PASSES_FOR_ERROR: u32 = 4;
 
 /// When to stop: at the first limit that is reached. At least one pass is always made.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,8 +60,37 @@ pub struct Outcome {
     pub stop: Stop,
 }
 
-/// Renders `job`. `cancel` may turn true at any time: then the pass under way is dropped (the first pass is finished).
-/// `stats` may be read by other threads meanwhile. Runs on the current `rayon` pool.
-pub fn render(_job: &RenderJob, _stats: &Stats, _cancel: &AtomicBool, _observer: &mut dyn Observer) -> Outcome {
-    todo!()
+/// Renders `job`. `cancel` may turn true at any time: then the pass under way is dropped, but the first pass is always
+/// finished. `stats` may be read by other threads meanwhile. Runs on the current `rayon` pool.
+pub fn render(job: &RenderJob, stats: &Stats, cancel: &AtomicBool, observer: &mut dyn Observer) -> Outcome {
+    let start = Instant::now();
+    let mut film = Film::new(job.scene.sensor.desc().film.clone(), &job.method.layers());
+    let never = AtomicBool::new(false);
+    let stop = loop {
+        let index = film.passes();
+        let cancel_pass = if index == 0 { &never } else { cancel };
+        let run = PassContext { pass: Pass { seed: job.seed, index }, stats, cancel: cancel_pass };
+        if !job.method.render_pass(job.scene, &run, &mut film) {
+            break Stop::Cancelled;
+        }
+        Stats::count(&stats.passes, 1);
+        let broken_off = observer.pass_done(&film, stats, start.elapsed()).is_break();
+        if broken_off || cancel.load(Ordering::Relaxed) {
+            break Stop::Cancelled;
+        }
+        if job.budget.is_spent(&film, start.elapsed()) {
+            break Stop::Budget;
+        }
+    };
+    Outcome { film, stop }
+}
+
+impl Budget {
+    fn is_spent(&self, film: &Film, elapsed: Duration) -> bool {
+        let passes = film.passes();
+        self.passes.is_some_and(|limit| passes >= limit)
+            // Another pass would end farther beyond the limit than this one ended before it.
+            || self.time.is_some_and(|limit| elapsed + elapsed / (2 * passes) >= limit)
+            || self.relative_error.is_some_and(|limit| passes >= MIN_PASSES_FOR_ERROR && film.relative_error() <= limit)
+    }
 }

@@ -8,4 +8,4 @@ pub mod systematic;
 pub mod table_2d;
 pub mod warp;
 
-pub use sampler::{Sampler, Stream};
+pub use sampler::{Pass, Sampler, Stream};

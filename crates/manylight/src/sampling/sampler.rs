@@ -21,6 +21,23 @@ pub enum Stream {
     Test = 6,
 }
 
+/// One pass of a render: what its random numbers are named after.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pass {
+    /// The seed of the render.
+    pub seed: u64,
+    /// Counts from 0.
+    pub index: u32,
+}
+
+impl Pass {
+    /// The random numbers of item `index` of `stream` in this pass.
+    #[inline]
+    pub fn sampler(self, stream: Stream, index: u64) -> Sampler {
+        Sampler::new(self.seed, self.index, stream, index)
+    }
+}
+
 /// Uniform numbers in [0, 1) named by (seed, pass, stream, index): the same name gives the same numbers on any thread.
 #[derive(Clone, Debug)]
 pub struct Sampler {

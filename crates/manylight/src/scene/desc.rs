@@ -68,6 +68,14 @@ pub struct PathLimits {
     pub hide_emitters: bool,
 }
 
+impl PathLimits {
+    /// Whether a path of so many segments may be counted.
+    #[inline]
+    pub fn allow(&self, segments: u32) -> bool {
+        self.max_depth.is_none_or(|max| segments <= max)
+    }
+}
+
 impl Default for PathLimits {
     fn default() -> Self {
         PathLimits { max_depth: None, rr_depth: 5, hide_emitters: false }

@@ -1,1 +1,265 @@
-//! The acceleration structure.
+//! The acceleration structures: eight-wide bounding volume hierarchies over triangles and over other objects.
+//!
+//! [`build`] makes the tree, [`triangles`] holds the leaves of meshes and their tests, [`traverse`] walks single rays and
+//! [`packet`] up to 64 with a common origin. All kernels are written over [`simd`], and run in the best instruction set
+//! that the machine has.
+
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+mod build;
+mod packet;
+mod simd;
+mod stack;
+#[cfg(test)]
+mod tests;
+mod traverse;
+mod triangles;
+
+pub(super) use triangles::TriangleHit;
+
+use super::Ray;
+use crate::math::{Aabb, Vec3};
+use build::Tree;
+use packet::Packet;
+use simd::{Isa, Kernel, Simd};
+use traverse::{AnyLeaves, NearestLeaves};
+use triangles::{AnyTriangle, Block, NearestTriangle};
+
+/// A hierarchy over triangles.
+#[derive(Debug)]
+pub(super) struct TriangleBvh {
+    tree: Tree,
+    blocks: Vec<Block>,
+    isa: Isa,
+}
+
+impl TriangleBvh {
+    /// Builds over the triangles given by their corners. Degenerate and non-finite ones are left out.
+    pub(super) fn new(triangles: &[[Vec3; 3]]) -> Self {
+        let ids: Vec<u32> = (0..triangles.len() as u32)
+            .filter(|&id| can_be_hit(&triangles[id as usize]))
+            .collect();
+        let boxes: Vec<Aabb> = ids
+            .iter()
+            .map(|&id| Aabb::from_points(triangles[id as usize]))
+            .collect();
+        let mut tree = Tree::new(&boxes, simd::LANES);
+        let blocks = tree
+            .leaves
+            .windows(2)
+            .map(|leaf| {
+                let items = &tree.items[leaf[0] as usize..leaf[1] as usize];
+                let mut lanes = [0; simd::LANES];
+                for (lane, &item) in lanes.iter_mut().zip(items) {
+                    *lane = ids[item as usize];
+                }
+                Block::new(&lanes[..items.len()], triangles)
+            })
+            .collect();
+        // The blocks hold what the leaves named.
+        (tree.items, tree.leaves) = (Vec::new(), Vec::new());
+        TriangleBvh {
+            tree,
+            blocks,
+            isa: Isa::best(),
+        }
+    }
+
+    /// Whether no triangle can be hit.
+    pub(super) fn is_empty(&self) -> bool {
+        self.blocks.is_empty()
+    }
+
+    /// Box around all triangles.
+    pub(super) fn bounds(&self) -> Aabb {
+        self.tree.bounds.unwrap_or(Aabb::EMPTY)
+    }
+
+    /// Bytes used.
+    pub(super) fn bytes(&self) -> usize {
+        self.tree.bytes() + size_of_val(&*self.blocks)
+    }
+
+    /// The nearest triangle with `0 < t < ray.t_max`.
+    #[inline]
+    pub(super) fn nearest(&self, ray: &Ray) -> Option<TriangleHit> {
+        if self.is_empty() {
+            None
+        } else {
+            self.isa.run(Nearest { bvh: self, ray })
+        }
+    }
+
+    /// Whether a triangle cuts the open segment.
+    #[inline]
+    pub(super) fn any(&self, from: Vec3, to: Vec3) -> bool {
+        !self.is_empty()
+            && self.isa.run(Any {
+                bvh: self,
+                from,
+                d: to - from,
+            })
+    }
+
+    /// [`TriangleBvh::any`] for up to 64 targets: bit `i` is the answer for `to[i]`.
+    #[inline]
+    pub(super) fn any_packet(&self, from: Vec3, to: &[Vec3]) -> u64 {
+        if self.is_empty() || to.is_empty() {
+            0
+        } else {
+            self.isa.run(AnyOfPacket {
+                bvh: self,
+                from,
+                to,
+            })
+        }
+    }
+}
+
+fn can_be_hit([a, b, c]: &[Vec3; 3]) -> bool {
+    let normal = (b.as_dvec3() - a.as_dvec3()).cross(c.as_dvec3() - a.as_dvec3());
+    a.is_finite() && b.is_finite() && c.is_finite() && normal.length_squared() > 0.0
+}
+
+struct Nearest<'a> {
+    bvh: &'a TriangleBvh,
+    ray: &'a Ray,
+}
+
+impl Kernel for Nearest<'_> {
+    type Output = Option<TriangleHit>;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) -> Self::Output {
+        let mut leaves = NearestTriangle::new(s, &self.bvh.blocks, self.ray);
+        traverse::nearest(s, &self.bvh.tree.nodes, self.ray, &mut leaves);
+        leaves.best
+    }
+}
+
+struct Any<'a> {
+    bvh: &'a TriangleBvh,
+    from: Vec3,
+    d: Vec3,
+}
+
+impl Kernel for Any<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) -> bool {
+        let leaves = AnyTriangle::new(s, &self.bvh.blocks, self.from, self.d);
+        traverse::any(s, &self.bvh.tree.nodes, 0, self.from, self.d, &leaves)
+    }
+}
+
+struct AnyOfPacket<'a> {
+    bvh: &'a TriangleBvh,
+    from: Vec3,
+    to: &'a [Vec3],
+}
+
+impl Kernel for AnyOfPacket<'_> {
+    type Output = u64;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) -> u64 {
+        Packet::new(&self.bvh.tree.nodes, &self.bvh.blocks, self.from, self.to).trace(s)
+    }
+}
+
+/// A hierarchy over anything with a box.
+#[derive(Debug)]
+pub(super) struct ObjectBvh {
+    tree: Tree,
+    isa: Isa,
+}
+
+impl ObjectBvh {
+    /// Builds over finite boxes.
+    pub(super) fn new(boxes: &[Aabb]) -> Self {
+        ObjectBvh {
+            tree: Tree::new(boxes, 1),
+            isa: Isa::best(),
+        }
+    }
+
+    /// Whether there is no object.
+    pub(super) fn is_empty(&self) -> bool {
+        self.tree.nodes.is_empty()
+    }
+
+    /// Box around all objects.
+    pub(super) fn bounds(&self) -> Aabb {
+        self.tree.bounds.unwrap_or(Aabb::EMPTY)
+    }
+
+    /// Calls `visit` for the objects along the ray with their index and the distance that still counts. It notes a nearer
+    /// hit if there is one, and returns its distance, or the one that it was given.
+    pub(super) fn nearest(&self, ray: &Ray, visit: impl FnMut(usize, f32) -> f32) {
+        if !self.is_empty() {
+            self.isa.run(NearestObject {
+                bvh: self,
+                ray,
+                visit,
+            });
+        }
+    }
+
+    /// Calls `visit` for the objects along the segment until it returns true; returns whether it did.
+    pub(super) fn any(&self, from: Vec3, to: Vec3, visit: impl Fn(usize) -> bool) -> bool {
+        !self.is_empty()
+            && self.isa.run(AnyObject {
+                bvh: self,
+                from,
+                d: to - from,
+                visit,
+            })
+    }
+}
+
+struct NearestObject<'a, V> {
+    bvh: &'a ObjectBvh,
+    ray: &'a Ray,
+    visit: V,
+}
+
+impl<V: FnMut(usize, f32) -> f32> Kernel for NearestObject<'_, V> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(mut self, s: S) {
+        let ray = self.ray;
+        traverse::nearest(s, &self.bvh.tree.nodes, ray, &mut self);
+    }
+}
+
+impl<V: FnMut(usize, f32) -> f32, S: Simd> NearestLeaves<S> for NearestObject<'_, V> {
+    #[inline(always)]
+    fn visit(&mut self, _s: S, leaf: usize, t_max: f32) -> f32 {
+        (self.visit)(self.bvh.tree.items[leaf] as usize, t_max)
+    }
+}
+
+struct AnyObject<'a, V> {
+    bvh: &'a ObjectBvh,
+    from: Vec3,
+    d: Vec3,
+    visit: V,
+}
+
+impl<V: Fn(usize) -> bool> Kernel for AnyObject<'_, V> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) -> bool {
+        traverse::any(s, &self.bvh.tree.nodes, 0, self.from, self.d, &self)
+    }
+}
+
+impl<V: Fn(usize) -> bool, S: Simd> AnyLeaves<S> for AnyObject<'_, V> {
+    #[inline(always)]
+    fn visit(&self, _s: S, leaf: usize) -> bool {
+        (self.visit)(self.bvh.tree.items[leaf] as usize)
+    }
+}

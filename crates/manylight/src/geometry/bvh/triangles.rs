@@ -1,0 +1,258 @@
+//! Blocks of eight triangles and the two tests for them.
+//!
+//! Nearest hits use the watertight test of Woop, Benthin and Wald ("Watertight Ray/Triangle Intersection", JCGT 2(1), 2013):
+//! without contraction, the sign of an edge function is never wrong, and both neighbors accept zero.
+//! Visibility uses edge volumes seen from the common origin, whose setup serves all rays of a packet. An edge enters as
+//! (a - b) x (a + b), which loses less of far edges than a x b. The value is rounded where the ray passes a corner, so what
+//! rounding can hide counts as inside: no ray slips through between neighbors.
+
+use super::simd::{LANES, Simd};
+use super::traverse::{AnyLeaves, NearestLeaves};
+use crate::geometry::Ray;
+use crate::math::{Vec2, Vec3};
+
+/// Up to eight triangles. Unused lanes are degenerate, which no ray hits.
+#[derive(Clone, Debug)]
+#[repr(C, align(64))]
+pub(super) struct Block {
+    /// Corner, axis, lane.
+    pub(super) corners: [[[f32; LANES]; 3]; 3],
+    /// Index of the triangle in the list that the structure was built over.
+    pub(super) ids: [u32; LANES],
+}
+
+impl Block {
+    pub(super) fn new(ids: &[u32], triangles: &[[Vec3; 3]]) -> Self {
+        let mut block = Block {
+            corners: [[[0.0; LANES]; 3]; 3],
+            ids: [0; LANES],
+        };
+        for (lane, &id) in ids.iter().enumerate() {
+            block.ids[lane] = id;
+            for (corner, p) in triangles[id as usize].iter().enumerate() {
+                for axis in 0..3 {
+                    block.corners[corner][axis][lane] = p[axis];
+                }
+            }
+        }
+        block
+    }
+}
+
+/// A hit on a triangle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TriangleHit {
+    /// In units of the ray's direction.
+    pub(crate) t: f32,
+    /// Index of the triangle.
+    pub(crate) id: u32,
+    /// Barycentric coordinates of the second and third corner.
+    pub(crate) coordinates: Vec2,
+}
+
+/// The nearest-hit test for one ray.
+pub(super) struct NearestTriangle<'a, S: Simd> {
+    blocks: &'a [Block],
+    /// Axes, the last of them the largest of the direction.
+    axes: [usize; 3],
+    o: [S::F; 3],
+    shear: [S::F; 2],
+    scale: S::F,
+    pub(super) best: Option<TriangleHit>,
+}
+
+impl<'a, S: Simd> NearestTriangle<'a, S> {
+    #[inline(always)]
+    pub(super) fn new(s: S, blocks: &'a [Block], ray: &Ray) -> Self {
+        let d = ray.d.abs();
+        let z = if d.x >= d.y && d.x >= d.z {
+            0
+        } else if d.y >= d.z {
+            1
+        } else {
+            2
+        };
+        let axes = [(z + 1) % 3, (z + 2) % 3, z];
+        let scale = 1.0 / ray.d[z];
+        NearestTriangle {
+            blocks,
+            axes,
+            o: axes.map(|a| s.splat(ray.o[a])),
+            shear: [
+                s.splat(-ray.d[axes[0]] * scale),
+                s.splat(-ray.d[axes[1]] * scale),
+            ],
+            scale: s.splat(scale),
+            best: None,
+        }
+    }
+
+    /// A corner relative to the ray, which runs along z.
+    #[inline(always)]
+    fn sheared(&self, s: S, corner: &[[f32; LANES]; 3]) -> [S::F; 3] {
+        let relative = |i: usize| s.sub(s.load(&corner[self.axes[i]]), self.o[i]);
+        let z = relative(2);
+        [
+            s.mul_add(self.shear[0], z, relative(0)),
+            s.mul_add(self.shear[1], z, relative(1)),
+            z,
+        ]
+    }
+}
+
+impl<S: Simd> NearestLeaves<S> for NearestTriangle<'_, S> {
+    #[inline(always)]
+    fn visit(&mut self, s: S, leaf: usize, t_max: f32) -> f32 {
+        let block = &self.blocks[leaf];
+        let a = self.sheared(s, &block.corners[0]);
+        let b = self.sheared(s, &block.corners[1]);
+        let c = self.sheared(s, &block.corners[2]);
+        // Two rounded products each: their difference has the right sign or is zero.
+        let edge = |p: [S::F; 3], q: [S::F; 3]| s.sub(s.mul(p[0], q[1]), s.mul(p[1], q[0]));
+        let (u, v, w) = (edge(c, b), edge(a, c), edge(b, a));
+        let det = s.add(s.add(u, v), w);
+        let zero = s.splat(0.0);
+        let inside = s.or(
+            s.le(zero, s.min(s.min(u, v), w)),
+            s.le(s.max(s.max(u, v), w), zero),
+        );
+        let height = s.mul_add(u, a[2], s.mul_add(v, b[2], s.mul(w, c[2])));
+        // 0 / 0 where the triangle is degenerate or seen from its edge: no comparison holds.
+        let t = s.div(s.mul(height, self.scale), det);
+        let hit = s.and(inside, s.and(s.lt(zero, t), s.lt(t, s.splat(t_max))));
+        let mut bits = s.bits(hit);
+        if bits == 0 {
+            return t_max;
+        }
+        let t = s.store(t);
+        let mut lane = bits.trailing_zeros() as usize % LANES;
+        bits &= bits - 1;
+        while bits != 0 {
+            let other = bits.trailing_zeros() as usize % LANES;
+            lane = if t[other] < t[lane] { other } else { lane };
+            bits &= bits - 1;
+        }
+        let (v, w, det) = (s.store(v)[lane], s.store(w)[lane], s.store(det)[lane]);
+        self.best = Some(TriangleHit {
+            t: t[lane],
+            id: block.ids[lane],
+            coordinates: Vec2::new(v / det, w / det),
+        });
+        t[lane]
+    }
+}
+
+/// The volumes between an origin and the edges of eight triangles, and the triangles' planes.
+pub(super) struct EdgeVolumes<V> {
+    /// Normals of the planes through the origin and each edge.
+    pub(super) edges: [[V; 3]; 3],
+    /// For each edge what rounding may make of zero, for a direction whose largest component is 1.
+    pub(super) tolerances: [V; 3],
+    /// Normal of the triangle.
+    pub(super) normal: [V; 3],
+    /// Normal times the distance vector to the triangle.
+    pub(super) height: V,
+}
+
+/// Directions of eight segments from one origin, or one for all lanes.
+pub(super) struct Directions<V> {
+    pub(super) d: [V; 3],
+    /// The largest component.
+    pub(super) size: V,
+}
+
+impl<V: Copy> EdgeVolumes<V> {
+    #[inline(always)]
+    pub(super) fn new<S: Simd<F = V>>(s: S, block: &Block, o: [V; 3]) -> Self {
+        let [a, b, c] = [load3(s, &block.corners[0]), load3(s, &block.corners[1]), load3(s, &block.corners[2])];
+        // Edges come from the corners themselves, not from the rounded differences to the origin.
+        let [ab, bc, ca] = [sub3(s, a, b), sub3(s, b, c), sub3(s, c, a)];
+        let [a, b, c] = [sub3(s, a, o), sub3(s, b, o), sub3(s, c, o)];
+        let edges = [cross(s, ab, add3(s, a, b)), cross(s, bc, add3(s, b, c)), cross(s, ca, add3(s, c, a))];
+        let normal = cross(s, ca, ab);
+        let tolerances = [tolerance(s, edges[0]), tolerance(s, edges[1]), tolerance(s, edges[2])];
+        EdgeVolumes { edges, tolerances, normal, height: dot(s, normal, a) }
+    }
+
+    /// Whether the segments hit the triangles, lane by lane.
+    ///
+    /// With edge values of one sign the line passes through; it meets the plane at `height / (normal · d)`, in (0, 1).
+    #[inline(always)]
+    pub(super) fn hit_by<S: Simd<F = V>>(&self, s: S, segments: &Directions<V>) -> S::M {
+        let facing = dot(s, self.normal, segments.d);
+        let [u, v, w] = [self.edge(s, 0, segments, facing), self.edge(s, 1, segments, facing), self.edge(s, 2, segments, facing)];
+        let zero = s.splat(0.0);
+        let inside = s.le(zero, s.min(s.min(u, v), w));
+        let height = s.mul_sign(self.height, facing);
+        s.and(inside, s.and(s.lt(zero, height), s.lt(height, s.mul_sign(facing, facing))))
+    }
+
+    #[inline(always)]
+    fn edge<S: Simd<F = V>>(&self, s: S, edge: usize, segments: &Directions<V>, facing: V) -> V {
+        let value = s.mul_sign(dot(s, self.edges[edge], segments.d), facing);
+        s.mul_add(self.tolerances[edge], segments.size, value)
+    }
+}
+
+#[inline(always)]
+fn tolerance<S: Simd>(s: S, n: [S::F; 3]) -> S::F {
+    let sum = s.add(s.add(s.mul_sign(n[0], n[0]), s.mul_sign(n[1], n[1])), s.mul_sign(n[2], n[2]));
+    s.mul(sum, s.splat(2.0 * f32::EPSILON))
+}
+
+#[inline(always)]
+pub(super) fn splat3<S: Simd>(s: S, v: Vec3) -> [S::F; 3] {
+    [s.splat(v.x), s.splat(v.y), s.splat(v.z)]
+}
+
+#[inline(always)]
+pub(super) fn load3<S: Simd>(s: S, v: &[[f32; LANES]; 3]) -> [S::F; 3] {
+    [s.load(&v[0]), s.load(&v[1]), s.load(&v[2])]
+}
+
+#[inline(always)]
+fn add3<S: Simd>(s: S, a: [S::F; 3], b: [S::F; 3]) -> [S::F; 3] {
+    [s.add(a[0], b[0]), s.add(a[1], b[1]), s.add(a[2], b[2])]
+}
+
+#[inline(always)]
+fn sub3<S: Simd>(s: S, a: [S::F; 3], b: [S::F; 3]) -> [S::F; 3] {
+    [s.sub(a[0], b[0]), s.sub(a[1], b[1]), s.sub(a[2], b[2])]
+}
+
+#[inline(always)]
+fn cross<S: Simd>(s: S, a: [S::F; 3], b: [S::F; 3]) -> [S::F; 3] {
+    [
+        s.mul_sub(a[1], b[2], s.mul(a[2], b[1])),
+        s.mul_sub(a[2], b[0], s.mul(a[0], b[2])),
+        s.mul_sub(a[0], b[1], s.mul(a[1], b[0])),
+    ]
+}
+
+#[inline(always)]
+fn dot<S: Simd>(s: S, a: [S::F; 3], b: [S::F; 3]) -> S::F {
+    s.mul_add(a[0], b[0], s.mul_add(a[1], b[1], s.mul(a[2], b[2])))
+}
+
+/// The any-hit test for one segment.
+pub(super) struct AnyTriangle<'a, S: Simd> {
+    blocks: &'a [Block],
+    o: [S::F; 3],
+    segment: Directions<S::F>,
+}
+
+impl<'a, S: Simd> AnyTriangle<'a, S> {
+    #[inline(always)]
+    pub(super) fn new(s: S, blocks: &'a [Block], o: Vec3, d: Vec3) -> Self {
+        let segment = Directions { d: splat3(s, d), size: s.splat(d.abs().max_element()) };
+        AnyTriangle { blocks, o: splat3(s, o), segment }
+    }
+}
+
+impl<S: Simd> AnyLeaves<S> for AnyTriangle<'_, S> {
+    #[inline(always)]
+    fn visit(&self, s: S, leaf: usize) -> bool {
+        let volumes = EdgeVolumes::new(s, &self.blocks[leaf], self.o);
+        s.bits(volumes.hit_by(s, &self.segment)) != 0
+    }
+}

@@ -1,0 +1,177 @@
+//! The surfaces of one space that are alike to visibility: a hierarchy over all baked triangles, and one over
+//! what is not triangles.
+
+use super::bvh::{ObjectBvh, TriangleBvh};
+use super::placement::Placement;
+use super::{Hit, Ray, Segment, Shape, SurfaceRef};
+use crate::ids::PrimitiveId;
+use crate::math::{Aabb, Vec3};
+
+/// What is not triangles.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Member {
+    /// A sphere, disk or cylinder.
+    Analytic(PrimitiveId),
+    /// A copy of a group; its index.
+    Instance(usize),
+}
+
+/// See the module.
+#[derive(Debug)]
+pub(super) struct Layer {
+    triangles: TriangleBvh,
+    numbering: Numbering,
+    objects: ObjectBvh,
+    members: Vec<Member>,
+}
+
+impl Layer {
+    pub(super) fn is_empty(&self) -> bool {
+        self.triangles.is_empty() && self.objects.is_empty()
+    }
+
+    pub(super) fn has_objects(&self) -> bool {
+        !self.objects.is_empty()
+    }
+
+    pub(super) fn bounds(&self) -> Aabb {
+        self.triangles.bounds().union(self.objects.bounds())
+    }
+
+    pub(super) fn triangle_count(&self) -> usize {
+        self.numbering.count as usize
+    }
+
+    pub(super) fn bytes(&self) -> usize {
+        self.triangles.bytes()
+    }
+
+    #[inline]
+    pub(super) fn nearest_triangle(&self, ray: &Ray) -> Option<Hit> {
+        let hit = self.triangles.nearest(ray)?;
+        let (primitive, element) = self.numbering.locate(hit.id);
+        let at = SurfaceRef {
+            primitive,
+            element,
+            instance: SurfaceRef::NO_INSTANCE,
+            coordinates: hit.coordinates,
+        };
+        Some(Hit { t: hit.t, at })
+    }
+
+    #[inline]
+    pub(super) fn any_triangle(&self, segment: &Segment) -> bool {
+        self.triangles.any(segment.from, segment.to)
+    }
+
+    #[inline]
+    pub(super) fn any_triangle_packet(&self, from: Vec3, to: &[Vec3]) -> u64 {
+        self.triangles.any_packet(from, to)
+    }
+
+    /// See [`ObjectBvh::nearest`].
+    pub(super) fn visit_objects(
+        &self,
+        ray: &Ray,
+        t_max: f32,
+        mut visit: impl FnMut(Member, f32) -> f32,
+    ) {
+        let ray = Ray { t_max, ..*ray };
+        self.objects
+            .nearest(&ray, |object, t_max| visit(self.members[object], t_max));
+    }
+
+    /// See [`ObjectBvh::any`].
+    pub(super) fn any_object(&self, segment: &Segment, visit: impl Fn(Member) -> bool) -> bool {
+        self.objects.any(segment.from, segment.to, |object| {
+            visit(self.members[object])
+        })
+    }
+}
+
+/// Collects what a layer holds.
+#[derive(Default)]
+pub(super) struct LayerBuilder {
+    triangles: Vec<[Vec3; 3]>,
+    runs: Vec<(u32, PrimitiveId)>,
+    boxes: Vec<Aabb>,
+    members: Vec<Member>,
+}
+
+impl LayerBuilder {
+    pub(super) fn add_primitive(
+        &mut self,
+        primitive: PrimitiveId,
+        shape: &Shape,
+        placement: &Placement,
+    ) {
+        match placement.analytic_bounds() {
+            Some(bounds) => self.add_member(Member::Analytic(primitive), bounds),
+            None => {
+                self.runs.push((self.triangles.len() as u32, primitive));
+                placement.bake(shape, &mut self.triangles);
+            }
+        }
+    }
+
+    pub(super) fn add_instance(&mut self, index: usize, bounds: Aabb) {
+        self.add_member(Member::Instance(index), bounds);
+    }
+
+    fn add_member(&mut self, member: Member, bounds: Aabb) {
+        if bounds.min.is_finite() && bounds.max.is_finite() && !bounds.is_empty() {
+            self.boxes.push(bounds);
+            self.members.push(member);
+        }
+    }
+
+    pub(super) fn build(self) -> Layer {
+        Layer {
+            numbering: Numbering::new(self.runs, self.triangles.len() as u32),
+            triangles: TriangleBvh::new(&self.triangles),
+            objects: ObjectBvh::new(&self.boxes),
+            members: self.members,
+        }
+    }
+}
+
+/// Which triangle of which primitive a number stands for. Every primitive has a run of numbers.
+#[derive(Debug)]
+struct Numbering {
+    runs: Vec<(u32, PrimitiveId)>,
+    /// For each multiple of [`Numbering::BUCKET`] the run that holds it: lookups search among a few runs only.
+    buckets: Vec<u32>,
+    count: u32,
+}
+
+impl Numbering {
+    const BUCKET: u32 = 64;
+
+    fn new(runs: Vec<(u32, PrimitiveId)>, count: u32) -> Self {
+        let mut buckets = Vec::with_capacity((count / Self::BUCKET + 2) as usize);
+        let mut run = 0;
+        for first in (0..count).step_by(Self::BUCKET as usize) {
+            while runs.get(run + 1).is_some_and(|next| next.0 <= first) {
+                run += 1;
+            }
+            buckets.push(run as u32);
+        }
+        buckets.push(runs.len().saturating_sub(1) as u32);
+        Numbering {
+            runs,
+            buckets,
+            count,
+        }
+    }
+
+    fn locate(&self, id: u32) -> (PrimitiveId, u32) {
+        let bucket = (id / Self::BUCKET) as usize;
+        let (low, high) = (
+            self.buckets[bucket] as usize,
+            self.buckets[bucket + 1] as usize,
+        );
+        let run = low + self.runs[low + 1..=high].partition_point(|run| run.0 <= id);
+        let (first, primitive) = self.runs[run];
+        (primitive, id - first)
+    }
+}

@@ -1,0 +1,405 @@
+//! Shapes under their transforms: baking, points on surfaces, areas.
+
+use super::analytic::{Analytic, affine_f64};
+use super::{Hit, Mesh, Ray, Segment, Shape, SurfaceRef};
+use crate::ids::PrimitiveId;
+use crate::math::{Aabb, Affine3A, Frame, Mat3, Vec2, Vec3};
+use crate::sampling::warp;
+use glam::DAffine3;
+use rayon::prelude::*;
+use std::sync::OnceLock;
+
+/// How far rays start off a surface, in roundings of the coordinates that are involved.
+///
+/// A point is off its surface by about two roundings (a sum of three products), the start of the ray by one more (the
+/// sum of point and offset), and the distance to the plane is computed with about three. Twice the sum leaves room for
+/// angles between the direction of the offset and that of the exact normal.
+const OFFSET_ROUNDINGS: f32 = 12.0;
+
+/// Slivers longer than this times their height are treated as if they were not: no offset would be safe for them that
+/// is still small against the scene.
+const MAX_SLENDERNESS: f32 = 1000.0;
+
+/// A shape under its transform.
+#[derive(Debug)]
+pub(super) enum Placement {
+    /// Triangles, baked into the world by this transform.
+    Mesh {
+        /// To the world, or to the group.
+        world_from_object: Affine3A,
+        /// Takes normals there, up to their length.
+        normal_from_object: Mat3,
+        /// In the world.
+        area: f32,
+        /// Running sums of the triangles' areas (times two); made when first asked for.
+        cumulative: OnceLock<Vec<f64>>,
+    },
+    /// Anything else.
+    Analytic {
+        /// The placed shape.
+        shape: Analytic,
+        /// In the world.
+        area: f32,
+    },
+}
+
+/// A point on a surface, its normals outwards.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Surface {
+    pub(super) p: Vec3,
+    pub(super) ng: Vec3,
+    pub(super) ns: Vec3,
+    pub(super) uv: Vec2,
+    pub(super) dp_du: Vec3,
+    pub(super) dp_dv: Vec3,
+    pub(super) offset: f32,
+}
+
+impl Placement {
+    pub(super) fn new(shape: &Shape, world_from_object: &Affine3A) -> Self {
+        if let Some(shape) = Analytic::new(shape, world_from_object) {
+            return Placement::Analytic {
+                shape,
+                area: shape.area(),
+            };
+        }
+        let mesh = mesh_of(shape);
+        let area: f64 = (0..mesh.triangles.len())
+            .map(|i| twice_area(&corners(mesh, world_from_object, i)))
+            .sum();
+        Placement::Mesh {
+            world_from_object: *world_from_object,
+            normal_from_object: Mat3::from(world_from_object.matrix3).inverse().transpose(),
+            area: (0.5 * area) as f32,
+            cumulative: OnceLock::new(),
+        }
+    }
+
+    /// The box of an analytic shape; `None` for meshes.
+    pub(super) fn analytic_bounds(&self) -> Option<Aabb> {
+        match self {
+            Placement::Mesh { .. } => None,
+            Placement::Analytic { shape, .. } => Some(shape.bounds()),
+        }
+    }
+
+    /// Appends the triangles of a mesh in the space that the transform leads to.
+    pub(super) fn bake(&self, shape: &Shape, triangles: &mut Vec<[Vec3; 3]>) {
+        if let Placement::Mesh {
+            world_from_object, ..
+        } = self
+        {
+            let mesh = mesh_of(shape);
+            triangles.par_extend(
+                (0..mesh.triangles.len())
+                    .into_par_iter()
+                    .map(|i| corners(mesh, world_from_object, i)),
+            );
+        }
+    }
+
+    /// The nearest hit on an analytic shape.
+    pub(super) fn intersect_analytic(&self, primitive: PrimitiveId, ray: &Ray) -> Option<Hit> {
+        let Placement::Analytic { shape, .. } = self else {
+            return None;
+        };
+        let (t, coordinates) = shape.intersect(ray.o, ray.d, ray.t_max)?;
+        let at = SurfaceRef {
+            primitive,
+            element: 0,
+            instance: SurfaceRef::NO_INSTANCE,
+            coordinates,
+        };
+        Some(Hit { t, at })
+    }
+
+    /// Whether an analytic shape cuts the segment.
+    pub(super) fn blocks(&self, segment: &Segment) -> bool {
+        let Placement::Analytic { shape, .. } = self else {
+            return false;
+        };
+        shape
+            .intersect(segment.from, segment.to - segment.from, 1.0)
+            .is_some()
+    }
+
+    /// The point that a reference names.
+    pub(super) fn surface(&self, shape: &Shape, element: u32, coordinates: Vec2) -> Surface {
+        match self {
+            Placement::Analytic { shape, .. } => analytic_surface(shape, coordinates),
+            Placement::Mesh {
+                world_from_object,
+                normal_from_object,
+                ..
+            } => mesh_surface(
+                mesh_of(shape),
+                world_from_object,
+                normal_from_object,
+                element as usize,
+                coordinates,
+            ),
+        }
+    }
+
+    /// Area where the transform leads to.
+    pub(super) fn area(&self) -> f32 {
+        match self {
+            Placement::Mesh { area, .. } | Placement::Analytic { area, .. } => *area,
+        }
+    }
+
+    /// Element, coordinates and density of a point drawn by area; `None` without area.
+    pub(super) fn sample(&self, shape: &Shape, u: Vec2) -> Option<(u32, Vec2, f32)> {
+        match self {
+            Placement::Analytic { area, .. } if *area <= 0.0 => None,
+            Placement::Analytic { shape, .. } => {
+                let (coordinates, pdf_area) = shape.sample(u);
+                Some((0, coordinates, pdf_area))
+            }
+            Placement::Mesh {
+                world_from_object,
+                area,
+                cumulative,
+                ..
+            } => {
+                let areas =
+                    cumulative.get_or_init(|| cumulative_areas(mesh_of(shape), world_from_object));
+                let total = areas.last().copied().filter(|&total| total > 0.0)?;
+                let target = f64::from(u.x) * total;
+                let element = areas
+                    .partition_point(|&sum| sum <= target)
+                    .min(areas.len() - 1);
+                // The choice of the triangle leaves a uniform number over.
+                let below = if element == 0 {
+                    0.0
+                } else {
+                    areas[element - 1]
+                };
+                let rest = ((target - below) / (areas[element] - below)) as f32;
+                Some((
+                    element as u32,
+                    warp::triangle(Vec2::new(rest.min(1.0), u.y)),
+                    1.0 / area,
+                ))
+            }
+        }
+    }
+}
+
+/// Twice the area of all triangles up to and including each.
+fn cumulative_areas(mesh: &Mesh, world_from_object: &Affine3A) -> Vec<f64> {
+    let areas = (0..mesh.triangles.len()).map(|i| twice_area(&corners(mesh, world_from_object, i)));
+    areas
+        .scan(0.0, |sum, area| {
+            *sum += area;
+            Some(*sum)
+        })
+        .collect()
+}
+
+fn mesh_of(shape: &Shape) -> &Mesh {
+    match shape {
+        Shape::Mesh(mesh) => mesh,
+        Shape::Sphere { .. } | Shape::Disk | Shape::Cylinder { .. } => {
+            unreachable!("invariant: a shape that is not analytic is a mesh")
+        }
+    }
+}
+
+/// Corners of a triangle after the transform: the same bits wherever they are computed.
+fn corners(mesh: &Mesh, transform: &Affine3A, triangle: usize) -> [Vec3; 3] {
+    mesh.triangles[triangle].map(|i| transform.transform_point3(mesh.positions[i as usize]))
+}
+
+fn twice_area([a, b, c]: &[Vec3; 3]) -> f64 {
+    (b.as_dvec3() - a.as_dvec3())
+        .cross(c.as_dvec3() - a.as_dvec3())
+        .length()
+}
+
+fn mesh_surface(
+    mesh: &Mesh,
+    transform: &Affine3A,
+    normals: &Mat3,
+    triangle: usize,
+    at: Vec2,
+) -> Surface {
+    let [a, b, c] = corners(mesh, transform, triangle);
+    let weights = Vec3::new(1.0 - at.x - at.y, at.x, at.y);
+    let (ab, ac) = (b - a, c - a);
+    // In f64, because the normal of a sliver is a small difference of large products.
+    let normal = ab.as_dvec3().cross(ac.as_dvec3());
+    let ng = normal.normalize_or(glam::DVec3::Z).as_vec3();
+    let ns = match mesh.normals.is_empty() {
+        true => ng,
+        false => {
+            let [na, nb, nc] = mesh.triangles[triangle]
+                .map(|i| (*normals * mesh.normals[i as usize]).normalize_or_zero());
+            (na * weights.x + nb * weights.y + nc * weights.z).normalize_or(ng)
+        }
+    };
+    let (uv, dp_du, dp_dv) = mesh_parametrization(mesh, triangle, weights, ng, ab, ac);
+    let magnitude = a.abs().max(b.abs()).max(c.abs()).max_element();
+    let longest = ab
+        .length_squared()
+        .max(ac.length_squared())
+        .max((c - b).length_squared());
+    let slenderness = (longest / normal.length() as f32).min(MAX_SLENDERNESS);
+    let extent = longest.sqrt() * slenderness;
+    Surface {
+        p: a * weights.x + b * weights.y + c * weights.z,
+        ng,
+        ns,
+        uv,
+        dp_du,
+        dp_dv,
+        offset: OFFSET_ROUNDINGS * 0.5 * f32::EPSILON * (magnitude + 0.25 * extent),
+    }
+}
+
+fn mesh_parametrization(
+    mesh: &Mesh,
+    triangle: usize,
+    weights: Vec3,
+    ng: Vec3,
+    ab: Vec3,
+    ac: Vec3,
+) -> (Vec2, Vec3, Vec3) {
+    if mesh.uvs.is_empty() {
+        return (Vec2::new(weights.y, weights.z), ab, ac);
+    }
+    let [a, b, c] = mesh.triangles[triangle].map(|i| mesh.uvs[i as usize]);
+    let uv = a * weights.x + b * weights.y + c * weights.z;
+    let (b, c) = (b - a, c - a);
+    let determinant = b.perp_dot(c);
+    if determinant == 0.0 {
+        let frame = Frame::from_normal(ng);
+        return (uv, frame.s, frame.t);
+    }
+    (
+        uv,
+        (ab * c.y - ac * b.y) / determinant,
+        (ac * b.x - ab * c.x) / determinant,
+    )
+}
+
+fn analytic_surface(shape: &Analytic, coordinates: Vec2) -> Surface {
+    /// The points are exact in `f64`, so that their own magnitude counts; this share of the shape's size keeps the
+    /// offset above zero where the surface passes the origin.
+    const SHARE_OF_SIZE: f32 = 1e-3;
+    let point = shape.point(coordinates);
+    let magnitude = point.p.abs().max_element() + SHARE_OF_SIZE * shape.scale();
+    Surface {
+        p: point.p,
+        ng: point.ng,
+        ns: point.ng,
+        uv: point.uv,
+        dp_du: point.dp_du,
+        dp_dv: point.dp_dv,
+        offset: OFFSET_ROUNDINGS * 0.5 * f32::EPSILON * magnitude,
+    }
+}
+
+/// A group under its transform.
+#[derive(Debug)]
+pub(super) struct PlacedInstance {
+    group: usize,
+    world_from_group: DAffine3,
+    group_from_world: DAffine3,
+}
+
+impl PlacedInstance {
+    pub(super) fn new(group: u32, world_from_group: &Affine3A) -> Self {
+        let world_from_group = affine_f64(world_from_group);
+        PlacedInstance {
+            group: group as usize,
+            world_from_group,
+            group_from_world: world_from_group.inverse(),
+        }
+    }
+
+    pub(super) fn group(&self) -> usize {
+        self.group
+    }
+
+    /// The box in the world around a box in the group.
+    pub(super) fn bounds(&self, group: Aabb) -> Aabb {
+        if group.is_empty() {
+            return group;
+        }
+        let b = Aabb::from_points(group.corners().map(|c| {
+            self.world_from_group
+                .transform_point3(c.as_dvec3())
+                .as_vec3()
+        }));
+        // Rays are rounded when they enter the group, so what they hit there may seem to lie a little outside.
+        let margin = 4.0 * f32::EPSILON * self.magnitude(group.min.abs().max(group.max.abs()));
+        Aabb {
+            min: b.min - margin,
+            max: b.max + margin,
+        }
+    }
+
+    /// The same ray in the group; distances along it keep their values.
+    pub(super) fn ray_in_group(&self, ray: &Ray) -> Ray {
+        Ray {
+            o: self.point_in_group(ray.o),
+            d: self
+                .group_from_world
+                .transform_vector3(ray.d.as_dvec3())
+                .as_vec3(),
+            t_max: ray.t_max,
+        }
+    }
+
+    pub(super) fn segment_in_group(&self, segment: &Segment) -> Segment {
+        Segment {
+            from: self.point_in_group(segment.from),
+            to: self.point_in_group(segment.to),
+        }
+    }
+
+    pub(super) fn point_in_group(&self, p: Vec3) -> Vec3 {
+        self.group_from_world
+            .transform_point3(p.as_dvec3())
+            .as_vec3()
+    }
+
+    pub(super) fn surface_in_world(&self, surface: &Surface) -> Surface {
+        let vector = |v: Vec3| {
+            self.world_from_group
+                .transform_vector3(v.as_dvec3())
+                .as_vec3()
+        };
+        let normals = self.group_from_world.matrix3.transpose();
+        let normal = |n: Vec3| (normals * n.as_dvec3()).normalize_or_zero().as_vec3();
+        let ng = normal(surface.ng);
+        Surface {
+            p: self
+                .world_from_group
+                .transform_point3(surface.p.as_dvec3())
+                .as_vec3(),
+            ng,
+            ns: normal(surface.ns),
+            uv: surface.uv,
+            dp_du: vector(surface.dp_du),
+            dp_dv: vector(surface.dp_dv),
+            // On the way back into the group the start of a ray is rounded once more, there and here.
+            offset: self.stretch() * surface.offset
+                + OFFSET_ROUNDINGS * 0.5 * f32::EPSILON * self.magnitude(surface.p.abs()),
+        }
+    }
+
+    /// No vector becomes longer than this times its length.
+    fn stretch(&self) -> f32 {
+        let m = &self.world_from_group.matrix3;
+        (m.x_axis.length_squared() + m.y_axis.length_squared() + m.z_axis.length_squared()).sqrt()
+            as f32
+    }
+
+    /// Largest term in the sums that take a point with these absolute coordinates to the world.
+    fn magnitude(&self, p: Vec3) -> f32 {
+        self.stretch() * p.max_element()
+            + self.world_from_group.translation.abs().max_element() as f32
+    }
+}

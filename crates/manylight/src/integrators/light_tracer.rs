@@ -1,0 +1,123 @@
+//! Photons splatted on the film: the adjoint of the path tracer, kept as a check of all that differs between the two
+//! directions (shading normals, η², emission and sensor importance).
+//!
+//! Finds what the camera sees by a smooth or near-delta event or directly; not what it sees in mirrors and through glass.
+
+use super::PassContext;
+use crate::bsdf::Lobes;
+use crate::color::Rgb;
+use crate::film::Film;
+use crate::geometry::{Segment, SurfacePoint};
+use crate::math::Vec3;
+use crate::render::Stats;
+use crate::sampling::{Sampler, Stream};
+use crate::scene::{PathLimits, Scene};
+use crate::transport::{Step, Walk, roulette};
+use rayon::prelude::*;
+use std::f32::consts::FRAC_1_PI;
+
+/// Paths traced by one task: large enough to amortise, small enough to balance.
+const PATHS_PER_TASK: u64 = 4096;
+
+/// A contribution to one pixel.
+struct Splat {
+    pixel: u32,
+    value: Rgb,
+}
+
+/// One photon path per pixel. `false` if cancelled.
+pub(super) fn render_pass(scene: &Scene, limits: PathLimits, run: &PassContext, film: &mut Film) -> bool {
+    let size = film.size();
+    let path_count = u64::from(size.x) * u64::from(size.y);
+    let mut frame = vec![Rgb::BLACK; path_count as usize];
+    run.stats.time("shade", || {
+        // Tasks splat in parallel into lists of their own, which are added in order: any thread count gives the same sums.
+        let lists: Vec<Vec<Splat>> = (0..path_count.div_ceil(PATHS_PER_TASK))
+            .into_par_iter()
+            .map(|task| {
+                let mut tracer = LightTracer { scene, limits, width: size.x, height: size.y, splats: Vec::new() };
+                if !run.cancelled() {
+                    for index in task * PATHS_PER_TASK..((task + 1) * PATHS_PER_TASK).min(path_count) {
+                        tracer.trace(&mut run.pass.sampler(Stream::Photon, index));
+                    }
+                }
+                tracer.splats
+            })
+            .collect();
+        for splat in lists.iter().flatten() {
+            frame[splat.pixel as usize] += splat.value / path_count as f32;
+        }
+    });
+    if run.cancelled() {
+        return false;
+    }
+    Stats::count(&run.stats.photon_paths, path_count);
+    film.add_frame(&frame, &run.stats.dropped_samples);
+    true
+}
+
+struct LightTracer<'s> {
+    scene: &'s Scene,
+    limits: PathLimits,
+    width: u32,
+    height: u32,
+    splats: Vec<Splat>,
+}
+
+impl LightTracer<'_> {
+    fn trace(&mut self, sampler: &mut Sampler) {
+        let scene = self.scene;
+        let Some(start) = scene.emitters.sample_emission(&scene.geometry, &scene.textures, sampler.next_emission())
+        else {
+            return;
+        };
+        if let Some(y) = start.surface.filter(|_| !self.limits.hide_emitters && self.limits.allow(1)) {
+            let shines = |w| !scene.emitters.radiance(&scene.geometry, &scene.textures, &y, w).is_black();
+            // Lambertian emission: flux of the path is π L / pdf_area, so this is L |cos| / pdf_area.
+            let seen = |w: Vec3| if shines(w) { start.flux * (FRAC_1_PI * y.ng.dot(w).abs()) } else { Rgb::BLACK };
+            self.splat(&y, 1, sampler, seen);
+        }
+        let mut walk = Walk::from_emitter(scene, start.ray, start.flux);
+        while let Step::Hit(v) = walk.advance() {
+            let flux = walk.throughput();
+            self.splat(&v.x, v.segments + 1, sampler, |w| flux * v.bsdf.f_cos_wo(v.w_prev, w, Lobes::FINITE));
+            if !self.limits.allow(v.segments + 2) {
+                return;
+            }
+            if walk.pass_through(&v, sampler.next_1d()) {
+                continue;
+            }
+            let before = walk.throughput();
+            if !walk.scatter(&v, sampler.next_bsdf(), Lobes::ALL) {
+                return;
+            }
+            let survival = roulette::photon_survival(before, walk.throughput());
+            if !walk.survive(survival, sampler.next_1d()) {
+                return;
+            }
+        }
+    }
+
+    /// Connects `x` to the sensor; `intensity(w)` is what leaves towards it, in W/sr.
+    fn splat(&mut self, x: &SurfacePoint, segments: u32, sampler: &mut Sampler, intensity: impl Fn(Vec3) -> Rgb) {
+        if !self.limits.allow(segments) {
+            return;
+        }
+        let Some(seen) = self.scene.sensor.connect(x.p, sampler.next_2d()) else {
+            return;
+        };
+        let value = intensity(seen.w) * seen.importance;
+        if value.is_black() {
+            return;
+        }
+        let at = seen.film_position.floor();
+        if at.x < 0.0 || at.y < 0.0 || at.x >= self.width as f32 || at.y >= self.height as f32 {
+            return;
+        }
+        let segment = Segment { from: x.offset_towards(seen.w), to: seen.target };
+        let value = value * self.scene.transmittance(&segment);
+        if !value.is_black() {
+            self.splats.push(Splat { pixel: at.y as u32 * self.width + at.x as u32, value });
+        }
+    }
+}

@@ -1,0 +1,8 @@
+//! The one random walk, and light from emitters at a point.
+
+pub mod direct;
+mod numbers;
+pub mod roulette;
+pub mod walk;
+
+pub use walk::{Step, Vertex, Walk};

@@ -1,0 +1,24 @@
+//! Draws the named bundles of random numbers, in one order everywhere.
+
+use crate::bsdf::BsdfNumbers;
+use crate::emitters::EmissionNumbers;
+use crate::sampling::Sampler;
+
+impl Sampler {
+    /// The numbers of one BSDF sample.
+    #[inline]
+    pub fn next_bsdf(&mut self) -> BsdfNumbers {
+        BsdfNumbers { lobe: self.next_1d(), direction: self.next_2d() }
+    }
+
+    /// The numbers of one photon's start.
+    #[inline]
+    pub fn next_emission(&mut self) -> EmissionNumbers {
+        EmissionNumbers {
+            emitter: self.next_1d(),
+            position: self.next_2d(),
+            direction: self.next_2d(),
+            part: self.next_1d(),
+        }
+    }
+}
