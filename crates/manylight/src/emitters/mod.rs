@@ -3,15 +3,31 @@
 //! An emitter answers three questions: a photon leaves ([`Emitters::sample_emission`]), it is seen from a point
 //! ([`Emitters::sample_direct`]), a ray hits it ([`Emitters::radiance`], [`Emitters::environment_radiance`]).
 
+mod distant;
 pub mod environment;
+mod guide;
+mod light_tree;
+mod parts;
+#[cfg(test)]
+mod tests;
+mod warp_within;
 
 pub use environment::Environment;
 
 use crate::color::Rgb;
-use crate::geometry::{Geometry, Ray, SurfacePoint};
-use crate::ids::EmitterId;
-use crate::math::{Aabb, Vec2, Vec3};
+use crate::geometry::{Geometry, Ray, SurfacePoint, SurfaceRef};
+use crate::ids::{EmitterId, PrimitiveId};
+use crate::math::{Aabb, Frame, Vec2, Vec3};
+use crate::sampling::alias::Alias;
+use crate::sampling::{Sampler, Stream, warp};
 use crate::texture::{ColorInput, Texture};
+use distant::{BoundingSphere, Distant, EmissionPoint};
+use guide::Lesson;
+use light_tree::LightTree;
+use parts::{Form, Part, PartBounds};
+use rayon::prelude::*;
+use std::f32::consts::PI;
+use warp_within::split;
 
 /// A source of light. All directions and positions in world space.
 #[derive(Clone, Debug)]
@@ -103,13 +119,112 @@ pub struct DirectSample {
 #[derive(Debug)]
 pub struct Emitters {
     emitters: Vec<Emitter>,
+    bounds: Aabb,
+    powers: Vec<Rgb>,
+    /// Chooses an emitter for a photon, by power.
+    emission: Option<Alias>,
+    parts: Vec<Part>,
+    /// Per emitter: its pieces.
+    parts_of: Vec<Pieces>,
+    /// Per primitive: where its elements' pieces are listed in `part_of_element`.
+    elements_of: Vec<Option<Elements>>,
+    part_of_element: Vec<u32>,
+    tree: LightTree,
+    distant: Distant,
+    /// Probability that direct light asks the distant emitters.
+    distant_share: f32,
+}
+
+/// The pieces of one emitter, for photons.
+#[derive(Clone, Debug, Default)]
+struct Pieces {
+    parts: Vec<u32>,
+    by_power: Option<Alias>,
+}
+
+/// The entries of one primitive: a single one if it is sampled as a whole.
+#[derive(Clone, Copy, Debug)]
+struct Elements {
+    start: u32,
+    count: u32,
+}
+
+/// No piece: a triangle without area.
+const NO_PART: u32 = u32::MAX;
+
+/// Where local and distant emitters compete for direct light, each gets at least this share.
+const LEAST_SHARE: f32 = 0.25;
+
+/// How much a color counts when emitters are chosen: positive for every color that is not black.
+trait Strength {
+    fn strength(self) -> f32;
+}
+
+impl Strength for Rgb {
+    fn strength(self) -> f32 {
+        // Luminance alone would make blue light rare and its samples bright.
+        0.5 * (self.luminance() + self.max_channel()).max(0.0)
+    }
 }
 
 impl Emitters {
     /// Prepares the choice. Area emitters are found through `geometry`'s primitives (one emitter may sit on several primitives;
     /// emitters inside instanced groups are refused by `Scene::build`).
-    pub fn new(_emitters: Vec<Emitter>, _geometry: &Geometry, _textures: &[Texture]) -> Self {
-        todo!()
+    pub fn new(emitters: Vec<Emitter>, geometry: &Geometry, textures: &[Texture]) -> Self {
+        let bounds = geometry.bounds();
+        let distant = Distant::new(&emitters, BoundingSphere::new(bounds));
+        let mut pieces = PieceList::new(geometry.primitives().len());
+        for (i, primitive) in geometry.primitives().iter().enumerate() {
+            let Some(id) = primitive.emitter else {
+                continue;
+            };
+            if let Some(Emitter::Area { radiance }) = emitters.get(id.index()) {
+                pieces.add_primitive(geometry, textures, PrimitiveId::from(i), id, *radiance);
+            }
+        }
+        for (i, emitter) in emitters.iter().enumerate() {
+            let part = parts::part_of_point(EmitterId::from(i), emitter, point_power(emitter));
+            pieces.add(part.into_iter());
+        }
+        let mut powers = vec![Rgb::BLACK; emitters.len()];
+        let mut parts_of = vec![Pieces::default(); emitters.len()];
+        for (i, (part, known)) in pieces.parts.iter().zip(&pieces.bounds).enumerate() {
+            powers[part.emitter.index()] += known.power;
+            parts_of[part.emitter.index()].parts.push(i as u32);
+        }
+        for of_emitter in &mut parts_of {
+            let weights: Vec<f32> = of_emitter
+                .parts
+                .iter()
+                .map(|&i| pieces.bounds[i as usize].power.strength())
+                .collect();
+            of_emitter.by_power = Alias::new(&weights);
+        }
+        let local: f32 = powers.iter().map(|p| p.strength()).sum();
+        for (id, power) in distant.powers() {
+            powers[id.index()] = power;
+        }
+        let strengths: Vec<f32> = powers.iter().map(|p| p.strength()).collect();
+        let far: f32 = strengths.iter().sum::<f32>() - local;
+        let tree = LightTree::new(&pieces.bounds);
+        let distant_share = match (tree.is_empty(), distant.is_empty()) {
+            (_, true) => 0.0,
+            (true, false) => 1.0,
+            (false, false) => (far / (far + local)).clamp(LEAST_SHARE, 1.0 - LEAST_SHARE),
+        };
+        Emitters {
+            emitters,
+            bounds,
+            powers,
+            emission: Alias::new(&strengths),
+            parts: pieces.parts,
+            parts_of,
+            elements_of: pieces.elements_of,
+            part_of_element: pieces.part_of_element,
+            tree,
+            distant,
+            distant_share,
+        }
     }
 
     /// The descriptions; index by [`EmitterId`].
@@ -118,57 +233,442 @@ impl Emitters {
     }
 
     /// Starts a photon: emitter by power, then position and direction. `None` if this sample carries nothing.
-    pub fn sample_emission(&self, _geometry: &Geometry, _textures: &[Texture], _u: EmissionNumbers) -> Option<EmissionSample> {
-        todo!()
+    pub fn sample_emission(
+        &self,
+        geometry: &Geometry,
+        textures: &[Texture],
+        u: EmissionNumbers,
+    ) -> Option<EmissionSample> {
+        let (index, pmf) = self.emission.as_ref()?.sample(u.emitter);
+        let emitter = EmitterId::from(index);
+        match &self.emitters[index] {
+            Emitter::Area { radiance } => {
+                let sample = self.emit_from_surface(geometry, textures, emitter, *radiance, u)?;
+                Some(EmissionSample {
+                    flux: sample.flux / pmf,
+                    ..sample
+                })
+            }
+            Emitter::Point {
+                position,
+                intensity,
+            } => {
+                let ray = Ray::new(*position, warp::sphere(u.direction));
+                let flux = *intensity / (warp::SPHERE_PDF * pmf);
+                Some(EmissionSample {
+                    ray,
+                    flux,
+                    emitter,
+                    surface: None,
+                })
+            }
+            Emitter::Spot {
+                position,
+                direction,
+                intensity,
+                cutoff,
+                beam_width,
+            } => {
+                let local = warp::cone(u.direction, cutoff.cos());
+                let ray = Ray::new(
+                    *position,
+                    Frame::from_normal(*direction).to_world(local).normalize(),
+                );
+                let falloff = spot_falloff(local.z, *cutoff, *beam_width);
+                let flux = *intensity * (falloff / (warp::cone_pdf(cutoff.cos()) * pmf));
+                (falloff > 0.0).then_some(EmissionSample {
+                    ray,
+                    flux,
+                    emitter,
+                    surface: None,
+                })
+            }
+            Emitter::Directional { .. } | Emitter::Constant { .. } | Emitter::Environment(_) => {
+                let point = EmissionPoint {
+                    position: u.position,
+                    direction: u.direction,
+                    guide: u.part,
+                };
+                let (ray, flux) = self.distant.emit(&self.emitters, emitter, point)?;
+                Some(EmissionSample {
+                    ray,
+                    flux: flux / pmf,
+                    emitter,
+                    surface: None,
+                })
+            }
+        }
+    }
+
+    /// Teaches the photons of distant emitters where they are useful: a pilot walks diffusely from `rays` (of the camera) and
+    /// asks at each of its points for light from afar. Without it an interior gets few photons through its windows.
+    /// `see_through` names surfaces that the pilot ignores: glass in windows.
+    ///
+    /// Changes only densities, never what is estimated; the same rays give the same guide. Without distant emitters, nothing happens.
+    pub fn guide_emission(
+        &mut self,
+        geometry: &Geometry,
+        rays: &[Ray],
+        see_through: impl Fn(PrimitiveId) -> bool + Sync,
+    ) {
+        if self.distant.is_empty() {
+            return;
+        }
+        let pilot = Pilot {
+            geometry,
+            emitters: &self.emitters,
+            distant: &self.distant,
+            see_through: &see_through,
+        };
+        let walks = rays
+            .par_iter()
+            .enumerate()
+            .map(|(i, ray)| pilot.walk(*ray, i as u64));
+        let lessons: Vec<_> = walks.collect::<Vec<_>>().into_iter().flatten().collect();
+        self.distant.set_guides(&lessons);
+        // A photon of a guided emitter carries less flux, so that fewer of them are as good.
+        let mut strengths: Vec<f32> = self.powers.iter().map(|p| p.strength()).collect();
+        for (emitter, gain) in self.distant.gains() {
+            strengths[emitter.index()] /= gain;
+        }
+        self.emission = Alias::new(&strengths);
+    }
+
+    /// A photon from an area emitter, before the choice of the emitter is divided out.
+    fn emit_from_surface(
+        &self,
+        geometry: &Geometry,
+        textures: &[Texture],
+        emitter: EmitterId,
+        radiance: ColorInput,
+        u: EmissionNumbers,
+    ) -> Option<EmissionSample> {
+        let pieces = &self.parts_of[emitter.index()];
+        let (k, pmf) = pieces.by_power.as_ref()?.sample(u.part);
+        let part = &self.parts[pieces.parts[k] as usize];
+        let y = part.sample_area(geometry, u.position)?;
+        let radiance = radiance.eval(y.uv, textures);
+        if radiance.is_black() {
+            return None;
+        }
+        // Light leaves on the side of the shading normal in proportion to the geometric cosine. Of each line through the
+        // point just one direction is on that side, so turning a cosine-distributed one round samples this exactly.
+        let w = Frame::from_normal(y.ng)
+            .to_world(warp::cosine_hemisphere(u.direction))
+            .normalize();
+        let w = if y.frame.n.dot(w) >= 0.0 { w } else { -w };
+        let flux = radiance * (PI * part.area / pmf);
+        Some(EmissionSample {
+            ray: y.spawn(w),
+            flux,
+            emitter,
+            surface: Some(y),
+        })
     }
 
     /// Chooses an emitter for the receiving point `p` with geometric normal `n` (`None`: all directions matter),
     /// by a light tree over position, orientation and power, then a point on it.
-    /// `None` if nothing arrives (back side, zero radiance). No visibility.
+    /// `None` if nothing arrives (the emitter's back side, zero radiance). No visibility. Directions below `n` are rare but
+    /// possible: shading normals may see them.
     pub fn sample_direct(
         &self,
-        _geometry: &Geometry,
-        _textures: &[Texture],
-        _p: Vec3,
-        _n: Option<Vec3>,
-        _u_choice: f32,
-        _u: Vec2,
+        geometry: &Geometry,
+        textures: &[Texture],
+        p: Vec3,
+        n: Option<Vec3>,
+        u_choice: f32,
+        u: Vec2,
     ) -> Option<DirectSample> {
-        todo!()
+        let (is_distant, u_choice) = split(u_choice, self.distant_share);
+        if is_distant {
+            return self.sample_distant(p, n, u_choice, u);
+        }
+        let (index, pmf) = self.tree.sample(p, n, u_choice)?;
+        let part = &self.parts[index];
+        let pmf = pmf * (1.0 - self.distant_share);
+        let emitter = part.emitter;
+        match &self.emitters[emitter.index()] {
+            Emitter::Area { radiance } => {
+                let seen = part.sample(geometry, textures, *radiance, p, u)?;
+                let pdf = seen.pdf * pmf;
+                let weight = seen.radiance / pdf;
+                Some(DirectSample {
+                    wi: seen.wi,
+                    target: seen.target,
+                    weight,
+                    pdf,
+                    emitter,
+                })
+            }
+            point => {
+                let Form::Point { position } = part.form else {
+                    return None;
+                };
+                let d = position - p;
+                let wi = d.try_normalize()?;
+                let weight = point_intensity(point, -wi) / (d.length_squared() * pmf);
+                let seen = DirectSample {
+                    wi,
+                    target: position,
+                    weight,
+                    pdf: 0.0,
+                    emitter,
+                };
+                (!weight.is_black() && weight.is_finite()).then_some(seen)
+            }
+        }
+    }
+
+    fn sample_distant(
+        &self,
+        p: Vec3,
+        n: Option<Vec3>,
+        u_choice: f32,
+        u: Vec2,
+    ) -> Option<DirectSample> {
+        let sample = self.distant.sample(&self.emitters, n, u_choice, u);
+        let (weight, pdf) = match sample.parallel {
+            Some(irradiance) => (irradiance / self.distant_share, 0.0),
+            None => {
+                let pdf = self.pdf_direct_environment(p, n, sample.wi);
+                (self.environment_radiance(sample.wi) / pdf, pdf)
+            }
+        };
+        if weight.is_black() || !weight.is_finite() {
+            return None;
+        }
+        let sphere = self.distant.sphere();
+        let far = (p - sphere.center).length() + 2.0 * sphere.radius;
+        Some(DirectSample {
+            wi: sample.wi,
+            target: p + sample.wi * far,
+            weight,
+            pdf,
+            emitter: sample.emitter,
+        })
     }
 
     /// Density per solid angle with which [`Emitters::sample_direct`] at (`p`, `n`) finds the point `y` of an area emitter.
-    pub fn pdf_direct(&self, _geometry: &Geometry, _p: Vec3, _n: Option<Vec3>, _y: &SurfacePoint) -> f32 {
-        todo!()
+    pub fn pdf_direct(
+        &self,
+        _geometry: &Geometry,
+        p: Vec3,
+        n: Option<Vec3>,
+        y: &SurfacePoint,
+    ) -> f32 {
+        let Some(index) = self.part_at(y.at) else {
+            return 0.0;
+        };
+        let pmf = self.tree.pmf(p, n, index) * (1.0 - self.distant_share);
+        if pmf > 0.0 {
+            pmf * self.parts[index].pdf(p, y)
+        } else {
+            0.0
+        }
     }
 
     /// Density per solid angle with which [`Emitters::sample_direct`] at (`p`, `n`) finds a direction to the surroundings.
-    pub fn pdf_direct_environment(&self, _p: Vec3, _n: Option<Vec3>, _wi: Vec3) -> f32 {
-        todo!()
+    pub fn pdf_direct_environment(&self, _p: Vec3, n: Option<Vec3>, wi: Vec3) -> f32 {
+        self.distant_share * self.distant.pdf(&self.emitters, n, wi)
     }
 
     /// Radiance that the surface emits at `x` towards `wo`; black for surfaces that do not emit.
-    pub fn radiance(&self, _geometry: &Geometry, _textures: &[Texture], _x: &SurfacePoint, _wo: Vec3) -> Rgb {
-        todo!()
+    pub fn radiance(
+        &self,
+        geometry: &Geometry,
+        textures: &[Texture],
+        x: &SurfacePoint,
+        wo: Vec3,
+    ) -> Rgb {
+        let Some(id) = geometry.primitives()[x.at.primitive.index()].emitter else {
+            return Rgb::BLACK;
+        };
+        match self.emitters.get(id.index()) {
+            Some(Emitter::Area { radiance }) if x.frame.n.dot(wo) > 0.0 => {
+                radiance.eval(x.uv, textures)
+            }
+            _ => Rgb::BLACK,
+        }
     }
 
     /// Radiance that arrives from the surroundings along unit `wi` (pointing away from the scene).
-    pub fn environment_radiance(&self, _wi: Vec3) -> Rgb {
-        todo!()
+    pub fn environment_radiance(&self, wi: Vec3) -> Rgb {
+        self.distant.radiance(&self.emitters, wi)
     }
 
     /// Whether there are surroundings at all.
     pub fn has_environment(&self) -> bool {
-        todo!()
+        self.distant.fills_directions()
     }
 
-    /// Flux of one emitter into the scene in W (an estimate for distant emitters: irradiance times the scene's cross-section).
-    pub fn power(&self, _id: EmitterId) -> Rgb {
-        todo!()
+    /// Flux of one emitter into the scene in W (an estimate for distant emitters: irradiance times the scene's cross-section;
+    /// for textured surfaces: from a grid of points).
+    pub fn power(&self, id: EmitterId) -> Rgb {
+        self.powers[id.index()]
     }
 
-    /// Sphere around the scene used by distant emitters.
+    /// Box around everything that distant emitters shine on; empty for an empty scene.
     pub fn scene_bounds(&self) -> Aabb {
-        todo!()
+        self.bounds
+    }
+
+    fn part_at(&self, at: SurfaceRef) -> Option<usize> {
+        let elements = self
+            .elements_of
+            .get(at.primitive.index())
+            .copied()
+            .flatten()?;
+        // A primitive that is sampled as a whole has one entry for all its elements.
+        let element = if elements.count == 1 { 0 } else { at.element };
+        let part = (element < elements.count)
+            .then(|| self.part_of_element[(elements.start + element) as usize])?;
+        (part != NO_PART).then_some(part as usize)
+    }
+}
+
+/// Finds out where light from afar gets in.
+struct Pilot<'a, F> {
+    geometry: &'a Geometry,
+    emitters: &'a [Emitter],
+    distant: &'a Distant,
+    see_through: &'a F,
+}
+
+/// Surfaces at which a walk of the pilot asks for light.
+const PILOT_BOUNCES: usize = 4;
+
+/// See-through surfaces that the pilot crosses at most on one ray.
+const PILOT_CROSSINGS: usize = 8;
+
+impl<F: Fn(PrimitiveId) -> bool> Pilot<'_, F> {
+    fn walk(&self, mut ray: Ray, index: u64) -> Vec<(usize, Lesson)> {
+        let mut sampler = Sampler::new(0, 0, Stream::Pass, index);
+        let mut lessons = Vec::new();
+        for _ in 0..PILOT_BOUNCES {
+            let Some(x) = self.nearest(ray) else { break };
+            let n = if x.ng.dot(ray.d) < 0.0 { x.ng } else { -x.ng };
+            let is_free = |wi: Vec3| self.nearest(x.spawn(wi)).is_none();
+            lessons.extend(self.distant.lessons(
+                self.emitters,
+                (x.p, n),
+                || sampler.next_2d(),
+                is_free,
+            ));
+            let w = Frame::from_normal(n)
+                .to_world(warp::cosine_hemisphere(sampler.next_2d()))
+                .normalize();
+            ray = x.spawn(w);
+        }
+        lessons
+    }
+
+    /// The nearest surface that is not ignored.
+    fn nearest(&self, mut ray: Ray) -> Option<SurfacePoint> {
+        for _ in 0..PILOT_CROSSINGS {
+            let x = self
+                .geometry
+                .surface_point(self.geometry.intersect(&ray)?.at);
+            if !(self.see_through)(x.at.primitive) {
+                return Some(x);
+            }
+            ray = x.spawn(ray.d);
+        }
+        None
+    }
+}
+
+/// Pieces while they are collected.
+struct PieceList {
+    parts: Vec<Part>,
+    bounds: Vec<PartBounds>,
+    elements_of: Vec<Option<Elements>>,
+    part_of_element: Vec<u32>,
+}
+
+impl PieceList {
+    fn new(primitives: usize) -> Self {
+        PieceList {
+            parts: Vec::new(),
+            bounds: Vec::new(),
+            elements_of: vec![None; primitives],
+            part_of_element: Vec::new(),
+        }
+    }
+
+    fn add(&mut self, pieces: impl Iterator<Item = (Part, PartBounds)>) {
+        for (part, bounds) in pieces {
+            self.parts.push(part);
+            self.bounds.push(bounds);
+        }
+    }
+
+    fn add_primitive(
+        &mut self,
+        geometry: &Geometry,
+        textures: &[Texture],
+        primitive: PrimitiveId,
+        emitter: EmitterId,
+        radiance: ColorInput,
+    ) {
+        let pieces = parts::parts_of_primitive(geometry, textures, primitive, emitter, radiance);
+        let Some(last) = pieces.last() else { return };
+        let (start, count) = (self.part_of_element.len() as u32, last.0 + 1);
+        self.part_of_element
+            .resize((start + count) as usize, NO_PART);
+        for (k, (element, ..)) in pieces.iter().enumerate() {
+            self.part_of_element[(start + element) as usize] = (self.parts.len() + k) as u32;
+        }
+        self.elements_of[primitive.index()] = Some(Elements { start, count });
+        self.add(pieces.into_iter().map(|(_, part, bounds)| (part, bounds)));
+    }
+}
+
+/// Flux of a point or spot; black for others.
+fn point_power(emitter: &Emitter) -> Rgb {
+    match *emitter {
+        Emitter::Point { intensity, .. } => intensity * (4.0 * PI),
+        // ∫ falloff sinθ dθ, with the falloff linear in the angle beyond the beam.
+        Emitter::Spot {
+            intensity,
+            cutoff,
+            beam_width,
+            ..
+        } => {
+            let rim = cutoff - beam_width;
+            let mean_cos = if rim > 1e-4 {
+                (cutoff.sin() - beam_width.sin()) / rim
+            } else {
+                cutoff.cos()
+            };
+            intensity * (2.0 * PI * (1.0 - mean_cos))
+        }
+        _ => Rgb::BLACK,
+    }
+}
+
+/// Intensity of a point or spot towards the unit direction `w`; black for others.
+fn point_intensity(emitter: &Emitter, w: Vec3) -> Rgb {
+    match *emitter {
+        Emitter::Point { intensity, .. } => intensity,
+        Emitter::Spot {
+            direction,
+            intensity,
+            cutoff,
+            beam_width,
+            ..
+        } => intensity * spot_falloff(direction.dot(w), cutoff, beam_width),
+        _ => Rgb::BLACK,
+    }
+}
+
+/// As Mitsuba's `spot`: 1 up to the beam, then linear in the angle, 0 from the cutoff on.
+fn spot_falloff(cos: f32, cutoff: f32, beam_width: f32) -> f32 {
+    let angle = cos.clamp(-1.0, 1.0).acos();
+    if angle <= beam_width {
+        1.0
+    } else if angle >= cutoff {
+        0.0
+    } else {
+        (cutoff - angle) / (cutoff - beam_width)
     }
 }

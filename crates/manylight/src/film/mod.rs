@@ -64,7 +64,10 @@ impl Layer {
 
     /// Terms of the path partition: added to the beauty as they are added to their own layer.
     pub fn is_term(self) -> bool {
-        matches!(self, Layer::Emission | Layer::Direct | Layer::VirtualLights | Layer::Caustics)
+        matches!(
+            self,
+            Layer::Emission | Layer::Direct | Layer::VirtualLights | Layer::Caustics
+        )
     }
 }
 
@@ -83,7 +86,8 @@ pub struct Tile {
 impl Tile {
     /// The pixels, row by row.
     pub fn pixels(self) -> impl Iterator<Item = UVec2> {
-        (0..self.size.y).flat_map(move |y| (0..self.size.x).map(move |x| self.origin + UVec2::new(x, y)))
+        (0..self.size.y)
+            .flat_map(move |y| (0..self.size.x).map(move |x| self.origin + UVec2::new(x, y)))
     }
 }
 
@@ -138,12 +142,21 @@ struct TileSums {
 impl Film {
     /// An empty film for the crop window of `desc`. `layers` must begin with [`Layer::Beauty`].
     pub fn new(desc: FilmDesc, layers: &[Layer]) -> Self {
-        assert_eq!(layers.first(), Some(&Layer::Beauty), "invariant: every film records the beauty, first");
+        assert_eq!(
+            layers.first(),
+            Some(&Layer::Beauty),
+            "invariant: every film records the beauty, first"
+        );
         let size = desc.crop_size;
         let tiles = (0..size.y.div_ceil(TILE_SIZE))
-            .flat_map(|ty| (0..size.x.div_ceil(TILE_SIZE)).map(move |tx| UVec2::new(tx, ty) * TILE_SIZE))
+            .flat_map(|ty| {
+                (0..size.x.div_ceil(TILE_SIZE)).map(move |tx| UVec2::new(tx, ty) * TILE_SIZE)
+            })
             .map(|origin| {
-                let tile = Tile { origin, size: (size - origin).min(UVec2::splat(TILE_SIZE)) };
+                let tile = Tile {
+                    origin,
+                    size: (size - origin).min(UVec2::splat(TILE_SIZE)),
+                };
                 let pixels = (tile.size.x * tile.size.y) as usize;
                 TileSums {
                     tile,
@@ -153,7 +166,12 @@ impl Film {
                 }
             })
             .collect();
-        Film { desc, layers: layers.to_vec(), tiles, passes: 0 }
+        Film {
+            desc,
+            layers: layers.to_vec(),
+            tiles,
+            passes: 0,
+        }
     }
 
     /// Size and filter.
@@ -195,7 +213,11 @@ impl Film {
                 return false;
             }
             sums.pass.fill(Rgb::BLACK);
-            shade(&mut TileSamples { tile: sums.tile, layers, values: &mut sums.pass });
+            shade(&mut TileSamples {
+                tile: sums.tile,
+                layers,
+                values: &mut sums.pass,
+            });
             true
         });
         // A full reduction rather than `all`, which could skip tiles after the first `false`.
@@ -203,7 +225,9 @@ impl Film {
             return false;
         }
         let count = layers.len();
-        self.tiles.par_iter_mut().for_each(|sums| sums.commit(count, dropped));
+        self.tiles
+            .par_iter_mut()
+            .for_each(|sums| sums.commit(count, dropped));
         self.passes += 1;
         true
     }
@@ -213,7 +237,11 @@ impl Film {
         let width = self.size().x;
         self.add_pass(&AtomicBool::new(false), dropped, |samples| {
             for (i, pixel) in samples.tile().pixels().enumerate() {
-                samples.add(i, Layer::Beauty, pixels[(pixel.y * width + pixel.x) as usize]);
+                samples.add(
+                    i,
+                    Layer::Beauty,
+                    pixels[(pixel.y * width + pixel.x) as usize],
+                );
             }
         });
     }
@@ -246,14 +274,19 @@ impl Film {
         if self.passes < 2 {
             return f32::INFINITY;
         }
-        let (mean, variance) = (self.image(Layer::Beauty).unwrap_or_default(), self.variance());
+        let (mean, variance) = (
+            self.image(Layer::Beauty).unwrap_or_default(),
+            self.variance(),
+        );
         let count = mean.data.len().max(1) as f64;
         let m = mean.data.iter().map(|&v| f64::from(v)).sum::<f64>() / count;
         let sum: f64 = mean
             .data
             .iter()
             .zip(&variance.data)
-            .map(|(&v, &var)| f64::from(var) / (f64::from(v).powi(2) + 0.01 * m * m).max(f64::MIN_POSITIVE))
+            .map(|(&v, &var)| {
+                f64::from(var) / (f64::from(v).powi(2) + 0.01 * m * m).max(f64::MIN_POSITIVE)
+            })
             .sum();
         (sum / count).sqrt() as f32
     }
@@ -304,7 +337,10 @@ impl FilmDesc {
     #[inline]
     pub fn sample(&self, pixel: UVec2, u: Vec2) -> FilmSample {
         let (offset, weight) = self.filter.sample(u);
-        FilmSample { position: pixel.as_vec2() + Vec2::splat(0.5) + offset, weight }
+        FilmSample {
+            position: pixel.as_vec2() + Vec2::splat(0.5) + offset,
+            weight,
+        }
     }
 }
 
@@ -314,7 +350,12 @@ mod tests {
 
     fn film() -> Film {
         let size = UVec2::new(19, 11);
-        let desc = FilmDesc { size, crop_offset: UVec2::ZERO, crop_size: size, filter: Filter::Box };
+        let desc = FilmDesc {
+            size,
+            crop_offset: UVec2::ZERO,
+            crop_size: size,
+            filter: Filter::Box,
+        };
         Film::new(desc, &[Layer::Beauty, Layer::Direct, Layer::Depth])
     }
 
@@ -334,7 +375,11 @@ mod tests {
         let mut film = film();
         assert!(film.variance().data.iter().all(|v| v.is_infinite()));
         for k in 0..4 {
-            add(&mut film, |p| p.x as f32 + 100.0 * p.y as f32 + k as f32, false);
+            add(
+                &mut film,
+                |p| p.x as f32 + 100.0 * p.y as f32 + k as f32,
+                false,
+            );
         }
         let image = film.image(Layer::Beauty).unwrap();
         assert_eq!(image.pixel(7, 9), &[908.5; 3]);
@@ -342,7 +387,12 @@ mod tests {
         assert_eq!(film.image(Layer::Depth).unwrap().pixel(0, 0), &[1.0; 3]);
         assert!(film.image(Layer::Caustics).is_none());
         // Values 0, 1, 2, 3 about their mean: sample variance 5/3, of the mean 5/12.
-        assert!(film.variance().data.iter().all(|v| (v - 5.0 / 12.0).abs() < 1e-4));
+        assert!(
+            film.variance()
+                .data
+                .iter()
+                .all(|v| (v - 5.0 / 12.0).abs() < 1e-4)
+        );
     }
 
     #[test]

@@ -1,7 +1,8 @@
-//! Images as textures.
+//! Images as textures. Conventions are those of Mitsuba 3.9.1's `bitmap`, measured by evaluating it.
 
+use crate::color::Rgb;
 use crate::image::Image;
-use crate::math::Mat3;
+use crate::math::{Mat3, Vec2};
 
 /// How texels are blended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,8 +24,10 @@ pub enum Wrap {
     Clamp,
 }
 
-/// An image over the uv square. Values are linear (decoded by the loader); the image's top row is at v = 1,
-/// that is, loaders keep rows top to bottom and lookups use 1 - v.
+/// An image over the uv square. Values are linear (decoded by the loader).
+///
+/// The image's top row is at v = 0, as in Mitsuba 3: there the v axis is turned round by mesh loaders
+/// (`flip_tex_coords`, on for OBJ), never by the texture. Texel centers are at half-integers.
 #[derive(Clone, Debug)]
 pub struct Bitmap {
     /// One or three channels, linear.
@@ -35,4 +38,108 @@ pub struct Bitmap {
     pub wrap: Wrap,
     /// Applied to (u, v, 1).
     pub uv_transform: Mat3,
+}
+
+/// Coordinates beyond this many texels are cut, so that they fit an integer with room for neighbors.
+const FARTHEST_TEXEL: f32 = 1e9;
+
+impl Bitmap {
+    /// Color at `uv`.
+    pub(super) fn eval(&self, uv: Vec2) -> Rgb {
+        self.filter(uv, |x, y| self.image.rgb(x, y))
+    }
+
+    /// Luminance at `uv`; of one-channel images the value.
+    pub(super) fn eval_float(&self, uv: Vec2) -> f32 {
+        self.filter(uv, |x, y| self.value(x, y))
+    }
+
+    /// Derivatives of [`Bitmap::eval_float`] by u and v; zero without blending, as in Mitsuba.
+    ///
+    /// With a rotation in `uv_transform` and a non-square image, Mitsuba's `eval_1_grad` multiplies by the resolution after
+    /// the transform and not before. Bump maps must look as there, so this does the same.
+    pub(super) fn gradient(&self, uv: Vec2) -> Vec2 {
+        if self.filtering == Filtering::Nearest {
+            return Vec2::ZERO;
+        }
+        let (x, y, f) = self.locate(uv);
+        let texel = |dx, dy| self.value(self.column(x + dx), self.row(y + dy));
+        let [v00, v10, v01, v11] = [texel(0, 0), texel(1, 0), texel(0, 1), texel(1, 1)];
+        let du = (v10 - v00) * (1.0 - f.y) + (v11 - v01) * f.y;
+        let dv = (v01 - v00) * (1.0 - f.x) + (v11 - v10) * f.x;
+        let m = &self.uv_transform;
+        let resolution = Vec2::new(self.image.width as f32, self.image.height as f32);
+        resolution
+            * Vec2::new(
+                m.x_axis.x * du + m.x_axis.y * dv,
+                m.y_axis.x * du + m.y_axis.y * dv,
+            )
+    }
+
+    /// Largest luminance of any texel.
+    pub(super) fn max_luminance(&self) -> f32 {
+        let pixels =
+            (0..self.image.height).flat_map(|y| (0..self.image.width).map(move |x| (x, y)));
+        pixels.map(|(x, y)| self.value(x, y)).fold(0.0, f32::max)
+    }
+
+    fn filter<T>(&self, uv: Vec2, texel: impl Fn(usize, usize) -> T) -> T
+    where
+        T: std::ops::Mul<f32, Output = T> + std::ops::Add<Output = T>,
+    {
+        let (x, y, f) = self.locate(uv);
+        let at = |dx, dy| texel(self.column(x + dx), self.row(y + dy));
+        if self.filtering == Filtering::Nearest {
+            return at(0, 0);
+        }
+        let top = at(0, 0) * (1.0 - f.x) + at(1, 0) * f.x;
+        let bottom = at(0, 1) * (1.0 - f.x) + at(1, 1) * f.x;
+        top * (1.0 - f.y) + bottom * f.y
+    }
+
+    /// The (unwrapped) texel at the upper left of the point, and where the point lies between its neighbors.
+    fn locate(&self, uv: Vec2) -> (i32, i32, Vec2) {
+        let half = if self.filtering == Filtering::Nearest {
+            0.0
+        } else {
+            0.5
+        };
+        let resolution = Vec2::new(self.image.width as f32, self.image.height as f32);
+        let p = self.uv_transform.transform_point2(uv) * resolution - Vec2::splat(half);
+        let p = p.clamp(Vec2::splat(-FARTHEST_TEXEL), Vec2::splat(FARTHEST_TEXEL));
+        let cell = p.floor();
+        (cell.x as i32, cell.y as i32, p - cell)
+    }
+
+    fn value(&self, x: usize, y: usize) -> f32 {
+        match *self.image.pixel(x, y) {
+            [r, g, b, ..] => Rgb::new(r, g, b).luminance(),
+            [v, ..] => v,
+            [] => 0.0,
+        }
+    }
+
+    fn column(&self, x: i32) -> usize {
+        self.wrap.index(x, self.image.width)
+    }
+
+    fn row(&self, y: i32) -> usize {
+        self.wrap.index(y, self.image.height)
+    }
+}
+
+impl Wrap {
+    /// The texel that stands for texel `i` of a line of `n` texels.
+    fn index(self, i: i32, n: usize) -> usize {
+        let n = n as i32;
+        let wrapped = match self {
+            Wrap::Repeat => i.rem_euclid(n),
+            Wrap::Mirror => {
+                let k = i.rem_euclid(2 * n);
+                k.min(2 * n - 1 - k)
+            }
+            Wrap::Clamp => i.clamp(0, n - 1),
+        };
+        wrapped as usize
+    }
 }

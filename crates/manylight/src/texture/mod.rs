@@ -1,6 +1,8 @@
 //! What is painted on surfaces.
 
 mod bitmap;
+#[cfg(test)]
+mod tests;
 
 pub use bitmap::{Bitmap, Filtering, Wrap};
 
@@ -13,11 +15,11 @@ use crate::math::{Mat3, Vec2};
 pub enum Texture {
     /// An image.
     Bitmap(Bitmap),
-    /// Two colours in a checker pattern: one period per unit of (transformed) uv.
+    /// Two colors in a checker pattern: one period per unit of (transformed) uv.
     Checkerboard {
-        /// On the cells where floor(2u) + floor(2v) is even, as Mitsuba lays them.
+        /// Where the fractions of u and v are both up to 1/2 or both above.
         color0: Rgb,
-        /// On the others.
+        /// On the other cells.
         color1: Rgb,
         /// Applied to (u, v, 1).
         uv_transform: Mat3,
@@ -25,18 +27,70 @@ pub enum Texture {
 }
 
 impl Texture {
-    /// Value at `uv`, filtered.
-    pub fn eval(&self, _uv: Vec2) -> Rgb {
-        todo!()
+    /// Color at `uv`, filtered.
+    pub fn eval(&self, uv: Vec2) -> Rgb {
+        match self {
+            Texture::Bitmap(bitmap) => bitmap.eval(uv),
+            Texture::Checkerboard {
+                color0,
+                color1,
+                uv_transform,
+            } => {
+                if is_main_cell(*uv_transform, uv) {
+                    *color0
+                } else {
+                    *color1
+                }
+            }
+        }
     }
 
-    /// Derivatives of the first channel by u and v at `uv`, for bump maps; texel-wise as Mitsuba's `eval_1_grad`.
-    pub fn gradient(&self, _uv: Vec2) -> Vec2 {
-        todo!()
+    /// Luminance at `uv`, filtered: what float parameters see.
+    ///
+    /// As Mitsuba 3.9.1's `eval_1`, which lays the two values of a checkerboard the other way round than `eval` does.
+    pub fn eval_float(&self, uv: Vec2) -> f32 {
+        match self {
+            Texture::Bitmap(bitmap) => bitmap.eval_float(uv),
+            Texture::Checkerboard {
+                color0,
+                color1,
+                uv_transform,
+            } => {
+                if is_main_cell(*uv_transform, uv) {
+                    color1.luminance()
+                } else {
+                    color0.luminance()
+                }
+            }
+        }
+    }
+
+    /// Derivatives of [`Texture::eval_float`] by u and v at `uv`, for bump maps; texel-wise as Mitsuba's `eval_1_grad`.
+    pub fn gradient(&self, uv: Vec2) -> Vec2 {
+        match self {
+            Texture::Bitmap(bitmap) => bitmap.gradient(uv),
+            Texture::Checkerboard { .. } => Vec2::ZERO,
+        }
+    }
+
+    /// An upper bound of the luminance anywhere.
+    pub fn max_luminance(&self) -> f32 {
+        match self {
+            Texture::Bitmap(bitmap) => bitmap.max_luminance(),
+            Texture::Checkerboard { color0, color1, .. } => {
+                color0.luminance().max(color1.luminance())
+            }
+        }
     }
 }
 
-/// A colour that may vary over the surface.
+fn is_main_cell(uv_transform: Mat3, uv: Vec2) -> bool {
+    let p = uv_transform.transform_point2(uv);
+    let upper = (p - p.floor()).cmpgt(Vec2::splat(0.5));
+    upper.x == upper.y
+}
+
+/// A color that may vary over the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ColorInput {
     /// The same everywhere.
@@ -71,7 +125,7 @@ impl FloatInput {
     pub fn eval(&self, uv: Vec2, textures: &[Texture]) -> f32 {
         match *self {
             FloatInput::Constant(v) => v,
-            FloatInput::Texture(id) => textures[id.index()].eval(uv).luminance(),
+            FloatInput::Texture(id) => textures[id.index()].eval_float(uv),
         }
     }
 }

@@ -1,0 +1,168 @@
+//! Values of Mitsuba 3.9.1's `bitmap` and `checkerboard` at the same coordinates.
+
+use super::*;
+use crate::image::Image;
+
+/// Three rows of four texels with the values 0 to 11.
+fn ramp(filtering: Filtering, wrap: Wrap, uv_transform: Mat3) -> Texture {
+    let image = Image {
+        width: 4,
+        height: 3,
+        channels: 1,
+        data: (0..12).map(|i| i as f32).collect(),
+    };
+    Texture::Bitmap(Bitmap {
+        image,
+        filtering,
+        wrap,
+        uv_transform,
+    })
+}
+
+const POINTS: [(f32, f32); 6] = [
+    (0.05, 0.03),
+    (0.3, 0.6),
+    (1.23, -0.41),
+    (-2.62, 3.77),
+    (0.97, 0.99),
+    (1.0, 1.0),
+];
+
+#[test]
+fn lookups_match_mitsuba() {
+    use Filtering::{Bilinear, Nearest};
+    let expected: [(Filtering, Wrap, [f32; 6]); 6] = [
+        (Nearest, Wrap::Repeat, [0.0, 5.0, 4.0, 9.0, 11.0, 0.0]),
+        (Nearest, Wrap::Mirror, [0.0, 5.0, 7.0, 2.0, 11.0, 11.0]),
+        (Nearest, Wrap::Clamp, [0.0, 5.0, 3.0, 8.0, 11.0, 11.0]),
+        (Bilinear, Wrap::Repeat, [4.18, 5.9, 5.5, 8.26, 6.1, 5.5]),
+        (Bilinear, Wrap::Mirror, [0.0, 5.9, 5.5, 2.74, 11.0, 11.0]),
+        (Bilinear, Wrap::Clamp, [0.0, 5.9, 3.0, 8.0, 11.0, 11.0]),
+    ];
+    for (filtering, wrap, values) in expected {
+        let texture = ramp(filtering, wrap, Mat3::IDENTITY);
+        for ((u, v), value) in POINTS.into_iter().zip(values) {
+            let uv = Vec2::new(u, v);
+            assert!(
+                (texture.eval(uv).g - value).abs() < 1e-4,
+                "{filtering:?} {wrap:?} {uv}"
+            );
+            assert!((texture.eval_float(uv) - value).abs() < 1e-4);
+        }
+    }
+}
+
+#[test]
+fn gradients_match_mitsuba() {
+    let expected: [(Wrap, [[f32; 2]; 6]); 3] = [
+        (
+            Wrap::Repeat,
+            [
+                [-12.0, -24.0],
+                [4.0, 12.0],
+                [4.0, 12.0],
+                [4.0, 12.0],
+                [-12.0, -24.0],
+                [-12.0, -24.0],
+            ],
+        ),
+        (
+            Wrap::Mirror,
+            [
+                [0.0, 0.0],
+                [4.0, 12.0],
+                [-4.0, -12.0],
+                [-4.0, -12.0],
+                [0.0, 0.0],
+                [0.0, 0.0],
+            ],
+        ),
+        (
+            Wrap::Clamp,
+            [
+                [0.0, 0.0],
+                [4.0, 12.0],
+                [0.0, 0.0],
+                [0.0, 0.0],
+                [0.0, 0.0],
+                [0.0, 0.0],
+            ],
+        ),
+    ];
+    for (wrap, values) in expected {
+        let texture = ramp(Filtering::Bilinear, wrap, Mat3::IDENTITY);
+        for ((u, v), value) in POINTS.into_iter().zip(values) {
+            let gradient = texture.gradient(Vec2::new(u, v));
+            assert!(
+                (gradient - Vec2::from(value)).length() < 1e-4,
+                "{wrap:?} ({u}, {v}): {gradient}"
+            );
+        }
+    }
+    let nearest = ramp(Filtering::Nearest, Wrap::Repeat, Mat3::IDENTITY);
+    assert_eq!(nearest.gradient(Vec2::new(0.3, 0.6)), Vec2::ZERO);
+}
+
+#[test]
+fn the_transform_acts_before_the_lookup_as_in_mitsuba() {
+    // Rows (1.5, 0.3, 0.2) and (-0.4, 2.1, 0.7).
+    let transform = Mat3::from_cols_array(&[1.5, -0.4, 0.0, 0.3, 2.1, 0.0, 0.2, 0.7, 1.0]);
+    let texture = ramp(Filtering::Bilinear, Wrap::Repeat, transform);
+    let expected = [
+        ((0.3, 0.6), 10.66, [18.8, -49.5]),
+        ((0.13, 0.41), 5.68, [-0.4, 26.1]),
+    ];
+    for ((u, v), value, gradient) in expected {
+        let uv = Vec2::new(u, v);
+        assert!((texture.eval_float(uv) - value).abs() < 1e-4);
+        assert!((texture.gradient(uv) - Vec2::from(gradient)).length() < 1e-3);
+    }
+}
+
+#[test]
+fn checkerboards_match_mitsuba() {
+    let (color0, color1) = (Rgb::splat(0.1), Rgb::splat(0.9));
+    let plain = Texture::Checkerboard {
+        color0,
+        color1,
+        uv_transform: Mat3::IDENTITY,
+    };
+    for ((u, v), expected) in [
+        ((0.1, 0.1), color0),
+        ((0.6, 0.1), color1),
+        ((0.1, 0.6), color1),
+        ((0.5, 0.1), color0),
+        ((0.6, 0.6), color0),
+    ] {
+        let uv = Vec2::new(u, v);
+        assert_eq!(plain.eval(uv), expected);
+        let swapped = color0 + color1 - expected;
+        assert!((plain.eval_float(uv) - swapped.r).abs() < 1e-6);
+    }
+    let uv_transform =
+        Mat3::from_translation(Vec2::new(0.2, 0.7)) * Mat3::from_scale(Vec2::new(2.0, 3.0));
+    let moved = Texture::Checkerboard {
+        color0,
+        color1,
+        uv_transform,
+    };
+    for ((u, v), expected) in [
+        ((0.1, 0.1), color0),
+        ((0.3, 0.1), color1),
+        ((0.1, 0.3), color1),
+        ((0.45, 0.35), color1),
+    ] {
+        assert_eq!(moved.eval(Vec2::new(u, v)), expected);
+    }
+}
+
+#[test]
+fn extreme_coordinates_are_harmless() {
+    for wrap in [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp] {
+        let texture = ramp(Filtering::Bilinear, wrap, Mat3::IDENTITY);
+        for c in [f32::NAN, f32::INFINITY, -1e30] {
+            texture.eval(Vec2::splat(c));
+            texture.gradient(Vec2::splat(c));
+        }
+    }
+}
