@@ -322,14 +322,10 @@ impl<'s> Bsdf<'s> {
     /// transmits: then light matters from both sides.
     #[inline]
     pub fn receiving_normal(&self, wo: Vec3) -> Option<Vec3> {
-        let _ = wo;
-        todo!()
-    }
-
-    /// A cheap estimate of [`Bsdf::albedo`] over all lobes, for AOVs and previews: exact for Lambert.
-    pub fn quick_albedo(&self, wo: Vec3) -> Rgb {
-        let _ = wo;
-        todo!()
+        if self.leaves.iter().flatten().any(|leaf| leaf.model.transmits()) {
+            return None;
+        }
+        Some(self.frame.n * 1.0f32.copysign(wo.dot(self.frame.n)))
     }
 
     /// Fraction of flux from `wi` that leaves through `lobes` (delta ones included, straight-through not), by deterministic quadrature.

@@ -113,6 +113,16 @@ impl<'s> Model<'s> {
         dispatch!(self, m => m.lobes())
     }
 
+    /// Whether a finite lobe carries light to the other side.
+    #[inline]
+    pub(super) fn transmits(&self) -> bool {
+        match self {
+            Model::RoughGlass(_) => true,
+            Model::Principled(m) => m.transmits(),
+            _ => false,
+        }
+    }
+
     /// `f(wi → wo) |cosθ_i|` of the finite lobes in `lobes`.
     #[inline]
     pub(super) fn eval(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Rgb {

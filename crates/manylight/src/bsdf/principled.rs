@@ -86,6 +86,11 @@ impl Strategies {
 }
 
 impl Principled {
+    /// Whether light passes to the other side.
+    pub(super) fn transmits(&self) -> bool {
+        self.bsdf > 0.0
+    }
+
     pub(super) fn new(p: PrincipledParameters) -> Self {
         let alpha = p.roughness * p.roughness;
         let aspect = (1.0 - 0.9 * p.anisotropic).sqrt();

@@ -111,4 +111,9 @@ impl Scene {
         let is_mesh = matches!(self.geometry.shapes()[shape.index()], Shape::Mesh(_));
         is_mesh && (a.primitive, a.element, a.instance) == (b.primitive, b.element, b.instance)
     }
+
+    /// The transparent surfaces alone: for segments already known to be clear of opaque ones.
+    pub fn transparent_transmittance(&self, _segment: &Segment) -> (Rgb, u32) {
+        todo!()
+    }
 }

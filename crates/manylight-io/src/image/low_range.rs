@@ -1,0 +1,76 @@
+//! PNG, JPEG, TGA, BMP and Radiance HDR, decoded by the `image` crate.
+
+use super::transfer::{Depth, Transfer};
+use crate::file_error::Fault;
+use image::{DynamicImage, ImageReader, Limits};
+use manylight::image::Image;
+use std::io::Cursor;
+use std::path::Path;
+
+/// Decoders may take this much memory: enough for 16k × 16k float RGB, too little to bring a machine down.
+const MOST_BYTES: u64 = 4 << 30;
+
+/// Decodes `bytes`; the extension of `path` is asked where they do not tell their format.
+pub(super) fn decode(bytes: &[u8], path: &Path, transfer: Transfer) -> Result<Image, Fault> {
+    let cannot =
+        |error: image::ImageError| Fault::new(format!("the image cannot be decoded: {error}"));
+    let mut reader = ImageReader::new(Cursor::new(bytes))
+        .with_guessed_format()
+        .map_err(|e| cannot(e.into()))?;
+    if reader.format().is_none() {
+        match image::ImageFormat::from_path(path) {
+            Ok(format) => reader.set_format(format),
+            Err(_) => {
+                return Err(Fault::new(
+                    "not an image of a known format: expected PNG, JPEG, TGA, BMP, HDR, EXR or PFM",
+                ));
+            }
+        }
+    }
+    let mut limits = Limits::default();
+    limits.max_alloc = Some(MOST_BYTES);
+    reader.limits(limits);
+    Ok(linear(reader.decode().map_err(cannot)?, transfer))
+}
+
+/// Drops alpha and applies the transfer function.
+fn linear(decoded: DynamicImage, transfer: Transfer) -> Image {
+    let (width, height) = (decoded.width() as usize, decoded.height() as usize);
+    let integer = transfer.curve(Depth::Integer);
+    let from_byte: Vec<f32> = (0..=255_u8)
+        .map(|v| integer(f32::from(v) / 255.0))
+        .collect();
+    let bytes = |raw: &[u8], stored: usize, kept: usize| {
+        pick(raw, stored, kept, |v| from_byte[usize::from(v)])
+    };
+    let words = |raw: &[u16], stored: usize, kept: usize| {
+        pick(raw, stored, kept, |v| integer(f32::from(v) / 65535.0))
+    };
+    let (channels, data) = match decoded {
+        DynamicImage::ImageLuma8(image) => (1, bytes(&image, 1, 1)),
+        DynamicImage::ImageLumaA8(image) => (1, bytes(&image, 2, 1)),
+        DynamicImage::ImageRgb8(image) => (3, bytes(&image, 3, 3)),
+        DynamicImage::ImageRgba8(image) => (3, bytes(&image, 4, 3)),
+        DynamicImage::ImageLuma16(image) => (1, words(&image, 1, 1)),
+        DynamicImage::ImageLumaA16(image) => (1, words(&image, 2, 1)),
+        DynamicImage::ImageRgb16(image) => (3, words(&image, 3, 3)),
+        DynamicImage::ImageRgba16(image) => (3, words(&image, 4, 3)),
+        other => (
+            3,
+            pick(&other.into_rgb32f(), 3, 3, transfer.curve(Depth::Float)),
+        ),
+    };
+    Image {
+        width,
+        height,
+        channels,
+        data,
+    }
+}
+
+/// The first `kept` of every `stored` values, converted.
+fn pick<T: Copy>(raw: &[T], stored: usize, kept: usize, convert: impl Fn(T) -> f32) -> Vec<f32> {
+    raw.chunks_exact(stored)
+        .flat_map(|pixel| pixel[..kept].iter().map(|&v| convert(v)))
+        .collect()
+}
