@@ -357,7 +357,7 @@ impl Emitters {
             .to_world(warp::cosine_hemisphere(u.direction))
             .normalize();
         let w = if y.frame.n.dot(w) >= 0.0 { w } else { -w };
-        let flux = radiance * (PI * part.area / pmf);
+        let flux = radiance * (PI / (part.pdf_area(&y) * pmf));
         Some(EmissionSample {
             ray: y.spawn(w),
             flux,
