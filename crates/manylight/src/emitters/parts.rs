@@ -15,7 +15,9 @@ pub(super) enum Form {
     /// A whole primitive, by area.
     Primitive,
     /// A sphere or cylinder under a transform that stretches its area unevenly: by area of the undistorted shape.
-    Distorted { undistorted: fn(&SurfacePoint) -> f32 },
+    Distorted {
+        undistorted: fn(&SurfacePoint) -> f32,
+    },
     /// One triangle of a mesh, by area.
     Triangle { element: u32 },
     /// A sphere, by the solid angle of what is visible of it.
@@ -107,34 +109,59 @@ pub(super) fn parts_of_primitive(
         }
         Shape::Sphere { center, radius } => {
             let r = Vec3::splat(*radius);
-            let bounds = Aabb { min: *center - r, max: *center + r }.transformed(to_world);
+            let bounds = Aabb {
+                min: *center - r,
+                max: *center + r,
+            }
+            .transformed(to_world);
             let center = to_world.transform_point3(*center);
-            let sample = geometry.sample_area(primitive, Vec2::splat(0.5)).map(|sample| sample.point);
+            let sample = geometry
+                .sample_area(primitive, Vec2::splat(0.5))
+                .map(|sample| sample.point);
             let by_angle = |y: &SurfacePoint| {
                 matches!(radiance, ColorInput::Constant(_)) && (y.p - center).dot(y.ng) > 0.0
             };
             let form = match (similarity_scale(to_world), sample.filter(by_angle)) {
-                (Some(scale), Some(y)) => Form::Sphere { center, radius: radius * scale, offset: y.offset },
+                (Some(scale), Some(y)) => Form::Sphere {
+                    center,
+                    radius: radius * scale,
+                    offset: y.offset,
+                },
                 (Some(_), _) => Form::Primitive,
                 // Of the unit sphere: 4π over the area element 2π² sin(π v) of its parameters.
-                (None, _) => Form::Distorted { undistorted: |y| (PI * y.uv.y).sin() * FRAC_PI_2 },
+                (None, _) => Form::Distorted {
+                    undistorted: |y| (PI * y.uv.y).sin() * FRAC_PI_2,
+                },
             };
             vec![(0, whole(form), bounds, Cone::FULL)]
         }
         Shape::Disk => {
-            let square = Aabb { min: Vec3::new(-1.0, -1.0, 0.0), max: Vec3::new(1.0, 1.0, 0.0) };
+            let square = Aabb {
+                min: Vec3::new(-1.0, -1.0, 0.0),
+                max: Vec3::new(1.0, 1.0, 0.0),
+            };
             let normals = match geometry.sample_area(primitive, Vec2::splat(0.5)) {
                 Some(sample) => Cone::from_axis(sample.point.frame.n),
                 None => Cone::FULL,
             };
-            vec![(0, whole(Form::Primitive), square.transformed(to_world), normals)]
+            vec![(
+                0,
+                whole(Form::Primitive),
+                square.transformed(to_world),
+                normals,
+            )]
         }
         Shape::Cylinder { p0, p1, radius } => {
             let r = Vec3::splat(*radius);
-            let ends = Aabb { min: p0.min(*p1) - r, max: p0.max(*p1) + r };
+            let ends = Aabb {
+                min: p0.min(*p1) - r,
+                max: p0.max(*p1) + r,
+            };
             let form = match similarity_scale(to_world) {
                 Some(_) => Form::Primitive,
-                None => Form::Distorted { undistorted: |_| 1.0 },
+                None => Form::Distorted {
+                    undistorted: |_| 1.0,
+                },
             };
             vec![(0, whole(form), ends.transformed(to_world), Cone::FULL)]
         }
@@ -244,7 +271,11 @@ impl Part {
         let d = y.p - p;
         let d2 = d.length_squared();
         let cos = y.ng.dot(d).abs() / d2.sqrt();
-        if cos > 0.0 { d2 * self.pdf_area(y) / cos } else { 0.0 }
+        if cos > 0.0 {
+            d2 * self.pdf_area(y) / cos
+        } else {
+            0.0
+        }
     }
 
     /// Density of [`Part::sample_area`] in 1/m².
