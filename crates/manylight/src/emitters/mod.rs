@@ -21,8 +21,7 @@ use crate::math::{Aabb, Frame, Vec2, Vec3};
 use crate::sampling::alias::Alias;
 use crate::sampling::{Sampler, Stream, warp};
 use crate::texture::{ColorInput, Texture};
-use distant::{BoundingSphere, Distant, EmissionPoint};
-use guide::Lesson;
+use distant::{Arrival, BoundingSphere, Distant, EmissionPoint};
 use light_tree::LightTree;
 use parts::{Form, Part, PartBounds};
 use rayon::prelude::*;
@@ -324,8 +323,8 @@ impl Emitters {
             .par_iter()
             .enumerate()
             .map(|(i, ray)| pilot.walk(*ray, i as u64));
-        let lessons: Vec<_> = walks.collect::<Vec<_>>().into_iter().flatten().collect();
-        self.distant.set_guides(&lessons);
+        let arrivals: Vec<Arrival> = walks.collect::<Vec<_>>().into_iter().flatten().collect();
+        self.distant.set_guides(&arrivals);
         // A photon of a guided emitter carries less flux, so that fewer of them are as good.
         let mut strengths: Vec<f32> = self.powers.iter().map(|p| p.strength()).collect();
         for (emitter, gain) in self.distant.gains() {
@@ -357,7 +356,7 @@ impl Emitters {
             .to_world(warp::cosine_hemisphere(u.direction))
             .normalize();
         let w = if y.frame.n.dot(w) >= 0.0 { w } else { -w };
-        let flux = radiance * (PI * part.area / pmf);
+        let flux = radiance * (PI / (part.pdf_area(&y) * pmf));
         Some(EmissionSample {
             ray: y.spawn(w),
             flux,
@@ -541,14 +540,14 @@ const PILOT_BOUNCES: usize = 4;
 const PILOT_CROSSINGS: usize = 8;
 
 impl<F: Fn(PrimitiveId) -> bool> Pilot<'_, F> {
-    fn walk(&self, mut ray: Ray, index: u64) -> Vec<(usize, Lesson)> {
+    fn walk(&self, mut ray: Ray, index: u64) -> Vec<Arrival> {
         let mut sampler = Sampler::new(0, 0, Stream::Pass, index);
-        let mut lessons = Vec::new();
+        let mut arrivals = Vec::new();
         for _ in 0..PILOT_BOUNCES {
             let Some(x) = self.nearest(ray) else { break };
             let n = if x.ng.dot(ray.d) < 0.0 { x.ng } else { -x.ng };
             let is_free = |wi: Vec3| self.nearest(x.spawn(wi)).is_none();
-            lessons.extend(self.distant.lessons(
+            arrivals.extend(self.distant.arrivals(
                 self.emitters,
                 (x.p, n),
                 || sampler.next_2d(),
@@ -559,7 +558,7 @@ impl<F: Fn(PrimitiveId) -> bool> Pilot<'_, F> {
                 .normalize();
             ray = x.spawn(w);
         }
-        lessons
+        arrivals
     }
 
     /// The nearest surface that is not ignored.

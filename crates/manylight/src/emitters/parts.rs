@@ -14,6 +14,10 @@ use std::f32::consts::{FRAC_PI_2, PI, TAU};
 pub(super) enum Form {
     /// A whole primitive, by area.
     Primitive,
+    /// A sphere or cylinder under a transform that stretches its area unevenly: by area of the undistorted shape.
+    Distorted {
+        undistorted: fn(&SurfacePoint) -> f32,
+    },
     /// One triangle of a mesh, by area.
     Triangle { element: u32 },
     /// A sphere, by the solid angle of what is visible of it.
@@ -104,16 +108,30 @@ pub(super) fn parts_of_primitive(
             }
         }
         Shape::Sphere { center, radius } => {
-            let bounds = sphere_bounds(to_world, *center, *radius);
-            let by_angle = similarity_scale(to_world)
-                .filter(|_| !placed.flip_normals && matches!(radiance, ColorInput::Constant(_)));
-            let form = match (by_angle, geometry.sample_area(primitive, Vec2::splat(0.5))) {
-                (Some(scale), Some(sample)) => Form::Sphere {
-                    center: to_world.transform_point3(*center),
+            let r = Vec3::splat(*radius);
+            let bounds = Aabb {
+                min: *center - r,
+                max: *center + r,
+            }
+            .transformed(to_world);
+            let center = to_world.transform_point3(*center);
+            let sample = geometry
+                .sample_area(primitive, Vec2::splat(0.5))
+                .map(|sample| sample.point);
+            let by_angle = |y: &SurfacePoint| {
+                matches!(radiance, ColorInput::Constant(_)) && (y.p - center).dot(y.ng) > 0.0
+            };
+            let form = match (similarity_scale(to_world), sample.filter(by_angle)) {
+                (Some(scale), Some(y)) => Form::Sphere {
+                    center,
                     radius: radius * scale,
-                    offset: sample.point.offset,
+                    offset: y.offset,
                 },
-                _ => Form::Primitive,
+                (Some(_), _) => Form::Primitive,
+                // Of the unit sphere: 4π over the area element 2π² sin(π v) of its parameters.
+                (None, _) => Form::Distorted {
+                    undistorted: |y| (PI * y.uv.y).sin() * FRAC_PI_2,
+                },
             };
             vec![(0, whole(form), bounds, Cone::FULL)]
         }
@@ -139,12 +157,13 @@ pub(super) fn parts_of_primitive(
                 min: p0.min(*p1) - r,
                 max: p0.max(*p1) + r,
             };
-            vec![(
-                0,
-                whole(Form::Primitive),
-                ends.transformed(to_world),
-                Cone::FULL,
-            )]
+            let form = match similarity_scale(to_world) {
+                Some(_) => Form::Primitive,
+                None => Form::Distorted {
+                    undistorted: |_| 1.0,
+                },
+            };
+            vec![(0, whole(form), ends.transformed(to_world), Cone::FULL)]
         }
     };
     let lit = |(element, part, bounds, normals): (u32, Part, Aabb, Cone)| {
@@ -253,16 +272,24 @@ impl Part {
         let d2 = d.length_squared();
         let cos = y.ng.dot(d).abs() / d2.sqrt();
         if cos > 0.0 {
-            d2 / (cos * self.area)
+            d2 * self.pdf_area(y) / cos
         } else {
             0.0
         }
     }
 
-    /// A point uniform by area.
+    /// Density of [`Part::sample_area`] in 1/m².
+    pub(super) fn pdf_area(&self, y: &SurfacePoint) -> f32 {
+        match self.form {
+            Form::Distorted { undistorted } => undistorted(y) / y.dp_du.cross(y.dp_dv).length(),
+            _ => 1.0 / self.area,
+        }
+    }
+
+    /// A point, uniform by area unless distorted.
     pub(super) fn sample_area(&self, geometry: &Geometry, u: Vec2) -> Option<SurfacePoint> {
         match self.form {
-            Form::Primitive | Form::Sphere { .. } => {
+            Form::Primitive | Form::Sphere { .. } | Form::Distorted { .. } => {
                 Some(geometry.sample_area(self.primitive, u)?.point)
             }
             Form::Triangle { element } => {
@@ -398,15 +425,6 @@ fn mean_radiance(
         .sum();
     let floor = textures[id.index()].max_luminance() * RADIANCE_FLOOR;
     (sum / count).map(|v| v.max(floor))
-}
-
-fn sphere_bounds(to_world: &Affine3A, center: Vec3, radius: f32) -> Aabb {
-    let r = Vec3::splat(radius);
-    Aabb {
-        min: center - r,
-        max: center + r,
-    }
-    .transformed(to_world)
 }
 
 /// The scale of a transform that keeps angles; `None` for others.
