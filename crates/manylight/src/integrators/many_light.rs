@@ -17,7 +17,7 @@ use crate::sampling::{Sampler, Stream};
 use crate::scene::{PathLimits, Scene};
 use crate::transport::direct::{EmitterSample, found_environment, found_radiance};
 use crate::transport::{Step, Vertex, Walk};
-use crate::virtual_lights::{LightField, Site, assign, select};
+use crate::virtual_lights::{LightField, Shares, assign, select};
 use rayon::prelude::*;
 
 /// Where lights stand.
@@ -136,9 +136,16 @@ impl ManyLight {
             Placement::Importance => self.importance_weights(scene, limits, run, &photons),
         };
         let lights = stats.time("lights", || {
-            let u = pass.sampler(Stream::Selection, 0).next_1d();
-            let sites = select(&photons, &weights, self.light_count as usize, u);
-            self.create(scene, limits, &photons, &sites)
+            let mut sampler = pass.sampler(Stream::Selection, 0);
+            let sites = select(&photons, &weights, self.light_count as usize, sampler.next_1d());
+            let shares = match self.flux {
+                FluxRule::Density => Shares::own(&sites),
+                FluxRule::Partition => assign(scene, &photons, &sites, &weights, sampler.next_1d()),
+            };
+            match self.emission {
+                EmissionKind::Single => LightField::single(scene, limits, &photons, &shares),
+                EmissionKind::Table { side } => LightField::rich(scene, limits, &photons, &shares, side as usize),
+            }
         });
         Stats::count(&stats.lights, lights.lights().len() as u64);
         stats.light_bytes.fetch_max(lights.bytes() as u64, std::sync::atomic::Ordering::Relaxed);
@@ -170,20 +177,6 @@ impl ManyLight {
                 )
                 .collect()
         })
-    }
-
-    /// Lights at `sites` from the photons around them.
-    fn create<'s>(&self, scene: &'s Scene, limits: PathLimits, photons: &[Photon], sites: &[Site]) -> LightField<'s> {
-        match (self.flux, self.emission) {
-            (FluxRule::Density, _) => LightField::plain(scene, limits, photons, sites),
-            (FluxRule::Partition, emission) => {
-                let shares = assign(photons, sites);
-                match emission {
-                    EmissionKind::Single => LightField::single(scene, limits, photons, &shares),
-                    EmissionKind::Table { side } => LightField::rich(scene, limits, photons, &shares, side as usize),
-                }
-            }
-        }
     }
 }
 
