@@ -20,8 +20,8 @@
 //!  4 scene
 //!  3 bsdf emitters sensors
 //!  2 geometry texture film
-//!  1 sampling stats
-//!  0 math color image ids
+//!  1 sampling image stats
+//!  0 math color ids
 //! ```
 
 pub mod math;

@@ -1,0 +1,208 @@
+//! Meshes and images that a scene names: collected while the tree is read, then read in parallel, each file once.
+
+use super::super::sink::{Place, Report, Sink};
+use crate::file_error::{FileError, FileErrorKind};
+use crate::image::{Transfer, read_image};
+use crate::mesh::{MeshFormat, read_stored, smooth_normals_placed};
+use manylight::emitters::Emitter;
+use manylight::geometry::{Mesh, Shape};
+use manylight::ids::{EmitterId, ShapeId, TextureId};
+use manylight::image::Image;
+use manylight::math::Affine3A;
+use manylight::scene::SceneDesc;
+use manylight::texture::Texture;
+use rayon::prelude::*;
+use std::collections::HashMap;
+use std::path::PathBuf;
+
+/// Which channels of an image a texture uses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Channel {
+    All,
+    Index(usize),
+    Alpha,
+}
+
+impl Channel {
+    pub(super) const NAMES: [(&'static str, Channel); 8] = [
+        ("r", Channel::Index(0)),
+        ("g", Channel::Index(1)),
+        ("b", Channel::Index(2)),
+        ("x", Channel::Index(0)),
+        ("y", Channel::Index(1)),
+        ("z", Channel::Index(2)),
+        ("a", Channel::Alpha),
+        ("", Channel::All),
+    ];
+}
+
+/// A mesh file and what is done to it.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct MeshRequest {
+    pub(super) path: PathBuf,
+    pub(super) format: MeshFormat,
+    /// v becomes 1 - v.
+    pub(super) flip_v: bool,
+    pub(super) normals: Normals,
+}
+
+/// Which normals a mesh gets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Normals {
+    /// None: faceted shading.
+    Faceted,
+    /// Those of the file, else smooth ones.
+    Smooth {
+        /// The placement, where it distorts angles; otherwise the identity.
+        placement: Affine3A,
+    },
+}
+
+struct ImageRequest {
+    path: PathBuf,
+    transfer: Transfer,
+    place: Place,
+    targets: Vec<ImageTarget>,
+}
+
+enum ImageTarget {
+    Texture(TextureId, Channel),
+    Environment(EmitterId),
+}
+
+/// What has to be read for a scene.
+#[derive(Default)]
+pub(super) struct Assets {
+    meshes: Vec<(MeshRequest, ShapeId, Place)>,
+    mesh_ids: HashMap<(PathBuf, String), ShapeId>,
+    images: Vec<ImageRequest>,
+    image_ids: HashMap<(PathBuf, String), usize>,
+}
+
+impl Assets {
+    /// The shape that the mesh will be; `add` makes a new one.
+    pub(super) fn mesh(&mut self, request: MeshRequest, place: Place, add: impl FnOnce() -> ShapeId) -> ShapeId {
+        let key = (request.path.clone(), format!("{:?} {} {:?}", request.format, request.flip_v, request.normals));
+        *self.mesh_ids.entry(key).or_insert_with(|| {
+            let shape = add();
+            self.meshes.push((request, shape, place));
+            shape
+        })
+    }
+
+    pub(super) fn add_texture_image(
+        &mut self,
+        texture: TextureId,
+        path: PathBuf,
+        transfer: Transfer,
+        channel: Channel,
+        place: Place,
+    ) {
+        self.add_image(path, transfer, place, ImageTarget::Texture(texture, channel));
+    }
+
+    pub(super) fn add_environment_image(&mut self, emitter: EmitterId, path: PathBuf, place: Place) {
+        self.add_image(path, Transfer::Auto, place, ImageTarget::Environment(emitter));
+    }
+
+    fn add_image(&mut self, path: PathBuf, transfer: Transfer, place: Place, target: ImageTarget) {
+        let key = (path.clone(), format!("{transfer:?}"));
+        let index = *self.image_ids.entry(key).or_insert_with(|| {
+            self.images.push(ImageRequest { path, transfer, place, targets: Vec::new() });
+            self.images.len() - 1
+        });
+        self.images[index].targets.push(target);
+    }
+
+    /// Reads all files and puts them where they belong.
+    pub(super) fn load(self, desc: &mut SceneDesc, sink: &Sink) {
+        let Assets { meshes, images, .. } = self;
+        let loaded: Vec<_> = meshes.par_iter().map(|(request, ..)| read_mesh(request)).collect();
+        for ((_, shape, place), mesh) in meshes.iter().zip(loaded) {
+            match mesh {
+                Ok(mesh) => desc.shapes[shape.index()] = Shape::Mesh(mesh),
+                Err(error) => report(sink, *place, &error, "mesh"),
+            }
+        }
+        let loaded: Vec<_> = images.par_iter().map(|request| read_image(&request.path, request.transfer)).collect();
+        for (request, image) in images.into_iter().zip(loaded) {
+            match image {
+                Ok(image) => distribute(desc, request.targets, image),
+                Err(error) => report(sink, request.place, &error, "image"),
+            }
+        }
+    }
+}
+
+fn read_mesh(request: &MeshRequest) -> Result<Mesh, FileError> {
+    let mut mesh = read_stored(&request.path, request.format)?;
+    if request.flip_v {
+        mesh.uvs.iter_mut().for_each(|uv| uv.y = 1.0 - uv.y);
+    }
+    match request.normals {
+        Normals::Faceted => mesh.normals = Vec::new(),
+        Normals::Smooth { placement } if mesh.normals.is_empty() => smooth_normals_placed(&mut mesh, &placement),
+        Normals::Smooth { .. } => {}
+    }
+    Ok(mesh)
+}
+
+fn report(sink: &Sink, place: Place, error: &FileError, what: &str) {
+    let message = format!("cannot use the {what} {error}");
+    let report = Report::new("scene::broken_file", place, message).label(format!("this {what}"));
+    sink.error(match error.kind {
+        FileErrorKind::Unreadable(_) => report.file_system(),
+        _ => report,
+    });
+}
+
+/// Gives an image to all that use it; the last user gets the original.
+fn distribute(desc: &mut SceneDesc, mut targets: Vec<ImageTarget>, image: Image) {
+    let last = targets.pop();
+    for target in targets {
+        place_image(desc, target, image.clone());
+    }
+    if let Some(last) = last {
+        place_image(desc, last, image);
+    }
+}
+
+fn place_image(desc: &mut SceneDesc, target: ImageTarget, image: Image) {
+    match target {
+        ImageTarget::Texture(texture, channel) => {
+            if let Texture::Bitmap(bitmap) = &mut desc.textures[texture.index()] {
+                bitmap.image = select(image, channel);
+            }
+        }
+        ImageTarget::Environment(emitter) => {
+            if let Emitter::Environment(environment) = &mut desc.emitters[emitter.index()] {
+                let grey = image.channels < 3;
+                environment.image = pick(&image, if grey { &[0, 0, 0] } else { &[0, 1, 2] });
+            }
+        }
+    }
+}
+
+/// One or three channels of an image.
+fn select(image: Image, channel: Channel) -> Image {
+    match (channel, image.channels) {
+        (Channel::All, 1 | 3) => image,
+        (Channel::All, 2) => pick(&image, &[0]),
+        (Channel::All, _) => pick(&image, &[0, 1, 2]),
+        (Channel::Index(_), 1 | 2) => pick(&image, &[0]),
+        (Channel::Index(index), _) => pick(&image, &[index]),
+        (Channel::Alpha, 2 | 4) => pick(&image, &[image.channels - 1]),
+        // No alpha channel: opaque.
+        (Channel::Alpha, _) => {
+            let (width, height) = (image.width, image.height);
+            Image { width, height, channels: 1, data: vec![1.0; width * height] }
+        }
+    }
+}
+
+/// The `wanted` channels, in this order.
+fn pick(image: &Image, wanted: &[usize]) -> Image {
+    let pixels = image.data.chunks_exact(image.channels);
+    let data = pixels.flat_map(|pixel| wanted.iter().map(|&index| pixel[index])).collect();
+    Image { width: image.width, height: image.height, channels: wanted.len(), data }
+}

@@ -1,0 +1,153 @@
+//! Emitters.
+
+use super::super::sink::Report;
+use super::colors::ColorUse;
+use super::object::{Family, ObjectId};
+use super::props::Props;
+use super::xml::find_file;
+use super::{Builder, Substitute};
+use glam::{DMat4, DVec3};
+use manylight::emitters::{Emitter, Environment};
+use manylight::ids::EmitterId;
+use manylight::image::Image;
+use manylight::math::Mat3;
+use std::path::PathBuf;
+
+pub(super) const SUPPORTED: &[&str] = &["area", "constant", "directional", "envmap", "point", "spot"];
+
+const LEFT_OUT: &str = "left out";
+
+const SUBSTITUTES: &[Substitute] = &[
+    ("directionalarea", LEFT_OUT),
+    ("projector", LEFT_OUT),
+    ("timed_sunsky", LEFT_OUT),
+    ("collimated", LEFT_OUT),
+];
+
+/// Parameters that weigh an emitter in Mitsuba's choice among them; ours is by its light.
+const IGNORED: &[&str] = &["id", "sampling_weight", "samples", "mis_compensation"];
+
+impl Builder<'_> {
+    fn add_emitter(&mut self, emitter: Emitter) -> EmitterId {
+        self.desc.emitters.push(emitter);
+        EmitterId::from(self.desc.emitters.len() - 1)
+    }
+
+    /// The area emitter of a shape, made at its first use.
+    pub(super) fn area_emitter(&mut self, shape: &Props<'_>) -> Option<EmitterId> {
+        let id = shape.single(Family::Emitter)?;
+        if let Some(emitter) = self.area_emitters.get(&id) {
+            return Some(*emitter);
+        }
+        let props = self.props(id);
+        if props.plugin().value != "area" {
+            if SUPPORTED.contains(&props.plugin().value.as_str()) {
+                let message = format!("{} cannot stand in a shape: only `area` can", props.describe());
+                self.sink.error(Report::new("scene::unexpected_object", props.place(), message));
+            } else {
+                self.unsupported(&props, SUPPORTED, SUBSTITUTES);
+            }
+            return None;
+        }
+        let radiance = self.color_input(&props, "radiance", 1.0, ColorUse::Emission);
+        props.ignore(IGNORED);
+        props.finish();
+        let emitter = self.add_emitter(Emitter::Area { radiance });
+        self.area_emitters.insert(id, emitter);
+        Some(emitter)
+    }
+
+    /// An emitter that stands directly in the scene.
+    pub(super) fn emitter(&mut self, id: ObjectId) {
+        let props = self.props(id);
+        match props.plugin().value.as_str() {
+            "area" => {
+                let message = "an area emitter must stand in the shape that shines";
+                self.sink.error(Report::new("scene::unexpected_object", props.place(), message));
+                return;
+            }
+            "point" => self.point(&props),
+            "spot" => self.spot(&props),
+            "directional" => self.directional(&props),
+            "constant" => self.constant_environment(&props),
+            "envmap" => self.environment_map(&props),
+            _ => {
+                self.unsupported(&props, SUPPORTED, SUBSTITUTES);
+                return;
+            }
+        }
+        props.ignore(IGNORED);
+        props.finish();
+    }
+
+    fn emission(&mut self, props: &Props<'_>, name: &'static str) -> manylight::color::Rgb {
+        self.color(props, name, 1.0, ColorUse::Emission)
+    }
+
+    /// Two parameters that say the same in two ways.
+    fn exclusive(&self, props: &Props<'_>, name: &'static str, other: &'static str) {
+        if let (Some(first), true) = (props.get(name), props.has(other)) {
+            props.refuse(first, &format!("absent where `{other}` is given"));
+        }
+    }
+
+    fn point(&mut self, props: &Props<'_>) {
+        let intensity = self.emission(props, "intensity");
+        self.exclusive(props, "position", "to_world");
+        let origin = props.to_world().transform_point3(DVec3::ZERO);
+        let position = props.vector("position").unwrap_or(origin).as_vec3();
+        self.add_emitter(Emitter::Point { position, intensity });
+    }
+
+    fn spot(&mut self, props: &Props<'_>) {
+        let intensity = self.emission(props, "intensity");
+        self.warn_feature(props, "texture", "is not supported and is ignored");
+        let to_world = props.to_world();
+        let cutoff = props.float_where("cutoff_angle", 20.0, |angle| angle > 0.0 && angle <= 180.0, "in (0, 180]");
+        let beam_width = props.float_where("beam_width", cutoff * 0.75, |angle| angle >= 0.0, "at least 0");
+        self.add_emitter(Emitter::Spot {
+            position: to_world.transform_point3(DVec3::ZERO).as_vec3(),
+            direction: to_world.transform_vector3(DVec3::Z).normalize().as_vec3(),
+            intensity,
+            cutoff: cutoff.to_radians(),
+            beam_width: beam_width.min(cutoff).to_radians(),
+        });
+    }
+
+    fn directional(&mut self, props: &Props<'_>) {
+        let irradiance = self.emission(props, "irradiance");
+        self.exclusive(props, "direction", "to_world");
+        let forward = props.to_world().transform_vector3(DVec3::Z);
+        let direction = props.vector("direction").unwrap_or(forward);
+        if direction == DVec3::ZERO {
+            props.refuse(props.get("direction").expect("a zero direction is given"), "other than zero");
+            return;
+        }
+        self.add_emitter(Emitter::Directional { direction: direction.normalize().as_vec3(), irradiance });
+    }
+
+    fn constant_environment(&mut self, props: &Props<'_>) {
+        props.ignore(&["to_world"]);
+        let radiance = self.emission(props, "radiance");
+        self.add_emitter(Emitter::Constant { radiance });
+    }
+
+    fn environment_map(&mut self, props: &Props<'_>) {
+        props.ignore(&["cache", "gamma"]);
+        let scale = props.float("scale", 1.0);
+        let world_from_emitter = rotation(props.to_world());
+        let Some(name) = props.required_string("filename") else { return };
+        let path: Option<PathBuf> = find_file(self.sink, &props.object().folders, &name, "environment map");
+        let Some(path) = path else { return };
+        let environment = Environment { image: Image::default(), scale, world_from_emitter };
+        let emitter = self.add_emitter(Emitter::Environment(environment));
+        self.assets.add_environment_image(emitter, path, name.place);
+    }
+}
+
+/// The rotation of an emitter's frame.
+fn rotation(to_world: DMat4) -> Mat3 {
+    let matrix = to_world.as_mat4();
+    let column = |index: usize| matrix.col(index).truncate().normalize_or_zero();
+    Mat3::from_cols(column(0), column(1), column(2))
+}

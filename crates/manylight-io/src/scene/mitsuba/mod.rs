@@ -1,0 +1,170 @@
+//! Mitsuba's XML scene format, versions 0.4 to 3.
+//!
+//! Stages: `xml` (text to a tree with places) → `object` (tree to plugins with parameters; `values`, `upgrade`) → the
+//! modules of the families, which read the parameters (`props`) and fill the description → `assets` (meshes and images,
+//! read in parallel). Names, defaults and meanings are those of Mitsuba 3.9; a plugin is an arm of its family's `match`
+//! and a name in [`SUPPORTED`].
+
+mod assets;
+mod bsdfs;
+mod colors;
+mod emitters;
+mod integrators;
+mod object;
+mod props;
+mod sensors;
+mod shapes;
+mod textures;
+mod upgrade;
+mod values;
+mod xml;
+
+use super::sink::{Report, Sink};
+use super::{LoadOptions, SupportedFamily};
+use crate::resolve::similar;
+use assets::Assets;
+use manylight::ids::{EmitterId, MaterialId, ShapeId, TextureId};
+use manylight::scene::SceneDesc;
+use object::{Family, ObjectId, ObjectTree};
+use props::Props;
+use std::collections::HashMap;
+use std::path::Path;
+use std::sync::Arc;
+
+/// The plugins that have an effect here, by family, sorted.
+pub(super) const SUPPORTED: &[SupportedFamily] = &[
+    SupportedFamily { name: "bsdfs", plugins: bsdfs::SUPPORTED },
+    SupportedFamily { name: "emitters", plugins: emitters::SUPPORTED },
+    SupportedFamily { name: "shapes", plugins: shapes::SUPPORTED },
+    SupportedFamily { name: "textures", plugins: textures::SUPPORTED },
+    SupportedFamily { name: "sensors", plugins: sensors::SUPPORTED },
+    SupportedFamily { name: "filters", plugins: sensors::FILTERS },
+    SupportedFamily { name: "integrators", plugins: integrators::SUPPORTED },
+];
+
+/// The scene, as far as it can be understood.
+pub(super) fn load(path: &Path, text: Arc<str>, options: &LoadOptions, sink: &Sink) -> Option<SceneDesc> {
+    let root = xml::read_tree(path, text, &options.defines, sink)?;
+    let tree = ObjectTree::new(&root, sink)?;
+    let mut builder = Builder {
+        tree: &tree,
+        sink,
+        desc: SceneDesc::default(),
+        materials: HashMap::new(),
+        plain_materials: HashMap::new(),
+        textures: HashMap::new(),
+        bitmaps: HashMap::new(),
+        area_emitters: HashMap::new(),
+        groups: HashMap::new(),
+        builtin_shapes: HashMap::new(),
+        assets: Assets::default(),
+    };
+    builder.scene();
+    let Builder { mut desc, assets, .. } = builder;
+    assets.load(&mut desc, sink);
+    Some(desc)
+}
+
+/// A known plugin that is not supported, and what happens to objects that use it.
+type Substitute = (&'static str, &'static str);
+
+/// Fills a description from a tree of objects. Objects that are used several times are made once.
+struct Builder<'a> {
+    tree: &'a ObjectTree,
+    sink: &'a Sink,
+    desc: SceneDesc,
+    materials: HashMap<ObjectId, MaterialId>,
+    plain_materials: HashMap<bsdfs::PlainMaterial, MaterialId>,
+    textures: HashMap<ObjectId, TextureId>,
+    bitmaps: HashMap<textures::BitmapKey, TextureId>,
+    area_emitters: HashMap<ObjectId, EmitterId>,
+    groups: HashMap<ObjectId, usize>,
+    builtin_shapes: HashMap<&'static str, ShapeId>,
+    assets: Assets,
+}
+
+impl<'a> Builder<'a> {
+    fn props(&self, id: ObjectId) -> Props<'a> {
+        Props::new(self.tree, id, self.sink)
+    }
+
+    /// Everything that stands directly in <scene>, in order.
+    fn scene(&mut self) {
+        let root = self.props(ObjectTree::ROOT);
+        for (id, _) in root.objects(Family::Bsdf) {
+            self.material(id);
+        }
+        for (id, _) in root.objects(Family::Shape) {
+            self.shape(id);
+        }
+        for (id, _) in root.objects(Family::Emitter) {
+            self.emitter(id);
+        }
+        for (id, _) in root.objects(Family::Sensor) {
+            self.sensor(id);
+        }
+        for (id, _) in root.objects(Family::Texture) {
+            self.texture(id);
+        }
+        if let Some(id) = root.single(Family::Integrator) {
+            self.desc.limits = integrators::limits(&self.props(id), self);
+        }
+        for family in [Family::Medium, Family::Phase, Family::Volume, Family::Subsurface] {
+            for (id, _) in root.objects(family) {
+                self.ignore_medium(id);
+            }
+        }
+        root.objects(Family::Spectrum);
+        self.check_whole(&root);
+        root.finish();
+    }
+
+    fn check_whole(&self, root: &Props<'_>) {
+        if self.desc.sensors.is_empty() && root.objects(Family::Sensor).is_empty() {
+            let message = "the scene has no sensor";
+            let report = Report::new("scene::no_sensor", root.place(), message);
+            self.sink.error(report.help("add for instance <sensor type=\"perspective\">"));
+        }
+        if self.desc.emitters.is_empty() {
+            let message = "the scene has no emitter: its image will be black";
+            self.sink.warn(Report::new("scene::no_emitter", root.place(), message));
+        }
+    }
+
+    /// One warning for all media, whatever their kind.
+    fn ignore_medium(&self, id: ObjectId) {
+        let props = self.props(id);
+        let message = format!("{}: participating media are not supported and are ignored", props.describe());
+        self.sink.warn_once("participating media", Report::new("scene::unsupported", props.place(), message));
+    }
+
+    /// The plugin is none that we have: a warning if Mitsuba knows it, an error otherwise.
+    fn unsupported(&self, props: &Props<'_>, supported: &[&'static str], substitutes: &[Substitute]) {
+        let plugin = props.plugin();
+        let tag = props.object().family.tag();
+        if let Some((_, substitute)) = substitutes.iter().find(|(name, _)| *name == plugin.value) {
+            let message = format!("{} is not supported; {substitute}", props.describe());
+            let report = Report::new("scene::unsupported", plugin.place, message).label("not supported");
+            self.sink.warn_once(props.describe(), report);
+        } else if !plugin.value.is_empty() {
+            let known = supported.iter().chain(substitutes.iter().map(|(name, _)| name)).copied();
+            let list = format!("known are {}", supported.join(", "));
+            let help = match similar(&plugin.value, known) {
+                Some(similar) => format!("did you mean `{similar}`? {list}"),
+                None => list,
+            };
+            let message = format!("unknown {tag} type `{}`", plugin.value);
+            let report = Report::new("scene::unknown_plugin", plugin.place, message);
+            self.sink.error(report.label(format!("no {tag} plugin has this name")).help(help));
+        }
+    }
+
+    /// A feature of a supported plugin that is left out.
+    fn warn_feature(&self, props: &Props<'_>, name: &'static str, what: &str) {
+        if let Some(param) = props.get(name) {
+            let subject = format!("{} {name}", props.describe());
+            let message = format!("`{name}` of {} {what}", props.describe());
+            self.sink.warn_once(subject, Report::new("scene::unsupported", param.name.place, message));
+        }
+    }
+}

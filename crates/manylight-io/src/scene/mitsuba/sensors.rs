@@ -1,0 +1,216 @@
+//! Sensors with their films and filters. Samplers are checked and then ignored.
+
+use super::super::sink::Report;
+use super::object::{Family, ObjectId};
+use super::props::Props;
+use super::shapes::affine;
+use super::{Builder, Substitute};
+use manylight::film::{FilmDesc, Filter};
+use manylight::math::{UVec2, Vec2};
+use manylight::sensors::{FovAxis, SensorDesc, SensorKind};
+
+pub(super) const SUPPORTED: &[&str] = &["orthographic", "perspective", "thinlens"];
+
+const LEFT_OUT: &str = "left out";
+
+const SUBSTITUTES: &[Substitute] = &[
+    ("batch", LEFT_OUT),
+    ("distant", LEFT_OUT),
+    ("irradiancemeter", LEFT_OUT),
+    ("radiancemeter", LEFT_OUT),
+    ("fluencemeter", LEFT_OUT),
+    ("spherical", LEFT_OUT),
+    ("telecentric", LEFT_OUT),
+    ("perspective_rdist", LEFT_OUT),
+];
+
+pub(super) const FILTERS: &[&str] = &["box", "catmullrom", "gaussian", "lanczos", "mitchell", "tent"];
+
+const FILMS: &[&str] = &["hdrfilm", "ldrfilm", "mfilm", "specfilm", "tiledhdrfilm"];
+
+const SAMPLERS: &[&str] = &[
+    "halton", "hammersley", "independent", "ldsampler", "multijitter", "orthogonal", "sobol", "stratified",
+];
+
+/// What films say about files, which is the caller's business here.
+const FILM_IGNORED: &[&str] =
+    &["id", "banner", "compensate", "component_format", "file_format", "pixel_format", "sample_border"];
+
+const FILM_IGNORED_V0: &[&str] = &[
+    "attach_log", "burn", "digits", "exposure", "fileformat", "gamma", "high_quality_edges", "key", "tonemap_method",
+    "variable", "alpha", "bloom_fov",
+];
+
+const SAMPLER_IGNORED: &[&str] = &[
+    "id", "sample_count", "seed", "jitter", "strength", "scramble", "dimension", "max_dimension",
+];
+
+impl Builder<'_> {
+    pub(super) fn sensor(&mut self, id: ObjectId) {
+        let props = self.props(id);
+        let plugin = props.plugin().value.as_str();
+        if !SUPPORTED.contains(&plugin) {
+            self.unsupported(&props, SUPPORTED, SUBSTITUTES);
+            return;
+        }
+        props.ignore(&["id", "shutter_open", "shutter_close", "shutter_open_time", "srf"]);
+        let world_from_camera = affine(props.to_world());
+        let (near_clip, far_clip) = clipping(&props);
+        let focus_distance = props.float_where("focus_distance", far_clip, |distance| distance > 0.0, "positive");
+        let mut principal_point_offset = Vec2::ZERO;
+        let kind = match plugin {
+            "orthographic" => SensorKind::Orthographic,
+            _ => {
+                let (fov, fov_axis) = self.field_of_view(&props);
+                if plugin == "perspective" {
+                    principal_point_offset.x = props.float("principal_point_offset_x", 0.0);
+                    principal_point_offset.y = props.float("principal_point_offset_y", 0.0);
+                    SensorKind::Perspective { fov, fov_axis }
+                } else {
+                    if !props.has("aperture_radius") {
+                        props.missing("aperture_radius");
+                    }
+                    let aperture_radius = props.float_where("aperture_radius", 0.1, |radius| radius >= 0.0, "at least 0");
+                    SensorKind::ThinLens { fov, fov_axis, aperture_radius, focus_distance }
+                }
+            }
+        };
+        let film = match props.single(Family::Film) {
+            Some(film) => self.film(film),
+            None => self.film_of_size(UVec2::new(DEFAULT_SIZE.0, DEFAULT_SIZE.1)),
+        };
+        if let Some(sampler) = props.single(Family::Sampler) {
+            self.sampler(sampler);
+        }
+        for (medium, _) in props.objects(Family::Medium) {
+            self.ignore_medium(medium);
+        }
+        props.finish();
+        let name = props.object().id.clone();
+        let sensor = SensorDesc { name, world_from_camera, kind, principal_point_offset, near_clip, far_clip, film };
+        self.desc.sensors.push(sensor);
+    }
+
+    fn field_of_view(&self, props: &Props<'_>) -> (f32, FovAxis) {
+        let axes = [
+            ("x", FovAxis::X),
+            ("y", FovAxis::Y),
+            ("diagonal", FovAxis::Diagonal),
+            ("smaller", FovAxis::Smaller),
+            ("larger", FovAxis::Larger),
+        ];
+        let axis = props.choice("fov_axis", FovAxis::X, &axes);
+        if let Some(param) = props.get("fov") {
+            if props.has("focal_length") {
+                props.refuse(param, "absent where `focal_length` is given");
+                props.ignore(&["focal_length"]);
+            }
+            return (props.float_where("fov", 50.0, |fov| fov > 0.0 && fov < 180.0, "in (0, 180)"), axis);
+        }
+        let given = props.string("focal_length");
+        let text = given.as_ref().map_or("50mm", |text| text.value.as_str());
+        let length = text.trim().trim_end_matches("mm").trim_end().parse::<f32>().ok();
+        let Some(length) = length.filter(|length| *length > 0.0) else {
+            if let Some(param) = props.get("focal_length") {
+                props.refuse(param, "a length such as `50mm`");
+            }
+            return (50.0, axis);
+        };
+        // The diagonal of a 36 mm x 24 mm film spans the field of view.
+        let half_diagonal = 0.5 * 36_f32.hypot(24.0);
+        (2.0 * (half_diagonal / length).atan().to_degrees(), FovAxis::Diagonal)
+    }
+
+    fn film_of_size(&self, size: UVec2) -> FilmDesc {
+        FilmDesc { size, crop_offset: UVec2::ZERO, crop_size: size, filter: DEFAULT_FILTER }
+    }
+
+    fn film(&mut self, id: ObjectId) -> FilmDesc {
+        let props = self.props(id);
+        let plugin = props.plugin().value.as_str();
+        if !FILMS.contains(&plugin) {
+            self.unsupported(&props, FILMS, &[]);
+        }
+        let extent = |name, default: u32| props.integer(name, i64::from(default), 1) as u32;
+        let size = UVec2::new(extent("width", DEFAULT_SIZE.0), extent("height", DEFAULT_SIZE.1));
+        let offset = |name| props.integer(name, 0, 0) as u32;
+        let mut film = FilmDesc {
+            size,
+            crop_offset: UVec2::new(offset("crop_offset_x"), offset("crop_offset_y")),
+            crop_size: UVec2::new(extent("crop_width", size.x), extent("crop_height", size.y)),
+            filter: props.single(Family::Filter).map_or(DEFAULT_FILTER, |filter| self.filter(filter)),
+        };
+        if (film.crop_offset + film.crop_size).cmpgt(film.size).any() {
+            let message = format!(
+                "the crop window {}x{} at ({}, {}) does not lie in the film of {}x{}",
+                film.crop_size.x, film.crop_size.y, film.crop_offset.x, film.crop_offset.y, size.x, size.y
+            );
+            let names = ["crop_width", "crop_height", "crop_offset_x", "crop_offset_y"];
+            let place = names.iter().find_map(|name| props.get(name)).map_or(props.place(), |param| param.place);
+            self.sink.error(Report::new("scene::bad_value", place, message));
+            film = self.film_of_size(size);
+        }
+        props.ignore(FILM_IGNORED);
+        if props.is_v0() {
+            props.ignore(FILM_IGNORED_V0);
+            props.ignore_prefix("label[");
+            props.ignore_prefix("metadata[");
+        }
+        if plugin == "specfilm" {
+            props.objects(Family::Spectrum);
+        }
+        props.finish();
+        film
+    }
+
+    fn filter(&mut self, id: ObjectId) -> Filter {
+        let props = self.props(id);
+        let filter = match props.plugin().value.as_str() {
+            "box" => {
+                if props.is_v0() {
+                    props.ignore(&["radius"]);
+                }
+                Filter::Box
+            }
+            "tent" => Filter::Tent { radius: props.float_where("radius", 1.0, |radius| radius > 0.0, "positive") },
+            "gaussian" => {
+                Filter::Gaussian { stddev: props.float_where("stddev", 0.5, |stddev| stddev > 0.0, "positive") }
+            }
+            "mitchell" => Filter::Mitchell { b: props.float("B", 1.0 / 3.0), c: props.float("C", 1.0 / 3.0) },
+            "catmullrom" => Filter::CatmullRom,
+            "lanczos" => Filter::Lanczos { lobes: props.integer("lobes", 3, 1) as f32 },
+            _ => {
+                self.unsupported(&props, FILTERS, &[]);
+                return DEFAULT_FILTER;
+            }
+        };
+        props.finish();
+        filter
+    }
+
+    fn sampler(&self, id: ObjectId) {
+        let props = self.props(id);
+        if !SAMPLERS.contains(&props.plugin().value.as_str()) {
+            self.unsupported(&props, SAMPLERS, &[]);
+            return;
+        }
+        props.integer("sample_count", 4, 1);
+        props.ignore(SAMPLER_IGNORED);
+        props.finish();
+    }
+}
+
+const DEFAULT_SIZE: (u32, u32) = (768, 576);
+const DEFAULT_FILTER: Filter = Filter::Gaussian { stddev: 0.5 };
+
+/// `near_clip` and `far_clip`.
+fn clipping(props: &Props<'_>) -> (f32, f32) {
+    let near = props.float_where("near_clip", 1e-2, |near| near > 0.0, "positive");
+    let far = props.float("far_clip", 1e4);
+    if near >= far {
+        let param = props.get("near_clip").or_else(|| props.get("far_clip")).expect("the defaults are in order");
+        props.refuse(param, "such that `near_clip` is less than `far_clip`");
+        return (1e-2, 1e4);
+    }
+    (near, far)
+}

@@ -1,0 +1,257 @@
+//! Shapes, groups and instances.
+
+use super::super::sink::Report;
+use super::assets::{MeshRequest, Normals};
+use super::bsdfs::PlainMaterial;
+use super::object::{Family, ObjectId};
+use super::props::Props;
+use super::xml::find_file;
+use super::{Builder, Substitute};
+use crate::mesh::MeshFormat;
+use glam::{DMat4, DVec3};
+use manylight::geometry::{Mesh, Shape};
+use manylight::ids::{EmitterId, MaterialId, ShapeId};
+use manylight::math::Affine3A;
+use manylight::scene::{InstanceDesc, PrimitiveDesc};
+
+pub(super) const SUPPORTED: &[&str] = &[
+    "cube", "cylinder", "disk", "instance", "obj", "ply", "rectangle", "serialized", "shapegroup", "sphere",
+];
+
+const LEFT_OUT: &str = "left out";
+
+const SUBSTITUTES: &[Substitute] = &[
+    ("bsplinecurve", LEFT_OUT),
+    ("linearcurve", LEFT_OUT),
+    ("sdfgrid", LEFT_OUT),
+    ("ellipsoids", LEFT_OUT),
+    ("ellipsoidsmesh", LEFT_OUT),
+    ("blender", LEFT_OUT),
+    ("merge", LEFT_OUT),
+    ("hair", LEFT_OUT),
+    ("heightfield", LEFT_OUT),
+    ("deformable", LEFT_OUT),
+    ("shapeinst", LEFT_OUT),
+];
+
+/// Affine parts of a matrix in the precision of the core.
+pub(super) fn affine(matrix: DMat4) -> Affine3A {
+    Affine3A::from_mat4(matrix.as_mat4())
+}
+
+impl Builder<'_> {
+    /// A shape that stands directly in the scene.
+    pub(super) fn shape(&mut self, id: ObjectId) {
+        let props = self.props(id);
+        match props.plugin().value.as_str() {
+            "shapegroup" => {
+                self.group(id);
+            }
+            "instance" => self.instance(&props),
+            _ => {
+                let primitive = self.primitive(&props);
+                self.desc.primitives.extend(primitive);
+            }
+        }
+    }
+
+    /// The group, made at its first use.
+    fn group(&mut self, id: ObjectId) -> usize {
+        if let Some(group) = self.groups.get(&id) {
+            return *group;
+        }
+        let props = self.props(id);
+        let mut primitives = Vec::new();
+        for (child, param) in props.objects(Family::Shape) {
+            let child = self.props(child);
+            if matches!(child.plugin().value.as_str(), "shapegroup" | "instance") {
+                let message = format!("{} cannot stand in a shapegroup", child.describe());
+                self.sink.error(Report::new("scene::nested_group", param.place, message));
+                continue;
+            }
+            if let Some((_, emitter)) = child.objects(Family::Emitter).first() {
+                let message = "a shape in a shapegroup cannot have an emitter";
+                let report = Report::new("scene::emitter_in_group", emitter.place, message);
+                self.sink.error(report.help("place shapes that shine directly in the scene"));
+                continue;
+            }
+            primitives.extend(self.primitive(&child));
+        }
+        props.ignore(&["to_world", "id"]);
+        props.finish();
+        self.desc.groups.push(primitives);
+        let group = self.desc.groups.len() - 1;
+        self.groups.insert(id, group);
+        group
+    }
+
+    fn instance(&mut self, props: &Props<'_>) {
+        let world_from_group = affine(props.to_world());
+        let target = props.single(Family::Shape);
+        props.ignore(&["id"]);
+        props.finish();
+        let Some(target) = target else {
+            let message = "an instance needs a reference to a shapegroup";
+            let report = Report::new("scene::missing_object", props.place(), message);
+            self.sink.error(report.help("for instance <ref id=\"...\"/>"));
+            return;
+        };
+        if self.tree.get(target).plugin.value != "shapegroup" {
+            let message = format!("an instance shows a shapegroup, not {}", self.props(target).describe());
+            self.sink.error(Report::new("scene::bad_value", props.place(), message));
+            return;
+        }
+        let group = self.group(target);
+        self.desc.instances.push(InstanceDesc { group, world_from_group });
+    }
+
+    /// `None` if the shape is left out.
+    fn primitive(&mut self, props: &Props<'_>) -> Option<PrimitiveDesc> {
+        let known = SUPPORTED.contains(&props.plugin().value.as_str());
+        if !known {
+            self.unsupported(props, SUPPORTED, SUBSTITUTES);
+            return None;
+        }
+        let to_world = props.to_world();
+        let shape = self.geometry(props, to_world);
+        let flip_normals = props.boolean("flip_normals", false);
+        let emitter = self.area_emitter(props);
+        let material = self.surface(props, emitter);
+        props.ignore(&["silhouette_sampling_weight", "id"]);
+        self.ignore_parts(props);
+        props.finish();
+        let name = props.object().id.clone();
+        let world_from_object = affine(to_world);
+        Some(PrimitiveDesc { name, shape: shape?, world_from_object, flip_normals, material, emitter })
+    }
+
+    /// Parts of shapes that are left out.
+    fn ignore_parts(&self, props: &Props<'_>) {
+        for (medium, _) in props.objects(Family::Medium) {
+            self.ignore_medium(medium);
+        }
+        for (subsurface, _) in props.objects(Family::Subsurface) {
+            let inner = self.props(subsurface);
+            let message = format!("{} is not supported and is ignored", inner.describe());
+            self.sink.warn_once("subsurface", Report::new("scene::unsupported", inner.place(), message));
+        }
+        for (sensor, _) in props.objects(Family::Sensor) {
+            let inner = self.props(sensor);
+            let message = format!("{} on a shape is not supported and is ignored", inner.describe());
+            self.sink.warn_once("sensor on shape", Report::new("scene::unsupported", inner.place(), message));
+        }
+    }
+
+    fn surface(&mut self, props: &Props<'_>, emitter: Option<EmitterId>) -> MaterialId {
+        match props.single(Family::Bsdf) {
+            Some(bsdf) => self.material(bsdf),
+            None if emitter.is_some() => self.plain_material(PlainMaterial::Black),
+            // 0.x: the border of a medium without a surface of its own.
+            None if props.is_v0() && !props.objects(Family::Medium).is_empty() => {
+                self.plain_material(PlainMaterial::Null)
+            }
+            None => self.plain_material(PlainMaterial::Grey),
+        }
+    }
+
+    fn add_shape(&mut self, shape: Shape) -> ShapeId {
+        self.desc.shapes.push(shape);
+        ShapeId::from(self.desc.shapes.len() - 1)
+    }
+
+    fn geometry(&mut self, props: &Props<'_>, to_world: DMat4) -> Option<ShapeId> {
+        let radius = |default| props.float_where("radius", default, |radius| radius > 0.0, "positive");
+        Some(match props.plugin().value.as_str() {
+            "obj" => return self.mesh_file(props, MeshFormat::Obj, to_world),
+            "ply" => return self.mesh_file(props, MeshFormat::Ply, to_world),
+            "serialized" => {
+                let shape_index = props.integer("shape_index", 0, 0) as usize;
+                return self.mesh_file(props, MeshFormat::Serialized { shape_index }, to_world);
+            }
+            "rectangle" => self.builtin(props, "rectangle", || Shape::Mesh(Mesh::rectangle())),
+            "cube" => {
+                props.ignore(&["face_normals", "flip_tex_coords"]);
+                self.builtin(props, "cube", || Shape::Mesh(Mesh::cube()))
+            }
+            "disk" => self.builtin(props, "disk", || Shape::Disk),
+            "sphere" => {
+                let center = props.vector("center").unwrap_or(DVec3::ZERO).as_vec3();
+                let shape = Shape::Sphere { center, radius: radius(1.0) };
+                self.warn_distorted(props, to_world);
+                self.add_shape(shape)
+            }
+            "cylinder" => {
+                let p0 = props.vector("p0").unwrap_or(DVec3::ZERO).as_vec3();
+                let p1 = props.vector("p1").unwrap_or(DVec3::Z).as_vec3();
+                if p0 == p1 {
+                    let message = "`p0` and `p1` of a cylinder must differ";
+                    self.sink.error(Report::new("scene::bad_value", props.place(), message));
+                }
+                let shape = Shape::Cylinder { p0, p1, radius: radius(1.0) };
+                self.warn_distorted(props, to_world);
+                self.add_shape(shape)
+            }
+            _ => return None,
+        })
+    }
+
+    fn builtin(&mut self, props: &Props<'_>, name: &'static str, make: impl FnOnce() -> Shape) -> ShapeId {
+        props.ignore(&["subdivisions"]);
+        if let Some(shape) = self.builtin_shapes.get(name) {
+            return *shape;
+        }
+        let shape = self.add_shape(make());
+        self.builtin_shapes.insert(name, shape);
+        shape
+    }
+
+    /// Spheres and cylinders stay what they are only under rotation, translation and uniform scale.
+    fn warn_distorted(&self, props: &Props<'_>, to_world: DMat4) {
+        if similarity_scale(to_world).is_none() {
+            let message = format!("`to_world` of {} distorts it, which is not exact", props.describe());
+            let place = props.get("to_world").map_or(props.place(), |param| param.name.place);
+            self.sink.warn_once("distorted quadric", Report::new("scene::distorted", place, message));
+        }
+    }
+
+    fn mesh_file(&mut self, props: &Props<'_>, format: MeshFormat, to_world: DMat4) -> Option<ShapeId> {
+        let faceted = props.boolean("face_normals", false);
+        // Mitsuba turns v round for OBJ files, so that images stand upright.
+        let flip_v = props.boolean("flip_tex_coords", matches!(format, MeshFormat::Obj));
+        props.ignore(&["vertex_normals", "collapse", "srgb"]);
+        self.warn_feature(props, "max_smooth_angle", "is not supported and is ignored");
+        let name = props.required_string("filename")?;
+        let path = find_file(self.sink, &props.object().folders, &name, "mesh file")?;
+        let normals = if faceted {
+            Normals::Faceted
+        } else {
+            let keeps_angles = similarity_scale(to_world).is_some_and(|scale| scale > 0.0);
+            Normals::Smooth { placement: if keeps_angles { Affine3A::IDENTITY } else { linear_part(to_world) } }
+        };
+        let request = MeshRequest { path, format, flip_v, normals };
+        let shapes = &mut self.desc.shapes;
+        Some(self.assets.mesh(request, name.place, || {
+            shapes.push(Shape::Mesh(Mesh::default()));
+            ShapeId::from(shapes.len() - 1)
+        }))
+    }
+}
+
+fn linear_part(matrix: DMat4) -> Affine3A {
+    Affine3A { translation: glam::Vec3A::ZERO, ..affine(matrix) }
+}
+
+/// The scale of a transform that keeps angles, negative if it mirrors; `None` if it distorts.
+fn similarity_scale(matrix: DMat4) -> Option<f64> {
+    // Matrices in files have about seven digits.
+    const TOLERANCE: f64 = 1e-5;
+    let axes = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.truncate());
+    let scale_squared = axes[0].length_squared();
+    let near = |a: f64, b: f64| (a - b).abs() <= TOLERANCE * scale_squared;
+    let keeps = near(axes[1].length_squared(), scale_squared)
+        && near(axes[2].length_squared(), scale_squared)
+        && near(axes[0].dot(axes[1]), 0.0)
+        && near(axes[1].dot(axes[2]), 0.0)
+        && near(axes[2].dot(axes[0]), 0.0);
+    keeps.then(|| scale_squared.sqrt() * matrix.determinant().signum())
+}

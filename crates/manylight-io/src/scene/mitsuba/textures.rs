@@ -1,0 +1,167 @@
+//! Textures.
+
+use super::super::sink::Report;
+use super::assets::Channel;
+use super::colors::ColorUse;
+use super::object::ObjectId;
+use super::props::Props;
+use super::values::Value;
+use super::xml::find_file;
+use super::{Builder, Substitute};
+use crate::image::Transfer;
+use glam::DMat4;
+use manylight::ids::TextureId;
+use manylight::image::Image;
+use manylight::math::{Mat3, Vec3};
+use manylight::texture::{Bitmap, Filtering, Texture, Wrap};
+use std::path::PathBuf;
+
+pub(super) const SUPPORTED: &[&str] = &["bitmap", "checkerboard"];
+
+const SUBSTITUTES: &[Substitute] = &[
+    ("mesh_attribute", "replaced by a constant"),
+    ("volume", "replaced by a constant"),
+    ("vertexcolors", "replaced by a constant"),
+    ("gridtexture", "replaced by a constant"),
+    ("wireframe", "replaced by a constant"),
+    ("curvature", "replaced by a constant"),
+    ("scale", "replaced by a constant"),
+];
+
+/// What makes two bitmap textures the same.
+#[derive(Clone, PartialEq, Eq, Hash)]
+pub(super) struct BitmapKey {
+    path: PathBuf,
+    settings: String,
+}
+
+impl Builder<'_> {
+    /// The texture, made at its first use. `None` if it is replaced by the default of the parameter.
+    pub(super) fn texture(&mut self, id: ObjectId) -> Option<TextureId> {
+        if let Some(texture) = self.textures.get(&id) {
+            return Some(*texture);
+        }
+        let props = self.props(id);
+        let texture = match props.plugin().value.as_str() {
+            "bitmap" => self.bitmap(&props),
+            "checkerboard" => Some(self.checkerboard(&props)),
+            _ => {
+                self.unsupported(&props, SUPPORTED, SUBSTITUTES);
+                return None;
+            }
+        };
+        props.finish();
+        self.textures.extend(texture.map(|texture| (id, texture)));
+        texture
+    }
+
+    fn add_texture(&mut self, texture: Texture) -> TextureId {
+        self.desc.textures.push(texture);
+        TextureId::from(self.desc.textures.len() - 1)
+    }
+
+    fn bitmap(&mut self, props: &Props<'_>) -> Option<TextureId> {
+        props.ignore(&["format", "accel", "max_anisotropy", "cache", "data", "id"]);
+        let filtering = self.filtering(props);
+        let wrap = self.wrap(props);
+        let uv_transform = uv_transform(props);
+        let transfer = transfer(props);
+        let channel = props.choice("channel", Channel::All, &Channel::NAMES);
+        let name = props.required_string("filename")?;
+        let path = find_file(self.sink, &props.object().folders, &name, "texture")?;
+        let settings = format!("{filtering:?} {wrap:?} {uv_transform:?} {transfer:?} {channel:?}");
+        let key = BitmapKey { path: path.clone(), settings };
+        if let Some(texture) = self.bitmaps.get(&key) {
+            return Some(*texture);
+        }
+        let bitmap = Bitmap { image: Image::default(), filtering, wrap, uv_transform };
+        let texture = self.add_texture(Texture::Bitmap(bitmap));
+        self.assets.add_texture_image(texture, path, transfer, channel, name.place);
+        self.bitmaps.insert(key, texture);
+        Some(texture)
+    }
+
+    fn filtering(&self, props: &Props<'_>) -> Filtering {
+        let Some(text) = props.string("filter_type") else { return Filtering::Bilinear };
+        if props.is_v0() && matches!(text.value.as_str(), "trilinear" | "ewa") {
+            let message = format!("texture filter `{}` is not supported; replaced by bilinear", text.value);
+            self.sink.warn_once(format!("filter {}", text.value), Report::new("scene::unsupported", text.place, message));
+            return Filtering::Bilinear;
+        }
+        let choices = [("bilinear", Filtering::Bilinear), ("nearest", Filtering::Nearest)];
+        props.choice("filter_type", Filtering::Bilinear, &choices)
+    }
+
+    /// `wrap_mode`, or in old files `wrap_mode_u` and `wrap_mode_v`.
+    fn wrap(&self, props: &Props<'_>) -> Wrap {
+        if props.is_v0() {
+            self.wrap_v0(props)
+        } else {
+            let choices = [("repeat", Wrap::Repeat), ("mirror", Wrap::Mirror), ("clamp", Wrap::Clamp)];
+            props.choice("wrap_mode", Wrap::Repeat, &choices)
+        }
+    }
+
+    fn wrap_v0(&self, props: &Props<'_>) -> Wrap {
+        let choices = [
+            ("repeat", Wrap::Repeat),
+            ("mirror", Wrap::Mirror),
+            ("clamp", Wrap::Clamp),
+            ("zero", Wrap::Clamp),
+            ("one", Wrap::Clamp),
+        ];
+        let both = props.choice("wrap_mode", Wrap::Repeat, &choices);
+        let u = props.choice("wrap_mode_u", both, &choices);
+        let v = props.choice("wrap_mode_v", both, &choices);
+        for name in ["wrap_mode", "wrap_mode_u", "wrap_mode_v"] {
+            if let Some(text) = props.has(name).then(|| props.string(name)).flatten()
+                && matches!(text.value.as_str(), "zero" | "one")
+            {
+                let message = format!("wrap mode `{}` is not supported; replaced by clamp", text.value);
+                self.sink.warn_once("wrap constant", Report::new("scene::unsupported", text.place, message));
+            }
+        }
+        if u != v {
+            let message = "different wrap modes along u and v are not supported; that of u is used";
+            self.sink.warn_once("wrap uv", Report::new("scene::unsupported", props.place(), message));
+        }
+        u
+    }
+
+    fn checkerboard(&mut self, props: &Props<'_>) -> TextureId {
+        props.ignore(&["line_width", "id"]);
+        let color0 = self.color(props, "color0", 0.4, ColorUse::Reflectance);
+        let color1 = self.color(props, "color1", 0.2, ColorUse::Reflectance);
+        let uv_transform = uv_transform(props);
+        self.add_texture(Texture::Checkerboard { color0, color1, uv_transform })
+    }
+}
+
+/// How the values in the file become linear.
+fn transfer(props: &Props<'_>) -> Transfer {
+    let raw = props.boolean("raw", false);
+    let gamma = if props.is_v0() { gamma(props) } else { None };
+    match gamma {
+        _ if raw => Transfer::Raw,
+        // 0.x: -1 stands for what the file's format implies.
+        Some(gamma) if gamma <= 0.0 => Transfer::Auto,
+        Some(1.0) => Transfer::Raw,
+        Some(gamma) => Transfer::Gamma(gamma),
+        None => Transfer::Auto,
+    }
+}
+
+/// `gamma` of 0.x, a number or "srgb".
+fn gamma(props: &Props<'_>) -> Option<f32> {
+    match &props.get("gamma")?.value {
+        Value::String(name) if name.eq_ignore_ascii_case("srgb") => None,
+        _ => props.maybe_float("gamma"),
+    }
+}
+
+/// `to_uv` on (u, v, 1).
+fn uv_transform(props: &Props<'_>) -> Mat3 {
+    let matrix = props.transform("to_uv").unwrap_or(DMat4::IDENTITY).as_mat4();
+    let column = |index: usize| Vec3::new(matrix.col(index).x, matrix.col(index).y, 0.0);
+    Mat3::from_cols(column(0), column(1), column(3) + Vec3::Z)
+}

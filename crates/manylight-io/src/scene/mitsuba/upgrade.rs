@@ -1,0 +1,116 @@
+//! Files of versions 0.x in the names of version 3: camelCase becomes snake_case, renamed plugins and parameters get
+//! their new names, and the four numbers of a texture's placement become a transform.
+
+use super::object::{Family, Object, Param};
+use super::values::Value;
+use super::xml::{Dialect, Text};
+use glam::{DMat4, DVec3};
+
+/// Plugins with another name today.
+const PLUGINS: [(Family, &str, &str); 9] = [
+    (Family::Bsdf, "lambertian", "diffuse"),
+    (Family::Bsdf, "bump", "bumpmap"),
+    (Family::Bsdf, "roughglass", "roughdielectric"),
+    (Family::Bsdf, "roughmetal", "roughconductor"),
+    (Family::Film, "exrfilm", "hdrfilm"),
+    (Family::Film, "pngfilm", "ldrfilm"),
+    (Family::Texture, "ldrtexture", "bitmap"),
+    (Family::Texture, "exrtexture", "bitmap"),
+    (Family::Integrator, "pathtracer", "path"),
+];
+
+/// Parameters (after the change to snake_case) with another name today.
+const PARAMETERS: [(Family, &str, &str, &str); 8] = [
+    (Family::Bsdf, "diffuse", "diffuse_reflectance", "reflectance"),
+    (Family::Bsdf, "roughdiffuse", "diffuse_reflectance", "reflectance"),
+    (Family::Emitter, "area", "intensity", "radiance"),
+    (Family::Emitter, "constant", "intensity", "radiance"),
+    (Family::Emitter, "directional", "intensity", "irradiance"),
+    (Family::Emitter, "envmap", "intensity_scale", "scale"),
+    (Family::Filter, "mitchell", "b", "B"),
+    (Family::Filter, "mitchell", "c", "C"),
+];
+
+/// Brings an object of a 0.x file to the names of version 3.
+pub(super) fn upgrade(object: &mut Object) {
+    if object.dialect != Dialect::V0 {
+        return;
+    }
+    if let Some((.., new)) = PLUGINS.iter().find(|(family, old, _)| *family == object.family && *old == object.plugin.value) {
+        object.plugin.value = (*new).to_owned();
+    }
+    for param in &mut object.params {
+        param.name.value = snake_case(&param.name.value);
+        let rename = PARAMETERS.iter().find(|(family, plugin, old, _)| {
+            *family == object.family && *plugin == object.plugin.value && *old == param.name.value
+        });
+        if let Some((.., new)) = rename {
+            param.name.value = (*new).to_owned();
+        }
+    }
+    if object.family == Family::Texture {
+        place_texture(object);
+    }
+}
+
+/// `toWorld` becomes `to_world`, `intIOR` becomes `int_ior`.
+fn snake_case(name: &str) -> String {
+    let mut result = String::with_capacity(name.len() + 4);
+    let mut previous = ' ';
+    for c in name.chars() {
+        if c.is_ascii_uppercase() && previous.is_ascii_lowercase() {
+            result.push('_');
+        }
+        let in_capitals = c.is_ascii_uppercase() && (previous.is_ascii_lowercase() || previous.is_ascii_uppercase());
+        result.push(if in_capitals { c.to_ascii_lowercase() } else { c });
+        previous = c;
+    }
+    result
+}
+
+/// `uoffset`, `voffset`, `uscale` and `vscale` become `to_uv`; the offset counts before the scale, as in Mitsuba's own upgrade.
+fn place_texture(object: &mut Object) {
+    let mut offset = DVec3::ZERO;
+    let mut scale = DVec3::ONE;
+    let mut place = None;
+    object.params.retain(|param| {
+        let target = match param.name.value.as_str() {
+            "uoffset" => &mut offset.x,
+            "voffset" => &mut offset.y,
+            "uscale" => &mut scale.x,
+            "vscale" => &mut scale.y,
+            _ => return true,
+        };
+        match param.value {
+            Value::Float(value) => *target = value,
+            Value::Integer(value) => *target = value as f64,
+            _ => return true,
+        }
+        place = Some(param.place);
+        false
+    });
+    if let Some(place) = place {
+        let value = Value::Transform(DMat4::from_scale(scale) * DMat4::from_translation(offset));
+        object.params.push(Param { name: Text { value: "to_uv".to_owned(), place }, value, place });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn camel_case_becomes_snake_case() {
+        for (old, new) in [
+            ("toWorld", "to_world"),
+            ("intIOR", "int_ior"),
+            ("alphaU", "alpha_u"),
+            ("maxDepth", "max_depth"),
+            ("to_world", "to_world"),
+            ("extEta", "ext_eta"),
+            ("B", "B"),
+        ] {
+            assert_eq!(snake_case(old), new);
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! Where loaders put what is wrong. Loading goes on after an error, so that one run finds everything.
+
+use crate::error::{Diagnostic, LoadErrorKind, Location, Severity};
+use std::cell::RefCell;
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// A range of bytes in one of the files of a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Place {
+    /// Index of the file in the [`Sink`].
+    pub(super) file: u32,
+    /// First byte.
+    pub(super) start: u32,
+    /// After the last byte.
+    pub(super) end: u32,
+}
+
+/// A problem at a place.
+#[derive(Clone, Debug)]
+pub(super) struct Report {
+    code: &'static str,
+    place: Place,
+    message: String,
+    label: String,
+    second: Option<(Place, String)>,
+    help: Option<String>,
+    kind: LoadErrorKind,
+}
+
+impl Report {
+    pub(super) fn new(code: &'static str, place: Place, message: impl Into<String>) -> Self {
+        Report {
+            code,
+            place,
+            message: message.into(),
+            label: String::new(),
+            second: None,
+            help: None,
+            kind: LoadErrorKind::Scene,
+        }
+    }
+
+    /// A remark at the place.
+    pub(super) fn label(mut self, label: impl Into<String>) -> Self {
+        self.label = label.into();
+        self
+    }
+
+    /// Another place that matters.
+    pub(super) fn second(mut self, place: Place, label: impl Into<String>) -> Self {
+        self.second = Some((place, label.into()));
+        self
+    }
+
+    /// What was expected, and a suggestion.
+    pub(super) fn help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+
+    /// A suggestion, if there is one.
+    pub(super) fn maybe_help(mut self, help: Option<String>) -> Self {
+        self.help = help;
+        self
+    }
+
+    /// The file system is to blame.
+    pub(super) fn file_system(mut self) -> Self {
+        self.kind = LoadErrorKind::FileSystem;
+        self
+    }
+}
+
+struct SourceFile {
+    path: PathBuf,
+    text: Arc<str>,
+}
+
+/// The files of a scene and what is wrong with them.
+#[derive(Default)]
+pub(super) struct Sink {
+    files: RefCell<Vec<SourceFile>>,
+    found: RefCell<Vec<(Option<Place>, Diagnostic)>>,
+    warned: RefCell<HashSet<String>>,
+}
+
+impl Sink {
+    /// Adds a file, so that places can refer to it.
+    pub(super) fn add_file(&self, path: &Path, text: Arc<str>) -> u32 {
+        let mut files = self.files.borrow_mut();
+        files.push(SourceFile { path: path.to_owned(), text });
+        files.len() as u32 - 1
+    }
+
+    /// A problem without a place.
+    pub(super) fn report(&self, diagnostic: Diagnostic) {
+        self.found.borrow_mut().push((None, diagnostic));
+    }
+
+    /// The scene cannot be used.
+    pub(super) fn error(&self, report: Report) {
+        self.add(Severity::Error, report);
+    }
+
+    /// Something is left out or replaced.
+    pub(super) fn warn(&self, report: Report) {
+        self.add(Severity::Warning, report);
+    }
+
+    /// As [`Sink::warn`], but only the first time for this `subject`.
+    pub(super) fn warn_once(&self, subject: impl Into<String>, report: Report) {
+        if self.warned.borrow_mut().insert(subject.into()) {
+            self.warn(report);
+        }
+    }
+
+    fn add(&self, severity: Severity, report: Report) {
+        let location = self.locate(&report);
+        let Report { code, place, message, help, kind, .. } = report;
+        let diagnostic = Diagnostic { severity, kind, code, message, location: Some(location), help };
+        self.found.borrow_mut().push((Some(place), diagnostic));
+    }
+
+    fn locate(&self, report: &Report) -> Location {
+        let files = self.files.borrow();
+        let range = |place: Place| place.start as usize..place.end as usize;
+        let file = &files[report.place.file as usize];
+        let mut location = Location::new(&file.path, &file.text, range(report.place), report.label.clone());
+        match &report.second {
+            Some((place, label)) if place.file == report.place.file => location.add_label(range(*place), label.clone()),
+            _ => {}
+        }
+        location
+    }
+
+    /// Everything found, by file and place; what has no place comes first.
+    pub(super) fn into_diagnostics(self) -> Vec<Diagnostic> {
+        let mut found = self.found.into_inner();
+        found.sort_by_key(|(place, _)| *place);
+        found.into_iter().map(|(_, diagnostic)| diagnostic).collect()
+    }
+}
