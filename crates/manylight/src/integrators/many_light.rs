@@ -17,7 +17,7 @@ use crate::sampling::{Sampler, Stream};
 use crate::scene::{PathLimits, Scene};
 use crate::transport::direct::{EmitterSample, found_environment, found_radiance};
 use crate::transport::{Step, Vertex, Walk};
-use crate::virtual_lights::{LightField, Shares, Site, assign, select};
+use crate::virtual_lights::{LightField, Shares, assign, select};
 use rayon::prelude::*;
 
 /// Where lights stand.
@@ -138,7 +138,14 @@ impl ManyLight {
         let lights = stats.time("lights", || {
             let mut sampler = pass.sampler(Stream::Selection, 0);
             let sites = select(&photons, &weights, self.light_count as usize, sampler.next_1d());
-            self.create(scene, &photons, &weights, &sites, sampler.next_1d())
+            let shares = match self.flux {
+                FluxRule::Density => Shares::own(&sites),
+                FluxRule::Partition => assign(scene, &photons, &sites, &weights, sampler.next_1d()),
+            };
+            match self.emission {
+                EmissionKind::Single => LightField::single(scene, limits, &photons, &shares),
+                EmissionKind::Table { side } => LightField::rich(scene, limits, &photons, &shares, side as usize),
+            }
         });
         Stats::count(&stats.lights, lights.lights().len() as u64);
         stats.light_bytes.fetch_max(lights.bytes() as u64, std::sync::atomic::Ordering::Relaxed);
@@ -170,25 +177,6 @@ impl ManyLight {
                 )
                 .collect()
         })
-    }
-
-    /// Lights at `sites`: whose flux they carry, then what they shine.
-    fn create<'s>(
-        &self,
-        scene: &'s Scene,
-        photons: &[Photon],
-        weights: &[f32],
-        sites: &[Site],
-        u: f32,
-    ) -> LightField<'s> {
-        let shares = match self.flux {
-            FluxRule::Density => Shares::own(sites),
-            FluxRule::Partition => assign(scene, photons, sites, weights, u),
-        };
-        match self.emission {
-            EmissionKind::Single => LightField::single(scene, photons, &shares),
-            EmissionKind::Table { side } => LightField::rich(scene, photons, &shares, side as usize),
-        }
     }
 }
 

@@ -12,7 +12,7 @@ use crate::math::Vec3;
 use crate::particles::Photon;
 use crate::sampling::rng::{Pcg, mix};
 use crate::sampling::systematic::{inclusion_probabilities, systematic};
-use crate::scene::Scene;
+use crate::scene::{PathLimits, Scene};
 use rayon::prelude::*;
 use std::f32::consts::{FRAC_1_PI, PI};
 
@@ -22,7 +22,7 @@ const WIDE_SOURCES: usize = 16;
 const NARROW_SOURCES: usize = 32;
 /// Roughness between the two.
 const NARROW: f32 = 0.3;
-/// Path lengths told apart by [`LightField::share_up_to`]; scenes with longer limits treat them as none.
+/// Path lengths told apart by [`LightField::share_up_to`]; longer limits are treated as none.
 const DEPTHS: usize = 16;
 /// Neighbors that tell the surface per light; the light itself is among them (ERRATA E12).
 const AREA_NEIGHBORS: usize = 9;
@@ -34,7 +34,7 @@ pub struct LightField<'s> {
     /// Octahedral tables one after the other, `side`² texels each: glossy radiant intensity in W/sr, cosine included.
     tables: Vec<Rgb>,
     side: usize,
-    /// For each light the shares of its flux from photons of depth 1, up to 2, up to 3, ...
+    /// For each light the shares of its flux from photons of depth 1, up to 2, up to 3, ...; empty without a limit.
     shares_by_depth: Vec<[f32; DEPTHS]>,
     ledger: Ledger,
 }
@@ -66,50 +66,48 @@ fn rgb(sum: [f64; 3]) -> Rgb {
 
 impl<'s> LightField<'s> {
     /// Plain VPLs: each site shines as its one photon, with flux `Φ / probability` (ALGORITHMS 1.6, option 0).
-    pub fn plain(scene: &'s Scene, photons: &[Photon], sites: &[Site]) -> Self {
-        LightField::single(scene, photons, &Shares::own(sites))
+    pub fn plain(scene: &'s Scene, limits: PathLimits, photons: &[Photon], sites: &[Site]) -> Self {
+        LightField::single(scene, limits, photons, &Shares::own(sites))
     }
 
     /// Each light shines as the photon that it stands on, with the flux of its share.
-    pub fn single(scene: &'s Scene, photons: &[Photon], shares: &Shares) -> Self {
-        LightField::build(scene, photons, shares, None)
+    pub fn single(scene: &'s Scene, limits: PathLimits, photons: &[Photon], shares: &Shares) -> Self {
+        LightField::build(scene, limits, photons, shares, None)
     }
 
     /// Rich-VPLs: each light shines as all photons of its share, the diffuse part exactly, the glossy part in a table of `side`²
     /// texels (even).
-    pub fn rich(scene: &'s Scene, photons: &[Photon], shares: &Shares, side: usize) -> Self {
-        LightField::build(scene, photons, shares, Some(&Grid::new(side)))
+    pub fn rich(scene: &'s Scene, limits: PathLimits, photons: &[Photon], shares: &Shares, side: usize) -> Self {
+        LightField::build(scene, limits, photons, shares, Some(&Grid::new(side)))
     }
 
-    fn build(scene: &'s Scene, photons: &[Photon], shares: &Shares, grid: Option<&Grid>) -> Self {
+    fn build(
+        scene: &'s Scene,
+        limits: PathLimits,
+        photons: &[Photon],
+        shares: &Shares,
+        grid: Option<&Grid>,
+    ) -> Self {
         let made: Vec<Made<'s>> = (0..shares.len())
             .into_par_iter()
-            .map(|k| {
-                Maker {
-                    scene,
-                    photons,
-                    shares,
-                    k,
-                    site: &photons[shares.sites()[k].photon as usize],
-                }
-                .make(grid)
-            })
+            .map(|k| Maker { scene, photons, shares, k, site: &photons[shares.sites()[k].photon as usize] }.make(grid))
             .collect();
         let mut field = LightField {
             lights: Vec::with_capacity(made.len()),
             tables: Vec::new(),
             side: grid.map_or(0, Grid::side),
-            shares_by_depth: Vec::with_capacity(made.len()),
-            ledger: Ledger {
-                residual: shares.residual(),
-                ..Ledger::default()
-            },
+            shares_by_depth: Vec::new(),
+            ledger: Ledger { residual: shares.residual(), ..Ledger::default() },
         };
         for photon in photons {
             add(&mut field.ledger.photons, photon.flux, 1.0);
         }
         for light in made {
             field.push(light);
+        }
+        if limits.max_depth.is_some_and(|max| max as usize <= DEPTHS) {
+            let shares = (0..shares.len()).into_par_iter().map(|k| shares_by_depth(photons, shares.photons_of(k)));
+            field.shares_by_depth = shares.collect();
         }
         field.measure_areas();
         field
@@ -132,7 +130,6 @@ impl<'s> LightField<'s> {
             self.tables.extend_from_slice(&profile.texels);
         }
         self.lights.push(made.light);
-        self.shares_by_depth.push(made.shares_by_depth);
     }
 
     fn measure_areas(&mut self) {
@@ -186,17 +183,15 @@ impl<'s> LightField<'s> {
         }
     }
 
-    /// Share of the flux of light `id` that has come over at most `depth` segments, for scenes that limit the length of paths to
-    /// no more than 16 (ERRATA G1); 1 for greater depths.
+    /// Share of the flux of light `id` that has come over at most `depth` segments (ERRATA G1). Only told apart in scenes that
+    /// limit paths to no more than 16 segments; elsewhere, and for greater depths, 1.
     #[inline]
     pub fn share_up_to(&self, id: LightId, depth: u32) -> f32 {
-        match depth {
-            0 => 0.0,
-            _ => self.shares_by_depth[id.index()]
-                .get(depth as usize - 1)
-                .copied()
-                .unwrap_or(1.0),
+        if depth == 0 {
+            return 0.0;
         }
+        let shares = self.shares_by_depth.get(id.index());
+        shares.and_then(|shares| shares.get(depth as usize - 1)).copied().unwrap_or(1.0)
     }
 
     /// Where the flux went.
@@ -218,7 +213,6 @@ struct Made<'s> {
     /// In full precision, for the ledger.
     flux: [f64; 3],
     profile: Option<Profile>,
-    shares_by_depth: [f32; DEPTHS],
 }
 
 /// Makes one light.
@@ -275,12 +269,7 @@ impl<'s, 'p> Maker<'s, 'p> {
                 }
             }
         };
-        Made {
-            light,
-            flux,
-            profile,
-            shares_by_depth: self.shares_by_depth(),
-        }
+        Made { light, flux, profile }
     }
 
     /// The light's place and extent; flux and emission are left open.
@@ -368,25 +357,20 @@ impl<'s, 'p> Maker<'s, 'p> {
             })
             .collect()
     }
+}
 
-    fn shares_by_depth(&self) -> [f32; DEPTHS] {
-        let mut sums = [0.0f64; DEPTHS];
-        let mut total = 0.0;
-        for photon in self.own() {
-            let flux = f64::from(photon.flux.luminance());
-            total += flux;
-            for sum in sums.iter_mut().skip(photon.depth.max(1) as usize - 1) {
-                *sum += flux;
-            }
+/// Share of the flux of `own` from photons of depth 1, up to 2, ...
+fn shares_by_depth(photons: &[Photon], own: &[u32]) -> [f32; DEPTHS] {
+    let mut sums = [0.0f64; DEPTHS];
+    let mut total = 0.0;
+    for photon in own.iter().map(|&j| &photons[j as usize]) {
+        let flux = f64::from(photon.flux.luminance());
+        total += flux;
+        for sum in sums.iter_mut().skip(photon.depth.max(1) as usize - 1) {
+            *sum += flux;
         }
-        sums.map(|sum| {
-            if total > 0.0 {
-                (sum / total) as f32
-            } else {
-                0.0
-            }
-        })
     }
+    sums.map(|sum| if total > 0.0 { (sum / total) as f32 } else { 0.0 })
 }
 
 /// The normal `ns` of `x` on the side that the geometric normal `n` is on.
