@@ -145,7 +145,7 @@ struct Numbering {
 }
 
 impl Numbering {
-    const BUCKET: u32 = 64;
+    const BUCKET: u32 = 16;
 
     fn new(runs: Vec<(u32, PrimitiveId)>, count: u32) -> Self {
         let mut buckets = Vec::with_capacity((count / Self::BUCKET + 2) as usize);

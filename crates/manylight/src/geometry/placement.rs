@@ -3,9 +3,9 @@
 use super::analytic::{Analytic, affine_f64};
 use super::{Hit, Mesh, Ray, Segment, Shape, SurfaceRef};
 use crate::ids::PrimitiveId;
-use crate::math::{Aabb, Affine3A, Frame, Mat3, Vec2, Vec3};
+use crate::math::{Aabb, Affine3A, Frame, Vec2, Vec3, Vec3A};
 use crate::sampling::warp;
-use glam::DAffine3;
+use glam::{DAffine3, Mat3A};
 use rayon::prelude::*;
 use std::sync::OnceLock;
 
@@ -27,8 +27,8 @@ pub(super) enum Placement {
     Mesh {
         /// To the world, or to the group.
         world_from_object: Affine3A,
-        /// Takes normals there, up to their length.
-        normal_from_object: Mat3,
+        /// Takes normals there.
+        normals: NormalTransform,
         /// In the world.
         area: f32,
         /// Running sums of the triangles' areas (times two); made when first asked for.
@@ -41,6 +41,39 @@ pub(super) enum Placement {
         /// In the world.
         area: f32,
     },
+}
+
+/// Takes the normals of vertices to another space.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct NormalTransform {
+    /// The inverse transpose.
+    matrix: Mat3A,
+    /// Lengths change all alike, so that the interpolated normal need not care.
+    is_similarity: bool,
+}
+
+impl NormalTransform {
+    fn new(transform: &Affine3A) -> Self {
+        let m = transform.matrix3;
+        let scale = m.x_axis.length_squared();
+        let gram = m.transpose() * m;
+        let is_similarity =
+            gram.abs_diff_eq(Mat3A::from_diagonal(Vec3::splat(scale)), 1e-5 * scale);
+        NormalTransform {
+            matrix: m.inverse().transpose(),
+            is_similarity,
+        }
+    }
+
+    /// A vertex normal, up to a length that all vertices share.
+    fn at_vertex(&self, n: Vec3) -> Vec3 {
+        let n = Vec3::from(self.matrix * Vec3A::from(n));
+        if self.is_similarity {
+            n
+        } else {
+            n.normalize_or_zero()
+        }
+    }
 }
 
 /// A point on a surface, its normals outwards.
@@ -69,7 +102,7 @@ impl Placement {
             .sum();
         Placement::Mesh {
             world_from_object: *world_from_object,
-            normal_from_object: Mat3::from(world_from_object.matrix3).inverse().transpose(),
+            normals: NormalTransform::new(world_from_object),
             area: (0.5 * area) as f32,
             cumulative: OnceLock::new(),
         }
@@ -129,12 +162,12 @@ impl Placement {
             Placement::Analytic { shape, .. } => analytic_surface(shape, coordinates),
             Placement::Mesh {
                 world_from_object,
-                normal_from_object,
+                normals,
                 ..
             } => mesh_surface(
                 mesh_of(shape),
                 world_from_object,
-                normal_from_object,
+                normals,
                 element as usize,
                 coordinates,
             ),
@@ -220,32 +253,28 @@ fn twice_area([a, b, c]: &[Vec3; 3]) -> f64 {
 fn mesh_surface(
     mesh: &Mesh,
     transform: &Affine3A,
-    normals: &Mat3,
+    normals: &NormalTransform,
     triangle: usize,
     at: Vec2,
 ) -> Surface {
     let [a, b, c] = corners(mesh, transform, triangle);
     let weights = Vec3::new(1.0 - at.x - at.y, at.x, at.y);
     let (ab, ac) = (b - a, c - a);
-    // In f64, because the normal of a sliver is a small difference of large products.
-    let normal = ab.as_dvec3().cross(ac.as_dvec3());
-    let ng = normal.normalize_or(glam::DVec3::Z).as_vec3();
-    let ns = match mesh.normals.is_empty() {
-        true => ng,
-        false => {
-            let [na, nb, nc] = mesh.triangles[triangle]
-                .map(|i| (*normals * mesh.normals[i as usize]).normalize_or_zero());
-            (na * weights.x + nb * weights.y + nc * weights.z).normalize_or(ng)
-        }
-    };
-    let (uv, dp_du, dp_dv) = mesh_parametrization(mesh, triangle, weights, ng, ab, ac);
-    let magnitude = a.abs().max(b.abs()).max(c.abs()).max_element();
     let longest = ab
         .length_squared()
         .max(ac.length_squared())
         .max((c - b).length_squared());
-    let slenderness = (longest / normal.length() as f32).min(MAX_SLENDERNESS);
-    let extent = longest.sqrt() * slenderness;
+    let (ng, slenderness) = normal_and_slenderness(ab, ac, longest);
+    let ns = if mesh.normals.is_empty() {
+        ng
+    } else {
+        let normal = |i: u32| normals.at_vertex(mesh.normals[i as usize]);
+        let [i, j, k] = mesh.triangles[triangle];
+        (normal(i) * weights.x + normal(j) * weights.y + normal(k) * weights.z).normalize_or(ng)
+    };
+    let (uv, dp_du, dp_dv) = mesh_parametrization(mesh, triangle, weights, ng, ab, ac);
+    let magnitude = a.abs().max(b.abs()).max(c.abs()).max_element();
+    let extent = longest.sqrt() * slenderness.min(MAX_SLENDERNESS);
     Surface {
         p: a * weights.x + b * weights.y + c * weights.z,
         ng,
@@ -255,6 +284,25 @@ fn mesh_surface(
         dp_dv,
         offset: OFFSET_ROUNDINGS * 0.5 * f32::EPSILON * (magnitude + 0.25 * extent),
     }
+}
+
+/// Unit normal, and longest edge over height.
+fn normal_and_slenderness(ab: Vec3, ac: Vec3, longest_squared: f32) -> (Vec3, f32) {
+    /// Beyond this the normal loses digits that matter in `f32`.
+    const SLIVER: f32 = 16.0;
+    let normal = ab.cross(ac);
+    let length = normal.length();
+    let slenderness = longest_squared / length;
+    if slenderness < SLIVER {
+        return (normal / length, slenderness);
+    }
+    // A small difference of large products, or products that underflow.
+    let normal = ab.as_dvec3().cross(ac.as_dvec3());
+    let slenderness = f64::from(longest_squared) / normal.length();
+    (
+        normal.normalize_or(glam::DVec3::Z).as_vec3(),
+        slenderness.min(f32::MAX.into()) as f32,
+    )
 }
 
 fn mesh_parametrization(

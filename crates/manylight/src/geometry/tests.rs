@@ -36,6 +36,15 @@ fn flipped(shape: Shape, world_from_object: Affine3A) -> Geometry {
     Geometry::build(vec![shape], vec![primitive], vec![], vec![])
 }
 
+/// The first primitive is the first group.
+#[allow(
+    clippy::single_range_in_vec_init,
+    reason = "one group is meant, not many numbers"
+)]
+fn one_group() -> Vec<std::ops::Range<usize>> {
+    vec![0..1]
+}
+
 fn ball() -> Shape {
     Shape::Sphere {
         center: Vec3::new(0.3, -0.2, 0.1),
@@ -195,7 +204,7 @@ fn analytic_shapes_match_mitsuba() {
 fn instances_match_mitsuba() {
     let group = placed(0, Affine3A::from_scale(Vec3::new(1.0, 2.0, 1.0)));
     let instance = Instance { group: 0, world_from_group: mirrored() };
-    let geometry = Geometry::build(vec![Shape::Mesh(Mesh::rectangle())], vec![group], vec![0..1], vec![instance]);
+    let geometry = Geometry::build(vec![Shape::Mesh(Mesh::rectangle())], vec![group], one_group(), vec![instance]);
     let n = [0.414109, -0.431316, 0.801549];
     check(&geometry, [1.1, -1.8, 0.6], (
         [0.694975, -2.47039, 0.40447], n, n, [-0.801549, -0.590077, 0.0965871], [0.670943, 0.459027],
@@ -224,7 +233,7 @@ fn soup(random: &mut Random, count: u32) -> Mesh {
     for i in 0..count {
         let center = random.point(1.0);
         let [a, b, c] = [random.point(0.3), random.point(0.3), random.point(0.3)];
-        let c = if i % 4 == 0 {
+        let c = if i.is_multiple_of(4) {
             a.lerp(b, 0.3) + c * 10f32.powf(-3.0 * random.number())
         } else {
             c
@@ -251,7 +260,12 @@ fn variants(shape: &Shape) -> Vec<(f32, Geometry)> {
             let group = placed(0, turned());
             variants.push((
                 scale,
-                Geometry::build(vec![shape.clone()], vec![group], vec![0..1], vec![instance]),
+                Geometry::build(
+                    vec![shape.clone()],
+                    vec![group],
+                    one_group(),
+                    vec![instance],
+                ),
             ));
         }
     }
@@ -279,10 +293,10 @@ fn rays_never_hit_the_triangle_that_they_leave() {
     let mut random = Random(Pcg::new(1));
     let shape = Shape::Mesh(soup(&mut random, 200));
     for (scale, geometry) in variants(&shape) {
-        for i in 0..3000 {
+        for i in 0..3000usize {
             let x = point_on(&geometry, random.square());
             let mut w = warp::sphere(random.square());
-            if i % 3 == 0 {
+            if i.is_multiple_of(3) {
                 // Grazing.
                 w = (w - x.ng * w.dot(x.ng) * 0.999).normalize();
             }
@@ -445,7 +459,7 @@ fn mixed() -> Geometry {
             random.point(2.0),
         );
         Primitive {
-            transparent: i % 3 == 0,
+            transparent: i.is_multiple_of(3),
             ..placed((i % 5) as u32, transform)
         }
     };
@@ -486,7 +500,8 @@ fn one_by_one(geometry: &Geometry, ray: &Ray, transparent: bool) -> Option<Hit> 
         if i < 20 {
             single
                 .intersect(ray)
-                .map(|hit| keep(name(hit, SurfaceRef::NO_INSTANCE)));
+                .into_iter()
+                .for_each(|hit| keep(name(hit, SurfaceRef::NO_INSTANCE)));
         }
         let group = if i < 20 { 2 } else { usize::from(i >= 30) };
         for (index, instance) in geometry
@@ -498,7 +513,8 @@ fn one_by_one(geometry: &Geometry, ray: &Ray, transparent: bool) -> Option<Hit> 
             let local = instance.ray_in_group(ray);
             single
                 .intersect(&local)
-                .map(|hit| keep(name(hit, index as u32)));
+                .into_iter()
+                .for_each(|hit| keep(name(hit, index as u32)));
         }
     }
     best

@@ -3,6 +3,8 @@
 mod build;
 pub mod desc;
 pub mod error;
+#[cfg(test)]
+mod tests;
 
 pub use desc::{InstanceDesc, PathLimits, PrimitiveDesc, SceneDesc};
 pub use error::SceneError;
@@ -96,7 +98,7 @@ impl Scene {
             } else {
                 step = 1.0;
                 crossings += 1;
-                through = through * self.bsdf(&x).transmittance(d.normalize_or_zero());
+                through *= self.bsdf(&x).transmittance(d.normalize_or_zero());
                 if through.is_black() {
                     return (Rgb::BLACK, crossings);
                 }

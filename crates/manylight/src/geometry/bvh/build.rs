@@ -18,6 +18,9 @@ pub(super) const MAX_DEPTH: usize = 36;
 /// Below this depth subtrees are split evenly: eleven more levels hold 2^33 items.
 const BALANCED_DEPTH: usize = MAX_DEPTH - 11;
 
+/// Share of the binary nodes that each round of reinsertion considers.
+const REINSERTED_SHARE: f32 = 0.15;
+
 /// Cost of testing a leaf in units of the cost of testing a node.
 const LEAF_COST: f32 = 1.2;
 
@@ -94,7 +97,7 @@ fn binary_tree(boxes: &[Aabb]) -> Bvh2 {
         SortPrecision::U64,
         3,
     );
-    ReinsertionOptimizer::default().run(&mut binary, 0.15, None);
+    ReinsertionOptimizer::default().run(&mut binary, REINSERTED_SHARE, None);
     binary
 }
 

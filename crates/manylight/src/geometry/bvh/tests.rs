@@ -133,8 +133,9 @@ fn random_rays(count: usize, seed: u64) -> Vec<Ray> {
     (0..count)
         .map(|i| {
             let o = random.point(1.5);
-            let d = (random.point(1.0) - if i % 2 == 0 { o } else { Vec3::ZERO }).normalize();
-            let t_max = if i % 3 == 0 {
+            let d =
+                (random.point(1.0) - if i.is_multiple_of(2) { o } else { Vec3::ZERO }).normalize();
+            let t_max = if i.is_multiple_of(3) {
                 random.within(0.1, 2.0)
             } else {
                 f32::INFINITY
@@ -173,9 +174,9 @@ fn axis_parallel_rays_equal_the_loop() {
         Vec3::new(-0.0, 0.6, -0.8),
     ];
     for bvh in structures(&triangles) {
-        for i in 0..3000 {
+        for i in 0..3000usize {
             let mut o = random.point(1.2);
-            if i % 4 == 0 {
+            if i.is_multiple_of(4) {
                 // Start exactly on the plane of a box.
                 o.x = triangles[i % triangles.len()][0].x;
             }
@@ -300,7 +301,7 @@ fn packets_equal_single_segments() {
             let mut to: Vec<Vec3> = (0..1 + i % 64)
                 .map(|_| center + random.point(spread))
                 .collect();
-            if i % 5 == 0 {
+            if i.is_multiple_of(5) {
                 to[0] = from;
                 to.iter_mut().step_by(3).for_each(|p| p.x = from.x);
             }
