@@ -46,9 +46,9 @@ fn the_report_has_the_keys_of_the_contract() {
         (&Value::from(192), &Value::from(2))
     );
     assert_eq!(counts["photons"], 4000);
-    // Systematic selection makes one light more or less.
+    // Two passes of 16 lights; photons that none of them may take get lights of their own.
     assert!(
-        (30..=34).contains(&counts["lights"].as_u64().unwrap()),
+        (32..64).contains(&counts["lights"].as_u64().unwrap()),
         "{counts}"
     );
     assert!(counts["connections"].as_u64().unwrap() > 0);
