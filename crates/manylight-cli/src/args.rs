@@ -109,7 +109,7 @@ pub(crate) struct RenderArgs {
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "Virtual lights")]
 pub(crate) struct LightArgs {
-    /// Virtual lights per pass. Default: the preset's.
+    /// Virtual lights per pass; photons that none of them may take get a few more. Default: the preset's.
     #[arg(short = 'n', long, value_name = "N")]
     pub(crate) lights: Option<NonZeroU32>,
 

@@ -7,7 +7,7 @@ use crate::values::filter_name;
 use manylight::film::Layer;
 use manylight::geometry::Shape;
 use manylight::math::Aabb;
-use manylight::scene::{Scene, SceneDesc};
+use manylight::scene::{PrimitiveDesc, Scene, SceneDesc};
 use manylight::sensors::{SensorDesc, SensorKind};
 use manylight::texture::Texture;
 use manylight_io::LoadOptions;
@@ -62,8 +62,10 @@ pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode, Failure> {
 /// How much of everything there is.
 #[derive(Debug, Default, PartialEq, Serialize)]
 struct Counts {
-    /// In memory: copies by instances do not count.
+    /// Of all primitives, each group once.
     triangles: usize,
+    /// As seen: each group as often as it is placed.
+    triangles_with_instances: usize,
     shapes: usize,
     primitives: usize,
     groups: usize,
@@ -78,8 +80,25 @@ struct Counts {
 impl Counts {
     fn new(desc: &SceneDesc) -> Self {
         let primitives = || desc.primitives.iter().chain(desc.groups.iter().flatten());
+        let triangles = |placed: &[PrimitiveDesc]| -> usize {
+            placed
+                .iter()
+                .map(|p| triangles(&desc.shapes[p.shape.index()]))
+                .sum()
+        };
+        let direct = triangles(&desc.primitives);
+        let copies = desc
+            .instances
+            .iter()
+            .map(|i| triangles(&desc.groups[i.group]));
         Counts {
-            triangles: desc.shapes.iter().map(triangles).sum(),
+            triangles: direct
+                + desc
+                    .groups
+                    .iter()
+                    .map(|group| triangles(group))
+                    .sum::<usize>(),
+            triangles_with_instances: direct + copies.sum::<usize>(),
             shapes: desc.shapes.len(),
             primitives: primitives().count(),
             groups: desc.groups.len(),
@@ -194,9 +213,10 @@ fn describe(counts: &Counts, bounds: Aabb, sensors: &[Value], memory: &Memory) -
         format!("shapes       {}", count(counts.shapes)),
         format!("primitives   {}", count(counts.primitives)),
         format!(
-            "instances    {} of {} groups",
+            "instances    {} of {} groups ({} triangles in all)",
             count(counts.instances),
-            count(counts.groups)
+            count(counts.groups),
+            count(counts.triangles_with_instances)
         ),
         format!("materials    {}", count(counts.materials)),
         format!("textures     {}", count(counts.textures)),
@@ -207,7 +227,7 @@ fn describe(counts: &Counts, bounds: Aabb, sensors: &[Value], memory: &Memory) -
         ),
         match bounds.is_empty() {
             true => "bounds       none".into(),
-            false => format!("bounds       {} to {}", bounds.min, bounds.max),
+            false => format!("bounds       {:.4} to {:.4}", bounds.min, bounds.max),
         },
     ];
     for (i, sensor) in sensors.iter().enumerate() {

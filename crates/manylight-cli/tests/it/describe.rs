@@ -7,6 +7,7 @@ fn info_counts() {
     let folder = Folder::new(BOX);
     let info = folder.run("info scene.xml --json").code(0).json();
     assert_eq!(info["counts"]["triangles"], 6);
+    assert_eq!(info["counts"]["triangles_with_instances"], 6);
     assert_eq!(info["counts"]["primitives"], 3);
     assert_eq!(info["counts"]["emitters"], 1);
     assert_eq!(info["sensors"][0]["size"], serde_json::json!([16, 12]));
@@ -43,7 +44,7 @@ fn completions_and_version() {
     let folder = Folder::new(BOX);
     for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
         let script = folder.run(&format!("completions {shell}")).code(0).stdout();
-        assert!(script.contains("--placement"), "{shell}");
+        assert!(script.contains("placement"), "{shell}");
     }
     let version = folder.run("--version").code(0).stdout();
     assert_eq!(

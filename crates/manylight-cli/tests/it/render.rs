@@ -45,9 +45,11 @@ fn the_report_has_the_keys_of_the_contract() {
         (&counts["pixels"], &counts["passes"]),
         (&Value::from(192), &Value::from(2))
     );
-    assert_eq!(
-        (&counts["photons"], &counts["lights"]),
-        (&Value::from(4000), &Value::from(32))
+    assert_eq!(counts["photons"], 4000);
+    // Two passes of 16 lights; photons that none of them may take get lights of their own.
+    assert!(
+        (32..64).contains(&counts["lights"].as_u64().unwrap()),
+        "{counts}"
     );
     assert!(counts["connections"].as_u64().unwrap() > 0);
     assert!(counts["shadow_rays"].as_u64().unwrap() > 0);
