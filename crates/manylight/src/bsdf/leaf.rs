@@ -187,6 +187,20 @@ impl Leaf<'_> {
         self.model.eval(wi, wo, self.model_lobes(lobes)) * weight
     }
 
+    /// `f` towards `wo` where that is one colour for all directions of incidence on its side; `None` for other models.
+    #[inline]
+    pub(super) fn lambert(&self, wo: Vec3) -> Option<Rgb> {
+        let Model::Diffuse(diffuse) = &self.model else {
+            return None;
+        };
+        if self.tilt.is_some() {
+            return None;
+        }
+        let outer = self.outer.mirror(wo.z)?;
+        let inner = self.inner.mirror(wo.z * outer)?;
+        Some(diffuse.f(wo.z * outer * inner) * self.weight)
+    }
+
     /// Density of [`Leaf::sample`].
     #[inline]
     pub(super) fn pdf(&self, end: Given, mut given: Vec3, mut other: Vec3, lobes: Lobes) -> f32 {

@@ -182,6 +182,17 @@ impl<'s> Bsdf<'s> {
         self.eval_local(self.frame.to_local(wi), self.frame.to_local(wo), lobes)
     }
 
+    /// The function of `wi` that is left when the viewer is fixed; see [`Receiver`].
+    #[inline]
+    pub fn receiver(&self, wo: Vec3, lobes: Lobes) -> Receiver<'_, 's> {
+        let wo = self.frame.to_local(wo);
+        let lambert = match self.leaves {
+            [Some(ref leaf), None, ..] if lobes.has(Lobes::DIFFUSE) => leaf.lambert(wo),
+            _ => None,
+        };
+        Receiver { bsdf: self, wo, lobes, lambert }
+    }
+
     /// `f |wo·ng|`: times incident flux this is radiant intensity towards `wo`.
     #[inline]
     pub fn f_cos_wo(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Rgb {
@@ -465,6 +476,28 @@ impl<'s> Bsdf<'s> {
             }
         }
         chosen
+    }
+}
+
+/// A scattering function seen by one viewer, for sums over many directions of incidence.
+#[derive(Clone, Copy, Debug)]
+pub struct Receiver<'b, 's> {
+    bsdf: &'b Bsdf<'s>,
+    wo: Vec3,
+    lobes: Lobes,
+    /// For a plain Lambertian surface: `f`, to be multiplied by the cosine on the viewer's side.
+    lambert: Option<Rgb>,
+}
+
+impl Receiver<'_, '_> {
+    /// [`Bsdf::f_cos_wi`] for this viewer and set of lobes.
+    #[inline]
+    pub fn f_cos_wi(&self, wi: Vec3) -> Rgb {
+        if let Some(f) = self.lambert {
+            let cos = self.bsdf.frame.n.dot(wi) * 1.0f32.copysign(self.wo.z);
+            return f * cos.max(0.0);
+        }
+        self.bsdf.eval_local(self.bsdf.frame.to_local(wi), self.wo, self.lobes)
     }
 }
 

@@ -1,12 +1,15 @@
 //! Sums virtual lights at shading points. [`Kernel`] says how one light is evaluated; which are is every one.
 
-use crate::bsdf::{Bsdf, Lobes};
+mod cluster;
+
+use crate::bsdf::{Bsdf, Lobes, Receiver};
 use crate::color::Rgb;
 use crate::geometry::{Segment, SurfacePoint};
 use crate::ids::LightId;
 use crate::math::Vec3;
 use crate::scene::Scene;
 use crate::virtual_lights::{LightField, VirtualLight};
+use cluster::{CLUSTER_SIZE, Cluster};
 use std::f32::consts::FRAC_1_PI;
 
 /// How one light is evaluated.
@@ -54,6 +57,22 @@ pub struct ShadingPoint<'s> {
     pub u: f32,
 }
 
+/// Lights made ready to be summed.
+#[derive(Debug)]
+pub struct Lights<'s> {
+    /// The lights themselves.
+    pub field: LightField<'s>,
+    clusters: Vec<Cluster>,
+}
+
+impl<'s> Lights<'s> {
+    /// Cuts `field` into clusters.
+    pub fn new(field: LightField<'s>) -> Self {
+        let clusters = Cluster::all(&field);
+        Lights { field, clusters }
+    }
+}
+
 /// How lights are summed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gather {
@@ -79,23 +98,49 @@ pub struct Gathered {
 }
 
 impl Gather {
-    /// Radiance at `at` from all lights of `field`: `L = Σ_k f |w·n| I_k(-w) V / d²` over the points that each is made of.
-    pub fn sum(&self, scene: &Scene, field: &LightField, at: &ShadingPoint) -> Gathered {
-        let mut sum = Gathered { connections: field.lights().len() as u64, ..Gathered::default() };
+    /// For each point of a tile the radiance from all lights: `L = Σ_k f |w·n| I_k(-w) V / d²` over the points that each light
+    /// is made of. Cluster by cluster, so that the tables of its lights stay in the cache for the whole tile.
+    pub fn sum(&self, scene: &Scene, lights: &Lights, points: &[ShadingPoint]) -> Vec<Gathered> {
+        let mut sums = vec![Gathered::default(); points.len()];
+        let receivers: Vec<Receiver> =
+            points.iter().map(|at| at.bsdf.receiver(at.wo, Lobes::SMOOTH)).collect();
+        for cluster in &lights.clusters {
+            for ((at, receiver), sum) in points.iter().zip(&receivers).zip(&mut sums) {
+                self.add_cluster(scene, lights, cluster, at, receiver, sum);
+            }
+        }
+        sums
+    }
+
+    fn add_cluster(
+        &self,
+        scene: &Scene,
+        lights: &Lights,
+        cluster: &Cluster,
+        at: &ShadingPoint,
+        receiver: &Receiver,
+        sum: &mut Gathered,
+    ) {
+        let field = &lights.field;
+        let mut facing = cluster.facing(at.x.p, at.bsdf.receiving_normal(at.wo));
+        sum.connections += CLUSTER_SIZE.min(field.lights().len() - cluster.first) as u64;
         // Shadow rays of one packet share their origin, which lies off the surface on the side that they leave by.
         let (mut front, mut back) = (Packet::new(at, at.x.ng), Packet::new(at, -at.x.ng));
-        for (k, light) in field.lights().iter().enumerate() {
-            let share = at.max_photon_depth.map_or(1.0, |m| field.share_up_to(LightId(k as u32), m));
+        while facing != 0 {
+            let k = cluster.first + facing.trailing_zeros() as usize;
+            facing &= facing - 1;
+            let (id, light) = (LightId(k as u32), &field.lights()[k]);
+            let share = at.max_photon_depth.map_or(1.0, |m| field.share_up_to(id, m));
             if share <= 0.0 {
                 continue;
             }
-            let connector = Connector { gather: self, field, at, light, id: LightId(k as u32) };
+            let connector = Connector { gather: self, field, at, receiver, light, id };
             let mut connect = |p: Vec3, radius_squared: f32, weight: f32| {
                 if let Some(c) = connector.connect(p, radius_squared, weight * share) {
                     sum.clamped += c.clamped;
                     sum.unclamped += c.value.luminance() + c.clamped;
                     let packet = if c.in_front { &mut front } else { &mut back };
-                    packet.push(scene, c.target, c.value, &mut sum.radiance, &mut sum.shadow_rays);
+                    packet.push(scene, c.target, c.value, sum);
                 }
             };
             if self.is_disc_from(at, light) {
@@ -106,9 +151,8 @@ impl Gather {
                 connect(light.p, light.area * FRAC_1_PI, 1.0);
             }
         }
-        front.flush(scene, &mut sum.radiance, &mut sum.shadow_rays);
-        back.flush(scene, &mut sum.radiance, &mut sum.shadow_rays);
-        sum
+        front.flush(scene, sum);
+        back.flush(scene, sum);
     }
 
     /// Whether `light` is near enough to `at` to be seen as four points.
@@ -127,6 +171,7 @@ struct Connector<'a, 's> {
     gather: &'a Gather,
     field: &'a LightField<'s>,
     at: &'a ShadingPoint<'s>,
+    receiver: &'a Receiver<'a, 's>,
     light: &'a VirtualLight<'s>,
     id: LightId,
 }
@@ -153,7 +198,7 @@ impl Connector<'_, '_> {
         if intensity.is_black() {
             return None;
         }
-        let f_cos = self.at.bsdf.f_cos_wi(w, self.at.wo, Lobes::SMOOTH);
+        let f_cos = self.receiver.f_cos_wi(w);
         if f_cos.is_black() {
             return None;
         }
@@ -188,26 +233,29 @@ impl Packet {
     }
 
     #[inline]
-    fn push(&mut self, scene: &Scene, target: Vec3, value: Rgb, sum: &mut Rgb, shadow_rays: &mut u64) {
+    fn push(&mut self, scene: &Scene, target: Vec3, value: Rgb, sum: &mut Gathered) {
         self.targets[self.len] = target;
         self.values[self.len] = value;
         self.len += 1;
         if self.len == PACKET {
-            self.flush(scene, sum, shadow_rays);
+            self.flush(scene, sum);
         }
     }
 
     /// Tests the waiting connections and adds those that arrive.
-    fn flush(&mut self, scene: &Scene, sum: &mut Rgb, shadow_rays: &mut u64) {
+    fn flush(&mut self, scene: &Scene, sum: &mut Gathered) {
+        if self.len == 0 {
+            return;
+        }
         let occluded = scene.geometry.occluded_packet(self.origin, &self.targets[..self.len]);
         for i in (0..self.len).filter(|i| occluded >> i & 1 == 0) {
             let mut value = self.values[i];
             if scene.geometry.has_transparent() {
                 value *= scene.cross_transparent(&Segment { from: self.origin, to: self.targets[i] }).0;
             }
-            *sum += value;
+            sum.radiance += value;
         }
-        *shadow_rays += self.len as u64;
+        sum.shadow_rays += self.len as u64;
         self.len = 0;
     }
 }

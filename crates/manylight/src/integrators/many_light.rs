@@ -8,7 +8,7 @@ use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::film::{Film, FilmSampler, Layer, TileSamples};
 pub use crate::gather::{Clamp, Kernel};
-use crate::gather::{Gather, ShadingPoint};
+use crate::gather::{Gather, Lights, ShadingPoint};
 use crate::maps::density::{IMPORTANCE_NEIGHBORS, estimate, importance_at};
 use crate::maps::{KdTree, Neighbors};
 use crate::particles::{Importon, Photon, trace_importons, trace_photons};
@@ -17,7 +17,7 @@ use crate::sampling::{Sampler, Stream};
 use crate::scene::{PathLimits, Scene};
 use crate::transport::direct::{EmitterSample, found_environment, found_radiance};
 use crate::transport::{Step, Vertex, Walk};
-use crate::virtual_lights::{LightField, Shares, assign, select};
+use crate::virtual_lights::{LightField, Shares, Site, assign, select};
 use rayon::prelude::*;
 
 /// Where lights stand.
@@ -71,6 +71,8 @@ pub struct ManyLight {
     pub clamp: Clamp,
 }
 
+/// Photons that ask for their importance, per light.
+const CANDIDATES_PER_LIGHT: usize = 32;
 /// Photons in a caustic estimate.
 const CAUSTIC_NEIGHBORS: usize = 48;
 /// Largest radius of a caustic estimate as a share of the scene's diagonal.
@@ -131,16 +133,18 @@ impl ManyLight {
         // A light at depth m makes paths of at least m + 2 segments.
         let photons: Vec<Photon> = photons.into_iter().filter(|p| limits.allow(u32::from(p.depth) + 2)).collect();
 
-        let weights = match self.placement {
-            Placement::Uniform => photons.iter().map(|p| p.flux.luminance()).collect(),
-            Placement::Importance => self.importance_weights(scene, limits, run, &photons),
+        let fluxes: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
+        let mut sampler = pass.sampler(Stream::Selection, 0);
+        let sites = match self.placement {
+            Placement::Uniform => {
+                stats.time("lights", || select(&photons, &fluxes, self.light_count as usize, sampler.next_1d()))
+            }
+            Placement::Importance => self.place_by_importance(scene, limits, run, &photons, &fluxes, &mut sampler),
         };
         let lights = stats.time("lights", || {
-            let mut sampler = pass.sampler(Stream::Selection, 0);
-            let sites = select(&photons, &weights, self.light_count as usize, sampler.next_1d());
             let shares = match self.flux {
                 FluxRule::Density => Shares::own(&sites),
-                FluxRule::Partition => assign(scene, &photons, &sites, &weights, sampler.next_1d()),
+                FluxRule::Partition => assign(scene, &photons, &sites, &fluxes, sampler.next_1d()),
             };
             match self.emission {
                 EmissionKind::Single => LightField::single(scene, limits, &photons, &shares),
@@ -151,31 +155,48 @@ impl ManyLight {
         stats.light_bytes.fetch_max(lights.bytes() as u64, std::sync::atomic::Ordering::Relaxed);
         let caustics = stats.time("maps", || KdTree::build(caustics));
         let gather = Gather { kernel: self.kernel, clamp: self.clamp };
-        Prepared { scene, limits, gather, lights, caustics }
+        Prepared { scene, limits, gather, lights: Lights::new(lights), caustics }
     }
 }
 
 impl ManyLight {
-    /// Importance x flux at every photon: the target density of the lights (paper; ALGORITHMS 1.4).
-    fn importance_weights(
+    /// Sites with density importance x flux (paper; ALGORITHMS 1.4), in two steps: candidates by flux, then lights among
+    /// them by importance, so that few photons ask for theirs. A site's probability is the product of both.
+    fn place_by_importance(
         &self,
         scene: &Scene,
         limits: PathLimits,
         run: &PassContext,
         photons: &[Photon],
-    ) -> Vec<f32> {
+        fluxes: &[f32],
+        sampler: &mut Sampler,
+    ) -> Vec<Site> {
+        let stats = run.stats;
         let importons: Vec<Importon> =
-            run.stats.time("importons", || trace_importons(scene, limits, self.importon_paths, run.pass));
-        Stats::count(&run.stats.importons, importons.len() as u64);
-        run.stats.time("maps", || {
-            let map = KdTree::build(importons);
-            photons
+            stats.time("importons", || trace_importons(scene, limits, self.importon_paths, run.pass));
+        Stats::count(&stats.importons, importons.len() as u64);
+        let map = stats.time("maps", || KdTree::build(importons));
+        stats.time("lights", || {
+            let count = self.light_count as usize;
+            let candidates = select(photons, fluxes, CANDIDATES_PER_LIGHT * count, sampler.next_1d());
+            let chosen: Vec<Photon> = candidates.iter().map(|site| photons[site.photon as usize]).collect();
+            let weights: Vec<f32> = candidates
                 .par_iter()
+                .zip(&chosen)
                 .map_init(
                     || Neighbors::new(IMPORTANCE_NEIGHBORS),
-                    |found, photon| importance_at(&map, photon.p, photon.n, found) * photon.flux.luminance(),
+                    |found, (site, photon)| {
+                        let importance = importance_at(&map, photon.p, photon.n, found);
+                        importance * photon.flux.luminance() / site.probability
+                    },
                 )
-                .collect()
+                .collect();
+            let kept = select(&chosen, &weights, count, sampler.next_1d());
+            let combine = |site: Site| {
+                let candidate = candidates[site.photon as usize];
+                Site { photon: candidate.photon, probability: candidate.probability * site.probability }
+            };
+            kept.into_iter().map(combine).collect()
         })
     }
 }
@@ -187,7 +208,7 @@ pub struct Prepared<'s> {
     limits: PathLimits,
     gather: Gather,
     /// The virtual lights.
-    pub lights: LightField<'s>,
+    pub lights: Lights<'s>,
     /// Photons whose last event was specular.
     pub caustics: KdTree<Photon>,
 }
@@ -216,8 +237,9 @@ impl<'s> Prepared<'s> {
         }
         let (mut connections, mut clamped, mut unclamped) = (0, 0.0, 0.0);
         let mut found = Neighbors::new(CAUSTIC_NEIGHBORS);
-        for point in &points {
-            let gathered = self.gather.sum(self.scene, &self.lights, &point.at);
+        let places: Vec<ShadingPoint> = points.iter().map(|point| point.at).collect();
+        let sums = self.gather.sum(self.scene, &self.lights, &places);
+        for (point, gathered) in points.iter().zip(sums) {
             out.add(point.pixel, Layer::VirtualLights, point.throughput * gathered.radiance);
             out.add(point.pixel, Layer::Caustics, point.throughput * self.caustic_radiance(point, &mut found));
             connections += gathered.connections;

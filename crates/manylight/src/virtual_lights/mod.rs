@@ -53,6 +53,19 @@ pub struct VirtualLight<'s> {
     pub emission: Emission<'s>,
 }
 
+impl VirtualLight<'_> {
+    /// Whether nothing leaves on the side that `n` points away from. A single reflection under a shading normal that is not the
+    /// geometric one may pass below the surface.
+    pub fn shines_one_sided(&self) -> bool {
+        match &self.emission {
+            Emission::Single { bsdf, .. } => {
+                self.n == self.ns && bsdf.receiving_normal(self.n).is_some()
+            }
+            Emission::Rich { transmits, .. } => !transmits,
+        }
+    }
+}
+
 /// What a virtual light shines.
 #[derive(Clone, Copy, Debug)]
 pub enum Emission<'s> {
