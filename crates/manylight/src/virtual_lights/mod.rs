@@ -12,6 +12,8 @@ mod octahedral_profile;
 pub mod select;
 #[cfg(test)]
 mod testing;
+#[cfg(test)]
+mod tests;
 
 pub use assign::{Shares, assign};
 pub use field::{Ledger, LightField};
