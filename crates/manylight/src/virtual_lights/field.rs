@@ -17,9 +17,9 @@ use rayon::prelude::*;
 use std::f32::consts::{FRAC_1_PI, PI};
 
 /// Photons whose lobes a table shows, when those are wide. Every light and every pass draws others.
-const WIDE_SOURCES: usize = 12;
+const WIDE_SOURCES: usize = 8;
 /// And when they are narrow: such lobes take less time, and more of them must meet to be smooth.
-const NARROW_SOURCES: usize = 24;
+const NARROW_SOURCES: usize = 16;
 /// Roughness between the two.
 const NARROW: f32 = 0.3;
 /// Path lengths told apart by [`LightField::share_up_to`]; longer limits are treated as none.

@@ -23,7 +23,7 @@ const NARROW_BRIGHT_SHARE: f32 = 0.05;
 /// And wide ones, which hardly change over a block.
 const WIDE_BRIGHT_SHARE: f32 = 0.3;
 /// Directions drawn from all lobes together for the flux that they reflect, and fewest for each.
-const FLUX_SAMPLES: u32 = 512;
+const FLUX_SAMPLES: u32 = 256;
 /// See [`FLUX_SAMPLES`].
 const MIN_FLUX_SAMPLES: u32 = 16;
 /// Directions drawn from each lobe when the table has to be made of them.
