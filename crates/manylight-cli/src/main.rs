@@ -19,6 +19,7 @@ mod values;
 use args::{Cli, Command};
 use clap::Parser;
 use failure::Failure;
+use output::print_message;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -30,13 +31,17 @@ fn main() -> ExitCode {
             return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(failure::USAGE));
         }
     };
-    match run(&cli.command) {
-        Ok(code) => code,
-        Err(Failure::ClosedPipe) => ExitCode::SUCCESS,
-        Err(failure) => {
+    std::panic::set_hook(Box::new(|panic| {
+        print_message(format_args!("internal error: {panic}"))
+    }));
+    match std::panic::catch_unwind(|| run(&cli.command)) {
+        Ok(Ok(code)) => code,
+        Ok(Err(Failure::ClosedPipe)) => ExitCode::SUCCESS,
+        Ok(Err(failure)) => {
             failure.print();
             ExitCode::from(failure.exit_code())
         }
+        Err(_) => ExitCode::from(failure::INTERNAL),
     }
 }
 

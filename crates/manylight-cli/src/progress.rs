@@ -20,6 +20,9 @@ const TICK: Duration = Duration::from_millis(100);
 /// Time between two lines where there is no bar.
 const LINE_INTERVAL: Duration = Duration::from_secs(5);
 
+/// Shortest time between two error estimates.
+const ESTIMATE_INTERVAL: Duration = Duration::from_secs(1);
+
 /// Steps of the bar.
 const BAR_STEPS: u64 = 10_000;
 
@@ -69,25 +72,32 @@ pub(crate) fn show<T: Send>(
         if goal.kind != ProgressKind::None {
             scope.spawn(move || watch.run(until_done));
         }
-        let result = work(&mut ErrorEstimate {
+        let mut estimate = ErrorEstimate {
             goal,
             error: &error,
-        });
+            last: None,
+        };
+        let result = work(&mut estimate);
         drop(done);
         result
     })
 }
 
-/// Keeps the error estimate of the last pass for the display.
+/// Keeps a recent error estimate for the display.
 struct ErrorEstimate<'a> {
     goal: Goal,
     error: &'a AtomicU32,
+    last: Option<Instant>,
 }
 
 impl Observer for ErrorEstimate<'_> {
     fn pass_done(&mut self, film: &Film, _stats: &Stats, _elapsed: Duration) -> ControlFlow<()> {
-        // The estimate costs a look at every pixel: not for nothing.
-        if self.goal.kind != ProgressKind::None {
+        // The estimate costs a look at every pixel: not for nothing, and not for every short pass.
+        let due = self
+            .last
+            .is_none_or(|last| last.elapsed() >= ESTIMATE_INTERVAL);
+        if self.goal.kind != ProgressKind::None && due {
+            self.last = Some(Instant::now());
             self.error
                 .store(film.relative_error().to_bits(), Ordering::Relaxed);
         }
@@ -212,7 +222,7 @@ impl Watch<'_> {
             }
             display.update(&self.snapshot());
         }
-        display.finish();
+        display.finish(&self.snapshot());
     }
 }
 
@@ -264,9 +274,14 @@ impl Display {
         }
     }
 
-    fn finish(&self) {
-        if let Display::Bar(bar) = self {
-            bar.finish_and_clear();
+    fn finish(&self, snapshot: &Snapshot) {
+        match self {
+            Display::Bar(bar) => bar.finish_and_clear(),
+            Display::Lines {
+                kind: ProgressKind::Json,
+                ..
+            } => print_message(snapshot.json()),
+            Display::Lines { .. } => {}
         }
     }
 }

@@ -1,10 +1,10 @@
-//! Comparisons for people: one row per figure, one column per image.
+//! Comparisons for people: the reference, then one row per figure and one column per image.
 
 use super::Comparison;
 
 /// The table, without a final line end.
 pub(crate) fn table(reference: &str, comparisons: &[Comparison]) -> String {
-    let mut rows: Vec<Vec<String>> = vec![header(reference, comparisons)];
+    let mut rows: Vec<Vec<String>> = vec![header(comparisons)];
     let mut row = |label: &str, cell: &dyn Fn(&Comparison) -> Option<String>| {
         let cells: Vec<_> = comparisons.iter().map(cell).collect();
         if cells.iter().any(Option::is_some) {
@@ -67,14 +67,12 @@ pub(crate) fn table(reference: &str, comparisons: &[Comparison]) -> String {
     row("non-finite pixels", &|c| {
         (c.non_finite_pixels > 0).then(|| c.non_finite_pixels.to_string())
     });
-    aligned(&rows)
+    format!("reference: {reference}\n{}", aligned(&rows))
 }
 
-fn header(reference: &str, comparisons: &[Comparison]) -> Vec<String> {
+fn header(comparisons: &[Comparison]) -> Vec<String> {
     let images = comparisons.iter().map(|c| c.image.clone());
-    std::iter::once(format!("against {reference}"))
-        .chain(images)
-        .collect()
+    std::iter::once(String::new()).chain(images).collect()
 }
 
 fn figure(value: f64) -> String {
@@ -144,7 +142,7 @@ mod tests {
             &[compare("a.exr".into(), &frame(1.1), &frame(1.0))],
         );
         let lines: Vec<&str> = text.lines().collect();
-        assert!(lines[0].starts_with("against r.exr") && lines[0].ends_with("a.exr"));
+        assert_eq!((lines[0], lines[1].trim()), ("reference: r.exr", "a.exr"));
         let row = |label: &str| lines.iter().find(|line| line.starts_with(label)).copied();
         assert!(
             row("ratio of means RGB")

@@ -51,7 +51,7 @@ pub(super) struct Tilt {
 }
 
 /// How often a photon walk samples the frame that its own direction suggests, rather than the turned one.
-const LIKELY_FRAME: f32 = 0.9;
+const LIKELY_FRAME: f32 = 0.75;
 
 impl Tilt {
     /// From the unit normal in the shading frame; `None` where nothing is tilted.

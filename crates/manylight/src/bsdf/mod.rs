@@ -19,6 +19,8 @@ mod phong;
 mod plastic;
 mod principled;
 mod rough_diffuse;
+#[cfg(test)]
+mod tests;
 mod thin_dielectric;
 mod ward;
 
@@ -27,9 +29,9 @@ pub use materials::Materials;
 
 use crate::color::Rgb;
 use crate::math::{Frame, Vec2, Vec3};
-use crate::sampling::warp;
+use crate::sampling::{rng::mix, warp};
 use leaf::{Given, Leaf};
-use model::{DeltaEvent, Model};
+use model::{Model, ModelSample};
 use std::f32::consts::FRAC_1_PI;
 
 /// Classes of lobes, as a set.
@@ -147,6 +149,7 @@ const ALIGNED: f32 = 0.9998;
 pub struct Bsdf<'s> {
     ng: Vec3,
     frame: Frame,
+    /// The used ones come first.
     leaves: [Option<Leaf<'s>>; MAX_LEAVES],
     /// What passes straight through, seen from the side of the shading normal and from the other.
     open: [f32; 2],
@@ -157,7 +160,6 @@ pub struct Bsdf<'s> {
     defensive: bool,
 }
 
-/// A set of leaves is walked front to back: the used ones come first.
 impl<'s> Bsdf<'s> {
     /// `f(wi → wo)`, 1/sr, for light that arrives from `wi`: `f = f_s |wi·ns| / |wi·ng|` with `f_s` the model in the shading
     /// frame, so that all other formulas use geometric cosines (docs: shading normals; checked by the adjoint test).
@@ -192,56 +194,25 @@ impl<'s> Bsdf<'s> {
     /// sampled direction and `weight` is of that class alone, divided by its probability: sums over events of one class converge
     /// to that class.
     pub fn sample_wi(&self, wo: Vec3, u: BsdfNumbers, lobes: Lobes) -> Option<BsdfSample> {
-        let local = self.frame.to_local(wo);
-        let (leaf, share, lobe) = self.choose_leaf(local, u.lobe, lobes)?;
-        let sample = leaf.sample(Given::Wo, local, BsdfNumbers { lobe, ..u }, lobes)?;
-        let wi = self.frame.to_world(sample.w);
-        if let Some(delta) = sample.delta {
-            // Radiance is scaled by the square of the index on its own side over that on the side it comes from.
-            let scale = 1.0 / (sample.eta * sample.eta);
-            return delta_sample(wi, &delta, sample.eta, leaf.weight * scale / share);
+        match self.draw_wi(wo, u, lobes)? {
+            Drawn::Delta(sample) => Some(sample),
+            Drawn::Finite { w: wi, eta } => {
+                let (weight, lobe) = self.choose_class(wi, wo, class_number(u), lobes)?;
+                complete(wi, weight, self.pdf_wi(wi, wo, lobes), lobe, eta)
+            }
         }
-        self.finite_sample(
-            wi,
-            wo,
-            Given::Wo,
-            BsdfNumbers { lobe, ..u },
-            lobes,
-            sample.eta,
-        )
     }
 
     /// Draws `wo` for a photon that arrives from `wi`. `None`: absorbed. Classes as in [`Bsdf::sample_wi`].
-    pub fn sample_wo(&self, wi: Vec3, mut u: BsdfNumbers, lobes: Lobes) -> Option<BsdfSample> {
-        let local = self.frame.to_local(wi);
-        let defensive = self.defensive_share(local, lobes);
-        if u.lobe < defensive {
-            u.lobe /= defensive;
-            let wo = self.sample_about_ng(local, u.direction);
-            return self.finite_sample(wo, wi, Given::Wi, u, lobes, 1.0);
+    pub fn sample_wo(&self, wi: Vec3, u: BsdfNumbers, lobes: Lobes) -> Option<BsdfSample> {
+        match self.draw_wo(wi, u, lobes)? {
+            Drawn::Delta(sample) => Some(sample),
+            Drawn::Finite { w: wo, eta } => {
+                let (value, lobe) = self.choose_class(wi, wo, class_number(u), lobes)?;
+                let weight = value * (wo.dot(self.ng) / wi.dot(self.ng)).abs();
+                complete(wo, weight, self.pdf_wo(wi, wo, lobes), lobe, eta)
+            }
         }
-        u.lobe = (u.lobe - defensive) / (1.0 - defensive);
-        let (leaf, share, lobe) = self.choose_leaf(local, u.lobe, lobes)?;
-        let sample = leaf.sample(Given::Wi, local, BsdfNumbers { lobe, ..u }, lobes)?;
-        let wo = self.frame.to_world(sample.w);
-        if let Some(delta) = sample.delta {
-            // f |wo·ng| = f_s |wi·ns| |wo·ng| / |wi·ng| and f_s |wo·ns| integrates to the fraction.
-            let cosines = local.z * wo.dot(self.ng) / (wi.dot(self.ng) * sample.w.z);
-            return delta_sample(
-                wo,
-                &delta,
-                sample.eta,
-                leaf.weight * cosines.abs() / (share * (1.0 - defensive)),
-            );
-        }
-        self.finite_sample(
-            wo,
-            wi,
-            Given::Wi,
-            BsdfNumbers { lobe, ..u },
-            lobes,
-            sample.eta,
-        )
     }
 
     /// Density of [`Bsdf::sample_wi`] per solid angle, delta lobes left out.
@@ -264,7 +235,11 @@ impl<'s> Bsdf<'s> {
         if defensive == 0.0 {
             return pdf;
         }
-        let about_ng = (wo.dot(self.ng) * self.side_of_ng(given)).max(0.0) * FRAC_1_PI;
+        let about_ng = if given.z * other.z > 0.0 {
+            wo.dot(self.ng).abs() * FRAC_1_PI
+        } else {
+            0.0
+        };
         (1.0 - defensive) * pdf + defensive * about_ng
     }
 
@@ -414,58 +389,55 @@ impl<'s> Bsdf<'s> {
         }
     }
 
-    /// The sign of the side of the geometric normal to which light from the local direction `given` is reflected.
-    #[inline]
-    fn side_of_ng(&self, given: Vec3) -> f32 {
-        1.0f32.copysign(given.z * self.frame.n.dot(self.ng))
+    /// Draws `wi`; the density of the finite directions is [`Bsdf::pdf_wi`].
+    fn draw_wi(&self, wo: Vec3, u: BsdfNumbers, lobes: Lobes) -> Option<Drawn> {
+        let local = self.frame.to_local(wo);
+        let (leaf, share, lobe) = self.choose_leaf(local, u.lobe, lobes)?;
+        let ModelSample { w, eta, delta } =
+            leaf.sample(Given::Wo, local, BsdfNumbers { lobe, ..u }, lobes)?;
+        let wi = self.frame.to_world(w);
+        let Some(delta) = delta else {
+            return Some(Drawn::Finite { w: wi, eta });
+        };
+        // Radiance is scaled by the square of the index on its own side over that on the side it comes from.
+        let weight = delta.fraction * (leaf.weight / (share * delta.probability * eta * eta));
+        complete(wi, weight, 1.0, Lobes::DELTA, eta)
+            .map(|sample| Drawn::Delta(BsdfSample { pdf: 0.0, ..sample }))
     }
 
-    fn sample_about_ng(&self, given: Vec3, u: Vec2) -> Vec3 {
-        Frame::from_normal(self.ng * self.side_of_ng(given)).to_world(warp::cosine_hemisphere(u))
-    }
-
-    /// Completes a direction of the finite lobes: `sampled` was drawn, `given` was known.
-    fn finite_sample(
-        &self,
-        sampled: Vec3,
-        given: Vec3,
-        end: Given,
-        u: BsdfNumbers,
-        lobes: Lobes,
-        eta: f32,
-    ) -> Option<BsdfSample> {
-        let (wi, wo) = match end {
-            Given::Wo => (sampled, given),
-            Given::Wi => (given, sampled),
-        };
-        let (pdf, scale) = match end {
-            Given::Wo => (self.pdf_wi(wi, wo, lobes), 1.0),
-            Given::Wi => (
-                self.pdf_wo(wi, wo, lobes),
-                (wo.dot(self.ng) / wi.dot(self.ng)).abs(),
-            ),
-        };
-        if pdf <= 0.0 || !pdf.is_finite() || !scale.is_finite() {
-            return None;
+    /// Draws `wo`; the density of the finite directions is [`Bsdf::pdf_wo`].
+    fn draw_wo(&self, wi: Vec3, mut u: BsdfNumbers, lobes: Lobes) -> Option<Drawn> {
+        let local = self.frame.to_local(wi);
+        let defensive = self.defensive_share(local, lobes);
+        if u.lobe < defensive {
+            // Cosine-distributed about the geometric normal, on the side that the shading normal calls reflection: this bounds the
+            // weight |wo·ng| / pdf. What falls on the other side is put through the surface, where it is missing.
+            let w = Frame::from_normal(self.ng).to_world(warp::cosine_hemisphere(u.direction));
+            let same_side = w.dot(self.frame.n) * local.z > 0.0;
+            return Some(Drawn::Finite {
+                w: if same_side { w } else { -w },
+                eta: 1.0,
+            });
         }
-        let (value, lobe) = self.choose_class(
-            self.frame.to_local(wi),
-            self.frame.to_local(wo),
-            u.lobe,
-            lobes,
-        )?;
-        let weight = value * (scale / pdf);
-        weight.is_finite().then_some(BsdfSample {
-            w: sampled,
-            weight,
-            pdf,
-            lobe,
-            eta,
-        })
+        u.lobe = ((u.lobe - defensive) / (1.0 - defensive)).min(LARGEST);
+        let (leaf, share, lobe) = self.choose_leaf(local, u.lobe, lobes)?;
+        let ModelSample { w, eta, delta } =
+            leaf.sample(Given::Wi, local, BsdfNumbers { lobe, ..u }, lobes)?;
+        let wo = self.frame.to_world(w);
+        let Some(delta) = delta else {
+            return Some(Drawn::Finite { w: wo, eta });
+        };
+        // f |wo·ng| = f_s |wi·ns| |wo·ng| / |wi·ng|, and f_s |wo·ns| integrates to the fraction.
+        let cosines = (local.z * wo.dot(self.ng) / (wi.dot(self.ng) * w.z)).abs();
+        let weight = delta.fraction
+            * (leaf.weight * cosines / (share * delta.probability * (1.0 - defensive)));
+        complete(wo, weight, 1.0, Lobes::DELTA, eta)
+            .map(|sample| Drawn::Delta(BsdfSample { pdf: 0.0, ..sample }))
     }
 
-    /// One finite class in proportion to its luminance, and its value over its probability.
+    /// One finite class in proportion to its luminance, and its `f |wi·ng|` over its probability.
     fn choose_class(&self, wi: Vec3, wo: Vec3, u: f32, lobes: Lobes) -> Option<(Rgb, Lobes)> {
+        let (wi, wo) = (self.frame.to_local(wi), self.frame.to_local(wo));
         let present = self.lobes.and(lobes).and(Lobes::FINITE);
         if present.0.count_ones() == 1 {
             let value = self.eval_local(wi, wo, present);
@@ -496,17 +468,30 @@ impl<'s> Bsdf<'s> {
     }
 }
 
-/// The largest number that stands for "below one".
+/// The largest number below one.
 const LARGEST: f32 = 1.0 - f32::EPSILON / 2.0;
 
-fn delta_sample(w: Vec3, delta: &DeltaEvent, eta: f32, scale: f32) -> Option<BsdfSample> {
-    let weight = delta.fraction * (scale / delta.probability);
-    let valid = weight.is_finite() && !weight.is_black();
+/// A direction before its weight is known.
+enum Drawn {
+    Delta(BsdfSample),
+    Finite { w: Vec3, eta: f32 },
+}
+
+/// A number for the choice of a class that does not follow the choice of the direction: that has used up the leading digits.
+fn class_number(u: BsdfNumbers) -> f32 {
+    let bits = [u.lobe, u.direction.x, u.direction.y].map(|x| u64::from(x.to_bits()));
+    (mix(bits[0] ^ mix(bits[1] ^ (bits[2] << 32))) >> 40) as f32 * (1.0 / 16_777_216.0)
+}
+
+/// A sample unless it carries nothing; `weight` is not yet divided by `pdf`.
+fn complete(w: Vec3, weight: Rgb, pdf: f32, lobe: Lobes, eta: f32) -> Option<BsdfSample> {
+    let weight = weight / pdf;
+    let valid = pdf > 0.0 && weight.is_finite() && !weight.is_black();
     valid.then_some(BsdfSample {
         w,
         weight,
-        pdf: 0.0,
-        lobe: Lobes::DELTA,
+        pdf,
+        lobe,
         eta,
     })
 }

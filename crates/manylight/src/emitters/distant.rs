@@ -1,7 +1,7 @@
 //! Emitters at infinity: parallel light, constant radiance, pictures of the surroundings.
 
 use super::environment::EnvironmentSampler;
-use super::guide::{Guide, Lesson, Point4};
+use super::guide::{Guide, Lesson};
 use super::warp_within::split;
 use super::{Emitter, Strength};
 use crate::color::Rgb;
@@ -58,8 +58,34 @@ struct Source {
     /// Probability of being chosen for direct light.
     pmf: f32,
     /// Where photons are useful, once a pilot has found out.
-    guide: Option<Guide>,
+    guide: Option<LocalGuide>,
 }
+
+/// A guide over directions and a disc of its own, across the sphere that holds what the pilot found lit.
+#[derive(Clone, Debug)]
+struct LocalGuide {
+    guide: Guide,
+    center: Vec3,
+    radius: f32,
+    /// Geometric mean of the density at what the pilot found, over that without a guide.
+    gain: f32,
+}
+
+/// Light that the pilot saw arrive.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Arrival {
+    source: usize,
+    u_direction: Vec2,
+    wi: Vec3,
+    p: Vec3,
+    weight: f32,
+}
+
+/// How often photons are emitted without a guide: bounds the weight of those that the pilot has not foreseen.
+const UNGUIDED_SHARE: f32 = 0.2;
+
+/// The pilot looks in so many directions for light that comes from everywhere; most of them are blocked.
+const DIRECTIONS_PER_POINT: usize = 8;
 
 /// All emitters at infinity.
 #[derive(Clone, Debug)]
@@ -206,64 +232,138 @@ impl Distant {
         u: EmissionPoint,
     ) -> Option<(Ray, Rgb)> {
         let source = self.sources.iter().find(|s| s.emitter == emitter)?;
-        let point = [u.direction.x, u.direction.y, u.position.x, u.position.y];
-        let (point, density) = match &source.guide {
-            Some(guide) => guide.sample(u.guide, point),
-            None => (point, 1.0),
-        };
+        let mut point = [u.direction.x, u.direction.y, u.position.x, u.position.y];
+        let guide = source.guide.as_ref();
+        let guided = guide.filter(|_| !split(u.guide, UNGUIDED_SHARE).0);
+        if let Some(local) = guided {
+            point = local.guide.warp(point);
+        }
         let [x, y, across_x, across_y] = point;
         let (wi, irradiance) = source.direction(emitters, Vec2::new(x, y))?;
-        let BoundingSphere { center, radius } = self.sphere;
-        let across = warp::disc(Vec2::new(across_x, across_y)).extend(1.0) * radius;
-        let o = center + Frame::from_normal(wi).to_world(across);
+        let frame = Frame::from_normal(wi);
+        let disc = warp::disc(Vec2::new(across_x, across_y));
+        let across = match guided {
+            Some(local) => self.place_in(local, &frame) + disc * local.radius,
+            None => disc * self.sphere.radius,
+        };
+        let density = guide.map_or(1.0, |local| {
+            self.density(local, Vec2::new(x, y), &frame, across)
+        });
+        let o = self.sphere.center + frame.to_world(across.extend(self.sphere.radius));
         Some((
             Ray::new(o, -wi),
             irradiance * (self.sphere.cross_section() / density),
         ))
     }
 
-    /// For each source: what light arrives at `p` across the normal `n` from the direction that `u` names, if the ray to it
-    /// is free. Numbered as the guides of [`Distant::set_guides`].
-    pub(super) fn lessons(
+    /// Density of emission with a guide over that without, at a place on the disc around the scene.
+    fn density(&self, local: &LocalGuide, u_direction: Vec2, frame: &Frame, across: Vec2) -> f32 {
+        let unguided = if across.length() <= self.sphere.radius {
+            UNGUIDED_SHARE
+        } else {
+            0.0
+        };
+        let q = (across - self.place_in(local, frame)) / local.radius;
+        // Rounding must not lose what the guide itself has placed on its rim.
+        if q.length() > 1.0 + 1e-4 {
+            return unguided;
+        }
+        let q = square_from_disc(q);
+        let concentration = (self.sphere.radius / local.radius).powi(2);
+        let guided = concentration
+            * local
+                .guide
+                .density([u_direction.x, u_direction.y, q.x, q.y]);
+        unguided + (1.0 - UNGUIDED_SHARE) * guided
+    }
+
+    /// Where the guide's sphere lies on the disc across the scene.
+    fn place_in(&self, local: &LocalGuide, frame: &Frame) -> Vec2 {
+        frame.to_local(local.center - self.sphere.center).truncate()
+    }
+
+    /// For each source, some directions: what light arrives at `p` across the normal `n`, if the way is free.
+    pub(super) fn arrivals(
         &self,
         emitters: &[Emitter],
         (p, n): (Vec3, Vec3),
         mut u: impl FnMut() -> Vec2,
         is_free: impl Fn(Vec3) -> bool,
-    ) -> Vec<(usize, Lesson)> {
-        let lesson = |(index, source): (usize, &Source)| {
-            let u_direction = u();
-            let (wi, irradiance) = source.direction(emitters, u_direction)?;
-            let weight = irradiance.strength() * n.dot(wi);
-            if weight <= 0.0 || !is_free(wi) {
-                return None;
+    ) -> Vec<Arrival> {
+        let mut arrivals = Vec::new();
+        for (source, description) in self.sources.iter().enumerate() {
+            let count = if matches!(description.kind, Kind::Directional { .. }) {
+                1
+            } else {
+                DIRECTIONS_PER_POINT
+            };
+            for u_direction in (0..count).map(|_| u()) {
+                let Some((wi, irradiance)) = description.direction(emitters, u_direction) else {
+                    continue;
+                };
+                let weight = irradiance.strength() * n.dot(wi);
+                if weight > 0.0 && is_free(wi) {
+                    arrivals.push(Arrival {
+                        source,
+                        u_direction,
+                        wi,
+                        p,
+                        weight,
+                    });
+                }
             }
-            let across =
-                Frame::from_normal(wi).to_local(p - self.sphere.center) / self.sphere.radius;
-            let across = square_from_disc(across.truncate());
-            let at: Point4 = [u_direction.x, u_direction.y, across.x, across.y];
-            Some((index, Lesson { at, weight }))
-        };
-        self.sources.iter().enumerate().filter_map(lesson).collect()
+        }
+        arrivals
     }
 
-    /// Teaches the emission of photons. `lessons` are numbered by source.
-    pub(super) fn set_guides(&mut self, lessons: &[(usize, Lesson)]) {
-        for (index, source) in self.sources.iter_mut().enumerate() {
-            let mut own: Vec<Lesson> = lessons
-                .iter()
-                .filter(|l| l.0 == index)
-                .map(|l| l.1)
-                .collect();
-            source.guide = Guide::learn(&mut own);
+    /// Teaches the emission of photons.
+    pub(super) fn set_guides(&mut self, arrivals: &[Arrival]) {
+        for source in 0..self.sources.len() {
+            let own: Vec<&Arrival> = arrivals.iter().filter(|a| a.source == source).collect();
+            self.sources[source].guide = self.learn(&own);
         }
+    }
+
+    fn learn(&self, arrivals: &[&Arrival]) -> Option<LocalGuide> {
+        let center = Aabb::from_points(arrivals.iter().map(|a| a.p)).center();
+        let farthest = arrivals
+            .iter()
+            .map(|a| (a.p - center).length())
+            .fold(0.0, f32::max);
+        // Places next to the outermost ones are useful as well.
+        let radius = (1.1 * farthest).max(1e-3 * self.sphere.radius);
+        let lesson = |a: &&Arrival| {
+            let across = Frame::from_normal(a.wi).to_local(a.p - center) / radius;
+            let across = square_from_disc(across.truncate());
+            Lesson {
+                at: [a.u_direction.x, a.u_direction.y, across.x, across.y],
+                weight: a.weight,
+            }
+        };
+        let mut lessons: Vec<Lesson> = arrivals.iter().map(lesson).collect();
+        let mut local = LocalGuide {
+            guide: Guide::learn(&mut lessons)?,
+            center,
+            radius,
+            gain: 1.0,
+        };
+        let (mut log, mut total) = (0.0f64, 0.0f64);
+        for a in arrivals {
+            let frame = Frame::from_normal(a.wi);
+            let across = frame.to_local(a.p - self.sphere.center).truncate();
+            let density = self.density(&local, a.u_direction, &frame, across);
+            log += f64::from(a.weight * density.ln());
+            total += f64::from(a.weight);
+        }
+        local.gain = (log / total).exp() as f32;
+        Some(local)
     }
 
     /// Emitters and by how much the guide concentrates their photons.
     pub(super) fn gains(&self) -> impl Iterator<Item = (EmitterId, f32)> + '_ {
         self.sources
             .iter()
-            .map(|s| (s.emitter, s.guide.as_ref().map_or(1.0, Guide::gain)))
+            .map(|s| (s.emitter, s.guide.as_ref().map_or(1.0, |local| local.gain)))
     }
 
     fn choose(&self, u: f32) -> (&Source, f32) {

@@ -22,6 +22,9 @@ const COSINE_SLACK: f32 = 1e-3;
 /// Candidate planes per axis and split.
 const BINS: usize = 12;
 
+/// So many pieces of a node are asked for the best plane.
+const BINNED_PIECES: usize = 1024;
+
 /// Below this depth nodes are halved by count, so that no input makes the recursion deep.
 const BALANCED_BELOW: u32 = 48;
 
@@ -243,39 +246,45 @@ fn less_angle(cos_a: f32, sin_a: f32, cos_b: f32, sin_b: f32) -> (f32, f32) {
 }
 
 impl Builder<'_> {
-    fn fill(&mut self, index: u32, items: &mut [u32], depth: u32) {
+    /// Builds the node `index` over `items`, children first, and returns what it holds.
+    fn fill(&mut self, index: u32, items: &mut [u32], depth: u32) -> Cluster {
         let parent = self.tree.nodes[index as usize].parent;
-        let cluster = items.iter().fold(Cluster::EMPTY, |c, &i| {
-            c.union(Cluster::of(&self.parts[i as usize]))
-        });
-        let mut node = Node::new(&cluster, parent);
         if let [part] = *items {
-            node.content = part;
-            node.is_leaf = true;
+            let cluster = Cluster::of(&self.parts[part as usize]);
+            let node = Node {
+                content: part,
+                is_leaf: true,
+                ..Node::new(&cluster, parent)
+            };
             self.tree.nodes[index as usize] = node;
             self.tree.leaf_of[part as usize] = index;
-            return;
+            return cluster;
         }
-        let middle = self.partition(items, &cluster, depth);
+        let middle = self.partition(items, depth);
         let children = self.tree.nodes.len() as u32;
-        node.content = children;
-        self.tree.nodes[index as usize] = node;
-        let empty = Node::new(&Cluster::EMPTY, index);
-        self.tree.nodes.extend([empty, empty]);
+        self.tree
+            .nodes
+            .extend([Node::new(&Cluster::EMPTY, index); 2]);
         let (left, right) = items.split_at_mut(middle);
-        self.fill(children, left, depth + 1);
-        self.fill(children + 1, right, depth + 1);
+        let left = self.fill(children, left, depth + 1);
+        let right = self.fill(children + 1, right, depth + 1);
+        let cluster = left.union(right);
+        self.tree.nodes[index as usize] = Node {
+            content: children,
+            ..Node::new(&cluster, parent)
+        };
+        cluster
     }
 
     /// Reorders `items` and returns how many go to the left; at least one, not all.
-    fn partition(&self, items: &mut [u32], cluster: &Cluster, depth: u32) -> usize {
+    fn partition(&self, items: &mut [u32], depth: u32) -> usize {
         let center = |i: u32| self.parts[i as usize].bounds.center();
         let centers = Aabb::from_points(items.iter().map(|&i| center(i)));
         let half = items.len() / 2;
-        if depth >= BALANCED_BELOW {
+        if depth >= BALANCED_BELOW || items.len() == 2 {
             return half;
         }
-        let Some((axis, plane)) = self.best_plane(items, cluster, centers) else {
+        let Some((axis, plane)) = self.best_plane(items, centers) else {
             return half;
         };
         let mut middle = 0;
@@ -289,28 +298,29 @@ impl Builder<'_> {
     }
 
     /// The axis and the bin before which to split, by the surface area orientation heuristic.
-    fn best_plane(
-        &self,
-        items: &[u32],
-        cluster: &Cluster,
-        centers: Aabb,
-    ) -> Option<(usize, usize)> {
-        let extent = cluster.bounds.extent();
+    fn best_plane(&self, items: &[u32], centers: Aabb) -> Option<(usize, usize)> {
+        let extent = centers.extent();
+        let stride = items.len().div_ceil(BINNED_PIECES);
         let mut best = None;
         let mut best_cost = f32::INFINITY;
-        for axis in (0..3).filter(|&axis| centers.extent()[axis] > 0.0) {
+        for axis in (0..3).filter(|&axis| extent[axis] > 0.0) {
             let mut bins = [Cluster::EMPTY; BINS];
-            for &i in items {
+            for &i in items.iter().step_by(stride) {
                 let part = &self.parts[i as usize];
                 let b = bin(part.bounds.center()[axis], axis, centers);
                 bins[b] = bins[b].union(Cluster::of(part));
             }
             // Against long thin boxes; the factor of the source.
-            let regularization = extent.max_element() / extent[axis].max(f32::MIN_POSITIVE);
+            let regularization = extent.max_element() / extent[axis];
+            // What lies at and beyond each plane, then what lies before it.
+            let mut beyond = bins;
+            for plane in (0..BINS - 1).rev() {
+                beyond[plane] = bins[plane].union(beyond[plane + 1]);
+            }
+            let mut left = Cluster::EMPTY;
             for plane in 1..BINS {
-                let side =
-                    |range: &[Cluster]| range.iter().fold(Cluster::EMPTY, |a, &b| a.union(b));
-                let (left, right) = (side(&bins[..plane]), side(&bins[plane..]));
+                left = left.union(bins[plane - 1]);
+                let right = beyond[plane];
                 if left.bounds.is_empty() || right.bounds.is_empty() {
                     continue;
                 }

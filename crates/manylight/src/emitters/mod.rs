@@ -21,8 +21,7 @@ use crate::math::{Aabb, Frame, Vec2, Vec3};
 use crate::sampling::alias::Alias;
 use crate::sampling::{Sampler, Stream, warp};
 use crate::texture::{ColorInput, Texture};
-use distant::{BoundingSphere, Distant, EmissionPoint};
-use guide::Lesson;
+use distant::{Arrival, BoundingSphere, Distant, EmissionPoint};
 use light_tree::LightTree;
 use parts::{Form, Part, PartBounds};
 use rayon::prelude::*;
@@ -173,57 +172,32 @@ impl Emitters {
     pub fn new(emitters: Vec<Emitter>, geometry: &Geometry, textures: &[Texture]) -> Self {
         let bounds = geometry.bounds();
         let distant = Distant::new(&emitters, BoundingSphere::new(bounds));
-        let mut pieces = PieceList::new(geometry.primitives().len());
-        for (i, primitive) in geometry.primitives().iter().enumerate() {
-            let Some(id) = primitive.emitter else {
-                continue;
-            };
-            if let Some(Emitter::Area { radiance }) = emitters.get(id.index()) {
-                pieces.add_primitive(geometry, textures, PrimitiveId::from(i), id, *radiance);
-            }
-        }
-        for (i, emitter) in emitters.iter().enumerate() {
-            let part = parts::part_of_point(EmitterId::from(i), emitter, point_power(emitter));
-            pieces.add(part.into_iter());
-        }
-        let mut powers = vec![Rgb::BLACK; emitters.len()];
-        let mut parts_of = vec![Pieces::default(); emitters.len()];
-        for (i, (part, known)) in pieces.parts.iter().zip(&pieces.bounds).enumerate() {
-            powers[part.emitter.index()] += known.power;
-            parts_of[part.emitter.index()].parts.push(i as u32);
-        }
-        for of_emitter in &mut parts_of {
-            let weights: Vec<f32> = of_emitter
-                .parts
-                .iter()
-                .map(|&i| pieces.bounds[i as usize].power.strength())
-                .collect();
-            of_emitter.by_power = Alias::new(&weights);
-        }
-        let local: f32 = powers.iter().map(|p| p.strength()).sum();
+        let pieces = PieceList::collect(&emitters, geometry, textures);
+        let mut powers = pieces.powers(emitters.len());
+        let local = total_strength(&powers);
         for (id, power) in distant.powers() {
             powers[id.index()] = power;
         }
-        let strengths: Vec<f32> = powers.iter().map(|p| p.strength()).collect();
-        let far: f32 = strengths.iter().sum::<f32>() - local;
+        let far = total_strength(&powers) - local;
         let tree = LightTree::new(&pieces.bounds);
         let distant_share = match (tree.is_empty(), distant.is_empty()) {
             (_, true) => 0.0,
             (true, false) => 1.0,
             (false, false) => (far / (far + local)).clamp(LEAST_SHARE, 1.0 - LEAST_SHARE),
         };
+        let strengths: Vec<f32> = powers.iter().map(|p| p.strength()).collect();
         Emitters {
-            emitters,
             bounds,
             powers,
             emission: Alias::new(&strengths),
+            parts_of: pieces.by_emitter(emitters.len()),
             parts: pieces.parts,
-            parts_of,
             elements_of: pieces.elements_of,
             part_of_element: pieces.part_of_element,
             tree,
             distant,
             distant_share,
+            emitters,
         }
     }
 
@@ -241,27 +215,18 @@ impl Emitters {
     ) -> Option<EmissionSample> {
         let (index, pmf) = self.emission.as_ref()?.sample(u.emitter);
         let emitter = EmitterId::from(index);
-        match &self.emitters[index] {
+        let (ray, flux, surface) = match &self.emitters[index] {
             Emitter::Area { radiance } => {
-                let sample = self.emit_from_surface(geometry, textures, emitter, *radiance, u)?;
-                Some(EmissionSample {
-                    flux: sample.flux / pmf,
-                    ..sample
-                })
+                self.emit_from_surface(geometry, textures, emitter, *radiance, u)?
             }
             Emitter::Point {
                 position,
                 intensity,
-            } => {
-                let ray = Ray::new(*position, warp::sphere(u.direction));
-                let flux = *intensity / (warp::SPHERE_PDF * pmf);
-                Some(EmissionSample {
-                    ray,
-                    flux,
-                    emitter,
-                    surface: None,
-                })
-            }
+            } => (
+                Ray::new(*position, warp::sphere(u.direction)),
+                *intensity / warp::SPHERE_PDF,
+                None,
+            ),
             Emitter::Spot {
                 position,
                 direction,
@@ -275,13 +240,11 @@ impl Emitters {
                     Frame::from_normal(*direction).to_world(local).normalize(),
                 );
                 let falloff = spot_falloff(local.z, *cutoff, *beam_width);
-                let flux = *intensity * (falloff / (warp::cone_pdf(cutoff.cos()) * pmf));
-                (falloff > 0.0).then_some(EmissionSample {
+                (
                     ray,
-                    flux,
-                    emitter,
-                    surface: None,
-                })
+                    *intensity * (falloff / warp::cone_pdf(cutoff.cos())),
+                    None,
+                )
             }
             Emitter::Directional { .. } | Emitter::Constant { .. } | Emitter::Environment(_) => {
                 let point = EmissionPoint {
@@ -290,14 +253,15 @@ impl Emitters {
                     guide: u.part,
                 };
                 let (ray, flux) = self.distant.emit(&self.emitters, emitter, point)?;
-                Some(EmissionSample {
-                    ray,
-                    flux: flux / pmf,
-                    emitter,
-                    surface: None,
-                })
+                (ray, flux, None)
             }
-        }
+        };
+        (!flux.is_black()).then_some(EmissionSample {
+            ray,
+            flux: flux / pmf,
+            emitter,
+            surface,
+        })
     }
 
     /// Teaches the photons of distant emitters where they are useful: a pilot walks diffusely from `rays` (of the camera) and
@@ -324,8 +288,8 @@ impl Emitters {
             .par_iter()
             .enumerate()
             .map(|(i, ray)| pilot.walk(*ray, i as u64));
-        let lessons: Vec<_> = walks.collect::<Vec<_>>().into_iter().flatten().collect();
-        self.distant.set_guides(&lessons);
+        let arrivals: Vec<Arrival> = walks.collect::<Vec<_>>().into_iter().flatten().collect();
+        self.distant.set_guides(&arrivals);
         // A photon of a guided emitter carries less flux, so that fewer of them are as good.
         let mut strengths: Vec<f32> = self.powers.iter().map(|p| p.strength()).collect();
         for (emitter, gain) in self.distant.gains() {
@@ -342,7 +306,7 @@ impl Emitters {
         emitter: EmitterId,
         radiance: ColorInput,
         u: EmissionNumbers,
-    ) -> Option<EmissionSample> {
+    ) -> Option<(Ray, Rgb, Option<SurfacePoint>)> {
         let pieces = &self.parts_of[emitter.index()];
         let (k, pmf) = pieces.by_power.as_ref()?.sample(u.part);
         let part = &self.parts[pieces.parts[k] as usize];
@@ -357,13 +321,8 @@ impl Emitters {
             .to_world(warp::cosine_hemisphere(u.direction))
             .normalize();
         let w = if y.frame.n.dot(w) >= 0.0 { w } else { -w };
-        let flux = radiance * (PI * part.area / pmf);
-        Some(EmissionSample {
-            ray: y.spawn(w),
-            flux,
-            emitter,
-            surface: Some(y),
-        })
+        let flux = radiance * (PI / (part.pdf_area(&y) * pmf));
+        Some((y.spawn(w), flux, Some(y)))
     }
 
     /// Chooses an emitter for the receiving point `p` with geometric normal `n` (`None`: all directions matter),
@@ -541,14 +500,14 @@ const PILOT_BOUNCES: usize = 4;
 const PILOT_CROSSINGS: usize = 8;
 
 impl<F: Fn(PrimitiveId) -> bool> Pilot<'_, F> {
-    fn walk(&self, mut ray: Ray, index: u64) -> Vec<(usize, Lesson)> {
+    fn walk(&self, mut ray: Ray, index: u64) -> Vec<Arrival> {
         let mut sampler = Sampler::new(0, 0, Stream::Pass, index);
-        let mut lessons = Vec::new();
+        let mut arrivals = Vec::new();
         for _ in 0..PILOT_BOUNCES {
             let Some(x) = self.nearest(ray) else { break };
             let n = if x.ng.dot(ray.d) < 0.0 { x.ng } else { -x.ng };
             let is_free = |wi: Vec3| self.nearest(x.spawn(wi)).is_none();
-            lessons.extend(self.distant.lessons(
+            arrivals.extend(self.distant.arrivals(
                 self.emitters,
                 (x.p, n),
                 || sampler.next_2d(),
@@ -559,7 +518,7 @@ impl<F: Fn(PrimitiveId) -> bool> Pilot<'_, F> {
                 .normalize();
             ray = x.spawn(w);
         }
-        lessons
+        arrivals
     }
 
     /// The nearest surface that is not ignored.
@@ -586,13 +545,51 @@ struct PieceList {
 }
 
 impl PieceList {
-    fn new(primitives: usize) -> Self {
-        PieceList {
+    fn collect(emitters: &[Emitter], geometry: &Geometry, textures: &[Texture]) -> Self {
+        let mut list = PieceList {
             parts: Vec::new(),
             bounds: Vec::new(),
-            elements_of: vec![None; primitives],
+            elements_of: vec![None; geometry.primitives().len()],
             part_of_element: Vec::new(),
+        };
+        for (i, primitive) in geometry.primitives().iter().enumerate() {
+            let Some(id) = primitive.emitter else {
+                continue;
+            };
+            if let Some(Emitter::Area { radiance }) = emitters.get(id.index()) {
+                list.add_primitive(geometry, textures, PrimitiveId::from(i), id, *radiance);
+            }
         }
+        for (i, emitter) in emitters.iter().enumerate() {
+            let part = parts::part_of_point(EmitterId::from(i), emitter, point_power(emitter));
+            list.add(part.into_iter());
+        }
+        list
+    }
+
+    /// Flux of each emitter.
+    fn powers(&self, emitters: usize) -> Vec<Rgb> {
+        let mut powers = vec![Rgb::BLACK; emitters];
+        for (part, known) in self.parts.iter().zip(&self.bounds) {
+            powers[part.emitter.index()] += known.power;
+        }
+        powers
+    }
+
+    fn by_emitter(&self, emitters: usize) -> Vec<Pieces> {
+        let mut lists = vec![Vec::new(); emitters];
+        for (i, part) in self.parts.iter().enumerate() {
+            lists[part.emitter.index()].push(i as u32);
+        }
+        let strength = |i: &u32| self.bounds[*i as usize].power.strength();
+        let pieces = |parts: Vec<u32>| {
+            let strengths: Vec<f32> = parts.iter().map(strength).collect();
+            Pieces {
+                by_power: Alias::new(&strengths),
+                parts,
+            }
+        };
+        lists.into_iter().map(pieces).collect()
     }
 
     fn add(&mut self, pieces: impl Iterator<Item = (Part, PartBounds)>) {
@@ -621,6 +618,10 @@ impl PieceList {
         self.elements_of[primitive.index()] = Some(Elements { start, count });
         self.add(pieces.into_iter().map(|(_, part, bounds)| (part, bounds)));
     }
+}
+
+fn total_strength(powers: &[Rgb]) -> f32 {
+    powers.iter().map(|p| p.strength()).sum()
 }
 
 /// Flux of a point or spot; black for others.

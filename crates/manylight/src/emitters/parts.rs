@@ -14,6 +14,10 @@ use std::f32::consts::{FRAC_PI_2, PI, TAU};
 pub(super) enum Form {
     /// A whole primitive, by area.
     Primitive,
+    /// A sphere or cylinder under a transform that stretches its area unevenly: by area of the undistorted shape.
+    Distorted {
+        undistorted: fn(&SurfacePoint) -> f32,
+    },
     /// One triangle of a mesh, by area.
     Triangle { element: u32 },
     /// A sphere, by the solid angle of what is visible of it.
@@ -69,8 +73,8 @@ pub(super) struct SeenPoint {
     pub(super) radiance: Rgb,
 }
 
-/// The pieces of one primitive that carries an area emitter, with their bounds. The second list names the piece of each
-/// element: empty for whole primitives.
+/// The pieces of one primitive that carries an area emitter: the element that each stands for (0 for whole primitives), the
+/// piece, its bounds.
 pub(super) fn parts_of_primitive(
     geometry: &Geometry,
     textures: &[Texture],
@@ -79,59 +83,45 @@ pub(super) fn parts_of_primitive(
     radiance: ColorInput,
 ) -> Vec<(u32, Part, PartBounds)> {
     let placed = &geometry.primitives()[primitive.index()];
-    let whole = |form: Form| Part {
-        emitter,
-        primitive,
-        form,
-        area: geometry.area(primitive),
-    };
     let to_world = &placed.world_from_object;
+    let whole = |(form, bounds, normals)| {
+        let part = Part {
+            emitter,
+            primitive,
+            form,
+            area: geometry.area(primitive),
+        };
+        vec![(0, part, bounds, normals)]
+    };
     let parts: Vec<(u32, Part, Aabb, Cone)> = match &geometry.shapes()[placed.shape.index()] {
         Shape::Mesh(mesh) => {
             let triangles =
-                (0..mesh.triangles.len()).map(|t| triangle(geometry, primitive, emitter, t));
+                (0..mesh.triangles.len() as u32).map(|t| triangle(geometry, primitive, emitter, t));
             if mesh.triangles.len() > WHOLE_MESH_TRIANGLES {
                 triangles
-                    .enumerate()
-                    .map(|(t, (part, bounds, normals))| (t as u32, part, bounds, normals))
+                    .zip(0..)
+                    .map(|((part, bounds, normals), t)| (t, part, bounds, normals))
                     .collect()
             } else {
-                let (bounds, normals) = triangles.filter(|(part, ..)| part.area > 0.0).fold(
+                let lit = triangles.filter(|(part, ..)| part.area > 0.0);
+                let (bounds, normals) = lit.fold(
                     (Aabb::EMPTY, Cone::EMPTY),
                     |(b, n), (_, bounds, normals)| (b.union(bounds), n.union(normals)),
                 );
-                vec![(0, whole(Form::Primitive), bounds, normals)]
+                whole((Form::Primitive, bounds, normals))
             }
         }
         Shape::Sphere { center, radius } => {
-            let bounds = sphere_bounds(to_world, *center, *radius);
-            let by_angle = similarity_scale(to_world)
-                .filter(|_| !placed.flip_normals && matches!(radiance, ColorInput::Constant(_)));
-            let form = match (by_angle, geometry.sample_area(primitive, Vec2::splat(0.5))) {
-                (Some(scale), Some(sample)) => Form::Sphere {
-                    center: to_world.transform_point3(*center),
-                    radius: radius * scale,
-                    offset: sample.point.offset,
-                },
-                _ => Form::Primitive,
-            };
-            vec![(0, whole(form), bounds, Cone::FULL)]
+            whole(sphere(geometry, primitive, *center, *radius, radiance))
         }
         Shape::Disk => {
             let square = Aabb {
                 min: Vec3::new(-1.0, -1.0, 0.0),
                 max: Vec3::new(1.0, 1.0, 0.0),
             };
-            let normals = match geometry.sample_area(primitive, Vec2::splat(0.5)) {
-                Some(sample) => Cone::from_axis(sample.point.frame.n),
-                None => Cone::FULL,
-            };
-            vec![(
-                0,
-                whole(Form::Primitive),
-                square.transformed(to_world),
-                normals,
-            )]
+            let sample = geometry.sample_area(primitive, Vec2::splat(0.5));
+            let normals = sample.map_or(Cone::FULL, |sample| Cone::from_axis(sample.point.frame.n));
+            whole((Form::Primitive, square.transformed(to_world), normals))
         }
         Shape::Cylinder { p0, p1, radius } => {
             let r = Vec3::splat(*radius);
@@ -139,12 +129,13 @@ pub(super) fn parts_of_primitive(
                 min: p0.min(*p1) - r,
                 max: p0.max(*p1) + r,
             };
-            vec![(
-                0,
-                whole(Form::Primitive),
-                ends.transformed(to_world),
-                Cone::FULL,
-            )]
+            let form = match similarity_scale(to_world) {
+                Some(_) => Form::Primitive,
+                None => Form::Distorted {
+                    undistorted: |_| 1.0,
+                },
+            };
+            whole((form, ends.transformed(to_world), Cone::FULL))
         }
     };
     let lit = |(element, part, bounds, normals): (u32, Part, Aabb, Cone)| {
@@ -165,6 +156,44 @@ pub(super) fn parts_of_primitive(
         .filter(|(_, part, ..)| part.area > 0.0)
         .map(lit)
         .collect()
+}
+
+/// How a sphere is sampled, its box and its normals.
+fn sphere(
+    geometry: &Geometry,
+    primitive: PrimitiveId,
+    center: Vec3,
+    radius: f32,
+    radiance: ColorInput,
+) -> (Form, Aabb, Cone) {
+    let to_world = &geometry.primitives()[primitive.index()].world_from_object;
+    let r = Vec3::splat(radius);
+    let bounds = Aabb {
+        min: center - r,
+        max: center + r,
+    }
+    .transformed(to_world);
+    let center = to_world.transform_point3(center);
+    let sample = geometry
+        .sample_area(primitive, Vec2::splat(0.5))
+        .map(|sample| sample.point);
+    // The cone of visible points has no texture coordinates, and shows the outside only.
+    let by_angle = |y: &SurfacePoint| {
+        matches!(radiance, ColorInput::Constant(_)) && (y.p - center).dot(y.ng) > 0.0
+    };
+    let form = match (similarity_scale(to_world), sample.filter(by_angle)) {
+        (Some(scale), Some(y)) => Form::Sphere {
+            center,
+            radius: radius * scale,
+            offset: y.offset,
+        },
+        (Some(_), None) => Form::Primitive,
+        // Of the unit sphere: 4π over the area element 2π² sin(π v) of its parameters.
+        (None, _) => Form::Distorted {
+            undistorted: |y| (PI * y.uv.y).sin() * FRAC_PI_2,
+        },
+    };
+    (form, bounds, Cone::FULL)
 }
 
 /// The piece of a point or spot.
@@ -253,16 +282,24 @@ impl Part {
         let d2 = d.length_squared();
         let cos = y.ng.dot(d).abs() / d2.sqrt();
         if cos > 0.0 {
-            d2 / (cos * self.area)
+            d2 * self.pdf_area(y) / cos
         } else {
             0.0
         }
     }
 
-    /// A point uniform by area.
+    /// Density of [`Part::sample_area`] in 1/m².
+    pub(super) fn pdf_area(&self, y: &SurfacePoint) -> f32 {
+        match self.form {
+            Form::Distorted { undistorted } => undistorted(y) / y.dp_du.cross(y.dp_dv).length(),
+            _ => 1.0 / self.area,
+        }
+    }
+
+    /// A point, uniform by area unless distorted.
     pub(super) fn sample_area(&self, geometry: &Geometry, u: Vec2) -> Option<SurfacePoint> {
         match self.form {
-            Form::Primitive | Form::Sphere { .. } => {
+            Form::Primitive | Form::Sphere { .. } | Form::Distorted { .. } => {
                 Some(geometry.sample_area(self.primitive, u)?.point)
             }
             Form::Triangle { element } => {
@@ -352,9 +389,8 @@ fn triangle(
     geometry: &Geometry,
     primitive: PrimitiveId,
     emitter: EmitterId,
-    t: usize,
+    element: u32,
 ) -> (Part, Aabb, Cone) {
-    let element = t as u32;
     let corners = [Vec2::ZERO, Vec2::X, Vec2::Y]
         .map(|c| geometry.surface_point(reference(primitive, element, c)));
     let [a, b, c] = corners.map(|x| x.p);
@@ -398,15 +434,6 @@ fn mean_radiance(
         .sum();
     let floor = textures[id.index()].max_luminance() * RADIANCE_FLOOR;
     (sum / count).map(|v| v.max(floor))
-}
-
-fn sphere_bounds(to_world: &Affine3A, center: Vec3, radius: f32) -> Aabb {
-    let r = Vec3::splat(radius);
-    Aabb {
-        min: center - r,
-        max: center + r,
-    }
-    .transformed(to_world)
 }
 
 /// The scale of a transform that keeps angles; `None` for others.

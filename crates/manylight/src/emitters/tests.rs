@@ -5,8 +5,11 @@ use super::environment::EnvironmentSampler;
 use super::light_tree::LightTree;
 use super::parts::PartBounds;
 use super::*;
+use crate::geometry::{Mesh, Primitive, Segment, Shape};
+use crate::ids::{MaterialId, ShapeId, TextureId};
 use crate::image::Image;
-use crate::math::{Cone, Mat3, octahedral};
+use crate::math::{Affine3A, Cone, Mat3, octahedral};
+use crate::texture::{Bitmap, Filtering, Wrap};
 
 fn picture() -> Image {
     let data = (0..72).map(|i| ((i * 37) % 64) as f32 / 64.0).collect();
@@ -460,4 +463,536 @@ fn few_pieces_are_chosen_at_least_as_well_as_by_power() {
             "{count} pieces: {by_tree} for {by_power}"
         );
     }
+}
+
+/// Shapes with area emitters of their own, and other emitters beside them.
+struct World {
+    geometry: Geometry,
+    textures: Vec<Texture>,
+    emitters: Emitters,
+}
+
+struct Placed {
+    shape: Shape,
+    world_from_object: Affine3A,
+    flip_normals: bool,
+    radiance: Option<ColorInput>,
+}
+
+impl Placed {
+    fn new(shape: Shape, world_from_object: Affine3A) -> Self {
+        let radiance = Some(ColorInput::Constant(Rgb::new(1.0, 2.0, 0.5)));
+        Placed {
+            shape,
+            world_from_object,
+            flip_normals: false,
+            radiance,
+        }
+    }
+
+    fn flipped(self) -> Self {
+        Placed {
+            flip_normals: !self.flip_normals,
+            ..self
+        }
+    }
+
+    fn textured(self) -> Self {
+        Placed {
+            radiance: Some(ColorInput::Texture(TextureId(0))),
+            ..self
+        }
+    }
+
+    fn dark(self) -> Self {
+        Placed {
+            radiance: None,
+            ..self
+        }
+    }
+}
+
+fn world(placed: Vec<Placed>, others: Vec<Emitter>) -> World {
+    let bitmap = Bitmap {
+        image: picture(),
+        filtering: Filtering::Bilinear,
+        wrap: Wrap::Repeat,
+        uv_transform: Mat3::IDENTITY,
+    };
+    let textures = vec![Texture::Bitmap(bitmap)];
+    let (mut shapes, mut primitives, mut emitters) = (Vec::new(), Vec::new(), Vec::new());
+    for Placed {
+        shape,
+        world_from_object,
+        flip_normals,
+        radiance,
+    } in placed
+    {
+        let emitter = radiance.map(|radiance| {
+            emitters.push(Emitter::Area { radiance });
+            EmitterId::from(emitters.len() - 1)
+        });
+        primitives.push(Primitive {
+            shape: ShapeId::from(shapes.len()),
+            world_from_object,
+            flip_normals,
+            material: MaterialId(0),
+            emitter,
+            transparent: false,
+        });
+        shapes.push(shape);
+    }
+    emitters.extend(others);
+    let geometry = Geometry::build(shapes, primitives, Vec::new(), Vec::new());
+    let emitters = Emitters::new(emitters, &geometry, &textures);
+    World {
+        geometry,
+        textures,
+        emitters,
+    }
+}
+
+/// Turns, moves and scales; in front of the receivers below.
+fn placement(scale: Vec3) -> Affine3A {
+    Affine3A::from_translation(Vec3::new(0.2, -0.1, 1.5))
+        * Affine3A::from_axis_angle(Vec3::new(0.3, 1.0, 0.2).normalize(), 2.6)
+        * Affine3A::from_scale(scale)
+}
+
+/// A coarse ball with interpolated normals.
+fn smooth_ball() -> Mesh {
+    let (rings, segments) = (4u32, 6u32);
+    let mut mesh = Mesh::default();
+    for i in 0..=rings {
+        for j in 0..=segments {
+            let (theta, phi) = (
+                i as f32 / rings as f32 * PI,
+                j as f32 / segments as f32 * 2.0 * PI,
+            );
+            let p = Vec3::new(
+                theta.sin() * phi.cos(),
+                theta.sin() * phi.sin(),
+                theta.cos(),
+            );
+            mesh.positions.push(p);
+            mesh.normals.push(p);
+            mesh.uvs.push(Vec2::new(
+                j as f32 / segments as f32,
+                i as f32 / rings as f32,
+            ));
+        }
+    }
+    for i in 0..rings {
+        for j in 0..segments {
+            let a = i * (segments + 1) + j;
+            let b = a + segments + 1;
+            mesh.triangles.extend([[a, b, a + 1], [a + 1, b, b + 1]]);
+        }
+    }
+    mesh
+}
+
+fn sphere_shape() -> Shape {
+    Shape::Sphere {
+        center: Vec3::new(0.1, 0.0, 0.2),
+        radius: 0.6,
+    }
+}
+
+fn cylinder() -> Shape {
+    Shape::Cylinder {
+        p0: Vec3::new(0.0, 0.1, -0.4),
+        p1: Vec3::new(0.1, 0.0, 0.5),
+        radius: 0.3,
+    }
+}
+
+/// Every form of emitter that has an extent.
+fn shining_worlds() -> Vec<(&'static str, World)> {
+    let half = Vec3::splat(0.5);
+    let uneven = Vec3::new(0.4, 0.7, 0.5);
+    let one = |placed: Placed| world(vec![placed], vec![]);
+    vec![
+        (
+            "rectangle",
+            one(Placed::new(Shape::Mesh(Mesh::rectangle()), placement(half))),
+        ),
+        (
+            "textured rectangle",
+            one(Placed::new(Shape::Mesh(Mesh::rectangle()), placement(uneven)).textured()),
+        ),
+        (
+            "cube",
+            one(Placed::new(Shape::Mesh(Mesh::cube()), placement(uneven))),
+        ),
+        (
+            "smooth ball",
+            one(Placed::new(Shape::Mesh(smooth_ball()), placement(half)).textured()),
+        ),
+        (
+            "inside-out ball",
+            one(Placed::new(Shape::Mesh(smooth_ball()), placement(Vec3::splat(4.0))).flipped()),
+        ),
+        ("sphere", one(Placed::new(sphere_shape(), placement(half)))),
+        (
+            "textured sphere",
+            one(Placed::new(sphere_shape(), placement(half)).textured()),
+        ),
+        (
+            "mirrored sphere",
+            one(Placed::new(
+                sphere_shape(),
+                placement(Vec3::new(-4.0, 4.0, 4.0)),
+            )),
+        ),
+        (
+            "ellipsoid",
+            one(Placed::new(sphere_shape(), placement(uneven))),
+        ),
+        ("disk", one(Placed::new(Shape::Disk, placement(uneven)))),
+        ("cylinder", one(Placed::new(cylinder(), placement(half)))),
+        (
+            "elliptic cylinder",
+            one(Placed::new(cylinder(), placement(uneven)).flipped()),
+        ),
+        (
+            "several",
+            world(
+                vec![
+                    Placed::new(Shape::Mesh(Mesh::rectangle()), placement(half)),
+                    Placed::new(
+                        sphere_shape(),
+                        Affine3A::from_translation(Vec3::new(-1.5, 0.0, 1.0)),
+                    ),
+                    Placed::new(
+                        Shape::Mesh(smooth_ball()),
+                        Affine3A::from_translation(Vec3::new(2.5, 1.0, 0.5)),
+                    ),
+                ],
+                vec![Emitter::Constant {
+                    radiance: Rgb::splat(0.05),
+                }],
+            ),
+        ),
+    ]
+}
+
+fn receivers() -> [(Vec3, Option<Vec3>); 3] {
+    [
+        (
+            Vec3::new(0.1, 0.2, 0.3),
+            Some(Vec3::new(0.1, -0.1, 1.0).normalize()),
+        ),
+        (Vec3::new(-0.4, 0.5, 3.0), Some(-Vec3::Z)),
+        (Vec3::new(0.6, -0.9, 0.7), None),
+    ]
+}
+
+/// What a ray from `p` along `wi` finds: radiance and the density with which direct sampling finds the same.
+fn found(world: &World, p: Vec3, n: Option<Vec3>, wi: Vec3) -> (Rgb, f32) {
+    match world.geometry.intersect(&Ray::new(p, wi)) {
+        Some(hit) => {
+            let y = world.geometry.surface_point(hit.at);
+            let radiance = world
+                .emitters
+                .radiance(&world.geometry, &world.textures, &y, -wi);
+            (
+                radiance,
+                world.emitters.pdf_direct(&world.geometry, p, n, &y),
+            )
+        }
+        None => (
+            world.emitters.environment_radiance(wi),
+            world.emitters.pdf_direct_environment(p, n, wi),
+        ),
+    }
+}
+
+#[test]
+fn direct_samples_integrate_to_what_rays_find() {
+    for (name, world) in shining_worlds() {
+        for (p, n) in receivers() {
+            let mut numbers = Sampler::new(11, 0, Stream::Test, 0);
+            let test = |wi: Vec3| f64::from((1.0 + wi.x).powi(2) * (1.0 + 0.5 * wi.y));
+            let (mut direct, mut direct2, mut uniform, mut uniform2) =
+                (0.0f64, 0.0f64, 0.0f64, 0.0f64);
+            let count = 30_000;
+            for _ in 0..count {
+                let (u_choice, u) = (numbers.next_1d(), numbers.next_2d());
+                let sample = world.emitters.sample_direct(
+                    &world.geometry,
+                    &world.textures,
+                    p,
+                    n,
+                    u_choice,
+                    u,
+                );
+                if let Some(s) = sample.filter(|s| {
+                    !world.geometry.occluded(&Segment {
+                        from: p,
+                        to: s.target,
+                    })
+                }) {
+                    let value = f64::from(s.weight.g) * test(s.wi);
+                    direct += value;
+                    direct2 += value * value;
+                    let (radiance, pdf) = found(&world, p, n, s.wi);
+                    // The ray may miss the rim that the sample met.
+                    if !radiance.is_black() && s.pdf < 50.0 {
+                        assert!(
+                            (pdf / s.pdf - 1.0).abs() < 0.02,
+                            "{name}: density {pdf} found, {} sampled",
+                            s.pdf
+                        );
+                    }
+                }
+                let wi = warp::sphere(numbers.next_2d());
+                let value = f64::from(found(&world, p, n, wi).0.g / warp::SPHERE_PDF) * test(wi);
+                uniform += value;
+                uniform2 += value * value;
+            }
+            let n_samples = f64::from(count);
+            let (a, b) = (direct / n_samples, uniform / n_samples);
+            let variance = (direct2 / n_samples - a * a + uniform2 / n_samples - b * b) / n_samples;
+            assert!(
+                (a - b).abs() < 5.0 * variance.sqrt() + 1e-6,
+                "{name} at {p}: {a} direct, {b} by rays"
+            );
+        }
+    }
+}
+
+#[test]
+fn direct_densities_integrate_to_the_share_of_samples() {
+    for (name, world) in shining_worlds() {
+        let (p, n) = receivers()[0];
+        let side = 700;
+        let mut integral = 0.0f64;
+        for i in 0..side * side {
+            let uv = Vec2::new((i % side) as f32 + 0.5, (i / side) as f32 + 0.5) / side as f32;
+            let (radiance, pdf) = found(&world, p, n, octahedral::direction_from_square(uv));
+            if !radiance.is_black() {
+                integral +=
+                    f64::from(pdf * octahedral::solid_angle_density(uv)) / (side * side) as f64;
+            }
+        }
+        let mut numbers = Sampler::new(12, 0, Stream::Test, 0);
+        let count = 20_000;
+        let seen = (0..count).filter(|_| {
+            let (u_choice, u) = (numbers.next_1d(), numbers.next_2d());
+            let sample =
+                world
+                    .emitters
+                    .sample_direct(&world.geometry, &world.textures, p, n, u_choice, u);
+            sample.is_some_and(|s| {
+                !world.geometry.occluded(&Segment {
+                    from: p,
+                    to: s.target,
+                })
+            })
+        });
+        let share = seen.count() as f64 / f64::from(count);
+        assert!(
+            (integral - share).abs() < 0.02,
+            "{name}: {integral} for {share}"
+        );
+    }
+}
+
+#[test]
+fn emitted_flux_is_the_power() {
+    for (name, world) in shining_worlds() {
+        let mut numbers = Sampler::new(13, 0, Stream::Test, 0);
+        let count = 20_000;
+        let flux: f64 = (0..count)
+            .filter_map(|_| emit(&world, &mut numbers))
+            .map(|s| f64::from(s.flux.g))
+            .sum();
+        let power: f32 = (0..world.emitters.descriptions().len())
+            .map(|i| world.emitters.power(EmitterId::from(i)).g)
+            .sum();
+        // Textured power is a mean over a grid.
+        assert!(
+            (flux / f64::from(count) / f64::from(power) - 1.0).abs() < 0.03,
+            "{name}"
+        );
+    }
+}
+
+fn emit(world: &World, numbers: &mut Sampler) -> Option<EmissionSample> {
+    let u = EmissionNumbers {
+        emitter: numbers.next_1d(),
+        position: numbers.next_2d(),
+        direction: numbers.next_2d(),
+        part: numbers.next_1d(),
+    };
+    world
+        .emitters
+        .sample_emission(&world.geometry, &world.textures, u)
+}
+
+/// Flux through the square of half-width `half` around `center` in a plane z = const from above or below, by photons and by
+/// direct light: mean and variance of the mean of each.
+fn flux_through(world: &World, center: Vec3, half: f32, count: u32) -> [(f64, f64); 2] {
+    let mut numbers = Sampler::new(14, 0, Stream::Test, 0);
+    let mut sums = [[0.0f64; 2]; 2];
+    for _ in 0..count {
+        let photon = emit(world, &mut numbers).map_or(0.0, |s| {
+            let t = (center.z - s.ray.o.z) / s.ray.d.z;
+            let q = (s.ray.at(t) - center).truncate().abs();
+            let arrives = t > 0.0
+                && q.max_element() < half
+                && world
+                    .geometry
+                    .intersect(&Ray { t_max: t, ..s.ray })
+                    .is_none();
+            if arrives { f64::from(s.flux.g) } else { 0.0 }
+        });
+        let p = center + ((numbers.next_2d() * 2.0 - Vec2::ONE) * half).extend(0.0);
+        let (u_choice, u) = (numbers.next_1d(), numbers.next_2d());
+        let direct =
+            world
+                .emitters
+                .sample_direct(&world.geometry, &world.textures, p, None, u_choice, u);
+        let direct = direct.map_or(0.0, |s| {
+            let blocked = world.geometry.occluded(&Segment {
+                from: p,
+                to: s.target,
+            });
+            if blocked {
+                0.0
+            } else {
+                f64::from(s.weight.g * s.wi.z.abs() * 4.0 * half * half)
+            }
+        });
+        for (sum, value) in sums.iter_mut().zip([photon, direct]) {
+            sum[0] += value;
+            sum[1] += value * value;
+        }
+    }
+    let n = f64::from(count);
+    sums.map(|[sum, squares]| (sum / n, (squares / n - (sum / n).powi(2)) / n))
+}
+
+fn check_flux(name: &str, [(a, variance_a), (b, variance_b)]: [(f64, f64); 2]) {
+    let deviation = (variance_a + variance_b).sqrt();
+    assert!(
+        (a - b).abs() < 5.0 * deviation,
+        "{name}: {a} by photons, {b} by direct light, deviation {deviation}"
+    );
+    assert!(deviation < 0.1 * b, "{name}: too noisy to tell");
+}
+
+#[test]
+fn photons_carry_what_direct_light_brings() {
+    let others = vec![
+        Emitter::Point {
+            position: Vec3::new(0.4, 0.3, 1.4),
+            intensity: Rgb::splat(0.7),
+        },
+        Emitter::Spot {
+            position: Vec3::new(-0.5, 0.2, 1.2),
+            direction: Vec3::new(0.3, 0.0, -1.0).normalize(),
+            intensity: Rgb::splat(2.0),
+            cutoff: 0.8,
+            beam_width: 0.3,
+        },
+        distant_emitters().swap_remove(1),
+    ];
+    let floor = || {
+        Placed::new(
+            Shape::Mesh(Mesh::rectangle()),
+            Affine3A::from_translation(-Vec3::Z),
+        )
+        .dark()
+    };
+    let pointwise = world(vec![floor()], others);
+    let surroundings = world(vec![floor()], distant_emitters());
+    let worlds = shining_worlds()
+        .into_iter()
+        .chain([("points", pointwise), ("surroundings", surroundings)]);
+    for (name, world) in worlds {
+        check_flux(
+            name,
+            flux_through(&world, Vec3::new(0.1, 0.0, 0.2), 0.5, 60_000),
+        );
+    }
+}
+
+/// A closed box with a small window, lit from outside.
+fn room() -> World {
+    let cube = Shape::Mesh(Mesh::cube());
+    let wall = |center: Vec3, half: Vec3| {
+        let transform = Affine3A::from_translation(center) * Affine3A::from_scale(half);
+        Placed::new(cube.clone(), transform).dark()
+    };
+    let slabs = vec![
+        wall(Vec3::new(0.0, 0.0, -1.1), Vec3::new(1.2, 1.2, 0.1)),
+        wall(Vec3::new(0.0, 0.0, 1.1), Vec3::new(1.2, 1.2, 0.1)),
+        wall(Vec3::new(-1.1, 0.0, 0.0), Vec3::new(0.1, 1.2, 1.0)),
+        wall(Vec3::new(1.1, -0.7, 0.0), Vec3::new(0.1, 0.5, 1.0)),
+        wall(Vec3::new(1.1, 0.7, 0.0), Vec3::new(0.1, 0.5, 1.0)),
+        wall(Vec3::new(0.0, -1.1, 0.0), Vec3::new(1.0, 0.1, 1.0)),
+        wall(Vec3::new(0.0, 1.1, 0.0), Vec3::new(1.0, 0.1, 1.0)),
+        // Ground outside makes the bounding sphere large.
+        wall(Vec3::new(0.0, 0.0, -1.3), Vec3::new(8.0, 8.0, 0.1)),
+    ];
+    let mut others = distant_emitters();
+    others[1] = Emitter::Directional {
+        direction: Vec3::new(-0.8, 0.05, -0.5).normalize(),
+        irradiance: Rgb::splat(2.0),
+    };
+    world(slabs, others)
+}
+
+/// Fraction of photons that get inside, and the flux through the middle of the room.
+fn photons_inside(world: &World) -> f64 {
+    let mut numbers = Sampler::new(15, 0, Stream::Test, 0);
+    let count = 20_000;
+    let inside = (0..count)
+        .filter_map(|_| emit(world, &mut numbers))
+        .filter(|s| {
+            world
+                .geometry
+                .intersect(&s.ray)
+                .is_some_and(|hit| s.ray.at(hit.t).abs().max_element() < 1.01)
+        });
+    inside.count() as f64 / f64::from(count)
+}
+
+#[test]
+fn the_guide_brings_photons_through_windows_and_changes_no_flux() {
+    let mut world = room();
+    let before = photons_inside(&world);
+    let mut numbers = Sampler::new(16, 0, Stream::Test, 0);
+    let rays: Vec<Ray> = (0..4000)
+        .map(|_| Ray::new(Vec3::ZERO, warp::sphere(numbers.next_2d())))
+        .collect();
+    world
+        .emitters
+        .guide_emission(&world.geometry, &rays, |_| false);
+    let after = photons_inside(&world);
+    assert!(
+        after > 100.0 * before && after > 0.1,
+        "{before} of the photons before, {after} after"
+    );
+    let flux = flux_through(&world, Vec3::new(0.3, 0.0, -0.5), 0.5, 60_000);
+    check_flux("room", flux);
+}
+
+#[test]
+fn an_empty_scene_has_no_light() {
+    let world = world(vec![], vec![]);
+    let mut numbers = Sampler::new(17, 0, Stream::Test, 0);
+    assert!(emit(&world, &mut numbers).is_none());
+    assert!(!world.emitters.has_environment());
+    let sample = world.emitters.sample_direct(
+        &world.geometry,
+        &[],
+        Vec3::ZERO,
+        None,
+        0.3,
+        Vec2::splat(0.4),
+    );
+    assert!(sample.is_none());
 }

@@ -342,7 +342,10 @@ pub struct FilmSampler {
 impl FilmDesc {
     /// Prepares the reconstruction filter for sampling.
     pub fn sampler(&self) -> FilmSampler {
-        FilmSampler { filter: self.filter.sampler(), width: self.crop_size.x }
+        FilmSampler {
+            filter: self.filter.sampler(),
+            width: self.crop_size.x,
+        }
     }
 }
 

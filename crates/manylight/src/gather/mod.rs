@@ -7,6 +7,7 @@ use crate::ids::LightId;
 use crate::math::Vec3;
 use crate::scene::Scene;
 use crate::virtual_lights::{LightField, VirtualLight};
+use std::f32::consts::FRAC_1_PI;
 
 /// How one light is evaluated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,9 +23,9 @@ pub enum Kernel {
 pub enum Clamp {
     /// Nothing.
     None,
-    /// Scale-free: a light of radius r (or each of its four parts, of radius r/2) has a finite area, so `1/d²` becomes
-    /// `1/√(d⁴ + r⁴)`: 1/r² in contact, as for a disc, and right to fourth order far away, where the four points already
-    /// have the second order (derived; compare ERRATA E4).
+    /// Scale-free: a light of radius r (or each of its four parts, of radius r/2; or a point that stands for the area πr² of
+    /// surface) has a finite area, so `1/d²` becomes `1/√(d⁴ + r⁴)`: 1/r² in contact, as for a disc, and right to fourth order
+    /// far away, where four points already have the second order (derived; compare ERRATA E4).
     Auto,
     /// `G <= value`, in 1/m².
     Value(f32),
@@ -89,8 +90,8 @@ impl Gather {
                 continue;
             }
             let connector = Connector { gather: self, field, at, light, id: LightId(k as u32) };
-            let mut connect = |p: Vec3, radius: f32, weight: f32| {
-                if let Some(c) = connector.connect(p, radius, weight * share) {
+            let mut connect = |p: Vec3, radius_squared: f32, weight: f32| {
+                if let Some(c) = connector.connect(p, radius_squared, weight * share) {
                     sum.clamped += c.clamped;
                     sum.unclamped += c.value.luminance() + c.clamped;
                     let packet = if c.in_front { &mut front } else { &mut back };
@@ -99,10 +100,10 @@ impl Gather {
             };
             if self.is_disc_from(at, light) {
                 for p in light.points {
-                    connect(p, 0.5 * light.radius, 0.25);
+                    connect(p, 0.25 * light.radius * light.radius, 0.25);
                 }
             } else {
-                connect(light.p, light.radius, 1.0);
+                connect(light.p, light.area * FRAC_1_PI, 1.0);
             }
         }
         front.flush(scene, &mut sum.radiance, &mut sum.shadow_rays);
@@ -141,7 +142,7 @@ struct Connection {
 impl Connector<'_, '_> {
     /// The connection to the part of the light at `p`, of the given radius, carrying `weight` of its intensity.
     #[inline]
-    fn connect(&self, p: Vec3, radius: f32, weight: f32) -> Option<Connection> {
+    fn connect(&self, p: Vec3, radius_squared: f32, weight: f32) -> Option<Connection> {
         let to_light = p - self.at.x.p;
         let d2 = to_light.length_squared();
         if d2 == 0.0 {
@@ -158,7 +159,7 @@ impl Connector<'_, '_> {
         }
         let kept = match self.gather.clamp {
             Clamp::None => 1.0,
-            Clamp::Auto => d2 / (d2 * d2 + radius.powi(4)).sqrt(),
+            Clamp::Auto => d2 / (d2 * d2 + radius_squared * radius_squared).sqrt(),
             Clamp::Value(limit) => (limit * d2 / (w.dot(self.at.x.ng) * w.dot(self.light.n)).abs()).min(1.0),
         };
         let full = f_cos * intensity * (weight / d2);
@@ -202,7 +203,7 @@ impl Packet {
         for i in (0..self.len).filter(|i| occluded >> i & 1 == 0) {
             let mut value = self.values[i];
             if scene.geometry.has_transparent() {
-                value *= scene.transparent_transmittance(&Segment { from: self.origin, to: self.targets[i] }).0;
+                value *= scene.cross_transparent(&Segment { from: self.origin, to: self.targets[i] }).0;
             }
             *sum += value;
         }

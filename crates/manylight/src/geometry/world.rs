@@ -176,6 +176,11 @@ impl Geometry {
         &self.shapes
     }
 
+    #[cfg(test)]
+    pub(super) fn instances(&self) -> &[PlacedInstance] {
+        &self.instances
+    }
+
     /// Box around everything, instances included; empty for an empty scene.
     pub fn bounds(&self) -> Aabb {
         self.bounds

@@ -7,7 +7,6 @@ use super::{PassContext, first_surface};
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::film::{Film, TileSamples};
-use crate::math::UVec2;
 use crate::stats::Stats;
 use crate::sampling::{Sampler, Stream};
 use crate::scene::{PathLimits, Scene};

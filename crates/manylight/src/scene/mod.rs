@@ -77,7 +77,8 @@ impl Scene {
         self.cross_transparent(segment)
     }
 
-    fn cross_transparent(&self, segment: &Segment) -> (Rgb, u32) {
+    /// The transparent surfaces alone, for segments that are known to be clear of opaque ones.
+    pub fn cross_transparent(&self, segment: &Segment) -> (Rgb, u32) {
         /// A segment that meets more surfaces than this (or cannot get past one) counts as blocked.
         const MAX_STEPS: u32 = 1024;
         let (mut from, mut through, mut crossings) = (segment.from, Rgb::WHITE, 0);
@@ -110,10 +111,5 @@ impl Scene {
         let shape = self.geometry.primitives()[a.primitive.index()].shape;
         let is_mesh = matches!(self.geometry.shapes()[shape.index()], Shape::Mesh(_));
         is_mesh && (a.primitive, a.element, a.instance) == (b.primitive, b.element, b.instance)
-    }
-
-    /// The transparent surfaces alone: for segments already known to be clear of opaque ones.
-    pub fn transparent_transmittance(&self, _segment: &Segment) -> (Rgb, u32) {
-        todo!()
     }
 }

@@ -1,4 +1,5 @@
 //! Analytic scenes and statistics for tests.
 
+pub mod chi_square;
 pub mod scenes;
 pub mod statistics;

@@ -8,25 +8,27 @@ use super::simd::{Kernel, LANES, Simd};
 use super::stack::Stack;
 use std::arch::x86_64::*;
 
-/// Proof that the machine has AVX2 and FMA: [`Avx2::detect`] is the only way to get a value.
+/// Proof that the machine has AVX2, FMA and the bit counting of the same age: [`Avx2::detect`] is the only way to get one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Avx2(());
 
 impl Avx2 {
     /// The proof, if it can be had.
     pub(super) fn detect() -> Option<Self> {
-        (is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma")).then_some(Avx2(()))
+        let vectors = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
+        let bits = is_x86_feature_detected!("bmi1") && is_x86_feature_detected!("popcnt");
+        (vectors && bits).then_some(Avx2(()))
     }
 
     /// Runs a kernel compiled for these instructions.
     #[inline]
     pub(super) fn run<K: Kernel>(self, kernel: K) -> K::Output {
-        // SAFETY: `self` exists only where `detect` found AVX2 and FMA.
+        // SAFETY: `self` exists only where `detect` found all that `run` enables.
         unsafe { run(self, kernel) }
     }
 }
 
-#[target_feature(enable = "avx2,fma")]
+#[target_feature(enable = "avx2,fma,bmi1,popcnt")]
 fn run<K: Kernel>(avx2: Avx2, kernel: K) -> K::Output {
     kernel.run(avx2)
 }

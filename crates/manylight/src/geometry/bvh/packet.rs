@@ -179,7 +179,11 @@ impl<'a> Packet<'a> {
         let tested = rays;
         let volumes = EdgeVolumes::new(s, &self.blocks[leaf], splat3(s, self.from));
         let store3 = |v: [S::F; 3]| [s.store(v[0]), s.store(v[1]), s.store(v[2])];
-        let edges = [store3(volumes.edges[0]), store3(volumes.edges[1]), store3(volumes.edges[2])];
+        let edges = [
+            store3(volumes.edges[0]),
+            store3(volumes.edges[1]),
+            store3(volumes.edges[2]),
+        ];
         let (normal, tolerances) = (store3(volumes.normal), store3(volumes.tolerances));
         let height = s.store(volumes.height);
         for lane in 0..LANES {
@@ -187,7 +191,13 @@ impl<'a> Packet<'a> {
             if height[lane] == 0.0 {
                 continue;
             }
-            let lane3 = |v: &[[f32; LANES]; 3]| [s.splat(v[0][lane]), s.splat(v[1][lane]), s.splat(v[2][lane])];
+            let lane3 = |v: &[[f32; LANES]; 3]| {
+                [
+                    s.splat(v[0][lane]),
+                    s.splat(v[1][lane]),
+                    s.splat(v[2][lane]),
+                ]
+            };
             let triangle = EdgeVolumes {
                 edges: [lane3(&edges[0]), lane3(&edges[1]), lane3(&edges[2])],
                 tolerances: lane3(&tolerances),
@@ -198,7 +208,10 @@ impl<'a> Packet<'a> {
                 if rays >> (group * LANES) & 0xff == 0 {
                     continue;
                 }
-                let segments = Directions { d: load3(s, &self.d[group]), size: s.load(&self.size[group]) };
+                let segments = Directions {
+                    d: load3(s, &self.d[group]),
+                    size: s.load(&self.size[group]),
+                };
                 rays &= !(u64::from(s.bits(triangle.hit_by(s, &segments))) << (group * LANES));
             }
             if rays == 0 {

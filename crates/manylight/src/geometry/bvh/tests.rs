@@ -16,7 +16,11 @@ impl Random {
         low + (high - low) * self.0.next_f32()
     }
     fn point(&mut self, half: f32) -> Vec3 {
-        Vec3::new(self.within(-half, half), self.within(-half, half), self.within(-half, half))
+        Vec3::new(
+            self.within(-half, half),
+            self.within(-half, half),
+            self.within(-half, half),
+        )
     }
 }
 
@@ -35,19 +39,31 @@ fn soup(count: usize, size: f32, seed: u64) -> Vec<[Vec3; 3]> {
 /// A bumpy height field over [-1, 1]², without holes.
 fn terrain(side: usize) -> Vec<[Vec3; 3]> {
     let at = |i: usize, j: usize| {
-        let (x, y) = (i as f32 / side as f32 * 2.0 - 1.0, j as f32 / side as f32 * 2.0 - 1.0);
+        let (x, y) = (
+            i as f32 / side as f32 * 2.0 - 1.0,
+            j as f32 / side as f32 * 2.0 - 1.0,
+        );
         Vec3::new(x, y, 0.1 * (7.0 * x).sin() * (5.0 * y).cos())
     };
     let cells = (0..side * side).map(|c| (c % side, c / side));
     cells
         .flat_map(|(i, j)| {
-            [[at(i, j), at(i + 1, j), at(i + 1, j + 1)], [at(i, j), at(i + 1, j + 1), at(i, j + 1)]]
+            [
+                [at(i, j), at(i + 1, j), at(i + 1, j + 1)],
+                [at(i, j), at(i + 1, j + 1), at(i, j + 1)],
+            ]
         })
         .collect()
 }
 
 fn structures(triangles: &[[Vec3; 3]]) -> Vec<TriangleBvh> {
-    Isa::available().into_iter().map(|isa| TriangleBvh { isa, ..TriangleBvh::new(triangles) }).collect()
+    Isa::available()
+        .into_iter()
+        .map(|isa| TriangleBvh {
+            isa,
+            ..TriangleBvh::new(triangles)
+        })
+        .collect()
 }
 
 /// Distance and margin: how far (in barycentric coordinates) the ray passes inside the triangle; negative outside.
@@ -57,7 +73,10 @@ fn exact(ray: &Ray, [a, b, c]: &[Vec3; 3]) -> Option<(f64, f64)> {
     let normal = (b - a).cross(c - a);
     let det = normal.dot(d);
     (det != 0.0).then(|| {
-        let margin = [b.cross(c), c.cross(a), a.cross(b)].map(|n| n.dot(d) / det).into_iter().fold(f64::MAX, f64::min);
+        let margin = [b.cross(c), c.cross(a), a.cross(b)]
+            .map(|n| n.dot(d) / det)
+            .into_iter()
+            .fold(f64::MAX, f64::min);
         (normal.dot(a) / det, margin)
     })
 }
@@ -65,7 +84,9 @@ fn exact(ray: &Ray, [a, b, c]: &[Vec3; 3]) -> Option<(f64, f64)> {
 /// Smallest distance among hits by more than `margin`, `None` without one.
 fn brute_force(triangles: &[[Vec3; 3]], ray: &Ray, margin: f64) -> Option<f64> {
     let hits = triangles.iter().filter_map(|t| exact(ray, t));
-    hits.filter(|&(t, m)| m > margin && t > 0.0 && t < f64::from(ray.t_max)).map(|h| h.0).min_by(f64::total_cmp)
+    hits.filter(|&(t, m)| m > margin && t > 0.0 && t < f64::from(ray.t_max))
+        .map(|h| h.0)
+        .min_by(f64::total_cmp)
 }
 
 fn check_nearest(bvh: &TriangleBvh, triangles: &[[Vec3; 3]], ray: &Ray, tolerance: f64) {
@@ -74,17 +95,34 @@ fn check_nearest(bvh: &TriangleBvh, triangles: &[[Vec3; 3]], ray: &Ray, toleranc
     let certain = brute_force(triangles, ray, 1e-4);
     let possible = brute_force(triangles, ray, -1e-4);
     match hit {
-        None => assert!(certain.is_none(), "{:?}: {ray:?} misses {certain:?}", bvh.isa),
+        None => assert!(
+            certain.is_none(),
+            "{:?}: {ray:?} misses {certain:?}",
+            bvh.isa
+        ),
         Some(hit) => {
             let t = f64::from(hit.t);
             let slack = tolerance * (1.0 + t);
-            assert!(possible.is_some_and(|p| p <= t + slack), "{:?}: {ray:?} invents {hit:?}, {possible:?}", bvh.isa);
-            assert!(certain.is_none_or(|c| t <= c + slack), "{:?}: {ray:?} passes {certain:?} for {t}", bvh.isa);
+            assert!(
+                possible.is_some_and(|p| p <= t + slack),
+                "{:?}: {ray:?} invents {hit:?}, {possible:?}",
+                bvh.isa
+            );
+            assert!(
+                certain.is_none_or(|c| t <= c + slack),
+                "{:?}: {ray:?} passes {certain:?} for {t}",
+                bvh.isa
+            );
             let [a, b, c] = triangles[hit.id as usize];
             let w = hit.coordinates;
             let p = a * (1.0 - w.x - w.y) + b * w.x + c * w.y;
-            let scale = a.abs().max(ray.o.abs()).max_element() + (b - a).length().max((c - a).length());
-            assert!((p - ray.at(hit.t)).length() <= 1e-3 * scale, "{:?}: {p} is not on {ray:?}", bvh.isa);
+            let scale =
+                a.abs().max(ray.o.abs()).max_element() + (b - a).length().max((c - a).length());
+            assert!(
+                (p - ray.at(hit.t)).length() <= 1e-3 * scale,
+                "{:?}: {p} is not on {ray:?}",
+                bvh.isa
+            );
             assert!(w.min_element() >= 0.0 && w.x + w.y <= 1.0 + 1e-5);
         }
     }
@@ -96,8 +134,15 @@ fn random_rays(count: usize, seed: u64) -> Vec<Ray> {
         .map(|i| {
             let o = random.point(1.5);
             let d = (random.point(1.0) - if i % 2 == 0 { o } else { Vec3::ZERO }).normalize();
-            let t_max = if i % 3 == 0 { random.within(0.1, 2.0) } else { f32::INFINITY };
-            Ray { t_max, ..Ray::new(o, d) }
+            let t_max = if i % 3 == 0 {
+                random.within(0.1, 2.0)
+            } else {
+                f32::INFINITY
+            };
+            Ray {
+                t_max,
+                ..Ray::new(o, d)
+            }
         })
         .collect()
 }
@@ -118,7 +163,15 @@ fn nearest_hits_equal_the_loop() {
 fn axis_parallel_rays_equal_the_loop() {
     let triangles = soup(300, 0.3, 5);
     let mut random = Random::new(6);
-    let axes = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z, Vec3::new(-0.0, 0.6, -0.8)];
+    let axes = [
+        Vec3::X,
+        Vec3::NEG_X,
+        Vec3::Y,
+        Vec3::NEG_Y,
+        Vec3::Z,
+        Vec3::NEG_Z,
+        Vec3::new(-0.0, 0.6, -0.8),
+    ];
     for bvh in structures(&triangles) {
         for i in 0..3000 {
             let mut o = random.point(1.2);
@@ -139,7 +192,11 @@ fn hits_do_not_depend_on_scale() {
         let scaled: Vec<[Vec3; 3]> = triangles.iter().map(|t| t.map(|p| p * scale)).collect();
         for (bvh, reference) in structures(&scaled).iter().zip(structures(&triangles)) {
             for ray in random_rays(400, 9) {
-                let far = Ray { o: ray.o * scale, d: ray.d, t_max: ray.t_max * scale };
+                let far = Ray {
+                    o: ray.o * scale,
+                    d: ray.d,
+                    t_max: ray.t_max * scale,
+                };
                 let (hit, expected) = (bvh.nearest(&far), reference.nearest(&ray));
                 assert_eq!(hit.map(|h| h.id), expected.map(|h| h.id));
                 assert_eq!(hit.map(|h| h.t), expected.map(|h| h.t * scale));
@@ -161,7 +218,8 @@ fn flat_axis_aligned_scenes_far_from_the_origin_are_hit() {
     let mut random = Random::new(3);
     for bvh in structures(&triangles) {
         for _ in 0..2000 {
-            let target = offset + Vec3::new(random.within(0.01, 19.99), random.within(0.01, 9.99), 0.0);
+            let target =
+                offset + Vec3::new(random.within(0.01, 19.99), random.within(0.01, 9.99), 0.0);
             let from = target + Vec3::new(0.0, 0.0, random.within(0.1, 100.0));
             assert!(bvh.nearest(&Ray::new(from, Vec3::NEG_Z)).is_some());
             assert!(bvh.any(from, target - Vec3::Z));
@@ -189,7 +247,11 @@ fn no_ray_slips_through_a_closed_surface() {
                 continue;
             }
             let below = o + (target - o) * 2.0;
-            assert!(bvh.nearest(&Ray::new(o, (target - o).normalize())).is_some(), "{o} {target}");
+            assert!(
+                bvh.nearest(&Ray::new(o, (target - o).normalize()))
+                    .is_some(),
+                "{o} {target}"
+            );
             assert!(bvh.any(o, below), "{o} {target}");
             assert_eq!(bvh.any_packet(o, &[below; 5]), 0b11111);
         }
@@ -204,11 +266,24 @@ fn segments_equal_the_loop() {
         for bvh in structures(&triangles) {
             for _ in 0..2000 {
                 let (from, to) = (random.point(1.3), random.point(1.3));
-                let ray = Ray { o: from, d: to - from, t_max: 1.0 };
+                let ray = Ray {
+                    o: from,
+                    d: to - from,
+                    t_max: 1.0,
+                };
                 let blocked = bvh.any(from, to);
-                assert!(blocked || brute_force(&triangles, &ray, 1e-4).is_none(), "{from} {to}");
-                let longer = Ray { t_max: 1.0 + 1e-5, ..ray };
-                assert!(!blocked || brute_force(&triangles, &longer, -1e-4).is_some(), "{from} {to}");
+                assert!(
+                    blocked || brute_force(&triangles, &ray, 1e-4).is_none(),
+                    "{from} {to}"
+                );
+                let longer = Ray {
+                    t_max: 1.0 + 1e-5,
+                    ..ray
+                };
+                assert!(
+                    !blocked || brute_force(&triangles, &longer, -1e-4).is_some(),
+                    "{from} {to}"
+                );
             }
         }
     }
@@ -222,12 +297,17 @@ fn packets_equal_single_segments() {
         for i in 0..400 {
             let from = random.point(1.3);
             let (center, spread) = (random.point(1.3), [0.01, 0.2, 2.0][i % 3]);
-            let mut to: Vec<Vec3> = (0..1 + i % 64).map(|_| center + random.point(spread)).collect();
+            let mut to: Vec<Vec3> = (0..1 + i % 64)
+                .map(|_| center + random.point(spread))
+                .collect();
             if i % 5 == 0 {
                 to[0] = from;
                 to.iter_mut().step_by(3).for_each(|p| p.x = from.x);
             }
-            let expected = to.iter().enumerate().fold(0, |bits, (i, &p)| bits | u64::from(bvh.any(from, p)) << i);
+            let expected = to
+                .iter()
+                .enumerate()
+                .fold(0, |bits, (i, &p)| bits | u64::from(bvh.any(from, p)) << i);
             assert_eq!(bvh.any_packet(from, &to), expected, "{:?} {i}", bvh.isa);
         }
     }
@@ -244,15 +324,23 @@ fn degenerate_triangles_are_never_hit() {
     ];
     for bvh in structures(&triangles) {
         assert!(bvh.is_empty());
-        assert!(bvh.nearest(&Ray::new(Vec3::Z, Vec3::NEG_Z)).is_none() && !bvh.any(Vec3::Z, Vec3::NEG_Z));
+        assert!(
+            bvh.nearest(&Ray::new(Vec3::Z, Vec3::NEG_Z)).is_none()
+                && !bvh.any(Vec3::Z, Vec3::NEG_Z)
+        );
     }
     triangles.push([Vec3::NEG_X, Vec3::X, Vec3::Y]);
     for bvh in structures(&triangles) {
-        let hit = bvh.nearest(&Ray::new(Vec3::new(0.0, 0.25, 1.0), Vec3::NEG_Z)).unwrap();
+        let hit = bvh
+            .nearest(&Ray::new(Vec3::new(0.0, 0.25, 1.0), Vec3::NEG_Z))
+            .unwrap();
         assert_eq!((hit.id, hit.t), (4, 1.0));
         assert!((hit.coordinates - Vec2::new(0.375, 0.25)).length() < 1e-6);
         // In the plane of the triangle there is nothing to hit.
-        assert!(bvh.nearest(&Ray::new(Vec3::new(-5.0, 0.25, 0.0), Vec3::X)).is_none());
+        assert!(
+            bvh.nearest(&Ray::new(Vec3::new(-5.0, 0.25, 0.0), Vec3::X))
+                .is_none()
+        );
     }
 }
 
@@ -263,7 +351,10 @@ fn piles_of_coincident_triangles_keep_the_depth_bounded() {
     let triangles: Vec<[Vec3; 3]> = std::iter::repeat_n(one, 3000).chain(nested).collect();
     for bvh in structures(&triangles) {
         let ray = Ray::new(Vec3::new(0.2, 0.2, 1.0), Vec3::NEG_Z);
-        assert!(bvh.nearest(&ray).is_some_and(|hit| (hit.t - 1.0).abs() < 1e-6));
+        assert!(
+            bvh.nearest(&ray)
+                .is_some_and(|hit| (hit.t - 1.0).abs() < 1e-6)
+        );
         assert!(!bvh.any(Vec3::new(5.0, 5.0, 1.0), Vec3::new(5.0, 5.0, -1.0)));
         let far = Ray::new(Vec3::new(1.5, 1.5, 1.0), Vec3::NEG_Z);
         assert!(bvh.nearest(&far).is_some());
@@ -273,8 +364,12 @@ fn piles_of_coincident_triangles_keep_the_depth_bounded() {
 #[test]
 fn the_balanced_split_holds_every_item() {
     // A chain in which each box holds all smaller ones, which a surface area heuristic peels one by one.
-    let boxes: Vec<Aabb> =
-        (0..120).map(|i| Aabb { min: Vec3::ZERO, max: Vec3::splat(1.5f32.powi(i - 60)) }).collect();
+    let boxes: Vec<Aabb> = (0..120)
+        .map(|i| Aabb {
+            min: Vec3::ZERO,
+            max: Vec3::splat(1.5f32.powi(i - 60)),
+        })
+        .collect();
     let tree = Tree::new(&boxes, 1);
     let mut seen: Vec<u32> = tree.items.clone();
     seen.sort_unstable();
@@ -283,8 +378,14 @@ fn the_balanced_split_holds_every_item() {
 }
 
 fn depth(tree: &Tree, node: usize) -> usize {
-    let children = tree.nodes[node].children.iter().filter(|&&word| word != 0 && word & build::LEAF == 0);
-    1 + children.map(|&word| depth(tree, word as usize)).max().unwrap_or(0)
+    let children = tree.nodes[node]
+        .children
+        .iter()
+        .filter(|&&word| word != 0 && word & build::LEAF == 0);
+    1 + children
+        .map(|&word| depth(tree, word as usize))
+        .max()
+        .unwrap_or(0)
 }
 
 #[test]

@@ -164,14 +164,31 @@ pub(super) struct Directions<V> {
 impl<V: Copy> EdgeVolumes<V> {
     #[inline(always)]
     pub(super) fn new<S: Simd<F = V>>(s: S, block: &Block, o: [V; 3]) -> Self {
-        let [a, b, c] = [load3(s, &block.corners[0]), load3(s, &block.corners[1]), load3(s, &block.corners[2])];
+        let [a, b, c] = [
+            load3(s, &block.corners[0]),
+            load3(s, &block.corners[1]),
+            load3(s, &block.corners[2]),
+        ];
         // Edges come from the corners themselves, not from the rounded differences to the origin.
         let [ab, bc, ca] = [sub3(s, a, b), sub3(s, b, c), sub3(s, c, a)];
         let [a, b, c] = [sub3(s, a, o), sub3(s, b, o), sub3(s, c, o)];
-        let edges = [cross(s, ab, add3(s, a, b)), cross(s, bc, add3(s, b, c)), cross(s, ca, add3(s, c, a))];
+        let edges = [
+            cross(s, ab, add3(s, a, b)),
+            cross(s, bc, add3(s, b, c)),
+            cross(s, ca, add3(s, c, a)),
+        ];
         let normal = cross(s, ca, ab);
-        let tolerances = [tolerance(s, edges[0]), tolerance(s, edges[1]), tolerance(s, edges[2])];
-        EdgeVolumes { edges, tolerances, normal, height: dot(s, normal, a) }
+        let tolerances = [
+            tolerance(s, edges[0]),
+            tolerance(s, edges[1]),
+            tolerance(s, edges[2]),
+        ];
+        EdgeVolumes {
+            edges,
+            tolerances,
+            normal,
+            height: dot(s, normal, a),
+        }
     }
 
     /// Whether the segments hit the triangles, lane by lane.
@@ -180,11 +197,18 @@ impl<V: Copy> EdgeVolumes<V> {
     #[inline(always)]
     pub(super) fn hit_by<S: Simd<F = V>>(&self, s: S, segments: &Directions<V>) -> S::M {
         let facing = dot(s, self.normal, segments.d);
-        let [u, v, w] = [self.edge(s, 0, segments, facing), self.edge(s, 1, segments, facing), self.edge(s, 2, segments, facing)];
+        let [u, v, w] = [
+            self.edge(s, 0, segments, facing),
+            self.edge(s, 1, segments, facing),
+            self.edge(s, 2, segments, facing),
+        ];
         let zero = s.splat(0.0);
         let inside = s.le(zero, s.min(s.min(u, v), w));
         let height = s.mul_sign(self.height, facing);
-        s.and(inside, s.and(s.lt(zero, height), s.lt(height, s.mul_sign(facing, facing))))
+        s.and(
+            inside,
+            s.and(s.lt(zero, height), s.lt(height, s.mul_sign(facing, facing))),
+        )
     }
 
     #[inline(always)]
@@ -196,7 +220,10 @@ impl<V: Copy> EdgeVolumes<V> {
 
 #[inline(always)]
 fn tolerance<S: Simd>(s: S, n: [S::F; 3]) -> S::F {
-    let sum = s.add(s.add(s.mul_sign(n[0], n[0]), s.mul_sign(n[1], n[1])), s.mul_sign(n[2], n[2]));
+    let sum = s.add(
+        s.add(s.mul_sign(n[0], n[0]), s.mul_sign(n[1], n[1])),
+        s.mul_sign(n[2], n[2]),
+    );
     s.mul(sum, s.splat(2.0 * f32::EPSILON))
 }
 
@@ -244,8 +271,15 @@ pub(super) struct AnyTriangle<'a, S: Simd> {
 impl<'a, S: Simd> AnyTriangle<'a, S> {
     #[inline(always)]
     pub(super) fn new(s: S, blocks: &'a [Block], o: Vec3, d: Vec3) -> Self {
-        let segment = Directions { d: splat3(s, d), size: s.splat(d.abs().max_element()) };
-        AnyTriangle { blocks, o: splat3(s, o), segment }
+        let segment = Directions {
+            d: splat3(s, d),
+            size: s.splat(d.abs().max_element()),
+        };
+        AnyTriangle {
+            blocks,
+            o: splat3(s, o),
+            segment,
+        }
     }
 }
 

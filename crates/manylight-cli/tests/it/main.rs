@@ -1,0 +1,11 @@
+//! The command as a user meets it: what it says, how it ends, what it leaves behind.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on shall fail")]
+
+mod compare;
+mod describe;
+#[cfg(unix)]
+mod interrupt;
+mod problems;
+mod render;
+mod support;

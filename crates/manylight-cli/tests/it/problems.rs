@@ -1,0 +1,112 @@
+//! Everything that can be wrong: one message, the right exit code, no file.
+
+use crate::support::{BOX, Folder};
+
+#[test]
+fn usage_errors() {
+    let folder = Folder::new(BOX);
+    for (words, message) in [
+        ("render", "SCENE"),
+        ("render scene.xml -m rich-vlp", "'rich-vpl'"),
+        ("render scene.xml -m lightcuts", "possible values"),
+        ("render scene.xml --pases 3", "'--passes'"),
+        (
+            "render scene.xml --complement photons",
+            "unexpected argument",
+        ),
+        ("render scene.xml --size 0x4", "WIDTHxHEIGHT"),
+        ("render scene.xml --time soon", "60s"),
+        (
+            "render scene.xml --flux density --emission table",
+            "supported:",
+        ),
+        ("render scene.xml -m path -n 5", "--lights"),
+        ("render scene.xml --sensor 3", "1 camera"),
+        ("render scene.xml -o image.tif", "'.tif'"),
+        ("render scene.xml -t 0", "--threads"),
+        ("compare scene.xml", "IMAGE"),
+        ("list bsdf", "'bsdfs'"),
+        ("rendr scene.xml", "'render'"),
+    ] {
+        let ended = folder.run(words).code(2).says(&[message]);
+        assert_eq!(ended.stdout(), "", "{words}");
+    }
+    assert_eq!(folder.files(), ["scene.xml"]);
+}
+
+#[test]
+fn a_missing_scene_is_a_matter_of_the_file_system() {
+    let folder = Folder::new(BOX);
+    for words in ["render ./scen.xml", "info ./scen.xml", "check ./scen.xml"] {
+        folder.run(words).code(4).says(&["scen.xml", "`scene.xml`"]);
+    }
+    folder.run("compare a.exr b.exr").code(4).says(&["b.exr"]);
+    assert_eq!(folder.files(), ["scene.xml"]);
+}
+
+#[test]
+fn a_broken_scene_is_shown_at_its_place() {
+    let broken = Folder::new(&BOX.replace("</scene>", ""));
+    broken.run("render scene.xml").code(3).says(&["scene.xml"]);
+    let misspelled = Folder::new(&BOX.replace("\"reflectance\"", "\"reflectence\""));
+    for words in ["render scene.xml", "info scene.xml", "check scene.xml"] {
+        misspelled
+            .run(words)
+            .code(3)
+            .says(&["scene.xml:12:", "reflectence", "`reflectance`"]);
+    }
+    assert_eq!(misspelled.files(), ["scene.xml"]);
+}
+
+#[test]
+fn check_reports_every_error_at_once() {
+    let twice = BOX
+        .replace("\"reflectance\"", "\"reflectence\"")
+        .replace("\"alpha\"", "\"alfa\"");
+    Folder::new(&twice)
+        .run("check scene.xml")
+        .code(3)
+        .says(&["reflectence", "alfa", "2 errors"]);
+    Folder::new(BOX)
+        .run("check scene.xml")
+        .code(0)
+        .says(&["0 errors, 0 warnings"]);
+}
+
+#[test]
+fn outputs_are_checked_before_anything_is_rendered() {
+    let folder = Folder::new(BOX);
+    folder
+        .run("render scene.xml -o good.exr -o none/bad.exr")
+        .code(4)
+        .says(&["none/bad.exr"]);
+    assert_eq!(folder.files(), ["scene.xml"]);
+}
+
+#[test]
+fn strict_makes_a_warning_an_error() {
+    let dark = BOX
+        .replace(r#"<emitter type="area">"#, "<!--")
+        .replace("</emitter>", "-->");
+    let folder = Folder::new(&dark);
+    folder
+        .run("render scene.xml -m path --passes 1 --strict -o a.exr")
+        .code(6)
+        .says(&["no emitter"]);
+    folder
+        .run("check scene.xml --strict")
+        .code(6)
+        .says(&["no emitter"]);
+    assert_eq!(folder.files(), ["scene.xml"]);
+    let report = folder
+        .run("render scene.xml -m path --passes 1 -o a.exr --json")
+        .code(0)
+        .json();
+    assert!(
+        report["warnings"][0]
+            .as_str()
+            .unwrap()
+            .contains("no emitter"),
+        "{report}"
+    );
+}
