@@ -56,6 +56,10 @@ pub struct VirtualLight<'s> {
 }
 
 /// What a virtual light shines.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there are some thousand lights, read in the innermost loop"
+)]
 #[derive(Clone, Copy, Debug)]
 pub enum Emission<'s> {
     /// One light path: `I(w) = Φ f(wi → w) |w·n|` over the smooth lobes.

@@ -32,7 +32,7 @@ const SPLAT_SAMPLES: u32 = 128;
 const MAX_CORRECTION: f32 = 2.0;
 /// Sine of the depth below the horizon that reflection about shading normals may reach.
 const MAX_TILT: f32 = 0.5;
-/// Additive recurrence on the powers of the inverse plastic number's kin for three dimensions.
+/// Additive recurrence in three dimensions.
 /// Source: Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018.
 const STEPS: [f32; 3] = [0.819_172_5, 0.671_043_6, 0.549_700_5];
 /// The largest number below 1.
@@ -163,7 +163,7 @@ impl Grid {
         }
         // No more than what the samples say can be known of a lobe that escapes both.
         let scale = scale.unwrap_or(Rgb::WHITE);
-        texels.iter_mut().for_each(|texel| *texel = *texel * scale);
+        texels.iter_mut().for_each(|texel| *texel *= scale);
         Profile {
             texels,
             range,

@@ -159,10 +159,7 @@ fn the_diffuse_part_is_exact() {
     let sites = select(&photons, &weights, 20, 0.5);
     let shares = assign(&scene, &photons, &sites, &weights, 0.5);
     let field = LightField::rich(&scene, unlimited(), &photons, &shares, SIDE);
-    assert_eq!(
-        field.bytes(),
-        field.lights().len() * size_of::<VirtualLight>()
-    );
+    assert_eq!(field.bytes(), size_of_val(field.lights()));
     for w in directions(50) {
         let sum: Rgb = (0..field.lights().len())
             .map(|k| field.intensity(LightId(k as u32), w))
