@@ -67,9 +67,9 @@ impl Block {
     #[inline]
     fn distances_squared(&self, p: Vec3) -> [f32; WIDTH] {
         let mut d2 = [0.0; WIDTH];
-        for i in 0..WIDTH {
+        for (i, d2) in d2.iter_mut().enumerate() {
             let (x, y, z) = (self.x[i] - p.x, self.y[i] - p.y, self.z[i] - p.z);
-            d2[i] = x * x + y * y + z * z;
+            *d2 = x * x + y * y + z * z;
         }
         d2
     }

@@ -17,9 +17,9 @@ use rayon::prelude::*;
 use std::f32::consts::{FRAC_1_PI, PI};
 
 /// Photons whose lobes a table shows, when those are wide. Every light and every pass draws others.
-const WIDE_SOURCES: usize = 16;
+const WIDE_SOURCES: usize = 8;
 /// And when they are narrow: such lobes take less time, and more of them must meet to be smooth.
-const NARROW_SOURCES: usize = 32;
+const NARROW_SOURCES: usize = 16;
 /// Roughness between the two.
 const NARROW: f32 = 0.3;
 /// Path lengths told apart by [`LightField::share_up_to`]; longer limits are treated as none.
@@ -71,13 +71,24 @@ impl<'s> LightField<'s> {
     }
 
     /// Each light shines as the photon that it stands on, with the flux of its share.
-    pub fn single(scene: &'s Scene, limits: PathLimits, photons: &[Photon], shares: &Shares) -> Self {
+    pub fn single(
+        scene: &'s Scene,
+        limits: PathLimits,
+        photons: &[Photon],
+        shares: &Shares,
+    ) -> Self {
         LightField::build(scene, limits, photons, shares, None)
     }
 
     /// Rich-VPLs: each light shines as all photons of its share, the diffuse part exactly, the glossy part in a table of `side`²
     /// texels (even).
-    pub fn rich(scene: &'s Scene, limits: PathLimits, photons: &[Photon], shares: &Shares, side: usize) -> Self {
+    pub fn rich(
+        scene: &'s Scene,
+        limits: PathLimits,
+        photons: &[Photon],
+        shares: &Shares,
+        side: usize,
+    ) -> Self {
         LightField::build(scene, limits, photons, shares, Some(&Grid::new(side)))
     }
 
@@ -90,14 +101,26 @@ impl<'s> LightField<'s> {
     ) -> Self {
         let made: Vec<Made<'s>> = (0..shares.len())
             .into_par_iter()
-            .map(|k| Maker { scene, photons, shares, k, site: &photons[shares.sites()[k].photon as usize] }.make(grid))
+            .map(|k| {
+                Maker {
+                    scene,
+                    photons,
+                    shares,
+                    k,
+                    site: &photons[shares.sites()[k].photon as usize],
+                }
+                .make(grid)
+            })
             .collect();
         let mut field = LightField {
             lights: Vec::with_capacity(made.len()),
             tables: Vec::new(),
             side: grid.map_or(0, Grid::side),
             shares_by_depth: Vec::new(),
-            ledger: Ledger { residual: shares.residual(), ..Ledger::default() },
+            ledger: Ledger {
+                residual: shares.residual(),
+                ..Ledger::default()
+            },
         };
         for photon in photons {
             add(&mut field.ledger.photons, photon.flux, 1.0);
@@ -106,7 +129,9 @@ impl<'s> LightField<'s> {
             field.push(light);
         }
         if limits.max_depth.is_some_and(|max| max as usize <= DEPTHS) {
-            let shares = (0..shares.len()).into_par_iter().map(|k| shares_by_depth(photons, shares.photons_of(k)));
+            let shares = (0..shares.len())
+                .into_par_iter()
+                .map(|k| shares_by_depth(photons, shares.photons_of(k)));
             field.shares_by_depth = shares.collect();
         }
         field.measure_areas();
@@ -191,7 +216,10 @@ impl<'s> LightField<'s> {
             return 0.0;
         }
         let shares = self.shares_by_depth.get(id.index());
-        shares.and_then(|shares| shares.get(depth as usize - 1)).copied().unwrap_or(1.0)
+        shares
+            .and_then(|shares| shares.get(depth as usize - 1))
+            .copied()
+            .unwrap_or(1.0)
     }
 
     /// Where the flux went.
@@ -269,7 +297,11 @@ impl<'s, 'p> Maker<'s, 'p> {
                 }
             }
         };
-        Made { light, flux, profile }
+        Made {
+            light,
+            flux,
+            profile,
+        }
     }
 
     /// The light's place and extent; flux and emission are left open.
@@ -370,7 +402,13 @@ fn shares_by_depth(photons: &[Photon], own: &[u32]) -> [f32; DEPTHS] {
             *sum += flux;
         }
     }
-    sums.map(|sum| if total > 0.0 { (sum / total) as f32 } else { 0.0 })
+    sums.map(|sum| {
+        if total > 0.0 {
+            (sum / total) as f32
+        } else {
+            0.0
+        }
+    })
 }
 
 /// The normal `ns` of `x` on the side that the geometric normal `n` is on.

@@ -12,6 +12,8 @@ mod octahedral_profile;
 pub mod select;
 #[cfg(test)]
 mod testing;
+#[cfg(test)]
+mod tests;
 
 pub use assign::{Shares, assign};
 pub use field::{Ledger, LightField};
@@ -67,6 +69,10 @@ impl VirtualLight<'_> {
 }
 
 /// What a virtual light shines.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there are some thousand lights, read in the innermost loop"
+)]
 #[derive(Clone, Copy, Debug)]
 pub enum Emission<'s> {
     /// One light path: `I(w) = Φ f(wi → w) |w·n|` over the smooth lobes.

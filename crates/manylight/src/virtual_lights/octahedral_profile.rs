@@ -13,22 +13,26 @@ use crate::math::{Vec2, Vec3};
 use crate::sampling::rng::Pcg;
 
 /// Sub-samples along an edge of a texel in the integrals of the bilinear function.
-const FINE: usize = 4;
+const FINE: usize = 6;
 /// Lobes narrower than this are averaged over a texel, wider ones taken at its center.
 const NARROW: f32 = 0.3;
 /// Sub-samples along an edge of a texel for narrow lobes.
 const NARROW_FINE: usize = 2;
-/// A block of 2 x 2 texels is looked at closely if its center shines with this share of the brightest.
-const BRIGHT_SHARE: f32 = 0.05;
-/// Directions drawn from each lobe for the flux that it reflects.
-const FLUX_SAMPLES: u32 = 16;
+/// A block of 2 x 2 texels is looked at closely if it shines with this share of the brightest: narrow lobes.
+const NARROW_BRIGHT_SHARE: f32 = 0.05;
+/// And wide ones, which hardly change over a block.
+const WIDE_BRIGHT_SHARE: f32 = 0.3;
+/// Directions drawn from all lobes together for the flux that they reflect, and fewest for each.
+const FLUX_SAMPLES: u32 = 256;
+/// See [`FLUX_SAMPLES`].
+const MIN_FLUX_SAMPLES: u32 = 16;
 /// Directions drawn from each lobe when the table has to be made of them.
 const SPLAT_SAMPLES: u32 = 128;
 /// Correction by more than this, or less than its inverse, means that the lobe fell between the texels.
 const MAX_CORRECTION: f32 = 2.0;
 /// Sine of the depth below the horizon that reflection about shading normals may reach.
 const MAX_TILT: f32 = 0.5;
-/// Additive recurrence on the powers of the inverse plastic number's kin for three dimensions.
+/// Additive recurrence in three dimensions.
 /// Source: Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018.
 const STEPS: [f32; 3] = [0.819_172_5, 0.671_043_6, 0.549_700_5];
 /// The largest number below 1.
@@ -147,67 +151,75 @@ impl Grid {
         for source in sources {
             self.evaluate(source, width, range, &mut texels);
         }
-        let mut correction = self.correction(&texels, range, target);
-        if correction.is_none() {
+        let mut flux = self.integral(&texels, range);
+        let mut scale = correction(flux, target);
+        if scale.is_none() {
             texels.fill(Rgb::BLACK);
             for source in sources {
                 self.splat(source, range, rng, &mut texels);
             }
-            // No more than what the samples say can be known of such a lobe.
-            correction = self.correction(&texels, range, target);
+            flux = self.integral(&texels, range);
+            scale = correction(flux, target);
         }
-        let scale = correction.unwrap_or(Rgb::WHITE);
-        texels.iter_mut().for_each(|texel| *texel = *texel * scale);
-        let flux = self.integral(&texels, range);
+        // No more than what the samples say can be known of a lobe that escapes both.
+        let scale = scale.unwrap_or(Rgb::WHITE);
+        texels.iter_mut().for_each(|texel| *texel *= scale);
         Profile {
             texels,
             range,
             target,
-            flux,
+            flux: flux * scale,
         }
     }
 
-    /// Adds the intensity of one source: block centers first, then the texels of the blocks that matter.
+    /// Adds the intensity of one source: one value for each block of 2 x 2 texels first, then the texels of the blocks that
+    /// matter.
     fn evaluate(&self, source: &Source, width: f32, range: Range, texels: &mut [Rgb]) {
         let value = |w: Vec3| source.bsdf.f_cos_wo(source.wi, w, Lobes::GLOSSY) * source.flux;
-        let half = self.side / 2;
-        let mut blocks: Vec<(usize, Rgb, Seen)> = Vec::with_capacity(half * half);
-        let mut brightest = 0.0f32;
-        for b in 0..half * half {
-            let corner = 2 * (b / half) * self.side + 2 * (b % half);
-            let inside = self
-                .block(corner)
-                .iter()
-                .filter(|&&t| range.contains(self.centers[t]))
-                .count();
-            let seen = match inside {
-                0 => continue,
-                4 => Seen::Whole,
-                _ => Seen::Part,
+        let blocks: Vec<(usize, Rgb)> = (0..self.side * self.side / 4)
+            .filter_map(|b| {
+                let half = self.side / 2;
+                let corner = 2 * (b / half) * self.side + 2 * (b % half);
+                let inside = self
+                    .block(corner)
+                    .into_iter()
+                    .filter(|&t| range.contains(self.centers[t]));
+                let middle: Vec3 = inside.map(|t| self.centers[t]).sum();
+                (middle != Vec3::ZERO).then(|| (corner, value(middle.normalize())))
+            })
+            .collect();
+        let brightest = blocks
+            .iter()
+            .map(|block| block.1.luminance())
+            .fold(0.0, f32::max);
+        let narrow = width < NARROW;
+        let bright = brightest
+            * if narrow {
+                NARROW_BRIGHT_SHARE
+            } else {
+                WIDE_BRIGHT_SHARE
             };
-            let intensity = value(texel_direction(b, half));
-            brightest = brightest.max(intensity.luminance());
-            blocks.push((corner, intensity, seen));
-        }
-        for (corner, intensity, seen) in blocks {
-            let dim = seen == Seen::Whole && intensity.luminance() < BRIGHT_SHARE * brightest;
-            for t in self.block(corner) {
-                if !range.contains(self.centers[t]) {
-                    continue;
-                }
-                texels[t] += if dim {
-                    intensity
-                } else if width >= NARROW {
-                    value(self.centers[t])
-                } else {
-                    let samples = sub_samples(t, self.side, NARROW_FINE);
-                    let (sum, total) = samples.fold((Rgb::BLACK, 0.0), |(sum, total), (w, dw)| {
-                        (sum + value(w) * dw, total + dw)
-                    });
-                    sum / total
+        for (corner, intensity) in blocks {
+            for t in self
+                .block(corner)
+                .into_iter()
+                .filter(|&t| range.contains(self.centers[t]))
+            {
+                texels[t] += match (intensity.luminance() < bright, narrow) {
+                    (true, _) => intensity,
+                    (false, false) => value(self.centers[t]),
+                    (false, true) => self.mean_over_texel(t, value),
                 };
             }
         }
+    }
+
+    fn mean_over_texel(&self, t: usize, value: impl Fn(Vec3) -> Rgb) -> Rgb {
+        let (sum, total) = sub_samples(t, self.side, NARROW_FINE)
+            .fold((Rgb::BLACK, 0.0), |(sum, total), (w, dw)| {
+                (sum + value(w) * dw, total + dw)
+            });
+        sum / total
     }
 
     /// The four texels of the block whose first is `corner`.
@@ -232,21 +244,6 @@ impl Grid {
         });
     }
 
-    /// Factor per channel from the flux of the table to `target`; `None` if it is too far from 1 to be a mere correction.
-    fn correction(&self, texels: &[Rgb], range: Range, target: Rgb) -> Option<Rgb> {
-        let flux = self.integral(texels, range);
-        let ratio = |target: f32, flux: f32| match (target > 0.0, flux > 0.0) {
-            (true, true) => target / flux,
-            // Nothing to scale, or nothing to scale to.
-            (false, _) => 0.0,
-            (true, false) => f32::INFINITY,
-        };
-        let overall = ratio(target.luminance(), flux.luminance());
-        let close = overall == 0.0 || (1.0 / MAX_CORRECTION..=MAX_CORRECTION).contains(&overall);
-        let factor = target.zip(flux, ratio);
-        (close && factor.is_finite()).then_some(factor)
-    }
-
     /// Integral of the bilinear function over its range: all hats, less what leaks below the horizon.
     pub(super) fn integral(&self, texels: &[Rgb], range: Range) -> Rgb {
         let mut sum = [0.0f64; 3];
@@ -259,14 +256,17 @@ impl Grid {
             add(*texel, hat);
         }
         if let Range::Above(n) = range {
-            // Two texels at most 9.5 / side apart, center to corner of the next.
-            let reach = 9.5 / self.side as f32;
-            let near = |t: &usize| self.centers[*t].dot(n).abs() < reach;
+            // Texels that reach below the horizon, and those next to one above: a texel measures at most 4.3 / side from
+            // center to corner.
+            let (above, below) = (4.5 / self.side as f32, -9.5 / self.side as f32);
+            let near = |t: &usize| (below..above).contains(&self.centers[*t].dot(n));
             for t in (0..texels.len()).filter(near) {
-                for (w, solid_angle) in
-                    sub_samples(t, self.side, FINE).filter(|(w, _)| !range.contains(*w))
-                {
-                    add(lookup(texels, self.side, w), -solid_angle);
+                for (w, solid_angle) in sub_samples(t, self.side, FINE) {
+                    // A sub-sample on the horizon counts by the part of it that is below.
+                    let below = (0.5 - w.dot(n) / solid_angle.sqrt()).clamp(0.0, 1.0);
+                    if below > 0.0 {
+                        add(lookup(texels, self.side, w), -solid_angle * below);
+                    }
                 }
             }
         }
@@ -274,11 +274,17 @@ impl Grid {
     }
 }
 
-/// How much of a block lies in the range.
-#[derive(Clone, Copy, PartialEq)]
-enum Seen {
-    Whole,
-    Part,
+/// Factor per channel from the flux of a table to `target`; `None` if it is too far from 1 to be a mere correction.
+fn correction(flux: Rgb, target: Rgb) -> Option<Rgb> {
+    let ratio = |target: f32, flux: f32| match (target > 0.0, flux > 0.0) {
+        (true, true) => target / flux,
+        (false, _) => 0.0,
+        (true, false) => f32::INFINITY,
+    };
+    let overall = ratio(target.luminance(), flux.luminance());
+    let close = overall == 0.0 || (1.0 / MAX_CORRECTION..=MAX_CORRECTION).contains(&overall);
+    let factor = target.zip(flux, ratio);
+    (close && factor.is_finite()).then_some(factor)
 }
 
 /// Bilinear lookup without the horizon.
@@ -292,9 +298,10 @@ pub(super) fn lookup(texels: &[Rgb], side: usize, w: Vec3) -> Rgb {
 
 /// Into what range the sources shine, and how much flux they send there.
 fn reflected(sources: &[Source], n: Vec3, rng: &mut Pcg) -> (Range, Rgb) {
+    let count = (FLUX_SAMPLES / sources.len().max(1) as u32).max(MIN_FLUX_SAMPLES);
     let (mut above, mut all, mut transmits) = ([0.0f64; 3], [0.0f64; 3], false);
     for source in sources {
-        source.scatter(FLUX_SAMPLES, rng, |w, flux, eta| {
+        source.scatter(count, rng, |w, flux, eta| {
             let is_above = w.dot(n) > 0.0;
             // Reflection about a tilted shading normal gets below the horizon as well, but not far.
             transmits |= !is_above && (eta != 1.0 || w.dot(n) < -MAX_TILT);

@@ -95,7 +95,7 @@ mod tests {
     #[test]
     fn asking_for_more_than_there_is_keeps_everything() {
         let photons = photons_on_square(50, 3);
-        let sites = select(&photons, &vec![1.0; 50], 100, 0.3);
+        let sites = select(&photons, &[1.0; 50], 100, 0.3);
         assert_eq!(sites.len(), 50);
         assert!(sites.iter().all(|s| s.probability == 1.0));
         assert!(select(&[], &[], 100, 0.3).is_empty());

@@ -1,0 +1,475 @@
+//! Lights of real surfaces: what they shine, where they stand, and that no flux is lost.
+
+use super::testing::photon;
+use super::*;
+use crate::bsdf::{Lobes, Material};
+use crate::geometry::{Ray, Shape};
+use crate::ids::LightId;
+use crate::math::octahedral::{direction_from_square, solid_angle_density};
+use crate::math::{Affine3A, Vec2};
+use crate::particles::Photon;
+use crate::sampling::rng::Pcg;
+use crate::sampling::warp;
+use crate::scene::{PathLimits, Scene};
+use crate::testing::scenes::{Builder, diffuse, rough_metal, rough_plastic};
+use crate::texture::FloatInput;
+
+const SIDE: usize = 32;
+
+fn unlimited() -> PathLimits {
+    PathLimits::default()
+}
+
+/// The square [-1, 1]² at z = 0, facing +z.
+fn floor(material: Material) -> Scene {
+    let mut b = Builder::new(Vec3::new(0.0, 0.0, 3.0), Vec3::new(0.0, 0.1, 0.0), 60.0, 8);
+    let material = b.material(material);
+    b.rectangle(Vec3::ZERO, Vec3::X, Vec3::Y, material, None);
+    b.build()
+}
+
+fn rough_glass(alpha: f32) -> Material {
+    let alpha = FloatInput::Constant(alpha);
+    match crate::testing::scenes::glass() {
+        Material::Dielectric {
+            eta,
+            specular_reflectance,
+            specular_transmittance,
+            ..
+        } => Material::Dielectric {
+            eta,
+            specular_reflectance,
+            specular_transmittance,
+            roughness: Some(crate::bsdf::material::Roughness {
+                distribution: crate::bsdf::material::Distribution::Ggx,
+                alpha_u: alpha,
+                alpha_v: alpha,
+            }),
+        },
+        other => other,
+    }
+}
+
+/// A photon that falls onto the surface in front of `above`, seen along `-n`, from the vertex `prev`.
+fn falling(scene: &Scene, above: Vec3, n: Vec3, prev: Vec3, flux: Rgb) -> Photon {
+    let (hit, x) = scene
+        .intersect(&Ray::new(above, -n))
+        .expect("a surface below");
+    let wi = (prev - x.p).normalize();
+    let side = x.ng * 1.0f32.copysign(x.ng.dot(wi));
+    let diffuse_flux = flux * scene.bsdf(&x).diffuse_weight(wi);
+    Photon {
+        wi,
+        prev,
+        flux,
+        diffuse_flux,
+        at: hit.at,
+        ..photon(x.p, side)
+    }
+}
+
+/// Photons on random places of the floor from random vertices above it, in random colors.
+fn photons_on_floor(scene: &Scene, count: usize, key: u64) -> Vec<Photon> {
+    let mut rng = Pcg::new(key);
+    let mut next = || rng.next_f32();
+    (0..count)
+        .map(|i| {
+            let p = Vec3::new(2.0 * next() - 1.0, 2.0 * next() - 1.0, 1.0);
+            let prev = Vec3::new(4.0 * next() - 2.0, 4.0 * next() - 2.0, 0.2 + 2.0 * next());
+            let flux = Rgb::new(next(), 0.2 + next(), next());
+            Photon {
+                depth: 1 + (i % 4) as u16,
+                ..falling(scene, p, Vec3::Z, prev, flux)
+            }
+        })
+        .collect()
+}
+
+fn directions(count: usize) -> impl Iterator<Item = Vec3> {
+    let mut rng = Pcg::new(5);
+    (0..count).map(move |_| warp::sphere(Vec2::new(rng.next_f32(), rng.next_f32())))
+}
+
+/// Integral of the intensity of a light over the sphere, by the midpoint rule on the octahedral map.
+fn emitted(field: &LightField, id: LightId) -> [f64; 3] {
+    let n = 1024;
+    let mut sum = [0.0; 3];
+    for i in 0..n * n {
+        let uv = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
+        let solid_angle = f64::from(solid_angle_density(uv)) / (n * n) as f64;
+        let intensity = field.intensity(id, direction_from_square(uv)).to_array();
+        (0..3).for_each(|c| sum[c] += f64::from(intensity[c]) * solid_angle);
+    }
+    sum
+}
+
+fn close(a: f64, b: f64, tolerance: f64) -> bool {
+    (a - b).abs() <= tolerance * b.abs().max(1e-12)
+}
+
+#[test]
+fn a_plain_light_is_the_reflection_of_its_photon() {
+    let scene = floor(rough_plastic(0.3, Rgb::new(0.2, 0.4, 0.1)));
+    let photons = photons_on_floor(&scene, 20, 1);
+    let sites: Vec<Site> = (0..20)
+        .map(|photon| Site {
+            photon,
+            probability: 0.25,
+        })
+        .collect();
+    let field = LightField::plain(&scene, unlimited(), &photons, &sites);
+    for (k, photon) in photons.iter().enumerate() {
+        let bsdf = scene.bsdf(&scene.surface_point(photon.at));
+        for w in directions(20) {
+            let expected = bsdf.f_cos_wo(photon.wi, w, Lobes::SMOOTH) * photon.flux * 4.0;
+            let value = field.intensity(LightId(k as u32), w);
+            assert!((value - expected).max_channel().abs() <= 1e-5 * expected.max_channel());
+        }
+    }
+}
+
+/// ALGORITHMS 1.13.4.
+#[test]
+fn with_a_light_at_every_photon_the_partition_is_plain() {
+    let scene = floor(rough_plastic(0.3, Rgb::new(0.2, 0.4, 0.1)));
+    let photons = photons_on_floor(&scene, 500, 2);
+    let weights = vec![1.0; photons.len()];
+    let sites = select(&photons, &weights, photons.len(), 0.5);
+    let plain = LightField::plain(&scene, unlimited(), &photons, &sites);
+    let shares = assign(&scene, &photons, &sites, &weights, 0.5);
+    let partition = LightField::single(&scene, unlimited(), &photons, &shares);
+    assert_eq!(partition.lights().len(), photons.len());
+    for (k, (a, b)) in plain.lights().iter().zip(partition.lights()).enumerate() {
+        assert_eq!(
+            (a.p, a.n, a.radius, a.points, a.flux),
+            (b.p, b.n, 0.0, [b.p; 4], b.flux)
+        );
+        for w in directions(3) {
+            let id = LightId(k as u32);
+            assert_eq!(plain.intensity(id, w), partition.intensity(id, w));
+        }
+    }
+}
+
+#[test]
+fn the_diffuse_part_is_exact() {
+    let scene = floor(diffuse(0.3, 0.5, 0.7));
+    let photons = photons_on_floor(&scene, 3000, 3);
+    let weights: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
+    let sites = select(&photons, &weights, 20, 0.5);
+    let shares = assign(&scene, &photons, &sites, &weights, 0.5);
+    let field = LightField::rich(&scene, unlimited(), &photons, &shares, SIDE);
+    assert_eq!(field.bytes(), size_of_val(field.lights()));
+    for w in directions(50) {
+        let sum: Rgb = (0..field.lights().len())
+            .map(|k| field.intensity(LightId(k as u32), w))
+            .sum();
+        let expected: Rgb = photons
+            .iter()
+            .map(|p| {
+                scene
+                    .bsdf(&scene.surface_point(p.at))
+                    .f_cos_wo(p.wi, w, Lobes::SMOOTH)
+                    * p.flux
+            })
+            .sum();
+        assert!(
+            (sum - expected).max_channel().abs() <= 1e-4 * expected.max_channel(),
+            "{sum:?} {expected:?}"
+        );
+    }
+}
+
+/// ALGORITHMS 1.13.3: the integral of what is looked up is the flux that should be reflected, from rough to nearly mirror-like.
+#[test]
+fn tables_hold_exactly_the_reflected_flux() {
+    for alpha in [0.1, 0.2, 0.5, 1.0] {
+        let scene = floor(rough_metal(alpha));
+        for (i, z) in [1.0, 0.5, 0.1].into_iter().enumerate() {
+            let prev = Vec3::new(0.7, 0.3 * i as f32, 0.0) + Vec3::Z * z;
+            let photons = [falling(
+                &scene,
+                Vec3::Z,
+                Vec3::Z,
+                prev,
+                Rgb::new(1.0, 2.0, 3.0),
+            )];
+            let shares = Shares::own(&[Site {
+                photon: 0,
+                probability: 1.0,
+            }]);
+            let field = LightField::rich(&scene, unlimited(), &photons, &shares, SIDE);
+            let emitted = emitted(&field, LightId(0));
+            let target = field.ledger().reflected;
+            for c in 0..3 {
+                assert!(
+                    close(field.ledger().tables[c], target[c], 1e-5),
+                    "{:?}",
+                    field.ledger()
+                );
+                assert!(
+                    close(emitted[c], target[c], 1e-4),
+                    "alpha {alpha}, height {z}: {emitted:?} of {target:?}"
+                );
+            }
+        }
+    }
+}
+
+/// The target itself is an estimate from few directions: right on average.
+#[test]
+fn the_reflected_flux_is_the_albedo_on_average() {
+    for alpha in [0.1, 0.4] {
+        let scene = floor(rough_metal(alpha));
+        let prev = Vec3::new(1.0, 0.2, 1.0);
+        let photons: Vec<Photon> = (0..200)
+            .map(|i| {
+                let p = Vec3::new(i as f32 / 200.0 - 0.5, 0.1, 1.0);
+                falling(&scene, p, Vec3::Z, prev + p, Rgb::WHITE)
+            })
+            .collect();
+        let sites: Vec<Site> = (0..200)
+            .map(|photon| Site {
+                photon,
+                probability: 1.0,
+            })
+            .collect();
+        let field = LightField::rich(&scene, unlimited(), &photons, &Shares::own(&sites), SIDE);
+        let expected: Rgb = photons
+            .iter()
+            .map(|p| {
+                scene
+                    .bsdf(&scene.surface_point(p.at))
+                    .albedo(p.wi, Lobes::GLOSSY)
+            })
+            .sum();
+        let reflected = field.ledger().reflected;
+        assert!(
+            close(reflected[1], f64::from(expected.g), 0.01),
+            "{reflected:?} of {expected:?}"
+        );
+    }
+}
+
+#[test]
+fn wide_lobes_keep_their_shape() {
+    let scene = floor(rough_metal(0.5));
+    let photons = [falling(
+        &scene,
+        Vec3::Z,
+        Vec3::Z,
+        Vec3::new(0.5, 0.2, 1.0),
+        Rgb::WHITE,
+    )];
+    let shares = Shares::own(&[Site {
+        photon: 0,
+        probability: 1.0,
+    }]);
+    let field = LightField::rich(&scene, unlimited(), &photons, &shares, SIDE);
+    let bsdf = scene.bsdf(&scene.surface_point(photons[0].at));
+    let peak = bsdf.f_cos_wo(
+        photons[0].wi,
+        Vec3::new(-photons[0].wi.x, -photons[0].wi.y, photons[0].wi.z),
+        Lobes::GLOSSY,
+    );
+    for w in directions(400) {
+        let expected = bsdf.f_cos_wo(photons[0].wi, w, Lobes::GLOSSY);
+        let expected = if w.z > 0.0 { expected } else { Rgb::BLACK };
+        let error = field.intensity(LightId(0), w).g - expected.g;
+        assert!(error.abs() < 0.06 * peak.g, "{error} at {w}");
+    }
+}
+
+#[test]
+fn many_photons_keep_their_mean_lobe() {
+    // All photons of one light, against the sum over all of their lobes: tables draw few, so only the mean over lights agrees.
+    let scene = floor(rough_metal(0.2));
+    let photons = photons_on_floor(&scene, 4000, 9);
+    let weights = vec![1.0; photons.len()];
+    let sites = select(&photons, &weights, 100, 0.3);
+    let shares = assign(&scene, &photons, &sites, &weights, 0.1);
+    let field = LightField::rich(&scene, unlimited(), &photons, &shares, SIDE);
+    let (mut error, mut total) = (0.0, 0.0);
+    for w in directions(100).filter(|w| w.z > 0.1) {
+        let sum: Rgb = (0..field.lights().len())
+            .map(|k| field.intensity(LightId(k as u32), w))
+            .sum();
+        let expected: Rgb = photons
+            .iter()
+            .map(|p| {
+                scene
+                    .bsdf(&scene.surface_point(p.at))
+                    .f_cos_wo(p.wi, w, Lobes::SMOOTH)
+                    * p.flux
+            })
+            .sum();
+        error += (sum.g - expected.g).abs();
+        total += expected.g;
+    }
+    assert!(error / total < 0.1, "{}", error / total);
+}
+
+#[test]
+fn nothing_shines_below_the_horizon_but_glass() {
+    let prev = Vec3::new(0.3, 0.2, 1.0);
+    let mut below = [0.0f32; 2];
+    for (i, material) in [rough_plastic(0.2, Rgb::splat(0.5)), rough_glass(0.3)]
+        .into_iter()
+        .enumerate()
+    {
+        let scene = floor(material);
+        let photons = [falling(&scene, Vec3::Z, Vec3::Z, prev, Rgb::WHITE)];
+        let shares = Shares::own(&[Site {
+            photon: 0,
+            probability: 1.0,
+        }]);
+        let field = LightField::rich(&scene, unlimited(), &photons, &shares, SIDE);
+        let under = directions(500).filter(|w| w.z < 0.0);
+        below[i] = under
+            .map(|w| field.intensity(LightId(0), w).max_channel())
+            .fold(0.0, f32::max);
+    }
+    assert_eq!(below[0], 0.0);
+    assert!(below[1] > 0.5, "{below:?}");
+}
+
+#[test]
+fn lights_on_a_ball_stand_on_its_surface() {
+    let mut b = Builder::new(Vec3::new(0.0, 0.0, 3.0), Vec3::new(0.0, 0.1, 0.0), 60.0, 8);
+    let white = b.material(diffuse(0.5, 0.5, 0.5));
+    b.place(
+        Shape::Sphere {
+            center: Vec3::ZERO,
+            radius: 0.02,
+        },
+        Affine3A::IDENTITY,
+        white,
+        None,
+    );
+    let scene = b.build();
+    let photons: Vec<Photon> = directions(400)
+        .filter(|w| w.z > 0.92)
+        .map(|w| falling(&scene, w * 0.1, w, Vec3::Z, Rgb::WHITE))
+        .collect();
+    let center = (0..photons.len())
+        .max_by(|&a, &b| photons[a].p.z.total_cmp(&photons[b].p.z))
+        .expect("photons");
+    let sites = [Site {
+        photon: center as u32,
+        probability: 1.0,
+    }];
+    let weights = vec![1.0; photons.len()];
+    let shares = assign(&scene, &photons, &sites, &weights, 0.5);
+    let field = LightField::rich(&scene, unlimited(), &photons, &shares, SIDE);
+    let light = field
+        .lights()
+        .iter()
+        .max_by(|a, b| a.radius.total_cmp(&b.radius))
+        .expect("lights");
+    assert!(light.radius > 0.003, "{light:?}");
+    for p in light.points.into_iter().chain([light.p]) {
+        assert!((p.length() - 0.02).abs() < 1e-5, "{p}");
+    }
+    assert!(light.n.dot(light.p.normalize()) > 0.999);
+}
+
+#[test]
+fn lights_do_not_stand_in_holes() {
+    // Photons on a ring: the middle of the floor is covered by something.
+    let scene = floor(diffuse(0.5, 0.5, 0.5));
+    let photons: Vec<Photon> = (0..200)
+        .map(|i| {
+            let (sin, cos) = (i as f32 * 0.1).sin_cos();
+            falling(
+                &scene,
+                Vec3::new(0.3 * cos, 0.3 * sin, 1.0),
+                Vec3::Z,
+                Vec3::Z * 2.0,
+                Rgb::WHITE,
+            )
+        })
+        .collect();
+    let shares = assign(
+        &scene,
+        &photons,
+        &[Site {
+            photon: 0,
+            probability: 1.0,
+        }],
+        &[1.0; 200],
+        0.5,
+    );
+    let field = LightField::rich(&scene, unlimited(), &photons, &shares, SIDE);
+    for light in field.lights() {
+        assert!((light.p.length() - 0.3).abs() < 0.05, "{light:?}");
+    }
+}
+
+#[test]
+fn depth_shares_accumulate_only_in_scenes_with_a_limit() {
+    let scene = floor(diffuse(0.5, 0.5, 0.5));
+    let photons = photons_on_floor(&scene, 2000, 7);
+    let weights = vec![1.0; photons.len()];
+    let sites = select(&photons, &weights, 10, 0.3);
+    let shares = assign(&scene, &photons, &sites, &weights, 0.1);
+    let share = |max_depth, depth| {
+        let limits = PathLimits {
+            max_depth,
+            ..unlimited()
+        };
+        LightField::rich(&scene, limits, &photons, &shares, SIDE).share_up_to(LightId(0), depth)
+    };
+    // Depths 1 to 4 alike.
+    for (depth, expected) in [
+        (0, 0.0),
+        (1, 0.25),
+        (2, 0.5),
+        (3, 0.75),
+        (4, 1.0),
+        (40, 1.0),
+    ] {
+        assert!((share(Some(8), depth) - expected).abs() < 0.06);
+    }
+    assert_eq!(
+        (share(None, 1), share(Some(40), 1), share(None, 0)),
+        (1.0, 1.0, 0.0)
+    );
+}
+
+#[test]
+fn areas_add_up_to_the_floor() {
+    let scene = floor(diffuse(0.5, 0.5, 0.5));
+    let photons = photons_on_floor(&scene, 5000, 8);
+    let weights = vec![1.0; photons.len()];
+    let sites = select(&photons, &weights, 400, 0.3);
+    let field = LightField::plain(&scene, unlimited(), &photons, &sites);
+    let total: f32 = field.lights().iter().map(|light| light.area).sum();
+    // Lights at the border see farther to find neighbors.
+    assert!(total > 3.6 && total < 5.5, "{total}");
+}
+
+#[test]
+fn the_ledger_of_a_furnished_room_balances() {
+    use crate::particles::photons::trace_photons;
+    use crate::sampling::Pass;
+    let scene = crate::testing::scenes::glossy_box(8).build();
+    let photons = trace_photons(&scene, unlimited(), 4000, Pass { index: 0, seed: 1 });
+    let weights: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
+    let sites = select(&photons, &weights, 200, 0.3);
+    let shares = assign(&scene, &photons, &sites, &weights, 0.1);
+    let field = LightField::rich(&scene, unlimited(), &photons, &shares, SIDE);
+    let ledger = field.ledger();
+    for c in 0..3 {
+        assert!(ledger.residual[c] < 0.1 * ledger.photons[c], "{ledger:?}");
+        // The residual is thinned: its lights carry its flux on average.
+        let noise = ledger.residual[c] + 1e-6 * ledger.photons[c];
+        assert!(
+            (ledger.lights[c] - ledger.photons[c]).abs() < noise,
+            "{ledger:?}"
+        );
+        assert!(
+            close(ledger.tables[c], ledger.reflected[c], 1e-4),
+            "{ledger:?}"
+        );
+    }
+}
