@@ -118,7 +118,11 @@ impl Sink {
 
     fn add(&self, severity: Severity, report: Report) {
         let location = self.locate(&report);
-        let Report { code, place, message, help, kind, .. } = report;
+        let Report { code, place, message, second, mut help, kind, .. } = report;
+        if let Some((second, label)) = second.filter(|(second, _)| second.file != place.file) {
+            let path = self.files.borrow()[second.file as usize].path.clone();
+            help.get_or_insert(format!("{label}: `{}`", path.display()));
+        }
         let diagnostic = Diagnostic { severity, kind, code, message, location: Some(location), help };
         self.found.borrow_mut().push((Some(place), diagnostic));
     }

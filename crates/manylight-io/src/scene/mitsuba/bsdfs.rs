@@ -106,10 +106,8 @@ impl Builder<'_> {
     /// `None` if the plugin is not supported.
     fn bsdf(&mut self, props: &Props<'_>) -> Option<Material> {
         let plugin = props.plugin().value.as_str();
-        if ONLY_V0.contains(&plugin) && !props.is_v0() {
-            let message = format!("{} exists only in files of version 0.x", props.describe());
-            let help = "write `version=\"0.6.0\"` in <scene>, or use `principled`, `roughconductor` or `diffuse`";
-            self.sink.error(Report::new("scene::unknown_plugin", props.place(), message).help(help));
+        if ONLY_V0.contains(&plugin) {
+            self.require_v0(props, "use `principled`, `roughconductor` or `diffuse`");
         }
         Some(match plugin {
             "diffuse" => Material::Diffuse { reflectance: self.reflectance(props, "reflectance", 0.5) },
@@ -140,11 +138,7 @@ impl Builder<'_> {
                 let alpha = props.float_where("alpha", 0.1, |alpha| alpha > 0.0, "positive");
                 self.plastic(props, Some((distribution, alpha)))
             }
-            "phong" => Material::Phong {
-                diffuse_reflectance: self.reflectance(props, "diffuse_reflectance", 0.5),
-                specular_reflectance: self.reflectance(props, "specular_reflectance", 0.2),
-                exponent: self.float_input(props, "exponent", 30.0),
-            },
+            "phong" => self.phong(props),
             "ward" => self.ward(props),
             "principled" => self.principled(props),
             "blendbsdf" => self.blend(props),
@@ -238,7 +232,7 @@ impl Builder<'_> {
         if let (None, Some(text)) = (&metal, &given) {
             let help = match similar(name, spectra::metal_names()) {
                 Some(similar) => format!("did you mean `{similar}`?"),
-                None => format!("known are none, {}", spectra::metal_names().collect::<Vec<_>>().join(", ")),
+                None => format!("known are {}", spectra::metal_names().collect::<Vec<_>>().join(", ")),
             };
             self.sink.error(Report::new("scene::bad_value", text.place, format!("unknown metal `{name}`")).help(help));
         }
@@ -287,9 +281,19 @@ impl Builder<'_> {
         }
     }
 
+    fn phong(&mut self, props: &Props<'_>) -> Material {
+        props.ignore(&["specular_sampling_weight"]);
+        Material::Phong {
+            diffuse_reflectance: self.reflectance(props, "diffuse_reflectance", 0.5),
+            specular_reflectance: self.reflectance(props, "specular_reflectance", 0.2),
+            exponent: self.float_input(props, "exponent", 30.0),
+        }
+    }
+
     fn ward(&mut self, props: &Props<'_>) -> Material {
         let variants =
             [("ward", WardVariant::Ward), ("ward-duer", WardVariant::WardDuer), ("balanced", WardVariant::Balanced)];
+        props.ignore(&["specular_sampling_weight"]);
         Material::Ward {
             variant: props.choice("variant", WardVariant::Balanced, &variants),
             diffuse_reflectance: self.reflectance(props, "diffuse_reflectance", 0.5),
@@ -349,6 +353,9 @@ impl Builder<'_> {
     }
 
     fn report_count(&self, props: &Props<'_>, expected: &str) {
+        if props.is_broken() {
+            return;
+        }
         let message = format!("{} needs {expected} inside of it", props.describe());
         self.sink.error(Report::new("scene::missing_object", props.place(), message));
     }
@@ -409,9 +416,23 @@ impl Builder<'_> {
             self.report_count(props, "one texture");
             return Material::default();
         };
+        let (texture, texture_scale) = self.unscaled(texture);
         match self.texture(texture) {
-            Some(texture) => Material::BumpMap { texture, scale, inner },
+            Some(texture) => Material::BumpMap { texture, scale: scale * texture_scale, inner },
             None => self.desc.materials[inner.index()].clone(),
+        }
+    }
+
+    /// In 0.x, the height of bumps is set by a `scale` texture around the map.
+    fn unscaled(&self, texture: ObjectId) -> (ObjectId, f32) {
+        let props = self.props(texture);
+        match props.single(Family::Texture) {
+            Some(inner) if props.plugin().value == "scale" => {
+                let scale = props.float("scale", 1.0);
+                props.finish();
+                (inner, scale)
+            }
+            _ => (texture, 1.0),
         }
     }
 

@@ -4,6 +4,7 @@ use super::super::sink::Report;
 use super::colors::ColorUse;
 use super::object::{Family, ObjectId};
 use super::props::Props;
+use super::skies::Parts;
 use super::xml::find_file;
 use super::{Builder, Substitute};
 use glam::{DMat4, DVec3};
@@ -13,7 +14,7 @@ use manylight::image::Image;
 use manylight::math::Mat3;
 use std::path::PathBuf;
 
-pub(super) const SUPPORTED: &[&str] = &["area", "constant", "directional", "envmap", "point", "spot"];
+pub(super) const SUPPORTED: &[&str] = &["area", "constant", "directional", "envmap", "point", "sky", "spot", "sun", "sunsky"];
 
 const LEFT_OUT: &str = "left out";
 
@@ -28,7 +29,7 @@ const SUBSTITUTES: &[Substitute] = &[
 const IGNORED: &[&str] = &["id", "sampling_weight", "samples", "mis_compensation"];
 
 impl Builder<'_> {
-    fn add_emitter(&mut self, emitter: Emitter) -> EmitterId {
+    pub(super) fn add_emitter(&mut self, emitter: Emitter) -> EmitterId {
         self.desc.emitters.push(emitter);
         EmitterId::from(self.desc.emitters.len() - 1)
     }
@@ -71,6 +72,12 @@ impl Builder<'_> {
             "directional" => self.directional(&props),
             "constant" => self.constant_environment(&props),
             "envmap" => self.environment_map(&props),
+            "sunsky" => self.sun_and_sky(&props, Parts::Both),
+            "sky" | "sun" => {
+                self.require_v0(&props, "use `sunsky`");
+                let parts = if props.plugin().value == "sky" { Parts::Sky } else { Parts::Sun };
+                self.sun_and_sky(&props, parts);
+            }
             _ => {
                 self.unsupported(&props, SUPPORTED, SUBSTITUTES);
                 return;
@@ -146,7 +153,7 @@ impl Builder<'_> {
 }
 
 /// The rotation of an emitter's frame.
-fn rotation(to_world: DMat4) -> Mat3 {
+pub(super) fn rotation(to_world: DMat4) -> Mat3 {
     let matrix = to_world.as_mat4();
     let column = |index: usize| matrix.col(index).truncate().normalize_or_zero();
     Mat3::from_cols(column(0), column(1), column(2))

@@ -13,7 +13,7 @@ pub(super) const SUPPORTED: &[&str] =
 const WRAPPERS: [&str; 4] = ["adaptive", "aov", "moment", "irrcache"];
 
 /// Whatever else the method has for settings.
-const IGNORED: &[&str] = &["id", "samples_per_pass", "block_size", "timeout", "hide_environment", "strict_normals"];
+const IGNORED: &[&str] = &["id", "samples_per_pass", "block_size", "timeout", "hide_environment", "strict_normals", "granularity", "brute_force"];
 
 /// The limits that the file asks for.
 pub(super) fn limits(props: &Props<'_>, builder: &Builder<'_>) -> PathLimits {
@@ -24,7 +24,7 @@ pub(super) fn limits(props: &Props<'_>, builder: &Builder<'_>) -> PathLimits {
     {
         return limits(&builder.props(*inner), builder);
     }
-    if !SUPPORTED.contains(&plugin) {
+    if !SUPPORTED.contains(&plugin) && !plugin.contains('$') {
         let message = format!("integrator `{plugin}` is not known; only its `max_depth`, `rr_depth` and `hide_emitters` are used");
         let report = Report::new("scene::unsupported", props.place(), message);
         builder.sink.warn_once(format!("integrator {plugin}"), report);
@@ -41,7 +41,7 @@ pub(super) fn limits(props: &Props<'_>, builder: &Builder<'_>) -> PathLimits {
     };
     let rr_depth = props.integer("rr_depth", 5, 1) as u32;
     let hide_emitters = props.boolean("hide_emitters", false);
-    if matches!(plugin, "path" | "volpath" | "volpathmis" | "direct" | "ptracer") && !props.is_v0() {
+    if matches!(plugin, "path" | "volpath" | "volpathmis" | "direct" | "ptracer") {
         props.ignore(IGNORED);
         props.ignore(&["emitter_samples", "bsdf_samples", "shading_samples"]);
         props.finish();

@@ -14,6 +14,7 @@ mod object;
 mod props;
 mod sensors;
 mod shapes;
+mod skies;
 mod textures;
 mod upgrade;
 mod values;
@@ -115,17 +116,25 @@ impl<'a> Builder<'a> {
             }
         }
         root.objects(Family::Spectrum);
+        // Settings of acceleration structures.
+        for prefix in ["kd_", "embree_"] {
+            root.ignore_prefix(prefix);
+        }
+        root.ignore(&["allow_thread_reordering", "id"]);
         self.check_whole(&root);
         root.finish();
     }
 
     fn check_whole(&self, root: &Props<'_>) {
-        if self.desc.sensors.is_empty() && root.objects(Family::Sensor).is_empty() {
-            let message = "the scene has no sensor";
+        if self.desc.sensors.is_empty() {
+            let message = match root.objects(Family::Sensor).is_empty() {
+                true => "the scene has no sensor",
+                false => "the scene has no sensor that can be used",
+            };
             let report = Report::new("scene::no_sensor", root.place(), message);
-            self.sink.error(report.help("add for instance <sensor type=\"perspective\">"));
+            self.sink.error(report.help("add for instance <sensor type=\"perspective\"/>"));
         }
-        if self.desc.emitters.is_empty() {
+        if !self.tree.has(Family::Emitter) {
             let message = "the scene has no emitter: its image will be black";
             self.sink.warn(Report::new("scene::no_emitter", root.place(), message));
         }
@@ -146,7 +155,7 @@ impl<'a> Builder<'a> {
             let message = format!("{} is not supported; {substitute}", props.describe());
             let report = Report::new("scene::unsupported", plugin.place, message).label("not supported");
             self.sink.warn_once(props.describe(), report);
-        } else if !plugin.value.is_empty() {
+        } else if !plugin.value.is_empty() && !plugin.value.contains('$') {
             let known = supported.iter().chain(substitutes.iter().map(|(name, _)| name)).copied();
             let list = format!("known are {}", supported.join(", "));
             let help = match similar(&plugin.value, known) {
@@ -156,6 +165,15 @@ impl<'a> Builder<'a> {
             let message = format!("unknown {tag} type `{}`", plugin.value);
             let report = Report::new("scene::unknown_plugin", plugin.place, message);
             self.sink.error(report.label(format!("no {tag} plugin has this name")).help(help));
+        }
+    }
+
+    /// The plugin is none of version 3.
+    fn require_v0(&self, props: &Props<'_>, advice: &str) {
+        if !props.is_v0() {
+            let message = format!("{} exists only in files of version 0.x", props.describe());
+            let help = format!("{advice}, or write `version=\"0.6.0\"` in <scene>");
+            self.sink.error(Report::new("scene::unknown_plugin", props.place(), message).help(help));
         }
     }
 

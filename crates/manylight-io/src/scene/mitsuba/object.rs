@@ -110,6 +110,11 @@ impl ObjectTree {
         Some(ObjectTree { objects: maker.objects })
     }
 
+    /// Whether any object is of the family.
+    pub(super) fn has(&self, family: Family) -> bool {
+        self.objects.iter().any(|object| object.family == family)
+    }
+
     pub(super) fn get(&self, id: ObjectId) -> &Object {
         &self.objects[id.0]
     }

@@ -211,8 +211,16 @@ impl<'a> Props<'a> {
         self.string(name)
     }
 
+    /// Whether a part has been reported as broken already, which explains why others are missing.
+    pub(super) fn is_broken(&self) -> bool {
+        self.object().params.iter().any(|param| param.value == Value::Broken)
+    }
+
     /// The object lacks a parameter that has no default.
     pub(super) fn missing(&self, name: &'static str) {
+        if self.is_broken() {
+            return;
+        }
         let message = format!("{} needs the parameter `{name}`", self.describe());
         self.sink.error(Report::new("scene::missing_parameter", self.place(), message));
     }
@@ -272,7 +280,7 @@ impl<'a> Props<'a> {
     pub(super) fn finish(&self) {
         let known = self.known.borrow();
         for (param, used) in self.object().params.iter().zip(&self.used) {
-            if used.get() {
+            if used.get() || param.value == Value::Broken {
                 continue;
             }
             let name = param.name.value.as_str();

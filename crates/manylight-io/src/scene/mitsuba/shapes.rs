@@ -93,7 +93,9 @@ impl Builder<'_> {
         let Some(target) = target else {
             let message = "an instance needs a reference to a shapegroup";
             let report = Report::new("scene::missing_object", props.place(), message);
-            self.sink.error(report.help("for instance <ref id=\"...\"/>"));
+            if !props.is_broken() {
+                self.sink.error(report.help("for instance <ref id=\"...\"/>"));
+            }
             return;
         };
         if self.tree.get(target).plugin.value != "shapegroup" {

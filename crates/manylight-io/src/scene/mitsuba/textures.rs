@@ -61,7 +61,7 @@ impl Builder<'_> {
     }
 
     fn bitmap(&mut self, props: &Props<'_>) -> Option<TextureId> {
-        props.ignore(&["format", "accel", "max_anisotropy", "cache", "data", "id"]);
+        props.ignore(&["format", "accel", "max_anisotropy", "cache", "id"]);
         let filtering = self.filtering(props);
         let wrap = self.wrap(props);
         let uv_transform = uv_transform(props);

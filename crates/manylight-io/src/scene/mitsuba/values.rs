@@ -147,6 +147,10 @@ fn required_value<'e>(sink: &Sink, element: &'e Element) -> Option<&'e Text> {
 }
 
 fn bad_value(sink: &Sink, text: &Text, expected: &str) {
+    // Whoever left `$name` in place has reported it.
+    if text.value.contains('$') {
+        return;
+    }
     sink.error(
         Report::new("scene::bad_value", text.place, format!("found `{}`, expected {expected}", text.value))
             .label(format!("not {expected}")),

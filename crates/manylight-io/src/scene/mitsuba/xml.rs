@@ -11,6 +11,9 @@ use std::sync::Arc;
 /// Files including files: more than this is a cycle.
 const MAX_INCLUDE_DEPTH: usize = 15;
 
+/// Elements in elements: far beyond any scene, and still safe for recursion.
+const MAX_NESTING: usize = 100;
+
 /// Which generation of the format a file is written in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Dialect {
@@ -85,7 +88,7 @@ pub(super) fn read_tree(path: &Path, text: Arc<str>, defines: &[(String, String)
             defined: Definition::Caller { used: false },
         })
         .collect();
-    let mut reader = TreeReader { sink, parameters };
+    let mut reader = TreeReader { sink, parameters, nesting: 0 };
     let root = reader.file(path, text, 0, &[])?;
     reader.check_defines();
     Some(root)
@@ -94,6 +97,8 @@ pub(super) fn read_tree(path: &Path, text: Arc<str>, defines: &[(String, String)
 struct TreeReader<'a> {
     sink: &'a Sink,
     parameters: Vec<Parameter>,
+    /// Elements that are being read.
+    nesting: usize,
 }
 
 impl TreeReader<'_> {
@@ -188,6 +193,12 @@ impl TreeReader<'_> {
             }
             _ => {}
         }
+        if self.nesting == MAX_NESTING {
+            let message = format!("elements are nested more than {MAX_NESTING} deep");
+            self.sink.error(Report::new("scene::too_deep", element.tag.place, message));
+            return None;
+        }
+        self.nesting += 1;
         for child in node.children() {
             if child.is_element() && child.tag_name().name() == "include" {
                 let include = self.element(child, file, skipped);
@@ -198,6 +209,7 @@ impl TreeReader<'_> {
                 self.stray_text(child, file.index, skipped);
             }
         }
+        self.nesting -= 1;
         Some(element)
     }
 
@@ -355,6 +367,7 @@ pub(super) fn find_file(sink: &Sink, folders: &[PathBuf], name: &Text, what: &st
             }
             Some(found.path)
         }
+        None if name.value.contains('$') => None,
         None => {
             let path = folders[0].join(&name.value);
             let help = match crate::resolve::similar_file(&path) {
