@@ -6,6 +6,7 @@ pub mod image;
 pub mod mesh;
 pub mod resolve;
 pub mod scene;
+pub mod sky;
 pub mod spectra;
 pub mod warning;
 

@@ -1,4 +1,4 @@
-//! PNG, JPEG, TGA, BMP and Radiance HDR, decoded by the `image` crate.
+//! PNG, TGA, BMP and Radiance HDR, decoded by the `image` crate.
 
 use super::transfer::{Depth, Transfer};
 use crate::file_error::Fault;
@@ -8,7 +8,7 @@ use std::io::Cursor;
 use std::path::Path;
 
 /// Decoders may take this much memory: enough for 16k × 16k float RGB, too little to bring a machine down.
-const MOST_BYTES: u64 = 4 << 30;
+pub(super) const MOST_BYTES: u64 = 4 << 30;
 
 /// Decodes `bytes`; the extension of `path` is asked where they do not tell their format.
 pub(super) fn decode(bytes: &[u8], path: &Path, transfer: Transfer) -> Result<Image, Fault> {
@@ -37,12 +37,8 @@ pub(super) fn decode(bytes: &[u8], path: &Path, transfer: Transfer) -> Result<Im
 fn linear(decoded: DynamicImage, transfer: Transfer) -> Image {
     let (width, height) = (decoded.width() as usize, decoded.height() as usize);
     let integer = transfer.curve(Depth::Integer);
-    let from_byte: Vec<f32> = (0..=255_u8)
-        .map(|v| integer(f32::from(v) / 255.0))
-        .collect();
-    let bytes = |raw: &[u8], stored: usize, kept: usize| {
-        pick(raw, stored, kept, |v| from_byte[usize::from(v)])
-    };
+    let bytes =
+        |raw: &[u8], stored: usize, kept: usize| bytes_to_linear(raw, stored, kept, transfer);
     let words = |raw: &[u16], stored: usize, kept: usize| {
         pick(raw, stored, kept, |v| integer(f32::from(v) / 65535.0))
     };
@@ -66,6 +62,18 @@ fn linear(decoded: DynamicImage, transfer: Transfer) -> Image {
         channels,
         data,
     }
+}
+
+/// The first `kept` of every `stored` bytes as linear values.
+pub(super) fn bytes_to_linear(
+    raw: &[u8],
+    stored: usize,
+    kept: usize,
+    transfer: Transfer,
+) -> Vec<f32> {
+    let curve = transfer.curve(Depth::Integer);
+    let table: Vec<f32> = (0..=255_u8).map(|v| curve(f32::from(v) / 255.0)).collect();
+    pick(raw, stored, kept, |v| table[usize::from(v)])
 }
 
 /// The first `kept` of every `stored` values, converted.

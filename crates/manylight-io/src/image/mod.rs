@@ -4,6 +4,7 @@
 //! channel by its name, and metadata.
 
 mod exr_file;
+mod jpeg;
 mod low_range;
 mod pfm;
 mod picture;
@@ -36,6 +37,7 @@ fn decode(bytes: &[u8], path: &Path, transfer: Transfer) -> Result<Image, Fault>
             exr_file::read_color(bytes).map(|image| transfer.apply(image, Depth::Float))
         }
         Content::Pfm => pfm::parse(bytes).map(|image| transfer.apply(image, Depth::Float)),
+        Content::Jpeg => jpeg::decode(bytes, transfer),
         Content::Other => low_range::decode(bytes, path, transfer),
     }
 }
@@ -45,6 +47,7 @@ fn decode(bytes: &[u8], path: &Path, transfer: Transfer) -> Result<Image, Fault>
 enum Content {
     Exr,
     Pfm,
+    Jpeg,
     Other,
 }
 
@@ -53,6 +56,7 @@ impl Content {
         match bytes {
             [0x76, 0x2F, 0x31, 0x01, ..] => Content::Exr,
             [b'P', b'F' | b'f', b'\n' | b' ' | b'\r' | b'\t', ..] => Content::Pfm,
+            [0xFF, 0xD8, 0xFF, ..] => Content::Jpeg,
             _ => Content::Other,
         }
     }

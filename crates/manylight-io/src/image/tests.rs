@@ -219,6 +219,38 @@ fn the_curve_of_srgb_runs_both_ways() {
 }
 
 #[test]
+fn jpeg_is_gray_or_rgb() {
+    let encode = |color, bytes: &[u8]| {
+        let mut file = Vec::new();
+        ::image::codecs::jpeg::JpegEncoder::new_with_quality(&mut file, 100)
+            .encode(bytes, 8, 8, color)
+            .unwrap();
+        decoded(&file, Transfer::Raw).unwrap()
+    };
+    let gray = encode(::image::ExtendedColorType::L8, &[51; 64]);
+    assert_eq!(
+        gray,
+        Image {
+            width: 8,
+            height: 8,
+            channels: 1,
+            data: vec![0.2; 64]
+        }
+    );
+    let color = encode(::image::ExtendedColorType::Rgb8, &[200, 100, 50].repeat(64));
+    assert_eq!((color.width, color.height, color.channels), (8, 8, 3));
+    assert!(
+        color
+            .pixel(3, 5)
+            .iter()
+            .zip([200.0, 100.0, 50.0_f32])
+            .all(|(a, e)| (a * 255.0 - e).abs() < 1.5),
+        "{:?}",
+        color.pixel(3, 5)
+    );
+}
+
+#[test]
 fn tga_is_known_by_its_extension() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.tga");

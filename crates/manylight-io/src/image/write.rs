@@ -159,7 +159,7 @@ fn encode_display(
 
 /// RGBE has neither negative values nor NaN.
 fn radiance_pixels(image: &Image) -> Vec<image::Rgb<f32>> {
-    let positive = |v: f32| v.max(0.0).min(f32::MAX);
+    let positive = |v: f32| if v > 0.0 { v.min(f32::MAX) } else { 0.0 };
     (0..image.width * image.height)
         .map(|i| image.rgb(i % image.width, i / image.width).map(positive))
         .map(|c| image::Rgb(c.to_array()))

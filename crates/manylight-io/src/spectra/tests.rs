@@ -11,9 +11,12 @@ fn assert_near(actual: Rgb, expected: [f32; 3], tolerance: f32) {
 
 const RAMP: [(f32, f32); 4] = [(400.0, 0.0), (500.0, 8.0), (600.0, 15.6), (700.0, 18.4)];
 
+/// Wavelengths and values.
+type Pairs = &'static [(f32, f32)];
+
 #[test]
 fn reflectances_agree_with_mitsuba() {
-    let cases: [(&[(f32, f32)], [f32; 3]); 6] = [
+    let cases: [(Pairs, [f32; 3]); 6] = [
         (
             &[(400.0, 0.5), (700.0, 0.5)],
             [0.497_671, 0.499_878, 0.497_455],
@@ -29,7 +32,7 @@ fn reflectances_agree_with_mitsuba() {
         ),
         (
             &[(400.0, 0.78), (500.0, 0.78), (600.0, 0.78), (700.0, 0.78)],
-            [0.776_366_77, 0.779_81, 0.776_029_1],
+            [0.776_366_8, 0.779_81, 0.776_029_1],
         ),
         (&RAMP, [1.0; 3]),
     ];
@@ -40,7 +43,7 @@ fn reflectances_agree_with_mitsuba() {
 
 #[test]
 fn emission_agrees_with_mitsuba() {
-    assert_near(emission_rgb(&RAMP), [20.7108, 10.8546, 2.77115], 1e-4);
+    assert_near(emission_rgb(&RAMP), [20.7108, 10.8546, 2.771_15], 1e-4);
     assert_near(
         emission_rgb(&[(400.0, 1.0), (700.0, 0.0)]),
         [0.259_387, 0.4948, 0.789_747],

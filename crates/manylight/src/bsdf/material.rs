@@ -167,7 +167,10 @@ pub enum WardVariant {
 
 /// Parameters of Mitsuba 3's `principled`.
 #[derive(Clone, Debug)]
-#[expect(missing_docs, reason = "the names are those of Mitsuba's documentation")]
+#[expect(
+    missing_docs,
+    reason = "the names are those of Mitsuba's documentation"
+)]
 pub struct PrincipledMaterial {
     pub base_color: ColorInput,
     pub roughness: FloatInput,
@@ -191,6 +194,8 @@ pub struct PrincipledMaterial {
 impl Default for Material {
     /// Grey Lambertian reflection, as Mitsuba gives shapes without a BSDF.
     fn default() -> Self {
-        Material::Diffuse { reflectance: ColorInput::Constant(Rgb::splat(0.5)) }
+        Material::Diffuse {
+            reflectance: ColorInput::Constant(Rgb::splat(0.5)),
+        }
     }
 }

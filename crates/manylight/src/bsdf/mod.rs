@@ -5,14 +5,32 @@
 //! Every lobe has a class, and every function here takes the classes that it shall see, because the path partition
 //! (docs/path_partition.md) is by scattering event: one surface may have lobes of several classes.
 
+mod coat;
+mod conductor;
+mod dielectric;
+mod diffuse;
+mod fresnel;
+mod leaf;
 pub mod material;
+mod materials;
+mod microfacet;
+mod model;
+mod phong;
+mod plastic;
+mod principled;
+mod rough_diffuse;
+mod thin_dielectric;
+mod ward;
 
 pub use material::Material;
+pub use materials::Materials;
 
 use crate::color::Rgb;
-use crate::geometry::SurfacePoint;
-use crate::math::{Vec2, Vec3};
-use crate::texture::Texture;
+use crate::math::{Frame, Vec2, Vec3};
+use crate::sampling::warp;
+use leaf::{Given, Leaf};
+use model::{DeltaEvent, Model};
+use std::f32::consts::FRAC_1_PI;
 
 /// Classes of lobes, as a set.
 ///
@@ -94,6 +112,11 @@ pub struct BsdfSample {
 pub enum Exit<'s> {
     /// `b = 1`.
     Lambert,
+    /// Transmittance of a smooth dielectric coat.
+    Fresnel {
+        /// Index of the coat over that of its outside.
+        eta: f32,
+    },
     /// Transmittance of a dielectric coat, tabulated over the cosine on [0, 1].
     Coated(&'s [f32]),
 }
@@ -101,146 +124,389 @@ pub enum Exit<'s> {
 impl Exit<'_> {
     /// `b` at the cosine to the shading normal, in [0, 1].
     #[inline]
-    pub fn eval(&self, _cos: f32) -> f32 {
-        todo!()
+    pub fn eval(&self, cos: f32) -> f32 {
+        match *self {
+            Exit::Lambert => 1.0,
+            Exit::Fresnel { eta } => fresnel::coat_transmittance(cos, eta),
+            Exit::Coated(table) => plastic::interpolate(table, cos),
+        }
     }
 }
+
+/// The most models that one material may consist of at a point; see [`Materials::bsdf`].
+const MAX_LEAVES: usize = 4;
+
+/// How often a photon that meets a tilted shading normal is sampled about the geometric one, at most.
+const DEFENSIVE_SHARE: f32 = 0.5;
+
+/// Cosine between shading and geometric normal above which they count as equal.
+const ALIGNED: f32 = 0.9998;
 
 /// A scattering function at a point: small, `Copy`, borrowing only precomputed tables of the scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Bsdf<'s> {
-    _tables: std::marker::PhantomData<&'s ()>,
+    ng: Vec3,
+    frame: Frame,
+    leaves: [Option<Leaf<'s>>; MAX_LEAVES],
+    /// What passes straight through, seen from the side of the shading normal and from the other.
+    open: [f32; 2],
+    lobes: Lobes,
+    exit: Exit<'s>,
+    glossy_width: f32,
+    /// Whether a photon walk needs defensive sampling: a normal in use is not the geometric one.
+    defensive: bool,
 }
 
+/// A set of leaves is walked front to back: the used ones come first.
 impl<'s> Bsdf<'s> {
     /// `f(wi → wo)`, 1/sr, for light that arrives from `wi`: `f = f_s |wi·ns| / |wi·ng|` with `f_s` the model in the shading
     /// frame, so that all other formulas use geometric cosines (docs: shading normals; checked by the adjoint test).
     /// Reflection and transmission are told apart by `ns` alone, as Mitsuba's path tracer does. Radiance is scaled by η² in transmission.
     #[inline]
     pub fn f(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Rgb {
-        let _ = (wi, wo, lobes);
-        todo!()
+        let cos = wi.dot(self.ng).abs();
+        if cos == 0.0 {
+            return Rgb::BLACK;
+        }
+        self.f_cos_wi(wi, wo, lobes) / cos
     }
 
     /// `f |wi·ng|`: what a receiver multiplies incident radiance by. Computed without the quotient.
     #[inline]
     pub fn f_cos_wi(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Rgb {
-        let _ = (wi, wo, lobes);
-        todo!()
+        if !self.lobes.has(lobes.and(Lobes::FINITE)) {
+            return Rgb::BLACK;
+        }
+        self.eval_local(self.frame.to_local(wi), self.frame.to_local(wo), lobes)
     }
 
     /// `f |wo·ng|`: times incident flux this is radiant intensity towards `wo`.
     #[inline]
     pub fn f_cos_wo(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Rgb {
-        let _ = (wi, wo, lobes);
-        todo!()
+        self.f(wi, wo, lobes) * wo.dot(self.ng).abs()
     }
 
     /// Draws `wi` for a camera walk that looks along `-wo`. `None`: absorbed.
+    ///
+    /// Where several finite classes were asked for, the class of the event is drawn in proportion to their luminance at the
+    /// sampled direction and `weight` is of that class alone, divided by its probability: sums over events of one class converge
+    /// to that class.
     pub fn sample_wi(&self, wo: Vec3, u: BsdfNumbers, lobes: Lobes) -> Option<BsdfSample> {
-        let _ = (wo, u, lobes);
-        todo!()
+        let local = self.frame.to_local(wo);
+        let (leaf, share, lobe) = self.choose_leaf(local, u.lobe, lobes)?;
+        let sample = leaf.sample(Given::Wo, local, BsdfNumbers { lobe, ..u }, lobes)?;
+        let wi = self.frame.to_world(sample.w);
+        if let Some(delta) = sample.delta {
+            // Radiance is scaled by the square of the index on its own side over that on the side it comes from.
+            let scale = 1.0 / (sample.eta * sample.eta);
+            return delta_sample(wi, &delta, sample.eta, leaf.weight * scale / share);
+        }
+        self.finite_sample(
+            wi,
+            wo,
+            Given::Wo,
+            BsdfNumbers { lobe, ..u },
+            lobes,
+            sample.eta,
+        )
     }
 
-    /// Draws `wo` for a photon that arrives from `wi`. `None`: absorbed.
-    pub fn sample_wo(&self, wi: Vec3, u: BsdfNumbers, lobes: Lobes) -> Option<BsdfSample> {
-        let _ = (wi, u, lobes);
-        todo!()
+    /// Draws `wo` for a photon that arrives from `wi`. `None`: absorbed. Classes as in [`Bsdf::sample_wi`].
+    pub fn sample_wo(&self, wi: Vec3, mut u: BsdfNumbers, lobes: Lobes) -> Option<BsdfSample> {
+        let local = self.frame.to_local(wi);
+        let defensive = self.defensive_share(local, lobes);
+        if u.lobe < defensive {
+            u.lobe /= defensive;
+            let wo = self.sample_about_ng(local, u.direction);
+            return self.finite_sample(wo, wi, Given::Wi, u, lobes, 1.0);
+        }
+        u.lobe = (u.lobe - defensive) / (1.0 - defensive);
+        let (leaf, share, lobe) = self.choose_leaf(local, u.lobe, lobes)?;
+        let sample = leaf.sample(Given::Wi, local, BsdfNumbers { lobe, ..u }, lobes)?;
+        let wo = self.frame.to_world(sample.w);
+        if let Some(delta) = sample.delta {
+            // f |wo·ng| = f_s |wi·ns| |wo·ng| / |wi·ng| and f_s |wo·ns| integrates to the fraction.
+            let cosines = local.z * wo.dot(self.ng) / (wi.dot(self.ng) * sample.w.z);
+            return delta_sample(
+                wo,
+                &delta,
+                sample.eta,
+                leaf.weight * cosines.abs() / (share * (1.0 - defensive)),
+            );
+        }
+        self.finite_sample(
+            wo,
+            wi,
+            Given::Wi,
+            BsdfNumbers { lobe, ..u },
+            lobes,
+            sample.eta,
+        )
     }
 
     /// Density of [`Bsdf::sample_wi`] per solid angle, delta lobes left out.
     #[inline]
     pub fn pdf_wi(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> f32 {
-        let _ = (wi, wo, lobes);
-        todo!()
+        self.pdf_local(
+            Given::Wo,
+            self.frame.to_local(wo),
+            self.frame.to_local(wi),
+            lobes,
+        )
     }
 
     /// Density of [`Bsdf::sample_wo`] per solid angle, delta lobes left out.
     #[inline]
     pub fn pdf_wo(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> f32 {
-        let _ = (wi, wo, lobes);
-        todo!()
+        let (given, other) = (self.frame.to_local(wi), self.frame.to_local(wo));
+        let pdf = self.pdf_local(Given::Wi, given, other, lobes);
+        let defensive = self.defensive_share(given, lobes);
+        if defensive == 0.0 {
+            return pdf;
+        }
+        let about_ng = (wo.dot(self.ng) * self.side_of_ng(given)).max(0.0) * FRAC_1_PI;
+        (1.0 - defensive) * pdf + defensive * about_ng
     }
 
     /// The classes present with positive weight.
     #[inline]
     pub fn lobes(&self) -> Lobes {
-        todo!()
+        self.lobes
     }
 
     /// Fraction of light that passes straight through along `w` as if there were no surface (mask, null, thin glass).
     /// The lobes carry the rest: their weights already contain the opacity.
     #[inline]
     pub fn transmittance(&self, w: Vec3) -> Rgb {
-        let _ = w;
-        todo!()
+        let local = self.frame.to_local(w);
+        let mut sum = Rgb::splat(self.open[usize::from(local.z < 0.0)]);
+        for leaf in self.leaves.iter().flatten() {
+            if let Model::Pane(pane) = &leaf.model {
+                sum += pane.transmittance(local.z) * leaf.weight;
+            }
+        }
+        sum
     }
 
     /// `a(wi)` of the `DIFFUSE` lobes: incident flux `Φ` leaves with intensity `Φ a(wi) b(wo) |wo·ng| / π`
     /// on the side of the surface that `wi` is on.
     #[inline]
     pub fn diffuse_weight(&self, wi: Vec3) -> Rgb {
-        let _ = wi;
-        todo!()
+        let cos = wi.dot(self.ng).abs();
+        if cos == 0.0 || !self.lobes.has(Lobes::DIFFUSE) {
+            return Rgb::BLACK;
+        }
+        let local = self.frame.to_local(wi);
+        let sum: Rgb = self
+            .leaves
+            .iter()
+            .flatten()
+            .map(|leaf| leaf.diffuse_weight(local))
+            .sum();
+        sum * (local.z.abs() / cos)
     }
 
     /// `b` of the `DIFFUSE` lobes.
     #[inline]
     pub fn exit(&self) -> Exit<'s> {
-        todo!()
+        self.exit
     }
 
     /// Smallest roughness among the `GLOSSY` lobes (1 without any): the width of what must be resolved, in radians roughly.
     #[inline]
     pub fn glossy_width(&self) -> f32 {
-        todo!()
+        self.glossy_width
     }
 
     /// The normal that a receiver chooses emitters with: the shading normal on the side of `wo`. `None` if some lobe
     /// transmits: then light matters from both sides.
     #[inline]
     pub fn receiving_normal(&self, wo: Vec3) -> Option<Vec3> {
-        let _ = wo;
-        todo!()
-    }
-
-    /// A cheap estimate of [`Bsdf::albedo`] over all lobes, for AOVs and previews: exact for Lambert.
-    pub fn quick_albedo(&self, wo: Vec3) -> Rgb {
-        let _ = wo;
-        todo!()
+        if self.leaves.iter().flatten().any(|leaf| leaf.model.transmits()) {
+            return None;
+        }
+        Some(self.frame.n * 1.0f32.copysign(wo.dot(self.frame.n)))
     }
 
     /// Fraction of flux from `wi` that leaves through `lobes` (delta ones included, straight-through not), by deterministic quadrature.
     pub fn albedo(&self, wi: Vec3, lobes: Lobes) -> Rgb {
-        let _ = (wi, lobes);
-        todo!()
+        // Additive recurrence on the plastic number's powers: Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences".
+        const STEPS: [f64; 3] = [
+            0.819_172_513_396_164_4,
+            0.671_043_606_703_789_2,
+            0.549_700_477_901_971,
+        ];
+        const COUNT: u32 = 1024;
+        let sum: Rgb = (0..COUNT)
+            .filter_map(|i| {
+                let [a, b, c] = STEPS.map(|step| ((0.5 + step * f64::from(i + 1)) % 1.0) as f32);
+                let u = BsdfNumbers {
+                    lobe: a.min(LARGEST),
+                    direction: Vec2::new(b.min(LARGEST), c.min(LARGEST)),
+                };
+                self.sample_wo(wi, u, lobes)
+            })
+            .map(|sample| sample.weight)
+            .sum();
+        sum / COUNT as f32
+    }
+
+    #[inline]
+    fn eval_local(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Rgb {
+        let mut sum = Rgb::BLACK;
+        for leaf in self.leaves.iter().map_while(Option::as_ref) {
+            sum += leaf.eval(wi, wo, lobes);
+        }
+        sum
+    }
+
+    #[inline]
+    fn pdf_local(&self, end: Given, given: Vec3, other: Vec3, lobes: Lobes) -> f32 {
+        let (mut sum, mut total) = (0.0, 0.0);
+        for leaf in self.answering(given, lobes) {
+            sum += leaf.weight * leaf.pdf(end, given, other, lobes);
+            total += leaf.weight;
+        }
+        if total > 0.0 { sum / total } else { 0.0 }
+    }
+
+    /// The leaves that can be sampled from `given`.
+    #[inline]
+    fn answering(&self, given: Vec3, lobes: Lobes) -> impl Iterator<Item = &Leaf<'s>> {
+        self.leaves
+            .iter()
+            .map_while(Option::as_ref)
+            .filter(move |leaf| leaf.answers(given, lobes))
+    }
+
+    /// A leaf in proportion to its weight, its probability, and `u` made uniform again.
+    #[inline]
+    fn choose_leaf(&self, given: Vec3, u: f32, lobes: Lobes) -> Option<(&Leaf<'s>, f32, f32)> {
+        let total: f32 = self.answering(given, lobes).map(|leaf| leaf.weight).sum();
+        let mut left = u * total;
+        let mut chosen = None;
+        for leaf in self.answering(given, lobes) {
+            chosen = Some((leaf, leaf.weight / total, (left / leaf.weight).min(LARGEST)));
+            if left < leaf.weight {
+                break;
+            }
+            left -= leaf.weight;
+        }
+        chosen
+    }
+
+    /// How often [`Bsdf::sample_wo`] samples about the geometric normal: only for wide lobes, in proportion to their leaves.
+    #[inline]
+    fn defensive_share(&self, given: Vec3, lobes: Lobes) -> f32 {
+        if !self.defensive || !self.lobes.has(lobes.and(Lobes::SMOOTH)) {
+            return 0.0;
+        }
+        let weight = |lobes| {
+            self.answering(given, lobes)
+                .map(|leaf| leaf.weight)
+                .sum::<f32>()
+        };
+        let (wide, all) = (weight(lobes.and(Lobes::SMOOTH)), weight(lobes));
+        if all > 0.0 {
+            DEFENSIVE_SHARE * wide / all
+        } else {
+            0.0
+        }
+    }
+
+    /// The sign of the side of the geometric normal to which light from the local direction `given` is reflected.
+    #[inline]
+    fn side_of_ng(&self, given: Vec3) -> f32 {
+        1.0f32.copysign(given.z * self.frame.n.dot(self.ng))
+    }
+
+    fn sample_about_ng(&self, given: Vec3, u: Vec2) -> Vec3 {
+        Frame::from_normal(self.ng * self.side_of_ng(given)).to_world(warp::cosine_hemisphere(u))
+    }
+
+    /// Completes a direction of the finite lobes: `sampled` was drawn, `given` was known.
+    fn finite_sample(
+        &self,
+        sampled: Vec3,
+        given: Vec3,
+        end: Given,
+        u: BsdfNumbers,
+        lobes: Lobes,
+        eta: f32,
+    ) -> Option<BsdfSample> {
+        let (wi, wo) = match end {
+            Given::Wo => (sampled, given),
+            Given::Wi => (given, sampled),
+        };
+        let (pdf, scale) = match end {
+            Given::Wo => (self.pdf_wi(wi, wo, lobes), 1.0),
+            Given::Wi => (
+                self.pdf_wo(wi, wo, lobes),
+                (wo.dot(self.ng) / wi.dot(self.ng)).abs(),
+            ),
+        };
+        if pdf <= 0.0 || !pdf.is_finite() || !scale.is_finite() {
+            return None;
+        }
+        let (value, lobe) = self.choose_class(
+            self.frame.to_local(wi),
+            self.frame.to_local(wo),
+            u.lobe,
+            lobes,
+        )?;
+        let weight = value * (scale / pdf);
+        weight.is_finite().then_some(BsdfSample {
+            w: sampled,
+            weight,
+            pdf,
+            lobe,
+            eta,
+        })
+    }
+
+    /// One finite class in proportion to its luminance, and its value over its probability.
+    fn choose_class(&self, wi: Vec3, wo: Vec3, u: f32, lobes: Lobes) -> Option<(Rgb, Lobes)> {
+        let present = self.lobes.and(lobes).and(Lobes::FINITE);
+        if present.0.count_ones() == 1 {
+            let value = self.eval_local(wi, wo, present);
+            return (!value.is_black()).then_some((value, present));
+        }
+        let classes = [Lobes::DIFFUSE, Lobes::GLOSSY, Lobes::NEAR_DELTA];
+        let values = classes.map(|c| {
+            if present.has(c) {
+                self.eval_local(wi, wo, c)
+            } else {
+                Rgb::BLACK
+            }
+        });
+        let total: f32 = values.iter().map(|v| v.luminance()).sum();
+        let mut left = u * total;
+        let mut chosen = None;
+        for (value, class) in values.into_iter().zip(classes) {
+            let luminance = value.luminance();
+            if luminance > 0.0 {
+                chosen = Some((value * (total / luminance), class));
+                if left < luminance {
+                    break;
+                }
+                left -= luminance;
+            }
+        }
+        chosen
     }
 }
 
-/// Everything precomputed about the materials of a scene: tables of coat transmittance and the like.
-#[derive(Debug)]
-pub struct Materials {
-    materials: Vec<Material>,
-}
+/// The largest number that stands for "below one".
+const LARGEST: f32 = 1.0 - f32::EPSILON / 2.0;
 
-impl Materials {
-    /// Precomputes the tables. Ids inside must be valid and free of cycles (checked by `Scene::build`).
-    pub fn new(materials: Vec<Material>) -> Self {
-        Materials { materials }
-    }
-
-    /// The descriptions; index by [`MaterialId`](crate::ids::MaterialId).
-    pub fn descriptions(&self) -> &[Material] {
-        &self.materials
-    }
-
-    /// Whether light can pass straight through this material anywhere.
-    pub fn is_transparent(&self, _id: crate::ids::MaterialId) -> bool {
-        todo!()
-    }
-
-    /// The scattering function at a point.
-    pub fn bsdf<'s>(&'s self, _id: crate::ids::MaterialId, _x: &SurfacePoint, _textures: &'s [Texture]) -> Bsdf<'s> {
-        todo!()
-    }
+fn delta_sample(w: Vec3, delta: &DeltaEvent, eta: f32, scale: f32) -> Option<BsdfSample> {
+    let weight = delta.fraction * (scale / delta.probability);
+    let valid = weight.is_finite() && !weight.is_black();
+    valid.then_some(BsdfSample {
+        w,
+        weight,
+        pdf: 0.0,
+        lobe: Lobes::DELTA,
+        eta,
+    })
 }

@@ -1,7 +1,6 @@
 //! Reconstruction filters, by importance sampling: a sample is drawn around the center of one pixel and counts for that pixel alone.
 
 use crate::math::{Vec2, float::find_interval};
-use std::cell::RefCell;
 
 /// A reconstruction filter as files name it. Radii and deviations in pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,17 +64,9 @@ impl Filter {
         }
     }
 
-    /// An offset from the pixel's center in pixels, drawn in proportion to the filter's absolute value, and the weight of a
-    /// sample there: 1 in the mean, so that a pixel is the plain mean of weight times radiance.
-    #[inline]
-    pub fn sample(&self, u: Vec2) -> (Vec2, f32) {
-        if *self == Filter::Box {
-            return (u - Vec2::splat(0.5), 1.0);
-        }
-        LAST_TABLE.with_borrow_mut(|last| match last {
-            Some((filter, table)) if filter == self => table.sample(u),
-            _ => last.insert((*self, Table::new(self))).1.sample(u),
-        })
+    /// Prepares importance sampling.
+    pub fn sampler(&self) -> FilterSampler {
+        FilterSampler::new(self)
     }
 }
 
@@ -104,14 +95,9 @@ fn sinc(x: f32) -> f32 {
     if a.abs() < 1e-4 { 1.0 } else { a.sin() / a }
 }
 
-thread_local! {
-    /// The table of the filter that this thread sampled last: a render has one filter, and `Filter` stays plain data.
-    static LAST_TABLE: RefCell<Option<(Filter, Table)>> = const { RefCell::new(None) };
-}
-
-/// Draws positions in proportion to the absolute value of a filter, along each axis alike.
+/// Draws positions around a pixel's center in proportion to the absolute value of a filter.
 #[derive(Clone, Debug)]
-struct Table {
+pub struct FilterSampler {
     radius: f32,
     /// Sum of the absolute values of the cells up to here, over their total.
     cdf: Vec<f32>,
@@ -119,7 +105,7 @@ struct Table {
     weights: Vec<f32>,
 }
 
-impl Table {
+impl FilterSampler {
     fn new(filter: &Filter) -> Self {
         let radius = filter.radius();
         let cell = |i: usize| {
@@ -136,14 +122,17 @@ impl Table {
         }
         let gain = total / cells.iter().sum::<f64>();
         let weights = cells.iter().map(|c| (c.signum() * gain) as f32).collect();
-        Table {
+        FilterSampler {
             radius,
             cdf,
             weights,
         }
     }
 
-    fn sample(&self, u: Vec2) -> (Vec2, f32) {
+    /// An offset from the pixel's center in pixels, and the weight of the sample there. The mean weight is 1:
+    /// a pixel is the plain mean of weight times radiance.
+    #[inline]
+    pub fn sample(&self, u: Vec2) -> (Vec2, f32) {
         let ((x, weight_x), (y, weight_y)) = (self.sample_1d(u.x), self.sample_1d(u.y));
         (Vec2::new(x, y), weight_x * weight_y)
     }
@@ -225,7 +214,7 @@ mod tests {
     #[test]
     fn weighted_samples_reproduce_the_filter() {
         for filter in ALL {
-            let sampler = Table::new(&filter);
+            let sampler = filter.sampler();
             let n = 20_000;
             let (mut one, mut second) = (0.0, 0.0);
             for i in 0..n {
@@ -251,7 +240,7 @@ mod tests {
     #[test]
     fn samples_in_two_dimensions_stay_within_the_radius() {
         for filter in ALL {
-            let (offset, _) = filter.sample(Vec2::new(0.0, 1.0 - f32::EPSILON));
+            let (offset, _) = filter.sampler().sample(Vec2::new(0.0, 1.0 - f32::EPSILON));
             assert!(offset.abs().max_element() <= filter.radius() * 1.000_001);
             assert!(offset.x < 0.0 && offset.y > 0.0);
         }

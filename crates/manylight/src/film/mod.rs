@@ -5,7 +5,7 @@
 
 pub mod filter;
 
-pub use filter::Filter;
+pub use filter::{Filter, FilterSampler};
 
 use crate::color::Rgb;
 use crate::image::Image;
@@ -332,7 +332,21 @@ pub struct FilmSample {
     pub weight: f32,
 }
 
+/// Draws film positions; made once per pass.
+#[derive(Clone, Debug)]
+pub struct FilmSampler {
+    filter: FilterSampler,
+    width: u32,
+}
+
 impl FilmDesc {
+    /// Prepares the reconstruction filter for sampling.
+    pub fn sampler(&self) -> FilmSampler {
+        FilmSampler { filter: self.filter.sampler(), width: self.crop_size.x }
+    }
+}
+
+impl FilmSampler {
     /// Draws a film position for `pixel` from its reconstruction filter.
     #[inline]
     pub fn sample(&self, pixel: UVec2, u: Vec2) -> FilmSample {
@@ -341,6 +355,12 @@ impl FilmDesc {
             position: pixel.as_vec2() + Vec2::splat(0.5) + offset,
             weight,
         }
+    }
+
+    /// Index of a pixel in row order: names its random numbers.
+    #[inline]
+    pub fn index(&self, pixel: UVec2) -> u64 {
+        u64::from(pixel.y) * u64::from(self.width) + u64::from(pixel.x)
     }
 }
 

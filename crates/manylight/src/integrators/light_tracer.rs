@@ -9,7 +9,7 @@ use crate::color::Rgb;
 use crate::film::Film;
 use crate::geometry::{Segment, SurfacePoint};
 use crate::math::Vec3;
-use crate::render::Stats;
+use crate::stats::Stats;
 use crate::sampling::{Sampler, Stream};
 use crate::scene::{PathLimits, Scene};
 use crate::transport::{Step, Walk, roulette};

@@ -8,10 +8,11 @@ mod path;
 
 pub use many_light::ManyLight;
 
+use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::film::{Film, Layer, TileSamples};
-use crate::render::Stats;
-use crate::sampling::Pass;
+use crate::stats::Stats;
+use crate::sampling::{Pass, Sampler};
 use crate::scene::{PathLimits, Scene};
 use crate::transport::Vertex;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -34,7 +35,7 @@ pub enum MethodKind {
     LightTracer,
     /// Direct light alone: path tracing to depth 2.
     Direct,
-    /// Albedo, normal, depth of the first surface; the beauty is the albedo.
+    /// Albedo, normal, depth of the first surface; the beauty stays black.
     Aov,
     /// Virtual lights.
     ManyLight(ManyLight),
@@ -99,12 +100,12 @@ impl Method {
     }
 }
 
-/// Fills the layers that describe the first surface of a camera path.
-fn first_surface(v: &Vertex, index: usize, out: &mut TileSamples) {
+/// Fills the layers that describe the first surface of a camera path. The albedo is the reflectance towards the viewer, as the
+/// weight of one sampled direction: its mean over passes is right, and a Lambertian surface has it at once.
+fn first_surface(v: &Vertex, sampler: &mut Sampler, index: usize, out: &mut TileSamples) {
     let n = v.x.frame.n;
     out.add(index, Layer::Normal, Rgb::new(n.x, n.y, n.z));
     out.add(index, Layer::Depth, Rgb::splat(v.distance));
-    if out.keeps(Layer::Albedo) {
-        out.add(index, Layer::Albedo, v.bsdf.quick_albedo(v.w_prev));
-    }
+    let sample = v.bsdf.sample_wi(v.w_prev, sampler.next_bsdf(), Lobes::ALL);
+    out.add(index, Layer::Albedo, sample.map_or(Rgb::BLACK, |s| s.weight));
 }

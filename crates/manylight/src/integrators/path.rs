@@ -6,9 +6,8 @@ use super::partition::Stage;
 use super::{PassContext, first_surface};
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
-use crate::film::{Film, Layer, TileSamples};
-use crate::math::UVec2;
-use crate::render::Stats;
+use crate::film::{Film, TileSamples};
+use crate::stats::Stats;
 use crate::sampling::{Sampler, Stream};
 use crate::scene::{PathLimits, Scene};
 use crate::transport::direct::{EmitterSample, found_environment, found_radiance};
@@ -16,11 +15,11 @@ use crate::transport::{Step, Vertex, Walk, roulette};
 
 /// One sample per pixel. `false` if cancelled.
 pub(super) fn render_pass(scene: &Scene, limits: PathLimits, run: &PassContext, film: &mut Film) -> bool {
-    let desc = film.desc().clone();
+    let positions = film.desc().sampler();
     run.shade(film, |samples| {
         for (i, pixel) in samples.tile().pixels().enumerate() {
-            let mut sampler = run.pass.sampler(Stream::Pixel, pixel_index(pixel, desc.crop_size.x));
-            let at = desc.sample(pixel, sampler.next_2d());
+            let mut sampler = run.pass.sampler(Stream::Pixel, positions.index(pixel));
+            let at = positions.sample(pixel, sampler.next_2d());
             let camera = scene.sensor.ray(at.position, sampler.next_2d());
             let walk = Walk::from_sensor(scene, camera.ray, Rgb::splat(camera.weight * at.weight));
             let mut path = Path { scene, limits, walk, stage: Stage::BeforeX, shadow_rays: 0 };
@@ -55,7 +54,7 @@ impl Path<'_> {
                 Step::Hit(v) => v,
             };
             if v.segments == 1 {
-                first_surface(&v, index, out);
+                first_surface(&v, sampler, index, out);
             }
             if !hidden {
                 let found = found_radiance(self.scene, self.walk.previous(), &v.x, v.w_prev);
@@ -105,9 +104,4 @@ impl Path<'_> {
         out.add(index, self.stage.after(Lobes::DIFFUSE).layer(), scale * smooth);
         out.add(index, self.stage.after(Lobes::NEAR_DELTA).layer(), scale * narrow);
     }
-}
-
-/// Index of a pixel in row order, for random streams.
-pub(super) fn pixel_index(pixel: UVec2, width: u32) -> u64 {
-    u64::from(pixel.y) * u64::from(width) + u64::from(pixel.x)
 }

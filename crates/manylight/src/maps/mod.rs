@@ -1,1 +1,10 @@
-//! Particles found by position.
+//! Particles found by position: nearest neighbors, densities, and which particles belong together.
+
+pub mod compatible;
+pub mod density;
+pub mod kd_tree;
+pub mod kernel;
+
+pub use compatible::Patch;
+pub use kd_tree::{KdTree, Located, Neighbors};
+pub use kernel::DensityKernel;

@@ -3,5 +3,5 @@
 pub mod importons;
 pub mod photons;
 
-pub use importons::Importon;
-pub use photons::Photon;
+pub use importons::{Importon, trace_importons};
+pub use photons::{Photon, trace_photons};

@@ -4,6 +4,10 @@ use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::geometry::SurfaceRef;
 use crate::math::Vec3;
+use crate::sampling::{Pass, Sampler, Stream};
+use crate::scene::{PathLimits, Scene};
+use crate::transport::{Step, Walk, roulette};
+use rayon::prelude::*;
 
 /// Flux that arrives at `p` from direction `wi`, already divided by the number of emitted paths:
 /// `E[Σ flux h(p, wi)] = ∫∫ L_i(p, w) |n·w| h(p, w) dw dA` for any `h` (ALGORITHMS 1.2).
@@ -20,7 +24,7 @@ pub struct Photon {
     /// Flux times [`Bsdf::diffuse_weight`](crate::bsdf::Bsdf::diffuse_weight) at `wi`: what the diffuse lobes send out, before
     /// their exit term. W.
     pub diffuse_flux: Rgb,
-    /// Position of the previous vertex, for parallax; infinitely far (`p + wi * 1e?`) never occurs: distant emitters give a point outside the scene.
+    /// Position of the previous vertex, for parallax; for distant emitters a point outside the scene.
     pub prev: Vec3,
     /// Where on the surface; the scattering function is rebuilt from here.
     pub at: SurfaceRef,
@@ -35,4 +39,78 @@ pub struct Photon {
 impl Photon {
     /// No stored photon at the previous vertex.
     pub const NO_PARENT: u32 = u32::MAX;
+}
+
+/// Paths traced by one task.
+const PATHS_PER_TASK: u32 = 1024;
+
+/// Traces `path_count` photon paths and stores a photon wherever a path meets a surface with smooth lobes.
+///
+/// The list is in path order, the same for any number of threads. Photons that no eye path within `limits` can use are
+/// left out: a virtual light at depth m makes paths of m + 2 segments, a caustic photon of m + 1 (ERRATA G1).
+pub fn trace_photons(scene: &Scene, limits: PathLimits, path_count: u32, pass: Pass) -> Vec<Photon> {
+    let tasks: Vec<Vec<Photon>> = (0..path_count.div_ceil(PATHS_PER_TASK))
+        .into_par_iter()
+        .map(|task| {
+            let mut photons = Vec::new();
+            for index in task * PATHS_PER_TASK..((task + 1) * PATHS_PER_TASK).min(path_count) {
+                let mut sampler = pass.sampler(Stream::Photon, u64::from(index));
+                trace_path(scene, limits, 1.0 / path_count as f32, &mut sampler, &mut photons);
+            }
+            photons
+        })
+        .collect();
+    let mut photons = Vec::with_capacity(tasks.iter().map(Vec::len).sum());
+    for task in tasks {
+        let first = photons.len() as u32;
+        photons.extend(task.into_iter().map(|mut photon| {
+            if photon.parent != Photon::NO_PARENT {
+                photon.parent += first;
+            }
+            photon
+        }));
+    }
+    photons
+}
+
+/// One path; its photons are appended, `parent` counting from the start of `photons`.
+fn trace_path(scene: &Scene, limits: PathLimits, share: f32, sampler: &mut Sampler, photons: &mut Vec<Photon>) {
+    let start = scene.emitters.sample_emission(&scene.geometry, &scene.textures, sampler.next_emission());
+    let Some(start) = start else {
+        return;
+    };
+    let mut walk = Walk::from_emitter(scene, start.ray, start.flux * share);
+    let mut parent = Photon::NO_PARENT;
+    while let Step::Hit(v) = walk.advance() {
+        let event = walk.previous().event;
+        let segments_when_used = v.segments + if event.has(Lobes::SPECULAR) { 1 } else { 2 };
+        let stored = v.bsdf.lobes().has(Lobes::SMOOTH) && limits.allow(segments_when_used);
+        if stored {
+            photons.push(Photon {
+                p: v.x.p,
+                n: if v.x.ng.dot(v.w_prev) >= 0.0 { v.x.ng } else { -v.x.ng },
+                wi: v.w_prev,
+                flux: walk.throughput(),
+                diffuse_flux: walk.throughput() * v.bsdf.diffuse_weight(v.w_prev),
+                prev: walk.previous().p,
+                at: v.x.at,
+                parent: if event.has(Lobes::SMOOTH) { parent } else { Photon::NO_PARENT },
+                depth: v.segments.min(u32::from(u16::MAX)) as u16,
+                event,
+            });
+        }
+        if !limits.allow(v.segments + 2) {
+            return;
+        }
+        if walk.pass_through(&v, sampler.next_1d()) {
+            continue;
+        }
+        let before = walk.throughput();
+        if !walk.scatter(&v, sampler.next_bsdf(), Lobes::ALL)
+            || !walk.survive(roulette::photon_survival(before, walk.throughput()), sampler.next_1d())
+        {
+            return;
+        }
+        parent = if stored { photons.len() as u32 - 1 } else { Photon::NO_PARENT };
+    }
 }

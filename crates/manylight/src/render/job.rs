@@ -1,6 +1,6 @@
 //! The pass loop: render passes until the budget is spent.
 
-use super::Stats;
+use crate::stats::Stats;
 use crate::film::Film;
 use crate::integrators::{Method, PassContext};
 use crate::sampling::Pass;

@@ -1,7 +1,6 @@
 //! Budget, passes, observers.
 
 pub mod job;
-pub mod stats;
 
+pub use crate::stats::Stats;
 pub use job::{Budget, Observer, Outcome, RenderJob, Stop, render};
-pub use stats::Stats;

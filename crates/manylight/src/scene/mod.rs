@@ -1,5 +1,6 @@
 //! From a description to an immutable world.
 
+mod build;
 pub mod desc;
 pub mod error;
 
@@ -9,7 +10,7 @@ pub use error::SceneError;
 use crate::bsdf::{Bsdf, Materials};
 use crate::color::Rgb;
 use crate::emitters::Emitters;
-use crate::geometry::{Geometry, Hit, Ray, Segment, SurfacePoint, SurfaceRef};
+use crate::geometry::{Geometry, Hit, Ray, Segment, Shape, SurfacePoint, SurfaceRef};
 use crate::sensors::Sensor;
 use crate::texture::Texture;
 
@@ -36,8 +37,8 @@ impl Scene {
     /// # Errors
     /// An id out of range, a cycle of materials, a singular or non-finite transform, an emitter inside a group,
     /// no such sensor, an empty film.
-    pub fn build(_desc: SceneDesc, _sensor: usize) -> Result<Scene, SceneError> {
-        todo!()
+    pub fn build(desc: SceneDesc, sensor: usize) -> Result<Scene, SceneError> {
+        build::build(desc, sensor)
     }
 
     /// The nearest surface.
@@ -61,12 +62,54 @@ impl Scene {
     }
 
     /// Fraction of light that passes along the segment; black when an opaque surface lies between.
-    pub fn transmittance(&self, _segment: &Segment) -> Rgb {
-        todo!()
+    pub fn transmittance(&self, segment: &Segment) -> Rgb {
+        self.transmittance_and_crossings(segment).0
     }
 
-    /// [`Scene::transmittance`] with the number of transparent surfaces on the way.
-    pub fn transmittance_and_crossings(&self, _segment: &Segment) -> (Rgb, u32) {
-        todo!()
+    /// [`Scene::transmittance`], and how many transparent surfaces the segment crosses: each is a vertex of the path.
+    pub fn transmittance_and_crossings(&self, segment: &Segment) -> (Rgb, u32) {
+        if self.geometry.occluded(segment) {
+            return (Rgb::BLACK, 0);
+        }
+        if !self.geometry.has_transparent() {
+            return (Rgb::WHITE, 0);
+        }
+        self.cross_transparent(segment)
+    }
+
+    /// The transparent surfaces alone, for segments that are known to be clear of opaque ones.
+    pub fn cross_transparent(&self, segment: &Segment) -> (Rgb, u32) {
+        /// A segment that meets more surfaces than this (or cannot get past one) counts as blocked.
+        const MAX_STEPS: u32 = 1024;
+        let (mut from, mut through, mut crossings) = (segment.from, Rgb::WHITE, 0);
+        let mut last: Option<SurfaceRef> = None;
+        let mut step = 1.0;
+        for _ in 0..MAX_STEPS {
+            let d = segment.to - from;
+            let Some(hit) = self.geometry.intersect_transparent(&Ray { o: from, d, t_max: 1.0 }) else {
+                return (through, crossings);
+            };
+            let x = self.geometry.surface_point(hit.at);
+            // A line crosses a triangle once: a second hit is the rounding of the first, and needs a longer step.
+            if last.is_some_and(|last| self.is_same_triangle(last, hit.at)) {
+                step *= 2.0;
+            } else {
+                step = 1.0;
+                crossings += 1;
+                through = through * self.bsdf(&x).transmittance(d.normalize_or_zero());
+                if through.is_black() {
+                    return (Rgb::BLACK, crossings);
+                }
+            }
+            last = Some(hit.at);
+            from = x.p + (x.offset_towards(d) - x.p) * step;
+        }
+        (Rgb::BLACK, crossings)
+    }
+
+    fn is_same_triangle(&self, a: SurfaceRef, b: SurfaceRef) -> bool {
+        let shape = self.geometry.primitives()[a.primitive.index()].shape;
+        let is_mesh = matches!(self.geometry.shapes()[shape.index()], Shape::Mesh(_));
+        is_mesh && (a.primitive, a.element, a.instance) == (b.primitive, b.element, b.instance)
     }
 }

@@ -1,13 +1,25 @@
 //! Virtual lights: where they stand, how much flux each carries, and what it shines.
 //!
-//! select (placement) → assign (flux) → moments (extent) → profile (emission) → [`LightField`].
+//! select (placement) → assign (flux) → moments (extent) → profile (emission) → [`LightField`]. The three middle steps are
+//! independent: any placement goes with either flux rule ([`Shares::own`], [`assign`]) and with either emission
+//! ([`LightField::single`], [`LightField::rich`]).
+
+pub mod assign;
+pub mod curve;
+mod field;
+pub mod moments;
+mod octahedral_profile;
+pub mod select;
+#[cfg(test)]
+mod testing;
+
+pub use assign::{Shares, assign};
+pub use field::{Ledger, LightField};
+pub use select::select;
 
 use crate::bsdf::{Bsdf, Exit};
 use crate::color::Rgb;
-use crate::ids::LightId;
 use crate::math::Vec3;
-use crate::particles::Photon;
-use crate::scene::Scene;
 
 /// A photon that was chosen to become a light.
 #[derive(Clone, Copy, Debug)]
@@ -31,6 +43,8 @@ pub struct VirtualLight<'s> {
     pub ns: Vec3,
     /// Radius of the disc with the same second moment, in m; 0 for a point.
     pub radius: f32,
+    /// Surface per light around here, in m²: what bounds the geometry term of points. 0 for a lone light.
+    pub area: f32,
     /// Distance by which shadow rays start off the surface, in m.
     pub offset: f32,
     /// Flux represented, in W.
@@ -59,37 +73,7 @@ pub enum Emission<'s> {
         exit: Exit<'s>,
         /// Which table, if the surface has glossy lobes.
         table: Option<u32>,
+        /// Whether the table shines on the other side as well; the diffuse part never does.
+        transmits: bool,
     },
-}
-
-/// All virtual lights of one pass with their tables, sorted along a space-filling curve.
-#[derive(Debug)]
-pub struct LightField<'s> {
-    lights: Vec<VirtualLight<'s>>,
-    /// Octahedral tables one after the other, `side`² texels each: glossy radiant intensity in W/sr, cosine included.
-    tables: Vec<Rgb>,
-    side: usize,
-}
-
-impl<'s> LightField<'s> {
-    /// Plain VPLs: each site shines as its one photon, with flux `Φ / probability` (ALGORITHMS 1.6, option 0).
-    pub fn plain(_scene: &'s Scene, _photons: &[Photon], _sites: &[Site]) -> Self {
-        todo!()
-    }
-
-    /// The lights.
-    pub fn lights(&self) -> &[VirtualLight<'s>] {
-        &self.lights
-    }
-
-    /// Radiant intensity of light `id` towards the unit vector `w` pointing away from it, emission cosine included, in W/sr.
-    #[inline]
-    pub fn intensity(&self, _id: LightId, _w: Vec3) -> Rgb {
-        todo!()
-    }
-
-    /// Bytes of lights and tables.
-    pub fn bytes(&self) -> usize {
-        todo!()
-    }
 }

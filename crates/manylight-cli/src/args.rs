@@ -1,0 +1,353 @@
+//! What can be typed. Meaning and cross-checks are in `request`.
+
+use crate::preset::{self, PRESETS, Preset};
+use crate::values::{
+    self, Crop, EMISSIONS, EmissionName, FILTERS, FLUX_RULES, KERNELS, MaxDepth, PLACEMENTS,
+    STRATEGIES, Strategy,
+};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
+use clap_complete::Shell;
+use manylight::film::Filter;
+use manylight::integrators::many_light::{Clamp, FluxRule, Kernel, Placement};
+use manylight::math::UVec2;
+use std::num::NonZeroU32;
+use std::path::PathBuf;
+use std::time::Duration;
+
+const EXIT_CODES: &str = "Exit codes: 0 done; 1 internal or render failure; 2 usage; 3 scene error; 4 file system; \
+6 --strict found something; 130, 143 ended by a signal (image written).";
+
+/// A photorealistic many-light renderer.
+#[derive(Debug, Parser)]
+#[command(name = "manylight", version, after_help = EXIT_CODES, propagate_version = false)]
+pub(crate) struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Render a scene to image files.
+    Render(Box<RenderArgs>),
+    /// Measure how images differ from a reference.
+    Compare(CompareArgs),
+    /// Describe a scene: triangles, materials, emitters, cameras, memory.
+    Info(InfoArgs),
+    /// Report every error and warning of a scene file; nothing is rendered.
+    Check(CheckArgs),
+    /// List what can be named: methods, and the plugins that scene files may use.
+    List(ListArgs),
+    /// Print a completion script for a shell.
+    Completions(CompletionsArgs),
+}
+
+/// Options of `render`.
+#[derive(Debug, Args)]
+pub(crate) struct RenderArgs {
+    /// Scene file (Mitsuba XML).
+    #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
+    pub(crate) scene: PathBuf,
+
+    /// Image to write, by extension: exr (linear, all layers, settings), png, jpg (sRGB), hdr, pfm. May be repeated.
+    /// Default: the scene's folder name with .exr and .png, in the current folder.
+    #[arg(short, long = "output", value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) outputs: Vec<PathBuf>,
+
+    /// How to render; a name is a preset of the options under "Virtual lights".
+    #[arg(short, long, value_name = "NAME", default_value = preset::DEFAULT, value_parser = preset_parser())]
+    pub(crate) method: &'static Preset,
+
+    /// Longest path as Mitsuba counts: 1 = emitters only, 2 = direct light, -1 = no limit. Default: the scene's.
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = values::max_depth)]
+    pub(crate) max_depth: Option<MaxDepth>,
+
+    /// Do not show emitters to the camera.
+    #[arg(long)]
+    pub(crate) hide_emitters: bool,
+
+    /// Value of a scene parameter `$name`. May be repeated.
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = values::define)]
+    pub(crate) defines: Vec<(String, String)>,
+
+    /// Seed of all random numbers: the same seed gives the same bits for any number of threads.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(crate) seed: u64,
+
+    /// Number of threads. Default: one per processor.
+    #[arg(short, long, value_name = "N")]
+    pub(crate) threads: Option<NonZeroU32>,
+
+    /// Brightness of png and jpg files, in stops.
+    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true, value_parser = values::finite)]
+    pub(crate) exposure: f32,
+
+    /// Treat an unsupported or suspicious scene feature as an error.
+    #[arg(long)]
+    pub(crate) strict: bool,
+
+    /// Options of the many-light methods.
+    #[command(flatten)]
+    pub(crate) lights: LightArgs,
+
+    /// When to stop.
+    #[command(flatten)]
+    pub(crate) budget: BudgetArgs,
+
+    /// Camera and film.
+    #[command(flatten)]
+    pub(crate) camera: CameraArgs,
+
+    /// What is shown meanwhile.
+    #[command(flatten)]
+    pub(crate) display: DisplayArgs,
+}
+
+/// Options of the many-light methods; each overrides one setting of the preset.
+#[derive(Clone, Debug, Default, Args)]
+#[command(next_help_heading = "Virtual lights")]
+pub(crate) struct LightArgs {
+    /// Virtual lights per pass. Default: the preset's.
+    #[arg(short = 'n', long, value_name = "N")]
+    pub(crate) lights: Option<NonZeroU32>,
+
+    /// Emitted photon paths per pass. Default: the preset's, and at least 16 for each virtual light.
+    #[arg(long, value_name = "N")]
+    pub(crate) photons: Option<NonZeroU32>,
+
+    /// Where lights stand.
+    #[arg(long, value_name = "RULE", value_parser = values::one_of(PLACEMENTS))]
+    pub(crate) placement: Option<Placement>,
+
+    /// How much flux each light carries.
+    #[arg(long, value_name = "RULE", value_parser = values::one_of(FLUX_RULES))]
+    pub(crate) flux: Option<FluxRule>,
+
+    /// What each light shines.
+    #[arg(long, value_name = "KIND", value_parser = values::one_of(EMISSIONS))]
+    pub(crate) emission: Option<EmissionName>,
+
+    /// Texels along an edge of an emission table.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=256))]
+    pub(crate) table_size: Option<u32>,
+
+    /// How one light is evaluated.
+    #[arg(long, value_name = "KIND", value_parser = values::one_of(KERNELS))]
+    pub(crate) kernel: Option<Kernel>,
+
+    /// Which lights are evaluated.
+    #[arg(long, value_name = "KIND", value_parser = values::one_of(STRATEGIES))]
+    pub(crate) strategy: Option<Strategy>,
+
+    /// Bound of the singularity: none, auto (by the lights' own areas) or a value in 1/m².
+    #[arg(long, value_name = "none|auto|VALUE", value_parser = values::clamp)]
+    pub(crate) clamp: Option<Clamp>,
+}
+
+/// When to stop: at the first limit that is reached.
+#[derive(Clone, Debug, Default, Args)]
+#[command(next_help_heading = "When to stop")]
+pub(crate) struct BudgetArgs {
+    /// Samples per pixel in all; a pass is one sample per pixel with its own lights.
+    /// Default: 16, or no limit where --time or --target-error is given.
+    #[arg(long, visible_alias = "spp", value_name = "N")]
+    pub(crate) passes: Option<NonZeroU32>,
+
+    /// Stop after the pass that ends nearest to this, such as 60s, 10m, 1h. Loading does not count.
+    #[arg(long, value_name = "TIME", value_parser = values::duration)]
+    pub(crate) time: Option<Duration>,
+
+    /// Stop when the estimated relative error of the image is below this.
+    #[arg(long, value_name = "X", value_parser = values::positive)]
+    pub(crate) target_error: Option<f32>,
+}
+
+/// Camera and film; each overrides what the scene says.
+#[derive(Clone, Debug, Default, Args)]
+#[command(next_help_heading = "Camera and film")]
+pub(crate) struct CameraArgs {
+    /// Film size in pixels; the scene's field of view rule is kept.
+    #[arg(long, value_name = "WxH", value_parser = values::size)]
+    pub(crate) size: Option<UVec2>,
+
+    /// Render a part of the film, in fractions of its size; y grows downwards.
+    #[arg(long, value_name = "x0,x1,y0,y1", value_parser = values::crop)]
+    pub(crate) crop: Option<Crop>,
+
+    /// Which of the scene's cameras, counted from 0.
+    #[arg(long, value_name = "I", default_value_t = 0)]
+    pub(crate) sensor: usize,
+
+    /// Reconstruction filter.
+    #[arg(long, value_name = "NAME", value_parser = values::one_of(FILTERS))]
+    pub(crate) filter: Option<Filter>,
+}
+
+/// What is shown.
+#[derive(Clone, Copy, Debug, Default, Args)]
+#[command(next_help_heading = "Display")]
+pub(crate) struct DisplayArgs {
+    /// Print one JSON object with settings, times and counts on standard output at the end.
+    #[arg(long)]
+    pub(crate) json: bool,
+
+    /// How progress is shown on standard error.
+    #[arg(long, value_name = "KIND", value_enum, default_value_t)]
+    pub(crate) progress: ProgressKind,
+
+    /// Print errors only.
+    #[arg(short, long, conflicts_with = "verbose")]
+    pub(crate) quiet: bool,
+
+    /// Print settings, and the time of every stage.
+    #[arg(short, long)]
+    pub(crate) verbose: bool,
+}
+
+/// How progress is shown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ProgressKind {
+    /// A bar on a terminal, lines elsewhere.
+    #[default]
+    Auto,
+    /// A bar.
+    Bar,
+    /// A line every few seconds.
+    Plain,
+    /// JSON lines.
+    Json,
+    /// Nothing.
+    None,
+}
+
+/// Options of `compare`.
+#[derive(Debug, Args)]
+#[command(after_help = COMPARE_HELP)]
+pub(crate) struct CompareArgs {
+    /// Images to measure.
+    #[arg(value_name = "IMAGE", required = true, num_args = 1.., value_hint = ValueHint::FilePath)]
+    pub(crate) images: Vec<PathBuf>,
+
+    /// What they should look like.
+    #[arg(value_name = "REFERENCE", value_hint = ValueHint::FilePath)]
+    pub(crate) reference: PathBuf,
+
+    /// Print JSON on standard output.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+const COMPARE_HELP: &str = "\
+Definitions, x the image, r the reference, m the mean of r, averages over pixels and channels, linear values:
+  MSE      (x - r)^2
+  relMSE   (x - r)^2 / (r^2 + 0.01 m^2)
+  MAPE     |x - r| / max(|r|, 0.01 m)
+  SMAPE    |x - r| / max(|x| + |r|, 0.01 m)
+  PSNR     10 log10(p^2 / MSE), p the largest value of r
+Where both files carry variance.R/G/B (of the mean):
+  noise    what MSE and relMSE would be on average if only noise differed
+  z        of 8x8 blocks and channels, (x - r) / sqrt(var x + var r)";
+
+/// Options of `info`.
+#[derive(Debug, Args)]
+pub(crate) struct InfoArgs {
+    /// Scene file (Mitsuba XML).
+    #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
+    pub(crate) scene: PathBuf,
+
+    /// Value of a scene parameter `$name`. May be repeated.
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = values::define)]
+    pub(crate) defines: Vec<(String, String)>,
+
+    /// Print JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Options of `check`.
+#[derive(Debug, Args)]
+pub(crate) struct CheckArgs {
+    /// Scene file (Mitsuba XML).
+    #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
+    pub(crate) scene: PathBuf,
+
+    /// Value of a scene parameter `$name`. May be repeated.
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = values::define)]
+    pub(crate) defines: Vec<(String, String)>,
+
+    /// Treat warnings as errors.
+    #[arg(long)]
+    pub(crate) strict: bool,
+}
+
+/// Options of `list`.
+#[derive(Debug, Args)]
+pub(crate) struct ListArgs {
+    /// What to list.
+    #[arg(value_enum, value_name = "WHAT")]
+    pub(crate) what: Listing,
+}
+
+/// What can be listed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Listing {
+    /// Methods with their settings.
+    Methods,
+    /// Scattering functions of scene files.
+    Bsdfs,
+    /// Light sources of scene files.
+    Emitters,
+    /// Shapes of scene files.
+    Shapes,
+    /// Textures of scene files.
+    Textures,
+    /// Cameras of scene files.
+    Sensors,
+    /// Reconstruction filters.
+    Filters,
+    /// Integrators of scene files, whose path lengths are taken over.
+    Integrators,
+}
+
+/// Options of `completions`.
+#[derive(Debug, Args)]
+pub(crate) struct CompletionsArgs {
+    /// Which shell.
+    #[arg(value_enum)]
+    pub(crate) shell: Shell,
+}
+
+fn preset_parser() -> impl TypedValueParser<Value = &'static Preset> {
+    let names = PRESETS
+        .iter()
+        .map(|preset| PossibleValue::new(preset.name).help(preset.summary));
+    PossibleValuesParser::new(names)
+        .map(|name| preset::find(&name).expect("invariant: the parser accepts presets alone"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_definition_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn a_near_miss_is_answered_with_the_nearest_name() {
+        let message = |words: &[&str]| {
+            let all = ["manylight", "render", "scene.xml"].iter().chain(words);
+            Cli::try_parse_from(all).unwrap_err().to_string()
+        };
+        assert!(message(&["-m", "rich-vlp"]).contains("'rich-vpl'"));
+        assert!(message(&["--pases", "3"]).contains("'--passes'"));
+        assert!(message(&["-m", "lightcuts"]).contains("invalid value"));
+        assert!(message(&["--complement", "photons"]).contains("unexpected argument"));
+        assert!(message(&["--size", "640"]).contains("WIDTHxHEIGHT"));
+        assert!(message(&["--passes", "0"]).contains("invalid value '0'"));
+    }
+}

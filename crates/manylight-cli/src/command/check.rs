@@ -1,0 +1,34 @@
+//! `manylight check`.
+
+use crate::args::CheckArgs;
+use crate::failure::{FILE_SYSTEM, Failure, Rendered, SCENE, STRICT, plural};
+use crate::output::print_message;
+use manylight_io::{LoadErrorKind, LoadOptions, Severity, check_scene};
+use std::process::ExitCode;
+
+/// Prints every error and warning of a scene.
+pub(crate) fn run(args: &CheckArgs) -> Result<ExitCode, Failure> {
+    let options = LoadOptions {
+        defines: args.defines.clone(),
+        ..LoadOptions::default()
+    };
+    let found = check_scene(&args.scene, &options);
+    for diagnostic in &found {
+        print_message(Rendered(diagnostic));
+    }
+    let count = |severity| found.iter().filter(|d| d.severity == severity).count();
+    let (errors, warnings) = (count(Severity::Error), count(Severity::Warning));
+    print_message(format_args!(
+        "{}: {errors} error{}, {warnings} warning{}",
+        args.scene.display(),
+        plural(errors),
+        plural(warnings)
+    ));
+    let unreadable = |d: &manylight_io::Diagnostic| d.kind == LoadErrorKind::FileSystem;
+    Ok(match (errors, warnings) {
+        (0, 1..) if args.strict => ExitCode::from(STRICT),
+        (0, _) => ExitCode::SUCCESS,
+        _ if found.iter().all(unreadable) => ExitCode::from(FILE_SYSTEM),
+        _ => ExitCode::from(SCENE),
+    })
+}

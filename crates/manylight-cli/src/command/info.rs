@@ -1,0 +1,231 @@
+//! `manylight info`.
+
+use crate::args::InfoArgs;
+use crate::failure::Failure;
+use crate::output::{human_bytes, human_count, print_data, print_warnings};
+use crate::values::filter_name;
+use manylight::film::Layer;
+use manylight::geometry::Shape;
+use manylight::math::Aabb;
+use manylight::scene::{Scene, SceneDesc};
+use manylight::sensors::{SensorDesc, SensorKind};
+use manylight::texture::Texture;
+use manylight_io::LoadOptions;
+use serde::Serialize;
+use serde_json::{Value, json};
+use std::process::ExitCode;
+
+/// Version of the JSON object's shape.
+const SCHEMA: &str = "manylight.info/1";
+
+/// Describes a scene.
+pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode, Failure> {
+    let options = LoadOptions {
+        defines: args.defines.clone(),
+        ..LoadOptions::default()
+    };
+    let loaded = manylight_io::load_scene(&args.scene, &options)?;
+    let warnings: Vec<String> = loaded.warnings.iter().map(ToString::to_string).collect();
+    print_warnings(&warnings);
+    let counts = Counts::new(&loaded.desc);
+    let sensors: Vec<Value> = loaded.desc.sensors.iter().map(sensor).collect();
+    let memory = Memory::new(&loaded.desc);
+    let limits = loaded.desc.limits;
+    // The box is found by building the scene, which checks it as well.
+    let scene = Scene::build(loaded.desc, 0).map_err(|error| Failure::Scene {
+        scene: args.scene.clone(),
+        message: error.message,
+    })?;
+    let bounds = scene.geometry.bounds();
+    if !args.json {
+        print_data(describe(&counts, bounds, &sensors, &memory))?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    print_data(json!({
+        "schema": SCHEMA,
+        "version": env!("CARGO_PKG_VERSION"),
+        "scene": args.scene.display().to_string(),
+        "counts": counts,
+        "bounds": corners(bounds),
+        "sensors": sensors,
+        "limits": {
+            "max_depth": limits.max_depth.map_or(json!(-1), Value::from),
+            "rr_depth": limits.rr_depth,
+            "hide_emitters": limits.hide_emitters,
+        },
+        "memory_estimate": memory,
+        "warnings": warnings,
+    }))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// How much of everything there is.
+#[derive(Debug, Default, PartialEq, Serialize)]
+struct Counts {
+    /// In memory: copies by instances do not count.
+    triangles: usize,
+    shapes: usize,
+    primitives: usize,
+    groups: usize,
+    instances: usize,
+    materials: usize,
+    textures: usize,
+    emitters: usize,
+    /// Primitives that shine.
+    emitting_primitives: usize,
+}
+
+impl Counts {
+    fn new(desc: &SceneDesc) -> Self {
+        let primitives = || desc.primitives.iter().chain(desc.groups.iter().flatten());
+        Counts {
+            triangles: desc.shapes.iter().map(triangles).sum(),
+            shapes: desc.shapes.len(),
+            primitives: primitives().count(),
+            groups: desc.groups.len(),
+            instances: desc.instances.len(),
+            materials: desc.materials.len(),
+            textures: desc.textures.len(),
+            emitters: desc.emitters.len(),
+            emitting_primitives: primitives().filter(|p| p.emitter.is_some()).count(),
+        }
+    }
+}
+
+fn triangles(shape: &Shape) -> usize {
+    match shape {
+        Shape::Mesh(mesh) => mesh.triangles.len(),
+        _ => 0,
+    }
+}
+
+/// Bytes, estimated; particles and virtual lights of a render come on top.
+#[derive(Debug, PartialEq, Serialize)]
+struct Memory {
+    geometry: usize,
+    textures: usize,
+    film: usize,
+    total: usize,
+}
+
+/// An estimate of the acceleration structure: nodes and packed vertices.
+const BYTES_PER_TRIANGLE: usize = 100;
+
+/// Layers that a render records besides the beauty and its variance.
+const EXTRA_LAYERS: [Layer; 7] = [
+    Layer::Emission,
+    Layer::Direct,
+    Layer::VirtualLights,
+    Layer::Caustics,
+    Layer::Albedo,
+    Layer::Normal,
+    Layer::Depth,
+];
+
+/// Bytes of one sum of the film: three doubles.
+const BYTES_PER_SUM: usize = 24;
+
+impl Memory {
+    fn new(desc: &SceneDesc) -> Self {
+        let geometry = desc.shapes.iter().map(geometry_bytes).sum();
+        let textures = desc.textures.iter().map(texture_bytes).sum();
+        let pixels = |s: &SensorDesc| s.film.crop_size.as_u64vec2().element_product() as usize;
+        let film =
+            desc.sensors.first().map_or(0, pixels) * (EXTRA_LAYERS.len() + 2) * BYTES_PER_SUM;
+        Memory {
+            geometry,
+            textures,
+            film,
+            total: geometry + textures + film,
+        }
+    }
+}
+
+fn geometry_bytes(shape: &Shape) -> usize {
+    match shape {
+        Shape::Mesh(mesh) => {
+            size_of_val(mesh.positions.as_slice())
+                + size_of_val(mesh.normals.as_slice())
+                + size_of_val(mesh.uvs.as_slice())
+                + size_of_val(mesh.triangles.as_slice())
+                + mesh.triangles.len() * BYTES_PER_TRIANGLE
+        }
+        _ => size_of::<Shape>(),
+    }
+}
+
+fn texture_bytes(texture: &Texture) -> usize {
+    match texture {
+        Texture::Bitmap(bitmap) => size_of_val(bitmap.image.data.as_slice()),
+        Texture::Checkerboard { .. } => 0,
+    }
+}
+
+fn sensor(desc: &SensorDesc) -> Value {
+    let (kind, fov) = match desc.kind {
+        SensorKind::Perspective { fov, .. } => ("perspective", Some(fov)),
+        SensorKind::ThinLens { fov, .. } => ("thinlens", Some(fov)),
+        SensorKind::Orthographic => ("orthographic", None),
+    };
+    json!({
+        "name": desc.name,
+        "kind": kind,
+        "fov": fov,
+        "size": desc.film.size.to_array(),
+        "crop_offset": desc.film.crop_offset.to_array(),
+        "crop_size": desc.film.crop_size.to_array(),
+        "filter": filter_name(&desc.film.filter),
+    })
+}
+
+/// `null` for a scene without surfaces.
+fn corners(bounds: Aabb) -> Value {
+    if bounds.is_empty() {
+        return Value::Null;
+    }
+    json!({ "min": bounds.min.to_array(), "max": bounds.max.to_array() })
+}
+
+fn describe(counts: &Counts, bounds: Aabb, sensors: &[Value], memory: &Memory) -> String {
+    let count = |n: usize| human_count(n as u64);
+    let bytes = |n: usize| human_bytes(n as u64);
+    let mut lines = vec![
+        format!("triangles    {}", count(counts.triangles)),
+        format!("shapes       {}", count(counts.shapes)),
+        format!("primitives   {}", count(counts.primitives)),
+        format!(
+            "instances    {} of {} groups",
+            count(counts.instances),
+            count(counts.groups)
+        ),
+        format!("materials    {}", count(counts.materials)),
+        format!("textures     {}", count(counts.textures)),
+        format!(
+            "emitters     {} ({} shining primitives)",
+            count(counts.emitters),
+            count(counts.emitting_primitives)
+        ),
+        match bounds.is_empty() {
+            true => "bounds       none".into(),
+            false => format!("bounds       {} to {}", bounds.min, bounds.max),
+        },
+    ];
+    for (i, sensor) in sensors.iter().enumerate() {
+        let size = &sensor["size"];
+        lines.push(format!(
+            "sensor {i}     {} {}x{}, filter {}",
+            sensor["kind"].as_str().unwrap_or_default(),
+            size[0],
+            size[1],
+            sensor["filter"].as_str().unwrap_or_default()
+        ));
+    }
+    lines.push(format!(
+        "memory       about {} (geometry {}, textures {}, film {}); virtual lights come on top",
+        bytes(memory.total),
+        bytes(memory.geometry),
+        bytes(memory.textures),
+        bytes(memory.film)
+    ));
+    lines.join("\n")
+}

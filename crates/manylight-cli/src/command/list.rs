@@ -1,0 +1,76 @@
+//! `manylight list`.
+
+use crate::args::{ListArgs, Listing};
+use crate::failure::Failure;
+use crate::output::print_data;
+use crate::preset::{PRESETS, Preset, axes};
+use clap::ValueEnum;
+use manylight::integrators::MethodKind;
+use std::process::ExitCode;
+
+/// Prints what can be named.
+pub(crate) fn run(args: &ListArgs) -> Result<ExitCode, Failure> {
+    let lines: Vec<String> = match args.what {
+        Listing::Methods => PRESETS.iter().map(describe).collect(),
+        family => plugins(family).iter().map(ToString::to_string).collect(),
+    };
+    print_data(lines.join("\n"))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// What scene files can use of one family, which is named as it is typed.
+fn plugins(family: Listing) -> &'static [&'static str] {
+    let typed = family
+        .to_possible_value()
+        .expect("invariant: every listing can be typed");
+    let families = manylight_io::supported();
+    families
+        .iter()
+        .find(|f| f.name == typed.get_name())
+        .map_or(&[], |f| f.plugins)
+}
+
+/// A method with the options that it stands for.
+fn describe(preset: &Preset) -> String {
+    let head = format!("{:<12} {}", preset.name, preset.summary);
+    match (preset.kind)() {
+        MethodKind::ManyLight(method) => {
+            let options = axes(&method)
+                .into_iter()
+                .map(|(name, value)| format!("--{name} {value}"));
+            format!(
+                "{head}\n{:<12} {}",
+                "",
+                options.collect::<Vec<_>>().join(" ")
+            )
+        }
+        _ => head,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn methods_show_their_settings() {
+        let text = describe(&PRESETS[0]);
+        assert!(text.starts_with("rich-vpl"));
+        assert!(
+            text.contains(
+                "--placement importance --flux partition --emission table --table-size 32"
+            )
+        );
+        assert!(!describe(crate::preset::find("path").unwrap()).contains("--"));
+    }
+
+    #[test]
+    fn every_family_has_plugins() {
+        for listing in Listing::value_variants() {
+            assert!(
+                *listing == Listing::Methods || !plugins(*listing).is_empty(),
+                "{listing:?}"
+            );
+        }
+    }
+}

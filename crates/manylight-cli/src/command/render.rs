@@ -1,0 +1,176 @@
+//! `manylight render`: load, build, render, write, report.
+
+mod picture;
+
+use crate::args::{DisplayArgs, RenderArgs};
+use crate::failure::Failure;
+use crate::interrupt::Interrupt;
+use crate::output::{print_data, print_message, print_warnings};
+use crate::progress::{self, Goal};
+use crate::repeat::Settings;
+use crate::report::Report;
+use crate::request::RenderRequest;
+use manylight::render::{Outcome, RenderJob, Stats, render};
+use manylight::scene::Scene;
+use manylight_io::image::{check_writable, write_image};
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::process::ExitCode;
+
+/// Renders a scene to image files.
+pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode, Failure> {
+    let request = RenderRequest::new(args)?;
+    request
+        .outputs
+        .iter()
+        .try_for_each(|path| check_writable(path))?;
+    let interrupt = Interrupt::install()?;
+    let pool = thread_pool(request.threads)?;
+    let stats = Stats::default();
+
+    let (scene, mut warnings) = pool.install(|| load(&request, &stats, args.display))?;
+    let method = request.method(scene.limits);
+    let job = RenderJob {
+        scene: &scene,
+        method,
+        budget: request.budget,
+        seed: request.seed,
+    };
+    let goal = Goal::new(request.budget, args.display);
+    let outcome = progress::show(goal, &stats, interrupt.cancel(), |observer| {
+        pool.install(|| render(&job, &stats, interrupt.cancel(), observer))
+    });
+    warnings.extend(dropped_samples(&stats, args.display));
+
+    let settings = Settings {
+        request: &request,
+        method: &job.method,
+        film: outcome.film.desc(),
+        threads: pool.current_num_threads(),
+    };
+    let report = Report {
+        settings,
+        stats: &stats,
+        passes: outcome.film.passes(),
+        warnings: &warnings,
+    };
+    write(&report, &outcome, &interrupt)?;
+    finish(&report, args.display)?;
+    match interrupt.exit_code() {
+        Some(code) => Ok(ExitCode::from(code)),
+        None if request.strict && !warnings.is_empty() => Err(Failure::Strict(warnings.len())),
+        None => Ok(ExitCode::SUCCESS),
+    }
+}
+
+fn thread_pool(threads: Option<usize>) -> Result<ThreadPool, Failure> {
+    ThreadPoolBuilder::new()
+        .num_threads(threads.unwrap_or(0))
+        .build()
+        .map_err(|error| Failure::Internal(format!("cannot start threads: {error}")))
+}
+
+/// The scene, ready to render, and its warnings, which are printed.
+fn load(
+    request: &RenderRequest,
+    stats: &Stats,
+    display: DisplayArgs,
+) -> Result<(Scene, Vec<String>), Failure> {
+    if display.verbose {
+        print_message(format_args!("loading {}", request.scene.display()));
+    }
+    let loaded = stats.time("load", || {
+        manylight_io::load_scene(&request.scene, &request.load_options())
+    })?;
+    let mut warnings: Vec<String> = Vec::new();
+    for warning in loaded.warnings.iter().map(ToString::to_string) {
+        if !warnings.contains(&warning) {
+            warnings.push(warning);
+        }
+    }
+    if !display.quiet || request.strict {
+        print_warnings(&warnings);
+    }
+    if request.strict && !warnings.is_empty() {
+        return Err(Failure::Strict(warnings.len()));
+    }
+    let mut desc = loaded.desc;
+    request.adjust_camera(&mut desc)?;
+    let scene = stats.time("build", || Scene::build(desc, request.sensor));
+    let scene = scene.map_err(|error| Failure::Scene {
+        scene: request.scene.clone(),
+        message: error.message,
+    })?;
+    Ok((scene, warnings))
+}
+
+/// A warning if pixels were dropped for a value that is not finite, printed.
+fn dropped_samples(stats: &Stats, display: DisplayArgs) -> Option<String> {
+    let dropped = Stats::get(&stats.dropped_samples);
+    if dropped == 0 {
+        return None;
+    }
+    let warning = format!("{dropped} samples were not finite and count as black");
+    if !display.quiet {
+        print_warnings(std::slice::from_ref(&warning));
+    }
+    Some(warning)
+}
+
+fn write(report: &Report, outcome: &Outcome, interrupt: &Interrupt) -> Result<(), Failure> {
+    let picture = picture::from_film(&outcome.film, report.metadata());
+    let request = report.settings.request;
+    report.stats.time("write", || {
+        request.outputs.iter().try_for_each(|path| {
+            let _no_half_file = interrupt.writing();
+            write_image(path, &picture, request.exposure)
+        })
+    })?;
+    Ok(())
+}
+
+fn finish(report: &Report, display: DisplayArgs) -> Result<(), Failure> {
+    let outputs = &report.settings.request.outputs;
+    if !display.quiet {
+        if display.verbose {
+            for (name, value) in report.settings.to_json() {
+                print_message(format_args!("  {name}: {value}"));
+            }
+        }
+        report.print_times(display.verbose);
+        for path in outputs {
+            print_message(format_args!("wrote {}", path.display()));
+        }
+        print_next_step(report);
+    }
+    if display.json {
+        print_data(report.to_json())
+    } else {
+        Ok(())
+    }
+}
+
+/// What one would want to do now.
+fn print_next_step(report: &Report) {
+    let request = report.settings.request;
+    let exr = request
+        .outputs
+        .iter()
+        .find(|path| path.extension().is_some_and(|e| e == "exr"));
+    let scene = request.scene.display();
+    match exr {
+        Some(image) if request.method != "path" => {
+            print_message(format_args!(
+                "next: manylight render {scene} -m path --spp 256 -o reference.exr\n      \
+                 manylight compare {} reference.exr",
+                image.display()
+            ));
+        }
+        Some(image) => print_message(format_args!(
+            "next: manylight compare IMAGE.exr {}",
+            image.display()
+        )),
+        None => print_message(format_args!(
+            "next: manylight render {scene} -o image.exr   (all layers, for `manylight compare`)"
+        )),
+    }
+}

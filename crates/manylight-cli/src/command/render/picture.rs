@@ -1,0 +1,124 @@
+//! From a film to a picture with named layers.
+//!
+//! The variance of the mean is infinite where fewer than two passes were made: nothing is known then, and the file says so.
+
+use manylight::film::{Film, Layer};
+use manylight::image::Image;
+use manylight_io::image::{Layer as PictureLayer, Picture};
+
+/// All layers of `film`: the beauty first, then its variance, then the others.
+pub(super) fn from_film(film: &Film, metadata: Vec<(String, String)>) -> Picture {
+    let size = film.size();
+    let mut layers = Vec::new();
+    for &layer in film.layers() {
+        let Some(image) = film.image(layer) else {
+            continue;
+        };
+        layers.push(named(layer.name(), channels(layer), &image));
+        if layer == Layer::Beauty {
+            layers.push(named("variance", &["R", "G", "B"], &film.variance()));
+        }
+    }
+    Picture {
+        width: size.x as usize,
+        height: size.y as usize,
+        layers,
+        metadata,
+    }
+}
+
+fn channels(layer: Layer) -> &'static [&'static str] {
+    match layer {
+        Layer::Normal => &["X", "Y", "Z"],
+        Layer::Depth => &["Z"],
+        _ => &["R", "G", "B"],
+    }
+}
+
+fn named(name: &str, channels: &[&str], image: &Image) -> PictureLayer {
+    let full_name = |channel: &str| match name {
+        "" => channel.to_string(),
+        _ => format!("{name}.{channel}"),
+    };
+    let values = |c: usize| {
+        image
+            .data
+            .chunks_exact(image.channels)
+            .map(|p| p[c])
+            .collect()
+    };
+    let channels = channels
+        .iter()
+        .enumerate()
+        .map(|(c, channel)| (full_name(channel), values(c)));
+    PictureLayer {
+        name: name.into(),
+        channels: channels.collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use manylight::color::Rgb;
+    use manylight::film::{FilmDesc, Filter};
+    use manylight::math::UVec2;
+    use std::sync::atomic::{AtomicBool, AtomicU64};
+
+    #[test]
+    fn layers_have_their_names_and_rows() {
+        let size = UVec2::new(11, 9);
+        let desc = FilmDesc {
+            size,
+            crop_offset: UVec2::ZERO,
+            crop_size: size,
+            filter: Filter::Box,
+        };
+        let mut film = Film::new(
+            desc,
+            &[Layer::Beauty, Layer::Direct, Layer::Normal, Layer::Depth],
+        );
+        film.add_pass(&AtomicBool::new(false), &AtomicU64::new(0), |samples| {
+            for (i, pixel) in samples.tile().pixels().enumerate() {
+                samples.add(
+                    i,
+                    Layer::Direct,
+                    Rgb::new(pixel.x as f32, pixel.y as f32, 2.0),
+                );
+                samples.add(i, Layer::Depth, Rgb::splat(5.0));
+            }
+        });
+        let picture = from_film(&film, vec![("a".into(), "b".into())]);
+        let names: Vec<&str> = picture
+            .layers
+            .iter()
+            .flat_map(|l| &l.channels)
+            .map(|c| c.0.as_str())
+            .collect();
+        assert_eq!(
+            names,
+            [
+                "R",
+                "G",
+                "B",
+                "variance.R",
+                "variance.G",
+                "variance.B",
+                "direct.R",
+                "direct.G",
+                "direct.B",
+                "normal.X",
+                "normal.Y",
+                "normal.Z",
+                "depth.Z"
+            ]
+        );
+        let (row, column) = (7, 10);
+        let at = |layer: usize, c: usize| picture.layers[layer].channels[c].1[row * 11 + column];
+        assert_eq!(
+            (at(0, 0), at(0, 1), at(2, 2), at(4, 0)),
+            (10.0, 7.0, 2.0, 5.0)
+        );
+        assert!(at(1, 0).is_infinite());
+    }
+}

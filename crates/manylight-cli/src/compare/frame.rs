@@ -1,0 +1,154 @@
+//! The part of an image file that comparisons need.
+
+use manylight_io::image::Picture;
+use std::fmt;
+
+/// Beauty, its variance, and the emitters seen.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Frame {
+    /// Pixels in a row.
+    pub(crate) width: usize,
+    /// Rows.
+    pub(crate) height: usize,
+    /// Linear values, row by row.
+    pub(crate) rgb: Vec<[f32; 3]>,
+    /// Variance of the mean; `None` if the file has none, or says that it is unknown.
+    pub(crate) variance: Option<Vec<[f32; 3]>>,
+    /// Light of emitters seen directly or along specular chains.
+    pub(crate) emission: Option<Vec<[f32; 3]>>,
+}
+
+/// An image without color channels.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) struct FrameError {
+    /// The channels that it has.
+    channels: Vec<String>,
+}
+
+impl fmt::Display for FrameError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "no channels R, G, B or Y; found: {}",
+            self.channels.join(", ")
+        )
+    }
+}
+
+impl Frame {
+    /// Picks the channels out of a picture; a gray picture counts for all three.
+    pub(crate) fn new(picture: &Picture) -> Result<Self, FrameError> {
+        let rgb = rgb(picture, "").or_else(|| gray(picture));
+        let rgb = rgb.ok_or_else(|| FrameError {
+            channels: channels(picture).map(|(name, _)| name.clone()).collect(),
+        })?;
+        let known = |variance: &Vec<[f32; 3]>| variance.iter().flatten().all(|v| v.is_finite());
+        Ok(Frame {
+            width: picture.width,
+            height: picture.height,
+            rgb,
+            variance: self::rgb(picture, "variance.").filter(known),
+            emission: self::rgb(picture, "emission."),
+        })
+    }
+
+    /// Whether pixel `i` is finite.
+    pub(crate) fn is_finite(&self, i: usize) -> bool {
+        self.rgb[i].iter().all(|v| v.is_finite())
+    }
+
+    /// Whether an emitter is known to be seen in pixel `i`.
+    pub(crate) fn sees_emitter(&self, i: usize) -> bool {
+        self.emission
+            .as_ref()
+            .is_some_and(|emission| emission[i] != [0.0; 3])
+    }
+}
+
+fn channels(picture: &Picture) -> impl Iterator<Item = &(String, Vec<f32>)> {
+    picture.layers.iter().flat_map(|layer| &layer.channels)
+}
+
+fn channel<'p>(picture: &'p Picture, name: &str) -> Option<&'p [f32]> {
+    channels(picture)
+        .find(|(n, _)| n == name)
+        .map(|(_, values)| values.as_slice())
+}
+
+fn rgb(picture: &Picture, prefix: &str) -> Option<Vec<[f32; 3]>> {
+    let one = |name: &str| channel(picture, &format!("{prefix}{name}"));
+    let (r, g, b) = (one("R")?, one("G")?, one("B")?);
+    Some(
+        r.iter()
+            .zip(g)
+            .zip(b)
+            .map(|((&r, &g), &b)| [r, g, b])
+            .collect(),
+    )
+}
+
+fn gray(picture: &Picture) -> Option<Vec<[f32; 3]>> {
+    Some(channel(picture, "Y")?.iter().map(|&y| [y; 3]).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use manylight_io::image::Layer;
+
+    fn picture(channels: &[(&str, f32)]) -> Picture {
+        let channels = channels
+            .iter()
+            .map(|&(name, v)| (name.to_string(), vec![v; 2]))
+            .collect();
+        let layers = vec![Layer {
+            name: String::new(),
+            channels,
+        }];
+        Picture {
+            width: 2,
+            height: 1,
+            layers,
+            metadata: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn channels_are_found_by_name() {
+        let frame = Frame::new(&picture(&[
+            ("B", 3.0),
+            ("G", 2.0),
+            ("R", 1.0),
+            ("emission.R", 0.0),
+            ("emission.G", 0.0),
+            ("emission.B", 0.5),
+        ]))
+        .unwrap();
+        assert_eq!(frame.rgb, [[1.0, 2.0, 3.0]; 2]);
+        assert_eq!(frame.variance, None);
+        assert!(frame.sees_emitter(1));
+        assert_eq!(
+            Frame::new(&picture(&[("Y", 4.0)])).unwrap().rgb,
+            [[4.0; 3]; 2]
+        );
+        assert!(
+            Frame::new(&picture(&[("depth.Z", 4.0)]))
+                .unwrap_err()
+                .to_string()
+                .contains("depth.Z")
+        );
+    }
+
+    #[test]
+    fn infinite_variance_is_unknown_variance() {
+        let with = |v| {
+            let rgb = [("R", 1.0), ("G", 1.0), ("B", 1.0)];
+            let variance = [("variance.R", v), ("variance.G", v), ("variance.B", v)];
+            Frame::new(&picture(&[rgb, variance].concat()))
+                .unwrap()
+                .variance
+        };
+        assert_eq!(with(f32::INFINITY), None);
+        assert_eq!(with(0.25), Some(vec![[0.25; 3]; 2]));
+    }
+}

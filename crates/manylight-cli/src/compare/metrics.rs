@@ -1,0 +1,204 @@
+//! Error measures over the pixels that are kept. `x` is the image, `r` the reference, `m` the mean of `r`.
+
+use super::Frame;
+use serde::Serialize;
+
+/// Error measures; averages are over pixels and channels.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(crate) struct Errors {
+    /// (x - r)².
+    pub(crate) mse: f64,
+    /// (x - r)² / (r² + 0.01 m²).
+    pub(crate) relmse: f64,
+    /// |x - r| / max(|r|, 0.01 m).
+    pub(crate) mape: f64,
+    /// |x - r| / max(|x| + |r|, 0.01 m).
+    pub(crate) smape: f64,
+    /// 10 log10(p² / MSE), p the largest value of r, in dB; `None` for equal images.
+    pub(crate) psnr: Option<f64>,
+}
+
+/// Means per channel.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(crate) struct Means {
+    /// Of the image.
+    pub(crate) mean: [f64; 3],
+    /// Of the reference.
+    pub(crate) reference_mean: [f64; 3],
+    /// Image over reference; `None` where the reference's is 0.
+    pub(crate) ratio_of_means: [Option<f64>; 3],
+    /// Standard error of the ratio; `None` unless both variances are known.
+    pub(crate) ratio_standard_error: [Option<f64>; 3],
+}
+
+/// What the error measures would be on average if both images had the same expectation.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(crate) struct NoiseFloor {
+    /// Mean of var x + var r.
+    pub(crate) mse: f64,
+    /// Mean of (var x + var r) / (r² + 0.01 m²).
+    pub(crate) relmse: f64,
+}
+
+/// Share of the reference's mean below which values count as that much in relative measures.
+const FLOOR: f64 = 0.01;
+
+/// Weight of m² in relMSE.
+const RELMSE_FLOOR: f64 = 0.01;
+
+/// Indices of the kept pixels with the channels.
+fn values(kept: &[bool]) -> impl Iterator<Item = (usize, usize)> + '_ {
+    let pixels = kept.iter().enumerate().filter(|(_, kept)| **kept);
+    pixels.flat_map(|(i, _)| (0..3).map(move |c| (i, c)))
+}
+
+fn average(terms: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = terms.fold((0.0, 0_usize), |(sum, count), term| (sum + term, count + 1));
+    sum / count.max(1) as f64
+}
+
+/// `part / whole`, 0 of nothing.
+fn share(part: f64, whole: f64) -> f64 {
+    if part == 0.0 { 0.0 } else { part / whole }
+}
+
+fn mean_of(frame: &Frame, kept: &[bool]) -> f64 {
+    average(values(kept).map(|(i, c)| f64::from(frame.rgb[i][c])))
+}
+
+/// The error measures.
+pub(crate) fn errors(image: &Frame, reference: &Frame, kept: &[bool]) -> Errors {
+    let pair =
+        |(i, c): (usize, usize)| (f64::from(image.rgb[i][c]), f64::from(reference.rgb[i][c]));
+    let mean =
+        |term: &dyn Fn(f64, f64) -> f64| average(values(kept).map(pair).map(|(x, r)| term(x, r)));
+    let m = mean_of(reference, kept);
+    let mse = mean(&|x, r| (x - r).powi(2));
+    let peak = values(kept).map(pair).map(|(_, r)| r).fold(0.0, f64::max);
+    Errors {
+        mse,
+        relmse: mean(&|x, r| share((x - r).powi(2), r * r + RELMSE_FLOOR * m * m)),
+        mape: mean(&|x, r| share((x - r).abs(), r.abs().max(FLOOR * m))),
+        smape: mean(&|x, r| share((x - r).abs(), (x.abs() + r.abs()).max(FLOOR * m))),
+        psnr: (mse > 0.0).then(|| 10.0 * (peak * peak / mse).log10()),
+    }
+}
+
+/// Means of both images.
+pub(crate) fn means(image: &Frame, reference: &Frame, kept: &[bool]) -> Means {
+    let mean = std::array::from_fn(|c| channel_mean(&image.rgb, kept, c));
+    let reference_mean = std::array::from_fn(|c| channel_mean(&reference.rgb, kept, c));
+    let ratio = |c: usize| (reference_mean[c] != 0.0).then(|| mean[c] / reference_mean[c]);
+    let count = kept.iter().filter(|&&k| k).count().max(1) as f64;
+    // The ratio q of two independent means: var q = (var x + q² var r) / r².
+    let standard_error = |c: usize| {
+        let (q, variances) = (
+            ratio(c)?,
+            image.variance.as_ref().zip(reference.variance.as_ref())?,
+        );
+        let of_mean = |variance: &[[f32; 3]]| channel_mean(variance, kept, c) / count;
+        let variance = of_mean(variances.0) + q * q * of_mean(variances.1);
+        Some(variance.sqrt() / reference_mean[c].abs())
+    };
+    Means {
+        mean,
+        reference_mean,
+        ratio_of_means: std::array::from_fn(ratio),
+        ratio_standard_error: std::array::from_fn(standard_error),
+    }
+}
+
+fn channel_mean(values: &[[f32; 3]], kept: &[bool], c: usize) -> f64 {
+    average(
+        values
+            .iter()
+            .zip(kept)
+            .filter(|(_, kept)| **kept)
+            .map(|(v, _)| f64::from(v[c])),
+    )
+}
+
+/// What noise alone gives; `None` unless both variances are known.
+pub(crate) fn noise_floor(image: &Frame, reference: &Frame, kept: &[bool]) -> Option<NoiseFloor> {
+    let (a, b) = image.variance.as_ref().zip(reference.variance.as_ref())?;
+    let m = mean_of(reference, kept);
+    let variance = |(i, c): (usize, usize)| f64::from(a[i][c]) + f64::from(b[i][c]);
+    let relative = |(i, c): (usize, usize)| {
+        let r = f64::from(reference.rgb[i][c]);
+        share(variance((i, c)), r * r + RELMSE_FLOOR * m * m)
+    };
+    Some(NoiseFloor {
+        mse: average(values(kept).map(variance)),
+        relmse: average(values(kept).map(relative)),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frame(pixels: &[[f32; 3]], variance: Option<f32>) -> Frame {
+        Frame {
+            width: pixels.len(),
+            height: 1,
+            rgb: pixels.to_vec(),
+            variance: variance.map(|v| vec![[v; 3]; pixels.len()]),
+            emission: None,
+        }
+    }
+
+    fn assert_close(a: f64, b: f64) {
+        assert!((a - b).abs() < 1e-12 * b.abs().max(1.0), "{a} is not {b}");
+    }
+
+    #[test]
+    fn hand_computed_errors() {
+        // Reference mean m = (6 * 1 + 6 * 3) / 12 = 2; differences 1 in half of the values of pixel 0, 0 elsewhere.
+        let reference = frame(&[[1.0; 3], [3.0; 3], [1.0; 3], [3.0; 3]], None);
+        let image = frame(&[[2.0; 3], [3.0; 3], [1.0; 3], [3.0; 3]], None);
+        let e = errors(&image, &reference, &[true; 4]);
+        assert_close(e.mse, 0.25);
+        assert_close(e.relmse, 0.25 / 1.04);
+        assert_close(e.mape, 0.25);
+        assert_close(e.smape, 0.25 / 3.0);
+        assert_close(e.psnr.unwrap(), 10.0 * 36_f64.log10());
+    }
+
+    #[test]
+    fn equal_images_have_no_error_even_where_black() {
+        let black = frame(&[[0.0; 3]; 2], None);
+        let e = errors(&black, &black, &[true; 2]);
+        assert_eq!(
+            (e.mse, e.relmse, e.mape, e.smape, e.psnr),
+            (0.0, 0.0, 0.0, 0.0, None)
+        );
+        assert_eq!(means(&black, &black, &[true; 2]).ratio_of_means, [None; 3]);
+    }
+
+    #[test]
+    fn pixels_that_are_not_kept_do_not_count() {
+        let reference = frame(&[[1.0; 3], [1.0; 3]], None);
+        let image = frame(&[[1.0; 3], [f32::NAN; 3]], None);
+        let kept = [true, false];
+        assert_eq!(errors(&image, &reference, &kept).mse, 0.0);
+        assert_eq!(
+            means(&image, &reference, &kept).ratio_of_means,
+            [Some(1.0); 3]
+        );
+    }
+
+    #[test]
+    fn ratio_of_means_and_its_standard_error() {
+        let reference = frame(&[[2.0, 4.0, 8.0]; 4], Some(0.5));
+        let image = frame(&[[1.0, 4.0, 16.0]; 4], Some(1.0));
+        let means = means(&image, &reference, &[true; 4]);
+        assert_eq!(means.ratio_of_means, [Some(0.5), Some(1.0), Some(2.0)]);
+        // Channel 0: variances of the means of 4 pixels are 1/4 and 1/8; sqrt(1/4 + 0.25 / 8) / 2.
+        assert_close(
+            means.ratio_standard_error[0].unwrap(),
+            (0.25_f64 + 0.25 / 8.0).sqrt() / 2.0,
+        );
+        let floor = noise_floor(&image, &reference, &[true; 4]).unwrap();
+        assert_close(floor.mse, 1.5);
+    }
+}

@@ -1,0 +1,133 @@
+//! Why the program ends without having done what was asked: one message, one exit code.
+
+use manylight_io::{FileError, LoadError, LoadErrorKind};
+use miette::{Diagnostic, MietteHandlerOpts, ReportHandler};
+use std::fmt;
+use std::io::{self, IsTerminal, Write};
+use std::path::PathBuf;
+use thiserror::Error;
+
+/// Exit code: something that should not happen.
+pub(crate) const INTERNAL: u8 = 1;
+/// Exit code: what was typed cannot be done.
+pub(crate) const USAGE: u8 = 2;
+/// Exit code: the scene is wrong.
+pub(crate) const SCENE: u8 = 3;
+/// Exit code: a file cannot be read or written.
+pub(crate) const FILE_SYSTEM: u8 = 4;
+/// Exit code: `--strict` and a warning.
+pub(crate) const STRICT: u8 = 6;
+
+/// Why the program ends.
+#[derive(Debug, Error, Diagnostic)]
+pub(crate) enum Failure {
+    /// What was typed cannot be done.
+    #[error("{message}")]
+    #[diagnostic(code(manylight::usage))]
+    Usage {
+        /// What was found.
+        message: String,
+        /// What to do instead.
+        #[help]
+        help: String,
+    },
+    /// The scene file, or a file it names.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Load(Box<LoadError>),
+    /// The scene's contents.
+    #[error("{}: {message}", scene.display())]
+    #[diagnostic(code(manylight::scene))]
+    Scene {
+        /// The scene file.
+        scene: PathBuf,
+        /// What was found and what was expected.
+        message: String,
+    },
+    /// An image cannot be read or written.
+    #[error("{0}")]
+    #[diagnostic(code(manylight::file))]
+    Image(Box<FileError>),
+    /// Standard output cannot be written.
+    #[error("cannot write to standard output: {0}")]
+    #[diagnostic(code(manylight::file))]
+    Stdout(io::Error),
+    /// Whoever read standard output has gone; not an error.
+    #[error("standard output was closed")]
+    ClosedPipe,
+    /// `--strict` and a warning.
+    #[error("{} warning{} under --strict", .0, plural(*.0))]
+    #[diagnostic(
+        code(manylight::strict),
+        help("each is printed above; without --strict they are not errors")
+    )]
+    Strict(usize),
+    /// The system refuses threads or signal handlers.
+    #[error("{0}")]
+    #[diagnostic(code(manylight::internal))]
+    Internal(String),
+}
+
+impl Failure {
+    /// Something typed that cannot be done, and what can.
+    pub(crate) fn usage(message: impl Into<String>, help: impl Into<String>) -> Self {
+        Failure::Usage {
+            message: message.into(),
+            help: help.into(),
+        }
+    }
+
+    /// The process's exit code.
+    pub(crate) fn exit_code(&self) -> u8 {
+        match self {
+            Failure::ClosedPipe => 0,
+            Failure::Internal(_) => INTERNAL,
+            Failure::Usage { .. } => USAGE,
+            Failure::Load(error) => match error.kind() {
+                LoadErrorKind::Scene => SCENE,
+                LoadErrorKind::FileSystem => FILE_SYSTEM,
+                LoadErrorKind::Strict => STRICT,
+            },
+            Failure::Scene { .. } => SCENE,
+            Failure::Image(_) | Failure::Stdout(_) => FILE_SYSTEM,
+            Failure::Strict(_) => STRICT,
+        }
+    }
+
+    /// Prints the message to standard error.
+    pub(crate) fn print(&self) {
+        // Nothing can be said about a failing standard error.
+        let _ = write!(io::stderr().lock(), "{}", Rendered(self));
+    }
+}
+
+impl From<LoadError> for Failure {
+    fn from(error: LoadError) -> Self {
+        Failure::Load(Box::new(error))
+    }
+}
+
+impl From<FileError> for Failure {
+    fn from(error: FileError) -> Self {
+        Failure::Image(Box::new(error))
+    }
+}
+
+/// A diagnostic with its code, place and source excerpt, in color where standard error wants it.
+pub(crate) struct Rendered<'d>(pub(crate) &'d dyn Diagnostic);
+
+impl fmt::Display for Rendered<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // Links would hide the code's text, and wrapping would cut paths that scripts read.
+        let mut options = MietteHandlerOpts::new().terminal_links(false);
+        if !io::stderr().is_terminal() {
+            options = options.wrap_lines(false).break_words(false);
+        }
+        options.build().debug(self.0, f)
+    }
+}
+
+/// "s" unless there is one.
+pub(crate) fn plural(count: usize) -> &'static str {
+    if count == 1 { "" } else { "s" }
+}

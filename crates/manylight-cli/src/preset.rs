@@ -1,0 +1,126 @@
+//! The methods by name. A name is a preset of the axes; this table is the only place that knows them.
+
+use crate::values::{
+    EMISSIONS, EmissionName, FLUX_RULES, KERNELS, PLACEMENTS, clamp_name, name_of,
+};
+use manylight::integrators::many_light::EmissionKind;
+use manylight::integrators::{ManyLight, MethodKind};
+
+/// A named method.
+#[derive(Debug)]
+pub(crate) struct Preset {
+    /// As `--method` takes it.
+    pub(crate) name: &'static str,
+    /// In one line.
+    pub(crate) summary: &'static str,
+    /// Its settings.
+    pub(crate) kind: fn() -> MethodKind,
+}
+
+/// Every method, the default first.
+pub(crate) const PRESETS: &[Preset] = &[
+    Preset {
+        name: "rich-vpl",
+        summary: "Rich virtual point lights: placed by importance, each carries all photons around it",
+        kind: || MethodKind::ManyLight(ManyLight::rich_vpl()),
+    },
+    Preset {
+        name: "vpl",
+        summary: "Classic virtual point lights: photons thinned at random",
+        kind: || MethodKind::ManyLight(ManyLight::vpl()),
+    },
+    Preset {
+        name: "vpl-is",
+        summary: "Virtual point lights placed by importance",
+        kind: || MethodKind::ManyLight(ManyLight::vpl_importance()),
+    },
+    Preset {
+        name: "path",
+        summary: "Path tracing with next-event estimation: the reference",
+        kind: || MethodKind::Path,
+    },
+    Preset {
+        name: "light-trace",
+        summary: "Light tracing: photons splatted on the film",
+        kind: || MethodKind::LightTracer,
+    },
+    Preset {
+        name: "direct",
+        summary: "Direct light alone",
+        kind: || MethodKind::Direct,
+    },
+    Preset {
+        name: "aov",
+        summary: "Albedo, normal and depth of the first surface",
+        kind: || MethodKind::Aov,
+    },
+];
+
+/// The method that is used when none is named.
+pub(crate) const DEFAULT: &str = PRESETS[0].name;
+
+/// The preset called `name`.
+pub(crate) fn find(name: &str) -> Option<&'static Preset> {
+    PRESETS.iter().find(|preset| preset.name == name)
+}
+
+/// Names of the presets whose method has virtual lights.
+pub(crate) fn many_light_names() -> Vec<&'static str> {
+    let has_lights = |preset: &&Preset| matches!((preset.kind)(), MethodKind::ManyLight(_));
+    PRESETS
+        .iter()
+        .filter(has_lights)
+        .map(|preset| preset.name)
+        .collect()
+}
+
+/// The axes of a many-light method as (option, value), in the order of the help.
+pub(crate) fn axes(method: &ManyLight) -> Vec<(&'static str, String)> {
+    let word = |name: Option<&'static str>| name.unwrap_or("unnamed").to_string();
+    let (emission, side) = match method.emission {
+        EmissionKind::Single => (EmissionName::Single, None),
+        EmissionKind::Table { side } => (EmissionName::Table, Some(side)),
+    };
+    let mut axes = vec![
+        ("lights", method.light_count.to_string()),
+        ("photons", method.photon_paths.to_string()),
+        ("placement", word(name_of(PLACEMENTS, &method.placement))),
+        ("flux", word(name_of(FLUX_RULES, &method.flux))),
+        ("emission", word(name_of(EMISSIONS, &emission))),
+    ];
+    axes.extend(side.map(|side| ("table-size", side.to_string())));
+    axes.push(("kernel", word(name_of(KERNELS, &method.kernel))));
+    axes.push(("strategy", "all".into()));
+    axes.push(("clamp", clamp_name(method.clamp)));
+    axes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_unique_and_found() {
+        for (i, preset) in PRESETS.iter().enumerate() {
+            assert!(PRESETS[..i].iter().all(|other| other.name != preset.name));
+            assert_eq!(find(preset.name).unwrap().summary, preset.summary);
+        }
+        assert!(find("rich-vlp").is_none());
+        assert_eq!(DEFAULT, "rich-vpl");
+        assert_eq!(many_light_names(), ["rich-vpl", "vpl", "vpl-is"]);
+    }
+
+    #[test]
+    fn the_default_is_the_method_of_the_paper_with_our_flux_rule() {
+        let MethodKind::ManyLight(method) = (find(DEFAULT).unwrap().kind)() else {
+            panic!()
+        };
+        let axes = axes(&method);
+        let value = |name| axes.iter().find(|(n, _)| *n == name).unwrap().1.clone();
+        assert_eq!(value("placement"), "importance");
+        assert_eq!(value("flux"), "partition");
+        assert_eq!(value("emission"), "table");
+        assert_eq!(value("table-size"), "32");
+        assert_eq!(value("kernel"), "disc");
+    }
+}

@@ -1,0 +1,161 @@
+//! The settings of a render as text: for the JSON report, for the metadata of images, and as a command that repeats it.
+
+use crate::preset;
+use crate::request::RenderRequest;
+use crate::values::{FILTERS, filter_name, name_of};
+use manylight::film::FilmDesc;
+use manylight::integrators::{Method, MethodKind};
+use serde_json::{Map, Value, json};
+
+/// What a render was made with, defaults and the scene's own settings included.
+#[derive(Debug)]
+pub(crate) struct Settings<'r> {
+    /// As asked for.
+    pub(crate) request: &'r RenderRequest,
+    /// With the path lengths that hold.
+    pub(crate) method: &'r Method,
+    /// With the size, crop window and filter that hold.
+    pub(crate) film: &'r FilmDesc,
+    /// Threads in use.
+    pub(crate) threads: usize,
+}
+
+impl Settings<'_> {
+    /// Every setting; keys are the names of the options with underscores.
+    pub(crate) fn to_json(&self) -> Map<String, Value> {
+        let request = self.request;
+        let mut map = Map::new();
+        let mut put = |key: &str, value: Value| map.insert(key.replace('-', "_"), value);
+        if let MethodKind::ManyLight(method) = &request.kind {
+            for (name, value) in preset::axes(method) {
+                let number = value.parse::<u64>().map(Value::from);
+                put(name, number.unwrap_or(Value::String(value)));
+            }
+            put("importons", method.importon_paths.into());
+        }
+        let limits = self.method.limits;
+        put("max-depth", limits.max_depth.map_or(json!(-1), Value::from));
+        put("rr-depth", limits.rr_depth.into());
+        put("hide-emitters", limits.hide_emitters.into());
+        put("passes", json!(request.budget.passes));
+        put(
+            "time",
+            json!(request.budget.time.map(|time| time.as_secs_f64())),
+        );
+        put("target-error", json!(request.budget.relative_error));
+        put("size", json!(self.film.size.to_array()));
+        put("crop-offset", json!(self.film.crop_offset.to_array()));
+        put("crop-size", json!(self.film.crop_size.to_array()));
+        put("filter", filter_name(&self.film.filter).into());
+        put("sensor", request.sensor.into());
+        put("seed", request.seed.into());
+        put("threads", self.threads.into());
+        put("exposure", request.exposure.into());
+        put("strict", request.strict.into());
+        let defines = request
+            .defines
+            .iter()
+            .map(|(name, value)| (name.clone(), json!(value)));
+        put("defines", Value::Object(defines.collect()));
+        map
+    }
+}
+
+/// The command that makes the same bits again after `passes` passes, whatever ended them.
+pub(crate) fn command_line(request: &RenderRequest, passes: u32) -> String {
+    let mut words = vec![
+        "manylight".to_string(),
+        "render".into(),
+        request.scene.display().to_string(),
+    ];
+    let mut option = |name: &str, value: String| words.extend([format!("--{name}"), value]);
+    option("method", request.method.into());
+    if let MethodKind::ManyLight(method) = &request.kind {
+        for (name, value) in preset::axes(method) {
+            option(name, value);
+        }
+    }
+    option("passes", passes.to_string());
+    option("seed", request.seed.to_string());
+    option("sensor", request.sensor.to_string());
+    if let Some(depth) = request.max_depth {
+        option("max-depth", depth.0.map_or("-1".into(), |n| n.to_string()));
+    }
+    if let Some(size) = request.size {
+        option("size", format!("{}x{}", size.x, size.y));
+    }
+    if let Some(crop) = request.crop {
+        option(
+            "crop",
+            format!("{},{},{},{}", crop.x[0], crop.x[1], crop.y[0], crop.y[1]),
+        );
+    }
+    if let Some(filter) = request
+        .filter
+        .as_ref()
+        .and_then(|filter| name_of(FILTERS, filter))
+    {
+        option("filter", filter.into());
+    }
+    for path in &request.outputs {
+        option("output", path.display().to_string());
+    }
+    option("exposure", request.exposure.to_string());
+    if request.hide_emitters {
+        words.push("--hide-emitters".into());
+    }
+    for (name, value) in &request.defines {
+        words.extend(["-D".into(), format!("{name}={value}")]);
+    }
+    words
+        .iter()
+        .map(|word| quoted(word))
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+/// A word as a POSIX shell takes it.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,=:+@%".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        return word.into();
+    }
+    format!("'{}'", word.replace('\'', "'\\''"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::args::{Cli, Command};
+    use clap::Parser;
+
+    fn request(words: &[&str]) -> RenderRequest {
+        match Cli::try_parse_from(words).unwrap().command {
+            Command::Render(args) => RenderRequest::new(&args).unwrap(),
+            _ => unreachable!(),
+        }
+    }
+
+    #[test]
+    fn the_command_line_asks_for_the_same_render() {
+        for options in [
+            "-n 5000 --clamp 2.5 --kernel point --table-size 8 --size 32x16 --max-depth -1",
+            "-m vpl --photons 77 --crop 0.25,1,0,0.5 --filter tent --seed 9 -D a=1 -D b=2",
+            "-m path --hide-emitters --sensor 2 --exposure -1.5 --max-depth 4 -o a.hdr -o b.pfm",
+        ] {
+            let start = ["manylight", "render", "a/scene.xml"].into_iter();
+            let asked = request(&start.chain(options.split_whitespace()).collect::<Vec<_>>());
+            let line = command_line(&asked, 16);
+            let again = request(&line.split_whitespace().collect::<Vec<_>>());
+            assert_eq!(asked, again, "{line}");
+        }
+    }
+
+    #[test]
+    fn words_with_spaces_are_quoted() {
+        assert_eq!(quoted("a b"), "'a b'");
+        assert_eq!(quoted("it's"), r"'it'\''s'");
+        assert_eq!(quoted("a/b.xml"), "a/b.xml");
+        assert_eq!(quoted(""), "''");
+    }
+}

@@ -1,0 +1,171 @@
+//! What a render did, as one JSON object and as metadata of its images.
+
+use crate::output::{human_time, print_message};
+use crate::repeat::{Settings, command_line};
+use manylight::render::Stats;
+use serde_json::{Map, Value, json};
+use std::time::Duration;
+
+/// Version of the JSON object's shape.
+const SCHEMA: &str = "manylight.render/1";
+
+/// Everything that the end of a render can tell.
+#[derive(Debug)]
+pub(crate) struct Report<'r> {
+    /// With what.
+    pub(crate) settings: Settings<'r>,
+    /// How much and how long.
+    pub(crate) stats: &'r Stats,
+    /// Complete passes.
+    pub(crate) passes: u32,
+    /// Each once.
+    pub(crate) warnings: &'r [String],
+}
+
+impl Report<'_> {
+    /// The object that `--json` prints.
+    pub(crate) fn to_json(&self) -> Value {
+        let request = self.settings.request;
+        let stages = self.stats.stages();
+        let stages: Map<String, Value> = stages
+            .iter()
+            .map(|(name, time)| (name.to_string(), json!(time.as_secs_f64())))
+            .collect();
+        let outputs: Vec<_> = request
+            .outputs
+            .iter()
+            .map(|p| p.display().to_string())
+            .collect();
+        json!({
+            "schema": SCHEMA,
+            "version": env!("CARGO_PKG_VERSION"),
+            "scene": request.scene.display().to_string(),
+            "method": request.method,
+            "settings": self.settings.to_json(),
+            "stages": stages,
+            "counts": self.counts(),
+            "rates": self.rates(),
+            "memory": { "peak_bytes": peak_bytes(), "bytes_per_light": self.bytes_per_light() },
+            "clamped_share": ratio(Stats::get(&self.stats.clamped), Stats::get(&self.stats.unclamped)),
+            "dropped_samples": Stats::get(&self.stats.dropped_samples),
+            "warnings": self.warnings,
+            "outputs": outputs,
+        })
+    }
+
+    fn counts(&self) -> Value {
+        let stats = self.stats;
+        let size = self.settings.film.crop_size;
+        json!({
+            "pixels": u64::from(size.x) * u64::from(size.y),
+            "passes": self.passes,
+            "photons": Stats::get(&stats.photon_paths),
+            "lights": Stats::get(&stats.lights),
+            "connections": Stats::get(&stats.connections),
+            "shadow_rays": Stats::get(&stats.shadow_rays),
+            "camera_paths": Stats::get(&stats.camera_paths),
+            "stored_photons": Stats::get(&stats.photons),
+            "stored_importons": Stats::get(&stats.importons),
+        })
+    }
+
+    /// Each over its own stage; 0 where the stage was not run.
+    fn rates(&self) -> Value {
+        let rate = |count: u64, stage: &str| {
+            let seconds = self.stage(stage).as_secs_f64();
+            if seconds > 0.0 {
+                count as f64 / seconds
+            } else {
+                0.0
+            }
+        };
+        json!({
+            "paths_per_second": rate(Stats::get(&self.stats.camera_paths), "shade"),
+            "photons_per_second": rate(Stats::get(&self.stats.photon_paths), "photons"),
+            "connections_per_second": rate(Stats::get(&self.stats.connections), "shade"),
+        })
+    }
+
+    fn stage(&self, name: &str) -> Duration {
+        let stages = self.stats.stages();
+        stages
+            .iter()
+            .find(|stage| stage.0 == name)
+            .map_or(Duration::ZERO, |stage| stage.1)
+    }
+
+    /// Of the largest pass, over the lights of an average one.
+    fn bytes_per_light(&self) -> f64 {
+        let bytes = Stats::get(&self.stats.light_bytes) * u64::from(self.passes);
+        ratio(bytes, Stats::get(&self.stats.lights))
+    }
+
+    /// What an image file says about its making: enough to make it again. `write` is not in it: it is not over yet.
+    pub(crate) fn metadata(&self) -> Vec<(String, String)> {
+        let request = self.settings.request;
+        let mut entries = vec![
+            (
+                "software".to_string(),
+                format!("manylight {}", env!("CARGO_PKG_VERSION")),
+            ),
+            ("command".into(), command_line(request, self.passes)),
+            ("scene".into(), request.scene.display().to_string()),
+            ("method".into(), request.method.into()),
+            ("passes".into(), self.passes.to_string()),
+            ("warnings".into(), self.warnings.len().to_string()),
+        ];
+        let settings = self.settings.to_json();
+        let text = |value: &Value| {
+            value
+                .as_str()
+                .map_or_else(|| value.to_string(), str::to_owned)
+        };
+        entries.extend(
+            settings
+                .iter()
+                .map(|(key, value)| (format!("settings.{key}"), text(value))),
+        );
+        for (name, time) in self.stats.stages() {
+            entries.push((
+                format!("seconds.{name}"),
+                format!("{:.3}", time.as_secs_f64()),
+            ));
+        }
+        entries
+    }
+
+    /// One line with the total time and the stages that matter.
+    pub(crate) fn print_times(&self, verbose: bool) {
+        let stages = self.stats.stages();
+        let total: f64 = stages.iter().map(|(_, time)| time.as_secs_f64()).sum();
+        let matters = |time: &Duration| verbose || time.as_secs_f64() > 0.05 * total;
+        let parts = stages.iter().filter(|(_, time)| matters(time));
+        let parts: Vec<_> = parts
+            .map(|(name, time)| format!("{name} {}", human_time(time.as_secs_f64())))
+            .collect();
+        print_message(format_args!(
+            "{} pass{} in {} ({})",
+            self.passes,
+            if self.passes == 1 { "" } else { "es" },
+            human_time(total),
+            parts.join(", ")
+        ));
+    }
+}
+
+/// `part / whole`, 0 of nothing.
+fn ratio(part: u64, whole: u64) -> f64 {
+    if whole == 0 {
+        0.0
+    } else {
+        part as f64 / whole as f64
+    }
+}
+
+/// The largest memory that the process has held; 0 where the system does not say.
+fn peak_bytes() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    let kibibytes = line.and_then(|line| line.split_whitespace().next()?.parse::<u64>().ok());
+    kibibytes.unwrap_or(0) * 1024
+}

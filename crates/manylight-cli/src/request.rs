@@ -1,0 +1,478 @@
+//! What the options of `render` mean: every default filled in, every combination checked, nothing read yet.
+
+use crate::args::{LightArgs, RenderArgs};
+use crate::failure::Failure;
+use crate::preset::{self, Preset};
+use crate::values::{Crop, EmissionName, MaxDepth};
+use manylight::film::{FilmDesc, Filter};
+use manylight::integrators::many_light::{EmissionKind, FluxRule, Kernel, ManyLight};
+use manylight::integrators::{Method, MethodKind};
+use manylight::math::{UVec2, Vec2};
+use manylight::render::Budget;
+use manylight::scene::{PathLimits, SceneDesc};
+use manylight_io::LoadOptions;
+use manylight_io::image::ImageFormat;
+use std::path::{Path, PathBuf};
+
+/// Passes where nothing else ends the render.
+const DEFAULT_PASSES: u32 = 16;
+
+/// Fewest photon paths per virtual light: each light should stand for several photons.
+const PHOTONS_PER_LIGHT: u32 = 16;
+
+/// A render, as asked for.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct RenderRequest {
+    /// The scene file as given.
+    pub(crate) scene: PathBuf,
+    /// Image files, at least one.
+    pub(crate) outputs: Vec<PathBuf>,
+    /// Name of the method.
+    pub(crate) method: &'static str,
+    /// The method with its parameters.
+    pub(crate) kind: MethodKind,
+    /// When to stop.
+    pub(crate) budget: Budget,
+    /// Overrides the scene's longest path.
+    pub(crate) max_depth: Option<MaxDepth>,
+    /// Emitters are not seen directly, whatever the scene says.
+    pub(crate) hide_emitters: bool,
+    /// Overrides the scene's film size.
+    pub(crate) size: Option<UVec2>,
+    /// Overrides the scene's crop window.
+    pub(crate) crop: Option<Crop>,
+    /// Which camera.
+    pub(crate) sensor: usize,
+    /// Overrides the scene's reconstruction filter.
+    pub(crate) filter: Option<Filter>,
+    /// Scene parameters.
+    pub(crate) defines: Vec<(String, String)>,
+    /// The same seed gives the same bits.
+    pub(crate) seed: u64,
+    /// Threads; `None` is one per processor.
+    pub(crate) threads: Option<usize>,
+    /// Stops of brightness for files of 8 bits.
+    pub(crate) exposure: f32,
+    /// Warnings are errors.
+    pub(crate) strict: bool,
+}
+
+impl RenderRequest {
+    /// Reads the options.
+    ///
+    /// # Errors
+    /// A combination that is not supported, or an output whose format is not.
+    pub(crate) fn new(args: &RenderArgs) -> Result<Self, Failure> {
+        let outputs = if args.outputs.is_empty() {
+            default_outputs(&args.scene)
+        } else {
+            args.outputs.clone()
+        };
+        check_formats(&outputs)?;
+        let open_ended = args.budget.time.is_some() || args.budget.target_error.is_some();
+        let passes = args.budget.passes.map(|n| n.get());
+        Ok(RenderRequest {
+            scene: args.scene.clone(),
+            outputs,
+            method: args.method.name,
+            kind: method_kind(args.method, &args.lights)?,
+            budget: Budget {
+                passes: passes.or((!open_ended).then_some(DEFAULT_PASSES)),
+                time: args.budget.time,
+                relative_error: args.budget.target_error,
+            },
+            max_depth: args.max_depth,
+            hide_emitters: args.hide_emitters,
+            size: args.camera.size,
+            crop: args.camera.crop,
+            sensor: args.camera.sensor,
+            filter: args.camera.filter,
+            defines: args.defines.clone(),
+            seed: args.seed,
+            threads: args.threads.map(|n| n.get() as usize),
+            exposure: args.exposure,
+            strict: args.strict,
+        })
+    }
+
+    /// How the scene file is read.
+    pub(crate) fn load_options(&self) -> LoadOptions {
+        LoadOptions {
+            defines: self.defines.clone(),
+            ..LoadOptions::default()
+        }
+    }
+
+    /// The method in a scene that asks for `scene_limits`.
+    pub(crate) fn method(&self, scene_limits: PathLimits) -> Method {
+        let limits = PathLimits {
+            max_depth: self
+                .max_depth
+                .map_or(scene_limits.max_depth, |depth| depth.0),
+            hide_emitters: self.hide_emitters || scene_limits.hide_emitters,
+            ..scene_limits
+        };
+        Method {
+            kind: self.kind.clone(),
+            limits,
+        }
+    }
+
+    /// Applies film options to the chosen camera.
+    ///
+    /// # Errors
+    /// The scene has no such camera.
+    pub(crate) fn adjust_camera(&self, scene: &mut SceneDesc) -> Result<(), Failure> {
+        let count = scene.sensors.len();
+        let Some(sensor) = scene.sensors.get_mut(self.sensor) else {
+            return Err(Failure::usage(
+                format!(
+                    "--sensor {}: the scene has {count} camera{}",
+                    self.sensor,
+                    crate::failure::plural(count)
+                ),
+                "cameras are counted from 0; `manylight info` lists them",
+            ));
+        };
+        if let Some(size) = self.size {
+            resize(&mut sensor.film, size);
+        }
+        if let Some(crop) = self.crop {
+            set_crop(&mut sensor.film, crop);
+        }
+        sensor.film.filter = self.filter.unwrap_or(sensor.film.filter);
+        Ok(())
+    }
+}
+
+/// The scene's folder name with `.exr` and `.png`, in the current folder.
+fn default_outputs(scene: &Path) -> Vec<PathBuf> {
+    let absolute = std::path::absolute(scene).unwrap_or_else(|_| scene.into());
+    let folder = absolute.parent().and_then(Path::file_name);
+    let name = folder.unwrap_or_else(|| std::ffi::OsStr::new("render"));
+    ["exr", "png"]
+        .map(|extension| {
+            let mut file = name.to_os_string();
+            file.push(".");
+            file.push(extension);
+            PathBuf::from(file)
+        })
+        .into()
+}
+
+fn check_formats(outputs: &[PathBuf]) -> Result<(), Failure> {
+    for (i, path) in outputs.iter().enumerate() {
+        if let Err(error) = ImageFormat::from_path(path) {
+            return Err(Failure::usage(
+                format!("--output {}: {}", path.display(), error.message),
+                "the extension chooses the format; -o may be given several times",
+            ));
+        }
+        if outputs[..i].contains(path) {
+            return Err(Failure::usage(
+                format!("--output {} is given twice", path.display()),
+                "each file is written once",
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn method_kind(preset: &Preset, options: &LightArgs) -> Result<MethodKind, Failure> {
+    match (preset.kind)() {
+        MethodKind::ManyLight(method) => Ok(MethodKind::ManyLight(many_light(method, options)?)),
+        kind => match first_given(options) {
+            None => Ok(kind),
+            Some(option) => Err(Failure::usage(
+                format!("--{option} has no meaning for the method `{}`", preset.name),
+                format!("it belongs to {}", preset::many_light_names().join(", ")),
+            )),
+        },
+    }
+}
+
+/// The first option about virtual lights that was typed.
+fn first_given(options: &LightArgs) -> Option<&'static str> {
+    let given = [
+        ("lights", options.lights.is_some()),
+        ("photons", options.photons.is_some()),
+        ("placement", options.placement.is_some()),
+        ("flux", options.flux.is_some()),
+        ("emission", options.emission.is_some()),
+        ("table-size", options.table_size.is_some()),
+        ("kernel", options.kernel.is_some()),
+        ("strategy", options.strategy.is_some()),
+        ("clamp", options.clamp.is_some()),
+    ];
+    given
+        .iter()
+        .find(|(_, given)| *given)
+        .map(|&(name, _)| name)
+}
+
+fn many_light(preset: ManyLight, options: &LightArgs) -> Result<ManyLight, Failure> {
+    let light_count = options.lights.map_or(preset.light_count, |n| n.get());
+    let photons = preset
+        .photon_paths
+        .max(light_count.saturating_mul(PHOTONS_PER_LIGHT));
+    let method = ManyLight {
+        light_count,
+        photon_paths: options.photons.map_or(photons, |n| n.get()),
+        placement: options.placement.unwrap_or(preset.placement),
+        flux: options.flux.unwrap_or(preset.flux),
+        emission: emission(preset.emission, options)?,
+        kernel: options.kernel.unwrap_or(preset.kernel),
+        clamp: options.clamp.unwrap_or(preset.clamp),
+        ..preset
+    };
+    check_axes(&method)?;
+    Ok(method)
+}
+
+fn emission(preset: EmissionKind, options: &LightArgs) -> Result<EmissionKind, Failure> {
+    let preset_side = match preset {
+        EmissionKind::Table { side } => Some(side),
+        EmissionKind::Single => None,
+    };
+    let table = match options.emission {
+        Some(name) => name == EmissionName::Table,
+        None => preset_side.is_some(),
+    };
+    if table {
+        let default_side = preset_side.unwrap_or(DEFAULT_TABLE_SIZE);
+        return Ok(EmissionKind::Table {
+            side: options.table_size.unwrap_or(default_side),
+        });
+    }
+    match options.table_size {
+        None => Ok(EmissionKind::Single),
+        Some(_) => Err(Failure::usage(
+            "--table-size has no meaning for lights that shine as one photon",
+            "add --emission table",
+        )),
+    }
+}
+
+/// Side of emission tables where no preset says otherwise.
+const DEFAULT_TABLE_SIZE: u32 = 32;
+
+/// Refuses combinations of axes that are not supported.
+///
+/// A table and the extent of a disc are made of the photons that the partition rule assigns to a light; a light that shines as
+/// its own photon carries that photon's flux.
+fn check_axes(method: &ManyLight) -> Result<(), Failure> {
+    let table = matches!(method.emission, EmissionKind::Table { .. });
+    let problem = match (method.flux, table, method.kernel) {
+        (FluxRule::Density, true, _) => "--flux density with --emission table",
+        (FluxRule::Partition, false, _) => "--flux partition with --emission single",
+        (FluxRule::Density, false, Kernel::Disc) => "--kernel disc with --emission single",
+        _ => return Ok(()),
+    };
+    Err(Failure::usage(
+        format!("{problem} is not supported"),
+        "supported: --flux partition --emission table with --kernel disc or point, \
+         and --flux density --emission single --kernel point",
+    ))
+}
+
+/// Scales the film and its crop window; the field of view follows the camera's own rule.
+fn resize(film: &mut FilmDesc, size: UVec2) {
+    let scale = size.as_dvec2() / film.size.as_dvec2();
+    let scaled = |pixels: UVec2| (pixels.as_dvec2() * scale).round().as_uvec2();
+    let first = scaled(film.crop_offset).min(size - UVec2::ONE);
+    let end = scaled(film.crop_offset + film.crop_size).clamp(first + UVec2::ONE, size);
+    *film = FilmDesc {
+        size,
+        crop_offset: first,
+        crop_size: end - first,
+        filter: film.filter,
+    };
+}
+
+/// Sets the crop window to whole pixels, at least one.
+fn set_crop(film: &mut FilmDesc, crop: Crop) {
+    let scaled = |x: f32, y: f32| {
+        (Vec2::new(x, y).as_dvec2() * film.size.as_dvec2())
+            .round()
+            .as_uvec2()
+    };
+    let first = scaled(crop.x[0], crop.y[0]).min(film.size - UVec2::ONE);
+    let end = scaled(crop.x[1], crop.y[1]).clamp(first + UVec2::ONE, film.size);
+    film.crop_offset = first;
+    film.crop_size = end - first;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::args::{Cli, Command};
+    use clap::Parser;
+    use manylight::integrators::many_light::{Clamp, Placement};
+    use std::time::Duration;
+
+    fn request(words: &str) -> Result<RenderRequest, Failure> {
+        let all = ["manylight", "render"]
+            .into_iter()
+            .chain(words.split_whitespace());
+        match Cli::try_parse_from(all).unwrap().command {
+            Command::Render(args) => RenderRequest::new(&args),
+            _ => unreachable!(),
+        }
+    }
+
+    fn lights(words: &str) -> ManyLight {
+        match request(words).unwrap().kind {
+            MethodKind::ManyLight(method) => method,
+            kind => panic!("{kind:?}"),
+        }
+    }
+
+    fn film() -> FilmDesc {
+        FilmDesc {
+            size: UVec2::new(200, 100),
+            crop_offset: UVec2::new(50, 20),
+            crop_size: UVec2::new(100, 30),
+            filter: Filter::Box,
+        }
+    }
+
+    #[test]
+    fn defaults() {
+        let request = request("some/room/scene.xml").unwrap();
+        assert_eq!(
+            request.outputs,
+            [PathBuf::from("room.exr"), PathBuf::from("room.png")]
+        );
+        assert_eq!(request.kind, MethodKind::ManyLight(ManyLight::rich_vpl()));
+        let budget = Budget {
+            passes: Some(16),
+            time: None,
+            relative_error: None,
+        };
+        assert_eq!(request.budget, budget);
+        let limits = PathLimits {
+            max_depth: Some(7),
+            ..PathLimits::default()
+        };
+        assert_eq!(request.method(limits).limits, limits);
+    }
+
+    #[test]
+    fn limits_replace_the_default_number_of_passes() {
+        let timed = request("s.xml --time 60s").unwrap().budget;
+        assert_eq!(
+            (timed.passes, timed.time),
+            (None, Some(Duration::from_secs(60)))
+        );
+        assert_eq!(
+            request("s.xml --time 60s --spp 4").unwrap().budget.passes,
+            Some(4)
+        );
+        assert_eq!(
+            request("s.xml --target-error 0.01").unwrap().budget.passes,
+            None
+        );
+    }
+
+    #[test]
+    fn options_override_single_settings() {
+        let method = lights("s.xml -m vpl-is -n 30000 --clamp none");
+        let expected = ManyLight {
+            light_count: 30_000,
+            photon_paths: 480_000,
+            clamp: Clamp::None,
+            ..ManyLight::vpl_importance()
+        };
+        assert_eq!(method, expected);
+        let method = lights("s.xml --table-size 16 --kernel point --placement uniform");
+        assert_eq!(method.emission, EmissionKind::Table { side: 16 });
+        assert_eq!(
+            (method.kernel, method.placement),
+            (Kernel::Point, Placement::Uniform)
+        );
+        let method = lights("s.xml --photons 1000 -n 5000");
+        assert_eq!(method.photon_paths, 1000);
+    }
+
+    #[test]
+    fn path_lengths() {
+        let limits = PathLimits {
+            max_depth: Some(7),
+            rr_depth: 3,
+            hide_emitters: false,
+        };
+        let of = |words| request(words).unwrap().method(limits).limits;
+        assert_eq!(of("s.xml --max-depth -1").max_depth, None);
+        assert_eq!(of("s.xml --max-depth 2").max_depth, Some(2));
+        assert_eq!(
+            of("s.xml --hide-emitters"),
+            PathLimits {
+                hide_emitters: true,
+                ..limits
+            }
+        );
+    }
+
+    #[test]
+    fn combinations_that_are_not_supported_are_usage_errors() {
+        for words in [
+            "s.xml --flux density",
+            "s.xml --flux density --emission table",
+            "s.xml --emission single",
+            "s.xml -m vpl --kernel disc",
+            "s.xml -m vpl --table-size 8",
+            "s.xml -m path --lights 5",
+            "s.xml -m direct --strategy all",
+            "s.xml -o image.tif",
+            "s.xml -o image",
+            "s.xml -o a.png -o a.png",
+        ] {
+            let failure = request(words).unwrap_err();
+            assert_eq!(failure.exit_code(), 2, "{words}");
+        }
+        assert!(request("s.xml --emission single --flux density --kernel point").is_ok());
+    }
+
+    #[test]
+    fn resizing_scales_the_crop() {
+        let mut half = film();
+        resize(&mut half, UVec2::new(100, 50));
+        assert_eq!(
+            (half.crop_offset, half.crop_size),
+            (UVec2::new(25, 10), UVec2::new(50, 15))
+        );
+        let mut tiny = film();
+        resize(&mut tiny, UVec2::new(1, 1));
+        assert_eq!(
+            (tiny.crop_offset, tiny.crop_size),
+            (UVec2::ZERO, UVec2::ONE)
+        );
+    }
+
+    #[test]
+    fn crops_are_whole_pixels() {
+        let mut film = film();
+        set_crop(
+            &mut film,
+            Crop {
+                x: [0.25, 0.5],
+                y: [0.0, 1.0],
+            },
+        );
+        assert_eq!(
+            (film.crop_offset, film.crop_size),
+            (UVec2::new(50, 0), UVec2::new(50, 100))
+        );
+        set_crop(
+            &mut film,
+            Crop {
+                x: [0.999, 1.0],
+                y: [0.5, 0.5001],
+            },
+        );
+        assert_eq!(
+            (film.crop_offset, film.crop_size),
+            (UVec2::new(199, 50), UVec2::ONE)
+        );
+    }
+}

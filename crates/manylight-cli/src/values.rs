@@ -1,0 +1,279 @@
+//! Words and numbers that options take: each list of names stands here once, for parsing, for help and for reports.
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use manylight::film::Filter;
+use manylight::integrators::many_light::{Clamp, FluxRule, Kernel, Placement};
+use manylight::math::UVec2;
+use std::time::Duration;
+
+/// Names with what they mean.
+pub(crate) type Names<T> = [(&'static str, T)];
+
+/// Where virtual lights stand.
+pub(crate) const PLACEMENTS: &Names<Placement> = &[
+    ("uniform", Placement::Uniform),
+    ("importance", Placement::Importance),
+];
+
+/// How much flux each carries.
+pub(crate) const FLUX_RULES: &Names<FluxRule> = &[
+    ("density", FluxRule::Density),
+    ("partition", FluxRule::Partition),
+];
+
+/// How one is evaluated.
+pub(crate) const KERNELS: &Names<Kernel> = &[("point", Kernel::Point), ("disc", Kernel::Disc)];
+
+/// What each light shines, without the size of its table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum EmissionName {
+    /// The reflection of one photon.
+    Single,
+    /// An octahedral table.
+    Table,
+}
+
+/// What each light shines.
+pub(crate) const EMISSIONS: &Names<EmissionName> = &[
+    ("single", EmissionName::Single),
+    ("table", EmissionName::Table),
+];
+
+/// Which lights are evaluated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Strategy {
+    /// Every one.
+    All,
+}
+
+/// Which lights are evaluated.
+pub(crate) const STRATEGIES: &Names<Strategy> = &[("all", Strategy::All)];
+
+/// Reconstruction filters with Mitsuba's default parameters.
+pub(crate) const FILTERS: &Names<Filter> = &[
+    ("box", Filter::Box),
+    ("tent", Filter::Tent { radius: 1.0 }),
+    ("gaussian", Filter::Gaussian { stddev: 0.5 }),
+    (
+        "mitchell",
+        Filter::Mitchell {
+            b: 1.0 / 3.0,
+            c: 1.0 / 3.0,
+        },
+    ),
+    ("catmullrom", Filter::CatmullRom),
+    ("lanczos", Filter::Lanczos { lobes: 3.0 }),
+];
+
+/// Parses one of `names`; clap suggests the nearest one.
+pub(crate) fn one_of<T>(names: &'static Names<T>) -> impl TypedValueParser<Value = T>
+where
+    T: Copy + Send + Sync + 'static,
+{
+    PossibleValuesParser::new(names.iter().map(|&(name, _)| name)).map(|word| {
+        let found = names.iter().find(|&&(name, _)| name == word);
+        found
+            .expect("invariant: the parser accepts names of the list alone")
+            .1
+    })
+}
+
+/// The name of `value`.
+pub(crate) fn name_of<T: PartialEq>(names: &Names<T>, value: &T) -> Option<&'static str> {
+    names
+        .iter()
+        .find(|(_, v)| v == value)
+        .map(|&(name, _)| name)
+}
+
+/// The name of a filter, whatever its parameters.
+pub(crate) fn filter_name(filter: &Filter) -> &'static str {
+    let same = |other: &Filter| std::mem::discriminant(other) == std::mem::discriminant(filter);
+    let found = FILTERS.iter().find(|(_, f)| same(f));
+    found.expect("invariant: every filter has a name").0
+}
+
+/// The name of a clamp as `--clamp` takes it.
+pub(crate) fn clamp_name(clamp: Clamp) -> String {
+    match clamp {
+        Clamp::None => "none".into(),
+        Clamp::Auto => "auto".into(),
+        Clamp::Value(value) => value.to_string(),
+    }
+}
+
+/// `none`, `auto` or a bound in 1/m².
+pub(crate) fn clamp(text: &str) -> Result<Clamp, String> {
+    match text {
+        "none" => Ok(Clamp::None),
+        "auto" => Ok(Clamp::Auto),
+        _ => positive(text)
+            .map(Clamp::Value)
+            .map_err(|_| "expected `none`, `auto` or a positive number".into()),
+    }
+}
+
+/// A finite number > 0.
+pub(crate) fn positive(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
+        _ => Err("expected a positive number".into()),
+    }
+}
+
+/// A finite number.
+pub(crate) fn finite(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err("expected a number".into()),
+    }
+}
+
+/// A length of time such as `60s`, `1.5m`, `2h` or `500ms`; a bare number is seconds.
+pub(crate) fn duration(text: &str) -> Result<Duration, String> {
+    let expected = || "expected a length of time such as 60s, 10m, 1.5h or 500ms".to_string();
+    let split = text
+        .find(|c: char| c.is_ascii_alphabetic())
+        .unwrap_or(text.len());
+    let (number, unit) = text.split_at(split);
+    let seconds_per_unit = match unit {
+        "ms" => 1e-3,
+        "" | "s" => 1.0,
+        "m" | "min" => 60.0,
+        "h" => 3600.0,
+        _ => return Err(expected()),
+    };
+    let value = number.trim().parse::<f64>().map_err(|_| expected())?;
+    if value <= 0.0 {
+        return Err(expected());
+    }
+    Duration::try_from_secs_f64(value * seconds_per_unit).map_err(|_| expected())
+}
+
+/// Largest film edge in pixels: beyond it a typing error is likelier than a picture.
+const MAX_EDGE: u32 = 65_536;
+
+/// A film size such as `640x360`.
+pub(crate) fn size(text: &str) -> Result<UVec2, String> {
+    let edge = |word: &str| {
+        word.parse::<u32>()
+            .ok()
+            .filter(|n| (1..=MAX_EDGE).contains(n))
+    };
+    text.split_once(['x', 'X'])
+        .and_then(|(width, height)| Some(UVec2::new(edge(width)?, edge(height)?)))
+        .ok_or_else(|| format!("expected WIDTHxHEIGHT such as 640x360, each from 1 to {MAX_EDGE}"))
+}
+
+/// A part of the film in fractions of its size; y grows downwards.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Crop {
+    /// Left and right edge.
+    pub(crate) x: [f32; 2],
+    /// Upper and lower edge.
+    pub(crate) y: [f32; 2],
+}
+
+/// A crop window `x0,x1,y0,y1`.
+pub(crate) fn crop(text: &str) -> Result<Crop, String> {
+    let numbers: Option<Vec<f32>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some(&[x0, x1, y0, y1])
+            if 0.0 <= x0 && x0 < x1 && x1 <= 1.0 && 0.0 <= y0 && y0 < y1 && y1 <= 1.0 =>
+        {
+            Ok(Crop {
+                x: [x0, x1],
+                y: [y0, y1],
+            })
+        }
+        _ => Err("expected x0,x1,y0,y1 with 0 <= x0 < x1 <= 1 and 0 <= y0 < y1 <= 1".into()),
+    }
+}
+
+/// A scene parameter `name=value`.
+pub(crate) fn define(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((name, value)) if !name.is_empty() => Ok((name.into(), value.into())),
+        _ => Err("expected name=value".into()),
+    }
+}
+
+/// Longest path: `Some(n)`, or `None` for the word -1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct MaxDepth(pub(crate) Option<u32>);
+
+/// A path length as Mitsuba counts; -1 is no limit.
+pub(crate) fn max_depth(text: &str) -> Result<MaxDepth, String> {
+    match text.parse::<i64>() {
+        Ok(-1) => Ok(MaxDepth(None)),
+        Ok(n) if n >= 1 => u32::try_from(n)
+            .map(|n| MaxDepth(Some(n)))
+            .map_err(|_| "too large".into()),
+        _ => Err(
+            "expected -1 for no limit, or at least 1 (1 = emitters only, 2 = direct light)".into(),
+        ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn durations() {
+        assert_eq!(duration("60s"), Ok(Duration::from_secs(60)));
+        assert_eq!(duration("1.5m"), Ok(Duration::from_secs(90)));
+        assert_eq!(duration("1h"), Ok(Duration::from_secs(3600)));
+        assert_eq!(duration("500ms"), Ok(Duration::from_millis(500)));
+        assert_eq!(duration("7"), Ok(Duration::from_secs(7)));
+        for bad in ["", "s", "-1s", "0s", "5 days", "1e300h", "nan"] {
+            assert!(duration(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn sizes_and_crops() {
+        assert_eq!(size("640x360"), Ok(UVec2::new(640, 360)));
+        for bad in ["640", "0x3", "3x-1", "70000x2", "axb", "1x2x3"] {
+            assert!(size(bad).is_err(), "{bad}");
+        }
+        assert_eq!(
+            crop("0,0.5,0.25,1"),
+            Ok(Crop {
+                x: [0.0, 0.5],
+                y: [0.25, 1.0]
+            })
+        );
+        for bad in [
+            "0,1,0",
+            "0.5,0.5,0,1",
+            "0,1.1,0,1",
+            "-0.1,1,0,1",
+            "a,b,c,d",
+            "0,nan,0,1",
+        ] {
+            assert!(crop(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn depths_clamps_and_defines() {
+        assert_eq!(max_depth("-1"), Ok(MaxDepth(None)));
+        assert_eq!(max_depth("2"), Ok(MaxDepth(Some(2))));
+        assert!(max_depth("0").is_err() && max_depth("-2").is_err());
+        assert_eq!(clamp("auto"), Ok(Clamp::Auto));
+        assert_eq!(clamp("2.5"), Ok(Clamp::Value(2.5)));
+        assert!(clamp("-1").is_err() && clamp("inf").is_err());
+        assert_eq!(define("a=b=c"), Ok(("a".into(), "b=c".into())));
+        assert!(define("=b").is_err() && define("a").is_err());
+    }
+
+    #[test]
+    fn every_name_reads_back() {
+        assert_eq!(name_of(KERNELS, &Kernel::Disc), Some("disc"));
+        assert_eq!(filter_name(&Filter::Gaussian { stddev: 2.0 }), "gaussian");
+        for clamp_value in [Clamp::None, Clamp::Auto, Clamp::Value(0.1)] {
+            assert_eq!(clamp(&clamp_name(clamp_value)), Ok(clamp_value));
+        }
+    }
+}

@@ -1,0 +1,162 @@
+//! The project's own scenes with known answers: every file under `scenes/furnace` and `scenes/analytic` states what it
+//! expects (format: `scenes/README.md`), and every method is held to it.
+
+use manylight::film::{Film, Layer};
+use manylight::integrators::{ManyLight, Method, MethodKind};
+use manylight::render::{Budget, Observer, RenderJob, Stats, render};
+use manylight::scene::Scene;
+use manylight_io::{LoadOptions, load_scene};
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+struct Silent;
+
+impl Observer for Silent {
+    fn pass_done(&mut self, _: &Film, _: &Stats, _: Duration) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+}
+
+/// One `expect:` line.
+#[derive(Clone, Copy, Debug)]
+struct Expectation {
+    whom: Whom,
+    rgb: [f64; 3],
+    tolerance: f64,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Whom {
+    All,
+    Mean,
+    Pixel(usize, usize),
+}
+
+fn numbers(text: &str) -> Vec<f64> {
+    let inner = text.split('(').nth(1).and_then(|rest| rest.split(')').next()).expect("numbers in parentheses");
+    inner.split(',').map(|n| n.trim().parse().expect("a number")).collect()
+}
+
+fn parse(line: &str) -> Expectation {
+    let (whom, rest) = line.trim().split_once(" rgb=").expect("`rgb=` in an expectation");
+    let (rgb, tolerance) = rest.split_once(" tolerance=").expect("`tolerance=` in an expectation");
+    let whom = match whom {
+        "all" => Whom::All,
+        "mean" => Whom::Mean,
+        pixel => {
+            let xy = numbers(pixel);
+            Whom::Pixel(xy[0] as usize, xy[1] as usize)
+        }
+    };
+    let rgb = numbers(rgb);
+    Expectation { whom, rgb: [rgb[0], rgb[1], rgb[2]], tolerance: tolerance.trim().parse().expect("a tolerance") }
+}
+
+fn expectations(text: &str) -> Vec<Expectation> {
+    text.lines().filter_map(|line| line.trim().strip_prefix("expect:")).map(parse).collect()
+}
+
+/// Value and standard error of what an expectation speaks of.
+fn measure(film: &Film, whom: Whom) -> Vec<([f64; 3], [f64; 3])> {
+    let (image, variance) = (film.image(Layer::Beauty).unwrap(), film.variance());
+    let at = |x: usize, y: usize| {
+        let value = std::array::from_fn(|c| f64::from(image.pixel(x, y)[c]));
+        (value, std::array::from_fn(|c| f64::from(variance.pixel(x, y)[c]).sqrt()))
+    };
+    let all = (0..image.height).flat_map(|y| (0..image.width).map(move |x| (x, y)));
+    match whom {
+        Whom::Pixel(x, y) => vec![at(x, y)],
+        Whom::All => all.map(|(x, y)| at(x, y)).collect(),
+        Whom::Mean => {
+            let n = (image.width * image.height) as f64;
+            let (mut value, mut squares) = ([0.0; 3], [0.0; 3]);
+            for (v, e) in all.map(|(x, y)| at(x, y)) {
+                for c in 0..3 {
+                    value[c] += v[c] / n;
+                    squares[c] += (e[c] / n).powi(2);
+                }
+            }
+            vec![(value, squares.map(f64::sqrt))]
+        }
+    }
+}
+
+/// Standard errors that chance may bring: some thousand values are compared.
+const SIGMAS: f64 = 5.0;
+
+struct Check {
+    kind: MethodKind,
+    passes: u32,
+    /// Systematic error of the method on top of the file's tolerance, relative.
+    bias: f64,
+}
+
+impl Check {
+    fn failures(&self, path: &Path) -> Vec<String> {
+        let text = std::fs::read_to_string(path).unwrap();
+        let expected = expectations(&text);
+        assert!(!expected.is_empty(), "{}: no expectation", path.display());
+        let loaded = load_scene(path, &LoadOptions::default()).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        let scene = Scene::build(loaded.desc, 0).unwrap();
+        let budget = Budget { passes: Some(self.passes), time: None, relative_error: None };
+        let method = Method { kind: self.kind.clone(), limits: scene.limits };
+        let job = RenderJob { scene: &scene, method, budget, seed: 1 };
+        let film = render(&job, &Stats::default(), &AtomicBool::new(false), &mut Silent).film;
+        let mut failures = Vec::new();
+        for e in expected {
+            for (value, error) in measure(&film, e.whom) {
+                for c in 0..3 {
+                    let scale = if e.rgb[c] == 0.0 { 1.0 } else { e.rgb[c] };
+                    let allowed = (e.tolerance + self.bias) * scale + SIGMAS * error[c] + 1e-6;
+                    if (value[c] - e.rgb[c]).abs() > allowed {
+                        let name = path.file_name().unwrap_or_default().to_string_lossy();
+                        failures.push(format!("{name} {:?}: {value:?} +- {error:?}, expected {:?}", e.whom, e.rgb));
+                    }
+                }
+            }
+        }
+        failures.truncate(3);
+        failures
+    }
+
+    fn run(&self, folder: &str) {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(folder);
+        let mut files: Vec<PathBuf> = std::fs::read_dir(root).unwrap().map(|e| e.unwrap().path()).collect();
+        files.retain(|f| f.extension().is_some_and(|e| e == "xml"));
+        files.sort();
+        assert!(files.len() > 10, "the scenes have gone missing");
+        let failures: Vec<String> = files.iter().flat_map(|f| self.failures(f)).collect();
+        assert!(failures.is_empty(), "{:?}:\n{}", self.kind, failures.join("\n"));
+    }
+}
+
+fn path() -> Check {
+    Check { kind: MethodKind::Path, passes: 1024, bias: 0.0 }
+}
+
+fn rich_vpl() -> Check {
+    let settings = ManyLight { photon_paths: 20_000, importon_paths: 4000, light_count: 400, ..ManyLight::rich_vpl() };
+    Check { kind: MethodKind::ManyLight(settings), passes: 32, bias: 0.01 }
+}
+
+#[test]
+fn path_tracer_analytic() {
+    path().run("analytic");
+}
+
+#[test]
+fn path_tracer_furnace() {
+    path().run("furnace");
+}
+
+#[test]
+fn rich_vpl_analytic() {
+    rich_vpl().run("analytic");
+}
+
+#[test]
+fn rich_vpl_furnace() {
+    rich_vpl().run("furnace");
+}

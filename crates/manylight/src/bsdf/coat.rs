@@ -1,0 +1,126 @@
+//! Tables of rough coats: how much light enters one, and how much stays under it.
+
+use super::fresnel::{self, Interface, reflect, refract};
+use super::material::Distribution;
+use super::microfacet::Microfacets;
+use super::plastic::Coat;
+use crate::math::{Vec2, Vec3};
+use rayon::prelude::*;
+
+/// Entries over the cosine; linear interpolation between them.
+const TABLE_SIZE: usize = 64;
+/// Points of the quadrature per dimension towards a denser medium.
+const NODES: usize = 32;
+/// The same towards a thinner one, where total reflection makes the integrand jump.
+const NODES_WITH_TOTAL_REFLECTION: usize = 128;
+/// Stands for grazing incidence, where the distribution of visible normals has no limit.
+const MIN_COSINE: f32 = 1e-6;
+
+impl Coat {
+    /// Tabulates a coat of relative index `eta`.
+    pub(super) fn new(distribution: Distribution, alpha: f32, eta: f32) -> Self {
+        let facets = Microfacets::new(distribution, alpha, alpha);
+        let cosines: Vec<f32> = (0..TABLE_SIZE)
+            .map(|i| (i as f32 / (TABLE_SIZE - 1) as f32).max(MIN_COSINE))
+            .collect();
+        let transmittance = average(&cosines, &facets, eta, transmitted);
+        // Over cosine-weighted directions: 2 ∫ r(μ) μ dμ.
+        let reflectance = average(&cosines, &facets, 1.0 / eta, reflected);
+        let sum: f32 = cosines.iter().zip(&reflectance).map(|(c, r)| c * r).sum();
+        Coat {
+            transmittance,
+            internal_reflectance: 2.0 * sum / TABLE_SIZE as f32,
+        }
+    }
+}
+
+/// What one visible facet does with light: direction, facet normal, interface -> fraction.
+type FacetEvent = fn(&Microfacets, Vec3, Vec3, &Interface) -> f32;
+
+fn reflected(facets: &Microfacets, w: Vec3, m: Vec3, interface: &Interface) -> f32 {
+    let out = reflect(w, m);
+    if out.z > 0.0 {
+        interface.reflectance * facets.masking(out, m)
+    } else {
+        0.0
+    }
+}
+
+fn transmitted(facets: &Microfacets, w: Vec3, m: Vec3, interface: &Interface) -> f32 {
+    let out = refract(w, m, interface);
+    if out.z < 0.0 {
+        (1.0 - interface.reflectance) * facets.masking(out, m)
+    } else {
+        0.0
+    }
+}
+
+/// The mean of `event` over the facets visible at each cosine.
+fn average(cosines: &[f32], facets: &Microfacets, eta: f32, event: FacetEvent) -> Vec<f32> {
+    let rule = gauss_legendre(if eta > 1.0 {
+        NODES
+    } else {
+        NODES_WITH_TOTAL_REFLECTION
+    });
+    let mean = |&cos: &f32| {
+        let w = Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
+        let mut sum = 0.0f64;
+        for &(v, weight_v) in &rule {
+            for &(u, weight_u) in &rule {
+                let m = facets.sample(w, Vec2::new(u, v));
+                let interface = fresnel::dielectric(w.dot(m), eta);
+                sum += f64::from(event(facets, w, m, &interface) * weight_u * weight_v);
+            }
+        }
+        sum as f32
+    };
+    cosines.par_iter().map(mean).collect()
+}
+
+/// Nodes and weights of Gauss-Legendre quadrature on [0, 1].
+fn gauss_legendre(n: usize) -> Vec<(f32, f32)> {
+    let count = n as f64;
+    (0..n)
+        .map(|i| {
+            // Newton's method from Tricomi's guess.
+            let mut x = -(std::f64::consts::PI * (i as f64 + 0.75) / (count + 0.5)).cos();
+            let mut slope = 1.0;
+            for _ in 0..8 {
+                let (mut p0, mut p1) = (1.0, x);
+                for k in 2..=n {
+                    let k = k as f64;
+                    (p0, p1) = (p1, ((2.0 * k - 1.0) * x * p1 - (k - 1.0) * p0) / k);
+                }
+                slope = count * (x * p1 - p0) / (x * x - 1.0);
+                x -= p1 / slope;
+            }
+            let weight = 2.0 / ((1.0 - x * x) * slope * slope);
+            ((0.5 * (x + 1.0)) as f32, (0.5 * weight) as f32)
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quadrature_is_exact_for_polynomials() {
+        let rule = gauss_legendre(32);
+        let integral: f64 = rule
+            .iter()
+            .map(|&(x, w)| f64::from(w) * f64::from(x).powi(20))
+            .sum();
+        assert!((integral - 1.0 / 21.0).abs() < 1e-6, "{integral}");
+    }
+
+    #[test]
+    fn a_nearly_smooth_coat_transmits_what_fresnel_says() {
+        let coat = Coat::new(Distribution::Ggx, 1e-3, 1.5);
+        for i in [20, 40, 63] {
+            let expected = fresnel::coat_transmittance(i as f32 / 63.0, 1.5);
+            assert!((coat.transmittance[i] - expected).abs() < 1e-3);
+        }
+        assert!((coat.internal_reflectance - fresnel::diffuse_reflectance(1.0 / 1.5)).abs() < 0.02);
+    }
+}

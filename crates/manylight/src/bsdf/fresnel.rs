@@ -1,0 +1,112 @@
+//! Reflectance of smooth interfaces.
+//!
+//! Sources: Hecht, "Optics"; Moeller, "Optics" (conductors); Egan and Hilgeman 1973 and d'Eon and Irving 2011 (diffuse average).
+
+use crate::color::Rgb;
+use crate::math::{Vec3, float::safe_sqrt};
+
+/// What happens to unpolarised light at a dielectric interface.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Interface {
+    /// Fraction reflected.
+    pub reflectance: f32,
+    /// Cosine of the refracted direction, with the sign opposite to the given cosine; 0 under total reflection.
+    pub cos_t: f32,
+    /// Index on the far side over that on the near side.
+    pub eta: f32,
+    /// Its inverse: what the tangential part of a direction is multiplied by.
+    pub inv_eta: f32,
+}
+
+/// Fresnel's equations for a direction with cosine `cos` to the normal, which points to the outside; `eta` is interior over exterior.
+#[inline]
+pub(super) fn dielectric(cos: f32, eta: f32) -> Interface {
+    let outside = cos >= 0.0;
+    let inverse = 1.0 / eta;
+    let (eta_far, inv_eta) = if outside {
+        (eta, inverse)
+    } else {
+        (inverse, eta)
+    };
+    let c = cos.abs();
+    let t = safe_sqrt(1.0 - (1.0 - c * c) * inv_eta * inv_eta);
+    let reflectance = if eta == 1.0 {
+        0.0
+    } else if c == 0.0 {
+        1.0
+    } else {
+        let s = (c - eta_far * t) / (c + eta_far * t);
+        let p = (t - eta_far * c) / (t + eta_far * c);
+        0.5 * (s * s + p * p)
+    };
+    Interface {
+        reflectance,
+        cos_t: if outside { -t } else { t },
+        eta: eta_far,
+        inv_eta,
+    }
+}
+
+/// Fraction of light that enters a coat of relative index `eta` from outside at the cosine `cos`.
+#[inline]
+pub(super) fn coat_transmittance(cos: f32, eta: f32) -> f32 {
+    1.0 - dielectric(cos, eta).reflectance
+}
+
+/// The direction refracted at the microfacet `m`; `cos_t` and `inv_eta` as [`dielectric`] gives them for `w·m`.
+#[inline]
+pub(super) fn refract(w: Vec3, m: Vec3, interface: &Interface) -> Vec3 {
+    m * (w.dot(m) * interface.inv_eta + interface.cos_t) - w * interface.inv_eta
+}
+
+/// The direction mirrored at the microfacet `m`.
+#[inline]
+pub(super) fn reflect(w: Vec3, m: Vec3) -> Vec3 {
+    m * (2.0 * w.dot(m)) - w
+}
+
+/// A conductor's index of refraction, prepared for many evaluations.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Metal {
+    /// η² - k².
+    difference: Rgb,
+    /// 4 η² k².
+    product: Rgb,
+}
+
+impl Metal {
+    /// From η and k.
+    pub(super) fn new(eta: Rgb, k: Rgb) -> Self {
+        let (eta2, k2) = (eta * eta, k * k);
+        Metal {
+            difference: eta2 - k2,
+            product: eta2 * k2 * 4.0,
+        }
+    }
+
+    /// Reflectance of unpolarised light at the cosine `cos` >= 0.
+    #[inline]
+    pub(super) fn reflectance(&self, cos: f32) -> Rgb {
+        let cos2 = cos * cos;
+        let sin2 = 1.0 - cos2;
+        self.difference.zip(self.product, |difference, product| {
+            let real = difference - sin2;
+            let modulus = safe_sqrt(real * real + product);
+            let a = safe_sqrt(0.5 * (modulus + real));
+            let (s1, s2) = (modulus + cos2, 2.0 * cos * a);
+            let s = (s1 - s2) / (s1 + s2);
+            let (p1, p2) = (modulus * cos2 + sin2 * sin2, s2 * sin2);
+            let p = s * (p1 - p2) / (p1 + p2);
+            0.5 * (s + p)
+        })
+    }
+}
+
+/// Reflectance of an interface averaged over diffuse light, as a fit: Egan and Hilgeman below index 1, d'Eon and Irving above.
+pub(super) fn diffuse_reflectance(eta: f32) -> f32 {
+    if eta < 1.0 {
+        return -1.4399 * (eta * eta) + 0.7099 * eta + 0.6681 + 0.0636 / eta;
+    }
+    let x = 1.0 / eta;
+    0.919_317 + x * (-3.4793 + x * (6.75335 + x * (-7.80989 + x * (4.98554 - x * 1.36881))))
+}

@@ -1,0 +1,518 @@
+//! From material descriptions to scattering functions at points.
+
+use super::conductor::{Mirror, RoughConductor};
+use super::dielectric::{Glass, RoughGlass};
+use super::diffuse::Diffuse;
+use super::fresnel::Metal;
+use super::leaf::{Leaf, Sides, Tilt};
+use super::material::{Distribution, Material, PrincipledMaterial, Roughness};
+use super::microfacet::Microfacets;
+use super::model::Model;
+use super::phong::Phong;
+use super::plastic::{Coat, ColorShift, Plastic, RoughPlastic};
+use super::principled::{Principled, PrincipledParameters};
+use super::rough_diffuse::RoughDiffuse;
+use super::thin_dielectric::Pane;
+use super::ward::Ward;
+use super::{ALIGNED, Bsdf, Exit, Lobes, MAX_LEAVES};
+use crate::geometry::SurfacePoint;
+use crate::ids::{MaterialId, TextureId};
+use crate::math::{Vec2, Vec3};
+use crate::texture::{ColorInput, FloatInput, Texture};
+
+/// What makes one rough coat differ from another.
+type CoatKey = (Distribution, u32, u32);
+
+/// Everything precomputed about the materials of a scene: tables of coat transmittance and the like.
+#[derive(Debug)]
+pub struct Materials {
+    materials: Vec<Material>,
+    coats: Vec<Coat>,
+    /// Per material, its index into `coats`.
+    coat_of: Vec<Option<usize>>,
+}
+
+impl Materials {
+    /// Precomputes the tables. Ids inside must be valid and free of cycles (checked by `Scene::build`).
+    pub fn new(materials: Vec<Material>) -> Self {
+        let mut keys: Vec<CoatKey> = Vec::new();
+        let coat_of = materials
+            .iter()
+            .map(|material| {
+                let &Material::Plastic {
+                    eta,
+                    roughness: Some((distribution, alpha)),
+                    ..
+                } = material
+                else {
+                    return None;
+                };
+                let key = (distribution, alpha.to_bits(), eta.to_bits());
+                Some(keys.iter().position(|k| *k == key).unwrap_or_else(|| {
+                    keys.push(key);
+                    keys.len() - 1
+                }))
+            })
+            .collect();
+        let coat = |(distribution, alpha, eta)| {
+            Coat::new(distribution, f32::from_bits(alpha), f32::from_bits(eta))
+        };
+        let coats = keys.into_iter().map(coat).collect();
+        Materials {
+            materials,
+            coats,
+            coat_of,
+        }
+    }
+
+    /// The descriptions; index by [`MaterialId`](crate::ids::MaterialId).
+    pub fn descriptions(&self) -> &[Material] {
+        &self.materials
+    }
+
+    /// Whether light can pass straight through this material anywhere.
+    pub fn is_transparent(&self, id: MaterialId) -> bool {
+        match &self.materials[id.index()] {
+            Material::Null | Material::ThinDielectric { .. } => true,
+            Material::Mask { opacity, inner } => {
+                !matches!(opacity, FloatInput::Constant(o) if *o >= 1.0)
+                    || self.is_transparent(*inner)
+            }
+            Material::Blend { first, second, .. } => {
+                self.is_transparent(*first) || self.is_transparent(*second)
+            }
+            Material::TwoSided { front, back } => {
+                self.is_transparent(*front) || self.is_transparent(*back)
+            }
+            Material::BumpMap { inner, .. } | Material::NormalMap { inner, .. } => {
+                self.is_transparent(*inner)
+            }
+            _ => false,
+        }
+    }
+
+    /// The scattering function at a point.
+    ///
+    /// A tree of wrappers becomes a weighted list of at most four models. Where there would be more, the weakest are left out and
+    /// the others take over their weight, side by side.
+    pub fn bsdf<'s>(
+        &'s self,
+        id: MaterialId,
+        x: &SurfacePoint,
+        textures: &'s [Texture],
+    ) -> Bsdf<'s> {
+        let mut flat = Flattening {
+            materials: self,
+            x,
+            textures,
+            leaves: [None; MAX_LEAVES],
+            count: 0,
+            open: [0.0; 2],
+        };
+        let root = Wrapping {
+            weight: 1.0,
+            outer: Sides::Own,
+            tilt: None,
+            inner: Sides::Own,
+        };
+        flat.add(id, root);
+        flat.finish()
+    }
+}
+
+/// What surrounds a material on the way down its tree.
+#[derive(Clone, Copy)]
+struct Wrapping {
+    weight: f32,
+    outer: Sides,
+    tilt: Option<Tilt>,
+    inner: Sides,
+}
+
+struct Flattening<'a, 's> {
+    materials: &'s Materials,
+    x: &'a SurfacePoint,
+    textures: &'s [Texture],
+    leaves: [Option<Leaf<'s>>; MAX_LEAVES],
+    count: usize,
+    open: [f32; 2],
+}
+
+impl<'s> Flattening<'_, 's> {
+    fn add(&mut self, id: MaterialId, at: Wrapping) {
+        if at.weight <= 0.0 {
+            return;
+        }
+        match &self.materials.materials[id.index()] {
+            Material::Blend {
+                weight,
+                first,
+                second,
+            } => {
+                let w = self.float(weight).clamp(0.0, 1.0);
+                self.add(
+                    *first,
+                    Wrapping {
+                        weight: at.weight * (1.0 - w),
+                        ..at
+                    },
+                );
+                self.add(
+                    *second,
+                    Wrapping {
+                        weight: at.weight * w,
+                        ..at
+                    },
+                );
+            }
+            Material::Mask { opacity, inner } => {
+                let opacity = self.float(opacity).clamp(0.0, 1.0);
+                self.add_open(at, at.weight * (1.0 - opacity));
+                self.add(
+                    *inner,
+                    Wrapping {
+                        weight: at.weight * opacity,
+                        ..at
+                    },
+                );
+            }
+            Material::Null => self.add_open(at, at.weight),
+            Material::TwoSided { front, back } if front == back => {
+                self.add(*front, at.on(Sides::Both))
+            }
+            Material::TwoSided { front, back } => {
+                self.add(*front, at.on(Sides::Front));
+                self.add(*back, at.on(Sides::Back));
+            }
+            Material::BumpMap {
+                texture,
+                scale,
+                inner,
+            } => {
+                let normal = self.bumped_normal(*texture, *scale);
+                self.add(*inner, at.tilted(normal));
+            }
+            Material::NormalMap { texture, inner } => {
+                let color = self.textures[texture.index()].eval(self.x.uv);
+                let normal = Vec3::from_array(color.to_array()) * 2.0 - Vec3::ONE;
+                self.add(*inner, at.tilted(normal));
+            }
+            model => self.add_model(id, model, at),
+        }
+    }
+
+    fn add_open(&mut self, at: Wrapping, weight: f32) {
+        let [front, back] = &mut self.open;
+        match (at.outer, at.inner) {
+            (Sides::Front, _) | (_, Sides::Front) => *front += weight,
+            (Sides::Back, _) | (_, Sides::Back) => *back += weight,
+            _ => {
+                *front += weight;
+                *back += weight;
+            }
+        }
+    }
+
+    fn add_model(&mut self, id: MaterialId, material: &Material, at: Wrapping) {
+        let Wrapping {
+            weight,
+            outer,
+            tilt,
+            inner,
+        } = at;
+        let leaf = Leaf {
+            model: self.model(id, material),
+            weight,
+            outer,
+            tilt,
+            inner,
+            demoted: false,
+        };
+        if self.count < MAX_LEAVES {
+            self.leaves[self.count] = Some(leaf);
+            self.count += 1;
+            return;
+        }
+        // Full: the weakest leaf of the same sides makes room, and its weight stays with the stronger one.
+        let rivals = self
+            .leaves
+            .iter_mut()
+            .flatten()
+            .filter(|l| l.outer == outer && l.inner == inner);
+        if let Some(rival) = rivals.min_by(|a, b| a.weight.total_cmp(&b.weight)) {
+            let sum = rival.weight + weight;
+            if rival.weight < weight {
+                *rival = leaf;
+            }
+            rival.weight = sum;
+        }
+    }
+
+    fn finish(mut self) -> Bsdf<'s> {
+        let exit = self.demote();
+        let mut lobes = Lobes::NONE;
+        let mut glossy_width = 1.0f32;
+        let mut smallest_cos = self.x.frame.n.dot(self.x.ng).abs();
+        for leaf in self.leaves.iter().flatten() {
+            lobes = lobes.or(leaf.lobes());
+            glossy_width = glossy_width.min(leaf.model.glossy_width());
+            if let Some(tilt) = &leaf.tilt {
+                smallest_cos =
+                    smallest_cos.min(self.x.frame.to_world(tilt.normal()).dot(self.x.ng).abs());
+            }
+        }
+        Bsdf {
+            ng: self.x.ng,
+            frame: self.x.frame,
+            leaves: self.leaves,
+            open: self.open,
+            lobes,
+            exit,
+            glossy_width,
+            defensive: smallest_cos < ALIGNED,
+        }
+    }
+
+    /// `DIFFUSE` promises one `b(wo)` for the whole material, about the shading normal: the strongest leaf decides which,
+    /// and the diffuse lobes of leaves that differ count as `GLOSSY`.
+    fn demote(&mut self) -> Exit<'s> {
+        let eligible = |leaf: &&Leaf| leaf.tilt.is_none() && leaf.model.lobes().has(Lobes::DIFFUSE);
+        let strongest = self
+            .leaves
+            .iter()
+            .flatten()
+            .filter(eligible)
+            .max_by(|a, b| a.weight.total_cmp(&b.weight));
+        let exit = strongest.map_or(Exit::Lambert, |leaf| leaf.model.exit());
+        for leaf in self.leaves.iter_mut().flatten() {
+            leaf.demoted = leaf.tilt.is_some() || !same_exit(&leaf.model.exit(), &exit);
+        }
+        exit
+    }
+
+    /// The normal of the height field over the surface, in the shading frame.
+    fn bumped_normal(&self, texture: TextureId, scale: f32) -> Vec3 {
+        let x = self.x;
+        let gradient = self.textures[texture.index()].gradient(x.uv) * scale;
+        let n = x.frame.n;
+        let du = x.dp_du + n * (gradient.x - n.dot(x.dp_du));
+        let dv = x.dp_dv + n * (gradient.y - n.dot(x.dp_dv));
+        let normal = du.cross(dv);
+        let outward = if x.ng.dot(normal) < 0.0 {
+            -normal
+        } else {
+            normal
+        };
+        x.frame.to_local(outward)
+    }
+
+    fn color(&self, input: &ColorInput) -> crate::color::Rgb {
+        input.eval(self.x.uv, self.textures)
+    }
+
+    fn float(&self, input: &FloatInput) -> f32 {
+        input.eval(self.x.uv, self.textures)
+    }
+
+    fn facets(&self, r: &Roughness) -> Microfacets {
+        Microfacets::new(
+            r.distribution,
+            self.float(&r.alpha_u),
+            self.float(&r.alpha_v),
+        )
+    }
+
+    /// A material that wraps no other.
+    fn model(&self, id: MaterialId, material: &Material) -> Model<'s> {
+        match material {
+            Material::Diffuse { reflectance } => Model::Diffuse(Diffuse {
+                reflectance: self.color(reflectance),
+            }),
+            Material::RoughDiffuse {
+                reflectance,
+                alpha,
+                full,
+            } => {
+                let (reflectance, alpha) = (self.color(reflectance), self.float(alpha));
+                if alpha == 0.0 {
+                    return Model::Diffuse(Diffuse { reflectance });
+                }
+                Model::RoughDiffuse(RoughDiffuse::new(reflectance, alpha, *full))
+            }
+            Material::Conductor {
+                eta,
+                k,
+                specular_reflectance,
+                roughness,
+            } => {
+                let metal = Metal::new(self.color(eta), self.color(k));
+                let tint = self.color(specular_reflectance);
+                match roughness {
+                    None => Model::Mirror(Mirror { metal, tint }),
+                    Some(r) => Model::RoughConductor(RoughConductor {
+                        facets: self.facets(r),
+                        metal,
+                        tint,
+                    }),
+                }
+            }
+            Material::Dielectric {
+                eta,
+                specular_reflectance,
+                specular_transmittance,
+                roughness,
+            } => {
+                let eta = *eta;
+                let reflection_tint = self.color(specular_reflectance);
+                let transmission_tint = self.color(specular_transmittance);
+                match roughness {
+                    None => Model::Glass(Glass {
+                        eta,
+                        reflection_tint,
+                        transmission_tint,
+                    }),
+                    Some(r) => {
+                        let facets = self.facets(r);
+                        Model::RoughGlass(RoughGlass {
+                            facets,
+                            eta,
+                            reflection_tint,
+                            transmission_tint,
+                        })
+                    }
+                }
+            }
+            Material::ThinDielectric {
+                eta,
+                specular_reflectance,
+                specular_transmittance,
+            } => Model::Pane(Pane {
+                eta: *eta,
+                reflection_tint: self.color(specular_reflectance),
+                transmission_tint: self.color(specular_transmittance),
+            }),
+            Material::Plastic {
+                eta,
+                diffuse_reflectance,
+                specular_reflectance,
+                nonlinear,
+                roughness,
+            } => {
+                let shift = if *nonlinear {
+                    ColorShift::Nonlinear
+                } else {
+                    ColorShift::Linear
+                };
+                let (diffuse, tint) = (
+                    self.color(diffuse_reflectance),
+                    self.color(specular_reflectance),
+                );
+                let coat =
+                    self.materials.coat_of[id.index()].map(|coat| &self.materials.coats[coat]);
+                match (coat, roughness) {
+                    (Some(coat), Some((distribution, alpha))) => {
+                        let facets = Microfacets::new(*distribution, *alpha, *alpha);
+                        Model::RoughPlastic(RoughPlastic::new(
+                            facets,
+                            *eta,
+                            coat,
+                            (diffuse, tint),
+                            shift,
+                        ))
+                    }
+                    _ => Model::Plastic(Plastic::new(*eta, diffuse, tint, shift)),
+                }
+            }
+            Material::Phong {
+                diffuse_reflectance,
+                specular_reflectance,
+                exponent,
+            } => {
+                let (diffuse, specular) = (
+                    self.color(diffuse_reflectance),
+                    self.color(specular_reflectance),
+                );
+                Model::Phong(Phong::new(diffuse, specular, self.float(exponent)))
+            }
+            Material::Ward {
+                variant,
+                diffuse_reflectance,
+                specular_reflectance,
+                alpha_u,
+                alpha_v,
+            } => {
+                let (diffuse, specular) = (
+                    self.color(diffuse_reflectance),
+                    self.color(specular_reflectance),
+                );
+                let alpha = Vec2::new(self.float(alpha_u), self.float(alpha_v));
+                Model::Ward(Ward::new(*variant, diffuse, specular, alpha))
+            }
+            Material::Principled(p) => Model::Principled(self.principled(p)),
+            Material::Blend { .. }
+            | Material::Mask { .. }
+            | Material::Null
+            | Material::TwoSided { .. }
+            | Material::BumpMap { .. }
+            | Material::NormalMap { .. } => unreachable!("wrappers are taken apart before"),
+        }
+    }
+
+    fn principled(&self, p: &PrincipledMaterial) -> Principled {
+        Principled::new(PrincipledParameters {
+            base_color: self.color(&p.base_color),
+            roughness: self.float(&p.roughness),
+            anisotropic: self.float(&p.anisotropic),
+            metallic: self.float(&p.metallic),
+            spec_trans: self.float(&p.spec_trans),
+            eta: p.eta,
+            spec_tint: self.float(&p.spec_tint),
+            sheen: self.float(&p.sheen),
+            sheen_tint: self.float(&p.sheen_tint),
+            flatness: self.float(&p.flatness),
+            clearcoat: self.float(&p.clearcoat),
+            clearcoat_gloss: self.float(&p.clearcoat_gloss),
+            diffuse_rate: p.diffuse_reflectance_sampling_rate,
+            specular_rate: p.main_specular_sampling_rate,
+            clearcoat_rate: p.clearcoat_sampling_rate,
+        })
+    }
+}
+
+impl Wrapping {
+    /// Inside a two-sided wrapper; the innermost of several on one level decides, as only one-sided materials may be inside.
+    fn on(self, sides: Sides) -> Self {
+        if self.tilt.is_some() {
+            Wrapping {
+                inner: sides,
+                ..self
+            }
+        } else {
+            Wrapping {
+                outer: sides,
+                ..self
+            }
+        }
+    }
+
+    /// Inside a bump or normal map that gives this normal in the frame around it. A second tilt turns the first one's frame.
+    fn tilted(self, normal: Vec3) -> Self {
+        let Some(normal) = normal.try_normalize() else {
+            return self;
+        };
+        let tilt = match &self.tilt {
+            Some(outer) => Tilt::new(outer.within(normal)),
+            None => Tilt::new(normal),
+        };
+        Wrapping { tilt, ..self }
+    }
+}
+
+fn same_exit(a: &Exit, b: &Exit) -> bool {
+    match (a, b) {
+        (Exit::Lambert, Exit::Lambert) => true,
+        (Exit::Fresnel { eta: a }, Exit::Fresnel { eta: b }) => a == b,
+        (Exit::Coated(a), Exit::Coated(b)) => std::ptr::eq(*a, *b),
+        _ => false,
+    }
+}

@@ -1,0 +1,252 @@
+//! A dielectric coat over a Lambertian base, with all interreflection between the two.
+
+use super::fresnel::{self, reflect};
+use super::microfacet::Microfacets;
+use super::model::{ModelSample, microfacet_class};
+use super::{BsdfNumbers, Lobes};
+use crate::color::Rgb;
+use crate::math::Vec3;
+use crate::sampling::warp;
+use std::f32::consts::FRAC_1_PI;
+
+/// Whether the base's colour shifts by scattering under the coat.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum ColorShift {
+    /// Each channel by its own albedo.
+    Nonlinear,
+    /// None: the average loss is made up for.
+    Linear,
+}
+
+/// Albedo of the base seen through the coat but for both transmittances: ρ / (η² (1 - ρ r)), `internal` r being the
+/// reflectance of the coat from inside.
+fn base_through_coat(reflectance: Rgb, eta: f32, internal: f32, shift: ColorShift) -> Rgb {
+    let trapped = match shift {
+        ColorShift::Nonlinear => reflectance * internal,
+        ColorShift::Linear => Rgb::splat(internal),
+    };
+    reflectance.zip(trapped, |rho, t| rho / (eta * eta * (1.0 - t)))
+}
+
+/// How likely the coat is sampled rather than the base, at the coat's reflectance `r`.
+#[inline]
+fn coat_probability(r: f32, coat_share: f32) -> f32 {
+    let (coat, base) = (r * coat_share, (1.0 - r) * (1.0 - coat_share));
+    if coat + base > 0.0 {
+        coat / (coat + base)
+    } else {
+        1.0
+    }
+}
+
+/// How much of the light a tint reflects next to that of the base.
+fn coat_share(tint: Rgb, reflectance: Rgb) -> f32 {
+    let (s, d) = (tint.mean(), reflectance.mean());
+    if s + d > 0.0 { s / (s + d) } else { 0.5 }
+}
+
+/// A smooth coat.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Plastic {
+    pub eta: f32,
+    base: Rgb,
+    tint: Rgb,
+    coat_share: f32,
+}
+
+impl Plastic {
+    pub(super) fn new(eta: f32, reflectance: Rgb, tint: Rgb, shift: ColorShift) -> Self {
+        let base = base_through_coat(
+            reflectance,
+            eta,
+            fresnel::diffuse_reflectance(1.0 / eta),
+            shift,
+        );
+        Plastic {
+            eta,
+            base,
+            tint,
+            coat_share: coat_share(tint, reflectance),
+        }
+    }
+
+    #[inline]
+    pub(super) fn lobes(&self) -> Lobes {
+        Lobes::DIFFUSE.or(Lobes::DELTA)
+    }
+
+    #[inline]
+    fn coat_probability(&self, r: f32, lobes: Lobes) -> f32 {
+        match (lobes.has(Lobes::DELTA), lobes.has(Lobes::DIFFUSE)) {
+            (true, true) => coat_probability(r, self.coat_share),
+            (true, false) => 1.0,
+            _ => 0.0,
+        }
+    }
+
+    #[inline]
+    pub(super) fn diffuse_weight(&self, wi: Vec3) -> Rgb {
+        if wi.z <= 0.0 {
+            return Rgb::BLACK;
+        }
+        self.base * fresnel::coat_transmittance(wi.z, self.eta)
+    }
+
+    #[inline]
+    pub(super) fn eval(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Rgb {
+        if !lobes.has(Lobes::DIFFUSE) || wi.z <= 0.0 || wo.z <= 0.0 {
+            return Rgb::BLACK;
+        }
+        self.diffuse_weight(wi) * (fresnel::coat_transmittance(wo.z, self.eta) * wi.z * FRAC_1_PI)
+    }
+
+    #[inline]
+    pub(super) fn pdf(&self, given: Vec3, other: Vec3, lobes: Lobes) -> f32 {
+        if given.z <= 0.0 || other.z <= 0.0 || !lobes.has(Lobes::DIFFUSE) {
+            return 0.0;
+        }
+        let r = fresnel::dielectric(given.z, self.eta).reflectance;
+        (1.0 - self.coat_probability(r, lobes)) * warp::cosine_hemisphere_pdf(other.z)
+    }
+
+    pub(super) fn sample(&self, given: Vec3, u: BsdfNumbers, lobes: Lobes) -> Option<ModelSample> {
+        if given.z <= 0.0 {
+            return None;
+        }
+        let r = fresnel::dielectric(given.z, self.eta).reflectance;
+        let probability = self.coat_probability(r, lobes);
+        if u.lobe < probability {
+            return Some(ModelSample::mirror(given, self.tint * r, probability));
+        }
+        Some(ModelSample::finite(warp::cosine_hemisphere(u.direction)))
+    }
+}
+
+/// A rough coat.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RoughPlastic<'s> {
+    facets: Microfacets,
+    eta: f32,
+    /// Transmittance of the coat from outside, over the cosine on [0, 1].
+    pub transmittance: &'s [f32],
+    base: Rgb,
+    tint: Rgb,
+    coat_share: f32,
+}
+
+/// What is precomputed about a rough coat.
+#[derive(Debug)]
+pub(super) struct Coat {
+    /// Transmittance from outside, over the cosine on [0, 1].
+    pub transmittance: Vec<f32>,
+    /// Reflectance from inside, averaged over diffuse light.
+    pub internal_reflectance: f32,
+}
+
+impl<'s> RoughPlastic<'s> {
+    pub(super) fn new(
+        facets: Microfacets,
+        eta: f32,
+        coat: &'s Coat,
+        colors: (Rgb, Rgb),
+        shift: ColorShift,
+    ) -> Self {
+        let (reflectance, tint) = colors;
+        RoughPlastic {
+            facets,
+            eta,
+            transmittance: &coat.transmittance,
+            base: base_through_coat(reflectance, eta, coat.internal_reflectance, shift),
+            tint,
+            coat_share: coat_share(tint, reflectance),
+        }
+    }
+
+    #[inline]
+    pub(super) fn alpha(&self) -> f32 {
+        self.facets.min_alpha()
+    }
+
+    #[inline]
+    fn coat_class(&self) -> Lobes {
+        microfacet_class(self.alpha())
+    }
+
+    #[inline]
+    pub(super) fn lobes(&self) -> Lobes {
+        Lobes::DIFFUSE.or(self.coat_class())
+    }
+
+    #[inline]
+    fn coat_probability(&self, cos: f32, lobes: Lobes) -> f32 {
+        match (lobes.has(self.coat_class()), lobes.has(Lobes::DIFFUSE)) {
+            (true, true) => {
+                coat_probability(1.0 - interpolate(self.transmittance, cos), self.coat_share)
+            }
+            (true, false) => 1.0,
+            _ => 0.0,
+        }
+    }
+
+    #[inline]
+    pub(super) fn diffuse_weight(&self, wi: Vec3) -> Rgb {
+        if wi.z <= 0.0 {
+            return Rgb::BLACK;
+        }
+        self.base * interpolate(self.transmittance, wi.z)
+    }
+
+    pub(super) fn eval(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Rgb {
+        if wi.z <= 0.0 || wo.z <= 0.0 {
+            return Rgb::BLACK;
+        }
+        let mut sum = Rgb::BLACK;
+        if lobes.has(self.coat_class()) {
+            let m = (wi + wo).normalize();
+            let masking = self.facets.masking(wi, m) * self.facets.masking(wo, m);
+            let f = fresnel::dielectric(wo.dot(m), self.eta).reflectance;
+            sum += self.tint * (f * self.facets.density(m) * masking / (4.0 * wo.z));
+        }
+        if lobes.has(Lobes::DIFFUSE) {
+            sum += self.diffuse_weight(wi)
+                * (interpolate(self.transmittance, wo.z) * wi.z * FRAC_1_PI);
+        }
+        sum
+    }
+
+    pub(super) fn pdf(&self, given: Vec3, other: Vec3, lobes: Lobes) -> f32 {
+        if given.z <= 0.0 || other.z <= 0.0 || !lobes.has(self.lobes()) {
+            return 0.0;
+        }
+        let coat = self.coat_probability(given.z, lobes);
+        let mut pdf = (1.0 - coat) * warp::cosine_hemisphere_pdf(other.z);
+        if coat > 0.0 {
+            pdf += coat
+                * self
+                    .facets
+                    .reflected_pdf(given, (given + other).normalize());
+        }
+        pdf
+    }
+
+    pub(super) fn sample(&self, given: Vec3, u: BsdfNumbers, lobes: Lobes) -> Option<ModelSample> {
+        if given.z <= 0.0 {
+            return None;
+        }
+        if u.lobe >= self.coat_probability(given.z, lobes) {
+            return Some(ModelSample::finite(warp::cosine_hemisphere(u.direction)));
+        }
+        let w = reflect(given, self.facets.sample(given, u.direction));
+        (w.z > 0.0).then(|| ModelSample::finite(w))
+    }
+}
+
+/// Linear interpolation in a table over [0, 1].
+#[inline]
+pub(super) fn interpolate(table: &[f32], x: f32) -> f32 {
+    let last = table.len() - 1;
+    let at = x.clamp(0.0, 1.0) * last as f32;
+    let i = (at as usize).min(last - 1);
+    let w = at - i as f32;
+    table[i] * (1.0 - w) + table[i + 1] * w
+}

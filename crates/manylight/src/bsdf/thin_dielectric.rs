@@ -1,0 +1,56 @@
+//! A pane of glass: two interfaces so close that refraction shifts nothing.
+
+use super::fresnel;
+use super::model::ModelSample;
+use super::{BsdfNumbers, Lobes};
+use crate::color::Rgb;
+use crate::math::Vec3;
+
+/// Mirror reflection on both sides; the rest goes straight through.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pane {
+    pub eta: f32,
+    pub reflection_tint: Rgb,
+    pub transmission_tint: Rgb,
+}
+
+impl Pane {
+    /// Reflectance with all internal reflections: r + t r t + t r³ t + ... = 2r / (1 + r).
+    #[inline]
+    fn reflectance(&self, cos: f32) -> f32 {
+        let r = fresnel::dielectric(cos.abs(), self.eta).reflectance;
+        2.0 * r / (1.0 + r)
+    }
+
+    /// What passes straight through.
+    #[inline]
+    pub(super) fn transmittance(&self, cos: f32) -> Rgb {
+        self.transmission_tint * (1.0 - self.reflectance(cos))
+    }
+
+    #[inline]
+    pub(super) fn lobes(&self) -> Lobes {
+        Lobes::DELTA
+    }
+
+    #[inline]
+    pub(super) fn eval(&self, _wi: Vec3, _wo: Vec3, _lobes: Lobes) -> Rgb {
+        Rgb::BLACK
+    }
+
+    #[inline]
+    pub(super) fn pdf(&self, _given: Vec3, _other: Vec3, _lobes: Lobes) -> f32 {
+        0.0
+    }
+
+    #[inline]
+    pub(super) fn sample(
+        &self,
+        given: Vec3,
+        _u: BsdfNumbers,
+        _lobes: Lobes,
+    ) -> Option<ModelSample> {
+        let fraction = self.reflection_tint * self.reflectance(given.z);
+        Some(ModelSample::mirror(given, fraction, 1.0))
+    }
+}

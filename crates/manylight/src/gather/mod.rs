@@ -1,0 +1,213 @@
+//! Sums virtual lights at shading points. [`Kernel`] says how one light is evaluated; which are is every one.
+
+use crate::bsdf::{Bsdf, Lobes};
+use crate::color::Rgb;
+use crate::geometry::{Segment, SurfacePoint};
+use crate::ids::LightId;
+use crate::math::Vec3;
+use crate::scene::Scene;
+use crate::virtual_lights::{LightField, VirtualLight};
+use std::f32::consts::FRAC_1_PI;
+
+/// How one light is evaluated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kernel {
+    /// As a point.
+    Point,
+    /// As a disc with the second moments of its photons: four points near by, one far away.
+    Disc,
+}
+
+/// What is done about the singularity of `1 / d²`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Clamp {
+    /// Nothing.
+    None,
+    /// Scale-free: a light of radius r (or each of its four parts, of radius r/2; or a point that stands for the area πr² of
+    /// surface) has a finite area, so `1/d²` becomes `1/√(d⁴ + r⁴)`: 1/r² in contact, as for a disc, and right to fourth order
+    /// far away, where four points already have the second order (derived; compare ERRATA E4).
+    Auto,
+    /// `G <= value`, in 1/m².
+    Value(f32),
+}
+
+/// Within this many radii a light is a disc of four points, beyond the second number a single point; between them a random
+/// number decides, so that no ring shows (ERRATA G9).
+const FOUR_POINTS_WITHIN: f32 = 8.0;
+const ONE_POINT_BEYOND: f32 = 10.0;
+
+/// Connections tested for visibility together.
+const PACKET: usize = 64;
+
+/// Where lights are summed: a surface point, seen along `-wo`.
+#[derive(Clone, Copy, Debug)]
+pub struct ShadingPoint<'s> {
+    /// The point.
+    pub x: SurfacePoint,
+    /// Unit direction to the viewer.
+    pub wo: Vec3,
+    /// Scattering function; its smooth lobes count here.
+    pub bsdf: Bsdf<'s>,
+    /// Largest photon depth that fits the path limits here; `None` without limit.
+    pub max_photon_depth: Option<u32>,
+    /// Uniform in [0, 1): decides between four points and one.
+    pub u: f32,
+}
+
+/// How lights are summed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gather {
+    /// How one is evaluated.
+    pub kernel: Kernel,
+    /// What is done about the singularity.
+    pub clamp: Clamp,
+}
+
+/// A sum of lights, with what it cost.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Gathered {
+    /// Radiance towards the viewer.
+    pub radiance: Rgb,
+    /// Radiance that the clamp took away, before visibility; luminance.
+    pub clamped: f32,
+    /// Luminance before clamp and visibility.
+    pub unclamped: f32,
+    /// Connections evaluated.
+    pub connections: u64,
+    /// Visibility tests.
+    pub shadow_rays: u64,
+}
+
+impl Gather {
+    /// Radiance at `at` from all lights of `field`: `L = Σ_k f |w·n| I_k(-w) V / d²` over the points that each is made of.
+    pub fn sum(&self, scene: &Scene, field: &LightField, at: &ShadingPoint) -> Gathered {
+        let mut sum = Gathered { connections: field.lights().len() as u64, ..Gathered::default() };
+        // Shadow rays of one packet share their origin, which lies off the surface on the side that they leave by.
+        let (mut front, mut back) = (Packet::new(at, at.x.ng), Packet::new(at, -at.x.ng));
+        for (k, light) in field.lights().iter().enumerate() {
+            let share = at.max_photon_depth.map_or(1.0, |m| field.share_up_to(LightId(k as u32), m));
+            if share <= 0.0 {
+                continue;
+            }
+            let connector = Connector { gather: self, field, at, light, id: LightId(k as u32) };
+            let mut connect = |p: Vec3, radius_squared: f32, weight: f32| {
+                if let Some(c) = connector.connect(p, radius_squared, weight * share) {
+                    sum.clamped += c.clamped;
+                    sum.unclamped += c.value.luminance() + c.clamped;
+                    let packet = if c.in_front { &mut front } else { &mut back };
+                    packet.push(scene, c.target, c.value, &mut sum.radiance, &mut sum.shadow_rays);
+                }
+            };
+            if self.is_disc_from(at, light) {
+                for p in light.points {
+                    connect(p, 0.25 * light.radius * light.radius, 0.25);
+                }
+            } else {
+                connect(light.p, light.area * FRAC_1_PI, 1.0);
+            }
+        }
+        front.flush(scene, &mut sum.radiance, &mut sum.shadow_rays);
+        back.flush(scene, &mut sum.radiance, &mut sum.shadow_rays);
+        sum
+    }
+
+    /// Whether `light` is near enough to `at` to be seen as four points.
+    #[inline]
+    fn is_disc_from(&self, at: &ShadingPoint, light: &VirtualLight) -> bool {
+        if self.kernel == Kernel::Point || light.radius == 0.0 {
+            return false;
+        }
+        let reach = light.radius * (FOUR_POINTS_WITHIN + (ONE_POINT_BEYOND - FOUR_POINTS_WITHIN) * at.u);
+        at.x.p.distance_squared(light.p) < reach * reach
+    }
+}
+
+/// One light as seen from one shading point.
+struct Connector<'a, 's> {
+    gather: &'a Gather,
+    field: &'a LightField<'s>,
+    at: &'a ShadingPoint<'s>,
+    light: &'a VirtualLight<'s>,
+    id: LightId,
+}
+
+/// A connection that carries light, but for visibility.
+struct Connection {
+    target: Vec3,
+    value: Rgb,
+    clamped: f32,
+    in_front: bool,
+}
+
+impl Connector<'_, '_> {
+    /// The connection to the part of the light at `p`, of the given radius, carrying `weight` of its intensity.
+    #[inline]
+    fn connect(&self, p: Vec3, radius_squared: f32, weight: f32) -> Option<Connection> {
+        let to_light = p - self.at.x.p;
+        let d2 = to_light.length_squared();
+        if d2 == 0.0 {
+            return None;
+        }
+        let w = to_light * d2.sqrt().recip();
+        let intensity = self.field.intensity(self.id, -w);
+        if intensity.is_black() {
+            return None;
+        }
+        let f_cos = self.at.bsdf.f_cos_wi(w, self.at.wo, Lobes::SMOOTH);
+        if f_cos.is_black() {
+            return None;
+        }
+        let kept = match self.gather.clamp {
+            Clamp::None => 1.0,
+            Clamp::Auto => d2 / (d2 * d2 + radius_squared * radius_squared).sqrt(),
+            Clamp::Value(limit) => (limit * d2 / (w.dot(self.at.x.ng) * w.dot(self.light.n)).abs()).min(1.0),
+        };
+        let full = f_cos * intensity * (weight / d2);
+        let offset = self.light.offset.copysign(-w.dot(self.light.n));
+        Some(Connection {
+            target: p + self.light.n * offset,
+            value: full * kept,
+            clamped: full.luminance() * (1.0 - kept),
+            in_front: w.dot(self.at.x.ng) >= 0.0,
+        })
+    }
+}
+
+/// Connections that wait for their visibility test.
+struct Packet {
+    origin: Vec3,
+    targets: [Vec3; PACKET],
+    values: [Rgb; PACKET],
+    len: usize,
+}
+
+impl Packet {
+    fn new(at: &ShadingPoint, side: Vec3) -> Self {
+        let origin = at.x.offset_towards(side);
+        Packet { origin, targets: [Vec3::ZERO; PACKET], values: [Rgb::BLACK; PACKET], len: 0 }
+    }
+
+    #[inline]
+    fn push(&mut self, scene: &Scene, target: Vec3, value: Rgb, sum: &mut Rgb, shadow_rays: &mut u64) {
+        self.targets[self.len] = target;
+        self.values[self.len] = value;
+        self.len += 1;
+        if self.len == PACKET {
+            self.flush(scene, sum, shadow_rays);
+        }
+    }
+
+    /// Tests the waiting connections and adds those that arrive.
+    fn flush(&mut self, scene: &Scene, sum: &mut Rgb, shadow_rays: &mut u64) {
+        let occluded = scene.geometry.occluded_packet(self.origin, &self.targets[..self.len]);
+        for i in (0..self.len).filter(|i| occluded >> i & 1 == 0) {
+            let mut value = self.values[i];
+            if scene.geometry.has_transparent() {
+                value *= scene.cross_transparent(&Segment { from: self.origin, to: self.targets[i] }).0;
+            }
+            *sum += value;
+        }
+        *shadow_rays += self.len as u64;
+        self.len = 0;
+    }
+}

@@ -1,0 +1,108 @@
+//! Which photons may speak for which light (ALGORITHMS 1.8): same material, same side, similar normal, same surface.
+
+use crate::ids::MaterialId;
+use crate::math::Vec3;
+
+/// Normals within 25° for diffuse surfaces.
+const MIN_COS: f32 = 0.906_308;
+/// Normals within this many times the roughness for glossy ones. Tables hold every photon's lobe about its own normal,
+/// so this bounds parallax and not the directions themselves.
+const ANGLE_PER_ALPHA: f32 = 2.0;
+/// Offset from the tangent plane over distance.
+const MAX_SLOPE: f32 = 0.15;
+/// How much farther a step along the normal counts than one along the surface.
+const NORMAL_STRETCH: f32 = 5.0;
+
+/// A small piece of surface, as far as it decides which photons belong to it.
+#[derive(Clone, Copy, Debug)]
+pub struct Patch {
+    /// Center.
+    pub p: Vec3,
+    /// Geometric normal on the lit side, unit.
+    pub n: Vec3,
+    /// What it is made of.
+    pub material: MaterialId,
+    /// Least cosine between normals.
+    pub min_cos: f32,
+}
+
+impl Patch {
+    /// The patch around a point whose narrowest glossy lobe has roughness `glossy_width` (1 without any).
+    pub fn new(p: Vec3, n: Vec3, material: MaterialId, glossy_width: f32) -> Self {
+        let angle = (ANGLE_PER_ALPHA * glossy_width).min(std::f32::consts::FRAC_PI_2);
+        Patch {
+            p,
+            n,
+            material,
+            min_cos: angle.cos().max(MIN_COS),
+        }
+    }
+
+    /// Squared distance at which something at `p` with normal `n` on the same side counts, in a metric that is stretched
+    /// along the normals; never below the Euclidean one. `None` when it belongs to another surface.
+    #[inline]
+    pub fn distance_squared(&self, p: Vec3, n: Vec3, material: MaterialId) -> Option<f32> {
+        if material != self.material || n.dot(self.n) < self.min_cos {
+            return None;
+        }
+        let step = p - self.p;
+        let d2 = step.x * step.x + step.y * step.y + step.z * step.z;
+        // On a smooth surface the offsets from both tangent planes are small, so both normals are asked.
+        let (h0, h1) = (self.n.dot(step), n.dot(step));
+        let h2 = (h0 * h0).max(h1 * h1);
+        (h0 * h0 <= MAX_SLOPE * MAX_SLOPE * d2)
+            .then_some(d2 + (NORMAL_STRETCH * NORMAL_STRETCH - 1.0) * h2)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const M: MaterialId = MaterialId(0);
+
+    #[test]
+    fn the_faces_of_a_box_and_the_sides_of_a_wall_stay_apart() {
+        let patch = Patch::new(Vec3::ZERO, Vec3::Z, M, 1.0);
+        let near = Vec3::new(0.1, 0.0, 0.0);
+        assert!(patch.distance_squared(near, Vec3::Z, M).is_some());
+        // Round the edge, behind the wall, another material, another shelf.
+        assert_eq!(patch.distance_squared(near, Vec3::X, M), None);
+        assert_eq!(
+            patch.distance_squared(near - Vec3::Z * 1e-3, -Vec3::Z, M),
+            None
+        );
+        assert_eq!(patch.distance_squared(near, Vec3::Z, MaterialId(1)), None);
+        assert_eq!(
+            patch.distance_squared(near + Vec3::Z * 0.03, Vec3::Z, M),
+            None
+        );
+    }
+
+    #[test]
+    fn glossy_patches_are_stricter_about_normals() {
+        let tilted = Vec3::new(0.3, 0.0, 1.0).normalize();
+        let near = Vec3::new(0.1, 0.0, 0.0);
+        assert!(
+            Patch::new(Vec3::ZERO, Vec3::Z, M, 1.0)
+                .distance_squared(near, tilted, M)
+                .is_some()
+        );
+        assert!(
+            Patch::new(Vec3::ZERO, Vec3::Z, M, 0.1)
+                .distance_squared(near, tilted, M)
+                .is_none()
+        );
+    }
+
+    #[test]
+    fn the_metric_never_falls_below_the_euclidean_one() {
+        let patch = Patch::new(Vec3::ZERO, Vec3::Z, M, 1.0);
+        let p = Vec3::new(0.1, 0.05, 0.01);
+        let d2 = patch
+            .distance_squared(p, Vec3::Z, M)
+            .expect("a smooth surface");
+        assert!(d2 > p.length_squared());
+        assert_eq!(patch.distance_squared(Vec3::ZERO, Vec3::Z, M), Some(0.0));
+    }
+}

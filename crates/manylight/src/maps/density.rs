@@ -1,0 +1,143 @@
+//! Density estimates over importons (ALGORITHMS 1.3) and photons.
+//!
+//! The bandwidth is the distance of the K-th particle of any kind; only particles of the same side and surface are
+//! summed. So the search never runs far where all particles near are strangers, and the sum stays unbiased.
+
+use super::{DensityKernel, KdTree, Neighbors};
+use crate::math::Vec3;
+use crate::particles::{Importon, Photon};
+
+/// Neighbors in the importance estimate. Its noise only affects variance.
+pub const IMPORTANCE_NEIGHBORS: usize = 64;
+
+/// Importons count up to 60° from the normal: wide, because facets of one smooth object must see each other,
+/// yet closed against the other side of a wall.
+const IMPORTON_MIN_COS: f32 = 0.5;
+/// Importons farther off the tangent plane than this share of the bandwidth lie on another surface.
+const IMPORTON_SLAB: f32 = 0.5;
+/// Photons are summed as radiance, where a stranger is an error: cos 25°.
+const PHOTON_MIN_COS: f32 = 0.906_308;
+/// As [`IMPORTON_SLAB`], for photons.
+const PHOTON_SLAB: f32 = 0.2;
+
+/// Importance that arrives per area at `p` with normal `n` (lit side), in 1/m²; never negative.
+///
+///     Ŵ(x) = 2/(π d_K²) Σ_i Ψ_i (1 − d_i²/d_K²)
+///
+/// `found` holds K and the memory; see [`IMPORTANCE_NEIGHBORS`].
+pub fn importance_at(importons: &KdTree<Importon>, p: Vec3, n: Vec3, found: &mut Neighbors) -> f32 {
+    importons.nearest(p, f32::INFINITY, found);
+    let r2 = found.radius_squared();
+    let mut sum = 0.0;
+    for (i, d2) in found.iter() {
+        let importon = &importons.items()[i as usize];
+        let height = n.dot(importon.p - p);
+        if n.dot(importon.n) >= IMPORTON_MIN_COS
+            && height * height <= IMPORTON_SLAB * IMPORTON_SLAB * r2
+        {
+            sum += importon.importance * DensityKernel::Epanechnikov.weight(d2, r2);
+        }
+    }
+    sum.max(0.0)
+}
+
+/// Shows `visit` the nearest photons within `r_max` of `p` that lie on the surface with normal `n` and arrive from its
+/// side, each with its kernel weight in 1/m²: `Σ weight · flux · f` estimates reflected radiance.
+pub fn estimate<'m>(
+    photons: &'m KdTree<Photon>,
+    p: Vec3,
+    n: Vec3,
+    r_max: f32,
+    found: &mut Neighbors,
+    mut visit: impl FnMut(&'m Photon, f32),
+) {
+    photons.nearest(p, r_max, found);
+    let r2 = found.radius_squared();
+    for (i, d2) in found.iter() {
+        let photon = &photons.items()[i as usize];
+        let height = n.dot(photon.p - p);
+        if n.dot(photon.n) >= PHOTON_MIN_COS && height * height <= PHOTON_SLAB * PHOTON_SLAB * r2 {
+            let weight = DensityKernel::Epanechnikov.weight(d2, r2);
+            if weight > 0.0 {
+                visit(photon, weight);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::rng::Pcg;
+
+    fn importon(p: Vec3, n: Vec3) -> Importon {
+        Importon {
+            p,
+            n,
+            wo: n,
+            importance: 1.0,
+        }
+    }
+
+    /// Mean of `sum / true density` over homogeneous point sets on the unit square, seen from its center.
+    fn mean_density(kernel: DensityKernel, k: usize, trials: usize) -> f64 {
+        let count = 400;
+        let mut rng = Pcg::new(11);
+        let mut found = Neighbors::new(k);
+        let mut sum = 0.0;
+        for _ in 0..trials {
+            let points = (0..count)
+                .map(|_| Vec3::new(rng.next_f32(), rng.next_f32(), 0.0))
+                .collect();
+            let tree = KdTree::build(points);
+            tree.nearest(Vec3::new(0.5, 0.5, 0.0), f32::INFINITY, &mut found);
+            let r2 = found.radius_squared();
+            sum += found
+                .iter()
+                .map(|(_, d2)| f64::from(kernel.weight(d2, r2)))
+                .sum::<f64>();
+        }
+        sum / trials as f64 / count as f64
+    }
+
+    /// ALGORITHMS 1.13.7. With `count` points in the square instead of a Poisson process, E[(K-1)/(π d_K²)] is exactly the
+    /// density (order statistics of a Beta variable). The standard error is 1/sqrt(K-2) per trial, 0.19 % here.
+    #[test]
+    fn epanechnikov_is_unbiased_and_the_constant_kernel_is_not() {
+        let k = 30;
+        let epanechnikov = mean_density(DensityKernel::Epanechnikov, k, 10_000);
+        assert!((epanechnikov - 1.0).abs() < 0.005, "{epanechnikov}");
+        let constant = mean_density(DensityKernel::Constant, k, 10_000);
+        let expected = k as f64 / (k as f64 - 1.0);
+        assert!(
+            (constant - expected).abs() < 0.005,
+            "{constant} instead of {expected}"
+        );
+    }
+
+    #[test]
+    fn importance_does_not_pass_through_walls() {
+        let mut rng = Pcg::new(3);
+        let above: Vec<Importon> = (0..2000)
+            .map(|_| importon(Vec3::new(rng.next_f32(), rng.next_f32(), 0.0), Vec3::Z))
+            .collect();
+        let tree = KdTree::build(above);
+        let mut found = Neighbors::new(IMPORTANCE_NEIGHBORS);
+        let p = Vec3::new(0.5, 0.5, 0.0);
+        let front = importance_at(&tree, p, Vec3::Z, &mut found);
+        assert!((front / 2000.0 - 1.0).abs() < 0.3, "{front}");
+        assert_eq!(
+            importance_at(&tree, p - Vec3::Z * 0.001, -Vec3::Z, &mut found),
+            0.0
+        );
+    }
+
+    #[test]
+    fn no_importons_mean_no_importance() {
+        let tree: KdTree<Importon> = KdTree::build(Vec::new());
+        assert_eq!(
+            importance_at(&tree, Vec3::ZERO, Vec3::Z, &mut Neighbors::new(8)),
+            0.0
+        );
+    }
+}

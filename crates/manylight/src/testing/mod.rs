@@ -1,0 +1,4 @@
+//! Analytic scenes and statistics for tests.
+
+pub mod scenes;
+pub mod statistics;

@@ -1,0 +1,534 @@
+//! Flux: which photons each light speaks for (ALGORITHMS 1.6, options 0 and B; 1.8; ERRATA G8).
+//!
+//! The partition rule gives every photon to the nearest light of its own surface, so all flux is represented, wherever the
+//! lights stand. Photons that no light may take are thinned into lights of their own.
+
+use super::Site;
+use super::curve::Curve;
+use super::select::WEIGHT_FLOOR;
+use crate::bsdf::Lobes;
+use crate::geometry::Segment;
+use crate::ids::MaterialId;
+use crate::maps::{KdTree, Neighbors, Patch};
+use crate::math::Vec3;
+use crate::particles::Photon;
+use crate::sampling::systematic::{inclusion_probabilities, systematic};
+use crate::scene::Scene;
+use rayon::prelude::*;
+
+/// Neighbors that tell the spacing of lights; the light itself is among them.
+const SPACING_NEIGHBORS: usize = 9;
+/// A photon goes no farther than this many spacings: where so many lights are nearer than the nearest compatible one,
+/// the photon's surface has none.
+const MAX_SPACINGS: f32 = 3.0;
+/// Photons farther than this many spacings from their light must see it. The spacing is the distance of the 8th neighbor, so one
+/// photon in eight is tested on an even plane.
+const UNSEEN_SPACINGS: f32 = 0.5;
+/// Height of the line of sight over the surface, relative to its length: clears hollows of up to 25° between normals.
+const SIGHT_LIFT: f32 = 0.1;
+/// Residual lights carry at most about this many times the flux of a median light.
+const MAX_RESIDUAL_FLUX: f64 = 10.0;
+/// Residual lights per light, while the flux limit allows.
+const RESIDUAL_SHARE: f64 = 0.25;
+
+/// No light takes this photon.
+const NOBODY: u32 = u32::MAX;
+
+/// What assignment must know about surfaces.
+pub trait Surfaces: Sync {
+    /// The surface around a photon that becomes a light.
+    fn patch(&self, photon: &Photon) -> Patch;
+    /// What the photon lies on.
+    fn material(&self, photon: &Photon) -> MaterialId;
+    /// Whether nothing stands between the photon and the patch.
+    fn connected(&self, photon: &Photon, patch: &Patch) -> bool;
+}
+
+impl Surfaces for Scene {
+    fn patch(&self, photon: &Photon) -> Patch {
+        let bsdf = self.bsdf(&self.surface_point(photon.at));
+        let width = if bsdf.lobes().has(Lobes::GLOSSY) {
+            bsdf.glossy_width()
+        } else {
+            1.0
+        };
+        Patch::new(photon.p, photon.n, self.material(photon), width)
+    }
+
+    fn material(&self, photon: &Photon) -> MaterialId {
+        self.geometry.primitives()[photon.at.primitive.index()].material
+    }
+
+    fn connected(&self, photon: &Photon, patch: &Patch) -> bool {
+        let lift = SIGHT_LIFT * photon.p.distance(patch.p);
+        let segment = Segment {
+            from: photon.p + photon.n * lift,
+            to: patch.p + patch.n * lift,
+        };
+        !self.geometry.occluded(&segment)
+    }
+}
+
+/// Lights to be, in the order of the space-filling curve, and the photons that each speaks for.
+#[derive(Clone, Debug, Default)]
+pub struct Shares {
+    sites: Vec<Site>,
+    /// Share `k` is `photons[offsets[k]..offsets[k + 1]]`.
+    offsets: Vec<u32>,
+    photons: Vec<u32>,
+    scales: Vec<f32>,
+    /// Flux of the photons that no light took, before thinning; W per channel.
+    residual: [f64; 3],
+}
+
+impl Shares {
+    /// The density rule: each site speaks for its own photon, over the probability with which it was kept.
+    pub fn own(sites: &[Site]) -> Self {
+        Shares {
+            sites: sites.to_vec(),
+            offsets: (0..=sites.len() as u32).collect(),
+            photons: sites.iter().map(|s| s.photon).collect(),
+            scales: sites.iter().map(|s| 1.0 / s.probability).collect(),
+            residual: [0.0; 3],
+        }
+    }
+
+    /// The photons that the lights stand on.
+    pub fn sites(&self) -> &[Site] {
+        &self.sites
+    }
+
+    /// Number of lights.
+    pub fn len(&self) -> usize {
+        self.sites.len()
+    }
+
+    /// Whether there is no light.
+    pub fn is_empty(&self) -> bool {
+        self.sites.is_empty()
+    }
+
+    /// Indices of the photons of light `k`, ascending, never none.
+    #[inline]
+    pub fn photons_of(&self, k: usize) -> &[u32] {
+        &self.photons[self.offsets[k] as usize..self.offsets[k + 1] as usize]
+    }
+
+    /// Factor on the flux of each photon of light `k`: 1, or one over the probability that it was kept.
+    #[inline]
+    pub fn scale(&self, k: usize) -> f32 {
+        self.scales[k]
+    }
+
+    /// Flux of the photons that no light took, before thinning; W per channel.
+    pub fn residual(&self) -> [f64; 3] {
+        self.residual
+    }
+}
+
+/// The partition rule. Lights that stand nearer to no photon than others vanish; photons that no light may take are thinned
+/// without bias, by weight and flux, into lights of one photon with the random number `u`.
+pub fn assign(
+    surfaces: &impl Surfaces,
+    photons: &[Photon],
+    sites: &[Site],
+    weights: &[f32],
+    u: f32,
+) -> Shares {
+    let owners = owners(surfaces, photons, sites);
+    let mut residual = [0.0; 3];
+    for (photon, _) in photons
+        .iter()
+        .zip(&owners)
+        .filter(|(_, owner)| **owner == NOBODY)
+    {
+        for (sum, f) in residual.iter_mut().zip(photon.flux.to_array()) {
+            *sum += f64::from(f);
+        }
+    }
+    let extras = thin_residual(photons, &owners, sites.len(), weights, u);
+    Shares {
+        residual,
+        ..gather_shares(photons, sites, &owners, &extras)
+    }
+}
+
+/// For each photon the index of the site that takes it, or [`NOBODY`].
+fn owners(surfaces: &impl Surfaces, photons: &[Photon], sites: &[Site]) -> Vec<u32> {
+    let patches: Vec<Patch> = sites
+        .par_iter()
+        .map(|site| surfaces.patch(&photons[site.photon as usize]))
+        .collect();
+    let tree = KdTree::build(patches.iter().map(|patch| patch.p).collect::<Vec<Vec3>>());
+    let spacings: Vec<f32> = patches
+        .par_iter()
+        .map_init(
+            || Neighbors::new(SPACING_NEIGHBORS),
+            |found, patch| {
+                tree.nearest(patch.p, f32::INFINITY, found);
+                found.radius_squared().sqrt()
+            },
+        )
+        .collect();
+    let claims = Claims {
+        surfaces,
+        patches,
+        tree,
+        spacings,
+    };
+    photons
+        .par_iter()
+        .with_min_len(256)
+        .map(|photon| claims.owner(photon))
+        .collect()
+}
+
+/// The lights' claims on photons.
+struct Claims<'a, S> {
+    surfaces: &'a S,
+    patches: Vec<Patch>,
+    tree: KdTree<Vec3>,
+    /// Distance of each light to its 8th neighbor.
+    spacings: Vec<f32>,
+}
+
+impl<S: Surfaces> Claims<'_, S> {
+    fn owner(&self, photon: &Photon) -> u32 {
+        let material = self.surfaces.material(photon);
+        let cost = |k: u32| self.patches[k as usize].distance_squared(photon.p, photon.n, material);
+        let Some((any, any_d2)) = self
+            .tree
+            .cheapest(photon.p, f32::INFINITY, |_, d2| Some(d2))
+        else {
+            return NOBODY;
+        };
+        // Some spacings of the lights around the photon, whichever way those face: if the nearest is at distance d and has
+        // its 8th neighbor at s, the photon has its 8th no farther than d + s.
+        let reach = (MAX_SPACINGS * (any_d2.sqrt() + self.spacings[any as usize])).powi(2);
+        // The nearest of all mostly is the answer, and bounds the search if not.
+        let limit = cost(any).map_or(reach, |c| c.min(reach));
+        let Some((k, d2)) = self.tree.cheapest(photon.p, limit, |k, _| cost(k)) else {
+            return NOBODY;
+        };
+        let sees = |k: u32| self.surfaces.connected(photon, &self.patches[k as usize]);
+        if d2 <= (UNSEEN_SPACINGS * self.spacings[k as usize]).powi(2) || sees(k) {
+            return k;
+        }
+        self.tree
+            .cheapest(photon.p, reach, |k, _| cost(k).filter(|_| sees(k)))
+            .map_or(NOBODY, |(k, _)| k)
+    }
+}
+
+/// Chooses among the photons that nobody took. Half of the probability goes by weight (importance), half by flux, which
+/// bounds the flux of the lights.
+fn thin_residual(
+    photons: &[Photon],
+    owners: &[u32],
+    light_count: usize,
+    weights: &[f32],
+    u: f32,
+) -> Vec<Site> {
+    let mut fluxes = vec![0.0f64; light_count];
+    let mut residual = Vec::new();
+    for (j, (photon, &owner)) in photons.iter().zip(owners).enumerate() {
+        match fluxes.get_mut(owner as usize) {
+            Some(flux) => *flux += f64::from(photon.flux.luminance()),
+            None if !photon.flux.is_black() => residual.push(j as u32),
+            None => {}
+        }
+    }
+    if residual.is_empty() {
+        return Vec::new();
+    }
+    let curve = Curve::around(photons);
+    residual.sort_by_cached_key(|&j| curve.key(photons[j as usize].p, photons[j as usize].n));
+
+    let sum =
+        |value: &dyn Fn(u32) -> f32| residual.iter().map(|&j| f64::from(value(j))).sum::<f64>();
+    let weight = |j: u32| weights[j as usize];
+    let flux = |j: u32| photons[j as usize].flux.luminance();
+    let (total_weight, total_flux) = (sum(&weight), sum(&flux));
+    let share = |value: f32, total: f64| {
+        if total > 0.0 {
+            (f64::from(value) / total) as f32
+        } else {
+            0.0
+        }
+    };
+    let mixed: Vec<f32> = residual
+        .iter()
+        .map(|&j| {
+            (share(weight(j), total_weight) + share(flux(j), total_flux)).max(f32::MIN_POSITIVE)
+        })
+        .collect();
+    let count = residual_count(total_flux, &mut fluxes);
+    let probabilities = inclusion_probabilities(&mixed, count, WEIGHT_FLOOR);
+    systematic(&probabilities, u)
+        .into_iter()
+        .map(|i| Site {
+            photon: residual[i],
+            probability: probabilities[i],
+        })
+        .collect()
+}
+
+/// How many lights the residual becomes: as strong as the median light if that needs few, else stronger up to a limit.
+fn residual_count(residual_flux: f64, light_fluxes: &mut Vec<f64>) -> usize {
+    let lights = light_fluxes.len() as f64;
+    light_fluxes.retain(|&f| f > 0.0);
+    if light_fluxes.is_empty() {
+        return (lights as usize).max(1);
+    }
+    let middle = light_fluxes.len() / 2;
+    let (_, &mut median, _) = light_fluxes.select_nth_unstable_by(middle, f64::total_cmp);
+    let even = residual_flux / median;
+    // Half of the probability goes by flux, hence the 2.
+    let fewest = 2.0 * even / MAX_RESIDUAL_FLUX;
+    even.min(lights * RESIDUAL_SHARE)
+        .max(fewest)
+        .min(lights)
+        .ceil()
+        .max(1.0) as usize
+}
+
+/// Lists each light's photons, and sorts lights and extra lights along the curve.
+fn gather_shares(photons: &[Photon], sites: &[Site], owners: &[u32], extras: &[Site]) -> Shares {
+    let mut counts = vec![0u32; sites.len()];
+    for &owner in owners {
+        if let Some(count) = counts.get_mut(owner as usize) {
+            *count += 1;
+        }
+    }
+    let curve = Curve::around(photons);
+    let key = |site: &Site| {
+        curve.key(
+            photons[site.photon as usize].p,
+            photons[site.photon as usize].n,
+        )
+    };
+    let of_sites = sites
+        .iter()
+        .zip(&counts)
+        .enumerate()
+        .filter(|(_, (_, count))| **count > 0);
+    let mut order: Vec<(u64, u32)> = of_sites
+        .map(|(k, (site, _))| (key(site), k as u32))
+        .collect();
+    order.extend(
+        extras
+            .iter()
+            .enumerate()
+            .map(|(e, site)| (key(site), (sites.len() + e) as u32)),
+    );
+    order.sort_unstable();
+
+    let mut shares = Shares {
+        offsets: vec![0],
+        ..Shares::default()
+    };
+    let mut next = vec![0u32; sites.len()];
+    for &(_, k) in &order {
+        let k = k as usize;
+        let end = shares.offsets[shares.sites.len()];
+        match sites.get(k) {
+            Some(&site) => {
+                next[k] = end;
+                shares.sites.push(site);
+                shares.scales.push(1.0);
+                shares.offsets.push(end + counts[k]);
+            }
+            None => {
+                let site = extras[k - sites.len()];
+                shares.sites.push(site);
+                shares.scales.push(1.0 / site.probability);
+                shares.offsets.push(end + 1);
+            }
+        }
+    }
+    shares.photons = vec![0; shares.offsets[shares.sites.len()] as usize];
+    for (j, &owner) in owners.iter().enumerate() {
+        if let Some(slot) = next.get_mut(owner as usize) {
+            shares.photons[*slot as usize] = j as u32;
+            *slot += 1;
+        }
+    }
+    for (l, &(_, k)) in order.iter().enumerate() {
+        if k as usize >= sites.len() {
+            shares.photons[shares.offsets[l] as usize] = shares.sites[l].photon;
+        }
+    }
+    shares
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::select::select;
+    use super::super::testing::{photon, photons_on_square};
+    use super::*;
+    use crate::ids::PrimitiveId;
+
+    /// Material = primitive; nothing in the way but a wall at x = 0.5 below z = 0.01, if `wall`.
+    struct Room {
+        wall: Option<f32>,
+    }
+
+    impl Surfaces for Room {
+        fn patch(&self, photon: &Photon) -> Patch {
+            Patch::new(photon.p, photon.n, self.material(photon), 1.0)
+        }
+        fn material(&self, photon: &Photon) -> MaterialId {
+            MaterialId(photon.at.primitive.0)
+        }
+        fn connected(&self, photon: &Photon, patch: &Patch) -> bool {
+            self.wall
+                .is_none_or(|x| (photon.p.x < x) == (patch.p.x < x))
+        }
+    }
+
+    const OPEN: Room = Room { wall: None };
+
+    fn luminances(photons: &[Photon]) -> Vec<f32> {
+        photons.iter().map(|p| p.flux.luminance()).collect()
+    }
+
+    fn flux(photons: &[Photon], indices: impl Iterator<Item = u32>) -> [f64; 3] {
+        indices.fold([0.0; 3], |mut sum, j| {
+            for (s, f) in sum.iter_mut().zip(photons[j as usize].flux.to_array()) {
+                *s += f64::from(f);
+            }
+            sum
+        })
+    }
+
+    /// ALGORITHMS 1.13.2.
+    #[test]
+    fn no_flux_is_lost() {
+        let mut photons = photons_on_square(20_000, 1);
+        // A few photons of another material and some on the other side: residual unless they have sites.
+        for photon in photons.iter_mut().skip(5).step_by(997) {
+            photon.at.primitive = PrimitiveId(1);
+        }
+        for photon in photons.iter_mut().skip(8).step_by(1501) {
+            photon.n = -photon.n;
+        }
+        let weights = luminances(&photons);
+        let sites = select(&photons, &weights, 300, 0.4);
+        let shares = assign(&OPEN, &photons, &sites, &weights, 0.7);
+        assert!(shares.residual()[0] > 0.0);
+        let mut assigned = [0.0; 3];
+        for k in (0..shares.len()).filter(|&k| shares.scale(k) == 1.0) {
+            let f = flux(&photons, shares.photons_of(k).iter().copied());
+            (0..3).for_each(|c| assigned[c] += f[c]);
+        }
+        let total = flux(&photons, 0..photons.len() as u32);
+        // Residual photons that were kept with certainty are lights of scale 1 as well.
+        let certain: Vec<u32> = (0..shares.len())
+            .filter(|&k| shares.scale(k) == 1.0 && shares.photons_of(k).len() == 1)
+            .map(|k| shares.sites()[k].photon)
+            .filter(|j| sites.iter().all(|s| s.photon != *j))
+            .collect();
+        let certain = flux(&photons, certain.into_iter());
+        for c in 0..3 {
+            let sum = assigned[c] - certain[c] + shares.residual()[c];
+            assert!((sum / total[c] - 1.0).abs() < 1e-6, "{sum} of {}", total[c]);
+        }
+    }
+
+    #[test]
+    fn photons_go_to_the_nearest_light() {
+        let photons = photons_on_square(3000, 2);
+        let weights = luminances(&photons);
+        let sites = select(&photons, &weights, 100, 0.4);
+        let shares = assign(&OPEN, &photons, &sites, &weights, 0.7);
+        let mut seen = vec![false; photons.len()];
+        for k in 0..shares.len() {
+            let p = photons[shares.sites()[k].photon as usize].p;
+            for &j in shares.photons_of(k) {
+                assert!(
+                    !std::mem::replace(&mut seen[j as usize], true),
+                    "photon {j} was given away twice"
+                );
+                let q = photons[j as usize].p;
+                let nearest = sites
+                    .iter()
+                    .map(|s| photons[s.photon as usize].p.distance_squared(q))
+                    .fold(f32::INFINITY, f32::min);
+                assert_eq!(p.distance_squared(q), nearest);
+            }
+        }
+        assert!(seen.iter().all(|&s| s));
+    }
+
+    #[test]
+    fn flux_does_not_pass_through_a_wall_that_lights_are_far_from() {
+        let mut photons = photons_on_square(4000, 3);
+        // All lights stand on the left.
+        photons.sort_by(|a, b| a.p.x.total_cmp(&b.p.x));
+        let sites: Vec<Site> = (0..200)
+            .map(|i| Site {
+                photon: i,
+                probability: 0.1,
+            })
+            .collect();
+        let weights = luminances(&photons);
+        let shares = assign(&Room { wall: Some(0.5) }, &photons, &sites, &weights, 0.1);
+        for k in 0..shares.len() {
+            let x = photons[shares.sites()[k].photon as usize].p.x;
+            assert!(
+                shares
+                    .photons_of(k)
+                    .iter()
+                    .all(|&j| (photons[j as usize].p.x < 0.5) == (x < 0.5))
+            );
+        }
+    }
+
+    #[test]
+    fn residual_flux_is_right_on_average_and_bounded() {
+        let mut photons = photons_on_square(10_000, 4);
+        for i in 0..200 {
+            photons[i * 50].at.primitive = PrimitiveId(1);
+        }
+        let sites: Vec<Site> = (0..100)
+            .map(|i| Site {
+                photon: i * 100 + 1,
+                probability: 0.01,
+            })
+            .collect();
+        let weights = luminances(&photons);
+        let median = 100.0 * 0.6;
+        let (mut mean, trials) = (0.0, 50);
+        let mut residual = 0.0;
+        for t in 0..trials {
+            let shares = assign(
+                &OPEN,
+                &photons,
+                &sites,
+                &weights,
+                (t as f32 + 0.5) / trials as f32,
+            );
+            residual = shares.residual()[1];
+            for k in (0..shares.len()).filter(|&k| shares.scale(k) > 1.0) {
+                let light = photons[shares.photons_of(k)[0] as usize].flux * shares.scale(k);
+                assert!(light.luminance() < 10.0 * median);
+                mean += f64::from(light.g) / f64::from(trials);
+            }
+        }
+        assert!(residual > 100.0);
+        assert!((mean / residual - 1.0).abs() < 0.02, "{mean} of {residual}");
+    }
+
+    #[test]
+    fn there_may_be_nothing_to_assign() {
+        assert!(assign(&OPEN, &[], &[], &[], 0.5).is_empty());
+        let photons = [photon(Vec3::ZERO, Vec3::Z)];
+        let shares = assign(&OPEN, &photons, &[], &[1.0], 0.5);
+        assert_eq!((shares.len(), shares.scale(0)), (1, 1.0));
+        let own = Shares::own(&[Site {
+            photon: 0,
+            probability: 0.25,
+        }]);
+        assert_eq!((own.photons_of(0), own.scale(0)), (&[0][..], 4.0));
+    }
+}

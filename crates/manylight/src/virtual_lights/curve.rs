@@ -1,0 +1,127 @@
+//! The order of lights: a Hilbert curve through space, with surfaces that face different ways kept apart.
+//!
+//! Neighbors in this order stand close together and face the same way. So thinning along it spreads lights evenly over
+//! each surface, and a batch of consecutive lights is compact and tends to be lit or culled together.
+
+use crate::math::{Aabb, Vec3};
+use crate::particles::Photon;
+use rayon::prelude::*;
+
+/// Bits per axis: 4096 steps along the longest edge of the scene.
+const BITS: u32 = 12;
+/// Bits per axis above the facing, fixed so that a batch of some dozens of lights neither mixes facings nor spans the scene.
+const COARSE_BITS: u32 = 2;
+
+/// A curve through a box.
+#[derive(Clone, Copy, Debug)]
+pub struct Curve {
+    origin: Vec3,
+    scale: f32,
+}
+
+impl Curve {
+    /// The curve through the box around all photons.
+    pub fn around(photons: &[Photon]) -> Self {
+        let bounds = photons
+            .par_iter()
+            .fold(|| Aabb::EMPTY, |b, photon| b.include(photon.p))
+            .reduce(|| Aabb::EMPTY, Aabb::union);
+        let edge = bounds.extent().max_element().max(f32::MIN_POSITIVE);
+        Curve {
+            origin: bounds.min,
+            scale: (1 << BITS) as f32 / edge,
+        }
+    }
+
+    /// Place on the curve of a surface at `p` that faces `n`.
+    pub fn key(&self, p: Vec3, n: Vec3) -> u64 {
+        let last = ((1 << BITS) - 1) as f32;
+        let q = ((p - self.origin) * self.scale).clamp(Vec3::ZERO, Vec3::splat(last));
+        let h = hilbert([q.x as u32, q.y as u32, q.z as u32]);
+        let fine = 3 * (BITS - COARSE_BITS);
+        (h >> fine) << (fine + 3) | facing(n) << fine | h & ((1 << fine) - 1)
+    }
+
+    /// Indices of the photons in the order of the curve.
+    pub fn order(&self, photons: &[Photon]) -> Vec<u32> {
+        let mut keyed: Vec<(u64, u32)> = photons
+            .par_iter()
+            .enumerate()
+            .map(|(i, photon)| (self.key(photon.p, photon.n), i as u32))
+            .collect();
+        keyed.par_sort_unstable();
+        keyed.into_iter().map(|(_, i)| i).collect()
+    }
+}
+
+/// Which of the six axis directions `n` is nearest to.
+fn facing(n: Vec3) -> u64 {
+    let axis = n.abs().max_position();
+    2 * axis as u64 + u64::from(n[axis] < 0.0)
+}
+
+/// Index along the three-dimensional Hilbert curve. Source: Skilling, "Programming the Hilbert curve", AIP 707, 2004.
+fn hilbert(mut x: [u32; 3]) -> u64 {
+    // Undo the rotations and reflections, from the coarsest level down.
+    for level in (1..BITS).rev() {
+        let (bit, below) = (1 << level, (1 << level) - 1);
+        for i in 0..3 {
+            if x[i] & bit != 0 {
+                x[0] ^= below;
+            } else {
+                let swapped = (x[0] ^ x[i]) & below;
+                x[0] ^= swapped;
+                x[i] ^= swapped;
+            }
+        }
+    }
+    // Gray code.
+    x[1] ^= x[0];
+    x[2] ^= x[1];
+    let mut flips = 0;
+    for level in (1..BITS).rev() {
+        if x[2] & (1 << level) != 0 {
+            flips ^= (1 << level) - 1;
+        }
+    }
+    let mut h = 0;
+    for level in (0..BITS).rev() {
+        for axis in x {
+            h = h << 1 | u64::from((axis ^ flips) >> level & 1);
+        }
+    }
+    h
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_curve_visits_every_cell_and_steps_to_neighbors() {
+        // The 16³ cells of one corner are one connected piece of the curve.
+        let mut cells: Vec<(u64, [u32; 3])> = Vec::new();
+        for i in 0..16u32.pow(3) {
+            let cell = [i % 16, i / 16 % 16, i / 256];
+            cells.push((hilbert(cell), cell));
+        }
+        cells.sort_unstable();
+        for (a, b) in cells.iter().zip(&cells[1..]) {
+            assert_eq!(b.0, a.0 + 1);
+            let step: u32 = (0..3).map(|i| a.1[i].abs_diff(b.1[i])).sum();
+            assert_eq!(step, 1, "{:?} to {:?}", a.1, b.1);
+        }
+    }
+
+    #[test]
+    fn opposite_sides_of_a_wall_are_apart() {
+        let curve = Curve {
+            origin: Vec3::ZERO,
+            scale: 4096.0,
+        };
+        let p = Vec3::new(0.3, 0.4, 0.5);
+        let (front, back) = (curve.key(p, Vec3::X), curve.key(p, -Vec3::X));
+        assert!(front.abs_diff(back) >= 1 << (3 * (BITS - COARSE_BITS)));
+        assert_eq!(front, curve.key(p, Vec3::new(0.9, 0.3, 0.1)));
+    }
+}

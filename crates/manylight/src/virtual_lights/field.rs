@@ -1,0 +1,395 @@
+//! All virtual lights of a pass, ready to be gathered.
+
+use super::moments::{Extent, Footprint};
+use super::octahedral_profile::{Grid, Profile, Range, Source, lookup};
+use super::{Emission, Shares, Site, VirtualLight};
+use crate::bsdf::{Bsdf, Lobes};
+use crate::color::Rgb;
+use crate::geometry::SurfacePoint;
+use crate::ids::LightId;
+use crate::maps::{KdTree, Neighbors, Patch};
+use crate::math::Vec3;
+use crate::particles::Photon;
+use crate::sampling::rng::{Pcg, mix};
+use crate::sampling::systematic::{inclusion_probabilities, systematic};
+use crate::scene::Scene;
+use rayon::prelude::*;
+use std::f32::consts::{FRAC_1_PI, PI};
+
+/// Photons whose lobes a table shows, when those are wide. Every light and every pass draws others.
+const WIDE_SOURCES: usize = 16;
+/// And when they are narrow: such lobes take less time, and more of them must meet to be smooth.
+const NARROW_SOURCES: usize = 32;
+/// Roughness between the two.
+const NARROW: f32 = 0.3;
+/// Path lengths told apart by [`LightField::share_up_to`]; scenes with longer limits treat them as none.
+const DEPTHS: usize = 16;
+/// Neighbors that tell the surface per light; the light itself is among them (ERRATA E12).
+const AREA_NEIGHBORS: usize = 9;
+
+/// All virtual lights of one pass with their tables, sorted along a space-filling curve.
+#[derive(Debug)]
+pub struct LightField<'s> {
+    lights: Vec<VirtualLight<'s>>,
+    /// Octahedral tables one after the other, `side`² texels each: glossy radiant intensity in W/sr, cosine included.
+    tables: Vec<Rgb>,
+    side: usize,
+    /// For each light the shares of its flux from photons of depth 1, up to 2, up to 3, ...
+    shares_by_depth: Vec<[f32; DEPTHS]>,
+    ledger: Ledger,
+}
+
+/// Where the flux of a pass went (ERRATA G7). W per channel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Ledger {
+    /// All photons.
+    pub photons: [f64; 3],
+    /// What the lights represent.
+    pub lights: [f64; 3],
+    /// Photons that no light took, before they were thinned.
+    pub residual: [f64; 3],
+    /// Flux that the tables should hold.
+    pub reflected: [f64; 3],
+    /// Flux that they hold.
+    pub tables: [f64; 3],
+}
+
+fn add(sum: &mut [f64; 3], flux: Rgb, scale: f64) {
+    for (s, f) in sum.iter_mut().zip(flux.to_array()) {
+        *s += f64::from(f) * scale;
+    }
+}
+
+fn rgb(sum: [f64; 3]) -> Rgb {
+    Rgb::new(sum[0] as f32, sum[1] as f32, sum[2] as f32)
+}
+
+impl<'s> LightField<'s> {
+    /// Plain VPLs: each site shines as its one photon, with flux `Φ / probability` (ALGORITHMS 1.6, option 0).
+    pub fn plain(scene: &'s Scene, photons: &[Photon], sites: &[Site]) -> Self {
+        LightField::single(scene, photons, &Shares::own(sites))
+    }
+
+    /// Each light shines as the photon that it stands on, with the flux of its share.
+    pub fn single(scene: &'s Scene, photons: &[Photon], shares: &Shares) -> Self {
+        LightField::build(scene, photons, shares, None)
+    }
+
+    /// Rich-VPLs: each light shines as all photons of its share, the diffuse part exactly, the glossy part in a table of `side`²
+    /// texels (even).
+    pub fn rich(scene: &'s Scene, photons: &[Photon], shares: &Shares, side: usize) -> Self {
+        LightField::build(scene, photons, shares, Some(&Grid::new(side)))
+    }
+
+    fn build(scene: &'s Scene, photons: &[Photon], shares: &Shares, grid: Option<&Grid>) -> Self {
+        let made: Vec<Made<'s>> = (0..shares.len())
+            .into_par_iter()
+            .map(|k| {
+                Maker {
+                    scene,
+                    photons,
+                    shares,
+                    k,
+                    site: &photons[shares.sites()[k].photon as usize],
+                }
+                .make(grid)
+            })
+            .collect();
+        let mut field = LightField {
+            lights: Vec::with_capacity(made.len()),
+            tables: Vec::new(),
+            side: grid.map_or(0, Grid::side),
+            shares_by_depth: Vec::with_capacity(made.len()),
+            ledger: Ledger {
+                residual: shares.residual(),
+                ..Ledger::default()
+            },
+        };
+        for photon in photons {
+            add(&mut field.ledger.photons, photon.flux, 1.0);
+        }
+        for light in made {
+            field.push(light);
+        }
+        field.measure_areas();
+        field
+    }
+
+    fn push(&mut self, mut made: Made<'s>) {
+        for (sum, f) in self.ledger.lights.iter_mut().zip(made.flux) {
+            *sum += f;
+        }
+        if let Some(profile) = made.profile {
+            add(&mut self.ledger.reflected, profile.target, 1.0);
+            add(&mut self.ledger.tables, profile.flux, 1.0);
+            if let Emission::Rich {
+                table, transmits, ..
+            } = &mut made.light.emission
+            {
+                *table = Some((self.tables.len() / (self.side * self.side)) as u32);
+                *transmits = profile.range == Range::Sphere;
+            }
+            self.tables.extend_from_slice(&profile.texels);
+        }
+        self.lights.push(made.light);
+        self.shares_by_depth.push(made.shares_by_depth);
+    }
+
+    fn measure_areas(&mut self) {
+        let tree = KdTree::build(
+            self.lights
+                .iter()
+                .map(|light| light.p)
+                .collect::<Vec<Vec3>>(),
+        );
+        let others = (self.lights.len().min(AREA_NEIGHBORS) as f32 - 1.0).max(1.0);
+        self.lights.par_iter_mut().for_each_init(
+            || Neighbors::new(AREA_NEIGHBORS),
+            |found, light| {
+                tree.nearest(light.p, f32::INFINITY, found);
+                light.area = PI * found.radius_squared() / others;
+            },
+        );
+    }
+
+    /// The lights.
+    pub fn lights(&self) -> &[VirtualLight<'s>] {
+        &self.lights
+    }
+
+    /// Radiant intensity of light `id` towards the unit vector `w` pointing away from it, emission cosine included, in W/sr.
+    #[inline]
+    pub fn intensity(&self, id: LightId, w: Vec3) -> Rgb {
+        let light = &self.lights[id.index()];
+        match &light.emission {
+            Emission::Single { wi, flux, bsdf } => bsdf.f_cos_wo(*wi, w, Lobes::SMOOTH) * *flux,
+            Emission::Rich {
+                diffuse,
+                exit,
+                table,
+                transmits,
+            } => {
+                let (cos, cos_s) = (w.dot(light.n), w.dot(light.ns));
+                let mut sum = Rgb::BLACK;
+                if cos > 0.0 && cos_s > 0.0 {
+                    sum += *diffuse * (exit.eval(cos_s) * cos * FRAC_1_PI);
+                }
+                if let Some(table) = table
+                    && (cos > 0.0 || *transmits)
+                {
+                    let texels = self.side * self.side;
+                    let first = *table as usize * texels;
+                    sum += lookup(&self.tables[first..first + texels], self.side, w);
+                }
+                sum
+            }
+        }
+    }
+
+    /// Share of the flux of light `id` that has come over at most `depth` segments, for scenes that limit the length of paths to
+    /// no more than 16 (ERRATA G1); 1 for greater depths.
+    #[inline]
+    pub fn share_up_to(&self, id: LightId, depth: u32) -> f32 {
+        match depth {
+            0 => 0.0,
+            _ => self.shares_by_depth[id.index()]
+                .get(depth as usize - 1)
+                .copied()
+                .unwrap_or(1.0),
+        }
+    }
+
+    /// Where the flux went.
+    pub fn ledger(&self) -> &Ledger {
+        &self.ledger
+    }
+
+    /// Bytes of lights and tables.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.lights.as_slice())
+            + size_of_val(self.tables.as_slice())
+            + size_of_val(self.shares_by_depth.as_slice())
+    }
+}
+
+/// A light on its way into the field.
+struct Made<'s> {
+    light: VirtualLight<'s>,
+    /// In full precision, for the ledger.
+    flux: [f64; 3],
+    profile: Option<Profile>,
+    shares_by_depth: [f32; DEPTHS],
+}
+
+/// Makes one light.
+struct Maker<'s, 'p> {
+    scene: &'s Scene,
+    photons: &'p [Photon],
+    shares: &'p Shares,
+    k: usize,
+    site: &'p Photon,
+}
+
+impl<'s, 'p> Maker<'s, 'p> {
+    /// The photons of the light.
+    fn own(&self) -> impl Iterator<Item = &'p Photon> + Clone + use<'p> {
+        let photons = self.photons;
+        self.shares
+            .photons_of(self.k)
+            .iter()
+            .map(move |&j| &photons[j as usize])
+    }
+
+    fn make(&self, grid: Option<&Grid>) -> Made<'s> {
+        let scale = f64::from(self.shares.scale(self.k));
+        let (mut flux, mut diffuse) = ([0.0; 3], [0.0; 3]);
+        for photon in self.own() {
+            add(&mut flux, photon.flux, scale);
+            add(&mut diffuse, photon.diffuse_flux, scale);
+        }
+        let site_point = self.scene.surface_point(self.site.at);
+        let bsdf = self.scene.bsdf(&site_point);
+        let mut light = self.place(&site_point, &bsdf);
+        light.flux = rgb(flux);
+        let mut profile = None;
+        light.emission = match grid {
+            None => {
+                (light.p, light.n) = (self.site.p, self.site.n);
+                light.ns = lit_side(site_point.frame.n, &site_point, light.n);
+                Emission::Single {
+                    wi: self.site.wi,
+                    flux: light.flux,
+                    bsdf,
+                }
+            }
+            Some(grid) => {
+                profile = bsdf
+                    .lobes()
+                    .has(Lobes::GLOSSY)
+                    .then(|| self.profile(grid, &light, &bsdf));
+                Emission::Rich {
+                    diffuse: rgb(diffuse),
+                    exit: bsdf.exit(),
+                    table: None,
+                    transmits: false,
+                }
+            }
+        };
+        Made {
+            light,
+            flux,
+            profile,
+            shares_by_depth: self.shares_by_depth(),
+        }
+    }
+
+    /// The light's place and extent; flux and emission are left open.
+    fn place(&self, site_point: &SurfacePoint, bsdf: &Bsdf<'s>) -> VirtualLight<'s> {
+        let site = self.site;
+        let extent = Extent::of(self.own(), site.n);
+        let material = self.scene.geometry.primitives()[site.at.primitive.index()].material;
+        let footprint = Footprint {
+            scene: self.scene,
+            patch: Patch::new(site.p, site.n, material, bsdf.glossy_width()),
+            photons: self.own(),
+            count: self.shares.photons_of(self.k).len(),
+            radius: extent.radius,
+        };
+        let (x, n) = match extent.radius > 0.0 {
+            true => footprint.project(extent.centroid),
+            false => (
+                SurfacePoint {
+                    p: site.p,
+                    ..*site_point
+                },
+                site.n,
+            ),
+        };
+        let points = match extent.radius > 0.0 {
+            true => extent.points().map(|target| footprint.project(target).0.p),
+            false => [x.p; 4],
+        };
+        VirtualLight {
+            p: x.p,
+            points,
+            n,
+            ns: lit_side(x.frame.n, &x, n),
+            radius: extent.radius,
+            area: 0.0,
+            offset: x.offset,
+            flux: Rgb::BLACK,
+            emission: Emission::Single {
+                wi: site.wi,
+                flux: Rgb::BLACK,
+                bsdf: *bsdf,
+            },
+        }
+    }
+
+    fn profile(&self, grid: &Grid, light: &VirtualLight, bsdf: &Bsdf<'s>) -> Profile {
+        let p = self.site.p;
+        let key = p
+            .to_array()
+            .into_iter()
+            .fold(self.k as u64, |key, x| mix(key ^ u64::from(x.to_bits())));
+        let mut rng = Pcg::new(key);
+        let width = bsdf.glossy_width();
+        let count = if width < NARROW {
+            NARROW_SOURCES
+        } else {
+            WIDE_SOURCES
+        };
+        let sources = self.sources(light, count, rng.next_f32());
+        grid.fill(&sources, width, light.n, &mut rng)
+    }
+
+    /// Draws `count` of the photons, seen from the light's center.
+    fn sources(&self, light: &VirtualLight, count: usize, u: f32) -> Vec<Source<'s>> {
+        let own: Vec<&Photon> = self.own().collect();
+        let weights: Vec<f32> = own.iter().map(|photon| photon.flux.luminance()).collect();
+        let probabilities = inclusion_probabilities(&weights, count, super::select::WEIGHT_FLOOR);
+        systematic(&probabilities, u)
+            .into_iter()
+            .map(|i| {
+                let photon = own[i];
+                let bsdf = self.scene.bsdf(&self.scene.surface_point(photon.at));
+                // Parallax: the previous vertex shines onto the light's center from where it is.
+                let seen = (photon.prev - light.p).normalize_or_zero();
+                let wi = if seen.dot(photon.n) > 0.0 {
+                    seen
+                } else {
+                    photon.wi
+                };
+                Source {
+                    bsdf,
+                    wi,
+                    flux: photon.flux * (self.shares.scale(self.k) / probabilities[i]),
+                }
+            })
+            .collect()
+    }
+
+    fn shares_by_depth(&self) -> [f32; DEPTHS] {
+        let mut sums = [0.0f64; DEPTHS];
+        let mut total = 0.0;
+        for photon in self.own() {
+            let flux = f64::from(photon.flux.luminance());
+            total += flux;
+            for sum in sums.iter_mut().skip(photon.depth.max(1) as usize - 1) {
+                *sum += flux;
+            }
+        }
+        sums.map(|sum| {
+            if total > 0.0 {
+                (sum / total) as f32
+            } else {
+                0.0
+            }
+        })
+    }
+}
+
+/// The normal `ns` of `x` on the side that the geometric normal `n` is on.
+fn lit_side(ns: Vec3, x: &SurfacePoint, n: Vec3) -> Vec3 {
+    ns * 1.0f32.copysign(x.ng.dot(n))
+}

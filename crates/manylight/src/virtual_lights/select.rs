@@ -1,0 +1,103 @@
+//! Placement: which photons become lights (ALGORITHMS 1.4; ERRATA E16).
+
+use super::Site;
+use super::curve::Curve;
+use crate::particles::Photon;
+use crate::sampling::systematic::{inclusion_probabilities, systematic};
+
+/// Weights below this share of their mean are raised to it: estimates of importance miss what matters now and then, and
+/// the flux of a light is divided by its probability.
+pub(super) const WEIGHT_FLOOR: f32 = 1e-3;
+
+/// Keeps `count` photons (or all, if fewer carry flux), each with probability proportional to its weight as far as that is
+/// below 1, with the one random number `u` in [0, 1). Any photon with flux may be kept, whatever its weight.
+/// The sites follow the space-filling curve.
+///
+/// `weights[j] >= 0` belongs to `photons[j]`: luminance of the flux, or that times importance.
+pub fn select(photons: &[Photon], weights: &[f32], count: usize, u: f32) -> Vec<Site> {
+    assert_eq!(photons.len(), weights.len(), "one weight per photon");
+    let order = Curve::around(photons).order(photons);
+    let along_curve: Vec<f32> = order
+        .iter()
+        .map(|&j| match photons[j as usize].flux.is_black() {
+            true => 0.0,
+            false => weights[j as usize].max(f32::MIN_POSITIVE),
+        })
+        .collect();
+    let probabilities = inclusion_probabilities(&along_curve, count, WEIGHT_FLOOR);
+    systematic(&probabilities, u)
+        .into_iter()
+        .map(|i| Site {
+            photon: order[i],
+            probability: probabilities[i],
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::photons_on_square;
+    use super::*;
+    use crate::color::Rgb;
+
+    #[test]
+    fn the_count_is_fixed_and_flux_is_kept_on_average() {
+        let photons = photons_on_square(4000, 1);
+        let weights: Vec<f32> = photons
+            .iter()
+            .map(|p| p.flux.luminance() * p.p.x.max(0.05))
+            .collect();
+        let total: f64 = photons.iter().map(|p| f64::from(p.flux.g)).sum();
+        let (mut mean, trials) = (0.0, 64);
+        for t in 0..trials {
+            let sites = select(&photons, &weights, 200, (t as f32 + 0.5) / trials as f32);
+            assert!(sites.len().abs_diff(200) <= 1);
+            for site in &sites {
+                mean += f64::from(photons[site.photon as usize].flux.g / site.probability)
+                    / f64::from(trials);
+            }
+        }
+        assert!((mean / total - 1.0).abs() < 0.01, "{mean} of {total}");
+    }
+
+    #[test]
+    fn sites_follow_the_curve_and_black_photons_are_no_lights() {
+        let mut photons = photons_on_square(3000, 2);
+        for photon in photons.iter_mut().step_by(2) {
+            photon.flux = Rgb::BLACK;
+        }
+        let weights = vec![0.0; photons.len()];
+        let sites = select(&photons, &weights, 300, 0.5);
+        assert!(sites.len().abs_diff(300) <= 1);
+        assert!(
+            sites
+                .iter()
+                .all(|s| !photons[s.photon as usize].flux.is_black())
+        );
+        let curve = Curve::around(&photons);
+        let keys: Vec<u64> = sites
+            .iter()
+            .map(|s| curve.key(photons[s.photon as usize].p, photons[s.photon as usize].n))
+            .collect();
+        assert!(keys.is_sorted());
+        // Consecutive lights are close: the mean step along the curve is of the order of the mean spacing, 1/sqrt(300).
+        let path: f32 = sites
+            .windows(2)
+            .map(|s| {
+                photons[s[0].photon as usize]
+                    .p
+                    .distance(photons[s[1].photon as usize].p)
+            })
+            .sum();
+        assert!(path / 299.0 < 2.0 / 300f32.sqrt(), "{path}");
+    }
+
+    #[test]
+    fn asking_for_more_than_there_is_keeps_everything() {
+        let photons = photons_on_square(50, 3);
+        let sites = select(&photons, &vec![1.0; 50], 100, 0.3);
+        assert_eq!(sites.len(), 50);
+        assert!(sites.iter().all(|s| s.probability == 1.0));
+        assert!(select(&[], &[], 100, 0.3).is_empty());
+    }
+}

@@ -1,0 +1,47 @@
+//! Photons for the tests of this folder.
+
+use crate::bsdf::Lobes;
+use crate::color::Rgb;
+use crate::geometry::SurfaceRef;
+use crate::ids::PrimitiveId;
+use crate::math::{Vec2, Vec3};
+use crate::particles::Photon;
+use crate::sampling::rng::Pcg;
+
+/// A photon of 1 W that falls straight onto `p`, on primitive 0.
+pub(super) fn photon(p: Vec3, n: Vec3) -> Photon {
+    Photon {
+        p,
+        n,
+        wi: n,
+        flux: Rgb::WHITE,
+        diffuse_flux: Rgb::WHITE * 0.5,
+        prev: p + n,
+        at: SurfaceRef {
+            primitive: PrimitiveId(0),
+            element: 0,
+            instance: SurfaceRef::NO_INSTANCE,
+            coordinates: Vec2::ZERO,
+        },
+        parent: Photon::NO_PARENT,
+        depth: 1,
+        event: Lobes::NONE,
+    }
+}
+
+/// Photons of random color on the unit square z = 0, facing up.
+pub(super) fn photons_on_square(count: usize, key: u64) -> Vec<Photon> {
+    let mut rng = Pcg::new(key);
+    (0..count)
+        .map(|i| {
+            let p = Vec3::new(rng.next_f32(), rng.next_f32(), 0.0);
+            let flux = Rgb::new(rng.next_f32(), 0.1 + rng.next_f32(), rng.next_f32());
+            Photon {
+                flux,
+                diffuse_flux: flux * 0.5,
+                depth: 1 + (i % 5) as u16,
+                ..photon(p, Vec3::Z)
+            }
+        })
+        .collect()
+}

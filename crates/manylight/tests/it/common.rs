@@ -1,0 +1,25 @@
+//! Renders for tests.
+
+use manylight::film::Film;
+use manylight::integrators::{Method, MethodKind};
+use manylight::render::{Budget, Observer, RenderJob, Stats, render};
+use manylight::scene::Scene;
+use std::ops::ControlFlow;
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+struct Silent;
+
+impl Observer for Silent {
+    fn pass_done(&mut self, _: &Film, _: &Stats, _: Duration) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+}
+
+/// `passes` passes of `kind` with the scene's own limits.
+pub fn film(scene: &Scene, kind: MethodKind, passes: u32, seed: u64) -> Film {
+    let method = Method { kind, limits: scene.limits };
+    let budget = Budget { passes: Some(passes), time: None, relative_error: None };
+    let job = RenderJob { scene, method, budget, seed };
+    render(&job, &Stats::default(), &AtomicBool::new(false), &mut Silent).film
+}

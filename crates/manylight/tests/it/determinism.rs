@@ -1,0 +1,54 @@
+//! The same bits for any number of threads; the same picture at any scale.
+
+use crate::common::film;
+use manylight::film::Layer;
+use manylight::integrators::{ManyLight, MethodKind};
+use manylight::math::{Affine3A, Vec3};
+use manylight::testing::scenes::{Builder, glossy_box};
+
+fn methods() -> Vec<MethodKind> {
+    let small = |method: ManyLight| ManyLight { photon_paths: 5000, light_count: 100, importon_paths: 1000, ..method };
+    vec![
+        MethodKind::Path,
+        MethodKind::LightTracer,
+        MethodKind::Aov,
+        MethodKind::ManyLight(small(ManyLight::rich_vpl())),
+        MethodKind::ManyLight(small(ManyLight::vpl())),
+        MethodKind::ManyLight(small(ManyLight::vpl_importance())),
+    ]
+}
+
+#[test]
+fn one_two_and_five_threads_give_the_same_bits() {
+    for kind in methods() {
+        let render = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| film(&glossy_box(24).build(), kind.clone(), 2, 7).image(Layer::Beauty).unwrap())
+        };
+        let one = render(1);
+        assert!(one == render(2) && one == render(5), "{kind:?} depends on the number of threads");
+    }
+}
+
+fn scaled(mut b: Builder, scale: f32) -> Builder {
+    let s = Affine3A::from_scale(Vec3::splat(scale));
+    for primitive in &mut b.desc.primitives {
+        primitive.world_from_object = s * primitive.world_from_object;
+    }
+    let sensor = &mut b.desc.sensors[0];
+    sensor.world_from_camera.translation *= scale;
+    sensor.near_clip *= scale;
+    sensor.far_clip *= scale;
+    b
+}
+
+#[test]
+fn meters_and_centimeters_give_the_same_picture() {
+    for kind in methods() {
+        let render = |scale| film(&scaled(glossy_box(24), scale).build(), kind.clone(), 4, 7).image(Layer::Beauty).unwrap();
+        // A power of two keeps every rounding, so the pictures agree almost everywhere.
+        let (meters, scaled) = (render(1.0), render(128.0));
+        let differing = meters.data.iter().zip(&scaled.data).filter(|(a, b)| (*a - *b).abs() > 1e-3 * a.abs().max(0.1)).count();
+        assert!(differing * 100 <= meters.data.len(), "{kind:?}: {differing} of {} values differ", meters.data.len());
+    }
+}
