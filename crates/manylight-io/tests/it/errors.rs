@@ -19,8 +19,14 @@ const WRONG: &[(&str, &str)] = &[
         "<bsdf type='null'><rgb name='xyz' value='1'/></bsdf>",
         "error 2:30 bsdf `null` has no parameter `xyz` (its parameters are id)",
     ),
-    ("<shape type='sphere'><float name='radius' value='big'/></shape>", "error 2:50 found `big`, expected a number"),
-    ("<shape type='sphere'><float name='radius' value='nan'/></shape>", "error 2:50 found `nan`, expected a number"),
+    (
+        "<shape type='sphere'><float name='radius' value='big'/></shape>",
+        "error 2:50 found `big`, expected a number",
+    ),
+    (
+        "<shape type='sphere'><float name='radius' value='nan'/></shape>",
+        "error 2:50 found `nan`, expected a number",
+    ),
     (
         "<shape type='sphere'><float name='radius' value='-1'/></shape>",
         "error 2:50 `radius` of shape `sphere` must be positive",
@@ -49,8 +55,14 @@ const WRONG: &[(&str, &str)] = &[
         "<bsdf type='diffuse' id='wood'/><shape type='sphere'><ref id='Wood'/></shape>",
         "error 2:63 no object has the id `Wood` (did you mean `wood`?)",
     ),
-    ("<bsdf type='twosided'><ref id='none'/></bsdf>", "error 2:32 no object has the id `none`"),
-    ("<bsdf type='diffuse' id='a'/><bsdf type='diffuse' id='a'/>", "error 2:55 the id `a` is used twice"),
+    (
+        "<bsdf type='twosided'><ref id='none'/></bsdf>",
+        "error 2:32 no object has the id `none`",
+    ),
+    (
+        "<bsdf type='diffuse' id='a'/><bsdf type='diffuse' id='a'/>",
+        "error 2:55 the id `a` is used twice",
+    ),
     (
         "<shape type='sphere'><float name='radius' value='$size'/></shape>",
         "error 2:50 the parameter `$size` is not defined (give it a value by `-D size=...` or \
@@ -67,22 +79,31 @@ const WRONG: &[(&str, &str)] = &[
     (
         "<bsdf type='diffuse'><texture name='reflectance' type='bitmap'><string name='filename' value='a/b.png'/>\
          </texture></bsdf>",
-        "error 2:96 the texture `a/b.png` does not exist (looked for `FOLDER/a/b.png`)",
+        "error 2:95 the texture `a/b.png` does not exist (looked for `FOLDER/a/b.png`)",
     ),
     (
         "<include filename='scenes.xml'/>",
         "error 2:20 the included file `scenes.xml` does not exist (looked for `FOLDER/scenes.xml`; did you mean \
          `scene.xml`?)",
     ),
-    ("<shape type='obj'/>", "error 2:14 shape `obj` needs the parameter `filename`"),
+    (
+        "<shape type='obj'/>",
+        "error 2:14 shape `obj` needs the parameter `filename`",
+    ),
     ("<shape/>", "error 2:2 <shape> needs the attribute `type`"),
-    ("<bsdf type='twosided'/>", "error 2:13 bsdf `twosided` needs one or two bsdfs inside of it"),
+    (
+        "<bsdf type='twosided'/>",
+        "error 2:13 bsdf `twosided` needs one or two bsdfs inside of it",
+    ),
     (
         "<bsdf type='twosided'><bsdf type='dielectric'/></bsdf>",
         "error 2:24 bsdf `dielectric` lets light through, so it cannot stand in twosided (materials that transmit have \
          two sides already: leave out twosided)",
     ),
-    ("<bsdf type='diffuse'><bsdf type='diffuse'/></bsdf>", "error 2:23 bsdf `diffuse` cannot hold a bsdf"),
+    (
+        "<bsdf type='diffuse'><bsdf type='diffuse'/></bsdf>",
+        "error 2:23 bsdf `diffuse` cannot hold a bsdf",
+    ),
     (
         "<shape type='sphere'><bsdf type='diffuse'/><bsdf type='diffuse'/></shape>",
         "error 2:45 shape `sphere` can have only one bsdf",
@@ -103,7 +124,10 @@ const WRONG: &[(&str, &str)] = &[
         "<bsdf type='dielectric'><string name='int_ior' value='watr'/></bsdf>",
         "error 2:55 unknown material `watr` (did you mean `water`?)",
     ),
-    ("<emitter type='area'/>", "error 2:16 an area emitter must stand in the shape that shines"),
+    (
+        "<emitter type='area'/>",
+        "error 2:16 an area emitter must stand in the shape that shines",
+    ),
     (
         "<shape type='sphere'><emitter type='point'/></shape>",
         "error 2:37 emitter `point` cannot stand in a shape: only `area` can",
@@ -136,7 +160,10 @@ const WRONG: &[(&str, &str)] = &[
         "<shape type='disk'><transform name='to_world'><rotat x='1'/></transform></shape>",
         "error 2:48 <rotat> is no step of a transform (did you mean <rotate>?)",
     ),
-    ("<flaot name='radius' value='1'/>", "error 2:2 unknown element <flaot> (did you mean <float>?)"),
+    (
+        "<flaot name='radius' value='1'/>",
+        "error 2:2 unknown element <flaot> (did you mean <float>?)",
+    ),
     (
         "<shape type='disk' name='a' nmae='b'/>",
         "error 2:29 <shape> has no attribute `nmae` (did you mean `name`?)",
@@ -150,7 +177,10 @@ const WRONG: &[(&str, &str)] = &[
         "error 2:13 bsdf `phong` exists only in files of version 0.x (use `principled`, `roughconductor` or `diffuse`, \
          or write `version=\"0.6.0\"` in <scene>)",
     ),
-    ("<bsdf type='mask' id='m'><ref id='m'/></bsdf>", "error 2:35 the object `m` refers to itself"),
+    (
+        "<bsdf type='mask' id='m'><ref id='m'/></bsdf>",
+        "error 2:35 the object `m` refers to itself",
+    ),
     (
         "<bsdf type='principled'><float name='eta' value='1.5'/><float name='specular' value='1'/></bsdf>",
         "error 2:50 bsdf `principled` has both `eta` and `specular` (give one of them)",
@@ -188,7 +218,8 @@ fn every_mistake_is_one_message_at_its_place() {
         .iter()
         .filter_map(|(xml, expected)| {
             let found = problems("3.0.0", xml);
-            (found != [*expected]).then(|| format!("{xml}\n  found    {found:#?}\n  expected {expected:?}"))
+            (found != [*expected])
+                .then(|| format!("{xml}\n  found    {found:#?}\n  expected {expected:?}"))
         })
         .collect();
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
@@ -200,14 +231,20 @@ fn all_mistakes_are_found_in_the_order_of_the_file() {
         "3.0.0",
         "<shape type='obj'><string name='filename' value='a.obj'/></shape>\n<bsdf type='hair'/>\n<bsdf type='difuse'/>",
     );
-    let places: Vec<&str> = found.iter().map(|text| text.split(' ').nth(1).unwrap()).collect();
+    let places: Vec<&str> = found
+        .iter()
+        .map(|text| text.split(' ').nth(1).unwrap())
+        .collect();
     assert_eq!(places, ["2:50", "3:13", "4:13"]);
 }
 
 /// The problems of a whole file.
 fn whole(scene: &str) -> Vec<String> {
     let files = Files::new(scene, &[]);
-    check_scene(&files.scene(), &LoadOptions::default()).iter().map(describe).collect()
+    check_scene(&files.scene(), &LoadOptions::default())
+        .iter()
+        .map(describe)
+        .collect()
 }
 
 #[test]
@@ -216,7 +253,10 @@ fn files_that_are_no_scenes_are_refused() {
         whole("<scene version='3.0.0'>\n  <shape type='sphere'>\n</scene>"),
         ["error 3:1 malformed XML: expected 'shape' tag, not 'scene'"]
     );
-    assert_eq!(whole("<bsdf version='3.0.0' type='diffuse'/>"), ["error 1:2 the file is a <bsdf>, not a <scene>"]);
+    assert_eq!(
+        whole("<bsdf version='3.0.0' type='diffuse'/>"),
+        ["error 1:2 the file is a <bsdf>, not a <scene>"]
+    );
     assert_eq!(
         whole("<scene version='3.0.0'><emitter type='constant'/></scene>"),
         ["error 1:2 the scene has no sensor (add for instance <sensor type=\"perspective\"/>)"]
@@ -233,29 +273,63 @@ fn files_that_are_no_scenes_are_refused() {
 
 #[test]
 fn places_count_characters_after_a_byte_order_mark() {
-    let found = whole("\u{feff}<!-- \u{e4}\u{f6} --><scene version='3.0.0'><emitter type='constant'/><sensor type='perspektive'/></scene>");
-    assert!(found[1].starts_with("error 1:79 unknown sensor type `perspektive` (did you mean `perspective`?"), "{found:?}");
+    let found = whole(
+        "\u{feff}<!-- \u{e4}\u{f6} --><scene version='3.0.0'><emitter type='constant'/><sensor type='perspektive'/></scene>",
+    );
+    assert!(
+        found[0].starts_with(
+            "error 1:75 unknown sensor type `perspektive` (did you mean `perspective`?"
+        ),
+        "{found:?}"
+    );
 }
 
 #[test]
 fn deep_nesting_and_endless_inclusion_are_errors() {
-    let deep = document("3.0.0", &format!("{}{}", "<bsdf type='twosided'>".repeat(5000), "</bsdf>".repeat(5000)));
+    let deep = document(
+        "3.0.0",
+        &format!(
+            "{}{}",
+            "<bsdf type='twosided'>".repeat(5000),
+            "</bsdf>".repeat(5000)
+        ),
+    );
     let found = whole(&deep);
-    assert!(found.iter().any(|text| text.contains("nested more than 100 deep")), "{found:?}");
+    assert!(
+        found
+            .iter()
+            .any(|text| text.contains("nested more than 100 deep")),
+        "{found:?}"
+    );
     let found = whole(&document("3.0.0", "<include filename='scene.xml'/>"));
-    assert!(found.iter().any(|text| text.contains("files include each other more than 15 deep")), "{}", found.len());
+    assert!(
+        found
+            .iter()
+            .any(|text| text.contains("files include each other more than 15 deep")),
+        "{}",
+        found.len()
+    );
 }
 
 #[test]
 fn kinds_of_errors_are_told_apart() {
     let kind = |scene: &Path, strict| {
-        let options = LoadOptions { strict, ..LoadOptions::default() };
+        let options = LoadOptions {
+            strict,
+            ..LoadOptions::default()
+        };
         load_scene(scene, &options).unwrap_err().kind()
     };
     let folder = tempfile::tempdir().unwrap();
-    assert_eq!(kind(&folder.path().join("none.xml"), false), LoadErrorKind::FileSystem);
+    assert_eq!(
+        kind(&folder.path().join("none.xml"), false),
+        LoadErrorKind::FileSystem
+    );
     std::fs::write(folder.path().join("scene.blend"), "BLENDER").unwrap();
-    assert_eq!(kind(&folder.path().join("scene.blend"), false), LoadErrorKind::Scene);
+    assert_eq!(
+        kind(&folder.path().join("scene.blend"), false),
+        LoadErrorKind::Scene
+    );
     let files = Files::new(&document("3.0.0", "<bsdf type='hair'/>"), &[]);
     assert_eq!(kind(&files.scene(), true), LoadErrorKind::Strict);
     assert_eq!(files.load().warnings.len(), 1);
@@ -264,14 +338,23 @@ fn kinds_of_errors_are_told_apart() {
 #[test]
 fn values_for_parameters_that_the_scene_lacks_are_errors() {
     let files = Files::new(&document("3.0.0", "<default name='size' value='1'/>"), &[]);
-    let options = LoadOptions { defines: vec![("sise".to_owned(), "2".to_owned())], strict: false };
+    let options = LoadOptions {
+        defines: vec![("sise".to_owned(), "2".to_owned())],
+        strict: false,
+    };
     let error = load_scene(&files.scene(), &options).unwrap_err();
-    assert_eq!(describe(error.diagnostic()), "error  `-D sise=2`: the scene does not use `$sise` (did you mean `size`?)");
+    assert_eq!(
+        describe(error.diagnostic()),
+        "error  `-D sise=2`: the scene does not use `$sise` (did you mean `size`?)"
+    );
 }
 
 #[test]
 fn damaged_files_are_named_with_the_place_inside_and_out() {
-    let scene = document("3.0.0", "<shape type='obj'><string name='filename' value='bad.obj'/></shape>");
+    let scene = document(
+        "3.0.0",
+        "<shape type='obj'><string name='filename' value='bad.obj'/></shape>",
+    );
     let files = Files::new(&scene, &[("bad.obj", "v 0 0 0\nv 1 0 x\n")]);
     let error = load_scene(&files.scene(), &LoadOptions::default()).unwrap_err();
     let at = error.diagnostic().location.as_ref().unwrap();
@@ -282,7 +365,13 @@ fn damaged_files_are_named_with_the_place_inside_and_out() {
 #[test]
 fn errors_in_included_files_name_that_file() {
     let scene = document("3.0.0", "<include filename='part.xml'/>");
-    let files = Files::new(&scene, &[("part.xml", "<scene version='3.0.0'>\n<bsdf type='difuse'/></scene>")]);
+    let files = Files::new(
+        &scene,
+        &[(
+            "part.xml",
+            "<scene version='3.0.0'>\n<bsdf type='difuse'/></scene>",
+        )],
+    );
     let error = load_scene(&files.scene(), &LoadOptions::default()).unwrap_err();
     let at = error.diagnostic().location.as_ref().unwrap();
     assert!(at.path().ends_with("part.xml"));
@@ -294,17 +383,31 @@ fn errors_print_themselves_with_an_excerpt() {
     let files = Files::new(&document("3.0.0", "<bsdf type='difuse'/>"), &[]);
     let error = load_scene(&files.scene(), &LoadOptions::default()).unwrap_err();
     let mut text = String::new();
-    miette::NarratableReportHandler::new().render_report(&mut text, &error).unwrap();
-    for part in ["<bsdf type='difuse'/>", "line 2", "no bsdf plugin has this name", "did you mean `diffuse`?"] {
+    miette::NarratableReportHandler::new()
+        .render_report(&mut text, &error)
+        .unwrap();
+    for part in [
+        "<bsdf type='difuse'/>",
+        "line 2",
+        "no bsdf plugin has this name",
+        "did you mean `diffuse`?",
+    ] {
         assert!(text.contains(part), "{part} is not in\n{text}");
     }
 }
 
 #[test]
 fn names_from_other_systems_are_found_with_a_warning() {
-    let scene = document("3.0.0", "<shape type='obj'><string name='filename' value='.\\Part.OBJ'/></shape>");
+    let scene = document(
+        "3.0.0",
+        "<shape type='obj'><string name='filename' value='.\\Part.OBJ'/></shape>",
+    );
     let mesh = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
     let warnings = Files::new(&scene, &[("part.obj", mesh)]).load().warnings;
     assert_eq!(warnings.len(), 1);
-    assert!(warnings[0].message().contains("`.\\Part.OBJ`"), "{}", warnings[0]);
+    assert!(
+        warnings[0].message().contains("`.\\Part.OBJ`"),
+        "{}",
+        warnings[0]
+    );
 }

@@ -1,7 +1,14 @@
 //! Scene files in, descriptions or exact messages out.
 
+#![expect(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "helpers of tests fail and tell loudly"
+)]
+
 mod errors;
 mod shared_scenes;
+mod skies;
 mod upgrade;
 mod values;
 
@@ -37,7 +44,9 @@ impl Files {
 
 /// A scene with a sensor, an emitter and `content`.
 fn document(version: &str, content: &str) -> String {
-    format!("<scene version=\"{version}\"><sensor type=\"perspective\"/><emitter type=\"constant\"/>\n{content}\n</scene>")
+    format!(
+        "<scene version=\"{version}\"><sensor type=\"perspective\"/><emitter type=\"constant\"/>\n{content}\n</scene>"
+    )
 }
 
 /// The description of a version 3 scene with `content`, which must load without a warning.
@@ -56,7 +65,10 @@ fn problems(version: &str, content: &str) -> Vec<String> {
     let files = Files::new(&document(version, content), &[]);
     let folder = files.folder.path().display().to_string();
     let found = check_scene(&files.scene(), &LoadOptions::default());
-    found.iter().map(|diagnostic| describe(diagnostic).replace(&folder, "FOLDER")).collect()
+    found
+        .iter()
+        .map(|diagnostic| describe(diagnostic).replace(&folder, "FOLDER"))
+        .collect()
 }
 
 fn describe(diagnostic: &Diagnostic) -> String {
@@ -64,7 +76,13 @@ fn describe(diagnostic: &Diagnostic) -> String {
         Severity::Error => "error",
         Severity::Warning => "warning",
     };
-    let place = diagnostic.location.as_ref().map_or(String::new(), |at| format!("{}:{}", at.line(), at.column()));
-    let help = diagnostic.help.as_ref().map_or(String::new(), |help| format!(" ({help})"));
+    let place = diagnostic
+        .location
+        .as_ref()
+        .map_or(String::new(), |at| format!("{}:{}", at.line(), at.column()));
+    let help = diagnostic
+        .help
+        .as_ref()
+        .map_or(String::new(), |help| format!(" ({help})"));
     format!("{severity} {place} {}{help}", diagnostic.message)
 }

@@ -21,11 +21,25 @@ fn camel_case_names_and_old_tags_are_understood() {
         <bsdf type='dielectric'><float name='intIOR' value='1.5'/><string name='extIOR' value='vacuum'/></bsdf>",
     );
     let sensor = &desc.sensors[1];
-    assert_eq!(sensor.kind, SensorKind::Perspective { fov: 40.0, fov_axis: FovAxis::Smaller });
+    assert_eq!(
+        sensor.kind,
+        SensorKind::Perspective {
+            fov: 40.0,
+            fov_axis: FovAxis::Smaller
+        }
+    );
     assert_eq!(sensor.near_clip, 10.0);
-    assert!(sensor.world_from_camera.transform_vector3(Vec3::Z).abs_diff_eq(Vec3::NEG_X, 1e-6));
+    assert!(
+        sensor
+            .world_from_camera
+            .transform_vector3(Vec3::Z)
+            .abs_diff_eq(Vec3::NEG_X, 1e-6)
+    );
     assert_eq!(desc.limits.max_depth, Some(3));
-    assert!(matches!(desc.materials[0], Material::Dielectric { eta: 1.5, .. }));
+    assert!(matches!(
+        desc.materials[0],
+        Material::Dielectric { eta: 1.5, .. }
+    ));
 }
 
 #[test]
@@ -35,7 +49,9 @@ fn textures_are_placed_by_scale_after_offset() {
         "<texture type='checkerboard'><float name='uscale' value='2'/><float name='uoffset' value='0.5'/>
         <float name='vscale' value='3'/></texture>",
     );
-    let Texture::Checkerboard { uv_transform, .. } = &desc.textures[0] else { panic!() };
+    let Texture::Checkerboard { uv_transform, .. } = &desc.textures[0] else {
+        panic!()
+    };
     assert_eq!(*uv_transform * Vec3::ONE, Vec3::new(3.0, 3.0, 1.0));
 }
 
@@ -47,21 +63,49 @@ fn models_of_old_files_are_kept() {
         <bsdf type='phong'><integer name='exponent' value='10'/></bsdf>
         <bsdf type='ward'><string name='variant' value='ward-duer'/><float name='alphaU' value='0.3'/></bsdf>",
     );
-    let Material::RoughDiffuse { reflectance, alpha, full } = &desc.materials[0] else { panic!() };
+    let Material::RoughDiffuse {
+        reflectance,
+        alpha,
+        full,
+    } = &desc.materials[0]
+    else {
+        panic!()
+    };
     assert_eq!(*reflectance, ColorInput::Constant(Rgb::new(0.1, 0.2, 0.3)));
     assert_eq!((*alpha, *full), (FloatInput::Constant(1.0), true));
-    assert!(matches!(desc.materials[1], Material::Phong { exponent: FloatInput::Constant(10.0), .. }));
-    let Material::Ward { variant, alpha_u, alpha_v, .. } = &desc.materials[2] else { panic!() };
+    assert!(matches!(
+        desc.materials[1],
+        Material::Phong {
+            exponent: FloatInput::Constant(10.0),
+            ..
+        }
+    ));
+    let Material::Ward {
+        variant,
+        alpha_u,
+        alpha_v,
+        ..
+    } = &desc.materials[2]
+    else {
+        panic!()
+    };
     assert_eq!(*variant, WardVariant::WardDuer);
-    assert_eq!((*alpha_u, *alpha_v), (FloatInput::Constant(0.3), FloatInput::Constant(0.1)));
+    assert_eq!(
+        (*alpha_u, *alpha_v),
+        (FloatInput::Constant(0.3), FloatInput::Constant(0.1))
+    );
 }
 
 #[test]
 fn reflectance_above_one_is_clamped_in_old_files_and_refused_in_new_ones() {
     let xml = "<bsdf type='diffuse'><rgb name='reflectance' value='2'/></bsdf>";
-    let message = "warning 2:53 `reflectance` of bsdf `diffuse` is outside of [0, 1] and is clamped";
+    let message =
+        "warning 2:53 `reflectance` of bsdf `diffuse` is outside of [0, 1] and is clamped";
     assert_eq!(problems("0.6.0", xml), [message]);
-    assert_eq!(problems("3.0.0", xml), ["error 2:53 `reflectance` of bsdf `diffuse` must be in [0, 1]"]);
+    assert_eq!(
+        problems("3.0.0", xml),
+        ["error 2:53 `reflectance` of bsdf `diffuse` must be in [0, 1]"]
+    );
 }
 
 #[test]

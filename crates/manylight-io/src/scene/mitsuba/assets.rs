@@ -90,8 +90,19 @@ pub(super) struct Assets {
 
 impl Assets {
     /// The shape that the mesh will be; `add` makes a new one.
-    pub(super) fn mesh(&mut self, request: MeshRequest, place: Place, add: impl FnOnce() -> ShapeId) -> ShapeId {
-        let key = (request.path.clone(), format!("{:?} {} {:?}", request.format, request.flip_v, request.normals));
+    pub(super) fn mesh(
+        &mut self,
+        request: MeshRequest,
+        place: Place,
+        add: impl FnOnce() -> ShapeId,
+    ) -> ShapeId {
+        let key = (
+            request.path.clone(),
+            format!(
+                "{:?} {} {:?}",
+                request.format, request.flip_v, request.normals
+            ),
+        );
         *self.mesh_ids.entry(key).or_insert_with(|| {
             let shape = add();
             self.meshes.push((request, shape, place));
@@ -107,18 +118,37 @@ impl Assets {
         channel: Channel,
         place: Place,
     ) {
-        let decode = if channel == Channel::Alpha { Decode::Alpha } else { Decode::Color(transfer) };
+        let decode = if channel == Channel::Alpha {
+            Decode::Alpha
+        } else {
+            Decode::Color(transfer)
+        };
         self.add_image(path, decode, place, ImageTarget::Texture(texture, channel));
     }
 
-    pub(super) fn add_environment_image(&mut self, emitter: EmitterId, path: PathBuf, place: Place) {
-        self.add_image(path, Decode::Color(Transfer::Auto), place, ImageTarget::Environment(emitter));
+    pub(super) fn add_environment_image(
+        &mut self,
+        emitter: EmitterId,
+        path: PathBuf,
+        place: Place,
+    ) {
+        self.add_image(
+            path,
+            Decode::Color(Transfer::Auto),
+            place,
+            ImageTarget::Environment(emitter),
+        );
     }
 
     fn add_image(&mut self, path: PathBuf, decode: Decode, place: Place, target: ImageTarget) {
         let key = (path.clone(), format!("{decode:?}"));
         let index = *self.image_ids.entry(key).or_insert_with(|| {
-            self.images.push(ImageRequest { path, decode, place, targets: Vec::new() });
+            self.images.push(ImageRequest {
+                path,
+                decode,
+                place,
+                targets: Vec::new(),
+            });
             self.images.len() - 1
         });
         self.images[index].targets.push(target);
@@ -127,7 +157,10 @@ impl Assets {
     /// Reads all files and puts them where they belong.
     pub(super) fn load(self, desc: &mut SceneDesc, sink: &Sink) {
         let Assets { meshes, images, .. } = self;
-        let loaded: Vec<_> = meshes.par_iter().map(|(request, ..)| read_mesh(request)).collect();
+        let loaded: Vec<_> = meshes
+            .par_iter()
+            .map(|(request, ..)| read_mesh(request))
+            .collect();
         for ((_, shape, place), mesh) in meshes.iter().zip(loaded) {
             match mesh {
                 Ok(mesh) => desc.shapes[shape.index()] = Shape::Mesh(mesh),
@@ -151,7 +184,9 @@ fn read_mesh(request: &MeshRequest) -> Result<Mesh, FileError> {
     }
     match request.normals {
         Normals::Faceted => mesh.normals = Vec::new(),
-        Normals::Smooth { placement } if mesh.normals.is_empty() => smooth_normals_placed(&mut mesh, &placement),
+        Normals::Smooth { placement } if mesh.normals.is_empty() => {
+            smooth_normals_placed(&mut mesh, &placement)
+        }
         Normals::Smooth { .. } => {}
     }
     Ok(mesh)
@@ -163,8 +198,15 @@ fn read_pixels(request: &ImageRequest) -> Result<Image, FileError> {
         Decode::Alpha => {
             let picture = read_picture(&request.path)?;
             let (width, height) = (picture.width, picture.height);
-            let data = picture.channel("A").map_or_else(|| vec![1.0; width * height], <[f32]>::to_vec);
-            Ok(Image { width, height, channels: 1, data })
+            let data = picture
+                .channel("A")
+                .map_or_else(|| vec![1.0; width * height], <[f32]>::to_vec);
+            Ok(Image {
+                width,
+                height,
+                channels: 1,
+                data,
+            })
         }
     }
 }
@@ -217,6 +259,13 @@ fn select(image: Image, channel: Channel) -> Image {
 /// The `wanted` channels, in this order.
 fn pick(image: &Image, wanted: &[usize]) -> Image {
     let pixels = image.data.chunks_exact(image.channels);
-    let data = pixels.flat_map(|pixel| wanted.iter().map(|&index| pixel[index])).collect();
-    Image { width: image.width, height: image.height, channels: wanted.len(), data }
+    let data = pixels
+        .flat_map(|pixel| wanted.iter().map(|&index| pixel[index]))
+        .collect();
+    Image {
+        width: image.width,
+        height: image.height,
+        channels: wanted.len(),
+        data,
+    }
 }

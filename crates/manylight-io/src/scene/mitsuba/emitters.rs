@@ -14,7 +14,17 @@ use manylight::image::Image;
 use manylight::math::Mat3;
 use std::path::PathBuf;
 
-pub(super) const SUPPORTED: &[&str] = &["area", "constant", "directional", "envmap", "point", "sky", "spot", "sun", "sunsky"];
+pub(super) const SUPPORTED: &[&str] = &[
+    "area",
+    "constant",
+    "directional",
+    "envmap",
+    "point",
+    "sky",
+    "spot",
+    "sun",
+    "sunsky",
+];
 
 const LEFT_OUT: &str = "left out";
 
@@ -43,8 +53,15 @@ impl Builder<'_> {
         let props = self.props(id);
         if props.plugin().value != "area" {
             if SUPPORTED.contains(&props.plugin().value.as_str()) {
-                let message = format!("{} cannot stand in a shape: only `area` can", props.describe());
-                self.sink.error(Report::new("scene::unexpected_object", props.place(), message));
+                let message = format!(
+                    "{} cannot stand in a shape: only `area` can",
+                    props.describe()
+                );
+                self.sink.error(Report::new(
+                    "scene::unexpected_object",
+                    props.place(),
+                    message,
+                ));
             } else {
                 self.unsupported(&props, SUPPORTED, SUBSTITUTES);
             }
@@ -64,7 +81,11 @@ impl Builder<'_> {
         match props.plugin().value.as_str() {
             "area" => {
                 let message = "an area emitter must stand in the shape that shines";
-                self.sink.error(Report::new("scene::unexpected_object", props.place(), message));
+                self.sink.error(Report::new(
+                    "scene::unexpected_object",
+                    props.place(),
+                    message,
+                ));
                 return;
             }
             "point" => self.point(&props),
@@ -75,7 +96,11 @@ impl Builder<'_> {
             "sunsky" => self.sun_and_sky(&props, Parts::Both),
             "sky" | "sun" => {
                 self.require_v0(&props, "use `sunsky`");
-                let parts = if props.plugin().value == "sky" { Parts::Sky } else { Parts::Sun };
+                let parts = if props.plugin().value == "sky" {
+                    Parts::Sky
+                } else {
+                    Parts::Sun
+                };
                 self.sun_and_sky(&props, parts);
             }
             _ => {
@@ -103,15 +128,28 @@ impl Builder<'_> {
         self.exclusive(props, "position", "to_world");
         let origin = props.to_world().transform_point3(DVec3::ZERO);
         let position = props.vector("position").unwrap_or(origin).as_vec3();
-        self.add_emitter(Emitter::Point { position, intensity });
+        self.add_emitter(Emitter::Point {
+            position,
+            intensity,
+        });
     }
 
     fn spot(&mut self, props: &Props<'_>) {
         let intensity = self.emission(props, "intensity");
         self.warn_feature(props, "texture", "is not supported and is ignored");
         let to_world = props.to_world();
-        let cutoff = props.float_where("cutoff_angle", 20.0, |angle| angle > 0.0 && angle <= 180.0, "in (0, 180]");
-        let beam_width = props.float_where("beam_width", cutoff * 0.75, |angle| angle >= 0.0, "at least 0");
+        let cutoff = props.float_where(
+            "cutoff_angle",
+            20.0,
+            |angle| angle > 0.0 && angle <= 180.0,
+            "in (0, 180]",
+        );
+        let beam_width = props.float_where(
+            "beam_width",
+            cutoff * 0.75,
+            |angle| angle >= 0.0,
+            "at least 0",
+        );
         self.add_emitter(Emitter::Spot {
             position: to_world.transform_point3(DVec3::ZERO).as_vec3(),
             direction: to_world.transform_vector3(DVec3::Z).normalize().as_vec3(),
@@ -127,10 +165,16 @@ impl Builder<'_> {
         let forward = props.to_world().transform_vector3(DVec3::Z);
         let direction = props.vector("direction").unwrap_or(forward);
         if direction == DVec3::ZERO {
-            props.refuse(props.get("direction").expect("a zero direction is given"), "other than zero");
+            props.refuse(
+                props.get("direction").expect("a zero direction is given"),
+                "other than zero",
+            );
             return;
         }
-        self.add_emitter(Emitter::Directional { direction: direction.normalize().as_vec3(), irradiance });
+        self.add_emitter(Emitter::Directional {
+            direction: direction.normalize().as_vec3(),
+            irradiance,
+        });
     }
 
     fn constant_environment(&mut self, props: &Props<'_>) {
@@ -143,10 +187,17 @@ impl Builder<'_> {
         props.ignore(&["cache", "gamma"]);
         let scale = props.float("scale", 1.0);
         let world_from_emitter = rotation(props.to_world());
-        let Some(name) = props.required_string("filename") else { return };
-        let path: Option<PathBuf> = find_file(self.sink, &props.object().folders, &name, "environment map");
+        let Some(name) = props.required_string("filename") else {
+            return;
+        };
+        let path: Option<PathBuf> =
+            find_file(self.sink, &props.object().folders, &name, "environment map");
         let Some(path) = path else { return };
-        let environment = Environment { image: Image::default(), scale, world_from_emitter };
+        let environment = Environment {
+            image: Image::default(),
+            scale,
+            world_from_emitter,
+        };
         let emitter = self.add_emitter(Emitter::Environment(environment));
         self.assets.add_environment_image(emitter, path, name.place);
     }

@@ -24,25 +24,63 @@ const SUBSTITUTES: &[Substitute] = &[
     ("perspective_rdist", LEFT_OUT),
 ];
 
-pub(super) const FILTERS: &[&str] = &["box", "catmullrom", "gaussian", "lanczos", "mitchell", "tent"];
+pub(super) const FILTERS: &[&str] = &[
+    "box",
+    "catmullrom",
+    "gaussian",
+    "lanczos",
+    "mitchell",
+    "tent",
+];
 
 const FILMS: &[&str] = &["hdrfilm", "ldrfilm", "mfilm", "specfilm", "tiledhdrfilm"];
 
 const SAMPLERS: &[&str] = &[
-    "halton", "hammersley", "independent", "ldsampler", "multijitter", "orthogonal", "sobol", "stratified",
+    "halton",
+    "hammersley",
+    "independent",
+    "ldsampler",
+    "multijitter",
+    "orthogonal",
+    "sobol",
+    "stratified",
 ];
 
 /// What films say about files, which is the caller's business here.
-const FILM_IGNORED: &[&str] =
-    &["id", "banner", "compensate", "component_format", "file_format", "pixel_format", "sample_border"];
+const FILM_IGNORED: &[&str] = &[
+    "id",
+    "banner",
+    "compensate",
+    "component_format",
+    "file_format",
+    "pixel_format",
+    "sample_border",
+];
 
 const FILM_IGNORED_V0: &[&str] = &[
-    "attach_log", "burn", "digits", "exposure", "fileformat", "gamma", "high_quality_edges", "key", "tonemap_method",
-    "variable", "alpha", "bloom_fov",
+    "attach_log",
+    "burn",
+    "digits",
+    "exposure",
+    "fileformat",
+    "gamma",
+    "high_quality_edges",
+    "key",
+    "tonemap_method",
+    "variable",
+    "alpha",
+    "bloom_fov",
 ];
 
 const SAMPLER_IGNORED: &[&str] = &[
-    "id", "sample_count", "seed", "jitter", "strength", "scramble", "dimension", "max_dimension",
+    "id",
+    "sample_count",
+    "seed",
+    "jitter",
+    "strength",
+    "scramble",
+    "dimension",
+    "max_dimension",
 ];
 
 impl Builder<'_> {
@@ -53,10 +91,21 @@ impl Builder<'_> {
             self.unsupported(&props, SUPPORTED, SUBSTITUTES);
             return;
         }
-        props.ignore(&["id", "shutter_open", "shutter_close", "shutter_open_time", "srf"]);
+        props.ignore(&[
+            "id",
+            "shutter_open",
+            "shutter_close",
+            "shutter_open_time",
+            "srf",
+        ]);
         let world_from_camera = affine(props.to_world());
         let (near_clip, far_clip) = clipping(&props);
-        let focus_distance = props.float_where("focus_distance", far_clip, |distance| distance > 0.0, "positive");
+        let focus_distance = props.float_where(
+            "focus_distance",
+            far_clip,
+            |distance| distance > 0.0,
+            "positive",
+        );
         let mut principal_point_offset = Vec2::ZERO;
         let kind = match plugin {
             "orthographic" => SensorKind::Orthographic,
@@ -70,8 +119,18 @@ impl Builder<'_> {
                     if !props.has("aperture_radius") {
                         props.missing("aperture_radius");
                     }
-                    let aperture_radius = props.float_where("aperture_radius", 0.1, |radius| radius >= 0.0, "at least 0");
-                    SensorKind::ThinLens { fov, fov_axis, aperture_radius, focus_distance }
+                    let aperture_radius = props.float_where(
+                        "aperture_radius",
+                        0.1,
+                        |radius| radius >= 0.0,
+                        "at least 0",
+                    );
+                    SensorKind::ThinLens {
+                        fov,
+                        fov_axis,
+                        aperture_radius,
+                        focus_distance,
+                    }
                 }
             }
         };
@@ -87,7 +146,15 @@ impl Builder<'_> {
         }
         props.finish();
         let name = props.object().id.clone();
-        let sensor = SensorDesc { name, world_from_camera, kind, principal_point_offset, near_clip, far_clip, film };
+        let sensor = SensorDesc {
+            name,
+            world_from_camera,
+            kind,
+            principal_point_offset,
+            near_clip,
+            far_clip,
+            film,
+        };
         self.desc.sensors.push(sensor);
     }
 
@@ -105,11 +172,19 @@ impl Builder<'_> {
                 props.refuse(param, "absent where `focal_length` is given");
                 props.ignore(&["focal_length"]);
             }
-            return (props.float_where("fov", 50.0, |fov| fov > 0.0 && fov < 180.0, "in (0, 180)"), axis);
+            return (
+                props.float_where("fov", 50.0, |fov| fov > 0.0 && fov < 180.0, "in (0, 180)"),
+                axis,
+            );
         }
         let given = props.string("focal_length");
         let text = given.as_ref().map_or("50mm", |text| text.value.as_str());
-        let length = text.trim().trim_end_matches("mm").trim_end().parse::<f32>().ok();
+        let length = text
+            .trim()
+            .trim_end_matches("mm")
+            .trim_end()
+            .parse::<f32>()
+            .ok();
         let Some(length) = length.filter(|length| *length > 0.0) else {
             if let Some(param) = props.get("focal_length") {
                 props.refuse(param, "a length such as `50mm`");
@@ -118,11 +193,19 @@ impl Builder<'_> {
         };
         // The diagonal of a 36 mm x 24 mm film spans the field of view.
         let half_diagonal = 0.5 * 36_f32.hypot(24.0);
-        (2.0 * (half_diagonal / length).atan().to_degrees(), FovAxis::Diagonal)
+        (
+            2.0 * (half_diagonal / length).atan().to_degrees(),
+            FovAxis::Diagonal,
+        )
     }
 
     fn film_of_size(&self, size: UVec2) -> FilmDesc {
-        FilmDesc { size, crop_offset: UVec2::ZERO, crop_size: size, filter: DEFAULT_FILTER }
+        FilmDesc {
+            size,
+            crop_offset: UVec2::ZERO,
+            crop_size: size,
+            filter: DEFAULT_FILTER,
+        }
     }
 
     fn film(&mut self, id: ObjectId) -> FilmDesc {
@@ -132,22 +215,41 @@ impl Builder<'_> {
             self.unsupported(&props, FILMS, &[]);
         }
         let extent = |name, default: u32| props.integer(name, i64::from(default), 1) as u32;
-        let size = UVec2::new(extent("width", DEFAULT_SIZE.0), extent("height", DEFAULT_SIZE.1));
+        let size = UVec2::new(
+            extent("width", DEFAULT_SIZE.0),
+            extent("height", DEFAULT_SIZE.1),
+        );
         let offset = |name| props.integer(name, 0, 0) as u32;
         let mut film = FilmDesc {
             size,
             crop_offset: UVec2::new(offset("crop_offset_x"), offset("crop_offset_y")),
             crop_size: UVec2::new(extent("crop_width", size.x), extent("crop_height", size.y)),
-            filter: props.single(Family::Filter).map_or(DEFAULT_FILTER, |filter| self.filter(filter)),
+            filter: props
+                .single(Family::Filter)
+                .map_or(DEFAULT_FILTER, |filter| self.filter(filter)),
         };
         if (film.crop_offset + film.crop_size).cmpgt(film.size).any() {
             let message = format!(
                 "the crop window {}x{} at ({}, {}) does not lie in the film of {}x{}",
-                film.crop_size.x, film.crop_size.y, film.crop_offset.x, film.crop_offset.y, size.x, size.y
+                film.crop_size.x,
+                film.crop_size.y,
+                film.crop_offset.x,
+                film.crop_offset.y,
+                size.x,
+                size.y
             );
-            let names = ["crop_width", "crop_height", "crop_offset_x", "crop_offset_y"];
-            let place = names.iter().find_map(|name| props.get(name)).map_or(props.place(), |param| param.place);
-            self.sink.error(Report::new("scene::bad_value", place, message));
+            let names = [
+                "crop_width",
+                "crop_height",
+                "crop_offset_x",
+                "crop_offset_y",
+            ];
+            let place = names
+                .iter()
+                .find_map(|name| props.get(name))
+                .map_or(props.place(), |param| param.place);
+            self.sink
+                .error(Report::new("scene::bad_value", place, message));
             film = self.film_of_size(size);
         }
         props.ignore(FILM_IGNORED);
@@ -172,13 +274,20 @@ impl Builder<'_> {
                 }
                 Filter::Box
             }
-            "tent" => Filter::Tent { radius: props.float_where("radius", 1.0, |radius| radius > 0.0, "positive") },
-            "gaussian" => {
-                Filter::Gaussian { stddev: props.float_where("stddev", 0.5, |stddev| stddev > 0.0, "positive") }
-            }
-            "mitchell" => Filter::Mitchell { b: props.float("B", 1.0 / 3.0), c: props.float("C", 1.0 / 3.0) },
+            "tent" => Filter::Tent {
+                radius: props.float_where("radius", 1.0, |radius| radius > 0.0, "positive"),
+            },
+            "gaussian" => Filter::Gaussian {
+                stddev: props.float_where("stddev", 0.5, |stddev| stddev > 0.0, "positive"),
+            },
+            "mitchell" => Filter::Mitchell {
+                b: props.float("B", 1.0 / 3.0),
+                c: props.float("C", 1.0 / 3.0),
+            },
             "catmullrom" => Filter::CatmullRom,
-            "lanczos" => Filter::Lanczos { lobes: props.integer("lobes", 3, 1) as f32 },
+            "lanczos" => Filter::Lanczos {
+                lobes: props.integer("lobes", 3, 1) as f32,
+            },
             _ => {
                 self.unsupported(&props, FILTERS, &[]);
                 return DEFAULT_FILTER;
@@ -208,7 +317,10 @@ fn clipping(props: &Props<'_>) -> (f32, f32) {
     let near = props.float_where("near_clip", 1e-2, |near| near > 0.0, "positive");
     let far = props.float("far_clip", 1e4);
     if near >= far {
-        let param = props.get("near_clip").or_else(|| props.get("far_clip")).expect("the defaults are in order");
+        let param = props
+            .get("near_clip")
+            .or_else(|| props.get("far_clip"))
+            .expect("the defaults are in order");
         props.refuse(param, "such that `near_clip` is less than `far_clip`");
         return (1e-2, 1e4);
     }
