@@ -117,3 +117,16 @@ fn old_names_in_new_files_are_errors_with_a_suggestion() {
     );
     assert_eq!(problems("0.6.0", xml), Vec::<String>::new());
 }
+
+#[test]
+fn references_survive_the_removal_of_old_parameters() {
+    let desc = load_version(
+        "0.6.0",
+        "<spectrum type='srgb' id='red'><rgb name='color' value='1 0 0'/></spectrum>
+        <texture type='checkerboard'><float name='uscale' value='2'/><ref name='color0' id='red'/></texture>",
+    );
+    let Texture::Checkerboard { color0, .. } = &desc.textures[0] else {
+        panic!()
+    };
+    assert_eq!(*color0, Rgb::new(1.0, 0.0, 0.0));
+}

@@ -157,7 +157,7 @@ impl Builder<'_> {
             "roughplastic" => {
                 props.ignore(&["sample_visible"]);
                 let distribution = self.distribution(props);
-                let alpha = props.float_where("alpha", 0.1, |alpha| alpha > 0.0, "positive");
+                let alpha = props.float_where("alpha", 0.1, |alpha| alpha >= 0.0, "at least 0");
                 self.plastic(props, Some((distribution, alpha)))
             }
             "phong" => self.phong(props),

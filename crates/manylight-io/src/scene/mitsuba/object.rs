@@ -122,6 +122,7 @@ impl ObjectTree {
         };
         maker.object(root, Family::Scene);
         maker.resolve();
+        maker.upgrade();
         Some(ObjectTree {
             objects: maker.objects,
         })
@@ -188,8 +189,6 @@ impl Maker<'_> {
         for child in &element.children {
             self.child(this, child);
         }
-        upgrade::upgrade(&mut self.objects[this.0]);
-        self.check_duplicates(this);
         this
     }
 
@@ -230,23 +229,7 @@ impl Maker<'_> {
                 };
                 self.objects[owner.0].params.push(param);
             }
-            "ref" => {
-                values::check_attributes(self.sink, element, &["id", "name"]);
-                let Some(id) = values::required_attribute(self.sink, element, "id") else {
-                    return;
-                };
-                let params = &mut self.objects[owner.0].params;
-                self.pending.push(Reference {
-                    owner,
-                    param: params.len(),
-                    id: id.clone(),
-                });
-                params.push(Param {
-                    name,
-                    value: Value::Broken,
-                    place: id.place,
-                });
-            }
+            "ref" => self.reference(owner, name, element),
             "alias" => self.alias(element),
             _ => {
                 if let Some(value) = values::parse(self.sink, element) {
@@ -263,6 +246,24 @@ impl Maker<'_> {
         }
     }
 
+    fn reference(&mut self, owner: ObjectId, name: Text, element: &Element) {
+        values::check_attributes(self.sink, element, &["id", "name"]);
+        let Some(id) = values::required_attribute(self.sink, element, "id") else {
+            return;
+        };
+        let params = &mut self.objects[owner.0].params;
+        self.pending.push(Reference {
+            owner,
+            param: params.len(),
+            id: id.clone(),
+        });
+        params.push(Param {
+            name,
+            value: Value::Broken,
+            place: id.place,
+        });
+    }
+
     fn alias(&mut self, element: &Element) {
         let (Some(id), Some(alias)) = (
             values::required_attribute(self.sink, element, "id"),
@@ -273,6 +274,13 @@ impl Maker<'_> {
         match self.ids.get(&id.value) {
             Some((object, _)) => self.register(alias, *object),
             None => self.unresolved(id),
+        }
+    }
+
+    fn upgrade(&mut self) {
+        for index in 0..self.objects.len() {
+            upgrade::upgrade(&mut self.objects[index]);
+            self.check_duplicates(ObjectId(index));
         }
     }
 

@@ -100,40 +100,7 @@ impl Builder<'_> {
         ]);
         let world_from_camera = affine(props.to_world());
         let (near_clip, far_clip) = clipping(&props);
-        let focus_distance = props.float_where(
-            "focus_distance",
-            far_clip,
-            |distance| distance > 0.0,
-            "positive",
-        );
-        let mut principal_point_offset = Vec2::ZERO;
-        let kind = match plugin {
-            "orthographic" => SensorKind::Orthographic,
-            _ => {
-                let (fov, fov_axis) = self.field_of_view(&props);
-                if plugin == "perspective" {
-                    principal_point_offset.x = props.float("principal_point_offset_x", 0.0);
-                    principal_point_offset.y = props.float("principal_point_offset_y", 0.0);
-                    SensorKind::Perspective { fov, fov_axis }
-                } else {
-                    if !props.has("aperture_radius") {
-                        props.missing("aperture_radius");
-                    }
-                    let aperture_radius = props.float_where(
-                        "aperture_radius",
-                        0.1,
-                        |radius| radius >= 0.0,
-                        "at least 0",
-                    );
-                    SensorKind::ThinLens {
-                        fov,
-                        fov_axis,
-                        aperture_radius,
-                        focus_distance,
-                    }
-                }
-            }
-        };
+        let (kind, principal_point_offset) = self.projection(&props, far_clip);
         let film = match props.single(Family::Film) {
             Some(film) => self.film(film),
             None => self.film_of_size(UVec2::new(DEFAULT_SIZE.0, DEFAULT_SIZE.1)),
@@ -156,6 +123,34 @@ impl Builder<'_> {
             film,
         };
         self.desc.sensors.push(sensor);
+    }
+
+    /// The kind of the sensor and its principal point.
+    fn projection(&self, props: &Props<'_>, far_clip: f32) -> (SensorKind, Vec2) {
+        let positive = |distance| distance > 0.0;
+        let focus_distance = props.float_where("focus_distance", far_clip, positive, "positive");
+        if props.plugin().value == "orthographic" {
+            return (SensorKind::Orthographic, Vec2::ZERO);
+        }
+        let (fov, fov_axis) = self.field_of_view(props);
+        if props.plugin().value == "perspective" {
+            let x = props.float("principal_point_offset_x", 0.0);
+            let y = props.float("principal_point_offset_y", 0.0);
+            return (SensorKind::Perspective { fov, fov_axis }, Vec2::new(x, y));
+        }
+        if !props.has("aperture_radius") {
+            props.missing("aperture_radius");
+        }
+        let at_least_zero = |radius| radius >= 0.0;
+        let aperture_radius =
+            props.float_where("aperture_radius", 0.1, at_least_zero, "at least 0");
+        let kind = SensorKind::ThinLens {
+            fov,
+            fov_axis,
+            aperture_radius,
+            focus_distance,
+        };
+        (kind, Vec2::ZERO)
     }
 
     fn field_of_view(&self, props: &Props<'_>) -> (f32, FovAxis) {
@@ -229,27 +224,7 @@ impl Builder<'_> {
                 .map_or(DEFAULT_FILTER, |filter| self.filter(filter)),
         };
         if (film.crop_offset + film.crop_size).cmpgt(film.size).any() {
-            let message = format!(
-                "the crop window {}x{} at ({}, {}) does not lie in the film of {}x{}",
-                film.crop_size.x,
-                film.crop_size.y,
-                film.crop_offset.x,
-                film.crop_offset.y,
-                size.x,
-                size.y
-            );
-            let names = [
-                "crop_width",
-                "crop_height",
-                "crop_offset_x",
-                "crop_offset_y",
-            ];
-            let place = names
-                .iter()
-                .find_map(|name| props.get(name))
-                .map_or(props.place(), |param| param.place);
-            self.sink
-                .error(Report::new("scene::bad_value", place, message));
+            self.report_crop(&props, &film);
             film = self.film_of_size(size);
         }
         props.ignore(FILM_IGNORED);
@@ -263,6 +238,30 @@ impl Builder<'_> {
         }
         props.finish();
         film
+    }
+
+    fn report_crop(&self, props: &Props<'_>, film: &FilmDesc) {
+        let message = format!(
+            "the crop window {}x{} at ({}, {}) does not lie in the film of {}x{}",
+            film.crop_size.x,
+            film.crop_size.y,
+            film.crop_offset.x,
+            film.crop_offset.y,
+            film.size.x,
+            film.size.y
+        );
+        let names = [
+            "crop_width",
+            "crop_height",
+            "crop_offset_x",
+            "crop_offset_y",
+        ];
+        let place = names
+            .iter()
+            .find_map(|name| props.get(name))
+            .map_or(props.place(), |param| param.place);
+        self.sink
+            .error(Report::new("scene::bad_value", place, message));
     }
 
     fn filter(&mut self, id: ObjectId) -> Filter {

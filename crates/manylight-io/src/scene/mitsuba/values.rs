@@ -2,7 +2,7 @@
 
 use super::super::sink::{Report, Sink};
 use super::object::{Family, ObjectId};
-use super::xml::{Element, Text, find_file};
+use super::xml::{Dialect, Element, Text, find_file};
 use crate::resolve::similar;
 use crate::spectra::read_spectrum;
 use glam::{DMat4, DVec3, DVec4};
@@ -79,7 +79,11 @@ pub(super) fn parse(sink: &Sink, element: &Element) -> Option<Value> {
         "integer" => integer(sink, required_value(sink, element)?),
         "boolean" => boolean(sink, required_value(sink, element)?),
         "string" => Some(Value::String(required_value(sink, element)?.value.clone())),
-        "point" | "vector" => vector(sink, element, None).map(Value::Vector),
+        "point" | "vector" => {
+            // 0.x takes absent components for 0.
+            let missing = (element.dialect == Dialect::V0).then_some(0.0);
+            vector(sink, element, missing).map(Value::Vector)
+        }
         "rgb" | "srgb" => rgb(sink, element),
         "spectrum" => spectrum(sink, element),
         "blackbody" => blackbody(sink, element),
@@ -101,15 +105,7 @@ pub(super) fn parse(sink: &Sink, element: &Element) -> Option<Value> {
             return None;
         }
     };
-    let attributes: &[&str] = match tag {
-        "point" | "vector" => &["name", "value", "x", "y", "z"],
-        "spectrum" => &["name", "value", "filename", "intent"],
-        "rgb" | "srgb" => &["name", "value", "intent"],
-        "blackbody" => &["name", "value", "temperature", "scale"],
-        "transform" | "animation" => &["name"],
-        _ => &["name", "value"],
-    };
-    check_attributes(sink, element, attributes);
+    check_attributes(sink, element, value_attributes(tag));
     if !matches!(tag, "transform" | "animation") {
         for child in &element.children {
             let message = format!("<{}> cannot stand inside of <{tag}>", child.tag.value);
@@ -121,6 +117,18 @@ pub(super) fn parse(sink: &Sink, element: &Element) -> Option<Value> {
         }
     }
     Some(value.unwrap_or(Value::Broken))
+}
+
+/// The attributes of a value's element.
+fn value_attributes(tag: &str) -> &'static [&'static str] {
+    match tag {
+        "point" | "vector" => &["name", "value", "x", "y", "z"],
+        "spectrum" => &["name", "value", "filename", "intent"],
+        "rgb" | "srgb" => &["name", "value", "intent"],
+        "blackbody" => &["name", "value", "temperature", "scale"],
+        "transform" | "animation" => &["name"],
+        _ => &["name", "value"],
+    }
 }
 
 fn unknown_element(sink: &Sink, element: &Element) {

@@ -225,6 +225,32 @@ impl TreeReader<'_> {
 
     /// The element, or `None` for those that only matter while reading (`default`, `path`) or that are broken.
     fn element(&mut self, node: Node<'_, '_>, file: &mut File, skipped: usize) -> Option<Element> {
+        let mut element = self.start(node, file, skipped);
+        match element.tag.value.as_str() {
+            "default" => {
+                self.default(&element);
+                return None;
+            }
+            "path" => {
+                self.search_path(&element, file);
+                return None;
+            }
+            _ => {}
+        }
+        if self.nesting == MAX_NESTING {
+            let message = format!("elements are nested more than {MAX_NESTING} deep");
+            self.sink
+                .error(Report::new("scene::too_deep", element.tag.place, message));
+            return None;
+        }
+        self.nesting += 1;
+        element.children = self.children(node, file, skipped);
+        self.nesting -= 1;
+        Some(element)
+    }
+
+    /// The element without its children.
+    fn start(&mut self, node: Node<'_, '_>, file: &File, skipped: usize) -> Element {
         let tag = Text {
             value: node.tag_name().name().to_owned(),
             place: place(file.index, tag_range(node), skipped),
@@ -245,47 +271,32 @@ impl TreeReader<'_> {
                 }
             })
             .collect();
-        let mut element = Element {
+        Element {
             tag,
             attributes,
             children: Vec::new(),
             dialect: file.dialect,
             folders: Arc::clone(&file.folders),
-        };
-        match element.tag.value.as_str() {
-            "default" => {
-                self.default(&element);
-                return None;
-            }
-            "path" => {
-                self.search_path(&element, file);
-                return None;
-            }
-            _ => {}
         }
-        if self.nesting == MAX_NESTING {
-            let message = format!("elements are nested more than {MAX_NESTING} deep");
-            self.sink
-                .error(Report::new("scene::too_deep", element.tag.place, message));
-            return None;
-        }
-        self.nesting += 1;
+    }
+
+    fn children(&mut self, node: Node<'_, '_>, file: &mut File, skipped: usize) -> Vec<Element> {
+        let mut children = Vec::new();
         for child in node.children() {
             if child.is_element() && child.tag_name().name() == "include" {
                 let include = self.element(child, file, skipped);
-                element.children.extend(
+                children.extend(
                     include
                         .into_iter()
                         .flat_map(|include| self.include(&include, file)),
                 );
             } else if child.is_element() {
-                element.children.extend(self.element(child, file, skipped));
+                children.extend(self.element(child, file, skipped));
             } else if child.is_text() && child.text().is_some_and(|text| !text.trim().is_empty()) {
                 self.stray_text(child, file.index, skipped);
             }
         }
-        self.nesting -= 1;
-        Some(element)
+        children
     }
 
     fn stray_text(&self, node: Node<'_, '_>, file: u32, skipped: usize) {
@@ -494,7 +505,8 @@ pub(super) fn find_file(
     name: &Text,
     what: &str,
 ) -> Option<PathBuf> {
-    match resolve(&name.value, folders) {
+    let found = resolve(&name.value, folders).filter(|found| found.path.is_file());
+    match found {
         Some(found) => {
             if let Some(remark) = found.remark {
                 let message = format!(
