@@ -157,7 +157,7 @@ impl Builder<'_> {
             "roughplastic" => {
                 props.ignore(&["sample_visible"]);
                 let distribution = self.distribution(props);
-                let alpha = props.float_where("alpha", 0.1, |alpha| alpha >= 0.0, "at least 0");
+                let alpha = isotropic_alpha(props);
                 self.plastic(props, Some((distribution, alpha)))
             }
             "phong" => self.phong(props),
@@ -553,6 +553,22 @@ impl Builder<'_> {
         match self.texture(texture) {
             Some(texture) => Material::NormalMap { texture, inner },
             None => self.desc.materials[inner.index()].clone(),
+        }
+    }
+}
+
+/// `alpha`, or `alpha_u` and `alpha_v` if they are equal.
+fn isotropic_alpha(props: &Props<'_>) -> f32 {
+    let at_least_zero = |name| props.float_where(name, 0.1, |alpha| alpha >= 0.0, "at least 0");
+    let alpha = at_least_zero("alpha");
+    let (alpha_u, alpha_v) = (at_least_zero("alpha_u"), at_least_zero("alpha_v"));
+    match props.get("alpha_u").or_else(|| props.get("alpha_v")) {
+        None => alpha,
+        Some(param) => {
+            if alpha_u != alpha_v {
+                props.refuse(param, "the same along u and v");
+            }
+            alpha_u
         }
     }
 }

@@ -155,6 +155,8 @@ impl Builder<'_> {
 
     /// Parts of shapes that are left out.
     fn ignore_parts(&self, props: &Props<'_>) {
+        // Attributes, which only textures that are not supported can read.
+        props.objects(Family::Texture);
         for (medium, _) in props.objects(Family::Medium) {
             self.ignore_medium(medium);
         }
@@ -207,10 +209,7 @@ impl Builder<'_> {
                 return self.mesh_file(props, MeshFormat::Serialized { shape_index }, to_world);
             }
             "rectangle" => self.builtin(props, "rectangle", || Shape::Mesh(Mesh::rectangle())),
-            "cube" => {
-                props.ignore(&["face_normals", "flip_tex_coords"]);
-                self.builtin(props, "cube", || Shape::Mesh(Mesh::cube()))
-            }
+            "cube" => self.builtin(props, "cube", || Shape::Mesh(Mesh::cube())),
             "disk" => self.builtin(props, "disk", || Shape::Disk),
             "sphere" => {
                 let center = props.vector("center").unwrap_or(DVec3::ZERO).as_vec3();
@@ -247,7 +246,10 @@ impl Builder<'_> {
         name: &'static str,
         make: impl FnOnce() -> Shape,
     ) -> ShapeId {
-        props.ignore(&["subdivisions"]);
+        if name != "disk" {
+            // Flat faces look the same either way.
+            props.ignore(&["face_normals"]);
+        }
         if let Some(shape) = self.builtin_shapes.get(name) {
             return *shape;
         }
@@ -282,7 +284,9 @@ impl Builder<'_> {
         let faceted = props.boolean("face_normals", false);
         // Mitsuba turns v round for OBJ files, so that images stand upright.
         let flip_v = props.boolean("flip_tex_coords", matches!(format, MeshFormat::Obj));
-        props.ignore(&["vertex_normals", "collapse", "srgb"]);
+        if props.is_v0() {
+            props.ignore(&["collapse", "srgb"]);
+        }
         self.warn_feature(props, "max_smooth_angle", "is not supported and is ignored");
         let name = props.required_string("filename")?;
         let path = find_file(self.sink, &props.object().folders, &name, "mesh file")?;
