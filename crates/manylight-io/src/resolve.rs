@@ -13,7 +13,12 @@ pub struct Resolved {
 
 /// The file called `name` in the first of `folders` that has it. A name with backslashes, or of other case, is found with a remark.
 pub fn resolve(name: &str, folders: &[PathBuf]) -> Option<Resolved> {
-    let candidates = |name: &str| folders.iter().map(|folder| folder.join(name)).collect::<Vec<_>>();
+    let candidates = |name: &str| {
+        folders
+            .iter()
+            .map(|folder| folder.join(name))
+            .collect::<Vec<_>>()
+    };
     if let Some(path) = candidates(name).into_iter().find(|path| path.exists()) {
         return Some(Resolved { path, remark: None });
     }
@@ -21,23 +26,43 @@ pub fn resolve(name: &str, folders: &[PathBuf]) -> Option<Resolved> {
     if slashes != name
         && let Some(path) = candidates(&slashes).into_iter().find(|path| path.exists())
     {
-        return Some(Resolved { path, remark: Some("uses `\\` between folders") });
+        return Some(Resolved {
+            path,
+            remark: Some("uses `\\` between folders"),
+        });
     }
-    let path = folders.iter().find_map(|folder| ignoring_case(folder, Path::new(&slashes)))?;
-    Some(Resolved { path, remark: Some("differs in case from the file's name") })
+    let path = folders
+        .iter()
+        .find_map(|folder| ignoring_case(folder, Path::new(&slashes)))?;
+    Some(Resolved {
+        path,
+        remark: Some("differs in case from the file's name"),
+    })
 }
 
 /// `folder/name`, each part of `name` compared without regard to case.
 fn ignoring_case(folder: &Path, name: &Path) -> Option<PathBuf> {
-    let mut path = if name.is_absolute() { PathBuf::from("/") } else { folder.to_owned() };
+    let mut path = if name.is_absolute() {
+        PathBuf::from("/")
+    } else {
+        folder.to_owned()
+    };
     for part in name.components() {
         use std::path::Component;
         match part {
             Component::Normal(part) if !path.join(part).exists() => {
                 let wanted = part.to_string_lossy().to_lowercase();
-                let mut names: Vec<_> = std::fs::read_dir(&path).ok()?.flatten().map(|entry| entry.file_name()).collect();
+                let mut names: Vec<_> = std::fs::read_dir(&path)
+                    .ok()?
+                    .flatten()
+                    .map(|entry| entry.file_name())
+                    .collect();
                 names.sort();
-                path.push(names.into_iter().find(|name| name.to_string_lossy().to_lowercase() == wanted)?);
+                path.push(
+                    names
+                        .into_iter()
+                        .find(|name| name.to_string_lossy().to_lowercase() == wanted)?,
+                );
             }
             Component::Normal(part) => path.push(part),
             Component::ParentDir => path.push(".."),
