@@ -190,12 +190,13 @@ impl<'s> Flattening<'_, 's> {
                 inner,
             } => {
                 let normal = self.bumped_normal(*texture, *scale);
-                self.add(*inner, at.tilted(normal));
+                // Mitsuba 3.9.1 takes the world's components of dp_du for those in the shading frame. Only anisotropy shows it.
+                self.add(*inner, at.tilted(normal, self.x.dp_du));
             }
             Material::NormalMap { texture, inner } => {
                 let color = self.textures[texture.index()].eval(self.x.uv);
                 let normal = Vec3::from_array(color.to_array()) * 2.0 - Vec3::ONE;
-                self.add(*inner, at.tilted(normal));
+                self.add(*inner, at.tilted(normal, Vec3::X));
             }
             model => self.add_model(id, model, at),
         }
@@ -496,15 +497,15 @@ impl Wrapping {
     }
 
     /// Inside a bump or normal map that gives this normal in the frame around it. A second tilt turns the first one's frame.
-    fn tilted(self, normal: Vec3) -> Self {
+    fn tilted(self, normal: Vec3, tangent: Vec3) -> Self {
         let Some(normal) = normal.try_normalize() else {
             return self;
         };
-        let tilt = match &self.tilt {
-            Some(outer) => Tilt::new(outer.within(normal)),
-            None => Tilt::new(normal),
-        };
-        Wrapping { tilt, ..self }
+        let normal = self.tilt.map_or(normal, |outer| outer.within(normal));
+        Wrapping {
+            tilt: Tilt::new(normal, tangent),
+            ..self
+        }
     }
 }
 
