@@ -71,6 +71,8 @@ pub struct ManyLight {
     pub clamp: Clamp,
 }
 
+/// Estimates of direct light per gathering point: cheap beside the sum over all lights, and without them its noise would show.
+const DIRECT_SAMPLES: u32 = 4;
 /// Photons that ask for their importance, per light.
 const CANDIDATES_PER_LIGHT: usize = 32;
 /// Photons in a caustic estimate.
@@ -308,9 +310,12 @@ impl<'s> EyePath<'_, 's> {
             if self.walk.pass_through(&v, self.sampler.next_1d()) {
                 continue;
             }
-            self.next_event(&v, out);
+            self.narrow_emission(&v, out);
             if v.bsdf.lobes().has(Lobes::SMOOTH) {
-                self.emitter_by_smooth_lobe(&v, out);
+                for _ in 0..DIRECT_SAMPLES {
+                    self.direct_from_emitter(&v, out);
+                    self.direct_by_smooth_lobe(&v, out);
+                }
                 points.push(self.gathering(&v));
             }
             if !self.follow_specular(&v) {
@@ -319,32 +324,38 @@ impl<'s> EyePath<'_, 's> {
         }
     }
 
-    /// Light from an emitter chosen for `v`: by the smooth lobes it is direct light, by near-delta ones still emission.
-    fn next_event(&mut self, v: &Vertex, out: &mut TileSamples) {
-        let (scene, wo) = (self.prepared.scene, v.w_prev);
-        if !v.bsdf.lobes().has(Lobes::FINITE) {
-            return;
+    /// Direct light at `v`: an emitter is chosen, and the smooth lobes reflect it.
+    fn direct_from_emitter(&mut self, v: &Vertex, out: &mut TileSamples) {
+        if let Some(radiance) = self.from_emitter(v, Lobes::SMOOTH, Lobes::SMOOTH) {
+            out.add(self.pixel, Layer::Direct, radiance / DIRECT_SAMPLES as f32);
         }
-        let Some(light) = EmitterSample::draw(scene, &v.x, v.bsdf.receiving_normal(wo), &mut self.sampler) else {
-            return;
-        };
-        let reflected = |lobes: Lobes, walk: Lobes| {
-            v.bsdf.f_cos_wi(light.wi, wo, lobes) * light.mis_weight(v.bsdf.pdf_wi(light.wi, wo, walk))
-        };
-        let smooth = reflected(Lobes::SMOOTH, Lobes::SMOOTH);
-        let narrow = reflected(Lobes::NEAR_DELTA, Lobes::SPECULAR);
-        if smooth.is_black() && narrow.is_black() {
-            return;
+    }
+
+    /// The same by near-delta lobes, which belongs to the emission: the walk that follows them is the other half of it.
+    fn narrow_emission(&mut self, v: &Vertex, out: &mut TileSamples) {
+        if v.bsdf.lobes().has(Lobes::NEAR_DELTA)
+            && let Some(radiance) = self.from_emitter(v, Lobes::NEAR_DELTA, Lobes::SPECULAR)
+        {
+            out.add(self.pixel, Layer::Emission, radiance);
+        }
+    }
+
+    /// Light from a chosen emitter by `lobes` at `v`, weighted against a walk that samples `walk` there.
+    fn from_emitter(&mut self, v: &Vertex, lobes: Lobes, walk: Lobes) -> Option<Rgb> {
+        let (scene, wo) = (self.prepared.scene, v.w_prev);
+        let light = EmitterSample::draw(scene, &v.x, v.bsdf.receiving_normal(wo), &mut self.sampler)?;
+        let f_cos = v.bsdf.f_cos_wi(light.wi, wo, lobes);
+        if f_cos.is_black() {
+            return None;
         }
         self.shadow_rays += 1;
         let crossings = self.prepared.limits.max_depth.map_or(u32::MAX, |max| max - (v.segments + 1));
         let arriving = self.walk.throughput() * light.weight * light.transmittance(scene, crossings);
-        out.add(self.pixel, Layer::Direct, arriving * smooth);
-        out.add(self.pixel, Layer::Emission, arriving * narrow);
+        Some(arriving * f_cos * light.mis_weight(v.bsdf.pdf_wi(light.wi, wo, walk)))
     }
 
     /// The other half of direct light: a direction drawn from the smooth lobes that runs into an emitter.
-    fn emitter_by_smooth_lobe(&mut self, v: &Vertex<'s>, out: &mut TileSamples) {
+    fn direct_by_smooth_lobe(&mut self, v: &Vertex<'s>, out: &mut TileSamples) {
         let (scene, limits) = (self.prepared.scene, self.prepared.limits);
         let mut walk = self.walk.clone();
         if !walk.scatter(v, self.sampler.next_bsdf(), Lobes::SMOOTH) {
@@ -354,11 +365,11 @@ impl<'s> EyePath<'_, 's> {
             match walk.advance() {
                 Step::Escaped(wi) => {
                     let found = found_environment(scene, walk.previous(), wi);
-                    return out.add(self.pixel, Layer::Direct, walk.throughput() * found);
+                    return out.add(self.pixel, Layer::Direct, walk.throughput() * found / DIRECT_SAMPLES as f32);
                 }
                 Step::Hit(y) => {
                     let found = found_radiance(scene, walk.previous(), &y.x, y.w_prev);
-                    out.add(self.pixel, Layer::Direct, walk.throughput() * found);
+                    out.add(self.pixel, Layer::Direct, walk.throughput() * found / DIRECT_SAMPLES as f32);
                     if !limits.allow(y.segments + 1) || !walk.pass_through(&y, self.sampler.next_1d()) {
                         return;
                     }
