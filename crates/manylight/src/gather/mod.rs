@@ -1,6 +1,7 @@
 //! Sums virtual lights at shading points. [`Kernel`] says how one light is evaluated; which are is every one.
 
 mod cluster;
+mod patch;
 
 use crate::bsdf::{Bsdf, Lobes, Receiver};
 use crate::color::Rgb;
@@ -10,6 +11,7 @@ use crate::math::Vec3;
 use crate::scene::Scene;
 use crate::virtual_lights::{LightField, VirtualLight};
 use cluster::{CLUSTER_SIZE, Cluster};
+use patch::Patch;
 use std::f32::consts::FRAC_1_PI;
 
 /// How one light is evaluated.
@@ -34,10 +36,11 @@ pub enum Clamp {
     Value(f32),
 }
 
-/// Within this many radii a light is a disc of four points, beyond the second number a single point; between them a random
-/// number decides, so that no ring shows (ERRATA G9).
+/// A light is sixteen points nearer than the first number of its radii, four nearer than the second, and one beyond. Each is
+/// stretched by a random factor up to [`REACH_SPREAD`], so that no ring shows where the number changes (ERRATA G9).
+const SIXTEEN_POINTS_WITHIN: f32 = 2.0;
 const FOUR_POINTS_WITHIN: f32 = 8.0;
-const ONE_POINT_BEYOND: f32 = 10.0;
+const REACH_SPREAD: f32 = 0.25;
 
 /// Connections tested for visibility together.
 const PACKET: usize = 64;
@@ -53,7 +56,7 @@ pub struct ShadingPoint<'s> {
     pub bsdf: Bsdf<'s>,
     /// Largest photon depth that fits the path limits here; `None` without limit.
     pub max_photon_depth: Option<u32>,
-    /// Uniform in [0, 1): decides between four points and one.
+    /// Uniform in [0, 1): decides between numbers of points.
     pub u: f32,
 }
 
@@ -63,13 +66,15 @@ pub struct Lights<'s> {
     /// The lights themselves.
     pub field: LightField<'s>,
     clusters: Vec<Cluster>,
+    patches: Vec<Patch>,
 }
 
 impl<'s> Lights<'s> {
     /// Cuts `field` into clusters.
     pub fn new(field: LightField<'s>) -> Self {
         let clusters = Cluster::all(&field);
-        Lights { field, clusters }
+        let patches = field.lights().iter().map(Patch::new).collect();
+        Lights { field, clusters, patches }
     }
 }
 
@@ -143,26 +148,32 @@ impl Gather {
                     packet.push(scene, c.target, c.value, sum);
                 }
             };
-            if self.is_disc_from(at, light) {
-                for p in light.points {
-                    connect(p, 0.25 * light.radius * light.radius, 0.25);
-                }
-            } else {
-                connect(light.p, light.area * FRAC_1_PI, 1.0);
+            match self.part_count(at, light, &lights.patches[k]) {
+                16 => lights.patches[k].points().for_each(|p| connect(p, light.radius.powi(2) / 16.0, 1.0 / 16.0)),
+                4 => light.points.into_iter().for_each(|p| connect(p, light.radius.powi(2) / 4.0, 0.25)),
+                _ => connect(light.p, light.area * FRAC_1_PI, 1.0),
             }
         }
         front.flush(scene, sum);
         back.flush(scene, sum);
     }
 
-    /// Whether `light` is near enough to `at` to be seen as four points.
+    /// Of how many points `light` is made as seen from `at`.
     #[inline]
-    fn is_disc_from(&self, at: &ShadingPoint, light: &VirtualLight) -> bool {
+    fn part_count(&self, at: &ShadingPoint, light: &VirtualLight, patch: &Patch) -> u32 {
         if self.kernel == Kernel::Point || light.radius == 0.0 {
-            return false;
+            return 1;
         }
-        let reach = light.radius * (FOUR_POINTS_WITHIN + (ONE_POINT_BEYOND - FOUR_POINTS_WITHIN) * at.u);
-        at.x.p.distance_squared(light.p) < reach * reach
+        let reach = light.radius * (1.0 + REACH_SPREAD * at.u);
+        let d2 = at.x.p.distance_squared(light.p);
+        let within = |radii: f32| d2 < (radii * reach).powi(2);
+        if patch.is_flat && within(SIXTEEN_POINTS_WITHIN) {
+            16
+        } else if within(FOUR_POINTS_WITHIN) {
+            4
+        } else {
+            1
+        }
     }
 }
 

@@ -348,11 +348,9 @@ impl<'s, 'p> Maker<'s, 'p> {
     }
 
     fn profile(&self, grid: &Grid, light: &VirtualLight, bsdf: &Bsdf<'s>) -> Profile {
-        let p = self.site.p;
-        let key = p
-            .to_array()
-            .into_iter()
-            .fold(self.k as u64, |key, x| mix(key ^ u64::from(x.to_bits())));
+        // The direction of incidence names the numbers: it differs in every pass, and not with the scene's unit of length.
+        let bits = self.site.wi.to_array().map(|x| u64::from(x.to_bits()));
+        let key = bits.into_iter().fold(self.k as u64, |key, x| mix(key ^ x));
         let mut rng = Pcg::new(key);
         let width = bsdf.glossy_width();
         let count = if width < NARROW {
