@@ -1,7 +1,6 @@
 //! Sums virtual lights at shading points. [`Kernel`] says how one light is evaluated; which are is every one.
 
 mod cluster;
-mod patch;
 
 use crate::bsdf::{Bsdf, Lobes, Receiver};
 use crate::color::Rgb;
@@ -9,9 +8,9 @@ use crate::geometry::{Segment, SurfacePoint};
 use crate::ids::LightId;
 use crate::math::Vec3;
 use crate::scene::Scene;
+use crate::virtual_lights::moments::POINTS;
 use crate::virtual_lights::{LightField, VirtualLight};
 use cluster::{CLUSTER_SIZE, Cluster};
-use patch::Patch;
 use std::f32::consts::FRAC_1_PI;
 
 /// How one light is evaluated.
@@ -19,7 +18,7 @@ use std::f32::consts::FRAC_1_PI;
 pub enum Kernel {
     /// As a point.
     Point,
-    /// As a disc with the second moments of its photons: four points near by, one far away.
+    /// As a disc with the second moment of its photons, by sixteen to one of its points.
     Disc,
 }
 
@@ -36,8 +35,8 @@ pub enum Clamp {
     Value(f32),
 }
 
-/// A light is sixteen points nearer than the first number of its radii, four nearer than the second, and one beyond. Each is
-/// stretched by a random factor up to [`REACH_SPREAD`], so that no ring shows where the number changes (ERRATA G9).
+/// A light is all its points nearer than the first number of its radii, four of them nearer than the second, and one beyond;
+/// which ones is random. Both are stretched by a random factor, so that no ring shows where the number changes (ERRATA G9).
 const SIXTEEN_POINTS_WITHIN: f32 = 2.0;
 const FOUR_POINTS_WITHIN: f32 = 8.0;
 const REACH_SPREAD: f32 = 0.25;
@@ -60,21 +59,28 @@ pub struct ShadingPoint<'s> {
     pub u: f32,
 }
 
+impl ShadingPoint<'_> {
+    /// A number below `count`, each as likely.
+    #[inline]
+    fn choose(&self, count: usize) -> usize {
+        // Other digits of `u` than those that decide about the number of points.
+        ((self.u * 64.0).fract() * count as f32) as usize
+    }
+}
+
 /// Lights made ready to be summed.
 #[derive(Debug)]
 pub struct Lights<'s> {
     /// The lights themselves.
     pub field: LightField<'s>,
     clusters: Vec<Cluster>,
-    patches: Vec<Patch>,
 }
 
 impl<'s> Lights<'s> {
     /// Cuts `field` into clusters.
     pub fn new(field: LightField<'s>) -> Self {
         let clusters = Cluster::all(&field);
-        let patches = field.lights().iter().map(Patch::new).collect();
-        Lights { field, clusters, patches }
+        Lights { field, clusters }
     }
 }
 
@@ -148,9 +154,11 @@ impl Gather {
                     packet.push(scene, c.target, c.value, sum);
                 }
             };
-            match self.part_count(at, light, &lights.patches[k]) {
-                16 => lights.patches[k].points().for_each(|p| connect(p, light.radius.powi(2) / 16.0, 1.0 / 16.0)),
-                4 => light.points.into_iter().for_each(|p| connect(p, light.radius.powi(2) / 4.0, 0.25)),
+            let r2 = light.radius * light.radius;
+            match self.part_count(at, light) {
+                POINTS => light.points.into_iter().for_each(|p| connect(p, r2 / 16.0, 1.0 / 16.0)),
+                4 => (0..4).for_each(|i| connect(light.points[4 * i + at.choose(4)], r2 / 4.0, 0.25)),
+                _ if light.radius > 0.0 => connect(light.points[at.choose(POINTS)], r2, 1.0),
                 _ => connect(light.p, light.area * FRAC_1_PI, 1.0),
             }
         }
@@ -160,15 +168,15 @@ impl Gather {
 
     /// Of how many points `light` is made as seen from `at`.
     #[inline]
-    fn part_count(&self, at: &ShadingPoint, light: &VirtualLight, patch: &Patch) -> u32 {
+    fn part_count(&self, at: &ShadingPoint, light: &VirtualLight) -> usize {
         if self.kernel == Kernel::Point || light.radius == 0.0 {
             return 1;
         }
         let reach = light.radius * (1.0 + REACH_SPREAD * at.u);
         let d2 = at.x.p.distance_squared(light.p);
         let within = |radii: f32| d2 < (radii * reach).powi(2);
-        if patch.is_flat && within(SIXTEEN_POINTS_WITHIN) {
-            16
+        if within(SIXTEEN_POINTS_WITHIN) {
+            POINTS
         } else if within(FOUR_POINTS_WITHIN) {
             4
         } else {
