@@ -27,9 +27,9 @@ pub enum Kernel {
 pub enum Clamp {
     /// Nothing.
     None,
-    /// Scale-free: a light of radius r (or each of its four parts, of radius r/2; or a point that stands for the area πr² of
-    /// surface) has a finite area, so `1/d²` becomes `1/√(d⁴ + r⁴)`: 1/r² in contact, as for a disc, and right to fourth order
-    /// far away, where four points already have the second order (derived; compare ERRATA E4).
+    /// Scale-free: `1/d²` becomes `1/√(d⁴ + r⁴)`, with r² = area / π for a point that stands for an area of surface (1/r² in
+    /// contact, as for a disc), and a small share of that for the points of a disc, which resolve it themselves (derived;
+    /// compare ERRATA E3, E4).
     Auto,
     /// `G <= value`, in 1/m².
     Value(f32),
@@ -40,6 +40,10 @@ pub enum Clamp {
 const SIXTEEN_POINTS_WITHIN: f32 = 2.0;
 const FOUR_POINTS_WITHIN: f32 = 8.0;
 const REACH_SPREAD: f32 = 0.25;
+
+/// Squared radius that bounds the geometry term of a point near by, as a share of its light's. The points of a cluttered
+/// surface lie on many things at once, and light between neighbors is lost with the clamp; without any, contacts sparkle.
+const NEAR_CLAMP: f32 = 1.0 / 64.0;
 
 /// Connections tested for visibility together.
 const PACKET: usize = 64;
@@ -156,9 +160,10 @@ impl Gather {
             };
             let r2 = light.radius * light.radius;
             match self.part_count(at, light) {
-                POINTS => light.points.into_iter().for_each(|p| connect(p, r2 / 16.0, 1.0 / 16.0)),
+                POINTS => light.points.into_iter().for_each(|p| connect(p, r2 * NEAR_CLAMP, 1.0 / 16.0)),
                 4 => (0..4).for_each(|i| connect(light.points[4 * i + at.choose(4)], r2 / 4.0, 0.25)),
                 _ if light.radius > 0.0 => connect(light.points[at.choose(POINTS)], r2, 1.0),
+                _ if self.kernel == Kernel::Disc => connect(light.p, light.area * FRAC_1_PI * NEAR_CLAMP, 1.0),
                 _ => connect(light.p, light.area * FRAC_1_PI, 1.0),
             }
         }

@@ -88,7 +88,7 @@ impl ManyLight {
     /// Rich-VPLs: importance placement, partition, 32 x 32 tables, discs.
     pub fn rich_vpl() -> Self {
         ManyLight {
-            light_count: 1024,
+            light_count: 512,
             photon_paths: 262_144,
             importon_paths: 32_768,
             placement: Placement::Importance,
