@@ -52,11 +52,7 @@ fn ignoring_case(folder: &Path, name: &Path) -> Option<PathBuf> {
         match part {
             Component::Normal(part) if !path.join(part).exists() => {
                 let wanted = part.to_string_lossy().to_lowercase();
-                let mut names: Vec<_> = std::fs::read_dir(&path)
-                    .ok()?
-                    .flatten()
-                    .map(|entry| entry.file_name())
-                    .collect();
+                let mut names: Vec<_> = entries(&path)?.map(|entry| entry.file_name()).collect();
                 names.sort();
                 path.push(
                     names
@@ -75,14 +71,22 @@ fn ignoring_case(folder: &Path, name: &Path) -> Option<PathBuf> {
 /// The name of an existing file in the folder of `path` that is most like its name, for a suggestion.
 pub fn similar_file(path: &Path) -> Option<String> {
     let wanted = path.file_name()?.to_string_lossy().into_owned();
-    let names: Vec<String> = std::fs::read_dir(path.parent()?)
-        .ok()?
-        .flatten()
+    let names: Vec<String> = entries(path.parent()?)?
         .map(|entry| entry.file_name().to_string_lossy().into_owned())
         .collect();
     let mut names: Vec<&str> = names.iter().map(String::as_str).collect();
     names.sort_unstable();
     similar(&wanted, names.iter().copied()).map(str::to_owned)
+}
+
+/// What is in `folder`; the empty path, parent of a bare name, stands for the current folder.
+fn entries(folder: &Path) -> Option<impl Iterator<Item = std::fs::DirEntry>> {
+    let folder = if folder.as_os_str().is_empty() {
+        Path::new(".")
+    } else {
+        folder
+    };
+    Some(std::fs::read_dir(folder).ok()?.flatten())
 }
 
 /// The name among `known` that `found` was probably meant to be.
@@ -113,6 +117,18 @@ mod tests {
         assert_eq!(found("Textures\\Wood.png"), Some(true));
         assert_eq!(found("textures/wood.PNG"), Some(true));
         assert_eq!(found("textures/stone.png"), None);
+    }
+
+    #[test]
+    fn bare_names_are_looked_up_in_the_current_folder() {
+        // Tests run in the folder of their package.
+        assert_eq!(
+            similar_file(Path::new("Cargo.tml")).as_deref(),
+            Some("Cargo.toml")
+        );
+        let found = resolve("cargo.TOML", &[PathBuf::new()]).unwrap();
+        assert_eq!(found.path, Path::new("Cargo.toml"));
+        assert!(found.remark.is_some());
     }
 
     #[test]

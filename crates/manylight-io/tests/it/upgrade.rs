@@ -128,5 +128,5 @@ fn references_survive_the_removal_of_old_parameters() {
     let Texture::Checkerboard { color0, .. } = &desc.textures[0] else {
         panic!()
     };
-    assert_eq!(*color0, Rgb::new(1.0, 0.0, 0.0));
+    assert_eq!(*color0, ColorInput::Constant(Rgb::new(1.0, 0.0, 0.0)));
 }

@@ -8,6 +8,7 @@ use manylight::color::Rgb;
 use manylight::emitters::Emitter;
 use manylight::film::Filter;
 use manylight::geometry::Shape;
+use manylight::ids::TextureId;
 use manylight::math::{UVec2, Vec2, Vec3};
 use manylight::scene::PathLimits;
 use manylight::sensors::{FovAxis, SensorKind};
@@ -434,11 +435,37 @@ fn an_image_is_one_texture_for_equal_settings() {
     else {
         panic!()
     };
-    assert_eq!((*color0, *color1), (Rgb::splat(0.4), Rgb::splat(0.2)));
+    let defaults = [0.4, 0.2].map(|v| ColorInput::Constant(Rgb::splat(v)));
+    assert_eq!([*color0, *color1], defaults);
     assert_eq!(
         *uv_transform * Vec3::new(1.0, 1.0, 1.0),
         Vec3::new(4.5, 2.0, 1.0)
     );
+}
+
+#[test]
+fn textures_stand_in_checkerboards_and_spots() {
+    let desc = load(
+        "<emitter type='spot'>
+          <transform name='to_world'><rotate z='1' angle='90'/><scale value='2'/></transform>
+          <texture type='checkerboard' name='texture'>
+            <texture type='checkerboard' name='color0'/><rgb name='color1' value='0.5'/>
+          </texture>
+        </emitter>",
+    );
+    let Texture::Checkerboard { color0, color1, .. } = &desc.textures[1] else {
+        panic!()
+    };
+    assert_eq!(*color0, ColorInput::Texture(TextureId(0)));
+    assert_eq!(*color1, ColorInput::Constant(Rgb::splat(0.5)));
+    let Emitter::Spot {
+        slide: Some(slide), ..
+    } = &desc.emitters[1]
+    else {
+        panic!()
+    };
+    assert_eq!(slide.texture, TextureId(1));
+    assert!((slide.axes[0] - Vec3::Y).length() + (slide.axes[1] - Vec3::NEG_X).length() < 1e-6);
 }
 
 #[test]

@@ -195,7 +195,7 @@ impl<'s> Flattening<'_, 's> {
                 self.add(*inner, at.tilted(normal, self.x.dp_du));
             }
             Material::NormalMap { texture, inner } => {
-                let color = self.textures[texture.index()].eval(self.x.uv);
+                let color = self.textures[texture.index()].eval(self.x.uv, self.textures);
                 let normal = Vec3::from_array(color.to_array()) * 2.0 - Vec3::ONE;
                 self.add(*inner, at.tilted(normal, Vec3::X));
             }

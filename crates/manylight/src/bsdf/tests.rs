@@ -109,7 +109,7 @@ fn eta_of_specular(specular: f32) -> f32 {
 }
 
 fn tilt(first: f32, second: f32, third: f32) -> Texture {
-    let color = Rgb::new(first, second, third);
+    let color = ColorInput::Constant(Rgb::new(first, second, third));
     Texture::Checkerboard {
         color0: color,
         color1: color,

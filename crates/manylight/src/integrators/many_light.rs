@@ -12,9 +12,9 @@ use crate::gather::{Gather, Lights, ShadingPoint};
 use crate::maps::density::{IMPORTANCE_NEIGHBORS, estimate, importance_at};
 use crate::maps::{KdTree, Neighbors};
 use crate::particles::{Importon, Photon, trace_importons, trace_photons};
-use crate::stats::Stats;
 use crate::sampling::{Sampler, Stream};
 use crate::scene::{PathLimits, Scene};
+use crate::stats::Stats;
 use crate::transport::direct::{EmitterSample, found_environment, found_radiance};
 use crate::transport::{Step, Vertex, Walk};
 use crate::virtual_lights::{LightField, Shares, Site, assign, select};
@@ -232,7 +232,7 @@ impl<'s> Prepared<'s> {
             let mut sampler = run.pass.sampler(Stream::Pixel, positions.index(pixel));
             let film = positions.sample(pixel, sampler.next_2d());
             let camera = self.scene.sensor.ray(film.position, sampler.next_2d());
-            let walk = Walk::from_sensor(self.scene, camera.ray, Rgb::splat(camera.weight * film.weight));
+            let walk = Walk::from_sensor(self.scene, self.limits, camera.ray, Rgb::splat(camera.weight * film.weight));
             let mut eye = EyePath { prepared: self, walk, sampler, pixel: i, shadow_rays: 0 };
             eye.trace(out, &mut points);
             shadow_rays += eye.shadow_rays;
@@ -285,14 +285,11 @@ impl<'s> EyePath<'_, 's> {
     fn trace(&mut self, out: &mut TileSamples, points: &mut Vec<Gathering<'s>>) {
         let (scene, limits) = (self.prepared.scene, self.prepared.limits);
         loop {
-            let step = self.walk.advance();
-            let hidden = limits.hide_emitters && self.walk.previous().event == Lobes::NONE;
-            let v = match step {
+            let v = match self.walk.advance() {
+                Step::Hidden => return,
                 Step::Escaped(wi) => {
-                    if !hidden {
-                        let found = found_environment(scene, self.walk.previous(), wi);
-                        out.add(self.pixel, Layer::Emission, self.walk.throughput() * found);
-                    }
+                    let found = found_environment(scene, self.walk.previous(), wi);
+                    out.add(self.pixel, Layer::Emission, self.walk.throughput() * found);
                     return;
                 }
                 Step::Hit(v) => v,
@@ -300,10 +297,8 @@ impl<'s> EyePath<'_, 's> {
             if v.segments == 1 {
                 first_surface(&v, &mut self.sampler, self.pixel, out);
             }
-            if !hidden {
-                let found = found_radiance(scene, self.walk.previous(), &v.x, v.w_prev);
-                out.add(self.pixel, Layer::Emission, self.walk.throughput() * found);
-            }
+            let found = found_radiance(scene, self.walk.previous(), &v.x, v.w_prev);
+            out.add(self.pixel, Layer::Emission, self.walk.throughput() * found);
             if !limits.allow(v.segments + 1) {
                 return;
             }
@@ -363,6 +358,7 @@ impl<'s> EyePath<'_, 's> {
         }
         loop {
             match walk.advance() {
+                Step::Hidden => return,
                 Step::Escaped(wi) => {
                     let found = found_environment(scene, walk.previous(), wi);
                     return out.add(self.pixel, Layer::Direct, walk.throughput() * found / DIRECT_SAMPLES as f32);
@@ -380,8 +376,7 @@ impl<'s> EyePath<'_, 's> {
 
     fn gathering(&mut self, v: &Vertex<'s>) -> Gathering<'s> {
         let max_photon_depth = self.prepared.limits.max_depth.map(|max| max - (v.segments + 1));
-        let at =
-            ShadingPoint { x: v.x, wo: v.w_prev, bsdf: v.bsdf, max_photon_depth, u: self.sampler.next_1d() };
+        let at = ShadingPoint { x: v.x, wo: v.w_prev, bsdf: v.bsdf, max_photon_depth, u: self.sampler.next_1d() };
         Gathering { pixel: self.pixel, throughput: self.walk.throughput(), segments: v.segments, at }
     }
 

@@ -5,10 +5,11 @@ use super::colors::ColorUse;
 use super::object::{Family, ObjectId};
 use super::props::Props;
 use super::skies::Parts;
+use super::values::Value;
 use super::xml::find_file;
 use super::{Builder, Substitute};
 use glam::{DMat4, DVec3};
-use manylight::emitters::{Emitter, Environment};
+use manylight::emitters::{Emitter, Environment, Slide};
 use manylight::ids::EmitterId;
 use manylight::image::Image;
 use manylight::math::Mat3;
@@ -136,8 +137,8 @@ impl Builder<'_> {
 
     fn spot(&mut self, props: &Props<'_>) {
         let intensity = self.emission(props, "intensity");
-        self.warn_feature(props, "texture", "is not supported and is ignored");
         let to_world = props.to_world();
+        let slide = self.slide(props, rotation(to_world));
         let cutoff = props.float_where(
             "cutoff_angle",
             20.0,
@@ -156,7 +157,22 @@ impl Builder<'_> {
             intensity,
             cutoff: cutoff.to_radians(),
             beam_width: beam_width.min(cutoff).to_radians(),
+            slide,
         });
+    }
+
+    /// The picture that a spot throws.
+    fn slide(&mut self, props: &Props<'_>, world_from_emitter: Mat3) -> Option<Slide> {
+        let param = props.get("texture")?;
+        let texture = match param.value {
+            Value::Object(id) if self.tree.get(id).family == Family::Texture => self.texture(id)?,
+            _ => {
+                props.mismatch(param, "a texture");
+                return None;
+            }
+        };
+        let axes = [world_from_emitter.x_axis, world_from_emitter.y_axis];
+        Some(Slide { texture, axes })
     }
 
     fn directional(&mut self, props: &Props<'_>) {

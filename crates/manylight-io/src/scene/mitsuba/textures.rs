@@ -163,8 +163,8 @@ impl Builder<'_> {
 
     fn checkerboard(&mut self, props: &Props<'_>) -> TextureId {
         props.ignore(&["line_width", "id"]);
-        let color0 = self.color(props, "color0", 0.4, ColorUse::Reflectance);
-        let color1 = self.color(props, "color1", 0.2, ColorUse::Reflectance);
+        let color0 = self.color_input(props, "color0", 0.4, ColorUse::Reflectance);
+        let color1 = self.color_input(props, "color1", 0.2, ColorUse::Reflectance);
         let uv_transform = uv_transform(props);
         self.add_texture(Texture::Checkerboard {
             color0,
