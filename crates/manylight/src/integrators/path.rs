@@ -3,7 +3,7 @@
 //! It fills the same layers as the many-light methods, so each of their terms can be checked by itself.
 
 use super::partition::Stage;
-use super::{PassContext, first_surface};
+use super::{PassContext, first_surface_sampled};
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::film::{Film, TileSamples};
@@ -53,12 +53,13 @@ impl Path<'_> {
                 }
                 Step::Hit(v) => v,
             };
-            if v.segments == 1 {
-                first_surface(&v, sampler, index, out);
-            }
             if !hidden {
                 let found = found_radiance(self.scene, self.walk.previous(), &v.x, v.w_prev);
                 out.add(index, self.stage.layer(), self.walk.throughput() * found);
+            }
+            let sample = v.bsdf.sample_wi(v.w_prev, sampler.next_bsdf(), Lobes::ALL);
+            if v.segments == 1 {
+                first_surface_sampled(&v, sample.as_ref(), index, out);
             }
             if !self.limits.allow(v.segments + 1) {
                 return;
@@ -67,7 +68,7 @@ impl Path<'_> {
                 continue;
             }
             self.next_event(&v, sampler, index, out);
-            if !self.walk.scatter(&v, sampler.next_bsdf(), Lobes::ALL) {
+            if !self.walk.follow(&v, sample) {
                 return;
             }
             self.stage = self.stage.after(self.walk.previous().event);
@@ -88,8 +89,7 @@ impl Path<'_> {
         let Some(light) = EmitterSample::draw(self.scene, &v.x, v.bsdf.receiving_normal(v.w_prev), sampler) else {
             return;
         };
-        let smooth = v.bsdf.f_cos_wi(light.wi, v.w_prev, Lobes::SMOOTH);
-        let narrow = v.bsdf.f_cos_wi(light.wi, v.w_prev, Lobes::NEAR_DELTA);
+        let (smooth, narrow) = v.bsdf.f_cos_wi_by_width(light.wi, v.w_prev);
         if smooth.is_black() && narrow.is_black() {
             return;
         }
