@@ -27,8 +27,8 @@ pub(super) enum Placement {
     Mesh {
         /// In the order of the mesh.
         triangles: Vec<PlacedTriangle>,
-        /// Takes normals there.
-        normals: NormalTransform,
+        /// Takes normals there; `None` where all of them are the triangles' own.
+        normals: Option<NormalTransform>,
         /// In the world.
         area: f32,
         /// Running sums of the triangles' areas (times two); made when first asked for.
@@ -79,15 +79,15 @@ impl PlacedTriangle {
     }
 
     #[inline]
-    fn surface(&self, mesh: &Mesh, normals: &NormalTransform, triangle: usize, at: Vec2) -> Surface {
+    fn surface(&self, mesh: &Mesh, normals: Option<&NormalTransform>, triangle: usize, at: Vec2) -> Surface {
         let [a, b, c] = self.corners;
         let (ng, weight_a) = (self.ng, 1.0 - at.x - at.y);
-        let frame = if mesh.normals.is_empty() {
-            Frame { s: self.tangent, t: ng.cross(self.tangent), n: ng }
-        } else {
-            let corners = mesh.triangles[triangle].map(|i| mesh.normals[i as usize]);
-            let ns = normals.interpolated(corners, at).normalize_or(ng);
-            Frame::from_normal_and_tangent(ns, self.tangent)
+        let frame = match normals {
+            None => Frame { s: self.tangent, t: ng.cross(self.tangent), n: ng },
+            Some(normals) => {
+                let ns = normals.of_triangle(mesh, triangle, at).normalize_or(ng);
+                Frame::from_normal_and_tangent(ns, self.tangent)
+            }
         };
         let (uv, dp_du, dp_dv) = parametrization(mesh, triangle, at, ng, b - a, c - a);
         Surface { p: a * weight_a + b * at.x + c * at.y, ng, frame, uv, dp_du, dp_dv, offset: self.offset }
@@ -116,9 +116,10 @@ impl NormalTransform {
         }
     }
 
-    /// The normal between those of three vertices, not normalized.
+    /// The normal between those of a triangle's vertices, not normalized.
     #[inline]
-    fn interpolated(&self, corners: [Vec3; 3], at: Vec2) -> Vec3 {
+    fn of_triangle(&self, mesh: &Mesh, triangle: usize, at: Vec2) -> Vec3 {
+        let corners = mesh.triangles[triangle].map(|i| mesh.normals[i as usize]);
         let mix = |[a, b, c]: [Vec3; 3]| a * (1.0 - at.x - at.y) + b * at.x + c * at.y;
         let transformed = |n: Vec3| Vec3::from(self.matrix * Vec3A::from(n));
         if self.is_similarity {
@@ -126,6 +127,17 @@ impl NormalTransform {
         } else {
             mix(corners.map(|n| transformed(n).normalize_or_zero()))
         }
+    }
+
+    /// Whether no normal of the mesh differs from its triangles' own by more than rounding.
+    fn is_idle(&self, mesh: &Mesh, triangles: &[PlacedTriangle]) -> bool {
+        const ROUNDING: f32 = 4.0 * f32::EPSILON;
+        let is_flat = |i: usize, at: Vec2| {
+            let ng = triangles[i].ng;
+            self.of_triangle(mesh, i, at).normalize_or(ng).abs_diff_eq(ng, ROUNDING)
+        };
+        let corners = [Vec2::ZERO, Vec2::X, Vec2::Y];
+        mesh.normals.is_empty() || (0..triangles.len()).all(|i| corners.iter().all(|&at| is_flat(i, at)))
     }
 }
 
@@ -164,9 +176,11 @@ impl Placement {
             .map(|i| PlacedTriangle::new(mesh, world_from_object, i))
             .collect();
         let area: f64 = triangles.iter().map(PlacedTriangle::twice_area).sum();
+        let normals = NormalTransform::new(world_from_object);
+        let normals = (!normals.is_idle(mesh, &triangles)).then_some(normals);
         Placement::Mesh {
             triangles,
-            normals: NormalTransform::new(world_from_object),
+            normals,
             area: (0.5 * area) as f32,
             cumulative: OnceLock::new(),
         }
@@ -219,7 +233,7 @@ impl Placement {
             Placement::Analytic { shape, .. } => analytic_surface(shape, coordinates),
             Placement::Mesh { triangles, normals, .. } => {
                 let element = element as usize;
-                triangles[element].surface(mesh_of(shape), normals, element, coordinates)
+                triangles[element].surface(mesh_of(shape), normals.as_ref(), element, coordinates)
             }
         }
     }

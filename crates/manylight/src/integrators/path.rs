@@ -57,11 +57,15 @@ impl Path<'_> {
                 let found = found_radiance(self.scene, self.walk.previous(), &v.x, v.w_prev);
                 out.add(index, self.stage.layer(), self.walk.throughput() * found);
             }
+            let ends = !self.limits.allow(v.segments + 1);
+            if ends && v.segments > 1 {
+                return;
+            }
             let sample = v.bsdf.sample_wi(v.w_prev, sampler.next_bsdf(), Lobes::ALL);
             if v.segments == 1 {
                 first_surface_sampled(&v, sample.as_ref(), index, out);
             }
-            if !self.limits.allow(v.segments + 1) {
+            if ends {
                 return;
             }
             if self.walk.pass_through(&v, sampler.next_1d()) {
