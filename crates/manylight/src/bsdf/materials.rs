@@ -102,22 +102,48 @@ impl Materials {
         x: &SurfacePoint,
         textures: &'s [Texture],
     ) -> Bsdf<'s> {
-        let mut flat = Flattening {
-            materials: self,
-            x,
-            textures,
+        let mut bsdf = Bsdf {
+            ng: x.ng,
+            frame: x.frame,
             leaves: [None; MAX_LEAVES],
-            count: 0,
             open: [0.0; 2],
+            is_open: false,
+            transmits: false,
+            lobes: Lobes::NONE,
+            exit: Exit::Lambert,
+            glossy_width: 1.0,
+            defensive: x.frame.n.dot(x.ng).abs() < ALIGNED,
         };
-        let root = Wrapping {
-            weight: 1.0,
-            outer: Sides::Own,
-            tilt: None,
-            inner: Sides::Own,
-        };
-        flat.add(id, root);
-        flat.finish()
+        if let Some((reflectance, outer)) = self.plain_lambert(id) {
+            let reflectance = reflectance.eval(x.uv, textures);
+            bsdf.leaves[0] = Some(Leaf {
+                model: Model::Diffuse(Diffuse { reflectance }),
+                weight: 1.0,
+                outer,
+                tilt: None,
+                inner: Sides::Own,
+                demoted: false,
+            });
+            bsdf.lobes = Lobes::DIFFUSE;
+            return bsdf;
+        }
+        let mut flat = Flattening { materials: self, x, textures, count: 0, bsdf: &mut bsdf };
+        flat.add(id, Wrapping { weight: 1.0, outer: Sides::Own, tilt: None, inner: Sides::Own });
+        flat.finish();
+        bsdf
+    }
+
+    /// The most frequent materials, whose scattering functions are known without more ado: Lambertian, on one side or both.
+    #[inline]
+    fn plain_lambert(&self, id: MaterialId) -> Option<(&ColorInput, Sides)> {
+        match &self.materials[id.index()] {
+            Material::Diffuse { reflectance } => Some((reflectance, Sides::Own)),
+            Material::TwoSided { front, back } if front == back => match &self.materials[front.index()] {
+                Material::Diffuse { reflectance } => Some((reflectance, Sides::Both)),
+                _ => None,
+            },
+            _ => None,
+        }
     }
 }
 
@@ -134,9 +160,8 @@ struct Flattening<'a, 's> {
     materials: &'s Materials,
     x: &'a SurfacePoint,
     textures: &'s [Texture],
-    leaves: [Option<Leaf<'s>>; MAX_LEAVES],
     count: usize,
-    open: [f32; 2],
+    bsdf: &'a mut Bsdf<'s>,
 }
 
 impl<'s> Flattening<'_, 's> {
@@ -204,7 +229,7 @@ impl<'s> Flattening<'_, 's> {
     }
 
     fn add_open(&mut self, at: Wrapping, weight: f32) {
-        let [front, back] = &mut self.open;
+        let [front, back] = &mut self.bsdf.open;
         match (at.outer, at.inner) {
             (Sides::Front, _) | (_, Sides::Front) => *front += weight,
             (Sides::Back, _) | (_, Sides::Back) => *back += weight,
@@ -231,12 +256,13 @@ impl<'s> Flattening<'_, 's> {
             demoted: false,
         };
         if self.count < MAX_LEAVES {
-            self.leaves[self.count] = Some(leaf);
+            self.bsdf.leaves[self.count] = Some(leaf);
             self.count += 1;
             return;
         }
         // Full: the weakest leaf of the same sides makes room, and its weight stays with the stronger one.
         let rivals = self
+            .bsdf
             .leaves
             .iter_mut()
             .flatten()
@@ -250,46 +276,21 @@ impl<'s> Flattening<'_, 's> {
         }
     }
 
-    fn finish(mut self) -> Bsdf<'s> {
-        let exit = self.demote();
-        let mut lobes = Lobes::NONE;
-        let mut glossy_width = 1.0f32;
-        let mut smallest_cos = self.x.frame.n.dot(self.x.ng).abs();
-        for leaf in self.leaves.iter().flatten() {
-            lobes = lobes.or(leaf.lobes());
-            glossy_width = glossy_width.min(leaf.model.glossy_width());
+    /// Sums up the leaves.
+    fn finish(self) {
+        let bsdf = self.bsdf;
+        bsdf.exit = demote(&mut bsdf.leaves);
+        bsdf.is_open = bsdf.open != [0.0; 2];
+        for leaf in bsdf.leaves.iter().flatten() {
+            bsdf.lobes = bsdf.lobes.or(leaf.lobes());
+            bsdf.glossy_width = bsdf.glossy_width.min(leaf.model.glossy_width());
+            bsdf.is_open |= matches!(leaf.model, Model::Pane(_));
+            bsdf.transmits |= leaf.model.transmits();
             if let Some(tilt) = &leaf.tilt {
-                smallest_cos =
-                    smallest_cos.min(self.x.frame.to_world(tilt.normal()).dot(self.x.ng).abs());
+                let cos = bsdf.frame.to_world(tilt.normal()).dot(bsdf.ng).abs();
+                bsdf.defensive |= cos < ALIGNED;
             }
         }
-        Bsdf {
-            ng: self.x.ng,
-            frame: self.x.frame,
-            leaves: self.leaves,
-            open: self.open,
-            lobes,
-            exit,
-            glossy_width,
-            defensive: smallest_cos < ALIGNED,
-        }
-    }
-
-    /// `DIFFUSE` promises one `b(wo)` for the whole material, about the shading normal: the strongest leaf decides which,
-    /// and the diffuse lobes of leaves that differ count as `GLOSSY`.
-    fn demote(&mut self) -> Exit<'s> {
-        let eligible = |leaf: &&Leaf| leaf.tilt.is_none() && leaf.model.lobes().has(Lobes::DIFFUSE);
-        let strongest = self
-            .leaves
-            .iter()
-            .flatten()
-            .filter(eligible)
-            .max_by(|a, b| a.weight.total_cmp(&b.weight));
-        let exit = strongest.map_or(Exit::Lambert, |leaf| leaf.model.exit());
-        for leaf in self.leaves.iter_mut().flatten() {
-            leaf.demoted = leaf.tilt.is_some() || !same_exit(&leaf.model.exit(), &exit);
-        }
-        exit
     }
 
     /// The normal of the height field over the surface, in the shading frame.
@@ -519,6 +520,22 @@ impl Wrapping {
             ..self
         }
     }
+}
+
+/// `DIFFUSE` promises one `b(wo)` for the whole material, about the shading normal: the strongest leaf decides which,
+/// and the diffuse lobes of leaves that differ count as `GLOSSY`.
+fn demote<'s>(leaves: &mut [Option<Leaf<'s>>]) -> Exit<'s> {
+    let eligible = |leaf: &&Leaf| leaf.tilt.is_none() && leaf.model.lobes().has(Lobes::DIFFUSE);
+    let strongest = leaves
+        .iter()
+        .flatten()
+        .filter(eligible)
+        .max_by(|a, b| a.weight.total_cmp(&b.weight));
+    let exit = strongest.map_or(Exit::Lambert, |leaf| leaf.model.exit());
+    for leaf in leaves.iter_mut().flatten() {
+        leaf.demoted = leaf.tilt.is_some() || !same_exit(&leaf.model.exit(), &exit);
+    }
+    exit
 }
 
 fn same_exit(a: &Exit, b: &Exit) -> bool {

@@ -154,6 +154,10 @@ pub struct Bsdf<'s> {
     leaves: [Option<Leaf<'s>>; MAX_LEAVES],
     /// What passes straight through, seen from the side of the shading normal and from the other.
     open: [f32; 2],
+    /// Whether anything passes straight through.
+    is_open: bool,
+    /// Whether a finite lobe carries light to the other side.
+    transmits: bool,
     lobes: Lobes,
     exit: Exit<'s>,
     glossy_width: f32,
@@ -183,6 +187,14 @@ impl<'s> Bsdf<'s> {
         self.eval_local(self.frame.to_local(wi), self.frame.to_local(wo), lobes)
     }
 
+    /// [`Bsdf::f_cos_wi`] of the `SMOOTH` lobes and of the `NEAR_DELTA` lobes: what next-event estimation adds to two terms.
+    #[inline]
+    pub fn f_cos_wi_by_width(&self, wi: Vec3, wo: Vec3) -> (Rgb, Rgb) {
+        let (wi, wo) = (self.frame.to_local(wi), self.frame.to_local(wo));
+        let part = |lobes| if self.lobes.has(lobes) { self.eval_local(wi, wo, lobes) } else { Rgb::BLACK };
+        (part(Lobes::SMOOTH), part(Lobes::NEAR_DELTA))
+    }
+
     /// The function of `wi` that is left when the viewer is fixed; see [`Receiver`].
     #[inline]
     pub fn receiver(&self, wo: Vec3, lobes: Lobes) -> Receiver<'_, 's> {
@@ -206,23 +218,26 @@ impl<'s> Bsdf<'s> {
     /// sampled direction and `weight` is of that class alone, divided by its probability: sums over events of one class converge
     /// to that class.
     pub fn sample_wi(&self, wo: Vec3, u: BsdfNumbers, lobes: Lobes) -> Option<BsdfSample> {
-        match self.draw_wi(wo, u, lobes)? {
+        let given = self.frame.to_local(wo);
+        match self.draw_wi(given, u, lobes)? {
             Drawn::Delta(sample) => Some(sample),
-            Drawn::Finite { w: wi, eta } => {
-                let (weight, lobe) = self.choose_class(wi, wo, class_number(u), lobes)?;
-                complete(wi, weight, self.pdf_wi(wi, wo, lobes), lobe, eta)
+            Drawn::Finite { w, local, eta } => {
+                let (weight, lobe) = self.choose_class(local, given, u, lobes)?;
+                let pdf = self.pdf_local(Given::Wo, given, local, lobes);
+                complete(w, weight, pdf, lobe, eta)
             }
         }
     }
 
     /// Draws `wo` for a photon that arrives from `wi`. `None`: absorbed. Classes as in [`Bsdf::sample_wi`].
     pub fn sample_wo(&self, wi: Vec3, u: BsdfNumbers, lobes: Lobes) -> Option<BsdfSample> {
-        match self.draw_wo(wi, u, lobes)? {
+        let given = self.frame.to_local(wi);
+        match self.draw_wo(wi, given, u, lobes)? {
             Drawn::Delta(sample) => Some(sample),
-            Drawn::Finite { w: wo, eta } => {
-                let (value, lobe) = self.choose_class(wi, wo, class_number(u), lobes)?;
-                let weight = value * (wo.dot(self.ng) / wi.dot(self.ng)).abs();
-                complete(wo, weight, self.pdf_wo(wi, wo, lobes), lobe, eta)
+            Drawn::Finite { w, local, eta } => {
+                let (value, lobe) = self.choose_class(given, local, u, lobes)?;
+                let weight = value * (w.dot(self.ng) / wi.dot(self.ng)).abs();
+                complete(w, weight, self.pdf_wo_local(given, w, local, lobes), lobe, eta)
             }
         }
     }
@@ -241,7 +256,11 @@ impl<'s> Bsdf<'s> {
     /// Density of [`Bsdf::sample_wo`] per solid angle, delta lobes left out.
     #[inline]
     pub fn pdf_wo(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> f32 {
-        let (given, other) = (self.frame.to_local(wi), self.frame.to_local(wo));
+        self.pdf_wo_local(self.frame.to_local(wi), wo, self.frame.to_local(wo), lobes)
+    }
+
+    #[inline]
+    fn pdf_wo_local(&self, given: Vec3, wo: Vec3, other: Vec3, lobes: Lobes) -> f32 {
         let pdf = self.pdf_local(Given::Wi, given, other, lobes);
         let defensive = self.defensive_share(given, lobes);
         if defensive == 0.0 {
@@ -265,6 +284,9 @@ impl<'s> Bsdf<'s> {
     /// The lobes carry the rest: their weights already contain the opacity.
     #[inline]
     pub fn transmittance(&self, w: Vec3) -> Rgb {
+        if !self.is_open {
+            return Rgb::BLACK;
+        }
         let local = self.frame.to_local(w);
         let mut sum = Rgb::splat(self.open[usize::from(local.z < 0.0)]);
         for leaf in self.leaves.iter().flatten() {
@@ -309,12 +331,7 @@ impl<'s> Bsdf<'s> {
     /// transmits: then light matters from both sides.
     #[inline]
     pub fn receiving_normal(&self, wo: Vec3) -> Option<Vec3> {
-        if self
-            .leaves
-            .iter()
-            .flatten()
-            .any(|leaf| leaf.model.transmits())
-        {
+        if self.transmits {
             return None;
         }
         Some(self.frame.n * 1.0f32.copysign(wo.dot(self.frame.n)))
@@ -359,6 +376,9 @@ impl<'s> Bsdf<'s> {
 
     #[inline]
     fn pdf_local(&self, end: Given, given: Vec3, other: Vec3, lobes: Lobes) -> f32 {
+        if let [Some(leaf), None, ..] = &self.leaves {
+            return if leaf.answers(given, lobes) { leaf.pdf(end, given, other, lobes) } else { 0.0 };
+        }
         let (mut sum, mut total) = (0.0, 0.0);
         for leaf in self.answering(given, lobes) {
             sum += leaf.weight * leaf.pdf(end, given, other, lobes);
@@ -379,6 +399,9 @@ impl<'s> Bsdf<'s> {
     /// A leaf in proportion to its weight, its probability, and `u` made uniform again.
     #[inline]
     fn choose_leaf(&self, given: Vec3, u: f32, lobes: Lobes) -> Option<(&Leaf<'s>, f32, f32)> {
+        if let [Some(leaf), None, ..] = &self.leaves {
+            return leaf.answers(given, lobes).then_some((leaf, 1.0, u));
+        }
         let total: f32 = self.answering(given, lobes).map(|leaf| leaf.weight).sum();
         let mut left = u * total;
         let mut chosen = None;
@@ -412,14 +435,14 @@ impl<'s> Bsdf<'s> {
     }
 
     /// Draws `wi`; the density of the finite directions is [`Bsdf::pdf_wi`].
-    fn draw_wi(&self, wo: Vec3, u: BsdfNumbers, lobes: Lobes) -> Option<Drawn> {
-        let local = self.frame.to_local(wo);
+    #[inline]
+    fn draw_wi(&self, local: Vec3, u: BsdfNumbers, lobes: Lobes) -> Option<Drawn> {
         let (leaf, share, lobe) = self.choose_leaf(local, u.lobe, lobes)?;
         let ModelSample { w, eta, delta } =
             leaf.sample(Given::Wo, local, BsdfNumbers { lobe, ..u }, lobes)?;
         let wi = self.frame.to_world(w);
         let Some(delta) = delta else {
-            return Some(Drawn::Finite { w: wi, eta });
+            return Some(Drawn::Finite { w: wi, local: w, eta });
         };
         // Radiance is scaled by the square of the index on its own side over that on the side it comes from.
         let weight = delta.fraction * (leaf.weight / (share * delta.probability * eta * eta));
@@ -428,18 +451,15 @@ impl<'s> Bsdf<'s> {
     }
 
     /// Draws `wo`; the density of the finite directions is [`Bsdf::pdf_wo`].
-    fn draw_wo(&self, wi: Vec3, mut u: BsdfNumbers, lobes: Lobes) -> Option<Drawn> {
-        let local = self.frame.to_local(wi);
+    fn draw_wo(&self, wi: Vec3, local: Vec3, mut u: BsdfNumbers, lobes: Lobes) -> Option<Drawn> {
         let defensive = self.defensive_share(local, lobes);
         if u.lobe < defensive {
             // Cosine-distributed about the geometric normal, on the side that the shading normal calls reflection: this bounds the
             // weight |wo·ng| / pdf. What falls on the other side is put through the surface, where it is missing.
             let w = Frame::from_normal(self.ng).to_world(warp::cosine_hemisphere(u.direction));
             let same_side = w.dot(self.frame.n) * local.z > 0.0;
-            return Some(Drawn::Finite {
-                w: if same_side { w } else { -w },
-                eta: 1.0,
-            });
+            let w = if same_side { w } else { -w };
+            return Some(Drawn::Finite { w, local: self.frame.to_local(w), eta: 1.0 });
         }
         u.lobe = ((u.lobe - defensive) / (1.0 - defensive)).min(LARGEST);
         let (leaf, share, lobe) = self.choose_leaf(local, u.lobe, lobes)?;
@@ -447,7 +467,7 @@ impl<'s> Bsdf<'s> {
             leaf.sample(Given::Wi, local, BsdfNumbers { lobe, ..u }, lobes)?;
         let wo = self.frame.to_world(w);
         let Some(delta) = delta else {
-            return Some(Drawn::Finite { w: wo, eta });
+            return Some(Drawn::Finite { w: wo, local: w, eta });
         };
         // f |wo·ng| = f_s |wi·ns| |wo·ng| / |wi·ng|, and f_s |wo·ns| integrates to the fraction.
         let cosines = (local.z * wo.dot(self.ng) / (wi.dot(self.ng) * w.z)).abs();
@@ -457,14 +477,18 @@ impl<'s> Bsdf<'s> {
             .map(|sample| Drawn::Delta(BsdfSample { pdf: 0.0, ..sample }))
     }
 
-    /// One finite class in proportion to its luminance, and its `f |wi·ng|` over its probability.
-    fn choose_class(&self, wi: Vec3, wo: Vec3, u: f32, lobes: Lobes) -> Option<(Rgb, Lobes)> {
-        let (wi, wo) = (self.frame.to_local(wi), self.frame.to_local(wo));
+    /// One finite class in proportion to its luminance, and its `f |wi·ng|` over its probability. Local directions.
+    #[inline]
+    fn choose_class(&self, wi: Vec3, wo: Vec3, u: BsdfNumbers, lobes: Lobes) -> Option<(Rgb, Lobes)> {
         let present = self.lobes.and(lobes).and(Lobes::FINITE);
         if present.0.count_ones() == 1 {
             let value = self.eval_local(wi, wo, present);
             return (!value.is_black()).then_some((value, present));
         }
+        self.choose_among_classes(wi, wo, class_number(u), present)
+    }
+
+    fn choose_among_classes(&self, wi: Vec3, wo: Vec3, u: f32, present: Lobes) -> Option<(Rgb, Lobes)> {
         let classes = [Lobes::DIFFUSE, Lobes::GLOSSY, Lobes::NEAR_DELTA];
         let values = classes.map(|c| {
             if present.has(c) {
@@ -518,7 +542,7 @@ const LARGEST: f32 = 1.0 - f32::EPSILON / 2.0;
 /// A direction before its weight is known.
 enum Drawn {
     Delta(BsdfSample),
-    Finite { w: Vec3, eta: f32 },
+    Finite { w: Vec3, local: Vec3, eta: f32 },
 }
 
 /// A number for the choice of a class that does not follow the choice of the direction: that has used up the leading digits.

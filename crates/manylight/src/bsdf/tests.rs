@@ -575,9 +575,10 @@ fn samplers_follow_their_densities() {
 fn test_sampler(bsdf: &Bsdf, end: Given, given: Vec3, mask: Lobes) -> chi_square::Outcome {
     let draw = |i: u32| {
         let u = numbers(&mut sampler(u64::from(i)));
+        let local = bsdf.frame.to_local(given);
         let drawn = match end {
-            Given::Wo => bsdf.draw_wi(given, u, mask),
-            Given::Wi => bsdf.draw_wo(given, u, mask),
+            Given::Wo => bsdf.draw_wi(local, u, mask),
+            Given::Wi => bsdf.draw_wo(given, local, u, mask),
         };
         match drawn {
             Some(Drawn::Finite { w, .. }) => Some(w),

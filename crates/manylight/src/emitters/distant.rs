@@ -100,6 +100,8 @@ pub(super) struct DistantSample {
     pub(super) emitter: EmitterId,
     /// Irradiance across `wi` over the probability of the choice, for parallel light; `None` for the others.
     pub(super) parallel: Option<Rgb>,
+    /// Where one picture is all that fills directions: radiance from `wi`, and what [`Distant::pdf`] gives.
+    pub(super) known: Option<(Rgb, f32)>,
 }
 
 /// How often directions to constant surroundings ignore the receiver's normal: shading normals may look elsewhere.
@@ -174,6 +176,7 @@ impl Distant {
                     wi: *wi,
                     emitter,
                     parallel: Some(*irradiance / source.pmf),
+                    known: None,
                 };
             }
             Kind::Constant { .. } => match n {
@@ -182,13 +185,18 @@ impl Distant {
                     .normalize(),
                 _ => warp::sphere(u),
             },
-            Kind::Environment(sampler) => sampler.sample(environment(emitters, emitter), u),
+            Kind::Environment(sampler) => {
+                let sample = sampler.sample(environment(emitters, emitter), u);
+                let alone = self.sources.len() == 1;
+                return DistantSample {
+                    wi: sample.wi,
+                    emitter,
+                    parallel: None,
+                    known: alone.then_some((sample.radiance, sample.pdf)),
+                };
+            }
         };
-        DistantSample {
-            wi,
-            emitter,
-            parallel: None,
-        }
+        DistantSample { wi, emitter, parallel: None, known: None }
     }
 
     /// Density of [`Distant::sample`] over all emitters that fill a solid angle.
@@ -399,9 +407,8 @@ impl Source {
             Kind::Constant { radiance } => Some((warp::sphere(u), *radiance / warp::SPHERE_PDF)),
             Kind::Environment(sampler) => {
                 let environment = environment(emitters, self.emitter);
-                let wi = sampler.sample(environment, u);
-                let pdf = sampler.pdf(environment, wi);
-                (pdf > 0.0).then(|| (wi, environment.radiance(wi) / pdf))
+                let sample = sampler.sample(environment, u);
+                (sample.pdf > 0.0).then(|| (sample.wi, sample.radiance / sample.pdf))
             }
         }
     }

@@ -28,13 +28,12 @@ impl Environment {
     }
 
     fn radiance_at(&self, at: Place) -> Rgb {
-        let [c00, c10, c01, c11] = at
-            .cell
-            .corners(&self.image)
-            .map(|(x, y)| self.image.rgb(x, y));
-        c00.lerp(c10, at.within.x)
-            .lerp(c01.lerp(c11, at.within.x), at.within.y)
-            * self.scale
+        interpolate(&self.corner_colors(at.cell), at.within) * self.scale
+    }
+
+    #[inline]
+    fn corner_colors(&self, cell: Cell) -> [Rgb; 4] {
+        cell.corners(&self.image).map(|(x, y)| self.image.rgb(x, y))
     }
 
     /// Cells between texel centers: as many as columns around, one less than rows down.
@@ -58,17 +57,21 @@ impl Environment {
         let (width, height) = self.cells();
         let phi = (at.cell.column as f32 + at.within.x + 0.5) / width as f32 * TAU;
         let theta = (at.cell.row as f32 + at.within.y) / height as f32 * PI;
-        Vec3::new(
-            phi.sin() * theta.sin(),
-            theta.cos(),
-            -phi.cos() * theta.sin(),
-        )
+        let ((sin_phi, cos_phi), (sin_theta, cos_theta)) = (phi.sin_cos(), theta.sin_cos());
+        Vec3::new(sin_phi * sin_theta, cos_theta, -cos_phi * sin_theta)
     }
+}
 
-    fn corner_luminances(&self, cell: Cell) -> [f32; 4] {
-        cell.corners(&self.image)
-            .map(|(x, y)| self.image.rgb(x, y).luminance().max(0.0))
-    }
+/// Between the values at (0,0), (1,0), (0,1), (1,1).
+#[inline]
+fn interpolate(corners: &[Rgb; 4], at: Vec2) -> Rgb {
+    let [c00, c10, c01, c11] = *corners;
+    c00.lerp(c10, at.x).lerp(c01.lerp(c11, at.x), at.y)
+}
+
+#[inline]
+fn luminances(corners: &[Rgb; 4]) -> [f32; 4] {
+    corners.map(|c| c.luminance().max(0.0))
 }
 
 /// The rectangle between four texel centers.
@@ -104,8 +107,21 @@ struct Place {
 pub(super) struct EnvironmentSampler {
     /// Over cells: mean luminance times solid angle.
     table: Table2d,
+    /// Per row of cells: density over the unit square per luminance.
+    density_per_luminance: Vec<f32>,
     /// Radiance over all directions.
     total: Rgb,
+}
+
+/// A direction to the surroundings, and what is known of it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct EnvironmentSample {
+    /// Unit, in the world.
+    pub(super) wi: Vec3,
+    /// Per solid angle.
+    pub(super) pdf: f32,
+    /// From there.
+    pub(super) radiance: Rgb,
 }
 
 impl EnvironmentSampler {
@@ -113,6 +129,7 @@ impl EnvironmentSampler {
     pub(super) fn new(environment: &Environment) -> Option<Self> {
         let (width, height) = environment.cells();
         let mut weights = Vec::with_capacity(width * height);
+        let mut solid_angles = Vec::with_capacity(height);
         let mut total = Rgb::BLACK;
         for row in 0..height {
             let polar = |row: usize| (row as f32 / height as f32 * PI).cos();
@@ -120,17 +137,20 @@ impl EnvironmentSampler {
             let mut row_total = Rgb::BLACK;
             for column in 0..width {
                 let cell = Cell { column, row };
-                let sum: f32 = environment.corner_luminances(cell).iter().sum();
+                let corners = environment.corner_colors(cell);
+                let sum: f32 = luminances(&corners).iter().sum();
                 weights.push(sum * solid_angle);
-                row_total += environment.radiance_at(Place {
-                    cell,
-                    within: Vec2::splat(0.5),
-                });
+                row_total += interpolate(&corners, Vec2::splat(0.5)) * environment.scale;
             }
             total += row_total * solid_angle;
+            solid_angles.push(solid_angle);
         }
         let table = Table2d::new(&weights, width, height)?;
-        Some(EnvironmentSampler { table, total })
+        let all: f64 = weights.iter().map(|&w| f64::from(w)).sum();
+        // Within a cell the density follows the luminance, whose mean is a quarter of the sum over corners.
+        let scale = 4.0 * (width * height) as f64 / all;
+        let density_per_luminance = solid_angles.iter().map(|&s| (f64::from(s) * scale) as f32).collect();
+        Some(EnvironmentSampler { table, density_per_luminance, total })
     }
 
     /// Radiance over all directions: ∫ L dω.
@@ -138,8 +158,8 @@ impl EnvironmentSampler {
         self.total
     }
 
-    /// A unit world direction towards the surroundings.
-    pub(super) fn sample(&self, environment: &Environment, u: Vec2) -> Vec3 {
+    /// Draws a direction towards the surroundings.
+    pub(super) fn sample(&self, environment: &Environment, u: Vec2) -> EnvironmentSample {
         let (width, height) = environment.cells();
         let (p, _) = self.table.sample(u);
         let scaled = p * Vec2::new(width as f32, height as f32);
@@ -149,37 +169,33 @@ impl EnvironmentSampler {
         };
         let v =
             (scaled - Vec2::new(cell.column as f32, cell.row as f32)).clamp(Vec2::ZERO, Vec2::ONE);
-        let [w00, w10, w01, w11] = environment.corner_luminances(cell);
+        let corners = environment.corner_colors(cell);
+        let [w00, w10, w01, w11] = luminances(&corners);
         let y = sample_linear(v.y, w00 + w10, w01 + w11);
         let x = sample_linear(v.x, w00 + (w01 - w00) * y, w10 + (w11 - w10) * y);
-        let at = Place {
-            cell,
-            within: Vec2::new(x, y),
-        };
-        (environment.world_from_emitter * environment.direction(at)).normalize()
+        let at = Place { cell, within: Vec2::new(x, y) };
+        let d = environment.direction(at);
+        EnvironmentSample {
+            wi: (environment.world_from_emitter * d).normalize(),
+            pdf: self.density(&corners, at, d),
+            radiance: interpolate(&corners, at.within) * environment.scale,
+        }
     }
 
     /// Density of [`EnvironmentSampler::sample`] per solid angle.
     pub(super) fn pdf(&self, environment: &Environment, wi: Vec3) -> f32 {
         let d = environment.world_from_emitter.transpose() * wi;
-        let (width, height) = environment.cells();
         let at = environment.locate(d);
-        let [w00, w10, w01, w11] = environment.corner_luminances(at.cell);
-        let sum = w00 + w10 + w01 + w11;
-        if sum == 0.0 {
-            return 0.0;
-        }
+        self.density(&environment.corner_colors(at.cell), at, d)
+    }
+
+    #[inline]
+    fn density(&self, corners: &[Rgb; 4], at: Place, d: Vec3) -> f32 {
+        let [w00, w10, w01, w11] = luminances(corners);
         let (x, y) = (at.within.x, at.within.y);
         let here = (w00 * (1.0 - x) + w10 * x) * (1.0 - y) + (w01 * (1.0 - x) + w11 * x) * y;
-        let middle = Vec2::new(at.cell.column as f32 + 0.5, at.cell.row as f32 + 0.5);
-        let density = self
-            .table
-            .pdf(middle / Vec2::new(width as f32, height as f32))
-            * here
-            * 4.0
-            / sum;
         // dω = 2π² sinθ du dv. The floor keeps the density finite at the poles.
         let sin = safe_sqrt(d.x * d.x + d.z * d.z).max(1e-6);
-        density / (2.0 * PI * PI * sin)
+        here * self.density_per_luminance[at.cell.row] / (2.0 * PI * PI * sin)
     }
 }

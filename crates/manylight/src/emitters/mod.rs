@@ -394,8 +394,12 @@ impl Emitters {
         let (weight, pdf) = match sample.parallel {
             Some(irradiance) => (irradiance / self.distant_share, 0.0),
             None => {
-                let pdf = self.pdf_direct_environment(p, n, sample.wi);
-                (self.environment_radiance(sample.wi) / pdf, pdf)
+                let (radiance, pdf) = sample.known.unwrap_or_else(|| {
+                    let pdf = self.distant.pdf(&self.emitters, n, sample.wi);
+                    (self.environment_radiance(sample.wi), pdf)
+                });
+                let pdf = self.distant_share * pdf;
+                (radiance / pdf, pdf)
             }
         };
         if weight.is_black() || !weight.is_finite() {

@@ -135,7 +135,7 @@ fn environment_samples_follow_their_density() {
     let sampler = EnvironmentSampler::new(&environment).unwrap();
     check_directions(
         200_000,
-        |u| Some(sampler.sample(&environment, u)),
+        |u| Some(sampler.sample(&environment, u).wi),
         |w| sampler.pdf(&environment, w),
     );
 }
@@ -154,7 +154,7 @@ fn a_small_sun_is_sampled_well() {
     let mut numbers = Sampler::new(5, 0, Stream::Test, 0);
     let total = sampler.total().g;
     for _ in 0..5000 {
-        let wi = sampler.sample(&environment, numbers.next_2d());
+        let wi = sampler.sample(&environment, numbers.next_2d()).wi;
         let weight = environment.radiance(wi).g / sampler.pdf(&environment, wi);
         assert!(
             (0.6..1.5).contains(&(weight / total)),
@@ -183,7 +183,7 @@ fn pictures_without_extent_or_light_are_harmless() {
         assert!((sampler.total().r - 8.0 * PI).abs() < 1e-3);
         check_directions(
             20_000,
-            |u| Some(sampler.sample(&bright, u)),
+            |u| Some(sampler.sample(&bright, u).wi),
             |w| sampler.pdf(&bright, w),
         );
     }

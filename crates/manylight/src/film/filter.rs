@@ -99,7 +99,7 @@ fn sinc(x: f32) -> f32 {
 #[derive(Clone, Debug)]
 pub struct FilterSampler {
     radius: f32,
-    /// Sum of the absolute values of the cells up to here, over their total.
+    /// Sum of the absolute values of the cells up to here, over their total; empty for a box, which needs no table.
     cdf: Vec<f32>,
     /// Sign of each cell times (integral of the absolute value / integral).
     weights: Vec<f32>,
@@ -126,6 +126,9 @@ impl Window {
 impl FilterSampler {
     fn new(filter: &Filter) -> Self {
         let radius = filter.radius();
+        if *filter == Filter::Box {
+            return FilterSampler { radius, cdf: Vec::new(), weights: Vec::new() };
+        }
         let cell = |i: usize| {
             let center = (i as f32 + 0.5) / TABLE_CELLS as f32 * 2.0 - 1.0;
             f64::from(filter.eval(center * radius))
@@ -185,8 +188,16 @@ impl FilterSampler {
         (Vec2::new(x, y), weight_x * weight_y)
     }
 
+    #[inline]
     fn sample_1d(&self, window: Window, u: f32) -> (f32, f32) {
-        let u = window.start + window.share * u;
+        if self.cdf.is_empty() {
+            return ((2.0 * u - 1.0) * self.radius, 1.0);
+        }
+        let (x, weight) = self.sample_table(window.start + window.share * u);
+        (x, weight * window.gain)
+    }
+
+    fn sample_table(&self, u: f32) -> (f32, f32) {
         let i = find_interval(&self.cdf, u).min(TABLE_CELLS - 1);
         let width = self.cdf[i + 1] - self.cdf[i];
         let fraction = if width > 0.0 {
@@ -195,7 +206,7 @@ impl FilterSampler {
             0.5
         };
         let x = (i as f32 + fraction) / TABLE_CELLS as f32 * 2.0 - 1.0;
-        (x * self.radius, self.weights[i] * window.gain)
+        (x * self.radius, self.weights[i])
     }
 }
 

@@ -91,11 +91,39 @@ impl Tile {
     }
 }
 
+/// Where each layer stands among those that a film records.
+#[derive(Clone, Copy, Debug)]
+struct Slots([u8; LAYERS]);
+
+/// Number of layers that there are.
+const LAYERS: usize = Layer::Depth as usize + 1;
+
+impl Slots {
+    /// Not recorded.
+    const NONE: u8 = u8::MAX;
+
+    fn new(layers: &[Layer]) -> Self {
+        let mut slots = [Slots::NONE; LAYERS];
+        for (slot, &layer) in layers.iter().enumerate() {
+            slots[layer as usize] = slot as u8;
+        }
+        Slots(slots)
+    }
+
+    #[inline]
+    fn of(self, layer: Layer) -> Option<usize> {
+        let slot = self.0[layer as usize];
+        (slot != Slots::NONE).then_some(slot.into())
+    }
+}
+
 /// One pass of one tile: one value per pixel and layer.
 #[derive(Debug)]
 pub struct TileSamples<'f> {
     tile: Tile,
-    layers: &'f [Layer],
+    slots: Slots,
+    /// The values of one pixel, layer by layer, stand together.
+    stride: usize,
     values: &'f mut [Rgb],
 }
 
@@ -107,17 +135,19 @@ impl TileSamples<'_> {
 
     /// Whether the film records this layer.
     pub fn keeps(&self, layer: Layer) -> bool {
-        self.layers.contains(&layer)
+        self.slots.of(layer).is_some()
     }
 
     /// Adds to a pixel of the tile (`index` counts row by row). A term of the partition is added to the beauty too.
     /// Layers that the film does not keep are ignored.
     #[inline]
     pub fn add(&mut self, index: usize, layer: Layer, value: Rgb) {
-        for (l, &kept) in self.layers.iter().enumerate() {
-            if kept == layer || (kept == Layer::Beauty && layer.is_term()) {
-                self.values[index * self.layers.len() + l] += value;
-            }
+        let pixel = &mut self.values[index * self.stride..][..self.stride];
+        if layer.is_term() {
+            pixel[0] += value;
+        }
+        if let Some(slot) = self.slots.of(layer) {
+            pixel[slot] += value;
         }
     }
 }
@@ -207,7 +237,7 @@ impl Film {
         dropped: &AtomicU64,
         shade: impl Fn(&mut TileSamples) + Sync,
     ) -> bool {
-        let layers = &self.layers;
+        let (slots, stride) = (Slots::new(&self.layers), self.layers.len());
         let complete = self.tiles.par_iter_mut().map(|sums| {
             if cancel.load(Ordering::Relaxed) {
                 return false;
@@ -215,7 +245,8 @@ impl Film {
             sums.pass.fill(Rgb::BLACK);
             shade(&mut TileSamples {
                 tile: sums.tile,
-                layers,
+                slots,
+                stride,
                 values: &mut sums.pass,
             });
             true
@@ -224,10 +255,9 @@ impl Film {
         if !complete.reduce(|| true, |a, b| a && b) {
             return false;
         }
-        let count = layers.len();
         self.tiles
             .par_iter_mut()
-            .for_each(|sums| sums.commit(count, dropped));
+            .for_each(|sums| sums.commit(stride, dropped));
         self.passes += 1;
         true
     }

@@ -3,7 +3,7 @@
 
 use super::bvh::{ObjectBvh, TriangleBvh};
 use super::placement::Placement;
-use super::{Hit, Ray, Segment, Shape, SurfaceRef};
+use super::{Hit, Ray, Segment, SurfaceRef};
 use crate::ids::PrimitiveId;
 use crate::math::{Aabb, Vec3};
 
@@ -99,17 +99,12 @@ pub(super) struct LayerBuilder {
 }
 
 impl LayerBuilder {
-    pub(super) fn add_primitive(
-        &mut self,
-        primitive: PrimitiveId,
-        shape: &Shape,
-        placement: &Placement,
-    ) {
+    pub(super) fn add_primitive(&mut self, primitive: PrimitiveId, placement: &Placement) {
         match placement.analytic_bounds() {
             Some(bounds) => self.add_member(Member::Analytic(primitive), bounds),
             None => {
                 self.runs.push((self.triangles.len() as u32, primitive));
-                placement.bake(shape, &mut self.triangles);
+                placement.bake(&mut self.triangles);
             }
         }
     }

@@ -23,12 +23,12 @@ const MAX_SLENDERNESS: f32 = 1000.0;
 /// A shape under its transform.
 #[derive(Debug)]
 pub(super) enum Placement {
-    /// Triangles, baked into the world by this transform.
+    /// Triangles, baked into the world (or the group).
     Mesh {
-        /// To the world, or to the group.
-        world_from_object: Affine3A,
-        /// Takes normals there.
-        normals: NormalTransform,
+        /// In the order of the mesh.
+        triangles: Vec<PlacedTriangle>,
+        /// Takes normals there; `None` where all of them are the triangles' own.
+        normals: Option<NormalTransform>,
         /// In the world.
         area: f32,
         /// Running sums of the triangles' areas (times two); made when first asked for.
@@ -41,6 +41,57 @@ pub(super) enum Placement {
         /// In the world.
         area: f32,
     },
+}
+
+/// All that is constant over a triangle: one cache line, so that a hit need not look its corners up in the mesh.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+pub(super) struct PlacedTriangle {
+    corners: [Vec3; 3],
+    ng: Vec3,
+    /// Unit vector along `dp_du`.
+    tangent: Vec3,
+    /// See [`Surface::offset`].
+    offset: f32,
+}
+
+impl PlacedTriangle {
+    fn new(mesh: &Mesh, transform: &Affine3A, triangle: usize) -> Self {
+        let corners = mesh.triangles[triangle].map(|i| transform.transform_point3(mesh.positions[i as usize]));
+        let [a, b, c] = corners;
+        let (ab, ac) = (b - a, c - a);
+        let longest = ab.length_squared().max(ac.length_squared()).max((c - b).length_squared());
+        let (ng, slenderness) = normal_and_slenderness(ab, ac, longest);
+        let magnitude = a.abs().max(b.abs()).max(c.abs()).max_element();
+        let extent = longest.sqrt() * slenderness.min(MAX_SLENDERNESS);
+        let (_, dp_du, _) = parametrization(mesh, triangle, Vec2::ZERO, ng, ab, ac);
+        PlacedTriangle {
+            corners,
+            ng,
+            tangent: Frame::from_normal_and_tangent(ng, dp_du).s,
+            offset: OFFSET_ROUNDINGS * 0.5 * f32::EPSILON * (magnitude + 0.25 * extent),
+        }
+    }
+
+    fn twice_area(&self) -> f64 {
+        let [a, b, c] = self.corners.map(Vec3::as_dvec3);
+        (b - a).cross(c - a).length()
+    }
+
+    #[inline]
+    fn surface(&self, mesh: &Mesh, normals: Option<&NormalTransform>, triangle: usize, at: Vec2) -> Surface {
+        let [a, b, c] = self.corners;
+        let (ng, weight_a) = (self.ng, 1.0 - at.x - at.y);
+        let frame = match normals {
+            None => Frame { s: self.tangent, t: ng.cross(self.tangent), n: ng },
+            Some(normals) => {
+                let ns = normals.of_triangle(mesh, triangle, at).normalize_or(ng);
+                Frame::from_normal_and_tangent(ns, self.tangent)
+            }
+        };
+        let (uv, dp_du, dp_dv) = parametrization(mesh, triangle, at, ng, b - a, c - a);
+        Surface { p: a * weight_a + b * at.x + c * at.y, ng, frame, uv, dp_du, dp_dv, offset: self.offset }
+    }
 }
 
 /// Takes the normals of vertices to another space.
@@ -65,14 +116,28 @@ impl NormalTransform {
         }
     }
 
-    /// A vertex normal, up to a length that all vertices share.
-    fn at_vertex(&self, n: Vec3) -> Vec3 {
-        let n = Vec3::from(self.matrix * Vec3A::from(n));
+    /// The normal between those of a triangle's vertices, not normalized.
+    #[inline]
+    fn of_triangle(&self, mesh: &Mesh, triangle: usize, at: Vec2) -> Vec3 {
+        let corners = mesh.triangles[triangle].map(|i| mesh.normals[i as usize]);
+        let mix = |[a, b, c]: [Vec3; 3]| a * (1.0 - at.x - at.y) + b * at.x + c * at.y;
+        let transformed = |n: Vec3| Vec3::from(self.matrix * Vec3A::from(n));
         if self.is_similarity {
-            n
+            transformed(mix(corners))
         } else {
-            n.normalize_or_zero()
+            mix(corners.map(|n| transformed(n).normalize_or_zero()))
         }
+    }
+
+    /// Whether no normal of the mesh differs from its triangles' own by more than rounding.
+    fn is_idle(&self, mesh: &Mesh, triangles: &[PlacedTriangle]) -> bool {
+        const ROUNDING: f32 = 4.0 * f32::EPSILON;
+        let is_flat = |i: usize, at: Vec2| {
+            let ng = triangles[i].ng;
+            self.of_triangle(mesh, i, at).normalize_or(ng).abs_diff_eq(ng, ROUNDING)
+        };
+        let corners = [Vec2::ZERO, Vec2::X, Vec2::Y];
+        mesh.normals.is_empty() || (0..triangles.len()).all(|i| corners.iter().all(|&at| is_flat(i, at)))
     }
 }
 
@@ -81,11 +146,20 @@ impl NormalTransform {
 pub(super) struct Surface {
     pub(super) p: Vec3,
     pub(super) ng: Vec3,
-    pub(super) ns: Vec3,
+    pub(super) frame: Frame,
     pub(super) uv: Vec2,
     pub(super) dp_du: Vec3,
     pub(super) dp_dv: Vec3,
     pub(super) offset: f32,
+}
+
+impl Surface {
+    /// The same point with both normals turned round.
+    #[inline]
+    pub(super) fn flipped(self) -> Self {
+        let Frame { s, t, n } = self.frame;
+        Surface { ng: -self.ng, frame: Frame { s, t: -t, n: -n }, ..self }
+    }
 }
 
 impl Placement {
@@ -97,12 +171,16 @@ impl Placement {
             };
         }
         let mesh = mesh_of(shape);
-        let area: f64 = (0..mesh.triangles.len())
-            .map(|i| twice_area(&corners(mesh, world_from_object, i)))
-            .sum();
+        let triangles: Vec<PlacedTriangle> = (0..mesh.triangles.len())
+            .into_par_iter()
+            .map(|i| PlacedTriangle::new(mesh, world_from_object, i))
+            .collect();
+        let area: f64 = triangles.iter().map(PlacedTriangle::twice_area).sum();
+        let normals = NormalTransform::new(world_from_object);
+        let normals = (!normals.is_idle(mesh, &triangles)).then_some(normals);
         Placement::Mesh {
-            world_from_object: *world_from_object,
-            normals: NormalTransform::new(world_from_object),
+            triangles,
+            normals,
             area: (0.5 * area) as f32,
             cumulative: OnceLock::new(),
         }
@@ -117,17 +195,9 @@ impl Placement {
     }
 
     /// Appends the triangles of a mesh in the space that the transform leads to.
-    pub(super) fn bake(&self, shape: &Shape, triangles: &mut Vec<[Vec3; 3]>) {
-        if let Placement::Mesh {
-            world_from_object, ..
-        } = self
-        {
-            let mesh = mesh_of(shape);
-            triangles.par_extend(
-                (0..mesh.triangles.len())
-                    .into_par_iter()
-                    .map(|i| corners(mesh, world_from_object, i)),
-            );
+    pub(super) fn bake(&self, out: &mut Vec<[Vec3; 3]>) {
+        if let Placement::Mesh { triangles, .. } = self {
+            out.extend(triangles.iter().map(|triangle| triangle.corners));
         }
     }
 
@@ -157,20 +227,14 @@ impl Placement {
     }
 
     /// The point that a reference names.
+    #[inline]
     pub(super) fn surface(&self, shape: &Shape, element: u32, coordinates: Vec2) -> Surface {
         match self {
             Placement::Analytic { shape, .. } => analytic_surface(shape, coordinates),
-            Placement::Mesh {
-                world_from_object,
-                normals,
-                ..
-            } => mesh_surface(
-                mesh_of(shape),
-                world_from_object,
-                normals,
-                element as usize,
-                coordinates,
-            ),
+            Placement::Mesh { triangles, normals, .. } => {
+                let element = element as usize;
+                triangles[element].surface(mesh_of(shape), normals.as_ref(), element, coordinates)
+            }
         }
     }
 
@@ -182,21 +246,15 @@ impl Placement {
     }
 
     /// Element, coordinates and density of a point drawn by area; `None` without area.
-    pub(super) fn sample(&self, shape: &Shape, u: Vec2) -> Option<(u32, Vec2, f32)> {
+    pub(super) fn sample(&self, u: Vec2) -> Option<(u32, Vec2, f32)> {
         match self {
             Placement::Analytic { area, .. } if *area <= 0.0 => None,
             Placement::Analytic { shape, .. } => {
                 let (coordinates, pdf_area) = shape.sample(u);
                 Some((0, coordinates, pdf_area))
             }
-            Placement::Mesh {
-                world_from_object,
-                area,
-                cumulative,
-                ..
-            } => {
-                let areas =
-                    cumulative.get_or_init(|| cumulative_areas(mesh_of(shape), world_from_object));
+            Placement::Mesh { triangles, area, cumulative, .. } => {
+                let areas = cumulative.get_or_init(|| cumulative_areas(triangles));
                 let total = areas.last().copied().filter(|&total| total > 0.0)?;
                 let target = f64::from(u.x) * total;
                 let element = areas
@@ -220,8 +278,8 @@ impl Placement {
 }
 
 /// Twice the area of all triangles up to and including each.
-fn cumulative_areas(mesh: &Mesh, world_from_object: &Affine3A) -> Vec<f64> {
-    let areas = (0..mesh.triangles.len()).map(|i| twice_area(&corners(mesh, world_from_object, i)));
+fn cumulative_areas(triangles: &[PlacedTriangle]) -> Vec<f64> {
+    let areas = triangles.iter().map(PlacedTriangle::twice_area);
     areas
         .scan(0.0, |sum, area| {
             *sum += area;
@@ -230,59 +288,13 @@ fn cumulative_areas(mesh: &Mesh, world_from_object: &Affine3A) -> Vec<f64> {
         .collect()
 }
 
+#[inline]
 fn mesh_of(shape: &Shape) -> &Mesh {
     match shape {
         Shape::Mesh(mesh) => mesh,
         Shape::Sphere { .. } | Shape::Disk | Shape::Cylinder { .. } => {
             unreachable!("invariant: a shape that is not analytic is a mesh")
         }
-    }
-}
-
-/// Corners of a triangle after the transform: the same bits wherever they are computed.
-fn corners(mesh: &Mesh, transform: &Affine3A, triangle: usize) -> [Vec3; 3] {
-    mesh.triangles[triangle].map(|i| transform.transform_point3(mesh.positions[i as usize]))
-}
-
-fn twice_area([a, b, c]: &[Vec3; 3]) -> f64 {
-    (b.as_dvec3() - a.as_dvec3())
-        .cross(c.as_dvec3() - a.as_dvec3())
-        .length()
-}
-
-fn mesh_surface(
-    mesh: &Mesh,
-    transform: &Affine3A,
-    normals: &NormalTransform,
-    triangle: usize,
-    at: Vec2,
-) -> Surface {
-    let [a, b, c] = corners(mesh, transform, triangle);
-    let weights = Vec3::new(1.0 - at.x - at.y, at.x, at.y);
-    let (ab, ac) = (b - a, c - a);
-    let longest = ab
-        .length_squared()
-        .max(ac.length_squared())
-        .max((c - b).length_squared());
-    let (ng, slenderness) = normal_and_slenderness(ab, ac, longest);
-    let ns = if mesh.normals.is_empty() {
-        ng
-    } else {
-        let normal = |i: u32| normals.at_vertex(mesh.normals[i as usize]);
-        let [i, j, k] = mesh.triangles[triangle];
-        (normal(i) * weights.x + normal(j) * weights.y + normal(k) * weights.z).normalize_or(ng)
-    };
-    let (uv, dp_du, dp_dv) = mesh_parametrization(mesh, triangle, weights, ng, ab, ac);
-    let magnitude = a.abs().max(b.abs()).max(c.abs()).max_element();
-    let extent = longest.sqrt() * slenderness.min(MAX_SLENDERNESS);
-    Surface {
-        p: a * weights.x + b * weights.y + c * weights.z,
-        ng,
-        ns,
-        uv,
-        dp_du,
-        dp_dv,
-        offset: OFFSET_ROUNDINGS * 0.5 * f32::EPSILON * (magnitude + 0.25 * extent),
     }
 }
 
@@ -305,30 +317,21 @@ fn normal_and_slenderness(ab: Vec3, ac: Vec3, longest_squared: f32) -> (Vec3, f3
     )
 }
 
-fn mesh_parametrization(
-    mesh: &Mesh,
-    triangle: usize,
-    weights: Vec3,
-    ng: Vec3,
-    ab: Vec3,
-    ac: Vec3,
-) -> (Vec2, Vec3, Vec3) {
+/// Texture coordinates of a point of a triangle, and the derivatives of the position by them.
+#[inline]
+fn parametrization(mesh: &Mesh, triangle: usize, at: Vec2, ng: Vec3, ab: Vec3, ac: Vec3) -> (Vec2, Vec3, Vec3) {
     if mesh.uvs.is_empty() {
-        return (Vec2::new(weights.y, weights.z), ab, ac);
+        return (at, ab, ac);
     }
     let [a, b, c] = mesh.triangles[triangle].map(|i| mesh.uvs[i as usize]);
-    let uv = a * weights.x + b * weights.y + c * weights.z;
+    let uv = a * (1.0 - at.x - at.y) + b * at.x + c * at.y;
     let (b, c) = (b - a, c - a);
-    let determinant = b.perp_dot(c);
-    if determinant == 0.0 {
+    let inverse = 1.0 / b.perp_dot(c);
+    if !inverse.is_finite() {
         let frame = Frame::from_normal(ng);
         return (uv, frame.s, frame.t);
     }
-    (
-        uv,
-        (ab * c.y - ac * b.y) / determinant,
-        (ac * b.x - ab * c.x) / determinant,
-    )
+    (uv, (ab * c.y - ac * b.y) * inverse, (ac * b.x - ab * c.x) * inverse)
 }
 
 fn analytic_surface(shape: &Analytic, coordinates: Vec2) -> Surface {
@@ -340,7 +343,7 @@ fn analytic_surface(shape: &Analytic, coordinates: Vec2) -> Surface {
     Surface {
         p: point.p,
         ng: point.ng,
-        ns: point.ng,
+        frame: Frame::from_normal_and_tangent(point.ng, point.dp_du),
         uv: point.uv,
         dp_du: point.dp_du,
         dp_dv: point.dp_dv,
@@ -421,16 +424,16 @@ impl PlacedInstance {
         };
         let normals = self.group_from_world.matrix3.transpose();
         let normal = |n: Vec3| (normals * n.as_dvec3()).normalize_or_zero().as_vec3();
-        let ng = normal(surface.ng);
+        let dp_du = vector(surface.dp_du);
         Surface {
             p: self
                 .world_from_group
                 .transform_point3(surface.p.as_dvec3())
                 .as_vec3(),
-            ng,
-            ns: normal(surface.ns),
+            ng: normal(surface.ng),
+            frame: Frame::from_normal_and_tangent(normal(surface.frame.n), dp_du),
             uv: surface.uv,
-            dp_du: vector(surface.dp_du),
+            dp_du,
             dp_dv: vector(surface.dp_dv),
             // On the way back into the group the start of a ray is rounded once more, there and here.
             offset: self.stretch() * surface.offset

@@ -4,7 +4,7 @@ use super::layer::{Layer, LayerBuilder, Member};
 use super::placement::{PlacedInstance, Placement};
 use super::{Ray, Segment, Shape, SurfacePoint, SurfaceRef};
 use crate::ids::{EmitterId, MaterialId, PrimitiveId, ShapeId};
-use crate::math::{Aabb, Affine3A, Frame, Vec2, Vec3};
+use crate::math::{Aabb, Affine3A, Vec2, Vec3};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -108,11 +108,7 @@ impl Geometry {
                     .filter(|&i| primitives[i].transparent == (class == Class::Transparent));
                 let mut builder = LayerBuilder::default();
                 for i in members {
-                    builder.add_primitive(
-                        PrimitiveId::from(i),
-                        &shapes[primitives[i].shape.index()],
-                        &placements[i],
-                    );
+                    builder.add_primitive(PrimitiveId::from(i), &placements[i]);
                 }
                 for &(index, opaque, transparent) in instances {
                     builder.add_instance(
@@ -306,14 +302,14 @@ impl Geometry {
     }
 
     /// The full description of a hit or stored reference. Needs no ray.
+    #[inline]
     pub fn surface_point(&self, at: SurfaceRef) -> SurfacePoint {
         let primitive = &self.primitives[at.primitive.index()];
         let shape = &self.shapes[primitive.shape.index()];
         let placement = &self.placements[at.primitive.index()];
         let mut surface = placement.surface(shape, at.element, at.coordinates);
         if primitive.flip_normals {
-            surface.ng = -surface.ng;
-            surface.ns = -surface.ns;
+            surface = surface.flipped();
         }
         if at.instance != SurfaceRef::NO_INSTANCE {
             surface = self.instances[at.instance as usize].surface_in_world(&surface);
@@ -321,7 +317,7 @@ impl Geometry {
         SurfacePoint {
             p: surface.p,
             ng: surface.ng,
-            frame: Frame::from_normal_and_tangent(surface.ns, surface.dp_du),
+            frame: surface.frame,
             uv: surface.uv,
             dp_du: surface.dp_du,
             dp_dv: surface.dp_dv,
@@ -340,10 +336,7 @@ impl Geometry {
     /// Under a transform that is no similarity the points of a sphere or cylinder are only nearly uniform; `pdf_area` is
     /// always the density with which they are drawn.
     pub fn sample_area(&self, primitive: PrimitiveId, u: Vec2) -> Option<AreaSample> {
-        let placed = &self.primitives[primitive.index()];
-        let shape = &self.shapes[placed.shape.index()];
-        let placement = &self.placements[primitive.index()];
-        let (element, coordinates, pdf_area) = placement.sample(shape, u)?;
+        let (element, coordinates, pdf_area) = self.placements[primitive.index()].sample(u)?;
         let at = SurfaceRef {
             primitive,
             element,

@@ -8,7 +8,7 @@ mod path;
 
 pub use many_light::ManyLight;
 
-use crate::bsdf::Lobes;
+use crate::bsdf::{BsdfSample, Lobes};
 use crate::color::Rgb;
 use crate::film::{Film, Layer, TileSamples};
 use crate::sampling::{Pass, Sampler};
@@ -103,9 +103,14 @@ impl Method {
 /// Fills the layers that describe the first surface of a camera path. The albedo is the reflectance towards the viewer, as the
 /// weight of one sampled direction: its mean over passes is right, and a Lambertian surface has it at once.
 fn first_surface(v: &Vertex, sampler: &mut Sampler, index: usize, out: &mut TileSamples) {
+    let sample = v.bsdf.sample_wi(v.w_prev, sampler.next_bsdf(), Lobes::ALL);
+    first_surface_sampled(v, sample.as_ref(), index, out);
+}
+
+/// [`first_surface`] with the direction that the path goes on along.
+fn first_surface_sampled(v: &Vertex, sample: Option<&BsdfSample>, index: usize, out: &mut TileSamples) {
     let n = v.x.frame.n;
     out.add(index, Layer::Normal, Rgb::new(n.x, n.y, n.z));
     out.add(index, Layer::Depth, Rgb::splat(v.distance));
-    let sample = v.bsdf.sample_wi(v.w_prev, sampler.next_bsdf(), Lobes::ALL);
     out.add(index, Layer::Albedo, sample.map_or(Rgb::BLACK, |s| s.weight));
 }

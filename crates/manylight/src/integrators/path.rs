@@ -3,7 +3,7 @@
 //! It fills the same layers as the many-light methods, so each of their terms can be checked by itself.
 
 use super::partition::Stage;
-use super::{PassContext, first_surface};
+use super::{PassContext, first_surface_sampled};
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::film::{Film, TileSamples};
@@ -50,19 +50,24 @@ impl Path<'_> {
                 }
                 Step::Hit(v) => v,
             };
-            if v.segments == 1 {
-                first_surface(&v, sampler, index, out);
-            }
             let found = found_radiance(self.scene, self.walk.previous(), &v.x, v.w_prev);
             out.add(index, self.stage.layer(), self.walk.throughput() * found);
-            if !self.limits.allow(v.segments + 1) {
+            let ends = !self.limits.allow(v.segments + 1);
+            if ends && v.segments > 1 {
+                return;
+            }
+            let sample = v.bsdf.sample_wi(v.w_prev, sampler.next_bsdf(), Lobes::ALL);
+            if v.segments == 1 {
+                first_surface_sampled(&v, sample.as_ref(), index, out);
+            }
+            if ends {
                 return;
             }
             if self.walk.pass_through(&v, sampler.next_1d()) {
                 continue;
             }
             self.next_event(&v, sampler, index, out);
-            if !self.walk.scatter(&v, sampler.next_bsdf(), Lobes::ALL) {
+            if !self.walk.follow(&v, sample) {
                 return;
             }
             self.stage = self.stage.after(self.walk.previous().event);
@@ -83,8 +88,7 @@ impl Path<'_> {
         let Some(light) = EmitterSample::draw(self.scene, &v.x, v.bsdf.receiving_normal(v.w_prev), sampler) else {
             return;
         };
-        let smooth = v.bsdf.f_cos_wi(light.wi, v.w_prev, Lobes::SMOOTH);
-        let narrow = v.bsdf.f_cos_wi(light.wi, v.w_prev, Lobes::NEAR_DELTA);
+        let (smooth, narrow) = v.bsdf.f_cos_wi_by_width(light.wi, v.w_prev);
         if smooth.is_black() && narrow.is_black() {
             return;
         }

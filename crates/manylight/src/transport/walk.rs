@@ -11,7 +11,7 @@
 //! Straight-through light is no scattering event: it changes neither the previous vertex (for MIS and the path partition)
 //! nor the class of the last event; only the number of segments sees it (ERRATA G2).
 
-use crate::bsdf::{Bsdf, BsdfNumbers, Lobes};
+use crate::bsdf::{Bsdf, BsdfNumbers, BsdfSample, Lobes};
 use crate::color::Rgb;
 use crate::geometry::{Ray, SurfacePoint};
 use crate::math::Vec3;
@@ -120,6 +120,7 @@ impl<'s> Walk<'s> {
     }
 
     /// Follows the ray to the next surface.
+    #[inline]
     pub fn advance(&mut self) -> Step<'s> {
         self.segments += 1;
         let mut hidden = 0.0;
@@ -160,6 +161,12 @@ impl<'s> Walk<'s> {
             Source::Sensor => v.bsdf.sample_wi(v.w_prev, u, lobes),
             Source::Emitter => v.bsdf.sample_wo(v.w_prev, u, lobes),
         };
+        self.follow(v, sample)
+    }
+
+    /// Goes on along a direction that the scattering function at `v` drew. `false`: the walk ends here.
+    #[inline]
+    pub fn follow(&mut self, v: &Vertex, sample: Option<BsdfSample>) -> bool {
         let Some(sample) = sample.filter(|s| !s.weight.is_black()) else {
             return false;
         };
