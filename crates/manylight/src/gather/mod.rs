@@ -37,8 +37,8 @@ pub enum Clamp {
 
 /// A light is all its points nearer than the first number of its radii, four of them nearer than the second, and one beyond;
 /// which ones is random. Both are stretched by a random factor, so that no ring shows where the number changes (ERRATA G9).
-const SIXTEEN_POINTS_WITHIN: f32 = 2.0;
-const FOUR_POINTS_WITHIN: f32 = 8.0;
+const SIXTEEN_POINTS_WITHIN: f32 = 1.5;
+const FOUR_POINTS_WITHIN: f32 = 4.0;
 const REACH_SPREAD: f32 = 0.25;
 
 /// Squared radius that bounds the geometry term of a point near by, as a share of its light's. The points of a cluttered

@@ -230,7 +230,8 @@ impl<'s> Prepared<'s> {
         let mut shadow_rays = 0;
         for (i, pixel) in out.tile().pixels().enumerate() {
             let mut sampler = run.pass.sampler(Stream::Pixel, positions.index(pixel));
-            let film = positions.sample(pixel, sampler.next_2d());
+            // Few passes must do: their positions in the pixel are spread, so that edges are smooth.
+            let film = positions.sample(pixel, run.pass.spread_2d(Stream::Pixel, positions.index(pixel)));
             let camera = self.scene.sensor.ray(film.position, sampler.next_2d());
             let walk = Walk::from_sensor(self.scene, self.limits, camera.ray, Rgb::splat(camera.weight * film.weight));
             let mut eye = EyePath { prepared: self, walk, sampler, pixel: i, shadow_rays: 0 };
