@@ -1,6 +1,8 @@
 //! The project's own scenes with known answers: every file under `scenes/furnace` and `scenes/analytic` states what it
 //! expects (format: `scenes/README.md`), and every method is held to it.
 
+#![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
+
 use manylight::film::{Film, Layer};
 use manylight::integrators::{ManyLight, Method, MethodKind};
 use manylight::render::{Budget, Observer, RenderJob, Stats, render};

@@ -47,7 +47,7 @@ fn half() -> Material {
 
 fn methods() -> [(MethodKind, u32); 3] {
     let few = ManyLight { photon_paths: 100, importon_paths: 10, light_count: 4, ..ManyLight::rich_vpl() };
-    [(MethodKind::Path, 256), (MethodKind::ManyLight(few), 64), (MethodKind::LightTracer, 2048)]
+    [(MethodKind::Path, 128), (MethodKind::ManyLight(few), 16), (MethodKind::LightTracer, 512)]
 }
 
 fn check(name: &str, scene: &Scene, expected: f64) {

@@ -8,7 +8,7 @@ use super::props::Props;
 use super::xml::find_file;
 use super::{Builder, Substitute};
 use crate::mesh::MeshFormat;
-use glam::{DMat4, DVec3};
+use glam::{DMat3, DMat4, DVec3};
 use manylight::geometry::{Mesh, Shape};
 use manylight::ids::{EmitterId, MaterialId, ShapeId};
 use manylight::math::Affine3A;
@@ -221,19 +221,19 @@ impl Builder<'_> {
                 self.add_shape(shape)
             }
             "cylinder" => {
-                let p0 = props.vector("p0").unwrap_or(DVec3::ZERO).as_vec3();
-                let p1 = props.vector("p1").unwrap_or(DVec3::Z).as_vec3();
+                let p0 = props.vector("p0").unwrap_or(DVec3::ZERO);
+                let p1 = props.vector("p1").unwrap_or(DVec3::Z);
                 if p0 == p1 {
                     let message = "`p0` and `p1` of a cylinder must differ";
                     self.sink
                         .error(Report::new("scene::bad_value", props.place(), message));
                 }
                 let shape = Shape::Cylinder {
-                    p0,
-                    p1,
+                    p0: p0.as_vec3(),
+                    p1: p1.as_vec3(),
                     radius: radius(1.0),
                 };
-                self.warn_distorted(props, to_world);
+                self.warn_distorted(props, without_stretch(to_world, p1 - p0));
                 self.add_shape(shape)
             }
             _ => return None,
@@ -258,7 +258,7 @@ impl Builder<'_> {
         shape
     }
 
-    /// Spheres and cylinders stay what they are only under rotation, translation and uniform scale.
+    /// Spheres and, but for their length, cylinders stay what they are only under rotation, translation and uniform scale.
     fn warn_distorted(&self, props: &Props<'_>, to_world: DMat4) {
         if similarity_scale(to_world).is_none() {
             let message = format!(
@@ -323,6 +323,15 @@ fn linear_part(matrix: DMat4) -> Affine3A {
     }
 }
 
+/// `matrix` up to a rotation before it, with lengths along `axis` scaled like those across it.
+fn without_stretch(matrix: DMat4, axis: DVec3) -> DMat4 {
+    let along = axis.normalize_or(DVec3::Z);
+    let (a, b) = along.any_orthonormal_pair();
+    let turned = matrix * DMat4::from_mat3(DMat3::from_cols(a, b, along));
+    let z_axis = turned.z_axis.normalize_or_zero() * turned.x_axis.length();
+    DMat4 { z_axis, ..turned }
+}
+
 /// The scale of a transform that keeps angles, negative if it mirrors; `None` if it distorts.
 fn similarity_scale(matrix: DMat4) -> Option<f64> {
     // Matrices in files have about seven digits.
@@ -336,4 +345,20 @@ fn similarity_scale(matrix: DMat4) -> Option<f64> {
         && near(axes[1].dot(axes[2]), 0.0)
         && near(axes[2].dot(axes[0]), 0.0);
     keeps.then(|| scale_squared.sqrt() * matrix.determinant().signum())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cylinders_may_be_stretched_along_their_axis_alone() {
+        let keeps = |scale: DVec3, axis: DVec3| {
+            let turned = DMat4::from_rotation_y(0.7) * DMat4::from_scale(scale);
+            similarity_scale(without_stretch(turned, axis)).is_some()
+        };
+        let long = DVec3::new(0.4, 0.4, 1.1);
+        assert!(keeps(long, DVec3::Z) && keeps(DVec3::splat(2.0), DVec3::ONE));
+        assert!(!keeps(long, DVec3::X) && !keeps(long, DVec3::new(0.0, 1.0, 1.0)));
+    }
 }
