@@ -3,7 +3,7 @@
 use super::analytic::{Analytic, affine_f64};
 use super::{Hit, Mesh, Ray, Segment, Shape, SurfaceRef};
 use crate::ids::PrimitiveId;
-use crate::math::{Aabb, Affine3A, Frame, Vec2, Vec3, Vec3A};
+use crate::math::{Aabb, Affine3A, Frame, Mat3, Vec2, Vec3};
 use crate::sampling::warp;
 use glam::{DAffine3, Mat3A};
 use rayon::prelude::*;
@@ -98,7 +98,7 @@ impl PlacedTriangle {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NormalTransform {
     /// The inverse transpose.
-    matrix: Mat3A,
+    matrix: Mat3,
     /// Lengths change all alike, so that the interpolated normal need not care.
     is_similarity: bool,
 }
@@ -111,7 +111,7 @@ impl NormalTransform {
         let is_similarity =
             gram.abs_diff_eq(Mat3A::from_diagonal(Vec3::splat(scale)), 1e-5 * scale);
         NormalTransform {
-            matrix: m.inverse().transpose(),
+            matrix: m.inverse().transpose().into(),
             is_similarity,
         }
     }
@@ -121,7 +121,7 @@ impl NormalTransform {
     fn of_triangle(&self, mesh: &Mesh, triangle: usize, at: Vec2) -> Vec3 {
         let corners = mesh.triangles[triangle].map(|i| mesh.normals[i as usize]);
         let mix = |[a, b, c]: [Vec3; 3]| a * (1.0 - at.x - at.y) + b * at.x + c * at.y;
-        let transformed = |n: Vec3| Vec3::from(self.matrix * Vec3A::from(n));
+        let transformed = |n: Vec3| self.matrix * n;
         if self.is_similarity {
             transformed(mix(corners))
         } else {
