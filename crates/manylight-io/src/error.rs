@@ -42,9 +42,17 @@ impl Location {
         let before = &text[..span.start.min(text.len())];
         let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
         let line = before.matches('\n').count() as u32 + 1;
-        let column = before[line_start..].chars().count() as u32 + 1;
+        // A byte order mark is not shown, so it has no column.
+        let shown = before[line_start..].trim_start_matches('\u{feff}');
+        let column = shown.chars().count() as u32 + 1;
         let source = NamedSource::new(path.display().to_string(), Arc::clone(text));
-        Location { path: path.to_owned(), line, column, labels: vec![(span, label)], source }
+        Location {
+            path: path.to_owned(),
+            line,
+            column,
+            labels: vec![(span, label)],
+            source,
+        }
     }
 
     /// A second remark in the same file.
@@ -123,11 +131,15 @@ impl miette::Diagnostic for Diagnostic {
     }
 
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
-        self.help.as_ref().map(|help| Box::new(help) as Box<dyn fmt::Display>)
+        self.help
+            .as_ref()
+            .map(|help| Box::new(help) as Box<dyn fmt::Display>)
     }
 
     fn source_code(&self) -> Option<&dyn SourceCode> {
-        self.location.as_ref().map(|location| &location.source as &dyn SourceCode)
+        self.location
+            .as_ref()
+            .map(|location| &location.source as &dyn SourceCode)
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
@@ -160,7 +172,9 @@ impl LoadError {
 
 impl From<Diagnostic> for LoadError {
     fn from(diagnostic: Diagnostic) -> Self {
-        LoadError { diagnostic: Box::new(diagnostic) }
+        LoadError {
+            diagnostic: Box::new(diagnostic),
+        }
     }
 }
 

@@ -66,7 +66,10 @@ impl FileError {
 
     /// The file system refused to write `path`.
     pub(crate) fn unwritable(path: &Path, error: io::Error) -> Self {
-        let message = format!("cannot be written: {error}");
+        let message = match error.kind() {
+            io::ErrorKind::NotFound => "cannot be written: the folder does not exist".to_owned(),
+            _ => format!("cannot be written: {error}"),
+        };
         FileError {
             path: path.to_owned(),
             line: None,

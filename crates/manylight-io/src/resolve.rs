@@ -13,7 +13,12 @@ pub struct Resolved {
 
 /// The file called `name` in the first of `folders` that has it. A name with backslashes, or of other case, is found with a remark.
 pub fn resolve(name: &str, folders: &[PathBuf]) -> Option<Resolved> {
-    let candidates = |name: &str| folders.iter().map(|folder| folder.join(name)).collect::<Vec<_>>();
+    let candidates = |name: &str| {
+        folders
+            .iter()
+            .map(|folder| folder.join(name))
+            .collect::<Vec<_>>()
+    };
     if let Some(path) = candidates(name).into_iter().find(|path| path.exists()) {
         return Some(Resolved { path, remark: None });
     }
@@ -21,23 +26,39 @@ pub fn resolve(name: &str, folders: &[PathBuf]) -> Option<Resolved> {
     if slashes != name
         && let Some(path) = candidates(&slashes).into_iter().find(|path| path.exists())
     {
-        return Some(Resolved { path, remark: Some("uses `\\` between folders") });
+        return Some(Resolved {
+            path,
+            remark: Some("uses `\\` between folders"),
+        });
     }
-    let path = folders.iter().find_map(|folder| ignoring_case(folder, Path::new(&slashes)))?;
-    Some(Resolved { path, remark: Some("differs in case from the file's name") })
+    let path = folders
+        .iter()
+        .find_map(|folder| ignoring_case(folder, Path::new(&slashes)))?;
+    Some(Resolved {
+        path,
+        remark: Some("differs in case from the file's name"),
+    })
 }
 
 /// `folder/name`, each part of `name` compared without regard to case.
 fn ignoring_case(folder: &Path, name: &Path) -> Option<PathBuf> {
-    let mut path = if name.is_absolute() { PathBuf::from("/") } else { folder.to_owned() };
+    let mut path = if name.is_absolute() {
+        PathBuf::from("/")
+    } else {
+        folder.to_owned()
+    };
     for part in name.components() {
         use std::path::Component;
         match part {
             Component::Normal(part) if !path.join(part).exists() => {
                 let wanted = part.to_string_lossy().to_lowercase();
-                let mut names: Vec<_> = std::fs::read_dir(&path).ok()?.flatten().map(|entry| entry.file_name()).collect();
+                let mut names: Vec<_> = entries(&path)?.map(|entry| entry.file_name()).collect();
                 names.sort();
-                path.push(names.into_iter().find(|name| name.to_string_lossy().to_lowercase() == wanted)?);
+                path.push(
+                    names
+                        .into_iter()
+                        .find(|name| name.to_string_lossy().to_lowercase() == wanted)?,
+                );
             }
             Component::Normal(part) => path.push(part),
             Component::ParentDir => path.push(".."),
@@ -50,14 +71,22 @@ fn ignoring_case(folder: &Path, name: &Path) -> Option<PathBuf> {
 /// The name of an existing file in the folder of `path` that is most like its name, for a suggestion.
 pub fn similar_file(path: &Path) -> Option<String> {
     let wanted = path.file_name()?.to_string_lossy().into_owned();
-    let names: Vec<String> = std::fs::read_dir(path.parent()?)
-        .ok()?
-        .flatten()
+    let names: Vec<String> = entries(path.parent()?)?
         .map(|entry| entry.file_name().to_string_lossy().into_owned())
         .collect();
     let mut names: Vec<&str> = names.iter().map(String::as_str).collect();
     names.sort_unstable();
     similar(&wanted, names.iter().copied()).map(str::to_owned)
+}
+
+/// What is in `folder`; the empty path, parent of a bare name, stands for the current folder.
+fn entries(folder: &Path) -> Option<impl Iterator<Item = std::fs::DirEntry>> {
+    let folder = if folder.as_os_str().is_empty() {
+        Path::new(".")
+    } else {
+        folder
+    };
+    Some(std::fs::read_dir(folder).ok()?.flatten())
 }
 
 /// The name among `known` that `found` was probably meant to be.
@@ -88,6 +117,18 @@ mod tests {
         assert_eq!(found("Textures\\Wood.png"), Some(true));
         assert_eq!(found("textures/wood.PNG"), Some(true));
         assert_eq!(found("textures/stone.png"), None);
+    }
+
+    #[test]
+    fn bare_names_are_looked_up_in_the_current_folder() {
+        // Tests run in the folder of their package.
+        assert_eq!(
+            similar_file(Path::new("Cargo.tml")).as_deref(),
+            Some("Cargo.toml")
+        );
+        let found = resolve("cargo.TOML", &[PathBuf::new()]).unwrap();
+        assert_eq!(found.path, Path::new("Cargo.toml"));
+        assert!(found.remark.is_some());
     }
 
     #[test]

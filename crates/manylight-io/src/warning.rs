@@ -28,7 +28,9 @@ impl Warning {
 
 impl From<Diagnostic> for Warning {
     fn from(diagnostic: Diagnostic) -> Self {
-        Warning { diagnostic: Box::new(diagnostic) }
+        Warning {
+            diagnostic: Box::new(diagnostic),
+        }
     }
 }
 

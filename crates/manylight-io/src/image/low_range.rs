@@ -4,6 +4,7 @@ use super::transfer::{Depth, Transfer};
 use crate::file_error::Fault;
 use image::{DynamicImage, ImageReader, Limits};
 use manylight::image::Image;
+use std::borrow::Cow;
 use std::io::Cursor;
 use std::path::Path;
 
@@ -14,7 +15,8 @@ pub(super) const MOST_BYTES: u64 = 4 << 30;
 pub(super) fn decode(bytes: &[u8], path: &Path, transfer: Transfer) -> Result<Image, Fault> {
     let cannot =
         |error: image::ImageError| Fault::new(format!("the image cannot be decoded: {error}"));
-    let mut reader = ImageReader::new(Cursor::new(bytes))
+    let bytes = with_known_signature(bytes);
+    let mut reader = ImageReader::new(Cursor::new(bytes.as_ref()))
         .with_guessed_format()
         .map_err(|e| cannot(e.into()))?;
     if reader.format().is_none() {
@@ -31,6 +33,14 @@ pub(super) fn decode(bytes: &[u8], path: &Path, transfer: Transfer) -> Result<Im
     limits.max_alloc = Some(MOST_BYTES);
     reader.limits(limits);
     Ok(linear(reader.decode().map_err(cannot)?, transfer))
+}
+
+/// Radiance files begin with the name of the program or that of the format; the decoder knows only the first.
+fn with_known_signature(bytes: &[u8]) -> Cow<'_, [u8]> {
+    match bytes.strip_prefix(b"#?RGBE") {
+        Some(rest) => Cow::Owned([b"#?RADIANCE", rest].concat()),
+        None => Cow::Borrowed(bytes),
+    }
 }
 
 /// Drops alpha and applies the transfer function.

@@ -145,6 +145,15 @@ fn radiance_files_keep_values_to_their_precision() {
 }
 
 #[test]
+fn radiance_files_are_known_by_either_signature() {
+    let rest = b"\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n\x80\x80\x80\x81\x10\x20\x30\x82";
+    let [program, format] = [b"#?RADIANCE".as_slice(), b"#?RGBE"]
+        .map(|signature| decoded(&[signature, rest].concat(), Transfer::Auto).unwrap());
+    assert_eq!(program, format);
+    assert_eq!(format.data, [1.0, 1.0, 1.0, 0.25, 0.5, 0.75]);
+}
+
+#[test]
 fn display_formats_apply_exposure_and_the_srgb_curve() {
     let folder = tempfile::tempdir().unwrap();
     let values = [0.0, 0.001, 0.25, f32::NAN, 7.0, -1.0];
@@ -380,6 +389,22 @@ fn random_damage_never_panics() {
             }
         }
     }
+}
+
+#[test]
+fn unwritable_files_are_called_by_their_own_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("no/a.png");
+    let expected = format!(
+        "{}: cannot be written: the folder does not exist",
+        path.display()
+    );
+    assert_eq!(check_writable(&path).unwrap_err().to_string(), expected);
+    let picture = beauty_picture(1, 1, |_, _| 1.0);
+    assert_eq!(
+        write_image(&path, &picture, 0.0).unwrap_err().to_string(),
+        expected
+    );
 }
 
 #[test]

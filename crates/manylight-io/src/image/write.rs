@@ -197,5 +197,8 @@ fn temporary_beside(target: &Path) -> std::io::Result<NamedTempFile> {
     builder.prefix(".manylight-");
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder)
+    // The error names the temporary file, which means nothing to anybody; the kind says the rest.
+    builder
+        .tempfile_in(folder)
+        .map_err(|error| std::io::Error::from(error.kind()))
 }

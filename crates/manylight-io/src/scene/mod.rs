@@ -58,10 +58,18 @@ pub fn load_scene(path: &Path, options: &LoadOptions) -> Result<LoadedScene, Loa
     }
     if options.strict && !warnings.is_empty() {
         let first = warnings.swap_remove(0);
-        return Err(Diagnostic { severity: Severity::Error, kind: LoadErrorKind::Strict, ..first }.into());
+        return Err(Diagnostic {
+            severity: Severity::Error,
+            kind: LoadErrorKind::Strict,
+            ..first
+        }
+        .into());
     }
     let desc = desc.expect("a scene without a description has an error");
-    Ok(LoadedScene { desc, warnings: warnings.into_iter().map(Warning::from).collect() })
+    Ok(LoadedScene {
+        desc,
+        warnings: warnings.into_iter().map(Warning::from).collect(),
+    })
 }
 
 /// Every error and warning of the scene in `path`: first by file in the order of inclusion, then by place.
@@ -82,8 +90,14 @@ fn load(path: &Path, options: &LoadOptions, sink: &Sink) -> Option<SceneDesc> {
         Ok(bytes) => bytes,
         Err(error) => {
             let message = format!("cannot read the scene file `{}`: {error}", path.display());
-            let help = crate::resolve::similar_file(path).map(|name| format!("did you mean `{name}`?"));
-            sink.report(whole_file("scene::unreadable", message, help, LoadErrorKind::FileSystem));
+            let help =
+                crate::resolve::similar_file(path).map(|name| format!("did you mean `{name}`?"));
+            sink.report(whole_file(
+                "scene::unreadable",
+                message,
+                help,
+                LoadErrorKind::FileSystem,
+            ));
             return None;
         }
     };
@@ -92,8 +106,16 @@ fn load(path: &Path, options: &LoadOptions, sink: &Sink) -> Option<SceneDesc> {
         Ok(text) => text.into(),
         Err(error) => {
             let place = error.utf8_error().valid_up_to();
-            let message = format!("`{}` is not UTF-8 text: byte {place} is damaged", path.display());
-            sink.report(whole_file("scene::encoding", message, None, LoadErrorKind::Scene));
+            let message = format!(
+                "`{}` is not UTF-8 text: byte {place} is damaged",
+                path.display()
+            );
+            sink.report(whole_file(
+                "scene::encoding",
+                message,
+                None,
+                LoadErrorKind::Scene,
+            ));
             return None;
         }
     };
@@ -105,18 +127,43 @@ fn load(path: &Path, options: &LoadOptions, sink: &Sink) -> Option<SceneDesc> {
 /// Chosen by content, and where that says nothing, by extension.
 fn detect_format(path: &Path, bytes: &[u8], sink: &Sink) -> Option<Format> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let first = bytes.iter().copied().find(|byte| !byte.is_ascii_whitespace());
-    let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
+    let first = bytes
+        .iter()
+        .copied()
+        .find(|byte| !byte.is_ascii_whitespace());
+    let extension = path
+        .extension()
+        .map(|extension| extension.to_string_lossy().to_lowercase());
     if first == Some(b'<') || extension.as_deref() == Some("xml") {
         return Some(Format::MitsubaXml);
     }
-    let message = format!("`{}` is in no scene format that is supported", path.display());
+    let message = format!(
+        "`{}` is in no scene format that is supported",
+        path.display()
+    );
     let help = Some("supported: Mitsuba XML (`.xml`), versions 0.4 to 3".to_owned());
-    sink.report(whole_file("scene::unknown_format", message, help, LoadErrorKind::Scene));
+    sink.report(whole_file(
+        "scene::unknown_format",
+        message,
+        help,
+        LoadErrorKind::Scene,
+    ));
     None
 }
 
 /// An error about a file as a whole.
-fn whole_file(code: &'static str, message: String, help: Option<String>, kind: LoadErrorKind) -> Diagnostic {
-    Diagnostic { severity: Severity::Error, kind, code, message, location: None, help }
+fn whole_file(
+    code: &'static str,
+    message: String,
+    help: Option<String>,
+    kind: LoadErrorKind,
+) -> Diagnostic {
+    Diagnostic {
+        severity: Severity::Error,
+        kind,
+        code,
+        message,
+        location: None,
+        help,
+    }
 }

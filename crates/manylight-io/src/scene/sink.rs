@@ -90,7 +90,10 @@ impl Sink {
     /// Adds a file, so that places can refer to it.
     pub(super) fn add_file(&self, path: &Path, text: Arc<str>) -> u32 {
         let mut files = self.files.borrow_mut();
-        files.push(SourceFile { path: path.to_owned(), text });
+        files.push(SourceFile {
+            path: path.to_owned(),
+            text,
+        });
         files.len() as u32 - 1
     }
 
@@ -118,8 +121,27 @@ impl Sink {
 
     fn add(&self, severity: Severity, report: Report) {
         let location = self.locate(&report);
-        let Report { code, place, message, help, kind, .. } = report;
-        let diagnostic = Diagnostic { severity, kind, code, message, location: Some(location), help };
+        let Report {
+            code,
+            place,
+            message,
+            second,
+            mut help,
+            kind,
+            ..
+        } = report;
+        if let Some((second, label)) = second.filter(|(second, _)| second.file != place.file) {
+            let path = self.files.borrow()[second.file as usize].path.clone();
+            help.get_or_insert(format!("{label}: `{}`", path.display()));
+        }
+        let diagnostic = Diagnostic {
+            severity,
+            kind,
+            code,
+            message,
+            location: Some(location),
+            help,
+        };
         self.found.borrow_mut().push((Some(place), diagnostic));
     }
 
@@ -127,18 +149,36 @@ impl Sink {
         let files = self.files.borrow();
         let range = |place: Place| place.start as usize..place.end as usize;
         let file = &files[report.place.file as usize];
-        let mut location = Location::new(&file.path, &file.text, range(report.place), report.label.clone());
+        let mut location = Location::new(
+            &file.path,
+            &file.text,
+            range(report.place),
+            report.label.clone(),
+        );
         match &report.second {
-            Some((place, label)) if place.file == report.place.file => location.add_label(range(*place), label.clone()),
+            Some((place, label)) if place.file == report.place.file => {
+                location.add_label(range(*place), label.clone())
+            }
             _ => {}
         }
         location
+    }
+
+    /// Whether the scene cannot be used.
+    pub(super) fn has_errors(&self) -> bool {
+        self.found
+            .borrow()
+            .iter()
+            .any(|(_, diagnostic)| diagnostic.severity == Severity::Error)
     }
 
     /// Everything found, by file and place; what has no place comes first.
     pub(super) fn into_diagnostics(self) -> Vec<Diagnostic> {
         let mut found = self.found.into_inner();
         found.sort_by_key(|(place, _)| *place);
-        found.into_iter().map(|(_, diagnostic)| diagnostic).collect()
+        found
+            .into_iter()
+            .map(|(_, diagnostic)| diagnostic)
+            .collect()
     }
 }

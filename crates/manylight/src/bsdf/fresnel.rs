@@ -1,6 +1,6 @@
 //! Reflectance of smooth interfaces.
 //!
-//! Sources: Hecht, "Optics"; Moeller, "Optics" (conductors); Egan and Hilgeman 1973 and d'Eon and Irving 2011 (diffuse average).
+//! Closed forms of Fresnel's equations; the diffuse averages are the fits that Mitsuba 3 uses.
 
 use crate::color::Rgb;
 use crate::math::{Vec3, float::safe_sqrt};

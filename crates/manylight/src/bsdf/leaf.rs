@@ -1,7 +1,7 @@
 //! One scattering model with what wraps it: weight, sides, a tilted frame. Directions here are in the shading frame of the surface.
 
 use super::model::{Model, ModelSample};
-use super::{BsdfNumbers, Lobes};
+use super::{BsdfNumbers, LARGEST, Lobes};
 use crate::color::Rgb;
 use crate::math::{Frame, Vec2, Vec3};
 
@@ -48,6 +48,8 @@ pub(super) enum Given {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tilt {
     normal: Vec3,
+    /// What the x axis of the tilted frame follows.
+    tangent: Vec3,
 }
 
 /// How often a photon walk samples the frame that its own direction suggests, rather than the turned one.
@@ -55,8 +57,8 @@ const LIKELY_FRAME: f32 = 0.75;
 
 impl Tilt {
     /// From the unit normal in the shading frame; `None` where nothing is tilted.
-    pub(super) fn new(normal: Vec3) -> Option<Self> {
-        (normal.is_finite() && normal.truncate() != Vec2::ZERO).then_some(Tilt { normal })
+    pub(super) fn new(normal: Vec3, tangent: Vec3) -> Option<Self> {
+        (normal.is_finite() && normal.truncate() != Vec2::ZERO).then_some(Tilt { normal, tangent })
     }
 
     /// The tilted normal, not turned.
@@ -66,7 +68,7 @@ impl Tilt {
 
     /// A normal given in the tilted frame, in the shading frame.
     pub(super) fn within(&self, normal: Vec3) -> Vec3 {
-        Tilt::frame(self.normal).to_world(normal)
+        self.frame(self.normal).to_world(normal)
     }
 
     fn turned(&self) -> Vec3 {
@@ -83,8 +85,10 @@ impl Tilt {
         }
     }
 
-    fn frame(n: Vec3) -> Frame {
-        let s = (Vec3::X - n * n.x).try_normalize().unwrap_or(Vec3::Y);
+    fn frame(&self, n: Vec3) -> Frame {
+        let s = (self.tangent - n * n.dot(self.tangent))
+            .try_normalize()
+            .unwrap_or(Vec3::Y);
         Frame {
             s,
             t: n.cross(s),
@@ -95,7 +99,7 @@ impl Tilt {
     /// Fraction of light from `wi` that the bumps let through.
     #[inline]
     fn shadowing(&self, wi: Vec3) -> f32 {
-        let tan2 = |w: Vec3| (1.0 - w.z * w.z).max(0.0) / (w.z * w.z);
+        let tan2 = |w: Vec3| (1.0 - w.z * w.z).max(0.0) / (w.z * w.z).max(f32::MIN_POSITIVE);
         let alpha2 = (0.125 * tan2(self.normal)).min(1.0);
         2.0 / (1.0 + (1.0 + alpha2 * tan2(wi)).sqrt())
     }
@@ -170,7 +174,7 @@ impl Leaf<'_> {
         wo.z *= mirror;
         let mut weight = self.weight;
         if let Some(tilt) = &self.tilt {
-            let frame = Tilt::frame(tilt.facing(wo));
+            let frame = tilt.frame(tilt.facing(wo));
             let local = frame.to_local(wi);
             if local.z * wi.z <= 0.0 {
                 return Rgb::BLACK;
@@ -214,7 +218,7 @@ impl Leaf<'_> {
             return self.inner_pdf(given, other, lobes);
         };
         let pdf_about = |n: Vec3| {
-            let frame = Tilt::frame(n);
+            let frame = tilt.frame(n);
             let local = frame.to_local(other);
             if end == Given::Wo && local.z * other.z <= 0.0 {
                 return 0.0;
@@ -269,15 +273,14 @@ impl Leaf<'_> {
         Some(sample)
     }
 
-    /// Samples in the frame around `n`.
-    fn sample_about(
+    /// Samples in a tilted frame; also gives the direction there.
+    fn sample_in(
         &self,
-        n: Vec3,
+        frame: &Frame,
         given: Vec3,
         u: BsdfNumbers,
         lobes: Lobes,
     ) -> Option<(ModelSample, Vec3)> {
-        let frame = Tilt::frame(n);
         let mut sample = self.inner_sample(frame.to_local(given), u, lobes)?;
         let local = sample.w;
         sample.w = frame.to_world(local);
@@ -291,7 +294,8 @@ impl Leaf<'_> {
         u: BsdfNumbers,
         lobes: Lobes,
     ) -> Option<ModelSample> {
-        let (mut sample, local) = self.sample_about(tilt.facing(wo), wo, u, lobes)?;
+        let frame = tilt.frame(tilt.facing(wo));
+        let (mut sample, local) = self.sample_in(&frame, wo, u, lobes)?;
         if local.z * sample.w.z <= 0.0 {
             return None;
         }
@@ -320,7 +324,8 @@ impl Leaf<'_> {
                 1.0 - LIKELY_FRAME,
             )
         };
-        let (mut sample, _) = self.sample_about(n, wi, u, lobes)?;
+        u.direction.x = u.direction.x.min(LARGEST);
+        let (mut sample, _) = self.sample_in(&tilt.frame(n), wi, u, lobes)?;
         if let Some(delta) = &mut sample.delta {
             // A Dirac lobe exists in the frame that its own direction selects, and nowhere else.
             if tilt.facing(sample.w) != n || n.dot(wi) * wi.z <= 0.0 {

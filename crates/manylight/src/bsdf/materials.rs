@@ -15,6 +15,7 @@ use super::rough_diffuse::RoughDiffuse;
 use super::thin_dielectric::Pane;
 use super::ward::Ward;
 use super::{ALIGNED, Bsdf, Exit, Lobes, MAX_LEAVES};
+use crate::color::Rgb;
 use crate::geometry::SurfacePoint;
 use crate::ids::{MaterialId, TextureId};
 use crate::math::{Vec2, Vec3};
@@ -231,12 +232,13 @@ impl<'s> Flattening<'_, 's> {
                 inner,
             } => {
                 let normal = self.bumped_normal(*texture, *scale);
-                self.add(*inner, at.tilted(normal));
+                // Mitsuba 3.9.1 takes the world's components of dp_du for those in the shading frame. Only anisotropy shows it.
+                self.add(*inner, at.tilted(normal, self.x.dp_du));
             }
             Material::NormalMap { texture, inner } => {
-                let color = self.textures[texture.index()].eval(self.x.uv);
+                let color = self.textures[texture.index()].eval(self.x.uv, self.textures);
                 let normal = Vec3::from_array(color.to_array()) * 2.0 - Vec3::ONE;
-                self.add(*inner, at.tilted(normal));
+                self.add(*inner, at.tilted(normal, Vec3::X));
             }
             model => self.add_model(id, model, at),
         }
@@ -323,7 +325,7 @@ impl<'s> Flattening<'_, 's> {
         x.frame.to_local(outward)
     }
 
-    fn color(&self, input: &ColorInput) -> crate::color::Rgb {
+    fn color(&self, input: &ColorInput) -> Rgb {
         input.eval(self.x.uv, self.textures)
     }
 
@@ -356,49 +358,8 @@ impl<'s> Flattening<'_, 's> {
                 }
                 Model::RoughDiffuse(RoughDiffuse::new(reflectance, alpha, *full))
             }
-            Material::Conductor {
-                eta,
-                k,
-                specular_reflectance,
-                roughness,
-            } => {
-                let metal = Metal::new(self.color(eta), self.color(k));
-                let tint = self.color(specular_reflectance);
-                match roughness {
-                    None => Model::Mirror(Mirror { metal, tint }),
-                    Some(r) => Model::RoughConductor(RoughConductor {
-                        facets: self.facets(r),
-                        metal,
-                        tint,
-                    }),
-                }
-            }
-            Material::Dielectric {
-                eta,
-                specular_reflectance,
-                specular_transmittance,
-                roughness,
-            } => {
-                let eta = *eta;
-                let reflection_tint = self.color(specular_reflectance);
-                let transmission_tint = self.color(specular_transmittance);
-                match roughness {
-                    None => Model::Glass(Glass {
-                        eta,
-                        reflection_tint,
-                        transmission_tint,
-                    }),
-                    Some(r) => {
-                        let facets = self.facets(r);
-                        Model::RoughGlass(RoughGlass {
-                            facets,
-                            eta,
-                            reflection_tint,
-                            transmission_tint,
-                        })
-                    }
-                }
-            }
+            Material::Conductor { .. } => self.conductor(material),
+            Material::Dielectric { .. } => self.dielectric(material),
             Material::ThinDielectric {
                 eta,
                 specular_reflectance,
@@ -408,38 +369,7 @@ impl<'s> Flattening<'_, 's> {
                 reflection_tint: self.color(specular_reflectance),
                 transmission_tint: self.color(specular_transmittance),
             }),
-            Material::Plastic {
-                eta,
-                diffuse_reflectance,
-                specular_reflectance,
-                nonlinear,
-                roughness,
-            } => {
-                let shift = if *nonlinear {
-                    ColorShift::Nonlinear
-                } else {
-                    ColorShift::Linear
-                };
-                let (diffuse, tint) = (
-                    self.color(diffuse_reflectance),
-                    self.color(specular_reflectance),
-                );
-                let coat =
-                    self.materials.coat_of[id.index()].map(|coat| &self.materials.coats[coat]);
-                match (coat, roughness) {
-                    (Some(coat), Some((distribution, alpha))) => {
-                        let facets = Microfacets::new(*distribution, *alpha, *alpha);
-                        Model::RoughPlastic(RoughPlastic::new(
-                            facets,
-                            *eta,
-                            coat,
-                            (diffuse, tint),
-                            shift,
-                        ))
-                    }
-                    _ => Model::Plastic(Plastic::new(*eta, diffuse, tint, shift)),
-                }
-            }
+            Material::Plastic { .. } => self.plastic(id, material),
             Material::Phong {
                 diffuse_reflectance,
                 specular_reflectance,
@@ -466,12 +396,95 @@ impl<'s> Flattening<'_, 's> {
                 Model::Ward(Ward::new(*variant, diffuse, specular, alpha))
             }
             Material::Principled(p) => Model::Principled(self.principled(p)),
-            Material::Blend { .. }
-            | Material::Mask { .. }
-            | Material::Null
-            | Material::TwoSided { .. }
-            | Material::BumpMap { .. }
-            | Material::NormalMap { .. } => unreachable!("wrappers are taken apart before"),
+            _ => unreachable!("wrappers are taken apart before"),
+        }
+    }
+
+    fn conductor(&self, material: &Material) -> Model<'s> {
+        let Material::Conductor {
+            eta,
+            k,
+            specular_reflectance,
+            roughness,
+        } = material
+        else {
+            unreachable!("called for conductors only")
+        };
+        let metal = Metal::new(self.color(eta), self.color(k));
+        let tint = self.color(specular_reflectance);
+        match roughness {
+            None => Model::Mirror(Mirror { metal, tint }),
+            Some(r) => Model::RoughConductor(RoughConductor {
+                facets: self.facets(r),
+                metal,
+                tint,
+            }),
+        }
+    }
+
+    fn dielectric(&self, material: &Material) -> Model<'s> {
+        let Material::Dielectric {
+            eta,
+            specular_reflectance,
+            specular_transmittance,
+            roughness,
+        } = material
+        else {
+            unreachable!("called for dielectrics only")
+        };
+        let (eta, reflection_tint) = (*eta, self.color(specular_reflectance));
+        let transmission_tint = self.color(specular_transmittance);
+        match roughness {
+            None => Model::Glass(Glass {
+                eta,
+                reflection_tint,
+                transmission_tint,
+            }),
+            Some(r) => {
+                let facets = self.facets(r);
+                Model::RoughGlass(RoughGlass {
+                    facets,
+                    eta,
+                    reflection_tint,
+                    transmission_tint,
+                })
+            }
+        }
+    }
+
+    fn plastic(&self, id: MaterialId, material: &Material) -> Model<'s> {
+        let Material::Plastic {
+            eta,
+            diffuse_reflectance,
+            specular_reflectance,
+            nonlinear,
+            roughness,
+        } = material
+        else {
+            unreachable!("called for plastics only")
+        };
+        let shift = if *nonlinear {
+            ColorShift::Nonlinear
+        } else {
+            ColorShift::Linear
+        };
+        let (diffuse, tint) = (
+            self.color(diffuse_reflectance),
+            self.color(specular_reflectance),
+        );
+        let coat = self.materials.coat_of[id.index()].map(|coat| &self.materials.coats[coat]);
+        match (coat, roughness) {
+            (Some(coat), Some((distribution, alpha))) => {
+                let facets = Microfacets::new(*distribution, *alpha, *alpha);
+                Model::RoughPlastic(RoughPlastic::new(
+                    facets,
+                    *eta,
+                    coat,
+                    (diffuse, tint),
+                    shift,
+                ))
+            }
+            _ => Model::Plastic(Plastic::new(*eta, diffuse, tint, shift)),
         }
     }
 
@@ -513,15 +526,15 @@ impl Wrapping {
     }
 
     /// Inside a bump or normal map that gives this normal in the frame around it. A second tilt turns the first one's frame.
-    fn tilted(self, normal: Vec3) -> Self {
+    fn tilted(self, normal: Vec3, tangent: Vec3) -> Self {
         let Some(normal) = normal.try_normalize() else {
             return self;
         };
-        let tilt = match &self.tilt {
-            Some(outer) => Tilt::new(outer.within(normal)),
-            None => Tilt::new(normal),
-        };
-        Wrapping { tilt, ..self }
+        let normal = self.tilt.map_or(normal, |outer| outer.within(normal));
+        Wrapping {
+            tilt: Tilt::new(normal, tangent),
+            ..self
+        }
     }
 }
 

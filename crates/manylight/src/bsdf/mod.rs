@@ -44,7 +44,8 @@ pub struct Lobes(pub u8);
 impl Lobes {
     /// Nothing.
     pub const NONE: Lobes = Lobes(0);
-    /// Lobes of the form `a(wi) b(wo) / π`: Lambert, and the base of plastics.
+    /// Lobes of the form `a(wi) b(wo) / π`: Lambert, and the base of plastics. Under a bump or normal map, or beside a stronger
+    /// lobe with another `b`, they are not of this form and count as `GLOSSY`.
     pub const DIFFUSE: Lobes = Lobes(1);
     /// Everything else that is not narrow: microfacets with alpha >= [`NEAR_DELTA_ALPHA`], sheen, Oren-Nayar, Phong, ...
     pub const GLOSSY: Lobes = Lobes(2);
@@ -336,8 +337,13 @@ impl<'s> Bsdf<'s> {
         Some(self.frame.n * 1.0f32.copysign(wo.dot(self.frame.n)))
     }
 
-    /// Fraction of flux from `wi` that leaves through `lobes` (delta ones included, straight-through not), by deterministic quadrature.
+    /// Fraction of flux from `wi` that leaves through `lobes` (delta ones included, straight-through not): in closed form for Lambert's
+    /// model, else by deterministic quadrature over [`Bsdf::sample_wo`], good to about one percent.
     pub fn albedo(&self, wi: Vec3, lobes: Lobes) -> Rgb {
+        if self.lobes.and(lobes) == Lobes::DIFFUSE && matches!(self.exit, Exit::Lambert) {
+            // |wo·ng| / π integrates to one over any hemisphere, that about ns included.
+            return self.diffuse_weight(wi);
+        }
         // Additive recurrence on the plastic number's powers: Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences".
         const STEPS: [f64; 3] = [
             0.819_172_513_396_164_4,

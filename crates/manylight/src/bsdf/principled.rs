@@ -50,8 +50,7 @@ pub(super) struct PrincipledParameters {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Principled {
     base_color: Rgb,
-    /// Hue and saturation of the base.
-    tint: Rgb,
+    luminance: f32,
     facets: Microfacets,
     roughness: f32,
     metallic: f32,
@@ -99,15 +98,10 @@ impl Principled {
             (alpha / aspect).max(MIN_ALPHA),
             (alpha * aspect).max(MIN_ALPHA),
         );
-        let luminance = p.base_color.luminance();
         let [dull, glossy] = CLEARCOAT_ALPHA;
         Principled {
             base_color: p.base_color,
-            tint: if luminance > 0.0 {
-                p.base_color / luminance
-            } else {
-                Rgb::WHITE
-            },
+            luminance: p.base_color.luminance(),
             facets,
             roughness: p.roughness,
             metallic: p.metallic,
@@ -123,6 +117,15 @@ impl Principled {
             diffuse_rate: p.diffuse_rate,
             specular_rate: p.specular_rate,
             clearcoat_rate: p.clearcoat_rate,
+        }
+    }
+
+    /// Hue and saturation of the base.
+    fn tint(&self) -> Rgb {
+        if self.luminance > 0.0 {
+            self.base_color / self.luminance
+        } else {
+            Rgb::WHITE
         }
     }
 
@@ -218,7 +221,7 @@ impl Principled {
         if self.spec_tint > 0.0 {
             let r0 = ((self.eta - 1.0) / (self.eta + 1.0)).powi(2);
             sum +=
-                schlick(self.tint * r0, cos, self.eta) * ((1.0 - self.metallic) * self.spec_tint);
+                schlick(self.tint() * r0, cos, self.eta) * ((1.0 - self.metallic) * self.spec_tint);
         }
         sum
     }
@@ -256,7 +259,7 @@ impl Principled {
             sum += self.base_color * (self.brdf * FRAC_1_PI * shape);
         }
         if self.sheen > 0.0 {
-            let color = Rgb::WHITE.lerp(self.tint, self.sheen_tint);
+            let color = Rgb::WHITE.lerp(self.tint(), self.sheen_tint);
             sum += color * (self.sheen * schlick_weight(cos_d.abs()));
         }
         sum * wi.z

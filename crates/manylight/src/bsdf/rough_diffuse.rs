@@ -88,14 +88,14 @@ impl RoughDiffuse {
         shape * (wi.z * FRAC_1_PI)
     }
 
-    /// Eq. (30) of Oren and Nayar.
+    /// Oren and Nayar's qualitative model.
     fn qualitative_model(&self, t: &Angles) -> Rgb {
         let a = 1.0 - 0.5 * self.sigma2 / (self.sigma2 + 0.33);
         let b = 0.45 * self.sigma2 / (self.sigma2 + 0.09);
         self.reflectance * (a + b * t.cos_phi.max(0.0) * t.sin_alpha * t.tan_beta())
     }
 
-    /// Single scattering and interreflection, Eqs. (27) and (28) of Oren and Nayar.
+    /// Oren and Nayar's fit of single scattering and interreflection.
     fn full_model(&self, t: &Angles) -> Rgb {
         let alpha = t.cos_alpha.clamp(-1.0, 1.0).acos();
         let beta = t.cos_beta.clamp(-1.0, 1.0).acos();

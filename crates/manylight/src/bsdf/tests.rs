@@ -4,10 +4,11 @@ use super::material::{Distribution, PrincipledMaterial, Roughness, WardVariant};
 use super::*;
 use crate::geometry::{SurfacePoint, SurfaceRef};
 use crate::ids::{MaterialId, PrimitiveId, TextureId};
+use crate::image::Image;
 use crate::math::Mat3;
 use crate::sampling::{Sampler, Stream};
 use crate::testing::chi_square::{self, Resolution};
-use crate::texture::{ColorInput, FloatInput, Texture};
+use crate::texture::{Bitmap, ColorInput, Filtering, FloatInput, Texture, Wrap};
 use rayon::prelude::*;
 use std::f32::consts::PI;
 use std::sync::LazyLock;
@@ -108,12 +109,28 @@ fn eta_of_specular(specular: f32) -> f32 {
 }
 
 fn tilt(first: f32, second: f32, third: f32) -> Texture {
-    let color = Rgb::new(first, second, third);
+    let color = ColorInput::Constant(Rgb::new(first, second, third));
     Texture::Checkerboard {
         color0: color,
         color1: color,
         uv_transform: Mat3::IDENTITY,
     }
+}
+
+/// Three rows of four texels with the values 0 to 11.
+fn ramp() -> Texture {
+    let image = Image {
+        width: 4,
+        height: 3,
+        channels: 1,
+        data: (0..12).map(|i| i as f32).collect(),
+    };
+    Texture::Bitmap(Bitmap {
+        image,
+        filtering: Filtering::Bilinear,
+        wrap: Wrap::Repeat,
+        uv_transform: Mat3::IDENTITY,
+    })
 }
 
 /// Every model and every wrapper, made once.
@@ -128,6 +145,11 @@ fn all_cases() -> Vec<Case> {
     let two_sided = |id: u32| Material::TwoSided {
         front: MaterialId(id),
         back: MaterialId(id),
+    };
+    let bumped = |id: u32| Material::BumpMap {
+        texture: TextureId(1),
+        scale: 0.05,
+        inner: MaterialId(id),
     };
     let mapped = |id: u32| Material::NormalMap {
         texture: TextureId(0),
@@ -325,6 +347,11 @@ fn all_cases() -> Vec<Case> {
             "normal_map_glass",
             vec![glass(1.5, rough(Ggx, 0.3, 0.3)), mapped(0)],
         ),
+        ("bump_map", vec![diffuse(), bumped(0)]),
+        (
+            "bump_map_anisotropic",
+            vec![copper(rough(Ggx, 0.15, 0.4)), bumped(0)],
+        ),
         (
             "normal_map_plastic",
             vec![plastic(1.5, WHITE, false, None), mapped(0)],
@@ -344,7 +371,7 @@ fn all_cases() -> Vec<Case> {
             Case {
                 name,
                 materials: Materials::new(materials),
-                textures: vec![normal],
+                textures: vec![normal, ramp()],
             }
         })
         .collect()
@@ -679,7 +706,7 @@ fn quadrature(bsdf: &Bsdf, wi: Vec3, lobes: Lobes) -> Rgb {
 fn albedo_is_the_integral_and_energy_is_conserved() {
     // Known to reflect more than they get; so do tilted normals.
     let exceptions = ["ward_duer", "principled_full", "ward"];
-    let may_gain = |name: &str| exceptions.contains(&name) || name.contains("normal_map");
+    let may_gain = |name: &str| exceptions.contains(&name) || name.contains("_map");
     cases().par_iter().for_each(|case| {
         let bsdf = case.bsdf(Vec3::Z);
         for wi in [
@@ -709,7 +736,7 @@ fn albedo_is_the_integral_and_energy_is_conserved() {
 fn values_are_reciprocal() {
     for case in cases() {
         // A tilted frame hangs on the viewer alone.
-        if case.name.contains("normal_map") {
+        if case.name.contains("_map") {
             continue;
         }
         let bsdf = case.bsdf(Vec3::Z);
@@ -895,5 +922,15 @@ fn transparency_and_widths_are_known_beforehand() {
 
 #[test]
 fn a_bsdf_stays_small() {
-    assert!(size_of::<Bsdf>() <= 608, "{}", size_of::<Bsdf>());
+    assert!(size_of::<Bsdf>() <= 640, "{}", size_of::<Bsdf>());
+}
+
+#[test]
+fn lambertian_albedo_knows_the_tilt() {
+    let bsdf = cases()[0].bsdf(normals()[1]);
+    for wi in [Vec3::new(0.2, 0.1, 0.9), Vec3::new(-0.5, 0.6, 0.4)] {
+        let wi = wi.normalize();
+        let integral = quadrature(&bsdf, wi, Lobes::ALL);
+        assert_close(bsdf.albedo(wi, Lobes::ALL).g, integral.g, 1e-3, "diffuse");
+    }
 }

@@ -103,7 +103,7 @@ impl Ward {
         }
         let share = self.lobe_probability(lobes);
         let h = (given + other).normalize();
-        // Eq. (9) of Walter.
+        // The density of half vectors over the Jacobian 4 (h·w).
         let lobe = self.gaussian(h) / (4.0 * h.dot(given) * h.z.powi(3));
         share * lobe + (1.0 - share) * other.z * FRAC_1_PI
     }

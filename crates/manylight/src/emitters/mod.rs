@@ -16,7 +16,7 @@ pub use environment::Environment;
 
 use crate::color::Rgb;
 use crate::geometry::{Geometry, Ray, SurfacePoint, SurfaceRef};
-use crate::ids::{EmitterId, PrimitiveId};
+use crate::ids::{EmitterId, PrimitiveId, TextureId};
 use crate::math::{Aabb, Frame, Vec2, Vec3};
 use crate::sampling::alias::Alias;
 use crate::sampling::{Sampler, Stream, warp};
@@ -55,6 +55,8 @@ pub enum Emitter {
         cutoff: f32,
         /// Half-angle of the constant part in radians, <= `cutoff`.
         beam_width: f32,
+        /// What colors the light.
+        slide: Option<Slide>,
     },
     /// Parallel light through the whole scene.
     Directional {
@@ -70,6 +72,15 @@ pub enum Emitter {
     },
     /// A picture of the surroundings.
     Environment(Environment),
+}
+
+/// A picture that a spot throws: its square is the one around the cone's cross-section.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Slide {
+    /// The picture.
+    pub texture: TextureId,
+    /// Unit directions across the axis along which u and v grow.
+    pub axes: [Vec3; 2],
 }
 
 /// The numbers that start a photon.
@@ -151,6 +162,9 @@ struct Elements {
 /// No piece: a triangle without area.
 const NO_PART: u32 = u32::MAX;
 
+/// Directions along each axis of the grid from which the flux of a spot with a slide is estimated.
+const SLIDE_GRID: usize = 32;
+
 /// Where local and distant emitters compete for direct light, each gets at least this share.
 const LEAST_SHARE: f32 = 0.25;
 
@@ -227,24 +241,15 @@ impl Emitters {
                 *intensity / warp::SPHERE_PDF,
                 None,
             ),
-            Emitter::Spot {
+            spot @ Emitter::Spot {
                 position,
                 direction,
-                intensity,
                 cutoff,
-                beam_width,
+                ..
             } => {
-                let local = warp::cone(u.direction, cutoff.cos());
-                let ray = Ray::new(
-                    *position,
-                    Frame::from_normal(*direction).to_world(local).normalize(),
-                );
-                let falloff = spot_falloff(local.z, *cutoff, *beam_width);
-                (
-                    ray,
-                    *intensity * (falloff / warp::cone_pdf(cutoff.cos())),
-                    None,
-                )
+                let w = cone_direction(*direction, *cutoff, u.direction);
+                let flux = point_intensity(spot, textures, w) / warp::cone_pdf(cutoff.cos());
+                (Ray::new(*position, w), flux, None)
             }
             Emitter::Directional { .. } | Emitter::Constant { .. } | Emitter::Environment(_) => {
                 let point = EmissionPoint {
@@ -365,7 +370,7 @@ impl Emitters {
                 };
                 let d = position - p;
                 let wi = d.try_normalize()?;
-                let weight = point_intensity(point, -wi) / (d.length_squared() * pmf);
+                let weight = point_intensity(point, textures, -wi) / (d.length_squared() * pmf);
                 let seen = DirectSample {
                     wi,
                     target: position,
@@ -565,7 +570,8 @@ impl PieceList {
             }
         }
         for (i, emitter) in emitters.iter().enumerate() {
-            let part = parts::part_of_point(EmitterId::from(i), emitter, point_power(emitter));
+            let part =
+                parts::part_of_point(EmitterId::from(i), emitter, point_power(emitter, textures));
             list.add(part.into_iter());
         }
         list
@@ -629,9 +635,28 @@ fn total_strength(powers: &[Rgb]) -> f32 {
 }
 
 /// Flux of a point or spot; black for others.
-fn point_power(emitter: &Emitter) -> Rgb {
+fn point_power(emitter: &Emitter, textures: &[Texture]) -> Rgb {
     match *emitter {
         Emitter::Point { intensity, .. } => intensity * (4.0 * PI),
+        Emitter::Spot {
+            direction,
+            intensity,
+            cutoff,
+            slide: Some(slide),
+            ..
+        } => {
+            let count = (SLIDE_GRID * SLIDE_GRID) as f32;
+            let grid = (0..SLIDE_GRID * SLIDE_GRID)
+                .map(|i| Vec2::new((i % SLIDE_GRID) as f32, (i / SLIDE_GRID) as f32))
+                .map(|cell| (cell + 0.5) / SLIDE_GRID as f32);
+            let sum: Rgb = grid
+                .map(|u| cone_direction(direction, cutoff, u))
+                .map(|w| point_intensity(emitter, textures, w))
+                .sum();
+            let brightest = textures[slide.texture.index()].max_luminance(textures);
+            let floor = intensity * (brightest * parts::RADIANCE_FLOOR);
+            (sum / count).zip(floor, f32::max) / warp::cone_pdf(cutoff.cos())
+        }
         // ∫ falloff sinθ dθ, with the falloff linear in the angle beyond the beam.
         Emitter::Spot {
             intensity,
@@ -652,7 +677,7 @@ fn point_power(emitter: &Emitter) -> Rgb {
 }
 
 /// Intensity of a point or spot towards the unit direction `w`; black for others.
-fn point_intensity(emitter: &Emitter, w: Vec3) -> Rgb {
+fn point_intensity(emitter: &Emitter, textures: &[Texture], w: Vec3) -> Rgb {
     match *emitter {
         Emitter::Point { intensity, .. } => intensity,
         Emitter::Spot {
@@ -660,10 +685,27 @@ fn point_intensity(emitter: &Emitter, w: Vec3) -> Rgb {
             intensity,
             cutoff,
             beam_width,
+            slide,
             ..
-        } => intensity * spot_falloff(direction.dot(w), cutoff, beam_width),
+        } => {
+            let falloff = intensity * spot_falloff(direction.dot(w), cutoff, beam_width);
+            match slide {
+                Some(slide) if !falloff.is_black() => {
+                    let across = Vec2::from(slide.axes.map(|axis| axis.dot(w)));
+                    let uv = 0.5 + 0.5 * across / (direction.dot(w) * cutoff.tan());
+                    falloff * textures[slide.texture.index()].eval(uv, textures)
+                }
+                _ => falloff,
+            }
+        }
         _ => Rgb::BLACK,
     }
+}
+
+/// A direction within a cone, uniformly distributed.
+fn cone_direction(axis: Vec3, cutoff: f32, u: Vec2) -> Vec3 {
+    let local = warp::cone(u, cutoff.cos());
+    Frame::from_normal(axis).to_world(local).normalize()
 }
 
 /// As Mitsuba's `spot`: 1 up to the beam, then linear in the angle, 0 from the cutoff on.

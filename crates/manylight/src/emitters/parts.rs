@@ -59,7 +59,7 @@ const WHOLE_MESH_TRIANGLES: usize = 2;
 const RADIANCE_GRID: usize = 8;
 
 /// The average is not trusted below this fraction of the largest radiance in the texture: bright texels may fall between the points.
-const RADIANCE_FLOOR: f32 = 0.01;
+pub(super) const RADIANCE_FLOOR: f32 = 0.01;
 
 /// A point of a surface as seen from somewhere.
 pub(super) struct SeenPoint {
@@ -432,7 +432,7 @@ fn mean_radiance(
         .filter_map(|u| part.sample_area(geometry, u))
         .map(|y| radiance.eval(y.uv, textures))
         .sum();
-    let floor = textures[id.index()].max_luminance() * RADIANCE_FLOOR;
+    let floor = textures[id.index()].max_luminance(textures) * RADIANCE_FLOOR;
     (sum / count).map(|v| v.max(floor))
 }
 

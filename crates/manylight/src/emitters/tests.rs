@@ -287,9 +287,10 @@ fn spots_match_mitsuba() {
             intensity: Rgb::splat(2.0),
             cutoff: cutoff.to_radians(),
             beam_width: beam_width.to_radians(),
+            slide: None,
         };
         let intensity =
-            |angle: f32| point_intensity(&spot, Vec3::new(angle.sin(), 0.0, angle.cos())).r;
+            |angle: f32| point_intensity(&spot, &[], Vec3::new(angle.sin(), 0.0, angle.cos())).r;
         for (angle, value) in degrees.into_iter().zip(values) {
             assert!(
                 (intensity(angle.to_radians()) - value).abs() < 1e-3,
@@ -302,7 +303,60 @@ fn spots_match_mitsuba() {
             .map(|i| (i as f32 + 0.5) * step)
             .map(|angle| f64::from(intensity(angle) * angle.sin() * 2.0 * PI * step))
             .sum();
-        assert!((f64::from(point_power(&spot).g) / power - 1.0).abs() < 1e-3);
+        assert!((f64::from(point_power(&spot, &[]).g) / power - 1.0).abs() < 1e-3);
+    }
+}
+
+/// The first texture of the test worlds, thrown along z.
+fn slide() -> Slide {
+    Slide {
+        texture: TextureId(0),
+        axes: [Vec3::X, Vec3::Y],
+    }
+}
+
+#[test]
+fn slides_match_mitsuba() {
+    let image = Image {
+        width: 4,
+        height: 4,
+        channels: 3,
+        data: (0..16)
+            .map(|i| {
+                (
+                    i as f32 / 16.0 + 0.05,
+                    (i / 4 + i % 4 * 4) as f32 / 16.0 + 0.05,
+                )
+            })
+            .flat_map(|(r, b)| [r, 1.0, b])
+            .collect(),
+    };
+    let picture = Texture::Bitmap(Bitmap {
+        image,
+        filtering: Filtering::Nearest,
+        wrap: Wrap::Repeat,
+        uv_transform: Mat3::IDENTITY,
+    });
+    let spot = Emitter::Spot {
+        position: Vec3::new(1.0, 2.0, 3.0),
+        direction: Vec3::Z,
+        intensity: Rgb::new(1.0, 2.0, 3.0),
+        cutoff: 30f32.to_radians(),
+        beam_width: 20f32.to_radians(),
+        slide: Some(slide()),
+    };
+    for (w, expected) in [
+        ([0.1, 0.05], [0.675, 2.0, 2.025]),
+        ([-0.2, 0.3], [0.8625, 2.0, 1.4625]),
+        ([0.3, -0.3], [0.166_493, 1.402_048, 1.682_457]),
+        ([-0.5, 0.0], [0.188_923, 0.686_993, 0.180_336]),
+    ] {
+        let w = Vec2::from(w).extend(1.0).normalize();
+        let found = point_intensity(&spot, std::slice::from_ref(&picture), w).to_array();
+        assert!(
+            (0..3).all(|c| (found[c] - expected[c]).abs() < 1e-4),
+            "{w}: {found:?}"
+        );
     }
 }
 
@@ -896,6 +950,15 @@ fn photons_carry_what_direct_light_brings() {
             intensity: Rgb::splat(2.0),
             cutoff: 0.8,
             beam_width: 0.3,
+            slide: None,
+        },
+        Emitter::Spot {
+            position: Vec3::new(0.2, 0.5, 1.3),
+            direction: Vec3::new(-0.1, 0.0, -1.0).normalize(),
+            intensity: Rgb::splat(1.5),
+            cutoff: 0.7,
+            beam_width: 0.4,
+            slide: Some(slide()),
         },
         distant_emitters().swap_remove(1),
     ];

@@ -99,22 +99,35 @@ fn sinc(x: f32) -> f32 {
 #[derive(Clone, Debug)]
 pub struct FilterSampler {
     radius: f32,
-    /// Sum of the absolute values of the cells up to here, over their total; empty for a box, which needs no table.
+    /// Sampled without the table.
+    is_box: bool,
+    /// Sum of the absolute values of the cells up to here, over their total.
     cdf: Vec<f32>,
     /// Sign of each cell times (integral of the absolute value / integral).
     weights: Vec<f32>,
 }
 
+/// The part of a filter that a sample may come from, along one axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Window {
+    /// What the table's cumulated share is at the beginning of the part, and by how much it grows.
+    start: f32,
+    share: f32,
+    /// What brings the mean weight back to 1.
+    gain: f32,
+}
+
+impl Window {
+    const WHOLE: Window = Window {
+        start: 0.0,
+        share: 1.0,
+        gain: 1.0,
+    };
+}
+
 impl FilterSampler {
     fn new(filter: &Filter) -> Self {
         let radius = filter.radius();
-        if *filter == Filter::Box {
-            return FilterSampler {
-                radius,
-                cdf: Vec::new(),
-                weights: Vec::new(),
-            };
-        }
         let cell = |i: usize| {
             let center = (i as f32 + 0.5) / TABLE_CELLS as f32 * 2.0 - 1.0;
             f64::from(filter.eval(center * radius))
@@ -131,25 +144,58 @@ impl FilterSampler {
         let weights = cells.iter().map(|c| (c.signum() * gain) as f32).collect();
         FilterSampler {
             radius,
+            is_box: *filter == Filter::Box,
             cdf,
             weights,
+        }
+    }
+
+    /// The part of the filter between two offsets from the pixel's center, in pixels.
+    pub fn window(&self, from: f32, to: f32) -> Window {
+        if from <= -self.radius && to >= self.radius {
+            return Window::WHOLE;
+        }
+        let cells = TABLE_CELLS as f32;
+        let place = |x: f32| ((x / self.radius + 1.0) * 0.5).clamp(0.0, 1.0) * cells;
+        let (from, to) = (place(from), place(to));
+        let share_within = |i: usize| {
+            let inside = to.min(i as f32 + 1.0) - from.max(i as f32);
+            inside.max(0.0) * (self.cdf[i + 1] - self.cdf[i])
+        };
+        let start: f32 = {
+            let i = (from as usize).min(TABLE_CELLS - 1);
+            self.cdf[i] + (from - i as f32) * (self.cdf[i + 1] - self.cdf[i])
+        };
+        let share: f32 = (0..TABLE_CELLS).map(share_within).sum();
+        let integral: f32 = (0..TABLE_CELLS)
+            .map(|i| share_within(i) * self.weights[i])
+            .sum();
+        Window {
+            start,
+            share,
+            gain: share / integral,
         }
     }
 
     /// An offset from the pixel's center in pixels, and the weight of the sample there. The mean weight is 1:
     /// a pixel is the plain mean of weight times radiance.
     #[inline]
-    pub fn sample(&self, u: Vec2) -> (Vec2, f32) {
-        let ((x, weight_x), (y, weight_y)) = (self.sample_1d(u.x), self.sample_1d(u.y));
+    pub fn sample(&self, windows: [Window; 2], u: Vec2) -> (Vec2, f32) {
+        let ((x, weight_x), (y, weight_y)) = (
+            self.sample_1d(windows[0], u.x),
+            self.sample_1d(windows[1], u.y),
+        );
         (Vec2::new(x, y), weight_x * weight_y)
     }
 
     #[inline]
-    fn sample_1d(&self, u: f32) -> (f32, f32) {
-        if self.cdf.is_empty() {
-            return ((2.0 * u - 1.0) * self.radius, 1.0);
+    fn sample_1d(&self, window: Window, u: f32) -> (f32, f32) {
+        let u = window.start + window.share * u;
+        if self.is_box {
+            return ((2.0 * u - 1.0) * self.radius, window.gain);
         }
-        self.sample_table(u)
+        let (x, weight) = self.sample_table(u);
+        (x, weight * window.gain)
     }
 
     fn sample_table(&self, u: f32) -> (f32, f32) {
@@ -233,7 +279,7 @@ mod tests {
             let n = 20_000;
             let (mut one, mut second) = (0.0, 0.0);
             for i in 0..n {
-                let (x, weight) = sampler.sample_1d((i as f32 + 0.5) / n as f32);
+                let (x, weight) = sampler.sample_1d(Window::WHOLE, (i as f32 + 0.5) / n as f32);
                 one += f64::from(weight) / f64::from(n);
                 second += f64::from(weight * x * x) / f64::from(n);
             }
@@ -253,9 +299,45 @@ mod tests {
     }
 
     #[test]
+    fn parts_of_a_filter_reproduce_it_with_mean_weight_one() {
+        for (filter, (from, to)) in ALL
+            .into_iter()
+            .flat_map(|f| [(f, (-0.5, 9.0)), (f, (-1.5, 0.5)), (f, (-0.5, 0.5))])
+        {
+            let sampler = filter.sampler();
+            let window = sampler.window(from, to);
+            let n = 20_000;
+            let (mut one, mut first) = (0.0, 0.0);
+            for i in 0..n {
+                let (x, weight) = sampler.sample_1d(window, (i as f32 + 0.5) / n as f32);
+                assert!(x > from - 1e-4 && x < to + 1e-4, "{filter:?}: {x}");
+                one += f64::from(weight) / f64::from(n);
+                first += f64::from(weight * x) / f64::from(n);
+            }
+            let (mut integral, mut moment) = (0.0, 0.0);
+            for i in 0..n {
+                let x = ((i as f32 + 0.5) / n as f32 * 2.0 - 1.0) * filter.radius();
+                if x > from && x < to {
+                    integral += f64::from(filter.eval(x));
+                    moment += f64::from(filter.eval(x) * x);
+                }
+            }
+            assert!((one - 1.0).abs() < 1e-3, "{filter:?}: mean weight {one}");
+            let expected = moment / integral;
+            assert!(
+                (first - expected).abs() < 2e-3,
+                "{filter:?}: {first} for {expected}"
+            );
+        }
+    }
+
+    #[test]
     fn samples_in_two_dimensions_stay_within_the_radius() {
         for filter in ALL {
-            let (offset, _) = filter.sampler().sample(Vec2::new(0.0, 1.0 - f32::EPSILON));
+            let windows = [Window::WHOLE; 2];
+            let (offset, _) = filter
+                .sampler()
+                .sample(windows, Vec2::new(0.0, 1.0 - f32::EPSILON));
             assert!(offset.abs().max_element() <= filter.radius() * 1.000_001);
             assert!(offset.x < 0.0 && offset.y > 0.0);
         }

@@ -5,7 +5,7 @@
 
 pub mod filter;
 
-pub use filter::{Filter, FilterSampler};
+pub use filter::{Filter, FilterSampler, Window};
 
 use crate::color::Rgb;
 use crate::image::Image;
@@ -366,16 +366,22 @@ pub struct FilmSample {
 #[derive(Clone, Debug)]
 pub struct FilmSampler {
     filter: FilterSampler,
-    width: u32,
+    /// Per column and per row: the part of the filter that lies on the film.
+    windows: [Vec<Window>; 2],
 }
 
 impl FilmDesc {
-    /// Prepares the reconstruction filter for sampling.
+    /// Prepares the reconstruction filter for sampling. Positions lie within the crop window, as Mitsuba's do: at its border
+    /// filters count only what they have inside.
     pub fn sampler(&self) -> FilmSampler {
-        FilmSampler {
-            filter: self.filter.sampler(),
-            width: self.crop_size.x,
-        }
+        let filter = self.filter.sampler();
+        let windows = self.crop_size.to_array().map(|count| {
+            (0..count)
+                .map(|i| i as f32 + 0.5)
+                .map(|center| filter.window(-center, count as f32 - center))
+                .collect()
+        });
+        FilmSampler { filter, windows }
     }
 }
 
@@ -383,7 +389,9 @@ impl FilmSampler {
     /// Draws a film position for `pixel` from its reconstruction filter.
     #[inline]
     pub fn sample(&self, pixel: UVec2, u: Vec2) -> FilmSample {
-        let (offset, weight) = self.filter.sample(u);
+        let [columns, rows] = &self.windows;
+        let windows = [columns[pixel.x as usize], rows[pixel.y as usize]];
+        let (offset, weight) = self.filter.sample(windows, u);
         FilmSample {
             position: pixel.as_vec2() + Vec2::splat(0.5) + offset,
             weight,
@@ -393,7 +401,7 @@ impl FilmSampler {
     /// Index of a pixel in row order: names its random numbers.
     #[inline]
     pub fn index(&self, pixel: UVec2) -> u64 {
-        u64::from(pixel.y) * u64::from(self.width) + u64::from(pixel.x)
+        u64::from(pixel.y) * self.windows[0].len() as u64 + u64::from(pixel.x)
     }
 }
 
@@ -445,6 +453,40 @@ mod tests {
                 .data
                 .iter()
                 .all(|v| (v - 5.0 / 12.0).abs() < 1e-4)
+        );
+    }
+
+    #[test]
+    fn positions_stay_on_the_film() {
+        for filter in [
+            Filter::Box,
+            Filter::Gaussian { stddev: 0.5 },
+            Filter::CatmullRom,
+        ] {
+            let desc = FilmDesc {
+                filter,
+                ..film().desc
+            };
+            let sampler = desc.sampler();
+            for pixel in [UVec2::ZERO, UVec2::new(9, 5), UVec2::new(18, 10)] {
+                for i in 0..4096 {
+                    let u = Vec2::new((i % 64) as f32 + 0.5, (i / 64) as f32 + 0.5) / 64.0;
+                    let sample = sampler.sample(pixel, u);
+                    let beyond = (-sample.position).max(sample.position - desc.size.as_vec2());
+                    assert!(
+                        beyond.max_element() < 1e-4,
+                        "{filter:?}: {}",
+                        sample.position
+                    );
+                }
+            }
+        }
+        let [columns, rows] = film().desc.sampler().windows;
+        assert!(
+            columns
+                .iter()
+                .chain(&rows)
+                .all(|window| *window == columns[9])
         );
     }
 

@@ -8,6 +8,7 @@ use crate::geometry::{Segment, SurfacePoint};
 use crate::ids::LightId;
 use crate::math::Vec3;
 use crate::scene::Scene;
+use crate::virtual_lights::moments::POINTS;
 use crate::virtual_lights::{LightField, VirtualLight};
 use cluster::{CLUSTER_SIZE, Cluster};
 use std::f32::consts::FRAC_1_PI;
@@ -17,7 +18,7 @@ use std::f32::consts::FRAC_1_PI;
 pub enum Kernel {
     /// As a point.
     Point,
-    /// As a disc with the second moments of its photons: four points near by, one far away.
+    /// As a disc with the second moment of its photons, by sixteen to one of its points.
     Disc,
 }
 
@@ -26,18 +27,23 @@ pub enum Kernel {
 pub enum Clamp {
     /// Nothing.
     None,
-    /// Scale-free: a light of radius r (or each of its four parts, of radius r/2; or a point that stands for the area πr² of
-    /// surface) has a finite area, so `1/d²` becomes `1/√(d⁴ + r⁴)`: 1/r² in contact, as for a disc, and right to fourth order
-    /// far away, where four points already have the second order (derived; compare ERRATA E4).
+    /// Scale-free: `1/d²` becomes `1/√(d⁴ + r⁴)`, with r² = area / π for a point that stands for an area of surface (1/r² in
+    /// contact, as for a disc), and a small share of that for the points of a disc, which resolve it themselves (derived;
+    /// compare ERRATA E3, E4).
     Auto,
     /// `G <= value`, in 1/m².
     Value(f32),
 }
 
-/// Within this many radii a light is a disc of four points, beyond the second number a single point; between them a random
-/// number decides, so that no ring shows (ERRATA G9).
+/// A light is all its points nearer than the first number of its radii, four of them nearer than the second, and one beyond;
+/// which ones is random. Both are stretched by a random factor, so that no ring shows where the number changes (ERRATA G9).
+const SIXTEEN_POINTS_WITHIN: f32 = 2.0;
 const FOUR_POINTS_WITHIN: f32 = 8.0;
-const ONE_POINT_BEYOND: f32 = 10.0;
+const REACH_SPREAD: f32 = 0.25;
+
+/// Squared radius that bounds the geometry term of a point near by, as a share of its light's. The points of a cluttered
+/// surface lie on many things at once, and light between neighbors is lost with the clamp; without any, contacts sparkle.
+const NEAR_CLAMP: f32 = 1.0 / 64.0;
 
 /// Connections tested for visibility together.
 const PACKET: usize = 64;
@@ -53,8 +59,17 @@ pub struct ShadingPoint<'s> {
     pub bsdf: Bsdf<'s>,
     /// Largest photon depth that fits the path limits here; `None` without limit.
     pub max_photon_depth: Option<u32>,
-    /// Uniform in [0, 1): decides between four points and one.
+    /// Uniform in [0, 1): decides between numbers of points.
     pub u: f32,
+}
+
+impl ShadingPoint<'_> {
+    /// A number below `count`, each as likely.
+    #[inline]
+    fn choose(&self, count: usize) -> usize {
+        // Other digits of `u` than those that decide about the number of points.
+        ((self.u * 64.0).fract() * count as f32) as usize
+    }
 }
 
 /// Lights made ready to be summed.
@@ -143,26 +158,35 @@ impl Gather {
                     packet.push(scene, c.target, c.value, sum);
                 }
             };
-            if self.is_disc_from(at, light) {
-                for p in light.points {
-                    connect(p, 0.25 * light.radius * light.radius, 0.25);
-                }
-            } else {
-                connect(light.p, light.area * FRAC_1_PI, 1.0);
+            let r2 = light.radius * light.radius;
+            match self.part_count(at, light) {
+                POINTS => light.points.into_iter().for_each(|p| connect(p, r2 * NEAR_CLAMP, 1.0 / 16.0)),
+                4 => (0..4).for_each(|i| connect(light.points[4 * i + at.choose(4)], r2 / 4.0, 0.25)),
+                _ if light.radius > 0.0 => connect(light.points[at.choose(POINTS)], r2, 1.0),
+                _ if self.kernel == Kernel::Disc => connect(light.p, light.area * FRAC_1_PI * NEAR_CLAMP, 1.0),
+                _ => connect(light.p, light.area * FRAC_1_PI, 1.0),
             }
         }
         front.flush(scene, sum);
         back.flush(scene, sum);
     }
 
-    /// Whether `light` is near enough to `at` to be seen as four points.
+    /// Of how many points `light` is made as seen from `at`.
     #[inline]
-    fn is_disc_from(&self, at: &ShadingPoint, light: &VirtualLight) -> bool {
+    fn part_count(&self, at: &ShadingPoint, light: &VirtualLight) -> usize {
         if self.kernel == Kernel::Point || light.radius == 0.0 {
-            return false;
+            return 1;
         }
-        let reach = light.radius * (FOUR_POINTS_WITHIN + (ONE_POINT_BEYOND - FOUR_POINTS_WITHIN) * at.u);
-        at.x.p.distance_squared(light.p) < reach * reach
+        let reach = light.radius * (1.0 + REACH_SPREAD * at.u);
+        let d2 = at.x.p.distance_squared(light.p);
+        let within = |radii: f32| d2 < (radii * reach).powi(2);
+        if within(SIXTEEN_POINTS_WITHIN) {
+            POINTS
+        } else if within(FOUR_POINTS_WITHIN) {
+            4
+        } else {
+            1
+        }
     }
 }
 

@@ -4,18 +4,23 @@ use super::{PassContext, first_surface};
 use crate::color::Rgb;
 use crate::film::Film;
 use crate::sampling::Stream;
-use crate::scene::Scene;
+use crate::scene::{PathLimits, Scene};
 use crate::transport::{Step, Walk};
 
 /// One sample per pixel. `false` if cancelled.
-pub(super) fn render_pass(scene: &Scene, run: &PassContext, film: &mut Film) -> bool {
+pub(super) fn render_pass(
+    scene: &Scene,
+    limits: PathLimits,
+    run: &PassContext,
+    film: &mut Film,
+) -> bool {
     let positions = film.desc().sampler();
     run.shade(film, |samples| {
         for (i, pixel) in samples.tile().pixels().enumerate() {
             let mut sampler = run.pass.sampler(Stream::Pixel, positions.index(pixel));
             let at = positions.sample(pixel, sampler.next_2d());
             let camera = scene.sensor.ray(at.position, sampler.next_2d());
-            let mut walk = Walk::from_sensor(scene, camera.ray, Rgb::WHITE);
+            let mut walk = Walk::from_sensor(scene, limits, camera.ray, Rgb::WHITE);
             if let Step::Hit(v) = walk.advance() {
                 first_surface(&v, &mut sampler, i, samples);
             }

@@ -7,12 +7,12 @@ use super::PassContext;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::film::Film;
-use crate::geometry::{Segment, SurfacePoint};
+use crate::geometry::{Ray, Segment, SurfacePoint};
 use crate::math::Vec3;
-use crate::stats::Stats;
 use crate::sampling::{Sampler, Stream};
 use crate::scene::{PathLimits, Scene};
-use crate::transport::{Step, Walk, roulette};
+use crate::stats::Stats;
+use crate::transport::{Step, Walk, past_emitters, roulette};
 use rayon::prelude::*;
 use std::f32::consts::FRAC_1_PI;
 
@@ -71,10 +71,12 @@ impl LightTracer<'_> {
         else {
             return;
         };
-        if let Some(y) = start.surface.filter(|_| !self.limits.hide_emitters && self.limits.allow(1)) {
+        if let Some(y) = start.surface.filter(|_| self.limits.allow(1)) {
             let shines = |w| !scene.emitters.radiance(&scene.geometry, &scene.textures, &y, w).is_black();
             // Lambertian emission: flux of the path is π L / pdf_area, so this is L |cos| / pdf_area.
-            let seen = |w: Vec3| if shines(w) { start.flux * (FRAC_1_PI * y.ng.dot(w).abs()) } else { Rgb::BLACK };
+            let seen = |w: Vec3| {
+                if shines(w) { start.flux * (FRAC_1_PI * y.ng.dot(w).abs()) } else { Rgb::BLACK }
+            };
             self.splat(&y, 1, sampler, seen);
         }
         let mut walk = Walk::from_emitter(scene, start.ray, start.flux);
@@ -115,9 +117,29 @@ impl LightTracer<'_> {
             return;
         }
         let segment = Segment { from: x.offset_towards(seen.w), to: seen.target };
-        let value = value * self.scene.transmittance(&segment);
-        if !value.is_black() {
+        let Some(segment) = self.line_of_sight(x, segment) else {
+            return;
+        };
+        // Each transparent surface on the way is a vertex of the path.
+        let (transmittance, crossings) = self.scene.transmittance_and_crossings(&segment);
+        let value = value * transmittance;
+        if !value.is_black() && self.limits.allow(segments + crossings) {
             self.splats.push(Splat { pixel: at.y as u32 * self.width + at.x as u32, value });
         }
+    }
+
+    /// The part of the line from `x` to the camera on which surfaces count: hidden emitters next to the camera do not, and
+    /// `None` if `x` is on one itself.
+    fn line_of_sight(&self, x: &SurfacePoint, line: Segment) -> Option<Segment> {
+        if !self.limits.hide_emitters {
+            return Some(line);
+        }
+        let across = line.from - line.to;
+        let t_max = across.length();
+        let ray = past_emitters(self.scene, Ray { o: line.to, d: across / t_max, t_max });
+        let geometry = &self.scene.geometry;
+        let shines = geometry.primitives()[x.at.primitive.index()].emitter.is_some();
+        let is_hidden = shines && geometry.intersect(&ray).is_none();
+        (!is_hidden).then_some(Segment { to: ray.o, ..line })
     }
 }

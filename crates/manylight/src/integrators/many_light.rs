@@ -12,9 +12,9 @@ use crate::gather::{Gather, Lights, ShadingPoint};
 use crate::maps::density::{IMPORTANCE_NEIGHBORS, estimate, importance_at};
 use crate::maps::{KdTree, Neighbors};
 use crate::particles::{Importon, Photon, trace_importons, trace_photons};
-use crate::stats::Stats;
 use crate::sampling::{Sampler, Stream};
 use crate::scene::{PathLimits, Scene};
+use crate::stats::Stats;
 use crate::transport::direct::{EmitterSample, found_environment, found_radiance};
 use crate::transport::{Step, Vertex, Walk};
 use crate::virtual_lights::{LightField, Shares, Site, assign, select};
@@ -71,6 +71,8 @@ pub struct ManyLight {
     pub clamp: Clamp,
 }
 
+/// Estimates of direct light per gathering point: cheap beside the sum over all lights, and without them its noise would show.
+const DIRECT_SAMPLES: u32 = 4;
 /// Photons that ask for their importance, per light.
 const CANDIDATES_PER_LIGHT: usize = 32;
 /// Photons in a caustic estimate.
@@ -86,7 +88,7 @@ impl ManyLight {
     /// Rich-VPLs: importance placement, partition, 32 x 32 tables, discs.
     pub fn rich_vpl() -> Self {
         ManyLight {
-            light_count: 1024,
+            light_count: 512,
             photon_paths: 262_144,
             importon_paths: 32_768,
             placement: Placement::Importance,
@@ -230,7 +232,7 @@ impl<'s> Prepared<'s> {
             let mut sampler = run.pass.sampler(Stream::Pixel, positions.index(pixel));
             let film = positions.sample(pixel, sampler.next_2d());
             let camera = self.scene.sensor.ray(film.position, sampler.next_2d());
-            let walk = Walk::from_sensor(self.scene, camera.ray, Rgb::splat(camera.weight * film.weight));
+            let walk = Walk::from_sensor(self.scene, self.limits, camera.ray, Rgb::splat(camera.weight * film.weight));
             let mut eye = EyePath { prepared: self, walk, sampler, pixel: i, shadow_rays: 0 };
             eye.trace(out, &mut points);
             shadow_rays += eye.shadow_rays;
@@ -283,14 +285,11 @@ impl<'s> EyePath<'_, 's> {
     fn trace(&mut self, out: &mut TileSamples, points: &mut Vec<Gathering<'s>>) {
         let (scene, limits) = (self.prepared.scene, self.prepared.limits);
         loop {
-            let step = self.walk.advance();
-            let hidden = limits.hide_emitters && self.walk.previous().event == Lobes::NONE;
-            let v = match step {
+            let v = match self.walk.advance() {
+                Step::Hidden => return,
                 Step::Escaped(wi) => {
-                    if !hidden {
-                        let found = found_environment(scene, self.walk.previous(), wi);
-                        out.add(self.pixel, Layer::Emission, self.walk.throughput() * found);
-                    }
+                    let found = found_environment(scene, self.walk.previous(), wi);
+                    out.add(self.pixel, Layer::Emission, self.walk.throughput() * found);
                     return;
                 }
                 Step::Hit(v) => v,
@@ -298,19 +297,20 @@ impl<'s> EyePath<'_, 's> {
             if v.segments == 1 {
                 first_surface(&v, &mut self.sampler, self.pixel, out);
             }
-            if !hidden {
-                let found = found_radiance(scene, self.walk.previous(), &v.x, v.w_prev);
-                out.add(self.pixel, Layer::Emission, self.walk.throughput() * found);
-            }
+            let found = found_radiance(scene, self.walk.previous(), &v.x, v.w_prev);
+            out.add(self.pixel, Layer::Emission, self.walk.throughput() * found);
             if !limits.allow(v.segments + 1) {
                 return;
             }
             if self.walk.pass_through(&v, self.sampler.next_1d()) {
                 continue;
             }
-            self.next_event(&v, out);
+            self.narrow_emission(&v, out);
             if v.bsdf.lobes().has(Lobes::SMOOTH) {
-                self.emitter_by_smooth_lobe(&v, out);
+                for _ in 0..DIRECT_SAMPLES {
+                    self.direct_from_emitter(&v, out);
+                    self.direct_by_smooth_lobe(&v, out);
+                }
                 points.push(self.gathering(&v));
             }
             if !self.follow_specular(&v) {
@@ -319,32 +319,38 @@ impl<'s> EyePath<'_, 's> {
         }
     }
 
-    /// Light from an emitter chosen for `v`: by the smooth lobes it is direct light, by near-delta ones still emission.
-    fn next_event(&mut self, v: &Vertex, out: &mut TileSamples) {
-        let (scene, wo) = (self.prepared.scene, v.w_prev);
-        if !v.bsdf.lobes().has(Lobes::FINITE) {
-            return;
+    /// Direct light at `v`: an emitter is chosen, and the smooth lobes reflect it.
+    fn direct_from_emitter(&mut self, v: &Vertex, out: &mut TileSamples) {
+        if let Some(radiance) = self.from_emitter(v, Lobes::SMOOTH, Lobes::SMOOTH) {
+            out.add(self.pixel, Layer::Direct, radiance / DIRECT_SAMPLES as f32);
         }
-        let Some(light) = EmitterSample::draw(scene, &v.x, v.bsdf.receiving_normal(wo), &mut self.sampler) else {
-            return;
-        };
-        let reflected = |lobes: Lobes, walk: Lobes| {
-            v.bsdf.f_cos_wi(light.wi, wo, lobes) * light.mis_weight(v.bsdf.pdf_wi(light.wi, wo, walk))
-        };
-        let smooth = reflected(Lobes::SMOOTH, Lobes::SMOOTH);
-        let narrow = reflected(Lobes::NEAR_DELTA, Lobes::SPECULAR);
-        if smooth.is_black() && narrow.is_black() {
-            return;
+    }
+
+    /// The same by near-delta lobes, which belongs to the emission: the walk that follows them is the other half of it.
+    fn narrow_emission(&mut self, v: &Vertex, out: &mut TileSamples) {
+        if v.bsdf.lobes().has(Lobes::NEAR_DELTA)
+            && let Some(radiance) = self.from_emitter(v, Lobes::NEAR_DELTA, Lobes::SPECULAR)
+        {
+            out.add(self.pixel, Layer::Emission, radiance);
+        }
+    }
+
+    /// Light from a chosen emitter by `lobes` at `v`, weighted against a walk that samples `walk` there.
+    fn from_emitter(&mut self, v: &Vertex, lobes: Lobes, walk: Lobes) -> Option<Rgb> {
+        let (scene, wo) = (self.prepared.scene, v.w_prev);
+        let light = EmitterSample::draw(scene, &v.x, v.bsdf.receiving_normal(wo), &mut self.sampler)?;
+        let f_cos = v.bsdf.f_cos_wi(light.wi, wo, lobes);
+        if f_cos.is_black() {
+            return None;
         }
         self.shadow_rays += 1;
         let crossings = self.prepared.limits.max_depth.map_or(u32::MAX, |max| max - (v.segments + 1));
         let arriving = self.walk.throughput() * light.weight * light.transmittance(scene, crossings);
-        out.add(self.pixel, Layer::Direct, arriving * smooth);
-        out.add(self.pixel, Layer::Emission, arriving * narrow);
+        Some(arriving * f_cos * light.mis_weight(v.bsdf.pdf_wi(light.wi, wo, walk)))
     }
 
     /// The other half of direct light: a direction drawn from the smooth lobes that runs into an emitter.
-    fn emitter_by_smooth_lobe(&mut self, v: &Vertex<'s>, out: &mut TileSamples) {
+    fn direct_by_smooth_lobe(&mut self, v: &Vertex<'s>, out: &mut TileSamples) {
         let (scene, limits) = (self.prepared.scene, self.prepared.limits);
         let mut walk = self.walk.clone();
         if !walk.scatter(v, self.sampler.next_bsdf(), Lobes::SMOOTH) {
@@ -352,13 +358,14 @@ impl<'s> EyePath<'_, 's> {
         }
         loop {
             match walk.advance() {
+                Step::Hidden => return,
                 Step::Escaped(wi) => {
                     let found = found_environment(scene, walk.previous(), wi);
-                    return out.add(self.pixel, Layer::Direct, walk.throughput() * found);
+                    return out.add(self.pixel, Layer::Direct, walk.throughput() * found / DIRECT_SAMPLES as f32);
                 }
                 Step::Hit(y) => {
                     let found = found_radiance(scene, walk.previous(), &y.x, y.w_prev);
-                    out.add(self.pixel, Layer::Direct, walk.throughput() * found);
+                    out.add(self.pixel, Layer::Direct, walk.throughput() * found / DIRECT_SAMPLES as f32);
                     if !limits.allow(y.segments + 1) || !walk.pass_through(&y, self.sampler.next_1d()) {
                         return;
                     }
@@ -369,8 +376,7 @@ impl<'s> EyePath<'_, 's> {
 
     fn gathering(&mut self, v: &Vertex<'s>) -> Gathering<'s> {
         let max_photon_depth = self.prepared.limits.max_depth.map(|max| max - (v.segments + 1));
-        let at =
-            ShadingPoint { x: v.x, wo: v.w_prev, bsdf: v.bsdf, max_photon_depth, u: self.sampler.next_1d() };
+        let at = ShadingPoint { x: v.x, wo: v.w_prev, bsdf: v.bsdf, max_photon_depth, u: self.sampler.next_1d() };
         Gathering { pixel: self.pixel, throughput: self.walk.throughput(), segments: v.segments, at }
     }
 

@@ -11,9 +11,9 @@ pub use many_light::ManyLight;
 use crate::bsdf::{BsdfSample, Lobes};
 use crate::color::Rgb;
 use crate::film::{Film, Layer, TileSamples};
-use crate::stats::Stats;
 use crate::sampling::{Pass, Sampler};
 use crate::scene::{PathLimits, Scene};
+use crate::stats::Stats;
 use crate::transport::Vertex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -94,7 +94,7 @@ impl Method {
                 path::render_pass(scene, PathLimits { max_depth, ..self.limits }, run, film)
             }
             MethodKind::LightTracer => light_tracer::render_pass(scene, self.limits, run, film),
-            MethodKind::Aov => aov::render_pass(scene, run, film),
+            MethodKind::Aov => aov::render_pass(scene, self.limits, run, film),
             MethodKind::ManyLight(settings) => settings.render_pass(scene, self.limits, run, film),
         }
     }

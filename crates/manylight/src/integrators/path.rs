@@ -7,9 +7,9 @@ use super::{PassContext, first_surface_sampled};
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::film::{Film, TileSamples};
-use crate::stats::Stats;
 use crate::sampling::{Sampler, Stream};
 use crate::scene::{PathLimits, Scene};
+use crate::stats::Stats;
 use crate::transport::direct::{EmitterSample, found_environment, found_radiance};
 use crate::transport::{Step, Vertex, Walk, roulette};
 
@@ -22,7 +22,7 @@ pub(super) fn render_pass(scene: &Scene, limits: PathLimits, run: &PassContext, 
             let mut sampler = run.pass.sampler(Stream::Pixel, positions.index(pixel));
             let at = positions.sample(pixel, sampler.next_2d());
             let camera = scene.sensor.ray(at.position, sampler.next_2d());
-            let walk = Walk::from_sensor(scene, camera.ray, Rgb::splat(camera.weight * at.weight));
+            let walk = Walk::from_sensor(scene, limits, camera.ray, Rgb::splat(camera.weight * at.weight));
             let mut path = Path { scene, limits, walk, stage: Stage::BeforeX, shadow_rays: 0 };
             path.trace(&mut sampler, i, samples);
             shadow_rays += path.shadow_rays;
@@ -43,22 +43,17 @@ struct Path<'s> {
 impl Path<'_> {
     fn trace(&mut self, sampler: &mut Sampler, index: usize, out: &mut TileSamples) {
         loop {
-            let step = self.walk.advance();
-            let hidden = self.limits.hide_emitters && self.walk.previous().event == Lobes::NONE;
-            let v = match step {
+            let v = match self.walk.advance() {
+                Step::Hidden => return,
                 Step::Escaped(wi) => {
-                    if !hidden {
-                        let found = found_environment(self.scene, self.walk.previous(), wi);
-                        out.add(index, self.stage.layer(), self.walk.throughput() * found);
-                    }
+                    let found = found_environment(self.scene, self.walk.previous(), wi);
+                    out.add(index, self.stage.layer(), self.walk.throughput() * found);
                     return;
                 }
                 Step::Hit(v) => v,
             };
-            if !hidden {
-                let found = found_radiance(self.scene, self.walk.previous(), &v.x, v.w_prev);
-                out.add(index, self.stage.layer(), self.walk.throughput() * found);
-            }
+            let found = found_radiance(self.scene, self.walk.previous(), &v.x, v.w_prev);
+            out.add(index, self.stage.layer(), self.walk.throughput() * found);
             let ends = !self.limits.allow(v.segments + 1);
             if ends && v.segments > 1 {
                 return;

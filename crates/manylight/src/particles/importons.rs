@@ -46,7 +46,7 @@ fn trace_path(scene: &Scene, limits: PathLimits, share: f32, sampler: &mut Sampl
     let size = scene.sensor.desc().film.crop_size.as_vec2();
     let film_position: Vec2 = sampler.next_2d() * size;
     let camera = scene.sensor.ray(film_position, sampler.next_2d());
-    let mut walk = Walk::from_sensor(scene, camera.ray, Rgb::splat(camera.weight * share));
+    let mut walk = Walk::from_sensor(scene, limits, camera.ray, Rgb::splat(camera.weight * share));
     while let Step::Hit(v) = walk.advance() {
         if walk.previous().event.has(Lobes::SMOOTH) && v.bsdf.lobes().has(Lobes::SMOOTH) {
             importons.push(Importon {

@@ -11,15 +11,20 @@ pub fn inclusion_probabilities(weights: &[f32], target: usize, floor_share: f32)
     let mean = weights.iter().map(|&w| f64::from(w)).sum::<f64>() / positive as f64;
     let floor = mean * f64::from(floor_share);
     let raised = |w: f32| if w > 0.0 { f64::from(w).max(floor) } else { 0.0 };
-    let sum_at = |tau: f64| weights.iter().map(|&w| (raised(w) / tau).min(1.0)).sum::<f64>();
-
-    // The sum falls monotonically with τ: bisect in the exponent.
-    let (mut low, mut high) = (floor.max(f64::MIN_POSITIVE) * 1e-6, mean * positive as f64 / target as f64 * 2.0);
-    for _ in 0..200 {
-        let middle = (low * high).sqrt();
-        if sum_at(middle) > target as f64 { low = middle } else { high = middle }
+    // Items with w >= τ are certain; the others share what is left of the target. Each step makes τ smaller or leaves it,
+    // so more items become certain until none is added.
+    let mut tau = weights.iter().map(|&w| raised(w)).sum::<f64>() / target as f64;
+    loop {
+        let (mut certain, mut rest) = (0, 0.0);
+        for w in weights.iter().map(|&w| raised(w)) {
+            if w >= tau { certain += 1 } else { rest += w }
+        }
+        let next = if certain < target { rest / (target - certain) as f64 } else { tau };
+        if next >= tau || next <= 0.0 {
+            break;
+        }
+        tau = next;
     }
-    let tau = (low * high).sqrt();
     weights.iter().map(|&w| (raised(w) / tau).min(1.0) as f32).collect()
 }
 

@@ -17,18 +17,18 @@ pub enum Texture {
     Bitmap(Bitmap),
     /// Two colors in a checker pattern: one period per unit of (transformed) uv.
     Checkerboard {
-        /// Where the fractions of u and v are both up to 1/2 or both above.
-        color0: Rgb,
+        /// Where the fractions of u and v are both up to 1/2 or both above. Nested textures see the surface's uv.
+        color0: ColorInput,
         /// On the other cells.
-        color1: Rgb,
+        color1: ColorInput,
         /// Applied to (u, v, 1).
         uv_transform: Mat3,
     },
 }
 
 impl Texture {
-    /// Color at `uv`, filtered.
-    pub fn eval(&self, uv: Vec2) -> Rgb {
+    /// Color at `uv`, filtered. `textures` are those of the scene, among which nested ones are found.
+    pub fn eval(&self, uv: Vec2, textures: &[Texture]) -> Rgb {
         match self {
             Texture::Bitmap(bitmap) => bitmap.eval(uv),
             Texture::Checkerboard {
@@ -36,11 +36,12 @@ impl Texture {
                 color1,
                 uv_transform,
             } => {
-                if is_main_cell(*uv_transform, uv) {
-                    *color0
+                let color = if is_main_cell(*uv_transform, uv) {
+                    color0
                 } else {
-                    *color1
-                }
+                    color1
+                };
+                color.eval(uv, textures)
             }
         }
     }
@@ -48,7 +49,7 @@ impl Texture {
     /// Luminance at `uv`, filtered: what float parameters see.
     ///
     /// As Mitsuba 3.9.1's `eval_1`, which lays the two values of a checkerboard the other way round than `eval` does.
-    pub fn eval_float(&self, uv: Vec2) -> f32 {
+    pub fn eval_float(&self, uv: Vec2, textures: &[Texture]) -> f32 {
         match self {
             Texture::Bitmap(bitmap) => bitmap.eval_float(uv),
             Texture::Checkerboard {
@@ -56,11 +57,12 @@ impl Texture {
                 color1,
                 uv_transform,
             } => {
-                if is_main_cell(*uv_transform, uv) {
-                    color1.luminance()
+                let color = if is_main_cell(*uv_transform, uv) {
+                    color1
                 } else {
-                    color0.luminance()
-                }
+                    color0
+                };
+                color.eval_float(uv, textures)
             }
         }
     }
@@ -74,13 +76,29 @@ impl Texture {
     }
 
     /// An upper bound of the luminance anywhere.
-    pub fn max_luminance(&self) -> f32 {
+    pub fn max_luminance(&self, textures: &[Texture]) -> f32 {
         match self {
             Texture::Bitmap(bitmap) => bitmap.max_luminance(),
             Texture::Checkerboard { color0, color1, .. } => {
-                color0.luminance().max(color1.luminance())
+                let [a, b] = [color0, color1].map(|color| color.max_luminance(textures));
+                a.max(b)
             }
         }
+    }
+
+    /// The textures that this one is made of.
+    pub(crate) fn nested(&self) -> impl Iterator<Item = TextureId> {
+        let inputs = match self {
+            Texture::Bitmap(_) => [None, None],
+            Texture::Checkerboard { color0, color1, .. } => [Some(*color0), Some(*color1)],
+        };
+        inputs
+            .into_iter()
+            .flatten()
+            .filter_map(|input| match input {
+                ColorInput::Texture(id) => Some(id),
+                ColorInput::Constant(_) => None,
+            })
     }
 }
 
@@ -114,7 +132,22 @@ impl ColorInput {
     pub fn eval(&self, uv: Vec2, textures: &[Texture]) -> Rgb {
         match *self {
             ColorInput::Constant(c) => c,
-            ColorInput::Texture(id) => textures[id.index()].eval(uv),
+            ColorInput::Texture(id) => textures[id.index()].eval(uv, textures),
+        }
+    }
+
+    /// Luminance at `uv`: what float parameters see.
+    fn eval_float(&self, uv: Vec2, textures: &[Texture]) -> f32 {
+        match *self {
+            ColorInput::Constant(c) => c.luminance(),
+            ColorInput::Texture(id) => textures[id.index()].eval_float(uv, textures),
+        }
+    }
+
+    fn max_luminance(&self, textures: &[Texture]) -> f32 {
+        match *self {
+            ColorInput::Constant(c) => c.luminance(),
+            ColorInput::Texture(id) => textures[id.index()].max_luminance(textures),
         }
     }
 }
@@ -125,7 +158,7 @@ impl FloatInput {
     pub fn eval(&self, uv: Vec2, textures: &[Texture]) -> f32 {
         match *self {
             FloatInput::Constant(v) => v,
-            FloatInput::Texture(id) => textures[id.index()].eval_float(uv),
+            FloatInput::Texture(id) => textures[id.index()].eval_float(uv, textures),
         }
     }
 }

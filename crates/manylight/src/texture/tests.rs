@@ -44,10 +44,10 @@ fn lookups_match_mitsuba() {
         for ((u, v), value) in POINTS.into_iter().zip(values) {
             let uv = Vec2::new(u, v);
             assert!(
-                (texture.eval(uv).g - value).abs() < 1e-4,
+                (texture.eval(uv, &[]).g - value).abs() < 1e-4,
                 "{filtering:?} {wrap:?} {uv}"
             );
-            assert!((texture.eval_float(uv) - value).abs() < 1e-4);
+            assert!((texture.eval_float(uv, &[]) - value).abs() < 1e-4);
         }
     }
 }
@@ -114,7 +114,7 @@ fn the_transform_acts_before_the_lookup_as_in_mitsuba() {
     ];
     for ((u, v), value, gradient) in expected {
         let uv = Vec2::new(u, v);
-        assert!((texture.eval_float(uv) - value).abs() < 1e-4);
+        assert!((texture.eval_float(uv, &[]) - value).abs() < 1e-4);
         assert!((texture.gradient(uv) - Vec2::from(gradient)).length() < 1e-3);
     }
 }
@@ -123,8 +123,8 @@ fn the_transform_acts_before_the_lookup_as_in_mitsuba() {
 fn checkerboards_match_mitsuba() {
     let (color0, color1) = (Rgb::splat(0.1), Rgb::splat(0.9));
     let plain = Texture::Checkerboard {
-        color0,
-        color1,
+        color0: ColorInput::Constant(color0),
+        color1: ColorInput::Constant(color1),
         uv_transform: Mat3::IDENTITY,
     };
     for ((u, v), expected) in [
@@ -135,15 +135,15 @@ fn checkerboards_match_mitsuba() {
         ((0.6, 0.6), color0),
     ] {
         let uv = Vec2::new(u, v);
-        assert_eq!(plain.eval(uv), expected);
+        assert_eq!(plain.eval(uv, &[]), expected);
         let swapped = color0 + color1 - expected;
-        assert!((plain.eval_float(uv) - swapped.r).abs() < 1e-6);
+        assert!((plain.eval_float(uv, &[]) - swapped.r).abs() < 1e-6);
     }
     let uv_transform =
         Mat3::from_translation(Vec2::new(0.2, 0.7)) * Mat3::from_scale(Vec2::new(2.0, 3.0));
     let moved = Texture::Checkerboard {
-        color0,
-        color1,
+        color0: ColorInput::Constant(color0),
+        color1: ColorInput::Constant(color1),
         uv_transform,
     };
     for ((u, v), expected) in [
@@ -152,8 +152,57 @@ fn checkerboards_match_mitsuba() {
         ((0.1, 0.3), color1),
         ((0.45, 0.35), color1),
     ] {
-        assert_eq!(moved.eval(Vec2::new(u, v)), expected);
+        assert_eq!(moved.eval(Vec2::new(u, v), &[]), expected);
     }
+}
+
+#[test]
+fn nested_textures_match_mitsuba() {
+    let scaled = |by: f32| Mat3::from_scale(Vec2::splat(by));
+    let image = Image {
+        width: 4,
+        height: 4,
+        channels: 3,
+        data: (0..16)
+            .flat_map(|i| [i as f32, 16.0, (i / 4 + i % 4 * 4) as f32].map(|v| v / 16.0))
+            .collect(),
+    };
+    let picture = Texture::Bitmap(Bitmap {
+        image,
+        filtering: Filtering::Nearest,
+        wrap: Wrap::Repeat,
+        uv_transform: Mat3::IDENTITY,
+    });
+    let inner = Texture::Checkerboard {
+        color0: ColorInput::Constant(Rgb::new(0.1, 0.2, 0.3)),
+        color1: ColorInput::Constant(Rgb::splat(0.2)),
+        uv_transform: scaled(8.0),
+    };
+    let outer = Texture::Checkerboard {
+        color0: ColorInput::Texture(TextureId(0)),
+        color1: ColorInput::Texture(TextureId(1)),
+        uv_transform: scaled(2.0),
+    };
+    let textures = [picture, inner, outer.clone()];
+    for ((u, v), color, value) in [
+        ((0.1, 0.1), [0.0, 1.0, 0.0], 0.2),
+        ((0.3, 0.1), [0.2, 0.2, 0.2], 0.746_494),
+        ((0.7, 0.2), [0.125, 1.0, 0.5], 0.2),
+        ((0.33, 0.05), [0.2, 0.2, 0.2], 0.746_494),
+        ((0.9, 0.9), [0.9375, 1.0, 0.9375], 0.2),
+    ] {
+        let uv = Vec2::new(u, v);
+        let found = outer.eval(uv, &textures).to_array();
+        assert!(
+            (0..3).all(|c| (found[c] - color[c]).abs() < 1e-6),
+            "{uv}: {found:?}"
+        );
+        assert!(
+            (outer.eval_float(uv, &textures) - value).abs() < 1e-5,
+            "{uv}"
+        );
+    }
+    assert!((outer.max_luminance(&textures) - 0.982_19).abs() < 1e-4);
 }
 
 #[test]
@@ -161,7 +210,7 @@ fn extreme_coordinates_are_harmless() {
     for wrap in [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp] {
         let texture = ramp(Filtering::Bilinear, wrap, Mat3::IDENTITY);
         for c in [f32::NAN, f32::INFINITY, -1e30] {
-            texture.eval(Vec2::splat(c));
+            texture.eval(Vec2::splat(c), &[]);
             texture.gradient(Vec2::splat(c));
         }
     }

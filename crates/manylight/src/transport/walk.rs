@@ -15,7 +15,7 @@ use crate::bsdf::{Bsdf, BsdfNumbers, BsdfSample, Lobes};
 use crate::color::Rgb;
 use crate::geometry::{Ray, SurfacePoint};
 use crate::math::Vec3;
-use crate::scene::Scene;
+use crate::scene::{PathLimits, Scene};
 
 /// Which end of the path the walk starts from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,6 +42,8 @@ pub struct Previous {
 pub struct Walk<'s> {
     scene: &'s Scene,
     source: Source,
+    /// The camera must not see emitters; see [`past_emitters`].
+    hides_emitters: bool,
     ray: Ray,
     throughput: Rgb,
     eta_squared: f32,
@@ -56,6 +58,8 @@ pub enum Step<'s> {
     Hit(Vertex<'s>),
     /// The surroundings, along this unit direction.
     Escaped(Vec3),
+    /// The surroundings, which the camera must not see.
+    Hidden,
 }
 
 /// A surface that a walk hit.
@@ -74,9 +78,11 @@ pub struct Vertex<'s> {
 }
 
 impl<'s> Walk<'s> {
-    /// A walk from the camera.
-    pub fn from_sensor(scene: &'s Scene, ray: Ray, throughput: Rgb) -> Self {
-        Walk::new(scene, Source::Sensor, ray, throughput)
+    /// A walk from the camera. With `hide_emitters` it sees neither emitters before the first other surface nor, before it
+    /// scatters, the surroundings.
+    pub fn from_sensor(scene: &'s Scene, limits: PathLimits, ray: Ray, throughput: Rgb) -> Self {
+        let walk = Walk::new(scene, Source::Sensor, ray, throughput);
+        Walk { hides_emitters: limits.hide_emitters, ..walk }
     }
 
     /// A photon: `flux` is carried along.
@@ -86,7 +92,7 @@ impl<'s> Walk<'s> {
 
     fn new(scene: &'s Scene, source: Source, ray: Ray, throughput: Rgb) -> Self {
         let previous = Previous { p: ray.o, n: None, event: Lobes::NONE, pdf: 0.0 };
-        Walk { scene, source, ray, throughput, eta_squared: 1.0, segments: 0, previous }
+        Walk { scene, source, hides_emitters: false, ray, throughput, eta_squared: 1.0, segments: 0, previous }
     }
 
     /// Camera walks: radiance arriving here times this reaches the sensor. Photons: flux.
@@ -117,11 +123,18 @@ impl<'s> Walk<'s> {
     #[inline]
     pub fn advance(&mut self) -> Step<'s> {
         self.segments += 1;
+        let mut hidden = 0.0;
+        if self.hides_emitters && self.segments == 1 {
+            let visible = past_emitters(self.scene, self.ray);
+            hidden = (visible.o - self.ray.o).length();
+            self.ray = visible;
+        }
         let Some((hit, x)) = self.scene.intersect(&self.ray) else {
-            return Step::Escaped(self.ray.d);
+            let hides_surroundings = self.hides_emitters && self.previous.event == Lobes::NONE;
+            return if hides_surroundings { Step::Hidden } else { Step::Escaped(self.ray.d) };
         };
         let bsdf = self.scene.bsdf(&x);
-        Step::Hit(Vertex { x, bsdf, w_prev: -self.ray.d, distance: hit.t, segments: self.segments })
+        Step::Hit(Vertex { x, bsdf, w_prev: -self.ray.d, distance: hidden + hit.t, segments: self.segments })
     }
 
     /// Lets the walk through `v` with probability of its straight-through transmittance. `false`: it must scatter here,
@@ -177,4 +190,19 @@ impl<'s> Walk<'s> {
         self.throughput *= 1.0 / survival;
         true
     }
+}
+
+/// What is left of a ray of the camera behind the emitters that it meets before any other surface. Mitsuba's rule: hidden
+/// emitters are not there for the camera, from any side, and what lies behind them is seen; behind the first other surface,
+/// be it a mask or thin glass, emitters are seen again.
+#[must_use]
+pub fn past_emitters(scene: &Scene, mut ray: Ray) -> Ray {
+    while let Some(hit) = scene.geometry.intersect(&ray) {
+        if scene.geometry.primitives()[hit.at.primitive.index()].emitter.is_none() {
+            break;
+        }
+        let x = scene.geometry.surface_point(hit.at);
+        ray = Ray { t_max: ray.t_max - hit.t, ..x.spawn(ray.d) };
+    }
+    ray
 }

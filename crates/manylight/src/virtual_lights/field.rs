@@ -1,13 +1,13 @@
 //! All virtual lights of a pass, ready to be gathered.
 
-use super::moments::{Extent, Footprint};
+use super::moments::{Extent, spread_points};
 use super::octahedral_profile::{Grid, Profile, Range, Source, lookup};
 use super::{Emission, Shares, Site, VirtualLight};
 use crate::bsdf::{Bsdf, Lobes};
 use crate::color::Rgb;
 use crate::geometry::SurfacePoint;
 use crate::ids::LightId;
-use crate::maps::{KdTree, Neighbors, Patch};
+use crate::maps::{KdTree, Neighbors};
 use crate::math::Vec3;
 use crate::particles::Photon;
 use crate::sampling::rng::{Pcg, mix};
@@ -24,6 +24,9 @@ const NARROW_SOURCES: usize = 16;
 const NARROW: f32 = 0.3;
 /// Path lengths told apart by [`LightField::share_up_to`]; longer limits are treated as none.
 const DEPTHS: usize = 16;
+/// Purposes of random numbers.
+const POINT_NUMBERS: u64 = 1;
+const PROFILE_NUMBERS: u64 = 2;
 /// Neighbors that tell the surface per light; the light itself is among them (ERRATA E12).
 const AREA_NEIGHBORS: usize = 9;
 
@@ -276,8 +279,6 @@ impl<'s, 'p> Maker<'s, 'p> {
         let mut profile = None;
         light.emission = match grid {
             None => {
-                (light.p, light.n) = (self.site.p, self.site.n);
-                light.ns = lit_side(site_point.frame.n, &site_point, light.n);
                 Emission::Single {
                     wi: self.site.wi,
                     flux: light.flux,
@@ -308,36 +309,14 @@ impl<'s, 'p> Maker<'s, 'p> {
     fn place(&self, site_point: &SurfacePoint, bsdf: &Bsdf<'s>) -> VirtualLight<'s> {
         let site = self.site;
         let extent = Extent::of(self.own(), site.n);
-        let material = self.scene.geometry.primitives()[site.at.primitive.index()].material;
-        let footprint = Footprint {
-            scene: self.scene,
-            patch: Patch::new(site.p, site.n, material, bsdf.glossy_width()),
-            photons: self.own(),
-            count: self.shares.photons_of(self.k).len(),
-            radius: extent.radius,
-        };
-        let (x, n) = match extent.radius > 0.0 {
-            true => footprint.project(extent.centroid),
-            false => (
-                SurfacePoint {
-                    p: site.p,
-                    ..*site_point
-                },
-                site.n,
-            ),
-        };
-        let points = match extent.radius > 0.0 {
-            true => extent.points().map(|target| footprint.project(target).0.p),
-            false => [x.p; 4],
-        };
         VirtualLight {
-            p: x.p,
-            points,
-            n,
-            ns: lit_side(x.frame.n, &x, n),
+            p: site.p,
+            points: spread_points(self.own(), &extent, self.numbers(POINT_NUMBERS).next_f32()),
+            n: site.n,
+            ns: lit_side(site_point.frame.n, site_point, site.n),
             radius: extent.radius,
             area: 0.0,
-            offset: x.offset,
+            offset: site_point.offset,
             flux: Rgb::BLACK,
             emission: Emission::Single {
                 wi: site.wi,
@@ -347,13 +326,15 @@ impl<'s, 'p> Maker<'s, 'p> {
         }
     }
 
+    /// Random numbers of this light for one purpose. The direction of incidence names them: it differs in every pass, and not
+    /// with the scene's unit of length.
+    fn numbers(&self, purpose: u64) -> Pcg {
+        let bits = self.site.wi.to_array().map(|x| u64::from(x.to_bits()));
+        Pcg::new(bits.into_iter().fold(mix(self.k as u64) ^ purpose, |key, x| mix(key ^ x)))
+    }
+
     fn profile(&self, grid: &Grid, light: &VirtualLight, bsdf: &Bsdf<'s>) -> Profile {
-        let p = self.site.p;
-        let key = p
-            .to_array()
-            .into_iter()
-            .fold(self.k as u64, |key, x| mix(key ^ u64::from(x.to_bits())));
-        let mut rng = Pcg::new(key);
+        let mut rng = self.numbers(PROFILE_NUMBERS);
         let width = bsdf.glossy_width();
         let count = if width < NARROW {
             NARROW_SOURCES

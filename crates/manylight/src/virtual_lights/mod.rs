@@ -22,6 +22,7 @@ pub use select::select;
 use crate::bsdf::{Bsdf, Exit};
 use crate::color::Rgb;
 use crate::math::Vec3;
+use moments::POINTS;
 
 /// A photon that was chosen to become a light.
 #[derive(Clone, Copy, Debug)]
@@ -35,10 +36,10 @@ pub struct Site {
 /// A source that stands for light leaving a small piece of surface.
 #[derive(Clone, Copy, Debug)]
 pub struct VirtualLight<'s> {
-    /// Centre on the surface: the photon's position for plain lights, the projected flux centroid for rich ones.
+    /// The photon that the light stands on.
     pub p: Vec3,
-    /// Four points on the surface with the second moments of the light's photons (ERRATA E10); all equal `p` at radius 0.
-    pub points: [Vec3; 4],
+    /// Positions of photons of the light, drawn in proportion to flux and spread over the disc; see [`moments::spread_points`].
+    pub points: [Vec3; POINTS],
     /// Geometric normal on the lit side, unit.
     pub n: Vec3,
     /// Shading normal on the lit side, unit: the axis of the diffuse emission.

@@ -1,16 +1,13 @@
-//! Extent: where the photons of a light lie, as four points with their second moments (ALGORITHMS 1.6 D; ERRATA E10).
+//! Extent: how far the photons of a light lie apart, as a disc with their second moment (ALGORITHMS 1.6 D), and the points
+//! that stand for it.
 
-use crate::geometry::{Ray, SurfacePoint};
-use crate::ids::MaterialId;
-use crate::maps::Patch;
-use crate::math::{Frame, Vec3};
+use crate::math::{Frame, Vec2, Vec3};
 use crate::particles::Photon;
-use crate::scene::Scene;
 
-/// A point farther from every photon of its light than this many mean distances lies in a hole: under a chair, behind a wall.
-const HOLE: f32 = 3.0;
-/// Rays to the surface start this share of the radius above it: clear of hollows, below most neighbors.
-const PROBE_HEIGHT: f32 = 0.5;
+/// Points that stand for a light.
+pub const POINTS: usize = 16;
+/// Strips that they are spread over.
+const STRIPS: usize = 4;
 
 /// Center and second moment of flux on a tangent plane.
 #[derive(Clone, Copy, Debug)]
@@ -58,73 +55,44 @@ impl Extent {
             radius: (2.0 * (a + c)).sqrt() as f32,
         }
     }
-
-    /// The four points `c ± √λ₁ e₁ ± √λ₂ e₂`: same mean and covariance, and inside a rectangular cell.
-    pub fn points(&self) -> [Vec3; 4] {
-        let [e1, e2] = self.axes;
-        [e1 + e2, e1 - e2, -e1 + e2, -e1 - e2].map(|e| self.centroid + e)
-    }
 }
 
-/// The surface of a light, and the way onto it.
-pub(super) struct Footprint<'a, I> {
-    pub(super) scene: &'a Scene,
-    /// Around the photon that the light stands on.
-    pub(super) patch: Patch,
-    /// Its photons.
-    pub(super) photons: I,
-    pub(super) count: usize,
-    pub(super) radius: f32,
-}
+/// [`POINTS`] positions of photons, drawn with probability proportional to flux and spread over the disc: strips along the
+/// major axis, swept to and fro, cut into pieces of equal flux with the one random number `u` in [0, 1).
+///
+/// The mean over `u` of a sum over the points is the sum over the photons, for whatever function: with the photons the
+/// points avoid what lies in the shade of a chair's leg or beyond a wall, where points constructed from the moments would stand.
+pub fn spread_points<'p>(photons: impl Iterator<Item = &'p Photon>, extent: &Extent, u: f32) -> [Vec3; POINTS] {
+    let mut order: Vec<(&Photon, Vec2)> = photons
+        .map(|photon| {
+            let d = photon.p - extent.centroid;
+            (photon, Vec2::new(extent.axes[0].dot(d), extent.axes[1].dot(d)))
+        })
+        .collect();
+    let flux = |photon: &Photon| f64::from(photon.flux.luminance());
+    let total: f64 = order.iter().map(|(photon, _)| flux(photon)).sum();
+    order.sort_by(|a, b| a.1.x.total_cmp(&b.1.x));
+    let mut sum = 0.0;
+    let mut strips: Vec<(usize, f32, &Photon)> = order
+        .into_iter()
+        .map(|(photon, at)| {
+            sum += flux(photon);
+            let strip = ((sum / total * STRIPS as f64) as usize).min(STRIPS - 1);
+            (strip, if strip % 2 == 0 { at.y } else { -at.y }, photon)
+        })
+        .collect();
+    strips.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
 
-impl<'a, I: Iterator<Item = &'a Photon> + Clone> Footprint<'a, I> {
-    /// The point of the surface that stands for `target` near it, with its normal on the lit side. Where the surface has
-    /// a hole there, or none of its kind is found along the normal, that is the nearest photon of the light.
-    pub(super) fn project(&self, target: Vec3) -> (SurfacePoint, Vec3) {
-        let nearest = self.nearest_photon(target);
-        let in_hole = nearest.p.distance(target) > HOLE * self.radius / (self.count as f32).sqrt();
-        if !in_hole && let Some(found) = self.probe(target) {
-            return found;
+    let mut points = [strips[0].2.p; POINTS];
+    let (mut sum, mut next) = (0.0, 0);
+    for (_, _, photon) in strips {
+        sum += flux(photon);
+        while next < POINTS && (next as f64 + f64::from(u)) * total < sum * POINTS as f64 {
+            points[next] = photon.p;
+            next += 1;
         }
-        let x = SurfacePoint {
-            p: nearest.p,
-            ..self.scene.surface_point(nearest.at)
-        };
-        (x, nearest.n)
     }
-
-    fn nearest_photon(&self, target: Vec3) -> &'a Photon {
-        let distance = |photon: &Photon| photon.p.distance_squared(target);
-        self.photons
-            .clone()
-            .min_by(|a, b| distance(a).total_cmp(&distance(b)))
-            .expect("a light has at least one photon")
-    }
-
-    /// Looks for the surface from above, then from just below.
-    fn probe(&self, target: Vec3) -> Option<(SurfacePoint, Vec3)> {
-        let n = self.patch.n;
-        let height = PROBE_HEIGHT * self.radius;
-        let cast = |from: Vec3, w: Vec3, reach: f32| {
-            let ray = Ray {
-                t_max: reach,
-                ..Ray::new(from, w)
-            };
-            self.scene.intersect(&ray).and_then(|(_, x)| self.accept(x))
-        };
-        cast(target + n * height, -n, height + self.radius).or_else(|| cast(target, n, self.radius))
-    }
-
-    fn accept(&self, x: SurfacePoint) -> Option<(SurfacePoint, Vec3)> {
-        let side = x.ng * 1.0f32.copysign(x.ng.dot(self.patch.n));
-        let same = self.material(&x) == self.patch.material
-            && side.dot(self.patch.n) >= self.patch.min_cos;
-        same.then_some((x, side))
-    }
-
-    fn material(&self, x: &SurfacePoint) -> MaterialId {
-        self.scene.geometry.primitives()[x.at.primitive.index()].material
-    }
+    points
 }
 
 #[cfg(test)]
@@ -170,22 +138,32 @@ mod tests {
     }
 
     #[test]
-    fn the_four_points_have_the_moments_of_the_photons() {
+    fn the_points_are_spread_in_proportion_to_flux() {
         let mut photons = rectangle(1.0, 0.7, 1.1);
         for photon in &mut photons {
             photon.flux *= photon.p.x;
         }
         let extent = Extent::of(photons.iter(), Vec3::Z);
-        let points = extent.points().map(|p| photon(p, Vec3::Z));
-        let of_points = Extent::of(points.iter(), Vec3::Z);
-        assert!((of_points.centroid - extent.centroid).length() < 1e-5);
-        assert!((of_points.radius - extent.radius).abs() < 1e-4);
-        assert!((of_points.axes[0].length() - extent.axes[0].length()).abs() < 1e-4);
+        let trials = 64;
+        let (mut mean, mut worst) = (Vec3::ZERO, 0.0f32);
+        for t in 0..trials {
+            let points = spread_points(photons.iter(), &extent, (t as f32 + 0.5) / trials as f32);
+            let center = points.iter().sum::<Vec3>() / POINTS as f32;
+            mean += center / trials as f32;
+            worst = worst.max(center.distance(extent.centroid));
+            let radius = Extent::of(points.map(|p| photon(p, Vec3::Z)).iter(), Vec3::Z).radius;
+            assert!((radius / extent.radius - 1.0).abs() < 0.15, "{radius} and {}", extent.radius);
+        }
+        assert!(mean.distance(extent.centroid) < 5e-3, "{mean} and {}", extent.centroid);
+        // Sixteen independent photons would miss the center by a quarter of the deviation.
+        assert!(worst < 0.1 * extent.radius, "{worst}");
     }
 
     #[test]
     fn one_photon_is_a_point() {
-        let extent = Extent::of([photon(Vec3::ONE, Vec3::X)].iter(), Vec3::X);
-        assert_eq!((extent.radius, extent.points()), (0.0, [Vec3::ONE; 4]));
+        let photons = [photon(Vec3::ONE, Vec3::X)];
+        let extent = Extent::of(photons.iter(), Vec3::X);
+        assert_eq!(extent.radius, 0.0);
+        assert_eq!(spread_points(photons.iter(), &extent, 0.5), [Vec3::ONE; POINTS]);
     }
 }

@@ -142,7 +142,7 @@ fn with_a_light_at_every_photon_the_partition_is_plain() {
     for (k, (a, b)) in plain.lights().iter().zip(partition.lights()).enumerate() {
         assert_eq!(
             (a.p, a.n, a.radius, a.points, a.flux),
-            (b.p, b.n, 0.0, [b.p; 4], b.flux)
+            (b.p, b.n, 0.0, [b.p; 16], b.flux)
         );
         for w in directions(3) {
             let id = LightId(k as u32);

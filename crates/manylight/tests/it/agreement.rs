@@ -19,12 +19,16 @@ fn rich() -> ManyLight {
     ManyLight { photon_paths: 40_000, light_count: 600, importon_paths: 4000, ..ManyLight::rich_vpl() }
 }
 
+/// The lamp covers few pixels, and few passes find them by chance: the emission is held to this share of the beauty.
+const EMISSION_TOLERANCE: f64 = 0.06;
+
 /// Each term within `tolerance` of the beauty's mean.
 fn check(scene: &Scene, method: ManyLight, passes: u32, tolerance: f64) {
     let (truth, ours) = (reference(scene), film(scene, MethodKind::ManyLight(method), passes, 5));
     let beauty = layer_mean(&truth, Layer::Beauty);
     for layer in TERMS {
         let (a, b) = (layer_mean(&truth, layer), layer_mean(&ours, layer));
+        let tolerance = if layer == Layer::Emission { EMISSION_TOLERANCE } else { tolerance };
         assert!((a - b).abs() < tolerance * beauty, "{layer:?}: path {a}, virtual lights {b}, beauty {beauty}");
     }
 }

@@ -5,4 +5,5 @@ mod agreement;
 mod common;
 mod determinism;
 mod furnace;
+mod hidden_emitters;
 mod layers;

@@ -2,7 +2,7 @@
 
 use super::super::sink::{Place, Report, Sink};
 use crate::file_error::{FileError, FileErrorKind};
-use crate::image::{Transfer, read_image};
+use crate::image::{Transfer, read_image, read_picture};
 use crate::mesh::{MeshFormat, read_stored, smooth_normals_placed};
 use manylight::emitters::Emitter;
 use manylight::geometry::{Mesh, Shape};
@@ -58,9 +58,18 @@ pub(super) enum Normals {
     },
 }
 
+/// What is read of an image file.
+#[derive(Clone, Copy, Debug)]
+enum Decode {
+    /// One or three colour channels.
+    Color(Transfer),
+    /// Coverage; 1 where the file has none.
+    Alpha,
+}
+
 struct ImageRequest {
     path: PathBuf,
-    transfer: Transfer,
+    decode: Decode,
     place: Place,
     targets: Vec<ImageTarget>,
 }
@@ -81,8 +90,19 @@ pub(super) struct Assets {
 
 impl Assets {
     /// The shape that the mesh will be; `add` makes a new one.
-    pub(super) fn mesh(&mut self, request: MeshRequest, place: Place, add: impl FnOnce() -> ShapeId) -> ShapeId {
-        let key = (request.path.clone(), format!("{:?} {} {:?}", request.format, request.flip_v, request.normals));
+    pub(super) fn mesh(
+        &mut self,
+        request: MeshRequest,
+        place: Place,
+        add: impl FnOnce() -> ShapeId,
+    ) -> ShapeId {
+        let key = (
+            request.path.clone(),
+            format!(
+                "{:?} {} {:?}",
+                request.format, request.flip_v, request.normals
+            ),
+        );
         *self.mesh_ids.entry(key).or_insert_with(|| {
             let shape = add();
             self.meshes.push((request, shape, place));
@@ -98,17 +118,37 @@ impl Assets {
         channel: Channel,
         place: Place,
     ) {
-        self.add_image(path, transfer, place, ImageTarget::Texture(texture, channel));
+        let decode = if channel == Channel::Alpha {
+            Decode::Alpha
+        } else {
+            Decode::Color(transfer)
+        };
+        self.add_image(path, decode, place, ImageTarget::Texture(texture, channel));
     }
 
-    pub(super) fn add_environment_image(&mut self, emitter: EmitterId, path: PathBuf, place: Place) {
-        self.add_image(path, Transfer::Auto, place, ImageTarget::Environment(emitter));
+    pub(super) fn add_environment_image(
+        &mut self,
+        emitter: EmitterId,
+        path: PathBuf,
+        place: Place,
+    ) {
+        self.add_image(
+            path,
+            Decode::Color(Transfer::Auto),
+            place,
+            ImageTarget::Environment(emitter),
+        );
     }
 
-    fn add_image(&mut self, path: PathBuf, transfer: Transfer, place: Place, target: ImageTarget) {
-        let key = (path.clone(), format!("{transfer:?}"));
+    fn add_image(&mut self, path: PathBuf, decode: Decode, place: Place, target: ImageTarget) {
+        let key = (path.clone(), format!("{decode:?}"));
         let index = *self.image_ids.entry(key).or_insert_with(|| {
-            self.images.push(ImageRequest { path, transfer, place, targets: Vec::new() });
+            self.images.push(ImageRequest {
+                path,
+                decode,
+                place,
+                targets: Vec::new(),
+            });
             self.images.len() - 1
         });
         self.images[index].targets.push(target);
@@ -117,14 +157,17 @@ impl Assets {
     /// Reads all files and puts them where they belong.
     pub(super) fn load(self, desc: &mut SceneDesc, sink: &Sink) {
         let Assets { meshes, images, .. } = self;
-        let loaded: Vec<_> = meshes.par_iter().map(|(request, ..)| read_mesh(request)).collect();
+        let loaded: Vec<_> = meshes
+            .par_iter()
+            .map(|(request, ..)| read_mesh(request))
+            .collect();
         for ((_, shape, place), mesh) in meshes.iter().zip(loaded) {
             match mesh {
                 Ok(mesh) => desc.shapes[shape.index()] = Shape::Mesh(mesh),
                 Err(error) => report(sink, *place, &error, "mesh"),
             }
         }
-        let loaded: Vec<_> = images.par_iter().map(|request| read_image(&request.path, request.transfer)).collect();
+        let loaded: Vec<_> = images.par_iter().map(read_pixels).collect();
         for (request, image) in images.into_iter().zip(loaded) {
             match image {
                 Ok(image) => distribute(desc, request.targets, image),
@@ -141,10 +184,31 @@ fn read_mesh(request: &MeshRequest) -> Result<Mesh, FileError> {
     }
     match request.normals {
         Normals::Faceted => mesh.normals = Vec::new(),
-        Normals::Smooth { placement } if mesh.normals.is_empty() => smooth_normals_placed(&mut mesh, &placement),
+        Normals::Smooth { placement } if mesh.normals.is_empty() => {
+            smooth_normals_placed(&mut mesh, &placement)
+        }
         Normals::Smooth { .. } => {}
     }
     Ok(mesh)
+}
+
+fn read_pixels(request: &ImageRequest) -> Result<Image, FileError> {
+    match request.decode {
+        Decode::Color(transfer) => read_image(&request.path, transfer),
+        Decode::Alpha => {
+            let picture = read_picture(&request.path)?;
+            let (width, height) = (picture.width, picture.height);
+            let data = picture
+                .channel("A")
+                .map_or_else(|| vec![1.0; width * height], <[f32]>::to_vec);
+            Ok(Image {
+                width,
+                height,
+                channels: 1,
+                data,
+            })
+        }
+    }
 }
 
 fn report(sink: &Sink, place: Place, error: &FileError, what: &str) {
@@ -183,26 +247,25 @@ fn place_image(desc: &mut SceneDesc, target: ImageTarget, image: Image) {
     }
 }
 
-/// One or three channels of an image.
+/// The channels that a texture uses.
 fn select(image: Image, channel: Channel) -> Image {
     match (channel, image.channels) {
-        (Channel::All, 1 | 3) => image,
-        (Channel::All, 2) => pick(&image, &[0]),
-        (Channel::All, _) => pick(&image, &[0, 1, 2]),
-        (Channel::Index(_), 1 | 2) => pick(&image, &[0]),
+        (Channel::All | Channel::Alpha, _) => image,
+        (Channel::Index(_), 1) => image,
         (Channel::Index(index), _) => pick(&image, &[index]),
-        (Channel::Alpha, 2 | 4) => pick(&image, &[image.channels - 1]),
-        // No alpha channel: opaque.
-        (Channel::Alpha, _) => {
-            let (width, height) = (image.width, image.height);
-            Image { width, height, channels: 1, data: vec![1.0; width * height] }
-        }
     }
 }
 
 /// The `wanted` channels, in this order.
 fn pick(image: &Image, wanted: &[usize]) -> Image {
     let pixels = image.data.chunks_exact(image.channels);
-    let data = pixels.flat_map(|pixel| wanted.iter().map(|&index| pixel[index])).collect();
-    Image { width: image.width, height: image.height, channels: wanted.len(), data }
+    let data = pixels
+        .flat_map(|pixel| wanted.iter().map(|&index| pixel[index]))
+        .collect();
+    Image {
+        width: image.width,
+        height: image.height,
+        channels: wanted.len(),
+        data,
+    }
 }

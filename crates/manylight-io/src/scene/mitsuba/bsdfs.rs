@@ -15,8 +15,23 @@ use manylight::ids::MaterialId;
 use manylight::texture::{ColorInput, FloatInput};
 
 pub(super) const SUPPORTED: &[&str] = &[
-    "blendbsdf", "bumpmap", "conductor", "dielectric", "diffuse", "mask", "normalmap", "null", "phong", "plastic",
-    "principled", "roughconductor", "roughdielectric", "roughdiffuse", "roughplastic", "thindielectric", "twosided",
+    "blendbsdf",
+    "bumpmap",
+    "conductor",
+    "dielectric",
+    "diffuse",
+    "mask",
+    "normalmap",
+    "null",
+    "phong",
+    "plastic",
+    "principled",
+    "roughconductor",
+    "roughdielectric",
+    "roughdiffuse",
+    "roughplastic",
+    "thindielectric",
+    "twosided",
     "ward",
 ];
 
@@ -68,7 +83,9 @@ impl Builder<'_> {
         }
         let material = self.add_material(match plain {
             PlainMaterial::Grey => Material::default(),
-            PlainMaterial::Black => Material::Diffuse { reflectance: ColorInput::Constant(Rgb::BLACK) },
+            PlainMaterial::Black => Material::Diffuse {
+                reflectance: ColorInput::Constant(Rgb::BLACK),
+            },
             PlainMaterial::Null => Material::Null,
         });
         self.plain_materials.insert(plain, material);
@@ -95,7 +112,10 @@ impl Builder<'_> {
 
     fn substitute(&mut self, props: &Props<'_>) -> MaterialId {
         self.unsupported(props, SUPPORTED, SUBSTITUTES);
-        let substitute = SUBSTITUTES.iter().find(|(name, _)| *name == props.plugin().value).map(|(_, what)| *what);
+        let substitute = SUBSTITUTES
+            .iter()
+            .find(|(name, _)| *name == props.plugin().value)
+            .map(|(_, what)| *what);
         match (substitute, props.objects(Family::Bsdf).first()) {
             (Some(NESTED), Some((inner, _))) => self.material(*inner),
             (Some(CLEAR), _) => self.plain_material(PlainMaterial::Null),
@@ -106,13 +126,13 @@ impl Builder<'_> {
     /// `None` if the plugin is not supported.
     fn bsdf(&mut self, props: &Props<'_>) -> Option<Material> {
         let plugin = props.plugin().value.as_str();
-        if ONLY_V0.contains(&plugin) && !props.is_v0() {
-            let message = format!("{} exists only in files of version 0.x", props.describe());
-            let help = "write `version=\"0.6.0\"` in <scene>, or use `principled`, `roughconductor` or `diffuse`";
-            self.sink.error(Report::new("scene::unknown_plugin", props.place(), message).help(help));
+        if ONLY_V0.contains(&plugin) {
+            self.require_v0(props, "use `principled`, `roughconductor` or `diffuse`");
         }
         Some(match plugin {
-            "diffuse" => Material::Diffuse { reflectance: self.reflectance(props, "reflectance", 0.5) },
+            "diffuse" => Material::Diffuse {
+                reflectance: self.reflectance(props, "reflectance", 0.5),
+            },
             "roughdiffuse" => Material::RoughDiffuse {
                 reflectance: self.reflectance(props, "reflectance", 0.5),
                 alpha: self.float_input(props, "alpha", 0.2),
@@ -137,14 +157,10 @@ impl Builder<'_> {
             "roughplastic" => {
                 props.ignore(&["sample_visible"]);
                 let distribution = self.distribution(props);
-                let alpha = props.float_where("alpha", 0.1, |alpha| alpha > 0.0, "positive");
+                let alpha = isotropic_alpha(props);
                 self.plastic(props, Some((distribution, alpha)))
             }
-            "phong" => Material::Phong {
-                diffuse_reflectance: self.reflectance(props, "diffuse_reflectance", 0.5),
-                specular_reflectance: self.reflectance(props, "specular_reflectance", 0.2),
-                exponent: self.float_input(props, "exponent", 30.0),
-            },
+            "phong" => self.phong(props),
             "ward" => self.ward(props),
             "principled" => self.principled(props),
             "blendbsdf" => self.blend(props),
@@ -169,11 +185,20 @@ impl Builder<'_> {
             && let Some(text) = props.string("distribution")
             && matches!(text.value.as_str(), "phong" | "as")
         {
-            let message = format!("distribution `{}` is not supported; replaced by beckmann", text.value);
-            self.sink.warn_once(format!("distribution {}", text.value), Report::new("scene::unsupported", text.place, message));
+            let message = format!(
+                "distribution `{}` is not supported; replaced by beckmann",
+                text.value
+            );
+            self.sink.warn_once(
+                format!("distribution {}", text.value),
+                Report::new("scene::unsupported", text.place, message),
+            );
             return Distribution::Beckmann;
         }
-        let choices = [("beckmann", Distribution::Beckmann), ("ggx", Distribution::Ggx)];
+        let choices = [
+            ("beckmann", Distribution::Beckmann),
+            ("ggx", Distribution::Ggx),
+        ];
         props.choice("distribution", Distribution::Beckmann, &choices)
     }
 
@@ -187,15 +212,24 @@ impl Builder<'_> {
                 props.ignore(&["alpha_u", "alpha_v"]);
                 (alpha, alpha)
             }
-            _ => (self.float_input(props, "alpha_u", 0.1), self.float_input(props, "alpha_v", 0.1)),
+            _ => (
+                self.float_input(props, "alpha_u", 0.1),
+                self.float_input(props, "alpha_v", 0.1),
+            ),
         };
         if axes.0 != axes.1 {
             props.missing(if axes.0 { "alpha_v" } else { "alpha_u" });
         }
-        if axes.0 && let Some(alpha) = props.get("alpha") {
+        if axes.0
+            && let Some(alpha) = props.get("alpha")
+        {
             props.refuse(alpha, "absent where `alpha_u` and `alpha_v` are given");
         }
-        Roughness { distribution, alpha_u, alpha_v }
+        Roughness {
+            distribution,
+            alpha_u,
+            alpha_v,
+        }
     }
 
     fn conductor(&mut self, props: &Props<'_>, roughness: Option<Roughness>) -> Material {
@@ -208,7 +242,11 @@ impl Builder<'_> {
             ),
         };
         props.ignore(&["eta", "k"]);
-        let outside = if props.is_v0() { self.ior(props, "ext_eta", None) } else { 1.0 };
+        let outside = if props.is_v0() {
+            self.ior(props, "ext_eta", None)
+        } else {
+            1.0
+        };
         let relative = |input| match input {
             ColorInput::Constant(color) => ColorInput::Constant(color / outside),
             texture => texture,
@@ -224,7 +262,11 @@ impl Builder<'_> {
     /// The metal that `material` names; `None` for "none" and where `eta` and `k` are given.
     fn named_metal(&self, props: &Props<'_>) -> Option<(Rgb, Rgb)> {
         // A conductor without parameters is copper in 0.x and a perfect mirror in version 3.
-        let default = if props.is_v0() && !props.has("eta") && !props.has("k") { "Cu" } else { "none" };
+        let default = if props.is_v0() && !props.has("eta") && !props.has("k") {
+            "Cu"
+        } else {
+            "none"
+        };
         let given = props.string("material");
         let name = given.as_ref().map_or(default, |text| text.value.as_str());
         if name == "none" {
@@ -232,15 +274,27 @@ impl Builder<'_> {
         }
         if let (Some(text), true) = (&given, props.has("eta") || props.has("k")) {
             let message = format!("{} has both `material` and `eta`, `k`", props.describe());
-            self.sink.error(Report::new("scene::bad_value", text.place, message).help("give one of them"));
+            self.sink.error(
+                Report::new("scene::bad_value", text.place, message).help("give one of them"),
+            );
         }
         let metal = spectra::metal(name);
         if let (None, Some(text)) = (&metal, &given) {
             let help = match similar(name, spectra::metal_names()) {
                 Some(similar) => format!("did you mean `{similar}`?"),
-                None => format!("known are none, {}", spectra::metal_names().collect::<Vec<_>>().join(", ")),
+                None => format!(
+                    "known are {}",
+                    spectra::metal_names().collect::<Vec<_>>().join(", ")
+                ),
             };
-            self.sink.error(Report::new("scene::bad_value", text.place, format!("unknown metal `{name}`")).help(help));
+            self.sink.error(
+                Report::new(
+                    "scene::bad_value",
+                    text.place,
+                    format!("unknown metal `{name}`"),
+                )
+                .help(help),
+            );
         }
         metal
     }
@@ -248,7 +302,9 @@ impl Builder<'_> {
     /// An index of refraction as a number or the name of a material.
     fn ior(&self, props: &Props<'_>, name: &'static str, default: Option<&str>) -> f32 {
         let default = default.and_then(spectra::dielectric_ior).unwrap_or(1.0);
-        let Some(param) = props.get(name) else { return default };
+        let Some(param) = props.get(name) else {
+            return default;
+        };
         let Value::String(material) = &param.value else {
             return props.float_where(name, default, |ior| ior > 0.0, "positive");
         };
@@ -256,10 +312,14 @@ impl Builder<'_> {
         spectra::dielectric_ior(&material.to_lowercase()).unwrap_or_else(|| {
             let help = match similar(material, spectra::dielectric_names()) {
                 Some(similar) => format!("did you mean `{similar}`?"),
-                None => format!("known are {}", spectra::dielectric_names().collect::<Vec<_>>().join(", ")),
+                None => format!(
+                    "known are {}",
+                    spectra::dielectric_names().collect::<Vec<_>>().join(", ")
+                ),
             };
             let message = format!("unknown material `{material}`");
-            self.sink.error(Report::new("scene::bad_value", param.place, message).help(help));
+            self.sink
+                .error(Report::new("scene::bad_value", param.place, message).help(help));
             default
         })
     }
@@ -287,9 +347,22 @@ impl Builder<'_> {
         }
     }
 
+    fn phong(&mut self, props: &Props<'_>) -> Material {
+        props.ignore(&["specular_sampling_weight"]);
+        Material::Phong {
+            diffuse_reflectance: self.reflectance(props, "diffuse_reflectance", 0.5),
+            specular_reflectance: self.reflectance(props, "specular_reflectance", 0.2),
+            exponent: self.float_input(props, "exponent", 30.0),
+        }
+    }
+
     fn ward(&mut self, props: &Props<'_>) -> Material {
-        let variants =
-            [("ward", WardVariant::Ward), ("ward-duer", WardVariant::WardDuer), ("balanced", WardVariant::Balanced)];
+        let variants = [
+            ("ward", WardVariant::Ward),
+            ("ward-duer", WardVariant::WardDuer),
+            ("balanced", WardVariant::Balanced),
+        ];
+        props.ignore(&["specular_sampling_weight"]);
         Material::Ward {
             variant: props.choice("variant", WardVariant::Balanced, &variants),
             diffuse_reflectance: self.reflectance(props, "diffuse_reflectance", 0.5),
@@ -314,7 +387,8 @@ impl Builder<'_> {
             flatness: self.float_input(props, "flatness", 0.0),
             clearcoat: self.float_input(props, "clearcoat", 0.0),
             clearcoat_gloss: self.float_input(props, "clearcoat_gloss", 0.0),
-            diffuse_reflectance_sampling_rate: props.float("diffuse_reflectance_sampling_rate", 1.0),
+            diffuse_reflectance_sampling_rate: props
+                .float("diffuse_reflectance_sampling_rate", 1.0),
             main_specular_sampling_rate: props.float("main_specular_sampling_rate", 1.0),
             clearcoat_sampling_rate: props.float("clearcoat_sampling_rate", 1.0),
         }))
@@ -325,7 +399,9 @@ impl Builder<'_> {
         if let Some(param) = props.get("eta") {
             if props.has("specular") {
                 let message = format!("{} has both `eta` and `specular`", props.describe());
-                self.sink.error(Report::new("scene::bad_value", param.place, message).help("give one of them"));
+                self.sink.error(
+                    Report::new("scene::bad_value", param.place, message).help("give one of them"),
+                );
                 props.ignore(&["specular"]);
             }
             let eta = props.float_where("eta", 1.5, |eta| eta > 0.0, "positive");
@@ -333,7 +409,11 @@ impl Builder<'_> {
             return if transmits && eta == 1.0 { 1.001 } else { eta };
         }
         let specular = props.float_where("specular", 0.5, |specular| specular >= 0.0, "at least 0");
-        let specular = if transmits && specular == 0.0 { 1e-3 } else { specular };
+        let specular = if transmits && specular == 0.0 {
+            1e-3
+        } else {
+            specular
+        };
         2.0 / (1.0 - (0.08 * specular).sqrt()) - 1.0
     }
 
@@ -349,8 +429,12 @@ impl Builder<'_> {
     }
 
     fn report_count(&self, props: &Props<'_>, expected: &str) {
+        if props.is_broken() {
+            return;
+        }
         let message = format!("{} needs {expected} inside of it", props.describe());
-        self.sink.error(Report::new("scene::missing_object", props.place(), message));
+        self.sink
+            .error(Report::new("scene::missing_object", props.place(), message));
     }
 
     fn blend(&mut self, props: &Props<'_>) -> Material {
@@ -363,7 +447,11 @@ impl Builder<'_> {
             self.report_count(props, "two bsdfs");
             return Material::default();
         };
-        Material::Blend { weight, first: self.material(first), second: self.material(second) }
+        Material::Blend {
+            weight,
+            first: self.material(first),
+            second: self.material(second),
+        }
     }
 
     fn two_sided(&mut self, props: &Props<'_>) -> Material {
@@ -376,21 +464,37 @@ impl Builder<'_> {
         let materials: Vec<MaterialId> = inner.iter().map(|(id, _)| self.material(*id)).collect();
         for ((id, param), material) in inner.iter().zip(&materials) {
             if self.transmits(*material) {
-                let message = format!("{} lets light through, so it cannot stand in twosided", self.props(*id).describe());
+                let message = format!(
+                    "{} lets light through, so it cannot stand in twosided",
+                    self.props(*id).describe()
+                );
                 let report = Report::new("scene::transmission_in_twosided", param.place, message);
-                self.sink.error(report.help("materials that transmit have two sides already: leave out twosided"));
+                self.sink
+                    .error(report.help(
+                        "materials that transmit have two sides already: leave out twosided",
+                    ));
             }
         }
-        Material::TwoSided { front: materials[0], back: *materials.last().expect("there are one or two") }
+        Material::TwoSided {
+            front: materials[0],
+            back: *materials.last().expect("there are one or two"),
+        }
     }
 
     /// Whether light can pass through the material.
     fn transmits(&self, material: MaterialId) -> bool {
         match &self.desc.materials[material.index()] {
-            Material::Dielectric { .. } | Material::ThinDielectric { .. } | Material::Mask { .. } | Material::Null => true,
+            Material::Dielectric { .. }
+            | Material::ThinDielectric { .. }
+            | Material::Mask { .. }
+            | Material::Null => true,
             Material::Principled(principled) => principled.spec_trans != FloatInput::Constant(0.0),
-            Material::Blend { first, second, .. } => self.transmits(*first) || self.transmits(*second),
-            Material::BumpMap { inner, .. } | Material::NormalMap { inner, .. } => self.transmits(*inner),
+            Material::Blend { first, second, .. } => {
+                self.transmits(*first) || self.transmits(*second)
+            }
+            Material::BumpMap { inner, .. } | Material::NormalMap { inner, .. } => {
+                self.transmits(*inner)
+            }
             Material::TwoSided { .. }
             | Material::Diffuse { .. }
             | Material::RoughDiffuse { .. }
@@ -409,9 +513,27 @@ impl Builder<'_> {
             self.report_count(props, "one texture");
             return Material::default();
         };
+        let (texture, texture_scale) = self.unscaled(texture);
         match self.texture(texture) {
-            Some(texture) => Material::BumpMap { texture, scale, inner },
+            Some(texture) => Material::BumpMap {
+                texture,
+                scale: scale * texture_scale,
+                inner,
+            },
             None => self.desc.materials[inner.index()].clone(),
+        }
+    }
+
+    /// In 0.x, the height of bumps is set by a `scale` texture around the map.
+    fn unscaled(&self, texture: ObjectId) -> (ObjectId, f32) {
+        let props = self.props(texture);
+        match props.single(Family::Texture) {
+            Some(inner) if props.plugin().value == "scale" => {
+                let scale = props.float("scale", 1.0);
+                props.finish();
+                (inner, scale)
+            }
+            _ => (texture, 1.0),
         }
     }
 
@@ -431,6 +553,22 @@ impl Builder<'_> {
         match self.texture(texture) {
             Some(texture) => Material::NormalMap { texture, inner },
             None => self.desc.materials[inner.index()].clone(),
+        }
+    }
+}
+
+/// `alpha`, or `alpha_u` and `alpha_v` if they are equal.
+fn isotropic_alpha(props: &Props<'_>) -> f32 {
+    let at_least_zero = |name| props.float_where(name, 0.1, |alpha| alpha >= 0.0, "at least 0");
+    let alpha = at_least_zero("alpha");
+    let (alpha_u, alpha_v) = (at_least_zero("alpha_u"), at_least_zero("alpha_v"));
+    match props.get("alpha_u").or_else(|| props.get("alpha_v")) {
+        None => alpha,
+        Some(param) => {
+            if alpha_u != alpha_v {
+                props.refuse(param, "the same along u and v");
+            }
+            alpha_u
         }
     }
 }

@@ -23,11 +23,17 @@ pub(super) enum ColorUse {
 impl Spectrum {
     fn to_rgb(&self, color_use: ColorUse) -> Option<Rgb> {
         Some(match (self, color_use) {
-            (Spectrum::Uniform(value), ColorUse::Emission) => spectra::constant_emission_rgb(*value),
+            (Spectrum::Uniform(value), ColorUse::Emission) => {
+                spectra::constant_emission_rgb(*value)
+            }
             (Spectrum::Uniform(value), _) => Rgb::splat(*value),
             (Spectrum::Sampled(samples), ColorUse::Emission) => spectra::emission_rgb(samples),
-            (Spectrum::Sampled(samples), ColorUse::Coefficient) => spectra::coefficient_rgb(samples),
-            (Spectrum::Sampled(samples), ColorUse::Reflectance) => spectra::reflectance_rgb(samples),
+            (Spectrum::Sampled(samples), ColorUse::Coefficient) => {
+                spectra::coefficient_rgb(samples)
+            }
+            (Spectrum::Sampled(samples), ColorUse::Reflectance) => {
+                spectra::reflectance_rgb(samples)
+            }
             (Spectrum::Blackbody { temperature, scale }, ColorUse::Emission) => {
                 spectra::blackbody_rgb(*temperature) * *scale
             }
@@ -37,7 +43,15 @@ impl Spectrum {
 }
 
 /// The spectra that can be written as plugins.
-const SPECTRA: &[&str] = &["blackbody", "d65", "irregular", "rawconstant", "regular", "srgb", "uniform"];
+const SPECTRA: &[&str] = &[
+    "blackbody",
+    "d65",
+    "irregular",
+    "rawconstant",
+    "regular",
+    "srgb",
+    "uniform",
+];
 
 impl Builder<'_> {
     /// A colour or a texture.
@@ -48,7 +62,9 @@ impl Builder<'_> {
         default: f32,
         color_use: ColorUse,
     ) -> ColorInput {
-        let Some(param) = props.get(name) else { return ColorInput::Constant(Rgb::splat(default)) };
+        let Some(param) = props.get(name) else {
+            return ColorInput::Constant(Rgb::splat(default));
+        };
         if let Value::Object(id) = param.value
             && self.tree.get(id).family == Family::Texture
         {
@@ -62,31 +78,57 @@ impl Builder<'_> {
     }
 
     /// A colour that does not vary.
-    pub(super) fn color(&mut self, props: &Props<'_>, name: &'static str, default: f32, color_use: ColorUse) -> Rgb {
-        let constant = props.get(name).and_then(|param| self.constant(props, param, color_use, "a color or a spectrum"));
+    pub(super) fn color(
+        &mut self,
+        props: &Props<'_>,
+        name: &'static str,
+        default: f32,
+        color_use: ColorUse,
+    ) -> Rgb {
+        let constant = props
+            .get(name)
+            .and_then(|param| self.constant(props, param, color_use, "a color or a spectrum"));
         constant.unwrap_or(Rgb::splat(default))
     }
 
     /// A number or a texture.
-    pub(super) fn float_input(&mut self, props: &Props<'_>, name: &'static str, default: f32) -> FloatInput {
-        let Some(param) = props.get(name) else { return FloatInput::Constant(default) };
+    pub(super) fn float_input(
+        &mut self,
+        props: &Props<'_>,
+        name: &'static str,
+        default: f32,
+    ) -> FloatInput {
+        let Some(param) = props.get(name) else {
+            return FloatInput::Constant(default);
+        };
         match param.value {
-            Value::Object(id) if self.tree.get(id).family == Family::Texture => match self.texture(id) {
-                Some(texture) => FloatInput::Texture(texture),
-                None => FloatInput::Constant(default),
-            },
+            Value::Object(id) if self.tree.get(id).family == Family::Texture => {
+                match self.texture(id) {
+                    Some(texture) => FloatInput::Texture(texture),
+                    None => FloatInput::Constant(default),
+                }
+            }
             _ => {
-                let color = self.constant(props, param, ColorUse::Coefficient, "a number or a texture");
+                let color =
+                    self.constant(props, param, ColorUse::Coefficient, "a number or a texture");
                 FloatInput::Constant(color.map_or(default, grey))
             }
         }
     }
 
-    fn constant(&mut self, props: &Props<'_>, param: &Param, color_use: ColorUse, expected: &str) -> Option<Rgb> {
+    fn constant(
+        &mut self,
+        props: &Props<'_>,
+        param: &Param,
+        color_use: ColorUse,
+        expected: &str,
+    ) -> Option<Rgb> {
         match &param.value {
             Value::Float(value) => Some(Rgb::splat(*value as f32)),
             Value::Integer(value) => Some(Rgb::splat(*value as f32)),
-            Value::Rgb(rgb) => self.checked_rgb(props, param, rgb.map(|v| v as f32).into(), color_use),
+            Value::Rgb(rgb) => {
+                self.checked_rgb(props, param, rgb.map(|v| v as f32).into(), color_use)
+            }
             Value::Spectrum(spectrum) => {
                 let color = spectrum.to_rgb(color_use);
                 if color.is_none() {
@@ -94,7 +136,9 @@ impl Builder<'_> {
                 }
                 color
             }
-            Value::Object(id) if self.tree.get(*id).family == Family::Spectrum => self.spectrum_plugin(*id, color_use),
+            Value::Object(id) if self.tree.get(*id).family == Family::Spectrum => {
+                self.spectrum_plugin(*id, color_use)
+            }
             _ => {
                 props.mismatch(param, expected);
                 None
@@ -103,7 +147,13 @@ impl Builder<'_> {
     }
 
     /// Reflectances must be in [0, 1]; files of versions 0.x were clamped, with a warning.
-    fn checked_rgb(&self, props: &Props<'_>, param: &Param, color: Rgb, color_use: ColorUse) -> Option<Rgb> {
+    fn checked_rgb(
+        &self,
+        props: &Props<'_>,
+        param: &Param,
+        color: Rgb,
+        color_use: ColorUse,
+    ) -> Option<Rgb> {
         let inside = color.to_array().iter().all(|v| (0.0..=1.0).contains(v));
         if inside || color_use != ColorUse::Reflectance {
             return Some(color);
@@ -112,8 +162,15 @@ impl Builder<'_> {
             props.refuse(param, "in [0, 1]");
             return None;
         }
-        let message = format!("`{}` of {} is outside of [0, 1] and is clamped", param.name.value, props.describe());
-        self.sink.warn_once("reflectance range", Report::new("scene::clamped", param.place, message));
+        let message = format!(
+            "`{}` of {} is outside of [0, 1] and is clamped",
+            param.name.value,
+            props.describe()
+        );
+        self.sink.warn_once(
+            "reflectance range",
+            Report::new("scene::clamped", param.place, message),
+        );
         Some(color.map(|v| v.clamp(0.0, 1.0)))
     }
 
@@ -130,14 +187,17 @@ impl Builder<'_> {
             "irregular" => {
                 let wavelengths = number_list(&props, "wavelengths");
                 let values = number_list(&props, "values");
-                wavelengths.zip(values).and_then(|(w, v)| sampled(&props, &w, &v, color_use))
+                wavelengths
+                    .zip(values)
+                    .and_then(|(w, v)| sampled(&props, &w, &v, color_use))
             }
             "regular" => {
                 let first = props.float("wavelength_min", 360.0);
                 let last = props.float("wavelength_max", 830.0);
                 number_list(&props, "values").and_then(|values| {
                     let step = (last - first) / (values.len().max(2) - 1) as f32;
-                    let wavelengths: Vec<f32> = (0..values.len()).map(|i| first + step * i as f32).collect();
+                    let wavelengths: Vec<f32> =
+                        (0..values.len()).map(|i| first + step * i as f32).collect();
                     sampled(&props, &wavelengths, &values, color_use)
                 })
             }
@@ -159,19 +219,36 @@ impl Builder<'_> {
 /// Numbers written as a string.
 fn number_list(props: &Props<'_>, name: &'static str) -> Option<Vec<f32>> {
     let text = props.required_string(name)?;
-    let parts = text.value.split(|c: char| c.is_whitespace() || c == ',').filter(|part| !part.is_empty());
-    let numbers: Option<Vec<f32>> = parts.map(|part| part.parse().ok().filter(|v: &f32| v.is_finite())).collect();
+    let parts = text
+        .value
+        .split(|c: char| c.is_whitespace() || c == ',')
+        .filter(|part| !part.is_empty());
+    let numbers: Option<Vec<f32>> = parts
+        .map(|part| part.parse().ok().filter(|v: &f32| v.is_finite()))
+        .collect();
     if numbers.is_none() {
         props.refuse(props.get(name)?, "a list of numbers");
     }
     numbers
 }
 
-fn sampled(props: &Props<'_>, wavelengths: &[f32], values: &[f32], color_use: ColorUse) -> Option<Rgb> {
-    let samples: Vec<(f32, f32)> = wavelengths.iter().copied().zip(values.iter().copied()).collect();
+fn sampled(
+    props: &Props<'_>,
+    wavelengths: &[f32],
+    values: &[f32],
+    color_use: ColorUse,
+) -> Option<Rgb> {
+    let samples: Vec<(f32, f32)> = wavelengths
+        .iter()
+        .copied()
+        .zip(values.iter().copied())
+        .collect();
     let growing = samples.windows(2).all(|pair| pair[0].0 < pair[1].0);
     if wavelengths.len() != values.len() || samples.is_empty() || !growing {
-        props.refuse(props.get("values")?, "as many as the wavelengths, which must grow");
+        props.refuse(
+            props.get("values")?,
+            "as many as the wavelengths, which must grow",
+        );
         return None;
     }
     Spectrum::Sampled(samples).to_rgb(color_use)
@@ -179,5 +256,9 @@ fn sampled(props: &Props<'_>, wavelengths: &[f32], values: &[f32], color_use: Co
 
 /// The one number that a colour stands for: exactly its value if it is grey, else its luminance.
 fn grey(color: Rgb) -> f32 {
-    if color.r == color.g && color.g == color.b { color.r } else { color.luminance() }
+    if color.r == color.g && color.g == color.b {
+        color.r
+    } else {
+        color.luminance()
+    }
 }

@@ -4,16 +4,28 @@ use super::super::sink::Report;
 use super::colors::ColorUse;
 use super::object::{Family, ObjectId};
 use super::props::Props;
+use super::skies::Parts;
+use super::values::Value;
 use super::xml::find_file;
 use super::{Builder, Substitute};
 use glam::{DMat4, DVec3};
-use manylight::emitters::{Emitter, Environment};
+use manylight::emitters::{Emitter, Environment, Slide};
 use manylight::ids::EmitterId;
 use manylight::image::Image;
 use manylight::math::Mat3;
 use std::path::PathBuf;
 
-pub(super) const SUPPORTED: &[&str] = &["area", "constant", "directional", "envmap", "point", "spot"];
+pub(super) const SUPPORTED: &[&str] = &[
+    "area",
+    "constant",
+    "directional",
+    "envmap",
+    "point",
+    "sky",
+    "spot",
+    "sun",
+    "sunsky",
+];
 
 const LEFT_OUT: &str = "left out";
 
@@ -28,7 +40,7 @@ const SUBSTITUTES: &[Substitute] = &[
 const IGNORED: &[&str] = &["id", "sampling_weight", "samples", "mis_compensation"];
 
 impl Builder<'_> {
-    fn add_emitter(&mut self, emitter: Emitter) -> EmitterId {
+    pub(super) fn add_emitter(&mut self, emitter: Emitter) -> EmitterId {
         self.desc.emitters.push(emitter);
         EmitterId::from(self.desc.emitters.len() - 1)
     }
@@ -42,8 +54,15 @@ impl Builder<'_> {
         let props = self.props(id);
         if props.plugin().value != "area" {
             if SUPPORTED.contains(&props.plugin().value.as_str()) {
-                let message = format!("{} cannot stand in a shape: only `area` can", props.describe());
-                self.sink.error(Report::new("scene::unexpected_object", props.place(), message));
+                let message = format!(
+                    "{} cannot stand in a shape: only `area` can",
+                    props.describe()
+                );
+                self.sink.error(Report::new(
+                    "scene::unexpected_object",
+                    props.place(),
+                    message,
+                ));
             } else {
                 self.unsupported(&props, SUPPORTED, SUBSTITUTES);
             }
@@ -63,7 +82,11 @@ impl Builder<'_> {
         match props.plugin().value.as_str() {
             "area" => {
                 let message = "an area emitter must stand in the shape that shines";
-                self.sink.error(Report::new("scene::unexpected_object", props.place(), message));
+                self.sink.error(Report::new(
+                    "scene::unexpected_object",
+                    props.place(),
+                    message,
+                ));
                 return;
             }
             "point" => self.point(&props),
@@ -71,6 +94,16 @@ impl Builder<'_> {
             "directional" => self.directional(&props),
             "constant" => self.constant_environment(&props),
             "envmap" => self.environment_map(&props),
+            "sunsky" => self.sun_and_sky(&props, Parts::Both),
+            "sky" | "sun" => {
+                self.require_v0(&props, "use `sunsky`");
+                let parts = if props.plugin().value == "sky" {
+                    Parts::Sky
+                } else {
+                    Parts::Sun
+                };
+                self.sun_and_sky(&props, parts);
+            }
             _ => {
                 self.unsupported(&props, SUPPORTED, SUBSTITUTES);
                 return;
@@ -96,22 +129,50 @@ impl Builder<'_> {
         self.exclusive(props, "position", "to_world");
         let origin = props.to_world().transform_point3(DVec3::ZERO);
         let position = props.vector("position").unwrap_or(origin).as_vec3();
-        self.add_emitter(Emitter::Point { position, intensity });
+        self.add_emitter(Emitter::Point {
+            position,
+            intensity,
+        });
     }
 
     fn spot(&mut self, props: &Props<'_>) {
         let intensity = self.emission(props, "intensity");
-        self.warn_feature(props, "texture", "is not supported and is ignored");
         let to_world = props.to_world();
-        let cutoff = props.float_where("cutoff_angle", 20.0, |angle| angle > 0.0 && angle <= 180.0, "in (0, 180]");
-        let beam_width = props.float_where("beam_width", cutoff * 0.75, |angle| angle >= 0.0, "at least 0");
+        let slide = self.slide(props, rotation(to_world));
+        let cutoff = props.float_where(
+            "cutoff_angle",
+            20.0,
+            |angle| angle > 0.0 && angle <= 180.0,
+            "in (0, 180]",
+        );
+        let beam_width = props.float_where(
+            "beam_width",
+            cutoff * 0.75,
+            |angle| angle >= 0.0,
+            "at least 0",
+        );
         self.add_emitter(Emitter::Spot {
             position: to_world.transform_point3(DVec3::ZERO).as_vec3(),
             direction: to_world.transform_vector3(DVec3::Z).normalize().as_vec3(),
             intensity,
             cutoff: cutoff.to_radians(),
             beam_width: beam_width.min(cutoff).to_radians(),
+            slide,
         });
+    }
+
+    /// The picture that a spot throws.
+    fn slide(&mut self, props: &Props<'_>, world_from_emitter: Mat3) -> Option<Slide> {
+        let param = props.get("texture")?;
+        let texture = match param.value {
+            Value::Object(id) if self.tree.get(id).family == Family::Texture => self.texture(id)?,
+            _ => {
+                props.mismatch(param, "a texture");
+                return None;
+            }
+        };
+        let axes = [world_from_emitter.x_axis, world_from_emitter.y_axis];
+        Some(Slide { texture, axes })
     }
 
     fn directional(&mut self, props: &Props<'_>) {
@@ -120,10 +181,16 @@ impl Builder<'_> {
         let forward = props.to_world().transform_vector3(DVec3::Z);
         let direction = props.vector("direction").unwrap_or(forward);
         if direction == DVec3::ZERO {
-            props.refuse(props.get("direction").expect("a zero direction is given"), "other than zero");
+            props.refuse(
+                props.get("direction").expect("a zero direction is given"),
+                "other than zero",
+            );
             return;
         }
-        self.add_emitter(Emitter::Directional { direction: direction.normalize().as_vec3(), irradiance });
+        self.add_emitter(Emitter::Directional {
+            direction: direction.normalize().as_vec3(),
+            irradiance,
+        });
     }
 
     fn constant_environment(&mut self, props: &Props<'_>) {
@@ -136,17 +203,24 @@ impl Builder<'_> {
         props.ignore(&["cache", "gamma"]);
         let scale = props.float("scale", 1.0);
         let world_from_emitter = rotation(props.to_world());
-        let Some(name) = props.required_string("filename") else { return };
-        let path: Option<PathBuf> = find_file(self.sink, &props.object().folders, &name, "environment map");
+        let Some(name) = props.required_string("filename") else {
+            return;
+        };
+        let path: Option<PathBuf> =
+            find_file(self.sink, &props.object().folders, &name, "environment map");
         let Some(path) = path else { return };
-        let environment = Environment { image: Image::default(), scale, world_from_emitter };
+        let environment = Environment {
+            image: Image::default(),
+            scale,
+            world_from_emitter,
+        };
         let emitter = self.add_emitter(Emitter::Environment(environment));
         self.assets.add_environment_image(emitter, path, name.place);
     }
 }
 
 /// The rotation of an emitter's frame.
-fn rotation(to_world: DMat4) -> Mat3 {
+pub(super) fn rotation(to_world: DMat4) -> Mat3 {
     let matrix = to_world.as_mat4();
     let column = |index: usize| matrix.col(index).truncate().normalize_or_zero();
     Mat3::from_cols(column(0), column(1), column(2))

@@ -6,14 +6,35 @@ use super::object::Family;
 use super::props::Props;
 use manylight::scene::PathLimits;
 
-pub(super) const SUPPORTED: &[&str] =
-    &["aov", "bdpt", "direct", "moment", "path", "photonmapper", "ppm", "ptracer", "sppm", "volpath", "volpathmis", "vpl"];
+pub(super) const SUPPORTED: &[&str] = &[
+    "aov",
+    "bdpt",
+    "direct",
+    "moment",
+    "path",
+    "photonmapper",
+    "ppm",
+    "ptracer",
+    "sppm",
+    "volpath",
+    "volpathmis",
+    "vpl",
+];
 
 /// Integrators that hold the one that counts.
 const WRAPPERS: [&str; 4] = ["adaptive", "aov", "moment", "irrcache"];
 
 /// Whatever else the method has for settings.
-const IGNORED: &[&str] = &["id", "samples_per_pass", "block_size", "timeout", "hide_environment", "strict_normals"];
+const IGNORED: &[&str] = &[
+    "id",
+    "samples_per_pass",
+    "block_size",
+    "timeout",
+    "hide_environment",
+    "strict_normals",
+    "granularity",
+    "brute_force",
+];
 
 /// The limits that the file asks for.
 pub(super) fn limits(props: &Props<'_>, builder: &Builder<'_>) -> PathLimits {
@@ -24,10 +45,14 @@ pub(super) fn limits(props: &Props<'_>, builder: &Builder<'_>) -> PathLimits {
     {
         return limits(&builder.props(*inner), builder);
     }
-    if !SUPPORTED.contains(&plugin) {
-        let message = format!("integrator `{plugin}` is not known; only its `max_depth`, `rr_depth` and `hide_emitters` are used");
+    if !SUPPORTED.contains(&plugin) && !plugin.contains('$') {
+        let message = format!(
+            "integrator `{plugin}` is not known; only its `max_depth`, `rr_depth` and `hide_emitters` are used"
+        );
         let report = Report::new("scene::unsupported", props.place(), message);
-        builder.sink.warn_once(format!("integrator {plugin}"), report);
+        builder
+            .sink
+            .warn_once(format!("integrator {plugin}"), report);
     }
     let direct_only = plugin == "direct";
     let max_depth = match props.maybe_integer("max_depth") {
@@ -35,16 +60,26 @@ pub(super) fn limits(props: &Props<'_>, builder: &Builder<'_>) -> PathLimits {
         None | Some(-1) => None,
         Some(depth) if (0..=i64::from(u32::MAX)).contains(&depth) => Some(depth as u32),
         Some(_) => {
-            props.refuse(props.get("max_depth").expect("a depth is given"), "at least 0, or -1 for no limit");
+            props.refuse(
+                props.get("max_depth").expect("a depth is given"),
+                "at least 0, or -1 for no limit",
+            );
             None
         }
     };
     let rr_depth = props.integer("rr_depth", 5, 1) as u32;
     let hide_emitters = props.boolean("hide_emitters", false);
-    if matches!(plugin, "path" | "volpath" | "volpathmis" | "direct" | "ptracer") && !props.is_v0() {
+    if matches!(
+        plugin,
+        "path" | "volpath" | "volpathmis" | "direct" | "ptracer"
+    ) {
         props.ignore(IGNORED);
         props.ignore(&["emitter_samples", "bsdf_samples", "shading_samples"]);
         props.finish();
     }
-    PathLimits { max_depth, rr_depth, hide_emitters }
+    PathLimits {
+        max_depth,
+        rr_depth,
+        hide_emitters,
+    }
 }

@@ -14,6 +14,7 @@ mod object;
 mod props;
 mod sensors;
 mod shapes;
+mod skies;
 mod textures;
 mod upgrade;
 mod values;
@@ -33,17 +34,43 @@ use std::sync::Arc;
 
 /// The plugins that have an effect here, by family, sorted.
 pub(super) const SUPPORTED: &[SupportedFamily] = &[
-    SupportedFamily { name: "bsdfs", plugins: bsdfs::SUPPORTED },
-    SupportedFamily { name: "emitters", plugins: emitters::SUPPORTED },
-    SupportedFamily { name: "shapes", plugins: shapes::SUPPORTED },
-    SupportedFamily { name: "textures", plugins: textures::SUPPORTED },
-    SupportedFamily { name: "sensors", plugins: sensors::SUPPORTED },
-    SupportedFamily { name: "filters", plugins: sensors::FILTERS },
-    SupportedFamily { name: "integrators", plugins: integrators::SUPPORTED },
+    SupportedFamily {
+        name: "bsdfs",
+        plugins: bsdfs::SUPPORTED,
+    },
+    SupportedFamily {
+        name: "emitters",
+        plugins: emitters::SUPPORTED,
+    },
+    SupportedFamily {
+        name: "shapes",
+        plugins: shapes::SUPPORTED,
+    },
+    SupportedFamily {
+        name: "textures",
+        plugins: textures::SUPPORTED,
+    },
+    SupportedFamily {
+        name: "sensors",
+        plugins: sensors::SUPPORTED,
+    },
+    SupportedFamily {
+        name: "filters",
+        plugins: sensors::FILTERS,
+    },
+    SupportedFamily {
+        name: "integrators",
+        plugins: integrators::SUPPORTED,
+    },
 ];
 
 /// The scene, as far as it can be understood.
-pub(super) fn load(path: &Path, text: Arc<str>, options: &LoadOptions, sink: &Sink) -> Option<SceneDesc> {
+pub(super) fn load(
+    path: &Path,
+    text: Arc<str>,
+    options: &LoadOptions,
+    sink: &Sink,
+) -> Option<SceneDesc> {
     let root = xml::read_tree(path, text, &options.defines, sink)?;
     let tree = ObjectTree::new(&root, sink)?;
     let mut builder = Builder {
@@ -60,7 +87,9 @@ pub(super) fn load(path: &Path, text: Arc<str>, options: &LoadOptions, sink: &Si
         assets: Assets::default(),
     };
     builder.scene();
-    let Builder { mut desc, assets, .. } = builder;
+    let Builder {
+        mut desc, assets, ..
+    } = builder;
     assets.load(&mut desc, sink);
     Some(desc)
 }
@@ -109,45 +138,77 @@ impl<'a> Builder<'a> {
         if let Some(id) = root.single(Family::Integrator) {
             self.desc.limits = integrators::limits(&self.props(id), self);
         }
-        for family in [Family::Medium, Family::Phase, Family::Volume, Family::Subsurface] {
+        for family in [
+            Family::Medium,
+            Family::Phase,
+            Family::Volume,
+            Family::Subsurface,
+        ] {
             for (id, _) in root.objects(family) {
                 self.ignore_medium(id);
             }
         }
         root.objects(Family::Spectrum);
+        // Settings of acceleration structures.
+        for prefix in ["kd_", "embree_"] {
+            root.ignore_prefix(prefix);
+        }
+        root.ignore(&["allow_thread_reordering", "id"]);
         self.check_whole(&root);
         root.finish();
     }
 
     fn check_whole(&self, root: &Props<'_>) {
-        if self.desc.sensors.is_empty() && root.objects(Family::Sensor).is_empty() {
-            let message = "the scene has no sensor";
+        let no_sensor = root.objects(Family::Sensor).is_empty();
+        if no_sensor || self.desc.sensors.is_empty() && !self.sink.has_errors() {
+            let message = if no_sensor {
+                "the scene has no sensor"
+            } else {
+                "the scene has no sensor that is supported"
+            };
             let report = Report::new("scene::no_sensor", root.place(), message);
-            self.sink.error(report.help("add for instance <sensor type=\"perspective\">"));
+            self.sink
+                .error(report.help("add for instance <sensor type=\"perspective\"/>"));
         }
-        if self.desc.emitters.is_empty() {
+        if !self.tree.has(Family::Emitter) {
             let message = "the scene has no emitter: its image will be black";
-            self.sink.warn(Report::new("scene::no_emitter", root.place(), message));
+            self.sink
+                .warn(Report::new("scene::no_emitter", root.place(), message));
         }
     }
 
     /// One warning for all media, whatever their kind.
     fn ignore_medium(&self, id: ObjectId) {
         let props = self.props(id);
-        let message = format!("{}: participating media are not supported and are ignored", props.describe());
-        self.sink.warn_once("participating media", Report::new("scene::unsupported", props.place(), message));
+        let message = format!(
+            "{}: participating media are not supported and are ignored",
+            props.describe()
+        );
+        self.sink.warn_once(
+            "participating media",
+            Report::new("scene::unsupported", props.place(), message),
+        );
     }
 
     /// The plugin is none that we have: a warning if Mitsuba knows it, an error otherwise.
-    fn unsupported(&self, props: &Props<'_>, supported: &[&'static str], substitutes: &[Substitute]) {
+    fn unsupported(
+        &self,
+        props: &Props<'_>,
+        supported: &[&'static str],
+        substitutes: &[Substitute],
+    ) {
         let plugin = props.plugin();
         let tag = props.object().family.tag();
         if let Some((_, substitute)) = substitutes.iter().find(|(name, _)| *name == plugin.value) {
             let message = format!("{} is not supported; {substitute}", props.describe());
-            let report = Report::new("scene::unsupported", plugin.place, message).label("not supported");
+            let report =
+                Report::new("scene::unsupported", plugin.place, message).label("not supported");
             self.sink.warn_once(props.describe(), report);
-        } else if !plugin.value.is_empty() {
-            let known = supported.iter().chain(substitutes.iter().map(|(name, _)| name)).copied();
+        } else if !plugin.value.is_empty() && !plugin.value.contains('$') {
+            let known = supported
+                .iter()
+                .chain(substitutes.iter().map(|(name, _)| name))
+                .copied();
             let list = format!("known are {}", supported.join(", "));
             let help = match similar(&plugin.value, known) {
                 Some(similar) => format!("did you mean `{similar}`? {list}"),
@@ -155,7 +216,21 @@ impl<'a> Builder<'a> {
             };
             let message = format!("unknown {tag} type `{}`", plugin.value);
             let report = Report::new("scene::unknown_plugin", plugin.place, message);
-            self.sink.error(report.label(format!("no {tag} plugin has this name")).help(help));
+            self.sink.error(
+                report
+                    .label(format!("no {tag} plugin has this name"))
+                    .help(help),
+            );
+        }
+    }
+
+    /// The plugin is none of version 3.
+    fn require_v0(&self, props: &Props<'_>, advice: &str) {
+        if !props.is_v0() {
+            let message = format!("{} exists only in files of version 0.x", props.describe());
+            let help = format!("{advice}, or write `version=\"0.6.0\"` in <scene>");
+            self.sink
+                .error(Report::new("scene::unknown_plugin", props.place(), message).help(help));
         }
     }
 
@@ -164,7 +239,10 @@ impl<'a> Builder<'a> {
         if let Some(param) = props.get(name) {
             let subject = format!("{} {name}", props.describe());
             let message = format!("`{name}` of {} {what}", props.describe());
-            self.sink.warn_once(subject, Report::new("scene::unsupported", param.name.place, message));
+            self.sink.warn_once(
+                subject,
+                Report::new("scene::unsupported", param.name.place, message),
+            );
         }
     }
 }

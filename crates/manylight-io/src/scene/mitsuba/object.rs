@@ -53,12 +53,18 @@ const FAMILY_TAGS: [(&str, Family); 17] = [
 impl Family {
     /// The family whose objects are written with `tag`.
     pub(super) fn of_tag(tag: &str) -> Option<Family> {
-        FAMILY_TAGS.iter().find(|(name, _)| *name == tag).map(|(_, family)| *family)
+        FAMILY_TAGS
+            .iter()
+            .find(|(name, _)| *name == tag)
+            .map(|(_, family)| *family)
     }
 
     /// The tag of the family.
     pub(super) fn tag(self) -> &'static str {
-        FAMILY_TAGS.iter().find(|(_, family)| *family == self).map_or("", |(name, _)| *name)
+        FAMILY_TAGS
+            .iter()
+            .find(|(_, family)| *family == self)
+            .map_or("", |(name, _)| *name)
     }
 }
 
@@ -101,13 +107,30 @@ impl ObjectTree {
     pub(super) fn new(root: &Element, sink: &Sink) -> Option<Self> {
         if Family::of_tag(&root.tag.value) != Some(Family::Scene) {
             let message = format!("the file is a <{}>, not a <scene>", root.tag.value);
-            sink.error(Report::new("scene::unknown_element", root.tag.place, message));
+            sink.error(Report::new(
+                "scene::unknown_element",
+                root.tag.place,
+                message,
+            ));
             return None;
         }
-        let mut maker = Maker { sink, objects: Vec::new(), ids: HashMap::new(), pending: Vec::new() };
+        let mut maker = Maker {
+            sink,
+            objects: Vec::new(),
+            ids: HashMap::new(),
+            pending: Vec::new(),
+        };
         maker.object(root, Family::Scene);
         maker.resolve();
-        Some(ObjectTree { objects: maker.objects })
+        maker.upgrade();
+        Some(ObjectTree {
+            objects: maker.objects,
+        })
+    }
+
+    /// Whether any object is of the family.
+    pub(super) fn has(&self, family: Family) -> bool {
+        self.objects.iter().any(|object| object.family == family)
     }
 
     pub(super) fn get(&self, id: ObjectId) -> &Object {
@@ -137,12 +160,21 @@ impl Maker<'_> {
             None if family == Family::Scene => element.tag.clone(),
             None => {
                 let message = format!("<{}> needs the attribute `type`", element.tag.value);
-                self.sink.error(Report::new("scene::missing_attribute", element.tag.place, message));
-                Text { value: String::new(), place: element.tag.place }
+                self.sink.error(Report::new(
+                    "scene::missing_attribute",
+                    element.tag.place,
+                    message,
+                ));
+                Text {
+                    value: String::new(),
+                    place: element.tag.place,
+                }
             }
         };
         values::check_attributes(self.sink, element, &["type", "id", "name", "version"]);
-        let id = element.attribute("id").map_or(String::new(), |id| id.value.clone());
+        let id = element
+            .attribute("id")
+            .map_or(String::new(), |id| id.value.clone());
         self.objects.push(Object {
             family,
             plugin,
@@ -157,22 +189,28 @@ impl Maker<'_> {
         for child in &element.children {
             self.child(this, child);
         }
-        upgrade::upgrade(&mut self.objects[this.0]);
-        self.check_duplicates(this);
         this
     }
 
     fn register(&mut self, id: &Text, object: ObjectId) {
         if let Some((_, first)) = self.ids.get(&id.value) {
-            let report = Report::new("scene::duplicate_id", id.place, format!("the id `{}` is used twice", id.value));
-            self.sink.error(report.label("again here").second(*first, "first here"));
+            let report = Report::new(
+                "scene::duplicate_id",
+                id.place,
+                format!("the id `{}` is used twice", id.value),
+            );
+            self.sink
+                .error(report.label("again here").second(*first, "first here"));
         } else {
             self.ids.insert(id.value.clone(), (object, id.place));
         }
     }
 
     fn child(&mut self, owner: ObjectId, element: &Element) {
-        let nameless = Text { value: String::new(), place: element.tag.place };
+        let nameless = Text {
+            value: String::new(),
+            place: element.tag.place,
+        };
         let name = element.attribute("name").cloned().unwrap_or(nameless);
         let tag = element.tag.value.as_str();
         let is_object = match tag {
@@ -184,26 +222,46 @@ impl Maker<'_> {
             _ if is_object => {
                 let family = Family::of_tag(tag).expect("objects have a family");
                 let object = self.object(element, family);
-                let param = Param { name, value: Value::Object(object), place: element.tag.place };
+                let param = Param {
+                    name,
+                    value: Value::Object(object),
+                    place: element.tag.place,
+                };
                 self.objects[owner.0].params.push(param);
             }
-            "ref" => {
-                values::check_attributes(self.sink, element, &["id", "name"]);
-                let Some(id) = values::required_attribute(self.sink, element, "id") else { return };
-                let params = &mut self.objects[owner.0].params;
-                self.pending.push(Reference { owner, param: params.len(), id: id.clone() });
-                params.push(Param { name, value: Value::Broken, place: id.place });
-            }
+            "ref" => self.reference(owner, name, element),
             "alias" => self.alias(element),
             _ => {
                 if let Some(value) = values::parse(self.sink, element) {
-                    let place = element.attribute("value").map_or(element.tag.place, |value| value.place);
+                    let place = element
+                        .attribute("value")
+                        .map_or(element.tag.place, |value| value.place);
                     if values::required_attribute(self.sink, element, "name").is_some() {
-                        self.objects[owner.0].params.push(Param { name, value, place });
+                        self.objects[owner.0]
+                            .params
+                            .push(Param { name, value, place });
                     }
                 }
             }
         }
+    }
+
+    fn reference(&mut self, owner: ObjectId, name: Text, element: &Element) {
+        values::check_attributes(self.sink, element, &["id", "name"]);
+        let Some(id) = values::required_attribute(self.sink, element, "id") else {
+            return;
+        };
+        let params = &mut self.objects[owner.0].params;
+        self.pending.push(Reference {
+            owner,
+            param: params.len(),
+            id: id.clone(),
+        });
+        params.push(Param {
+            name,
+            value: Value::Broken,
+            place: id.place,
+        });
     }
 
     fn alias(&mut self, element: &Element) {
@@ -219,6 +277,13 @@ impl Maker<'_> {
         }
     }
 
+    fn upgrade(&mut self) {
+        for index in 0..self.objects.len() {
+            upgrade::upgrade(&mut self.objects[index]);
+            self.check_duplicates(ObjectId(index));
+        }
+    }
+
     fn check_duplicates(&self, owner: ObjectId) {
         let mut seen: HashMap<&str, Place> = HashMap::new();
         for param in &self.objects[owner.0].params {
@@ -229,7 +294,8 @@ impl Maker<'_> {
             if let Some(first) = seen.insert(name, param.name.place) {
                 let message = format!("the parameter `{name}` is given twice");
                 let report = Report::new("scene::duplicate_parameter", param.name.place, message);
-                self.sink.error(report.label("again here").second(first, "first here"));
+                self.sink
+                    .error(report.label("again here").second(first, "first here"));
             }
         }
     }
@@ -238,7 +304,8 @@ impl Maker<'_> {
         for reference in std::mem::take(&mut self.pending) {
             match self.ids.get(&reference.id.value) {
                 Some((target, _)) => {
-                    self.objects[reference.owner.0].params[reference.param].value = Value::Object(*target);
+                    self.objects[reference.owner.0].params[reference.param].value =
+                        Value::Object(*target);
                 }
                 None => self.unresolved(&reference.id),
             }
@@ -252,7 +319,9 @@ impl Maker<'_> {
         let help = similar(&id.value, known).map(|similar| format!("did you mean `{similar}`?"));
         let message = format!("no object has the id `{}`", id.value);
         self.sink.error(
-            Report::new("scene::unresolved_reference", id.place, message).label("nothing to refer to").maybe_help(help),
+            Report::new("scene::unresolved_reference", id.place, message)
+                .label("nothing to refer to")
+                .maybe_help(help),
         );
     }
 
@@ -273,7 +342,9 @@ impl Maker<'_> {
                 continue;
             };
             stack.push((object, next + 1));
-            let Value::Object(ObjectId(child)) = param.value else { continue };
+            let Value::Object(ObjectId(child)) = param.value else {
+                continue;
+            };
             match marks[child] {
                 Mark::New => {
                     marks[child] = Mark::Open;
@@ -281,8 +352,12 @@ impl Maker<'_> {
                 }
                 Mark::Done => {}
                 Mark::Open => {
-                    let message = format!("the object `{}` refers to itself", self.objects[child].id);
-                    self.sink.error(Report::new("scene::circular_reference", param.place, message).label("closes the circle"));
+                    let message =
+                        format!("the object `{}` refers to itself", self.objects[child].id);
+                    self.sink.error(
+                        Report::new("scene::circular_reference", param.place, message)
+                            .label("closes the circle"),
+                    );
                     self.objects[object].params[next].value = Value::Broken;
                 }
             }

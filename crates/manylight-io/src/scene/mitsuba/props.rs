@@ -19,8 +19,19 @@ pub(super) struct Props<'a> {
 
 impl<'a> Props<'a> {
     pub(super) fn new(tree: &'a ObjectTree, id: ObjectId, sink: &'a Sink) -> Self {
-        let used = tree.get(id).params.iter().map(|_| Cell::new(false)).collect();
-        Props { tree, id, sink, known: RefCell::default(), used }
+        let used = tree
+            .get(id)
+            .params
+            .iter()
+            .map(|_| Cell::new(false))
+            .collect();
+        Props {
+            tree,
+            id,
+            sink,
+            known: RefCell::default(),
+            used,
+        }
     }
 
     pub(super) fn object(&self) -> &'a Object {
@@ -55,14 +66,21 @@ impl<'a> Props<'a> {
         if !self.known.borrow().contains(&name) {
             self.known.borrow_mut().push(name);
         }
-        let index = self.object().params.iter().position(|param| param.name.value == name)?;
+        let index = self
+            .object()
+            .params
+            .iter()
+            .position(|param| param.name.value == name)?;
         self.used[index].set(true);
         Some(&self.object().params[index])
     }
 
     /// Whether the parameter is given; does not count as reading it.
     pub(super) fn has(&self, name: &str) -> bool {
-        self.object().params.iter().any(|param| param.name.value == name)
+        self.object()
+            .params
+            .iter()
+            .any(|param| param.name.value == name)
     }
 
     /// These may be given and mean nothing to us.
@@ -100,7 +118,8 @@ impl<'a> Props<'a> {
         let found = self.objects(family);
         if let Some((_, second)) = found.get(1) {
             let message = format!("{} can have only one {}", self.describe(), family.tag());
-            self.sink.error(Report::new("scene::too_many", second.place, message).label("one too many"));
+            self.sink
+                .error(Report::new("scene::too_many", second.place, message).label("one too many"));
         }
         found.first().map(|(id, _)| *id)
     }
@@ -109,9 +128,15 @@ impl<'a> Props<'a> {
     pub(super) fn mismatch(&self, param: &Param, expected: &str) {
         if param.value != Value::Broken {
             let name = &param.name.value;
-            let message =
-                format!("`{name}` of {} is {}, expected {expected}", self.describe(), param.value.describe());
-            self.sink.error(Report::new("scene::wrong_type", param.place, message).label(format!("expected {expected}")));
+            let message = format!(
+                "`{name}` of {} is {}, expected {expected}",
+                self.describe(),
+                param.value.describe()
+            );
+            self.sink.error(
+                Report::new("scene::wrong_type", param.place, message)
+                    .label(format!("expected {expected}")),
+            );
         }
     }
 
@@ -119,7 +144,10 @@ impl<'a> Props<'a> {
     pub(super) fn refuse(&self, param: &Param, expected: &str) {
         let name = &param.name.value;
         let message = format!("`{name}` of {} must be {expected}", self.describe());
-        self.sink.error(Report::new("scene::bad_value", param.place, message).label(format!("expected {expected}")));
+        self.sink.error(
+            Report::new("scene::bad_value", param.place, message)
+                .label(format!("expected {expected}")),
+        );
     }
 
     pub(super) fn maybe_float(&self, name: &'static str) -> Option<f32> {
@@ -149,7 +177,10 @@ impl<'a> Props<'a> {
         match self.maybe_float(name) {
             Some(value) if allowed(value) => value,
             Some(_) => {
-                self.refuse(self.get(name).expect("a parameter with a value is there"), expected);
+                self.refuse(
+                    self.get(name).expect("a parameter with a value is there"),
+                    expected,
+                );
                 default
             }
             None => default,
@@ -181,7 +212,9 @@ impl<'a> Props<'a> {
     }
 
     pub(super) fn boolean(&self, name: &'static str, default: bool) -> bool {
-        let Some(param) = self.get(name) else { return default };
+        let Some(param) = self.get(name) else {
+            return default;
+        };
         match param.value {
             Value::Boolean(value) => value,
             _ => {
@@ -194,7 +227,10 @@ impl<'a> Props<'a> {
     pub(super) fn string(&self, name: &'static str) -> Option<Text> {
         let param = self.get(name)?;
         match &param.value {
-            Value::String(value) => Some(Text { value: value.clone(), place: param.place }),
+            Value::String(value) => Some(Text {
+                value: value.clone(),
+                place: param.place,
+            }),
             _ => {
                 self.mismatch(param, "a string");
                 None
@@ -211,15 +247,37 @@ impl<'a> Props<'a> {
         self.string(name)
     }
 
+    /// Whether a part has been reported as broken already, which explains why others are missing.
+    pub(super) fn is_broken(&self) -> bool {
+        self.object()
+            .params
+            .iter()
+            .any(|param| param.value == Value::Broken)
+    }
+
     /// The object lacks a parameter that has no default.
     pub(super) fn missing(&self, name: &'static str) {
+        if self.is_broken() {
+            return;
+        }
         let message = format!("{} needs the parameter `{name}`", self.describe());
-        self.sink.error(Report::new("scene::missing_parameter", self.place(), message));
+        self.sink.error(Report::new(
+            "scene::missing_parameter",
+            self.place(),
+            message,
+        ));
     }
 
     /// One of several names.
-    pub(super) fn choice<T: Copy>(&self, name: &'static str, default: T, choices: &[(&str, T)]) -> T {
-        let Some(text) = self.string(name) else { return default };
+    pub(super) fn choice<T: Copy>(
+        &self,
+        name: &'static str,
+        default: T,
+        choices: &[(&str, T)],
+    ) -> T {
+        let Some(text) = self.string(name) else {
+            return default;
+        };
         match choices.iter().find(|(choice, _)| *choice == text.value) {
             Some((_, value)) => *value,
             None => {
@@ -229,7 +287,8 @@ impl<'a> Props<'a> {
                     None => format!("expected one of {}", names.collect::<Vec<_>>().join(", ")),
                 };
                 let message = format!("`{}` is no {name} of {}", text.value, self.describe());
-                self.sink.error(Report::new("scene::bad_value", text.place, message).help(help));
+                self.sink
+                    .error(Report::new("scene::bad_value", text.place, message).help(help));
                 default
             }
         }
@@ -259,10 +318,16 @@ impl<'a> Props<'a> {
 
     /// `to_world`, or the identity; a singular one is an error.
     pub(super) fn to_world(&self) -> DMat4 {
-        let Some(matrix) = self.transform("to_world") else { return DMat4::IDENTITY };
+        let Some(matrix) = self.transform("to_world") else {
+            return DMat4::IDENTITY;
+        };
         let determinant = matrix.determinant();
         if determinant == 0.0 || !determinant.is_finite() {
-            self.refuse(self.get("to_world").expect("a parameter with a value is there"), "invertible");
+            self.refuse(
+                self.get("to_world")
+                    .expect("a parameter with a value is there"),
+                "invertible",
+            );
             return DMat4::IDENTITY;
         }
         matrix
@@ -272,13 +337,21 @@ impl<'a> Props<'a> {
     pub(super) fn finish(&self) {
         let known = self.known.borrow();
         for (param, used) in self.object().params.iter().zip(&self.used) {
-            if used.get() {
+            if used.get() || param.value == Value::Broken {
                 continue;
             }
             let name = param.name.value.as_str();
+            // A known name that was not read is a second one, which has been reported.
+            if known.contains(&name) {
+                continue;
+            }
             let report = match param.value {
-                Value::Object(id) if !known.contains(&name) && self.is_unnamed_or_nested(name, id) => {
-                    let message = format!("{} cannot hold a {}", self.describe(), self.tree.get(id).family.tag());
+                Value::Object(id) if self.is_unnamed_or_nested(name, id) => {
+                    let message = format!(
+                        "{} cannot hold a {}",
+                        self.describe(),
+                        self.tree.get(id).family.tag()
+                    );
                     Report::new("scene::unexpected_object", param.place, message)
                 }
                 _ => {
@@ -290,7 +363,9 @@ impl<'a> Props<'a> {
                         (None, false) => format!("its parameters are {}", names.join(", ")),
                     };
                     let message = format!("{} has no parameter `{name}`", self.describe());
-                    Report::new("scene::unknown_parameter", param.name.place, message).label("unknown").help(help)
+                    Report::new("scene::unknown_parameter", param.name.place, message)
+                        .label("unknown")
+                        .help(help)
                 }
             };
             self.sink.error(report);

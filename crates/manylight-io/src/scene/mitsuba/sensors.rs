@@ -24,25 +24,63 @@ const SUBSTITUTES: &[Substitute] = &[
     ("perspective_rdist", LEFT_OUT),
 ];
 
-pub(super) const FILTERS: &[&str] = &["box", "catmullrom", "gaussian", "lanczos", "mitchell", "tent"];
+pub(super) const FILTERS: &[&str] = &[
+    "box",
+    "catmullrom",
+    "gaussian",
+    "lanczos",
+    "mitchell",
+    "tent",
+];
 
 const FILMS: &[&str] = &["hdrfilm", "ldrfilm", "mfilm", "specfilm", "tiledhdrfilm"];
 
 const SAMPLERS: &[&str] = &[
-    "halton", "hammersley", "independent", "ldsampler", "multijitter", "orthogonal", "sobol", "stratified",
+    "halton",
+    "hammersley",
+    "independent",
+    "ldsampler",
+    "multijitter",
+    "orthogonal",
+    "sobol",
+    "stratified",
 ];
 
 /// What films say about files, which is the caller's business here.
-const FILM_IGNORED: &[&str] =
-    &["id", "banner", "compensate", "component_format", "file_format", "pixel_format", "sample_border"];
+const FILM_IGNORED: &[&str] = &[
+    "id",
+    "banner",
+    "compensate",
+    "component_format",
+    "file_format",
+    "pixel_format",
+    "sample_border",
+];
 
 const FILM_IGNORED_V0: &[&str] = &[
-    "attach_log", "burn", "digits", "exposure", "fileformat", "gamma", "high_quality_edges", "key", "tonemap_method",
-    "variable", "alpha", "bloom_fov",
+    "attach_log",
+    "burn",
+    "digits",
+    "exposure",
+    "fileformat",
+    "gamma",
+    "high_quality_edges",
+    "key",
+    "tonemap_method",
+    "variable",
+    "alpha",
+    "bloom_fov",
 ];
 
 const SAMPLER_IGNORED: &[&str] = &[
-    "id", "sample_count", "seed", "jitter", "strength", "scramble", "dimension", "max_dimension",
+    "id",
+    "sample_count",
+    "seed",
+    "jitter",
+    "strength",
+    "scramble",
+    "dimension",
+    "max_dimension",
 ];
 
 impl Builder<'_> {
@@ -53,28 +91,16 @@ impl Builder<'_> {
             self.unsupported(&props, SUPPORTED, SUBSTITUTES);
             return;
         }
-        props.ignore(&["id", "shutter_open", "shutter_close", "shutter_open_time", "srf"]);
+        props.ignore(&[
+            "id",
+            "shutter_open",
+            "shutter_close",
+            "shutter_open_time",
+            "srf",
+        ]);
         let world_from_camera = affine(props.to_world());
         let (near_clip, far_clip) = clipping(&props);
-        let focus_distance = props.float_where("focus_distance", far_clip, |distance| distance > 0.0, "positive");
-        let mut principal_point_offset = Vec2::ZERO;
-        let kind = match plugin {
-            "orthographic" => SensorKind::Orthographic,
-            _ => {
-                let (fov, fov_axis) = self.field_of_view(&props);
-                if plugin == "perspective" {
-                    principal_point_offset.x = props.float("principal_point_offset_x", 0.0);
-                    principal_point_offset.y = props.float("principal_point_offset_y", 0.0);
-                    SensorKind::Perspective { fov, fov_axis }
-                } else {
-                    if !props.has("aperture_radius") {
-                        props.missing("aperture_radius");
-                    }
-                    let aperture_radius = props.float_where("aperture_radius", 0.1, |radius| radius >= 0.0, "at least 0");
-                    SensorKind::ThinLens { fov, fov_axis, aperture_radius, focus_distance }
-                }
-            }
-        };
+        let (kind, principal_point_offset) = self.projection(&props, far_clip);
         let film = match props.single(Family::Film) {
             Some(film) => self.film(film),
             None => self.film_of_size(UVec2::new(DEFAULT_SIZE.0, DEFAULT_SIZE.1)),
@@ -87,8 +113,44 @@ impl Builder<'_> {
         }
         props.finish();
         let name = props.object().id.clone();
-        let sensor = SensorDesc { name, world_from_camera, kind, principal_point_offset, near_clip, far_clip, film };
+        let sensor = SensorDesc {
+            name,
+            world_from_camera,
+            kind,
+            principal_point_offset,
+            near_clip,
+            far_clip,
+            film,
+        };
         self.desc.sensors.push(sensor);
+    }
+
+    /// The kind of the sensor and its principal point.
+    fn projection(&self, props: &Props<'_>, far_clip: f32) -> (SensorKind, Vec2) {
+        let positive = |distance| distance > 0.0;
+        let focus_distance = props.float_where("focus_distance", far_clip, positive, "positive");
+        if props.plugin().value == "orthographic" {
+            return (SensorKind::Orthographic, Vec2::ZERO);
+        }
+        let (fov, fov_axis) = self.field_of_view(props);
+        if props.plugin().value == "perspective" {
+            let x = props.float("principal_point_offset_x", 0.0);
+            let y = props.float("principal_point_offset_y", 0.0);
+            return (SensorKind::Perspective { fov, fov_axis }, Vec2::new(x, y));
+        }
+        if !props.has("aperture_radius") {
+            props.missing("aperture_radius");
+        }
+        let at_least_zero = |radius| radius >= 0.0;
+        let aperture_radius =
+            props.float_where("aperture_radius", 0.1, at_least_zero, "at least 0");
+        let kind = SensorKind::ThinLens {
+            fov,
+            fov_axis,
+            aperture_radius,
+            focus_distance,
+        };
+        (kind, Vec2::ZERO)
     }
 
     fn field_of_view(&self, props: &Props<'_>) -> (f32, FovAxis) {
@@ -105,11 +167,19 @@ impl Builder<'_> {
                 props.refuse(param, "absent where `focal_length` is given");
                 props.ignore(&["focal_length"]);
             }
-            return (props.float_where("fov", 50.0, |fov| fov > 0.0 && fov < 180.0, "in (0, 180)"), axis);
+            return (
+                props.float_where("fov", 50.0, |fov| fov > 0.0 && fov < 180.0, "in (0, 180)"),
+                axis,
+            );
         }
         let given = props.string("focal_length");
         let text = given.as_ref().map_or("50mm", |text| text.value.as_str());
-        let length = text.trim().trim_end_matches("mm").trim_end().parse::<f32>().ok();
+        let length = text
+            .trim()
+            .trim_end_matches("mm")
+            .trim_end()
+            .parse::<f32>()
+            .ok();
         let Some(length) = length.filter(|length| *length > 0.0) else {
             if let Some(param) = props.get("focal_length") {
                 props.refuse(param, "a length such as `50mm`");
@@ -118,11 +188,19 @@ impl Builder<'_> {
         };
         // The diagonal of a 36 mm x 24 mm film spans the field of view.
         let half_diagonal = 0.5 * 36_f32.hypot(24.0);
-        (2.0 * (half_diagonal / length).atan().to_degrees(), FovAxis::Diagonal)
+        (
+            2.0 * (half_diagonal / length).atan().to_degrees(),
+            FovAxis::Diagonal,
+        )
     }
 
     fn film_of_size(&self, size: UVec2) -> FilmDesc {
-        FilmDesc { size, crop_offset: UVec2::ZERO, crop_size: size, filter: DEFAULT_FILTER }
+        FilmDesc {
+            size,
+            crop_offset: UVec2::ZERO,
+            crop_size: size,
+            filter: DEFAULT_FILTER,
+        }
     }
 
     fn film(&mut self, id: ObjectId) -> FilmDesc {
@@ -132,22 +210,21 @@ impl Builder<'_> {
             self.unsupported(&props, FILMS, &[]);
         }
         let extent = |name, default: u32| props.integer(name, i64::from(default), 1) as u32;
-        let size = UVec2::new(extent("width", DEFAULT_SIZE.0), extent("height", DEFAULT_SIZE.1));
+        let size = UVec2::new(
+            extent("width", DEFAULT_SIZE.0),
+            extent("height", DEFAULT_SIZE.1),
+        );
         let offset = |name| props.integer(name, 0, 0) as u32;
         let mut film = FilmDesc {
             size,
             crop_offset: UVec2::new(offset("crop_offset_x"), offset("crop_offset_y")),
             crop_size: UVec2::new(extent("crop_width", size.x), extent("crop_height", size.y)),
-            filter: props.single(Family::Filter).map_or(DEFAULT_FILTER, |filter| self.filter(filter)),
+            filter: props
+                .single(Family::Filter)
+                .map_or(DEFAULT_FILTER, |filter| self.filter(filter)),
         };
         if (film.crop_offset + film.crop_size).cmpgt(film.size).any() {
-            let message = format!(
-                "the crop window {}x{} at ({}, {}) does not lie in the film of {}x{}",
-                film.crop_size.x, film.crop_size.y, film.crop_offset.x, film.crop_offset.y, size.x, size.y
-            );
-            let names = ["crop_width", "crop_height", "crop_offset_x", "crop_offset_y"];
-            let place = names.iter().find_map(|name| props.get(name)).map_or(props.place(), |param| param.place);
-            self.sink.error(Report::new("scene::bad_value", place, message));
+            self.report_crop(&props, &film);
             film = self.film_of_size(size);
         }
         props.ignore(FILM_IGNORED);
@@ -163,6 +240,30 @@ impl Builder<'_> {
         film
     }
 
+    fn report_crop(&self, props: &Props<'_>, film: &FilmDesc) {
+        let message = format!(
+            "the crop window {}x{} at ({}, {}) does not lie in the film of {}x{}",
+            film.crop_size.x,
+            film.crop_size.y,
+            film.crop_offset.x,
+            film.crop_offset.y,
+            film.size.x,
+            film.size.y
+        );
+        let names = [
+            "crop_width",
+            "crop_height",
+            "crop_offset_x",
+            "crop_offset_y",
+        ];
+        let place = names
+            .iter()
+            .find_map(|name| props.get(name))
+            .map_or(props.place(), |param| param.place);
+        self.sink
+            .error(Report::new("scene::bad_value", place, message));
+    }
+
     fn filter(&mut self, id: ObjectId) -> Filter {
         let props = self.props(id);
         let filter = match props.plugin().value.as_str() {
@@ -172,13 +273,20 @@ impl Builder<'_> {
                 }
                 Filter::Box
             }
-            "tent" => Filter::Tent { radius: props.float_where("radius", 1.0, |radius| radius > 0.0, "positive") },
-            "gaussian" => {
-                Filter::Gaussian { stddev: props.float_where("stddev", 0.5, |stddev| stddev > 0.0, "positive") }
-            }
-            "mitchell" => Filter::Mitchell { b: props.float("B", 1.0 / 3.0), c: props.float("C", 1.0 / 3.0) },
+            "tent" => Filter::Tent {
+                radius: props.float_where("radius", 1.0, |radius| radius > 0.0, "positive"),
+            },
+            "gaussian" => Filter::Gaussian {
+                stddev: props.float_where("stddev", 0.5, |stddev| stddev > 0.0, "positive"),
+            },
+            "mitchell" => Filter::Mitchell {
+                b: props.float("B", 1.0 / 3.0),
+                c: props.float("C", 1.0 / 3.0),
+            },
             "catmullrom" => Filter::CatmullRom,
-            "lanczos" => Filter::Lanczos { lobes: props.integer("lobes", 3, 1) as f32 },
+            "lanczos" => Filter::Lanczos {
+                lobes: props.integer("lobes", 3, 1) as f32,
+            },
             _ => {
                 self.unsupported(&props, FILTERS, &[]);
                 return DEFAULT_FILTER;
@@ -208,7 +316,10 @@ fn clipping(props: &Props<'_>) -> (f32, f32) {
     let near = props.float_where("near_clip", 1e-2, |near| near > 0.0, "positive");
     let far = props.float("far_clip", 1e4);
     if near >= far {
-        let param = props.get("near_clip").or_else(|| props.get("far_clip")).expect("the defaults are in order");
+        let param = props
+            .get("near_clip")
+            .or_else(|| props.get("far_clip"))
+            .expect("the defaults are in order");
         props.refuse(param, "such that `near_clip` is less than `far_clip`");
         return (1e-2, 1e4);
     }

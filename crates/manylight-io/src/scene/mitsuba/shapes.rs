@@ -15,7 +15,16 @@ use manylight::math::Affine3A;
 use manylight::scene::{InstanceDesc, PrimitiveDesc};
 
 pub(super) const SUPPORTED: &[&str] = &[
-    "cube", "cylinder", "disk", "instance", "obj", "ply", "rectangle", "serialized", "shapegroup", "sphere",
+    "cube",
+    "cylinder",
+    "disk",
+    "instance",
+    "obj",
+    "ply",
+    "rectangle",
+    "serialized",
+    "shapegroup",
+    "sphere",
 ];
 
 const LEFT_OUT: &str = "left out";
@@ -66,13 +75,15 @@ impl Builder<'_> {
             let child = self.props(child);
             if matches!(child.plugin().value.as_str(), "shapegroup" | "instance") {
                 let message = format!("{} cannot stand in a shapegroup", child.describe());
-                self.sink.error(Report::new("scene::nested_group", param.place, message));
+                self.sink
+                    .error(Report::new("scene::nested_group", param.place, message));
                 continue;
             }
             if let Some((_, emitter)) = child.objects(Family::Emitter).first() {
                 let message = "a shape in a shapegroup cannot have an emitter";
                 let report = Report::new("scene::emitter_in_group", emitter.place, message);
-                self.sink.error(report.help("place shapes that shine directly in the scene"));
+                self.sink
+                    .error(report.help("place shapes that shine directly in the scene"));
                 continue;
             }
             primitives.extend(self.primitive(&child));
@@ -93,16 +104,26 @@ impl Builder<'_> {
         let Some(target) = target else {
             let message = "an instance needs a reference to a shapegroup";
             let report = Report::new("scene::missing_object", props.place(), message);
-            self.sink.error(report.help("for instance <ref id=\"...\"/>"));
+            if !props.is_broken() {
+                self.sink
+                    .error(report.help("for instance <ref id=\"...\"/>"));
+            }
             return;
         };
         if self.tree.get(target).plugin.value != "shapegroup" {
-            let message = format!("an instance shows a shapegroup, not {}", self.props(target).describe());
-            self.sink.error(Report::new("scene::bad_value", props.place(), message));
+            let message = format!(
+                "an instance shows a shapegroup, not {}",
+                self.props(target).describe()
+            );
+            self.sink
+                .error(Report::new("scene::bad_value", props.place(), message));
             return;
         }
         let group = self.group(target);
-        self.desc.instances.push(InstanceDesc { group, world_from_group });
+        self.desc.instances.push(InstanceDesc {
+            group,
+            world_from_group,
+        });
     }
 
     /// `None` if the shape is left out.
@@ -122,23 +143,41 @@ impl Builder<'_> {
         props.finish();
         let name = props.object().id.clone();
         let world_from_object = affine(to_world);
-        Some(PrimitiveDesc { name, shape: shape?, world_from_object, flip_normals, material, emitter })
+        Some(PrimitiveDesc {
+            name,
+            shape: shape?,
+            world_from_object,
+            flip_normals,
+            material,
+            emitter,
+        })
     }
 
     /// Parts of shapes that are left out.
     fn ignore_parts(&self, props: &Props<'_>) {
+        // Attributes, which only textures that are not supported can read.
+        props.objects(Family::Texture);
         for (medium, _) in props.objects(Family::Medium) {
             self.ignore_medium(medium);
         }
         for (subsurface, _) in props.objects(Family::Subsurface) {
             let inner = self.props(subsurface);
             let message = format!("{} is not supported and is ignored", inner.describe());
-            self.sink.warn_once("subsurface", Report::new("scene::unsupported", inner.place(), message));
+            self.sink.warn_once(
+                "subsurface",
+                Report::new("scene::unsupported", inner.place(), message),
+            );
         }
         for (sensor, _) in props.objects(Family::Sensor) {
             let inner = self.props(sensor);
-            let message = format!("{} on a shape is not supported and is ignored", inner.describe());
-            self.sink.warn_once("sensor on shape", Report::new("scene::unsupported", inner.place(), message));
+            let message = format!(
+                "{} on a shape is not supported and is ignored",
+                inner.describe()
+            );
+            self.sink.warn_once(
+                "sensor on shape",
+                Report::new("scene::unsupported", inner.place(), message),
+            );
         }
     }
 
@@ -160,7 +199,8 @@ impl Builder<'_> {
     }
 
     fn geometry(&mut self, props: &Props<'_>, to_world: DMat4) -> Option<ShapeId> {
-        let radius = |default| props.float_where("radius", default, |radius| radius > 0.0, "positive");
+        let radius =
+            |default| props.float_where("radius", default, |radius| radius > 0.0, "positive");
         Some(match props.plugin().value.as_str() {
             "obj" => return self.mesh_file(props, MeshFormat::Obj, to_world),
             "ply" => return self.mesh_file(props, MeshFormat::Ply, to_world),
@@ -169,14 +209,14 @@ impl Builder<'_> {
                 return self.mesh_file(props, MeshFormat::Serialized { shape_index }, to_world);
             }
             "rectangle" => self.builtin(props, "rectangle", || Shape::Mesh(Mesh::rectangle())),
-            "cube" => {
-                props.ignore(&["face_normals", "flip_tex_coords"]);
-                self.builtin(props, "cube", || Shape::Mesh(Mesh::cube()))
-            }
+            "cube" => self.builtin(props, "cube", || Shape::Mesh(Mesh::cube())),
             "disk" => self.builtin(props, "disk", || Shape::Disk),
             "sphere" => {
                 let center = props.vector("center").unwrap_or(DVec3::ZERO).as_vec3();
-                let shape = Shape::Sphere { center, radius: radius(1.0) };
+                let shape = Shape::Sphere {
+                    center,
+                    radius: radius(1.0),
+                };
                 self.warn_distorted(props, to_world);
                 self.add_shape(shape)
             }
@@ -185,9 +225,14 @@ impl Builder<'_> {
                 let p1 = props.vector("p1").unwrap_or(DVec3::Z).as_vec3();
                 if p0 == p1 {
                     let message = "`p0` and `p1` of a cylinder must differ";
-                    self.sink.error(Report::new("scene::bad_value", props.place(), message));
+                    self.sink
+                        .error(Report::new("scene::bad_value", props.place(), message));
                 }
-                let shape = Shape::Cylinder { p0, p1, radius: radius(1.0) };
+                let shape = Shape::Cylinder {
+                    p0,
+                    p1,
+                    radius: radius(1.0),
+                };
                 self.warn_distorted(props, to_world);
                 self.add_shape(shape)
             }
@@ -195,8 +240,16 @@ impl Builder<'_> {
         })
     }
 
-    fn builtin(&mut self, props: &Props<'_>, name: &'static str, make: impl FnOnce() -> Shape) -> ShapeId {
-        props.ignore(&["subdivisions"]);
+    fn builtin(
+        &mut self,
+        props: &Props<'_>,
+        name: &'static str,
+        make: impl FnOnce() -> Shape,
+    ) -> ShapeId {
+        if name != "disk" {
+            // Flat faces look the same either way.
+            props.ignore(&["face_normals"]);
+        }
         if let Some(shape) = self.builtin_shapes.get(name) {
             return *shape;
         }
@@ -208,17 +261,32 @@ impl Builder<'_> {
     /// Spheres and cylinders stay what they are only under rotation, translation and uniform scale.
     fn warn_distorted(&self, props: &Props<'_>, to_world: DMat4) {
         if similarity_scale(to_world).is_none() {
-            let message = format!("`to_world` of {} distorts it, which is not exact", props.describe());
-            let place = props.get("to_world").map_or(props.place(), |param| param.name.place);
-            self.sink.warn_once("distorted quadric", Report::new("scene::distorted", place, message));
+            let message = format!(
+                "`to_world` of {} distorts it, which is not exact",
+                props.describe()
+            );
+            let place = props
+                .get("to_world")
+                .map_or(props.place(), |param| param.name.place);
+            self.sink.warn_once(
+                "distorted quadric",
+                Report::new("scene::distorted", place, message),
+            );
         }
     }
 
-    fn mesh_file(&mut self, props: &Props<'_>, format: MeshFormat, to_world: DMat4) -> Option<ShapeId> {
+    fn mesh_file(
+        &mut self,
+        props: &Props<'_>,
+        format: MeshFormat,
+        to_world: DMat4,
+    ) -> Option<ShapeId> {
         let faceted = props.boolean("face_normals", false);
         // Mitsuba turns v round for OBJ files, so that images stand upright.
         let flip_v = props.boolean("flip_tex_coords", matches!(format, MeshFormat::Obj));
-        props.ignore(&["vertex_normals", "collapse", "srgb"]);
+        if props.is_v0() {
+            props.ignore(&["collapse", "srgb"]);
+        }
         self.warn_feature(props, "max_smooth_angle", "is not supported and is ignored");
         let name = props.required_string("filename")?;
         let path = find_file(self.sink, &props.object().folders, &name, "mesh file")?;
@@ -226,9 +294,20 @@ impl Builder<'_> {
             Normals::Faceted
         } else {
             let keeps_angles = similarity_scale(to_world).is_some_and(|scale| scale > 0.0);
-            Normals::Smooth { placement: if keeps_angles { Affine3A::IDENTITY } else { linear_part(to_world) } }
+            Normals::Smooth {
+                placement: if keeps_angles {
+                    Affine3A::IDENTITY
+                } else {
+                    linear_part(to_world)
+                },
+            }
         };
-        let request = MeshRequest { path, format, flip_v, normals };
+        let request = MeshRequest {
+            path,
+            format,
+            flip_v,
+            normals,
+        };
         let shapes = &mut self.desc.shapes;
         Some(self.assets.mesh(request, name.place, || {
             shapes.push(Shape::Mesh(Mesh::default()));
@@ -238,7 +317,10 @@ impl Builder<'_> {
 }
 
 fn linear_part(matrix: DMat4) -> Affine3A {
-    Affine3A { translation: glam::Vec3A::ZERO, ..affine(matrix) }
+    Affine3A {
+        translation: glam::Vec3A::ZERO,
+        ..affine(matrix)
+    }
 }
 
 /// The scale of a transform that keeps angles, negative if it mirrors; `None` if it distorts.

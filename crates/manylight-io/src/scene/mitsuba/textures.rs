@@ -61,7 +61,7 @@ impl Builder<'_> {
     }
 
     fn bitmap(&mut self, props: &Props<'_>) -> Option<TextureId> {
-        props.ignore(&["format", "accel", "max_anisotropy", "cache", "data", "id"]);
+        props.ignore(&["format", "accel", "max_anisotropy", "cache", "id"]);
         let filtering = self.filtering(props);
         let wrap = self.wrap(props);
         let uv_transform = uv_transform(props);
@@ -70,25 +70,45 @@ impl Builder<'_> {
         let name = props.required_string("filename")?;
         let path = find_file(self.sink, &props.object().folders, &name, "texture")?;
         let settings = format!("{filtering:?} {wrap:?} {uv_transform:?} {transfer:?} {channel:?}");
-        let key = BitmapKey { path: path.clone(), settings };
+        let key = BitmapKey {
+            path: path.clone(),
+            settings,
+        };
         if let Some(texture) = self.bitmaps.get(&key) {
             return Some(*texture);
         }
-        let bitmap = Bitmap { image: Image::default(), filtering, wrap, uv_transform };
+        let bitmap = Bitmap {
+            image: Image::default(),
+            filtering,
+            wrap,
+            uv_transform,
+        };
         let texture = self.add_texture(Texture::Bitmap(bitmap));
-        self.assets.add_texture_image(texture, path, transfer, channel, name.place);
+        self.assets
+            .add_texture_image(texture, path, transfer, channel, name.place);
         self.bitmaps.insert(key, texture);
         Some(texture)
     }
 
     fn filtering(&self, props: &Props<'_>) -> Filtering {
-        let Some(text) = props.string("filter_type") else { return Filtering::Bilinear };
+        let Some(text) = props.string("filter_type") else {
+            return Filtering::Bilinear;
+        };
         if props.is_v0() && matches!(text.value.as_str(), "trilinear" | "ewa") {
-            let message = format!("texture filter `{}` is not supported; replaced by bilinear", text.value);
-            self.sink.warn_once(format!("filter {}", text.value), Report::new("scene::unsupported", text.place, message));
+            let message = format!(
+                "texture filter `{}` is not supported; replaced by bilinear",
+                text.value
+            );
+            self.sink.warn_once(
+                format!("filter {}", text.value),
+                Report::new("scene::unsupported", text.place, message),
+            );
             return Filtering::Bilinear;
         }
-        let choices = [("bilinear", Filtering::Bilinear), ("nearest", Filtering::Nearest)];
+        let choices = [
+            ("bilinear", Filtering::Bilinear),
+            ("nearest", Filtering::Nearest),
+        ];
         props.choice("filter_type", Filtering::Bilinear, &choices)
     }
 
@@ -97,7 +117,11 @@ impl Builder<'_> {
         if props.is_v0() {
             self.wrap_v0(props)
         } else {
-            let choices = [("repeat", Wrap::Repeat), ("mirror", Wrap::Mirror), ("clamp", Wrap::Clamp)];
+            let choices = [
+                ("repeat", Wrap::Repeat),
+                ("mirror", Wrap::Mirror),
+                ("clamp", Wrap::Clamp),
+            ];
             props.choice("wrap_mode", Wrap::Repeat, &choices)
         }
     }
@@ -117,23 +141,36 @@ impl Builder<'_> {
             if let Some(text) = props.has(name).then(|| props.string(name)).flatten()
                 && matches!(text.value.as_str(), "zero" | "one")
             {
-                let message = format!("wrap mode `{}` is not supported; replaced by clamp", text.value);
-                self.sink.warn_once("wrap constant", Report::new("scene::unsupported", text.place, message));
+                let message = format!(
+                    "wrap mode `{}` is not supported; replaced by clamp",
+                    text.value
+                );
+                self.sink.warn_once(
+                    "wrap constant",
+                    Report::new("scene::unsupported", text.place, message),
+                );
             }
         }
         if u != v {
             let message = "different wrap modes along u and v are not supported; that of u is used";
-            self.sink.warn_once("wrap uv", Report::new("scene::unsupported", props.place(), message));
+            self.sink.warn_once(
+                "wrap uv",
+                Report::new("scene::unsupported", props.place(), message),
+            );
         }
         u
     }
 
     fn checkerboard(&mut self, props: &Props<'_>) -> TextureId {
         props.ignore(&["line_width", "id"]);
-        let color0 = self.color(props, "color0", 0.4, ColorUse::Reflectance);
-        let color1 = self.color(props, "color1", 0.2, ColorUse::Reflectance);
+        let color0 = self.color_input(props, "color0", 0.4, ColorUse::Reflectance);
+        let color1 = self.color_input(props, "color1", 0.2, ColorUse::Reflectance);
         let uv_transform = uv_transform(props);
-        self.add_texture(Texture::Checkerboard { color0, color1, uv_transform })
+        self.add_texture(Texture::Checkerboard {
+            color0,
+            color1,
+            uv_transform,
+        })
     }
 }
 
@@ -161,7 +198,10 @@ fn gamma(props: &Props<'_>) -> Option<f32> {
 
 /// `to_uv` on (u, v, 1).
 fn uv_transform(props: &Props<'_>) -> Mat3 {
-    let matrix = props.transform("to_uv").unwrap_or(DMat4::IDENTITY).as_mat4();
+    let matrix = props
+        .transform("to_uv")
+        .unwrap_or(DMat4::IDENTITY)
+        .as_mat4();
     let column = |index: usize| Vec3::new(matrix.col(index).x, matrix.col(index).y, 0.0);
     Mat3::from_cols(column(0), column(1), column(3) + Vec3::Z)
 }

@@ -21,8 +21,18 @@ const PLUGINS: [(Family, &str, &str); 9] = [
 
 /// Parameters (after the change to snake_case) with another name today.
 const PARAMETERS: [(Family, &str, &str, &str); 8] = [
-    (Family::Bsdf, "diffuse", "diffuse_reflectance", "reflectance"),
-    (Family::Bsdf, "roughdiffuse", "diffuse_reflectance", "reflectance"),
+    (
+        Family::Bsdf,
+        "diffuse",
+        "diffuse_reflectance",
+        "reflectance",
+    ),
+    (
+        Family::Bsdf,
+        "roughdiffuse",
+        "diffuse_reflectance",
+        "reflectance",
+    ),
     (Family::Emitter, "area", "intensity", "radiance"),
     (Family::Emitter, "constant", "intensity", "radiance"),
     (Family::Emitter, "directional", "intensity", "irradiance"),
@@ -36,7 +46,10 @@ pub(super) fn upgrade(object: &mut Object) {
     if object.dialect != Dialect::V0 {
         return;
     }
-    if let Some((.., new)) = PLUGINS.iter().find(|(family, old, _)| *family == object.family && *old == object.plugin.value) {
+    if let Some((.., new)) = PLUGINS
+        .iter()
+        .find(|(family, old, _)| *family == object.family && *old == object.plugin.value)
+    {
         object.plugin.value = (*new).to_owned();
     }
     for param in &mut object.params {
@@ -61,8 +74,13 @@ fn snake_case(name: &str) -> String {
         if c.is_ascii_uppercase() && previous.is_ascii_lowercase() {
             result.push('_');
         }
-        let in_capitals = c.is_ascii_uppercase() && (previous.is_ascii_lowercase() || previous.is_ascii_uppercase());
-        result.push(if in_capitals { c.to_ascii_lowercase() } else { c });
+        let in_capitals = c.is_ascii_uppercase()
+            && (previous.is_ascii_lowercase() || previous.is_ascii_uppercase());
+        result.push(if in_capitals {
+            c.to_ascii_lowercase()
+        } else {
+            c
+        });
         previous = c;
     }
     result
@@ -91,7 +109,14 @@ fn place_texture(object: &mut Object) {
     });
     if let Some(place) = place {
         let value = Value::Transform(DMat4::from_scale(scale) * DMat4::from_translation(offset));
-        object.params.push(Param { name: Text { value: "to_uv".to_owned(), place }, value, place });
+        object.params.push(Param {
+            name: Text {
+                value: "to_uv".to_owned(),
+                place,
+            },
+            value,
+            place,
+        });
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::super::sink::{Report, Sink};
 use super::object::{Family, ObjectId};
-use super::xml::{Element, Text, find_file};
+use super::xml::{Dialect, Element, Text, find_file};
 use crate::resolve::similar;
 use crate::spectra::read_spectrum;
 use glam::{DMat4, DVec3, DVec4};
@@ -54,8 +54,20 @@ impl Value {
 
 /// Tags of values and the steps of transforms, for suggestions.
 const VALUE_TAGS: [&str; 14] = [
-    "float", "integer", "boolean", "string", "point", "vector", "rgb", "srgb", "spectrum", "blackbody", "transform",
-    "ref", "include", "default",
+    "float",
+    "integer",
+    "boolean",
+    "string",
+    "point",
+    "vector",
+    "rgb",
+    "srgb",
+    "spectrum",
+    "blackbody",
+    "transform",
+    "ref",
+    "include",
+    "default",
 ];
 const STEP_TAGS: [&str; 5] = ["translate", "rotate", "scale", "lookat", "matrix"];
 
@@ -67,51 +79,87 @@ pub(super) fn parse(sink: &Sink, element: &Element) -> Option<Value> {
         "integer" => integer(sink, required_value(sink, element)?),
         "boolean" => boolean(sink, required_value(sink, element)?),
         "string" => Some(Value::String(required_value(sink, element)?.value.clone())),
-        "point" | "vector" => vector(sink, element, None).map(Value::Vector),
+        "point" | "vector" => {
+            // 0.x takes absent components for 0.
+            let missing = (element.dialect == Dialect::V0).then_some(0.0);
+            vector(sink, element, missing).map(Value::Vector)
+        }
         "rgb" | "srgb" => rgb(sink, element),
         "spectrum" => spectrum(sink, element),
         "blackbody" => blackbody(sink, element),
         "transform" => transform(sink, element).map(Value::Transform),
         "animation" => {
             let message = "<animation> is not supported; its first transform is used";
-            sink.warn_once("animation", Report::new("scene::unsupported", element.tag.place, message));
-            element.children.first().and_then(|first| transform(sink, first)).map(Value::Transform)
+            sink.warn_once(
+                "animation",
+                Report::new("scene::unsupported", element.tag.place, message),
+            );
+            element
+                .children
+                .first()
+                .and_then(|first| transform(sink, first))
+                .map(Value::Transform)
         }
         _ => {
             unknown_element(sink, element);
             return None;
         }
     };
-    let attributes: &[&str] = match tag {
+    check_attributes(sink, element, value_attributes(tag));
+    if !matches!(tag, "transform" | "animation") {
+        for child in &element.children {
+            let message = format!("<{}> cannot stand inside of <{tag}>", child.tag.value);
+            sink.error(Report::new(
+                "scene::unexpected_element",
+                child.tag.place,
+                message,
+            ));
+        }
+    }
+    Some(value.unwrap_or(Value::Broken))
+}
+
+/// The attributes of a value's element.
+fn value_attributes(tag: &str) -> &'static [&'static str] {
+    match tag {
         "point" | "vector" => &["name", "value", "x", "y", "z"],
         "spectrum" => &["name", "value", "filename", "intent"],
         "rgb" | "srgb" => &["name", "value", "intent"],
         "blackbody" => &["name", "value", "temperature", "scale"],
         "transform" | "animation" => &["name"],
         _ => &["name", "value"],
-    };
-    check_attributes(sink, element, attributes);
-    if !matches!(tag, "transform" | "animation") {
-        for child in &element.children {
-            let message = format!("<{}> cannot stand inside of <{tag}>", child.tag.value);
-            sink.error(Report::new("scene::unexpected_element", child.tag.place, message));
-        }
     }
-    Some(value.unwrap_or(Value::Broken))
 }
 
 fn unknown_element(sink: &Sink, element: &Element) {
     let tag = element.tag.value.as_str();
     if STEP_TAGS.contains(&tag.to_lowercase().as_str()) {
         let message = format!("<{tag}> can only stand inside of <transform>");
-        sink.error(Report::new("scene::unexpected_element", element.tag.place, message));
+        sink.error(Report::new(
+            "scene::unexpected_element",
+            element.tag.place,
+            message,
+        ));
         return;
     }
     let families = [
-        Family::Integrator, Family::Sensor, Family::Film, Family::Filter, Family::Sampler, Family::Emitter,
-        Family::Shape, Family::Bsdf, Family::Texture, Family::Medium, Family::Phase, Family::Volume,
+        Family::Integrator,
+        Family::Sensor,
+        Family::Film,
+        Family::Filter,
+        Family::Sampler,
+        Family::Emitter,
+        Family::Shape,
+        Family::Bsdf,
+        Family::Texture,
+        Family::Medium,
+        Family::Phase,
+        Family::Volume,
     ];
-    let known = VALUE_TAGS.iter().copied().chain(families.iter().map(|family| family.tag()));
+    let known = VALUE_TAGS
+        .iter()
+        .copied()
+        .chain(families.iter().map(|family| family.tag()));
     let help = similar(tag, known).map(|similar| format!("did you mean <{similar}>?"));
     let message = format!("unknown element <{tag}>");
     sink.error(Report::new("scene::unknown_element", element.tag.place, message).maybe_help(help));
@@ -127,17 +175,26 @@ pub(super) fn check_attributes(sink: &Sink, element: &Element, known: &[&str]) {
                 None => format!("known attributes: {}", known.join(", ")),
             };
             let message = format!("<{}> has no attribute `{name}`", element.tag.value);
-            sink.error(Report::new("scene::unknown_attribute", attribute.name.place, message).help(help));
+            sink.error(
+                Report::new("scene::unknown_attribute", attribute.name.place, message).help(help),
+            );
         }
     }
 }
 
 /// An attribute that must be there.
-pub(super) fn required_attribute<'e>(sink: &Sink, element: &'e Element, name: &str) -> Option<&'e Text> {
+pub(super) fn required_attribute<'e>(
+    sink: &Sink,
+    element: &'e Element,
+    name: &str,
+) -> Option<&'e Text> {
     let found = element.attribute(name);
     if found.is_none() {
         let message = format!("<{}> needs the attribute `{name}`", element.tag.value);
-        sink.error(Report::new("scene::missing_attribute", element.tag.place, message).label("in this element"));
+        sink.error(
+            Report::new("scene::missing_attribute", element.tag.place, message)
+                .label("in this element"),
+        );
     }
     found
 }
@@ -147,15 +204,25 @@ fn required_value<'e>(sink: &Sink, element: &'e Element) -> Option<&'e Text> {
 }
 
 fn bad_value(sink: &Sink, text: &Text, expected: &str) {
+    // Whoever left `$name` in place has reported it.
+    if text.value.contains('$') {
+        return;
+    }
     sink.error(
-        Report::new("scene::bad_value", text.place, format!("found `{}`, expected {expected}", text.value))
-            .label(format!("not {expected}")),
+        Report::new(
+            "scene::bad_value",
+            text.place,
+            format!("found `{}`, expected {expected}", text.value),
+        )
+        .label(format!("not {expected}")),
     );
 }
 
 /// The parts between blanks and commas.
 fn tokens(text: &str) -> Vec<&str> {
-    text.split(|c: char| c.is_whitespace() || c == ',').filter(|token| !token.is_empty()).collect()
+    text.split(|c: char| c.is_whitespace() || c == ',')
+        .filter(|token| !token.is_empty())
+        .collect()
 }
 
 fn parse_finite(token: &str) -> Option<f64> {
@@ -202,12 +269,19 @@ fn boolean(sink: &Sink, text: &Text) -> Option<Value> {
 /// From `value` (one or three numbers) or `x`, `y`, `z`; those that are absent are `missing`, or an error.
 fn vector(sink: &Sink, element: &Element, missing: Option<f64>) -> Option<DVec3> {
     if let Some(value) = element.attribute("value") {
-        if let Some(mixed) = ["x", "y", "z"].iter().find_map(|name| element.attribute(name)) {
+        if let Some(mixed) = ["x", "y", "z"]
+            .iter()
+            .find_map(|name| element.attribute(name))
+        {
             let message = "`value` and `x`, `y`, `z` exclude each other";
             sink.error(Report::new("scene::bad_value", mixed.place, message));
         }
         let values = numbers(sink, value, &[1, 3], "one or three numbers")?;
-        return Some(if values.len() == 1 { DVec3::splat(values[0]) } else { DVec3::from_slice(&values) });
+        return Some(if values.len() == 1 {
+            DVec3::splat(values[0])
+        } else {
+            DVec3::from_slice(&values)
+        });
     }
     let mut vector = DVec3::ZERO;
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
@@ -228,7 +302,9 @@ fn rgb(sink: &Sink, element: &Element) -> Option<Value> {
     let encoded = element.tag.value == "srgb";
     let expected = "one or three numbers, or `#rrggbb`";
     let values = if let Some(digits) = text.value.trim().strip_prefix('#') {
-        let parsed = (digits.len() == 6).then(|| u32::from_str_radix(digits, 16).ok()).flatten();
+        let parsed = (digits.len() == 6)
+            .then(|| u32::from_str_radix(digits, 16).ok())
+            .flatten();
         let Some(code) = parsed else {
             bad_value(sink, text, expected);
             return None;
@@ -236,14 +312,26 @@ fn rgb(sink: &Sink, element: &Element) -> Option<Value> {
         [16, 8, 0].map(|shift| f64::from(code >> shift & 0xff) / 255.0)
     } else {
         let values = numbers(sink, text, &[1, 3], expected)?;
-        if values.len() == 1 { [values[0]; 3] } else { [values[0], values[1], values[2]] }
+        if values.len() == 1 {
+            [values[0]; 3]
+        } else {
+            [values[0], values[1], values[2]]
+        }
     };
-    Some(Value::Rgb(if encoded { values.map(linear_from_srgb) } else { values }))
+    Some(Value::Rgb(if encoded {
+        values.map(linear_from_srgb)
+    } else {
+        values
+    }))
 }
 
 fn linear_from_srgb(v: f64) -> f64 {
     // IEC 61966-2-1.
-    if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
+    if v <= 0.04045 {
+        v / 12.92
+    } else {
+        ((v + 0.055) / 1.055).powf(2.4)
+    }
 }
 
 fn spectrum(sink: &Sink, element: &Element) -> Option<Value> {
@@ -252,7 +340,11 @@ fn spectrum(sink: &Sink, element: &Element) -> Option<Value> {
         (None, Some(name)) => return spectrum_file(sink, element, name).map(Value::Spectrum),
         _ => {
             let message = "<spectrum> needs either `value` or `filename`";
-            sink.error(Report::new("scene::missing_attribute", element.tag.place, message));
+            sink.error(Report::new(
+                "scene::missing_attribute",
+                element.tag.place,
+                message,
+            ));
             return None;
         }
     };
@@ -277,7 +369,10 @@ fn wavelength_pairs(text: &str) -> Option<Vec<(f32, f32)>> {
     let text = text.replace(": ", ":");
     let pair = |token: &str| {
         let (wavelength, value) = token.split_once(':')?;
-        Some((parse_finite(wavelength)? as f32, parse_finite(value)? as f32))
+        Some((
+            parse_finite(wavelength)? as f32,
+            parse_finite(value)? as f32,
+        ))
     };
     let samples: Vec<(f32, f32)> = tokens(&text).into_iter().map(pair).collect::<Option<_>>()?;
     growing(&samples).then_some(samples)
@@ -292,7 +387,11 @@ fn spectrum_file(sink: &Sink, element: &Element, name: &Text) -> Option<Spectrum
     match read_spectrum(&path) {
         Ok(samples) => Some(Spectrum::Sampled(samples)),
         Err(error) => {
-            let report = Report::new("scene::broken_file", name.place, format!("cannot use the spectrum {error}"));
+            let report = Report::new(
+                "scene::broken_file",
+                name.place,
+                format!("cannot use the spectrum {error}"),
+            );
             sink.error(report.label("this spectrum"));
             None
         }
@@ -310,7 +409,10 @@ fn blackbody(sink: &Sink, element: &Element) -> Option<Value> {
         Some(scale) => number(sink, scale)?,
         None => 1.0,
     };
-    Some(Value::Spectrum(Spectrum::Blackbody { temperature: temperature as f32, scale: scale as f32 }))
+    Some(Value::Spectrum(Spectrum::Blackbody {
+        temperature: temperature as f32,
+        scale: scale as f32,
+    }))
 }
 
 /// The steps of a transform, the first applied first.
@@ -338,9 +440,12 @@ fn transform_step(sink: &Sink, step: &Element) -> Option<DMat4> {
         "lookat" => look_at(sink, step),
         "matrix" => matrix(sink, step),
         _ => {
-            let help = similar(&name, STEP_TAGS).map(|similar| format!("did you mean <{similar}>?"));
+            let help =
+                similar(&name, STEP_TAGS).map(|similar| format!("did you mean <{similar}>?"));
             let message = format!("<{}> is no step of a transform", step.tag.value);
-            sink.error(Report::new("scene::unknown_element", step.tag.place, message).maybe_help(help));
+            sink.error(
+                Report::new("scene::unknown_element", step.tag.place, message).maybe_help(help),
+            );
             return None;
         }
     };
@@ -353,7 +458,10 @@ fn rotation(sink: &Sink, step: &Element) -> Option<DMat4> {
     let angle = number(sink, required_attribute(sink, step, "angle")?)?;
     if axis == DVec3::ZERO {
         let message = "the axis of a rotation must not be zero";
-        sink.error(Report::new("scene::bad_value", step.tag.place, message).help("expected for instance `y=\"1\"`"));
+        sink.error(
+            Report::new("scene::bad_value", step.tag.place, message)
+                .help("expected for instance `y=\"1\"`"),
+        );
         return None;
     }
     Some(DMat4::from_axis_angle(axis.normalize(), angle.to_radians()))
@@ -370,15 +478,26 @@ fn look_at(sink: &Sink, step: &Element) -> Option<DMat4> {
         None => DVec3::ZERO,
     };
     let forward = (target - origin).normalize_or_zero();
-    let up = if up == DVec3::ZERO { forward.any_orthonormal_vector() } else { up };
+    let up = if up == DVec3::ZERO {
+        forward.any_orthonormal_vector()
+    } else {
+        up
+    };
     let left = up.cross(forward).normalize_or_zero();
     if forward == DVec3::ZERO || left == DVec3::ZERO {
         let message = "lookat needs a `target` apart from `origin`, and an `up` across the view";
-        sink.error(Report::new("scene::bad_value", step.tag.place, message).label("no view is defined"));
+        sink.error(
+            Report::new("scene::bad_value", step.tag.place, message).label("no view is defined"),
+        );
         return None;
     }
     let up = forward.cross(left);
-    Some(DMat4::from_cols(left.extend(0.0), up.extend(0.0), forward.extend(0.0), origin.extend(1.0)))
+    Some(DMat4::from_cols(
+        left.extend(0.0),
+        up.extend(0.0),
+        forward.extend(0.0),
+        origin.extend(1.0),
+    ))
 }
 
 fn matrix(sink: &Sink, step: &Element) -> Option<DMat4> {

@@ -11,6 +11,9 @@ use std::sync::Arc;
 /// Files including files: more than this is a cycle.
 const MAX_INCLUDE_DEPTH: usize = 15;
 
+/// Elements in elements: far beyond any scene, and still safe for recursion.
+const MAX_NESTING: usize = 100;
+
 /// Which generation of the format a file is written in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Dialect {
@@ -48,7 +51,10 @@ pub(super) struct Element {
 impl Element {
     /// The attribute called `name`.
     pub(super) fn attribute(&self, name: &str) -> Option<&Text> {
-        self.attributes.iter().find(|attribute| attribute.name.value == name).map(|attribute| &attribute.value)
+        self.attributes
+            .iter()
+            .find(|attribute| attribute.name.value == name)
+            .map(|attribute| &attribute.value)
     }
 }
 
@@ -76,7 +82,12 @@ struct File {
 }
 
 /// Reads a file and all that it includes into one tree. `None` if the text is not XML.
-pub(super) fn read_tree(path: &Path, text: Arc<str>, defines: &[(String, String)], sink: &Sink) -> Option<Element> {
+pub(super) fn read_tree(
+    path: &Path,
+    text: Arc<str>,
+    defines: &[(String, String)],
+    sink: &Sink,
+) -> Option<Element> {
     let parameters = defines
         .iter()
         .map(|(name, value)| Parameter {
@@ -85,7 +96,11 @@ pub(super) fn read_tree(path: &Path, text: Arc<str>, defines: &[(String, String)
             defined: Definition::Caller { used: false },
         })
         .collect();
-    let mut reader = TreeReader { sink, parameters };
+    let mut reader = TreeReader {
+        sink,
+        parameters,
+        nesting: 0,
+    };
     let root = reader.file(path, text, 0, &[])?;
     reader.check_defines();
     Some(root)
@@ -94,14 +109,29 @@ pub(super) fn read_tree(path: &Path, text: Arc<str>, defines: &[(String, String)
 struct TreeReader<'a> {
     sink: &'a Sink,
     parameters: Vec<Parameter>,
+    /// Elements that are being read.
+    nesting: usize,
 }
 
 impl TreeReader<'_> {
-    fn file(&mut self, path: &Path, text: Arc<str>, depth: usize, outer: &[PathBuf]) -> Option<Element> {
+    fn file(
+        &mut self,
+        path: &Path,
+        text: Arc<str>,
+        depth: usize,
+        outer: &[PathBuf],
+    ) -> Option<Element> {
         let index = self.sink.add_file(path, Arc::clone(&text));
         // A byte order mark is not part of the document; offsets count from after it.
-        let skipped = if text.starts_with('\u{feff}') { '\u{feff}'.len_utf8() } else { 0 };
-        let options = ParsingOptions { allow_dtd: true, ..ParsingOptions::default() };
+        let skipped = if text.starts_with('\u{feff}') {
+            '\u{feff}'.len_utf8()
+        } else {
+            0
+        };
+        let options = ParsingOptions {
+            allow_dtd: true,
+            ..ParsingOptions::default()
+        };
         let document = match Document::parse_with_options(&text[skipped..], options) {
             Ok(document) => document,
             Err(error) => {
@@ -110,41 +140,83 @@ impl TreeReader<'_> {
             }
         };
         let mut folders = vec![path.parent().map_or_else(PathBuf::new, Path::to_owned)];
-        folders.extend(outer.iter().filter(|folder| **folder != folders[0]).cloned().collect::<Vec<_>>());
+        folders.extend(
+            outer
+                .iter()
+                .filter(|folder| **folder != folders[0])
+                .cloned()
+                .collect::<Vec<_>>(),
+        );
         let root = document.root_element();
         let dialect = self.dialect(root, index, skipped);
-        let mut file = File { index, dialect, folders: folders.into(), depth };
+        let mut file = File {
+            index,
+            dialect,
+            folders: folders.into(),
+            depth,
+        };
         self.element(root, &mut file, skipped)
     }
 
     fn malformed(&self, file: u32, text: &str, error: &roxmltree::Error) {
         let position = error.pos();
-        let line_start: usize = text.split_inclusive('\n').take(position.row as usize - 1).map(str::len).sum();
+        let line_start: usize = text
+            .split_inclusive('\n')
+            .take(position.row as usize - 1)
+            .map(str::len)
+            .sum();
         let line = text[line_start..].lines().next().unwrap_or("");
-        let column = line.char_indices().nth(position.col as usize - 1).map_or(line.len(), |(offset, _)| offset);
-        let place = Place { file, start: (line_start + column) as u32, end: (line_start + column) as u32 };
+        let column = line
+            .char_indices()
+            .nth(position.col as usize - 1)
+            .map_or(line.len(), |(offset, _)| offset);
+        let place = Place {
+            file,
+            start: (line_start + column) as u32,
+            end: (line_start + column) as u32,
+        };
         let message = error.to_string();
         let message = message.split(" at ").next().unwrap_or(&message).to_owned();
-        self.sink.error(Report::new("scene::malformed_xml", place, format!("malformed XML: {message}")).label("here"));
+        self.sink.error(
+            Report::new(
+                "scene::malformed_xml",
+                place,
+                format!("malformed XML: {message}"),
+            )
+            .label("here"),
+        );
     }
 
     fn dialect(&self, root: Node<'_, '_>, file: u32, skipped: usize) -> Dialect {
         let tag = place(file, tag_range(root), skipped);
         let Some(version) = root.attribute_node("version") else {
             self.sink.error(
-                Report::new("scene::missing_version", tag, format!("<{}> has no `version`", root.tag_name().name()))
-                    .help("expected for instance `<scene version=\"3.0.0\">`"),
+                Report::new(
+                    "scene::missing_version",
+                    tag,
+                    format!("<{}> has no `version`", root.tag_name().name()),
+                )
+                .help("expected for instance `<scene version=\"3.0.0\">`"),
             );
             return Dialect::V3;
         };
-        match version.value().split('.').next().and_then(|major| major.trim().parse::<u32>().ok()) {
+        match version
+            .value()
+            .split('.')
+            .next()
+            .and_then(|major| major.trim().parse::<u32>().ok())
+        {
             Some(0 | 1) => Dialect::V0,
             Some(_) => Dialect::V3,
             None => {
                 let at = place(file, version.range_value(), skipped);
                 self.sink.error(
-                    Report::new("scene::bad_version", at, format!("`{}` is not a version", version.value()))
-                        .help("expected for instance `3.0.0`"),
+                    Report::new(
+                        "scene::bad_version",
+                        at,
+                        format!("`{}` is not a version", version.value()),
+                    )
+                    .help("expected for instance `3.0.0`"),
                 );
                 Dialect::V3
             }
@@ -153,6 +225,32 @@ impl TreeReader<'_> {
 
     /// The element, or `None` for those that only matter while reading (`default`, `path`) or that are broken.
     fn element(&mut self, node: Node<'_, '_>, file: &mut File, skipped: usize) -> Option<Element> {
+        let mut element = self.start(node, file, skipped);
+        match element.tag.value.as_str() {
+            "default" => {
+                self.default(&element);
+                return None;
+            }
+            "path" => {
+                self.search_path(&element, file);
+                return None;
+            }
+            _ => {}
+        }
+        if self.nesting == MAX_NESTING {
+            let message = format!("elements are nested more than {MAX_NESTING} deep");
+            self.sink
+                .error(Report::new("scene::too_deep", element.tag.place, message));
+            return None;
+        }
+        self.nesting += 1;
+        element.children = self.children(node, file, skipped);
+        self.nesting -= 1;
+        Some(element)
+    }
+
+    /// The element without its children.
+    fn start(&mut self, node: Node<'_, '_>, file: &File, skipped: usize) -> Element {
         let tag = Text {
             value: node.tag_name().name().to_owned(),
             place: place(file.index, tag_range(node), skipped),
@@ -166,39 +264,39 @@ impl TreeReader<'_> {
                         value: attribute.name().to_owned(),
                         place: place(file.index, attribute.range_qname(), skipped),
                     },
-                    value: Text { value: self.substitute(attribute.value(), value_place), place: value_place },
+                    value: Text {
+                        value: self.substitute(attribute.value(), value_place),
+                        place: value_place,
+                    },
                 }
             })
             .collect();
-        let mut element = Element {
+        Element {
             tag,
             attributes,
             children: Vec::new(),
             dialect: file.dialect,
             folders: Arc::clone(&file.folders),
-        };
-        match element.tag.value.as_str() {
-            "default" => {
-                self.default(&element);
-                return None;
-            }
-            "path" => {
-                self.search_path(&element, file);
-                return None;
-            }
-            _ => {}
         }
+    }
+
+    fn children(&mut self, node: Node<'_, '_>, file: &mut File, skipped: usize) -> Vec<Element> {
+        let mut children = Vec::new();
         for child in node.children() {
             if child.is_element() && child.tag_name().name() == "include" {
                 let include = self.element(child, file, skipped);
-                element.children.extend(include.into_iter().flat_map(|include| self.include(&include, file)));
+                children.extend(
+                    include
+                        .into_iter()
+                        .flat_map(|include| self.include(&include, file)),
+                );
             } else if child.is_element() {
-                element.children.extend(self.element(child, file, skipped));
+                children.extend(self.element(child, file, skipped));
             } else if child.is_text() && child.text().is_some_and(|text| !text.trim().is_empty()) {
                 self.stray_text(child, file.index, skipped);
             }
         }
-        Some(element)
+        children
     }
 
     fn stray_text(&self, node: Node<'_, '_>, file: u32, skipped: usize) {
@@ -206,7 +304,11 @@ impl TreeReader<'_> {
         let lead = text.len() - text.trim_start().len();
         let range = node.range();
         let start = range.start + lead;
-        let at = place(file, start..(start + text.trim().len()).min(range.end), skipped);
+        let at = place(
+            file,
+            start..(start + text.trim().len()).min(range.end),
+            skipped,
+        );
         self.sink.error(
             Report::new("scene::stray_text", at, "text between elements")
                 .help("values belong into attributes; to leave something out, write <!-- ... -->"),
@@ -214,13 +316,27 @@ impl TreeReader<'_> {
     }
 
     fn default(&mut self, element: &Element) {
-        let (Some(name), Some(value)) = (self.required(element, "name"), self.required(element, "value")) else {
+        let (Some(name), Some(value)) = (
+            self.required(element, "name"),
+            self.required(element, "value"),
+        ) else {
             return;
         };
-        if !self.parameters.iter().any(|parameter| parameter.name == name.value) {
+        if !self
+            .parameters
+            .iter()
+            .any(|parameter| parameter.name == name.value)
+        {
             let (name, value) = (name.value.clone(), value.value.clone());
-            self.parameters.push(Parameter { name, value, defined: Definition::File });
-        } else if let Some(parameter) = self.parameters.iter_mut().find(|parameter| parameter.name == name.value)
+            self.parameters.push(Parameter {
+                name,
+                value,
+                defined: Definition::File,
+            });
+        } else if let Some(parameter) = self
+            .parameters
+            .iter_mut()
+            .find(|parameter| parameter.name == name.value)
             && let Definition::Caller { used } = &mut parameter.defined
         {
             *used = true;
@@ -232,43 +348,66 @@ impl TreeReader<'_> {
         if found.is_none() {
             let tag = &element.tag.value;
             let message = format!("<{tag}> needs the attribute `{name}`");
-            self.sink.error(Report::new("scene::missing_attribute", element.tag.place, message));
+            self.sink.error(Report::new(
+                "scene::missing_attribute",
+                element.tag.place,
+                message,
+            ));
         }
         found
     }
 
     fn search_path(&mut self, element: &Element, file: &mut File) {
-        let Some(value) = self.required(element, "value") else { return };
+        let Some(value) = self.required(element, "value") else {
+            return;
+        };
         match resolve(&value.value, &file.folders) {
             Some(found) => {
                 let folders = std::iter::once(found.path).chain(file.folders.iter().cloned());
                 file.folders = folders.collect();
             }
             None => self.sink.error(
-                Report::new("scene::missing_file", value.place, format!("the folder `{}` does not exist", value.value))
-                    .label("not found"),
+                Report::new(
+                    "scene::missing_file",
+                    value.place,
+                    format!("the folder `{}` does not exist", value.value),
+                )
+                .label("not found"),
             ),
         }
     }
 
     fn include(&mut self, element: &Element, file: &File) -> Vec<Element> {
-        let Some(name) = self.required(element, "filename") else { return Vec::new() };
+        let Some(name) = self.required(element, "filename") else {
+            return Vec::new();
+        };
         if file.depth >= MAX_INCLUDE_DEPTH {
             let message = format!("files include each other more than {MAX_INCLUDE_DEPTH} deep");
-            self.sink.error(Report::new("scene::include_depth", name.place, message).help("is there a cycle?"));
+            self.sink.error(
+                Report::new("scene::include_depth", name.place, message).help("is there a cycle?"),
+            );
             return Vec::new();
         }
-        let Some(found) = find_file(self.sink, &file.folders, name, "included file") else { return Vec::new() };
+        let Some(found) = find_file(self.sink, &file.folders, name, "included file") else {
+            return Vec::new();
+        };
         let text = match std::fs::read_to_string(&found) {
             Ok(text) => text,
             Err(error) => {
                 let message = format!("cannot read `{}`: {error}", found.display());
-                self.sink.error(Report::new("scene::unreadable", name.place, message).file_system());
+                self.sink
+                    .error(Report::new("scene::unreadable", name.place, message).file_system());
                 return Vec::new();
             }
         };
-        let Some(root) = self.file(&found, text.into(), file.depth + 1, &file.folders) else { return Vec::new() };
-        if Family::of_tag(&root.tag.value) == Some(Family::Scene) { root.children } else { vec![root] }
+        let Some(root) = self.file(&found, text.into(), file.depth + 1, &file.folders) else {
+            return Vec::new();
+        };
+        if Family::of_tag(&root.tag.value) == Some(Family::Scene) {
+            root.children
+        } else {
+            vec![root]
+        }
     }
 
     /// Replaces each `$name`, the longest name that is defined.
@@ -292,7 +431,9 @@ impl TreeReader<'_> {
                     rest = &rest[parameter.name.len()..];
                 }
                 None => {
-                    let length = rest.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(rest.len());
+                    let length = rest
+                        .find(|c: char| !c.is_alphanumeric() && c != '_')
+                        .unwrap_or(rest.len());
                     self.undefined(&rest[..length], at);
                     return text.to_owned();
                 }
@@ -303,15 +444,24 @@ impl TreeReader<'_> {
     }
 
     fn undefined(&self, name: &str, at: Place) {
-        let known = self.parameters.iter().map(|parameter| parameter.name.as_str());
+        let known = self
+            .parameters
+            .iter()
+            .map(|parameter| parameter.name.as_str());
         let suggestion = match similar(name, known) {
             Some(similar) => format!("did you mean `${similar}`?"),
-            None => format!("give it a value by `-D {name}=...` or `<default name=\"{name}\" value=\"...\"/>`"),
+            None => format!(
+                "give it a value by `-D {name}=...` or `<default name=\"{name}\" value=\"...\"/>`"
+            ),
         };
         self.sink.error(
-            Report::new("scene::undefined_parameter", at, format!("the parameter `${name}` is not defined"))
-                .label("no value for it")
-                .help(suggestion),
+            Report::new(
+                "scene::undefined_parameter",
+                at,
+                format!("the parameter `${name}` is not defined"),
+            )
+            .label("no value for it")
+            .help(suggestion),
         );
     }
 
@@ -337,7 +487,10 @@ impl TreeReader<'_> {
                 severity: Severity::Error,
                 kind: LoadErrorKind::Scene,
                 code: "scene::unknown_parameter",
-                message: format!("`-D {name}={}`: the scene does not use `${name}`", parameter.value),
+                message: format!(
+                    "`-D {name}={}`: the scene does not use `${name}`",
+                    parameter.value
+                ),
                 location: None,
                 help: Some(help),
             });
@@ -346,25 +499,45 @@ impl TreeReader<'_> {
 }
 
 /// The file called `name`; an error or a remark about its spelling goes to the sink.
-pub(super) fn find_file(sink: &Sink, folders: &[PathBuf], name: &Text, what: &str) -> Option<PathBuf> {
-    match resolve(&name.value, folders) {
+pub(super) fn find_file(
+    sink: &Sink,
+    folders: &[PathBuf],
+    name: &Text,
+    what: &str,
+) -> Option<PathBuf> {
+    let found = resolve(&name.value, folders).filter(|found| found.path.is_file());
+    match found {
         Some(found) => {
             if let Some(remark) = found.remark {
-                let message = format!("the name `{}` {remark}; using `{}`", name.value, found.path.display());
-                sink.warn_once(format!("spelling of {}", name.value), Report::new("scene::file_name", name.place, message));
+                let message = format!(
+                    "the name `{}` {remark}; using `{}`",
+                    name.value,
+                    found.path.display()
+                );
+                sink.warn_once(
+                    format!("spelling of {}", name.value),
+                    Report::new("scene::file_name", name.place, message),
+                );
             }
             Some(found.path)
         }
+        None if name.value.contains('$') => None,
         None => {
             let path = folders[0].join(&name.value);
             let help = match crate::resolve::similar_file(&path) {
-                Some(similar) => format!("looked for `{}`; did you mean `{similar}`?", path.display()),
+                Some(similar) => {
+                    format!("looked for `{}`; did you mean `{similar}`?", path.display())
+                }
                 None => format!("looked for `{}`", path.display()),
             };
             sink.error(
-                Report::new("scene::missing_file", name.place, format!("the {what} `{}` does not exist", name.value))
-                    .label("not found")
-                    .help(help),
+                Report::new(
+                    "scene::missing_file",
+                    name.place,
+                    format!("the {what} `{}` does not exist", name.value),
+                )
+                .label("not found")
+                .help(help),
             );
             None
         }
@@ -378,5 +551,9 @@ fn tag_range(node: Node<'_, '_>) -> Range<usize> {
 }
 
 fn place(file: u32, range: Range<usize>, skipped: usize) -> Place {
-    Place { file, start: (range.start + skipped) as u32, end: (range.end + skipped) as u32 }
+    Place {
+        file,
+        start: (range.start + skipped) as u32,
+        end: (range.end + skipped) as u32,
+    }
 }

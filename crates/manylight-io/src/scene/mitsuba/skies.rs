@@ -1,0 +1,142 @@
+//! Sun and sky: baked into an environment map. Version 3 has z up; in 0.x, y is up, x east and z south.
+
+use super::Builder;
+use super::colors::ColorUse;
+use super::emitters::rotation;
+use super::props::Props;
+use crate::sky::{PlaceAndTime, SunSky, bake_sunsky, sky_from_environment};
+use glam::{DMat4, DVec3};
+use manylight::emitters::{Emitter, Environment};
+use manylight::math::Vec3;
+
+/// Columns of the map: the sun's disc is three of them wide.
+const MAP_WIDTH: usize = 2048;
+
+/// Parameters that give the sun's place by time.
+const TIME: [&str; 9] = [
+    "latitude",
+    "longitude",
+    "timezone",
+    "year",
+    "month",
+    "day",
+    "hour",
+    "minute",
+    "second",
+];
+
+/// Which of the two shine.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Parts {
+    Both,
+    Sky,
+    Sun,
+}
+
+impl Builder<'_> {
+    pub(super) fn sun_and_sky(&mut self, props: &Props<'_>, parts: Parts) {
+        let defaults = SunSky::default();
+        let to_world = props.to_world();
+        let z_up = DMat4::from_rotation_x(-std::f64::consts::FRAC_PI_2);
+        let frame = if props.is_v0() {
+            to_world * z_up
+        } else {
+            to_world
+        };
+        let scale = if props.is_v0() {
+            props.float("scale", 1.0)
+        } else {
+            1.0
+        };
+        let at_least_zero = |name| props.float_where(name, 1.0, |scale| scale >= 0.0, "at least 0");
+        let (sun_scale, sky_scale) = (
+            at_least_zero("sun_scale") * scale,
+            at_least_zero("sky_scale") * scale,
+        );
+        let parameters = SunSky {
+            sun_direction: self.sun_direction(props, to_world, frame),
+            turbidity: props.float_where(
+                "turbidity",
+                3.0,
+                |t| (1.0..=10.0).contains(&t),
+                "in [1, 10]",
+            ),
+            albedo: self.color(props, "albedo", defaults.albedo.r, ColorUse::Reflectance),
+            sun_scale: if parts == Parts::Sky { 0.0 } else { sun_scale },
+            sky_scale: if parts == Parts::Sun { 0.0 } else { sky_scale },
+            sun_aperture: self.sun_aperture(props, defaults.sun_aperture),
+        };
+        self.warn_feature(
+            props,
+            "complex_sun",
+            "is not supported: the sun is a uniform disc",
+        );
+        if props.is_v0() {
+            self.warn_feature(props, "stretch", "is not supported and is ignored");
+            props.ignore(&["resolution", "extend", "sun_samples"]);
+        }
+        let image = bake_sunsky(&parameters, MAP_WIDTH);
+        let world_from_emitter = rotation(frame) * sky_from_environment();
+        self.add_emitter(Emitter::Environment(Environment {
+            image,
+            scale: 1.0,
+            world_from_emitter,
+        }));
+    }
+
+    fn sun_aperture(&self, props: &Props<'_>, default: f32) -> f32 {
+        if props.is_v0() {
+            default * props.float_where("sun_radius_scale", 1.0, |scale| scale >= 0.0, "at least 0")
+        } else {
+            props.float_where(
+                "sun_aperture",
+                default,
+                |angle| angle > 0.0 && angle < 180.0,
+                "in (0, 180)",
+            )
+        }
+    }
+
+    /// In the frame of the sky. A given direction is one of the world; a time gives one of the emitter.
+    fn sun_direction(&self, props: &Props<'_>, to_world: DMat4, frame: DMat4) -> Vec3 {
+        let into_frame = |world: DVec3| {
+            frame
+                .inverse()
+                .transform_vector3(world)
+                .normalize_or_zero()
+                .as_vec3()
+        };
+        if let Some(direction) = props.vector("sun_direction") {
+            if let Some(time) = TIME.iter().find(|name| props.has(name)) {
+                props.refuse(
+                    props.get("sun_direction").expect("it was just read"),
+                    &format!("absent where `{time}` is given"),
+                );
+            }
+            props.ignore(&TIME);
+            return into_frame(direction);
+        }
+        let local = place_and_time(props).sun_direction();
+        if props.is_v0() {
+            let east_up_south = Vec3::new(-local.y, local.z, local.x).as_dvec3();
+            return into_frame(to_world.transform_vector3(east_up_south));
+        }
+        local
+    }
+}
+
+fn place_and_time(props: &Props<'_>) -> PlaceAndTime {
+    let default = PlaceAndTime::default();
+    let integer = |name, default: i32, least| props.integer(name, i64::from(default), least) as i32;
+    PlaceAndTime {
+        latitude: props.float("latitude", default.latitude),
+        longitude: props.float("longitude", default.longitude),
+        timezone: props.float("timezone", default.timezone),
+        year: integer("year", default.year, 0),
+        month: integer("month", default.month, 1),
+        day: integer("day", default.day, 1),
+        hour: props.float("hour", default.hour),
+        minute: props.float("minute", default.minute),
+        second: props.float("second", default.second),
+    }
+}

@@ -1,0 +1,88 @@
+//! Scene files in, descriptions or exact messages out.
+
+#![expect(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "helpers of tests fail and tell loudly"
+)]
+
+mod errors;
+mod shared_scenes;
+mod skies;
+mod upgrade;
+mod values;
+
+use manylight::scene::SceneDesc;
+use manylight_io::{Diagnostic, LoadOptions, LoadedScene, Severity, check_scene, load_scene};
+use std::path::PathBuf;
+
+/// A folder with the files of a scene.
+struct Files {
+    folder: tempfile::TempDir,
+}
+
+impl Files {
+    /// A folder with `scene.xml` and others.
+    fn new(scene: &str, others: &[(&str, &str)]) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, content) in others.iter().chain(&[("scene.xml", scene)]) {
+            std::fs::write(folder.path().join(name), content).unwrap();
+        }
+        Files { folder }
+    }
+
+    fn scene(&self) -> PathBuf {
+        self.folder.path().join("scene.xml")
+    }
+
+    fn load(&self) -> LoadedScene {
+        load_scene(&self.scene(), &LoadOptions::default()).unwrap_or_else(|error| {
+            panic!("{error} at {:?}", error.diagnostic().location);
+        })
+    }
+}
+
+/// A scene with a sensor, an emitter and `content`.
+fn document(version: &str, content: &str) -> String {
+    format!(
+        "<scene version=\"{version}\"><sensor type=\"perspective\"/><emitter type=\"constant\"/>\n{content}\n</scene>"
+    )
+}
+
+/// The description of a version 3 scene with `content`, which must load without a warning.
+fn load(content: &str) -> SceneDesc {
+    load_version("3.0.0", content)
+}
+
+fn load_version(version: &str, content: &str) -> SceneDesc {
+    let loaded = Files::new(&document(version, content), &[]).load();
+    assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+    loaded.desc
+}
+
+/// All problems of a scene, as `severity line:column message (help)`; line 1 of `content` is line 2.
+fn problems(version: &str, content: &str) -> Vec<String> {
+    let files = Files::new(&document(version, content), &[]);
+    let folder = files.folder.path().display().to_string();
+    let found = check_scene(&files.scene(), &LoadOptions::default());
+    found
+        .iter()
+        .map(|diagnostic| describe(diagnostic).replace(&folder, "FOLDER"))
+        .collect()
+}
+
+fn describe(diagnostic: &Diagnostic) -> String {
+    let severity = match diagnostic.severity {
+        Severity::Error => "error",
+        Severity::Warning => "warning",
+    };
+    let place = diagnostic
+        .location
+        .as_ref()
+        .map_or(String::new(), |at| format!("{}:{}", at.line(), at.column()));
+    let help = diagnostic
+        .help
+        .as_ref()
+        .map_or(String::new(), |help| format!(" ({help})"));
+    format!("{severity} {place} {}{help}", diagnostic.message)
+}
