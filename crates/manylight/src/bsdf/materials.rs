@@ -127,8 +127,22 @@ impl Materials {
             bsdf.lobes = Lobes::DIFFUSE;
             return bsdf;
         }
-        let mut flat = Flattening { materials: self, x, textures, count: 0, bsdf: &mut bsdf };
-        flat.add(id, Wrapping { weight: 1.0, outer: Sides::Own, tilt: None, inner: Sides::Own });
+        let mut flat = Flattening {
+            materials: self,
+            x,
+            textures,
+            count: 0,
+            bsdf: &mut bsdf,
+        };
+        flat.add(
+            id,
+            Wrapping {
+                weight: 1.0,
+                outer: Sides::Own,
+                tilt: None,
+                inner: Sides::Own,
+            },
+        );
         flat.finish();
         bsdf
     }
@@ -138,10 +152,12 @@ impl Materials {
     fn plain_lambert(&self, id: MaterialId) -> Option<(&ColorInput, Sides)> {
         match &self.materials[id.index()] {
             Material::Diffuse { reflectance } => Some((reflectance, Sides::Own)),
-            Material::TwoSided { front, back } if front == back => match &self.materials[front.index()] {
-                Material::Diffuse { reflectance } => Some((reflectance, Sides::Both)),
-                _ => None,
-            },
+            Material::TwoSided { front, back } if front == back => {
+                match &self.materials[front.index()] {
+                    Material::Diffuse { reflectance } => Some((reflectance, Sides::Both)),
+                    _ => None,
+                }
+            }
             _ => None,
         }
     }

@@ -196,7 +196,12 @@ impl Distant {
                 };
             }
         };
-        DistantSample { wi, emitter, parallel: None, known: None }
+        DistantSample {
+            wi,
+            emitter,
+            parallel: None,
+            known: None,
+        }
     }
 
     /// Density of [`Distant::sample`] over all emitters that fill a solid angle.

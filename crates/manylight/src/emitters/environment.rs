@@ -149,8 +149,15 @@ impl EnvironmentSampler {
         let all: f64 = weights.iter().map(|&w| f64::from(w)).sum();
         // Within a cell the density follows the luminance, whose mean is a quarter of the sum over corners.
         let scale = 4.0 * (width * height) as f64 / all;
-        let density_per_luminance = solid_angles.iter().map(|&s| (f64::from(s) * scale) as f32).collect();
-        Some(EnvironmentSampler { table, density_per_luminance, total })
+        let density_per_luminance = solid_angles
+            .iter()
+            .map(|&s| (f64::from(s) * scale) as f32)
+            .collect();
+        Some(EnvironmentSampler {
+            table,
+            density_per_luminance,
+            total,
+        })
     }
 
     /// Radiance over all directions: ∫ L dω.
@@ -173,7 +180,10 @@ impl EnvironmentSampler {
         let [w00, w10, w01, w11] = luminances(&corners);
         let y = sample_linear(v.y, w00 + w10, w01 + w11);
         let x = sample_linear(v.x, w00 + (w01 - w00) * y, w10 + (w11 - w10) * y);
-        let at = Place { cell, within: Vec2::new(x, y) };
+        let at = Place {
+            cell,
+            within: Vec2::new(x, y),
+        };
         let d = environment.direction(at);
         EnvironmentSample {
             wi: (environment.world_from_emitter * d).normalize(),

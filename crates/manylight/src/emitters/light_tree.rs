@@ -30,7 +30,9 @@ const BALANCED_BELOW: u32 = 48;
 
 #[derive(Clone, Copy, Debug)]
 struct Node {
-    bounds: Aabb,
+    /// Of the bounding sphere of the box.
+    center: Vec3,
+    radius: f32,
     axis: Vec3,
     cos_normals: f32,
     sin_normals: f32,
@@ -185,7 +187,8 @@ impl Node {
     fn new(cluster: &Cluster, parent: u32) -> Self {
         let half_angle = cluster.normals.half_angle.max(0.0);
         Node {
-            bounds: cluster.bounds,
+            center: cluster.bounds.center(),
+            radius: 0.5 * cluster.bounds.extent().length(),
             axis: cluster.normals.axis,
             cos_normals: half_angle.cos(),
             sin_normals: safe_sqrt(1.0 - half_angle.cos().powi(2)),
@@ -201,16 +204,17 @@ impl Node {
     /// largest that the bounds allow. 0 only if no direction to `p` is within the range of emission.
     #[inline]
     fn importance(&self, p: Vec3, n: Option<Vec3>) -> f32 {
-        let to_center = self.bounds.center() - p;
+        let to_center = self.center - p;
         let d2 = to_center.length_squared();
-        let r2 = 0.25 * self.bounds.extent().length_squared();
+        let r2 = self.radius * self.radius;
         if d2 <= r2 || d2 == 0.0 {
             // Inside the bounding sphere every angle is possible.
             return self.power / r2.max(1e-20);
         }
-        let w = to_center / d2.sqrt();
-        let sin2 = r2 / d2;
-        let (sin_extent, cos_extent) = (sin2.sqrt(), safe_sqrt(1.0 - sin2));
+        let inverse = 1.0 / d2.sqrt();
+        let w = to_center * inverse;
+        let sin_extent = self.radius * inverse;
+        let cos_extent = safe_sqrt(1.0 - sin_extent * sin_extent);
 
         let at_emitter = -self.axis.dot(w);
         let (cos, sin) = less_angle(
@@ -223,7 +227,7 @@ impl Node {
         if cos < self.cos_emission - COSINE_SLACK {
             return 0.0;
         }
-        let mut importance = self.power * cos.max(COSINE_FLOOR) / d2;
+        let mut importance = self.power * cos.max(COSINE_FLOOR) * (inverse * inverse);
         if let Some(n) = n {
             let at_receiver = n.dot(w);
             let sin = safe_sqrt(1.0 - at_receiver * at_receiver);

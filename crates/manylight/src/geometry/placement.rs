@@ -3,7 +3,7 @@
 use super::analytic::{Analytic, affine_f64};
 use super::{Hit, Mesh, Ray, Segment, Shape, SurfaceRef};
 use crate::ids::PrimitiveId;
-use crate::math::{Aabb, Affine3A, Frame, Vec2, Vec3, Vec3A};
+use crate::math::{Aabb, Affine3A, Frame, Mat3, Vec2, Vec3};
 use crate::sampling::warp;
 use glam::{DAffine3, Mat3A};
 use rayon::prelude::*;
@@ -57,10 +57,14 @@ pub(super) struct PlacedTriangle {
 
 impl PlacedTriangle {
     fn new(mesh: &Mesh, transform: &Affine3A, triangle: usize) -> Self {
-        let corners = mesh.triangles[triangle].map(|i| transform.transform_point3(mesh.positions[i as usize]));
+        let corners = mesh.triangles[triangle]
+            .map(|i| transform.transform_point3(mesh.positions[i as usize]));
         let [a, b, c] = corners;
         let (ab, ac) = (b - a, c - a);
-        let longest = ab.length_squared().max(ac.length_squared()).max((c - b).length_squared());
+        let longest = ab
+            .length_squared()
+            .max(ac.length_squared())
+            .max((c - b).length_squared());
         let (ng, slenderness) = normal_and_slenderness(ab, ac, longest);
         let magnitude = a.abs().max(b.abs()).max(c.abs()).max_element();
         let extent = longest.sqrt() * slenderness.min(MAX_SLENDERNESS);
@@ -79,18 +83,36 @@ impl PlacedTriangle {
     }
 
     #[inline]
-    fn surface(&self, mesh: &Mesh, normals: Option<&NormalTransform>, triangle: usize, at: Vec2) -> Surface {
+    fn surface(
+        &self,
+        mesh: &Mesh,
+        normals: Option<&NormalTransform>,
+        triangle: usize,
+        at: Vec2,
+    ) -> Surface {
         let [a, b, c] = self.corners;
         let (ng, weight_a) = (self.ng, 1.0 - at.x - at.y);
         let frame = match normals {
-            None => Frame { s: self.tangent, t: ng.cross(self.tangent), n: ng },
+            None => Frame {
+                s: self.tangent,
+                t: ng.cross(self.tangent),
+                n: ng,
+            },
             Some(normals) => {
                 let ns = normals.of_triangle(mesh, triangle, at).normalize_or(ng);
                 Frame::from_normal_and_tangent(ns, self.tangent)
             }
         };
         let (uv, dp_du, dp_dv) = parametrization(mesh, triangle, at, ng, b - a, c - a);
-        Surface { p: a * weight_a + b * at.x + c * at.y, ng, frame, uv, dp_du, dp_dv, offset: self.offset }
+        Surface {
+            p: a * weight_a + b * at.x + c * at.y,
+            ng,
+            frame,
+            uv,
+            dp_du,
+            dp_dv,
+            offset: self.offset,
+        }
     }
 }
 
@@ -98,7 +120,7 @@ impl PlacedTriangle {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NormalTransform {
     /// The inverse transpose.
-    matrix: Mat3A,
+    matrix: Mat3,
     /// Lengths change all alike, so that the interpolated normal need not care.
     is_similarity: bool,
 }
@@ -111,7 +133,7 @@ impl NormalTransform {
         let is_similarity =
             gram.abs_diff_eq(Mat3A::from_diagonal(Vec3::splat(scale)), 1e-5 * scale);
         NormalTransform {
-            matrix: m.inverse().transpose(),
+            matrix: m.inverse().transpose().into(),
             is_similarity,
         }
     }
@@ -121,7 +143,7 @@ impl NormalTransform {
     fn of_triangle(&self, mesh: &Mesh, triangle: usize, at: Vec2) -> Vec3 {
         let corners = mesh.triangles[triangle].map(|i| mesh.normals[i as usize]);
         let mix = |[a, b, c]: [Vec3; 3]| a * (1.0 - at.x - at.y) + b * at.x + c * at.y;
-        let transformed = |n: Vec3| Vec3::from(self.matrix * Vec3A::from(n));
+        let transformed = |n: Vec3| self.matrix * n;
         if self.is_similarity {
             transformed(mix(corners))
         } else {
@@ -134,10 +156,13 @@ impl NormalTransform {
         const ROUNDING: f32 = 4.0 * f32::EPSILON;
         let is_flat = |i: usize, at: Vec2| {
             let ng = triangles[i].ng;
-            self.of_triangle(mesh, i, at).normalize_or(ng).abs_diff_eq(ng, ROUNDING)
+            self.of_triangle(mesh, i, at)
+                .normalize_or(ng)
+                .abs_diff_eq(ng, ROUNDING)
         };
         let corners = [Vec2::ZERO, Vec2::X, Vec2::Y];
-        mesh.normals.is_empty() || (0..triangles.len()).all(|i| corners.iter().all(|&at| is_flat(i, at)))
+        mesh.normals.is_empty()
+            || (0..triangles.len()).all(|i| corners.iter().all(|&at| is_flat(i, at)))
     }
 }
 
@@ -158,7 +183,11 @@ impl Surface {
     #[inline]
     pub(super) fn flipped(self) -> Self {
         let Frame { s, t, n } = self.frame;
-        Surface { ng: -self.ng, frame: Frame { s, t: -t, n: -n }, ..self }
+        Surface {
+            ng: -self.ng,
+            frame: Frame { s, t: -t, n: -n },
+            ..self
+        }
     }
 }
 
@@ -231,7 +260,9 @@ impl Placement {
     pub(super) fn surface(&self, shape: &Shape, element: u32, coordinates: Vec2) -> Surface {
         match self {
             Placement::Analytic { shape, .. } => analytic_surface(shape, coordinates),
-            Placement::Mesh { triangles, normals, .. } => {
+            Placement::Mesh {
+                triangles, normals, ..
+            } => {
                 let element = element as usize;
                 triangles[element].surface(mesh_of(shape), normals.as_ref(), element, coordinates)
             }
@@ -253,7 +284,12 @@ impl Placement {
                 let (coordinates, pdf_area) = shape.sample(u);
                 Some((0, coordinates, pdf_area))
             }
-            Placement::Mesh { triangles, area, cumulative, .. } => {
+            Placement::Mesh {
+                triangles,
+                area,
+                cumulative,
+                ..
+            } => {
                 let areas = cumulative.get_or_init(|| cumulative_areas(triangles));
                 let total = areas.last().copied().filter(|&total| total > 0.0)?;
                 let target = f64::from(u.x) * total;
@@ -319,7 +355,14 @@ fn normal_and_slenderness(ab: Vec3, ac: Vec3, longest_squared: f32) -> (Vec3, f3
 
 /// Texture coordinates of a point of a triangle, and the derivatives of the position by them.
 #[inline]
-fn parametrization(mesh: &Mesh, triangle: usize, at: Vec2, ng: Vec3, ab: Vec3, ac: Vec3) -> (Vec2, Vec3, Vec3) {
+fn parametrization(
+    mesh: &Mesh,
+    triangle: usize,
+    at: Vec2,
+    ng: Vec3,
+    ab: Vec3,
+    ac: Vec3,
+) -> (Vec2, Vec3, Vec3) {
     if mesh.uvs.is_empty() {
         return (at, ab, ac);
     }
@@ -331,7 +374,11 @@ fn parametrization(mesh: &Mesh, triangle: usize, at: Vec2, ng: Vec3, ab: Vec3, a
         let frame = Frame::from_normal(ng);
         return (uv, frame.s, frame.t);
     }
-    (uv, (ab * c.y - ac * b.y) * inverse, (ac * b.x - ab * c.x) * inverse)
+    (
+        uv,
+        (ab * c.y - ac * b.y) * inverse,
+        (ac * b.x - ab * c.x) * inverse,
+    )
 }
 
 fn analytic_surface(shape: &Analytic, coordinates: Vec2) -> Surface {

@@ -17,6 +17,7 @@ use crate::transport::{Step, Vertex, Walk, roulette};
 pub(super) fn render_pass(scene: &Scene, limits: PathLimits, run: &PassContext, film: &mut Film) -> bool {
     let positions = film.desc().sampler();
     run.shade(film, |samples| {
+        let mut shadow_rays = 0;
         for (i, pixel) in samples.tile().pixels().enumerate() {
             let mut sampler = run.pass.sampler(Stream::Pixel, positions.index(pixel));
             let at = positions.sample(pixel, sampler.next_2d());
@@ -24,8 +25,9 @@ pub(super) fn render_pass(scene: &Scene, limits: PathLimits, run: &PassContext, 
             let walk = Walk::from_sensor(scene, limits, camera.ray, Rgb::splat(camera.weight * at.weight));
             let mut path = Path { scene, limits, walk, stage: Stage::BeforeX, shadow_rays: 0 };
             path.trace(&mut sampler, i, samples);
-            Stats::count(&run.stats.shadow_rays, path.shadow_rays);
+            shadow_rays += path.shadow_rays;
         }
+        Stats::count(&run.stats.shadow_rays, shadow_rays);
         Stats::count(&run.stats.camera_paths, samples.tile().pixels().count() as u64);
     })
 }

@@ -24,7 +24,8 @@ impl Alias {
         let n = weights.len();
         let mut scaled: Vec<f64> = weights.iter().map(|&w| f64::from(w) * n as f64 / total).collect();
         let (mut small, mut large): (Vec<usize>, Vec<usize>) = (0..n).partition(|&i| scaled[i] < 1.0);
-        let mut slots = vec![Slot { keep: 1.0, other: 0 }; n];
+        let heaviest = (0..n).max_by(|&a, &b| weights[a].total_cmp(&weights[b])).unwrap_or(0);
+        let mut slots = vec![Slot { keep: 1.0, other: heaviest as u32 }; n];
         while let (Some(&s), Some(&l)) = (small.last(), large.last()) {
             small.pop();
             slots[s] = Slot { keep: scaled[s] as f32, other: l as u32 };
@@ -33,6 +34,10 @@ impl Alias {
                 large.pop();
                 small.push(l);
             }
+        }
+        // What rounding left over keeps its slot, but without weight nothing may ever be chosen.
+        for s in small.into_iter().filter(|&s| weights[s] == 0.0) {
+            slots[s].keep = 0.0;
         }
         Some(Alias { slots, pmf: weights.iter().map(|&w| (f64::from(w) / total) as f32).collect() })
     }
@@ -45,6 +50,20 @@ impl Alias {
         let slot = self.slots[i];
         let chosen = if x - (i as f32) < slot.keep { i } else { slot.other as usize };
         (chosen, self.pmf[chosen])
+    }
+
+    /// The chosen item and what is left of `u`: uniform again. Reads one place of memory only. The table must not be empty.
+    #[inline]
+    pub fn sample_reusing(&self, u: f32) -> (usize, f32) {
+        const LARGEST: f32 = 1.0 - f32::EPSILON / 2.0;
+        let x = u * self.slots.len() as f32;
+        let i = (x as usize).min(self.slots.len() - 1);
+        let (slot, rest) = (self.slots[i], x - i as f32);
+        if rest < slot.keep {
+            (i, (rest / slot.keep).min(LARGEST))
+        } else {
+            (slot.other as usize, ((rest - slot.keep) / (1.0 - slot.keep)).min(LARGEST))
+        }
     }
 
     /// Probability of item `i`.
@@ -64,10 +83,18 @@ mod tests {
         let alias = Alias::new(&weights).unwrap();
         let n = 100_000;
         let mut counts = [0usize; 5];
+        let mut rests = [0.0; 5];
         for i in 0..n {
-            let (k, p) = alias.sample((i as f32 + 0.5) / n as f32);
+            let u = (i as f32 + 0.5) / n as f32;
+            let (k, p) = alias.sample(u);
             assert!((p - weights[k] / 10.0).abs() < 1e-6);
             counts[k] += 1;
+            let (same, rest) = alias.sample_reusing(u);
+            assert_eq!(same, k);
+            rests[k] += f64::from(rest);
+        }
+        for (sum, count) in rests.iter().zip(counts) {
+            assert!(count == 0 || (sum / count as f64 - 0.5).abs() < 1e-2);
         }
         for (count, weight) in counts.iter().zip(weights) {
             assert!((*count as f32 / n as f32 - weight / 10.0).abs() < 1e-3);
