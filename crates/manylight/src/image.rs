@@ -18,7 +18,12 @@ pub struct Image {
 impl Image {
     /// An image of zeros.
     pub fn new(width: usize, height: usize, channels: usize) -> Self {
-        Image { width, height, channels, data: vec![0.0; width * height * channels] }
+        Image {
+            width,
+            height,
+            channels,
+            data: vec![0.0; width * height * channels],
+        }
     }
 
     /// The values of the pixel in column `x`, row `y` (row 0 on top).

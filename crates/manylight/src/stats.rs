@@ -49,7 +49,10 @@ impl Stats {
 
     /// Adds to the stage `name`; stages keep the order of their first mention.
     pub fn add_time(&self, name: &'static str, duration: Duration) {
-        let mut stages = self.stages.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut stages = self
+            .stages
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner);
         match stages.iter_mut().find(|stage| stage.0 == name) {
             Some(stage) => stage.1 += duration,
             None => stages.push((name, duration)),
@@ -58,7 +61,10 @@ impl Stats {
 
     /// Stage names with their total times.
     pub fn stages(&self) -> Vec<(&'static str, Duration)> {
-        self.stages.lock().unwrap_or_else(std::sync::PoisonError::into_inner).clone()
+        self.stages
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner)
+            .clone()
     }
 
     /// Adds to a counter.

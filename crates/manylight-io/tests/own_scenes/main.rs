@@ -37,13 +37,25 @@ enum Whom {
 }
 
 fn numbers(text: &str) -> Vec<f64> {
-    let inner = text.split('(').nth(1).and_then(|rest| rest.split(')').next()).expect("numbers in parentheses");
-    inner.split(',').map(|n| n.trim().parse().expect("a number")).collect()
+    let inner = text
+        .split('(')
+        .nth(1)
+        .and_then(|rest| rest.split(')').next())
+        .expect("numbers in parentheses");
+    inner
+        .split(',')
+        .map(|n| n.trim().parse().expect("a number"))
+        .collect()
 }
 
 fn parse(line: &str) -> Expectation {
-    let (whom, rest) = line.trim().split_once(" rgb=").expect("`rgb=` in an expectation");
-    let (rgb, tolerance) = rest.split_once(" tolerance=").expect("`tolerance=` in an expectation");
+    let (whom, rest) = line
+        .trim()
+        .split_once(" rgb=")
+        .expect("`rgb=` in an expectation");
+    let (rgb, tolerance) = rest
+        .split_once(" tolerance=")
+        .expect("`tolerance=` in an expectation");
     let whom = match whom {
         "all" => Whom::All,
         "mean" => Whom::Mean,
@@ -53,11 +65,18 @@ fn parse(line: &str) -> Expectation {
         }
     };
     let rgb = numbers(rgb);
-    Expectation { whom, rgb: [rgb[0], rgb[1], rgb[2]], tolerance: tolerance.trim().parse().expect("a tolerance") }
+    Expectation {
+        whom,
+        rgb: [rgb[0], rgb[1], rgb[2]],
+        tolerance: tolerance.trim().parse().expect("a tolerance"),
+    }
 }
 
 fn expectations(text: &str) -> Vec<Expectation> {
-    text.lines().filter_map(|line| line.trim().strip_prefix("expect:")).map(parse).collect()
+    text.lines()
+        .filter_map(|line| line.trim().strip_prefix("expect:"))
+        .map(parse)
+        .collect()
 }
 
 /// Value and standard error of what an expectation speaks of; for all pixels, their mean as well.
@@ -65,7 +84,10 @@ fn measure(film: &Film, whom: Whom) -> Vec<([f64; 3], [f64; 3])> {
     let (image, variance) = (film.image(Layer::Beauty).unwrap(), film.variance());
     let at = |x: usize, y: usize| {
         let value = std::array::from_fn(|c| f64::from(image.pixel(x, y)[c]));
-        (value, std::array::from_fn(|c| f64::from(variance.pixel(x, y)[c]).sqrt()))
+        (
+            value,
+            std::array::from_fn(|c| f64::from(variance.pixel(x, y)[c]).sqrt()),
+        )
     };
     let all = (0..image.height).flat_map(|y| (0..image.width).map(move |x| (x, y)));
     match whom {
@@ -75,7 +97,8 @@ fn measure(film: &Film, whom: Whom) -> Vec<([f64; 3], [f64; 3])> {
             let (value, error) = mean(&pixels);
             // A pixel that missed a rare event shows no variance; the others have seen it.
             let typical = error.map(|e| e * (pixels.len() as f64).sqrt());
-            let widened = |(v, e): &([f64; 3], [f64; 3])| (*v, std::array::from_fn(|c| e[c].max(typical[c])));
+            let widened =
+                |(v, e): &([f64; 3], [f64; 3])| (*v, std::array::from_fn(|c| e[c].max(typical[c])));
             pixels.iter().map(widened).chain([(value, error)]).collect()
         }
         Whom::Mean => vec![mean(&all.map(|(x, y)| at(x, y)).collect::<Vec<_>>())],
@@ -110,12 +133,31 @@ impl Check {
         let text = std::fs::read_to_string(path).unwrap();
         let expected = expectations(&text);
         assert!(!expected.is_empty(), "{}: no expectation", path.display());
-        let loaded = load_scene(path, &LoadOptions::default()).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        let loaded = load_scene(path, &LoadOptions::default())
+            .unwrap_or_else(|e| panic!("{}: {e}", path.display()));
         let scene = Scene::build(loaded.desc, 0).unwrap();
-        let budget = Budget { passes: Some(self.passes), time: None, relative_error: None };
-        let method = Method { kind: self.kind.clone(), limits: scene.limits };
-        let job = RenderJob { scene: &scene, method, budget, seed: 1 };
-        let film = render(&job, &Stats::default(), &AtomicBool::new(false), &mut Silent).film;
+        let budget = Budget {
+            passes: Some(self.passes),
+            time: None,
+            relative_error: None,
+        };
+        let method = Method {
+            kind: self.kind.clone(),
+            limits: scene.limits,
+        };
+        let job = RenderJob {
+            scene: &scene,
+            method,
+            budget,
+            seed: 1,
+        };
+        let film = render(
+            &job,
+            &Stats::default(),
+            &AtomicBool::new(false),
+            &mut Silent,
+        )
+        .film;
         let mut failures = Vec::new();
         for e in expected {
             for (value, error) in measure(&film, e.whom) {
@@ -124,7 +166,10 @@ impl Check {
                     let allowed = (e.tolerance + self.bias) * scale + SIGMAS * error[c] + 1e-6;
                     if (value[c] - e.rgb[c]).abs() > allowed {
                         let name = path.file_name().unwrap_or_default().to_string_lossy();
-                        failures.push(format!("{name} {:?}: {value:?} +- {error:?}, expected {:?}", e.whom, e.rgb));
+                        failures.push(format!(
+                            "{name} {:?}: {value:?} +- {error:?}, expected {:?}",
+                            e.whom, e.rgb
+                        ));
                     }
                 }
             }
@@ -134,23 +179,46 @@ impl Check {
     }
 
     fn run(&self, folder: &str) {
-        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(folder);
-        let mut files: Vec<PathBuf> = std::fs::read_dir(root).unwrap().map(|e| e.unwrap().path()).collect();
+        let root = Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("../../scenes")
+            .join(folder);
+        let mut files: Vec<PathBuf> = std::fs::read_dir(root)
+            .unwrap()
+            .map(|e| e.unwrap().path())
+            .collect();
         files.retain(|f| f.extension().is_some_and(|e| e == "xml"));
         files.sort();
         assert!(files.len() > 10, "the scenes have gone missing");
         let failures: Vec<String> = files.iter().flat_map(|f| self.failures(f)).collect();
-        assert!(failures.is_empty(), "{:?}:\n{}", self.kind, failures.join("\n"));
+        assert!(
+            failures.is_empty(),
+            "{:?}:\n{}",
+            self.kind,
+            failures.join("\n")
+        );
     }
 }
 
 fn path() -> Check {
-    Check { kind: MethodKind::Path, passes: 1024, bias: 0.0 }
+    Check {
+        kind: MethodKind::Path,
+        passes: 1024,
+        bias: 0.0,
+    }
 }
 
 fn rich_vpl() -> Check {
-    let settings = ManyLight { photon_paths: 12_000, importon_paths: 2000, light_count: 400, ..ManyLight::rich_vpl() };
-    Check { kind: MethodKind::ManyLight(settings), passes: 12, bias: 0.01 }
+    let settings = ManyLight {
+        photon_paths: 12_000,
+        importon_paths: 2000,
+        light_count: 400,
+        ..ManyLight::rich_vpl()
+    };
+    Check {
+        kind: MethodKind::ManyLight(settings),
+        passes: 12,
+        bias: 0.01,
+    }
 }
 
 #[test]

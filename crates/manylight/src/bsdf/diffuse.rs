@@ -22,7 +22,11 @@ impl Diffuse {
     /// `f` for all directions of incidence on the side of the normal.
     #[inline]
     pub(super) fn f(&self, wo_z: f32) -> Rgb {
-        if wo_z > 0.0 { self.reflectance * FRAC_1_PI } else { Rgb::BLACK }
+        if wo_z > 0.0 {
+            self.reflectance * FRAC_1_PI
+        } else {
+            Rgb::BLACK
+        }
     }
 
     #[inline]

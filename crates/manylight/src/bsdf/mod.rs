@@ -191,7 +191,13 @@ impl<'s> Bsdf<'s> {
     #[inline]
     pub fn f_cos_wi_by_width(&self, wi: Vec3, wo: Vec3) -> (Rgb, Rgb) {
         let (wi, wo) = (self.frame.to_local(wi), self.frame.to_local(wo));
-        let part = |lobes| if self.lobes.has(lobes) { self.eval_local(wi, wo, lobes) } else { Rgb::BLACK };
+        let part = |lobes| {
+            if self.lobes.has(lobes) {
+                self.eval_local(wi, wo, lobes)
+            } else {
+                Rgb::BLACK
+            }
+        };
         (part(Lobes::SMOOTH), part(Lobes::NEAR_DELTA))
     }
 
@@ -203,7 +209,12 @@ impl<'s> Bsdf<'s> {
             [Some(ref leaf), None, ..] if lobes.has(Lobes::DIFFUSE) => leaf.lambert(wo),
             _ => None,
         };
-        Receiver { bsdf: self, wo, lobes, lambert }
+        Receiver {
+            bsdf: self,
+            wo,
+            lobes,
+            lambert,
+        }
     }
 
     /// `f |wo·ng|`: times incident flux this is radiant intensity towards `wo`.
@@ -237,7 +248,13 @@ impl<'s> Bsdf<'s> {
             Drawn::Finite { w, local, eta } => {
                 let (value, lobe) = self.choose_class(given, local, u, lobes)?;
                 let weight = value * (w.dot(self.ng) / wi.dot(self.ng)).abs();
-                complete(w, weight, self.pdf_wo_local(given, w, local, lobes), lobe, eta)
+                complete(
+                    w,
+                    weight,
+                    self.pdf_wo_local(given, w, local, lobes),
+                    lobe,
+                    eta,
+                )
             }
         }
     }
@@ -377,7 +394,11 @@ impl<'s> Bsdf<'s> {
     #[inline]
     fn pdf_local(&self, end: Given, given: Vec3, other: Vec3, lobes: Lobes) -> f32 {
         if let [Some(leaf), None, ..] = &self.leaves {
-            return if leaf.answers(given, lobes) { leaf.pdf(end, given, other, lobes) } else { 0.0 };
+            return if leaf.answers(given, lobes) {
+                leaf.pdf(end, given, other, lobes)
+            } else {
+                0.0
+            };
         }
         let (mut sum, mut total) = (0.0, 0.0);
         for leaf in self.answering(given, lobes) {
@@ -442,7 +463,11 @@ impl<'s> Bsdf<'s> {
             leaf.sample(Given::Wo, local, BsdfNumbers { lobe, ..u }, lobes)?;
         let wi = self.frame.to_world(w);
         let Some(delta) = delta else {
-            return Some(Drawn::Finite { w: wi, local: w, eta });
+            return Some(Drawn::Finite {
+                w: wi,
+                local: w,
+                eta,
+            });
         };
         // Radiance is scaled by the square of the index on its own side over that on the side it comes from.
         let weight = delta.fraction * (leaf.weight / (share * delta.probability * eta * eta));
@@ -459,7 +484,11 @@ impl<'s> Bsdf<'s> {
             let w = Frame::from_normal(self.ng).to_world(warp::cosine_hemisphere(u.direction));
             let same_side = w.dot(self.frame.n) * local.z > 0.0;
             let w = if same_side { w } else { -w };
-            return Some(Drawn::Finite { w, local: self.frame.to_local(w), eta: 1.0 });
+            return Some(Drawn::Finite {
+                w,
+                local: self.frame.to_local(w),
+                eta: 1.0,
+            });
         }
         u.lobe = ((u.lobe - defensive) / (1.0 - defensive)).min(LARGEST);
         let (leaf, share, lobe) = self.choose_leaf(local, u.lobe, lobes)?;
@@ -467,7 +496,11 @@ impl<'s> Bsdf<'s> {
             leaf.sample(Given::Wi, local, BsdfNumbers { lobe, ..u }, lobes)?;
         let wo = self.frame.to_world(w);
         let Some(delta) = delta else {
-            return Some(Drawn::Finite { w: wo, local: w, eta });
+            return Some(Drawn::Finite {
+                w: wo,
+                local: w,
+                eta,
+            });
         };
         // f |wo·ng| = f_s |wi·ns| |wo·ng| / |wi·ng|, and f_s |wo·ns| integrates to the fraction.
         let cosines = (local.z * wo.dot(self.ng) / (wi.dot(self.ng) * w.z)).abs();
@@ -479,7 +512,13 @@ impl<'s> Bsdf<'s> {
 
     /// One finite class in proportion to its luminance, and its `f |wi·ng|` over its probability. Local directions.
     #[inline]
-    fn choose_class(&self, wi: Vec3, wo: Vec3, u: BsdfNumbers, lobes: Lobes) -> Option<(Rgb, Lobes)> {
+    fn choose_class(
+        &self,
+        wi: Vec3,
+        wo: Vec3,
+        u: BsdfNumbers,
+        lobes: Lobes,
+    ) -> Option<(Rgb, Lobes)> {
         let present = self.lobes.and(lobes).and(Lobes::FINITE);
         if present.0.count_ones() == 1 {
             let value = self.eval_local(wi, wo, present);
@@ -488,7 +527,13 @@ impl<'s> Bsdf<'s> {
         self.choose_among_classes(wi, wo, class_number(u), present)
     }
 
-    fn choose_among_classes(&self, wi: Vec3, wo: Vec3, u: f32, present: Lobes) -> Option<(Rgb, Lobes)> {
+    fn choose_among_classes(
+        &self,
+        wi: Vec3,
+        wo: Vec3,
+        u: f32,
+        present: Lobes,
+    ) -> Option<(Rgb, Lobes)> {
         let classes = [Lobes::DIFFUSE, Lobes::GLOSSY, Lobes::NEAR_DELTA];
         let values = classes.map(|c| {
             if present.has(c) {
@@ -532,7 +577,8 @@ impl Receiver<'_, '_> {
             let cos = self.bsdf.frame.n.dot(wi) * 1.0f32.copysign(self.wo.z);
             return f * cos.max(0.0);
         }
-        self.bsdf.eval_local(self.bsdf.frame.to_local(wi), self.wo, self.lobes)
+        self.bsdf
+            .eval_local(self.bsdf.frame.to_local(wi), self.wo, self.lobes)
     }
 }
 

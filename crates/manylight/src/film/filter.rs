@@ -127,7 +127,11 @@ impl FilterSampler {
     fn new(filter: &Filter) -> Self {
         let radius = filter.radius();
         if *filter == Filter::Box {
-            return FilterSampler { radius, cdf: Vec::new(), weights: Vec::new() };
+            return FilterSampler {
+                radius,
+                cdf: Vec::new(),
+                weights: Vec::new(),
+            };
         }
         let cell = |i: usize| {
             let center = (i as f32 + 0.5) / TABLE_CELLS as f32 * 2.0 - 1.0;

@@ -23,19 +23,31 @@ impl Cluster {
     /// The lights of `field`, cut into clusters along its space-filling curve.
     pub(super) fn all(field: &LightField) -> Vec<Cluster> {
         let clusters = field.lights().chunks(CLUSTER_SIZE).enumerate();
-        clusters.map(|(c, lights)| Cluster::new(c * CLUSTER_SIZE, lights)).collect()
+        clusters
+            .map(|(c, lights)| Cluster::new(c * CLUSTER_SIZE, lights))
+            .collect()
     }
 
     fn new(first: usize, lights: &[VirtualLight]) -> Self {
         let zeros = [0.0; CLUSTER_SIZE];
-        let mut cluster =
-            Cluster { first, p: [zeros; 3], n: [zeros; 3], reach: zeros, one_sided: 0, used: 0 };
+        let mut cluster = Cluster {
+            first,
+            p: [zeros; 3],
+            n: [zeros; 3],
+            reach: zeros,
+            one_sided: 0,
+            used: 0,
+        };
         for (i, light) in lights.iter().enumerate() {
             for axis in 0..3 {
                 cluster.p[axis][i] = light.p[axis];
                 cluster.n[axis][i] = light.n[axis];
             }
-            let farthest = light.points.iter().map(|q| q.distance(light.p)).fold(0.0, f32::max);
+            let farthest = light
+                .points
+                .iter()
+                .map(|q| q.distance(light.p))
+                .fold(0.0, f32::max);
             // Rounding of the comparison itself must not cut off what the exact test would keep.
             cluster.reach[i] = farthest + 1e-5 * light.p.abs().max_element();
             cluster.used |= 1 << i;
@@ -59,9 +71,16 @@ impl Cluster {
             before[i] = self.reach[i] - (self.n[0][i] * dx + self.n[1][i] * dy + self.n[2][i] * dz);
         }
         let positive = |values: &[f32; CLUSTER_SIZE]| {
-            values.iter().enumerate().fold(0u64, |mask, (i, &v)| mask | u64::from(v > 0.0) << i)
+            values
+                .iter()
+                .enumerate()
+                .fold(0u64, |mask, (i, &v)| mask | u64::from(v > 0.0) << i)
         };
-        let above = if n.is_some() { positive(&above) } else { u64::MAX };
+        let above = if n.is_some() {
+            positive(&above)
+        } else {
+            u64::MAX
+        };
         self.used & above & (positive(&before) | !self.one_sided)
     }
 }

@@ -117,8 +117,10 @@ impl Gather {
     /// is made of. Cluster by cluster, so that the tables of its lights stay in the cache for the whole tile.
     pub fn sum(&self, scene: &Scene, lights: &Lights, points: &[ShadingPoint]) -> Vec<Gathered> {
         let mut sums = vec![Gathered::default(); points.len()];
-        let receivers: Vec<Receiver> =
-            points.iter().map(|at| at.bsdf.receiver(at.wo, Lobes::SMOOTH)).collect();
+        let receivers: Vec<Receiver> = points
+            .iter()
+            .map(|at| at.bsdf.receiver(at.wo, Lobes::SMOOTH))
+            .collect();
         for cluster in &lights.clusters {
             for ((at, receiver), sum) in points.iter().zip(&receivers).zip(&mut sums) {
                 self.add_cluster(scene, lights, cluster, at, receiver, sum);
@@ -145,11 +147,20 @@ impl Gather {
             let k = cluster.first + facing.trailing_zeros() as usize;
             facing &= facing - 1;
             let (id, light) = (LightId(k as u32), &field.lights()[k]);
-            let share = at.max_photon_depth.map_or(1.0, |m| field.share_up_to(id, m));
+            let share = at
+                .max_photon_depth
+                .map_or(1.0, |m| field.share_up_to(id, m));
             if share <= 0.0 {
                 continue;
             }
-            let connector = Connector { gather: self, field, at, receiver, light, id };
+            let connector = Connector {
+                gather: self,
+                field,
+                at,
+                receiver,
+                light,
+                id,
+            };
             let mut connect = |p: Vec3, radius_squared: f32, weight: f32| {
                 if let Some(c) = connector.connect(p, radius_squared, weight * share) {
                     sum.clamped += c.clamped;
@@ -160,10 +171,17 @@ impl Gather {
             };
             let r2 = light.radius * light.radius;
             match self.part_count(at, light) {
-                POINTS => light.points.into_iter().for_each(|p| connect(p, r2 * NEAR_CLAMP, 1.0 / 16.0)),
-                4 => (0..4).for_each(|i| connect(light.points[4 * i + at.choose(4)], r2 / 4.0, 0.25)),
+                POINTS => light
+                    .points
+                    .into_iter()
+                    .for_each(|p| connect(p, r2 * NEAR_CLAMP, 1.0 / 16.0)),
+                4 => {
+                    (0..4).for_each(|i| connect(light.points[4 * i + at.choose(4)], r2 / 4.0, 0.25))
+                }
                 _ if light.radius > 0.0 => connect(light.points[at.choose(POINTS)], r2, 1.0),
-                _ if self.kernel == Kernel::Disc => connect(light.p, light.area * FRAC_1_PI * NEAR_CLAMP, 1.0),
+                _ if self.kernel == Kernel::Disc => {
+                    connect(light.p, light.area * FRAC_1_PI * NEAR_CLAMP, 1.0)
+                }
                 _ => connect(light.p, light.area * FRAC_1_PI, 1.0),
             }
         }
@@ -229,7 +247,9 @@ impl Connector<'_, '_> {
         let kept = match self.gather.clamp {
             Clamp::None => 1.0,
             Clamp::Auto => d2 / (d2 * d2 + radius_squared * radius_squared).sqrt(),
-            Clamp::Value(limit) => (limit * d2 / (w.dot(self.at.x.ng) * w.dot(self.light.n)).abs()).min(1.0),
+            Clamp::Value(limit) => {
+                (limit * d2 / (w.dot(self.at.x.ng) * w.dot(self.light.n)).abs()).min(1.0)
+            }
         };
         let full = f_cos * intensity * (weight / d2);
         let offset = self.light.offset.copysign(-w.dot(self.light.n));
@@ -253,7 +273,12 @@ struct Packet {
 impl Packet {
     fn new(at: &ShadingPoint, side: Vec3) -> Self {
         let origin = at.x.offset_towards(side);
-        Packet { origin, targets: [Vec3::ZERO; PACKET], values: [Rgb::BLACK; PACKET], len: 0 }
+        Packet {
+            origin,
+            targets: [Vec3::ZERO; PACKET],
+            values: [Rgb::BLACK; PACKET],
+            len: 0,
+        }
     }
 
     #[inline]
@@ -271,11 +296,18 @@ impl Packet {
         if self.len == 0 {
             return;
         }
-        let occluded = scene.geometry.occluded_packet(self.origin, &self.targets[..self.len]);
+        let occluded = scene
+            .geometry
+            .occluded_packet(self.origin, &self.targets[..self.len]);
         for i in (0..self.len).filter(|i| occluded >> i & 1 == 0) {
             let mut value = self.values[i];
             if scene.geometry.has_transparent() {
-                value *= scene.cross_transparent(&Segment { from: self.origin, to: self.targets[i] }).0;
+                value *= scene
+                    .cross_transparent(&Segment {
+                        from: self.origin,
+                        to: self.targets[i],
+                    })
+                    .0;
             }
             sum.radiance += value;
         }

@@ -26,7 +26,12 @@ struct Splat {
 }
 
 /// One photon path per pixel. `false` if cancelled.
-pub(super) fn render_pass(scene: &Scene, limits: PathLimits, run: &PassContext, film: &mut Film) -> bool {
+pub(super) fn render_pass(
+    scene: &Scene,
+    limits: PathLimits,
+    run: &PassContext,
+    film: &mut Film,
+) -> bool {
     let size = film.size();
     let path_count = u64::from(size.x) * u64::from(size.y);
     let mut frame = vec![Rgb::BLACK; path_count as usize];
@@ -35,9 +40,17 @@ pub(super) fn render_pass(scene: &Scene, limits: PathLimits, run: &PassContext, 
         let lists: Vec<Vec<Splat>> = (0..path_count.div_ceil(PATHS_PER_TASK))
             .into_par_iter()
             .map(|task| {
-                let mut tracer = LightTracer { scene, limits, width: size.x, height: size.y, splats: Vec::new() };
+                let mut tracer = LightTracer {
+                    scene,
+                    limits,
+                    width: size.x,
+                    height: size.y,
+                    splats: Vec::new(),
+                };
                 if !run.cancelled() {
-                    for index in task * PATHS_PER_TASK..((task + 1) * PATHS_PER_TASK).min(path_count) {
+                    for index in
+                        task * PATHS_PER_TASK..((task + 1) * PATHS_PER_TASK).min(path_count)
+                    {
                         tracer.trace(&mut run.pass.sampler(Stream::Photon, index));
                     }
                 }
@@ -67,22 +80,36 @@ struct LightTracer<'s> {
 impl LightTracer<'_> {
     fn trace(&mut self, sampler: &mut Sampler) {
         let scene = self.scene;
-        let Some(start) = scene.emitters.sample_emission(&scene.geometry, &scene.textures, sampler.next_emission())
-        else {
+        let Some(start) = scene.emitters.sample_emission(
+            &scene.geometry,
+            &scene.textures,
+            sampler.next_emission(),
+        ) else {
             return;
         };
         if let Some(y) = start.surface.filter(|_| self.limits.allow(1)) {
-            let shines = |w| !scene.emitters.radiance(&scene.geometry, &scene.textures, &y, w).is_black();
+            let shines = |w| {
+                !scene
+                    .emitters
+                    .radiance(&scene.geometry, &scene.textures, &y, w)
+                    .is_black()
+            };
             // Lambertian emission: flux of the path is π L / pdf_area, so this is L |cos| / pdf_area.
             let seen = |w: Vec3| {
-                if shines(w) { start.flux * (FRAC_1_PI * y.ng.dot(w).abs()) } else { Rgb::BLACK }
+                if shines(w) {
+                    start.flux * (FRAC_1_PI * y.ng.dot(w).abs())
+                } else {
+                    Rgb::BLACK
+                }
             };
             self.splat(&y, 1, sampler, seen);
         }
         let mut walk = Walk::from_emitter(scene, start.ray, start.flux);
         while let Step::Hit(v) = walk.advance() {
             let flux = walk.throughput();
-            self.splat(&v.x, v.segments + 1, sampler, |w| flux * v.bsdf.f_cos_wo(v.w_prev, w, Lobes::FINITE));
+            self.splat(&v.x, v.segments + 1, sampler, |w| {
+                flux * v.bsdf.f_cos_wo(v.w_prev, w, Lobes::FINITE)
+            });
             if !self.limits.allow(v.segments + 2) {
                 return;
             }
@@ -101,7 +128,13 @@ impl LightTracer<'_> {
     }
 
     /// Connects `x` to the sensor; `intensity(w)` is what leaves towards it, in W/sr.
-    fn splat(&mut self, x: &SurfacePoint, segments: u32, sampler: &mut Sampler, intensity: impl Fn(Vec3) -> Rgb) {
+    fn splat(
+        &mut self,
+        x: &SurfacePoint,
+        segments: u32,
+        sampler: &mut Sampler,
+        intensity: impl Fn(Vec3) -> Rgb,
+    ) {
         if !self.limits.allow(segments) {
             return;
         }
@@ -116,7 +149,10 @@ impl LightTracer<'_> {
         if at.x < 0.0 || at.y < 0.0 || at.x >= self.width as f32 || at.y >= self.height as f32 {
             return;
         }
-        let segment = Segment { from: x.offset_towards(seen.w), to: seen.target };
+        let segment = Segment {
+            from: x.offset_towards(seen.w),
+            to: seen.target,
+        };
         let Some(segment) = self.line_of_sight(x, segment) else {
             return;
         };
@@ -124,7 +160,10 @@ impl LightTracer<'_> {
         let (transmittance, crossings) = self.scene.transmittance_and_crossings(&segment);
         let value = value * transmittance;
         if !value.is_black() && self.limits.allow(segments + crossings) {
-            self.splats.push(Splat { pixel: at.y as u32 * self.width + at.x as u32, value });
+            self.splats.push(Splat {
+                pixel: at.y as u32 * self.width + at.x as u32,
+                value,
+            });
         }
     }
 
@@ -136,9 +175,18 @@ impl LightTracer<'_> {
         }
         let across = line.from - line.to;
         let t_max = across.length();
-        let ray = past_emitters(self.scene, Ray { o: line.to, d: across / t_max, t_max });
+        let ray = past_emitters(
+            self.scene,
+            Ray {
+                o: line.to,
+                d: across / t_max,
+                t_max,
+            },
+        );
         let geometry = &self.scene.geometry;
-        let shines = geometry.primitives()[x.at.primitive.index()].emitter.is_some();
+        let shines = geometry.primitives()[x.at.primitive.index()]
+            .emitter
+            .is_some();
         let is_hidden = shines && geometry.intersect(&ray).is_none();
         (!is_hidden).then_some(Segment { to: ray.o, ..line })
     }

@@ -112,36 +112,68 @@ impl ManyLight {
 
     /// VPLs placed by importance.
     pub fn vpl_importance() -> Self {
-        ManyLight { placement: Placement::Importance, ..ManyLight::vpl() }
+        ManyLight {
+            placement: Placement::Importance,
+            ..ManyLight::vpl()
+        }
     }
 
     /// One sample per pixel under one set of lights. `false` if cancelled.
-    pub(super) fn render_pass(&self, scene: &Scene, limits: PathLimits, run: &PassContext, film: &mut Film) -> bool {
+    pub(super) fn render_pass(
+        &self,
+        scene: &Scene,
+        limits: PathLimits,
+        run: &PassContext,
+        film: &mut Film,
+    ) -> bool {
         if run.cancelled() {
             return false;
         }
         let prepared = self.prepare(scene, limits, run);
         let positions = film.desc().sampler();
-        run.shade(film, |samples| prepared.shade_tile(run, &positions, samples))
+        run.shade(film, |samples| {
+            prepared.shade_tile(run, &positions, samples)
+        })
     }
 
     /// Everything that a pass shades with.
-    pub fn prepare<'s>(&self, scene: &'s Scene, limits: PathLimits, run: &PassContext) -> Prepared<'s> {
+    pub fn prepare<'s>(
+        &self,
+        scene: &'s Scene,
+        limits: PathLimits,
+        run: &PassContext,
+    ) -> Prepared<'s> {
         let (pass, stats) = (run.pass, run.stats);
-        let photons = stats.time("photons", || trace_photons(scene, limits, self.photon_paths, pass));
+        let photons = stats.time("photons", || {
+            trace_photons(scene, limits, self.photon_paths, pass)
+        });
         Stats::count(&stats.photon_paths, u64::from(self.photon_paths));
         Stats::count(&stats.photons, photons.len() as u64);
-        let caustics = photons.iter().copied().filter(|p| p.event.has(Lobes::SPECULAR)).collect();
+        let caustics = photons
+            .iter()
+            .copied()
+            .filter(|p| p.event.has(Lobes::SPECULAR))
+            .collect();
         // A light at depth m makes paths of at least m + 2 segments.
-        let photons: Vec<Photon> = photons.into_iter().filter(|p| limits.allow(u32::from(p.depth) + 2)).collect();
+        let photons: Vec<Photon> = photons
+            .into_iter()
+            .filter(|p| limits.allow(u32::from(p.depth) + 2))
+            .collect();
 
         let fluxes: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
         let mut sampler = pass.sampler(Stream::Selection, 0);
         let sites = match self.placement {
-            Placement::Uniform => {
-                stats.time("lights", || select(&photons, &fluxes, self.light_count as usize, sampler.next_1d()))
+            Placement::Uniform => stats.time("lights", || {
+                select(
+                    &photons,
+                    &fluxes,
+                    self.light_count as usize,
+                    sampler.next_1d(),
+                )
+            }),
+            Placement::Importance => {
+                self.place_by_importance(scene, limits, run, &photons, &fluxes, &mut sampler)
             }
-            Placement::Importance => self.place_by_importance(scene, limits, run, &photons, &fluxes, &mut sampler),
         };
         let lights = stats.time("lights", || {
             let shares = match self.flux {
@@ -150,14 +182,27 @@ impl ManyLight {
             };
             match self.emission {
                 EmissionKind::Single => LightField::single(scene, limits, &photons, &shares),
-                EmissionKind::Table { side } => LightField::rich(scene, limits, &photons, &shares, side as usize),
+                EmissionKind::Table { side } => {
+                    LightField::rich(scene, limits, &photons, &shares, side as usize)
+                }
             }
         });
         Stats::count(&stats.lights, lights.lights().len() as u64);
-        stats.light_bytes.fetch_max(lights.bytes() as u64, std::sync::atomic::Ordering::Relaxed);
+        stats
+            .light_bytes
+            .fetch_max(lights.bytes() as u64, std::sync::atomic::Ordering::Relaxed);
         let caustics = stats.time("maps", || KdTree::build(caustics));
-        let gather = Gather { kernel: self.kernel, clamp: self.clamp };
-        Prepared { scene, limits, gather, lights: Lights::new(lights), caustics }
+        let gather = Gather {
+            kernel: self.kernel,
+            clamp: self.clamp,
+        };
+        Prepared {
+            scene,
+            limits,
+            gather,
+            lights: Lights::new(lights),
+            caustics,
+        }
     }
 }
 
@@ -174,14 +219,23 @@ impl ManyLight {
         sampler: &mut Sampler,
     ) -> Vec<Site> {
         let stats = run.stats;
-        let importons: Vec<Importon> =
-            stats.time("importons", || trace_importons(scene, limits, self.importon_paths, run.pass));
+        let importons: Vec<Importon> = stats.time("importons", || {
+            trace_importons(scene, limits, self.importon_paths, run.pass)
+        });
         Stats::count(&stats.importons, importons.len() as u64);
         let map = stats.time("maps", || KdTree::build(importons));
         stats.time("lights", || {
             let count = self.light_count as usize;
-            let candidates = select(photons, fluxes, CANDIDATES_PER_LIGHT * count, sampler.next_1d());
-            let chosen: Vec<Photon> = candidates.iter().map(|site| photons[site.photon as usize]).collect();
+            let candidates = select(
+                photons,
+                fluxes,
+                CANDIDATES_PER_LIGHT * count,
+                sampler.next_1d(),
+            );
+            let chosen: Vec<Photon> = candidates
+                .iter()
+                .map(|site| photons[site.photon as usize])
+                .collect();
             let weights: Vec<f32> = candidates
                 .par_iter()
                 .zip(&chosen)
@@ -196,7 +250,10 @@ impl ManyLight {
             let kept = select(&chosen, &weights, count, sampler.next_1d());
             let combine = |site: Site| {
                 let candidate = candidates[site.photon as usize];
-                Site { photon: candidate.photon, probability: candidate.probability * site.probability }
+                Site {
+                    photon: candidate.photon,
+                    probability: candidate.probability * site.probability,
+                }
             };
             kept.into_iter().map(combine).collect()
         })
@@ -231,10 +288,24 @@ impl<'s> Prepared<'s> {
         for (i, pixel) in out.tile().pixels().enumerate() {
             let mut sampler = run.pass.sampler(Stream::Pixel, positions.index(pixel));
             // Few passes must do: their positions in the pixel are spread, so that edges are smooth.
-            let film = positions.sample(pixel, run.pass.spread_2d(Stream::Pixel, positions.index(pixel)));
+            let film = positions.sample(
+                pixel,
+                run.pass.spread_2d(Stream::Pixel, positions.index(pixel)),
+            );
             let camera = self.scene.sensor.ray(film.position, sampler.next_2d());
-            let walk = Walk::from_sensor(self.scene, self.limits, camera.ray, Rgb::splat(camera.weight * film.weight));
-            let mut eye = EyePath { prepared: self, walk, sampler, pixel: i, shadow_rays: 0 };
+            let walk = Walk::from_sensor(
+                self.scene,
+                self.limits,
+                camera.ray,
+                Rgb::splat(camera.weight * film.weight),
+            );
+            let mut eye = EyePath {
+                prepared: self,
+                walk,
+                sampler,
+                pixel: i,
+                shadow_rays: 0,
+            };
             eye.trace(out, &mut points);
             shadow_rays += eye.shadow_rays;
         }
@@ -243,8 +314,16 @@ impl<'s> Prepared<'s> {
         let places: Vec<ShadingPoint> = points.iter().map(|point| point.at).collect();
         let sums = self.gather.sum(self.scene, &self.lights, &places);
         for (point, gathered) in points.iter().zip(sums) {
-            out.add(point.pixel, Layer::VirtualLights, point.throughput * gathered.radiance);
-            out.add(point.pixel, Layer::Caustics, point.throughput * self.caustic_radiance(point, &mut found));
+            out.add(
+                point.pixel,
+                Layer::VirtualLights,
+                point.throughput * gathered.radiance,
+            );
+            out.add(
+                point.pixel,
+                Layer::Caustics,
+                point.throughput * self.caustic_radiance(point, &mut found),
+            );
             connections += gathered.connections;
             shadow_rays += gathered.shadow_rays;
             clamped += f64::from(gathered.clamped * point.throughput.luminance());
@@ -260,12 +339,17 @@ impl<'s> Prepared<'s> {
     /// Density estimate over photons whose last event was specular: `Σ_j k_j f Φ_j` (ALGORITHMS 2.16).
     fn caustic_radiance(&self, point: &Gathering, found: &mut Neighbors) -> Rgb {
         let x = &point.at.x;
-        let n = if x.ng.dot(point.at.wo) >= 0.0 { x.ng } else { -x.ng };
+        let n = if x.ng.dot(point.at.wo) >= 0.0 {
+            x.ng
+        } else {
+            -x.ng
+        };
         let reach = CAUSTIC_RADIUS * self.scene.geometry.bounds().diagonal();
         let mut sum = Rgb::BLACK;
         estimate(&self.caustics, x.p, n, reach, found, |photon, kernel| {
             if self.limits.allow(point.segments + u32::from(photon.depth)) {
-                sum += photon.flux * point.at.bsdf.f(photon.wi, point.at.wo, Lobes::SMOOTH) * kernel;
+                sum +=
+                    photon.flux * point.at.bsdf.f(photon.wi, point.at.wo, Lobes::SMOOTH) * kernel;
             }
         });
         sum
@@ -339,14 +423,20 @@ impl<'s> EyePath<'_, 's> {
     /// Light from a chosen emitter by `lobes` at `v`, weighted against a walk that samples `walk` there.
     fn from_emitter(&mut self, v: &Vertex, lobes: Lobes, walk: Lobes) -> Option<Rgb> {
         let (scene, wo) = (self.prepared.scene, v.w_prev);
-        let light = EmitterSample::draw(scene, &v.x, v.bsdf.receiving_normal(wo), &mut self.sampler)?;
+        let light =
+            EmitterSample::draw(scene, &v.x, v.bsdf.receiving_normal(wo), &mut self.sampler)?;
         let f_cos = v.bsdf.f_cos_wi(light.wi, wo, lobes);
         if f_cos.is_black() {
             return None;
         }
         self.shadow_rays += 1;
-        let crossings = self.prepared.limits.max_depth.map_or(u32::MAX, |max| max - (v.segments + 1));
-        let arriving = self.walk.throughput() * light.weight * light.transmittance(scene, crossings);
+        let crossings = self
+            .prepared
+            .limits
+            .max_depth
+            .map_or(u32::MAX, |max| max - (v.segments + 1));
+        let arriving =
+            self.walk.throughput() * light.weight * light.transmittance(scene, crossings);
         Some(arriving * f_cos * light.mis_weight(v.bsdf.pdf_wi(light.wi, wo, walk)))
     }
 
@@ -362,12 +452,22 @@ impl<'s> EyePath<'_, 's> {
                 Step::Hidden => return,
                 Step::Escaped(wi) => {
                     let found = found_environment(scene, walk.previous(), wi);
-                    return out.add(self.pixel, Layer::Direct, walk.throughput() * found / DIRECT_SAMPLES as f32);
+                    return out.add(
+                        self.pixel,
+                        Layer::Direct,
+                        walk.throughput() * found / DIRECT_SAMPLES as f32,
+                    );
                 }
                 Step::Hit(y) => {
                     let found = found_radiance(scene, walk.previous(), &y.x, y.w_prev);
-                    out.add(self.pixel, Layer::Direct, walk.throughput() * found / DIRECT_SAMPLES as f32);
-                    if !limits.allow(y.segments + 1) || !walk.pass_through(&y, self.sampler.next_1d()) {
+                    out.add(
+                        self.pixel,
+                        Layer::Direct,
+                        walk.throughput() * found / DIRECT_SAMPLES as f32,
+                    );
+                    if !limits.allow(y.segments + 1)
+                        || !walk.pass_through(&y, self.sampler.next_1d())
+                    {
                         return;
                     }
                 }
@@ -376,16 +476,33 @@ impl<'s> EyePath<'_, 's> {
     }
 
     fn gathering(&mut self, v: &Vertex<'s>) -> Gathering<'s> {
-        let max_photon_depth = self.prepared.limits.max_depth.map(|max| max - (v.segments + 1));
-        let at = ShadingPoint { x: v.x, wo: v.w_prev, bsdf: v.bsdf, max_photon_depth, u: self.sampler.next_1d() };
-        Gathering { pixel: self.pixel, throughput: self.walk.throughput(), segments: v.segments, at }
+        let max_photon_depth = self
+            .prepared
+            .limits
+            .max_depth
+            .map(|max| max - (v.segments + 1));
+        let at = ShadingPoint {
+            x: v.x,
+            wo: v.w_prev,
+            bsdf: v.bsdf,
+            max_photon_depth,
+            u: self.sampler.next_1d(),
+        };
+        Gathering {
+            pixel: self.pixel,
+            throughput: self.walk.throughput(),
+            segments: v.segments,
+            at,
+        }
     }
 
     /// Continues by a specular event; weak branches only sometimes, since every one ends in another sum over all lights.
     fn follow_specular(&mut self, v: &Vertex) -> bool {
         if v.segments >= MAX_CHAIN
             || !v.bsdf.lobes().has(Lobes::SPECULAR)
-            || !self.walk.scatter(v, self.sampler.next_bsdf(), Lobes::SPECULAR)
+            || !self
+                .walk
+                .scatter(v, self.sampler.next_bsdf(), Lobes::SPECULAR)
         {
             return false;
         }

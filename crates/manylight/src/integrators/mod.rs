@@ -57,7 +57,9 @@ impl PassContext<'_> {
     fn shade(&self, film: &mut Film, shade: impl Fn(&mut TileSamples) + Sync) -> bool {
         let done = &self.stats.tiles_done;
         done.store(0, Ordering::Relaxed);
-        self.stats.tiles.store(film.tile_count() as u64, Ordering::Relaxed);
+        self.stats
+            .tiles
+            .store(film.tile_count() as u64, Ordering::Relaxed);
         self.stats.time("shade", || {
             film.add_pass(self.cancel, &self.stats.dropped_samples, |samples| {
                 shade(samples);
@@ -77,7 +79,12 @@ impl Method {
     pub fn layers(&self) -> Vec<Layer> {
         let mut layers = vec![Layer::Beauty];
         if !matches!(self.kind, MethodKind::LightTracer | MethodKind::Aov) {
-            layers.extend([Layer::Emission, Layer::Direct, Layer::VirtualLights, Layer::Caustics]);
+            layers.extend([
+                Layer::Emission,
+                Layer::Direct,
+                Layer::VirtualLights,
+                Layer::Caustics,
+            ]);
         }
         if self.kind != MethodKind::LightTracer {
             layers.extend([Layer::Albedo, Layer::Normal, Layer::Depth]);
@@ -91,7 +98,15 @@ impl Method {
             MethodKind::Path => path::render_pass(scene, self.limits, run, film),
             MethodKind::Direct => {
                 let max_depth = Some(self.limits.max_depth.map_or(2, |max| max.min(2)));
-                path::render_pass(scene, PathLimits { max_depth, ..self.limits }, run, film)
+                path::render_pass(
+                    scene,
+                    PathLimits {
+                        max_depth,
+                        ..self.limits
+                    },
+                    run,
+                    film,
+                )
             }
             MethodKind::LightTracer => light_tracer::render_pass(scene, self.limits, run, film),
             MethodKind::Aov => aov::render_pass(scene, self.limits, run, film),
@@ -108,9 +123,18 @@ fn first_surface(v: &Vertex, sampler: &mut Sampler, index: usize, out: &mut Tile
 }
 
 /// [`first_surface`] with the direction that the path goes on along.
-fn first_surface_sampled(v: &Vertex, sample: Option<&BsdfSample>, index: usize, out: &mut TileSamples) {
+fn first_surface_sampled(
+    v: &Vertex,
+    sample: Option<&BsdfSample>,
+    index: usize,
+    out: &mut TileSamples,
+) {
     let n = v.x.frame.n;
     out.add(index, Layer::Normal, Rgb::new(n.x, n.y, n.z));
     out.add(index, Layer::Depth, Rgb::splat(v.distance));
-    out.add(index, Layer::Albedo, sample.map_or(Rgb::BLACK, |s| s.weight));
+    out.add(
+        index,
+        Layer::Albedo,
+        sample.map_or(Rgb::BLACK, |s| s.weight),
+    );
 }

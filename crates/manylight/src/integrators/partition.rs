@@ -64,16 +64,26 @@ mod tests {
 
     #[test]
     fn every_event_string_has_one_layer() {
-        let classes = [Lobes::DIFFUSE, Lobes::GLOSSY, Lobes::NEAR_DELTA, Lobes::DELTA];
+        let classes = [
+            Lobes::DIFFUSE,
+            Lobes::GLOSSY,
+            Lobes::NEAR_DELTA,
+            Lobes::DELTA,
+        ];
         let mut strings: Vec<Vec<Lobes>> = vec![vec![]];
         let mut seen = 0;
         for _ in 0..6 {
             for events in &strings {
-                let stage = events.iter().fold(Stage::BeforeX, |stage, &e| stage.after(e));
+                let stage = events
+                    .iter()
+                    .fold(Stage::BeforeX, |stage, &e| stage.after(e));
                 assert_eq!(stage.layer(), layer_by_definition(events), "{events:?}");
                 seen += 1;
             }
-            strings = strings.iter().flat_map(|s| classes.map(|c| [s.as_slice(), &[c]].concat())).collect();
+            strings = strings
+                .iter()
+                .flat_map(|s| classes.map(|c| [s.as_slice(), &[c]].concat()))
+                .collect();
         }
         assert_eq!(seen, 1 + 4 + 16 + 64 + 256 + 1024);
     }

@@ -14,7 +14,12 @@ use crate::transport::direct::{EmitterSample, found_environment, found_radiance}
 use crate::transport::{Step, Vertex, Walk, roulette};
 
 /// One sample per pixel. `false` if cancelled.
-pub(super) fn render_pass(scene: &Scene, limits: PathLimits, run: &PassContext, film: &mut Film) -> bool {
+pub(super) fn render_pass(
+    scene: &Scene,
+    limits: PathLimits,
+    run: &PassContext,
+    film: &mut Film,
+) -> bool {
     let positions = film.desc().sampler();
     run.shade(film, |samples| {
         let mut shadow_rays = 0;
@@ -22,13 +27,27 @@ pub(super) fn render_pass(scene: &Scene, limits: PathLimits, run: &PassContext, 
             let mut sampler = run.pass.sampler(Stream::Pixel, positions.index(pixel));
             let at = positions.sample(pixel, sampler.next_2d());
             let camera = scene.sensor.ray(at.position, sampler.next_2d());
-            let walk = Walk::from_sensor(scene, limits, camera.ray, Rgb::splat(camera.weight * at.weight));
-            let mut path = Path { scene, limits, walk, stage: Stage::BeforeX, shadow_rays: 0 };
+            let walk = Walk::from_sensor(
+                scene,
+                limits,
+                camera.ray,
+                Rgb::splat(camera.weight * at.weight),
+            );
+            let mut path = Path {
+                scene,
+                limits,
+                walk,
+                stage: Stage::BeforeX,
+                shadow_rays: 0,
+            };
             path.trace(&mut sampler, i, samples);
             shadow_rays += path.shadow_rays;
         }
         Stats::count(&run.stats.shadow_rays, shadow_rays);
-        Stats::count(&run.stats.camera_paths, samples.tile().pixels().count() as u64);
+        Stats::count(
+            &run.stats.camera_paths,
+            samples.tile().pixels().count() as u64,
+        );
     })
 }
 
@@ -74,7 +93,8 @@ impl Path<'_> {
             }
             self.stage = self.stage.after(self.walk.previous().event);
             if v.segments >= self.limits.rr_depth {
-                let survival = roulette::camera_survival(self.walk.throughput(), self.walk.eta_squared());
+                let survival =
+                    roulette::camera_survival(self.walk.throughput(), self.walk.eta_squared());
                 if !self.walk.survive(survival, sampler.next_1d()) {
                     return;
                 }
@@ -83,11 +103,19 @@ impl Path<'_> {
     }
 
     /// Light from an emitter at `v`, by the lobe that reflects it: the classes belong to different layers.
-    fn next_event(&mut self, v: &Vertex, sampler: &mut Sampler, index: usize, out: &mut TileSamples) {
+    fn next_event(
+        &mut self,
+        v: &Vertex,
+        sampler: &mut Sampler,
+        index: usize,
+        out: &mut TileSamples,
+    ) {
         if !v.bsdf.lobes().has(Lobes::FINITE) {
             return;
         }
-        let Some(light) = EmitterSample::draw(self.scene, &v.x, v.bsdf.receiving_normal(v.w_prev), sampler) else {
+        let Some(light) =
+            EmitterSample::draw(self.scene, &v.x, v.bsdf.receiving_normal(v.w_prev), sampler)
+        else {
             return;
         };
         let (smooth, narrow) = v.bsdf.f_cos_wi_by_width(light.wi, v.w_prev);
@@ -95,14 +123,25 @@ impl Path<'_> {
             return;
         }
         self.shadow_rays += 1;
-        let crossings = self.limits.max_depth.map_or(u32::MAX, |max| max - (v.segments + 1));
+        let crossings = self
+            .limits
+            .max_depth
+            .map_or(u32::MAX, |max| max - (v.segments + 1));
         let arriving = light.weight * light.transmittance(self.scene, crossings);
         if arriving.is_black() {
             return;
         }
         let mis = light.mis_weight(v.bsdf.pdf_wi(light.wi, v.w_prev, Lobes::ALL));
         let scale = self.walk.throughput() * arriving * mis;
-        out.add(index, self.stage.after(Lobes::DIFFUSE).layer(), scale * smooth);
-        out.add(index, self.stage.after(Lobes::NEAR_DELTA).layer(), scale * narrow);
+        out.add(
+            index,
+            self.stage.after(Lobes::DIFFUSE).layer(),
+            scale * smooth,
+        );
+        out.add(
+            index,
+            self.stage.after(Lobes::NEAR_DELTA).layer(),
+            scale * narrow,
+        );
     }
 }

@@ -13,7 +13,10 @@ pub struct Aabb {
 
 impl Aabb {
     /// The box that holds nothing; the neutral element of [`Aabb::union`].
-    pub const EMPTY: Aabb = Aabb { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
+    pub const EMPTY: Aabb = Aabb {
+        min: Vec3::INFINITY,
+        max: Vec3::NEG_INFINITY,
+    };
 
     /// The smallest box around `points`.
     pub fn from_points(points: impl IntoIterator<Item = Vec3>) -> Self {
@@ -24,14 +27,20 @@ impl Aabb {
     #[inline]
     #[must_use]
     pub fn include(self, p: Vec3) -> Self {
-        Aabb { min: self.min.min(p), max: self.max.max(p) }
+        Aabb {
+            min: self.min.min(p),
+            max: self.max.max(p),
+        }
     }
 
     /// The smallest box around both.
     #[inline]
     #[must_use]
     pub fn union(self, o: Aabb) -> Self {
-        Aabb { min: self.min.min(o.min), max: self.max.max(o.max) }
+        Aabb {
+            min: self.min.min(o.min),
+            max: self.max.max(o.max),
+        }
     }
 
     /// Whether the box holds no point.
@@ -55,7 +64,11 @@ impl Aabb {
     /// Length of the diagonal; 0 for the empty box.
     #[inline]
     pub fn diagonal(&self) -> f32 {
-        if self.is_empty() { 0.0 } else { self.extent().length() }
+        if self.is_empty() {
+            0.0
+        } else {
+            self.extent().length()
+        }
     }
 
     /// Surface area; 0 for the empty box.
@@ -90,6 +103,9 @@ impl Aabb {
     /// Squared distance from `p` to the nearest point of the box; 0 inside.
     #[inline]
     pub fn distance_squared(&self, p: Vec3) -> f32 {
-        (self.min - p).max(p - self.max).max(Vec3::ZERO).length_squared()
+        (self.min - p)
+            .max(p - self.max)
+            .max(Vec3::ZERO)
+            .length_squared()
     }
 }

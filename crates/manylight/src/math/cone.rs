@@ -13,13 +13,22 @@ pub struct Cone {
 
 impl Cone {
     /// Holds no direction; the neutral element of [`Cone::union`].
-    pub const EMPTY: Cone = Cone { axis: Vec3::Z, half_angle: -1.0 };
+    pub const EMPTY: Cone = Cone {
+        axis: Vec3::Z,
+        half_angle: -1.0,
+    };
     /// Holds every direction.
-    pub const FULL: Cone = Cone { axis: Vec3::Z, half_angle: std::f32::consts::PI };
+    pub const FULL: Cone = Cone {
+        axis: Vec3::Z,
+        half_angle: std::f32::consts::PI,
+    };
 
     /// The cone that holds `axis` alone.
     pub fn from_axis(axis: Vec3) -> Self {
-        Cone { axis, half_angle: 0.0 }
+        Cone {
+            axis,
+            half_angle: 0.0,
+        }
     }
 
     /// Whether the cone holds no direction.
@@ -38,7 +47,11 @@ impl Cone {
         if other.is_empty() {
             return self;
         }
-        let (wide, narrow) = if self.half_angle >= other.half_angle { (self, other) } else { (other, self) };
+        let (wide, narrow) = if self.half_angle >= other.half_angle {
+            (self, other)
+        } else {
+            (other, self)
+        };
         let between = wide.angle_to_axis(narrow.axis);
         if between + narrow.half_angle <= wide.half_angle {
             return wide;
@@ -48,11 +61,15 @@ impl Cone {
             return Cone::FULL;
         }
         // Turn the wide axis towards the narrow one until the new cone touches the wide cone's far rim.
-        let Some(side) = (narrow.axis - wide.axis * wide.axis.dot(narrow.axis)).try_normalize() else {
+        let Some(side) = (narrow.axis - wide.axis * wide.axis.dot(narrow.axis)).try_normalize()
+        else {
             return Cone::FULL;
         };
         let turn = half_angle - wide.half_angle;
-        Cone { axis: (wide.axis * turn.cos() + side * turn.sin()).normalize(), half_angle }
+        Cone {
+            axis: (wide.axis * turn.cos() + side * turn.sin()).normalize(),
+            half_angle,
+        }
     }
 
     /// Angle between the axis and the unit vector `w`, in radians.
@@ -69,13 +86,22 @@ mod tests {
 
     #[test]
     fn union_holds_both_cones() {
-        let a = Cone { axis: Vec3::X, half_angle: 0.3 };
-        let b = Cone { axis: Vec3::new(0.2, 1.0, 0.1).normalize(), half_angle: 0.5 };
+        let a = Cone {
+            axis: Vec3::X,
+            half_angle: 0.3,
+        };
+        let b = Cone {
+            axis: Vec3::new(0.2, 1.0, 0.1).normalize(),
+            half_angle: 0.5,
+        };
         let u = a.union(b);
         for c in [a, b] {
             assert!(u.angle_to_axis(c.axis) + c.half_angle <= u.half_angle + 1e-5);
         }
         assert_eq!(Cone::EMPTY.union(a), a);
-        assert_eq!(Cone::from_axis(Vec3::X).union(Cone::from_axis(-Vec3::X)), Cone::FULL);
+        assert_eq!(
+            Cone::from_axis(Vec3::X).union(Cone::from_axis(-Vec3::X)),
+            Cone::FULL
+        );
     }
 }

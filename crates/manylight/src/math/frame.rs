@@ -34,7 +34,11 @@ impl Frame {
     #[inline]
     pub fn from_normal_and_tangent(n: Vec3, tangent: Vec3) -> Self {
         match (tangent - n * n.dot(tangent)).try_normalize() {
-            Some(s) => Frame { s, t: n.cross(s), n },
+            Some(s) => Frame {
+                s,
+                t: n.cross(s),
+                n,
+            },
             None => Frame::from_normal(n),
         }
     }
@@ -58,9 +62,21 @@ mod tests {
 
     #[test]
     fn frames_are_orthonormal_and_invert() {
-        for n in [Vec3::Z, -Vec3::Z, Vec3::X, Vec3::new(0.3, -0.5, -0.8).normalize()] {
-            for f in [Frame::from_normal(n), Frame::from_normal_and_tangent(n, Vec3::new(0.1, 0.9, 0.2))] {
-                assert!(f.s.dot(f.t).abs() < 1e-6 && f.s.dot(f.n).abs() < 1e-6 && f.t.dot(f.n).abs() < 1e-6);
+        for n in [
+            Vec3::Z,
+            -Vec3::Z,
+            Vec3::X,
+            Vec3::new(0.3, -0.5, -0.8).normalize(),
+        ] {
+            for f in [
+                Frame::from_normal(n),
+                Frame::from_normal_and_tangent(n, Vec3::new(0.1, 0.9, 0.2)),
+            ] {
+                assert!(
+                    f.s.dot(f.t).abs() < 1e-6
+                        && f.s.dot(f.n).abs() < 1e-6
+                        && f.t.dot(f.n).abs() < 1e-6
+                );
                 assert!((f.s.cross(f.t) - f.n).length() < 1e-5);
                 let w = Vec3::new(0.2, 0.4, -0.7);
                 assert!((f.to_world(f.to_local(w)) - w).length() < 1e-5);

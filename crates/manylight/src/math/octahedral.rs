@@ -11,7 +11,10 @@ pub fn square_from_direction(w: Vec3) -> Vec2 {
     let q = if p.z >= 0.0 {
         Vec2::new(p.x, p.y)
     } else {
-        Vec2::new((1.0 - p.y.abs()).copysign(p.x), (1.0 - p.x.abs()).copysign(p.y))
+        Vec2::new(
+            (1.0 - p.y.abs()).copysign(p.x),
+            (1.0 - p.x.abs()).copysign(p.y),
+        )
     };
     q * 0.5 + Vec2::splat(0.5)
 }
@@ -21,8 +24,14 @@ pub fn square_from_direction(w: Vec3) -> Vec2 {
 pub fn direction_from_square(uv: Vec2) -> Vec3 {
     let q = uv * 2.0 - Vec2::ONE;
     let z = 1.0 - q.x.abs() - q.y.abs();
-    let (x, y) =
-        if z >= 0.0 { (q.x, q.y) } else { ((1.0 - q.y.abs()).copysign(q.x), (1.0 - q.x.abs()).copysign(q.y)) };
+    let (x, y) = if z >= 0.0 {
+        (q.x, q.y)
+    } else {
+        (
+            (1.0 - q.y.abs()).copysign(q.x),
+            (1.0 - q.x.abs()).copysign(q.y),
+        )
+    };
     Vec3::new(x, y, z).normalize()
 }
 
@@ -72,7 +81,11 @@ pub fn texel_direction(index: usize, side: usize) -> Vec3 {
 pub fn solid_angle_density(uv: Vec2) -> f32 {
     let q = uv * 2.0 - Vec2::ONE;
     let z = 1.0 - q.x.abs() - q.y.abs();
-    let (x, y) = if z >= 0.0 { (q.x.abs(), q.y.abs()) } else { (1.0 - q.y.abs(), 1.0 - q.x.abs()) };
+    let (x, y) = if z >= 0.0 {
+        (q.x.abs(), q.y.abs())
+    } else {
+        (1.0 - q.y.abs(), 1.0 - q.x.abs())
+    };
     4.0 * (x * x + y * y + z * z).powf(-1.5)
 }
 
@@ -111,8 +124,15 @@ mod tests {
     #[test]
     fn bilinear_weights_sum_to_one_and_wrap_continuously() {
         let side = 32;
-        let table: Vec<f32> = (0..side * side).map(|t| texel_direction(t, side).dot(Vec3::new(0.3, 0.5, 0.8))).collect();
-        let eval = |w: Vec3| bilinear(w, side).iter().map(|&(t, k)| table[t] * k).sum::<f32>();
+        let table: Vec<f32> = (0..side * side)
+            .map(|t| texel_direction(t, side).dot(Vec3::new(0.3, 0.5, 0.8)))
+            .collect();
+        let eval = |w: Vec3| {
+            bilinear(w, side)
+                .iter()
+                .map(|&(t, k)| table[t] * k)
+                .sum::<f32>()
+        };
         for w in directions() {
             let total: f32 = bilinear(w, side).iter().map(|t| t.1).sum();
             assert!((total - 1.0).abs() < 1e-5);

@@ -27,14 +27,25 @@ const PATHS_PER_TASK: u32 = 1024;
 /// Traces `path_count` camera paths through uniform film positions. Each follows specular events to a vertex `x` with a
 /// smooth event (the same walk as shading) and deposits an importon at the surfaces that this event sees: a virtual light
 /// there is seen from `x`. Deeper bounces deposit nothing; their transport is the photons' (ALGORITHMS 1.3).
-pub fn trace_importons(scene: &Scene, limits: PathLimits, path_count: u32, pass: Pass) -> Vec<Importon> {
+pub fn trace_importons(
+    scene: &Scene,
+    limits: PathLimits,
+    path_count: u32,
+    pass: Pass,
+) -> Vec<Importon> {
     let tasks: Vec<Vec<Importon>> = (0..path_count.div_ceil(PATHS_PER_TASK))
         .into_par_iter()
         .map(|task| {
             let mut importons = Vec::new();
             for index in task * PATHS_PER_TASK..((task + 1) * PATHS_PER_TASK).min(path_count) {
                 let mut sampler = pass.sampler(Stream::Importon, u64::from(index));
-                trace_path(scene, limits, 1.0 / path_count as f32, &mut sampler, &mut importons);
+                trace_path(
+                    scene,
+                    limits,
+                    1.0 / path_count as f32,
+                    &mut sampler,
+                    &mut importons,
+                );
             }
             importons
         })
@@ -42,7 +53,13 @@ pub fn trace_importons(scene: &Scene, limits: PathLimits, path_count: u32, pass:
     tasks.concat()
 }
 
-fn trace_path(scene: &Scene, limits: PathLimits, share: f32, sampler: &mut Sampler, importons: &mut Vec<Importon>) {
+fn trace_path(
+    scene: &Scene,
+    limits: PathLimits,
+    share: f32,
+    sampler: &mut Sampler,
+    importons: &mut Vec<Importon>,
+) {
     let size = scene.sensor.desc().film.crop_size.as_vec2();
     let film_position: Vec2 = sampler.next_2d() * size;
     let camera = scene.sensor.ray(film_position, sampler.next_2d());
@@ -51,7 +68,11 @@ fn trace_path(scene: &Scene, limits: PathLimits, share: f32, sampler: &mut Sampl
         if walk.previous().event.has(Lobes::SMOOTH) && v.bsdf.lobes().has(Lobes::SMOOTH) {
             importons.push(Importon {
                 p: v.x.p,
-                n: if v.x.ng.dot(v.w_prev) >= 0.0 { v.x.ng } else { -v.x.ng },
+                n: if v.x.ng.dot(v.w_prev) >= 0.0 {
+                    v.x.ng
+                } else {
+                    -v.x.ng
+                },
                 wo: v.w_prev,
                 importance: walk.throughput().luminance(),
             });
@@ -63,7 +84,9 @@ fn trace_path(scene: &Scene, limits: PathLimits, share: f32, sampler: &mut Sampl
         if walk.pass_through(&v, sampler.next_1d()) {
             continue;
         }
-        if walk.previous().event.has(Lobes::SMOOTH) || !walk.scatter(&v, sampler.next_bsdf(), Lobes::ALL) {
+        if walk.previous().event.has(Lobes::SMOOTH)
+            || !walk.scatter(&v, sampler.next_bsdf(), Lobes::ALL)
+        {
             return;
         }
         if v.segments > MAX_SPECULAR_SEGMENTS {

@@ -48,14 +48,25 @@ const PATHS_PER_TASK: u32 = 1024;
 ///
 /// The list is in path order, the same for any number of threads. Photons that no eye path within `limits` can use are
 /// left out: a virtual light at depth m makes paths of m + 2 segments, a caustic photon of m + 1 (ERRATA G1).
-pub fn trace_photons(scene: &Scene, limits: PathLimits, path_count: u32, pass: Pass) -> Vec<Photon> {
+pub fn trace_photons(
+    scene: &Scene,
+    limits: PathLimits,
+    path_count: u32,
+    pass: Pass,
+) -> Vec<Photon> {
     let tasks: Vec<Vec<Photon>> = (0..path_count.div_ceil(PATHS_PER_TASK))
         .into_par_iter()
         .map(|task| {
             let mut photons = Vec::new();
             for index in task * PATHS_PER_TASK..((task + 1) * PATHS_PER_TASK).min(path_count) {
                 let mut sampler = pass.sampler(Stream::Photon, u64::from(index));
-                trace_path(scene, limits, 1.0 / path_count as f32, &mut sampler, &mut photons);
+                trace_path(
+                    scene,
+                    limits,
+                    1.0 / path_count as f32,
+                    &mut sampler,
+                    &mut photons,
+                );
             }
             photons
         })
@@ -74,8 +85,17 @@ pub fn trace_photons(scene: &Scene, limits: PathLimits, path_count: u32, pass: P
 }
 
 /// One path; its photons are appended, `parent` counting from the start of `photons`.
-fn trace_path(scene: &Scene, limits: PathLimits, share: f32, sampler: &mut Sampler, photons: &mut Vec<Photon>) {
-    let start = scene.emitters.sample_emission(&scene.geometry, &scene.textures, sampler.next_emission());
+fn trace_path(
+    scene: &Scene,
+    limits: PathLimits,
+    share: f32,
+    sampler: &mut Sampler,
+    photons: &mut Vec<Photon>,
+) {
+    let start =
+        scene
+            .emitters
+            .sample_emission(&scene.geometry, &scene.textures, sampler.next_emission());
     let Some(start) = start else {
         return;
     };
@@ -88,13 +108,21 @@ fn trace_path(scene: &Scene, limits: PathLimits, share: f32, sampler: &mut Sampl
         if stored {
             photons.push(Photon {
                 p: v.x.p,
-                n: if v.x.ng.dot(v.w_prev) >= 0.0 { v.x.ng } else { -v.x.ng },
+                n: if v.x.ng.dot(v.w_prev) >= 0.0 {
+                    v.x.ng
+                } else {
+                    -v.x.ng
+                },
                 wi: v.w_prev,
                 flux: walk.throughput(),
                 diffuse_flux: walk.throughput() * v.bsdf.diffuse_weight(v.w_prev),
                 prev: walk.previous().p,
                 at: v.x.at,
-                parent: if event.has(Lobes::SMOOTH) { parent } else { Photon::NO_PARENT },
+                parent: if event.has(Lobes::SMOOTH) {
+                    parent
+                } else {
+                    Photon::NO_PARENT
+                },
                 depth: v.segments.min(u32::from(u16::MAX)) as u16,
                 event,
             });
@@ -107,10 +135,17 @@ fn trace_path(scene: &Scene, limits: PathLimits, share: f32, sampler: &mut Sampl
         }
         let before = walk.throughput();
         if !walk.scatter(&v, sampler.next_bsdf(), Lobes::ALL)
-            || !walk.survive(roulette::photon_survival(before, walk.throughput()), sampler.next_1d())
+            || !walk.survive(
+                roulette::photon_survival(before, walk.throughput()),
+                sampler.next_1d(),
+            )
         {
             return;
         }
-        parent = if stored { photons.len() as u32 - 1 } else { Photon::NO_PARENT };
+        parent = if stored {
+            photons.len() as u32 - 1
+        } else {
+            Photon::NO_PARENT
+        };
     }
 }

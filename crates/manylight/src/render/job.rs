@@ -1,10 +1,10 @@
 //! The pass loop: render passes until the budget is spent.
 
-use crate::stats::Stats;
 use crate::film::Film;
 use crate::integrators::{Method, PassContext};
 use crate::sampling::Pass;
 use crate::scene::Scene;
+use crate::stats::Stats;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -62,14 +62,26 @@ pub struct Outcome {
 
 /// Renders `job`. `cancel` may turn true at any time: then the pass under way is dropped, but the first pass is always
 /// finished. `stats` may be read by other threads meanwhile. Runs on the current `rayon` pool.
-pub fn render(job: &RenderJob, stats: &Stats, cancel: &AtomicBool, observer: &mut dyn Observer) -> Outcome {
+pub fn render(
+    job: &RenderJob,
+    stats: &Stats,
+    cancel: &AtomicBool,
+    observer: &mut dyn Observer,
+) -> Outcome {
     let start = Instant::now();
     let mut film = Film::new(job.scene.sensor.desc().film.clone(), &job.method.layers());
     let never = AtomicBool::new(false);
     let stop = loop {
         let index = film.passes();
         let cancel_pass = if index == 0 { &never } else { cancel };
-        let run = PassContext { pass: Pass { seed: job.seed, index }, stats, cancel: cancel_pass };
+        let run = PassContext {
+            pass: Pass {
+                seed: job.seed,
+                index,
+            },
+            stats,
+            cancel: cancel_pass,
+        };
         if !job.method.render_pass(job.scene, &run, &mut film) {
             break Stop::Cancelled;
         }

@@ -22,13 +22,28 @@ impl Alias {
             return None;
         }
         let n = weights.len();
-        let mut scaled: Vec<f64> = weights.iter().map(|&w| f64::from(w) * n as f64 / total).collect();
-        let (mut small, mut large): (Vec<usize>, Vec<usize>) = (0..n).partition(|&i| scaled[i] < 1.0);
-        let heaviest = (0..n).max_by(|&a, &b| weights[a].total_cmp(&weights[b])).unwrap_or(0);
-        let mut slots = vec![Slot { keep: 1.0, other: heaviest as u32 }; n];
+        let mut scaled: Vec<f64> = weights
+            .iter()
+            .map(|&w| f64::from(w) * n as f64 / total)
+            .collect();
+        let (mut small, mut large): (Vec<usize>, Vec<usize>) =
+            (0..n).partition(|&i| scaled[i] < 1.0);
+        let heaviest = (0..n)
+            .max_by(|&a, &b| weights[a].total_cmp(&weights[b]))
+            .unwrap_or(0);
+        let mut slots = vec![
+            Slot {
+                keep: 1.0,
+                other: heaviest as u32
+            };
+            n
+        ];
         while let (Some(&s), Some(&l)) = (small.last(), large.last()) {
             small.pop();
-            slots[s] = Slot { keep: scaled[s] as f32, other: l as u32 };
+            slots[s] = Slot {
+                keep: scaled[s] as f32,
+                other: l as u32,
+            };
             scaled[l] -= 1.0 - scaled[s];
             if scaled[l] < 1.0 {
                 large.pop();
@@ -39,7 +54,13 @@ impl Alias {
         for s in small.into_iter().filter(|&s| weights[s] == 0.0) {
             slots[s].keep = 0.0;
         }
-        Some(Alias { slots, pmf: weights.iter().map(|&w| (f64::from(w) / total) as f32).collect() })
+        Some(Alias {
+            slots,
+            pmf: weights
+                .iter()
+                .map(|&w| (f64::from(w) / total) as f32)
+                .collect(),
+        })
     }
 
     /// The chosen item and its probability.
@@ -48,7 +69,11 @@ impl Alias {
         let x = u * self.slots.len() as f32;
         let i = (x as usize).min(self.slots.len() - 1);
         let slot = self.slots[i];
-        let chosen = if x - (i as f32) < slot.keep { i } else { slot.other as usize };
+        let chosen = if x - (i as f32) < slot.keep {
+            i
+        } else {
+            slot.other as usize
+        };
         (chosen, self.pmf[chosen])
     }
 
@@ -62,7 +87,10 @@ impl Alias {
         if rest < slot.keep {
             (i, (rest / slot.keep).min(LARGEST))
         } else {
-            (slot.other as usize, ((rest - slot.keep) / (1.0 - slot.keep)).min(LARGEST))
+            (
+                slot.other as usize,
+                ((rest - slot.keep) / (1.0 - slot.keep)).min(LARGEST),
+            )
         }
     }
 

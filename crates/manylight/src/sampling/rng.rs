@@ -20,7 +20,10 @@ pub struct Pcg {
 impl Pcg {
     /// The generator named by `key`; different keys give unrelated sequences.
     pub fn new(key: u64) -> Self {
-        let mut rng = Pcg { state: mix(key), increment: mix(key ^ 0x9e37_79b9_7f4a_7c15) | 1 };
+        let mut rng = Pcg {
+            state: mix(key),
+            increment: mix(key ^ 0x9e37_79b9_7f4a_7c15) | 1,
+        };
         rng.next_u32();
         rng
     }
@@ -29,7 +32,9 @@ impl Pcg {
     #[inline]
     pub fn next_u32(&mut self) -> u32 {
         let old = self.state;
-        self.state = old.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(self.increment);
+        self.state = old
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(self.increment);
         let shifted = (((old >> 18) ^ old) >> 27) as u32;
         shifted.rotate_right((old >> 59) as u32)
     }

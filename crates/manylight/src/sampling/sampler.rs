@@ -44,7 +44,9 @@ impl Pass {
     pub fn spread_2d(self, stream: Stream, index: u64) -> Vec2 {
         const STEP: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
         let start = Sampler::new(self.seed, u32::MAX, stream, index).next_2d();
-        let at = |start: f32, step: f64| (f64::from(start) + step * f64::from(self.index)).fract() as f32;
+        let at = |start: f32, step: f64| {
+            (f64::from(start) + step * f64::from(self.index)).fract() as f32
+        };
         Vec2::new(at(start.x, STEP[0]), at(start.y, STEP[1])).min(Vec2::splat(1.0 - f32::EPSILON))
     }
 }
@@ -60,7 +62,9 @@ impl Sampler {
     #[inline]
     pub fn new(seed: u64, pass: u32, stream: Stream, index: u64) -> Self {
         let key = mix(seed ^ mix((u64::from(pass) << 8) | stream as u64));
-        Sampler { rng: Pcg::new(key.wrapping_add(mix(index.wrapping_add(0x9e37_79b9_7f4a_7c15)))) }
+        Sampler {
+            rng: Pcg::new(key.wrapping_add(mix(index.wrapping_add(0x9e37_79b9_7f4a_7c15)))),
+        }
     }
 
     /// One number.

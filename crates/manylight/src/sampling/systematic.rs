@@ -6,11 +6,20 @@
 pub fn inclusion_probabilities(weights: &[f32], target: usize, floor_share: f32) -> Vec<f32> {
     let positive = weights.iter().filter(|&&w| w > 0.0).count();
     if positive <= target {
-        return weights.iter().map(|&w| if w > 0.0 { 1.0 } else { 0.0 }).collect();
+        return weights
+            .iter()
+            .map(|&w| if w > 0.0 { 1.0 } else { 0.0 })
+            .collect();
     }
     let mean = weights.iter().map(|&w| f64::from(w)).sum::<f64>() / positive as f64;
     let floor = mean * f64::from(floor_share);
-    let raised = |w: f32| if w > 0.0 { f64::from(w).max(floor) } else { 0.0 };
+    let raised = |w: f32| {
+        if w > 0.0 {
+            f64::from(w).max(floor)
+        } else {
+            0.0
+        }
+    };
     // Items with w >= τ are certain; the others share what is left of the target. Each step makes τ smaller or leaves it,
     // so more items become certain until none is added.
     let mut tau = weights.iter().map(|&w| raised(w)).sum::<f64>() / target as f64;
@@ -19,13 +28,20 @@ pub fn inclusion_probabilities(weights: &[f32], target: usize, floor_share: f32)
         for w in weights.iter().map(|&w| raised(w)) {
             if w >= tau { certain += 1 } else { rest += w }
         }
-        let next = if certain < target { rest / (target - certain) as f64 } else { tau };
+        let next = if certain < target {
+            rest / (target - certain) as f64
+        } else {
+            tau
+        };
         if next >= tau || next <= 0.0 {
             break;
         }
         tau = next;
     }
-    weights.iter().map(|&w| (raised(w) / tau).min(1.0) as f32).collect()
+    weights
+        .iter()
+        .map(|&w| (raised(w) / tau).min(1.0) as f32)
+        .collect()
 }
 
 /// Indices of the kept items: item `i` with probability `probabilities[i]`, their number within one of the sum.
@@ -51,11 +67,23 @@ mod tests {
 
     #[test]
     fn probabilities_sum_to_the_target_and_respect_one() {
-        let weights: Vec<f32> = (0..1000).map(|i| if i % 7 == 0 { 0.0 } else { (i as f32 * 0.37).sin().abs().powi(4) }).collect();
+        let weights: Vec<f32> = (0..1000)
+            .map(|i| {
+                if i % 7 == 0 {
+                    0.0
+                } else {
+                    (i as f32 * 0.37).sin().abs().powi(4)
+                }
+            })
+            .collect();
         let a = inclusion_probabilities(&weights, 100, 1e-3);
         let sum: f64 = a.iter().map(|&p| f64::from(p)).sum();
         assert!((sum - 100.0).abs() < 1e-2, "{sum}");
-        assert!(a.iter().zip(&weights).all(|(&p, &w)| (0.0..=1.0).contains(&p) && (p > 0.0) == (w > 0.0)));
+        assert!(
+            a.iter()
+                .zip(&weights)
+                .all(|(&p, &w)| (0.0..=1.0).contains(&p) && (p > 0.0) == (w > 0.0))
+        );
     }
 
     #[test]

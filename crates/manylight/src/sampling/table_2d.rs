@@ -22,12 +22,26 @@ impl Table2d {
             return None;
         }
         let cells = (width * height) as f64;
-        let row_sums: Vec<f32> =
-            weights.chunks_exact(width).map(|row| row.iter().map(|&w| f64::from(w)).sum::<f64>() as f32).collect();
-        let columns = weights.chunks_exact(width).map(|row| Alias::new(row).unwrap_or_default()).collect();
+        let row_sums: Vec<f32> = weights
+            .chunks_exact(width)
+            .map(|row| row.iter().map(|&w| f64::from(w)).sum::<f64>() as f32)
+            .collect();
+        let columns = weights
+            .chunks_exact(width)
+            .map(|row| Alias::new(row).unwrap_or_default())
+            .collect();
         let rows = Alias::new(&row_sums)?;
-        let density = weights.iter().map(|&w| (f64::from(w) / total * cells) as f32).collect();
-        Some(Table2d { width, height, density, rows, columns })
+        let density = weights
+            .iter()
+            .map(|&w| (f64::from(w) / total * cells) as f32)
+            .collect();
+        Some(Table2d {
+            width,
+            height,
+            density,
+            rows,
+            columns,
+        })
     }
 
     /// A point and its density.
@@ -35,7 +49,10 @@ impl Table2d {
     pub fn sample(&self, u: Vec2) -> (Vec2, f32) {
         let (row, fy) = self.rows.sample_reusing(u.y);
         let (column, fx) = self.columns[row].sample_reusing(u.x);
-        let p = Vec2::new((column as f32 + fx) / self.width as f32, (row as f32 + fy) / self.height as f32);
+        let p = Vec2::new(
+            (column as f32 + fx) / self.width as f32,
+            (row as f32 + fy) / self.height as f32,
+        );
         (p, self.density[row * self.width + column])
     }
 

@@ -16,20 +16,35 @@ pub(super) fn build(mut desc: SceneDesc, sensor: usize) -> Result<Scene, SceneEr
     check(&desc, sensor)?;
     let materials = Materials::new(desc.materials);
     let groups = group_ranges(desc.primitives.len(), &desc.groups);
-    let placed = desc.primitives.into_iter().chain(desc.groups.into_iter().flatten());
+    let placed = desc
+        .primitives
+        .into_iter()
+        .chain(desc.groups.into_iter().flatten());
     let primitives = placed.map(|p| primitive(p, &materials)).collect();
     let instances = desc.instances.iter().map(instance).collect();
     let geometry = Geometry::build(desc.shapes, primitives, groups, instances);
     let mut emitters = Emitters::new(desc.emitters, &geometry, &desc.textures);
     let sensor = Sensor::new(desc.sensors.swap_remove(sensor));
     guide_emission(&mut emitters, &geometry, &materials, &sensor);
-    Ok(Scene { geometry, materials, textures: desc.textures, emitters, sensor, limits: desc.limits })
+    Ok(Scene {
+        geometry,
+        materials,
+        textures: desc.textures,
+        emitters,
+        sensor,
+        limits: desc.limits,
+    })
 }
 
 /// Camera rays that teach photons from afar which windows the camera's surroundings are lit through.
 const GUIDE_RAYS: u64 = 16_384;
 
-fn guide_emission(emitters: &mut Emitters, geometry: &Geometry, materials: &Materials, sensor: &Sensor) {
+fn guide_emission(
+    emitters: &mut Emitters,
+    geometry: &Geometry,
+    materials: &Materials,
+    sensor: &Sensor,
+) {
     let film = sensor.desc().film.crop_size.as_vec2();
     let pass = Pass { seed: 0, index: 0 };
     let rays: Vec<Ray> = (0..GUIDE_RAYS)
@@ -41,7 +56,10 @@ fn guide_emission(emitters: &mut Emitters, geometry: &Geometry, materials: &Mate
     let is_glass = |id: PrimitiveId| {
         let material = geometry.primitives()[id.index()].material;
         materials.is_transparent(material)
-            || matches!(materials.descriptions()[material.index()], Material::Dielectric { .. })
+            || matches!(
+                materials.descriptions()[material.index()],
+                Material::Dielectric { .. }
+            )
     };
     emitters.guide_emission(geometry, &rays, is_glass);
 }
@@ -58,7 +76,10 @@ fn primitive(desc: PrimitiveDesc, materials: &Materials) -> Primitive {
 }
 
 fn instance(desc: &InstanceDesc) -> Instance {
-    Instance { group: desc.group as u32, world_from_group: desc.world_from_group }
+    Instance {
+        group: desc.group as u32,
+        world_from_group: desc.world_from_group,
+    }
 }
 
 fn group_ranges(first: usize, groups: &[Vec<PrimitiveDesc>]) -> Vec<std::ops::Range<usize>> {
@@ -72,7 +93,10 @@ fn group_ranges(first: usize, groups: &[Vec<PrimitiveDesc>]) -> Vec<std::ops::Ra
 
 fn check(desc: &SceneDesc, sensor: usize) -> Checked {
     let Some(camera) = desc.sensors.get(sensor) else {
-        return fail(format!("sensor {sensor} was asked for, but the scene has {}", desc.sensors.len()));
+        return fail(format!(
+            "sensor {sensor} was asked for, but the scene has {}",
+            desc.sensors.len()
+        ));
     };
     check_sensor(camera)?;
     for (i, shape) in desc.shapes.iter().enumerate() {
@@ -83,7 +107,9 @@ fn check(desc: &SceneDesc, sensor: usize) -> Checked {
     for (i, emitter) in desc.emitters.iter().enumerate() {
         let check = match emitter {
             Emitter::Area { radiance } => check_color(desc, *radiance),
-            Emitter::Spot { slide: Some(slide), .. } => check_texture(desc, slide.texture),
+            Emitter::Spot {
+                slide: Some(slide), ..
+            } => check_texture(desc, slide.texture),
             _ => Ok(()),
         };
         check.map_err(|e| in_place(&format!("emitter {i}"), &e))?;
@@ -97,7 +123,9 @@ fn check(desc: &SceneDesc, sensor: usize) -> Checked {
 fn check_groups(desc: &SceneDesc) -> Checked {
     for (i, primitive) in desc.groups.iter().flatten().enumerate() {
         let check = check_primitive(desc, primitive).and_then(|()| {
-            ensure(primitive.emitter.is_none(), || "has an emitter, which is not possible inside a group".to_owned())
+            ensure(primitive.emitter.is_none(), || {
+                "has an emitter, which is not possible inside a group".to_owned()
+            })
         });
         check.map_err(|e| in_place(&format!("in a group, {}", title(primitive, i)), &e))?;
     }
@@ -117,14 +145,22 @@ fn check_primitive(desc: &SceneDesc, primitive: &PrimitiveDesc) -> Checked {
         return Ok(());
     };
     check_index("emitter", emitter.index(), desc.emitters.len())?;
-    ensure(matches!(desc.emitters[emitter.index()], Emitter::Area { .. }), || {
-        format!("emitter {} is not an area emitter and cannot sit on a surface", emitter.0)
-    })
+    ensure(
+        matches!(desc.emitters[emitter.index()], Emitter::Area { .. }),
+        || {
+            format!(
+                "emitter {} is not an area emitter and cannot sit on a surface",
+                emitter.0
+            )
+        },
+    )
 }
 
 fn check_shape(shape: &Shape) -> Checked {
     let positive = |radius: f32| {
-        ensure(radius.is_finite() && radius > 0.0, || format!("the radius {radius} is not positive and finite"))
+        ensure(radius.is_finite() && radius > 0.0, || {
+            format!("the radius {radius} is not positive and finite")
+        })
     };
     let finite = |p: Vec3| ensure(p.is_finite(), || format!("the point {p} is not finite"));
     match shape {
@@ -134,7 +170,9 @@ fn check_shape(shape: &Shape) -> Checked {
         Shape::Cylinder { p0, p1, radius } => {
             finite(*p0)?;
             finite(*p1)?;
-            ensure((*p1 - *p0).try_normalize().is_some(), || "the axis has no length".to_owned())?;
+            ensure((*p1 - *p0).try_normalize().is_some(), || {
+                "the axis has no length".to_owned()
+            })?;
             positive(*radius)
         }
     }
@@ -143,36 +181,68 @@ fn check_shape(shape: &Shape) -> Checked {
 fn check_mesh(mesh: &Mesh) -> Checked {
     let count = mesh.positions.len();
     for (name, len) in [("normals", mesh.normals.len()), ("uvs", mesh.uvs.len())] {
-        ensure(len == 0 || len == count, || format!("{len} {name} for {count} positions; none or one each expected"))?;
+        ensure(len == 0 || len == count, || {
+            format!("{len} {name} for {count} positions; none or one each expected")
+        })?;
     }
     if let Some(i) = mesh.positions.iter().position(|p| !p.is_finite()) {
         return fail(format!("position {i} is not finite"));
     }
     let outside = |triangle: &[u32; 3]| triangle.iter().any(|&i| i as usize >= count);
     match mesh.triangles.iter().position(outside) {
-        Some(i) => fail(format!("triangle {i} names the vertices {:?} of {count}", mesh.triangles[i])),
+        Some(i) => fail(format!(
+            "triangle {i} names the vertices {:?} of {count}",
+            mesh.triangles[i]
+        )),
         None => Ok(()),
     }
 }
 
 fn check_transform(transform: &Affine3A) -> Checked {
-    ensure(transform.is_finite(), || "the transform is not finite".to_owned())?;
+    ensure(transform.is_finite(), || {
+        "the transform is not finite".to_owned()
+    })?;
     let inverse = glam::Mat3::from(transform.matrix3).as_dmat3().inverse();
-    ensure(inverse.is_finite(), || "the transform is singular".to_owned())
+    ensure(inverse.is_finite(), || {
+        "the transform is singular".to_owned()
+    })
 }
 
 fn check_sensor(sensor: &SensorDesc) -> Checked {
     let film = &sensor.film;
     let check = check_transform(&sensor.world_from_camera).and_then(|()| {
-        ensure(film.size.min_element() > 0, || format!("the film of {} pixels is empty", pixels(film.size)))?;
-        ensure(film.crop_size.min_element() > 0, || format!("the crop of {} pixels is empty", pixels(film.crop_size)))?;
-        let fits = |size: u32, offset: u32, whole: u32| offset.checked_add(size).is_some_and(|end| end <= whole);
+        ensure(film.size.min_element() > 0, || {
+            format!("the film of {} pixels is empty", pixels(film.size))
+        })?;
+        ensure(film.crop_size.min_element() > 0, || {
+            format!("the crop of {} pixels is empty", pixels(film.crop_size))
+        })?;
+        let fits = |size: u32, offset: u32, whole: u32| {
+            offset.checked_add(size).is_some_and(|end| end <= whole)
+        };
         let (size, offset, whole) = (film.crop_size, film.crop_offset, film.size);
-        ensure(fits(size.x, offset.x, whole.x) && fits(size.y, offset.y, whole.y), || {
-            format!("the crop of {} at {} leaves the film of {} pixels", pixels(size), pixels(offset), pixels(whole))
-        })
+        ensure(
+            fits(size.x, offset.x, whole.x) && fits(size.y, offset.y, whole.y),
+            || {
+                format!(
+                    "the crop of {} at {} leaves the film of {} pixels",
+                    pixels(size),
+                    pixels(offset),
+                    pixels(whole)
+                )
+            },
+        )
     });
-    check.map_err(|e| in_place(if sensor.name.is_empty() { "the sensor" } else { &sensor.name }, &e))
+    check.map_err(|e| {
+        in_place(
+            if sensor.name.is_empty() {
+                "the sensor"
+            } else {
+                &sensor.name
+            },
+            &e,
+        )
+    })
 }
 
 fn pixels(size: UVec2) -> String {
@@ -193,7 +263,10 @@ fn check_textures(desc: &SceneDesc) -> Checked {
     for (i, texture) in desc.textures.iter().enumerate() {
         for nested in texture.nested() {
             ensure(nested.index() < i, || {
-                format!("texture {i} contains texture {}, which is not before it", nested.0)
+                format!(
+                    "texture {i} contains texture {}, which is not before it",
+                    nested.0
+                )
             })?;
         }
     }
@@ -218,7 +291,9 @@ fn check_cycles(desc: &SceneDesc, states: &mut [Visit], start: usize) -> Checked
         }
         states[id] = Visit::Followed;
         for inner in wrapped(&desc.materials[id]).map(MaterialId::index) {
-            ensure(states[inner] != Visit::Followed, || format!("material {inner} wraps itself"))?;
+            ensure(states[inner] != Visit::Followed, || {
+                format!("material {inner} wraps itself")
+            })?;
             if states[inner] == Visit::New {
                 stack.push(inner);
             }
@@ -232,9 +307,9 @@ fn wrapped(material: &Material) -> impl Iterator<Item = MaterialId> {
     let ids = match *material {
         Material::Blend { first, second, .. } => [Some(first), Some(second)],
         Material::TwoSided { front, back } => [Some(front), Some(back)],
-        Material::Mask { inner, .. } | Material::BumpMap { inner, .. } | Material::NormalMap { inner, .. } => {
-            [Some(inner), None]
-        }
+        Material::Mask { inner, .. }
+        | Material::BumpMap { inner, .. }
+        | Material::NormalMap { inner, .. } => [Some(inner), None],
         _ => [None, None],
     };
     ids.into_iter().flatten()
@@ -260,28 +335,73 @@ fn textures(material: &Material) -> Vec<TextureId> {
         FloatInput::Texture(id) => Some(id),
         FloatInput::Constant(_) => None,
     };
-    let rough =
-        |r: &Option<crate::bsdf::material::Roughness>| r.map_or([None; 2], |r| [float(&r.alpha_u), float(&r.alpha_v)]);
+    let rough = |r: &Option<crate::bsdf::material::Roughness>| {
+        r.map_or([None; 2], |r| [float(&r.alpha_u), float(&r.alpha_v)])
+    };
     let found: Vec<Option<TextureId>> = match material {
         Material::Diffuse { reflectance } => vec![color(reflectance)],
-        Material::RoughDiffuse { reflectance, alpha, .. } => vec![color(reflectance), float(alpha)],
-        Material::Conductor { eta, k, specular_reflectance, roughness } => {
-            [[color(eta), color(k)], [color(specular_reflectance), None], rough(roughness)].concat()
-        }
-        Material::Dielectric { specular_reflectance, specular_transmittance, roughness, .. } => {
-            [[color(specular_reflectance), color(specular_transmittance)], rough(roughness)].concat()
-        }
-        Material::ThinDielectric { specular_reflectance, specular_transmittance, .. } => {
+        Material::RoughDiffuse {
+            reflectance, alpha, ..
+        } => vec![color(reflectance), float(alpha)],
+        Material::Conductor {
+            eta,
+            k,
+            specular_reflectance,
+            roughness,
+        } => [
+            [color(eta), color(k)],
+            [color(specular_reflectance), None],
+            rough(roughness),
+        ]
+        .concat(),
+        Material::Dielectric {
+            specular_reflectance,
+            specular_transmittance,
+            roughness,
+            ..
+        } => [
+            [color(specular_reflectance), color(specular_transmittance)],
+            rough(roughness),
+        ]
+        .concat(),
+        Material::ThinDielectric {
+            specular_reflectance,
+            specular_transmittance,
+            ..
+        } => {
             vec![color(specular_reflectance), color(specular_transmittance)]
         }
-        Material::Plastic { diffuse_reflectance, specular_reflectance, .. } => {
+        Material::Plastic {
+            diffuse_reflectance,
+            specular_reflectance,
+            ..
+        } => {
             vec![color(diffuse_reflectance), color(specular_reflectance)]
         }
-        Material::Phong { diffuse_reflectance, specular_reflectance, exponent } => {
-            vec![color(diffuse_reflectance), color(specular_reflectance), float(exponent)]
+        Material::Phong {
+            diffuse_reflectance,
+            specular_reflectance,
+            exponent,
+        } => {
+            vec![
+                color(diffuse_reflectance),
+                color(specular_reflectance),
+                float(exponent),
+            ]
         }
-        Material::Ward { diffuse_reflectance, specular_reflectance, alpha_u, alpha_v, .. } => {
-            vec![color(diffuse_reflectance), color(specular_reflectance), float(alpha_u), float(alpha_v)]
+        Material::Ward {
+            diffuse_reflectance,
+            specular_reflectance,
+            alpha_u,
+            alpha_v,
+            ..
+        } => {
+            vec![
+                color(diffuse_reflectance),
+                color(specular_reflectance),
+                float(alpha_u),
+                float(alpha_v),
+            ]
         }
         Material::Principled(p) => {
             let inputs = [
@@ -296,7 +416,11 @@ fn textures(material: &Material) -> Vec<TextureId> {
                 &p.clearcoat,
                 &p.clearcoat_gloss,
             ];
-            inputs.into_iter().map(float).chain([color(&p.base_color)]).collect()
+            inputs
+                .into_iter()
+                .map(float)
+                .chain([color(&p.base_color)])
+                .collect()
         }
         Material::Blend { weight, .. } => vec![float(weight)],
         Material::Mask { opacity, .. } => vec![float(opacity)],
@@ -320,15 +444,23 @@ fn check_texture(desc: &SceneDesc, id: TextureId) -> Checked {
 }
 
 fn check_index(what: &str, index: usize, count: usize) -> Checked {
-    ensure(index < count, || format!("there is no {what} {index}, only {count}"))
+    ensure(index < count, || {
+        format!("there is no {what} {index}, only {count}")
+    })
 }
 
 fn title(primitive: &PrimitiveDesc, index: usize) -> String {
-    if primitive.name.is_empty() { format!("primitive {index}") } else { format!("primitive \"{}\"", primitive.name) }
+    if primitive.name.is_empty() {
+        format!("primitive {index}")
+    } else {
+        format!("primitive \"{}\"", primitive.name)
+    }
 }
 
 fn in_place(place: &str, error: &SceneError) -> SceneError {
-    SceneError { message: format!("{place}: {}", error.message) }
+    SceneError {
+        message: format!("{place}: {}", error.message),
+    }
 }
 
 fn ensure(holds: bool, message: impl FnOnce() -> String) -> Checked {

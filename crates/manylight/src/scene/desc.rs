@@ -78,6 +78,10 @@ impl PathLimits {
 
 impl Default for PathLimits {
     fn default() -> Self {
-        PathLimits { max_depth: None, rr_depth: 5, hide_emitters: false }
+        PathLimits {
+            max_depth: None,
+            rr_depth: 5,
+            hide_emitters: false,
+        }
     }
 }

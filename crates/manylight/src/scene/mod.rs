@@ -88,7 +88,11 @@ impl Scene {
         let mut step = 1.0;
         for _ in 0..MAX_STEPS {
             let d = segment.to - from;
-            let Some(hit) = self.geometry.intersect_transparent(&Ray { o: from, d, t_max: 1.0 }) else {
+            let Some(hit) = self.geometry.intersect_transparent(&Ray {
+                o: from,
+                d,
+                t_max: 1.0,
+            }) else {
                 return (through, crossings);
             };
             let x = self.geometry.surface_point(hit.at);

@@ -4,7 +4,7 @@ use crate::bsdf::Material;
 use crate::bsdf::material::{Distribution, Roughness};
 use crate::color::Rgb;
 use crate::emitters::Emitter;
-use crate::film::{Filter, FilmDesc};
+use crate::film::{FilmDesc, Filter};
 use crate::geometry::{Mesh, Shape};
 use crate::ids::{EmitterId, MaterialId, ShapeId};
 use crate::math::{Affine3A, Mat3, UVec2, Vec2, Vec3};
@@ -14,7 +14,9 @@ use crate::texture::{ColorInput, FloatInput};
 
 /// Lambertian with the given albedo.
 pub fn diffuse(r: f32, g: f32, b: f32) -> Material {
-    Material::Diffuse { reflectance: ColorInput::Constant(Rgb::new(r, g, b)) }
+    Material::Diffuse {
+        reflectance: ColorInput::Constant(Rgb::new(r, g, b)),
+    }
 }
 
 /// GGX metal of the given roughness that reflects about 70 %.
@@ -24,7 +26,11 @@ pub fn rough_metal(alpha: f32) -> Material {
         eta: ColorInput::Constant(Rgb::new(1.66, 0.88, 0.52)),
         k: ColorInput::Constant(Rgb::new(9.22, 6.27, 4.84)),
         specular_reflectance: ColorInput::Constant(Rgb::splat(0.8)),
-        roughness: Some(Roughness { distribution: Distribution::Ggx, alpha_u: alpha, alpha_v: alpha }),
+        roughness: Some(Roughness {
+            distribution: Distribution::Ggx,
+            alpha_u: alpha,
+            alpha_v: alpha,
+        }),
     }
 }
 
@@ -64,14 +70,30 @@ impl Builder {
         let size = UVec2::splat(size);
         let sensor = SensorDesc {
             name: String::new(),
-            world_from_camera: Affine3A::from_mat3_translation(Mat3::from_cols(x, z.cross(x), z), eye),
-            kind: SensorKind::Perspective { fov, fov_axis: FovAxis::X },
+            world_from_camera: Affine3A::from_mat3_translation(
+                Mat3::from_cols(x, z.cross(x), z),
+                eye,
+            ),
+            kind: SensorKind::Perspective {
+                fov,
+                fov_axis: FovAxis::X,
+            },
             principal_point_offset: Vec2::ZERO,
             near_clip: 1e-3,
             far_clip: 1e4,
-            film: FilmDesc { size, crop_offset: UVec2::ZERO, crop_size: size, filter: Filter::Box },
+            film: FilmDesc {
+                size,
+                crop_offset: UVec2::ZERO,
+                crop_size: size,
+                filter: Filter::Box,
+            },
         };
-        Builder { desc: SceneDesc { sensors: vec![sensor], ..SceneDesc::default() } }
+        Builder {
+            desc: SceneDesc {
+                sensors: vec![sensor],
+                ..SceneDesc::default()
+            },
+        }
     }
 
     /// Adds a material.
@@ -82,7 +104,9 @@ impl Builder {
 
     /// Adds an area emitter to be named by primitives.
     pub fn area_light(&mut self, radiance: Rgb) -> EmitterId {
-        self.emitter(Emitter::Area { radiance: ColorInput::Constant(radiance) })
+        self.emitter(Emitter::Area {
+            radiance: ColorInput::Constant(radiance),
+        })
     }
 
     /// Adds an emitter.
@@ -92,7 +116,13 @@ impl Builder {
     }
 
     /// Places a shape.
-    pub fn place(&mut self, shape: Shape, to_world: Affine3A, material: MaterialId, emitter: Option<EmitterId>) {
+    pub fn place(
+        &mut self,
+        shape: Shape,
+        to_world: Affine3A,
+        material: MaterialId,
+        emitter: Option<EmitterId>,
+    ) {
         self.desc.shapes.push(shape);
         self.desc.primitives.push(PrimitiveDesc {
             name: String::new(),
@@ -105,15 +135,30 @@ impl Builder {
     }
 
     /// Places a rectangle around `center`, spanned by the half edges `a` and `b`; its normal is along `a x b`.
-    pub fn rectangle(&mut self, center: Vec3, a: Vec3, b: Vec3, material: MaterialId, emitter: Option<EmitterId>) {
-        let to_world = Affine3A::from_mat3_translation(Mat3::from_cols(a, b, a.cross(b).normalize()), center);
+    pub fn rectangle(
+        &mut self,
+        center: Vec3,
+        a: Vec3,
+        b: Vec3,
+        material: MaterialId,
+        emitter: Option<EmitterId>,
+    ) {
+        let to_world =
+            Affine3A::from_mat3_translation(Mat3::from_cols(a, b, a.cross(b).normalize()), center);
         self.place(Shape::Mesh(Mesh::rectangle()), to_world, material, emitter);
     }
 
     /// The six inward faces of the cube [-1, 1]³: materials for -x, +x, -y, +y, -z, +z.
     pub fn room(&mut self, materials: [MaterialId; 6], emitter: Option<EmitterId>) {
         let (x, y, z) = (Vec3::X, Vec3::Y, Vec3::Z);
-        let faces = [(-x, y, z), (x, z, y), (-y, z, x), (y, x, z), (-z, x, y), (z, y, x)];
+        let faces = [
+            (-x, y, z),
+            (x, z, y),
+            (-y, z, x),
+            (y, x, z),
+            (-z, x, y),
+            (z, y, x),
+        ];
         for ((center, a, b), material) in faces.into_iter().zip(materials) {
             self.rectangle(center, a, b, material, emitter);
         }
@@ -127,7 +172,12 @@ impl Builder {
 
 /// A closed room of albedo `rho` whose walls all emit 1: radiance 1 / (1 - rho) everywhere (ALGORITHMS 1.13, test 1).
 pub fn furnace(rho: f32, size: u32) -> Builder {
-    let mut b = Builder::new(Vec3::new(0.1, 0.2, -0.7), Vec3::new(0.0, -0.1, 1.0), 90.0, size);
+    let mut b = Builder::new(
+        Vec3::new(0.1, 0.2, -0.7),
+        Vec3::new(0.0, -0.1, 1.0),
+        90.0,
+        size,
+    );
     let wall = b.material(diffuse(rho, rho, rho));
     let light = b.area_light(Rgb::WHITE);
     b.room([wall; 6], Some(light));
@@ -136,7 +186,12 @@ pub fn furnace(rho: f32, size: u32) -> Builder {
 
 /// A room with coloured walls, a lamp under the ceiling, a glossy floor, a metal and a plastic block.
 pub fn glossy_box(size: u32) -> Builder {
-    let mut b = Builder::new(Vec3::new(0.0, 0.1, -0.98), Vec3::new(0.0, -0.15, 1.0), 75.0, size);
+    let mut b = Builder::new(
+        Vec3::new(0.0, 0.1, -0.98),
+        Vec3::new(0.0, -0.15, 1.0),
+        75.0,
+        size,
+    );
     let white = b.material(diffuse(0.7, 0.7, 0.7));
     let red = b.material(diffuse(0.6, 0.1, 0.08));
     let green = b.material(diffuse(0.12, 0.5, 0.1));
@@ -145,12 +200,33 @@ pub fn glossy_box(size: u32) -> Builder {
     let plastic = b.material(rough_plastic(0.25, Rgb::new(0.1, 0.2, 0.5)));
     b.room([red, green, floor, white, white, white], None);
     let light = b.area_light(Rgb::new(14.0, 13.0, 11.0));
-    b.rectangle(Vec3::new(0.0, 0.98, 0.2), Vec3::X * 0.3, Vec3::Z * 0.3, white, Some(light));
+    b.rectangle(
+        Vec3::new(0.0, 0.98, 0.2),
+        Vec3::X * 0.3,
+        Vec3::Z * 0.3,
+        white,
+        Some(light),
+    );
     let block = |center: Vec3, half: f32, turn: f32| {
-        Affine3A::from_translation(center) * Affine3A::from_rotation_y(turn) * Affine3A::from_scale(Vec3::splat(half))
+        Affine3A::from_translation(center)
+            * Affine3A::from_rotation_y(turn)
+            * Affine3A::from_scale(Vec3::splat(half))
     };
-    b.place(Shape::Mesh(Mesh::cube()), block(Vec3::new(-0.4, -0.7, 0.4), 0.3, 0.4), metal, None);
-    b.place(Shape::Mesh(Mesh::cube()), block(Vec3::new(0.45, -0.75, 0.1), 0.25, -0.3), plastic, None);
-    b.desc.limits = PathLimits { max_depth: None, ..PathLimits::default() };
+    b.place(
+        Shape::Mesh(Mesh::cube()),
+        block(Vec3::new(-0.4, -0.7, 0.4), 0.3, 0.4),
+        metal,
+        None,
+    );
+    b.place(
+        Shape::Mesh(Mesh::cube()),
+        block(Vec3::new(0.45, -0.75, 0.1), 0.25, -0.3),
+        plastic,
+        None,
+    );
+    b.desc.limits = PathLimits {
+        max_depth: None,
+        ..PathLimits::default()
+    };
     b
 }

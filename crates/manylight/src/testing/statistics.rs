@@ -10,10 +10,20 @@ pub fn layer_mean(film: &Film, layer: Layer) -> f64 {
 
 /// Mean of the beauty per channel, and the standard error of that mean if pixels are independent.
 pub fn channel_means(film: &Film) -> [(f64, f64); 3] {
-    let (image, variance) = (film.image(Layer::Beauty).expect("every film records the beauty"), film.variance());
+    let (image, variance) = (
+        film.image(Layer::Beauty)
+            .expect("every film records the beauty"),
+        film.variance(),
+    );
     let n = (image.width * image.height) as f64;
     std::array::from_fn(|c| {
-        let channel = |data: &[f32]| data.iter().skip(c).step_by(3).map(|&v| f64::from(v)).sum::<f64>();
+        let channel = |data: &[f32]| {
+            data.iter()
+                .skip(c)
+                .step_by(3)
+                .map(|&v| f64::from(v))
+                .sum::<f64>()
+        };
         (channel(&image.data) / n, channel(&variance.data).sqrt() / n)
     })
 }
@@ -21,7 +31,10 @@ pub fn channel_means(film: &Film) -> [(f64, f64); 3] {
 /// The z-scores of `size` x `size` blocks of the beauty, all channels: difference of means over its standard error.
 /// Holds for films whose pixels are independent of each other.
 pub fn block_z_scores(a: &Film, b: &Film, size: usize) -> Vec<f64> {
-    let (image_a, image_b) = (a.image(Layer::Beauty).unwrap_or_default(), b.image(Layer::Beauty).unwrap_or_default());
+    let (image_a, image_b) = (
+        a.image(Layer::Beauty).unwrap_or_default(),
+        b.image(Layer::Beauty).unwrap_or_default(),
+    );
     let (var_a, var_b) = (a.variance(), b.variance());
     let mut scores = Vec::new();
     for by in (0..image_a.height).step_by(size) {
@@ -31,8 +44,10 @@ pub fn block_z_scores(a: &Film, b: &Film, size: usize) -> Vec<f64> {
             for y in by..(by + size).min(image_a.height) {
                 for x in bx..(bx + size).min(image_a.width) {
                     for c in 0..3 {
-                        difference[c] += f64::from(image_a.pixel(x, y)[c]) - f64::from(image_b.pixel(x, y)[c]);
-                        variance[c] += f64::from(var_a.pixel(x, y)[c]) + f64::from(var_b.pixel(x, y)[c]);
+                        difference[c] +=
+                            f64::from(image_a.pixel(x, y)[c]) - f64::from(image_b.pixel(x, y)[c]);
+                        variance[c] +=
+                            f64::from(var_a.pixel(x, y)[c]) + f64::from(var_b.pixel(x, y)[c]);
                     }
                 }
             }

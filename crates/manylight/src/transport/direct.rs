@@ -22,34 +22,65 @@ pub struct EmitterSample {
 
 impl EmitterSample {
     /// Draws a direction from `x` to an emitter; `n` as in [`crate::bsdf::Bsdf::receiving_normal`].
-    pub fn draw(scene: &Scene, x: &SurfacePoint, n: Option<Vec3>, sampler: &mut Sampler) -> Option<Self> {
+    pub fn draw(
+        scene: &Scene,
+        x: &SurfacePoint,
+        n: Option<Vec3>,
+        sampler: &mut Sampler,
+    ) -> Option<Self> {
         let (u_choice, u) = (sampler.next_1d(), sampler.next_2d());
-        let s = scene.emitters.sample_direct(&scene.geometry, &scene.textures, x.p, n, u_choice, u)?;
-        let segment = Segment { from: x.offset_towards(s.wi), to: s.target };
-        Some(EmitterSample { wi: s.wi, weight: s.weight, pdf: s.pdf, segment })
+        let s =
+            scene
+                .emitters
+                .sample_direct(&scene.geometry, &scene.textures, x.p, n, u_choice, u)?;
+        let segment = Segment {
+            from: x.offset_towards(s.wi),
+            to: s.target,
+        };
+        Some(EmitterSample {
+            wi: s.wi,
+            weight: s.weight,
+            pdf: s.pdf,
+            segment,
+        })
     }
 
     /// MIS weight against a walk that finds the same direction with density `pdf_walk`.
     #[inline]
     pub fn mis_weight(&self, pdf_walk: f32) -> f32 {
-        if self.pdf > 0.0 { mis::power(self.pdf, pdf_walk) } else { 1.0 }
+        if self.pdf > 0.0 {
+            mis::power(self.pdf, pdf_walk)
+        } else {
+            1.0
+        }
     }
 
     /// Fraction of light that arrives; black if more than `max_crossings` transparent surfaces lie between.
     pub fn transmittance(&self, scene: &Scene, max_crossings: u32) -> Rgb {
         let (transmittance, crossings) = scene.transmittance_and_crossings(&self.segment);
-        if crossings <= max_crossings { transmittance } else { Rgb::BLACK }
+        if crossings <= max_crossings {
+            transmittance
+        } else {
+            Rgb::BLACK
+        }
     }
 }
 
 /// Radiance that a walk finds on the emitter at `y`, weighted against next-event estimation at the walk's last event.
 #[inline]
 pub fn found_radiance(scene: &Scene, previous: &Previous, y: &SurfacePoint, wo: Vec3) -> Rgb {
-    let radiance = scene.emitters.radiance(&scene.geometry, &scene.textures, y, wo);
+    let radiance = scene
+        .emitters
+        .radiance(&scene.geometry, &scene.textures, y, wo);
     if radiance.is_black() {
         return Rgb::BLACK;
     }
-    radiance * walk_weight(previous, || scene.emitters.pdf_direct(&scene.geometry, previous.p, previous.n, y))
+    radiance
+        * walk_weight(previous, || {
+            scene
+                .emitters
+                .pdf_direct(&scene.geometry, previous.p, previous.n, y)
+        })
 }
 
 /// The same for the surroundings along `wi`.
@@ -59,7 +90,12 @@ pub fn found_environment(scene: &Scene, previous: &Previous, wi: Vec3) -> Rgb {
     if radiance.is_black() {
         return Rgb::BLACK;
     }
-    radiance * walk_weight(previous, || scene.emitters.pdf_direct_environment(previous.p, previous.n, wi))
+    radiance
+        * walk_weight(previous, || {
+            scene
+                .emitters
+                .pdf_direct_environment(previous.p, previous.n, wi)
+        })
 }
 
 /// Next-event estimation cannot form the edges after delta events and from the camera itself.

@@ -8,7 +8,10 @@ impl Sampler {
     /// The numbers of one BSDF sample.
     #[inline]
     pub fn next_bsdf(&mut self) -> BsdfNumbers {
-        BsdfNumbers { lobe: self.next_1d(), direction: self.next_2d() }
+        BsdfNumbers {
+            lobe: self.next_1d(),
+            direction: self.next_2d(),
+        }
     }
 
     /// The numbers of one photon's start.

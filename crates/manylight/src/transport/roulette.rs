@@ -14,5 +14,9 @@ pub fn camera_survival(throughput: Rgb, eta_squared: f32) -> f32 {
 #[inline]
 pub fn photon_survival(before: Rgb, after: Rgb) -> f32 {
     let before = before.luminance();
-    if before > 0.0 { (after.luminance() / before).clamp(0.0, 0.99) } else { 0.0 }
+    if before > 0.0 {
+        (after.luminance() / before).clamp(0.0, 0.99)
+    } else {
+        0.0
+    }
 }

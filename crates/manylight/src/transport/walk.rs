@@ -82,7 +82,10 @@ impl<'s> Walk<'s> {
     /// scatters, the surroundings.
     pub fn from_sensor(scene: &'s Scene, limits: PathLimits, ray: Ray, throughput: Rgb) -> Self {
         let walk = Walk::new(scene, Source::Sensor, ray, throughput);
-        Walk { hides_emitters: limits.hide_emitters, ..walk }
+        Walk {
+            hides_emitters: limits.hide_emitters,
+            ..walk
+        }
     }
 
     /// A photon: `flux` is carried along.
@@ -91,8 +94,22 @@ impl<'s> Walk<'s> {
     }
 
     fn new(scene: &'s Scene, source: Source, ray: Ray, throughput: Rgb) -> Self {
-        let previous = Previous { p: ray.o, n: None, event: Lobes::NONE, pdf: 0.0 };
-        Walk { scene, source, hides_emitters: false, ray, throughput, eta_squared: 1.0, segments: 0, previous }
+        let previous = Previous {
+            p: ray.o,
+            n: None,
+            event: Lobes::NONE,
+            pdf: 0.0,
+        };
+        Walk {
+            scene,
+            source,
+            hides_emitters: false,
+            ray,
+            throughput,
+            eta_squared: 1.0,
+            segments: 0,
+            previous,
+        }
     }
 
     /// Camera walks: radiance arriving here times this reaches the sensor. Photons: flux.
@@ -131,10 +148,20 @@ impl<'s> Walk<'s> {
         }
         let Some((hit, x)) = self.scene.intersect(&self.ray) else {
             let hides_surroundings = self.hides_emitters && self.previous.event == Lobes::NONE;
-            return if hides_surroundings { Step::Hidden } else { Step::Escaped(self.ray.d) };
+            return if hides_surroundings {
+                Step::Hidden
+            } else {
+                Step::Escaped(self.ray.d)
+            };
         };
         let bsdf = self.scene.bsdf(&x);
-        Step::Hit(Vertex { x, bsdf, w_prev: -self.ray.d, distance: hidden + hit.t, segments: self.segments })
+        Step::Hit(Vertex {
+            x,
+            bsdf,
+            w_prev: -self.ray.d,
+            distance: hidden + hit.t,
+            segments: self.segments,
+        })
     }
 
     /// Lets the walk through `v` with probability of its straight-through transmittance. `false`: it must scatter here,
@@ -148,7 +175,10 @@ impl<'s> Walk<'s> {
         }
         if u < p {
             self.throughput *= transmittance / p;
-            self.ray = Ray { t_max: self.ray.t_max - v.distance, ..v.x.spawn(-v.w_prev) };
+            self.ray = Ray {
+                t_max: self.ray.t_max - v.distance,
+                ..v.x.spawn(-v.w_prev)
+            };
             return true;
         }
         self.throughput *= 1.0 / (1.0 - p);
@@ -176,7 +206,12 @@ impl<'s> Walk<'s> {
         };
         self.throughput *= sample.weight;
         self.eta_squared *= sample.eta * sample.eta;
-        self.previous = Previous { p: v.x.p, n, event: sample.lobe, pdf: sample.pdf };
+        self.previous = Previous {
+            p: v.x.p,
+            n,
+            event: sample.lobe,
+            pdf: sample.pdf,
+        };
         self.ray = v.x.spawn(sample.w);
         true
     }
@@ -198,11 +233,17 @@ impl<'s> Walk<'s> {
 #[must_use]
 pub fn past_emitters(scene: &Scene, mut ray: Ray) -> Ray {
     while let Some(hit) = scene.geometry.intersect(&ray) {
-        if scene.geometry.primitives()[hit.at.primitive.index()].emitter.is_none() {
+        if scene.geometry.primitives()[hit.at.primitive.index()]
+            .emitter
+            .is_none()
+        {
             break;
         }
         let x = scene.geometry.surface_point(hit.at);
-        ray = Ray { t_max: ray.t_max - hit.t, ..x.spawn(ray.d) };
+        ray = Ray {
+            t_max: ray.t_max - hit.t,
+            ..x.spawn(ray.d)
+        };
     }
     ray
 }

@@ -278,13 +278,11 @@ impl<'s, 'p> Maker<'s, 'p> {
         light.flux = rgb(flux);
         let mut profile = None;
         light.emission = match grid {
-            None => {
-                Emission::Single {
-                    wi: self.site.wi,
-                    flux: light.flux,
-                    bsdf,
-                }
-            }
+            None => Emission::Single {
+                wi: self.site.wi,
+                flux: light.flux,
+                bsdf,
+            },
             Some(grid) => {
                 profile = bsdf
                     .lobes()
@@ -330,7 +328,10 @@ impl<'s, 'p> Maker<'s, 'p> {
     /// with the scene's unit of length.
     fn numbers(&self, purpose: u64) -> Pcg {
         let bits = self.site.wi.to_array().map(|x| u64::from(x.to_bits()));
-        Pcg::new(bits.into_iter().fold(mix(self.k as u64) ^ purpose, |key, x| mix(key ^ x)))
+        Pcg::new(
+            bits.into_iter()
+                .fold(mix(self.k as u64) ^ purpose, |key, x| mix(key ^ x)),
+        )
     }
 
     fn profile(&self, grid: &Grid, light: &VirtualLight, bsdf: &Bsdf<'s>) -> Profile {

@@ -62,11 +62,18 @@ impl Extent {
 ///
 /// The mean over `u` of a sum over the points is the sum over the photons, for whatever function: with the photons the
 /// points avoid what lies in the shade of a chair's leg or beyond a wall, where points constructed from the moments would stand.
-pub fn spread_points<'p>(photons: impl Iterator<Item = &'p Photon>, extent: &Extent, u: f32) -> [Vec3; POINTS] {
+pub fn spread_points<'p>(
+    photons: impl Iterator<Item = &'p Photon>,
+    extent: &Extent,
+    u: f32,
+) -> [Vec3; POINTS] {
     let mut order: Vec<(&Photon, Vec2)> = photons
         .map(|photon| {
             let d = photon.p - extent.centroid;
-            (photon, Vec2::new(extent.axes[0].dot(d), extent.axes[1].dot(d)))
+            (
+                photon,
+                Vec2::new(extent.axes[0].dot(d), extent.axes[1].dot(d)),
+            )
         })
         .collect();
     let flux = |photon: &Photon| f64::from(photon.flux.luminance());
@@ -152,9 +159,17 @@ mod tests {
             mean += center / trials as f32;
             worst = worst.max(center.distance(extent.centroid));
             let radius = Extent::of(points.map(|p| photon(p, Vec3::Z)).iter(), Vec3::Z).radius;
-            assert!((radius / extent.radius - 1.0).abs() < 0.15, "{radius} and {}", extent.radius);
+            assert!(
+                (radius / extent.radius - 1.0).abs() < 0.15,
+                "{radius} and {}",
+                extent.radius
+            );
         }
-        assert!(mean.distance(extent.centroid) < 5e-3, "{mean} and {}", extent.centroid);
+        assert!(
+            mean.distance(extent.centroid) < 5e-3,
+            "{mean} and {}",
+            extent.centroid
+        );
         // Sixteen independent photons would miss the center by a quarter of the deviation.
         assert!(worst < 0.1 * extent.radius, "{worst}");
     }
@@ -164,6 +179,9 @@ mod tests {
         let photons = [photon(Vec3::ONE, Vec3::X)];
         let extent = Extent::of(photons.iter(), Vec3::X);
         assert_eq!(extent.radius, 0.0);
-        assert_eq!(spread_points(photons.iter(), &extent, 0.5), [Vec3::ONE; POINTS]);
+        assert_eq!(
+            spread_points(photons.iter(), &extent, 0.5),
+            [Vec3::ONE; POINTS]
+        );
     }
 }

@@ -14,11 +14,18 @@ fn check(scene: &Scene, path_passes: u32, light_passes: u32) {
     let light = film(scene, MethodKind::LightTracer, light_passes, 2);
     for ((a, se_a), (b, se_b)) in channel_means(&path).into_iter().zip(channel_means(&light)) {
         // Pixels of the light tracer are correlated along paths; 2 % covers what the pixel variances leave out.
-        assert!((a - b).abs() < 4.0 * (se_a + se_b) + 0.02 * a, "means {a} and {b}, standard errors {se_a}, {se_b}");
+        assert!(
+            (a - b).abs() < 4.0 * (se_a + se_b) + 0.02 * a,
+            "means {a} and {b}, standard errors {se_a}, {se_b}"
+        );
     }
     let z = block_z_scores(&path, &light, 8);
     let far = z.iter().filter(|z| z.abs() > 4.0).count();
-    assert!(far * 50 <= z.len(), "{far} of {} blocks beyond 4 standard errors: {z:?}", z.len());
+    assert!(
+        far * 50 <= z.len(),
+        "{far} of {} blocks beyond 4 standard errors: {z:?}",
+        z.len()
+    );
 }
 
 #[test]
@@ -31,30 +38,65 @@ fn glossy_room() {
 fn shading_normals() {
     let mut b = glossy_box(32);
     let white = b.material(manylight::testing::scenes::diffuse(0.8, 0.8, 0.8));
-    b.place(Shape::Mesh(coarse_sphere()), Affine3A::from_scale(Vec3::splat(0.45)), white, None);
+    b.place(
+        Shape::Mesh(coarse_sphere()),
+        Affine3A::from_scale(Vec3::splat(0.45)),
+        white,
+        None,
+    );
     check(&b.build(), 256, 512);
 }
 
 /// A glass ball above a diffuse floor: η² and caustics. The camera sees only the floor.
 #[test]
 fn refraction() {
-    let mut b = Builder::new(Vec3::new(0.0, 2.0, -3.0), Vec3::new(0.0, 0.0, 0.0), 40.0, 32);
+    let mut b = Builder::new(
+        Vec3::new(0.0, 2.0, -3.0),
+        Vec3::new(0.0, 0.0, 0.0),
+        40.0,
+        32,
+    );
     let white = b.material(manylight::testing::scenes::diffuse(0.7, 0.7, 0.7));
     let ball = b.material(glass());
     b.rectangle(Vec3::ZERO, Vec3::Z * 1.5, Vec3::X * 1.5, white, None);
     let lamp = b.area_light(Rgb::splat(20.0));
     // The ball stands outside the view; its caustic falls inside.
-    b.place(Shape::Sphere { center: Vec3::new(0.0, 2.6, 0.3), radius: 0.5 }, Affine3A::IDENTITY, ball, None);
-    b.rectangle(Vec3::new(0.0, 4.5, 0.3), Vec3::X * 0.4, Vec3::Z * 0.4, white, Some(lamp));
-    b.desc.limits = PathLimits { max_depth: Some(5), ..PathLimits::default() };
+    b.place(
+        Shape::Sphere {
+            center: Vec3::new(0.0, 2.6, 0.3),
+            radius: 0.5,
+        },
+        Affine3A::IDENTITY,
+        ball,
+        None,
+    );
+    b.rectangle(
+        Vec3::new(0.0, 4.5, 0.3),
+        Vec3::X * 0.4,
+        Vec3::Z * 0.4,
+        white,
+        Some(lamp),
+    );
+    b.desc.limits = PathLimits {
+        max_depth: Some(5),
+        ..PathLimits::default()
+    };
     check(&b.build(), 1024, 512);
 }
 
 /// An octahedron subdivided twice, with the normals of the sphere at its vertices.
 fn coarse_sphere() -> Mesh {
     let mut positions = vec![Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z];
-    let mut triangles: Vec<[u32; 3]> =
-        vec![[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
+    let mut triangles: Vec<[u32; 3]> = vec![
+        [0, 2, 4],
+        [2, 1, 4],
+        [1, 3, 4],
+        [3, 0, 4],
+        [2, 0, 5],
+        [1, 2, 5],
+        [3, 1, 5],
+        [0, 3, 5],
+    ];
     for _ in 0..1 {
         triangles = triangles
             .iter()
@@ -68,5 +110,10 @@ fn coarse_sphere() -> Mesh {
             })
             .collect();
     }
-    Mesh { normals: positions.clone(), positions, uvs: Vec::new(), triangles }
+    Mesh {
+        normals: positions.clone(),
+        positions,
+        uvs: Vec::new(),
+        triangles,
+    }
 }

@@ -2,21 +2,31 @@
 
 use crate::common::film;
 use manylight::film::{Film, Layer};
+use manylight::geometry::Shape;
 use manylight::integrators::{ManyLight, MethodKind};
+use manylight::math::{Affine3A, Vec3};
 use manylight::scene::Scene;
 use manylight::testing::scenes::{glass, glossy_box, rough_metal};
 use manylight::testing::statistics::layer_mean;
-use manylight::geometry::Shape;
-use manylight::math::{Affine3A, Vec3};
 
-const TERMS: [Layer; 4] = [Layer::Emission, Layer::Direct, Layer::VirtualLights, Layer::Caustics];
+const TERMS: [Layer; 4] = [
+    Layer::Emission,
+    Layer::Direct,
+    Layer::VirtualLights,
+    Layer::Caustics,
+];
 
 fn reference(scene: &Scene) -> Film {
     film(scene, MethodKind::Path, 1024, 11)
 }
 
 fn rich() -> ManyLight {
-    ManyLight { photon_paths: 40_000, light_count: 600, importon_paths: 4000, ..ManyLight::rich_vpl() }
+    ManyLight {
+        photon_paths: 40_000,
+        light_count: 600,
+        importon_paths: 4000,
+        ..ManyLight::rich_vpl()
+    }
 }
 
 /// The lamp covers few pixels, and few passes find them by chance: the emission is held to this share of the beauty.
@@ -24,12 +34,22 @@ const EMISSION_TOLERANCE: f64 = 0.06;
 
 /// Each term within `tolerance` of the beauty's mean.
 fn check(scene: &Scene, method: ManyLight, passes: u32, tolerance: f64) {
-    let (truth, ours) = (reference(scene), film(scene, MethodKind::ManyLight(method), passes, 5));
+    let (truth, ours) = (
+        reference(scene),
+        film(scene, MethodKind::ManyLight(method), passes, 5),
+    );
     let beauty = layer_mean(&truth, Layer::Beauty);
     for layer in TERMS {
         let (a, b) = (layer_mean(&truth, layer), layer_mean(&ours, layer));
-        let tolerance = if layer == Layer::Emission { EMISSION_TOLERANCE } else { tolerance };
-        assert!((a - b).abs() < tolerance * beauty, "{layer:?}: path {a}, virtual lights {b}, beauty {beauty}");
+        let tolerance = if layer == Layer::Emission {
+            EMISSION_TOLERANCE
+        } else {
+            tolerance
+        };
+        assert!(
+            (a - b).abs() < tolerance * beauty,
+            "{layer:?}: path {a}, virtual lights {b}, beauty {beauty}"
+        );
     }
 }
 
@@ -44,15 +64,31 @@ fn rich_vpl_with_specular_objects() {
     let mut b = glossy_box(32);
     let (ball, mirror) = (b.material(glass()), b.material(rough_metal(0.03)));
     let sphere = |center, radius| Shape::Sphere { center, radius };
-    b.place(sphere(Vec3::new(0.1, -0.6, -0.2), 0.25), Affine3A::IDENTITY, ball, None);
-    b.place(sphere(Vec3::new(0.5, 0.2, 0.4), 0.3), Affine3A::IDENTITY, mirror, None);
+    b.place(
+        sphere(Vec3::new(0.1, -0.6, -0.2), 0.25),
+        Affine3A::IDENTITY,
+        ball,
+        None,
+    );
+    b.place(
+        sphere(Vec3::new(0.5, 0.2, 0.4), 0.3),
+        Affine3A::IDENTITY,
+        mirror,
+        None,
+    );
     check(&b.build(), rich(), 12, 1.5e-2);
 }
 
 #[test]
 fn importance_placed_vpls_unclamped() {
     let clamp = manylight::gather::Clamp::None;
-    let vpl = ManyLight { photon_paths: 20_000, light_count: 2000, importon_paths: 4000, clamp, ..ManyLight::vpl_importance() };
+    let vpl = ManyLight {
+        photon_paths: 20_000,
+        light_count: 2000,
+        importon_paths: 4000,
+        clamp,
+        ..ManyLight::vpl_importance()
+    };
     check(&glossy_box(32).build(), vpl, 16, 2e-2);
 }
 
@@ -62,6 +98,10 @@ fn the_terms_sum_to_the_beauty() {
     let beauty = film.image(Layer::Beauty).unwrap();
     for i in 0..beauty.data.len() {
         let sum: f32 = TERMS.iter().map(|&t| film.image(t).unwrap().data[i]).sum();
-        assert!((sum - beauty.data[i]).abs() <= 1e-4 * beauty.data[i].max(1.0), "{sum} and {}", beauty.data[i]);
+        assert!(
+            (sum - beauty.data[i]).abs() <= 1e-4 * beauty.data[i].max(1.0),
+            "{sum} and {}",
+            beauty.data[i]
+        );
     }
 }

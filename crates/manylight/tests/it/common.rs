@@ -18,8 +18,26 @@ impl Observer for Silent {
 
 /// `passes` passes of `kind` with the scene's own limits.
 pub(crate) fn film(scene: &Scene, kind: MethodKind, passes: u32, seed: u64) -> Film {
-    let method = Method { kind, limits: scene.limits };
-    let budget = Budget { passes: Some(passes), time: None, relative_error: None };
-    let job = RenderJob { scene, method, budget, seed };
-    render(&job, &Stats::default(), &AtomicBool::new(false), &mut Silent).film
+    let method = Method {
+        kind,
+        limits: scene.limits,
+    };
+    let budget = Budget {
+        passes: Some(passes),
+        time: None,
+        relative_error: None,
+    };
+    let job = RenderJob {
+        scene,
+        method,
+        budget,
+        seed,
+    };
+    render(
+        &job,
+        &Stats::default(),
+        &AtomicBool::new(false),
+        &mut Silent,
+    )
+    .film
 }

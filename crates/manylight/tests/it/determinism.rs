@@ -7,7 +7,12 @@ use manylight::math::{Affine3A, Vec3};
 use manylight::testing::scenes::{Builder, glossy_box};
 
 fn methods() -> Vec<MethodKind> {
-    let small = |method: ManyLight| ManyLight { photon_paths: 5000, light_count: 100, importon_paths: 1000, ..method };
+    let small = |method: ManyLight| ManyLight {
+        photon_paths: 5000,
+        light_count: 100,
+        importon_paths: 1000,
+        ..method
+    };
     vec![
         MethodKind::Path,
         MethodKind::LightTracer,
@@ -22,11 +27,21 @@ fn methods() -> Vec<MethodKind> {
 fn one_two_and_five_threads_give_the_same_bits() {
     for kind in methods() {
         let render = |threads| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| film(&glossy_box(24).build(), kind.clone(), 2, 7).image(Layer::Beauty).unwrap())
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
+            pool.install(|| {
+                film(&glossy_box(24).build(), kind.clone(), 2, 7)
+                    .image(Layer::Beauty)
+                    .unwrap()
+            })
         };
         let one = render(1);
-        assert!(one == render(2) && one == render(5), "{kind:?} depends on the number of threads");
+        assert!(
+            one == render(2) && one == render(5),
+            "{kind:?} depends on the number of threads"
+        );
     }
 }
 
@@ -45,10 +60,23 @@ fn scaled(mut b: Builder, scale: f32) -> Builder {
 #[test]
 fn meters_and_centimeters_give_the_same_picture() {
     for kind in methods() {
-        let render = |scale| film(&scaled(glossy_box(24), scale).build(), kind.clone(), 4, 7).image(Layer::Beauty).unwrap();
+        let render = |scale| {
+            film(&scaled(glossy_box(24), scale).build(), kind.clone(), 4, 7)
+                .image(Layer::Beauty)
+                .unwrap()
+        };
         // A power of two keeps every rounding, so the pictures agree almost everywhere.
         let (meters, scaled) = (render(1.0), render(128.0));
-        let differing = meters.data.iter().zip(&scaled.data).filter(|(a, b)| (*a - *b).abs() > 1e-3 * a.abs().max(0.1)).count();
-        assert!(differing * 100 <= meters.data.len(), "{kind:?}: {differing} of {} values differ", meters.data.len());
+        let differing = meters
+            .data
+            .iter()
+            .zip(&scaled.data)
+            .filter(|(a, b)| (*a - *b).abs() > 1e-3 * a.abs().max(0.1))
+            .count();
+        assert!(
+            differing * 100 <= meters.data.len(),
+            "{kind:?}: {differing} of {} values differ",
+            meters.data.len()
+        );
     }
 }

@@ -12,7 +12,10 @@ fn check(kind: MethodKind, passes: u32, tolerance: f64) {
     let film = film(&furnace(RHO, 32).build(), kind.clone(), passes, 1);
     let expected = 1.0 / (1.0 - f64::from(RHO));
     let mean = layer_mean(&film, Layer::Beauty);
-    assert!((mean / expected - 1.0).abs() < tolerance, "{kind:?}: mean {mean}, expected {expected}");
+    assert!(
+        (mean / expected - 1.0).abs() < tolerance,
+        "{kind:?}: mean {mean}, expected {expected}"
+    );
 }
 
 #[test]
@@ -27,13 +30,26 @@ fn light_tracer() {
 
 #[test]
 fn rich_vpl() {
-    check(MethodKind::ManyLight(ManyLight { photon_paths: 20_000, light_count: 400, ..ManyLight::rich_vpl() }), 4, 5e-3);
+    check(
+        MethodKind::ManyLight(ManyLight {
+            photon_paths: 20_000,
+            light_count: 400,
+            ..ManyLight::rich_vpl()
+        }),
+        4,
+        5e-3,
+    );
 }
 
 #[test]
 fn vpl() {
     // Unclamped, so unbiased; the lights are many because the singularity makes them noisy.
     let clamp = manylight::gather::Clamp::None;
-    let vpl = ManyLight { photon_paths: 20_000, light_count: 2000, clamp, ..ManyLight::vpl() };
+    let vpl = ManyLight {
+        photon_paths: 20_000,
+        light_count: 2000,
+        clamp,
+        ..ManyLight::vpl()
+    };
     check(MethodKind::ManyLight(vpl), 8, 2e-2);
 }

@@ -30,24 +30,46 @@ fn tower(emitters: &[f32], sheets: &[(f32, Material)], max_depth: Option<u32>) -
         let material = b.material(material);
         b.rectangle(Vec3::Z * *z, Vec3::X * 20.0, Vec3::Y * 20.0, material, None);
     }
-    b.emitter(Emitter::Constant { radiance: Rgb::splat(0.5) });
-    b.desc.limits = PathLimits { max_depth, hide_emitters: true, ..PathLimits::default() };
+    b.emitter(Emitter::Constant {
+        radiance: Rgb::splat(0.5),
+    });
+    b.desc.limits = PathLimits {
+        max_depth,
+        hide_emitters: true,
+        ..PathLimits::default()
+    };
     b
 }
 
 fn thin_glass() -> Material {
     let white = ColorInput::Constant(Rgb::WHITE);
-    Material::ThinDielectric { eta: 1.5046 / 1.000277, specular_reflectance: white, specular_transmittance: white }
+    Material::ThinDielectric {
+        eta: 1.5046 / 1.000277,
+        specular_reflectance: white,
+        specular_transmittance: white,
+    }
 }
 
 /// Half there; what there is of it is black.
 fn half() -> Material {
-    Material::Mask { opacity: FloatInput::Constant(0.5), inner: manylight::ids::MaterialId(0) }
+    Material::Mask {
+        opacity: FloatInput::Constant(0.5),
+        inner: manylight::ids::MaterialId(0),
+    }
 }
 
 fn methods() -> [(MethodKind, u32); 3] {
-    let few = ManyLight { photon_paths: 100, importon_paths: 10, light_count: 4, ..ManyLight::rich_vpl() };
-    [(MethodKind::Path, 128), (MethodKind::ManyLight(few), 16), (MethodKind::LightTracer, 512)]
+    let few = ManyLight {
+        photon_paths: 100,
+        importon_paths: 10,
+        light_count: 4,
+        ..ManyLight::rich_vpl()
+    };
+    [
+        (MethodKind::Path, 128),
+        (MethodKind::ManyLight(few), 16),
+        (MethodKind::LightTracer, 512),
+    ]
 }
 
 fn check(name: &str, scene: &Scene, expected: f64) {
@@ -58,19 +80,46 @@ fn check(name: &str, scene: &Scene, expected: f64) {
         }
         let (mean, error) = channel_means(&film(scene, kind.clone(), passes, 1))[0];
         let allowed = 4.0 * error + 1e-3 * expected + 1e-6;
-        assert!((mean - expected).abs() < allowed, "{name}, {kind:?}: {mean} +- {error} for {expected}");
+        assert!(
+            (mean - expected).abs() < allowed,
+            "{name}, {kind:?}: {mean} +- {error} for {expected}"
+        );
     }
 }
 
 #[test]
 fn emitters_hide_up_to_the_first_other_surface() {
     check("an emitter alone", &tower(&[0.0], &[], None).build(), 0.0);
-    check("behind nothing", &tower(&[0.0], &[(5.0, Material::Null)], None).build(), 3.0);
-    check("behind half a sheet", &tower(&[0.0], &[(5.0, half())], None).build(), 1.5);
-    check("before and behind nothing", &tower(&[8.0, 0.0], &[(5.0, Material::Null)], Some(2)).build(), 3.0);
-    check("too deep", &tower(&[8.0, 0.0], &[(5.0, Material::Null)], Some(1)).build(), 0.0);
-    check("surroundings behind nothing", &tower(&[], &[(5.0, Material::Null)], None).build(), 0.0);
-    check("thin glass", &tower(&[0.0], &[(5.0, thin_glass())], None).build(), 2.8074);
+    check(
+        "behind nothing",
+        &tower(&[0.0], &[(5.0, Material::Null)], None).build(),
+        3.0,
+    );
+    check(
+        "behind half a sheet",
+        &tower(&[0.0], &[(5.0, half())], None).build(),
+        1.5,
+    );
+    check(
+        "before and behind nothing",
+        &tower(&[8.0, 0.0], &[(5.0, Material::Null)], Some(2)).build(),
+        3.0,
+    );
+    check(
+        "too deep",
+        &tower(&[8.0, 0.0], &[(5.0, Material::Null)], Some(1)).build(),
+        0.0,
+    );
+    check(
+        "surroundings behind nothing",
+        &tower(&[], &[(5.0, Material::Null)], None).build(),
+        0.0,
+    );
+    check(
+        "thin glass",
+        &tower(&[0.0], &[(5.0, thin_glass())], None).build(),
+        2.8074,
+    );
 }
 
 #[test]
@@ -81,10 +130,17 @@ fn what_lies_behind_hidden_emitters_is_seen() {
     bare.desc.limits.hide_emitters = false;
     let film = film(&lit.build(), MethodKind::Path, 1024, 1);
     let depth = film.image(Layer::Depth).unwrap();
-    assert!(depth.data.iter().all(|d| (15.0..15.1).contains(d)), "{:?}", depth.data);
+    assert!(
+        depth.data.iter().all(|d| (15.0..15.1).contains(d)),
+        "{:?}",
+        depth.data
+    );
     let (mean, error) = channel_means(&film)[0];
     // Mitsuba: 0.11427, of the constant surroundings around the emitters' edges.
-    assert!((mean - 0.1143).abs() < 4.0 * error + 3e-4, "{mean} +- {error}");
+    assert!(
+        (mean - 0.1143).abs() < 4.0 * error + 3e-4,
+        "{mean} +- {error}"
+    );
     let hidden = crate::common::film(&bare.build(), MethodKind::Path, 4, 1);
     assert_eq!(channel_means(&hidden)[0].0, 3.0);
 }

@@ -10,12 +10,18 @@ fn source_root() -> PathBuf {
 /// Module → layer, from the list in the crate's documentation.
 fn layers() -> HashMap<String, u32> {
     let lib = std::fs::read_to_string(source_root().join("lib.rs")).unwrap();
-    let list = lib.split("```text").nth(1).and_then(|rest| rest.split("```").next()).expect("lib.rs lists the layers");
+    let list = lib
+        .split("```text")
+        .nth(1)
+        .and_then(|rest| rest.split("```").next())
+        .expect("lib.rs lists the layers");
     let mut layers = HashMap::new();
     for line in list.lines() {
         let mut words = line.trim_start_matches("//!").split_whitespace();
         if let Some(number) = words.next() {
-            let number = number.parse().expect("each line begins with the number of the layer");
+            let number = number
+                .parse()
+                .expect("each line begins with the number of the layer");
             layers.extend(words.map(|module| (module.to_string(), number)));
         }
     }
@@ -39,7 +45,11 @@ fn imported_modules(text: &str) -> Vec<String> {
     code.lines()
         .filter(|line| !line.trim_start().starts_with("//"))
         .flat_map(|line| line.split("crate::").skip(1))
-        .map(|rest| rest.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect())
+        .map(|rest| {
+            rest.chars()
+                .take_while(|c| c.is_alphanumeric() || *c == '_')
+                .collect()
+        })
         .collect()
 }
 
@@ -51,20 +61,32 @@ fn imports_go_strictly_downwards() {
     rust_files(&root, &mut files);
     let mut checked = 0;
     for file in files {
-        let relative = file.strip_prefix(&root).unwrap().to_string_lossy().into_owned();
+        let relative = file
+            .strip_prefix(&root)
+            .unwrap()
+            .to_string_lossy()
+            .into_owned();
         let module = relative.split(['/', '.']).next().unwrap().to_string();
         let is_test = relative.contains("tests") || relative.contains("testing");
         if module == "lib" || is_test {
             continue;
         }
-        let own = *layers.get(&module).unwrap_or_else(|| panic!("{relative}: module `{module}` is in no layer of lib.rs"));
+        let own = *layers
+            .get(&module)
+            .unwrap_or_else(|| panic!("{relative}: module `{module}` is in no layer of lib.rs"));
         for imported in imported_modules(&std::fs::read_to_string(&file).unwrap()) {
             let Some(&layer) = layers.get(&imported) else {
                 panic!("{relative} imports `{imported}`, which is in no layer of lib.rs");
             };
             checked += 1;
-            assert!(imported == module || layer < own, "{relative} (layer {own}) imports `{imported}` (layer {layer})");
+            assert!(
+                imported == module || layer < own,
+                "{relative} (layer {own}) imports `{imported}` (layer {layer})"
+            );
         }
     }
-    assert!(checked > 50, "only {checked} imports found: the reader of imports is broken");
+    assert!(
+        checked > 50,
+        "only {checked} imports found: the reader of imports is broken"
+    );
 }
