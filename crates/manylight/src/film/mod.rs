@@ -210,7 +210,7 @@ impl Film {
     }
 
     /// Size of the picture in pixels.
-    pub fn size(&self) -> UVec2 {
+    pub fn picture_size(&self) -> UVec2 {
         self.desc.crop_size
     }
 
@@ -264,7 +264,7 @@ impl Film {
 
     /// Adds a pass that was made as a whole picture (light tracing): `pixels` row by row, beauty only.
     pub fn add_frame(&mut self, pixels: &[Rgb], dropped: &AtomicU64) {
-        let width = self.size().x;
+        let width = self.picture_size().x;
         self.add_pass(&AtomicBool::new(false), dropped, |samples| {
             for (i, pixel) in samples.tile().pixels().enumerate() {
                 samples.add(
@@ -322,7 +322,7 @@ impl Film {
     }
 
     fn collect(&self, value: impl Fn(&TileSums, usize) -> [f32; 3]) -> Image {
-        let size = self.size();
+        let size = self.picture_size();
         let mut image = Image::new(size.x as usize, size.y as usize, 3);
         for sums in &self.tiles {
             for (i, pixel) in sums.tile.pixels().enumerate() {

@@ -406,7 +406,7 @@ impl<'s> EyePath<'_, 's> {
 
     /// Direct light at `v`: an emitter is chosen, and the smooth lobes reflect it.
     fn direct_from_emitter(&mut self, v: &Vertex, out: &mut TileSamples) {
-        if let Some(radiance) = self.from_emitter(v, Lobes::SMOOTH, Lobes::SMOOTH) {
+        if let Some(radiance) = self.emitter_light(v, Lobes::SMOOTH, Lobes::SMOOTH) {
             out.add(self.pixel, Layer::Direct, radiance / DIRECT_SAMPLES as f32);
         }
     }
@@ -414,14 +414,14 @@ impl<'s> EyePath<'_, 's> {
     /// The same by near-delta lobes, which belongs to the emission: the walk that follows them is the other half of it.
     fn narrow_emission(&mut self, v: &Vertex, out: &mut TileSamples) {
         if v.bsdf.lobes().has(Lobes::NEAR_DELTA)
-            && let Some(radiance) = self.from_emitter(v, Lobes::NEAR_DELTA, Lobes::SPECULAR)
+            && let Some(radiance) = self.emitter_light(v, Lobes::NEAR_DELTA, Lobes::SPECULAR)
         {
             out.add(self.pixel, Layer::Emission, radiance);
         }
     }
 
     /// Light from a chosen emitter by `lobes` at `v`, weighted against a walk that samples `walk` there.
-    fn from_emitter(&mut self, v: &Vertex, lobes: Lobes, walk: Lobes) -> Option<Rgb> {
+    fn emitter_light(&mut self, v: &Vertex, lobes: Lobes, walk: Lobes) -> Option<Rgb> {
         let (scene, wo) = (self.prepared.scene, v.w_prev);
         let light =
             EmitterSample::draw(scene, &v.x, v.bsdf.receiving_normal(wo), &mut self.sampler)?;

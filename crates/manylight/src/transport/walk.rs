@@ -53,6 +53,10 @@ pub struct Walk<'s> {
 
 /// Where a walk arrived.
 #[derive(Clone, Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "a step lives on the stack for one loop; boxing would allocate per vertex"
+)]
 pub enum Step<'s> {
     /// A surface.
     Hit(Vertex<'s>),

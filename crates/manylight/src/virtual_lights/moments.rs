@@ -85,7 +85,11 @@ pub fn spread_points<'p>(
         .map(|(photon, at)| {
             sum += flux(photon);
             let strip = ((sum / total * STRIPS as f64) as usize).min(STRIPS - 1);
-            (strip, if strip % 2 == 0 { at.y } else { -at.y }, photon)
+            (
+                strip,
+                if strip.is_multiple_of(2) { at.y } else { -at.y },
+                photon,
+            )
         })
         .collect();
     strips.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));

@@ -1,5 +1,7 @@
 //! Integration tests of the core, in one binary.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
 mod adjoint;
 mod agreement;
 mod common;

@@ -8,7 +8,7 @@ use manylight_io::image::{Layer as PictureLayer, Picture};
 
 /// All layers of `film`: the beauty first, then its variance, then the others.
 pub(super) fn from_film(film: &Film, metadata: Vec<(String, String)>) -> Picture {
-    let size = film.size();
+    let size = film.picture_size();
     let mut layers = Vec::new();
     for &layer in film.layers() {
         let Some(image) = film.image(layer) else {
