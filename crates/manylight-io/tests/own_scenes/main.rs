@@ -90,18 +90,28 @@ fn measure(film: &Film, whom: Whom) -> Vec<([f64; 3], [f64; 3])> {
         )
     };
     let all = (0..image.height).flat_map(|y| (0..image.width).map(move |x| (x, y)));
+    let pixels: Vec<_> = all.map(|(x, y)| at(x, y)).collect();
+    let (value, error) = mean(&pixels);
+    // Few passes tell a pixel's own error badly, and one that missed a rare event shows none: it is at least the typical
+    // relative error of the picture.
+    let relative: [f64; 3] = std::array::from_fn(|c| {
+        let squares = pixels
+            .iter()
+            .filter(|(v, _)| v[c] > 0.0)
+            .map(|(v, e)| (e[c] / v[c]).powi(2));
+        (squares.sum::<f64>() / pixels.len() as f64).sqrt()
+    });
+    let widened =
+        |(v, e): ([f64; 3], [f64; 3])| (v, std::array::from_fn(|c| e[c].max(relative[c] * v[c])));
     match whom {
-        Whom::Pixel(x, y) => vec![at(x, y)],
-        Whom::All => {
-            let pixels: Vec<_> = all.map(|(x, y)| at(x, y)).collect();
-            let (value, error) = mean(&pixels);
-            // A pixel that missed a rare event shows no variance; the others have seen it.
-            let typical = error.map(|e| e * (pixels.len() as f64).sqrt());
-            let widened =
-                |(v, e): &([f64; 3], [f64; 3])| (*v, std::array::from_fn(|c| e[c].max(typical[c])));
-            pixels.iter().map(widened).chain([(value, error)]).collect()
-        }
-        Whom::Mean => vec![mean(&all.map(|(x, y)| at(x, y)).collect::<Vec<_>>())],
+        Whom::Pixel(x, y) => vec![widened(at(x, y))],
+        Whom::All => pixels
+            .iter()
+            .copied()
+            .map(widened)
+            .chain([(value, error)])
+            .collect(),
+        Whom::Mean => vec![(value, error)],
     }
 }
 
