@@ -11,7 +11,7 @@ use crate::scene::Scene;
 use crate::virtual_lights::moments::POINTS;
 use crate::virtual_lights::{LightField, VirtualLight};
 use cluster::{CLUSTER_SIZE, Cluster};
-use std::f32::consts::FRAC_1_PI;
+use std::f32::consts::{FRAC_1_PI, PI};
 
 /// How one light is evaluated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,9 +27,9 @@ pub enum Kernel {
 pub enum Clamp {
     /// Nothing.
     None,
-    /// Scale-free: `1/d²` becomes `1/√(d⁴ + r⁴)`, with r² = area / π for a point that stands for an area of surface (1/r² in
-    /// contact, as for a disc), and a small share of that for the points of a disc, which resolve it themselves (derived;
-    /// compare ERRATA E3, E4).
+    /// Scale-free: a light of area πr² has the radiance `I / (πr² cosθ)`, and no surface reflects more than it receives. So
+    /// the value of a connection is reduced smoothly towards that limit, by `1/√(1 + x²)` with `x = f cosθ_x cosθ_y πr² / d²`, what
+    /// the surface would reflect of the light's radiance (derived; the material-aware bound of ALGORITHMS 1.10).
     Auto,
     /// `G <= value`, in 1/m².
     Value(f32),
@@ -41,9 +41,11 @@ const SIXTEEN_POINTS_WITHIN: f32 = 1.5;
 const FOUR_POINTS_WITHIN: f32 = 4.0;
 const REACH_SPREAD: f32 = 0.25;
 
-/// Squared radius that bounds the geometry term of a point near by, as a share of its light's. The points of a cluttered
-/// surface lie on many things at once, and light between neighbors is lost with the clamp; without any, contacts sparkle.
-const NEAR_CLAMP: f32 = 1.0 / 64.0;
+/// Area of each point of a disc as a share of its light's.
+const NEAR_CLAMP: f32 = 1.0 / 16.0;
+
+/// A disc is at least this share of the surface per light.
+const SMALLEST_DISC: f32 = 0.25;
 
 /// Connections tested for visibility together.
 const PACKET: usize = 64;
@@ -170,6 +172,7 @@ impl Gather {
                 }
             };
             let r2 = light.radius * light.radius;
+            let spacing = light.area * FRAC_1_PI;
             match self.part_count(at, light) {
                 POINTS => light
                     .points
@@ -178,11 +181,8 @@ impl Gather {
                 4 => {
                     (0..4).for_each(|i| connect(light.points[4 * i + at.choose(4)], r2 / 4.0, 0.25))
                 }
-                _ if light.radius > 0.0 => connect(light.points[at.choose(POINTS)], r2, 1.0),
-                _ if self.kernel == Kernel::Disc => {
-                    connect(light.p, light.area * FRAC_1_PI * NEAR_CLAMP, 1.0)
-                }
-                _ => connect(light.p, light.area * FRAC_1_PI, 1.0),
+                _ if self.kernel == Kernel::Point => connect(light.p, spacing, 1.0),
+                _ => connect(light.points[at.choose(POINTS)], r2.max(spacing), 1.0),
             }
         }
         front.flush(scene, sum);
@@ -192,7 +192,9 @@ impl Gather {
     /// Of how many points `light` is made as seen from `at`.
     #[inline]
     fn part_count(&self, at: &ShadingPoint, light: &VirtualLight) -> usize {
-        if self.kernel == Kernel::Point || light.radius == 0.0 {
+        // A share dominated by one strong photon has hardly a radius, yet stands for as much surface as its neighbors: a point.
+        let is_disc = PI * light.radius * light.radius > SMALLEST_DISC * light.area;
+        if self.kernel == Kernel::Point || !is_disc {
             return 1;
         }
         let reach = light.radius * (1.0 + REACH_SPREAD * at.u);
@@ -246,7 +248,11 @@ impl Connector<'_, '_> {
         }
         let kept = match self.gather.clamp {
             Clamp::None => 1.0,
-            Clamp::Auto => d2 / (d2 * d2 + radius_squared * radius_squared).sqrt(),
+            Clamp::Auto => {
+                let image =
+                    f_cos.max_channel() * PI * radius_squared * w.dot(self.light.n).abs() / d2;
+                (1.0 + image * image).sqrt().recip()
+            }
             Clamp::Value(limit) => {
                 (limit * d2 / (w.dot(self.at.x.ng) * w.dot(self.light.n)).abs()).min(1.0)
             }

@@ -24,6 +24,9 @@ const NARROW_SOURCES: usize = 16;
 const NARROW: f32 = 0.3;
 /// Path lengths told apart by [`LightField::share_up_to`]; longer limits are treated as none.
 const DEPTHS: usize = 16;
+/// Bound of `|wi·ns| / |wi·ng|` in tables. The ratio has no bound where light grazes the geometric surface under a tilted
+/// shading normal: rare photons would make tables of many times the flux that fell on them.
+const MAX_TILT: f32 = 2.0;
 /// Purposes of random numbers.
 const POINT_NUMBERS: u64 = 1;
 const PROFILE_NUMBERS: u64 = 2;
@@ -355,18 +358,20 @@ impl<'s, 'p> Maker<'s, 'p> {
             .into_iter()
             .map(|i| {
                 let photon = own[i];
-                let bsdf = self.scene.bsdf(&self.scene.surface_point(photon.at));
+                let x = self.scene.surface_point(photon.at);
+                let tilt = |w: Vec3| (w.dot(x.frame.n) / w.dot(x.ng)).abs();
                 // Parallax: the previous vertex shines onto the light's center from where it is.
                 let seen = (photon.prev - light.p).normalize_or_zero();
-                let wi = if seen.dot(photon.n) > 0.0 {
+                let wi = if seen.dot(photon.n) > 0.0 && tilt(seen) < MAX_TILT {
                     seen
                 } else {
                     photon.wi
                 };
+                let kept = (MAX_TILT / tilt(wi)).min(1.0);
                 Source {
-                    bsdf,
+                    bsdf: self.scene.bsdf(&x),
                     wi,
-                    flux: photon.flux * (self.shares.scale(self.k) / probabilities[i]),
+                    flux: photon.flux * (kept * self.shares.scale(self.k) / probabilities[i]),
                 }
             })
             .collect()
