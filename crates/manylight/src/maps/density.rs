@@ -22,7 +22,9 @@ const PHOTON_SLAB: f32 = 0.2;
 
 /// Importance that arrives per area at `p` with normal `n` (lit side), in 1/m²; never negative.
 ///
-///     Ŵ(x) = 2/(π d_K²) Σ_i Ψ_i (1 − d_i²/d_K²)
+/// ```text
+/// Ŵ(x) = 2/(π d_K²) Σ_i Ψ_i (1 − d_i²/d_K²)
+/// ```
 ///
 /// `found` holds K and the memory; see [`IMPORTANCE_NEIGHBORS`].
 pub fn importance_at(importons: &KdTree<Importon>, p: Vec3, n: Vec3, found: &mut Neighbors) -> f32 {
