@@ -82,7 +82,7 @@ impl Lobes {
 }
 
 /// Roughness below which a microfacet lobe counts as near-delta: narrower than a texel of a 32 x 32 octahedral table
-/// can show (ERRATA E8). A fixed number: the class of a lobe must not depend on who asks.
+/// can show. A fixed number: the class of a lobe must not depend on who asks.
 pub const NEAR_DELTA_ALPHA: f32 = 0.1;
 
 /// The numbers one BSDF sample needs, by name.

@@ -29,14 +29,14 @@ pub enum Clamp {
     None,
     /// Scale-free: a light of area πr² has the radiance `I / (πr² cosθ)`, and no surface reflects more than it receives. So
     /// the value of a connection is reduced smoothly towards that limit, by `1/√(1 + x²)` with `x = f cosθ_x cosθ_y πr² / d²`, what
-    /// the surface would reflect of the light's radiance (derived; the material-aware bound of ALGORITHMS 1.10).
+    /// the surface would reflect of the light's radiance (derived; a bound that knows the material).
     Auto,
     /// `G <= value`, in 1/m².
     Value(f32),
 }
 
 /// A light is all its points nearer than the first number of its radii, four of them nearer than the second, and one beyond;
-/// which ones is random. Both are stretched by a random factor, so that no ring shows where the number changes (ERRATA G9).
+/// which ones is random. Both are stretched by a random factor, so that no ring shows where the number changes.
 const SIXTEEN_POINTS_WITHIN: f32 = 1.5;
 const FOUR_POINTS_WITHIN: f32 = 4.0;
 const REACH_SPREAD: f32 = 0.25;

@@ -207,7 +207,7 @@ impl ManyLight {
 }
 
 impl ManyLight {
-    /// Sites with density importance x flux (paper; ALGORITHMS 1.4), in two steps: candidates by flux, then lights among
+    /// Sites with density importance x flux (paper), in two steps: candidates by flux, then lights among
     /// them by importance, so that few photons ask for theirs. A site's probability is the product of both.
     fn place_by_importance(
         &self,
@@ -336,7 +336,7 @@ impl<'s> Prepared<'s> {
         Stats::count(&run.stats.unclamped, (unclamped * 1e6) as u64);
     }
 
-    /// Density estimate over photons whose last event was specular: `Σ_j k_j f Φ_j` (ALGORITHMS 2.16).
+    /// Density estimate over photons whose last event was specular: `Σ_j k_j f Φ_j`.
     fn caustic_radiance(&self, point: &Gathering, found: &mut Neighbors) -> Rgb {
         let x = &point.at.x;
         let n = if x.ng.dot(point.at.wo) >= 0.0 {

@@ -1,4 +1,4 @@
-//! The path partition: which layer a path belongs to (ALGORITHMS 1.9 with ERRATA E1; docs/path_partition.md).
+//! The path partition: which layer a path belongs to; in words in docs/path_partition.md.
 //!
 //! Classify scattering *events*, not surfaces. Walk the eye path through specular events; `x` is the first vertex where a
 //! smooth lobe scatters, `y` the vertex after it:

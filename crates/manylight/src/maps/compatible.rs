@@ -1,4 +1,4 @@
-//! Which photons may speak for which light (ALGORITHMS 1.8): same material, same side, similar normal, same surface.
+//! Which photons may speak for which light: same material, same side, similar normal, same surface.
 
 use crate::ids::MaterialId;
 use crate::math::Vec3;

@@ -1,4 +1,4 @@
-//! Density estimates over importons (ALGORITHMS 1.3) and photons.
+//! Density estimates over importons and photons.
 //!
 //! The bandwidth is the distance of the K-th particle of any kind; only particles of the same side and surface are
 //! summed. So the search never runs far where all particles near are strangers, and the sum stays unbiased.
@@ -102,7 +102,7 @@ mod tests {
         sum / trials as f64 / count as f64
     }
 
-    /// ALGORITHMS 1.13.7. With `count` points in the square instead of a Poisson process, E[(K-1)/(π d_K²)] is exactly the
+    /// With `count` points in the square instead of a Poisson process, E[(K-1)/(π d_K²)] is exactly the
     /// density (order statistics of a Beta variable). The standard error is 1/sqrt(K-2) per trial, 0.19 % here.
     #[test]
     fn epanechnikov_is_unbiased_and_the_constant_kernel_is_not() {

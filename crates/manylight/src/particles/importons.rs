@@ -26,7 +26,7 @@ const PATHS_PER_TASK: u32 = 1024;
 
 /// Traces `path_count` camera paths through uniform film positions. Each follows specular events to a vertex `x` with a
 /// smooth event (the same walk as shading) and deposits an importon at the surfaces that this event sees: a virtual light
-/// there is seen from `x`. Deeper bounces deposit nothing; their transport is the photons' (ALGORITHMS 1.3).
+/// there is seen from `x`. Deeper bounces deposit nothing; their transport is the photons'.
 pub fn trace_importons(
     scene: &Scene,
     limits: PathLimits,

@@ -10,7 +10,7 @@ use crate::transport::{Step, Walk, roulette};
 use rayon::prelude::*;
 
 /// Flux that arrives at `p` from direction `wi`, already divided by the number of emitted paths:
-/// `E[Σ flux h(p, wi)] = ∫∫ L_i(p, w) |n·w| h(p, w) dw dA` for any `h` (ALGORITHMS 1.2).
+/// `E[Σ flux h(p, wi)] = ∫∫ L_i(p, w) |n·w| h(p, w) dw dA` for any `h`.
 #[derive(Clone, Copy, Debug)]
 pub struct Photon {
     /// Position.
@@ -47,7 +47,7 @@ const PATHS_PER_TASK: u32 = 1024;
 /// Traces `path_count` photon paths and stores a photon wherever a path meets a surface with smooth lobes.
 ///
 /// The list is in path order, the same for any number of threads. Photons that no eye path within `limits` can use are
-/// left out: a virtual light at depth m makes paths of m + 2 segments, a caustic photon of m + 1 (ERRATA G1).
+/// left out: a virtual light at depth m makes paths of m + 2 segments, a caustic photon of m + 1.
 pub fn trace_photons(
     scene: &Scene,
     limits: PathLimits,

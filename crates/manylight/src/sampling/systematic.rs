@@ -46,7 +46,7 @@ pub fn inclusion_probabilities(weights: &[f32], target: usize, floor_share: f32)
 
 /// Indices of the kept items: item `i` with probability `probabilities[i]`, their number within one of the sum.
 /// `u` in [0, 1) is the one random offset. Items near each other in the list rarely both stay, so sort along a
-/// space-filling curve first. Source: systematic sampling, e.g. Madow 1949; prefix sums in `f64` (ERRATA E16).
+/// space-filling curve first. Source: systematic sampling, e.g. Madow 1949; prefix sums in `f64`.
 pub fn systematic(probabilities: &[f32], u: f32) -> Vec<usize> {
     let mut kept = Vec::new();
     let mut sum = 0.0f64;

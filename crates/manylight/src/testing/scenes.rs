@@ -170,7 +170,7 @@ impl Builder {
     }
 }
 
-/// A closed room of albedo `rho` whose walls all emit 1: radiance 1 / (1 - rho) everywhere (ALGORITHMS 1.13, test 1).
+/// A closed room of albedo `rho` whose walls all emit 1: radiance 1 / (1 - rho) everywhere.
 pub fn furnace(rho: f32, size: u32) -> Builder {
     let mut b = Builder::new(
         Vec3::new(0.1, 0.2, -0.7),

@@ -9,8 +9,8 @@ pub fn camera_survival(throughput: Rgb, eta_squared: f32) -> f32 {
     (throughput.max_channel() * eta_squared).clamp(0.0, 0.95)
 }
 
-/// For photons: the ratio of luminances, so that their flux stays nearly constant and photon density follows irradiance
-/// (ALGORITHMS 1.2). Kept below 1, so that walks between perfect mirrors end.
+/// For photons: the ratio of luminances, so that their flux stays nearly constant and photon density follows irradiance; kept
+/// below 1, so that walks between perfect mirrors end.
 #[inline]
 pub fn photon_survival(before: Rgb, after: Rgb) -> f32 {
     let before = before.luminance();

@@ -9,7 +9,7 @@
 //! ```
 //!
 //! Straight-through light is no scattering event: it changes neither the previous vertex (for MIS and the path partition)
-//! nor the class of the last event; only the number of segments sees it (ERRATA G2).
+//! nor the class of the last event; only the number of segments sees it.
 
 use crate::bsdf::{Bsdf, BsdfNumbers, BsdfSample, Lobes};
 use crate::color::Rgb;

@@ -1,4 +1,4 @@
-//! Flux: which photons each light speaks for (ALGORITHMS 1.6, options 0 and B; 1.8; ERRATA G8).
+//! Flux: which photons each light speaks for.
 //!
 //! The partition rule gives every photon to the nearest light of its own surface, so all flux is represented, wherever the
 //! lights stand. Photons that no light may take are thinned into lights of their own.
@@ -401,7 +401,6 @@ mod tests {
         })
     }
 
-    /// ALGORITHMS 1.13.2.
     #[test]
     fn no_flux_is_lost() {
         let mut photons = photons_on_square(20_000, 1);

@@ -30,7 +30,7 @@ const MAX_TILT: f32 = 2.0;
 /// Purposes of random numbers.
 const POINT_NUMBERS: u64 = 1;
 const PROFILE_NUMBERS: u64 = 2;
-/// Neighbors that tell the surface per light; the light itself is among them (ERRATA E12).
+/// Neighbors that tell the surface per light; the light itself is among them.
 const AREA_NEIGHBORS: usize = 9;
 
 /// All virtual lights of one pass with their tables, sorted along a space-filling curve.
@@ -45,7 +45,7 @@ pub struct LightField<'s> {
     ledger: Ledger,
 }
 
-/// Where the flux of a pass went (ERRATA G7). W per channel.
+/// Where the flux of a pass went. W per channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Ledger {
     /// All photons.
@@ -71,7 +71,7 @@ fn rgb(sum: [f64; 3]) -> Rgb {
 }
 
 impl<'s> LightField<'s> {
-    /// Plain VPLs: each site shines as its one photon, with flux `Φ / probability` (ALGORITHMS 1.6, option 0).
+    /// Plain VPLs: each site shines as its one photon, with flux `Φ / probability`.
     pub fn plain(scene: &'s Scene, limits: PathLimits, photons: &[Photon], sites: &[Site]) -> Self {
         LightField::single(scene, limits, photons, &Shares::own(sites))
     }
@@ -214,7 +214,7 @@ impl<'s> LightField<'s> {
         }
     }
 
-    /// Share of the flux of light `id` that has come over at most `depth` segments (ERRATA G1). Only told apart in scenes that
+    /// Share of the flux of light `id` that has come over at most `depth` segments. Only told apart in scenes that
     /// limit paths to no more than 16 segments; elsewhere, and for greater depths, 1.
     #[inline]
     pub fn share_up_to(&self, id: LightId, depth: u32) -> f32 {

@@ -1,4 +1,4 @@
-//! Extent: how far the photons of a light lie apart, as a disc with their second moment (ALGORITHMS 1.6 D), and the points
+//! Extent: how far the photons of a light lie apart, as a disc with their second moment, and the points
 //! that stand for it.
 
 use crate::math::{Frame, Vec2, Vec3};

@@ -1,4 +1,4 @@
-//! Emission: the glossy radiant intensity of a light in an octahedral table (ALGORITHMS 1.7; ERRATA E7, E8).
+//! Emission: the glossy radiant intensity of a light in an octahedral table.
 //!
 //! Some photons are drawn from the light's own in proportion to flux, and their lobes are evaluated, each about its own normal.
 //! Then the table is scaled so that the integral of what is looked up (bilinear, cut at the horizon) is the flux that

@@ -1,4 +1,4 @@
-//! Placement: which photons become lights (ALGORITHMS 1.4; ERRATA E16).
+//! Placement: which photons become lights.
 
 use super::Site;
 use super::curve::Curve;

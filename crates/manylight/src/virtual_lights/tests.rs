@@ -128,7 +128,6 @@ fn a_plain_light_is_the_reflection_of_its_photon() {
     }
 }
 
-/// ALGORITHMS 1.13.4.
 #[test]
 fn with_a_light_at_every_photon_the_partition_is_plain() {
     let scene = floor(rough_plastic(0.3, Rgb::new(0.2, 0.4, 0.1)));
@@ -180,7 +179,7 @@ fn the_diffuse_part_is_exact() {
     }
 }
 
-/// ALGORITHMS 1.13.3: the integral of what is looked up is the flux that should be reflected, from rough to nearly mirror-like.
+/// The integral of what is looked up is the flux that should be reflected, from rough to nearly mirror-like.
 #[test]
 fn tables_hold_exactly_the_reflected_flux() {
     for alpha in [0.1, 0.2, 0.5, 1.0] {
