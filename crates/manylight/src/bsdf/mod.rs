@@ -11,6 +11,7 @@ mod dielectric;
 mod diffuse;
 mod fresnel;
 mod leaf;
+mod lobes;
 pub mod material;
 mod materials;
 mod microfacet;
@@ -18,14 +19,17 @@ mod model;
 mod phong;
 mod plastic;
 mod principled;
+mod receiver;
 mod rough_diffuse;
 #[cfg(test)]
 mod tests;
 mod thin_dielectric;
 mod ward;
 
+pub use lobes::Lobes;
 pub use material::Material;
 pub use materials::Materials;
+pub use receiver::Receiver;
 
 use crate::color::Rgb;
 use crate::math::{Frame, Vec2, Vec3};
@@ -33,53 +37,6 @@ use crate::sampling::{rng::mix, warp};
 use leaf::{Given, Leaf};
 use model::{Model, ModelSample};
 use std::f32::consts::FRAC_1_PI;
-
-/// Classes of lobes, as a set.
-///
-/// `DIFFUSE` and `GLOSSY` together are the "n" events of the path partition (virtual lights stand there and are summed there),
-/// `NEAR_DELTA` are microfacet lobes too narrow for virtual lights, `DELTA` are mirrors and smooth glass.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Lobes(pub u8);
-
-impl Lobes {
-    /// Nothing.
-    pub const NONE: Lobes = Lobes(0);
-    /// Lobes of the form `a(wi) b(wo) / π`: Lambert, and the base of plastics. Under a bump or normal map, or beside a stronger
-    /// lobe with another `b`, they are not of this form and count as `GLOSSY`.
-    pub const DIFFUSE: Lobes = Lobes(1);
-    /// Everything else that is not narrow: microfacets with alpha >= [`NEAR_DELTA_ALPHA`], sheen, Oren-Nayar, Phong, ...
-    pub const GLOSSY: Lobes = Lobes(2);
-    /// Microfacet lobes with alpha < [`NEAR_DELTA_ALPHA`] (or as narrow).
-    pub const NEAR_DELTA: Lobes = Lobes(4);
-    /// Dirac lobes, straight-through transmission excluded (that is [`Bsdf::transmittance`]).
-    pub const DELTA: Lobes = Lobes(8);
-    /// Where virtual lights stand and are summed.
-    pub const SMOOTH: Lobes = Lobes(1 | 2);
-    /// Where camera paths are continued and caustic photons come from.
-    pub const SPECULAR: Lobes = Lobes(4 | 8);
-    /// All that `f` can be asked for: everything but `DELTA`.
-    pub const FINITE: Lobes = Lobes(1 | 2 | 4);
-    /// Everything.
-    pub const ALL: Lobes = Lobes(15);
-
-    /// Set union.
-    #[inline]
-    pub const fn or(self, o: Lobes) -> Lobes {
-        Lobes(self.0 | o.0)
-    }
-
-    /// Set intersection.
-    #[inline]
-    pub const fn and(self, o: Lobes) -> Lobes {
-        Lobes(self.0 & o.0)
-    }
-
-    /// Whether the sets share an element.
-    #[inline]
-    pub const fn has(self, o: Lobes) -> bool {
-        self.0 & o.0 != 0
-    }
-}
 
 /// Roughness below which a microfacet lobe counts as near-delta: narrower than a texel of a 32 x 32 octahedral table
 /// can show. A fixed number: the class of a lobe must not depend on who asks.
@@ -199,22 +156,6 @@ impl<'s> Bsdf<'s> {
             }
         };
         (part(Lobes::SMOOTH), part(Lobes::NEAR_DELTA))
-    }
-
-    /// The function of `wi` that is left when the viewer is fixed; see [`Receiver`].
-    #[inline]
-    pub fn receiver(&self, wo: Vec3, lobes: Lobes) -> Receiver<'_, 's> {
-        let wo = self.frame.to_local(wo);
-        let lambert = match self.leaves {
-            [Some(ref leaf), None, ..] if lobes.has(Lobes::DIFFUSE) => leaf.lambert(wo),
-            _ => None,
-        };
-        Receiver {
-            bsdf: self,
-            wo,
-            lobes,
-            lambert,
-        }
     }
 
     /// `f |wo·ng|`: times incident flux this is radiant intensity towards `wo`.
@@ -556,29 +497,6 @@ impl<'s> Bsdf<'s> {
             }
         }
         chosen
-    }
-}
-
-/// A scattering function seen by one viewer, for sums over many directions of incidence.
-#[derive(Clone, Copy, Debug)]
-pub struct Receiver<'b, 's> {
-    bsdf: &'b Bsdf<'s>,
-    wo: Vec3,
-    lobes: Lobes,
-    /// For a plain Lambertian surface: `f`, to be multiplied by the cosine on the viewer's side.
-    lambert: Option<Rgb>,
-}
-
-impl Receiver<'_, '_> {
-    /// [`Bsdf::f_cos_wi`] for this viewer and set of lobes.
-    #[inline]
-    pub fn f_cos_wi(&self, wi: Vec3) -> Rgb {
-        if let Some(f) = self.lambert {
-            let cos = self.bsdf.frame.n.dot(wi) * 1.0f32.copysign(self.wo.z);
-            return f * cos.max(0.0);
-        }
-        self.bsdf
-            .eval_local(self.bsdf.frame.to_local(wi), self.wo, self.lobes)
     }
 }
 

@@ -17,7 +17,7 @@ pub use environment::Environment;
 use crate::color::Rgb;
 use crate::geometry::{Geometry, Ray, SurfacePoint, SurfaceRef};
 use crate::ids::{EmitterId, PrimitiveId, TextureId};
-use crate::math::{Aabb, Frame, Vec2, Vec3};
+use crate::math::{Frame, Vec2, Vec3};
 use crate::sampling::alias::Alias;
 use crate::sampling::{Sampler, Stream, warp};
 use crate::texture::{ColorInput, Texture};
@@ -129,7 +129,6 @@ pub struct DirectSample {
 #[derive(Debug)]
 pub struct Emitters {
     emitters: Vec<Emitter>,
-    bounds: Aabb,
     powers: Vec<Rgb>,
     /// Chooses an emitter for a photon, by power.
     emission: Option<Alias>,
@@ -184,8 +183,7 @@ impl Emitters {
     /// Prepares the choice. Area emitters are found through `geometry`'s primitives (one emitter may sit on several primitives;
     /// emitters inside instanced groups are refused by `Scene::build`).
     pub fn new(emitters: Vec<Emitter>, geometry: &Geometry, textures: &[Texture]) -> Self {
-        let bounds = geometry.bounds();
-        let distant = Distant::new(&emitters, BoundingSphere::new(bounds));
+        let distant = Distant::new(&emitters, BoundingSphere::new(geometry.bounds()));
         let pieces = PieceList::collect(&emitters, geometry, textures);
         let mut powers = pieces.powers(emitters.len());
         let local = total_strength(&powers);
@@ -201,7 +199,6 @@ impl Emitters {
         };
         let strengths: Vec<f32> = powers.iter().map(|p| p.strength()).collect();
         Emitters {
-            bounds,
             powers,
             emission: Alias::new(&strengths),
             parts_of: pieces.by_emitter(emitters.len()),
@@ -473,11 +470,6 @@ impl Emitters {
     /// for textured surfaces: from a grid of points).
     pub fn power(&self, id: EmitterId) -> Rgb {
         self.powers[id.index()]
-    }
-
-    /// Box around everything that distant emitters shine on; empty for an empty scene.
-    pub fn scene_bounds(&self) -> Aabb {
-        self.bounds
     }
 
     fn part_at(&self, at: SurfaceRef) -> Option<usize> {

@@ -8,6 +8,7 @@ use super::*;
 use crate::geometry::{Mesh, Primitive, Segment, Shape};
 use crate::ids::{MaterialId, ShapeId, TextureId};
 use crate::image::Image;
+use crate::math::Aabb;
 use crate::math::{Affine3A, Cone, Mat3, octahedral};
 use crate::texture::{Bitmap, Filtering, Wrap};
 

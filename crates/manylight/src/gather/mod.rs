@@ -41,8 +41,8 @@ const SIXTEEN_POINTS_WITHIN: f32 = 1.5;
 const FOUR_POINTS_WITHIN: f32 = 4.0;
 const REACH_SPREAD: f32 = 0.25;
 
-/// Area of each point of a disc as a share of its light's.
-const NEAR_CLAMP: f32 = 1.0 / 16.0;
+/// Area and intensity of each point of a disc as a share of its light's.
+const POINT_SHARE: f32 = 1.0 / POINTS as f32;
 
 /// A disc is at least this share of the surface per light.
 const SMALLEST_DISC: f32 = 0.25;
@@ -177,7 +177,7 @@ impl Gather {
                 POINTS => light
                     .points
                     .into_iter()
-                    .for_each(|p| connect(p, r2 * NEAR_CLAMP, 1.0 / 16.0)),
+                    .for_each(|p| connect(p, r2 * POINT_SHARE, POINT_SHARE)),
                 4 => {
                     (0..4).for_each(|i| connect(light.points[4 * i + at.choose(4)], r2 / 4.0, 0.25))
                 }
