@@ -1,6 +1,8 @@
 //! The surfaces of one space that are alike to visibility: a hierarchy over all baked triangles, and one over
 //! what is not triangles.
 
+#[cfg(any(test, feature = "testing"))]
+use super::bvh::Instructions;
 use super::bvh::{ObjectBvh, TriangleBvh};
 use super::placement::Placement;
 use super::{Hit, Ray, Segment, SurfaceRef};
@@ -44,6 +46,12 @@ impl Layer {
 
     pub(super) fn bytes(&self) -> usize {
         self.triangles.bytes()
+    }
+
+    #[cfg(any(test, feature = "testing"))]
+    pub(super) fn use_instructions(&mut self, instructions: Instructions) {
+        self.triangles.use_instructions(instructions);
+        self.objects.use_instructions(instructions);
     }
 
     #[inline]

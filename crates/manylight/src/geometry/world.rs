@@ -1,5 +1,7 @@
 //! All surfaces of a scene: nearest hit, visibility, and points by area.
 
+#[cfg(any(test, feature = "testing"))]
+use super::bvh::Instructions;
 use super::layer::{Layer, LayerBuilder, Member};
 use super::placement::{PlacedInstance, Placement};
 use super::{Ray, Segment, Shape, SurfacePoint, SurfaceRef};
@@ -7,6 +9,9 @@ use crate::ids::{EmitterId, MaterialId, PrimitiveId, ShapeId};
 use crate::math::{Aabb, Affine3A, Vec2, Vec3};
 use rayon::prelude::*;
 use std::ops::Range;
+
+/// Most origins and most targets of [`Geometry::occluded_block`].
+pub const BLOCK: usize = 64;
 
 /// One placed surface: what a ray can hit.
 #[derive(Clone, Debug)]
@@ -192,6 +197,18 @@ impl Geometry {
         self.layers().map(Layer::bytes).sum()
     }
 
+    /// Restricts the kernels to these instructions.
+    ///
+    /// # Panics
+    /// If the machine lacks them.
+    #[cfg(any(test, feature = "testing"))]
+    pub fn use_instructions(&mut self, instructions: Instructions) {
+        let levels = std::iter::once(&mut self.world).chain(&mut self.groups);
+        for layer in levels.flat_map(|level| [&mut level.opaque, &mut level.transparent]) {
+            layer.use_instructions(instructions);
+        }
+    }
+
     fn layers(&self) -> impl Iterator<Item = &Layer> {
         std::iter::once(&self.world)
             .chain(&self.groups)
@@ -226,6 +243,34 @@ impl Geometry {
                 if blocked >> i & 1 == 0 && self.any_object(layer, &Segment { from, to }) {
                     blocked |= 1 << i;
                 }
+            }
+        }
+        blocked
+    }
+
+    /// Visibility between up to 64 origins and up to 64 targets: bit `j` of element `i` is set when bit `j` of `wanted[i]` is and an
+    /// opaque surface lies between `origins[i]` and `targets[j]`. As many `wanted` as origins. Fast where both ends are compact and
+    /// neighbors stand side by side. Equal to single [`Geometry::occluded`] calls but for segments that graze an edge.
+    pub fn occluded_block(
+        &self,
+        origins: &[Vec3],
+        targets: &[Vec3],
+        wanted: &[u64],
+    ) -> [u64; BLOCK] {
+        let mut blocked = [0; BLOCK];
+        for (i, (&from, &wanted)) in origins.iter().zip(wanted).enumerate() {
+            let (mut packet, mut lanes, mut count) = ([Vec3::ZERO; BLOCK], [0; BLOCK], 0);
+            for (j, &to) in targets
+                .iter()
+                .enumerate()
+                .filter(|t| wanted >> t.0 & 1 == 1)
+            {
+                (packet[count], lanes[count]) = (to, j);
+                count += 1;
+            }
+            let found = self.occluded_packet(from, &packet[..count]);
+            for (k, &lane) in lanes[..count].iter().enumerate() {
+                blocked[i] |= (found >> k & 1) << lane;
             }
         }
         blocked

@@ -4,7 +4,7 @@
     reason = "vendor intrinsics; every kernel is tested against the portable path"
 )]
 
-use super::simd::{Kernel, LANES, Simd};
+use super::simd::{Kernel, LANES, Lanes, Simd, WIDE};
 use super::stack::Stack;
 use std::arch::x86_64::*;
 
@@ -63,7 +63,23 @@ macro_rules! intrinsics {
     )*};
 }
 
-impl Simd for Avx2 {
+/// Bit `i` in the place of lane `i`.
+static BITS: [i32; LANES] = [1, 2, 4, 8, 16, 32, 64, 128];
+
+impl Avx2 {
+    /// All ones where the bit of the lane is set.
+    #[inline(always)]
+    fn expand(self, lanes: u32) -> __m256 {
+        // SAFETY: `self` proves AVX2; `BITS` is eight readable words.
+        unsafe {
+            let bits = _mm256_loadu_si256(BITS.as_ptr().cast());
+            let lanes = _mm256_and_si256(_mm256_set1_epi32(lanes as i32), bits);
+            _mm256_castsi256_ps(_mm256_cmpeq_epi32(lanes, bits))
+        }
+    }
+}
+
+impl Lanes<LANES> for Avx2 {
     type F = __m256;
     type M = __m256;
 
@@ -94,6 +110,7 @@ impl Simd for Avx2 {
         div(a: F, b: F) -> F = _mm256_div_ps(a, b);
         min(a: F, b: F) -> F = _mm256_min_ps(a, b);
         max(a: F, b: F) -> F = _mm256_max_ps(a, b);
+        abs(a: F) -> F = _mm256_andnot_ps(_mm256_set1_ps(-0.0), a);
         mul_add(a: F, b: F, c: F) -> F = _mm256_fmadd_ps(a, b, c);
         mul_sub(a: F, b: F, c: F) -> F = _mm256_fmsub_ps(a, b, c);
         mul_sign(a: F, b: F) -> F = _mm256_xor_ps(a, _mm256_and_ps(b, _mm256_set1_ps(-0.0)));
@@ -107,6 +124,102 @@ impl Simd for Avx2 {
     fn bits(self, m: __m256) -> u32 {
         // SAFETY: `self` proves AVX.
         unsafe { _mm256_movemask_ps(m) as u32 }
+    }
+
+    #[inline(always)]
+    fn max_where(self, lanes: u32, a: __m256, b: __m256) -> __m256 {
+        // SAFETY: `self` proves AVX.
+        unsafe { _mm256_blendv_ps(a, _mm256_max_ps(b, a), self.expand(lanes)) }
+    }
+
+    #[inline(always)]
+    fn min_where(self, lanes: u32, a: __m256, b: __m256) -> __m256 {
+        // SAFETY: `self` proves AVX.
+        unsafe { _mm256_blendv_ps(a, _mm256_min_ps(b, a), self.expand(lanes)) }
+    }
+}
+
+macro_rules! in_halves {
+    ($($name:ident($($arg:ident: $ty:ident),*) -> $out:ident;)*) => {$(
+        #[inline(always)]
+        fn $name(self, $($arg: Self::$ty),*) -> Self::$out {
+            [
+                <Self as Lanes<LANES>>::$name(self, $($arg[0]),*),
+                <Self as Lanes<LANES>>::$name(self, $($arg[1]),*),
+            ]
+        }
+    )*};
+}
+
+impl Lanes<WIDE> for Avx2 {
+    type F = [__m256; 2];
+    type M = [__m256; 2];
+
+    #[inline(always)]
+    fn splat(self, x: f32) -> [__m256; 2] {
+        [<Self as Lanes<LANES>>::splat(self, x); 2]
+    }
+
+    #[inline(always)]
+    fn load(self, x: &[f32; WIDE]) -> [__m256; 2] {
+        let (halves, _) = x.as_chunks::<LANES>();
+        [self.load(&halves[0]), self.load(&halves[1])]
+    }
+
+    #[inline(always)]
+    fn store(self, x: [__m256; 2]) -> [f32; WIDE] {
+        let mut out = [0.0; WIDE];
+        let (halves, _) = out.as_chunks_mut::<LANES>();
+        halves[0] = self.store(x[0]);
+        halves[1] = self.store(x[1]);
+        out
+    }
+
+    in_halves! {
+        add(a: F, b: F) -> F;
+        sub(a: F, b: F) -> F;
+        mul(a: F, b: F) -> F;
+        div(a: F, b: F) -> F;
+        min(a: F, b: F) -> F;
+        max(a: F, b: F) -> F;
+        abs(a: F) -> F;
+        mul_add(a: F, b: F, c: F) -> F;
+        mul_sub(a: F, b: F, c: F) -> F;
+        mul_sign(a: F, b: F) -> F;
+        le(a: F, b: F) -> M;
+        lt(a: F, b: F) -> M;
+        and(a: M, b: M) -> M;
+        or(a: M, b: M) -> M;
+    }
+
+    #[inline(always)]
+    fn bits(self, m: [__m256; 2]) -> u32 {
+        <Self as Lanes<LANES>>::bits(self, m[0]) | <Self as Lanes<LANES>>::bits(self, m[1]) << 8
+    }
+
+    #[inline(always)]
+    fn max_where(self, lanes: u32, a: [__m256; 2], b: [__m256; 2]) -> [__m256; 2] {
+        [
+            <Self as Lanes<LANES>>::max_where(self, lanes, a[0], b[0]),
+            <Self as Lanes<LANES>>::max_where(self, lanes >> 8, a[1], b[1]),
+        ]
+    }
+
+    #[inline(always)]
+    fn min_where(self, lanes: u32, a: [__m256; 2], b: [__m256; 2]) -> [__m256; 2] {
+        [
+            <Self as Lanes<LANES>>::min_where(self, lanes, a[0], b[0]),
+            <Self as Lanes<LANES>>::min_where(self, lanes >> 8, a[1], b[1]),
+        ]
+    }
+}
+
+impl Simd for Avx2 {
+    type Wide = Self;
+
+    #[inline(always)]
+    fn wide(self) -> Self {
+        self
     }
 
     #[inline(always)]

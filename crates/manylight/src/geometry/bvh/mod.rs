@@ -6,8 +6,11 @@
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
 mod build;
 mod packet;
+mod portable;
 mod simd;
 mod stack;
 #[cfg(test)]
@@ -15,6 +18,7 @@ mod tests;
 mod traverse;
 mod triangles;
 
+pub use simd::Instructions;
 pub(super) use triangles::TriangleHit;
 
 use super::Ray;
@@ -68,6 +72,15 @@ impl TriangleBvh {
     /// Whether no triangle can be hit.
     pub(super) fn is_empty(&self) -> bool {
         self.blocks.is_empty()
+    }
+
+    /// Restricts the kernels to these instructions.
+    ///
+    /// # Panics
+    /// If the machine lacks them.
+    #[cfg(any(test, feature = "testing"))]
+    pub(super) fn use_instructions(&mut self, instructions: Instructions) {
+        self.isa = Isa::new(instructions).expect("the machine lacks these instructions");
     }
 
     /// Box around all triangles.
@@ -187,6 +200,15 @@ impl ObjectBvh {
     /// Whether there is no object.
     pub(super) fn is_empty(&self) -> bool {
         self.tree.nodes.is_empty()
+    }
+
+    /// Restricts the kernels to these instructions.
+    ///
+    /// # Panics
+    /// If the machine lacks them.
+    #[cfg(any(test, feature = "testing"))]
+    pub(super) fn use_instructions(&mut self, instructions: Instructions) {
+        self.isa = Isa::new(instructions).expect("the machine lacks these instructions");
     }
 
     /// Box around all objects.

@@ -1,6 +1,5 @@
 //! Every kernel in every instruction set against a plain loop over the triangles in `f64`.
 
-use super::simd::Isa;
 use super::*;
 use crate::math::Vec2;
 use crate::sampling::rng::Pcg;
@@ -57,11 +56,12 @@ fn terrain(side: usize) -> Vec<[Vec3; 3]> {
 }
 
 fn structures(triangles: &[[Vec3; 3]]) -> Vec<TriangleBvh> {
-    Isa::available()
+    Instructions::available()
         .into_iter()
-        .map(|isa| TriangleBvh {
-            isa,
-            ..TriangleBvh::new(triangles)
+        .map(|instructions| {
+            let mut bvh = TriangleBvh::new(triangles);
+            bvh.use_instructions(instructions);
+            bvh
         })
         .collect()
 }
