@@ -98,7 +98,6 @@ pub(crate) struct Embree {
     pub(crate) bytes: isize,
     /// Time of the build.
     pub(crate) seconds: f64,
-    _library: Library,
 }
 
 impl Embree {
@@ -157,15 +156,17 @@ impl Embree {
             let start = std::time::Instant::now();
             commit(scene);
             let seconds = start.elapsed().as_secs_f64();
-            Some(Embree {
+            let embree = Embree {
                 scene,
                 intersect1: function!(b"rtcIntersect1\0": Trace1),
                 occluded1: function!(b"rtcOccluded1\0": Trace1),
                 occluded16: function!(b"rtcOccluded16\0": Trace16),
                 bytes: ALLOCATED.load(Ordering::Relaxed),
                 seconds,
-                _library: library,
-            })
+            };
+            // Its threads may still run: never unload it.
+            std::mem::forget(library);
+            Some(embree)
         }
     }
 

@@ -7,6 +7,7 @@
     reason = "reporting is all that this program does"
 )]
 
+mod clock;
 mod embree;
 mod workload;
 
@@ -15,7 +16,6 @@ use manylight::geometry::{Geometry, Instructions, Ray, Segment};
 use manylight::math::Vec3;
 use std::hint::black_box;
 use std::path::Path;
-use std::time::Instant;
 use workload::{Block, Workload};
 
 const REPEATS: usize = 9;
@@ -115,9 +115,9 @@ fn compare(geometry: &mut Geometry, set: &str, rays: usize, opponents: usize, wa
     for _ in 0..=REPEATS {
         for (i, way) in ways.iter().enumerate() {
             geometry.use_instructions(way.instructions);
-            let start = Instant::now();
+            let start = clock::thread_seconds();
             found[i] = black_box((way.trace)(geometry));
-            seconds[i].push(start.elapsed().as_secs_f64());
+            seconds[i].push(clock::thread_seconds() - start);
         }
     }
     let medians: Vec<f64> = seconds

@@ -230,7 +230,8 @@ impl Geometry {
 
     /// Whether an opaque surface lies on the segment.
     pub fn occluded(&self, segment: &Segment) -> bool {
-        self.world.opaque.any_triangle(segment) || self.any_object(&self.world.opaque, segment)
+        let layer = &self.world.opaque;
+        layer.any_triangle(segment) || (layer.has_objects() && self.any_object(layer, segment))
     }
 
     /// Visibility from one point to up to 64 others at once: bit `i` is set when an opaque surface lies between `from` and `to[i]`.
@@ -289,6 +290,9 @@ impl Geometry {
     fn nearest(&self, class: Class, ray: &Ray) -> Option<Hit> {
         let layer = self.world.layer(class);
         let mut best = layer.nearest_triangle(ray);
+        if !layer.has_objects() {
+            return best;
+        }
         let mut rest = Ray {
             t_max: best.map_or(ray.t_max, |hit| hit.t),
             ..*ray

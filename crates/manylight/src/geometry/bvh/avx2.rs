@@ -7,6 +7,7 @@
 use super::simd::{Kernel, LANES, Lanes, Simd, WIDE};
 use super::stack::Stack;
 use std::arch::x86_64::*;
+use std::mem::MaybeUninit;
 
 /// Proof that the machine has AVX2, FMA and the bit counting of the same age: [`Avx2::detect`] is the only way to get one.
 #[derive(Clone, Copy, Debug)]
@@ -223,32 +224,46 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
+    fn compact(self, words: &[u32; LANES], bits: u32, out: &mut [MaybeUninit<u32>; LANES]) {
+        // SAFETY: `self` proves AVX2; the row of `COMPACT` is eight readable bytes, the arrays are eight words.
+        unsafe {
+            let kept = COMPACT[bits as usize & 0xff].as_ptr();
+            let kept = _mm256_cvtepu8_epi32(_mm_loadl_epi64(kept.cast()));
+            let words = _mm256_loadu_si256(words.as_ptr().cast());
+            let words = _mm256_permutevar8x32_epi32(words, kept);
+            _mm256_storeu_si256(out.as_mut_ptr().cast(), words);
+        }
+    }
+
+    #[inline(always)]
     fn push_ordered(
         self,
         stack: &mut Stack,
         children: &[u32; LANES],
         order: u32,
         near: __m256,
-        hit: __m256,
+        far: __m256,
     ) {
         // SAFETY: `self` proves AVX2; `children` is eight readable words, the row of `COMPACT` eight readable bytes, and
         // `spare` gives room for eight entries.
         unsafe {
             let places = _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21);
             let order = _mm256_srlv_epi32(_mm256_set1_epi32(order as i32), places);
-            let mask = _mm256_movemask_ps(_mm256_permutevar8x32_ps(hit, order)) as usize;
+            let words = _mm256_loadu_si256(children.as_ptr().cast());
+            let words = _mm256_permutevar8x32_epi32(words, order);
+            let near = _mm256_permutevar8x32_ps(near, order);
+            let far = _mm256_permutevar8x32_ps(far, order);
+            let mask = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(near, far)) as usize;
             // Out of the places in order, keep those that were hit.
             let kept = _mm256_cvtepu8_epi32(_mm_loadl_epi64(COMPACT[mask].as_ptr().cast()));
-            let picked = _mm256_permutevar8x32_epi32(order, kept);
-            let words = _mm256_loadu_si256(children.as_ptr().cast());
             let (child_out, near_out) = stack.spare();
             _mm256_storeu_si256(
                 child_out.as_mut_ptr().cast(),
-                _mm256_permutevar8x32_epi32(words, picked),
+                _mm256_permutevar8x32_epi32(words, kept),
             );
             _mm256_storeu_ps(
                 near_out.as_mut_ptr().cast(),
-                _mm256_permutevar8x32_ps(near, picked),
+                _mm256_permutevar8x32_ps(near, kept),
             );
             stack.grow(mask.count_ones() as usize);
         }

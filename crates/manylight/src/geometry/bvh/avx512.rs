@@ -7,6 +7,7 @@
 use super::simd::{Kernel, LANES, Lanes, Simd, WIDE};
 use super::stack::Stack;
 use std::arch::x86_64::*;
+use std::mem::MaybeUninit;
 
 /// Proof that the machine has AVX-512 (F, VL, DQ, BW) and what is older: [`Avx512::detect`] is the only way to get one.
 #[derive(Clone, Copy, Debug)]
@@ -154,30 +155,41 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
+    fn compact(self, words: &[u32; LANES], bits: u32, out: &mut [MaybeUninit<u32>; LANES]) {
+        // SAFETY: `self` proves AVX-512; the arrays are eight words.
+        unsafe {
+            let words = _mm256_loadu_si256(words.as_ptr().cast());
+            let words = _mm256_maskz_compress_epi32(bits as __mmask8, words);
+            _mm256_storeu_si256(out.as_mut_ptr().cast(), words);
+        }
+    }
+
+    #[inline(always)]
     fn push_ordered(
         self,
         stack: &mut Stack,
         children: &[u32; LANES],
         order: u32,
         near: __m256,
-        hit: __mmask8,
+        far: __m256,
     ) {
         // SAFETY: `self` proves AVX-512; `children` is eight readable words, and `spare` gives room for eight entries.
         unsafe {
             let places = _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21);
             let order = _mm256_srlv_epi32(_mm256_set1_epi32(order as i32), places);
-            let lanes = _mm256_movm_epi32(hit);
-            let mask = _mm256_movepi32_mask(_mm256_permutevar8x32_epi32(lanes, order));
-            let picked = _mm256_maskz_compress_epi32(mask, order);
             let words = _mm256_loadu_si256(children.as_ptr().cast());
+            let words = _mm256_permutevar8x32_epi32(words, order);
+            let near = _mm256_permutevar8x32_ps(near, order);
+            let far = _mm256_permutevar8x32_ps(far, order);
+            let mask = _mm256_cmp_ps_mask::<_CMP_LE_OQ>(near, far);
             let (child_out, near_out) = stack.spare();
             _mm256_storeu_si256(
                 child_out.as_mut_ptr().cast(),
-                _mm256_permutevar8x32_epi32(words, picked),
+                _mm256_maskz_compress_epi32(mask, words),
             );
             _mm256_storeu_ps(
                 near_out.as_mut_ptr().cast(),
-                _mm256_permutevar8x32_ps(near, picked),
+                _mm256_maskz_compress_ps(mask, near),
             );
             stack.grow(mask.count_ones() as usize);
         }

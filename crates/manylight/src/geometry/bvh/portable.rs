@@ -2,6 +2,7 @@
 
 use super::simd::{LANES, Lanes, Simd};
 use super::stack::Stack;
+use std::mem::MaybeUninit;
 
 /// Needs nothing of the machine.
 #[derive(Clone, Copy, Debug)]
@@ -127,17 +128,28 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
+    fn compact(self, words: &[u32; LANES], mut bits: u32, out: &mut [MaybeUninit<u32>; LANES]) {
+        for place in out {
+            if bits == 0 {
+                break;
+            }
+            place.write(words[bits.trailing_zeros() as usize % LANES]);
+            bits &= bits - 1;
+        }
+    }
+
+    #[inline(always)]
     fn push_ordered(
         self,
         stack: &mut Stack,
         children: &[u32; LANES],
         order: u32,
         near: [f32; LANES],
-        hit: [bool; LANES],
+        far: [f32; LANES],
     ) {
         for place in 0..LANES {
             let i = (order >> (3 * place) & 7) as usize;
-            if hit[i] {
+            if near[i] <= far[i] {
                 stack.push(children[i], near[i]);
             }
         }

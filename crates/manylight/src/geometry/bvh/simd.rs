@@ -7,6 +7,7 @@
 
 use super::portable::Portable;
 use super::stack::Stack;
+use std::mem::MaybeUninit;
 
 /// Lanes of the narrow vectors: children of a node, triangles of a block.
 pub(super) const LANES: usize = 8;
@@ -56,14 +57,16 @@ pub(super) trait Simd: Lanes<8> {
 
     /// Operations on wide vectors.
     fn wide(self) -> Self::Wide;
-    /// Pushes the children in `hit` with their distances, in the order of `order` (three bits per place).
+    /// Writes the words whose bits are set to the front of `out`, and anything behind them.
+    fn compact(self, words: &[u32; LANES], bits: u32, out: &mut [MaybeUninit<u32>; LANES]);
+    /// Pushes the children with near <= far and their near distances, in the order of `order` (three bits per place).
     fn push_ordered(
         self,
         stack: &mut Stack,
         children: &[u32; LANES],
         order: u32,
         near: Self::F,
-        hit: Self::M,
+        far: Self::F,
     );
 }
 

@@ -2,7 +2,7 @@
 
 use super::build::{LEAF, Node};
 use super::simd::{LANES, Simd};
-use super::stack::Stack;
+use super::stack::{Stack, WordStack};
 use crate::geometry::Ray;
 use crate::math::Vec3;
 
@@ -62,28 +62,28 @@ impl<S: Simd> BoxRay<S> {
         }
     }
 
-    /// Where the ray enters the children, and which of them it does enter before `t_max`.
+    /// Where the ray enters the children, and where it leaves them or `t_max` ends it; it meets those with near <= far.
     #[inline(always)]
-    fn enter(&self, s: S, node: &Node, t_max: f32) -> (S::F, S::M) {
-        let (mut near, mut far) = (s.splat(0.0), s.splat(t_max));
-        for axis in 0..3 {
-            let near_plane = self.near_plane[axis];
-            // The far plane of an axis is its other plane: the six are lower x, y, z, upper x, y, z.
-            let far_plane = 2 * axis + 3 - near_plane;
-            let n = s.mul_sub(
-                s.load(&node.bounds[near_plane]),
-                self.near_scale[axis],
-                self.near_shift[axis],
-            );
-            let f = s.mul_sub(
-                s.load(&node.bounds[far_plane]),
-                self.far_scale[axis],
-                self.far_shift[axis],
-            );
-            near = s.max(near, n);
-            far = s.min(far, f);
-        }
-        (near, s.le(near, far))
+    fn cut(&self, s: S, node: &Node, t_max: f32) -> (S::F, S::F) {
+        let near = |axis: usize| {
+            let plane = s.load(&node.bounds[self.near_plane[axis]]);
+            s.mul_sub(plane, self.near_scale[axis], self.near_shift[axis])
+        };
+        let far = |axis: usize| {
+            // The other plane of the axis: the six are lower x, y, z, upper x, y, z.
+            let plane = s.load(&node.bounds[2 * axis + 3 - self.near_plane[axis]]);
+            s.mul_sub(plane, self.far_scale[axis], self.far_shift[axis])
+        };
+        let enter = s.max(s.max(near(0), near(1)), s.max(near(2), s.splat(0.0)));
+        let leave = s.min(s.min(far(0), far(1)), s.min(far(2), s.splat(t_max)));
+        (enter, leave)
+    }
+
+    /// The children that the ray meets before `t` = 1, as bits.
+    #[inline(always)]
+    fn meets(&self, s: S, node: &Node) -> u32 {
+        let (near, far) = self.cut(s, node, 1.0);
+        s.bits(s.le(near, far))
     }
 }
 
@@ -102,19 +102,9 @@ pub(super) fn nearest<S: Simd>(
     loop {
         if word & LEAF == 0 {
             let node = &nodes[word as usize];
-            let (near, hit) = slabs.enter(s, node, t_max);
-            let bits = s.bits(hit);
-            if bits.is_power_of_two() {
-                word = node.children[bits.trailing_zeros() as usize % LANES];
-                continue;
-            }
-            s.push_ordered(
-                &mut stack,
-                &node.children,
-                node.order[slabs.octant],
-                near,
-                hit,
-            );
+            let (near, far) = slabs.cut(s, node, t_max);
+            let order = node.order[slabs.octant];
+            s.push_ordered(&mut stack, &node.children, order, near, far);
         } else {
             t_max = leaves.visit(s, (word & !LEAF) as usize, t_max);
         }
@@ -141,28 +131,21 @@ pub(super) fn any<S: Simd>(
     leaves: &impl AnyLeaves<S>,
 ) -> bool {
     let slabs = BoxRay::new(s, o, d);
-    let mut stack = Stack::new();
+    let mut stack = WordStack::new();
     let mut word = root;
     loop {
         if word & LEAF == 0 {
             let node = &nodes[word as usize];
-            let (near, hit) = slabs.enter(s, node, 1.0);
-            let bits = s.bits(hit);
-            if bits.is_power_of_two() {
+            let bits = slabs.meets(s, node);
+            if bits != 0 {
                 word = node.children[bits.trailing_zeros() as usize % LANES];
+                stack.push(s, &node.children, bits & (bits - 1));
                 continue;
             }
-            s.push_ordered(
-                &mut stack,
-                &node.children,
-                node.order[slabs.octant],
-                near,
-                hit,
-            );
         } else if leaves.visit(s, (word & !LEAF) as usize) {
             return true;
         }
-        let Some((next, _)) = stack.pop() else {
+        let Some(next) = stack.pop() else {
             return false;
         };
         word = next;

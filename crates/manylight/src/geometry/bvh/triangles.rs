@@ -50,46 +50,50 @@ pub(crate) struct TriangleHit {
     pub(crate) coordinates: Vec2,
 }
 
-/// The nearest-hit test for one ray.
-pub(super) struct NearestTriangle<'a, S: Simd> {
-    blocks: &'a [Block],
-    /// Axes, the last of them the largest of the direction.
+/// Eight triangles at a time as one ray sees them: sheared so that it runs along z.
+struct Sheared<S: Simd> {
+    /// The last of them the largest of the direction.
     axes: [usize; 3],
     o: [S::F; 3],
     shear: [S::F; 2],
     scale: S::F,
-    pub(super) best: Option<TriangleHit>,
 }
 
-impl<'a, S: Simd> NearestTriangle<'a, S> {
+/// What a ray makes of eight triangles.
+struct Crossing<S: Simd> {
+    /// Edge functions of the ray, opposite to each corner; barycentric coordinates times `det`.
+    edges: [S::F; 3],
+    /// Their sum.
+    det: S::F,
+    /// Distance times `det`, with the sign of `det` taken off: positive in front of the origin.
+    height: S::F,
+    /// Where the line passes inside, in front of the origin and before `t_max`.
+    hit: S::M,
+}
+
+impl<S: Simd> Sheared<S> {
     #[inline(always)]
-    pub(super) fn new(s: S, blocks: &'a [Block], ray: &Ray) -> Self {
-        let d = ray.d.abs();
-        let z = if d.x >= d.y && d.x >= d.z {
-            0
-        } else if d.y >= d.z {
-            1
-        } else {
-            2
-        };
-        let axes = [(z + 1) % 3, (z + 2) % 3, z];
-        let scale = 1.0 / ray.d[z];
-        NearestTriangle {
-            blocks,
+    fn new(s: S, o: Vec3, d: Vec3) -> Self {
+        let size = d.abs();
+        // Without branches: which axis it is cannot be predicted.
+        let y = usize::from(size.y > size.x);
+        let z = if size.z > size[y] { 2 } else { y };
+        let axes = [NEXT[z], NEXT[NEXT[z]], z];
+        let scale = 1.0 / d[z];
+        Sheared {
             axes,
-            o: axes.map(|a| s.splat(ray.o[a])),
-            shear: [
-                s.splat(-ray.d[axes[0]] * scale),
-                s.splat(-ray.d[axes[1]] * scale),
+            o: [
+                s.splat(o[axes[0]]),
+                s.splat(o[axes[1]]),
+                s.splat(o[axes[2]]),
             ],
+            shear: [s.splat(-d[axes[0]] * scale), s.splat(-d[axes[1]] * scale)],
             scale: s.splat(scale),
-            best: None,
         }
     }
 
-    /// A corner relative to the ray, which runs along z.
     #[inline(always)]
-    fn sheared(&self, s: S, corner: &[[f32; LANES]; 3]) -> [S::F; 3] {
+    fn corner(&self, s: S, corner: &[[f32; LANES]; 3]) -> [S::F; 3] {
         let relative = |i: usize| s.sub(s.load(&corner[self.axes[i]]), self.o[i]);
         let z = relative(2);
         [
@@ -98,15 +102,12 @@ impl<'a, S: Simd> NearestTriangle<'a, S> {
             z,
         ]
     }
-}
 
-impl<S: Simd> NearestLeaves<S> for NearestTriangle<'_, S> {
     #[inline(always)]
-    fn visit(&mut self, s: S, leaf: usize, t_max: f32) -> f32 {
-        let block = &self.blocks[leaf];
-        let a = self.sheared(s, &block.corners[0]);
-        let b = self.sheared(s, &block.corners[1]);
-        let c = self.sheared(s, &block.corners[2]);
+    fn cross(&self, s: S, block: &Block, t_max: f32) -> Crossing<S> {
+        let a = self.corner(s, &block.corners[0]);
+        let b = self.corner(s, &block.corners[1]);
+        let c = self.corner(s, &block.corners[2]);
         // Two rounded products each: their difference has the right sign or is zero.
         let edge = |p: [S::F; 3], q: [S::F; 3]| s.sub(s.mul(p[0], q[1]), s.mul(p[1], q[0]));
         let (u, v, w) = (edge(c, b), edge(a, c), edge(b, a));
@@ -116,15 +117,50 @@ impl<S: Simd> NearestLeaves<S> for NearestTriangle<'_, S> {
             s.le(zero, s.min(s.min(u, v), w)),
             s.le(s.max(s.max(u, v), w), zero),
         );
-        let height = s.mul_add(u, a[2], s.mul_add(v, b[2], s.mul(w, c[2])));
-        // 0 / 0 where the triangle is degenerate or seen from its edge: no comparison holds.
-        let t = s.div(s.mul(height, self.scale), det);
-        let hit = s.and(inside, s.and(s.lt(zero, t), s.lt(t, s.splat(t_max))));
-        let mut bits = s.bits(hit);
+        let z = s.mul_add(u, a[2], s.mul_add(v, b[2], s.mul(w, c[2])));
+        let height = s.mul_sign(s.mul(z, self.scale), det);
+        // All zero where the triangle is degenerate or seen from its edge: not below itself.
+        let farthest = s.mul(s.abs(det), s.splat(t_max));
+        let between = s.and(s.lt(zero, height), s.lt(height, farthest));
+        Crossing {
+            edges: [u, v, w],
+            det,
+            height,
+            hit: s.and(inside, between),
+        }
+    }
+}
+
+const NEXT: [usize; 3] = [1, 2, 0];
+
+/// The nearest-hit test for one ray.
+pub(super) struct NearestTriangle<'a, S: Simd> {
+    blocks: &'a [Block],
+    ray: Sheared<S>,
+    pub(super) best: Option<TriangleHit>,
+}
+
+impl<'a, S: Simd> NearestTriangle<'a, S> {
+    #[inline(always)]
+    pub(super) fn new(s: S, blocks: &'a [Block], ray: &Ray) -> Self {
+        NearestTriangle {
+            blocks,
+            ray: Sheared::new(s, ray.o, ray.d),
+            best: None,
+        }
+    }
+}
+
+impl<S: Simd> NearestLeaves<S> for NearestTriangle<'_, S> {
+    #[inline(always)]
+    fn visit(&mut self, s: S, leaf: usize, t_max: f32) -> f32 {
+        let block = &self.blocks[leaf];
+        let crossing = self.ray.cross(s, block, t_max);
+        let mut bits = s.bits(crossing.hit);
         if bits == 0 {
             return t_max;
         }
-        let t = s.store(t);
+        let t = s.store(s.div(crossing.height, s.abs(crossing.det)));
         let mut lane = bits.trailing_zeros() as usize % LANES;
         bits &= bits - 1;
         while bits != 0 {
@@ -132,7 +168,15 @@ impl<S: Simd> NearestLeaves<S> for NearestTriangle<'_, S> {
             lane = if t[other] < t[lane] { other } else { lane };
             bits &= bits - 1;
         }
-        let (v, w, det) = (s.store(v)[lane], s.store(w)[lane], s.store(det)[lane]);
+        if t[lane] >= t_max {
+            return t_max;
+        }
+        let [_, v, w] = crossing.edges;
+        let (v, w, det) = (
+            s.store(v)[lane],
+            s.store(w)[lane],
+            s.store(crossing.det)[lane],
+        );
         self.best = Some(TriangleHit {
             t: t[lane],
             id: block.ids[lane],
@@ -264,21 +308,15 @@ fn dot<S: Simd>(s: S, a: [S::F; 3], b: [S::F; 3]) -> S::F {
 /// The any-hit test for one segment.
 pub(super) struct AnyTriangle<'a, S: Simd> {
     blocks: &'a [Block],
-    o: [S::F; 3],
-    segment: Directions<S::F>,
+    segment: Sheared<S>,
 }
 
 impl<'a, S: Simd> AnyTriangle<'a, S> {
     #[inline(always)]
     pub(super) fn new(s: S, blocks: &'a [Block], o: Vec3, d: Vec3) -> Self {
-        let segment = Directions {
-            d: splat3(s, d),
-            size: s.splat(d.abs().max_element()),
-        };
         AnyTriangle {
             blocks,
-            o: splat3(s, o),
-            segment,
+            segment: Sheared::new(s, o, d),
         }
     }
 }
@@ -286,7 +324,6 @@ impl<'a, S: Simd> AnyTriangle<'a, S> {
 impl<S: Simd> AnyLeaves<S> for AnyTriangle<'_, S> {
     #[inline(always)]
     fn visit(&self, s: S, leaf: usize) -> bool {
-        let volumes = EdgeVolumes::new(s, &self.blocks[leaf], self.o);
-        s.bits(volumes.hit_by(s, &self.segment)) != 0
+        s.bits(self.segment.cross(s, &self.blocks[leaf], 1.0).hit) != 0
     }
 }
