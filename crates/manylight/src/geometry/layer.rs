@@ -77,6 +77,16 @@ impl Layer {
         self.triangles.any_packet(from, to)
     }
 
+    #[inline]
+    pub(super) fn open_of_triangles(
+        &self,
+        points: &[Vec3],
+        lights: &[Vec3],
+        wanted: &[u64],
+    ) -> [u64; 64] {
+        self.triangles.open_in_tile(points, lights, wanted)
+    }
+
     /// See [`ObjectBvh::nearest`].
     pub(super) fn visit_objects(
         &self,

@@ -258,21 +258,21 @@ impl Geometry {
         targets: &[Vec3],
         wanted: &[u64],
     ) -> [u64; BLOCK] {
-        let mut blocked = [0; BLOCK];
-        for (i, (&from, &wanted)) in origins.iter().zip(wanted).enumerate() {
-            let (mut packet, mut lanes, mut count) = ([Vec3::ZERO; BLOCK], [0; BLOCK], 0);
-            for (j, &to) in targets
-                .iter()
-                .enumerate()
-                .filter(|t| wanted >> t.0 & 1 == 1)
-            {
-                (packet[count], lanes[count]) = (to, j);
-                count += 1;
+        let layer = &self.world.opaque;
+        let mut blocked = layer.open_of_triangles(origins, targets, wanted);
+        for ((blocked, &from), &wanted) in blocked.iter_mut().zip(origins).zip(wanted) {
+            if layer.has_objects() {
+                let mut open = *blocked;
+                while open != 0 {
+                    let i = open.trailing_zeros() as usize;
+                    open &= open - 1;
+                    let to = targets[i];
+                    if self.any_object(layer, &Segment { from, to }) {
+                        *blocked &= !(1 << i);
+                    }
+                }
             }
-            let found = self.occluded_packet(from, &packet[..count]);
-            for (k, &lane) in lanes[..count].iter().enumerate() {
-                blocked[i] |= (found >> k & 1) << lane;
-            }
+            *blocked = wanted & !*blocked;
         }
         blocked
     }

@@ -334,6 +334,74 @@ fn check_alike(bvh: &TriangleBvh, triangles: &[[Vec3; 3]], from: Vec3, to: Vec3,
 }
 
 #[test]
+fn tiles_equal_single_segments() {
+    let terrain = terrain(40);
+    let wall = [
+        Vec3::new(-9.0, -9.0, 0.2),
+        Vec3::new(9.0, -9.0, 0.2),
+        Vec3::new(0.0, 9.0, 0.2),
+    ];
+    for triangles in [
+        soup(600, 0.25, 60),
+        soup(6000, 0.04, 61),
+        terrain,
+        vec![wall],
+    ] {
+        let mut random = Random::new(62);
+        for bvh in structures(&triangles) {
+            for i in 0..60 {
+                // Some compact, some wide, some around each other, and of all sizes.
+                let (a, b) = (random.point(1.3), random.point(1.3));
+                let spread = [0.003, 0.05, 0.3, 2.0];
+                let mut group = |middle: Vec3, spread: f32, count: usize| -> Vec<Vec3> {
+                    (0..count).map(|_| middle + random.point(spread)).collect()
+                };
+                let points = group(a, spread[i % 4], 1 + 37 * i % 64);
+                let mut lights = group(b, spread[i / 4 % 4], 1 + 53 * i % 64);
+                if i % 7 == 0 {
+                    lights[0] = points[0];
+                    lights.iter_mut().for_each(|p| p.z = points[0].z);
+                }
+                let all = u64::MAX >> (64 - lights.len());
+                let sparse = random.0.next_u32();
+                let wanted: Vec<u64> = (0..points.len() as u32)
+                    .map(|k| {
+                        if i % 3 == 0 {
+                            all
+                        } else {
+                            all & u64::from(sparse).rotate_left(7 * k)
+                        }
+                    })
+                    .collect();
+                let open = bvh.open_in_tile(&points, &lights, &wanted);
+                for (k, &from) in points.iter().enumerate() {
+                    assert_eq!(open[k] & !wanted[k], 0);
+                    for (j, &to) in lights.iter().enumerate() {
+                        if wanted[k] >> j & 1 == 1 {
+                            check_alike(&bvh, &triangles, from, to, open[k] >> j & 1 == 0);
+                        }
+                    }
+                }
+                assert!(open[points.len()..].iter().all(|&lights| lights == 0));
+            }
+        }
+    }
+}
+
+#[test]
+fn transposing_turns_rows_into_columns() {
+    let mut random = Random::new(63);
+    let rows: [u64; 64] = std::array::from_fn(|_| u64::from(random.0.next_u32()) * 0x1_0001_0003);
+    let mut columns = rows;
+    tile::transpose(&mut columns);
+    for (i, row) in rows.iter().enumerate() {
+        for (j, column) in columns.iter().enumerate() {
+            assert_eq!(row >> j & 1, column >> i & 1, "{i} {j}");
+        }
+    }
+}
+
+#[test]
 fn degenerate_triangles_are_never_hit() {
     let p = Vec3::new(0.1, 0.2, 0.3);
     let mut triangles = vec![

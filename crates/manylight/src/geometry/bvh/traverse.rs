@@ -22,10 +22,12 @@ pub(super) trait AnyLeaves<S: Simd> {
 /// Source: Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013.
 pub(super) const FAR_MARGIN: f32 = 1.0 + 8.0 * f32::EPSILON;
 
+/// Components smaller than this, relative to the largest, count as this: far below rounding.
+pub(super) const NEGLIGIBLE: f32 = 1e-12;
+
 /// Reciprocal of a direction for slab tests: finite, with zeros replaced by something far below rounding.
 #[inline(always)]
 pub(super) fn slab_reciprocal(d: Vec3) -> Vec3 {
-    const NEGLIGIBLE: f32 = 1e-12;
     let tiny = (d.abs().max_element() * NEGLIGIBLE).max(f32::MIN_POSITIVE);
     let reciprocal = |x: f32| 1.0 / if x.abs() < tiny { tiny.copysign(x) } else { x };
     Vec3::new(reciprocal(d.x), reciprocal(d.y), reciprocal(d.z))

@@ -6,8 +6,9 @@
 //! (a - b) x (a + b), which loses less of far edges than a x b. The value is rounded where the ray passes a corner, so what
 //! rounding can hide counts as inside: no ray slips through between neighbors.
 
-use super::simd::{LANES, Simd};
+use super::simd::{LANES, Lanes, Simd};
 use super::traverse::{AnyLeaves, NearestLeaves};
+use super::vectors::{abs3, add3, cross, dot, load3, sub3};
 use crate::geometry::Ray;
 use crate::math::{Vec2, Vec3};
 
@@ -207,7 +208,7 @@ pub(super) struct Directions<V> {
 
 impl<V: Copy> EdgeVolumes<V> {
     #[inline(always)]
-    pub(super) fn new<S: Simd<F = V>>(s: S, block: &Block, o: [V; 3]) -> Self {
+    pub(super) fn new<L: Lanes<LANES, F = V>>(s: L, block: &Block, o: [V; 3]) -> Self {
         let [a, b, c] = [
             load3(s, &block.corners[0]),
             load3(s, &block.corners[1]),
@@ -239,7 +240,11 @@ impl<V: Copy> EdgeVolumes<V> {
     ///
     /// With edge values of one sign the line passes through; it meets the plane at `height / (normal · d)`, in (0, 1).
     #[inline(always)]
-    pub(super) fn hit_by<S: Simd<F = V>>(&self, s: S, segments: &Directions<V>) -> S::M {
+    pub(super) fn hit_by<const N: usize, L: Lanes<N, F = V>>(
+        &self,
+        s: L,
+        segments: &Directions<V>,
+    ) -> L::M {
         let facing = dot(s, self.normal, segments.d);
         let [u, v, w] = [
             self.edge(s, 0, segments, facing),
@@ -256,54 +261,54 @@ impl<V: Copy> EdgeVolumes<V> {
     }
 
     #[inline(always)]
-    fn edge<S: Simd<F = V>>(&self, s: S, edge: usize, segments: &Directions<V>, facing: V) -> V {
+    fn edge<const N: usize, L: Lanes<N, F = V>>(
+        &self,
+        s: L,
+        edge: usize,
+        segments: &Directions<V>,
+        facing: V,
+    ) -> V {
         let value = s.mul_sign(dot(s, self.edges[edge], segments.d), facing);
         s.mul_add(self.tolerances[edge], segments.size, value)
+    }
+
+    /// The triangles that a segment to somewhere in a box may hit: `middle` and `half` extent of the box of directions, and the
+    /// largest component of any of them.
+    #[inline(always)]
+    pub(super) fn within<L: Lanes<LANES, F = V>>(
+        &self,
+        s: L,
+        middle: [V; 3],
+        half: [V; 3],
+        size: V,
+    ) -> u32 {
+        let zero = s.splat(0.0);
+        let reach = dot(s, abs3(s, self.normal), half);
+        let facing = dot(s, self.normal, middle);
+        let (least, greatest) = (s.sub(facing, reach), s.add(facing, reach));
+        // Forwards is along the normal, through the plane from below.
+        let mut forwards = s.and(s.lt(zero, self.height), s.lt(self.height, greatest));
+        let mut backwards = s.and(s.lt(self.height, zero), s.lt(least, self.height));
+        for edge in 0..3 {
+            let n = self.edges[edge];
+            let slack = s.mul(self.tolerances[edge], size);
+            let reach = s.add(dot(s, abs3(s, n), half), slack);
+            let value = dot(s, n, middle);
+            forwards = s.and(forwards, s.le(zero, s.add(value, reach)));
+            backwards = s.and(backwards, s.le(s.sub(value, reach), zero));
+        }
+        s.bits(s.or(forwards, backwards))
     }
 }
 
 #[inline(always)]
-fn tolerance<S: Simd>(s: S, n: [S::F; 3]) -> S::F {
-    let sum = s.add(
-        s.add(s.mul_sign(n[0], n[0]), s.mul_sign(n[1], n[1])),
-        s.mul_sign(n[2], n[2]),
-    );
-    s.mul(sum, s.splat(2.0 * f32::EPSILON))
+fn tolerance<const N: usize, L: Lanes<N>>(s: L, n: [L::F; 3]) -> L::F {
+    let [x, y, z] = abs3(s, n);
+    s.mul(s.add(s.add(x, y), z), s.splat(ROUNDINGS))
 }
 
-#[inline(always)]
-pub(super) fn splat3<S: Simd>(s: S, v: Vec3) -> [S::F; 3] {
-    [s.splat(v.x), s.splat(v.y), s.splat(v.z)]
-}
-
-#[inline(always)]
-pub(super) fn load3<S: Simd>(s: S, v: &[[f32; LANES]; 3]) -> [S::F; 3] {
-    [s.load(&v[0]), s.load(&v[1]), s.load(&v[2])]
-}
-
-#[inline(always)]
-fn add3<S: Simd>(s: S, a: [S::F; 3], b: [S::F; 3]) -> [S::F; 3] {
-    [s.add(a[0], b[0]), s.add(a[1], b[1]), s.add(a[2], b[2])]
-}
-
-#[inline(always)]
-fn sub3<S: Simd>(s: S, a: [S::F; 3], b: [S::F; 3]) -> [S::F; 3] {
-    [s.sub(a[0], b[0]), s.sub(a[1], b[1]), s.sub(a[2], b[2])]
-}
-
-#[inline(always)]
-fn cross<S: Simd>(s: S, a: [S::F; 3], b: [S::F; 3]) -> [S::F; 3] {
-    [
-        s.mul_sub(a[1], b[2], s.mul(a[2], b[1])),
-        s.mul_sub(a[2], b[0], s.mul(a[0], b[2])),
-        s.mul_sub(a[0], b[1], s.mul(a[1], b[0])),
-    ]
-}
-
-#[inline(always)]
-fn dot<S: Simd>(s: S, a: [S::F; 3], b: [S::F; 3]) -> S::F {
-    s.mul_add(a[0], b[0], s.mul_add(a[1], b[1], s.mul(a[2], b[2])))
-}
+/// What rounding may make of zero in an edge function, relative to its terms.
+pub(super) const ROUNDINGS: f32 = 2.0 * f32::EPSILON;
 
 /// The any-hit test for one segment.
 pub(super) struct AnyTriangle<'a, S: Simd> {
