@@ -28,7 +28,7 @@ pub(super) use triangles::TriangleHit;
 use super::Ray;
 use crate::math::{Aabb, Vec3};
 use build::{Node, Tree};
-use packet::{Packet, RAYS};
+use packet::{EMPTY_STACK, Packet, RAYS};
 use simd::{Isa, Kernel, Simd};
 use tile::{SIDE, Tile};
 use traverse::{AnyLeaves, NearestLeaves};
@@ -192,7 +192,8 @@ impl Kernel for Any<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> bool {
         let leaves = AnyTriangle::new(s, &self.bvh.blocks, self.from, self.d);
-        traverse::any(s, &self.bvh.tree.nodes, 0, self.from, self.d, &leaves)
+        let scale = traverse::slab_reciprocal(self.d);
+        traverse::any(s, &self.bvh.tree.nodes, 0, self.from, scale, &leaves)
     }
 }
 
@@ -209,7 +210,8 @@ impl Kernel for AnyOfPacket<'_> {
     fn run<S: Simd>(self, s: S) -> u64 {
         let rays = u64::MAX >> (RAYS - self.to.len());
         let mut packet = Packet::new(s, self.bvh.parts(), self.from, self.to, rays);
-        packet.trace(s, 0, rays);
+        let mut stack = EMPTY_STACK;
+        packet.trace(s, &mut stack, 0, rays);
         rays & !packet.open
     }
 }
@@ -324,7 +326,8 @@ impl<V: Fn(usize) -> bool> Kernel for AnyObject<'_, V> {
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> bool {
-        traverse::any(s, &self.bvh.tree.nodes, 0, self.from, self.d, &self)
+        let scale = traverse::slab_reciprocal(self.d);
+        traverse::any(s, &self.bvh.tree.nodes, 0, self.from, scale, &self)
     }
 }
 

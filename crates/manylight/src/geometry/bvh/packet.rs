@@ -11,6 +11,7 @@ use super::traverse::{self, FAR_MARGIN};
 use super::triangles::{AnyTriangle, Block, Directions, EdgeVolumes};
 use super::vectors::{load3, splat3, spread3, store3};
 use crate::math::{Aabb, Vec3};
+use glam::BVec3;
 
 /// Rays in a packet.
 pub(super) const RAYS: usize = 64;
@@ -18,9 +19,11 @@ const GROUPS: usize = RAYS / WIDE;
 const ALL: u64 = (1 << WIDE) - 1;
 
 /// With this many rays left, eight boxes per ray are cheaper than sixteen rays per box.
-const FEW: u32 = 2;
+const FEW: u32 = 4;
 
-const CAPACITY: usize = (LANES - 1) * MAX_DEPTH + 1;
+/// Nodes still to visit with their rays. Clearing it costs more than some walks do, so that it serves many.
+pub(super) type PacketStack = [(u32, u64); (LANES - 1) * MAX_DEPTH + 1];
+pub(super) const EMPTY_STACK: PacketStack = [(0, 0); (LANES - 1) * MAX_DEPTH + 1];
 
 /// Segments with a common origin.
 pub(super) struct Packet<'a> {
@@ -34,6 +37,10 @@ pub(super) struct Packet<'a> {
     /// Largest component of `d`.
     size: [[f32; WIDE]; GROUPS],
     largest: f32,
+    /// The axes along which all rays fall.
+    falling: BVec3,
+    /// The axes along which some may fall and others rise.
+    mixed: [bool; 3],
     pyramid: Shaft,
     /// The box of the directions.
     middle: Vec3,
@@ -99,6 +106,8 @@ impl<'a> Packet<'a> {
             reciprocal,
             size,
             largest: farthest.max_element(),
+            falling: bounds.max.cmplt(from),
+            mixed: (bounds.min.cmple(from) & bounds.max.cmpge(from)).into(),
             pyramid: Shaft::new(origin, bounds),
             middle: middle - from,
             half,
@@ -106,10 +115,9 @@ impl<'a> Packet<'a> {
         }
     }
 
-    /// Takes from the open rays those of `rays` that something below the child word `root` blocks.
+    /// Takes from the open rays those of `rays` that something below the node `root` blocks.
     #[inline(always)]
-    pub(super) fn trace<S: Simd>(&mut self, s: S, root: u32, rays: u64) {
-        let mut stack = [(0u32, 0u64); CAPACITY];
+    pub(super) fn trace<S: Simd>(&mut self, s: S, stack: &mut PacketStack, root: u32, rays: u64) {
         let mut top = 1;
         stack[0] = (root, rays);
         while top > 0 {
@@ -118,8 +126,6 @@ impl<'a> Packet<'a> {
             let rays = rays & self.open;
             if rays.count_ones() <= FEW {
                 self.trace_alone(s, word, rays);
-            } else if word & LEAF != 0 {
-                self.test_leaf(s, (word & !LEAF) as usize, rays);
             } else {
                 let node = &self.nodes[word as usize];
                 let (_, _, mut children) = self.pyramid.cut(s, &node.bounds);
@@ -128,7 +134,12 @@ impl<'a> Packet<'a> {
                     children &= children - 1;
                     let rays = self.enter(s, node.child_bounds(lane), rays);
                     if rays != 0 {
-                        stack[top] = (node.children[lane], rays);
+                        let child = node.children[lane];
+                        if child & LEAF != 0 {
+                            self.test_leaf(s, (child & !LEAF) as usize, rays & self.open);
+                            continue;
+                        }
+                        stack[top] = (child, rays);
                         top += 1;
                     }
                 }
@@ -142,8 +153,11 @@ impl<'a> Packet<'a> {
             let ray = rays.trailing_zeros() as usize;
             rays &= rays - 1;
             let d = self.to[ray] - self.from;
+            let [x, y, z] = &self.reciprocal[ray / WIDE];
+            let lane = ray % WIDE;
+            let scale = Vec3::new(x[lane], y[lane], z[lane]);
             let leaves = AnyTriangle::new(s, self.blocks, self.from, d);
-            if traverse::any(s, self.nodes, word, self.from, d, &leaves) {
+            if traverse::any(s, self.nodes, word, self.from, scale, &leaves) {
                 self.open &= !(1 << ray);
             }
         }
@@ -153,8 +167,10 @@ impl<'a> Packet<'a> {
     #[inline(always)]
     fn enter<S: Simd>(&self, s: S, bounds: Aabb, rays: u64) -> u64 {
         let w = s.wide();
-        let lower = splat3(w, bounds.min - self.from);
-        let upper = splat3(w, bounds.max - self.from);
+        // The planes that come first and last, where all rays agree about that.
+        let (lower, upper) = (bounds.min - self.from, bounds.max - self.from);
+        let first = splat3(w, Vec3::select(self.falling, upper, lower));
+        let last = splat3(w, Vec3::select(self.falling, lower, upper));
         let mut entering = 0;
         for group in 0..GROUPS {
             if rays >> (group * WIDE) & ALL == 0 {
@@ -163,12 +179,15 @@ impl<'a> Packet<'a> {
             let (mut near, mut far) = (w.splat(0.0), w.splat(1.0));
             for axis in 0..3 {
                 let reciprocal = w.load(&self.reciprocal[group][axis]);
-                let (t0, t1) = (
-                    w.mul(lower[axis], reciprocal),
-                    w.mul(upper[axis], reciprocal),
+                let (mut t0, mut t1) = (
+                    w.mul(first[axis], reciprocal),
+                    w.mul(last[axis], reciprocal),
                 );
-                near = w.max(near, w.min(t0, t1));
-                far = w.min(far, w.max(t0, t1));
+                if self.mixed[axis] {
+                    (t0, t1) = (w.min(t0, t1), w.max(t0, t1));
+                }
+                near = w.max(near, t0);
+                far = w.min(far, t1);
             }
             let hit = w.le(near, w.mul(far, w.splat(FAR_MARGIN)));
             entering |= u64::from(w.bits(hit)) << (group * WIDE);

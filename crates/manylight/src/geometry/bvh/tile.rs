@@ -3,10 +3,10 @@
 //! Four by four groups of sixteen span sixteen shafts, one per lane of a wide vector. A walk through the tree keeps for each
 //! subtree the shafts that meet it, and settles triangles against whole shafts, rows and single segments in turn ([`Rows`]).
 //! A subtree of many triangles that is smaller than the shafts would be tested by all of them: such subtrees wait, and packets
-//! from the points or from the lights, whichever they are nearer to, deal with the segments that are still open then.
+//! from the points or from the lights, whichever are narrower there, deal with the segments that are still open then.
 
 use super::build::{LEAF, MAX_DEPTH, Node};
-use super::packet::Packet;
+use super::packet::{EMPTY_STACK, Packet};
 use super::rows::{Ends, GROUPS, LeafTriangles, Rows};
 use super::shaft::{Shaft, Shafts};
 use super::simd::{LANES, Lanes, Simd, WIDE};
@@ -22,8 +22,8 @@ const WAITING: usize = 128;
 /// A subtree waits only if it holds so many triangles,
 const MANY: f32 = 16.0;
 
-/// and its cross-section is below this share of a shaft's, times the number of its triangles over [`SHARE_AT`].
-const SHARE_AT: f32 = 64.0;
+/// and its share of the shafts' cross-section is smaller than its number of triangles over this. Both measured.
+const CROWD: f32 = 128.0;
 
 const CAPACITY: usize = (LANES - 1) * MAX_DEPTH + 1;
 
@@ -44,6 +44,8 @@ pub(super) struct Tile<'a> {
     rows: Rows,
     /// Mean half extents of the groups, at the points and at the lights.
     half: [Vec3; 2],
+    /// Extents of all points, and of all lights.
+    spread: [f32; 2],
     /// By whether the packets start at the lights.
     waiting: [Waiting; 2],
 }
@@ -78,6 +80,7 @@ impl<'a> Tile<'a> {
             shaft: Shaft::new(p.all, l.all),
             shafts: Shafts::new(s, &p.bounds, &l.bounds, (p.all, l.all)),
             half: [p.mean_half(), l.mean_half()],
+            spread: [p.all.diagonal(), l.all.diagonal()],
             rows: Rows::new(s, p, l, wanted),
             waiting: [waiting(), waiting()],
         }
@@ -134,7 +137,9 @@ impl<'a> Tile<'a> {
                 if child & LEAF == 0
                     && self.is_dense(node.items_below(lane), node.child_bounds(lane), t)
                 {
-                    let waiting = &mut self.waiting[usize::from(t > 0.5)];
+                    // Packets are as narrow there as the ends that they lead to, times the distance from where they start.
+                    let from_lights = (1.0 - t) * self.spread[0] < t * self.spread[1];
+                    let waiting = &mut self.waiting[usize::from(from_lights)];
                     if waiting.len < WAITING {
                         waiting.subtrees[waiting.len] = (child, shafts);
                         waiting.len += 1;
@@ -156,7 +161,7 @@ impl<'a> Tile<'a> {
         let half = 0.5 * (bounds.max - bounds.min);
         let shaft = self.half[0] + (self.half[1] - self.half[0]) * t;
         let area = |v: Vec3| v.x * v.y + v.y * v.z + v.z * v.x;
-        area(half) * SHARE_AT < area(shaft) * triangles
+        area(half) * CROWD < area(shaft) * triangles
     }
 
     #[inline(always)]
@@ -199,6 +204,7 @@ impl<'a> Tile<'a> {
             (self.lights, self.points)
         };
         let waiting = &self.waiting[role];
+        let mut stack = EMPTY_STACK;
         for (i, (&from, open)) in from.iter().zip(open).enumerate() {
             if *open == 0 {
                 continue;
@@ -208,7 +214,7 @@ impl<'a> Tile<'a> {
             for &(word, shafts) in &waiting.subtrees[..waiting.len] {
                 let rays = groups_of(shafts, i / WIDE, role) & packet.open;
                 if rays != 0 {
-                    packet.trace(s, word, rays);
+                    packet.trace(s, &mut stack, word, rays);
                 }
             }
             *open = packet.open;

@@ -46,8 +46,7 @@ struct BoxRay<S: Simd> {
 
 impl<S: Simd> BoxRay<S> {
     #[inline(always)]
-    fn new(s: S, o: Vec3, d: Vec3) -> Self {
-        let scale = slab_reciprocal(d);
+    fn new(s: S, o: Vec3, scale: Vec3) -> Self {
         let shift = o * scale;
         let margin = shift.abs() * (2.0 * f32::EPSILON);
         let (near_shift, far_shift) = (shift + margin, (shift - margin) * FAR_MARGIN);
@@ -97,7 +96,7 @@ pub(super) fn nearest<S: Simd>(
     ray: &Ray,
     leaves: &mut impl NearestLeaves<S>,
 ) {
-    let slabs = BoxRay::new(s, ray.o, ray.d);
+    let slabs = BoxRay::new(s, ray.o, slab_reciprocal(ray.d));
     let mut stack = Stack::new();
     let mut t_max = ray.t_max;
     let mut word = 0;
@@ -122,17 +121,17 @@ pub(super) fn nearest<S: Simd>(
     }
 }
 
-/// Whether the segment from `o` to `o + d` hits a leaf below the child word `root`.
+/// Whether the segment from `o` on hits a leaf below the child word `root`; `scale` is the [`slab_reciprocal`] of its direction.
 #[inline(always)]
 pub(super) fn any<S: Simd>(
     s: S,
     nodes: &[Node],
     root: u32,
     o: Vec3,
-    d: Vec3,
+    scale: Vec3,
     leaves: &impl AnyLeaves<S>,
 ) -> bool {
-    let slabs = BoxRay::new(s, o, d);
+    let slabs = BoxRay::new(s, o, scale);
     let mut stack = WordStack::new();
     let mut word = root;
     loop {
