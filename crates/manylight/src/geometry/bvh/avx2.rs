@@ -64,22 +64,6 @@ macro_rules! intrinsics {
     )*};
 }
 
-/// Bit `i` in the place of lane `i`.
-static BITS: [i32; LANES] = [1, 2, 4, 8, 16, 32, 64, 128];
-
-impl Avx2 {
-    /// All ones where the bit of the lane is set.
-    #[inline(always)]
-    fn expand(self, lanes: u32) -> __m256 {
-        // SAFETY: `self` proves AVX2; `BITS` is eight readable words.
-        unsafe {
-            let bits = _mm256_loadu_si256(BITS.as_ptr().cast());
-            let lanes = _mm256_and_si256(_mm256_set1_epi32(lanes as i32), bits);
-            _mm256_castsi256_ps(_mm256_cmpeq_epi32(lanes, bits))
-        }
-    }
-}
-
 impl Lanes<LANES> for Avx2 {
     type F = __m256;
     type M = __m256;
@@ -125,18 +109,6 @@ impl Lanes<LANES> for Avx2 {
     fn bits(self, m: __m256) -> u32 {
         // SAFETY: `self` proves AVX.
         unsafe { _mm256_movemask_ps(m) as u32 }
-    }
-
-    #[inline(always)]
-    fn max_where(self, lanes: u32, a: __m256, b: __m256) -> __m256 {
-        // SAFETY: `self` proves AVX.
-        unsafe { _mm256_blendv_ps(a, _mm256_max_ps(b, a), self.expand(lanes)) }
-    }
-
-    #[inline(always)]
-    fn min_where(self, lanes: u32, a: __m256, b: __m256) -> __m256 {
-        // SAFETY: `self` proves AVX.
-        unsafe { _mm256_blendv_ps(a, _mm256_min_ps(b, a), self.expand(lanes)) }
     }
 }
 
@@ -196,22 +168,6 @@ impl Lanes<WIDE> for Avx2 {
     #[inline(always)]
     fn bits(self, m: [__m256; 2]) -> u32 {
         <Self as Lanes<LANES>>::bits(self, m[0]) | <Self as Lanes<LANES>>::bits(self, m[1]) << 8
-    }
-
-    #[inline(always)]
-    fn max_where(self, lanes: u32, a: [__m256; 2], b: [__m256; 2]) -> [__m256; 2] {
-        [
-            <Self as Lanes<LANES>>::max_where(self, lanes, a[0], b[0]),
-            <Self as Lanes<LANES>>::max_where(self, lanes >> 8, a[1], b[1]),
-        ]
-    }
-
-    #[inline(always)]
-    fn min_where(self, lanes: u32, a: [__m256; 2], b: [__m256; 2]) -> [__m256; 2] {
-        [
-            <Self as Lanes<LANES>>::min_where(self, lanes, a[0], b[0]),
-            <Self as Lanes<LANES>>::min_where(self, lanes >> 8, a[1], b[1]),
-        ]
     }
 }
 

@@ -45,7 +45,7 @@ fn run<K: Kernel>(avx512: Avx512, kernel: K) -> K::Output {
 macro_rules! lanes {
     ($n:ident, $float:ident, $mask:ident, {
         $($name:ident($($arg:ident: $ty:ident),*) -> $out:ident = $body:expr;)*
-    }, $splat:ident, $load:ident, $store:ident, $mask_max:ident, $mask_min:ident) => {
+    }, $splat:ident, $load:ident, $store:ident) => {
         impl Lanes<$n> for Avx512 {
             type F = $float;
             type M = $mask;
@@ -92,18 +92,6 @@ macro_rules! lanes {
             fn bits(self, m: Self::M) -> u32 {
                 u32::from(m)
             }
-
-            #[inline(always)]
-            fn max_where(self, lanes: u32, a: Self::F, b: Self::F) -> Self::F {
-                // SAFETY: `self` proves AVX-512.
-                unsafe { $mask_max(a, lanes as $mask, b, a) }
-            }
-
-            #[inline(always)]
-            fn min_where(self, lanes: u32, a: Self::F, b: Self::F) -> Self::F {
-                // SAFETY: `self` proves AVX-512.
-                unsafe { $mask_min(a, lanes as $mask, b, a) }
-            }
         }
     };
 }
@@ -124,7 +112,7 @@ lanes!(
         le(a: F, b: F) -> M = _mm256_cmp_ps_mask::<_CMP_LE_OQ>(a, b);
         lt(a: F, b: F) -> M = _mm256_cmp_ps_mask::<_CMP_LT_OQ>(a, b);
     },
-    _mm256_set1_ps, _mm256_loadu_ps, _mm256_storeu_ps, _mm256_mask_max_ps, _mm256_mask_min_ps
+    _mm256_set1_ps, _mm256_loadu_ps, _mm256_storeu_ps
 );
 
 lanes!(
@@ -143,7 +131,7 @@ lanes!(
         le(a: F, b: F) -> M = _mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b);
         lt(a: F, b: F) -> M = _mm512_cmp_ps_mask::<_CMP_LT_OQ>(a, b);
     },
-    _mm512_set1_ps, _mm512_loadu_ps, _mm512_storeu_ps, _mm512_mask_max_ps, _mm512_mask_min_ps
+    _mm512_set1_ps, _mm512_loadu_ps, _mm512_storeu_ps
 );
 
 impl Simd for Avx512 {

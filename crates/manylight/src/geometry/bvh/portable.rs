@@ -97,26 +97,6 @@ impl<const N: usize> Lanes<N> for Portable {
             .rev()
             .fold(0, |bits, &lane| bits << 1 | u32::from(lane))
     }
-    #[inline(always)]
-    fn max_where(self, lanes: u32, a: Self::F, b: Self::F) -> Self::F {
-        std::array::from_fn(|i| {
-            if lanes >> i & 1 == 1 && a[i] < b[i] {
-                b[i]
-            } else {
-                a[i]
-            }
-        })
-    }
-    #[inline(always)]
-    fn min_where(self, lanes: u32, a: Self::F, b: Self::F) -> Self::F {
-        std::array::from_fn(|i| {
-            if lanes >> i & 1 == 1 && b[i] < a[i] {
-                b[i]
-            } else {
-                a[i]
-            }
-        })
-    }
 }
 
 impl Simd for Portable {

@@ -47,15 +47,11 @@ impl Ends {
             };
             let (mut min, mut max) = (Vec3A::from(some), Vec3A::from(some));
             for lane in 0..WIDE {
-                let p = if used >> lane & 1 == 1 {
-                    members[lane]
-                } else {
-                    some
-                };
+                let member = members.get(lane).filter(|_| used >> lane & 1 == 1);
+                let p = member.copied().unwrap_or(some);
                 (min, max) = (min.min(p.into()), max.max(p.into()));
-                for axis in 0..3 {
-                    ends.p[group][axis][lane] = p[axis];
-                }
+                let [x, y, z] = &mut ends.p[group];
+                (x[lane], y[lane], z[lane]) = (p.x, p.y, p.z);
             }
             ends.bounds[group] = Aabb {
                 min: min.into(),
@@ -380,10 +376,12 @@ fn boxes(ends: &Ends, origin: Vec3, group: impl Fn(usize) -> usize) -> Boxes<WID
     boxes
 }
 
+/// Direction and middle of an edge.
+type Edge<V> = ([V; 3], [V; 3]);
+
 /// One triangle in all lanes.
 struct Triangle<W: Lanes<16>> {
-    /// Direction, and a point.
-    edges: [([W::F; 3], [W::F; 3]); 3],
+    edges: [Edge<W::F>; 3],
     normal: [W::F; 3],
     height: W::F,
 }
@@ -406,7 +404,7 @@ impl<W: Lanes<16>> Triangle<W> {
 
 /// The middle of an edge loses less than its ends, and is the same for both triangles at it.
 #[inline(always)]
-fn edge<W: Lanes<16>>(w: W, a: [W::F; 3], b: [W::F; 3]) -> ([W::F; 3], [W::F; 3]) {
+fn edge<W: Lanes<16>>(w: W, a: [W::F; 3], b: [W::F; 3]) -> Edge<W::F> {
     let half = w.splat(0.5);
     (sub3(w, b, a), scale3(w, add3(w, a, b), half))
 }
@@ -419,13 +417,7 @@ struct EdgePlanes {
 
 impl EdgePlanes {
     #[inline(always)]
-    fn new<W: Lanes<16>>(
-        w: W,
-        (e, m): ([W::F; 3], [W::F; 3]),
-        p: [W::F; 3],
-        upwards: W::F,
-        size: f32,
-    ) -> Self {
+    fn new<W: Lanes<16>>(w: W, (e, m): Edge<W::F>, p: [W::F; 3], upwards: W::F, size: f32) -> Self {
         let n = cross(w, e, sub3(w, p, m));
         let n = [
             w.mul_sign(n[0], upwards),

@@ -61,9 +61,9 @@ impl Shaft {
     #[inline(always)]
     pub(super) fn cut<S: Simd>(&self, s: S, bounds: &[[f32; LANES]; 6]) -> (S::F, S::F, u32) {
         let (mut near, mut far) = (s.splat(0.0), s.splat(1.0));
-        for plane in 0..6 {
+        for (plane, bounds) in bounds.iter().enumerate() {
             let t = s.mul_sub(
-                s.load(&bounds[plane]),
+                s.load(bounds),
                 s.splat(self.scale[plane]),
                 s.splat(self.shift[plane]),
             );
@@ -87,9 +87,10 @@ fn negligible(a: Aabb, b: Aabb) -> f32 {
 /// Sixteen shafts, to test one box against all.
 pub(super) struct Shafts {
     scale: [[f32; WIDE]; 6],
-    shift: [[f32; WIDE]; 6],
-    /// Shafts for which the bound is a lower one.
-    near: [u32; 6],
+    /// Infinite where the bound is an upper one, so that it never counts as a lower one.
+    near_shift: [[f32; WIDE]; 6],
+    /// The other way round.
+    far_shift: [[f32; WIDE]; 6],
 }
 
 impl Shafts {
@@ -100,8 +101,8 @@ impl Shafts {
         let tiny = w.splat(negligible(all.0, all.1));
         let mut shafts = Shafts {
             scale: [[0.0; WIDE]; 6],
-            shift: [[0.0; WIDE]; 6],
-            near: [0; 6],
+            near_shift: [[f32::INFINITY; WIDE]; 6],
+            far_shift: [[f32::NEG_INFINITY; WIDE]; 6],
         };
         for plane in 0..6 {
             let axis = plane % 3;
@@ -123,18 +124,19 @@ impl Shafts {
             let d = w.add(w.sub(w.load(&to), from), zero);
             let scale = w.div(w.splat(1.0), w.mul_sign(w.max(w.abs(d), tiny), d));
             let shift = w.mul(from, scale);
-            let falling = w.bits(w.lt(d, zero));
-            let near = if near_if_rising {
-                !falling & 0xffff
-            } else {
-                falling
-            };
             let margin = w.mul(w.abs(shift), w.splat(SHIFT_MARGIN));
-            let raised = w.add(shift, margin);
+            let raised = w.store(w.add(shift, margin));
+            let lowered = w.store(w.sub(shift, margin));
+            let falling = w.bits(w.lt(d, zero));
             shafts.scale[plane] = w.store(scale);
-            // The larger of both where the bound is a lower one, the smaller elsewhere.
-            shafts.shift[plane] = w.store(w.max_where(near, w.sub(shift, margin), raised));
-            shafts.near[plane] = near;
+            for lane in 0..WIDE {
+                let rising = falling >> lane & 1 == 0;
+                if rising == near_if_rising {
+                    shafts.near_shift[plane][lane] = raised[lane];
+                } else {
+                    shafts.far_shift[plane][lane] = lowered[lane];
+                }
+            }
         }
         shafts
     }
@@ -144,14 +146,13 @@ impl Shafts {
     pub(super) fn meeting<S: Simd>(&self, s: S, bounds: [f32; 6]) -> u32 {
         let w = s.wide();
         let (mut near, mut far) = (w.splat(0.0), w.splat(1.0));
-        for plane in 0..6 {
-            let t = w.mul_sub(
-                w.splat(bounds[plane]),
-                w.load(&self.scale[plane]),
-                w.load(&self.shift[plane]),
+        for (plane, &bound) in bounds.iter().enumerate() {
+            let (bound, scale) = (w.splat(bound), w.load(&self.scale[plane]));
+            near = w.max(
+                near,
+                w.mul_sub(bound, scale, w.load(&self.near_shift[plane])),
             );
-            near = w.max_where(self.near[plane], near, t);
-            far = w.min_where(!self.near[plane], far, t);
+            far = w.min(far, w.mul_sub(bound, scale, w.load(&self.far_shift[plane])));
         }
         w.bits(w.le(near, w.add(far, w.splat(SLACK))))
     }

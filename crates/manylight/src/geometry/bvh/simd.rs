@@ -44,10 +44,6 @@ pub(super) trait Lanes<const N: usize>: Copy {
     fn or(self, a: Self::M, b: Self::M) -> Self::M;
     /// Bit `i` is lane `i`.
     fn bits(self, m: Self::M) -> u32;
-    /// The larger of `a` and `b` where the bit of the lane is set, `a` elsewhere.
-    fn max_where(self, lanes: u32, a: Self::F, b: Self::F) -> Self::F;
-    /// The smaller of `a` and `b` where the bit of the lane is set, `a` elsewhere.
-    fn min_where(self, lanes: u32, a: Self::F, b: Self::F) -> Self::F;
 }
 
 /// The narrow and the wide vectors of one instruction set.

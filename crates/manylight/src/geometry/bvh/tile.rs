@@ -9,7 +9,7 @@ use super::build::{LEAF, MAX_DEPTH, Node};
 use super::packet::{EMPTY_STACK, Packet};
 use super::rows::{Ends, GROUPS, LeafTriangles, Rows};
 use super::shaft::{Shaft, Shafts};
-use super::simd::{LANES, Lanes, Simd, WIDE};
+use super::simd::{LANES, Simd, WIDE};
 use super::triangles::Block;
 use crate::math::{Aabb, Vec3};
 
