@@ -109,12 +109,11 @@ impl Simd for Portable {
 
     #[inline(always)]
     fn compact(self, words: &[u32; LANES], mut bits: u32, out: &mut [MaybeUninit<u32>; LANES]) {
-        for place in out {
-            if bits == 0 {
-                break;
-            }
-            place.write(words[bits.trailing_zeros() as usize % LANES]);
+        let mut count = 0;
+        while bits != 0 {
+            out[count % LANES].write(words[bits.trailing_zeros() as usize % LANES]);
             bits &= bits - 1;
+            count += 1;
         }
     }
 
