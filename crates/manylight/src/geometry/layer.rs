@@ -1,6 +1,8 @@
 //! The surfaces of one space that are alike to visibility: a hierarchy over all baked triangles, and one over
 //! what is not triangles.
 
+#[cfg(any(test, feature = "testing"))]
+use super::bvh::Instructions;
 use super::bvh::{ObjectBvh, TriangleBvh};
 use super::placement::Placement;
 use super::{Hit, Ray, Segment, SurfaceRef};
@@ -46,6 +48,12 @@ impl Layer {
         self.triangles.bytes()
     }
 
+    #[cfg(any(test, feature = "testing"))]
+    pub(super) fn use_instructions(&mut self, instructions: Instructions) {
+        self.triangles.use_instructions(instructions);
+        self.objects.use_instructions(instructions);
+    }
+
     #[inline]
     pub(super) fn nearest_triangle(&self, ray: &Ray) -> Option<Hit> {
         let hit = self.triangles.nearest(ray)?;
@@ -67,6 +75,16 @@ impl Layer {
     #[inline]
     pub(super) fn any_triangle_packet(&self, from: Vec3, to: &[Vec3]) -> u64 {
         self.triangles.any_packet(from, to)
+    }
+
+    #[inline]
+    pub(super) fn open_of_triangles(
+        &self,
+        points: &[Vec3],
+        lights: &[Vec3],
+        wanted: &[u64],
+    ) -> [u64; 64] {
+        self.triangles.open_in_tile(points, lights, wanted)
     }
 
     /// See [`ObjectBvh::nearest`].

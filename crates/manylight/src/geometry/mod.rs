@@ -12,8 +12,9 @@ pub mod surface_point;
 mod tests;
 pub mod world;
 
+pub use bvh::Instructions;
 pub use mesh::Mesh;
 pub use ray::{Ray, Segment};
 pub use shape::Shape;
 pub use surface_point::{SurfacePoint, SurfaceRef};
-pub use world::{AreaSample, Geometry, Hit, Instance, Primitive};
+pub use world::{AreaSample, BLOCK, Geometry, Hit, Instance, Primitive};

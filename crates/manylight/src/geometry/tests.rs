@@ -579,6 +579,30 @@ fn packets_equal_single_segments() {
 }
 
 #[test]
+fn blocks_equal_single_segments() {
+    let geometry = mixed();
+    let mut random = Random(Pcg::new(7));
+    for (origins, targets) in [(0, 0), (1, 64), (64, 1), (33, 17), (64, 64)] {
+        for _ in 0..5 {
+            let from: Vec<Vec3> = (0..origins).map(|_| random.point(3.0)).collect();
+            let to: Vec<Vec3> = (0..targets).map(|_| random.point(3.0)).collect();
+            let wanted: Vec<u64> = (0..origins)
+                .map(|i| (u64::MAX >> i) & (((1u128 << targets) - 1) as u64))
+                .collect();
+            let blocked = geometry.occluded_block(&from, &to, &wanted);
+            for (i, &from) in from.iter().enumerate() {
+                let single = |(j, &to): (usize, &Vec3)| {
+                    u64::from(geometry.occluded(&Segment { from, to })) << j
+                };
+                let all: u64 = to.iter().enumerate().map(single).sum();
+                assert_eq!(blocked[i], all & wanted[i]);
+            }
+            assert!(blocked[origins..].iter().all(|&targets| targets == 0));
+        }
+    }
+}
+
+#[test]
 fn areas_and_densities_agree() {
     let length = Vec3::new(0.7, 1.2, -0.6).length();
     let cases = [

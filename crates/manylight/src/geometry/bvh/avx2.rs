@@ -4,9 +4,10 @@
     reason = "vendor intrinsics; every kernel is tested against the portable path"
 )]
 
-use super::simd::{Kernel, LANES, Simd};
+use super::simd::{Kernel, LANES, Lanes, Simd, WIDE};
 use super::stack::Stack;
 use std::arch::x86_64::*;
+use std::mem::MaybeUninit;
 
 /// Proof that the machine has AVX2, FMA and the bit counting of the same age: [`Avx2::detect`] is the only way to get one.
 #[derive(Clone, Copy, Debug)]
@@ -63,7 +64,7 @@ macro_rules! intrinsics {
     )*};
 }
 
-impl Simd for Avx2 {
+impl Lanes<LANES> for Avx2 {
     type F = __m256;
     type M = __m256;
 
@@ -94,6 +95,7 @@ impl Simd for Avx2 {
         div(a: F, b: F) -> F = _mm256_div_ps(a, b);
         min(a: F, b: F) -> F = _mm256_min_ps(a, b);
         max(a: F, b: F) -> F = _mm256_max_ps(a, b);
+        abs(a: F) -> F = _mm256_andnot_ps(_mm256_set1_ps(-0.0), a);
         mul_add(a: F, b: F, c: F) -> F = _mm256_fmadd_ps(a, b, c);
         mul_sub(a: F, b: F, c: F) -> F = _mm256_fmsub_ps(a, b, c);
         mul_sign(a: F, b: F) -> F = _mm256_xor_ps(a, _mm256_and_ps(b, _mm256_set1_ps(-0.0)));
@@ -108,6 +110,86 @@ impl Simd for Avx2 {
         // SAFETY: `self` proves AVX.
         unsafe { _mm256_movemask_ps(m) as u32 }
     }
+}
+
+macro_rules! in_halves {
+    ($($name:ident($($arg:ident: $ty:ident),*) -> $out:ident;)*) => {$(
+        #[inline(always)]
+        fn $name(self, $($arg: Self::$ty),*) -> Self::$out {
+            [
+                <Self as Lanes<LANES>>::$name(self, $($arg[0]),*),
+                <Self as Lanes<LANES>>::$name(self, $($arg[1]),*),
+            ]
+        }
+    )*};
+}
+
+impl Lanes<WIDE> for Avx2 {
+    type F = [__m256; 2];
+    type M = [__m256; 2];
+
+    #[inline(always)]
+    fn splat(self, x: f32) -> [__m256; 2] {
+        [<Self as Lanes<LANES>>::splat(self, x); 2]
+    }
+
+    #[inline(always)]
+    fn load(self, x: &[f32; WIDE]) -> [__m256; 2] {
+        let (halves, _) = x.as_chunks::<LANES>();
+        [self.load(&halves[0]), self.load(&halves[1])]
+    }
+
+    #[inline(always)]
+    fn store(self, x: [__m256; 2]) -> [f32; WIDE] {
+        let mut out = [0.0; WIDE];
+        let (halves, _) = out.as_chunks_mut::<LANES>();
+        halves[0] = self.store(x[0]);
+        halves[1] = self.store(x[1]);
+        out
+    }
+
+    in_halves! {
+        add(a: F, b: F) -> F;
+        sub(a: F, b: F) -> F;
+        mul(a: F, b: F) -> F;
+        div(a: F, b: F) -> F;
+        min(a: F, b: F) -> F;
+        max(a: F, b: F) -> F;
+        abs(a: F) -> F;
+        mul_add(a: F, b: F, c: F) -> F;
+        mul_sub(a: F, b: F, c: F) -> F;
+        mul_sign(a: F, b: F) -> F;
+        le(a: F, b: F) -> M;
+        lt(a: F, b: F) -> M;
+        and(a: M, b: M) -> M;
+        or(a: M, b: M) -> M;
+    }
+
+    #[inline(always)]
+    fn bits(self, m: [__m256; 2]) -> u32 {
+        <Self as Lanes<LANES>>::bits(self, m[0]) | <Self as Lanes<LANES>>::bits(self, m[1]) << 8
+    }
+}
+
+impl Simd for Avx2 {
+    type Wide = Self;
+
+    #[inline(always)]
+    fn wide(self) -> Self {
+        self
+    }
+
+    #[inline(always)]
+    fn compact(self, words: &[u32; LANES], bits: u32, out: &mut [MaybeUninit<u32>; LANES]) {
+        // SAFETY: `self` proves AVX2; the row of `COMPACT` is eight readable bytes, the arrays are eight words.
+        unsafe {
+            let kept = COMPACT[bits as usize & 0xff].as_ptr();
+            let kept = _mm256_cvtepu8_epi32(_mm_loadl_epi64(kept.cast()));
+            let words = _mm256_loadu_si256(words.as_ptr().cast());
+            let words = _mm256_permutevar8x32_epi32(words, kept);
+            _mm256_storeu_si256(out.as_mut_ptr().cast(), words);
+        }
+    }
 
     #[inline(always)]
     fn push_ordered(
@@ -116,26 +198,28 @@ impl Simd for Avx2 {
         children: &[u32; LANES],
         order: u32,
         near: __m256,
-        hit: __m256,
+        far: __m256,
     ) {
         // SAFETY: `self` proves AVX2; `children` is eight readable words, the row of `COMPACT` eight readable bytes, and
         // `spare` gives room for eight entries.
         unsafe {
             let places = _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21);
             let order = _mm256_srlv_epi32(_mm256_set1_epi32(order as i32), places);
-            let mask = _mm256_movemask_ps(_mm256_permutevar8x32_ps(hit, order)) as usize;
+            let words = _mm256_loadu_si256(children.as_ptr().cast());
+            let words = _mm256_permutevar8x32_epi32(words, order);
+            let near = _mm256_permutevar8x32_ps(near, order);
+            let far = _mm256_permutevar8x32_ps(far, order);
+            let mask = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(near, far)) as usize;
             // Out of the places in order, keep those that were hit.
             let kept = _mm256_cvtepu8_epi32(_mm_loadl_epi64(COMPACT[mask].as_ptr().cast()));
-            let picked = _mm256_permutevar8x32_epi32(order, kept);
-            let words = _mm256_loadu_si256(children.as_ptr().cast());
             let (child_out, near_out) = stack.spare();
             _mm256_storeu_si256(
                 child_out.as_mut_ptr().cast(),
-                _mm256_permutevar8x32_epi32(words, picked),
+                _mm256_permutevar8x32_epi32(words, kept),
             );
             _mm256_storeu_ps(
                 near_out.as_mut_ptr().cast(),
-                _mm256_permutevar8x32_ps(near, picked),
+                _mm256_permutevar8x32_ps(near, kept),
             );
             stack.grow(mask.count_ones() as usize);
         }

@@ -33,7 +33,25 @@ pub(super) struct Node {
     /// See [`LEAF`].
     pub(super) children: [u32; LANES],
     /// For each octant of directions (bit a set: component a is negative) the children from far to near, three bits each.
+    /// The eight bits that are left belong to one child each, see [`Node::items_below`].
     pub(super) order: [u32; LANES],
+}
+
+impl Node {
+    /// Items below a child, rounded up to a power of two.
+    #[inline(always)]
+    pub(super) fn items_below(&self, lane: usize) -> f32 {
+        (1u64 << (self.order[lane] >> 24)) as f32
+    }
+
+    #[inline(always)]
+    pub(super) fn child_bounds(&self, lane: usize) -> Aabb {
+        let b = &self.bounds;
+        Aabb {
+            min: Vec3::new(b[0][lane], b[1][lane], b[2][lane]),
+            max: Vec3::new(b[3][lane], b[4][lane], b[5][lane]),
+        }
+    }
 }
 
 /// The nodes over a list of items.
@@ -74,8 +92,27 @@ impl Tree {
         emitter.fill_node(0, &children, 1);
         let mut tree = emitter.tree;
         tree.leaves.push(tree.items.len() as u32);
+        tree.note_items_below();
         tree.bounds = Some(boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(*b)));
         tree
+    }
+
+    /// Children stand behind their parents, so one walk from the end counts all.
+    fn note_items_below(&mut self) {
+        let mut counts = vec![0u32; self.nodes.len()];
+        for index in (0..self.nodes.len()).rev() {
+            for lane in 0..LANES {
+                let word = self.nodes[index].children[lane];
+                let place = (word & !LEAF) as usize;
+                let count = match word {
+                    0 => continue,
+                    _ if word & LEAF != 0 => self.leaves[place + 1] - self.leaves[place],
+                    _ => counts[place],
+                };
+                self.nodes[index].order[lane] |= count.next_power_of_two().trailing_zeros() << 24;
+                counts[index] = counts[index].saturating_add(count);
+            }
+        }
     }
 
     /// Bytes used.

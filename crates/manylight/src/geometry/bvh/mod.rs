@@ -1,27 +1,36 @@
 //! The acceleration structures: eight-wide bounding volume hierarchies over triangles and over other objects.
 //!
 //! [`build`] makes the tree, [`triangles`] holds the leaves of meshes and their tests, [`traverse`] walks single rays and
-//! [`packet`] up to 64 with a common origin. All kernels are written over [`simd`], and run in the best instruction set
+//! [`packet`] up to 64 with a common origin, [`tile`] up to 64 x 64 between two groups of points. All kernels are written over [`simd`], and run in the best instruction set
 //! that the machine has.
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
 mod build;
 mod packet;
+mod portable;
+mod rows;
+mod shaft;
 mod simd;
 mod stack;
 #[cfg(test)]
 mod tests;
+mod tile;
 mod traverse;
 mod triangles;
+mod vectors;
 
+pub use simd::Instructions;
 pub(super) use triangles::TriangleHit;
 
 use super::Ray;
 use crate::math::{Aabb, Vec3};
-use build::Tree;
-use packet::Packet;
+use build::{Node, Tree};
+use packet::{EMPTY_STACK, Packet, RAYS};
 use simd::{Isa, Kernel, Simd};
+use tile::{SIDE, Tile};
 use traverse::{AnyLeaves, NearestLeaves};
 use triangles::{AnyTriangle, Block, NearestTriangle};
 
@@ -70,6 +79,15 @@ impl TriangleBvh {
         self.blocks.is_empty()
     }
 
+    /// Restricts the kernels to these instructions.
+    ///
+    /// # Panics
+    /// If the machine lacks them.
+    #[cfg(any(test, feature = "testing"))]
+    pub(super) fn use_instructions(&mut self, instructions: Instructions) {
+        self.isa = Isa::new(instructions).expect("the machine lacks these instructions");
+    }
+
     /// Box around all triangles.
     pub(super) fn bounds(&self) -> Aabb {
         self.tree.bounds.unwrap_or(Aabb::EMPTY)
@@ -114,6 +132,31 @@ impl TriangleBvh {
             })
         }
     }
+
+    /// The segments between `points` and `lights` (up to 64 each) that no triangle cuts: for each point those of its mask in
+    /// `wanted`, which has no bits beyond the lights.
+    pub(super) fn open_in_tile(
+        &self,
+        points: &[Vec3],
+        lights: &[Vec3],
+        wanted: &[u64],
+    ) -> [u64; SIDE] {
+        let mut open = [0; SIDE];
+        open[..wanted.len()].copy_from_slice(wanted);
+        if !self.is_empty() && wanted.iter().any(|&lights| lights != 0) {
+            open = self.isa.run(OpenInTile {
+                bvh: self,
+                points,
+                lights,
+                wanted,
+            });
+        }
+        open
+    }
+
+    fn parts(&self) -> (&[Node], &[Block]) {
+        (&self.tree.nodes, &self.blocks)
+    }
 }
 
 fn can_be_hit([a, b, c]: &[Vec3; 3]) -> bool {
@@ -149,7 +192,8 @@ impl Kernel for Any<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> bool {
         let leaves = AnyTriangle::new(s, &self.bvh.blocks, self.from, self.d);
-        traverse::any(s, &self.bvh.tree.nodes, 0, self.from, self.d, &leaves)
+        let scale = traverse::slab_reciprocal(self.d);
+        traverse::any(s, &self.bvh.tree.nodes, 0, self.from, scale, &leaves)
     }
 }
 
@@ -164,7 +208,27 @@ impl Kernel for AnyOfPacket<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> u64 {
-        Packet::new(&self.bvh.tree.nodes, &self.bvh.blocks, self.from, self.to).trace(s)
+        let rays = u64::MAX >> (RAYS - self.to.len());
+        let mut packet = Packet::new(s, self.bvh.parts(), self.from, self.to, rays);
+        let mut stack = EMPTY_STACK;
+        packet.trace(s, &mut stack, 0, rays);
+        rays & !packet.open
+    }
+}
+
+struct OpenInTile<'a> {
+    bvh: &'a TriangleBvh,
+    points: &'a [Vec3],
+    lights: &'a [Vec3],
+    wanted: &'a [u64],
+}
+
+impl Kernel for OpenInTile<'_> {
+    type Output = [u64; SIDE];
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) -> [u64; SIDE] {
+        Tile::new(s, self.bvh.parts(), (self.points, self.lights), self.wanted).trace(s)
     }
 }
 
@@ -187,6 +251,15 @@ impl ObjectBvh {
     /// Whether there is no object.
     pub(super) fn is_empty(&self) -> bool {
         self.tree.nodes.is_empty()
+    }
+
+    /// Restricts the kernels to these instructions.
+    ///
+    /// # Panics
+    /// If the machine lacks them.
+    #[cfg(any(test, feature = "testing"))]
+    pub(super) fn use_instructions(&mut self, instructions: Instructions) {
+        self.isa = Isa::new(instructions).expect("the machine lacks these instructions");
     }
 
     /// Box around all objects.
@@ -253,7 +326,8 @@ impl<V: Fn(usize) -> bool> Kernel for AnyObject<'_, V> {
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> bool {
-        traverse::any(s, &self.bvh.tree.nodes, 0, self.from, self.d, &self)
+        let scale = traverse::slab_reciprocal(self.d);
+        traverse::any(s, &self.bvh.tree.nodes, 0, self.from, scale, &self)
     }
 }
 

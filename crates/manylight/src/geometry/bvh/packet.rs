@@ -1,23 +1,29 @@
 //! Visibility from one origin to up to 64 targets at once.
 //!
-//! Relative to the common origin, boxes and edge volumes are the same for all rays. A node's children are first tested
-//! together against the interval of all directions, then each one that is left against eight rays at a time.
-//! Rays that are blocked leave the packet; when few are left, they go on alone.
+//! Relative to the common origin, boxes and edge volumes are the same for all rays. What lies outside of the pyramid over
+//! the targets is passed by together; what is left is tested against sixteen rays at a time. Rays that are blocked leave the
+//! packet; when few are left, they go on alone.
 
 use super::build::{LEAF, MAX_DEPTH, Node};
-use super::simd::{LANES, Simd};
-use super::traverse::{self, FAR_MARGIN, slab_reciprocal};
-use super::triangles::{AnyTriangle, Block, Directions, EdgeVolumes, load3, splat3};
-use crate::math::Vec3;
+use super::shaft::{Shaft, middle_and_half};
+use super::simd::{LANES, Lanes, Simd, WIDE};
+use super::traverse::{self, FAR_MARGIN};
+use super::triangles::{AnyTriangle, Block, Directions, EdgeVolumes};
+use super::vectors::{load3, splat3, spread3, store3};
+use crate::math::{Aabb, Vec3};
+use glam::BVec3;
 
 /// Rays in a packet.
 pub(super) const RAYS: usize = 64;
-const GROUPS: usize = RAYS / LANES;
+const GROUPS: usize = RAYS / WIDE;
+const ALL: u64 = (1 << WIDE) - 1;
 
-/// With this many rays left, eight boxes per ray are cheaper than eight rays per box.
-const FEW: u32 = 3;
+/// With this many rays left, eight boxes per ray are cheaper than sixteen rays per box.
+const FEW: u32 = 4;
 
-const CAPACITY: usize = (LANES - 1) * MAX_DEPTH + 1;
+/// Nodes still to visit with their rays. Clearing it costs more than some walks do, so that it serves many.
+pub(super) type PacketStack = [(u32, u64); (LANES - 1) * MAX_DEPTH + 1];
+pub(super) const EMPTY_STACK: PacketStack = [(0, 0); (LANES - 1) * MAX_DEPTH + 1];
 
 /// Segments with a common origin.
 pub(super) struct Packet<'a> {
@@ -25,78 +31,120 @@ pub(super) struct Packet<'a> {
     blocks: &'a [Block],
     from: Vec3,
     to: &'a [Vec3],
-    /// Group, axis, lane. Lanes beyond the last target are zero.
-    d: [[[f32; LANES]; 3]; GROUPS],
-    reciprocal: [[[f32; LANES]; 3]; GROUPS],
+    /// Group, axis, lane. Lanes without a ray are zero.
+    d: [[[f32; WIDE]; 3]; GROUPS],
+    reciprocal: [[[f32; WIDE]; 3]; GROUPS],
     /// Largest component of `d`.
-    size: [[f32; LANES]; GROUPS],
-    /// Least and greatest reciprocal, per axis.
-    least: Vec3,
-    greatest: Vec3,
+    size: [[f32; WIDE]; GROUPS],
+    largest: f32,
+    /// The axes along which all rays fall.
+    falling: BVec3,
+    /// The axes along which some may fall and others rise.
+    mixed: [bool; 3],
+    pyramid: Shaft,
+    /// The box of the directions.
+    middle: Vec3,
+    half: Vec3,
     /// Rays not blocked so far.
-    open: u64,
+    pub(super) open: u64,
 }
 
 impl<'a> Packet<'a> {
+    /// To those targets whose bits are set in `rays`.
     #[inline(always)]
-    pub(super) fn new(nodes: &'a [Node], blocks: &'a [Block], from: Vec3, to: &'a [Vec3]) -> Self {
-        let mut packet = Packet {
+    pub(super) fn new<S: Simd>(
+        s: S,
+        (nodes, blocks): (&'a [Node], &'a [Block]),
+        from: Vec3,
+        to: &'a [Vec3],
+        rays: u64,
+    ) -> Self {
+        let mut d = [[[0.0; WIDE]; 3]; GROUPS];
+        let mut bounds = Aabb::EMPTY;
+        let mut left = rays;
+        while left != 0 {
+            let i = left.trailing_zeros() as usize;
+            left &= left - 1;
+            let target = to[i];
+            bounds = bounds.include(target);
+            let direction = target - from;
+            for axis in 0..3 {
+                d[i / WIDE][axis][i % WIDE] = direction[axis];
+            }
+        }
+        let w = s.wide();
+        let mut reciprocal = [[[0.0; WIDE]; 3]; GROUPS];
+        let mut size = [[0.0; WIDE]; GROUPS];
+        for group in 0..GROUPS {
+            if rays >> (group * WIDE) & ALL == 0 {
+                continue;
+            }
+            let [x, y, z] = load3(w, &d[group]);
+            let largest = w.max(w.max(w.abs(x), w.abs(y)), w.abs(z));
+            // As for single rays: zeros are replaced by something far below rounding.
+            let tiny = w.max(
+                w.mul(largest, w.splat(traverse::NEGLIGIBLE)),
+                w.splat(f32::MIN_POSITIVE),
+            );
+            let one = w.splat(1.0);
+            let invert = |x| w.div(one, w.mul_sign(w.max(w.abs(x), tiny), x));
+            reciprocal[group] = store3(w, [invert(x), invert(y), invert(z)]);
+            size[group] = w.store(largest);
+        }
+        let origin = Aabb {
+            min: from,
+            max: from,
+        };
+        let (middle, half) = middle_and_half(&bounds);
+        let farthest = (bounds.min - from).abs().max((bounds.max - from).abs());
+        Packet {
             nodes,
             blocks,
             from,
             to,
-            d: [[[0.0; LANES]; 3]; GROUPS],
-            reciprocal: [[[0.0; LANES]; 3]; GROUPS],
-            size: [[0.0; LANES]; GROUPS],
-            least: Vec3::INFINITY,
-            greatest: Vec3::NEG_INFINITY,
-            open: u64::MAX >> (RAYS - to.len()),
-        };
-        for (i, &target) in to.iter().enumerate() {
-            let d = target - from;
-            let reciprocal = slab_reciprocal(d);
-            packet.least = packet.least.min(reciprocal);
-            packet.greatest = packet.greatest.max(reciprocal);
-            packet.size[i / LANES][i % LANES] = d.abs().max_element();
-            for axis in 0..3 {
-                packet.d[i / LANES][axis][i % LANES] = d[axis];
-                packet.reciprocal[i / LANES][axis][i % LANES] = reciprocal[axis];
-            }
+            d,
+            reciprocal,
+            size,
+            largest: farthest.max_element(),
+            falling: bounds.max.cmplt(from),
+            mixed: (bounds.min.cmple(from) & bounds.max.cmpge(from)).into(),
+            pyramid: Shaft::new(origin, bounds),
+            middle: middle - from,
+            half,
+            open: rays,
         }
-        packet
     }
 
-    /// The blocked rays, as bits.
+    /// Takes from the open rays those of `rays` that something below the node `root` blocks.
     #[inline(always)]
-    pub(super) fn trace<S: Simd>(mut self, s: S) -> u64 {
-        let all = self.open;
-        let mut stack = [(0u32, 0u64); CAPACITY];
+    pub(super) fn trace<S: Simd>(&mut self, s: S, stack: &mut PacketStack, root: u32, rays: u64) {
         let mut top = 1;
-        stack[0] = (0, all);
+        stack[0] = (root, rays);
         while top > 0 {
             top -= 1;
             let (word, rays) = stack[top];
             let rays = rays & self.open;
             if rays.count_ones() <= FEW {
                 self.trace_alone(s, word, rays);
-            } else if word & LEAF != 0 {
-                self.test_leaf(s, (word & !LEAF) as usize, rays);
             } else {
                 let node = &self.nodes[word as usize];
-                let mut children = self.enter_together(s, node);
-                let relative = self.relative_bounds(s, node);
+                let (_, _, mut children) = self.pyramid.cut(s, &node.bounds);
                 while children != 0 {
                     let lane = children.trailing_zeros() as usize % LANES;
                     children &= children - 1;
-                    let rays = self.enter(s, &relative, lane, rays);
+                    let rays = self.enter(s, node.child_bounds(lane), rays);
                     if rays != 0 {
-                        stack[top] = (node.children[lane], rays);
+                        let child = node.children[lane];
+                        if child & LEAF != 0 {
+                            self.test_leaf(s, (child & !LEAF) as usize, rays & self.open);
+                            continue;
+                        }
+                        stack[top] = (child, rays);
                         top += 1;
                     }
                 }
             }
         }
-        all & !self.open
     }
 
     #[inline(always)]
@@ -105,71 +153,44 @@ impl<'a> Packet<'a> {
             let ray = rays.trailing_zeros() as usize;
             rays &= rays - 1;
             let d = self.to[ray] - self.from;
+            let [x, y, z] = &self.reciprocal[ray / WIDE];
+            let lane = ray % WIDE;
+            let scale = Vec3::new(x[lane], y[lane], z[lane]);
             let leaves = AnyTriangle::new(s, self.blocks, self.from, d);
-            if traverse::any(s, self.nodes, word, self.from, d, &leaves) {
+            if traverse::any(s, self.nodes, word, self.from, scale, &leaves) {
                 self.open &= !(1 << ray);
             }
         }
     }
 
+    /// Those of `rays` that enter a box.
     #[inline(always)]
-    fn relative_bounds<S: Simd>(&self, s: S, node: &Node) -> [[f32; LANES]; 6] {
-        std::array::from_fn(|plane| {
-            s.store(s.sub(s.load(&node.bounds[plane]), s.splat(self.from[plane % 3])))
-        })
-    }
-
-    /// The children that some direction between the least and the greatest may enter.
-    #[inline(always)]
-    fn enter_together<S: Simd>(&self, s: S, node: &Node) -> u32 {
-        let (mut near, mut far) = (s.splat(0.0), s.splat(1.0));
-        for axis in 0..3 {
-            let (least, greatest) = (self.least[axis], self.greatest[axis]);
-            if least < 0.0 && greatest > 0.0 {
-                continue;
-            }
-            let turned = usize::from(greatest < 0.0);
-            let o = s.splat(self.from[axis]);
-            let n = s.sub(s.load(&node.bounds[axis + 3 * turned]), o);
-            let f = s.sub(s.load(&node.bounds[axis + 3 - 3 * turned]), o);
-            let (least, greatest) = (s.splat(least), s.splat(greatest));
-            near = s.max(near, s.min(s.mul(n, least), s.mul(n, greatest)));
-            far = s.min(
-                far,
-                s.mul(
-                    s.max(s.mul(f, least), s.mul(f, greatest)),
-                    s.splat(FAR_MARGIN),
-                ),
-            );
-        }
-        let occupied = node
-            .children
-            .iter()
-            .rev()
-            .fold(0, |bits, &word| bits << 1 | u32::from(word != 0));
-        s.bits(s.le(near, far)) & occupied
-    }
-
-    /// Those of `rays` that enter the child `lane`.
-    #[inline(always)]
-    fn enter<S: Simd>(&self, s: S, relative: &[[f32; LANES]; 6], lane: usize, rays: u64) -> u64 {
-        let planes: [S::F; 6] = std::array::from_fn(|plane| s.splat(relative[plane][lane]));
+    fn enter<S: Simd>(&self, s: S, bounds: Aabb, rays: u64) -> u64 {
+        let w = s.wide();
+        // The planes that come first and last, where all rays agree about that.
+        let (lower, upper) = (bounds.min - self.from, bounds.max - self.from);
+        let first = splat3(w, Vec3::select(self.falling, upper, lower));
+        let last = splat3(w, Vec3::select(self.falling, lower, upper));
         let mut entering = 0;
         for group in 0..GROUPS {
-            if rays >> (group * LANES) & 0xff == 0 {
+            if rays >> (group * WIDE) & ALL == 0 {
                 continue;
             }
-            let (mut near, mut far) = (s.splat(0.0), s.splat(1.0));
+            let (mut near, mut far) = (w.splat(0.0), w.splat(1.0));
             for axis in 0..3 {
-                let reciprocal = s.load(&self.reciprocal[group][axis]);
-                let (t0, t1) = (
-                    s.mul(planes[axis], reciprocal),
-                    s.mul(planes[axis + 3], reciprocal),
+                let reciprocal = w.load(&self.reciprocal[group][axis]);
+                let (mut t0, mut t1) = (
+                    w.mul(first[axis], reciprocal),
+                    w.mul(last[axis], reciprocal),
                 );
-                near = s.max(near, s.min(t0, t1));
-                far = s.min(far, s.mul(s.max(t0, t1), s.splat(FAR_MARGIN)));
+                if self.mixed[axis] {
+                    (t0, t1) = (w.min(t0, t1), w.max(t0, t1));
+                }
+                near = w.max(near, t0);
+                far = w.min(far, t1);
             }
-            entering |= u64::from(s.bits(s.le(near, far))) << (group * LANES);
+            let hit = w.le(near, w.mul(far, w.splat(FAR_MARGIN)));
+            entering |= u64::from(w.bits(hit)) << (group * WIDE);
         }
         entering & rays
     }
@@ -178,44 +199,42 @@ impl<'a> Packet<'a> {
     fn test_leaf<S: Simd>(&mut self, s: S, leaf: usize, mut rays: u64) {
         let tested = rays;
         let volumes = EdgeVolumes::new(s, &self.blocks[leaf], splat3(s, self.from));
-        let store3 = |v: [S::F; 3]| [s.store(v[0]), s.store(v[1]), s.store(v[2])];
+        let (middle, half) = (splat3(s, self.middle), splat3(s, self.half));
+        let mut triangles = volumes.within(s, middle, half, s.splat(self.largest));
+        if triangles == 0 {
+            return;
+        }
         let edges = [
-            store3(volumes.edges[0]),
-            store3(volumes.edges[1]),
-            store3(volumes.edges[2]),
+            store3(s, volumes.edges[0]),
+            store3(s, volumes.edges[1]),
+            store3(s, volumes.edges[2]),
         ];
-        let (normal, tolerances) = (store3(volumes.normal), store3(volumes.tolerances));
+        let (normal, tolerances) = (store3(s, volumes.normal), store3(s, volumes.tolerances));
         let height = s.store(volumes.height);
-        for lane in 0..LANES {
-            // No ray hits a triangle whose plane holds the origin; empty lanes are such triangles.
-            if height[lane] == 0.0 {
-                continue;
-            }
-            let lane3 = |v: &[[f32; LANES]; 3]| {
-                [
-                    s.splat(v[0][lane]),
-                    s.splat(v[1][lane]),
-                    s.splat(v[2][lane]),
-                ]
-            };
+        let w = s.wide();
+        while triangles != 0 && rays != 0 {
+            let lane = triangles.trailing_zeros() as usize % LANES;
+            triangles &= triangles - 1;
             let triangle = EdgeVolumes {
-                edges: [lane3(&edges[0]), lane3(&edges[1]), lane3(&edges[2])],
-                tolerances: lane3(&tolerances),
-                normal: lane3(&normal),
-                height: s.splat(height[lane]),
+                edges: [
+                    spread3(w, &edges[0], lane),
+                    spread3(w, &edges[1], lane),
+                    spread3(w, &edges[2], lane),
+                ],
+                tolerances: spread3(w, &tolerances, lane),
+                normal: spread3(w, &normal, lane),
+                height: w.splat(height[lane]),
             };
             for group in 0..GROUPS {
-                if rays >> (group * LANES) & 0xff == 0 {
+                if rays >> (group * WIDE) & ALL == 0 {
                     continue;
                 }
                 let segments = Directions {
-                    d: load3(s, &self.d[group]),
-                    size: s.load(&self.size[group]),
+                    d: load3(w, &self.d[group]),
+                    size: w.load(&self.size[group]),
                 };
-                rays &= !(u64::from(s.bits(triangle.hit_by(s, &segments))) << (group * LANES));
-            }
-            if rays == 0 {
-                break;
+                let hit = u64::from(w.bits(triangle.hit_by(w, &segments)));
+                rays &= !(hit << (group * WIDE));
             }
         }
         self.open &= rays | !tested;

@@ -1,34 +1,40 @@
-//! Eight floats at a time, with one implementation per instruction set.
+//! Eight or sixteen floats at a time, with one implementation per instruction set.
 //!
 //! Kernels are generic over [`Simd`] and written once; [`Isa::run`] compiles them for each instruction set and calls the
 //! one that was chosen. The value of an implementing type is the proof that the machine has the instructions, so that
 //! the operations themselves are safe to call. Everything here and in the kernels is `inline(always)`, because only what
 //! is inlined into the function with `target_feature` is compiled for it.
 
+use super::portable::Portable;
 use super::stack::Stack;
+use std::mem::MaybeUninit;
 
-/// Lanes per vector.
+/// Lanes of the narrow vectors: children of a node, triangles of a block.
 pub(super) const LANES: usize = 8;
 
-/// Operations on eight floats. Comparisons with NaN are false.
-pub(super) trait Simd: Copy {
-    /// Eight floats.
+/// Lanes of the wide vectors.
+pub(super) const WIDE: usize = 16;
+
+/// Operations on `N` floats. Comparisons with NaN are false; the minimum or maximum of NaN and `b` is `b`.
+pub(super) trait Lanes<const N: usize>: Copy {
+    /// The floats.
     type F: Copy;
-    /// Eight truth values.
+    /// As many truth values.
     type M: Copy;
 
     fn splat(self, x: f32) -> Self::F;
-    fn load(self, x: &[f32; LANES]) -> Self::F;
-    fn store(self, x: Self::F) -> [f32; LANES];
+    fn load(self, x: &[f32; N]) -> Self::F;
+    fn store(self, x: Self::F) -> [f32; N];
     fn add(self, a: Self::F, b: Self::F) -> Self::F;
     fn sub(self, a: Self::F, b: Self::F) -> Self::F;
     fn mul(self, a: Self::F, b: Self::F) -> Self::F;
     fn div(self, a: Self::F, b: Self::F) -> Self::F;
     fn min(self, a: Self::F, b: Self::F) -> Self::F;
     fn max(self, a: Self::F, b: Self::F) -> Self::F;
+    fn abs(self, a: Self::F) -> Self::F;
     /// `a b + c`, with one rounding where the machine has it.
     fn mul_add(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F;
-    /// `a b - c`, rounded like [`Simd::mul_add`].
+    /// `a b - c`, rounded like [`Lanes::mul_add`].
     fn mul_sub(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F;
     /// `a` with its sign turned where `b` is negative.
     fn mul_sign(self, a: Self::F, b: Self::F) -> Self::F;
@@ -38,118 +44,26 @@ pub(super) trait Simd: Copy {
     fn or(self, a: Self::M, b: Self::M) -> Self::M;
     /// Bit `i` is lane `i`.
     fn bits(self, m: Self::M) -> u32;
-    /// Pushes the children in `hit` with their distances, in the order of `order` (three bits per place).
+}
+
+/// The narrow and the wide vectors of one instruction set.
+pub(super) trait Simd: Lanes<8> {
+    /// Operations on wide vectors.
+    type Wide: Lanes<16>;
+
+    /// Operations on wide vectors.
+    fn wide(self) -> Self::Wide;
+    /// Writes the words whose bits are set to the front of `out`, and anything behind them.
+    fn compact(self, words: &[u32; LANES], bits: u32, out: &mut [MaybeUninit<u32>; LANES]);
+    /// Pushes the children with near <= far and their near distances, in the order of `order` (three bits per place).
     fn push_ordered(
         self,
         stack: &mut Stack,
         children: &[u32; LANES],
         order: u32,
         near: Self::F,
-        hit: Self::M,
+        far: Self::F,
     );
-}
-
-/// Plain Rust on arrays, for the compiler to vectorize as far as the target allows.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Portable;
-
-#[inline(always)]
-fn map2<A: Copy, B: Copy, C>(a: [A; LANES], b: [B; LANES], f: impl Fn(A, B) -> C) -> [C; LANES] {
-    std::array::from_fn(|i| f(a[i], b[i]))
-}
-
-impl Simd for Portable {
-    type F = [f32; LANES];
-    type M = [bool; LANES];
-
-    #[inline(always)]
-    fn splat(self, x: f32) -> Self::F {
-        [x; LANES]
-    }
-    #[inline(always)]
-    fn load(self, x: &[f32; LANES]) -> Self::F {
-        *x
-    }
-    #[inline(always)]
-    fn store(self, x: Self::F) -> [f32; LANES] {
-        x
-    }
-    #[inline(always)]
-    fn add(self, a: Self::F, b: Self::F) -> Self::F {
-        map2(a, b, |a, b| a + b)
-    }
-    #[inline(always)]
-    fn sub(self, a: Self::F, b: Self::F) -> Self::F {
-        map2(a, b, |a, b| a - b)
-    }
-    #[inline(always)]
-    fn mul(self, a: Self::F, b: Self::F) -> Self::F {
-        map2(a, b, |a, b| a * b)
-    }
-    #[inline(always)]
-    fn div(self, a: Self::F, b: Self::F) -> Self::F {
-        map2(a, b, |a, b| a / b)
-    }
-    #[inline(always)]
-    fn min(self, a: Self::F, b: Self::F) -> Self::F {
-        map2(a, b, |a, b| if a < b { a } else { b })
-    }
-    #[inline(always)]
-    fn max(self, a: Self::F, b: Self::F) -> Self::F {
-        map2(a, b, |a, b| if a > b { a } else { b })
-    }
-    #[inline(always)]
-    fn mul_add(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F {
-        std::array::from_fn(|i| a[i] * b[i] + c[i])
-    }
-    #[inline(always)]
-    fn mul_sub(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F {
-        std::array::from_fn(|i| a[i] * b[i] - c[i])
-    }
-    #[inline(always)]
-    fn mul_sign(self, a: Self::F, b: Self::F) -> Self::F {
-        map2(a, b, |a, b| {
-            f32::from_bits(a.to_bits() ^ (b.to_bits() & 0x8000_0000))
-        })
-    }
-    #[inline(always)]
-    fn le(self, a: Self::F, b: Self::F) -> Self::M {
-        map2(a, b, |a, b| a <= b)
-    }
-    #[inline(always)]
-    fn lt(self, a: Self::F, b: Self::F) -> Self::M {
-        map2(a, b, |a, b| a < b)
-    }
-    #[inline(always)]
-    fn and(self, a: Self::M, b: Self::M) -> Self::M {
-        map2(a, b, |a, b| a & b)
-    }
-    #[inline(always)]
-    fn or(self, a: Self::M, b: Self::M) -> Self::M {
-        map2(a, b, |a, b| a | b)
-    }
-    #[inline(always)]
-    fn bits(self, m: Self::M) -> u32 {
-        m.iter()
-            .rev()
-            .fold(0, |bits, &lane| bits << 1 | u32::from(lane))
-    }
-    #[inline(always)]
-    fn push_ordered(
-        self,
-        stack: &mut Stack,
-        children: &[u32; LANES],
-        order: u32,
-        near: Self::F,
-        hit: Self::M,
-    ) {
-        for place in 0..LANES {
-            let i = (order >> (3 * place) & 7) as usize;
-            if hit[i] {
-                stack.push(children[i], near[i]);
-            }
-        }
-    }
 }
 
 /// Code that is compiled once per instruction set.
@@ -160,29 +74,60 @@ pub(super) trait Kernel {
     fn run<S: Simd>(self, s: S) -> Self::Output;
 }
 
-/// The instruction set to use.
+/// Sets of instructions that kernels are compiled for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Instructions {
+    /// What every machine has.
+    Portable,
+    /// AVX2 and FMA.
+    Avx2,
+    /// AVX-512.
+    Avx512,
+}
+
+impl Instructions {
+    /// All that this machine has, the best first.
+    pub fn available() -> Vec<Instructions> {
+        let all = [
+            Instructions::Avx512,
+            Instructions::Avx2,
+            Instructions::Portable,
+        ];
+        all.into_iter()
+            .filter(|&set| Isa::new(set).is_some())
+            .collect()
+    }
+}
+
+/// The instructions to use, with the proof that the machine has them.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Isa {
-    /// No assumption.
     Portable,
-    /// AVX2 with FMA.
     #[cfg(target_arch = "x86_64")]
     Avx2(super::avx2::Avx2),
+    #[cfg(target_arch = "x86_64")]
+    Avx512(super::avx512::Avx512),
 }
 
 impl Isa {
-    /// All that this machine can run, the best first.
-    pub(super) fn available() -> Vec<Isa> {
-        let mut all = Vec::new();
-        #[cfg(target_arch = "x86_64")]
-        all.extend(super::avx2::Avx2::detect().map(Isa::Avx2));
-        all.push(Isa::Portable);
-        all
+    /// `None` if the machine lacks them.
+    pub(super) fn new(instructions: Instructions) -> Option<Isa> {
+        match instructions {
+            Instructions::Portable => Some(Isa::Portable),
+            #[cfg(target_arch = "x86_64")]
+            Instructions::Avx2 => super::avx2::Avx2::detect().map(Isa::Avx2),
+            #[cfg(target_arch = "x86_64")]
+            Instructions::Avx512 => super::avx512::Avx512::detect().map(Isa::Avx512),
+            #[cfg(not(target_arch = "x86_64"))]
+            Instructions::Avx2 | Instructions::Avx512 => None,
+        }
     }
 
     /// The best that this machine can run.
     pub(super) fn best() -> Isa {
-        Isa::available()[0]
+        Isa::new(Instructions::Avx512)
+            .or_else(|| Isa::new(Instructions::Avx2))
+            .unwrap_or(Isa::Portable)
     }
 
     /// Runs a kernel.
@@ -192,6 +137,8 @@ impl Isa {
             Isa::Portable => kernel.run(Portable),
             #[cfg(target_arch = "x86_64")]
             Isa::Avx2(avx2) => avx2.run(kernel),
+            #[cfg(target_arch = "x86_64")]
+            Isa::Avx512(avx512) => avx512.run(kernel),
         }
     }
 }

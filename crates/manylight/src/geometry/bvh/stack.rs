@@ -5,7 +5,7 @@
 )]
 
 use super::build::MAX_DEPTH;
-use super::simd::LANES;
+use super::simd::{LANES, Simd};
 use std::mem::MaybeUninit;
 
 /// Each level pops one entry and pushes at most eight; the rest is room for whole-vector stores beyond the top.
@@ -71,5 +71,38 @@ impl Stack {
     #[inline(always)]
     pub(super) unsafe fn grow(&mut self, count: usize) {
         self.len += count;
+    }
+}
+
+/// Subtrees still to visit, in any order. The first `len` entries are initialized.
+pub(super) struct WordStack {
+    len: usize,
+    words: [MaybeUninit<u32>; CAPACITY],
+}
+
+impl WordStack {
+    #[inline(always)]
+    pub(super) fn new() -> Self {
+        WordStack {
+            len: 0,
+            words: [MaybeUninit::uninit(); CAPACITY],
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn pop(&mut self) -> Option<u32> {
+        self.len = self.len.checked_sub(1)?;
+        // SAFETY: `len` was at least one, and entries below `len` are initialized.
+        unsafe { Some(self.words[self.len].assume_init()) }
+    }
+
+    /// Adds the words whose bits are set.
+    #[inline(always)]
+    pub(super) fn push<S: Simd>(&mut self, s: S, words: &[u32; LANES], bits: u32) {
+        let spare = self.words[self.len..]
+            .first_chunk_mut()
+            .expect("invariant: the build bounds the depth");
+        s.compact(words, bits, spare);
+        self.len += bits.count_ones() as usize;
     }
 }

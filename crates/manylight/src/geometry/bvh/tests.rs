@@ -1,6 +1,5 @@
 //! Every kernel in every instruction set against a plain loop over the triangles in `f64`.
 
-use super::simd::Isa;
 use super::*;
 use crate::math::Vec2;
 use crate::sampling::rng::Pcg;
@@ -57,11 +56,12 @@ fn terrain(side: usize) -> Vec<[Vec3; 3]> {
 }
 
 fn structures(triangles: &[[Vec3; 3]]) -> Vec<TriangleBvh> {
-    Isa::available()
+    Instructions::available()
         .into_iter()
-        .map(|isa| TriangleBvh {
-            isa,
-            ..TriangleBvh::new(triangles)
+        .map(|instructions| {
+            let mut bvh = TriangleBvh::new(triangles);
+            bvh.use_instructions(instructions);
+            bvh
         })
         .collect()
 }
@@ -305,11 +305,98 @@ fn packets_equal_single_segments() {
                 to[0] = from;
                 to.iter_mut().step_by(3).for_each(|p| p.x = from.x);
             }
-            let expected = to
-                .iter()
-                .enumerate()
-                .fold(0, |bits, (i, &p)| bits | u64::from(bvh.any(from, p)) << i);
-            assert_eq!(bvh.any_packet(from, &to), expected, "{:?} {i}", bvh.isa);
+            let blocked = bvh.any_packet(from, &to);
+            for (j, &p) in to.iter().enumerate() {
+                check_alike(&bvh, &triangles, from, p, blocked >> j & 1 == 1);
+            }
+            assert!(to.len() == 64 || blocked >> to.len() == 0);
+        }
+    }
+}
+
+/// Where `blocked` is not what a single segment finds, the segment grazes an edge or ends on a triangle.
+fn check_alike(bvh: &TriangleBvh, triangles: &[[Vec3; 3]], from: Vec3, to: Vec3, blocked: bool) {
+    if bvh.any(from, to) == blocked {
+        return;
+    }
+    let segment = |t_max: f32| Ray {
+        o: from,
+        d: to - from,
+        t_max,
+    };
+    let certain = brute_force(triangles, &segment(1.0 - 1e-5), 1e-4);
+    let possible = brute_force(triangles, &segment(1.0 + 1e-5), -1e-4);
+    assert!(
+        certain.is_none() && possible.is_some(),
+        "{:?}: {from} to {to} is not {blocked}",
+        bvh.isa
+    );
+}
+
+#[test]
+fn tiles_equal_single_segments() {
+    let terrain = terrain(40);
+    let wall = [
+        Vec3::new(-9.0, -9.0, 0.2),
+        Vec3::new(9.0, -9.0, 0.2),
+        Vec3::new(0.0, 9.0, 0.2),
+    ];
+    for triangles in [
+        soup(600, 0.25, 60),
+        soup(6000, 0.04, 61),
+        terrain,
+        vec![wall],
+    ] {
+        let mut random = Random::new(62);
+        for bvh in structures(&triangles) {
+            for i in 0..24 {
+                // Some compact, some wide, some around each other, and of all sizes.
+                let (a, b) = (random.point(1.3), random.point(1.3));
+                let spread = [0.003, 0.05, 0.3, 2.0];
+                let mut group = |middle: Vec3, spread: f32, count: usize| -> Vec<Vec3> {
+                    (0..count).map(|_| middle + random.point(spread)).collect()
+                };
+                let points = group(a, spread[i % 4], 1 + 37 * i % 64);
+                let mut lights = group(b, spread[i / 4 % 4], 1 + 53 * i % 64);
+                if i % 7 == 0 {
+                    lights[0] = points[0];
+                    lights.iter_mut().for_each(|p| p.z = points[0].z);
+                }
+                let all = u64::MAX >> (64 - lights.len());
+                let sparse = random.0.next_u32();
+                let wanted: Vec<u64> = (0..points.len() as u32)
+                    .map(|k| {
+                        if i % 3 == 0 {
+                            all
+                        } else {
+                            all & u64::from(sparse).rotate_left(7 * k)
+                        }
+                    })
+                    .collect();
+                let open = bvh.open_in_tile(&points, &lights, &wanted);
+                for (k, &from) in points.iter().enumerate() {
+                    assert_eq!(open[k] & !wanted[k], 0);
+                    for (j, &to) in lights.iter().enumerate() {
+                        if wanted[k] >> j & 1 == 1 {
+                            check_alike(&bvh, &triangles, from, to, open[k] >> j & 1 == 0);
+                        }
+                    }
+                }
+                assert!(open[points.len()..].iter().all(|&lights| lights == 0));
+            }
+        }
+    }
+}
+
+#[test]
+fn transposing_turns_rows_into_columns() {
+    let mut random = Random::new(63);
+    let rows: [u64; 64] = std::array::from_fn(|_| u64::from(random.0.next_u32()) * 0x1_0001_0003);
+    let mut columns = rows;
+    tile::transpose(&mut columns);
+    for (i, row) in rows.iter().enumerate() {
+        for (j, column) in columns.iter().enumerate() {
+            assert_eq!(row >> j & 1, column >> i & 1, "{i} {j}");
         }
     }
 }

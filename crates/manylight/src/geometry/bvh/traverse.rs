@@ -2,7 +2,7 @@
 
 use super::build::{LEAF, Node};
 use super::simd::{LANES, Simd};
-use super::stack::Stack;
+use super::stack::{Stack, WordStack};
 use crate::geometry::Ray;
 use crate::math::Vec3;
 
@@ -22,10 +22,12 @@ pub(super) trait AnyLeaves<S: Simd> {
 /// Source: Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013.
 pub(super) const FAR_MARGIN: f32 = 1.0 + 8.0 * f32::EPSILON;
 
+/// Components smaller than this, relative to the largest, count as this: far below rounding.
+pub(super) const NEGLIGIBLE: f32 = 1e-12;
+
 /// Reciprocal of a direction for slab tests: finite, with zeros replaced by something far below rounding.
 #[inline(always)]
 pub(super) fn slab_reciprocal(d: Vec3) -> Vec3 {
-    const NEGLIGIBLE: f32 = 1e-12;
     let tiny = (d.abs().max_element() * NEGLIGIBLE).max(f32::MIN_POSITIVE);
     let reciprocal = |x: f32| 1.0 / if x.abs() < tiny { tiny.copysign(x) } else { x };
     Vec3::new(reciprocal(d.x), reciprocal(d.y), reciprocal(d.z))
@@ -44,8 +46,7 @@ struct BoxRay<S: Simd> {
 
 impl<S: Simd> BoxRay<S> {
     #[inline(always)]
-    fn new(s: S, o: Vec3, d: Vec3) -> Self {
-        let scale = slab_reciprocal(d);
+    fn new(s: S, o: Vec3, scale: Vec3) -> Self {
         let shift = o * scale;
         let margin = shift.abs() * (2.0 * f32::EPSILON);
         let (near_shift, far_shift) = (shift + margin, (shift - margin) * FAR_MARGIN);
@@ -62,28 +63,28 @@ impl<S: Simd> BoxRay<S> {
         }
     }
 
-    /// Where the ray enters the children, and which of them it does enter before `t_max`.
+    /// Where the ray enters the children, and where it leaves them or `t_max` ends it; it meets those with near <= far.
     #[inline(always)]
-    fn enter(&self, s: S, node: &Node, t_max: f32) -> (S::F, S::M) {
-        let (mut near, mut far) = (s.splat(0.0), s.splat(t_max));
-        for axis in 0..3 {
-            let near_plane = self.near_plane[axis];
-            // The far plane of an axis is its other plane: the six are lower x, y, z, upper x, y, z.
-            let far_plane = 2 * axis + 3 - near_plane;
-            let n = s.mul_sub(
-                s.load(&node.bounds[near_plane]),
-                self.near_scale[axis],
-                self.near_shift[axis],
-            );
-            let f = s.mul_sub(
-                s.load(&node.bounds[far_plane]),
-                self.far_scale[axis],
-                self.far_shift[axis],
-            );
-            near = s.max(near, n);
-            far = s.min(far, f);
-        }
-        (near, s.le(near, far))
+    fn cut(&self, s: S, node: &Node, t_max: f32) -> (S::F, S::F) {
+        let near = |axis: usize| {
+            let plane = s.load(&node.bounds[self.near_plane[axis]]);
+            s.mul_sub(plane, self.near_scale[axis], self.near_shift[axis])
+        };
+        let far = |axis: usize| {
+            // The other plane of the axis: the six are lower x, y, z, upper x, y, z.
+            let plane = s.load(&node.bounds[2 * axis + 3 - self.near_plane[axis]]);
+            s.mul_sub(plane, self.far_scale[axis], self.far_shift[axis])
+        };
+        let enter = s.max(s.max(near(0), near(1)), s.max(near(2), s.splat(0.0)));
+        let leave = s.min(s.min(far(0), far(1)), s.min(far(2), s.splat(t_max)));
+        (enter, leave)
+    }
+
+    /// The children that the ray meets before `t` = 1, as bits.
+    #[inline(always)]
+    fn meets(&self, s: S, node: &Node) -> u32 {
+        let (near, far) = self.cut(s, node, 1.0);
+        s.bits(s.le(near, far))
     }
 }
 
@@ -95,26 +96,16 @@ pub(super) fn nearest<S: Simd>(
     ray: &Ray,
     leaves: &mut impl NearestLeaves<S>,
 ) {
-    let slabs = BoxRay::new(s, ray.o, ray.d);
+    let slabs = BoxRay::new(s, ray.o, slab_reciprocal(ray.d));
     let mut stack = Stack::new();
     let mut t_max = ray.t_max;
     let mut word = 0;
     loop {
         if word & LEAF == 0 {
             let node = &nodes[word as usize];
-            let (near, hit) = slabs.enter(s, node, t_max);
-            let bits = s.bits(hit);
-            if bits.is_power_of_two() {
-                word = node.children[bits.trailing_zeros() as usize % LANES];
-                continue;
-            }
-            s.push_ordered(
-                &mut stack,
-                &node.children,
-                node.order[slabs.octant],
-                near,
-                hit,
-            );
+            let (near, far) = slabs.cut(s, node, t_max);
+            let order = node.order[slabs.octant];
+            s.push_ordered(&mut stack, &node.children, order, near, far);
         } else {
             t_max = leaves.visit(s, (word & !LEAF) as usize, t_max);
         }
@@ -130,39 +121,32 @@ pub(super) fn nearest<S: Simd>(
     }
 }
 
-/// Whether the segment from `o` to `o + d` hits a leaf below the child word `root`.
+/// Whether the segment from `o` on hits a leaf below the child word `root`; `scale` is the [`slab_reciprocal`] of its direction.
 #[inline(always)]
 pub(super) fn any<S: Simd>(
     s: S,
     nodes: &[Node],
     root: u32,
     o: Vec3,
-    d: Vec3,
+    scale: Vec3,
     leaves: &impl AnyLeaves<S>,
 ) -> bool {
-    let slabs = BoxRay::new(s, o, d);
-    let mut stack = Stack::new();
+    let slabs = BoxRay::new(s, o, scale);
+    let mut stack = WordStack::new();
     let mut word = root;
     loop {
         if word & LEAF == 0 {
             let node = &nodes[word as usize];
-            let (near, hit) = slabs.enter(s, node, 1.0);
-            let bits = s.bits(hit);
-            if bits.is_power_of_two() {
+            let bits = slabs.meets(s, node);
+            if bits != 0 {
                 word = node.children[bits.trailing_zeros() as usize % LANES];
+                stack.push(s, &node.children, bits & (bits - 1));
                 continue;
             }
-            s.push_ordered(
-                &mut stack,
-                &node.children,
-                node.order[slabs.octant],
-                near,
-                hit,
-            );
         } else if leaves.visit(s, (word & !LEAF) as usize) {
             return true;
         }
-        let Some((next, _)) = stack.pop() else {
+        let Some(next) = stack.pop() else {
             return false;
         };
         word = next;

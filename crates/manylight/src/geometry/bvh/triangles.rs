@@ -6,8 +6,9 @@
 //! (a - b) x (a + b), which loses less of far edges than a x b. The value is rounded where the ray passes a corner, so what
 //! rounding can hide counts as inside: no ray slips through between neighbors.
 
-use super::simd::{LANES, Simd};
+use super::simd::{LANES, Lanes, Simd};
 use super::traverse::{AnyLeaves, NearestLeaves};
+use super::vectors::{abs3, add3, cross, dot, load3, sub3};
 use crate::geometry::Ray;
 use crate::math::{Vec2, Vec3};
 
@@ -50,46 +51,50 @@ pub(crate) struct TriangleHit {
     pub(crate) coordinates: Vec2,
 }
 
-/// The nearest-hit test for one ray.
-pub(super) struct NearestTriangle<'a, S: Simd> {
-    blocks: &'a [Block],
-    /// Axes, the last of them the largest of the direction.
+/// Eight triangles at a time as one ray sees them: sheared so that it runs along z.
+struct Sheared<S: Simd> {
+    /// The last of them the largest of the direction.
     axes: [usize; 3],
     o: [S::F; 3],
     shear: [S::F; 2],
     scale: S::F,
-    pub(super) best: Option<TriangleHit>,
 }
 
-impl<'a, S: Simd> NearestTriangle<'a, S> {
+/// What a ray makes of eight triangles.
+struct Crossing<S: Simd> {
+    /// Edge functions of the ray, opposite to each corner; barycentric coordinates times `det`.
+    edges: [S::F; 3],
+    /// Their sum.
+    det: S::F,
+    /// Distance times `det`, with the sign of `det` taken off: positive in front of the origin.
+    height: S::F,
+    /// Where the line passes inside, in front of the origin and before `t_max`.
+    hit: S::M,
+}
+
+impl<S: Simd> Sheared<S> {
     #[inline(always)]
-    pub(super) fn new(s: S, blocks: &'a [Block], ray: &Ray) -> Self {
-        let d = ray.d.abs();
-        let z = if d.x >= d.y && d.x >= d.z {
-            0
-        } else if d.y >= d.z {
-            1
-        } else {
-            2
-        };
-        let axes = [(z + 1) % 3, (z + 2) % 3, z];
-        let scale = 1.0 / ray.d[z];
-        NearestTriangle {
-            blocks,
+    fn new(s: S, o: Vec3, d: Vec3) -> Self {
+        let size = d.abs();
+        // Without branches: which axis it is cannot be predicted.
+        let y = usize::from(size.y > size.x);
+        let z = if size.z > size[y] { 2 } else { y };
+        let axes = [NEXT[z], NEXT[NEXT[z]], z];
+        let scale = 1.0 / d[z];
+        Sheared {
             axes,
-            o: axes.map(|a| s.splat(ray.o[a])),
-            shear: [
-                s.splat(-ray.d[axes[0]] * scale),
-                s.splat(-ray.d[axes[1]] * scale),
+            o: [
+                s.splat(o[axes[0]]),
+                s.splat(o[axes[1]]),
+                s.splat(o[axes[2]]),
             ],
+            shear: [s.splat(-d[axes[0]] * scale), s.splat(-d[axes[1]] * scale)],
             scale: s.splat(scale),
-            best: None,
         }
     }
 
-    /// A corner relative to the ray, which runs along z.
     #[inline(always)]
-    fn sheared(&self, s: S, corner: &[[f32; LANES]; 3]) -> [S::F; 3] {
+    fn corner(&self, s: S, corner: &[[f32; LANES]; 3]) -> [S::F; 3] {
         let relative = |i: usize| s.sub(s.load(&corner[self.axes[i]]), self.o[i]);
         let z = relative(2);
         [
@@ -98,15 +103,12 @@ impl<'a, S: Simd> NearestTriangle<'a, S> {
             z,
         ]
     }
-}
 
-impl<S: Simd> NearestLeaves<S> for NearestTriangle<'_, S> {
     #[inline(always)]
-    fn visit(&mut self, s: S, leaf: usize, t_max: f32) -> f32 {
-        let block = &self.blocks[leaf];
-        let a = self.sheared(s, &block.corners[0]);
-        let b = self.sheared(s, &block.corners[1]);
-        let c = self.sheared(s, &block.corners[2]);
+    fn cross(&self, s: S, block: &Block, t_max: f32) -> Crossing<S> {
+        let a = self.corner(s, &block.corners[0]);
+        let b = self.corner(s, &block.corners[1]);
+        let c = self.corner(s, &block.corners[2]);
         // Two rounded products each: their difference has the right sign or is zero.
         let edge = |p: [S::F; 3], q: [S::F; 3]| s.sub(s.mul(p[0], q[1]), s.mul(p[1], q[0]));
         let (u, v, w) = (edge(c, b), edge(a, c), edge(b, a));
@@ -116,15 +118,50 @@ impl<S: Simd> NearestLeaves<S> for NearestTriangle<'_, S> {
             s.le(zero, s.min(s.min(u, v), w)),
             s.le(s.max(s.max(u, v), w), zero),
         );
-        let height = s.mul_add(u, a[2], s.mul_add(v, b[2], s.mul(w, c[2])));
-        // 0 / 0 where the triangle is degenerate or seen from its edge: no comparison holds.
-        let t = s.div(s.mul(height, self.scale), det);
-        let hit = s.and(inside, s.and(s.lt(zero, t), s.lt(t, s.splat(t_max))));
-        let mut bits = s.bits(hit);
+        let z = s.mul_add(u, a[2], s.mul_add(v, b[2], s.mul(w, c[2])));
+        let height = s.mul_sign(s.mul(z, self.scale), det);
+        // All zero where the triangle is degenerate or seen from its edge: not below itself.
+        let farthest = s.mul(s.abs(det), s.splat(t_max));
+        let between = s.and(s.lt(zero, height), s.lt(height, farthest));
+        Crossing {
+            edges: [u, v, w],
+            det,
+            height,
+            hit: s.and(inside, between),
+        }
+    }
+}
+
+const NEXT: [usize; 3] = [1, 2, 0];
+
+/// The nearest-hit test for one ray.
+pub(super) struct NearestTriangle<'a, S: Simd> {
+    blocks: &'a [Block],
+    ray: Sheared<S>,
+    pub(super) best: Option<TriangleHit>,
+}
+
+impl<'a, S: Simd> NearestTriangle<'a, S> {
+    #[inline(always)]
+    pub(super) fn new(s: S, blocks: &'a [Block], ray: &Ray) -> Self {
+        NearestTriangle {
+            blocks,
+            ray: Sheared::new(s, ray.o, ray.d),
+            best: None,
+        }
+    }
+}
+
+impl<S: Simd> NearestLeaves<S> for NearestTriangle<'_, S> {
+    #[inline(always)]
+    fn visit(&mut self, s: S, leaf: usize, t_max: f32) -> f32 {
+        let block = &self.blocks[leaf];
+        let crossing = self.ray.cross(s, block, t_max);
+        let mut bits = s.bits(crossing.hit);
         if bits == 0 {
             return t_max;
         }
-        let t = s.store(t);
+        let t = s.store(s.div(crossing.height, s.abs(crossing.det)));
         let mut lane = bits.trailing_zeros() as usize % LANES;
         bits &= bits - 1;
         while bits != 0 {
@@ -132,7 +169,15 @@ impl<S: Simd> NearestLeaves<S> for NearestTriangle<'_, S> {
             lane = if t[other] < t[lane] { other } else { lane };
             bits &= bits - 1;
         }
-        let (v, w, det) = (s.store(v)[lane], s.store(w)[lane], s.store(det)[lane]);
+        if t[lane] >= t_max {
+            return t_max;
+        }
+        let [_, v, w] = crossing.edges;
+        let (v, w, det) = (
+            s.store(v)[lane],
+            s.store(w)[lane],
+            s.store(crossing.det)[lane],
+        );
         self.best = Some(TriangleHit {
             t: t[lane],
             id: block.ids[lane],
@@ -163,7 +208,7 @@ pub(super) struct Directions<V> {
 
 impl<V: Copy> EdgeVolumes<V> {
     #[inline(always)]
-    pub(super) fn new<S: Simd<F = V>>(s: S, block: &Block, o: [V; 3]) -> Self {
+    pub(super) fn new<L: Lanes<LANES, F = V>>(s: L, block: &Block, o: [V; 3]) -> Self {
         let [a, b, c] = [
             load3(s, &block.corners[0]),
             load3(s, &block.corners[1]),
@@ -195,7 +240,11 @@ impl<V: Copy> EdgeVolumes<V> {
     ///
     /// With edge values of one sign the line passes through; it meets the plane at `height / (normal · d)`, in (0, 1).
     #[inline(always)]
-    pub(super) fn hit_by<S: Simd<F = V>>(&self, s: S, segments: &Directions<V>) -> S::M {
+    pub(super) fn hit_by<const N: usize, L: Lanes<N, F = V>>(
+        &self,
+        s: L,
+        segments: &Directions<V>,
+    ) -> L::M {
         let facing = dot(s, self.normal, segments.d);
         let [u, v, w] = [
             self.edge(s, 0, segments, facing),
@@ -212,73 +261,67 @@ impl<V: Copy> EdgeVolumes<V> {
     }
 
     #[inline(always)]
-    fn edge<S: Simd<F = V>>(&self, s: S, edge: usize, segments: &Directions<V>, facing: V) -> V {
+    fn edge<const N: usize, L: Lanes<N, F = V>>(
+        &self,
+        s: L,
+        edge: usize,
+        segments: &Directions<V>,
+        facing: V,
+    ) -> V {
         let value = s.mul_sign(dot(s, self.edges[edge], segments.d), facing);
         s.mul_add(self.tolerances[edge], segments.size, value)
+    }
+
+    /// The triangles that a segment to somewhere in a box may hit: `middle` and `half` extent of the box of directions, and the
+    /// largest component of any of them.
+    #[inline(always)]
+    pub(super) fn within<L: Lanes<LANES, F = V>>(
+        &self,
+        s: L,
+        middle: [V; 3],
+        half: [V; 3],
+        size: V,
+    ) -> u32 {
+        let zero = s.splat(0.0);
+        let reach = dot(s, abs3(s, self.normal), half);
+        let facing = dot(s, self.normal, middle);
+        let (least, greatest) = (s.sub(facing, reach), s.add(facing, reach));
+        // Forwards is along the normal, through the plane from below.
+        let mut forwards = s.and(s.lt(zero, self.height), s.lt(self.height, greatest));
+        let mut backwards = s.and(s.lt(self.height, zero), s.lt(least, self.height));
+        for edge in 0..3 {
+            let n = self.edges[edge];
+            let slack = s.mul(self.tolerances[edge], size);
+            let reach = s.add(dot(s, abs3(s, n), half), slack);
+            let value = dot(s, n, middle);
+            forwards = s.and(forwards, s.le(zero, s.add(value, reach)));
+            backwards = s.and(backwards, s.le(s.sub(value, reach), zero));
+        }
+        s.bits(s.or(forwards, backwards))
     }
 }
 
 #[inline(always)]
-fn tolerance<S: Simd>(s: S, n: [S::F; 3]) -> S::F {
-    let sum = s.add(
-        s.add(s.mul_sign(n[0], n[0]), s.mul_sign(n[1], n[1])),
-        s.mul_sign(n[2], n[2]),
-    );
-    s.mul(sum, s.splat(2.0 * f32::EPSILON))
+fn tolerance<const N: usize, L: Lanes<N>>(s: L, n: [L::F; 3]) -> L::F {
+    let [x, y, z] = abs3(s, n);
+    s.mul(s.add(s.add(x, y), z), s.splat(ROUNDINGS))
 }
 
-#[inline(always)]
-pub(super) fn splat3<S: Simd>(s: S, v: Vec3) -> [S::F; 3] {
-    [s.splat(v.x), s.splat(v.y), s.splat(v.z)]
-}
-
-#[inline(always)]
-pub(super) fn load3<S: Simd>(s: S, v: &[[f32; LANES]; 3]) -> [S::F; 3] {
-    [s.load(&v[0]), s.load(&v[1]), s.load(&v[2])]
-}
-
-#[inline(always)]
-fn add3<S: Simd>(s: S, a: [S::F; 3], b: [S::F; 3]) -> [S::F; 3] {
-    [s.add(a[0], b[0]), s.add(a[1], b[1]), s.add(a[2], b[2])]
-}
-
-#[inline(always)]
-fn sub3<S: Simd>(s: S, a: [S::F; 3], b: [S::F; 3]) -> [S::F; 3] {
-    [s.sub(a[0], b[0]), s.sub(a[1], b[1]), s.sub(a[2], b[2])]
-}
-
-#[inline(always)]
-fn cross<S: Simd>(s: S, a: [S::F; 3], b: [S::F; 3]) -> [S::F; 3] {
-    [
-        s.mul_sub(a[1], b[2], s.mul(a[2], b[1])),
-        s.mul_sub(a[2], b[0], s.mul(a[0], b[2])),
-        s.mul_sub(a[0], b[1], s.mul(a[1], b[0])),
-    ]
-}
-
-#[inline(always)]
-fn dot<S: Simd>(s: S, a: [S::F; 3], b: [S::F; 3]) -> S::F {
-    s.mul_add(a[0], b[0], s.mul_add(a[1], b[1], s.mul(a[2], b[2])))
-}
+/// What rounding may make of zero in an edge function, relative to its terms.
+pub(super) const ROUNDINGS: f32 = 2.0 * f32::EPSILON;
 
 /// The any-hit test for one segment.
 pub(super) struct AnyTriangle<'a, S: Simd> {
     blocks: &'a [Block],
-    o: [S::F; 3],
-    segment: Directions<S::F>,
+    segment: Sheared<S>,
 }
 
 impl<'a, S: Simd> AnyTriangle<'a, S> {
     #[inline(always)]
     pub(super) fn new(s: S, blocks: &'a [Block], o: Vec3, d: Vec3) -> Self {
-        let segment = Directions {
-            d: splat3(s, d),
-            size: s.splat(d.abs().max_element()),
-        };
         AnyTriangle {
             blocks,
-            o: splat3(s, o),
-            segment,
+            segment: Sheared::new(s, o, d),
         }
     }
 }
@@ -286,7 +329,6 @@ impl<'a, S: Simd> AnyTriangle<'a, S> {
 impl<S: Simd> AnyLeaves<S> for AnyTriangle<'_, S> {
     #[inline(always)]
     fn visit(&self, s: S, leaf: usize) -> bool {
-        let volumes = EdgeVolumes::new(s, &self.blocks[leaf], self.o);
-        s.bits(volumes.hit_by(s, &self.segment)) != 0
+        s.bits(self.segment.cross(s, &self.blocks[leaf], 1.0).hit) != 0
     }
 }

@@ -1,0 +1,185 @@
+//! The kernels' operations in AVX-512.
+#![allow(
+    unsafe_code,
+    reason = "vendor intrinsics; every kernel is tested against the portable path"
+)]
+
+use super::simd::{Kernel, LANES, Lanes, Simd, WIDE};
+use super::stack::Stack;
+use std::arch::x86_64::*;
+use std::mem::MaybeUninit;
+
+/// Proof that the machine has AVX-512 (F, VL, DQ, BW) and what is older: [`Avx512::detect`] is the only way to get one.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Avx512(());
+
+impl Avx512 {
+    /// The proof, if it can be had.
+    pub(super) fn detect() -> Option<Self> {
+        let older = is_x86_feature_detected!("avx2")
+            && is_x86_feature_detected!("fma")
+            && is_x86_feature_detected!("bmi1")
+            && is_x86_feature_detected!("bmi2")
+            && is_x86_feature_detected!("lzcnt")
+            && is_x86_feature_detected!("popcnt");
+        let vectors = is_x86_feature_detected!("avx512f")
+            && is_x86_feature_detected!("avx512vl")
+            && is_x86_feature_detected!("avx512dq")
+            && is_x86_feature_detected!("avx512bw");
+        (older && vectors).then_some(Avx512(()))
+    }
+
+    /// Runs a kernel compiled for these instructions.
+    #[inline]
+    pub(super) fn run<K: Kernel>(self, kernel: K) -> K::Output {
+        // SAFETY: `self` exists only where `detect` found all that `run` enables.
+        unsafe { run(self, kernel) }
+    }
+}
+
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+fn run<K: Kernel>(avx512: Avx512, kernel: K) -> K::Output {
+    kernel.run(avx512)
+}
+
+macro_rules! lanes {
+    ($n:ident, $float:ident, $mask:ident, {
+        $($name:ident($($arg:ident: $ty:ident),*) -> $out:ident = $body:expr;)*
+    }, $splat:ident, $load:ident, $store:ident) => {
+        impl Lanes<$n> for Avx512 {
+            type F = $float;
+            type M = $mask;
+
+            $(
+                #[inline(always)]
+                fn $name(self, $($arg: Self::$ty),*) -> Self::$out {
+                    // SAFETY: `self` proves AVX-512, and register arithmetic has no other condition.
+                    unsafe { $body }
+                }
+            )*
+
+            #[inline(always)]
+            fn splat(self, x: f32) -> Self::F {
+                // SAFETY: `self` proves AVX-512.
+                unsafe { $splat(x) }
+            }
+
+            #[inline(always)]
+            fn load(self, x: &[f32; $n]) -> Self::F {
+                // SAFETY: `self` proves AVX-512; the array is readable floats, one per lane, and the load needs no alignment.
+                unsafe { $load(x.as_ptr()) }
+            }
+
+            #[inline(always)]
+            fn store(self, x: Self::F) -> [f32; $n] {
+                let mut out = [0.0; $n];
+                // SAFETY: `self` proves AVX-512; the array is writable floats, one per lane, and the store needs no alignment.
+                unsafe { $store(out.as_mut_ptr(), x) };
+                out
+            }
+
+            #[inline(always)]
+            fn and(self, a: Self::M, b: Self::M) -> Self::M {
+                a & b
+            }
+
+            #[inline(always)]
+            fn or(self, a: Self::M, b: Self::M) -> Self::M {
+                a | b
+            }
+
+            #[inline(always)]
+            fn bits(self, m: Self::M) -> u32 {
+                u32::from(m)
+            }
+        }
+    };
+}
+
+lanes!(
+    LANES, __m256, __mmask8,
+    {
+        add(a: F, b: F) -> F = _mm256_add_ps(a, b);
+        sub(a: F, b: F) -> F = _mm256_sub_ps(a, b);
+        mul(a: F, b: F) -> F = _mm256_mul_ps(a, b);
+        div(a: F, b: F) -> F = _mm256_div_ps(a, b);
+        min(a: F, b: F) -> F = _mm256_min_ps(a, b);
+        max(a: F, b: F) -> F = _mm256_max_ps(a, b);
+        abs(a: F) -> F = _mm256_andnot_ps(_mm256_set1_ps(-0.0), a);
+        mul_add(a: F, b: F, c: F) -> F = _mm256_fmadd_ps(a, b, c);
+        mul_sub(a: F, b: F, c: F) -> F = _mm256_fmsub_ps(a, b, c);
+        mul_sign(a: F, b: F) -> F = _mm256_xor_ps(a, _mm256_and_ps(b, _mm256_set1_ps(-0.0)));
+        le(a: F, b: F) -> M = _mm256_cmp_ps_mask::<_CMP_LE_OQ>(a, b);
+        lt(a: F, b: F) -> M = _mm256_cmp_ps_mask::<_CMP_LT_OQ>(a, b);
+    },
+    _mm256_set1_ps, _mm256_loadu_ps, _mm256_storeu_ps
+);
+
+lanes!(
+    WIDE, __m512, __mmask16,
+    {
+        add(a: F, b: F) -> F = _mm512_add_ps(a, b);
+        sub(a: F, b: F) -> F = _mm512_sub_ps(a, b);
+        mul(a: F, b: F) -> F = _mm512_mul_ps(a, b);
+        div(a: F, b: F) -> F = _mm512_div_ps(a, b);
+        min(a: F, b: F) -> F = _mm512_min_ps(a, b);
+        max(a: F, b: F) -> F = _mm512_max_ps(a, b);
+        abs(a: F) -> F = _mm512_andnot_ps(_mm512_set1_ps(-0.0), a);
+        mul_add(a: F, b: F, c: F) -> F = _mm512_fmadd_ps(a, b, c);
+        mul_sub(a: F, b: F, c: F) -> F = _mm512_fmsub_ps(a, b, c);
+        mul_sign(a: F, b: F) -> F = _mm512_xor_ps(a, _mm512_and_ps(b, _mm512_set1_ps(-0.0)));
+        le(a: F, b: F) -> M = _mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b);
+        lt(a: F, b: F) -> M = _mm512_cmp_ps_mask::<_CMP_LT_OQ>(a, b);
+    },
+    _mm512_set1_ps, _mm512_loadu_ps, _mm512_storeu_ps
+);
+
+impl Simd for Avx512 {
+    type Wide = Self;
+
+    #[inline(always)]
+    fn wide(self) -> Self {
+        self
+    }
+
+    #[inline(always)]
+    fn compact(self, words: &[u32; LANES], bits: u32, out: &mut [MaybeUninit<u32>; LANES]) {
+        // SAFETY: `self` proves AVX-512; the arrays are eight words.
+        unsafe {
+            let words = _mm256_loadu_si256(words.as_ptr().cast());
+            let words = _mm256_maskz_compress_epi32(bits as __mmask8, words);
+            _mm256_storeu_si256(out.as_mut_ptr().cast(), words);
+        }
+    }
+
+    #[inline(always)]
+    fn push_ordered(
+        self,
+        stack: &mut Stack,
+        children: &[u32; LANES],
+        order: u32,
+        near: __m256,
+        far: __m256,
+    ) {
+        // SAFETY: `self` proves AVX-512; `children` is eight readable words, and `spare` gives room for eight entries.
+        unsafe {
+            let places = _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21);
+            let order = _mm256_srlv_epi32(_mm256_set1_epi32(order as i32), places);
+            let words = _mm256_loadu_si256(children.as_ptr().cast());
+            let words = _mm256_permutevar8x32_epi32(words, order);
+            let near = _mm256_permutevar8x32_ps(near, order);
+            let far = _mm256_permutevar8x32_ps(far, order);
+            let mask = _mm256_cmp_ps_mask::<_CMP_LE_OQ>(near, far);
+            let (child_out, near_out) = stack.spare();
+            _mm256_storeu_si256(
+                child_out.as_mut_ptr().cast(),
+                _mm256_maskz_compress_epi32(mask, words),
+            );
+            _mm256_storeu_ps(
+                near_out.as_mut_ptr().cast(),
+                _mm256_maskz_compress_ps(mask, near),
+            );
+            stack.grow(mask.count_ones() as usize);
+        }
+    }
+}
