@@ -19,16 +19,6 @@ impl Diffuse {
         Lobes::DIFFUSE
     }
 
-    /// `f` for all directions of incidence on the side of the normal.
-    #[inline]
-    pub(super) fn f(&self, wo_z: f32) -> Rgb {
-        if wo_z > 0.0 {
-            self.reflectance * FRAC_1_PI
-        } else {
-            Rgb::BLACK
-        }
-    }
-
     #[inline]
     pub(super) fn eval(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Rgb {
         if !lobes.has(Lobes::DIFFUSE) || wi.z <= 0.0 || wo.z <= 0.0 {

@@ -1,9 +1,10 @@
 //! One scattering model with what wraps it: weight, sides, a tilted frame. Directions here are in the shading frame of the surface.
 
 use super::model::{Model, ModelSample};
-use super::{BsdfNumbers, LARGEST, Lobes};
+use super::{BsdfNumbers, BsdfSample, LARGEST, Lobes};
 use crate::color::Rgb;
 use crate::math::{Frame, Vec2, Vec3};
+use crate::sampling::warp;
 
 /// Which sides of a frame a model answers to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -105,6 +106,37 @@ impl Tilt {
     }
 }
 
+/// Lambertian reflection on one side of the shading frame.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Lambert {
+    pub albedo: Rgb,
+    /// Sign of z on that side.
+    pub side: f32,
+}
+
+impl Lambert {
+    /// Density of cosine-distributed directions, and `f cosθ` over the albedo.
+    #[inline]
+    pub(super) fn pdf(&self, w: Vec3) -> f32 {
+        warp::cosine_hemisphere_pdf(w.z * self.side)
+    }
+
+    /// A cosine-distributed direction; all of them carry the albedo.
+    #[inline]
+    pub(super) fn sample(&self, frame: &Frame, u: Vec2) -> Option<BsdfSample> {
+        let mut w = warp::cosine_hemisphere(u);
+        let pdf = warp::cosine_hemisphere_pdf(w.z);
+        w.z *= self.side;
+        (pdf > 0.0 && !self.albedo.is_black()).then(|| BsdfSample {
+            w: frame.to_world(w),
+            weight: self.albedo,
+            pdf,
+            lobe: Lobes::DIFFUSE,
+            eta: 1.0,
+        })
+    }
+}
+
 /// A model as part of a material.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Leaf<'s> {
@@ -191,18 +223,22 @@ impl Leaf<'_> {
         self.model.eval(wi, wo, self.model_lobes(lobes)) * weight
     }
 
-    /// `f` towards `wo` where that is one colour for all directions of incidence on its side; `None` for other models.
+    /// Lambert's model alone as seen from `wo`; `None` for other models, and on a side that is black.
     #[inline]
-    pub(super) fn lambert(&self, wo: Vec3) -> Option<Rgb> {
+    pub(super) fn plain_lambert(&self, wo: Vec3) -> Option<Lambert> {
         let Model::Diffuse(diffuse) = &self.model else {
             return None;
         };
-        if self.tilt.is_some() {
+        if self.tilt.is_some() || self.demoted {
             return None;
         }
         let outer = self.outer.mirror(wo.z)?;
         let inner = self.inner.mirror(wo.z * outer)?;
-        Some(diffuse.f(wo.z * outer * inner) * self.weight)
+        let side = outer * inner;
+        (wo.z * side > 0.0).then_some(Lambert {
+            albedo: diffuse.reflectance * self.weight,
+            side,
+        })
     }
 
     /// Density of [`Leaf::sample`].

@@ -34,7 +34,7 @@ pub use receiver::Receiver;
 use crate::color::Rgb;
 use crate::math::{Frame, Vec2, Vec3};
 use crate::sampling::{rng::mix, warp};
-use leaf::{Given, Leaf};
+use leaf::{Given, Lambert, Leaf};
 use model::{Model, ModelSample};
 use std::f32::consts::FRAC_1_PI;
 
@@ -93,6 +93,17 @@ impl Exit<'_> {
     }
 }
 
+/// See [`Bsdf::seen_by_width`].
+#[derive(Clone, Copy, Debug)]
+pub struct SeenByWidth {
+    /// `f |wi·ng|` of the `SMOOTH` lobes.
+    pub smooth: Rgb,
+    /// `f |wi·ng|` of the `NEAR_DELTA` lobes.
+    pub narrow: Rgb,
+    /// Per solid angle.
+    pub pdf: f32,
+}
+
 /// The most models that one material may consist of at a point; see [`Materials::bsdf`].
 const MAX_LEAVES: usize = 4;
 
@@ -144,10 +155,19 @@ impl<'s> Bsdf<'s> {
         self.eval_local(self.frame.to_local(wi), self.frame.to_local(wo), lobes)
     }
 
-    /// [`Bsdf::f_cos_wi`] of the `SMOOTH` lobes and of the `NEAR_DELTA` lobes: what next-event estimation adds to two terms.
+    /// What next-event estimation asks for at once: [`Bsdf::f_cos_wi`] of the `SMOOTH` lobes and of the `NEAR_DELTA` lobes, which
+    /// it adds to two terms, and [`Bsdf::pdf_wi`] of all. `None` if nothing is reflected.
     #[inline]
-    pub fn f_cos_wi_by_width(&self, wi: Vec3, wo: Vec3) -> (Rgb, Rgb) {
+    pub fn seen_by_width(&self, wi: Vec3, wo: Vec3) -> Option<SeenByWidth> {
         let (wi, wo) = (self.frame.to_local(wi), self.frame.to_local(wo));
+        if let Some(lambert) = self.plain_lambert(wo) {
+            let pdf = lambert.pdf(wi);
+            return (pdf > 0.0).then_some(SeenByWidth {
+                smooth: lambert.albedo * pdf,
+                narrow: Rgb::BLACK,
+                pdf,
+            });
+        }
         let part = |lobes| {
             if self.lobes.has(lobes) {
                 self.eval_local(wi, wo, lobes)
@@ -155,7 +175,12 @@ impl<'s> Bsdf<'s> {
                 Rgb::BLACK
             }
         };
-        (part(Lobes::SMOOTH), part(Lobes::NEAR_DELTA))
+        let (smooth, narrow) = (part(Lobes::SMOOTH), part(Lobes::NEAR_DELTA));
+        (!smooth.is_black() || !narrow.is_black()).then(|| SeenByWidth {
+            smooth,
+            narrow,
+            pdf: self.pdf_local(Given::Wo, wo, wi, Lobes::ALL),
+        })
     }
 
     /// `f |wo·ng|`: times incident flux this is radiant intensity towards `wo`.
@@ -171,6 +196,12 @@ impl<'s> Bsdf<'s> {
     /// to that class.
     pub fn sample_wi(&self, wo: Vec3, u: BsdfNumbers, lobes: Lobes) -> Option<BsdfSample> {
         let given = self.frame.to_local(wo);
+        if let Some(lambert) = self
+            .plain_lambert(given)
+            .filter(|_| lobes.has(Lobes::DIFFUSE))
+        {
+            return lambert.sample(&self.frame, u.direction);
+        }
         match self.draw_wi(given, u, lobes)? {
             Drawn::Delta(sample) => Some(sample),
             Drawn::Finite { w, local, eta } => {
@@ -321,6 +352,15 @@ impl<'s> Bsdf<'s> {
             .map(|sample| sample.weight)
             .sum();
         sum / COUNT as f32
+    }
+
+    /// The shortcut for what most surfaces are: Lambert's model alone. `None` for others, and on a side that is black.
+    #[inline]
+    fn plain_lambert(&self, wo: Vec3) -> Option<Lambert> {
+        match &self.leaves {
+            [Some(leaf), None, ..] => leaf.plain_lambert(wo),
+            _ => None,
+        }
     }
 
     #[inline]

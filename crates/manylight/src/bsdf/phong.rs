@@ -6,6 +6,7 @@ use super::diffuse::Diffuse;
 use super::model::{ModelSample, microfacet_class};
 use super::{BsdfNumbers, Lobes};
 use crate::color::Rgb;
+use crate::math::trig::sin_cos_turns;
 use crate::math::{Frame, Vec3, float::safe_sqrt};
 use crate::sampling::warp;
 use std::f32::consts::{FRAC_1_PI, TAU};
@@ -114,7 +115,7 @@ impl Phong {
         }
         let cos = (1.0 - u.direction.y).powf(1.0 / (self.exponent + 1.0));
         let sin = safe_sqrt(1.0 - cos * cos);
-        let (sin_phi, cos_phi) = (TAU * u.direction.x).sin_cos();
+        let (sin_phi, cos_phi) = sin_cos_turns(u.direction.x);
         let mirror = Vec3::new(-given.x, -given.y, given.z);
         let w = Frame::from_normal(mirror).to_world(Vec3::new(sin * cos_phi, sin * sin_phi, cos));
         (w.z > 0.0).then(|| ModelSample::finite(w))

@@ -10,9 +10,10 @@ use super::microfacet::Microfacets;
 use super::model::{ModelSample, microfacet_class};
 use super::{BsdfNumbers, Lobes, NEAR_DELTA_ALPHA};
 use crate::color::Rgb;
+use crate::math::trig::sin_cos_turns;
 use crate::math::{Vec2, Vec3, float::safe_sqrt};
 use crate::sampling::warp;
-use std::f32::consts::{FRAC_1_PI, PI, TAU};
+use std::f32::consts::{FRAC_1_PI, PI};
 
 /// Smallest microfacet roughness.
 const MIN_ALPHA: f32 = 1e-3;
@@ -371,7 +372,7 @@ impl Principled {
         let a2 = self.clearcoat_alpha * self.clearcoat_alpha;
         let cos2 = (1.0 - a2.powf(1.0 - u.y)) / (1.0 - a2);
         let sin = safe_sqrt(1.0 - cos2);
-        let (sin_phi, cos_phi) = (TAU * u.x).sin_cos();
+        let (sin_phi, cos_phi) = sin_cos_turns(u.x);
         Vec3::new(cos_phi * sin, sin_phi * sin, safe_sqrt(cos2))
     }
 }

@@ -3,6 +3,7 @@
 use super::{Bsdf, Lobes};
 use crate::color::Rgb;
 use crate::math::Vec3;
+use std::f32::consts::FRAC_1_PI;
 
 /// A scattering function seen by one viewer, for sums over many directions of incidence.
 #[derive(Clone, Copy, Debug)]
@@ -32,10 +33,10 @@ impl<'s> Bsdf<'s> {
     #[inline]
     pub fn receiver(&self, wo: Vec3, lobes: Lobes) -> Receiver<'_, 's> {
         let wo = self.frame.to_local(wo);
-        let lambert = match self.leaves {
-            [Some(ref leaf), None, ..] if lobes.has(Lobes::DIFFUSE) => leaf.lambert(wo),
-            _ => None,
-        };
+        let lambert = self
+            .plain_lambert(wo)
+            .filter(|_| lobes.has(Lobes::DIFFUSE))
+            .map(|lambert| lambert.albedo * FRAC_1_PI);
         Receiver {
             bsdf: self,
             wo,

@@ -11,9 +11,10 @@ use super::model::{ModelSample, microfacet_class};
 use super::phong::{conserve_energy, lobe_share};
 use super::{BsdfNumbers, Lobes};
 use crate::color::Rgb;
+use crate::math::trig::sin_cos_turns;
 use crate::math::{Vec2, Vec3};
 use crate::sampling::warp;
-use std::f32::consts::{FRAC_1_PI, TAU};
+use std::f32::consts::FRAC_1_PI;
 
 /// Below this roughness single precision breaks down.
 const MIN_ALPHA: f32 = 1e-4;
@@ -115,7 +116,7 @@ impl Ward {
         if u.lobe >= self.lobe_probability(lobes) {
             return Some(ModelSample::finite(warp::cosine_hemisphere(u.direction)));
         }
-        let (sin_phi, cos_phi) = (TAU * u.direction.y).sin_cos();
+        let (sin_phi, cos_phi) = sin_cos_turns(u.direction.y);
         let slope = self.alpha * Vec2::new(cos_phi, sin_phi) * (-(1.0 - u.direction.x).ln()).sqrt();
         let w = reflect(given, slope.extend(1.0).normalize());
         (w.z > 0.0).then(|| ModelSample::finite(w))

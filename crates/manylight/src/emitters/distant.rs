@@ -94,13 +94,23 @@ pub(super) struct Distant {
     sphere: BoundingSphere,
 }
 
+/// What the numbers of a direct sample decide about distant emitters.
+#[derive(Clone, Copy, Debug)]
+pub struct DistantPlan {
+    source: usize,
+    u_left: f32,
+    /// Of a picture.
+    tile: usize,
+    u: Vec2,
+}
+
 /// A direction to a distant emitter.
 pub(super) struct DistantSample {
     pub(super) wi: Vec3,
     pub(super) emitter: EmitterId,
     /// Irradiance across `wi` over the probability of the choice, for parallel light; `None` for the others.
     pub(super) parallel: Option<Rgb>,
-    /// Where one picture is all that fills directions: radiance from `wi`, and what [`Distant::pdf`] gives.
+    /// Where one emitter is all that there is: what [`Distant::look_up`] gives.
     pub(super) known: Option<(Rgb, f32)>,
 }
 
@@ -160,15 +170,25 @@ impl Distant {
             .map(|s| (s.emitter, s.kind.total() * self.sphere.cross_section()))
     }
 
-    /// A direction for direct light at a receiver with normal `n`.
-    pub(super) fn sample(
-        &self,
-        emitters: &[Emitter],
-        n: Option<Vec3>,
-        u_choice: f32,
-        u: Vec2,
-    ) -> DistantSample {
+    /// The emitter that `u_choice` names, and what else the numbers decide before the receiver is known.
+    #[inline]
+    pub(super) fn plan(&self, u_choice: f32, u: Vec2) -> DistantPlan {
         let (source, u_left) = self.choose(u_choice);
+        let (tile, u) = match &self.sources[source].kind {
+            Kind::Environment(sampler) => sampler.plan(u),
+            _ => (0, u),
+        };
+        DistantPlan {
+            source,
+            u_left,
+            tile,
+            u,
+        }
+    }
+
+    /// A direction for direct light at a receiver with normal `n`.
+    pub(super) fn sample(&self, n: Option<Vec3>, plan: &DistantPlan) -> DistantSample {
+        let (source, u) = (&self.sources[plan.source], plan.u);
         let emitter = source.emitter;
         let wi = match &source.kind {
             Kind::Directional { wi, irradiance } => {
@@ -180,13 +200,13 @@ impl Distant {
                 };
             }
             Kind::Constant { .. } => match n {
-                Some(n) if !split(u_left, UNIFORM_SHARE).0 => Frame::from_normal(n)
+                Some(n) if !split(plan.u_left, UNIFORM_SHARE).0 => Frame::from_normal(n)
                     .to_world(warp::cosine_hemisphere(u))
                     .normalize(),
                 _ => warp::sphere(u),
             },
             Kind::Environment(sampler) => {
-                let sample = sampler.sample(environment(emitters, emitter), u);
+                let sample = sampler.planned(plan.tile, u);
                 let alone = self.sources.len() == 1;
                 return DistantSample {
                     wi: sample.wi,
@@ -204,30 +224,23 @@ impl Distant {
         }
     }
 
-    /// Density of [`Distant::sample`] over all emitters that fill a solid angle.
-    pub(super) fn pdf(&self, emitters: &[Emitter], n: Option<Vec3>, wi: Vec3) -> f32 {
-        let density = |source: &Source| match &source.kind {
-            Kind::Directional { .. } => 0.0,
-            Kind::Constant { .. } => match n {
-                Some(n) => {
-                    let cosine = warp::cosine_hemisphere_pdf(n.dot(wi));
-                    UNIFORM_SHARE * warp::SPHERE_PDF + (1.0 - UNIFORM_SHARE) * cosine
+    /// Radiance from `wi` of all emitters that fill a solid angle, and the density of [`Distant::sample`] over them.
+    #[inline]
+    pub(super) fn look_up(&self, n: Option<Vec3>, wi: Vec3) -> (Rgb, f32) {
+        let (mut radiance, mut pdf) = (Rgb::BLACK, 0.0);
+        for source in &self.sources {
+            let (l, density) = match &source.kind {
+                Kind::Directional { .. } => continue,
+                Kind::Constant { radiance } => (*radiance, constant_pdf(n, wi)),
+                Kind::Environment(sampler) => {
+                    let seen = sampler.look_up(wi);
+                    (seen.radiance, seen.pdf)
                 }
-                None => warp::SPHERE_PDF,
-            },
-            Kind::Environment(sampler) => sampler.pdf(environment(emitters, source.emitter), wi),
-        };
-        self.sources.iter().map(|s| s.pmf * density(s)).sum()
-    }
-
-    /// Radiance of all emitters that fill a solid angle.
-    pub(super) fn radiance(&self, emitters: &[Emitter], wi: Vec3) -> Rgb {
-        let radiance = |source: &Source| match &source.kind {
-            Kind::Directional { .. } => Rgb::BLACK,
-            Kind::Constant { radiance } => *radiance,
-            Kind::Environment(_) => environment(emitters, source.emitter).radiance(wi),
-        };
-        self.sources.iter().map(radiance).sum()
+            };
+            radiance += l;
+            pdf += source.pmf * density;
+        }
+        (radiance, pdf)
     }
 
     /// Whether any emitter fills a solid angle.
@@ -238,12 +251,7 @@ impl Distant {
     }
 
     /// A ray of light from `emitter` into the bounding sphere, and its flux.
-    pub(super) fn emit(
-        &self,
-        emitters: &[Emitter],
-        emitter: EmitterId,
-        u: EmissionPoint,
-    ) -> Option<(Ray, Rgb)> {
+    pub(super) fn emit(&self, emitter: EmitterId, u: EmissionPoint) -> Option<(Ray, Rgb)> {
         let source = self.sources.iter().find(|s| s.emitter == emitter)?;
         let mut point = [u.direction.x, u.direction.y, u.position.x, u.position.y];
         let guide = source.guide.as_ref();
@@ -252,7 +260,7 @@ impl Distant {
             point = local.guide.warp(point);
         }
         let [x, y, across_x, across_y] = point;
-        let (wi, irradiance) = source.direction(emitters, Vec2::new(x, y))?;
+        let (wi, irradiance) = source.direction(Vec2::new(x, y))?;
         let frame = Frame::from_normal(wi);
         let disc = warp::disc(Vec2::new(across_x, across_y));
         let across = match guided {
@@ -298,7 +306,6 @@ impl Distant {
     /// For each source, some directions: what light arrives at `p` across the normal `n`, if the way is free.
     pub(super) fn arrivals(
         &self,
-        emitters: &[Emitter],
         (p, n): (Vec3, Vec3),
         mut u: impl FnMut() -> Vec2,
         is_free: impl Fn(Vec3) -> bool,
@@ -311,7 +318,7 @@ impl Distant {
                 DIRECTIONS_PER_POINT
             };
             for u_direction in (0..count).map(|_| u()) {
-                let Some((wi, irradiance)) = description.direction(emitters, u_direction) else {
+                let Some((wi, irradiance)) = description.direction(u_direction) else {
                     continue;
                 };
                 let weight = irradiance.strength() * n.dot(wi);
@@ -379,19 +386,18 @@ impl Distant {
             .map(|s| (s.emitter, s.guide.as_ref().map_or(1.0, |local| local.gain)))
     }
 
-    fn choose(&self, u: f32) -> (&Source, f32) {
+    /// Index of a source, and what is left of `u`.
+    #[inline]
+    fn choose(&self, u: f32) -> (usize, f32) {
         let mut below = 0.0;
-        for source in &self.sources {
+        for (i, source) in self.sources.iter().enumerate() {
             if u < below + source.pmf {
-                return (
-                    source,
-                    ((u - below) / source.pmf).clamp(0.0, 1.0 - f32::EPSILON),
-                );
+                return (i, ((u - below) / source.pmf).clamp(0.0, 1.0 - f32::EPSILON));
             }
             below += source.pmf;
         }
         // Rounding alone leads here.
-        (&self.sources[self.sources.len() - 1], 0.5)
+        (self.sources.len() - 1, 0.5)
     }
 }
 
@@ -406,13 +412,12 @@ pub(super) struct EmissionPoint {
 
 impl Source {
     /// The direction that `u` names, distributed like the light, and the irradiance across it: radiance over pdf.
-    fn direction(&self, emitters: &[Emitter], u: Vec2) -> Option<(Vec3, Rgb)> {
+    fn direction(&self, u: Vec2) -> Option<(Vec3, Rgb)> {
         match &self.kind {
             Kind::Directional { wi, irradiance } => Some((*wi, *irradiance)),
             Kind::Constant { radiance } => Some((warp::sphere(u), *radiance / warp::SPHERE_PDF)),
             Kind::Environment(sampler) => {
-                let environment = environment(emitters, self.emitter);
-                let sample = sampler.sample(environment, u);
+                let sample = sampler.sample(u);
                 (sample.pdf > 0.0).then(|| (sample.wi, sample.radiance / sample.pdf))
             }
         }
@@ -445,10 +450,15 @@ impl Kind {
     }
 }
 
-fn environment(emitters: &[Emitter], id: EmitterId) -> &super::Environment {
-    match &emitters[id.index()] {
-        Emitter::Environment(environment) => environment,
-        other => unreachable!("invariant: samplers are made for environments, not for {other:?}"),
+/// Density of directions to constant surroundings.
+#[inline]
+fn constant_pdf(n: Option<Vec3>, wi: Vec3) -> f32 {
+    match n {
+        Some(n) => {
+            let cosine = warp::cosine_hemisphere_pdf(n.dot(wi));
+            UNIFORM_SHARE * warp::SPHERE_PDF + (1.0 - UNIFORM_SHARE) * cosine
+        }
+        None => warp::SPHERE_PDF,
     }
 }
 

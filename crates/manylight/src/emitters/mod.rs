@@ -1,10 +1,12 @@
 //! What the scene file declares as sources of light ("light" is reserved for virtual lights).
 //!
 //! An emitter answers three questions: a photon leaves ([`Emitters::sample_emission`]), it is seen from a point
-//! ([`Emitters::sample_direct`]), a ray hits it ([`Emitters::radiance`], [`Emitters::environment_radiance`]).
+//! ([`Emitters::sample_direct`]), a ray hits it ([`Emitters::radiance`], [`Emitters::environment`]).
 
 mod distant;
 pub mod environment;
+mod environment_tiles;
+mod flat;
 mod guide;
 mod light_tree;
 mod parts;
@@ -17,10 +19,12 @@ pub use environment::Environment;
 use crate::color::Rgb;
 use crate::geometry::{Geometry, Ray, SurfacePoint, SurfaceRef};
 use crate::ids::{EmitterId, PrimitiveId, TextureId};
+use crate::image::Image;
 use crate::math::{Frame, Vec2, Vec3};
 use crate::sampling::alias::Alias;
 use crate::sampling::{Sampler, Stream, warp};
 use crate::texture::{ColorInput, Texture};
+pub use distant::DistantPlan;
 use distant::{Arrival, BoundingSphere, Distant, EmissionPoint};
 use light_tree::LightTree;
 use parts::{Form, Part, PartBounds};
@@ -125,6 +129,20 @@ pub struct DirectSample {
     pub emitter: EmitterId,
 }
 
+/// A direct sample as far as its numbers alone decide about it.
+#[derive(Clone, Copy, Debug)]
+pub enum DirectPlan {
+    /// An emitter at some place in the scene.
+    Local {
+        /// Chooses it.
+        u_choice: f32,
+        /// Chooses a point on it.
+        u: Vec2,
+    },
+    /// An emitter at infinity.
+    Distant(DistantPlan),
+}
+
 /// All emitters of a scene, with what is needed to choose among 10^5 of them.
 #[derive(Debug)]
 pub struct Emitters {
@@ -182,8 +200,13 @@ impl Strength for Rgb {
 impl Emitters {
     /// Prepares the choice. Area emitters are found through `geometry`'s primitives (one emitter may sit on several primitives;
     /// emitters inside instanced groups are refused by `Scene::build`).
-    pub fn new(emitters: Vec<Emitter>, geometry: &Geometry, textures: &[Texture]) -> Self {
+    pub fn new(mut emitters: Vec<Emitter>, geometry: &Geometry, textures: &[Texture]) -> Self {
         let distant = Distant::new(&emitters, BoundingSphere::new(geometry.bounds()));
+        for emitter in &mut emitters {
+            if let Emitter::Environment(environment) = emitter {
+                environment.image = Image::default();
+            }
+        }
         let pieces = PieceList::collect(&emitters, geometry, textures);
         let mut powers = pieces.powers(emitters.len());
         let local = total_strength(&powers);
@@ -212,7 +235,7 @@ impl Emitters {
         }
     }
 
-    /// The descriptions; index by [`EmitterId`].
+    /// The descriptions; index by [`EmitterId`]. Pictures of surroundings are taken out, because they are kept in another form.
     pub fn descriptions(&self) -> &[Emitter] {
         &self.emitters
     }
@@ -254,7 +277,7 @@ impl Emitters {
                     direction: u.direction,
                     guide: u.part,
                 };
-                let (ray, flux) = self.distant.emit(&self.emitters, emitter, point)?;
+                let (ray, flux) = self.distant.emit(emitter, point)?;
                 (ray, flux, None)
             }
         };
@@ -282,7 +305,6 @@ impl Emitters {
         }
         let pilot = Pilot {
             geometry,
-            emitters: &self.emitters,
             distant: &self.distant,
             see_through: &see_through,
         };
@@ -340,10 +362,34 @@ impl Emitters {
         u_choice: f32,
         u: Vec2,
     ) -> Option<DirectSample> {
+        self.sample_planned(geometry, textures, p, n, &self.plan_direct(u_choice, u))
+    }
+
+    /// The first half of [`Emitters::sample_direct`]: what the numbers decide by themselves. Asks for the memory that the second
+    /// half will read.
+    #[inline]
+    pub fn plan_direct(&self, u_choice: f32, u: Vec2) -> DirectPlan {
         let (is_distant, u_choice) = split(u_choice, self.distant_share);
         if is_distant {
-            return self.sample_distant(p, n, u_choice, u);
+            DirectPlan::Distant(self.distant.plan(u_choice, u))
+        } else {
+            DirectPlan::Local { u_choice, u }
         }
+    }
+
+    /// The second half of [`Emitters::sample_direct`].
+    pub fn sample_planned(
+        &self,
+        geometry: &Geometry,
+        textures: &[Texture],
+        p: Vec3,
+        n: Option<Vec3>,
+        plan: &DirectPlan,
+    ) -> Option<DirectSample> {
+        let (u_choice, u) = match plan {
+            DirectPlan::Distant(plan) => return self.sample_distant(p, n, plan),
+            DirectPlan::Local { u_choice, u } => (*u_choice, *u),
+        };
         let (index, pmf) = self.tree.sample(p, n, u_choice)?;
         let part = &self.parts[index];
         let pmf = pmf * (1.0 - self.distant_share);
@@ -380,21 +426,14 @@ impl Emitters {
         }
     }
 
-    fn sample_distant(
-        &self,
-        p: Vec3,
-        n: Option<Vec3>,
-        u_choice: f32,
-        u: Vec2,
-    ) -> Option<DirectSample> {
-        let sample = self.distant.sample(&self.emitters, n, u_choice, u);
+    fn sample_distant(&self, p: Vec3, n: Option<Vec3>, plan: &DistantPlan) -> Option<DirectSample> {
+        let sample = self.distant.sample(n, plan);
         let (weight, pdf) = match sample.parallel {
             Some(irradiance) => (irradiance / self.distant_share, 0.0),
             None => {
-                let (radiance, pdf) = sample.known.unwrap_or_else(|| {
-                    let pdf = self.distant.pdf(&self.emitters, n, sample.wi);
-                    (self.environment_radiance(sample.wi), pdf)
-                });
+                let (radiance, pdf) = sample
+                    .known
+                    .unwrap_or_else(|| self.distant.look_up(n, sample.wi));
                 let pdf = self.distant_share * pdf;
                 (radiance / pdf, pdf)
             }
@@ -432,11 +471,6 @@ impl Emitters {
         }
     }
 
-    /// Density per solid angle with which [`Emitters::sample_direct`] at (`p`, `n`) finds a direction to the surroundings.
-    pub fn pdf_direct_environment(&self, _p: Vec3, n: Option<Vec3>, wi: Vec3) -> f32 {
-        self.distant_share * self.distant.pdf(&self.emitters, n, wi)
-    }
-
     /// Radiance that the surface emits at `x` towards `wo`; black for surfaces that do not emit.
     pub fn radiance(
         &self,
@@ -456,9 +490,12 @@ impl Emitters {
         }
     }
 
-    /// Radiance that arrives from the surroundings along unit `wi` (pointing away from the scene).
-    pub fn environment_radiance(&self, wi: Vec3) -> Rgb {
-        self.distant.radiance(&self.emitters, wi)
+    /// Radiance that arrives from the surroundings along unit `wi` (pointing away from the scene), and the density per solid angle
+    /// with which [`Emitters::sample_direct`] at a receiver with normal `n` finds that direction.
+    #[inline]
+    pub fn environment(&self, n: Option<Vec3>, wi: Vec3) -> (Rgb, f32) {
+        let (radiance, pdf) = self.distant.look_up(n, wi);
+        (radiance, self.distant_share * pdf)
     }
 
     /// Whether there are surroundings at all.
@@ -489,7 +526,6 @@ impl Emitters {
 /// Finds out where light from afar gets in.
 struct Pilot<'a, F> {
     geometry: &'a Geometry,
-    emitters: &'a [Emitter],
     distant: &'a Distant,
     see_through: &'a F,
 }
@@ -508,12 +544,10 @@ impl<F: Fn(PrimitiveId) -> bool> Pilot<'_, F> {
             let Some(x) = self.nearest(ray) else { break };
             let n = if x.ng.dot(ray.d) < 0.0 { x.ng } else { -x.ng };
             let is_free = |wi: Vec3| self.nearest(x.spawn(wi)).is_none();
-            arrivals.extend(self.distant.arrivals(
-                self.emitters,
-                (x.p, n),
-                || sampler.next_2d(),
-                is_free,
-            ));
+            arrivals.extend(
+                self.distant
+                    .arrivals((x.p, n), || sampler.next_2d(), is_free),
+            );
             let w = Frame::from_normal(n)
                 .to_world(warp::cosine_hemisphere(sampler.next_2d()))
                 .normalize();

@@ -1,9 +1,11 @@
 //! The pieces among which the light tree chooses: primitives, triangles of larger meshes, points and spots.
 
 use super::Emitter;
+use super::flat::Flat;
 use crate::color::Rgb;
 use crate::geometry::{Geometry, Shape, SurfacePoint, SurfaceRef};
 use crate::ids::{EmitterId, PrimitiveId};
+use crate::math::trig::sin_cos_turns;
 use crate::math::{Aabb, Affine3A, Cone, Frame, Vec2, Vec3};
 use crate::sampling::warp;
 use crate::texture::{ColorInput, Texture};
@@ -39,6 +41,8 @@ pub(super) struct Part {
     pub(super) form: Form,
     /// In m²; 0 for points.
     pub(super) area: f32,
+    /// How it is seen, where that is simple.
+    flat: Option<Flat>,
 }
 
 /// What the light tree knows about a piece.
@@ -90,6 +94,7 @@ pub(super) fn parts_of_primitive(
             primitive,
             form,
             area: geometry.area(primitive),
+            flat: None,
         };
         vec![(0, part, bounds, normals)]
     };
@@ -139,6 +144,11 @@ pub(super) fn parts_of_primitive(
         }
     };
     let lit = |(element, part, bounds, normals): (u32, Part, Aabb, Cone)| {
+        let flat = match radiance {
+            ColorInput::Constant(_) => flat(geometry, &part),
+            ColorInput::Texture(_) => None,
+        };
+        let part = Part { flat, ..part };
         let power = mean_radiance(geometry, textures, &part, radiance) * (PI * part.area);
         (
             element,
@@ -156,6 +166,29 @@ pub(super) fn parts_of_primitive(
         .filter(|(_, part, ..)| part.area > 0.0)
         .map(lit)
         .collect()
+}
+
+/// What direct light needs of a piece of one color, if it is flat.
+fn flat(geometry: &Geometry, part: &Part) -> Option<Flat> {
+    let at = |element, coordinates| {
+        geometry.surface_point(reference(part.primitive, element, coordinates))
+    };
+    let corners = |element| [Vec2::ZERO, Vec2::X, Vec2::Y].map(|c| at(element, c));
+    let shape = geometry.primitives()[part.primitive.index()].shape;
+    match (part.form, &geometry.shapes()[shape.index()]) {
+        (Form::Triangle { element }, _) => Flat::triangles(&[corners(element)]),
+        (Form::Primitive, Shape::Mesh(mesh)) if mesh.triangles.len() == 1 => {
+            Flat::triangles(&[corners(0)])
+        }
+        (Form::Primitive, Shape::Mesh(mesh)) if mesh.triangles.len() == 2 => {
+            Flat::triangles(&[corners(0), corners(1)])
+        }
+        (Form::Primitive, Shape::Disk) => {
+            let [center, u, v] = corners(0);
+            Some(Flat::disk([&center, &u, &v], part.area))
+        }
+        _ => None,
+    }
 }
 
 /// How a sphere is sampled, its box and its normals.
@@ -225,6 +258,7 @@ pub(super) fn part_of_point(
         primitive: PrimitiveId(u32::MAX),
         form: Form::Point { position },
         area: 0.0,
+        flat: None,
     };
     Some((
         part,
@@ -247,6 +281,9 @@ impl Part {
         p: Vec3,
         u: Vec2,
     ) -> Option<SeenPoint> {
+        if let (Some(flat), ColorInput::Constant(radiance)) = (&self.flat, radiance) {
+            return flat.sample(radiance, p, u);
+        }
         if let Some(cone) = self.visible_cone(p) {
             return self.sample_sphere(&cone, radiance, p, u);
         }
@@ -349,7 +386,7 @@ impl Part {
         let axis = (cone.center - p) / cone.distance;
         let drop = u.y * cone.one_minus_cos;
         let (cos, sin) = (1.0 - drop, (drop * (2.0 - drop)).sqrt());
-        let (sin_phi, cos_phi) = (TAU * u.x).sin_cos();
+        let (sin_phi, cos_phi) = sin_cos_turns(u.x);
         let wi = Frame::from_normal(axis)
             .to_world(Vec3::new(sin * cos_phi, sin * sin_phi, cos))
             .normalize();
@@ -407,6 +444,7 @@ fn triangle(
         primitive,
         form: Form::Triangle { element },
         area,
+        flat: None,
     };
     (part, Aabb::from_points([a, b, c]), normals)
 }

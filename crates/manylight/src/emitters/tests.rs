@@ -114,7 +114,8 @@ fn environment_lookups_match_mitsuba() {
     ];
     let check = |environment: &Environment, cases: &[([f32; 3], [f32; 3])]| {
         for &(w, value) in cases {
-            let difference = environment.radiance(Vec3::from(w)) - Rgb::from(value);
+            let sampler = EnvironmentSampler::new(environment).unwrap();
+            let difference = sampler.look_up(Vec3::from(w)).radiance - Rgb::from(value);
             assert!(
                 difference.map(f32::abs).max_channel() < 1e-4,
                 "at {w:?}: off by {difference:?}"
@@ -136,8 +137,8 @@ fn environment_samples_follow_their_density() {
     let sampler = EnvironmentSampler::new(&environment).unwrap();
     check_directions(
         200_000,
-        |u| Some(sampler.sample(&environment, u).wi),
-        |w| sampler.pdf(&environment, w),
+        |u| Some(sampler.sample(u).wi),
+        |w| sampler.look_up(w).pdf,
     );
 }
 
@@ -155,8 +156,9 @@ fn a_small_sun_is_sampled_well() {
     let mut numbers = Sampler::new(5, 0, Stream::Test, 0);
     let total = sampler.total().g;
     for _ in 0..5000 {
-        let wi = sampler.sample(&environment, numbers.next_2d()).wi;
-        let weight = environment.radiance(wi).g / sampler.pdf(&environment, wi);
+        let wi = sampler.sample(numbers.next_2d()).wi;
+        let seen = sampler.look_up(wi);
+        let weight = seen.radiance.g / seen.pdf;
         assert!(
             (0.6..1.5).contains(&(weight / total)),
             "weight {weight} for {total}"
@@ -184,8 +186,8 @@ fn pictures_without_extent_or_light_are_harmless() {
         assert!((sampler.total().r - 8.0 * PI).abs() < 1e-3);
         check_directions(
             20_000,
-            |u| Some(sampler.sample(&bright, u).wi),
-            |w| sampler.pdf(&bright, w),
+            |u| Some(sampler.sample(u).wi),
+            |w| sampler.look_up(w).pdf,
         );
     }
 }
@@ -223,10 +225,10 @@ fn distant_directions_follow_their_density() {
         check_directions(
             200_000,
             |u| {
-                let sample = distant.sample(&emitters, n, choice.next_1d(), u);
+                let sample = distant.sample(n, &distant.plan(choice.next_1d(), u));
                 sample.parallel.is_none().then_some(sample.wi)
             },
-            |w| distant.pdf(&emitters, n, w),
+            |w| distant.look_up(n, w).1,
         );
     }
 }
@@ -246,7 +248,7 @@ fn distant_emission_crosses_the_sphere_evenly() {
                 direction: numbers.next_2d(),
                 guide: 0.5,
             };
-            let (ray, sample_flux) = distant.emit(&emitters, emitter, u).unwrap();
+            let (ray, sample_flux) = distant.emit(emitter, u).unwrap();
             let to_center = center - ray.o;
             let along = to_center.dot(ray.d);
             let miss = (to_center - ray.d * along).length();
@@ -756,10 +758,7 @@ fn found(world: &World, p: Vec3, n: Option<Vec3>, wi: Vec3) -> (Rgb, f32) {
                 world.emitters.pdf_direct(&world.geometry, p, n, &y),
             )
         }
-        None => (
-            world.emitters.environment_radiance(wi),
-            world.emitters.pdf_direct_environment(p, n, wi),
-        ),
+        None => world.emitters.environment(n, wi),
     }
 }
 

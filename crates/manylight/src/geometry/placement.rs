@@ -3,6 +3,7 @@
 use super::analytic::{Analytic, affine_f64};
 use super::{Hit, Mesh, Ray, Segment, Shape, SurfaceRef};
 use crate::ids::PrimitiveId;
+use crate::math::prefetch::prefetch;
 use crate::math::{Aabb, Affine3A, Frame, Mat3, Vec2, Vec3};
 use crate::sampling::warp;
 use glam::{DAffine3, Mat3A};
@@ -265,6 +266,31 @@ impl Placement {
             } => {
                 let element = element as usize;
                 triangles[element].surface(mesh_of(shape), normals.as_ref(), element, coordinates)
+            }
+        }
+    }
+
+    /// Asks for the memory of a triangle that [`Placement::surface`] will read.
+    #[inline]
+    pub(super) fn expect(&self, shape: &Shape, element: u32) {
+        if let Placement::Mesh { triangles, .. } = self {
+            prefetch(&triangles[element as usize]);
+            prefetch(&mesh_of(shape).triangles[element as usize]);
+        }
+    }
+
+    /// The same for the triangle's vertices, once [`Placement::expect`] has had its time.
+    #[inline]
+    pub(super) fn expect_vertices(&self, shape: &Shape, element: u32) {
+        if let Placement::Mesh { normals, .. } = self {
+            let mesh = mesh_of(shape);
+            for i in mesh.triangles[element as usize] {
+                if normals.is_some() {
+                    prefetch(&mesh.normals[i as usize]);
+                }
+                if !mesh.uvs.is_empty() {
+                    prefetch(&mesh.uvs[i as usize]);
+                }
             }
         }
     }

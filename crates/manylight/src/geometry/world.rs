@@ -350,6 +350,29 @@ impl Geometry {
         })
     }
 
+    /// Asks for the memory that [`Geometry::surface_point`] will read first.
+    #[inline]
+    pub fn expect(&self, at: SurfaceRef) {
+        let (shape, placement) = self.placed(at.primitive);
+        placement.expect(shape, at.element);
+    }
+
+    /// The same for what it reads next.
+    #[inline]
+    pub fn expect_vertices(&self, at: SurfaceRef) {
+        let (shape, placement) = self.placed(at.primitive);
+        placement.expect_vertices(shape, at.element);
+    }
+
+    #[inline]
+    fn placed(&self, primitive: PrimitiveId) -> (&Shape, &Placement) {
+        let shape = self.primitives[primitive.index()].shape;
+        (
+            &self.shapes[shape.index()],
+            &self.placements[primitive.index()],
+        )
+    }
+
     /// The full description of a hit or stored reference. Needs no ray.
     #[inline]
     pub fn surface_point(&self, at: SurfaceRef) -> SurfacePoint {

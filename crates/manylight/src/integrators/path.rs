@@ -1,17 +1,20 @@
 //! The reference: a path tracer with next-event estimation and multiple importance sampling.
 //!
 //! It fills the same layers as the many-light methods, so each of their terms can be checked by itself.
+//!
+//! The paths of a tile advance in step: first all follow their rays, then all scatter, then all connections to emitters are
+//! tested. Each stage finds its code and data in the cache, and the fetches of one path overlap with the work of the next.
 
 use super::partition::Stage;
 use super::{PassContext, first_surface_sampled};
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
-use crate::film::{Film, TileSamples};
+use crate::film::{Film, Layer, TileSamples};
 use crate::sampling::{Sampler, Stream};
 use crate::scene::{PathLimits, Scene};
 use crate::stats::Stats;
-use crate::transport::direct::{EmitterSample, found_environment, found_radiance};
-use crate::transport::{Step, Vertex, Walk, roulette};
+use crate::transport::direct::{EmitterSample, LightPlan, found_environment, found_radiance};
+use crate::transport::{Arrival, Vertex, Walk, roulette};
 
 /// One sample per pixel. `false` if cancelled.
 pub(super) fn render_pass(
@@ -22,126 +25,176 @@ pub(super) fn render_pass(
 ) -> bool {
     let positions = film.desc().sampler();
     run.shade(film, |samples| {
-        let mut shadow_rays = 0;
-        for (i, pixel) in samples.tile().pixels().enumerate() {
+        let start = |(index, pixel)| {
             let mut sampler = run.pass.sampler(Stream::Pixel, positions.index(pixel));
             let at = positions.sample(pixel, sampler.next_2d());
             let camera = scene.sensor.ray(at.position, sampler.next_2d());
-            let walk = Walk::from_sensor(
-                scene,
-                limits,
-                camera.ray,
-                Rgb::splat(camera.weight * at.weight),
-            );
-            let mut path = Path {
-                scene,
-                limits,
-                walk,
+            let throughput = Rgb::splat(camera.weight * at.weight);
+            Path {
+                index,
+                walk: Walk::from_sensor(scene, limits, camera.ray, throughput),
                 stage: Stage::BeforeX,
-                shadow_rays: 0,
-            };
-            path.trace(&mut sampler, i, samples);
-            shadow_rays += path.shadow_rays;
-        }
+                sampler,
+            }
+        };
+        let paths: Vec<Path> = samples.tile().pixels().enumerate().map(start).collect();
+        Stats::count(&run.stats.camera_paths, paths.len() as u64);
+        let shadow_rays = trace(scene, limits, paths, samples);
         Stats::count(&run.stats.shadow_rays, shadow_rays);
-        Stats::count(
-            &run.stats.camera_paths,
-            samples.tile().pixels().count() as u64,
-        );
     })
 }
 
-struct Path<'s> {
-    scene: &'s Scene,
-    limits: PathLimits,
-    walk: Walk<'s>,
-    stage: Stage,
-    shadow_rays: u64,
-}
-
-impl Path<'_> {
-    fn trace(&mut self, sampler: &mut Sampler, index: usize, out: &mut TileSamples) {
-        loop {
-            let v = match self.walk.advance() {
-                Step::Hidden => return,
-                Step::Escaped(wi) => {
-                    let found = found_environment(self.scene, self.walk.previous(), wi);
-                    out.add(index, self.stage.layer(), self.walk.throughput() * found);
-                    return;
-                }
-                Step::Hit(v) => v,
-            };
-            let found = found_radiance(self.scene, self.walk.previous(), &v.x, v.w_prev);
-            out.add(index, self.stage.layer(), self.walk.throughput() * found);
-            let ends = !self.limits.allow(v.segments + 1);
-            if ends && v.segments > 1 {
-                return;
+/// Follows all paths to their ends and returns the number of shadow rays.
+fn trace(scene: &Scene, limits: PathLimits, mut paths: Vec<Path>, out: &mut TileSamples) -> u64 {
+    let mut shadow_rays = 0;
+    let mut arrivals = Vec::with_capacity(paths.len());
+    let mut connections = Vec::with_capacity(paths.len());
+    while !paths.is_empty() {
+        for path in &mut paths {
+            let light = LightPlan::draw(scene, &mut path.sampler);
+            let arrival = path.walk.arrive();
+            if let Arrival::Hit(at, _) = arrival {
+                scene.geometry.expect(at);
             }
-            let sample = v.bsdf.sample_wi(v.w_prev, sampler.next_bsdf(), Lobes::ALL);
-            if v.segments == 1 {
-                first_surface_sampled(&v, sample.as_ref(), index, out);
+            arrivals.push((arrival, light));
+        }
+        for (arrival, _) in &arrivals {
+            if let Arrival::Hit(at, _) = arrival {
+                scene.geometry.expect_vertices(*at);
             }
-            if ends {
-                return;
-            }
-            if self.walk.pass_through(&v, sampler.next_1d()) {
-                continue;
-            }
-            self.next_event(&v, sampler, index, out);
-            if !self.walk.follow(&v, sample) {
-                return;
-            }
-            self.stage = self.stage.after(self.walk.previous().event);
-            if v.segments >= self.limits.rr_depth {
-                let survival =
-                    roulette::camera_survival(self.walk.throughput(), self.walk.eta_squared());
-                if !self.walk.survive(survival, sampler.next_1d()) {
-                    return;
-                }
-            }
+        }
+        let mut arrival = arrivals.drain(..);
+        paths.retain_mut(|path| {
+            arrival.next().is_some_and(|(at, light)| {
+                path.continues(scene, limits, (at, &light), &mut connections, out)
+            })
+        });
+        drop(arrival);
+        shadow_rays += connections.len() as u64;
+        for connection in connections.drain(..) {
+            connection.add(scene, out);
         }
     }
+    shadow_rays
+}
 
-    /// Light from an emitter at `v`, by the lobe that reflects it: the classes belong to different layers.
-    fn next_event(
-        &mut self,
-        v: &Vertex,
-        sampler: &mut Sampler,
-        index: usize,
-        out: &mut TileSamples,
-    ) {
-        if !v.bsdf.lobes().has(Lobes::FINITE) {
-            return;
-        }
-        let Some(light) =
-            EmitterSample::draw(self.scene, &v.x, v.bsdf.receiving_normal(v.w_prev), sampler)
-        else {
-            return;
-        };
-        let (smooth, narrow) = v.bsdf.f_cos_wi_by_width(light.wi, v.w_prev);
-        if smooth.is_black() && narrow.is_black() {
-            return;
-        }
-        self.shadow_rays += 1;
-        let crossings = self
-            .limits
-            .max_depth
-            .map_or(u32::MAX, |max| max - (v.segments + 1));
-        let arriving = light.weight * light.transmittance(self.scene, crossings);
+/// A camera path under way.
+struct Path<'s> {
+    /// Of its pixel in the tile.
+    index: usize,
+    walk: Walk<'s>,
+    stage: Stage,
+    sampler: Sampler,
+}
+
+/// Light from an emitter that a path reflects if nothing lies between, by the lobe that reflects it: the classes belong to
+/// different layers.
+struct Connection {
+    index: usize,
+    light: EmitterSample,
+    /// Transparent surfaces that may lie between.
+    max_crossings: u32,
+    terms: [(Layer, Rgb); 2],
+}
+
+impl Connection {
+    fn add(&self, scene: &Scene, out: &mut TileSamples) {
+        let arriving = self.light.transmittance(scene, self.max_crossings);
         if arriving.is_black() {
             return;
         }
-        let mis = light.mis_weight(v.bsdf.pdf_wi(light.wi, v.w_prev, Lobes::ALL));
-        let scale = self.walk.throughput() * arriving * mis;
-        out.add(
-            index,
-            self.stage.after(Lobes::DIFFUSE).layer(),
-            scale * smooth,
-        );
-        out.add(
-            index,
-            self.stage.after(Lobes::NEAR_DELTA).layer(),
-            scale * narrow,
-        );
+        for (layer, value) in self.terms {
+            if !value.is_black() {
+                out.add(self.index, layer, arriving * value);
+            }
+        }
+    }
+}
+
+impl Path<'_> {
+    /// Takes what is found where the path arrived, asks for light from emitters, and scatters. `false` at the path's end.
+    fn continues(
+        &mut self,
+        scene: &Scene,
+        limits: PathLimits,
+        (arrival, light): (Arrival, &LightPlan),
+        connections: &mut Vec<Connection>,
+        out: &mut TileSamples,
+    ) -> bool {
+        let (at, distance) = match arrival {
+            Arrival::Hidden => return false,
+            Arrival::Escaped(wi) => {
+                self.add(found_environment(scene, self.walk.previous(), wi), out);
+                return false;
+            }
+            Arrival::Hit(at, distance) => (at, distance),
+        };
+        let x = scene.surface_point(at);
+        let found = found_radiance(scene, self.walk.previous(), &x, self.walk.w_prev());
+        self.add(found, out);
+        let ends = !limits.allow(self.walk.segments() + 1);
+        if ends && self.walk.segments() > 1 {
+            return false;
+        }
+        let v = self.walk.vertex(x, distance);
+        let sample = v
+            .bsdf
+            .sample_wi(v.w_prev, self.sampler.next_bsdf(), Lobes::ALL);
+        if v.segments == 1 {
+            first_surface_sampled(&v, sample.as_ref(), self.index, out);
+        }
+        if ends {
+            return false;
+        }
+        if self.walk.pass_through(&v, self.sampler.next_1d()) {
+            return true;
+        }
+        connections.extend(self.next_event(scene, limits, &v, light));
+        if !self.walk.follow(&v, sample) {
+            return false;
+        }
+        self.stage = self.stage.after(self.walk.previous().event);
+        if v.segments < limits.rr_depth {
+            return true;
+        }
+        let survival = roulette::camera_survival(self.walk.throughput(), self.walk.eta_squared());
+        self.walk.survive(survival, self.sampler.next_1d())
+    }
+
+    /// Light that the path ran into.
+    #[inline]
+    fn add(&self, found: Rgb, out: &mut TileSamples) {
+        if !found.is_black() {
+            let value = self.walk.throughput() * found;
+            out.add(self.index, self.stage.layer(), value);
+        }
+    }
+
+    fn next_event(
+        &self,
+        scene: &Scene,
+        limits: PathLimits,
+        v: &Vertex,
+        light: &LightPlan,
+    ) -> Option<Connection> {
+        if !v.bsdf.lobes().has(Lobes::FINITE) {
+            return None;
+        }
+        let n = v.bsdf.receiving_normal(v.w_prev);
+        let light = EmitterSample::planned(scene, &v.x, n, light)?;
+        let seen = v.bsdf.seen_by_width(light.wi, v.w_prev)?;
+        let scale = self.walk.throughput() * light.weight * light.mis_weight(seen.pdf);
+        let term = |event, value| (self.stage.after(event).layer(), scale * value);
+        Some(Connection {
+            index: self.index,
+            light,
+            max_crossings: limits
+                .max_depth
+                .map_or(u32::MAX, |max| max - (v.segments + 1)),
+            terms: [
+                term(Lobes::DIFFUSE, seen.smooth),
+                term(Lobes::NEAR_DELTA, seen.narrow),
+            ],
+        })
     }
 }

@@ -5,6 +5,8 @@ pub mod cone;
 pub mod float;
 pub mod frame;
 pub mod octahedral;
+pub mod prefetch;
+pub mod trig;
 
 pub use aabb::Aabb;
 pub use cone::Cone;

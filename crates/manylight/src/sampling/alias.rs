@@ -63,6 +63,12 @@ impl Alias {
         })
     }
 
+    /// Number of items.
+    #[inline]
+    pub fn item_count(&self) -> usize {
+        self.slots.len()
+    }
+
     /// The chosen item and its probability.
     #[inline]
     pub fn sample(&self, u: f32) -> (usize, f32) {

@@ -5,7 +5,6 @@ pub mod mis;
 pub mod rng;
 pub mod sampler;
 pub mod systematic;
-pub mod table_2d;
 pub mod warp;
 
 pub use sampler::{Pass, Sampler, Stream};

@@ -1,7 +1,8 @@
 //! From the unit square to other domains, each beside its density.
 
+use crate::math::trig::{sin_cos_octant, sin_cos_turns};
 use crate::math::{Vec2, Vec3, float::safe_sqrt};
-use std::f32::consts::{FRAC_1_PI, PI, TAU};
+use std::f32::consts::{FRAC_1_PI, FRAC_PI_4, TAU};
 
 /// Unit disc, area-preserving and continuous. Source: Shirley and Chiu, "A Low Distortion Map", 1997.
 #[inline]
@@ -10,12 +11,11 @@ pub fn disc(u: Vec2) -> Vec2 {
     if p == Vec2::ZERO {
         return Vec2::ZERO;
     }
-    let (r, phi) = if p.x.abs() > p.y.abs() {
-        (p.x, PI / 4.0 * (p.y / p.x))
-    } else {
-        (p.y, PI / 2.0 - PI / 4.0 * (p.x / p.y))
-    };
-    Vec2::new(phi.cos(), phi.sin()) * r
+    // Measured from the nearer axis, angles stay within an octant.
+    let along_x = p.x.abs() > p.y.abs();
+    let (r, across) = if along_x { (p.x, p.y) } else { (p.y, p.x) };
+    let (sin, cos) = sin_cos_octant(FRAC_PI_4 * (across / r));
+    Vec2::from(if along_x { (cos, sin) } else { (sin, cos) }) * r
 }
 
 /// Upper hemisphere with density cosθ/π.
@@ -35,7 +35,7 @@ pub fn cosine_hemisphere_pdf(cos_theta: f32) -> f32 {
 #[inline]
 pub fn sphere(u: Vec2) -> Vec3 {
     let z = 1.0 - 2.0 * u.y;
-    polar(z, safe_sqrt(1.0 - z * z), TAU * u.x)
+    polar(z, safe_sqrt(1.0 - z * z), u.x)
 }
 
 /// Density of [`sphere`] per solid angle.
@@ -45,7 +45,7 @@ pub const SPHERE_PDF: f32 = 0.25 * FRAC_1_PI;
 #[inline]
 pub fn cone(u: Vec2, cos_max: f32) -> Vec3 {
     let z = 1.0 - u.y * (1.0 - cos_max);
-    polar(z, safe_sqrt(1.0 - z * z), TAU * u.x)
+    polar(z, safe_sqrt(1.0 - z * z), u.x)
 }
 
 /// Density of [`cone`] per solid angle.
@@ -64,6 +64,8 @@ pub fn triangle(u: Vec2) -> Vec2 {
     }
 }
 
-fn polar(z: f32, r: f32, phi: f32) -> Vec3 {
-    Vec3::new(r * phi.cos(), r * phi.sin(), z)
+#[inline]
+fn polar(z: f32, r: f32, turn: f32) -> Vec3 {
+    let (sin, cos) = sin_cos_turns(turn);
+    Vec3::new(r * cos, r * sin, z)
 }

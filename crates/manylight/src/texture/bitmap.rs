@@ -88,12 +88,13 @@ impl Bitmap {
         T: std::ops::Mul<f32, Output = T> + std::ops::Add<Output = T>,
     {
         let (x, y, f) = self.locate(uv);
-        let at = |dx, dy| texel(self.column(x + dx), self.row(y + dy));
         if self.filtering == Filtering::Nearest {
-            return at(0, 0);
+            return texel(self.column(x), self.row(y));
         }
-        let top = at(0, 0) * (1.0 - f.x) + at(1, 0) * f.x;
-        let bottom = at(0, 1) * (1.0 - f.x) + at(1, 1) * f.x;
+        let (left, right) = (self.column(x), self.column(x + 1));
+        let (above, below) = (self.row(y), self.row(y + 1));
+        let top = texel(left, above) * (1.0 - f.x) + texel(right, above) * f.x;
+        let bottom = texel(left, below) * (1.0 - f.x) + texel(right, below) * f.x;
         top * (1.0 - f.y) + bottom * f.y
     }
 
@@ -130,7 +131,12 @@ impl Bitmap {
 
 impl Wrap {
     /// The texel that stands for texel `i` of a line of `n` texels.
+    #[inline]
     fn index(self, i: i32, n: usize) -> usize {
+        if (i as u32 as usize) < n {
+            // Within the image all agree, without a division.
+            return i as usize;
+        }
         let n = n as i32;
         let wrapped = match self {
             Wrap::Repeat => i.rem_euclid(n),

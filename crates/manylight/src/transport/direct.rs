@@ -3,10 +3,25 @@
 use super::walk::Previous;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
+use crate::emitters::DirectPlan;
 use crate::geometry::{Segment, SurfacePoint};
 use crate::math::Vec3;
 use crate::sampling::{Sampler, mis};
 use crate::scene::Scene;
+
+/// What random numbers decide about a direction towards an emitter before the receiver is known. Made early, so that the memory
+/// that it leads to is near when it is needed.
+#[derive(Clone, Copy, Debug)]
+pub struct LightPlan(DirectPlan);
+
+impl LightPlan {
+    /// Draws the numbers.
+    #[inline]
+    pub fn draw(scene: &Scene, sampler: &mut Sampler) -> Self {
+        let (u_choice, u) = (sampler.next_1d(), sampler.next_2d());
+        LightPlan(scene.emitters.plan_direct(u_choice, u))
+    }
+}
 
 /// A direction towards an emitter, before visibility.
 #[derive(Clone, Copy, Debug)]
@@ -28,11 +43,19 @@ impl EmitterSample {
         n: Option<Vec3>,
         sampler: &mut Sampler,
     ) -> Option<Self> {
-        let (u_choice, u) = (sampler.next_1d(), sampler.next_2d());
-        let s =
-            scene
-                .emitters
-                .sample_direct(&scene.geometry, &scene.textures, x.p, n, u_choice, u)?;
+        Self::planned(scene, x, n, &LightPlan::draw(scene, sampler))
+    }
+
+    /// [`EmitterSample::draw`] with numbers that were drawn before.
+    pub fn planned(
+        scene: &Scene,
+        x: &SurfacePoint,
+        n: Option<Vec3>,
+        plan: &LightPlan,
+    ) -> Option<Self> {
+        let s = scene
+            .emitters
+            .sample_planned(&scene.geometry, &scene.textures, x.p, n, &plan.0)?;
         let segment = Segment {
             from: x.offset_towards(s.wi),
             to: s.target,
@@ -86,16 +109,11 @@ pub fn found_radiance(scene: &Scene, previous: &Previous, y: &SurfacePoint, wo: 
 /// The same for the surroundings along `wi`.
 #[inline]
 pub fn found_environment(scene: &Scene, previous: &Previous, wi: Vec3) -> Rgb {
-    let radiance = scene.emitters.environment_radiance(wi);
+    let (radiance, pdf) = scene.emitters.environment(previous.n, wi);
     if radiance.is_black() {
         return Rgb::BLACK;
     }
-    radiance
-        * walk_weight(previous, || {
-            scene
-                .emitters
-                .pdf_direct_environment(previous.p, previous.n, wi)
-        })
+    radiance * walk_weight(previous, || pdf)
 }
 
 /// Next-event estimation cannot form the edges after delta events and from the camera itself.

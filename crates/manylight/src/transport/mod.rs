@@ -5,4 +5,4 @@ mod numbers;
 pub mod roulette;
 pub mod walk;
 
-pub use walk::{Step, Vertex, Walk, past_emitters};
+pub use walk::{Arrival, Step, Vertex, Walk, past_emitters};

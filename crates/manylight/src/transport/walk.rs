@@ -13,7 +13,7 @@
 
 use crate::bsdf::{Bsdf, BsdfNumbers, BsdfSample, Lobes};
 use crate::color::Rgb;
-use crate::geometry::{Ray, SurfacePoint};
+use crate::geometry::{Ray, SurfacePoint, SurfaceRef};
 use crate::math::Vec3;
 use crate::scene::{PathLimits, Scene};
 
@@ -63,6 +63,17 @@ pub enum Step<'s> {
     /// The surroundings, along this unit direction.
     Escaped(Vec3),
     /// The surroundings, which the camera must not see.
+    Hidden,
+}
+
+/// The end of a segment, before anybody asks what is there.
+#[derive(Clone, Copy, Debug)]
+pub enum Arrival {
+    /// A point of a surface, and the length of the segment in m.
+    Hit(SurfaceRef, f32),
+    /// As [`Step::Escaped`].
+    Escaped(Vec3),
+    /// As [`Step::Hidden`].
     Hidden,
 }
 
@@ -143,6 +154,18 @@ impl<'s> Walk<'s> {
     /// Follows the ray to the next surface.
     #[inline]
     pub fn advance(&mut self) -> Step<'s> {
+        match self.arrive() {
+            Arrival::Hit(at, distance) => {
+                Step::Hit(self.vertex(self.scene.surface_point(at), distance))
+            }
+            Arrival::Escaped(wi) => Step::Escaped(wi),
+            Arrival::Hidden => Step::Hidden,
+        }
+    }
+
+    /// The first half of [`Walk::advance`]: follows the ray.
+    #[inline]
+    pub fn arrive(&mut self) -> Arrival {
         self.segments += 1;
         let mut hidden = 0.0;
         if self.hides_emitters && self.segments == 1 {
@@ -150,22 +173,29 @@ impl<'s> Walk<'s> {
             hidden = (visible.o - self.ray.o).length();
             self.ray = visible;
         }
-        let Some((hit, x)) = self.scene.intersect(&self.ray) else {
-            let hides_surroundings = self.hides_emitters && self.previous.event == Lobes::NONE;
-            return if hides_surroundings {
-                Step::Hidden
-            } else {
-                Step::Escaped(self.ray.d)
-            };
-        };
-        let bsdf = self.scene.bsdf(&x);
-        Step::Hit(Vertex {
+        match self.scene.geometry.intersect(&self.ray) {
+            Some(hit) => Arrival::Hit(hit.at, hidden + hit.t),
+            None if self.hides_emitters && self.previous.event == Lobes::NONE => Arrival::Hidden,
+            None => Arrival::Escaped(self.ray.d),
+        }
+    }
+
+    /// The second half of [`Walk::advance`]: what the surface does to light at the point `x` where the walk arrived.
+    #[inline]
+    pub fn vertex(&self, x: SurfacePoint, distance: f32) -> Vertex<'s> {
+        Vertex {
+            bsdf: self.scene.bsdf(&x),
             x,
-            bsdf,
             w_prev: -self.ray.d,
-            distance: hidden + hit.t,
+            distance,
             segments: self.segments,
-        })
+        }
+    }
+
+    /// Unit direction back along the last segment.
+    #[inline]
+    pub fn w_prev(&self) -> Vec3 {
+        -self.ray.d
     }
 
     /// Lets the walk through `v` with probability of its straight-through transmittance. `false`: it must scatter here,
