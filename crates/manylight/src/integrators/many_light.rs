@@ -191,7 +191,7 @@ impl ManyLight {
         stats
             .light_bytes
             .fetch_max(lights.bytes() as u64, std::sync::atomic::Ordering::Relaxed);
-        let caustics = stats.time("maps", || KdTree::build(caustics));
+        let caustics = stats.time("maps", || KdTree::build_ordered(caustics));
         let gather = Gather {
             kernel: self.kernel,
             clamp: self.clamp,
@@ -223,7 +223,7 @@ impl ManyLight {
             trace_importons(scene, limits, self.importon_paths, run.pass)
         });
         Stats::count(&stats.importons, importons.len() as u64);
-        let map = stats.time("maps", || KdTree::build(importons));
+        let map = stats.time("maps", || KdTree::build_ordered(importons));
         stats.time("lights", || {
             let count = self.light_count as usize;
             let candidates = select(
