@@ -2,14 +2,14 @@
 
 use crate::preset::{self, PRESETS, Preset};
 use crate::values::{
-    self, Crop, EMISSIONS, EmissionName, FILTERS, FLUX_RULES, KERNELS, MaxDepth, PLACEMENTS,
-    STRATEGIES, Strategy,
+    self, COMPLEMENTS, Crop, EMISSIONS, EmissionName, FILTERS, FLUX_RULES, KERNELS, MaxDepth,
+    PLACEMENTS, STRATEGIES, Strategy,
 };
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 use clap_complete::Shell;
 use manylight::film::Filter;
-use manylight::integrators::many_light::{Clamp, FluxRule, Kernel, Placement};
+use manylight::integrators::many_light::{Clamp, Complement, FluxRule, Kernel, Placement};
 use manylight::math::UVec2;
 use std::num::NonZeroU32;
 use std::path::PathBuf;
@@ -144,6 +144,10 @@ pub(crate) struct LightArgs {
     /// Bound of the singularity: none, auto (by the lights' own areas) or a value in 1/m².
     #[arg(long, value_name = "none|auto|VALUE", value_parser = values::clamp)]
     pub(crate) clamp: Option<Clamp>,
+
+    /// How the light that the clamp takes away is given back.
+    #[arg(long, value_name = "RULE", value_parser = values::one_of(COMPLEMENTS))]
+    pub(crate) complement: Option<Complement>,
 }
 
 /// When to stop: at the first limit that is reached.
@@ -346,7 +350,7 @@ mod tests {
         assert!(message(&["-m", "rich-vlp"]).contains("'rich-vpl'"));
         assert!(message(&["--pases", "3"]).contains("'--passes'"));
         assert!(message(&["-m", "lightcuts"]).contains("invalid value"));
-        assert!(message(&["--complement", "photons"]).contains("unexpected argument"));
+        assert!(message(&["--complement", "photons"]).contains("invalid value"));
         assert!(message(&["--size", "640"]).contains("WIDTHxHEIGHT"));
         assert!(message(&["--passes", "0"]).contains("invalid value '0'"));
     }

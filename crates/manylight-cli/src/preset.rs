@@ -1,7 +1,7 @@
 //! The methods by name. A name is a preset of the axes; this table is the only place that knows them.
 
 use crate::values::{
-    EMISSIONS, EmissionName, FLUX_RULES, KERNELS, PLACEMENTS, clamp_name, name_of,
+    COMPLEMENTS, EMISSIONS, EmissionName, FLUX_RULES, KERNELS, PLACEMENTS, clamp_name, name_of,
 };
 use manylight::integrators::many_light::EmissionKind;
 use manylight::integrators::{ManyLight, MethodKind};
@@ -92,6 +92,7 @@ pub(crate) fn axes(method: &ManyLight) -> Vec<(&'static str, String)> {
     axes.push(("kernel", word(name_of(KERNELS, &method.kernel))));
     axes.push(("strategy", "all".into()));
     axes.push(("clamp", clamp_name(method.clamp)));
+    axes.push(("complement", word(name_of(COMPLEMENTS, &method.complement))));
     axes
 }
 

@@ -203,6 +203,7 @@ fn first_given(options: &LightArgs) -> Option<&'static str> {
         ("kernel", options.kernel.is_some()),
         ("strategy", options.strategy.is_some()),
         ("clamp", options.clamp.is_some()),
+        ("complement", options.complement.is_some()),
     ];
     given
         .iter()
@@ -223,6 +224,7 @@ fn many_light(preset: ManyLight, options: &LightArgs) -> Result<ManyLight, Failu
         emission: emission(preset.emission, options)?,
         kernel: options.kernel.unwrap_or(preset.kernel),
         clamp: options.clamp.unwrap_or(preset.clamp),
+        complement: options.complement.unwrap_or(preset.complement),
         ..preset
     };
     check_axes(&method)?;

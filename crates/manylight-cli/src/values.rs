@@ -2,7 +2,7 @@
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use manylight::film::Filter;
-use manylight::integrators::many_light::{Clamp, FluxRule, Kernel, Placement};
+use manylight::integrators::many_light::{Clamp, Complement, FluxRule, Kernel, Placement};
 use manylight::math::UVec2;
 use std::time::Duration;
 
@@ -23,6 +23,12 @@ pub(crate) const FLUX_RULES: &Names<FluxRule> = &[
 
 /// How one is evaluated.
 pub(crate) const KERNELS: &Names<Kernel> = &[("point", Kernel::Point), ("disc", Kernel::Disc)];
+
+/// How the light that the clamp takes away is given back.
+pub(crate) const COMPLEMENTS: &Names<Complement> = &[
+    ("none", Complement::None),
+    ("kollig-keller", Complement::KolligKeller),
+];
 
 /// What each light shines, without the size of its table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

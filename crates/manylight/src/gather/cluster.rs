@@ -58,6 +58,11 @@ impl Cluster {
         cluster
     }
 
+    /// The lights that there are.
+    pub(super) fn used(&self) -> u64 {
+        self.used
+    }
+
     /// The lights that may reach `x`: no part of any other lies on the lit side of the receiver (`n`, or `None` for one that
     /// sees both sides) with `x` on its own lit side. Exact: what is left out contributes nothing.
     #[inline]

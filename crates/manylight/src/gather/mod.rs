@@ -1,6 +1,9 @@
-//! Sums virtual lights at shading points. [`Kernel`] says how one light is evaluated; which are is every one.
+//! Sums virtual lights at shading points. [`Kernel`] says how one light is evaluated; which are is every one, or a few for all.
 
+mod clamp;
 mod cluster;
+
+pub use clamp::Clamp;
 
 use crate::bsdf::{Bsdf, Lobes, Receiver};
 use crate::color::Rgb;
@@ -9,9 +12,10 @@ use crate::ids::LightId;
 use crate::math::Vec3;
 use crate::scene::Scene;
 use crate::virtual_lights::moments::POINTS;
-use crate::virtual_lights::{LightField, VirtualLight};
-use cluster::{CLUSTER_SIZE, Cluster};
-use std::f32::consts::{FRAC_1_PI, PI};
+use crate::virtual_lights::{LightField, Spot, VirtualLight};
+use clamp::Way;
+use cluster::Cluster;
+use std::f32::consts::PI;
 
 /// How one light is evaluated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,27 +26,11 @@ pub enum Kernel {
     Disc,
 }
 
-/// What is done about the singularity of `1 / d²`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Clamp {
-    /// Nothing.
-    None,
-    /// Scale-free: a light of area πr² has the radiance `I / (πr² cosθ)`, and no surface reflects more than it receives. So
-    /// the value of a connection is reduced smoothly towards that limit, by `1/√(1 + x²)` with `x = f cosθ_x cosθ_y πr² / d²`, what
-    /// the surface would reflect of the light's radiance (derived; a bound that knows the material).
-    Auto,
-    /// `G <= value`, in 1/m².
-    Value(f32),
-}
-
 /// A light is all its points nearer than the first number of its radii, four of them nearer than the second, and one beyond;
 /// which ones is random. Both are stretched by a random factor, so that no ring shows where the number changes.
 const SIXTEEN_POINTS_WITHIN: f32 = 1.5;
 const FOUR_POINTS_WITHIN: f32 = 4.0;
 const REACH_SPREAD: f32 = 0.25;
-
-/// Area and intensity of each point of a disc as a share of its light's.
-const POINT_SHARE: f32 = 1.0 / POINTS as f32;
 
 /// A disc is at least this share of the surface per light.
 const SMALLEST_DISC: f32 = 0.25;
@@ -63,6 +51,35 @@ pub struct ShadingPoint<'s> {
     pub max_photon_depth: Option<u32>,
     /// Uniform in [0, 1): decides between numbers of points.
     pub u: f32,
+    /// Which lights are summed here.
+    pub lights: Selection,
+    /// Only light that arrives on the side of this normal counts, if given.
+    pub lit_from: Option<Vec3>,
+}
+
+/// Which lights are summed at a point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Selection {
+    /// Every one.
+    All,
+    /// One in [`FEW`] along the space-filling curve, beginning with this one; each stands for that many.
+    Few(u8),
+}
+
+/// Lights are selected one in this many.
+pub const FEW: u8 = 8;
+/// The first light of a cluster and every [`FEW`]th after it.
+const FEW_MASK: u64 = 0x0101_0101_0101_0101;
+
+impl Selection {
+    /// The lights of a cluster as bits, and for how many each stands.
+    #[inline]
+    fn of_cluster(self) -> (u64, f32) {
+        match self {
+            Selection::All => (u64::MAX, 1.0),
+            Selection::Few(first) => (FEW_MASK << (first % FEW), f32::from(FEW)),
+        }
+    }
 }
 
 impl ShadingPoint<'_> {
@@ -141,8 +158,9 @@ impl Gather {
         sum: &mut Gathered,
     ) {
         let field = &lights.field;
-        let mut facing = cluster.facing(at.x.p, at.bsdf.receiving_normal(at.wo));
-        sum.connections += CLUSTER_SIZE.min(field.lights().len() - cluster.first) as u64;
+        let (selected, stands_for) = at.lights.of_cluster();
+        let mut facing = cluster.facing(at.x.p, at.bsdf.receiving_normal(at.wo)) & selected;
+        sum.connections += u64::from((cluster.used() & selected).count_ones());
         // Shadow rays of one packet share their origin, which lies off the surface on the side that they leave by.
         let (mut front, mut back) = (Packet::new(at, at.x.ng), Packet::new(at, -at.x.ng));
         while facing != 0 {
@@ -163,50 +181,83 @@ impl Gather {
                 light,
                 id,
             };
-            let mut connect = |p: Vec3, radius_squared: f32, weight: f32| {
-                if let Some(c) = connector.connect(p, radius_squared, weight * share) {
+            let mut connect = |p: Vec3, area: f32, weight: f32| {
+                if let Some(c) = connector.connect(p, area, weight * share * stands_for) {
                     sum.clamped += c.clamped;
                     sum.unclamped += c.value.luminance() + c.clamped;
                     let packet = if c.in_front { &mut front } else { &mut back };
                     packet.push(scene, c.target, c.value, sum);
                 }
             };
-            let r2 = light.radius * light.radius;
-            let spacing = light.area * FRAC_1_PI;
-            match self.part_count(at, light) {
+            let (count, area) = self.parts(at, light);
+            let weight = (count as f32).recip();
+            match count {
                 POINTS => light
                     .points
                     .into_iter()
-                    .for_each(|p| connect(p, r2 * POINT_SHARE, POINT_SHARE)),
-                4 => {
-                    (0..4).for_each(|i| connect(light.points[4 * i + at.choose(4)], r2 / 4.0, 0.25))
-                }
-                _ if self.kernel == Kernel::Point => connect(light.p, spacing, 1.0),
-                _ => connect(light.points[at.choose(POINTS)], r2.max(spacing), 1.0),
+                    .for_each(|p| connect(p, area, weight)),
+                4 => (0..4).for_each(|i| connect(light.points[4 * i + at.choose(4)], area, weight)),
+                _ if self.kernel == Kernel::Point => connect(light.p, area, weight),
+                _ => connect(light.points[at.choose(POINTS)], area, weight),
             }
         }
         front.flush(scene, sum);
         back.flush(scene, sum);
     }
 
-    /// Of how many points `light` is made as seen from `at`.
+    /// Of how many points `light` is made as seen from `at`, and the area that each stands for, in m².
     #[inline]
-    fn part_count(&self, at: &ShadingPoint, light: &VirtualLight) -> usize {
-        // A share dominated by one strong photon has hardly a radius, yet stands for as much surface as its neighbors: a point.
-        let is_disc = PI * light.radius * light.radius > SMALLEST_DISC * light.area;
-        if self.kernel == Kernel::Point || !is_disc {
-            return 1;
+    fn parts(&self, at: &ShadingPoint, light: &VirtualLight) -> (usize, f32) {
+        let disc = PI * light.radius * light.radius;
+        if self.kernel == Kernel::Point {
+            return (1, light.area);
         }
+        // A share dominated by one strong photon has hardly a radius, yet stands for as much surface as its neighbors: a point.
+        let is_disc = disc > SMALLEST_DISC * light.area;
         let reach = light.radius * (1.0 + REACH_SPREAD * at.u);
         let d2 = at.x.p.distance_squared(light.p);
         let within = |radii: f32| d2 < (radii * reach).powi(2);
-        if within(SIXTEEN_POINTS_WITHIN) {
-            POINTS
-        } else if within(FOUR_POINTS_WITHIN) {
-            4
+        if is_disc && within(SIXTEEN_POINTS_WITHIN) {
+            (POINTS, disc / POINTS as f32)
+        } else if is_disc && within(FOUR_POINTS_WITHIN) {
+            (4, disc / 4.0)
         } else {
-            1
+            (1, disc.max(light.area))
         }
+    }
+
+    /// Share of the light from `y` that the sum at `at` lacks, because the clamp takes it away from the light that photons at
+    /// `y` belong to: one less what [`Gather::sum`] keeps of a connection to a part of `owner` at `y`. Without an owner, photons
+    /// there are lights by themselves.
+    pub fn missing(
+        &self,
+        lights: &Lights,
+        at: &ShadingPoint,
+        y: &Spot,
+        owner: Option<LightId>,
+    ) -> f32 {
+        let to_y = y.p - at.x.p;
+        let d2 = to_y.length_squared();
+        if self.clamp == Clamp::None || d2 == 0.0 {
+            return 0.0;
+        }
+        let w = to_y * d2.sqrt().recip();
+        let (n_y, area) = match owner {
+            Some(id) => {
+                let light = &lights.field.lights()[id.index()];
+                (light.n, self.parts(at, light).1)
+            }
+            None => (y.n, lights.field.area_around(y.p)),
+        };
+        let way = Way {
+            w,
+            d2,
+            f_cos: at.bsdf.f_cos_wi(w, at.wo, Lobes::SMOOTH),
+            n_x: at.x.ng,
+            n_y,
+            area,
+        };
+        1.0 - self.clamp.kept(&way)
     }
 }
 
@@ -229,15 +280,18 @@ struct Connection {
 }
 
 impl Connector<'_, '_> {
-    /// The connection to the part of the light at `p`, of the given radius, carrying `weight` of its intensity.
+    /// The connection to the part of the light at `p`, of the given area, carrying `weight` of its intensity.
     #[inline]
-    fn connect(&self, p: Vec3, radius_squared: f32, weight: f32) -> Option<Connection> {
+    fn connect(&self, p: Vec3, area: f32, weight: f32) -> Option<Connection> {
         let to_light = p - self.at.x.p;
         let d2 = to_light.length_squared();
         if d2 == 0.0 {
             return None;
         }
         let w = to_light * d2.sqrt().recip();
+        if self.at.lit_from.is_some_and(|n| w.dot(n) <= 0.0) {
+            return None;
+        }
         let intensity = self.field.intensity(self.id, -w);
         if intensity.is_black() {
             return None;
@@ -246,17 +300,14 @@ impl Connector<'_, '_> {
         if f_cos.is_black() {
             return None;
         }
-        let kept = match self.gather.clamp {
-            Clamp::None => 1.0,
-            Clamp::Auto => {
-                let image =
-                    f_cos.max_channel() * PI * radius_squared * w.dot(self.light.n).abs() / d2;
-                (1.0 + image * image).sqrt().recip()
-            }
-            Clamp::Value(limit) => {
-                (limit * d2 / (w.dot(self.at.x.ng) * w.dot(self.light.n)).abs()).min(1.0)
-            }
-        };
+        let kept = self.gather.clamp.kept(&Way {
+            w,
+            d2,
+            f_cos,
+            n_x: self.at.x.ng,
+            n_y: self.light.n,
+            area,
+        });
         let full = f_cos * intensity * (weight / d2);
         let offset = self.light.offset.copysign(-w.dot(self.light.n));
         Some(Connection {

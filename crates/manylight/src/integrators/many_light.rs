@@ -3,21 +3,23 @@
 //! A pass follows the paper's order: particles, maps, placement, creation ([`ManyLight::prepare`]), then every pixel is shaded
 //! ([`Prepared::shade`]). Which path belongs to which term is said in [`super::partition`].
 
-use super::{PassContext, first_surface};
+use super::PassContext;
+use super::eye_path::{EyePath, Gathering};
+use super::partition::Stage;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
-use crate::film::{Film, FilmSampler, Layer, TileSamples};
+use crate::film::{Film, FilmSampler, TileSamples};
 pub use crate::gather::{Clamp, Kernel};
 use crate::gather::{Gather, Lights, ShadingPoint};
-use crate::maps::density::{IMPORTANCE_NEIGHBORS, estimate, importance_at};
+use crate::maps::density::{Bandwidth, IMPORTANCE_NEIGHBORS, estimate, importance_at};
 use crate::maps::{KdTree, Neighbors};
+use crate::math::Vec2;
 use crate::particles::{Importon, Photon, trace_importons, trace_photons};
 use crate::sampling::{Sampler, Stream};
 use crate::scene::{PathLimits, Scene};
 use crate::stats::Stats;
-use crate::transport::direct::{EmitterSample, found_environment, found_radiance};
-use crate::transport::{Step, Vertex, Walk};
-use crate::virtual_lights::{LightField, Shares, Site, assign, select};
+use crate::transport::Walk;
+use crate::virtual_lights::{Claims, LightField, Shares, Site, assign, select};
 use rayon::prelude::*;
 
 /// Where lights stand.
@@ -69,21 +71,32 @@ pub struct ManyLight {
     pub kernel: Kernel,
     /// What is done about the singularity.
     pub clamp: Clamp,
+    /// How the light that the clamp takes away is given back.
+    pub complement: Complement,
 }
 
-/// Estimates of direct light per gathering point: cheap beside the sum over all lights, and without them its noise would show.
-const DIRECT_SAMPLES: u32 = 4;
+/// What is done about the light that the clamp takes away.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Complement {
+    /// It is lost.
+    None,
+    /// Directions drawn from the smooth lobes find it, and the method starts again where they end; see
+    /// [`super::eye_path`].
+    KolligKeller,
+}
+
 /// Photons that ask for their importance, per light.
 const CANDIDATES_PER_LIGHT: usize = 32;
 /// Photons in a caustic estimate.
 const CAUSTIC_NEIGHBORS: usize = 48;
-/// Largest radius of a caustic estimate as a share of the scene's diagonal.
+/// Largest radius of a caustic estimate in pixels, in the first pass.
+const CAUSTIC_PIXELS: f32 = 8.0;
+/// And as a share of the scene's diagonal.
 const CAUSTIC_RADIUS: f32 = 0.01;
-/// A specular branch goes on with probability `throughput x this`, at most 1: weak reflections are followed rarely.
-const BRANCH_SURVIVAL: f32 = 4.0;
-/// Specular chains longer than this end.
-const MAX_CHAIN: u32 = 64;
-
+/// Radii shrink with the number of the pass to the power of less this, so that the mean over passes goes to the right picture:
+/// squared radii by n^(-1/3), where the errors by blur and by noise fall alike.
+/// Source: Knaus, Zwicker, "Progressive Photon Mapping: A Probabilistic Approach", ACM TOG 2011, with alpha = 2/3.
+const CAUSTIC_SHRINKING: f32 = 1.0 / 6.0;
 impl ManyLight {
     /// Rich-VPLs: importance placement, partition, 32 x 32 tables, discs.
     pub fn rich_vpl() -> Self {
@@ -96,6 +109,7 @@ impl ManyLight {
             emission: EmissionKind::Table { side: 32 },
             kernel: Kernel::Disc,
             clamp: Clamp::Auto,
+            complement: Complement::KolligKeller,
         }
     }
 
@@ -152,7 +166,7 @@ impl ManyLight {
         let caustics = photons
             .iter()
             .copied()
-            .filter(|p| p.event.has(Lobes::SPECULAR))
+            .filter(|p| p.event.has(Lobes::SPECULAR) && !p.reflected)
             .collect();
         // A light at depth m makes paths of at least m + 2 segments.
         let photons: Vec<Photon> = photons
@@ -175,17 +189,18 @@ impl ManyLight {
                 self.place_by_importance(scene, limits, run, &photons, &fluxes, &mut sampler)
             }
         };
-        let lights = stats.time("lights", || {
-            let shares = match self.flux {
-                FluxRule::Density => Shares::own(&sites),
+        let (lights, claims) = stats.time("lights", || {
+            let (shares, claims) = match self.flux {
+                FluxRule::Density => (Shares::own(&sites), Claims::none()),
                 FluxRule::Partition => assign(scene, &photons, &sites, &fluxes, sampler.next_1d()),
             };
-            match self.emission {
+            let lights = match self.emission {
                 EmissionKind::Single => LightField::single(scene, limits, &photons, &shares),
                 EmissionKind::Table { side } => {
                     LightField::rich(scene, limits, &photons, &shares, side as usize)
                 }
-            }
+            };
+            (lights, claims)
         });
         Stats::count(&stats.lights, lights.lights().len() as u64);
         stats
@@ -200,8 +215,12 @@ impl ManyLight {
             scene,
             limits,
             gather,
+            complement: self.complement,
             lights: Lights::new(lights),
+            claims,
             caustics,
+            shrunk: (pass.index as f32 + 1.0).powf(-CAUSTIC_SHRINKING),
+            pixel: pixel_width(scene),
         }
     }
 }
@@ -263,21 +282,28 @@ impl ManyLight {
 /// Everything that one pass shades with.
 #[derive(Debug)]
 pub struct Prepared<'s> {
-    scene: &'s Scene,
-    limits: PathLimits,
-    gather: Gather,
+    pub(super) scene: &'s Scene,
+    pub(super) limits: PathLimits,
+    pub(super) gather: Gather,
+    pub(super) complement: Complement,
     /// The virtual lights.
     pub lights: Lights<'s>,
-    /// Photons whose last event was specular.
+    /// Which light a photon anywhere would belong to.
+    pub claims: Claims,
+    /// Photons that have come from an emitter by specular events alone.
     pub caustics: KdTree<Photon>,
+    /// What is left of the radii of caustic estimates in this pass.
+    shrunk: f32,
+    /// Width of a pixel at the camera, in m, and its growth per m.
+    pixel: (f32, f32),
 }
 
-/// A vertex of an eye path where virtual lights and caustic photons are summed.
-struct Gathering<'s> {
-    pixel: usize,
-    throughput: Rgb,
-    segments: u32,
-    at: ShadingPoint<'s>,
+/// Width of a pixel in the middle of the film: at the camera, and its growth with the distance.
+fn pixel_width(scene: &Scene) -> (f32, f32) {
+    let middle = scene.sensor.desc().film.size.as_vec2() * 0.5;
+    let ray = |film| scene.sensor.ray(film, Vec2::splat(0.5)).ray;
+    let (a, b) = (ray(middle), ray(middle + Vec2::X));
+    (a.o.distance(b.o), a.d.distance(b.d))
 }
 
 impl<'s> Prepared<'s> {
@@ -299,35 +325,32 @@ impl<'s> Prepared<'s> {
                 camera.ray,
                 Rgb::splat(camera.weight * film.weight),
             );
-            let mut eye = EyePath {
-                prepared: self,
-                walk,
-                sampler,
-                pixel: i,
-                shadow_rays: 0,
-            };
-            eye.trace(out, &mut points);
-            shadow_rays += eye.shadow_rays;
+            let mut eye = EyePath::new(self, walk, sampler, i, out, &mut points);
+            eye.trace();
+            shadow_rays += eye.shadow_rays();
         }
         let (mut connections, mut clamped, mut unclamped) = (0, 0.0, 0.0);
         let mut found = Neighbors::new(CAUSTIC_NEIGHBORS);
         let places: Vec<ShadingPoint> = points.iter().map(|point| point.at).collect();
         let sums = self.gather.sum(self.scene, &self.lights, &places);
         for (point, gathered) in points.iter().zip(sums) {
+            let layer = |event| point.stage.after(Lobes::SMOOTH).after(event).layer();
             out.add(
                 point.pixel,
-                Layer::VirtualLights,
+                layer(Lobes::SMOOTH),
                 point.throughput * gathered.radiance,
             );
             out.add(
                 point.pixel,
-                Layer::Caustics,
+                layer(Lobes::SPECULAR),
                 point.throughput * self.caustic_radiance(point, &mut found),
             );
             connections += gathered.connections;
             shadow_rays += gathered.shadow_rays;
-            clamped += f64::from(gathered.clamped * point.throughput.luminance());
-            unclamped += f64::from(gathered.unclamped * point.throughput.luminance());
+            if point.stage == Stage::BeforeX {
+                clamped += f64::from(gathered.clamped * point.throughput.luminance());
+                unclamped += f64::from(gathered.unclamped * point.throughput.luminance());
+            }
         }
         Stats::count(&run.stats.camera_paths, out.tile().pixels().count() as u64);
         Stats::count(&run.stats.connections, connections);
@@ -336,178 +359,43 @@ impl<'s> Prepared<'s> {
         Stats::count(&run.stats.unclamped, (unclamped * 1e6) as u64);
     }
 
-    /// Density estimate over photons whose last event was specular: `Σ_j k_j f Φ_j`.
+    /// Density estimate over caustic photons: `Σ_j k_j f Φ_j`.
     fn caustic_radiance(&self, point: &Gathering, found: &mut Neighbors) -> Rgb {
         let x = &point.at.x;
-        let n = if x.ng.dot(point.at.wo) >= 0.0 {
-            x.ng
-        } else {
-            -x.ng
+        let n = point
+            .at
+            .lit_from
+            .unwrap_or(if x.ng.dot(point.at.wo) >= 0.0 {
+                x.ng
+            } else {
+                -x.ng
+            });
+        let bandwidth = Bandwidth {
+            largest: point
+                .reach
+                .min(CAUSTIC_RADIUS * self.scene.geometry.bounds().diagonal()),
+            share: self.shrunk,
         };
-        let reach = CAUSTIC_RADIUS * self.scene.geometry.bounds().diagonal();
         let mut sum = Rgb::BLACK;
-        estimate(&self.caustics, x.p, n, reach, found, |photon, kernel| {
-            if self.limits.allow(point.segments + u32::from(photon.depth)) {
-                sum +=
-                    photon.flux * point.at.bsdf.f(photon.wi, point.at.wo, Lobes::SMOOTH) * kernel;
-            }
-        });
+        estimate(
+            &self.caustics,
+            x.p,
+            n,
+            bandwidth,
+            found,
+            |photon, kernel| {
+                if self.limits.allow(point.segments + u32::from(photon.depth)) {
+                    sum += photon.flux
+                        * point.at.bsdf.f(photon.wi, point.at.wo, Lobes::SMOOTH)
+                        * kernel;
+                }
+            },
+        );
         sum
     }
-}
 
-/// One eye path: emission and direct light on the way, and the points where lights are summed.
-struct EyePath<'p, 's> {
-    prepared: &'p Prepared<'s>,
-    walk: Walk<'s>,
-    sampler: Sampler,
-    pixel: usize,
-    shadow_rays: u64,
-}
-
-impl<'s> EyePath<'_, 's> {
-    /// Follows specular events; every vertex with smooth lobes becomes a gathering point with those lobes alone.
-    fn trace(&mut self, out: &mut TileSamples, points: &mut Vec<Gathering<'s>>) {
-        let (scene, limits) = (self.prepared.scene, self.prepared.limits);
-        loop {
-            let v = match self.walk.advance() {
-                Step::Hidden => return,
-                Step::Escaped(wi) => {
-                    let found = found_environment(scene, self.walk.previous(), wi);
-                    out.add(self.pixel, Layer::Emission, self.walk.throughput() * found);
-                    return;
-                }
-                Step::Hit(v) => v,
-            };
-            if v.segments == 1 {
-                first_surface(&v, &mut self.sampler, self.pixel, out);
-            }
-            let found = found_radiance(scene, self.walk.previous(), &v.x, v.w_prev);
-            out.add(self.pixel, Layer::Emission, self.walk.throughput() * found);
-            if !limits.allow(v.segments + 1) {
-                return;
-            }
-            if self.walk.pass_through(&v, self.sampler.next_1d()) {
-                continue;
-            }
-            self.narrow_emission(&v, out);
-            if v.bsdf.lobes().has(Lobes::SMOOTH) {
-                for _ in 0..DIRECT_SAMPLES {
-                    self.direct_from_emitter(&v, out);
-                    self.direct_by_smooth_lobe(&v, out);
-                }
-                points.push(self.gathering(&v));
-            }
-            if !self.follow_specular(&v) {
-                return;
-            }
-        }
-    }
-
-    /// Direct light at `v`: an emitter is chosen, and the smooth lobes reflect it.
-    fn direct_from_emitter(&mut self, v: &Vertex, out: &mut TileSamples) {
-        if let Some(radiance) = self.emitter_light(v, Lobes::SMOOTH, Lobes::SMOOTH) {
-            out.add(self.pixel, Layer::Direct, radiance / DIRECT_SAMPLES as f32);
-        }
-    }
-
-    /// The same by near-delta lobes, which belongs to the emission: the walk that follows them is the other half of it.
-    fn narrow_emission(&mut self, v: &Vertex, out: &mut TileSamples) {
-        if v.bsdf.lobes().has(Lobes::NEAR_DELTA)
-            && let Some(radiance) = self.emitter_light(v, Lobes::NEAR_DELTA, Lobes::SPECULAR)
-        {
-            out.add(self.pixel, Layer::Emission, radiance);
-        }
-    }
-
-    /// Light from a chosen emitter by `lobes` at `v`, weighted against a walk that samples `walk` there.
-    fn emitter_light(&mut self, v: &Vertex, lobes: Lobes, walk: Lobes) -> Option<Rgb> {
-        let (scene, wo) = (self.prepared.scene, v.w_prev);
-        let light =
-            EmitterSample::draw(scene, &v.x, v.bsdf.receiving_normal(wo), &mut self.sampler)?;
-        let f_cos = v.bsdf.f_cos_wi(light.wi, wo, lobes);
-        if f_cos.is_black() {
-            return None;
-        }
-        self.shadow_rays += 1;
-        let crossings = self
-            .prepared
-            .limits
-            .max_depth
-            .map_or(u32::MAX, |max| max - (v.segments + 1));
-        let arriving =
-            self.walk.throughput() * light.weight * light.transmittance(scene, crossings);
-        Some(arriving * f_cos * light.mis_weight(v.bsdf.pdf_wi(light.wi, wo, walk)))
-    }
-
-    /// The other half of direct light: a direction drawn from the smooth lobes that runs into an emitter.
-    fn direct_by_smooth_lobe(&mut self, v: &Vertex<'s>, out: &mut TileSamples) {
-        let (scene, limits) = (self.prepared.scene, self.prepared.limits);
-        let mut walk = self.walk.clone();
-        if !walk.scatter(v, self.sampler.next_bsdf(), Lobes::SMOOTH) {
-            return;
-        }
-        loop {
-            match walk.advance() {
-                Step::Hidden => return,
-                Step::Escaped(wi) => {
-                    let found = found_environment(scene, walk.previous(), wi);
-                    return out.add(
-                        self.pixel,
-                        Layer::Direct,
-                        walk.throughput() * found / DIRECT_SAMPLES as f32,
-                    );
-                }
-                Step::Hit(y) => {
-                    let found = found_radiance(scene, walk.previous(), &y.x, y.w_prev);
-                    out.add(
-                        self.pixel,
-                        Layer::Direct,
-                        walk.throughput() * found / DIRECT_SAMPLES as f32,
-                    );
-                    if !limits.allow(y.segments + 1)
-                        || !walk.pass_through(&y, self.sampler.next_1d())
-                    {
-                        return;
-                    }
-                }
-            }
-        }
-    }
-
-    fn gathering(&mut self, v: &Vertex<'s>) -> Gathering<'s> {
-        let max_photon_depth = self
-            .prepared
-            .limits
-            .max_depth
-            .map(|max| max - (v.segments + 1));
-        let at = ShadingPoint {
-            x: v.x,
-            wo: v.w_prev,
-            bsdf: v.bsdf,
-            max_photon_depth,
-            u: self.sampler.next_1d(),
-        };
-        Gathering {
-            pixel: self.pixel,
-            throughput: self.walk.throughput(),
-            segments: v.segments,
-            at,
-        }
-    }
-
-    /// Continues by a specular event; weak branches only sometimes, since every one ends in another sum over all lights.
-    fn follow_specular(&mut self, v: &Vertex) -> bool {
-        if v.segments >= MAX_CHAIN
-            || !v.bsdf.lobes().has(Lobes::SPECULAR)
-            || !self
-                .walk
-                .scatter(v, self.sampler.next_bsdf(), Lobes::SPECULAR)
-        {
-            return false;
-        }
-        let after = self.walk.throughput().max_channel() * self.walk.eta_squared();
-        let survival = (BRANCH_SURVIVAL * after).min(1.0);
-        survival > 0.0 && self.walk.survive(survival, self.sampler.next_1d())
+    /// Largest radius of a caustic estimate at the end of an eye path of the given length, in m: some pixels.
+    pub(super) fn caustic_reach(&self, length: f32) -> f32 {
+        CAUSTIC_PIXELS * (self.pixel.0 + self.pixel.1 * length)
     }
 }

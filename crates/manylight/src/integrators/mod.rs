@@ -1,6 +1,7 @@
 //! The methods. Start reading at [`many_light`].
 
 mod aov;
+pub mod eye_path;
 mod light_tracer;
 pub mod many_light;
 pub mod partition;

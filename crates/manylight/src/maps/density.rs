@@ -43,18 +43,27 @@ pub fn importance_at(importons: &KdTree<Importon>, p: Vec3, n: Vec3, found: &mut
     sum.max(0.0)
 }
 
-/// Shows `visit` the nearest photons within `r_max` of `p` that lie on the surface with normal `n` and arrive from its
+/// How far an estimate looks.
+#[derive(Clone, Copy, Debug)]
+pub struct Bandwidth {
+    /// At most so far, in m.
+    pub largest: f32,
+    /// Of that, or of the distance of the K-th neighbor if that is nearer, this share in (0, 1].
+    pub share: f32,
+}
+
+/// Shows `visit` the nearest photons within the `bandwidth` of `p` that lie on the surface with normal `n` and arrive from its
 /// side, each with its kernel weight in 1/m²: `Σ weight · flux · f` estimates reflected radiance.
 pub fn estimate<'m>(
     photons: &'m KdTree<Photon>,
     p: Vec3,
     n: Vec3,
-    r_max: f32,
+    bandwidth: Bandwidth,
     found: &mut Neighbors,
     mut visit: impl FnMut(&'m Photon, f32),
 ) {
-    photons.nearest(p, r_max, found);
-    let r2 = found.radius_squared();
+    photons.nearest(p, bandwidth.largest, found);
+    let r2 = found.radius_squared() * bandwidth.share * bandwidth.share;
     for (i, d2) in found.iter() {
         let photon = &photons.items()[i as usize];
         let height = n.dot(photon.p - p);

@@ -9,13 +9,14 @@ pub fn camera_survival(throughput: Rgb, eta_squared: f32) -> f32 {
     (throughput.max_channel() * eta_squared).clamp(0.0, 0.95)
 }
 
-/// For photons: the ratio of luminances, so that their flux stays nearly constant and photon density follows irradiance; kept
-/// below 1, so that walks between perfect mirrors end.
+/// For photons: the ratio of the largest channels, so that no channel of their flux grows and photon density follows irradiance.
+/// (By luminance, a photon would leave a deep blue surface with fourteen times the blue flux that it brought.) Kept below 1, so
+/// that walks between perfect mirrors end.
 #[inline]
 pub fn photon_survival(before: Rgb, after: Rgb) -> f32 {
-    let before = before.luminance();
+    let before = before.max_channel();
     if before > 0.0 {
-        (after.luminance() / before).clamp(0.0, 0.99)
+        (after.max_channel() / before).clamp(0.0, 0.99)
     } else {
         0.0
     }

@@ -250,6 +250,12 @@ impl<'s> Walk<'s> {
         true
     }
 
+    /// Lets the walk count `factor` times as much.
+    #[inline]
+    pub fn scale(&mut self, factor: f32) {
+        self.throughput *= factor;
+    }
+
     /// Ends the walk with probability `1 - survival`; whoever goes on carries more.
     #[inline]
     pub fn survive(&mut self, survival: f32, u: f32) -> bool {

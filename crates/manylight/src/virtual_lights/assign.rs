@@ -4,70 +4,17 @@
 //! lights stand. Photons that no light may take are thinned into lights of their own.
 
 use super::Site;
+use super::claims::{Claims, NOBODY, Spot, Surfaces};
 use super::curve::Curve;
 use super::select::WEIGHT_FLOOR;
-use crate::bsdf::Lobes;
-use crate::geometry::Segment;
-use crate::ids::MaterialId;
-use crate::maps::{KdTree, Neighbors, Patch};
-use crate::math::Vec3;
 use crate::particles::Photon;
 use crate::sampling::systematic::{inclusion_probabilities, systematic};
-use crate::scene::Scene;
 use rayon::prelude::*;
 
-/// Neighbors that tell the spacing of lights; the light itself is among them.
-const SPACING_NEIGHBORS: usize = 9;
-/// A photon goes no farther than this many spacings: where so many lights are nearer than the nearest compatible one,
-/// the photon's surface has none.
-const MAX_SPACINGS: f32 = 3.0;
-/// Photons farther than this many spacings from their light must see it. The spacing is the distance of the 8th neighbor, so one
-/// photon in eight is tested on an even plane.
-const UNSEEN_SPACINGS: f32 = 0.5;
-/// Height of the line of sight over the surface, relative to its length: clears hollows of up to 25° between normals.
-const SIGHT_LIFT: f32 = 0.1;
 /// Residual lights carry at most about this many times the flux of a median light.
 const MAX_RESIDUAL_FLUX: f64 = 10.0;
 /// Residual lights per light, while the flux limit allows.
 const RESIDUAL_SHARE: f64 = 0.25;
-
-/// No light takes this photon.
-const NOBODY: u32 = u32::MAX;
-
-/// What assignment must know about surfaces.
-pub trait Surfaces: Sync {
-    /// The surface around a photon that becomes a light.
-    fn patch(&self, photon: &Photon) -> Patch;
-    /// What the photon lies on.
-    fn material(&self, photon: &Photon) -> MaterialId;
-    /// Whether nothing stands between the photon and the patch.
-    fn connected(&self, photon: &Photon, patch: &Patch) -> bool;
-}
-
-impl Surfaces for Scene {
-    fn patch(&self, photon: &Photon) -> Patch {
-        let bsdf = self.bsdf(&self.surface_point(photon.at));
-        let width = if bsdf.lobes().has(Lobes::GLOSSY) {
-            bsdf.glossy_width()
-        } else {
-            1.0
-        };
-        Patch::new(photon.p, photon.n, self.material(photon), width)
-    }
-
-    fn material(&self, photon: &Photon) -> MaterialId {
-        self.geometry.primitives()[photon.at.primitive.index()].material
-    }
-
-    fn connected(&self, photon: &Photon, patch: &Patch) -> bool {
-        let lift = SIGHT_LIFT * photon.p.distance(patch.p);
-        let segment = Segment {
-            from: photon.p + photon.n * lift,
-            to: patch.p + patch.n * lift,
-        };
-        !self.geometry.occluded(&segment)
-    }
-}
 
 /// Lights to be, in the order of the space-filling curve, and the photons that each speaks for.
 #[derive(Clone, Debug, Default)]
@@ -127,15 +74,21 @@ impl Shares {
 }
 
 /// The partition rule. Lights that stand nearer to no photon than others vanish; photons that no light may take are thinned
-/// without bias, by weight and flux, into lights of one photon with the random number `u`.
+/// without bias, by weight and flux, into lights of one photon with the random number `u`. The claims tell later whose a
+/// photon anywhere would be.
 pub fn assign(
     surfaces: &impl Surfaces,
     photons: &[Photon],
     sites: &[Site],
     weights: &[f32],
     u: f32,
-) -> Shares {
-    let owners = owners(surfaces, photons, sites);
+) -> (Shares, Claims) {
+    let mut claims = Claims::new(surfaces, photons, sites);
+    let owners: Vec<u32> = photons
+        .par_iter()
+        .with_min_len(256)
+        .map(|photon| claims.site(surfaces, &Spot::of(photon, surfaces)))
+        .collect();
     let mut residual = [0.0; 3];
     for (photon, _) in photons
         .iter()
@@ -147,77 +100,9 @@ pub fn assign(
         }
     }
     let extras = thin_residual(photons, &owners, sites.len(), weights, u);
-    Shares {
-        residual,
-        ..gather_shares(photons, sites, &owners, &extras)
-    }
-}
-
-/// For each photon the index of the site that takes it, or [`NOBODY`].
-fn owners(surfaces: &impl Surfaces, photons: &[Photon], sites: &[Site]) -> Vec<u32> {
-    let patches: Vec<Patch> = sites
-        .par_iter()
-        .map(|site| surfaces.patch(&photons[site.photon as usize]))
-        .collect();
-    let tree = KdTree::build(patches.iter().map(|patch| patch.p).collect::<Vec<Vec3>>());
-    let spacings: Vec<f32> = patches
-        .par_iter()
-        .map_init(
-            || Neighbors::new(SPACING_NEIGHBORS),
-            |found, patch| {
-                tree.nearest(patch.p, f32::INFINITY, found);
-                found.radius_squared().sqrt()
-            },
-        )
-        .collect();
-    let claims = Claims {
-        surfaces,
-        patches,
-        tree,
-        spacings,
-    };
-    photons
-        .par_iter()
-        .with_min_len(256)
-        .map(|photon| claims.owner(photon))
-        .collect()
-}
-
-/// The lights' claims on photons.
-struct Claims<'a, S> {
-    surfaces: &'a S,
-    patches: Vec<Patch>,
-    tree: KdTree<Vec3>,
-    /// Distance of each light to its 8th neighbor.
-    spacings: Vec<f32>,
-}
-
-impl<S: Surfaces> Claims<'_, S> {
-    fn owner(&self, photon: &Photon) -> u32 {
-        let material = self.surfaces.material(photon);
-        let cost = |k: u32| self.patches[k as usize].distance_squared(photon.p, photon.n, material);
-        let Some((any, any_d2)) = self
-            .tree
-            .cheapest(photon.p, f32::INFINITY, |_, d2| Some(d2))
-        else {
-            return NOBODY;
-        };
-        // Some spacings of the lights around the photon, whichever way those face: if the nearest is at distance d and has
-        // its 8th neighbor at s, the photon has its 8th no farther than d + s.
-        let reach = (MAX_SPACINGS * (any_d2.sqrt() + self.spacings[any as usize])).powi(2);
-        // The nearest of all mostly is the answer, and bounds the search if not.
-        let limit = cost(any).map_or(reach, |c| c.min(reach));
-        let Some((k, d2)) = self.tree.cheapest(photon.p, limit, |k, _| cost(k)) else {
-            return NOBODY;
-        };
-        let sees = |k: u32| self.surfaces.connected(photon, &self.patches[k as usize]);
-        if d2 <= (UNSEEN_SPACINGS * self.spacings[k as usize]).powi(2) || sees(k) {
-            return k;
-        }
-        self.tree
-            .cheapest(photon.p, reach, |k, _| cost(k).filter(|_| sees(k)))
-            .map_or(NOBODY, |(k, _)| k)
-    }
+    let (shares, lights) = gather_shares(photons, sites, &owners, &extras);
+    claims.name_lights(lights);
+    (Shares { residual, ..shares }, claims)
 }
 
 /// Chooses among the photons that nobody took. Half of the probability goes by weight (importance), half by flux, which
@@ -292,8 +177,14 @@ fn residual_count(residual_flux: f64, light_fluxes: &mut Vec<f64>) -> usize {
         .max(1.0) as usize
 }
 
-/// Lists each light's photons, and sorts lights and extra lights along the curve.
-fn gather_shares(photons: &[Photon], sites: &[Site], owners: &[u32], extras: &[Site]) -> Shares {
+/// Lists each light's photons, and sorts lights and extra lights along the curve. Also for each site the index of its light, or
+/// [`NOBODY`] if that vanished.
+fn gather_shares(
+    photons: &[Photon],
+    sites: &[Site],
+    owners: &[u32],
+    extras: &[Site],
+) -> (Shares, Vec<u32>) {
     let mut counts = vec![0u32; sites.len()];
     for &owner in owners {
         if let Some(count) = counts.get_mut(owner as usize) {
@@ -353,12 +244,14 @@ fn gather_shares(photons: &[Photon], sites: &[Site], owners: &[u32], extras: &[S
             *slot += 1;
         }
     }
+    let mut lights = vec![NOBODY; sites.len()];
     for (l, &(_, k)) in order.iter().enumerate() {
-        if k as usize >= sites.len() {
-            shares.photons[shares.offsets[l] as usize] = shares.sites[l].photon;
+        match lights.get_mut(k as usize) {
+            Some(light) => *light = l as u32,
+            None => shares.photons[shares.offsets[l] as usize] = shares.sites[l].photon,
         }
     }
-    shares
+    (shares, lights)
 }
 
 #[cfg(test)]
@@ -366,7 +259,9 @@ mod tests {
     use super::super::select::select;
     use super::super::testing::{photon, photons_on_square};
     use super::*;
-    use crate::ids::PrimitiveId;
+    use crate::ids::{MaterialId, PrimitiveId};
+    use crate::maps::Patch;
+    use crate::math::Vec3;
 
     /// Material = primitive; nothing in the way but a wall at x = 0.5 below z = 0.01, if `wall`.
     struct Room {
@@ -380,9 +275,8 @@ mod tests {
         fn material(&self, photon: &Photon) -> MaterialId {
             MaterialId(photon.at.primitive.0)
         }
-        fn connected(&self, photon: &Photon, patch: &Patch) -> bool {
-            self.wall
-                .is_none_or(|x| (photon.p.x < x) == (patch.p.x < x))
+        fn connected(&self, spot: &Spot, patch: &Patch) -> bool {
+            self.wall.is_none_or(|x| (spot.p.x < x) == (patch.p.x < x))
         }
     }
 
@@ -413,7 +307,7 @@ mod tests {
         }
         let weights = luminances(&photons);
         let sites = select(&photons, &weights, 300, 0.4);
-        let shares = assign(&OPEN, &photons, &sites, &weights, 0.7);
+        let (shares, _) = assign(&OPEN, &photons, &sites, &weights, 0.7);
         assert!(shares.residual()[0] > 0.0);
         let mut assigned = [0.0; 3];
         for k in (0..shares.len()).filter(|&k| shares.scale(k) == 1.0) {
@@ -439,7 +333,7 @@ mod tests {
         let photons = photons_on_square(3000, 2);
         let weights = luminances(&photons);
         let sites = select(&photons, &weights, 100, 0.4);
-        let shares = assign(&OPEN, &photons, &sites, &weights, 0.7);
+        let (shares, _) = assign(&OPEN, &photons, &sites, &weights, 0.7);
         let mut seen = vec![false; photons.len()];
         for k in 0..shares.len() {
             let p = photons[shares.sites()[k].photon as usize].p;
@@ -460,6 +354,30 @@ mod tests {
     }
 
     #[test]
+    fn claims_name_the_lights_that_took_the_photons() {
+        let photons = photons_on_square(3000, 5);
+        let weights = luminances(&photons);
+        let sites = select(&photons, &weights, 100, 0.2);
+        let (shares, claims) = assign(&OPEN, &photons, &sites, &weights, 0.7);
+        for k in 0..shares.len() {
+            for &j in shares.photons_of(k) {
+                let spot = Spot::of(&photons[j as usize], &OPEN);
+                assert_eq!(claims.light(&OPEN, &spot).map(|id| id.index()), Some(k));
+            }
+        }
+        let elsewhere = Spot {
+            material: MaterialId(7),
+            ..Spot::of(&photons[0], &OPEN)
+        };
+        assert!(claims.light(&OPEN, &elsewhere).is_none());
+        assert!(
+            Claims::none()
+                .light(&OPEN, &Spot::of(&photons[0], &OPEN))
+                .is_none()
+        );
+    }
+
+    #[test]
     fn flux_does_not_pass_through_a_wall_that_lights_are_far_from() {
         let mut photons = photons_on_square(4000, 3);
         // All lights stand on the left.
@@ -471,7 +389,7 @@ mod tests {
             })
             .collect();
         let weights = luminances(&photons);
-        let shares = assign(&Room { wall: Some(0.5) }, &photons, &sites, &weights, 0.1);
+        let (shares, _) = assign(&Room { wall: Some(0.5) }, &photons, &sites, &weights, 0.1);
         for k in 0..shares.len() {
             let x = photons[shares.sites()[k].photon as usize].p.x;
             assert!(
@@ -500,7 +418,7 @@ mod tests {
         let (mut mean, trials) = (0.0, 50);
         let mut residual = 0.0;
         for t in 0..trials {
-            let shares = assign(
+            let (shares, _) = assign(
                 &OPEN,
                 &photons,
                 &sites,
@@ -520,9 +438,9 @@ mod tests {
 
     #[test]
     fn there_may_be_nothing_to_assign() {
-        assert!(assign(&OPEN, &[], &[], &[], 0.5).is_empty());
+        assert!(assign(&OPEN, &[], &[], &[], 0.5).0.is_empty());
         let photons = [photon(Vec3::ZERO, Vec3::Z)];
-        let shares = assign(&OPEN, &photons, &[], &[1.0], 0.5);
+        let (shares, _) = assign(&OPEN, &photons, &[], &[1.0], 0.5);
         assert_eq!((shares.len(), shares.scale(0)), (1, 1.0));
         let own = Shares::own(&[Site {
             photon: 0,

@@ -42,6 +42,8 @@ pub struct LightField<'s> {
     side: usize,
     /// For each light the shares of its flux from photons of depth 1, up to 2, up to 3, ...; empty without a limit.
     shares_by_depth: Vec<[f32; DEPTHS]>,
+    /// Where the lights stand.
+    places: KdTree<Vec3>,
     ledger: Ledger,
 }
 
@@ -123,6 +125,7 @@ impl<'s> LightField<'s> {
             tables: Vec::new(),
             side: grid.map_or(0, Grid::side),
             shares_by_depth: Vec::new(),
+            places: KdTree::build(Vec::new()),
             ledger: Ledger {
                 residual: shares.residual(),
                 ..Ledger::default()
@@ -164,20 +167,36 @@ impl<'s> LightField<'s> {
     }
 
     fn measure_areas(&mut self) {
-        let tree = KdTree::build(
+        self.places = KdTree::build(
             self.lights
                 .iter()
                 .map(|light| light.p)
                 .collect::<Vec<Vec3>>(),
         );
-        let others = (self.lights.len().min(AREA_NEIGHBORS) as f32 - 1.0).max(1.0);
-        self.lights.par_iter_mut().for_each_init(
-            || Neighbors::new(AREA_NEIGHBORS),
-            |found, light| {
-                tree.nearest(light.p, f32::INFINITY, found);
-                light.area = PI * found.radius_squared() / others;
-            },
-        );
+        let areas: Vec<f32> = self
+            .lights
+            .par_iter()
+            .map_init(
+                || Neighbors::new(AREA_NEIGHBORS),
+                // The light itself is the nearest.
+                |found, light| self.area_per_light(light.p, 1, found),
+            )
+            .collect();
+        for (light, area) in self.lights.iter_mut().zip(areas) {
+            light.area = area;
+        }
+    }
+
+    /// Surface per light around `p`, in m²: what a light that stood there alone would speak for.
+    pub fn area_around(&self, p: Vec3) -> f32 {
+        self.area_per_light(p, 0, &mut Neighbors::new(AREA_NEIGHBORS - 1))
+    }
+
+    /// The disc that reaches to the last neighbor over the number of lights in it, the first `own` of which stand at `p`.
+    fn area_per_light(&self, p: Vec3, own: usize, found: &mut Neighbors) -> f32 {
+        self.places.nearest(p, f32::INFINITY, found);
+        let others = (found.len() as f32 - own as f32).max(1.0);
+        PI * found.radius_squared() / others
     }
 
     /// The lights.

@@ -5,6 +5,7 @@
 //! ([`LightField::single`], [`LightField::rich`]).
 
 pub mod assign;
+pub mod claims;
 pub mod curve;
 mod field;
 pub mod moments;
@@ -16,6 +17,7 @@ mod testing;
 mod tests;
 
 pub use assign::{Shares, assign};
+pub use claims::{Claims, Spot};
 pub use field::{Ledger, LightField};
 pub use select::select;
 

@@ -135,7 +135,7 @@ fn with_a_light_at_every_photon_the_partition_is_plain() {
     let weights = vec![1.0; photons.len()];
     let sites = select(&photons, &weights, photons.len(), 0.5);
     let plain = LightField::plain(&scene, unlimited(), &photons, &sites);
-    let shares = assign(&scene, &photons, &sites, &weights, 0.5);
+    let (shares, _) = assign(&scene, &photons, &sites, &weights, 0.5);
     let partition = LightField::single(&scene, unlimited(), &photons, &shares);
     assert_eq!(partition.lights().len(), photons.len());
     for (k, (a, b)) in plain.lights().iter().zip(partition.lights()).enumerate() {
@@ -156,7 +156,7 @@ fn the_diffuse_part_is_exact() {
     let photons = photons_on_floor(&scene, 3000, 3);
     let weights: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
     let sites = select(&photons, &weights, 20, 0.5);
-    let shares = assign(&scene, &photons, &sites, &weights, 0.5);
+    let (shares, _) = assign(&scene, &photons, &sites, &weights, 0.5);
     let field = LightField::rich(&scene, unlimited(), &photons, &shares, SIDE);
     assert_eq!(field.bytes(), size_of_val(field.lights()));
     for w in directions(50) {
@@ -286,7 +286,7 @@ fn many_photons_keep_their_mean_lobe() {
     let photons = photons_on_floor(&scene, 4000, 9);
     let weights = vec![1.0; photons.len()];
     let sites = select(&photons, &weights, 100, 0.3);
-    let shares = assign(&scene, &photons, &sites, &weights, 0.1);
+    let (shares, _) = assign(&scene, &photons, &sites, &weights, 0.1);
     let field = LightField::rich(&scene, unlimited(), &photons, &shares, SIDE);
     let (mut error, mut total) = (0.0, 0.0);
     for w in directions(100).filter(|w| w.z > 0.1) {
@@ -358,7 +358,7 @@ fn lights_on_a_ball_stand_on_its_surface() {
         probability: 1.0,
     }];
     let weights = vec![1.0; photons.len()];
-    let shares = assign(&scene, &photons, &sites, &weights, 0.5);
+    let (shares, _) = assign(&scene, &photons, &sites, &weights, 0.5);
     let field = LightField::rich(&scene, unlimited(), &photons, &shares, SIDE);
     let light = field
         .lights()
@@ -388,7 +388,7 @@ fn lights_do_not_stand_in_holes() {
             )
         })
         .collect();
-    let shares = assign(
+    let (shares, _) = assign(
         &scene,
         &photons,
         &[Site {
@@ -410,7 +410,7 @@ fn depth_shares_accumulate_only_in_scenes_with_a_limit() {
     let photons = photons_on_floor(&scene, 2000, 7);
     let weights = vec![1.0; photons.len()];
     let sites = select(&photons, &weights, 10, 0.3);
-    let shares = assign(&scene, &photons, &sites, &weights, 0.1);
+    let (shares, _) = assign(&scene, &photons, &sites, &weights, 0.1);
     let share = |max_depth, depth| {
         let limits = PathLimits {
             max_depth,
@@ -455,7 +455,7 @@ fn the_ledger_of_a_furnished_room_balances() {
     let photons = trace_photons(&scene, unlimited(), 4000, Pass { index: 0, seed: 1 });
     let weights: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
     let sites = select(&photons, &weights, 200, 0.3);
-    let shares = assign(&scene, &photons, &sites, &weights, 0.1);
+    let (shares, _) = assign(&scene, &photons, &sites, &weights, 0.1);
     let field = LightField::rich(&scene, unlimited(), &photons, &shares, SIDE);
     let ledger = field.ledger();
     for c in 0..3 {

@@ -5,6 +5,7 @@
 mod adjoint;
 mod agreement;
 mod common;
+mod complement;
 mod determinism;
 mod furnace;
 mod hidden_emitters;

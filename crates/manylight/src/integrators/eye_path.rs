@@ -1,0 +1,405 @@
+//! The eye paths of the many-light methods: emission and direct light on the way, and the points where lights are summed.
+//!
+//! Some light is looked for by directions drawn from the smooth lobes at such a point `x`. Where one runs into an emitter, it is
+//! the other half of direct light. Where it meets a surface at `y`, it may go on by two kinds of events:
+//!
+//! * **smooth: the complement of the clamp.** The sum over virtual lights at `x` keeps a share of the light that `y` reflects
+//!   towards `x`, and the clamp takes the rest away. So the direction goes on with the probability of what the clamp takes
+//!   away from a photon at `y`, and everything that lights `y` is looked up there: emitters, caustic photons, and virtual
+//!   lights, whose sum is clamped and completed in the same way. What `y` emits by itself is direct light at `x`.
+//!   Source: Kollig, Keller, "Illumination in the Presence of Weak Singularities", MCQMC 2004; here for lights that stand for
+//!   many photons, so that the clamp asks whose a photon at `y` would be.
+//! * **specular: caustics of reflected light.** The chain of specular events from `y` is followed to the next surface with smooth
+//!   lobes, and what those reflect is looked up there. Chains that end on an emitter are left to caustic photons.
+
+use super::first_surface;
+use super::many_light::{Complement, Prepared};
+use super::partition::Stage;
+use crate::bsdf::Lobes;
+use crate::color::Rgb;
+use crate::film::{Layer, TileSamples};
+use crate::gather::{FEW, Selection, ShadingPoint};
+use crate::math::Vec3;
+use crate::sampling::Sampler;
+use crate::transport::direct::{EmitterSample, found_environment, found_radiance};
+use crate::transport::{Step, Vertex, Walk};
+use crate::virtual_lights::Spot;
+
+/// Directions drawn at each gathering point of an eye path, and samples of its emitters: cheap beside the sum over all lights,
+/// and without them their noise would show.
+const DIRECTIONS: u32 = 4;
+/// A specular branch goes on with probability `throughput x this`, at most 1: weak reflections are followed rarely.
+const BRANCH_SURVIVAL: f32 = 4.0;
+/// Specular chains longer than this end.
+const MAX_CHAIN: u32 = 64;
+/// The first vertex after a gathering point goes on with this many times the share of light that it stands for, at most 1.
+const SURVIVAL: f32 = 2.0;
+/// Vertices after that, with that share; at most this.
+const MAX_SURVIVAL: f32 = 0.95;
+/// Caustics that are seen by way of a smooth surface may be blurred by this angle more.
+const INDIRECT_REACH: f32 = 0.02;
+
+/// A vertex of an eye path where virtual lights and caustic photons are summed.
+pub(super) struct Gathering<'s> {
+    pub(super) pixel: usize,
+    pub(super) throughput: Rgb,
+    pub(super) segments: u32,
+    pub(super) at: ShadingPoint<'s>,
+    /// Before the smooth event here.
+    pub(super) stage: Stage,
+    /// Largest radius of a caustic estimate, in m.
+    pub(super) reach: f32,
+}
+
+/// One eye path.
+pub(super) struct EyePath<'p, 's, 'o, 't> {
+    prepared: &'p Prepared<'s>,
+    walk: Walk<'s>,
+    sampler: Sampler,
+    pixel: usize,
+    out: &'o mut TileSamples<'t>,
+    points: &'o mut Vec<Gathering<'s>>,
+    /// In m.
+    length: f32,
+    shadow_rays: u64,
+}
+
+/// A path that looks for light beyond a gathering point.
+#[derive(Clone)]
+struct Branch<'s> {
+    walk: Walk<'s>,
+    stage: Stage,
+    /// Only light from the side of this normal counts at its end, if given.
+    lit_from: Option<Vec3>,
+    /// Weight when it left the eye path.
+    full: f32,
+    /// Largest radius of a caustic estimate at its end, in m.
+    reach: f32,
+}
+
+/// What a walk counts for roulette: its throughput, freed of the η² that refraction puts into radiance.
+fn weight(walk: &Walk) -> f32 {
+    walk.throughput().max_channel() * walk.eta_squared()
+}
+
+impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
+    /// The path that `walk` starts, for one pixel of `out`.
+    pub(super) fn new(
+        prepared: &'p Prepared<'s>,
+        walk: Walk<'s>,
+        sampler: Sampler,
+        pixel: usize,
+        out: &'o mut TileSamples<'t>,
+        points: &'o mut Vec<Gathering<'s>>,
+    ) -> Self {
+        EyePath {
+            prepared,
+            walk,
+            sampler,
+            pixel,
+            out,
+            points,
+            length: 0.0,
+            shadow_rays: 0,
+        }
+    }
+
+    /// Visibility tests so far.
+    pub(super) fn shadow_rays(&self) -> u64 {
+        self.shadow_rays
+    }
+
+    /// Follows specular events; every vertex with smooth lobes becomes a gathering point with those lobes alone.
+    pub(super) fn trace(&mut self) {
+        let (scene, limits) = (self.prepared.scene, self.prepared.limits);
+        loop {
+            let v = match self.walk.advance() {
+                Step::Hidden => return,
+                Step::Escaped(wi) => {
+                    let found = found_environment(scene, self.walk.previous(), wi);
+                    return self.add(Layer::Emission, self.walk.throughput() * found);
+                }
+                Step::Hit(v) => v,
+            };
+            self.length += v.distance;
+            if v.segments == 1 {
+                first_surface(&v, &mut self.sampler, self.pixel, self.out);
+            }
+            let found = found_radiance(scene, self.walk.previous(), &v.x, v.w_prev);
+            self.add(Layer::Emission, self.walk.throughput() * found);
+            if !limits.allow(v.segments + 1) {
+                return;
+            }
+            if self.walk.pass_through(&v, self.sampler.next_1d()) {
+                continue;
+            }
+            self.narrow_emission(&v);
+            if v.bsdf.lobes().has(Lobes::SMOOTH) {
+                self.smooth_light(&v);
+            }
+            if !self.follow_specular(&v) {
+                return;
+            }
+        }
+    }
+
+    fn add(&mut self, layer: Layer, radiance: Rgb) {
+        self.out.add(self.pixel, layer, radiance);
+    }
+
+    /// Everything that the smooth lobes at `v` reflect.
+    fn smooth_light(&mut self, v: &Vertex<'s>) {
+        let mut branch = Branch {
+            walk: self.walk.clone(),
+            stage: Stage::BeforeX,
+            lit_from: None,
+            full: 0.0,
+            reach: self.prepared.caustic_reach(self.length),
+        };
+        let at = self.gather_at(v, &branch, Selection::All);
+        branch.walk.scale(1.0 / DIRECTIONS as f32);
+        branch.full = weight(&branch.walk);
+        for _ in 0..DIRECTIONS {
+            self.emitters_at(v, &branch);
+            self.follow_smooth(v, &branch, &at);
+        }
+    }
+
+    /// The direct light of near-delta lobes belongs to the emission: the walk that follows them is the other half of it.
+    fn narrow_emission(&mut self, v: &Vertex) {
+        if v.bsdf.lobes().has(Lobes::NEAR_DELTA)
+            && let Some(radiance) = self.emitter_light(v, Lobes::NEAR_DELTA, Lobes::SPECULAR, None)
+        {
+            self.add(Layer::Emission, self.walk.throughput() * radiance);
+        }
+    }
+
+    /// Light from a chosen emitter that `lobes` at `v` reflect, weighted against a walk that samples `walk` there.
+    fn emitter_light(
+        &mut self,
+        v: &Vertex,
+        lobes: Lobes,
+        walk: Lobes,
+        lit_from: Option<Vec3>,
+    ) -> Option<Rgb> {
+        let (scene, wo) = (self.prepared.scene, v.w_prev);
+        let light =
+            EmitterSample::draw(scene, &v.x, v.bsdf.receiving_normal(wo), &mut self.sampler)?;
+        let f_cos = v.bsdf.f_cos_wi(light.wi, wo, lobes);
+        if f_cos.is_black() || lit_from.is_some_and(|n| light.wi.dot(n) <= 0.0) {
+            return None;
+        }
+        self.shadow_rays += 1;
+        let crossings = self
+            .prepared
+            .limits
+            .max_depth
+            .map_or(u32::MAX, |max| max - (v.segments + 1));
+        let arriving = light.weight * light.transmittance(scene, crossings);
+        Some(arriving * f_cos * light.mis_weight(v.bsdf.pdf_wi(light.wi, wo, walk)))
+    }
+
+    /// Light from emitters that smooth lobes reflect at the end `v` of a branch; directions drawn there are the other half of it.
+    fn emitters_at(&mut self, v: &Vertex, branch: &Branch) {
+        if let Some(radiance) = self.emitter_light(v, Lobes::SMOOTH, Lobes::SMOOTH, branch.lit_from)
+        {
+            let layer = branch.stage.after(Lobes::DIFFUSE).layer();
+            self.add(layer, branch.walk.throughput() * radiance);
+        }
+    }
+
+    /// The end `v` of a branch becomes a gathering point.
+    fn gather_at(
+        &mut self,
+        v: &Vertex<'s>,
+        branch: &Branch<'s>,
+        lights: Selection,
+    ) -> ShadingPoint<'s> {
+        let limits = self.prepared.limits;
+        let at = ShadingPoint {
+            x: v.x,
+            wo: v.w_prev,
+            bsdf: v.bsdf,
+            max_photon_depth: limits.max_depth.map(|max| max - (v.segments + 1)),
+            u: self.sampler.next_1d(),
+            lights,
+            lit_from: branch.lit_from,
+        };
+        self.points.push(Gathering {
+            pixel: self.pixel,
+            throughput: branch.walk.throughput(),
+            segments: v.segments,
+            at,
+            stage: branch.stage,
+            reach: branch.reach,
+        });
+        at
+    }
+
+    /// Goes on from the gathering point `at` on `v` in a direction drawn from its smooth lobes.
+    fn follow_smooth(&mut self, v: &Vertex<'s>, branch: &Branch<'s>, at: &ShadingPoint<'s>) {
+        let mut branch = branch.clone();
+        if !branch
+            .walk
+            .scatter(v, self.sampler.next_bsdf(), Lobes::SMOOTH)
+        {
+            return;
+        }
+        let is_first = branch.stage == Stage::BeforeX;
+        branch.stage = branch.stage.after(Lobes::DIFFUSE);
+        let Some(y) = self.next_surface(&mut branch, true) else {
+            return;
+        };
+        let arrived = Branch {
+            lit_from: None,
+            ..branch
+        };
+        if y.bsdf.lobes().has(Lobes::SPECULAR) {
+            self.reflected_caustics(y.clone(), arrived.clone(), is_first);
+        }
+        if y.bsdf.lobes().has(Lobes::SMOOTH) && self.prepared.complement != Complement::None {
+            self.complement(&y, arrived, at, is_first);
+        }
+    }
+
+    /// What the sum over lights at `x` lacks of the light that the smooth lobes at `y` reflect into the branch.
+    fn complement(
+        &mut self,
+        y: &Vertex<'s>,
+        mut branch: Branch<'s>,
+        x: &ShadingPoint<'s>,
+        is_first: bool,
+    ) {
+        let lit_from = self.lit_side(&mut branch.walk, y);
+        let missing = self.missing(x, y, lit_from);
+        branch.walk.scale(missing);
+        if !self.survive(&mut branch, missing, is_first) {
+            return;
+        }
+        let transmits = y.bsdf.receiving_normal(y.w_prev).is_none();
+        branch.lit_from = transmits.then_some(lit_from);
+        self.reflected_light(y, branch);
+    }
+
+    /// Follows a branch from `y` by specular events to surfaces with smooth lobes, and looks up what those reflect.
+    fn reflected_caustics(
+        &mut self,
+        mut y: Vertex<'s>,
+        mut branch: Branch<'s>,
+        mut is_first: bool,
+    ) {
+        branch.stage = branch.stage.after(Lobes::DELTA);
+        while y.segments < MAX_CHAIN {
+            let before = weight(&branch.walk);
+            if !branch
+                .walk
+                .scatter(&y, self.sampler.next_bsdf(), Lobes::SPECULAR)
+            {
+                return;
+            }
+            let share = weight(&branch.walk) / before;
+            if !self.survive(&mut branch, share, is_first) {
+                return;
+            }
+            is_first = false;
+            let Some(z) = self.next_surface(&mut branch, false) else {
+                return;
+            };
+            if z.bsdf.lobes().has(Lobes::SMOOTH) {
+                self.reflected_light(&z, branch.clone());
+            }
+            if !z.bsdf.lobes().has(Lobes::SPECULAR) {
+                return;
+            }
+            y = z;
+        }
+    }
+
+    /// One sample of all light that smooth lobes at `v` reflect into a branch.
+    fn reflected_light(&mut self, v: &Vertex<'s>, branch: Branch<'s>) {
+        self.emitters_at(v, &branch);
+        let first = (self.sampler.next_1d() * f32::from(FEW)) as u8;
+        let at = self.gather_at(v, &branch, Selection::Few(first));
+        self.follow_smooth(v, &branch, &at);
+    }
+
+    /// Roulette for a branch that goes on with `share` of its light, already counted.
+    fn survive(&mut self, branch: &mut Branch, share: f32, is_first: bool) -> bool {
+        let survival = if is_first {
+            (SURVIVAL * share).min(1.0)
+        } else {
+            (weight(&branch.walk) / branch.full).min(MAX_SURVIVAL)
+        };
+        survival > 0.0 && branch.walk.survive(survival, self.sampler.next_1d())
+    }
+
+    /// Follows a branch to the next surface where it must scatter. On the way it adds the `emitters` that it meets, if they count.
+    /// `None`: it ends.
+    fn next_surface(&mut self, branch: &mut Branch<'s>, emitters: bool) -> Option<Vertex<'s>> {
+        let (scene, limits) = (self.prepared.scene, self.prepared.limits);
+        loop {
+            let walk = &mut branch.walk;
+            let (w, found, hit) = match walk.advance() {
+                Step::Hidden => return None,
+                Step::Escaped(wi) => (wi, found_environment(scene, walk.previous(), wi), None),
+                Step::Hit(y) => {
+                    let found = found_radiance(scene, walk.previous(), &y.x, y.w_prev);
+                    (-y.w_prev, found, Some(y))
+                }
+            };
+            if branch.lit_from.is_some_and(|n| w.dot(n) <= 0.0) {
+                return None;
+            }
+            if emitters {
+                let radiance = walk.throughput() * found;
+                self.add(branch.stage.layer(), radiance);
+            }
+            let y = hit?;
+            branch.reach += INDIRECT_REACH * y.distance;
+            if !limits.allow(y.segments + 1) {
+                return None;
+            }
+            if !branch.walk.pass_through(&y, self.sampler.next_1d()) {
+                return Some(y);
+            }
+        }
+    }
+
+    /// The side that light arrives from at `y`, as its normal. A surface that transmits is lit from both, and one is chosen:
+    /// the lights of each side are others, and the clamp with them.
+    fn lit_side(&mut self, walk: &mut Walk, y: &Vertex) -> Vec3 {
+        let seen = y.x.ng * 1.0f32.copysign(y.x.ng.dot(y.w_prev));
+        if y.bsdf.receiving_normal(y.w_prev).is_some() {
+            return seen;
+        }
+        walk.scale(2.0);
+        if self.sampler.next_1d() < 0.5 {
+            seen
+        } else {
+            -seen
+        }
+    }
+
+    /// Share of the light from the given side of `y` that the sum over lights at `x` lacks.
+    fn missing(&self, x: &ShadingPoint, y: &Vertex, lit_from: Vec3) -> f32 {
+        let prepared = self.prepared;
+        let spot = Spot::on(prepared.scene, &y.x, lit_from);
+        let owner = prepared.claims.light(prepared.scene, &spot);
+        prepared.gather.missing(&prepared.lights, x, &spot, owner)
+    }
+
+    /// Continues by a specular event; weak branches only sometimes, since every one ends in another sum over all lights.
+    fn follow_specular(&mut self, v: &Vertex) -> bool {
+        if v.segments >= MAX_CHAIN
+            || !v.bsdf.lobes().has(Lobes::SPECULAR)
+            || !self
+                .walk
+                .scatter(v, self.sampler.next_bsdf(), Lobes::SPECULAR)
+        {
+            return false;
+        }
+        let after = self.walk.throughput().max_channel() * self.walk.eta_squared();
+        let survival = (BRANCH_SURVIVAL * after).min(1.0);
+        survival > 0.0 && self.walk.survive(survival, self.sampler.next_1d())
+    }
+}

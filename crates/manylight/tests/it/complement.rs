@@ -1,0 +1,87 @@
+//! Clamp and complement together are the whole: in corners and at contacts, with so few lights that the clamp takes a lot.
+
+use crate::common::film;
+use manylight::color::Rgb;
+use manylight::film::Layer;
+use manylight::geometry::{Mesh, Shape};
+use manylight::integrators::many_light::{Clamp, Complement};
+use manylight::integrators::{ManyLight, MethodKind};
+use manylight::math::{Affine3A, Vec3};
+use manylight::scene::Scene;
+use manylight::testing::scenes::{Builder, diffuse, furnace};
+use manylight::testing::statistics::layer_mean;
+
+/// A corner of bright walls with a plate that nearly touches the floor.
+fn corner(size: u32) -> Scene {
+    let mut b = Builder::new(
+        Vec3::new(0.9, 0.8, 0.9),
+        Vec3::new(-1.0, -0.9, -1.0),
+        60.0,
+        size,
+    );
+    let white = b.material(diffuse(0.8, 0.8, 0.8));
+    b.room([white; 6], None);
+    let light = b.area_light(Rgb::splat(8.0));
+    b.rectangle(
+        Vec3::new(0.2, 0.97, 0.4),
+        Vec3::X * 0.4,
+        Vec3::Z * 0.4,
+        white,
+        Some(light),
+    );
+    let plate = Affine3A::from_translation(Vec3::new(-0.55, -0.85, -0.5))
+        * Affine3A::from_scale(Vec3::new(0.3, 0.08, 0.3));
+    b.place(Shape::Mesh(Mesh::cube()), plate, white, None);
+    b.build()
+}
+
+fn few_lights() -> ManyLight {
+    ManyLight {
+        photon_paths: 8000,
+        light_count: 60,
+        importon_paths: 2000,
+        ..ManyLight::rich_vpl()
+    }
+}
+
+/// Mean of the virtual lights' layer.
+fn mean(scene: &Scene, kind: MethodKind, passes: u32) -> f64 {
+    layer_mean(&film(scene, kind, passes, 5), Layer::VirtualLights)
+}
+
+#[test]
+fn nothing_is_lost_in_corners() {
+    let scene = corner(24);
+    let truth = mean(&scene, MethodKind::Path, 2048);
+    let ratio = |method| mean(&scene, MethodKind::ManyLight(method), 96) / truth;
+    let lossy = ManyLight {
+        complement: Complement::None,
+        ..few_lights()
+    };
+    let (without, with) = (ratio(lossy), ratio(few_lights()));
+    assert!(without < 0.992, "the clamp takes little here: {without}");
+    assert!(
+        (with - 1.0).abs() < 4e-3,
+        "{with}, without complement {without}"
+    );
+}
+
+/// A hard clamp of the geometry term takes other light away, and its complement knows.
+#[test]
+fn any_clamp_has_its_complement() {
+    let scene = furnace(0.6, 16).build();
+    let truth = mean(&scene, MethodKind::Path, 1024);
+    for clamp in [Clamp::Auto, Clamp::Value(1.0)] {
+        for method in [few_lights(), ManyLight::vpl(), ManyLight::vpl_importance()] {
+            let method = ManyLight {
+                photon_paths: 8000,
+                light_count: 200,
+                importon_paths: 2000,
+                clamp,
+                ..method
+            };
+            let ratio = mean(&scene, MethodKind::ManyLight(method), 32) / truth;
+            assert!((ratio - 1.0).abs() < 1.5e-2, "{method:?}: {ratio}");
+        }
+    }
+}
