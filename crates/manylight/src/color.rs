@@ -93,6 +93,13 @@ impl From<[f32; 3]> for Rgb {
     }
 }
 
+impl From<Rgb> for [f32; 3] {
+    #[inline]
+    fn from(c: Rgb) -> Self {
+        c.to_array()
+    }
+}
+
 macro_rules! channelwise {
     ($($trait:ident $method:ident $assign_trait:ident $assign_method:ident),*) => {$(
         impl $trait for Rgb {

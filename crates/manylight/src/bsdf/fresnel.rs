@@ -19,7 +19,7 @@ pub(super) struct Interface {
 }
 
 /// Fresnel's equations for a direction with cosine `cos` to the normal, which points to the outside; `eta` is interior over exterior.
-#[inline]
+#[inline(always)]
 pub(super) fn dielectric(cos: f32, eta: f32) -> Interface {
     let outside = cos >= 0.0;
     let inverse = 1.0 / eta;
@@ -48,7 +48,7 @@ pub(super) fn dielectric(cos: f32, eta: f32) -> Interface {
 }
 
 /// Fraction of light that enters a coat of relative index `eta` from outside at the cosine `cos`.
-#[inline]
+#[inline(always)]
 pub(super) fn coat_transmittance(cos: f32, eta: f32) -> f32 {
     1.0 - dielectric(cos, eta).reflectance
 }
@@ -75,6 +75,21 @@ pub(super) struct Metal {
 }
 
 impl Metal {
+    /// From [`Metal::terms`].
+    #[inline(always)]
+    pub(super) fn from_terms([difference, product]: [Rgb; 2]) -> Self {
+        Metal {
+            difference,
+            product,
+        }
+    }
+
+    /// `η² - k²` and `4 η² k²`.
+    #[inline]
+    pub(super) fn terms(&self) -> [Rgb; 2] {
+        [self.difference, self.product]
+    }
+
     /// From η and k.
     pub(super) fn new(eta: Rgb, k: Rgb) -> Self {
         let (eta2, k2) = (eta * eta, k * k);
@@ -85,7 +100,7 @@ impl Metal {
     }
 
     /// Reflectance of unpolarised light at the cosine `cos` >= 0.
-    #[inline]
+    #[inline(always)]
     pub(super) fn reflectance(&self, cos: f32) -> Rgb {
         let cos2 = cos * cos;
         let sin2 = 1.0 - cos2;

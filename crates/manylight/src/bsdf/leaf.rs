@@ -232,13 +232,19 @@ impl Leaf<'_> {
         if self.tilt.is_some() || self.demoted {
             return None;
         }
-        let outer = self.outer.mirror(wo.z)?;
-        let inner = self.inner.mirror(wo.z * outer)?;
-        let side = outer * inner;
+        let side = self.side(wo.z)?;
         (wo.z * side > 0.0).then_some(Lambert {
             albedo: diffuse.reflectance * self.weight,
             side,
         })
+    }
+
+    /// For a leaf that is not tilted: the factor of z from the frame of the surface to that of the model, for directions with the
+    /// given z; `None` on a side that it does not answer to.
+    #[inline]
+    pub(super) fn side(&self, z: f32) -> Option<f32> {
+        let outer = self.outer.mirror(z)?;
+        Some(outer * self.inner.mirror(z * outer)?)
     }
 
     /// Density of [`Leaf::sample`].

@@ -5,7 +5,10 @@
 //! Masking is separable, G(wi, wo) = G1(wi) G1(wo), and Beckmann's G1 is Walter's rational fit: what Mitsuba 3 does.
 
 use super::material::Distribution;
-use crate::math::{Vec2, Vec3, float::safe_sqrt};
+use crate::math::{
+    Vec2, Vec3,
+    float::{exp, safe_sqrt},
+};
 use crate::sampling::warp;
 use std::f32::consts::{FRAC_1_PI, PI};
 
@@ -32,6 +35,31 @@ impl Microfacets {
         }
     }
 
+    /// From [`Microfacets::roughness`].
+    #[inline(always)]
+    pub(super) fn from_roughness(
+        distribution: Distribution,
+        [alpha, inv_alpha]: [Vec2; 2],
+    ) -> Self {
+        Microfacets {
+            distribution,
+            alpha,
+            inv_alpha,
+        }
+    }
+
+    /// Which distribution.
+    #[inline]
+    pub(super) fn distribution(&self) -> Distribution {
+        self.distribution
+    }
+
+    /// Roughness along both axes, and its inverse.
+    #[inline]
+    pub(super) fn roughness(&self) -> [Vec2; 2] {
+        [self.alpha, self.inv_alpha]
+    }
+
     /// The smaller of both roughnesses.
     #[inline]
     pub(super) fn min_alpha(&self) -> f32 {
@@ -39,14 +67,14 @@ impl Microfacets {
     }
 
     /// Area of microfacets with normal `m` per solid angle and per area of the surface.
-    #[inline]
+    #[inline(always)]
     pub(super) fn density(&self, m: Vec3) -> f32 {
         let slope2 = (m.x * self.inv_alpha.x).powi(2) + (m.y * self.inv_alpha.y).powi(2);
         let cos2 = m.z * m.z;
         let scale = self.inv_alpha.x * self.inv_alpha.y * FRAC_1_PI;
         let density = match self.distribution {
             Distribution::Ggx => scale / (slope2 + cos2).powi(2),
-            Distribution::Beckmann => scale * (-slope2 / cos2).exp() / (cos2 * cos2),
+            Distribution::Beckmann => scale * exp(-slope2 / cos2) / (cos2 * cos2),
         };
         if density * m.z > MIN_DENSITY {
             density
@@ -56,22 +84,20 @@ impl Microfacets {
     }
 
     /// Fraction of the facets with normal `m` on the side of `v` that `v` sees.
-    #[inline]
+    #[inline(always)]
     pub(super) fn masking(&self, v: Vec3, m: Vec3) -> f32 {
-        if v.dot(m) * v.z <= 0.0 {
-            return 0.0;
-        }
         let t2 = ((self.alpha.x * v.x).powi(2) + (self.alpha.y * v.y).powi(2)) / (v.z * v.z);
-        match self.distribution {
+        let unmasked = match self.distribution {
             Distribution::Ggx => 2.0 / (1.0 + (1.0 + t2).sqrt()),
-            // (1/1.6)²: from a slope of 1.6 alpha on, nothing is masked.
-            Distribution::Beckmann if t2 <= 0.390_625 => 1.0,
             Distribution::Beckmann => {
                 let a = t2.sqrt().recip();
                 let a2 = a * a;
-                (3.535 * a + 2.181 * a2) / (1.0 + 2.276 * a + 2.577 * a2)
+                let fit = (3.535 * a + 2.181 * a2) / (1.0 + 2.276 * a + 2.577 * a2);
+                // (1/1.6)²: from a slope of 1.6 alpha on, nothing is masked.
+                if t2 <= 0.390_625 { 1.0 } else { fit }
             }
-        }
+        };
+        if v.dot(m) * v.z > 0.0 { unmasked } else { 0.0 }
     }
 
     /// Density of [`Microfacets::sample`] per solid angle of `m`, times `4 |v·m|` over it: what a reflected direction is divided by.

@@ -20,6 +20,7 @@ mod phong;
 mod plastic;
 mod principled;
 mod receiver;
+mod receivers;
 mod rough_diffuse;
 #[cfg(test)]
 mod tests;
@@ -30,6 +31,7 @@ pub use lobes::Lobes;
 pub use material::Material;
 pub use materials::Materials;
 pub use receiver::Receiver;
+pub use receivers::{Form, Receivers};
 
 use crate::color::Rgb;
 use crate::math::{Frame, Vec2, Vec3};
@@ -83,7 +85,7 @@ pub enum Exit<'s> {
 
 impl Exit<'_> {
     /// `b` at the cosine to the shading normal, in [0, 1].
-    #[inline]
+    #[inline(always)]
     pub fn eval(&self, cos: f32) -> f32 {
         match *self {
             Exit::Lambert => 1.0,

@@ -49,7 +49,8 @@ fn coat_share(tint: Rgb, reflectance: Rgb) -> f32 {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Plastic {
     pub eta: f32,
-    base: Rgb,
+    /// ρ / (η² (1 - ρ r)).
+    pub base: Rgb,
     tint: Rgb,
     coat_share: f32,
 }
@@ -125,12 +126,13 @@ impl Plastic {
 /// A rough coat.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RoughPlastic<'s> {
-    facets: Microfacets,
-    eta: f32,
+    pub facets: Microfacets,
+    pub eta: f32,
     /// Transmittance of the coat from outside, over the cosine on [0, 1].
     pub transmittance: &'s [f32],
-    base: Rgb,
-    tint: Rgb,
+    /// ρ / (η² (1 - ρ r)).
+    pub base: Rgb,
+    pub tint: Rgb,
     coat_share: f32,
 }
 
@@ -167,8 +169,9 @@ impl<'s> RoughPlastic<'s> {
         self.facets.min_alpha()
     }
 
+    /// The class of the coat's own reflection.
     #[inline]
-    fn coat_class(&self) -> Lobes {
+    pub(super) fn coat_class(&self) -> Lobes {
         microfacet_class(self.alpha())
     }
 
@@ -242,7 +245,7 @@ impl<'s> RoughPlastic<'s> {
 }
 
 /// Linear interpolation in a table over [0, 1].
-#[inline]
+#[inline(always)]
 pub(super) fn interpolate(table: &[f32], x: f32) -> f32 {
     let last = table.len() - 1;
     let at = x.clamp(0.0, 1.0) * last as f32;

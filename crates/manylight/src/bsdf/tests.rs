@@ -6,6 +6,7 @@ use crate::geometry::{SurfacePoint, SurfaceRef};
 use crate::ids::{MaterialId, PrimitiveId, TextureId};
 use crate::image::Image;
 use crate::math::Mat3;
+use crate::math::lanes::{LANES, LaneMask, Lanes3};
 use crate::sampling::{Sampler, Stream};
 use crate::testing::chi_square::{self, Resolution};
 use crate::texture::{Bitmap, ColorInput, Filtering, FloatInput, Texture, Wrap};
@@ -730,6 +731,34 @@ fn albedo_is_the_integral_and_energy_is_conserved() {
             );
         }
     });
+}
+
+#[test]
+fn lanes_see_what_single_receivers_see() {
+    for case in cases() {
+        for ng in normals() {
+            let bsdf = case.bsdf(ng);
+            let mut sampler = sampler(7);
+            for count in [1, 5, LANES] {
+                let viewers: Vec<Vec3> = (0..count).map(|_| direction(&mut sampler)).collect();
+                let mut arrivals = Lanes3::ZERO;
+                (0..LANES).for_each(|i| arrivals.set(i, direction(&mut sampler)));
+                for form in [bsdf.form(), Form::Any] {
+                    let lanes = Receivers::new(form, viewers.iter().map(|&wo| (&bsdf, wo)));
+                    let values = lanes.f_cos_wi(&arrivals, LaneMask::MAX);
+                    for (i, &wo) in viewers.iter().enumerate() {
+                        let single = bsdf.receiver(wo, Lobes::SMOOTH).f_cos_wi(arrivals.vec(i));
+                        for (a, b) in values.rgb(i).to_array().into_iter().zip(single.to_array()) {
+                            assert_close(a, b, 1e-4, case.name);
+                        }
+                    }
+                    for i in count..LANES {
+                        assert!(values.rgb(i).is_black(), "{}", case.name);
+                    }
+                }
+            }
+        }
+    }
 }
 
 #[test]

@@ -35,7 +35,7 @@ pub(super) struct Way {
 
 impl Clamp {
     /// Share of the value of a connection that the sum over lights keeps, in (0, 1].
-    #[inline]
+    #[inline(always)]
     pub(super) fn kept(self, way: &Way) -> f32 {
         let cos_y = way.w.dot(way.n_y).abs();
         match self {

@@ -2,10 +2,11 @@
 //!
 //! Source: Engelhardt and Dachsbacher, "Octahedron Environment Maps", VMV 2008.
 
+use super::float::floor;
 use super::{Vec2, Vec3};
 
 /// Unit direction → the square [0, 1]². The upper hemisphere (z > 0) fills the inner diamond.
-#[inline]
+#[inline(always)]
 pub fn square_from_direction(w: Vec3) -> Vec2 {
     let p = w / (w.x.abs() + w.y.abs() + w.z.abs());
     let q = if p.z >= 0.0 {
@@ -37,33 +38,42 @@ pub fn direction_from_square(uv: Vec2) -> Vec3 {
 
 /// Texel indices (row-major, `row * side + column`) and weights of the bilinear lookup at `w` in a `side`² table
 /// whose texel centres stand at `(i + 1/2) / side`. Wraps over the edges of the map, so the function is continuous.
-#[inline]
+#[inline(always)]
 pub fn bilinear(w: Vec3, side: usize) -> [(usize, f32); 4] {
+    let corners = bilinear_corners(w, side as i32);
+    corners.map(|(texel, weight)| (texel as usize, weight))
+}
+
+/// [`bilinear`] in the narrow integers that loops over lanes want.
+#[inline(always)]
+pub fn bilinear_corners(w: Vec3, side: i32) -> [(i32, f32); 4] {
     let uv = square_from_direction(w) * side as f32 - Vec2::splat(0.5);
-    let base = uv.floor();
-    let f = uv - base;
-    let (i, j) = (base.x as i32, base.y as i32);
+    let ((left, i), (top, j)) = (floor(uv.x), floor(uv.y));
+    let (fx, fy) = (uv.x - left, uv.y - top);
     [
-        (wrapped_texel(i, j, side), (1.0 - f.x) * (1.0 - f.y)),
-        (wrapped_texel(i + 1, j, side), f.x * (1.0 - f.y)),
-        (wrapped_texel(i, j + 1, side), (1.0 - f.x) * f.y),
-        (wrapped_texel(i + 1, j + 1, side), f.x * f.y),
+        (wrapped_texel(i, j, side), (1.0 - fx) * (1.0 - fy)),
+        (wrapped_texel(i + 1, j, side), fx * (1.0 - fy)),
+        (wrapped_texel(i, j + 1, side), (1.0 - fx) * fy),
+        (wrapped_texel(i + 1, j + 1, side), fx * fy),
     ]
 }
 
-/// The texel that stands for column `i`, row `j`, each from -1 to `side`: stepping over an edge mirrors the other axis.
-#[inline]
-pub fn wrapped_texel(mut i: i32, mut j: i32, side: usize) -> usize {
-    let n = side as i32;
-    if i < 0 || i >= n {
-        i = i.clamp(0, n - 1);
-        j = n - 1 - j;
-    }
-    if j < 0 || j >= n {
-        j = j.clamp(0, n - 1);
-        i = n - 1 - i;
-    }
-    (j * n + i) as usize
+/// The texel that stands for column `i`, row `j`, each from -1 to `n`, the side: stepping over an edge mirrors the other axis.
+#[inline(always)]
+pub fn wrapped_texel(i: i32, j: i32, n: i32) -> i32 {
+    let beyond = i < 0 || i >= n;
+    let (i, j) = if beyond {
+        (i.max(0).min(n - 1), n - 1 - j)
+    } else {
+        (i, j)
+    };
+    let beyond = j < 0 || j >= n;
+    let (i, j) = if beyond {
+        (n - 1 - i, j.max(0).min(n - 1))
+    } else {
+        (i, j)
+    };
+    j * n + i
 }
 
 /// Direction through the centre of texel `index` of a `side`² table.

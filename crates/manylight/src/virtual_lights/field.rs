@@ -1,7 +1,7 @@
 //! All virtual lights of a pass, ready to be gathered.
 
 use super::moments::{Extent, spread_points};
-use super::octahedral_profile::{Grid, Profile, Range, Source, lookup};
+use super::octahedral_profile::{Grid, Profile, Range, Source};
 use super::{Emission, Shares, Site, VirtualLight};
 use crate::bsdf::{Bsdf, Lobes};
 use crate::color::Rgb;
@@ -14,7 +14,7 @@ use crate::sampling::rng::{Pcg, mix};
 use crate::sampling::systematic::{inclusion_probabilities, systematic};
 use crate::scene::{PathLimits, Scene};
 use rayon::prelude::*;
-use std::f32::consts::{FRAC_1_PI, PI};
+use std::f32::consts::PI;
 
 /// Photons whose lobes a table shows, when those are wide. Every light and every pass draws others.
 const WIDE_SOURCES: usize = 8;
@@ -204,33 +204,17 @@ impl<'s> LightField<'s> {
         &self.lights
     }
 
-    /// Radiant intensity of light `id` towards the unit vector `w` pointing away from it, emission cosine included, in W/sr.
+    /// The octahedral table with the given index: glossy radiant intensity in W/sr, cosine included.
     #[inline]
-    pub fn intensity(&self, id: LightId, w: Vec3) -> Rgb {
-        let light = &self.lights[id.index()];
-        match &light.emission {
-            Emission::Single { wi, flux, bsdf } => bsdf.f_cos_wo(*wi, w, Lobes::SMOOTH) * *flux,
-            Emission::Rich {
-                diffuse,
-                exit,
-                table,
-                transmits,
-            } => {
-                let (cos, cos_s) = (w.dot(light.n), w.dot(light.ns));
-                let mut sum = Rgb::BLACK;
-                if cos > 0.0 && cos_s > 0.0 {
-                    sum += *diffuse * (exit.eval(cos_s) * cos * FRAC_1_PI);
-                }
-                if let Some(table) = table
-                    && (cos > 0.0 || *transmits)
-                {
-                    let texels = self.side * self.side;
-                    let first = *table as usize * texels;
-                    sum += lookup(&self.tables[first..first + texels], self.side, w);
-                }
-                sum
-            }
-        }
+    pub(super) fn table(&self, index: u32) -> &[Rgb] {
+        let texels = self.side * self.side;
+        &self.tables[index as usize * texels..][..texels]
+    }
+
+    /// Texels along an edge of a table.
+    #[inline]
+    pub(super) fn side(&self) -> usize {
+        self.side
     }
 
     /// Share of the flux of light `id` that has come over at most `depth` segments. Only told apart in scenes that
@@ -300,6 +284,13 @@ impl<'s, 'p> Maker<'s, 'p> {
         light.flux = rgb(flux);
         let mut profile = None;
         light.emission = match grid {
+            // One reflection off a diffuse surface has the form of many.
+            None if bsdf.lobes().and(Lobes::SMOOTH) == Lobes::DIFFUSE => Emission::Rich {
+                diffuse: light.flux * bsdf.diffuse_weight(self.site.wi),
+                exit: bsdf.exit(),
+                table: None,
+                transmits: false,
+            },
             None => Emission::Single {
                 wi: self.site.wi,
                 flux: light.flux,
@@ -329,9 +320,14 @@ impl<'s, 'p> Maker<'s, 'p> {
     fn place(&self, site_point: &SurfacePoint, bsdf: &Bsdf<'s>) -> VirtualLight<'s> {
         let site = self.site;
         let extent = Extent::of(self.own(), site.n);
+        let mut point_numbers = self.numbers(POINT_NUMBERS);
         VirtualLight {
             p: site.p,
-            points: spread_points(self.own(), &extent, self.numbers(POINT_NUMBERS).next_f32()),
+            points: spread_points(
+                self.own(),
+                &extent,
+                [point_numbers.next_f32(), point_numbers.next_f32()],
+            ),
             n: site.n,
             ns: lit_side(site_point.frame.n, site_point, site.n),
             radius: extent.radius,

@@ -8,6 +8,7 @@ pub mod assign;
 pub mod claims;
 pub mod curve;
 mod field;
+mod intensity;
 pub mod moments;
 mod octahedral_profile;
 pub mod select;

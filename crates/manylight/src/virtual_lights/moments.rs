@@ -58,14 +58,15 @@ impl Extent {
 }
 
 /// [`POINTS`] positions of photons, drawn with probability proportional to flux and spread over the disc: strips along the
-/// major axis, swept to and fro, cut into pieces of equal flux with the one random number `u` in [0, 1).
+/// major axis, swept to and fro, cut into pieces of equal flux with the first of the random numbers `u` in [0, 1).
+/// The second decides about their order: the first point is any of them, and every fourth are one from each strip.
 ///
 /// The mean over `u` of a sum over the points is the sum over the photons, for whatever function: with the photons the
 /// points avoid what lies in the shade of a chair's leg or beyond a wall, where points constructed from the moments would stand.
 pub fn spread_points<'p>(
     photons: impl Iterator<Item = &'p Photon>,
     extent: &Extent,
-    u: f32,
+    u: [f32; 2],
 ) -> [Vec3; POINTS] {
     let mut order: Vec<(&Photon, Vec2)> = photons
         .map(|photon| {
@@ -98,12 +99,16 @@ pub fn spread_points<'p>(
     let (mut sum, mut next) = (0.0, 0);
     for (_, _, photon) in strips {
         sum += flux(photon);
-        while next < POINTS && (next as f64 + f64::from(u)) * total < sum * POINTS as f64 {
+        while next < POINTS && (next as f64 + f64::from(u[0])) * total < sum * POINTS as f64 {
             points[next] = photon.p;
             next += 1;
         }
     }
-    points
+    let first = (u[1] * POINTS as f32) as usize % POINTS;
+    let (strip, within) = (first / STRIPS, first % STRIPS);
+    std::array::from_fn(|i| {
+        points[(i / STRIPS + strip) % STRIPS * STRIPS + (i % STRIPS + within) % STRIPS]
+    })
 }
 
 #[cfg(test)]
@@ -158,7 +163,11 @@ mod tests {
         let trials = 64;
         let (mut mean, mut worst) = (Vec3::ZERO, 0.0f32);
         for t in 0..trials {
-            let points = spread_points(photons.iter(), &extent, (t as f32 + 0.5) / trials as f32);
+            let points = spread_points(
+                photons.iter(),
+                &extent,
+                [(t as f32 + 0.5) / trials as f32, 0.3],
+            );
             let center = points.iter().sum::<Vec3>() / POINTS as f32;
             mean += center / trials as f32;
             worst = worst.max(center.distance(extent.centroid));
@@ -184,7 +193,7 @@ mod tests {
         let extent = Extent::of(photons.iter(), Vec3::X);
         assert_eq!(extent.radius, 0.0);
         assert_eq!(
-            spread_points(photons.iter(), &extent, 0.5),
+            spread_points(photons.iter(), &extent, [0.5, 0.5]),
             [Vec3::ONE; POINTS]
         );
     }

@@ -289,7 +289,7 @@ fn correction(flux: Rgb, target: Rgb) -> Option<Rgb> {
 
 /// Bilinear lookup without the horizon.
 #[inline]
-pub(super) fn lookup(texels: &[Rgb], side: usize, w: Vec3) -> Rgb {
+fn lookup(texels: &[Rgb], side: usize, w: Vec3) -> Rgb {
     bilinear(w, side)
         .into_iter()
         .map(|(t, weight)| texels[t] * weight)

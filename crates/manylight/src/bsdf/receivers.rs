@@ -1,0 +1,263 @@
+//! Sixteen scattering functions whose viewers are fixed, side by side: what the innermost loop of a gather evaluates.
+//!
+//! Lambert, rough metals and the coated models have code for all lanes at once, made of the same functions that evaluate one;
+//! everything else is evaluated lane by lane.
+#![expect(
+    clippy::needless_range_loop,
+    reason = "loops over lanes read like what they become: vector instructions"
+)]
+
+use super::conductor::RoughConductor;
+use super::fresnel::{self, Metal};
+use super::leaf::Leaf;
+use super::material::Distribution;
+use super::microfacet::Microfacets;
+use super::model::Model;
+use super::plastic::{Plastic, RoughPlastic, interpolate};
+use super::{Bsdf, Lobes, Receiver};
+use crate::color::Rgb;
+use crate::math::lanes::{LANES, LaneMask, Lanes, Lanes3, lanes_of};
+use crate::math::{Vec2, Vec3};
+use std::f32::consts::FRAC_1_PI;
+
+/// What the lanes of one [`Receivers`] have in common.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// `f` is one colour.
+    Lambert,
+    /// One microfacet lobe with the reflectance of a metal.
+    Metal(Distribution),
+    /// A diffuse base under a smooth dielectric coat, whose own reflection is no smooth lobe.
+    SmoothCoat,
+    /// A diffuse base under a rough dielectric coat.
+    RoughCoat(Distribution),
+    /// Whatever it is.
+    Any,
+}
+
+impl Bsdf<'_> {
+    /// Which of the [`Receivers`] this function may be a lane of.
+    pub fn form(&self) -> Form {
+        let [Some(leaf), None, ..] = &self.leaves else {
+            return Form::Any;
+        };
+        match &leaf.model {
+            _ if leaf.tilt.is_some() => Form::Any,
+            Model::Diffuse(_) => Form::Lambert,
+            Model::Plastic(_) => Form::SmoothCoat,
+            Model::RoughConductor(m) => Form::Metal(m.facets.distribution()),
+            Model::RoughPlastic(m) => Form::RoughCoat(m.facets.distribution()),
+            _ => Form::Any,
+        }
+    }
+}
+
+/// The smooth lobes of up to sixteen scattering functions of one [`Form`], each seen by its own viewer.
+#[derive(Clone, Debug)]
+pub struct Receivers<'b, 's> {
+    form: Form,
+    /// World axes of the local frame, the normal on the side that answers.
+    frame: [Lanes3; 3],
+    /// Direction to the viewer in that frame.
+    wo: Lanes3,
+    /// Roughness along both axes of the frame, and its inverse.
+    roughness: [[Lanes; 2]; 2],
+    /// Relative index of refraction of coats.
+    eta: Lanes,
+    /// The terms of [`Metal`].
+    metal: [Lanes3; 2],
+    /// What multiplies `F D G1(wi)` of a microfacet lobe.
+    specular: Lanes3,
+    /// What multiplies the cosine (and transmittance) of a diffuse lobe.
+    base: Lanes3,
+    /// Transmittance of rough coats over the cosine.
+    transmittance: [&'s [f32]; LANES],
+    /// For lanes of any form.
+    single: [Option<Receiver<'b, 's>>; LANES],
+}
+
+impl<'b, 's> Receivers<'b, 's> {
+    /// Functions of the given form with the unit directions to their viewers; at most sixteen. Lanes without one reflect nothing.
+    pub fn new(form: Form, functions: impl Iterator<Item = (&'b Bsdf<'s>, Vec3)>) -> Self {
+        let mut all = Receivers {
+            form,
+            frame: [Lanes3::ZERO; 3],
+            wo: Lanes3::from_fn(|_| Vec3::Z),
+            roughness: [[[1.0; LANES]; 2]; 2],
+            eta: [1.0; LANES],
+            metal: [Lanes3::ZERO; 2],
+            specular: Lanes3::ZERO,
+            base: Lanes3::ZERO,
+            transmittance: [&[1.0, 1.0]; LANES],
+            single: [None; LANES],
+        };
+        for (i, (bsdf, wo)) in functions.enumerate() {
+            debug_assert!(form == Form::Any || form == bsdf.form());
+            match &bsdf.leaves[0] {
+                Some(leaf) if form != Form::Any => all.set(i, bsdf, leaf, wo),
+                _ => all.single[i] = Some(bsdf.receiver(wo, Lobes::SMOOTH)),
+            }
+        }
+        all
+    }
+
+    fn set(&mut self, i: usize, bsdf: &Bsdf<'s>, leaf: &Leaf<'s>, wo: Vec3) {
+        let mut wo = bsdf.frame.to_local(wo);
+        let Some(side) = leaf.side(wo.z) else {
+            return;
+        };
+        wo.z *= side;
+        if wo.z <= 0.0 {
+            return;
+        }
+        let axes = [bsdf.frame.s, bsdf.frame.t, bsdf.frame.n * side];
+        for (lanes, axis) in self.frame.iter_mut().zip(axes) {
+            lanes.set(i, axis);
+        }
+        self.wo.set(i, wo);
+        match &leaf.model {
+            Model::Diffuse(m) => self.base.set(i, m.reflectance * (leaf.weight * FRAC_1_PI)),
+            Model::Plastic(m) => self.set_smooth_coat(i, m, leaf.weight, wo),
+            Model::RoughConductor(m) => self.set_metal(i, m, leaf.weight, wo),
+            Model::RoughPlastic(m) => self.set_rough_coat(i, m, leaf.weight, wo),
+            _ => unreachable!("only the models of a form are set"),
+        }
+    }
+
+    fn set_smooth_coat(&mut self, i: usize, m: &Plastic, weight: f32, wo: Vec3) {
+        self.eta[i] = m.eta;
+        let exit = fresnel::coat_transmittance(wo.z, m.eta);
+        self.base.set(i, m.base * (exit * weight * FRAC_1_PI));
+    }
+
+    fn set_metal(&mut self, i: usize, m: &RoughConductor, weight: f32, wo: Vec3) {
+        if !m.lobes().has(Lobes::SMOOTH) {
+            return;
+        }
+        let terms = m.metal.terms();
+        self.metal[0].set(i, terms[0]);
+        self.metal[1].set(i, terms[1]);
+        self.set_facets(i, &m.facets, m.tint * weight, wo);
+    }
+
+    fn set_rough_coat(&mut self, i: usize, m: &RoughPlastic<'s>, weight: f32, wo: Vec3) {
+        self.eta[i] = m.eta;
+        self.transmittance[i] = m.transmittance;
+        let exit = interpolate(m.transmittance, wo.z);
+        self.base.set(i, m.base * (exit * weight * FRAC_1_PI));
+        if m.coat_class() == Lobes::GLOSSY {
+            self.set_facets(i, &m.facets, m.tint * weight, wo);
+        }
+    }
+
+    fn set_facets(&mut self, i: usize, facets: &Microfacets, tint: Rgb, wo: Vec3) {
+        for (pair, values) in self.roughness.iter_mut().zip(facets.roughness()) {
+            pair[0][i] = values.x;
+            pair[1][i] = values.y;
+        }
+        // A half vector is always on the side of both directions.
+        let masking = facets.masking(wo, Vec3::Z);
+        self.specular.set(i, tint * (masking / (4.0 * wo.z)));
+    }
+
+    /// [`Receiver::f_cos_wi`] in each active lane, for unit directions `wi`; other lanes hold anything.
+    #[inline(always)]
+    pub fn f_cos_wi(&self, wi: &Lanes3, active: LaneMask) -> Lanes3 {
+        match self.form {
+            Form::Lambert => self.lambert(wi),
+            Form::Metal(Distribution::Ggx) => self.metal(wi, Distribution::Ggx),
+            Form::Metal(Distribution::Beckmann) => self.metal(wi, Distribution::Beckmann),
+            Form::SmoothCoat => self.smooth_coat(wi),
+            Form::RoughCoat(Distribution::Ggx) => self.rough_coat(wi, Distribution::Ggx),
+            Form::RoughCoat(Distribution::Beckmann) => self.rough_coat(wi, Distribution::Beckmann),
+            Form::Any => {
+                let mut out = Lanes3::ZERO;
+                for i in lanes_of(active) {
+                    if let Some(receiver) = &self.single[i] {
+                        out.set(i, receiver.f_cos_wi(wi.vec(i)));
+                    }
+                }
+                out
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn lambert(&self, wi: &Lanes3) -> Lanes3 {
+        let mut out = Lanes3::ZERO;
+        for i in 0..LANES {
+            let cos = self.frame[2].vec(i).dot(wi.vec(i));
+            out.set(i, self.base.rgb(i) * cos.max(0.0));
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn smooth_coat(&self, wi: &Lanes3) -> Lanes3 {
+        let mut out = Lanes3::ZERO;
+        for i in 0..LANES {
+            let cos = self.frame[2].vec(i).dot(wi.vec(i)).max(0.0);
+            let enters = fresnel::coat_transmittance(cos, self.eta[i]);
+            out.set(i, self.base.rgb(i) * (enters * cos));
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn metal(&self, wi: &Lanes3, distribution: Distribution) -> Lanes3 {
+        let mut out = Lanes3::ZERO;
+        for i in 0..LANES {
+            let lobe = self.facet_lobe(i, self.to_local(i, wi.vec(i)), distribution);
+            let terms = [self.metal[0].rgb(i), self.metal[1].rgb(i)];
+            let f = Metal::from_terms(terms).reflectance(lobe.cos);
+            out.set(i, self.specular.rgb(i) * f * lobe.density);
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn rough_coat(&self, wi: &Lanes3, distribution: Distribution) -> Lanes3 {
+        let (mut cos, mut enters) = ([0.0; LANES], [0.0; LANES]);
+        for i in 0..LANES {
+            cos[i] = self.frame[2].vec(i).dot(wi.vec(i)).max(0.0);
+        }
+        for i in 0..LANES {
+            enters[i] = interpolate(self.transmittance[i], cos[i]);
+        }
+        let mut out = Lanes3::ZERO;
+        for i in 0..LANES {
+            let lobe = self.facet_lobe(i, self.to_local(i, wi.vec(i)), distribution);
+            let f = fresnel::dielectric(lobe.cos, self.eta[i]).reflectance;
+            let coat = self.specular.rgb(i) * (f * lobe.density);
+            out.set(i, coat + self.base.rgb(i) * (enters[i] * cos[i]));
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn to_local(&self, i: usize, w: Vec3) -> Vec3 {
+        let [s, t, n] = &self.frame;
+        Vec3::new(s.vec(i).dot(w), t.vec(i).dot(w), n.vec(i).dot(w))
+    }
+
+    /// The microfacets of lane `i` that reflect light from the local direction `wi` to the viewer.
+    #[inline(always)]
+    fn facet_lobe(&self, i: usize, wi: Vec3, distribution: Distribution) -> FacetLobe {
+        let wo = self.wo.vec(i);
+        let half = wi + wo;
+        let m = half * half.length_squared().sqrt().recip();
+        let pair = |k: usize| Vec2::new(self.roughness[k][0][i], self.roughness[k][1][i]);
+        let facets = Microfacets::from_roughness(distribution, [pair(0), pair(1)]);
+        let density = facets.density(m) * facets.masking(wi, m);
+        FacetLobe {
+            density: if wi.z > 0.0 { density } else { 0.0 },
+            cos: wo.dot(m),
+        }
+    }
+}
+
+/// `D G1(wi)` of the facets with the half vector's normal, and the cosine to it.
+struct FacetLobe {
+    density: f32,
+    cos: f32,
+}

@@ -1,0 +1,444 @@
+//! The innermost loop: up to 64 points, sixteen at a time, with one light after the other.
+#![expect(
+    clippy::needless_range_loop,
+    reason = "loops over lanes read like what they become: vector instructions"
+)]
+
+use super::block::Block;
+use super::clamp::Way;
+use super::points::{BATCHES, Batch};
+use super::{Clamp, Gather, Gathered, Kernel, Lights, ShadingPoint};
+use crate::ids::LightId;
+use crate::math::Vec3;
+use crate::math::lanes::{LANES, LaneMask, Lanes, Lanes3, mask};
+use crate::scene::Scene;
+use crate::virtual_lights::moments::POINTS;
+use crate::virtual_lights::{LightField, VirtualLight};
+use std::f32::consts::PI;
+
+/// A light is all its points nearer than the first number of its radii, four of them nearer than the second, and one beyond.
+/// Both are stretched by a random factor, so that no ring shows where the number changes.
+const SIXTEEN_POINTS_WITHIN: f32 = 1.5;
+const FOUR_POINTS_WITHIN: f32 = 4.0;
+const REACH_SPREAD: f32 = 0.25;
+
+/// A disc is at least this share of the surface per light.
+const SMALLEST_DISC: f32 = 0.25;
+
+/// A piece of a light that is connected with as a point.
+#[derive(Clone, Copy, Debug)]
+struct Part {
+    p: Vec3,
+    /// Of the surface that it stands for, in m².
+    area: f32,
+    /// Share of the light's intensity.
+    weight: f32,
+}
+
+/// How many parts a light is made of, as seen from the points of one batch.
+#[derive(Clone, Copy, Debug, Default)]
+struct Views {
+    one: LaneMask,
+    four: LaneMask,
+    sixteen: LaneMask,
+}
+
+impl Gather {
+    /// Adds all lights to the points of up to [`BATCHES`] batches.
+    pub(super) fn add_lights(
+        &self,
+        scene: &Scene,
+        lights: &Lights,
+        batches: &[Batch],
+        sums: &mut [Gathered],
+    ) {
+        #[cfg(target_arch = "x86_64")]
+        {
+            if is_x86_feature_detected!("avx512f")
+                && is_x86_feature_detected!("avx512vl")
+                && is_x86_feature_detected!("avx512dq")
+                && is_x86_feature_detected!("avx512bw")
+            {
+                // SAFETY: the processor has the features.
+                #[expect(unsafe_code, reason = "code for wider registers is chosen at run time")]
+                return unsafe { self.add_lights_avx512(scene, lights, batches, sums) };
+            }
+            if is_x86_feature_detected!("avx2") {
+                // SAFETY: the processor has the feature.
+                #[expect(unsafe_code, reason = "code for wider registers is chosen at run time")]
+                return unsafe { self.add_lights_avx2(scene, lights, batches, sums) };
+            }
+        }
+        self.add_lights_here(scene, lights, batches, sums);
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw")]
+    fn add_lights_avx512(
+        &self,
+        scene: &Scene,
+        lights: &Lights,
+        batches: &[Batch],
+        sums: &mut [Gathered],
+    ) {
+        self.add_lights_here(scene, lights, batches, sums);
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn add_lights_avx2(
+        &self,
+        scene: &Scene,
+        lights: &Lights,
+        batches: &[Batch],
+        sums: &mut [Gathered],
+    ) {
+        self.add_lights_here(scene, lights, batches, sums);
+    }
+
+    /// [`Gather::add_lights`] in the instructions of the caller.
+    #[inline(always)]
+    fn add_lights_here(
+        &self,
+        scene: &Scene,
+        lights: &Lights,
+        batches: &[Batch],
+        sums: &mut [Gathered],
+    ) {
+        let mut sum = Sum {
+            gather: self,
+            scene,
+            field: &lights.field,
+            batches,
+            blocks: [Block::new(0), Block::new(1)],
+            clamped: [[0.0; LANES]; BATCHES],
+            unclamped: [[0.0; LANES]; BATCHES],
+        };
+        for (k, (light, &reach)) in lights.field.lights().iter().zip(&lights.reach).enumerate() {
+            sum.add_light(LightId(k as u32), light, reach, sums);
+        }
+        sum.finish(sums);
+    }
+
+    /// Of how many parts `light` is made as seen from those of the points in `facing`.
+    #[inline(always)]
+    fn views(&self, light: &VirtualLight, batch: &Batch, facing: LaneMask) -> Views {
+        if !self.is_disc(light) {
+            return Views {
+                one: facing,
+                ..Views::default()
+            };
+        }
+        let within =
+            |radii: f32| facing & mask(|i| is_within(radii, light, batch.p.vec(i), batch.u[i]));
+        let near = within(FOUR_POINTS_WITHIN);
+        let sixteen = if near == 0 {
+            0
+        } else {
+            within(SIXTEEN_POINTS_WITHIN)
+        };
+        Views {
+            one: facing & !near,
+            four: near & !sixteen,
+            sixteen,
+        }
+    }
+
+    /// The area of the parts of `light` as seen from `at`, in m².
+    pub(super) fn part_area(&self, at: &ShadingPoint, light: &VirtualLight) -> f32 {
+        let within = |radii: f32| self.is_disc(light) && is_within(radii, light, at.x.p, at.u);
+        if within(SIXTEEN_POINTS_WITHIN) {
+            piece(light, 0, 1.0 / POINTS as f32).area
+        } else if within(FOUR_POINTS_WITHIN) {
+            piece(light, 0, 0.25).area
+        } else {
+            self.whole(light).area
+        }
+    }
+
+    /// Whether a light has parts. A share dominated by one strong photon has hardly a radius, yet stands for as much surface as
+    /// its neighbors: a point.
+    #[inline(always)]
+    fn is_disc(&self, light: &VirtualLight) -> bool {
+        self.kernel == Kernel::Disc && disc(light) > SMALLEST_DISC * light.area
+    }
+
+    /// The one point that stands for all of `light` from far away.
+    #[inline(always)]
+    fn whole(&self, light: &VirtualLight) -> Part {
+        let (p, area) = match self.kernel {
+            Kernel::Point => (light.p, light.area),
+            Kernel::Disc => (light.points[0], disc(light).max(light.area)),
+        };
+        Part {
+            p,
+            area,
+            weight: 1.0,
+        }
+    }
+}
+
+/// Area of the disc with the second moment of a light's photons, in m².
+#[inline(always)]
+fn disc(light: &VirtualLight) -> f32 {
+    PI * light.radius * light.radius
+}
+
+/// Whether the point `p` with the random number `u` is within so many radii of `light`.
+#[inline(always)]
+fn is_within(radii: f32, light: &VirtualLight, p: Vec3, u: f32) -> bool {
+    let reach = radii * light.radius * (1.0 + REACH_SPREAD * u);
+    (light.p - p).length_squared() < reach * reach
+}
+
+/// A quarter, or a sixteenth, of a light.
+#[inline(always)]
+fn piece(light: &VirtualLight, point: usize, share: f32) -> Part {
+    Part {
+        p: light.points[point],
+        area: disc(light) * share,
+        weight: share,
+    }
+}
+
+/// The parts of a light, each with the points of each batch that see it.
+struct Parts {
+    list: [(Part, [LaneMask; BATCHES]); 1 + 4 + POINTS],
+    len: usize,
+}
+
+impl Parts {
+    #[inline(always)]
+    fn new(gather: &Gather, light: &VirtualLight, views: &[Views; BATCHES]) -> Self {
+        let whole = gather.whole(light);
+        let mut parts = Parts {
+            list: [(whole, views.map(|v| v.one)); 1 + 4 + POINTS],
+            len: usize::from(views.iter().any(|v| v.one != 0)),
+        };
+        if views.iter().any(|v| v.four != 0) {
+            for point in (0..POINTS).step_by(POINTS / 4) {
+                parts.push(piece(light, point, 0.25), views.map(|v| v.four));
+            }
+        }
+        if views.iter().any(|v| v.sixteen != 0) {
+            for point in 0..POINTS {
+                parts.push(
+                    piece(light, point, 1.0 / POINTS as f32),
+                    views.map(|v| v.sixteen),
+                );
+            }
+        }
+        parts
+    }
+
+    #[inline(always)]
+    fn push(&mut self, part: Part, lanes: [LaneMask; BATCHES]) {
+        self.list[self.len] = (part, lanes);
+        self.len += 1;
+    }
+}
+
+/// What one part of a light sends to the points of a batch.
+#[derive(Clone, Copy)]
+struct Connected {
+    values: Lanes3,
+    /// Points to which something is sent.
+    lit: LaneMask,
+    /// Points whose shadow ray leaves on the side of the geometric normal.
+    in_front: LaneMask,
+    /// Points before the light, on the side of its normal.
+    before: LaneMask,
+}
+
+impl Connected {
+    const NONE: Connected = Connected {
+        values: Lanes3::ZERO,
+        lit: 0,
+        in_front: 0,
+        before: 0,
+    };
+
+    /// The points with a connection that leaves and arrives on these sides.
+    #[inline(always)]
+    fn lanes(&self, in_front: bool, before: bool) -> LaneMask {
+        let side = |mask: LaneMask, wanted: bool| if wanted { mask } else { !mask };
+        self.lit & side(self.in_front, in_front) & side(self.before, before)
+    }
+}
+
+/// The sum for some batches on its way.
+struct Sum<'a, 'b, 's> {
+    gather: &'a Gather,
+    scene: &'a Scene,
+    field: &'a LightField<'s>,
+    batches: &'a [Batch<'b, 's>],
+    /// Shadow rays that leave on the side of the geometric normal, and on the other.
+    blocks: [Block; 2],
+    clamped: [Lanes; BATCHES],
+    unclamped: [Lanes; BATCHES],
+}
+
+impl Sum<'_, '_, '_> {
+    #[inline(always)]
+    fn add_light(&mut self, id: LightId, light: &VirtualLight, reach: f32, sums: &mut [Gathered]) {
+        let mut views = [Views::default(); BATCHES];
+        let one_sided = light.shines_one_sided();
+        for (views, batch) in views.iter_mut().zip(self.batches) {
+            let facing = batch.facing(light.p, light.n, reach, one_sided);
+            if facing != 0 && batch.lights.stands_for(id.index()).is_some() {
+                *views = self.gather.views(light, batch, facing);
+            }
+        }
+        let parts = Parts::new(self.gather, light, &views);
+        for &(part, active) in &parts.list[..parts.len] {
+            self.add_part(id, light, part, active, sums);
+        }
+    }
+
+    /// Connects the active points with one part of a light.
+    #[inline(always)]
+    fn add_part(
+        &mut self,
+        id: LightId,
+        light: &VirtualLight,
+        part: Part,
+        active: [LaneMask; BATCHES],
+        sums: &mut [Gathered],
+    ) {
+        let mut connected = [Connected::NONE; BATCHES];
+        for (b, batch) in self.batches.iter().enumerate() {
+            if active[b] != 0 {
+                connected[b] = self.connect(id, light, part, b, batch, active[b]);
+            }
+        }
+        for (side, towards) in [(0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)] {
+            let lanes = connected
+                .each_ref()
+                .map(|c| c.lanes(side == 0, towards > 0.0));
+            if lanes == [0; BATCHES] {
+                continue;
+            }
+            let block = &mut self.blocks[side];
+            if block.is_full() {
+                block.flush(self.scene, self.batches, sums);
+            }
+            block.open(part.p + light.n * (light.offset * towards));
+            for (b, &lanes) in lanes.iter().enumerate().filter(|(_, lanes)| **lanes != 0) {
+                block.put(b, lanes, &connected[b].values);
+            }
+        }
+    }
+
+    /// `f |w·n| I(-w) / d²` of one part for the active points of one batch, clamped.
+    #[inline(always)]
+    fn connect(
+        &mut self,
+        id: LightId,
+        light: &VirtualLight,
+        part: Part,
+        b: usize,
+        batch: &Batch,
+        active: LaneMask,
+    ) -> Connected {
+        let (mut w, mut back) = (Lanes3::ZERO, Lanes3::ZERO);
+        let (mut d2, mut cos_light, mut cos_point) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+        for i in 0..LANES {
+            let to_light = part.p - batch.p.vec(i);
+            d2[i] = to_light.length_squared();
+            let direction = to_light * d2[i].sqrt().recip();
+            w.set(i, direction);
+            back.set(i, -direction);
+            cos_light[i] = direction.dot(light.n);
+            cos_point[i] = direction.dot(batch.ng.vec(i));
+        }
+        let active = active & batch.lit(&w) & mask(|i| d2[i] > 0.0);
+        let intensity = self.field.intensities(id, &back, active);
+        let f_cos = batch.receivers.f_cos_wi(&w, active);
+        let share = self.share(id, batch);
+        let kept = self.kept(batch, &f_cos, &w, &d2, light.n, part.area);
+        let mut values = Lanes3::ZERO;
+        let (mut full, mut removed) = ([0.0; LANES], [0.0; LANES]);
+        for i in 0..LANES {
+            let value = f_cos.rgb(i) * intensity.rgb(i) * (part.weight * share[i] / d2[i]);
+            values.set(i, value * kept[i]);
+            full[i] = value.luminance();
+            removed[i] = full[i] * (1.0 - kept[i]);
+        }
+        let lit = active & mask(|i| !values.rgb(i).is_black());
+        for i in 0..LANES {
+            let counts = lit >> i & 1 != 0;
+            self.unclamped[b][i] += if counts { full[i] } else { 0.0 };
+            self.clamped[b][i] += if counts { removed[i] } else { 0.0 };
+        }
+        Connected {
+            values,
+            lit,
+            in_front: mask(|i| cos_point[i] >= 0.0),
+            before: mask(|i| cos_light[i] <= 0.0),
+        }
+    }
+
+    /// [`Clamp::kept`] in each lane.
+    #[inline(always)]
+    fn kept(
+        &self,
+        batch: &Batch,
+        f_cos: &Lanes3,
+        w: &Lanes3,
+        d2: &Lanes,
+        n: Vec3,
+        area: f32,
+    ) -> Lanes {
+        let lane = |clamp: Clamp, i: usize| {
+            clamp.kept(&Way {
+                w: w.vec(i),
+                d2: d2[i],
+                f_cos: f_cos.rgb(i),
+                n_x: batch.ng.vec(i),
+                n_y: n,
+                area,
+            })
+        };
+        let mut kept = [1.0; LANES];
+        // One loop for each kind: the choice must not be made in every lane.
+        match self.gather.clamp {
+            Clamp::None => {}
+            Clamp::Auto => {
+                for i in 0..LANES {
+                    kept[i] = lane(Clamp::Auto, i);
+                }
+            }
+            Clamp::Value(limit) => {
+                for i in 0..LANES {
+                    kept[i] = lane(Clamp::Value(limit), i);
+                }
+            }
+        }
+        kept
+    }
+
+    /// The share of a light's flux that fits the path limits of each point, times the number of lights that it stands for.
+    #[inline(always)]
+    fn share(&self, id: LightId, batch: &Batch) -> Lanes {
+        let lights = batch.lights.stands_for(id.index()).unwrap_or(0.0);
+        let mut share = [lights; LANES];
+        if let Some(depths) = &batch.depths {
+            for (share, depth) in share.iter_mut().zip(depths) {
+                *share *= depth.map_or(1.0, |depth| self.field.share_up_to(id, depth));
+            }
+        }
+        share
+    }
+
+    fn finish(mut self, sums: &mut [Gathered]) {
+        for block in &mut self.blocks {
+            block.flush(self.scene, self.batches, sums);
+        }
+        for (b, batch) in self.batches.iter().enumerate() {
+            for (i, &member) in batch.members.iter().enumerate() {
+                sums[member].clamped += self.clamped[b][i];
+                sums[member].unclamped += self.unclamped[b][i];
+            }
+        }
+    }
+}

@@ -1,0 +1,113 @@
+//! The shading points of a tile in lanes, those with scattering functions of one form and the same lights together.
+
+use super::{Selection, ShadingPoint};
+use crate::bsdf::{Form, Receivers};
+use crate::geometry::SurfacePoint;
+use crate::math::Vec3;
+use crate::math::lanes::{LANES, LaneMask, Lanes, Lanes3, mask};
+
+/// Batches that are connected to lights together: as many points as a mask has bits.
+pub(super) const BATCHES: usize = 64 / LANES;
+
+/// Up to sixteen points.
+#[derive(Debug)]
+pub(super) struct Batch<'b, 's> {
+    /// Which point each lane is.
+    pub members: Vec<usize>,
+    /// Positions.
+    pub p: Lanes3,
+    /// Geometric normals.
+    pub ng: Lanes3,
+    /// Normals on the side that light is received on; zero for points that see both sides.
+    receiving: Lanes3,
+    /// Points that see both sides.
+    open: LaneMask,
+    /// Random numbers of the points.
+    pub u: Lanes,
+    /// How they reflect.
+    pub receivers: Receivers<'b, 's>,
+    /// Where shadow rays start that leave by the side of the geometric normal, and by the other.
+    pub origins: [[Vec3; LANES]; 2],
+    /// Which lights are summed at all of them.
+    pub lights: Selection,
+    /// Normals on the side of which light must arrive, for the points in `limited`.
+    lit_from: Lanes3,
+    limited: LaneMask,
+    /// Largest photon depths that fit the path limits; `None` if no lane has one.
+    pub depths: Option<[Option<u32>; LANES]>,
+}
+
+impl<'b, 's> Batch<'b, 's> {
+    /// The points of a tile in batches, sorted by form and selection.
+    pub(super) fn all(points: &'b [ShadingPoint<'s>]) -> Vec<Self> {
+        let mut kinds: Vec<((Form, Selection), Vec<usize>)> = Vec::new();
+        for (i, point) in points.iter().enumerate() {
+            let kind = (point.bsdf.form(), point.lights);
+            match kinds.iter_mut().find(|(k, _)| *k == kind) {
+                Some((_, members)) => members.push(i),
+                None => kinds.push((kind, vec![i])),
+            }
+        }
+        kinds
+            .iter()
+            .flat_map(|((form, _), members)| {
+                members
+                    .chunks(LANES)
+                    .map(|members| Batch::new(*form, members, points))
+            })
+            .collect()
+    }
+
+    fn new(form: Form, members: &[usize], points: &'b [ShadingPoint<'s>]) -> Self {
+        // Lanes beyond the last point repeat it: they are never active.
+        let at = |i: usize| &points[members[i.min(members.len() - 1)]];
+        let receiving = |i: usize| at(i).bsdf.receiving_normal(at(i).wo);
+        let origin = |i: usize, side: f32| offset(&at(i).x, side);
+        Batch {
+            members: members.to_vec(),
+            p: Lanes3::from_fn(|i| at(i).x.p),
+            ng: Lanes3::from_fn(|i| at(i).x.ng),
+            receiving: Lanes3::from_fn(|i| receiving(i).unwrap_or(Vec3::ZERO)),
+            open: mask(|i| receiving(i).is_none()),
+            u: std::array::from_fn(|i| at(i).u),
+            receivers: Receivers::new(
+                form,
+                members.iter().map(|&m| (&points[m].bsdf, points[m].wo)),
+            ),
+            origins: [1.0, -1.0].map(|side| std::array::from_fn(|i| origin(i, side))),
+            lights: at(0).lights,
+            lit_from: Lanes3::from_fn(|i| at(i).lit_from.unwrap_or(Vec3::ZERO)),
+            limited: mask(|i| at(i).lit_from.is_some()),
+            depths: members
+                .iter()
+                .any(|&m| points[m].max_photon_depth.is_some())
+                .then(|| std::array::from_fn(|i| at(i).max_photon_depth)),
+        }
+    }
+
+    /// The lanes that are points.
+    #[inline(always)]
+    fn used(&self) -> LaneMask {
+        (((1u32 << self.members.len()) - 1) & u32::from(LaneMask::MAX)) as LaneMask
+    }
+
+    /// The points that a light about `p` with normal `n` may reach, whose parts lie within `reach`: some part lies on the lit side of
+    /// the point, which lies on the lit side of some part if the light is one-sided. Exact: others receive nothing.
+    #[inline(always)]
+    pub(super) fn facing(&self, p: Vec3, n: Vec3, reach: f32, one_sided: bool) -> LaneMask {
+        let above = mask(|i| self.receiving.vec(i).dot(p - self.p.vec(i)) + reach > 0.0);
+        let before = mask(|i| reach - n.dot(p - self.p.vec(i)) > 0.0);
+        let before = if one_sided { before } else { LaneMask::MAX };
+        self.used() & (above | self.open) & before
+    }
+
+    /// The points at which light counts that arrives from the unit directions `w`.
+    #[inline(always)]
+    pub(super) fn lit(&self, w: &Lanes3) -> LaneMask {
+        mask(|i| self.lit_from.vec(i).dot(w.vec(i)) > 0.0) | !self.limited
+    }
+}
+
+fn offset(x: &SurfacePoint, side: f32) -> Vec3 {
+    x.offset_towards(x.ng * side)
+}

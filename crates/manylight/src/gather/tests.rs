@@ -1,0 +1,211 @@
+//! Sums in lanes against single connections, written out.
+
+use super::*;
+use crate::bsdf::{Lobes, Material};
+use crate::geometry::Segment;
+use crate::ids::LightId;
+use crate::math::Vec2;
+use crate::math::lanes::{LANES, LaneMask, Lanes3};
+use crate::particles::trace_photons;
+use crate::sampling::{Pass, warp};
+use crate::scene::PathLimits;
+use crate::testing::scenes::{Builder, diffuse, glass, glossy_box, rough_metal, rough_plastic};
+use crate::texture::ColorInput;
+use crate::virtual_lights::{Shares, assign, select};
+
+const PASS: Pass = Pass { seed: 3, index: 1 };
+const UNLIMITED: PathLimits = PathLimits {
+    max_depth: None,
+    rr_depth: 5,
+    hide_emitters: false,
+};
+
+/// Lights of 2000 photon paths: with tables of `side`² texels, or plain ones.
+fn lights(scene: &Scene, side: Option<usize>, limits: PathLimits) -> Lights<'_> {
+    let photons = trace_photons(scene, limits, 2000, PASS);
+    let fluxes: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
+    let sites = select(&photons, &fluxes, 90, 0.4);
+    Lights::new(match side {
+        None => LightField::single(scene, limits, &photons, &Shares::own(&sites)),
+        Some(side) => {
+            let (shares, _) = assign(scene, &photons, &sites, &fluxes, 0.7);
+            LightField::rich(scene, limits, &photons, &shares, side)
+        }
+    })
+}
+
+/// What the camera sees at the centers of a film's pixels.
+fn points(scene: &Scene, depths: bool) -> Vec<ShadingPoint<'_>> {
+    let size = scene.sensor.desc().film.size;
+    (0..size.x * size.y)
+        .filter_map(|i| {
+            let pixel = Vec2::new((i % size.x) as f32 + 0.5, (i / size.x) as f32 + 0.5);
+            let ray = scene.sensor.ray(pixel, Vec2::splat(0.5)).ray;
+            let (_, x) = scene.intersect(&ray)?;
+            Some(ShadingPoint {
+                x,
+                wo: -ray.d,
+                bsdf: scene.bsdf(&x),
+                max_photon_depth: depths.then_some(i % 3),
+                u: i as f32 / 1000.0 % 1.0,
+                lights: if i % 5 == 0 {
+                    Selection::Few((i % 11) as u8)
+                } else {
+                    Selection::All
+                },
+                lit_from: (i % 7 == 0).then_some(Vec3::new(0.6, 0.0, 0.8)),
+            })
+        })
+        .collect()
+}
+
+/// `Σ_k f |w·n| I_k(-w) V / d²` over lights as points, one connection at a time.
+fn written_out(scene: &Scene, lights: &Lights, at: &ShadingPoint) -> Rgb {
+    let mut sum = Rgb::BLACK;
+    for (k, light) in lights.field.lights().iter().enumerate() {
+        let few = usize::from(FEW);
+        let stands_for = match at.lights {
+            Selection::All => 1.0,
+            Selection::Few(first) if k % few == usize::from(first) % few => few as f32,
+            Selection::Few(_) => continue,
+        };
+        let id = LightId(k as u32);
+        let d2 = light.p.distance_squared(at.x.p);
+        let w = (light.p - at.x.p) / d2.sqrt();
+        let share = at
+            .max_photon_depth
+            .map_or(1.0, |m| lights.field.share_up_to(id, m));
+        let value = at.bsdf.f_cos_wi(w, at.wo, Lobes::SMOOTH) * lights.field.intensity(id, -w);
+        let wanted = at.lit_from.is_none_or(|n| w.dot(n) > 0.0);
+        if wanted && d2 > 0.0 && !value.is_black() {
+            let segment = Segment {
+                from: at.x.offset_towards(w),
+                to: light.p + light.n * light.offset.copysign(-w.dot(light.n)),
+            };
+            sum += value * scene.transmittance(&segment) * (share * stands_for / d2);
+        }
+    }
+    sum
+}
+
+fn assert_sums_agree(scene: &Scene, side: Option<usize>, limits: PathLimits) {
+    let lights = lights(scene, side, limits);
+    let points = points(scene, limits.max_depth.is_some());
+    assert!(points.len() > 200);
+    let gather = Gather {
+        kernel: Kernel::Point,
+        clamp: Clamp::None,
+    };
+    let mut rays = 0;
+    // Of every size: batches of all numbers of lanes, and groups of several batches.
+    let mut rest = points.as_slice();
+    for size in (1..).step_by(7) {
+        let (tile, left) = rest.split_at(size.min(rest.len()));
+        for (at, sum) in tile.iter().zip(gather.sum(scene, &lights, tile)) {
+            let expected = written_out(scene, &lights, at);
+            for (a, b) in sum.radiance.to_array().into_iter().zip(expected.to_array()) {
+                assert!((a - b).abs() <= 2e-3 * b + 1e-5, "{a} and {b}");
+            }
+            rays += sum.shadow_rays;
+        }
+        rest = left;
+        if rest.is_empty() {
+            break;
+        }
+    }
+    assert!(rays > 1000);
+}
+
+/// A room with coats smooth and rough, metals and glass, so that every form of receiver is there.
+fn many_materials() -> Scene {
+    let mut b = glossy_box(24);
+    let (metal, coat) = (
+        b.material(rough_metal(0.4)),
+        b.material(rough_plastic(0.5, Rgb::WHITE)),
+    );
+    let smooth = b.material(Material::Plastic {
+        eta: 1.5,
+        diffuse_reflectance: ColorInput::Constant(Rgb::new(0.5, 0.3, 0.4)),
+        specular_reflectance: ColorInput::Constant(Rgb::WHITE),
+        nonlinear: true,
+        roughness: None,
+    });
+    let pane = b.material(glass());
+    for (i, material) in [metal, coat, smooth, pane].into_iter().enumerate() {
+        let center = Vec3::new(-0.6 + 0.4 * i as f32, 0.3, 0.6);
+        b.rectangle(center, Vec3::X * 0.15, Vec3::Y * 0.3, material, None);
+    }
+    b.build()
+}
+
+#[test]
+fn rich_lights_are_summed_as_written() {
+    assert_sums_agree(&many_materials(), Some(16), UNLIMITED);
+}
+
+#[test]
+fn plain_lights_are_summed_as_written() {
+    assert_sums_agree(&many_materials(), None, UNLIMITED);
+}
+
+#[test]
+fn path_limits_hold_in_every_lane() {
+    let limits = PathLimits {
+        max_depth: Some(4),
+        ..UNLIMITED
+    };
+    assert_sums_agree(&glossy_box(24).build(), Some(16), limits);
+}
+
+#[test]
+fn light_through_panes_arrives_dimmed() {
+    let window = Material::ThinDielectric {
+        eta: 1.5,
+        specular_reflectance: ColorInput::Constant(Rgb::WHITE),
+        specular_transmittance: ColorInput::Constant(Rgb::WHITE),
+    };
+    let mut b = Builder::new(Vec3::new(0.0, 0.0, -0.95), Vec3::Z, 80.0, 20);
+    let (white, pane) = (b.material(diffuse(0.6, 0.6, 0.6)), b.material(window));
+    b.room([white; 6], None);
+    let light = b.area_light(Rgb::splat(5.0));
+    b.rectangle(
+        Vec3::new(0.0, 0.9, 0.3),
+        Vec3::X * 0.3,
+        Vec3::Z * 0.3,
+        white,
+        Some(light),
+    );
+    b.rectangle(
+        Vec3::new(0.0, 0.0, 0.2),
+        Vec3::X * 0.5,
+        Vec3::Y * 0.5,
+        pane,
+        None,
+    );
+    assert_sums_agree(&b.build(), Some(8), UNLIMITED);
+}
+
+#[test]
+fn intensities_in_lanes_are_single_intensities() {
+    let scene = glossy_box(16).build();
+    for side in [Some(8), Some(32), None] {
+        let lights = lights(&scene, side, UNLIMITED);
+        for k in 0..lights.field.lights().len() {
+            let id = LightId(k as u32);
+            let u = |i: usize| {
+                Vec2::new(
+                    (i as f32 + 0.5) / 16.0,
+                    (i as f32 * 0.618 + 0.1 * k as f32) % 1.0,
+                )
+            };
+            let w = Lanes3::from_fn(|i| warp::sphere(u(i)));
+            let values = lights.field.intensities(id, &w, LaneMask::MAX);
+            for i in 0..LANES {
+                let single = lights.field.intensity(id, w.vec(i));
+                for (a, b) in values.rgb(i).to_array().into_iter().zip(single.to_array()) {
+                    assert!((a - b).abs() <= 1e-5 * b.abs() + 1e-9, "{a} and {b}");
+                }
+            }
+        }
+    }
+}
