@@ -20,7 +20,7 @@
 //!  4 scene
 //!  3 bsdf emitters sensors
 //!  2 geometry texture film
-//!  1 sampling image stats
+//!  1 sampling image stats lanes
 //!  0 math color ids
 //! ```
 
@@ -33,6 +33,8 @@ pub mod image;
 pub mod ids;
 
 pub mod sampling;
+
+pub mod lanes;
 
 pub mod stats;
 

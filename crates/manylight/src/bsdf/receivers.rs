@@ -16,7 +16,7 @@ use super::model::Model;
 use super::plastic::{Plastic, RoughPlastic, interpolate};
 use super::{Bsdf, Lobes, Receiver};
 use crate::color::Rgb;
-use crate::math::lanes::{LANES, LaneMask, Lanes, Lanes3, lanes_of};
+use crate::lanes::{LANES, LaneMask, Lanes, Lanes3, lanes_of};
 use crate::math::{Vec2, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
@@ -85,7 +85,8 @@ impl<'b, 's> Receivers<'b, 's> {
             wo: Lanes3::from_fn(|_| Vec3::Z),
             roughness: [[[1.0; LANES]; 2]; 2],
             eta: [1.0; LANES],
-            metal: [Lanes3::ZERO; 2],
+            // Finite in lanes without a metal.
+            metal: [Lanes3::from_fn(|_| Vec3::ONE); 2],
             specular: Lanes3::ZERO,
             base: Lanes3::ZERO,
             transmittance: [&[1.0, 1.0]; LANES],
@@ -249,9 +250,11 @@ impl<'b, 's> Receivers<'b, 's> {
         let pair = |k: usize| Vec2::new(self.roughness[k][0][i], self.roughness[k][1][i]);
         let facets = Microfacets::from_roughness(distribution, [pair(0), pair(1)]);
         let density = facets.density(m) * facets.masking(wi, m);
+        // Without light from above there may be no half vector.
+        let lit = wi.z > 0.0;
         FacetLobe {
-            density: if wi.z > 0.0 { density } else { 0.0 },
-            cos: wo.dot(m),
+            density: if lit { density } else { 0.0 },
+            cos: if lit { wo.dot(m) } else { 1.0 },
         }
     }
 }

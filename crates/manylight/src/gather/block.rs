@@ -4,8 +4,8 @@ use super::Gathered;
 use super::points::{BATCHES, Batch};
 use crate::color::Rgb;
 use crate::geometry::Segment;
+use crate::lanes::{LANES, LaneMask, Lanes3, lanes_of};
 use crate::math::Vec3;
-use crate::math::lanes::{LANES, LaneMask, Lanes3, lanes_of};
 use crate::scene::Scene;
 
 /// Targets that are tested together; also the bits of a mask.

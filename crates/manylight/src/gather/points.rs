@@ -3,8 +3,8 @@
 use super::{Selection, ShadingPoint};
 use crate::bsdf::{Form, Receivers};
 use crate::geometry::SurfacePoint;
+use crate::lanes::{LANES, LaneMask, Lanes, Lanes3, mask};
 use crate::math::Vec3;
-use crate::math::lanes::{LANES, LaneMask, Lanes, Lanes3, mask};
 
 /// Batches that are connected to lights together: as many points as a mask has bits.
 pub(super) const BATCHES: usize = 64 / LANES;

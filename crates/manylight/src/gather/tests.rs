@@ -4,8 +4,8 @@ use super::*;
 use crate::bsdf::{Lobes, Material};
 use crate::geometry::Segment;
 use crate::ids::LightId;
+use crate::lanes::{LANES, LaneMask, Lanes3};
 use crate::math::Vec2;
-use crate::math::lanes::{LANES, LaneMask, Lanes3};
 use crate::particles::trace_photons;
 use crate::sampling::{Pass, warp};
 use crate::scene::PathLimits;
@@ -34,12 +34,12 @@ fn lights(scene: &Scene, side: Option<usize>, limits: PathLimits) -> Lights<'_> 
     })
 }
 
-/// What the camera sees at the centers of a film's pixels.
+/// What the camera sees in a film's pixels; off their centers, some of which see the very edges of the room.
 fn points(scene: &Scene, depths: bool) -> Vec<ShadingPoint<'_>> {
     let size = scene.sensor.desc().film.size;
     (0..size.x * size.y)
         .filter_map(|i| {
-            let pixel = Vec2::new((i % size.x) as f32 + 0.5, (i / size.x) as f32 + 0.5);
+            let pixel = Vec2::new((i % size.x) as f32 + 0.37, (i / size.x) as f32 + 0.61);
             let ray = scene.sensor.ray(pixel, Vec2::splat(0.5)).ray;
             let (_, x) = scene.intersect(&ray)?;
             Some(ShadingPoint {

@@ -4,7 +4,6 @@ pub mod aabb;
 pub mod cone;
 pub mod float;
 pub mod frame;
-pub mod lanes;
 pub mod octahedral;
 pub mod prefetch;
 pub mod trig;

@@ -8,8 +8,8 @@ use super::{Emission, LightField};
 use crate::bsdf::{Exit, Lobes};
 use crate::color::Rgb;
 use crate::ids::LightId;
+use crate::lanes::{LANES, LaneMask, Lanes, Lanes3, lanes_of};
 use crate::math::Vec3;
-use crate::math::lanes::{LANES, LaneMask, Lanes, Lanes3, lanes_of};
 use crate::math::octahedral::{bilinear, bilinear_corners};
 use std::f32::consts::FRAC_1_PI;
 

@@ -1,8 +1,8 @@
 //! Sixteen values side by side: code that does the same for sixteen points is written as loops over lanes, which the compiler
 //! turns into vector instructions. Such a loop has no calls, no early exits and no conversions that saturate.
 
-use super::Vec3;
 use crate::color::Rgb;
+use crate::math::Vec3;
 
 /// Values side by side.
 pub const LANES: usize = 16;
