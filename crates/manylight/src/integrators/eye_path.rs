@@ -1,16 +1,14 @@
 //! The eye paths of the many-light methods: emission and direct light on the way, and the points where lights are summed.
 //!
 //! Some light is looked for by directions drawn from the smooth lobes at such a point `x`. Where one runs into an emitter, it is
-//! the other half of direct light. Where it meets a surface at `y`, it may go on by two kinds of events:
+//! the other half of direct light. Where it meets a surface at `y`, it may go on as **the complement of the clamp**: the sum over
+//! virtual lights at `x` keeps a share of the light that the smooth lobes at `y` reflect towards `x`, and the clamp takes the rest
+//! away. So the direction goes on with the probability of what the clamp takes away from a photon at `y`, and everything that
+//! lights `y` is looked up there: emitters, caustic photons, and virtual lights, whose sum is clamped and completed in the same
+//! way. What `y` emits by itself is direct light at `x`.
 //!
-//! * **smooth: the complement of the clamp.** The sum over virtual lights at `x` keeps a share of the light that `y` reflects
-//!   towards `x`, and the clamp takes the rest away. So the direction goes on with the probability of what the clamp takes
-//!   away from a photon at `y`, and everything that lights `y` is looked up there: emitters, caustic photons, and virtual
-//!   lights, whose sum is clamped and completed in the same way. What `y` emits by itself is direct light at `x`.
-//!   Source: Kollig, Keller, "Illumination in the Presence of Weak Singularities", MCQMC 2004; here for lights that stand for
-//!   many photons, so that the clamp asks whose a photon at `y` would be.
-//! * **specular: caustics of reflected light.** The chain of specular events from `y` is followed to the next surface with smooth
-//!   lobes, and what those reflect is looked up there. Chains that end on an emitter are left to caustic photons.
+//! Source: Kollig, Keller, "Illumination in the Presence of Weak Singularities", MCQMC 2004; here for lights that stand for
+//! many photons, so that the clamp asks whose a photon at `y` would be.
 
 use super::first_surface;
 use super::many_light::{Complement, Prepared};
@@ -254,9 +252,6 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
             lit_from: None,
             ..branch
         };
-        if y.bsdf.lobes().has(Lobes::SPECULAR) {
-            self.reflected_caustics(y.clone(), arrived.clone(), is_first);
-        }
         if y.bsdf.lobes().has(Lobes::SMOOTH) && self.prepared.complement != Complement::None {
             self.complement(&y, arrived, at, is_first);
         }
@@ -279,40 +274,6 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
         let transmits = y.bsdf.receiving_normal(y.w_prev).is_none();
         branch.lit_from = transmits.then_some(lit_from);
         self.reflected_light(y, branch);
-    }
-
-    /// Follows a branch from `y` by specular events to surfaces with smooth lobes, and looks up what those reflect.
-    fn reflected_caustics(
-        &mut self,
-        mut y: Vertex<'s>,
-        mut branch: Branch<'s>,
-        mut is_first: bool,
-    ) {
-        branch.stage = branch.stage.after(Lobes::DELTA);
-        while y.segments < MAX_CHAIN {
-            let before = weight(&branch.walk);
-            if !branch
-                .walk
-                .scatter(&y, self.sampler.next_bsdf(), Lobes::SPECULAR)
-            {
-                return;
-            }
-            let share = weight(&branch.walk) / before;
-            if !self.survive(&mut branch, share, is_first) {
-                return;
-            }
-            is_first = false;
-            let Some(z) = self.next_surface(&mut branch, false) else {
-                return;
-            };
-            if z.bsdf.lobes().has(Lobes::SMOOTH) {
-                self.reflected_light(&z, branch.clone());
-            }
-            if !z.bsdf.lobes().has(Lobes::SPECULAR) {
-                return;
-            }
-            y = z;
-        }
     }
 
     /// One sample of all light that smooth lobes at `v` reflect into a branch.

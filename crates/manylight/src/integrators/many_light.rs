@@ -166,7 +166,7 @@ impl ManyLight {
         let caustics = photons
             .iter()
             .copied()
-            .filter(|p| p.event.has(Lobes::SPECULAR) && !p.reflected)
+            .filter(|p| p.event.has(Lobes::SPECULAR))
             .collect();
         // A light at depth m makes paths of at least m + 2 segments.
         let photons: Vec<Photon> = photons
@@ -290,7 +290,7 @@ pub struct Prepared<'s> {
     pub lights: Lights<'s>,
     /// Which light a photon anywhere would belong to.
     pub claims: Claims,
-    /// Photons that have come from an emitter by specular events alone.
+    /// Photons whose last event was specular.
     pub caustics: KdTree<Photon>,
     /// What is left of the radii of caustic estimates in this pass.
     shrunk: f32,

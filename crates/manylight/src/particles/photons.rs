@@ -34,8 +34,6 @@ pub struct Photon {
     pub depth: u16,
     /// Class of the scattering event at `prev`; [`Lobes::NONE`] at an emitter.
     pub event: Lobes,
-    /// Whether a smooth event lies between the emitter and here.
-    pub reflected: bool,
 }
 
 impl Photon {
@@ -102,10 +100,9 @@ fn trace_path(
         return;
     };
     let mut walk = Walk::from_emitter(scene, start.ray, start.flux * share);
-    let (mut parent, mut reflected) = (Photon::NO_PARENT, false);
+    let mut parent = Photon::NO_PARENT;
     while let Step::Hit(v) = walk.advance() {
         let event = walk.previous().event;
-        reflected |= event.has(Lobes::SMOOTH);
         let segments_when_used = v.segments + if event.has(Lobes::SPECULAR) { 1 } else { 2 };
         let stored = v.bsdf.lobes().has(Lobes::SMOOTH) && limits.allow(segments_when_used);
         if stored {
@@ -128,7 +125,6 @@ fn trace_path(
                 },
                 depth: v.segments.min(u32::from(u16::MAX)) as u16,
                 event,
-                reflected,
             });
         }
         if !limits.allow(v.segments + 2) {

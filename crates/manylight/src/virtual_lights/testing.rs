@@ -26,7 +26,6 @@ pub(super) fn photon(p: Vec3, n: Vec3) -> Photon {
         parent: Photon::NO_PARENT,
         depth: 1,
         event: Lobes::NONE,
-        reflected: false,
     }
 }
 
