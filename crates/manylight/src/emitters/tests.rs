@@ -4,12 +4,14 @@ use super::distant::{BoundingSphere, Distant, EmissionPoint};
 use super::environment::EnvironmentSampler;
 use super::light_tree::LightTree;
 use super::parts::PartBounds;
+use super::point::point_power;
 use super::*;
 use crate::geometry::{Mesh, Primitive, Segment, Shape};
 use crate::ids::{MaterialId, ShapeId, TextureId};
 use crate::image::Image;
 use crate::math::Aabb;
 use crate::math::{Affine3A, Cone, Mat3, octahedral};
+use crate::sampling::{Sampler, Stream};
 use crate::texture::{Bitmap, Filtering, Wrap};
 
 fn picture() -> Image {
@@ -753,10 +755,7 @@ fn found(world: &World, p: Vec3, n: Option<Vec3>, wi: Vec3) -> (Rgb, f32) {
             let radiance = world
                 .emitters
                 .radiance(&world.geometry, &world.textures, &y, -wi);
-            (
-                radiance,
-                world.emitters.pdf_direct(&world.geometry, p, n, &y),
-            )
+            (radiance, world.emitters.pdf_direct(p, n, &y))
         }
         None => world.emitters.environment(n, wi),
     }

@@ -67,7 +67,7 @@ pub(super) struct EyePath<'p, 's, 'o, 't> {
 struct Branch<'s> {
     walk: Walk<'s>,
     stage: Stage,
-    /// Only light from the side of this normal counts at its end, if given.
+    /// If given, only light from the side of this normal counts at its end.
     lit_from: Option<Vec3>,
     /// Weight when it left the eye path.
     full: f32,
@@ -133,7 +133,8 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
             }
             self.narrow_emission(&v);
             if v.bsdf.lobes().has(Lobes::SMOOTH) {
-                self.smooth_light(&v);
+                let branch = self.branch();
+                self.smooth_light(&v, branch, Selection::All, DIRECTIONS);
             }
             if !self.follow_specular(&v) {
                 return;
@@ -145,21 +146,31 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
         self.out.add(self.pixel, layer, radiance);
     }
 
-    /// Everything that the smooth lobes at `v` reflect.
-    fn smooth_light(&mut self, v: &Vertex<'s>) {
-        let mut branch = Branch {
+    /// A branch that has not left the eye path.
+    fn branch(&self) -> Branch<'s> {
+        Branch {
             walk: self.walk.clone(),
             stage: Stage::BeforeX,
             lit_from: None,
-            full: 0.0,
+            full: weight(&self.walk) / DIRECTIONS as f32,
             reach: self.prepared.caustic_reach(self.length),
-        };
-        let at = self.gather_at(v, &branch, Selection::All);
-        branch.walk.scale(1.0 / DIRECTIONS as f32);
-        branch.full = weight(&branch.walk);
-        for _ in 0..DIRECTIONS {
+        }
+    }
+
+    /// Everything that the smooth lobes at the end `v` of a branch reflect: emitters and what lacks in the sum over lights, looked
+    /// for in some directions, and that sum.
+    fn smooth_light(
+        &mut self,
+        v: &Vertex<'s>,
+        mut branch: Branch<'s>,
+        lights: Selection,
+        directions: u32,
+    ) {
+        let at = self.gather_at(v, &branch, lights);
+        branch.walk.scale(1.0 / directions as f32);
+        for _ in 0..directions {
             self.emitters_at(v, &branch);
-            self.follow_smooth(v, &branch, &at);
+            self.follow_smooth(v, branch.clone(), &at);
         }
     }
 
@@ -234,59 +245,48 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
         at
     }
 
-    /// Goes on from the gathering point `at` on `v` in a direction drawn from its smooth lobes.
-    fn follow_smooth(&mut self, v: &Vertex<'s>, branch: &Branch<'s>, at: &ShadingPoint<'s>) {
-        let mut branch = branch.clone();
+    /// Goes on from the gathering point `x` on `v` in a direction drawn from its smooth lobes: adds the emitter there, or the
+    /// complement of the sum at `x`.
+    fn follow_smooth(&mut self, v: &Vertex<'s>, mut branch: Branch<'s>, x: &ShadingPoint<'s>) {
         if !branch
             .walk
             .scatter(v, self.sampler.next_bsdf(), Lobes::SMOOTH)
         {
             return;
         }
-        let is_first = branch.stage == Stage::BeforeX;
         branch.stage = branch.stage.after(Lobes::DIFFUSE);
-        let Some(y) = self.next_surface(&mut branch, true) else {
+        let Some(y) = self.next_surface(&mut branch) else {
             return;
-        };
-        let arrived = Branch {
-            lit_from: None,
-            ..branch
         };
         if y.bsdf.lobes().has(Lobes::SMOOTH) && self.prepared.complement != Complement::None {
-            self.complement(&y, arrived, at, is_first);
+            self.complement(&y, branch, x);
         }
     }
 
-    /// What the sum over lights at `x` lacks of the light that the smooth lobes at `y` reflect into the branch.
-    fn complement(
-        &mut self,
-        y: &Vertex<'s>,
-        mut branch: Branch<'s>,
-        x: &ShadingPoint<'s>,
-        is_first: bool,
-    ) {
-        let lit_from = self.lit_side(&mut branch.walk, y);
-        let missing = self.missing(x, y, lit_from);
-        branch.walk.scale(missing);
-        if !self.survive(&mut branch, missing, is_first) {
-            return;
-        }
+    /// What the sum over lights at `x` lacks of the light that the smooth lobes at `y` reflect into the branch. A surface that
+    /// transmits is lit from both sides, and one is chosen: the lights of each side are others, and the clamp with them.
+    fn complement(&mut self, y: &Vertex<'s>, mut branch: Branch<'s>, x: &ShadingPoint<'s>) {
+        let seen = y.x.ng * 1.0f32.copysign(y.x.ng.dot(y.w_prev));
         let transmits = y.bsdf.receiving_normal(y.w_prev).is_none();
+        let lit_from = if transmits && self.sampler.next_1d() >= 0.5 {
+            -seen
+        } else {
+            seen
+        };
         branch.lit_from = transmits.then_some(lit_from);
-        self.reflected_light(y, branch);
-    }
-
-    /// One sample of all light that smooth lobes at `v` reflect into a branch.
-    fn reflected_light(&mut self, v: &Vertex<'s>, branch: Branch<'s>) {
-        self.emitters_at(v, &branch);
-        let first = (self.sampler.next_1d() * f32::from(FEW)) as u8;
-        let at = self.gather_at(v, &branch, Selection::Few(first));
-        self.follow_smooth(v, &branch, &at);
+        let missing = self.missing(x, y, lit_from);
+        branch
+            .walk
+            .scale(if transmits { 2.0 * missing } else { missing });
+        if self.survive(&mut branch, missing) {
+            let first = (self.sampler.next_1d() * f32::from(FEW)) as u8;
+            self.smooth_light(y, branch, Selection::Few(first), 1);
+        }
     }
 
     /// Roulette for a branch that goes on with `share` of its light, already counted.
-    fn survive(&mut self, branch: &mut Branch, share: f32, is_first: bool) -> bool {
-        let survival = if is_first {
+    fn survive(&mut self, branch: &mut Branch, share: f32) -> bool {
+        let survival = if branch.stage == Stage::AfterX {
             (SURVIVAL * share).min(1.0)
         } else {
             (weight(&branch.walk) / branch.full).min(MAX_SURVIVAL)
@@ -294,9 +294,8 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
         survival > 0.0 && branch.walk.survive(survival, self.sampler.next_1d())
     }
 
-    /// Follows a branch to the next surface where it must scatter. On the way it adds the `emitters` that it meets, if they count.
-    /// `None`: it ends.
-    fn next_surface(&mut self, branch: &mut Branch<'s>, emitters: bool) -> Option<Vertex<'s>> {
+    /// Follows a branch to the next surface where it must scatter, and adds the emitters that it meets on the way. `None`: it ends.
+    fn next_surface(&mut self, branch: &mut Branch<'s>) -> Option<Vertex<'s>> {
         let (scene, limits) = (self.prepared.scene, self.prepared.limits);
         loop {
             let walk = &mut branch.walk;
@@ -311,10 +310,8 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
             if branch.lit_from.is_some_and(|n| w.dot(n) <= 0.0) {
                 return None;
             }
-            if emitters {
-                let radiance = walk.throughput() * found;
-                self.add(branch.stage.layer(), radiance);
-            }
+            let radiance = walk.throughput() * found;
+            self.add(branch.stage.layer(), radiance);
             let y = hit?;
             branch.reach += INDIRECT_REACH * y.distance;
             if !limits.allow(y.segments + 1) {
@@ -323,21 +320,6 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
             if !branch.walk.pass_through(&y, self.sampler.next_1d()) {
                 return Some(y);
             }
-        }
-    }
-
-    /// The side that light arrives from at `y`, as its normal. A surface that transmits is lit from both, and one is chosen:
-    /// the lights of each side are others, and the clamp with them.
-    fn lit_side(&mut self, walk: &mut Walk, y: &Vertex) -> Vec3 {
-        let seen = y.x.ng * 1.0f32.copysign(y.x.ng.dot(y.w_prev));
-        if y.bsdf.receiving_normal(y.w_prev).is_some() {
-            return seen;
-        }
-        walk.scale(2.0);
-        if self.sampler.next_1d() < 0.5 {
-            seen
-        } else {
-            -seen
         }
     }
 
@@ -359,8 +341,7 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
         {
             return false;
         }
-        let after = self.walk.throughput().max_channel() * self.walk.eta_squared();
-        let survival = (BRANCH_SURVIVAL * after).min(1.0);
+        let survival = (BRANCH_SURVIVAL * weight(&self.walk)).min(1.0);
         survival > 0.0 && self.walk.survive(survival, self.sampler.next_1d())
     }
 }

@@ -97,6 +97,7 @@ const CAUSTIC_RADIUS: f32 = 0.01;
 /// squared radii by n^(-1/3), where the errors by blur and by noise fall alike.
 /// Source: Knaus, Zwicker, "Progressive Photon Mapping: A Probabilistic Approach", ACM TOG 2011, with alpha = 2/3.
 const CAUSTIC_SHRINKING: f32 = 1.0 / 6.0;
+
 impl ManyLight {
     /// Rich-VPLs: importance placement, partition, 32 x 32 tables, discs.
     pub fn rich_vpl() -> Self {

@@ -100,9 +100,7 @@ pub fn found_radiance(scene: &Scene, previous: &Previous, y: &SurfacePoint, wo: 
     }
     radiance
         * walk_weight(previous, || {
-            scene
-                .emitters
-                .pdf_direct(&scene.geometry, previous.p, previous.n, y)
+            scene.emitters.pdf_direct(previous.p, previous.n, y)
         })
 }
 
