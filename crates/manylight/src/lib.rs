@@ -21,7 +21,7 @@
 //!  3 bsdf emitters sensors
 //!  2 geometry texture film
 //!  1 sampling image stats lanes
-//!  0 math color ids
+//!  0 math color ids simd
 //! ```
 
 pub mod math;
@@ -31,6 +31,8 @@ pub mod color;
 pub mod image;
 
 pub mod ids;
+
+mod simd;
 
 pub mod sampling;
 

@@ -12,6 +12,7 @@ use crate::ids::LightId;
 use crate::lanes::{LANES, LaneMask, Lanes, Lanes3, mask};
 use crate::math::Vec3;
 use crate::scene::Scene;
+use crate::simd::{self, Isa, Simd};
 use crate::virtual_lights::moments::POINTS;
 use crate::virtual_lights::{LightField, VirtualLight};
 use std::f32::consts::PI;
@@ -43,6 +44,37 @@ struct Views {
     sixteen: LaneMask,
 }
 
+/// The loops over lanes in here and in all that it calls become vectors of the chosen instructions.
+struct AddLights<'a> {
+    gather: &'a Gather,
+    scene: &'a Scene,
+    lights: &'a Lights<'a>,
+    batches: &'a [Batch<'a, 'a>],
+    sums: &'a mut [Gathered],
+}
+
+impl simd::Kernel for AddLights<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _s: S) {
+        let field = &self.lights.field;
+        let mut sum = Sum {
+            gather: self.gather,
+            scene: self.scene,
+            field,
+            batches: self.batches,
+            blocks: [Block::new(0), Block::new(1)],
+            clamped: [[0.0; LANES]; BATCHES],
+            unclamped: [[0.0; LANES]; BATCHES],
+        };
+        for (k, (light, &reach)) in field.lights().iter().zip(&self.lights.reach).enumerate() {
+            sum.add_light(LightId(k as u32), light, reach, self.sums);
+        }
+        sum.finish(self.sums);
+    }
+}
+
 impl Gather {
     /// Adds all lights to the points of up to [`BATCHES`] batches.
     pub(super) fn add_lights(
@@ -52,72 +84,13 @@ impl Gather {
         batches: &[Batch],
         sums: &mut [Gathered],
     ) {
-        #[cfg(target_arch = "x86_64")]
-        {
-            if is_x86_feature_detected!("avx512f")
-                && is_x86_feature_detected!("avx512vl")
-                && is_x86_feature_detected!("avx512dq")
-                && is_x86_feature_detected!("avx512bw")
-            {
-                // SAFETY: the processor has the features.
-                #[expect(unsafe_code, reason = "code for wider registers is chosen at run time")]
-                return unsafe { self.add_lights_avx512(scene, lights, batches, sums) };
-            }
-            if is_x86_feature_detected!("avx2") {
-                // SAFETY: the processor has the feature.
-                #[expect(unsafe_code, reason = "code for wider registers is chosen at run time")]
-                return unsafe { self.add_lights_avx2(scene, lights, batches, sums) };
-            }
-        }
-        self.add_lights_here(scene, lights, batches, sums);
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw")]
-    fn add_lights_avx512(
-        &self,
-        scene: &Scene,
-        lights: &Lights,
-        batches: &[Batch],
-        sums: &mut [Gathered],
-    ) {
-        self.add_lights_here(scene, lights, batches, sums);
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2")]
-    fn add_lights_avx2(
-        &self,
-        scene: &Scene,
-        lights: &Lights,
-        batches: &[Batch],
-        sums: &mut [Gathered],
-    ) {
-        self.add_lights_here(scene, lights, batches, sums);
-    }
-
-    /// [`Gather::add_lights`] in the instructions of the caller.
-    #[inline(always)]
-    fn add_lights_here(
-        &self,
-        scene: &Scene,
-        lights: &Lights,
-        batches: &[Batch],
-        sums: &mut [Gathered],
-    ) {
-        let mut sum = Sum {
+        Isa::best().run(AddLights {
             gather: self,
             scene,
-            field: &lights.field,
+            lights,
             batches,
-            blocks: [Block::new(0), Block::new(1)],
-            clamped: [[0.0; LANES]; BATCHES],
-            unclamped: [[0.0; LANES]; BATCHES],
-        };
-        for (k, (light, &reach)) in lights.field.lights().iter().zip(&lights.reach).enumerate() {
-            sum.add_light(LightId(k as u32), light, reach, sums);
-        }
-        sum.finish(sums);
+            sums,
+        });
     }
 
     /// Of how many parts `light` is made as seen from those of the points in `facing`.

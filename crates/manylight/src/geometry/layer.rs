@@ -1,13 +1,13 @@
 //! The surfaces of one space that are alike to visibility: a hierarchy over all baked triangles, and one over
 //! what is not triangles.
 
-#[cfg(any(test, feature = "testing"))]
-use super::bvh::Instructions;
 use super::bvh::{ObjectBvh, TriangleBvh};
 use super::placement::Placement;
 use super::{Hit, Ray, Segment, SurfaceRef};
 use crate::ids::PrimitiveId;
 use crate::math::{Aabb, Vec3};
+#[cfg(any(test, feature = "testing"))]
+use crate::simd::Instructions;
 
 /// What is not triangles.
 #[derive(Clone, Copy, Debug)]

@@ -12,7 +12,7 @@ pub mod surface_point;
 mod tests;
 pub mod world;
 
-pub use bvh::Instructions;
+pub use crate::simd::Instructions;
 pub use mesh::Mesh;
 pub use ray::{Ray, Segment};
 pub use shape::Shape;

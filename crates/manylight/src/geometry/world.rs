@@ -1,12 +1,12 @@
 //! All surfaces of a scene: nearest hit, visibility, and points by area.
 
-#[cfg(any(test, feature = "testing"))]
-use super::bvh::Instructions;
 use super::layer::{Layer, LayerBuilder, Member};
 use super::placement::{PlacedInstance, Placement};
 use super::{Ray, Segment, Shape, SurfacePoint, SurfaceRef};
 use crate::ids::{EmitterId, MaterialId, PrimitiveId, ShapeId};
 use crate::math::{Aabb, Affine3A, Vec2, Vec3};
+#[cfg(any(test, feature = "testing"))]
+use crate::simd::Instructions;
 use rayon::prelude::*;
 use std::ops::Range;
 

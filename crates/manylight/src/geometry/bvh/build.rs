@@ -4,8 +4,8 @@
 //! by dynamic programming over the surface area heuristic: Ylitie et al., "Efficient Incoherent Ray Traversal on GPUs
 //! Through Compressed Wide BVHs", HPG 2017, section 3.1. A leaf costs the same for one item as for eight.
 
-use super::simd::LANES;
 use crate::math::{Aabb, Vec3};
+use crate::simd::NARROW;
 use obvhs::bvh2::{Bvh2, node::Bvh2Node, reinsertion::ReinsertionOptimizer};
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 
@@ -29,12 +29,12 @@ const LEAF_COST: f32 = 1.2;
 #[repr(C, align(64))]
 pub(super) struct Node {
     /// Lower x, y, z, upper x, y, z of the children. Empty places have lower = +∞ and upper = -∞.
-    pub(super) bounds: [[f32; LANES]; 6],
+    pub(super) bounds: [[f32; NARROW]; 6],
     /// See [`LEAF`].
-    pub(super) children: [u32; LANES],
+    pub(super) children: [u32; NARROW],
     /// For each octant of directions (bit a set: component a is negative) the children from far to near, three bits each.
     /// The eight bits that are left belong to one child each, see [`Node::items_below`].
-    pub(super) order: [u32; LANES],
+    pub(super) order: [u32; NARROW],
 }
 
 impl Node {
@@ -101,7 +101,7 @@ impl Tree {
     fn note_items_below(&mut self) {
         let mut counts = vec![0u32; self.nodes.len()];
         for index in (0..self.nodes.len()).rev() {
-            for lane in 0..LANES {
+            for lane in 0..NARROW {
                 let word = self.nodes[index].children[lane];
                 let place = (word & !LEAF) as usize;
                 let count = match word {
@@ -144,9 +144,9 @@ fn left(node: &Bvh2Node) -> usize {
 
 /// For each binary node: the cheapest way to represent it by up to `i` wide subtrees, for `i` = 1 to 8.
 struct Plan {
-    cost: Vec<[f32; LANES]>,
+    cost: Vec<[f32; NARROW]>,
     /// At `i - 1`: how many of the `i` subtrees the left child gets.
-    share: Vec<[u8; LANES]>,
+    share: Vec<[u8; NARROW]>,
     /// Bit `i - 1`: `i - 1` subtrees are no dearer than `i`. Bit 0: this node becomes a leaf.
     fewer: Vec<u8>,
 }
@@ -155,8 +155,8 @@ impl Plan {
     fn new(binary: &Bvh2, max_leaf: usize) -> Self {
         let n = binary.nodes.len();
         let mut plan = Plan {
-            cost: vec![[0.0; LANES]; n],
-            share: vec![[0; LANES]; n],
+            cost: vec![[0.0; NARROW]; n],
+            share: vec![[0; NARROW]; n],
             fewer: vec![0; n],
         };
         let mut counts = vec![0u32; n];
@@ -165,7 +165,7 @@ impl Plan {
             let area = node.aabb().half_area();
             if node.is_leaf() {
                 counts[index] = node.prim_count;
-                plan.cost[index] = [area * LEAF_COST; LANES];
+                plan.cost[index] = [area * LEAF_COST; NARROW];
                 plan.fewer[index] = u8::MAX;
                 continue;
             }
@@ -177,8 +177,8 @@ impl Plan {
 
     fn decide(&mut self, index: usize, left: usize, area: f32, fits_leaf: bool) {
         let (l, r) = (self.cost[left], self.cost[left + 1]);
-        let mut cost = [f32::INFINITY; LANES];
-        for i in 2..=LANES {
+        let mut cost = [f32::INFINITY; NARROW];
+        for i in 2..=NARROW {
             for k in 1..i {
                 let c = l[k - 1] + r[i - k - 1];
                 if c < cost[i - 1] {
@@ -188,12 +188,12 @@ impl Plan {
             }
         }
         // A node around the best eight, or a leaf.
-        cost[0] = area + cost[LANES - 1];
+        cost[0] = area + cost[NARROW - 1];
         if fits_leaf && area * LEAF_COST <= cost[0] {
             cost[0] = area * LEAF_COST;
             self.fewer[index] |= 1;
         }
-        for i in 1..LANES {
+        for i in 1..NARROW {
             if cost[i - 1] <= cost[i] {
                 cost[i] = cost[i - 1];
                 self.fewer[index] |= 1 << i;
@@ -208,8 +208,8 @@ impl Plan {
 
     /// The binary nodes that become the children of the wide node at the inner binary node `index`.
     fn children(&self, binary: &Bvh2, index: usize) -> Vec<usize> {
-        let mut children = Vec::with_capacity(LANES);
-        let mut pending = self.halves(binary, index, LANES).to_vec();
+        let mut children = Vec::with_capacity(NARROW);
+        let mut pending = self.halves(binary, index, NARROW).to_vec();
         while let Some((node, mut slots)) = pending.pop() {
             while slots > 1 && self.fewer[node] >> (slots - 1) & 1 != 0 {
                 slots -= 1;
@@ -295,7 +295,7 @@ impl Emitter<'_> {
     /// Bounds the depth where the binary tree is pathologically deep (coincident or nested items).
     fn fill_balanced(&mut self, slot: usize, items: &[u32]) {
         let mut node = empty_node();
-        let chunk = items.len().div_ceil(LANES).max(self.max_leaf);
+        let chunk = items.len().div_ceil(NARROW).max(self.max_leaf);
         let mut count = 0;
         for (lane, part) in items.chunks(chunk).enumerate() {
             let bounds = part
@@ -341,12 +341,12 @@ impl Emitter<'_> {
 }
 
 fn empty_node() -> Node {
-    let mut bounds = [[f32::INFINITY; LANES]; 6];
-    bounds[3..].fill([f32::NEG_INFINITY; LANES]);
+    let mut bounds = [[f32::INFINITY; NARROW]; 6];
+    bounds[3..].fill([f32::NEG_INFINITY; NARROW]);
     Node {
         bounds,
-        children: [0; LANES],
-        order: [0; LANES],
+        children: [0; NARROW],
+        order: [0; NARROW],
     }
 }
 
@@ -367,7 +367,7 @@ fn set_order(node: &mut Node, count: usize) {
         let direction = Vec3::from_array(std::array::from_fn(|a| {
             if octant >> a & 1 == 0 { 1.0 } else { -1.0 }
         }));
-        let mut lanes: [usize; LANES] = std::array::from_fn(|i| i);
+        let mut lanes: [usize; NARROW] = std::array::from_fn(|i| i);
         lanes[..count].sort_by(|&i, &j| {
             center(j)
                 .dot(direction)

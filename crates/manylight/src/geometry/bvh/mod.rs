@@ -1,19 +1,13 @@
 //! The acceleration structures: eight-wide bounding volume hierarchies over triangles and over other objects.
 //!
 //! [`build`] makes the tree, [`triangles`] holds the leaves of meshes and their tests, [`traverse`] walks single rays and
-//! [`packet`] up to 64 with a common origin, [`tile`] up to 64 x 64 between two groups of points. All kernels are written over [`simd`], and run in the best instruction set
-//! that the machine has.
+//! [`packet`] up to 64 with a common origin, [`tile`] up to 64 x 64 between two groups of points. All kernels are written
+//! over [`simd`](crate::simd), and run in the best instruction set that the machine has.
 
-#[cfg(target_arch = "x86_64")]
-mod avx2;
-#[cfg(target_arch = "x86_64")]
-mod avx512;
 mod build;
 mod packet;
-mod portable;
 mod rows;
 mod shaft;
-mod simd;
 mod stack;
 #[cfg(test)]
 mod tests;
@@ -22,14 +16,15 @@ mod traverse;
 mod triangles;
 mod vectors;
 
-pub use simd::Instructions;
 pub(super) use triangles::TriangleHit;
 
 use super::Ray;
 use crate::math::{Aabb, Vec3};
+#[cfg(any(test, feature = "testing"))]
+use crate::simd::Instructions;
+use crate::simd::{Isa, Kernel, NARROW, Simd};
 use build::{Node, Tree};
 use packet::{EMPTY_STACK, Packet, RAYS};
-use simd::{Isa, Kernel, Simd};
 use tile::{SIDE, Tile};
 use traverse::{AnyLeaves, NearestLeaves};
 use triangles::{AnyTriangle, Block, NearestTriangle};
@@ -52,13 +47,13 @@ impl TriangleBvh {
             .iter()
             .map(|&id| Aabb::from_points(triangles[id as usize]))
             .collect();
-        let mut tree = Tree::new(&boxes, simd::LANES);
+        let mut tree = Tree::new(&boxes, NARROW);
         let blocks = tree
             .leaves
             .windows(2)
             .map(|leaf| {
                 let items = &tree.items[leaf[0] as usize..leaf[1] as usize];
-                let mut lanes = [0; simd::LANES];
+                let mut lanes = [0; NARROW];
                 for (lane, &item) in lanes.iter_mut().zip(items) {
                     *lane = ids[item as usize];
                 }

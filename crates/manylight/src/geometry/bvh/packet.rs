@@ -6,11 +6,11 @@
 
 use super::build::{LEAF, MAX_DEPTH, Node};
 use super::shaft::{Shaft, middle_and_half};
-use super::simd::{LANES, Lanes, Simd, WIDE};
 use super::traverse::{self, FAR_MARGIN};
 use super::triangles::{AnyTriangle, Block, Directions, EdgeVolumes};
 use super::vectors::{load3, splat3, spread3, store3};
 use crate::math::{Aabb, Vec3};
+use crate::simd::{Floats, NARROW, Simd, WIDE};
 use glam::BVec3;
 
 /// Rays in a packet.
@@ -22,8 +22,8 @@ const ALL: u64 = (1 << WIDE) - 1;
 const FEW: u32 = 4;
 
 /// Nodes still to visit with their rays. Clearing it costs more than some walks do, so that it serves many.
-pub(super) type PacketStack = [(u32, u64); (LANES - 1) * MAX_DEPTH + 1];
-pub(super) const EMPTY_STACK: PacketStack = [(0, 0); (LANES - 1) * MAX_DEPTH + 1];
+pub(super) type PacketStack = [(u32, u64); (NARROW - 1) * MAX_DEPTH + 1];
+pub(super) const EMPTY_STACK: PacketStack = [(0, 0); (NARROW - 1) * MAX_DEPTH + 1];
 
 /// Segments with a common origin.
 pub(super) struct Packet<'a> {
@@ -130,7 +130,7 @@ impl<'a> Packet<'a> {
                 let node = &self.nodes[word as usize];
                 let (_, _, mut children) = self.pyramid.cut(s, &node.bounds);
                 while children != 0 {
-                    let lane = children.trailing_zeros() as usize % LANES;
+                    let lane = children.trailing_zeros() as usize % NARROW;
                     children &= children - 1;
                     let rays = self.enter(s, node.child_bounds(lane), rays);
                     if rays != 0 {
@@ -213,7 +213,7 @@ impl<'a> Packet<'a> {
         let height = s.store(volumes.height);
         let w = s.wide();
         while triangles != 0 && rays != 0 {
-            let lane = triangles.trailing_zeros() as usize % LANES;
+            let lane = triangles.trailing_zeros() as usize % NARROW;
             triangles &= triangles - 1;
             let triangle = EdgeVolumes {
                 edges: [

@@ -7,13 +7,13 @@
 //! Edge functions compare like those of packets ([`EdgeVolumes`](super::triangles::EdgeVolumes)).
 
 use super::shaft::middle_and_half;
-use super::simd::{LANES, Lanes, Simd, WIDE};
 use super::tile::SIDE;
 use super::triangles::{Block, ROUNDINGS};
 use super::vectors::{
     abs3, add3, cross, dot, dot_add, load3, scale3, splat3, spread3, store3, sub3,
 };
 use crate::math::{Aabb, Vec3, Vec3A};
+use crate::simd::{Floats, NARROW, Simd, WIDE};
 
 /// Groups of sixteen among 64.
 pub(super) const GROUPS: usize = SIDE / WIDE;
@@ -68,7 +68,7 @@ impl Ends {
     }
 
     #[inline(always)]
-    fn move_by<W: Lanes<16>>(&mut self, w: W, by: Vec3) {
+    fn move_by<W: Floats<16>>(&mut self, w: W, by: Vec3) {
         for group in &mut self.p {
             *group = store3(w, add3(w, load3(w, group), splat3(w, by)));
         }
@@ -84,10 +84,10 @@ struct Boxes<const N: usize> {
 /// Eight triangles, relative to the middle of a tile.
 pub(super) struct LeafTriangles {
     /// Corner, axis, lane.
-    corners: [[[f32; LANES]; 3]; 3],
-    normal: [[f32; LANES]; 3],
+    corners: [[[f32; NARROW]; 3]; 3],
+    normal: [[f32; NARROW]; 3],
     /// Normal times a corner.
-    height: [f32; LANES],
+    height: [f32; NARROW],
 }
 
 impl LeafTriangles {
@@ -195,7 +195,7 @@ impl Rows {
 
     /// Closes the segments of `shafts` that the triangle in `lane` blocks.
     #[inline(always)]
-    pub(super) fn block<W: Lanes<16>>(
+    pub(super) fn block<W: Floats<16>>(
         &mut self,
         w: W,
         triangles: &LeafTriangles,
@@ -227,7 +227,7 @@ impl Rows {
 
     /// The shafts that the triangle may block in part, and those that it blocks as a whole.
     #[inline(always)]
-    fn classify<W: Lanes<16>>(&self, w: W, triangle: &Triangle<W>) -> (u32, u32) {
+    fn classify<W: Floats<16>>(&self, w: W, triangle: &Triangle<W>) -> (u32, u32) {
         let zero = w.splat(0.0);
         let p = load3(w, &self.point_boxes.middle);
         let p_half = load3(w, &self.point_boxes.half);
@@ -270,7 +270,7 @@ impl Rows {
 
     /// Against the rows of one group of points: `with` are the groups of lights.
     #[inline(always)]
-    fn block_rows<W: Lanes<16>>(
+    fn block_rows<W: Floats<16>>(
         &mut self,
         w: W,
         triangle: &Triangle<W>,
@@ -331,7 +331,7 @@ impl Rows {
 
     /// The rows in which some light may be inside of all edges, and those in which all are.
     #[inline(always)]
-    fn rows_inside<W: Lanes<16>>(
+    fn rows_inside<W: Floats<16>>(
         &self,
         w: W,
         planes: &[EdgePlanes; 3],
@@ -380,13 +380,13 @@ fn boxes(ends: &Ends, origin: Vec3, group: impl Fn(usize) -> usize) -> Boxes<WID
 type Edge<V> = ([V; 3], [V; 3]);
 
 /// One triangle in all lanes.
-struct Triangle<W: Lanes<16>> {
+struct Triangle<W: Floats<16>> {
     edges: [Edge<W::F>; 3],
     normal: [W::F; 3],
     height: W::F,
 }
 
-impl<W: Lanes<16>> Triangle<W> {
+impl<W: Floats<16>> Triangle<W> {
     #[inline(always)]
     fn new(w: W, triangles: &LeafTriangles, lane: usize) -> Self {
         let [a, b, c] = [
@@ -404,7 +404,7 @@ impl<W: Lanes<16>> Triangle<W> {
 
 /// The middle of an edge loses less than its ends, and is the same for both triangles at it.
 #[inline(always)]
-fn edge<W: Lanes<16>>(w: W, a: [W::F; 3], b: [W::F; 3]) -> Edge<W::F> {
+fn edge<W: Floats<16>>(w: W, a: [W::F; 3], b: [W::F; 3]) -> Edge<W::F> {
     let half = w.splat(0.5);
     (sub3(w, b, a), scale3(w, add3(w, a, b), half))
 }
@@ -417,7 +417,13 @@ struct EdgePlanes {
 
 impl EdgePlanes {
     #[inline(always)]
-    fn new<W: Lanes<16>>(w: W, (e, m): Edge<W::F>, p: [W::F; 3], upwards: W::F, size: f32) -> Self {
+    fn new<W: Floats<16>>(
+        w: W,
+        (e, m): Edge<W::F>,
+        p: [W::F; 3],
+        upwards: W::F,
+        size: f32,
+    ) -> Self {
         let n = cross(w, e, sub3(w, p, m));
         let n = [
             w.mul_sign(n[0], upwards),
@@ -433,7 +439,7 @@ impl EdgePlanes {
     }
 
     #[inline(always)]
-    fn inside<W: Lanes<16>>(&self, w: W, row: usize, l: [W::F; 3]) -> u32 {
+    fn inside<W: Floats<16>>(&self, w: W, row: usize, l: [W::F; 3]) -> u32 {
         let n = spread3(w, &self.normal, row);
         let value = dot_add(w, n, l, w.splat(self.offset[row]));
         w.bits(w.le(w.splat(0.0), value))
@@ -441,7 +447,7 @@ impl EdgePlanes {
 }
 
 #[inline(always)]
-fn sum_of_sizes<W: Lanes<16>>(w: W, n: [W::F; 3]) -> W::F {
+fn sum_of_sizes<W: Floats<16>>(w: W, n: [W::F; 3]) -> W::F {
     let [x, y, z] = abs3(w, n);
     w.add(w.add(x, y), z)
 }

@@ -4,8 +4,8 @@
 //! it overlaps that box along each axis, and each of the six conditions bounds `t` from one side: this is the slab test of a
 //! ray, with two lines per axis instead of one. Derived; exact for boxes.
 
-use super::simd::{LANES, Lanes, Simd, WIDE};
 use crate::math::{Aabb, Vec3};
+use crate::simd::{Floats, NARROW, Simd, WIDE};
 
 /// Differences smaller than this, relative to coordinates, count as this: far below rounding, yet no reciprocal overflows.
 const NEGLIGIBLE: f32 = 1e-10;
@@ -59,7 +59,7 @@ impl Shaft {
 
     /// The part of [0, 1] where the shaft may meet the boxes, and the boxes that it does meet: never an empty place of a node.
     #[inline(always)]
-    pub(super) fn cut<S: Simd>(&self, s: S, bounds: &[[f32; LANES]; 6]) -> (S::F, S::F, u32) {
+    pub(super) fn cut<S: Simd>(&self, s: S, bounds: &[[f32; NARROW]; 6]) -> (S::F, S::F, u32) {
         let (mut near, mut far) = (s.splat(0.0), s.splat(1.0));
         for (plane, bounds) in bounds.iter().enumerate() {
             let t = s.mul_sub(

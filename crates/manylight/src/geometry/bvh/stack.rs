@@ -5,11 +5,11 @@
 )]
 
 use super::build::MAX_DEPTH;
-use super::simd::{LANES, Simd};
+use crate::simd::{NARROW, Simd};
 use std::mem::MaybeUninit;
 
 /// Each level pops one entry and pushes at most eight; the rest is room for whole-vector stores beyond the top.
-const CAPACITY: usize = (LANES - 1) * MAX_DEPTH + 1 + LANES;
+const CAPACITY: usize = (NARROW - 1) * MAX_DEPTH + 1 + NARROW;
 
 /// Subtrees still to visit, with the distance at which the ray enters them. The first `len` entries are initialized.
 pub(super) struct Stack {
@@ -29,13 +29,6 @@ impl Stack {
     }
 
     #[inline(always)]
-    pub(super) fn push(&mut self, child: u32, near: f32) {
-        self.children[self.len].write(child);
-        self.near[self.len].write(near);
-        self.len += 1;
-    }
-
-    #[inline(always)]
     pub(super) fn pop(&mut self) -> Option<(u32, f32)> {
         self.len = self.len.checked_sub(1)?;
         // SAFETY: `len` was at least one, and entries below `len` are initialized.
@@ -47,30 +40,20 @@ impl Stack {
         }
     }
 
-    /// The eight entries above the top.
+    /// Adds the children with near <= far, in the order of `order` (three bits per place).
     #[inline(always)]
-    pub(super) fn spare(
+    pub(super) fn push<S: Simd>(
         &mut self,
-    ) -> (
-        &mut [MaybeUninit<u32>; LANES],
-        &mut [MaybeUninit<f32>; LANES],
+        s: S,
+        order: u32,
+        children: &[u32; NARROW],
+        span: (S::F, S::F),
     ) {
-        let children = self.children[self.len..]
-            .first_chunk_mut()
-            .expect("invariant: the build bounds the depth");
-        let near = self.near[self.len..]
-            .first_chunk_mut()
-            .expect("invariant: the build bounds the depth");
-        (children, near)
-    }
-
-    /// Adds `count` of the entries above the top.
-    ///
-    /// # Safety
-    /// They were written through [`Stack::spare`] since the last change, and `count` is at most eight.
-    #[inline(always)]
-    pub(super) unsafe fn grow(&mut self, count: usize) {
-        self.len += count;
+        let (words, near) = (
+            above(&mut self.children, self.len),
+            above(&mut self.near, self.len),
+        );
+        self.len += s.compress_ordered(order, children, span, words, near);
     }
 }
 
@@ -98,11 +81,17 @@ impl WordStack {
 
     /// Adds the words whose bits are set.
     #[inline(always)]
-    pub(super) fn push<S: Simd>(&mut self, s: S, words: &[u32; LANES], bits: u32) {
-        let spare = self.words[self.len..]
-            .first_chunk_mut()
-            .expect("invariant: the build bounds the depth");
-        s.compact(words, bits, spare);
-        self.len += bits.count_ones() as usize;
+    pub(super) fn push<S: Simd>(&mut self, s: S, words: &[u32; NARROW], bits: u32) {
+        let words = s.compress_words(bits, s.load_words(words));
+        above(&mut self.words, self.len).write_copy_of_slice(&words);
+        self.len += (bits.count_ones() as usize).min(NARROW);
     }
+}
+
+/// The eight entries above the top.
+#[inline(always)]
+fn above<T>(entries: &mut [MaybeUninit<T>], top: usize) -> &mut [MaybeUninit<T>; NARROW] {
+    entries[top..]
+        .first_chunk_mut()
+        .expect("invariant: the build bounds the depth")
 }

@@ -9,9 +9,9 @@ use super::build::{LEAF, MAX_DEPTH, Node};
 use super::packet::{EMPTY_STACK, Packet};
 use super::rows::{Ends, GROUPS, LeafTriangles, Rows};
 use super::shaft::{Shaft, Shafts};
-use super::simd::{LANES, Simd, WIDE};
 use super::triangles::Block;
 use crate::math::{Aabb, Vec3};
+use crate::simd::{NARROW, Simd, WIDE};
 
 /// Points, and lights.
 pub(super) const SIDE: usize = 64;
@@ -25,7 +25,7 @@ const MANY: f32 = 16.0;
 /// and its share of the shafts' cross-section is smaller than its number of triangles over this. Both measured.
 const CROWD: f32 = 128.0;
 
-const CAPACITY: usize = (LANES - 1) * MAX_DEPTH + 1;
+const CAPACITY: usize = (NARROW - 1) * MAX_DEPTH + 1;
 
 /// Subtrees with the shafts that meet them.
 struct Waiting {
@@ -122,7 +122,7 @@ impl<'a> Tile<'a> {
             let (near, far, mut children) = self.shaft.cut(s, &node.bounds);
             let (near, far) = (s.store(near), s.store(far));
             while children != 0 {
-                let lane = children.trailing_zeros() as usize % LANES;
+                let lane = children.trailing_zeros() as usize % NARROW;
                 children &= children - 1;
                 let b = &node.bounds;
                 let planes = [
@@ -178,7 +178,7 @@ impl<'a> Tile<'a> {
         let triangles = LeafTriangles::new(s, block, self.rows.origin);
         let mut crossed = met & self.rows.crossed(s, &triangles);
         while crossed != 0 {
-            let lane = crossed.trailing_zeros() as usize % LANES;
+            let lane = crossed.trailing_zeros() as usize % NARROW;
             crossed &= crossed - 1;
             let planes = [
                 bounds[0][lane],
@@ -238,8 +238,8 @@ fn groups_of(shafts: u32, group: usize, role: usize) -> u64 {
 }
 
 #[inline(always)]
-fn block_bounds<S: Simd>(s: S, block: &Block) -> [[f32; LANES]; 6] {
-    let mut bounds = [[0.0; LANES]; 6];
+fn block_bounds<S: Simd>(s: S, block: &Block) -> [[f32; NARROW]; 6] {
+    let mut bounds = [[0.0; NARROW]; 6];
     for axis in 0..3 {
         let a = s.load(&block.corners[0][axis]);
         let b = s.load(&block.corners[1][axis]);

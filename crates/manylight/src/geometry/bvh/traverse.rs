@@ -1,10 +1,10 @@
 //! Walks of one ray through a tree: nearest hit in order, and any hit with early out.
 
 use super::build::{LEAF, Node};
-use super::simd::{LANES, Simd};
 use super::stack::{Stack, WordStack};
 use crate::geometry::Ray;
 use crate::math::Vec3;
+use crate::simd::{NARROW, Simd};
 
 /// Tests a leaf for the nearest hit.
 pub(super) trait NearestLeaves<S: Simd> {
@@ -103,9 +103,8 @@ pub(super) fn nearest<S: Simd>(
     loop {
         if word & LEAF == 0 {
             let node = &nodes[word as usize];
-            let (near, far) = slabs.cut(s, node, t_max);
-            let order = node.order[slabs.octant];
-            s.push_ordered(&mut stack, &node.children, order, near, far);
+            let span = slabs.cut(s, node, t_max);
+            stack.push(s, node.order[slabs.octant], &node.children, span);
         } else {
             t_max = leaves.visit(s, (word & !LEAF) as usize, t_max);
         }
@@ -139,7 +138,7 @@ pub(super) fn any<S: Simd>(
             let node = &nodes[word as usize];
             let bits = slabs.meets(s, node);
             if bits != 0 {
-                word = node.children[bits.trailing_zeros() as usize % LANES];
+                word = node.children[bits.trailing_zeros() as usize % NARROW];
                 stack.push(s, &node.children, bits & (bits - 1));
                 continue;
             }

@@ -6,27 +6,27 @@
 //! (a - b) x (a + b), which loses less of far edges than a x b. The value is rounded where the ray passes a corner, so what
 //! rounding can hide counts as inside: no ray slips through between neighbors.
 
-use super::simd::{LANES, Lanes, Simd};
 use super::traverse::{AnyLeaves, NearestLeaves};
 use super::vectors::{abs3, add3, cross, dot, load3, sub3};
 use crate::geometry::Ray;
 use crate::math::{Vec2, Vec3};
+use crate::simd::{Floats, NARROW, Simd};
 
 /// Up to eight triangles. Unused lanes are degenerate, which no ray hits.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub(super) struct Block {
     /// Corner, axis, lane.
-    pub(super) corners: [[[f32; LANES]; 3]; 3],
+    pub(super) corners: [[[f32; NARROW]; 3]; 3],
     /// Index of the triangle in the list that the structure was built over.
-    pub(super) ids: [u32; LANES],
+    pub(super) ids: [u32; NARROW],
 }
 
 impl Block {
     pub(super) fn new(ids: &[u32], triangles: &[[Vec3; 3]]) -> Self {
         let mut block = Block {
-            corners: [[[0.0; LANES]; 3]; 3],
-            ids: [0; LANES],
+            corners: [[[0.0; NARROW]; 3]; 3],
+            ids: [0; NARROW],
         };
         for (lane, &id) in ids.iter().enumerate() {
             block.ids[lane] = id;
@@ -94,7 +94,7 @@ impl<S: Simd> Sheared<S> {
     }
 
     #[inline(always)]
-    fn corner(&self, s: S, corner: &[[f32; LANES]; 3]) -> [S::F; 3] {
+    fn corner(&self, s: S, corner: &[[f32; NARROW]; 3]) -> [S::F; 3] {
         let relative = |i: usize| s.sub(s.load(&corner[self.axes[i]]), self.o[i]);
         let z = relative(2);
         [
@@ -162,10 +162,10 @@ impl<S: Simd> NearestLeaves<S> for NearestTriangle<'_, S> {
             return t_max;
         }
         let t = s.store(s.div(crossing.height, s.abs(crossing.det)));
-        let mut lane = bits.trailing_zeros() as usize % LANES;
+        let mut lane = bits.trailing_zeros() as usize % NARROW;
         bits &= bits - 1;
         while bits != 0 {
-            let other = bits.trailing_zeros() as usize % LANES;
+            let other = bits.trailing_zeros() as usize % NARROW;
             lane = if t[other] < t[lane] { other } else { lane };
             bits &= bits - 1;
         }
@@ -208,7 +208,7 @@ pub(super) struct Directions<V> {
 
 impl<V: Copy> EdgeVolumes<V> {
     #[inline(always)]
-    pub(super) fn new<L: Lanes<LANES, F = V>>(s: L, block: &Block, o: [V; 3]) -> Self {
+    pub(super) fn new<L: Floats<NARROW, F = V>>(s: L, block: &Block, o: [V; 3]) -> Self {
         let [a, b, c] = [
             load3(s, &block.corners[0]),
             load3(s, &block.corners[1]),
@@ -240,7 +240,7 @@ impl<V: Copy> EdgeVolumes<V> {
     ///
     /// With edge values of one sign the line passes through; it meets the plane at `height / (normal · d)`, in (0, 1).
     #[inline(always)]
-    pub(super) fn hit_by<const N: usize, L: Lanes<N, F = V>>(
+    pub(super) fn hit_by<const N: usize, L: Floats<N, F = V>>(
         &self,
         s: L,
         segments: &Directions<V>,
@@ -261,7 +261,7 @@ impl<V: Copy> EdgeVolumes<V> {
     }
 
     #[inline(always)]
-    fn edge<const N: usize, L: Lanes<N, F = V>>(
+    fn edge<const N: usize, L: Floats<N, F = V>>(
         &self,
         s: L,
         edge: usize,
@@ -275,7 +275,7 @@ impl<V: Copy> EdgeVolumes<V> {
     /// The triangles that a segment to somewhere in a box may hit: `middle` and `half` extent of the box of directions, and the
     /// largest component of any of them.
     #[inline(always)]
-    pub(super) fn within<L: Lanes<LANES, F = V>>(
+    pub(super) fn within<L: Floats<NARROW, F = V>>(
         &self,
         s: L,
         middle: [V; 3],
@@ -302,7 +302,7 @@ impl<V: Copy> EdgeVolumes<V> {
 }
 
 #[inline(always)]
-fn tolerance<const N: usize, L: Lanes<N>>(s: L, n: [L::F; 3]) -> L::F {
+fn tolerance<const N: usize, L: Floats<N>>(s: L, n: [L::F; 3]) -> L::F {
     let [x, y, z] = abs3(s, n);
     s.mul(s.add(s.add(x, y), z), s.splat(ROUNDINGS))
 }

@@ -1,16 +1,16 @@
 //! Vectors of three components in lanes.
 
-use super::simd::Lanes;
 use crate::math::Vec3;
+use crate::simd::Floats;
 
 #[inline(always)]
-pub(super) fn splat3<const N: usize, L: Lanes<N>>(s: L, v: Vec3) -> [L::F; 3] {
+pub(super) fn splat3<const N: usize, L: Floats<N>>(s: L, v: Vec3) -> [L::F; 3] {
     [s.splat(v.x), s.splat(v.y), s.splat(v.z)]
 }
 
 /// The vector in one lane of `v`, in all lanes.
 #[inline(always)]
-pub(super) fn spread3<const N: usize, const M: usize, L: Lanes<N>>(
+pub(super) fn spread3<const N: usize, const M: usize, L: Floats<N>>(
     s: L,
     v: &[[f32; M]; 3],
     lane: usize,
@@ -23,37 +23,37 @@ pub(super) fn spread3<const N: usize, const M: usize, L: Lanes<N>>(
 }
 
 #[inline(always)]
-pub(super) fn load3<const N: usize, L: Lanes<N>>(s: L, v: &[[f32; N]; 3]) -> [L::F; 3] {
+pub(super) fn load3<const N: usize, L: Floats<N>>(s: L, v: &[[f32; N]; 3]) -> [L::F; 3] {
     [s.load(&v[0]), s.load(&v[1]), s.load(&v[2])]
 }
 
 #[inline(always)]
-pub(super) fn store3<const N: usize, L: Lanes<N>>(s: L, v: [L::F; 3]) -> [[f32; N]; 3] {
+pub(super) fn store3<const N: usize, L: Floats<N>>(s: L, v: [L::F; 3]) -> [[f32; N]; 3] {
     [s.store(v[0]), s.store(v[1]), s.store(v[2])]
 }
 
 #[inline(always)]
-pub(super) fn abs3<const N: usize, L: Lanes<N>>(s: L, v: [L::F; 3]) -> [L::F; 3] {
+pub(super) fn abs3<const N: usize, L: Floats<N>>(s: L, v: [L::F; 3]) -> [L::F; 3] {
     [s.abs(v[0]), s.abs(v[1]), s.abs(v[2])]
 }
 
 #[inline(always)]
-pub(super) fn add3<const N: usize, L: Lanes<N>>(s: L, a: [L::F; 3], b: [L::F; 3]) -> [L::F; 3] {
+pub(super) fn add3<const N: usize, L: Floats<N>>(s: L, a: [L::F; 3], b: [L::F; 3]) -> [L::F; 3] {
     [s.add(a[0], b[0]), s.add(a[1], b[1]), s.add(a[2], b[2])]
 }
 
 #[inline(always)]
-pub(super) fn sub3<const N: usize, L: Lanes<N>>(s: L, a: [L::F; 3], b: [L::F; 3]) -> [L::F; 3] {
+pub(super) fn sub3<const N: usize, L: Floats<N>>(s: L, a: [L::F; 3], b: [L::F; 3]) -> [L::F; 3] {
     [s.sub(a[0], b[0]), s.sub(a[1], b[1]), s.sub(a[2], b[2])]
 }
 
 #[inline(always)]
-pub(super) fn scale3<const N: usize, L: Lanes<N>>(s: L, a: [L::F; 3], b: L::F) -> [L::F; 3] {
+pub(super) fn scale3<const N: usize, L: Floats<N>>(s: L, a: [L::F; 3], b: L::F) -> [L::F; 3] {
     [s.mul(a[0], b), s.mul(a[1], b), s.mul(a[2], b)]
 }
 
 #[inline(always)]
-pub(super) fn cross<const N: usize, L: Lanes<N>>(s: L, a: [L::F; 3], b: [L::F; 3]) -> [L::F; 3] {
+pub(super) fn cross<const N: usize, L: Floats<N>>(s: L, a: [L::F; 3], b: [L::F; 3]) -> [L::F; 3] {
     [
         s.mul_sub(a[1], b[2], s.mul(a[2], b[1])),
         s.mul_sub(a[2], b[0], s.mul(a[0], b[2])),
@@ -62,13 +62,13 @@ pub(super) fn cross<const N: usize, L: Lanes<N>>(s: L, a: [L::F; 3], b: [L::F; 3
 }
 
 #[inline(always)]
-pub(super) fn dot<const N: usize, L: Lanes<N>>(s: L, a: [L::F; 3], b: [L::F; 3]) -> L::F {
+pub(super) fn dot<const N: usize, L: Floats<N>>(s: L, a: [L::F; 3], b: [L::F; 3]) -> L::F {
     s.mul_add(a[0], b[0], s.mul_add(a[1], b[1], s.mul(a[2], b[2])))
 }
 
 /// `a · b + c`.
 #[inline(always)]
-pub(super) fn dot_add<const N: usize, L: Lanes<N>>(
+pub(super) fn dot_add<const N: usize, L: Floats<N>>(
     s: L,
     a: [L::F; 3],
     b: [L::F; 3],

@@ -1,17 +1,12 @@
 //! A kd-tree over particles: nearest neighbors and everything within a radius.
 //!
-//! [`tree`] builds the index, [`search`] walks it, [`neighbors`] picks the K nearest. All kernels are written over [`lanes`],
-//! and run in the best instruction set that the machine has. Costs 16 bytes per particle for positions and indices and
+//! [`tree`] builds the index, [`search`] walks it, [`neighbors`] picks the K nearest. All kernels are written over
+//! [`simd`](crate::simd), and run in the best instruction set that the machine has. Costs 16 bytes per particle for positions and indices and
 //! about 2 for the boxes.
 //!
 //! All answers are functions of the points alone, the same to the bit for any thread count and instruction set: ties are
 //! broken by index.
 
-#[cfg(target_arch = "x86_64")]
-mod avx2;
-#[cfg(target_arch = "x86_64")]
-mod avx512;
-mod lanes;
 mod neighbors;
 mod search;
 #[cfg(test)]
@@ -22,7 +17,7 @@ pub use neighbors::Neighbors;
 
 use crate::math::Vec3;
 use crate::particles::{Importon, Photon};
-use lanes::{Kernel, Lanes, set_bits};
+use crate::simd::{Kernel, Simd, Wide, set_bits};
 use neighbors::Nearest;
 use rayon::prelude::*;
 use search::{Visit, search};
@@ -176,9 +171,15 @@ impl<V: FnMut(u32, f32, f32) -> f32> Kernel for Search<'_, V> {
     type Output = ();
 
     #[inline(always)]
-    fn run<L: Lanes>(self, lanes: L) {
+    fn run<S: Simd>(self, s: S) {
         let bound = self.bound.min(f32::MAX);
-        search(lanes, self.tree, self.p, bound, &mut EachPoint(self.visit));
+        search(
+            s.wide(),
+            self.tree,
+            self.p,
+            bound,
+            &mut EachPoint(self.visit),
+        );
     }
 }
 
@@ -186,10 +187,10 @@ struct EachPoint<V>(V);
 
 impl<V: FnMut(u32, f32, f32) -> f32> Visit for EachPoint<V> {
     #[inline(always)]
-    fn block<L: Lanes>(&mut self, lanes: L, block: &Block, d2: L::F, mut bound: f32) -> f32 {
-        let near = lanes.le(d2, lanes.splat(bound));
+    fn block<W: Wide>(&mut self, w: W, block: &Block, d2: W::F, mut bound: f32) -> f32 {
+        let near = w.bits(w.le(d2, w.splat(bound)));
         if near != 0 {
-            let d2 = lanes.store(d2);
+            let d2 = w.store(d2);
             for i in set_bits(near) {
                 bound = (self.0)(block.index[i], d2[i], bound);
             }

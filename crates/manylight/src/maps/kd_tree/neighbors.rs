@@ -1,12 +1,12 @@
 //! The K nearest: candidates are collected up to twice too many, then cut back.
 
-use super::lanes::{Kernel, Lanes, WIDTH, set_bits};
 use super::search::{Visit, search};
 use super::tree::{Block, Tree};
 use crate::math::Vec3;
+use crate::simd::{Kernel, Simd, WIDE, Wide, set_bits};
 
 /// Candidates around the K-th that are put in order one by one.
-const CLOSE: usize = 2 * WIDTH;
+const CLOSE: usize = 2 * WIDE;
 /// Guesses at the distance of the K-th; points on surfaces need three or four.
 const MAX_GUESSES: usize = 12;
 
@@ -44,7 +44,7 @@ impl Neighbors {
     /// Keeps at most `k >= 1` neighbors.
     pub fn new(k: usize) -> Self {
         assert!(k >= 1, "at least one neighbor is asked for");
-        let room = 2 * k + 4 * WIDTH;
+        let room = 2 * k + 4 * WIDE;
         Neighbors {
             k,
             count: 0,
@@ -93,7 +93,8 @@ impl Kernel for Nearest<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<L: Lanes>(self, lanes: L) {
+    fn run<S: Simd>(self, s: S) {
+        let w = s.wide();
         let limit = (self.max_radius * self.max_radius).min(f32::MAX);
         let last = self.found.last.filter(|last| last.tree == self.tree.id);
         let bound = last.map_or(limit, |last| last.bound(self.p).min(limit));
@@ -103,18 +104,18 @@ impl Kernel for Nearest<'_> {
                 2 * self.found.k
             } else {
                 self.found.k
-            } + WIDTH,
+            } + WIDE,
             found: self.found,
         };
         collect.found.count = 0;
-        search(lanes, self.tree, self.p, bound, &mut collect);
+        search(w, self.tree, self.p, bound, &mut collect);
         let found = self.found;
         found.radius_squared = if found.count >= found.k {
-            found.keep_nearest(lanes)
+            found.keep_nearest(w)
         } else if limit < f32::MAX {
             limit
         } else {
-            found.highest(lanes)
+            found.highest(w)
         };
         found.last = (found.count == found.k).then_some(Last {
             tree: self.tree.id,
@@ -133,41 +134,42 @@ struct Collect<'a> {
 
 impl Visit for Collect<'_> {
     #[inline(always)]
-    fn block<L: Lanes>(&mut self, lanes: L, block: &Block, d2: L::F, bound: f32) -> f32 {
+    fn block<W: Wide>(&mut self, w: W, block: &Block, d2: W::F, bound: f32) -> f32 {
         let found = &mut *self.found;
-        let near = lanes.le(d2, lanes.splat(bound));
-        let place = found.count..found.count + WIDTH;
-        found.d2[place.clone()].copy_from_slice(&lanes.compress(near, d2));
-        found.index[place].copy_from_slice(&lanes.compress_index(near, &block.index));
+        let near = w.bits(w.le(d2, w.splat(bound)));
+        let place = found.count..found.count + WIDE;
+        found.d2[place.clone()].copy_from_slice(&w.compress(near, d2));
+        found.index[place].copy_from_slice(&w.compress_words(near, w.load_words(&block.index)));
         found.count += near.count_ones() as usize;
         if found.count < self.enough {
             return bound;
         }
         // From now on, cutting back only when twice too many have come costs constant time per candidate.
-        self.enough = 2 * found.k + WIDTH;
-        found.keep_nearest(lanes)
+        self.enough = 2 * found.k + WIDE;
+        found.keep_nearest(w)
     }
 }
 
 impl Neighbors {
     /// Drops all but the `k` nearest, of which there are at least as many, and returns the squared distance of the last.
     #[inline(always)]
-    fn keep_nearest<L: Lanes>(&mut self, lanes: L) -> f32 {
+    fn keep_nearest<W: Wide>(&mut self, w: W) -> f32 {
         if self.count == self.k {
-            return self.highest(lanes);
+            return self.highest(w);
         }
-        let (last, last_index) = self.kth(lanes);
+        let (last, last_index) = self.kth(w);
         let mut kept = 0;
-        for start in (0..self.count).step_by(WIDTH) {
-            let (d2, index) = self.block(lanes, start);
-            let limit = lanes.splat(last);
-            let near = lanes.le(d2, limit);
-            let tied = near & lanes.le(limit, d2);
+        for start in (0..self.count).step_by(WIDE) {
+            let (d2, index) = self.block(w, start);
+            let limit = w.splat(last);
+            let near = w.bits(w.le(d2, limit));
+            let tied = near & w.bits(w.le(limit, d2));
             let dropped = set_bits(tied).filter(|&i| index[i] > last_index);
             let near = near & !dropped.fold(0, |mask, i| mask | 1 << i);
             // Never ahead of what has been read.
-            self.d2[kept..kept + WIDTH].copy_from_slice(&lanes.compress(near, d2));
-            self.index[kept..kept + WIDTH].copy_from_slice(&lanes.compress_index(near, &index));
+            self.d2[kept..kept + WIDE].copy_from_slice(&w.compress(near, d2));
+            self.index[kept..kept + WIDE]
+                .copy_from_slice(&w.compress_words(near, w.load_words(&index)));
             kept += near.count_ones() as usize;
         }
         self.count = self.k;
@@ -179,11 +181,11 @@ impl Neighbors {
     /// Narrows an interval of distances around it by counting. On surfaces the squared distances are spread evenly, so
     /// interpolation is good at guessing.
     #[inline(always)]
-    fn kth<L: Lanes>(&mut self, lanes: L) -> (f32, u32) {
+    fn kth<W: Wide>(&mut self, w: W) -> (f32, u32) {
         let k = self.k;
         // `below < k` candidates are at most at `low`, `within >= k` at most at `high`.
         let (mut low, mut below) = (-1.0f32, 0);
-        let (mut high, mut within) = (self.highest(lanes), self.count);
+        let (mut high, mut within) = (self.highest(w), self.count);
         for _ in 0..MAX_GUESSES {
             if within - below <= CLOSE {
                 break;
@@ -191,13 +193,13 @@ impl Neighbors {
             // The farther end is drawn near: a little past the goal.
             let (above, under) = (within - k, k - below);
             let goal = if above > under {
-                under + (above / 8).min(WIDTH / 2)
+                under + (above / 8).min(WIDE / 2)
             } else {
-                under - (under / 8).min(WIDTH / 2)
+                under - (under / 8).min(WIDE / 2)
             };
             let from = low.max(0.0);
             let guess = from + (high - from) * (goal as f32 / (within - below) as f32);
-            let count = self.count_within(lanes, guess);
+            let count = self.count_within(w, guess);
             if count >= k {
                 (high, within) = (guess, count);
             } else {
@@ -206,10 +208,10 @@ impl Neighbors {
         }
         let mut close = std::mem::take(&mut self.close);
         close.clear();
-        for start in (0..self.count).step_by(WIDTH) {
-            let (d2, index) = self.block(lanes, start);
-            let near = lanes.le(d2, lanes.splat(high)) & !lanes.le(d2, lanes.splat(low));
-            let d2 = lanes.store(d2);
+        for start in (0..self.count).step_by(WIDE) {
+            let (d2, index) = self.block(w, start);
+            let near = w.bits(w.le(d2, w.splat(high))) & !w.bits(w.le(d2, w.splat(low)));
+            let d2 = w.store(d2);
             close.extend(set_bits(near).map(|i| key(d2[i], index[i])));
         }
         let (_, &mut kth, _) = close.select_nth_unstable(k - below - 1);
@@ -219,40 +221,40 @@ impl Neighbors {
 
     /// Candidates at most at squared distance `bound`.
     #[inline(always)]
-    fn count_within<L: Lanes>(&self, lanes: L, bound: f32) -> usize {
-        let bound = lanes.splat(bound);
+    fn count_within<W: Wide>(&self, w: W, bound: f32) -> usize {
+        let bound = w.splat(bound);
         let mut count = 0;
-        for start in (0..self.count).step_by(WIDTH) {
-            count += lanes.le(self.block(lanes, start).0, bound).count_ones();
+        for start in (0..self.count).step_by(WIDE) {
+            count += w.bits(w.le(self.block(w, start).0, bound)).count_ones();
         }
         count as usize
     }
 
     /// The highest squared distance of all candidates, 0 without any.
     #[inline(always)]
-    fn highest<L: Lanes>(&mut self, lanes: L) -> f32 {
+    fn highest<W: Wide>(&mut self, w: W) -> f32 {
         self.end_candidates();
-        let mut highest = lanes.splat(0.0);
-        for start in (0..self.count).step_by(WIDTH) {
-            highest = lanes.max(self.block(lanes, start).0, highest);
+        let mut highest = w.splat(0.0);
+        for start in (0..self.count).step_by(WIDE) {
+            highest = w.max(self.block(w, start).0, highest);
         }
-        lanes.store(highest).into_iter().fold(0.0, f32::max)
+        w.store(highest).into_iter().fold(0.0, f32::max)
     }
 
     /// Fills the last block of candidates up with what is in no interval.
     #[inline(always)]
     fn end_candidates(&mut self) {
-        self.d2[self.count..self.count + WIDTH].fill(f32::NAN);
+        self.d2[self.count..self.count + WIDE].fill(f32::NAN);
     }
 
     /// Sixteen candidates.
     #[inline(always)]
-    fn block<L: Lanes>(&self, lanes: L, start: usize) -> (L::F, [u32; WIDTH]) {
-        let mut d2 = [0.0; WIDTH];
-        let mut index = [0; WIDTH];
-        d2.copy_from_slice(&self.d2[start..start + WIDTH]);
-        index.copy_from_slice(&self.index[start..start + WIDTH]);
-        (lanes.load(&d2), index)
+    fn block<W: Wide>(&self, w: W, start: usize) -> (W::F, [u32; WIDE]) {
+        let mut d2 = [0.0; WIDE];
+        let mut index = [0; WIDE];
+        d2.copy_from_slice(&self.d2[start..start + WIDE]);
+        index.copy_from_slice(&self.index[start..start + WIDE]);
+        (w.load(&d2), index)
     }
 }
 

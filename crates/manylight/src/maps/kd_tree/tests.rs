@@ -1,9 +1,9 @@
-use super::lanes::Isa;
 use super::*;
 use crate::sampling::rng::Pcg;
+use crate::simd::{Instructions, Isa};
 
-fn on(isa: Isa, mut tree: KdTree<Vec3>) -> KdTree<Vec3> {
-    tree.tree.isa = isa;
+fn on(instructions: Instructions, mut tree: KdTree<Vec3>) -> KdTree<Vec3> {
+    tree.tree.isa = Isa::new(instructions).expect("available");
     tree
 }
 
@@ -43,8 +43,8 @@ fn brute_force(points: &[Vec3], p: Vec3, k: usize, radius: f32) -> Vec<(f32, u32
 fn nearest_equals_brute_force_in_every_instruction_set() {
     for count in [0, 1, 7, 16, 17, 64, 65, 256, 257, 1000, 5000] {
         let points = points(count, count as u64);
-        for isa in Isa::available() {
-            let tree = on(isa, KdTree::build(points.clone()));
+        for instructions in Instructions::available() {
+            let tree = on(instructions, KdTree::build(points.clone()));
             let mut rng = Pcg::new(99);
             for k in [1, 5, 64, 300] {
                 let mut found = Neighbors::new(k);
@@ -56,7 +56,7 @@ fn nearest_equals_brute_force_in_every_instruction_set() {
                     let expected = brute_force(&points, p, k, radius);
                     assert_eq!(
                         near, expected,
-                        "{count} points, k = {k}, radius {radius}, {isa:?}"
+                        "{count} points, k = {k}, radius {radius}, {instructions:?}"
                     );
                     let radius_squared = match expected.last() {
                         Some(&(last, _)) if expected.len() == k || radius.is_infinite() => last,
@@ -99,8 +99,8 @@ fn searches_after_others_equal_brute_force() {
 #[test]
 fn within_and_cheapest_equal_brute_force_in_every_instruction_set() {
     let points = points(3000, 4);
-    for isa in Isa::available() {
-        let tree = on(isa, KdTree::build(points.clone()));
+    for instructions in Instructions::available() {
+        let tree = on(instructions, KdTree::build(points.clone()));
         let mut rng = Pcg::new(5);
         for _ in 0..100 {
             let p = Vec3::new(rng.next_f32(), rng.next_f32(), 0.1 * rng.next_f32());

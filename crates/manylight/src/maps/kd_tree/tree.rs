@@ -4,15 +4,15 @@
 //! from counting. Nodes keep the tight boxes of their children: particles lie on surfaces, where boxes prune far better than
 //! splitting planes.
 
-use super::lanes::{Isa, Lanes, WIDTH};
 use crate::math::{Aabb, Vec3};
+use crate::simd::{Isa, WIDE, Wide};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Blocks in a leaf.
 pub(super) const LEAF_BLOCKS: usize = 1;
 /// Points in a leaf.
-const LEAF: usize = LEAF_BLOCKS * WIDTH;
+const LEAF: usize = LEAF_BLOCKS * WIDE;
 /// Levels of nodes that 2^32 points need at most.
 pub(super) const MAX_LEVELS: usize = 8;
 /// Points below which a range is arranged by one thread.
@@ -22,14 +22,14 @@ const SEQUENTIAL: usize = 16_384;
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 pub(super) struct Block {
-    position: [[f32; WIDTH]; 3],
-    pub(super) index: [u32; WIDTH],
+    position: [[f32; WIDE]; 3],
+    pub(super) index: [u32; WIDE],
 }
 
 impl Block {
     const EMPTY: Block = Block {
-        position: [[f32::INFINITY; WIDTH]; 3],
-        index: [u32::MAX; WIDTH],
+        position: [[f32::INFINITY; WIDE]; 3],
+        index: [u32::MAX; WIDE],
     };
 
     fn of(entries: &[Entry]) -> Self {
@@ -52,13 +52,13 @@ impl Block {
 
     /// Squared distances of the points from `p`.
     #[inline(always)]
-    pub(super) fn distances_squared<L: Lanes>(&self, lanes: L, p: &[L::F; 3]) -> L::F {
+    pub(super) fn distances_squared<W: Wide>(&self, w: W, p: &[W::F; 3]) -> W::F {
         let [x, y, z] = &self.position;
         length_squared(
-            lanes,
-            lanes.sub(lanes.load(x), p[0]),
-            lanes.sub(lanes.load(y), p[1]),
-            lanes.sub(lanes.load(z), p[2]),
+            w,
+            w.sub(w.load(x), p[0]),
+            w.sub(w.load(y), p[1]),
+            w.sub(w.load(z), p[2]),
         )
     }
 }
@@ -67,15 +67,15 @@ impl Block {
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 pub(super) struct Node {
-    min: [[f32; WIDTH]; 3],
-    max: [[f32; WIDTH]; 3],
+    min: [[f32; WIDE]; 3],
+    max: [[f32; WIDE]; 3],
 }
 
 impl Node {
     fn of(children: impl Iterator<Item = Aabb>) -> Self {
         let mut node = Node {
-            min: [[f32::INFINITY; WIDTH]; 3],
-            max: [[f32::NEG_INFINITY; WIDTH]; 3],
+            min: [[f32::INFINITY; WIDE]; 3],
+            max: [[f32::NEG_INFINITY; WIDE]; 3],
         };
         for (i, child) in children.enumerate() {
             for axis in 0..3 {
@@ -88,8 +88,8 @@ impl Node {
 
     /// Box around all children.
     fn bounds(&self) -> Aabb {
-        let lowest = |x: &[f32; WIDTH]| x.iter().copied().fold(f32::INFINITY, f32::min);
-        let highest = |x: &[f32; WIDTH]| x.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        let lowest = |x: &[f32; WIDE]| x.iter().copied().fold(f32::INFINITY, f32::min);
+        let highest = |x: &[f32; WIDE]| x.iter().copied().fold(f32::NEG_INFINITY, f32::max);
         Aabb {
             min: Vec3::from(self.min.each_ref().map(lowest)),
             max: Vec3::from(self.max.each_ref().map(highest)),
@@ -100,28 +100,28 @@ impl Node {
     ///
     /// The same sums of the same rounded differences as for points, so rounding never prunes a point.
     #[inline(always)]
-    pub(super) fn distances_squared<L: Lanes>(&self, lanes: L, p: &[L::F; 3]) -> L::F {
+    pub(super) fn distances_squared<W: Wide>(&self, w: W, p: &[W::F; 3]) -> W::F {
         length_squared(
-            lanes,
-            self.step(lanes, p, 0),
-            self.step(lanes, p, 1),
-            self.step(lanes, p, 2),
+            w,
+            self.step(w, p, 0),
+            self.step(w, p, 1),
+            self.step(w, p, 2),
         )
     }
 
     /// Distances along an axis.
     #[inline(always)]
-    fn step<L: Lanes>(&self, lanes: L, p: &[L::F; 3], axis: usize) -> L::F {
-        let below = lanes.sub(lanes.load(&self.min[axis]), p[axis]);
-        let above = lanes.sub(p[axis], lanes.load(&self.max[axis]));
-        lanes.max(lanes.max(below, above), lanes.splat(0.0))
+    fn step<W: Wide>(&self, w: W, p: &[W::F; 3], axis: usize) -> W::F {
+        let below = w.sub(w.load(&self.min[axis]), p[axis]);
+        let above = w.sub(p[axis], w.load(&self.max[axis]));
+        w.max(w.max(below, above), w.splat(0.0))
     }
 }
 
 #[inline(always)]
-fn length_squared<L: Lanes>(lanes: L, x: L::F, y: L::F, z: L::F) -> L::F {
-    let (x, y, z) = (lanes.mul(x, x), lanes.mul(y, y), lanes.mul(z, z));
-    lanes.add(lanes.add(x, y), z)
+fn length_squared<W: Wide>(w: W, x: W::F, y: W::F, z: W::F) -> W::F {
+    let (x, y, z) = (w.mul(x, x), w.mul(y, y), w.mul(z, z));
+    w.add(w.add(x, y), z)
 }
 
 /// A point on its way into a leaf.
@@ -157,7 +157,7 @@ impl Tree {
             })
             .collect();
         arrange(&mut entries);
-        let blocks: Vec<Block> = entries.par_chunks(WIDTH).map(Block::of).collect();
+        let blocks: Vec<Block> = entries.par_chunks(WIDE).map(Block::of).collect();
         drop(entries);
         let (nodes, levels) = nodes_over(&blocks);
         static TREES: AtomicU64 = AtomicU64::new(0);
@@ -178,7 +178,7 @@ impl Tree {
 
     /// Makes indices count the points in the order of the leaves; returns what they were.
     pub(super) fn renumber(&mut self) -> Vec<u32> {
-        let mut old = Vec::with_capacity(self.blocks.len() * WIDTH);
+        let mut old = Vec::with_capacity(self.blocks.len() * WIDE);
         for index in self.blocks.iter_mut().flat_map(|block| &mut block.index) {
             if *index != u32::MAX {
                 old.push(std::mem::replace(index, old.len() as u32));
@@ -200,8 +200,8 @@ fn arrange(entries: &mut [Entry]) {
         return;
     }
     let mut group = LEAF;
-    while group * WIDTH < entries.len() {
-        group *= WIDTH;
+    while group * WIDE < entries.len() {
+        group *= WIDE;
     }
     let middle = group * (entries.len().div_ceil(group) / 2);
     match longest_axis(entries) {
@@ -252,13 +252,13 @@ fn nodes_over(blocks: &[Block]) -> (Vec<Node>, Vec<u32>) {
     let leaf_bounds = |leaf: &[Block]| leaf.iter().map(Block::bounds).reduce(Aabb::union);
     let mut levels: Vec<Vec<Node>> = vec![
         blocks
-            .par_chunks(LEAF_BLOCKS * WIDTH)
+            .par_chunks(LEAF_BLOCKS * WIDE)
             .map(|leaves| Node::of(leaves.chunks(LEAF_BLOCKS).filter_map(leaf_bounds)))
             .collect(),
     ];
     while let Some(below) = levels.last().filter(|level| level.len() > 1) {
         let above = below
-            .par_chunks(WIDTH)
+            .par_chunks(WIDE)
             .map(|children| Node::of(children.iter().map(Node::bounds)))
             .collect();
         levels.push(above);

@@ -3,28 +3,43 @@
 //! Kernels are generic over [`Simd`] and written once; [`Isa::run`] compiles them for each instruction set and calls the
 //! one that was chosen. The value of an implementing type is the proof that the machine has the instructions, so that
 //! the operations themselves are safe to call. Everything here and in the kernels is `inline(always)`, because only what
-//! is inlined into the function with `target_feature` is compiled for it.
+//! is inlined into the function with `target_feature` is compiled for it. A kernel may also ignore the value, and be made
+//! of plain loops that the compiler turns into these instructions.
+//!
+//! [`Floats::mul_add`] and [`Floats::mul_sub`] are all that rounds differently in different instruction sets. Kernels
+//! without them give the same bits in all.
 
-use super::portable::Portable;
-use super::stack::Stack;
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
+mod portable;
+#[cfg(test)]
+mod tests;
+
+use portable::Portable;
 use std::mem::MaybeUninit;
 
-/// Lanes of the narrow vectors: children of a node, triangles of a block.
-pub(super) const LANES: usize = 8;
+/// Lanes of the narrow vectors.
+pub(crate) const NARROW: usize = 8;
 
 /// Lanes of the wide vectors.
-pub(super) const WIDE: usize = 16;
+pub(crate) const WIDE: usize = 16;
 
-/// Operations on `N` floats. Comparisons with NaN are false; the minimum or maximum of NaN and `b` is `b`.
-pub(super) trait Lanes<const N: usize>: Copy {
+/// Operations on `N` floats. Comparisons with NaN are false; where either is NaN, minimum and maximum are the second argument.
+/// Bit `i` of bits is lane `i`.
+pub(crate) trait Floats<const N: usize>: Copy {
     /// The floats.
     type F: Copy;
     /// As many truth values.
     type M: Copy;
+    /// As many words.
+    type U: Copy;
 
     fn splat(self, x: f32) -> Self::F;
     fn load(self, x: &[f32; N]) -> Self::F;
     fn store(self, x: Self::F) -> [f32; N];
+    fn load_words(self, x: &[u32; N]) -> Self::U;
     fn add(self, a: Self::F, b: Self::F) -> Self::F;
     fn sub(self, a: Self::F, b: Self::F) -> Self::F;
     fn mul(self, a: Self::F, b: Self::F) -> Self::F;
@@ -34,7 +49,7 @@ pub(super) trait Lanes<const N: usize>: Copy {
     fn abs(self, a: Self::F) -> Self::F;
     /// `a b + c`, with one rounding where the machine has it.
     fn mul_add(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F;
-    /// `a b - c`, rounded like [`Lanes::mul_add`].
+    /// `a b - c`, rounded like [`Floats::mul_add`].
     fn mul_sub(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F;
     /// `a` with its sign turned where `b` is negative.
     fn mul_sign(self, a: Self::F, b: Self::F) -> Self::F;
@@ -42,32 +57,50 @@ pub(super) trait Lanes<const N: usize>: Copy {
     fn lt(self, a: Self::F, b: Self::F) -> Self::M;
     fn and(self, a: Self::M, b: Self::M) -> Self::M;
     fn or(self, a: Self::M, b: Self::M) -> Self::M;
-    /// Bit `i` is lane `i`.
     fn bits(self, m: Self::M) -> u32;
+    /// The lanes whose bits are set, in rising order; what follows them is unspecified.
+    fn compress(self, bits: u32, x: Self::F) -> [f32; N];
+    /// The same for words.
+    fn compress_words(self, bits: u32, x: Self::U) -> [u32; N];
+}
+
+/// Operations on wide vectors.
+pub(crate) trait Wide: Floats<16> {
+    /// The first lane with the lowest value among those whose bits are set, which is one at least.
+    fn lowest(self, bits: u32, x: Self::F) -> u32;
 }
 
 /// The narrow and the wide vectors of one instruction set.
-pub(super) trait Simd: Lanes<8> {
+pub(crate) trait Simd: Floats<8> {
     /// Operations on wide vectors.
-    type Wide: Lanes<16>;
+    type Wide: Wide;
 
     /// Operations on wide vectors.
     fn wide(self) -> Self::Wide;
-    /// Writes the words whose bits are set to the front of `out`, and anything behind them.
-    fn compact(self, words: &[u32; LANES], bits: u32, out: &mut [MaybeUninit<u32>; LANES]);
-    /// Pushes the children with near <= far and their near distances, in the order of `order` (three bits per place).
-    fn push_ordered(
+    /// Writes the words and near values of the lanes whose `span` has near <= far, in the order of `order` (three bits per
+    /// place), and returns how many: so many entries are initialized.
+    fn compress_ordered(
         self,
-        stack: &mut Stack,
-        children: &[u32; LANES],
         order: u32,
-        near: Self::F,
-        far: Self::F,
-    );
+        words: &[u32; NARROW],
+        span: (Self::F, Self::F),
+        words_out: &mut [MaybeUninit<u32>; NARROW],
+        near_out: &mut [MaybeUninit<f32>; NARROW],
+    ) -> usize;
+}
+
+/// The positions of the set bits, lowest first.
+#[inline(always)]
+pub(crate) fn set_bits(mut bits: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let bit = bits.trailing_zeros();
+        bits &= bits.wrapping_sub(1);
+        (bit < 32).then_some(bit as usize)
+    })
 }
 
 /// Code that is compiled once per instruction set.
-pub(super) trait Kernel {
+pub(crate) trait Kernel {
     /// What it computes.
     type Output;
     /// The body; must be `inline(always)`, like all it calls with `s`.
@@ -101,30 +134,30 @@ impl Instructions {
 
 /// The instructions to use, with the proof that the machine has them.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Isa {
+pub(crate) enum Isa {
     Portable,
     #[cfg(target_arch = "x86_64")]
-    Avx2(super::avx2::Avx2),
+    Avx2(avx2::Avx2),
     #[cfg(target_arch = "x86_64")]
-    Avx512(super::avx512::Avx512),
+    Avx512(avx512::Avx512),
 }
 
 impl Isa {
     /// `None` if the machine lacks them.
-    pub(super) fn new(instructions: Instructions) -> Option<Isa> {
+    pub(crate) fn new(instructions: Instructions) -> Option<Isa> {
         match instructions {
             Instructions::Portable => Some(Isa::Portable),
             #[cfg(target_arch = "x86_64")]
-            Instructions::Avx2 => super::avx2::Avx2::detect().map(Isa::Avx2),
+            Instructions::Avx2 => avx2::Avx2::detect().map(Isa::Avx2),
             #[cfg(target_arch = "x86_64")]
-            Instructions::Avx512 => super::avx512::Avx512::detect().map(Isa::Avx512),
+            Instructions::Avx512 => avx512::Avx512::detect().map(Isa::Avx512),
             #[cfg(not(target_arch = "x86_64"))]
             Instructions::Avx2 | Instructions::Avx512 => None,
         }
     }
 
-    /// The best that this machine can run.
-    pub(super) fn best() -> Isa {
+    /// The best that this machine can run. Cheap: the machine is asked only once.
+    pub(crate) fn best() -> Isa {
         Isa::new(Instructions::Avx512)
             .or_else(|| Isa::new(Instructions::Avx2))
             .unwrap_or(Isa::Portable)
@@ -132,7 +165,7 @@ impl Isa {
 
     /// Runs a kernel.
     #[inline]
-    pub(super) fn run<K: Kernel>(self, kernel: K) -> K::Output {
+    pub(crate) fn run<K: Kernel>(self, kernel: K) -> K::Output {
         match self {
             Isa::Portable => kernel.run(Portable),
             #[cfg(target_arch = "x86_64")]

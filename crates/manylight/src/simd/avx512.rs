@@ -4,14 +4,13 @@
     reason = "vendor intrinsics; every kernel is tested against the portable path"
 )]
 
-use super::simd::{Kernel, LANES, Lanes, Simd, WIDE};
-use super::stack::Stack;
+use super::{Floats, Kernel, NARROW, Simd, WIDE, Wide};
 use std::arch::x86_64::*;
 use std::mem::MaybeUninit;
 
 /// Proof that the machine has AVX-512 (F, VL, DQ, BW) and what is older: [`Avx512::detect`] is the only way to get one.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Avx512(());
+pub(crate) struct Avx512(());
 
 impl Avx512 {
     /// The proof, if it can be had.
@@ -42,21 +41,27 @@ fn run<K: Kernel>(avx512: Avx512, kernel: K) -> K::Output {
     kernel.run(avx512)
 }
 
-macro_rules! lanes {
-    ($n:ident, $float:ident, $mask:ident, {
-        $($name:ident($($arg:ident: $ty:ident),*) -> $out:ident = $body:expr;)*
-    }, $splat:ident, $load:ident, $store:ident) => {
-        impl Lanes<$n> for Avx512 {
+macro_rules! intrinsics {
+    ($($name:ident($($arg:ident: $ty:ident),*) -> $out:ident = $body:expr;)*) => {$(
+        #[inline(always)]
+        fn $name(self, $($arg: Self::$ty),*) -> Self::$out {
+            // SAFETY: `self` proves AVX-512, and register arithmetic has no other condition.
+            unsafe { $body }
+        }
+    )*};
+}
+
+macro_rules! floats {
+    ($n:ident, $float:ident, $mask:ident, $words:ident, {
+        $($arithmetic:tt)*
+    }, $splat:ident, $load:ident, $store:ident, $compress:ident,
+    $load_words:ident, $store_words:ident, $compress_words:ident) => {
+        impl Floats<$n> for Avx512 {
             type F = $float;
             type M = $mask;
+            type U = $words;
 
-            $(
-                #[inline(always)]
-                fn $name(self, $($arg: Self::$ty),*) -> Self::$out {
-                    // SAFETY: `self` proves AVX-512, and register arithmetic has no other condition.
-                    unsafe { $body }
-                }
-            )*
+            intrinsics! { $($arithmetic)* }
 
             #[inline(always)]
             fn splat(self, x: f32) -> Self::F {
@@ -79,6 +84,12 @@ macro_rules! lanes {
             }
 
             #[inline(always)]
+            fn load_words(self, x: &[u32; $n]) -> Self::U {
+                // SAFETY: `self` proves AVX-512; the array is readable words, one per lane, and the load needs no alignment.
+                unsafe { $load_words(x.as_ptr().cast()) }
+            }
+
+            #[inline(always)]
             fn and(self, a: Self::M, b: Self::M) -> Self::M {
                 a & b
             }
@@ -92,12 +103,26 @@ macro_rules! lanes {
             fn bits(self, m: Self::M) -> u32 {
                 u32::from(m)
             }
+
+            #[inline(always)]
+            fn compress(self, bits: u32, x: Self::F) -> [f32; $n] {
+                // SAFETY: `self` proves AVX-512.
+                self.store(unsafe { $compress(bits as $mask, x) })
+            }
+
+            #[inline(always)]
+            fn compress_words(self, bits: u32, x: Self::U) -> [u32; $n] {
+                let mut out = [0; $n];
+                // SAFETY: `self` proves AVX-512; the array is writable words, one per lane, and the store needs no alignment.
+                unsafe { $store_words(out.as_mut_ptr().cast(), $compress_words(bits as $mask, x)) };
+                out
+            }
         }
     };
 }
 
-lanes!(
-    LANES, __m256, __mmask8,
+floats!(
+    NARROW, __m256, __mmask8, __m256i,
     {
         add(a: F, b: F) -> F = _mm256_add_ps(a, b);
         sub(a: F, b: F) -> F = _mm256_sub_ps(a, b);
@@ -112,11 +137,12 @@ lanes!(
         le(a: F, b: F) -> M = _mm256_cmp_ps_mask::<_CMP_LE_OQ>(a, b);
         lt(a: F, b: F) -> M = _mm256_cmp_ps_mask::<_CMP_LT_OQ>(a, b);
     },
-    _mm256_set1_ps, _mm256_loadu_ps, _mm256_storeu_ps
+    _mm256_set1_ps, _mm256_loadu_ps, _mm256_storeu_ps, _mm256_maskz_compress_ps,
+    _mm256_loadu_epi32, _mm256_storeu_epi32, _mm256_maskz_compress_epi32
 );
 
-lanes!(
-    WIDE, __m512, __mmask16,
+floats!(
+    WIDE, __m512, __mmask16, __m512i,
     {
         add(a: F, b: F) -> F = _mm512_add_ps(a, b);
         sub(a: F, b: F) -> F = _mm512_sub_ps(a, b);
@@ -131,8 +157,22 @@ lanes!(
         le(a: F, b: F) -> M = _mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b);
         lt(a: F, b: F) -> M = _mm512_cmp_ps_mask::<_CMP_LT_OQ>(a, b);
     },
-    _mm512_set1_ps, _mm512_loadu_ps, _mm512_storeu_ps
+    _mm512_set1_ps, _mm512_loadu_ps, _mm512_storeu_ps, _mm512_maskz_compress_ps,
+    _mm512_loadu_epi32, _mm512_storeu_epi32, _mm512_maskz_compress_epi32
 );
+
+impl Wide for Avx512 {
+    #[inline(always)]
+    fn lowest(self, bits: u32, x: __m512) -> u32 {
+        // SAFETY: `self` proves AVX-512.
+        let equal = unsafe {
+            let lowest = _mm512_mask_reduce_min_ps(bits as __mmask16, x);
+            let lowest = _mm512_set1_ps(lowest);
+            _mm512_mask_cmp_ps_mask::<_CMP_EQ_OQ>(bits as __mmask16, x, lowest)
+        };
+        equal.trailing_zeros()
+    }
+}
 
 impl Simd for Avx512 {
     type Wide = Self;
@@ -143,43 +183,30 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
-    fn compact(self, words: &[u32; LANES], bits: u32, out: &mut [MaybeUninit<u32>; LANES]) {
-        // SAFETY: `self` proves AVX-512; the arrays are eight words.
-        unsafe {
-            let words = _mm256_loadu_si256(words.as_ptr().cast());
-            let words = _mm256_maskz_compress_epi32(bits as __mmask8, words);
-            _mm256_storeu_si256(out.as_mut_ptr().cast(), words);
-        }
-    }
-
-    #[inline(always)]
-    fn push_ordered(
+    fn compress_ordered(
         self,
-        stack: &mut Stack,
-        children: &[u32; LANES],
         order: u32,
-        near: __m256,
-        far: __m256,
-    ) {
-        // SAFETY: `self` proves AVX-512; `children` is eight readable words, and `spare` gives room for eight entries.
+        words: &[u32; NARROW],
+        (near, far): (__m256, __m256),
+        words_out: &mut [MaybeUninit<u32>; NARROW],
+        near_out: &mut [MaybeUninit<f32>; NARROW],
+    ) -> usize {
+        let words = self.load_words(words);
+        // SAFETY: `self` proves AVX-512; both outputs are eight writable words, and the stores need no alignment.
         unsafe {
             let places = _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21);
             let order = _mm256_srlv_epi32(_mm256_set1_epi32(order as i32), places);
-            let words = _mm256_loadu_si256(children.as_ptr().cast());
             let words = _mm256_permutevar8x32_epi32(words, order);
             let near = _mm256_permutevar8x32_ps(near, order);
             let far = _mm256_permutevar8x32_ps(far, order);
-            let mask = _mm256_cmp_ps_mask::<_CMP_LE_OQ>(near, far);
-            let (child_out, near_out) = stack.spare();
-            _mm256_storeu_si256(
-                child_out.as_mut_ptr().cast(),
-                _mm256_maskz_compress_epi32(mask, words),
+            let kept = _mm256_cmp_ps_mask::<_CMP_LE_OQ>(near, far);
+            let (words, near) = (
+                _mm256_maskz_compress_epi32(kept, words),
+                _mm256_maskz_compress_ps(kept, near),
             );
-            _mm256_storeu_ps(
-                near_out.as_mut_ptr().cast(),
-                _mm256_maskz_compress_ps(mask, near),
-            );
-            stack.grow(mask.count_ones() as usize);
+            _mm256_storeu_si256(words_out.as_mut_ptr().cast(), words);
+            _mm256_storeu_ps(near_out.as_mut_ptr().cast(), near);
+            kept.count_ones() as usize
         }
     }
 }

@@ -1,12 +1,11 @@
 //! The kernels' operations in plain Rust on arrays, for the compiler to vectorize as far as the target allows.
 
-use super::simd::{LANES, Lanes, Simd};
-use super::stack::Stack;
+use super::{Floats, NARROW, Simd, WIDE, Wide, set_bits};
 use std::mem::MaybeUninit;
 
 /// Needs nothing of the machine.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Portable;
+pub(crate) struct Portable;
 
 #[inline(always)]
 fn map2<const N: usize, A: Copy, B: Copy, C>(
@@ -17,9 +16,18 @@ fn map2<const N: usize, A: Copy, B: Copy, C>(
     std::array::from_fn(|i| f(a[i], b[i]))
 }
 
-impl<const N: usize> Lanes<N> for Portable {
+#[inline(always)]
+fn compress<const N: usize, T: Copy>(bits: u32, mut x: [T; N]) -> [T; N] {
+    for (place, i) in set_bits(bits).enumerate() {
+        x[place] = x[i];
+    }
+    x
+}
+
+impl<const N: usize> Floats<N> for Portable {
     type F = [f32; N];
     type M = [bool; N];
+    type U = [u32; N];
 
     #[inline(always)]
     fn splat(self, x: f32) -> Self::F {
@@ -32,6 +40,10 @@ impl<const N: usize> Lanes<N> for Portable {
     #[inline(always)]
     fn store(self, x: Self::F) -> [f32; N] {
         x
+    }
+    #[inline(always)]
+    fn load_words(self, x: &[u32; N]) -> Self::U {
+        *x
     }
     #[inline(always)]
     fn add(self, a: Self::F, b: Self::F) -> Self::F {
@@ -97,6 +109,23 @@ impl<const N: usize> Lanes<N> for Portable {
             .rev()
             .fold(0, |bits, &lane| bits << 1 | u32::from(lane))
     }
+    #[inline(always)]
+    fn compress(self, bits: u32, x: Self::F) -> [f32; N] {
+        compress(bits, x)
+    }
+    #[inline(always)]
+    fn compress_words(self, bits: u32, x: Self::U) -> [u32; N] {
+        compress(bits, x)
+    }
+}
+
+impl Wide for Portable {
+    #[inline(always)]
+    fn lowest(self, bits: u32, x: [f32; WIDE]) -> u32 {
+        let first = bits.trailing_zeros() as usize;
+        let lowest = set_bits(bits).fold(first, |best, i| if x[i] < x[best] { i } else { best });
+        lowest as u32
+    }
 }
 
 impl Simd for Portable {
@@ -108,29 +137,23 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
-    fn compact(self, words: &[u32; LANES], mut bits: u32, out: &mut [MaybeUninit<u32>; LANES]) {
-        let mut count = 0;
-        while bits != 0 {
-            out[count % LANES].write(words[bits.trailing_zeros() as usize % LANES]);
-            bits &= bits - 1;
-            count += 1;
-        }
-    }
-
-    #[inline(always)]
-    fn push_ordered(
+    fn compress_ordered(
         self,
-        stack: &mut Stack,
-        children: &[u32; LANES],
         order: u32,
-        near: [f32; LANES],
-        far: [f32; LANES],
-    ) {
-        for place in 0..LANES {
+        words: &[u32; NARROW],
+        (near, far): ([f32; NARROW], [f32; NARROW]),
+        words_out: &mut [MaybeUninit<u32>; NARROW],
+        near_out: &mut [MaybeUninit<f32>; NARROW],
+    ) -> usize {
+        let mut count = 0;
+        for place in 0..NARROW {
             let i = (order >> (3 * place) & 7) as usize;
             if near[i] <= far[i] {
-                stack.push(children[i], near[i]);
+                words_out[count].write(words[i]);
+                near_out[count].write(near[i]);
+                count += 1;
             }
         }
+        count
     }
 }

@@ -4,14 +4,13 @@
     reason = "vendor intrinsics; every kernel is tested against the portable path"
 )]
 
-use super::simd::{Kernel, LANES, Lanes, Simd, WIDE};
-use super::stack::Stack;
+use super::{Floats, Kernel, NARROW, Simd, WIDE, Wide};
 use std::arch::x86_64::*;
 use std::mem::MaybeUninit;
 
 /// Proof that the machine has AVX2, FMA and the bit counting of the same age: [`Avx2::detect`] is the only way to get one.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Avx2(());
+pub(crate) struct Avx2(());
 
 impl Avx2 {
     /// The proof, if it can be had.
@@ -35,14 +34,14 @@ fn run<K: Kernel>(avx2: Avx2, kernel: K) -> K::Output {
 }
 
 /// For each mask of eight bits, the positions of its set bits in rising order.
-static COMPACT: [[u8; LANES]; 256] = compact();
+static SET_BITS: [[u8; NARROW]; 256] = set_bits();
 
-const fn compact() -> [[u8; LANES]; 256] {
-    let mut table = [[0; LANES]; 256];
+const fn set_bits() -> [[u8; NARROW]; 256] {
+    let mut table = [[0; NARROW]; 256];
     let mut mask = 0;
     while mask < 256 {
         let (mut bit, mut count) = (0, 0);
-        while bit < LANES {
+        while bit < NARROW {
             if mask >> bit & 1 == 1 {
                 table[mask][count] = bit as u8;
                 count += 1;
@@ -52,6 +51,17 @@ const fn compact() -> [[u8; LANES]; 256] {
         mask += 1;
     }
     table
+}
+
+/// The words whose bits are set, in rising order.
+#[inline(always)]
+fn pack(_: Avx2, bits: u32, words: __m256i) -> __m256i {
+    let row = &SET_BITS[bits as usize & 0xff];
+    // SAFETY: the first argument proves AVX2; a row of the table is eight readable bytes.
+    unsafe {
+        let order = _mm256_cvtepu8_epi32(_mm_loadl_epi64(row.as_ptr().cast()));
+        _mm256_permutevar8x32_epi32(words, order)
+    }
 }
 
 macro_rules! intrinsics {
@@ -64,9 +74,10 @@ macro_rules! intrinsics {
     )*};
 }
 
-impl Lanes<LANES> for Avx2 {
+impl Floats<NARROW> for Avx2 {
     type F = __m256;
     type M = __m256;
+    type U = __m256i;
 
     #[inline(always)]
     fn splat(self, x: f32) -> __m256 {
@@ -75,17 +86,23 @@ impl Lanes<LANES> for Avx2 {
     }
 
     #[inline(always)]
-    fn load(self, x: &[f32; LANES]) -> __m256 {
+    fn load(self, x: &[f32; NARROW]) -> __m256 {
         // SAFETY: `self` proves AVX2; the array is eight readable floats, and the load needs no alignment.
         unsafe { _mm256_loadu_ps(x.as_ptr()) }
     }
 
     #[inline(always)]
-    fn store(self, x: __m256) -> [f32; LANES] {
-        let mut out = [0.0; LANES];
+    fn store(self, x: __m256) -> [f32; NARROW] {
+        let mut out = [0.0; NARROW];
         // SAFETY: `self` proves AVX2; the array is eight writable floats, and the store needs no alignment.
         unsafe { _mm256_storeu_ps(out.as_mut_ptr(), x) };
         out
+    }
+
+    #[inline(always)]
+    fn load_words(self, x: &[u32; NARROW]) -> __m256i {
+        // SAFETY: `self` proves AVX2; the array is eight readable words, and the load needs no alignment.
+        unsafe { _mm256_loadu_si256(x.as_ptr().cast()) }
     }
 
     intrinsics! {
@@ -110,6 +127,20 @@ impl Lanes<LANES> for Avx2 {
         // SAFETY: `self` proves AVX.
         unsafe { _mm256_movemask_ps(m) as u32 }
     }
+
+    #[inline(always)]
+    fn compress(self, bits: u32, x: __m256) -> [f32; NARROW] {
+        // SAFETY: `self` proves AVX2.
+        self.store(unsafe { _mm256_castsi256_ps(pack(self, bits, _mm256_castps_si256(x))) })
+    }
+
+    #[inline(always)]
+    fn compress_words(self, bits: u32, x: __m256i) -> [u32; NARROW] {
+        let mut out = [0; NARROW];
+        // SAFETY: `self` proves AVX2; the array is eight writable words, and the store needs no alignment.
+        unsafe { _mm256_storeu_si256(out.as_mut_ptr().cast(), pack(self, bits, x)) };
+        out
+    }
 }
 
 macro_rules! in_halves {
@@ -117,35 +148,42 @@ macro_rules! in_halves {
         #[inline(always)]
         fn $name(self, $($arg: Self::$ty),*) -> Self::$out {
             [
-                <Self as Lanes<LANES>>::$name(self, $($arg[0]),*),
-                <Self as Lanes<LANES>>::$name(self, $($arg[1]),*),
+                <Self as Floats<NARROW>>::$name(self, $($arg[0]),*),
+                <Self as Floats<NARROW>>::$name(self, $($arg[1]),*),
             ]
         }
     )*};
 }
 
-impl Lanes<WIDE> for Avx2 {
+impl Floats<WIDE> for Avx2 {
     type F = [__m256; 2];
     type M = [__m256; 2];
+    type U = [__m256i; 2];
 
     #[inline(always)]
     fn splat(self, x: f32) -> [__m256; 2] {
-        [<Self as Lanes<LANES>>::splat(self, x); 2]
+        [<Self as Floats<NARROW>>::splat(self, x); 2]
     }
 
     #[inline(always)]
     fn load(self, x: &[f32; WIDE]) -> [__m256; 2] {
-        let (halves, _) = x.as_chunks::<LANES>();
+        let (halves, _) = x.as_chunks::<NARROW>();
         [self.load(&halves[0]), self.load(&halves[1])]
     }
 
     #[inline(always)]
     fn store(self, x: [__m256; 2]) -> [f32; WIDE] {
         let mut out = [0.0; WIDE];
-        let (halves, _) = out.as_chunks_mut::<LANES>();
+        let (halves, _) = out.as_chunks_mut::<NARROW>();
         halves[0] = self.store(x[0]);
         halves[1] = self.store(x[1]);
         out
+    }
+
+    #[inline(always)]
+    fn load_words(self, x: &[u32; WIDE]) -> [__m256i; 2] {
+        let (halves, _) = x.as_chunks::<NARROW>();
+        [self.load_words(&halves[0]), self.load_words(&halves[1])]
     }
 
     in_halves! {
@@ -167,7 +205,56 @@ impl Lanes<WIDE> for Avx2 {
 
     #[inline(always)]
     fn bits(self, m: [__m256; 2]) -> u32 {
-        <Self as Lanes<LANES>>::bits(self, m[0]) | <Self as Lanes<LANES>>::bits(self, m[1]) << 8
+        <Self as Floats<NARROW>>::bits(self, m[0]) | <Self as Floats<NARROW>>::bits(self, m[1]) << 8
+    }
+
+    #[inline(always)]
+    fn compress(self, bits: u32, x: [__m256; 2]) -> [f32; WIDE] {
+        // SAFETY: `self` proves AVX2.
+        let words = x.map(|half| unsafe { _mm256_castps_si256(half) });
+        self.compress_words(bits, words).map(f32::from_bits)
+    }
+
+    #[inline(always)]
+    fn compress_words(self, bits: u32, x: [__m256i; 2]) -> [u32; WIDE] {
+        let mut out = [0; WIDE];
+        let first = (bits & 0xff).count_ones() as usize;
+        // SAFETY: `self` proves AVX2; the first store covers lanes 0 to 7, the second begins at most at lane 8, and neither
+        // needs alignment.
+        unsafe {
+            _mm256_storeu_si256(out.as_mut_ptr().cast(), pack(self, bits, x[0]));
+            let rest = pack(self, bits >> NARROW, x[1]);
+            _mm256_storeu_si256(out.as_mut_ptr().add(first).cast(), rest);
+        }
+        out
+    }
+}
+
+impl Wide for Avx2 {
+    #[inline(always)]
+    fn lowest(self, bits: u32, x: [__m256; 2]) -> u32 {
+        // SAFETY: `self` proves AVX2.
+        let equal = unsafe {
+            let lanes = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+            let masked = |i: usize| {
+                let mine = _mm256_set1_epi32((bits >> (NARROW * i)) as i32);
+                let inside = _mm256_cmpeq_epi32(_mm256_and_si256(mine, lanes), lanes);
+                let infinity = _mm256_set1_ps(f32::INFINITY);
+                _mm256_blendv_ps(infinity, x[i], _mm256_castsi256_ps(inside))
+            };
+            let eight = _mm256_min_ps(masked(0), masked(1));
+            let four = _mm_min_ps(
+                _mm256_castps256_ps128(eight),
+                _mm256_extractf128_ps::<1>(eight),
+            );
+            let two = _mm_min_ps(four, _mm_movehl_ps(four, four));
+            let one = _mm_min_ss(two, _mm_movehdup_ps(two));
+            let lowest = _mm256_broadcastss_ps(one);
+            let equal =
+                |i: usize| _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_EQ_OQ>(x[i], lowest)) as u32;
+            equal(0) | equal(1) << NARROW
+        };
+        (equal & bits).trailing_zeros()
     }
 }
 
@@ -180,48 +267,27 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
-    fn compact(self, words: &[u32; LANES], bits: u32, out: &mut [MaybeUninit<u32>; LANES]) {
-        // SAFETY: `self` proves AVX2; the row of `COMPACT` is eight readable bytes, the arrays are eight words.
-        unsafe {
-            let kept = COMPACT[bits as usize & 0xff].as_ptr();
-            let kept = _mm256_cvtepu8_epi32(_mm_loadl_epi64(kept.cast()));
-            let words = _mm256_loadu_si256(words.as_ptr().cast());
-            let words = _mm256_permutevar8x32_epi32(words, kept);
-            _mm256_storeu_si256(out.as_mut_ptr().cast(), words);
-        }
-    }
-
-    #[inline(always)]
-    fn push_ordered(
+    fn compress_ordered(
         self,
-        stack: &mut Stack,
-        children: &[u32; LANES],
         order: u32,
-        near: __m256,
-        far: __m256,
-    ) {
-        // SAFETY: `self` proves AVX2; `children` is eight readable words, the row of `COMPACT` eight readable bytes, and
-        // `spare` gives room for eight entries.
+        words: &[u32; NARROW],
+        (near, far): (__m256, __m256),
+        words_out: &mut [MaybeUninit<u32>; NARROW],
+        near_out: &mut [MaybeUninit<f32>; NARROW],
+    ) -> usize {
+        let words = self.load_words(words);
+        // SAFETY: `self` proves AVX2; both outputs are eight writable words, and the stores need no alignment.
         unsafe {
             let places = _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21);
             let order = _mm256_srlv_epi32(_mm256_set1_epi32(order as i32), places);
-            let words = _mm256_loadu_si256(children.as_ptr().cast());
             let words = _mm256_permutevar8x32_epi32(words, order);
             let near = _mm256_permutevar8x32_ps(near, order);
             let far = _mm256_permutevar8x32_ps(far, order);
-            let mask = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(near, far)) as usize;
-            // Out of the places in order, keep those that were hit.
-            let kept = _mm256_cvtepu8_epi32(_mm_loadl_epi64(COMPACT[mask].as_ptr().cast()));
-            let (child_out, near_out) = stack.spare();
-            _mm256_storeu_si256(
-                child_out.as_mut_ptr().cast(),
-                _mm256_permutevar8x32_epi32(words, kept),
-            );
-            _mm256_storeu_ps(
-                near_out.as_mut_ptr().cast(),
-                _mm256_permutevar8x32_ps(near, kept),
-            );
-            stack.grow(mask.count_ones() as usize);
+            let kept = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(near, far)) as u32;
+            let near = pack(self, kept, _mm256_castps_si256(near));
+            _mm256_storeu_si256(words_out.as_mut_ptr().cast(), pack(self, kept, words));
+            _mm256_storeu_si256(near_out.as_mut_ptr().cast(), near);
+            kept.count_ones() as usize
         }
     }
 }

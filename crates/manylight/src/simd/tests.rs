@@ -1,0 +1,142 @@
+//! The operations of all instruction sets against those of the portable one.
+#![expect(unsafe_code, reason = "what an operation has written is read")]
+
+use super::*;
+use crate::sampling::rng::Pcg;
+
+/// Operands in every lane.
+struct Operands<const N: usize> {
+    a: [f32; N],
+    b: [f32; N],
+    bits: u32,
+}
+
+impl<const N: usize> Operands<N> {
+    /// Thirds, often equal, and an infinity.
+    fn new(rng: &mut Pcg, bits: u32) -> Self {
+        let mut number = || (8.0 * rng.next_f32()).round() / 3.0 - 1.0;
+        let mut a: [f32; N] = std::array::from_fn(|_| number());
+        let b = std::array::from_fn(|_| number());
+        a[bits as usize % N] = f32::INFINITY;
+        Operands { a, b, bits }
+    }
+
+    /// Bits of everything that gives the same in all instruction sets.
+    #[inline(always)]
+    fn results<V: Floats<N>>(&self, v: V) -> Vec<u32> {
+        let (a, b) = (v.load(&self.a), v.load(&self.b));
+        let mut results: Vec<u32> = [
+            v.add(a, b),
+            v.sub(a, b),
+            v.mul(a, b),
+            v.div(b, a),
+            v.min(a, b),
+            v.max(a, b),
+            v.abs(b),
+            v.mul_sign(a, b),
+            v.splat(self.a[3]),
+        ]
+        .into_iter()
+        .flat_map(|x| v.store(x).map(f32::to_bits))
+        .collect();
+        let (le, lt) = (v.le(a, b), v.lt(a, b));
+        results.extend([
+            v.bits(le),
+            v.bits(lt),
+            v.bits(v.and(le, v.le(b, a))),
+            v.bits(v.or(lt, v.lt(b, a))),
+        ]);
+        let count = (self.bits & (u32::MAX >> (32 - N))).count_ones() as usize;
+        results.extend(&v.compress(self.bits, a).map(f32::to_bits)[..count]);
+        let words = v.load_words(&std::array::from_fn(|i| 10 + i as u32));
+        results.extend(&v.compress_words(self.bits, words)[..count]);
+        results
+    }
+}
+
+struct AllNarrow<'a>(&'a Operands<NARROW>);
+
+impl Kernel for AllNarrow<'_> {
+    type Output = Vec<u32>;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) -> Vec<u32> {
+        let mut results = self.0.results(s);
+        // Any bits will do as an order.
+        let order = self.0.bits.wrapping_mul(0x9e37_79b9);
+        let words = std::array::from_fn(|i| 10 + i as u32);
+        let span = (s.load(&self.0.a), s.load(&self.0.b));
+        let mut kept = [MaybeUninit::new(0); NARROW];
+        let mut near = [MaybeUninit::new(0.0); NARROW];
+        let count = s.compress_ordered(order, &words, span, &mut kept, &mut near);
+        for (kept, near) in kept.into_iter().zip(near).take(count) {
+            // SAFETY: both were made with a value.
+            let (kept, near): (u32, f32) = unsafe { (kept.assume_init(), near.assume_init()) };
+            results.extend([kept, near.to_bits()]);
+        }
+        results
+    }
+}
+
+struct AllWide<'a>(&'a Operands<WIDE>);
+
+impl Kernel for AllWide<'_> {
+    type Output = Vec<u32>;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) -> Vec<u32> {
+        let w = s.wide();
+        let mut results = self.0.results(w);
+        results.push(w.lowest(self.0.bits | 1 << 15, w.load(&self.0.b)));
+        results
+    }
+}
+
+fn isas() -> impl Iterator<Item = Isa> {
+    Instructions::available().into_iter().filter_map(Isa::new)
+}
+
+#[test]
+fn instruction_sets_agree_to_the_bit() {
+    let mut rng = Pcg::new(1);
+    for bits in 0..1 << NARROW {
+        let operands = Operands::new(&mut rng, bits);
+        let run = |isa: Isa| isa.run(AllNarrow(&operands));
+        for isa in isas() {
+            assert_eq!(run(isa), run(Isa::Portable), "{isa:?}");
+        }
+    }
+    for bits in (0..1 << WIDE).step_by(7) {
+        let operands = Operands::new(&mut rng, bits);
+        let run = |isa: Isa| isa.run(AllWide(&operands));
+        for isa in isas() {
+            assert_eq!(run(isa), run(Isa::Portable), "{isa:?}");
+        }
+    }
+}
+
+struct Fused;
+
+impl Kernel for Fused {
+    type Output = [[f32; WIDE]; 2];
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) -> Self::Output {
+        let w = s.wide();
+        let a = w.load(&std::array::from_fn(|i| i as f32 - 7.0));
+        let (b, c) = (w.splat(3.0), w.splat(5.0));
+        [w.store(w.mul_add(a, b, c)), w.store(w.mul_sub(a, b, c))]
+    }
+}
+
+/// Small integers are not rounded.
+#[test]
+fn fused_operations_are_products_and_sums() {
+    for isa in isas() {
+        let [sum, difference] = isa.run(Fused);
+        for i in 0..WIDE {
+            let product = 3.0 * (i as f32 - 7.0);
+            assert_eq!((sum[i], difference[i]), (product + 5.0, product - 5.0));
+        }
+    }
+}
