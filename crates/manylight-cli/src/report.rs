@@ -94,10 +94,11 @@ impl Report<'_> {
             .map_or(Duration::ZERO, |stage| stage.1)
     }
 
-    /// Of the largest pass, over the lights of an average one.
     fn bytes_per_light(&self) -> f64 {
-        let bytes = Stats::get(&self.stats.light_bytes) * u64::from(self.passes);
-        ratio(bytes, Stats::get(&self.stats.lights))
+        ratio(
+            Stats::get(&self.stats.light_bytes),
+            Stats::get(&self.stats.lights),
+        )
     }
 
     /// What an image file says about its making: enough to make it again. `write` is not in it: it is not over yet.

@@ -16,9 +16,9 @@ pub struct Stats {
     pub photons: AtomicU64,
     /// Importons stored.
     pub importons: AtomicU64,
-    /// Virtual lights made, over all passes.
+    /// Virtual lights made.
     pub lights: AtomicU64,
-    /// Bytes of all virtual lights of the largest pass, tables included.
+    /// Their bytes, tables included.
     pub light_bytes: AtomicU64,
     /// (shading point, virtual light) pairs evaluated.
     pub connections: AtomicU64,

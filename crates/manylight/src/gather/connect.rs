@@ -257,8 +257,11 @@ impl Sum<'_, '_, '_> {
         let mut views = [Views::default(); BATCHES];
         let one_sided = light.shines_one_sided();
         for (views, batch) in views.iter_mut().zip(self.batches) {
+            if !batch.lights.has(id.index()) {
+                continue;
+            }
             let facing = batch.facing(light.p, light.n, reach, one_sided);
-            if facing != 0 && batch.lights.stands_for(id.index()).is_some() {
+            if facing != 0 {
                 *views = self.gather.views(light, batch, facing);
             }
         }
@@ -393,8 +396,7 @@ impl Sum<'_, '_, '_> {
     /// The share of a light's flux that fits the path limits of each point, times the number of lights that it stands for.
     #[inline(always)]
     fn share(&self, id: LightId, batch: &Batch) -> Lanes {
-        let lights = batch.lights.stands_for(id.index()).unwrap_or(0.0);
-        let mut share = [lights; LANES];
+        let mut share = [batch.lights.stands_for(); LANES];
         if let Some(depths) = &batch.depths {
             for (share, depth) in share.iter_mut().zip(depths) {
                 *share *= depth.map_or(1.0, |depth| self.field.share_up_to(id, depth));

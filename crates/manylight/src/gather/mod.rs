@@ -47,28 +47,48 @@ pub struct ShadingPoint<'s> {
     pub lit_from: Option<Vec3>,
 }
 
-/// Which lights are summed at a point.
+/// Which lights are summed at a point: some at equal distances along the space-filling curve. Each stands for as many as there are
+/// from one to the next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Selection {
-    /// Every one.
-    All,
-    /// One in [`FEW`] along the space-filling curve, beginning with this one; each stands for that many.
-    Few(u8),
+pub struct Selection {
+    first: u32,
+    step: u32,
 }
 
-/// Lights are selected one in this many.
-pub const FEW: u8 = 8;
 impl Selection {
-    /// For how many lights the one with index `k` stands here; `None` if it is left out.
-    #[inline]
-    fn stands_for(self, k: usize) -> Option<f32> {
-        let few = usize::from(FEW);
-        match self {
-            Selection::All => Some(1.0),
-            Selection::Few(first) => {
-                (k % few == usize::from(first) % few).then_some(f32::from(FEW))
-            }
+    /// Every light.
+    pub const ALL: Selection = Selection { first: 0, step: 1 };
+
+    /// One in `step` of these, which one is said by `u` in [0, 1).
+    pub fn one_in(self, step: u32, u: f32) -> Self {
+        self.part((u * step as f32) as u32, step)
+    }
+
+    /// These lights are divided among `step` selections; this is the one with index `k < step`.
+    pub fn part(self, k: u32, step: u32) -> Self {
+        Selection {
+            first: self.first + self.step * (k % step),
+            step: self.step * step,
         }
+    }
+
+    /// Whether the light with index `k` is selected.
+    #[inline]
+    pub fn has(self, k: usize) -> bool {
+        k as u32 % self.step == self.first
+    }
+
+    /// How many of `lights` lights are selected.
+    pub fn count(self, lights: usize) -> usize {
+        lights
+            .saturating_sub(self.first as usize)
+            .div_ceil(self.step as usize)
+    }
+
+    /// For how many lights each selected one stands.
+    #[inline]
+    pub fn stands_for(self) -> f32 {
+        self.step as f32
     }
 }
 
@@ -132,8 +152,7 @@ impl Gather {
             self.add_lights(scene, lights, group, &mut sums);
         }
         for (sum, point) in sums.iter_mut().zip(points) {
-            let selected = |k: &usize| point.lights.stands_for(*k).is_some();
-            sum.connections = (0..lights.field.lights().len()).filter(selected).count() as u64;
+            sum.connections = point.lights.count(lights.field.lights().len()) as u64;
         }
         sums
     }

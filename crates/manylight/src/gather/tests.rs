@@ -49,9 +49,11 @@ fn points(scene: &Scene, depths: bool) -> Vec<ShadingPoint<'_>> {
                 max_photon_depth: depths.then_some(i % 3),
                 u: i as f32 / 1000.0 % 1.0,
                 lights: if i % 5 == 0 {
-                    Selection::Few((i % 11) as u8)
+                    Selection::ALL
+                        .part(i % 2, 2)
+                        .one_in(4, i as f32 / 11.0 % 1.0)
                 } else {
-                    Selection::All
+                    Selection::ALL
                 },
                 lit_from: (i % 7 == 0).then_some(Vec3::new(0.6, 0.0, 0.8)),
             })
@@ -63,12 +65,10 @@ fn points(scene: &Scene, depths: bool) -> Vec<ShadingPoint<'_>> {
 fn written_out(scene: &Scene, lights: &Lights, at: &ShadingPoint) -> Rgb {
     let mut sum = Rgb::BLACK;
     for (k, light) in lights.field.lights().iter().enumerate() {
-        let few = usize::from(FEW);
-        let stands_for = match at.lights {
-            Selection::All => 1.0,
-            Selection::Few(first) if k % few == usize::from(first) % few => few as f32,
-            Selection::Few(_) => continue,
-        };
+        if !at.lights.has(k) {
+            continue;
+        }
+        let stands_for = at.lights.stands_for();
         let id = LightId(k as u32);
         let d2 = light.p.distance_squared(at.x.p);
         let w = (light.p - at.x.p) / d2.sqrt();

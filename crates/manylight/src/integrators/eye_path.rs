@@ -11,12 +11,12 @@
 //! many photons, so that the clamp asks whose a photon at `y` would be.
 
 use super::first_surface;
-use super::many_light::{Complement, Prepared};
+use super::many_light::{Complement, LightSet};
 use super::partition::Stage;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::film::{Layer, TileSamples};
-use crate::gather::{FEW, Selection, ShadingPoint};
+use crate::gather::{Selection, ShadingPoint};
 use crate::math::Vec3;
 use crate::sampling::Sampler;
 use crate::transport::direct::{EmitterSample, found_environment, found_radiance};
@@ -26,6 +26,8 @@ use crate::virtual_lights::Spot;
 /// Directions drawn at each gathering point of an eye path, and samples of its emitters: cheap beside the sum over all lights,
 /// and without them their noise would show.
 const DIRECTIONS: u32 = 4;
+/// The complement is a small part of the light: one in so many lights is enough for it.
+const FEW: u32 = 8;
 /// A specular branch goes on with probability `throughput x this`, at most 1: weak reflections are followed rarely.
 const BRANCH_SURVIVAL: f32 = 4.0;
 /// Specular chains longer than this end.
@@ -51,7 +53,9 @@ pub(super) struct Gathering<'s> {
 
 /// One eye path.
 pub(super) struct EyePath<'p, 's, 'o, 't> {
-    prepared: &'p Prepared<'s>,
+    set: &'p LightSet<'s>,
+    /// The lights of this pass.
+    lights: Selection,
     walk: Walk<'s>,
     sampler: Sampler,
     pixel: usize,
@@ -83,7 +87,8 @@ fn weight(walk: &Walk) -> f32 {
 impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
     /// The path that `walk` starts, for one pixel of `out`.
     pub(super) fn new(
-        prepared: &'p Prepared<'s>,
+        set: &'p LightSet<'s>,
+        lights: Selection,
         walk: Walk<'s>,
         sampler: Sampler,
         pixel: usize,
@@ -91,7 +96,8 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
         points: &'o mut Vec<Gathering<'s>>,
     ) -> Self {
         EyePath {
-            prepared,
+            set,
+            lights,
             walk,
             sampler,
             pixel,
@@ -109,7 +115,7 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
 
     /// Follows specular events; every vertex with smooth lobes becomes a gathering point with those lobes alone.
     pub(super) fn trace(&mut self) {
-        let (scene, limits) = (self.prepared.scene, self.prepared.limits);
+        let (scene, limits) = (self.set.scene, self.set.limits);
         loop {
             let v = match self.walk.advance() {
                 Step::Hidden => return,
@@ -134,7 +140,7 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
             self.narrow_emission(&v);
             if v.bsdf.lobes().has(Lobes::SMOOTH) {
                 let branch = self.branch();
-                self.smooth_light(&v, branch, Selection::All, DIRECTIONS);
+                self.smooth_light(&v, branch, self.lights, DIRECTIONS);
             }
             if !self.follow_specular(&v) {
                 return;
@@ -153,7 +159,7 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
             stage: Stage::BeforeX,
             lit_from: None,
             full: weight(&self.walk) / DIRECTIONS as f32,
-            reach: self.prepared.caustic_reach(self.length),
+            reach: self.set.caustic_reach(self.length),
         }
     }
 
@@ -191,7 +197,7 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
         walk: Lobes,
         lit_from: Option<Vec3>,
     ) -> Option<Rgb> {
-        let (scene, wo) = (self.prepared.scene, v.w_prev);
+        let (scene, wo) = (self.set.scene, v.w_prev);
         let light =
             EmitterSample::draw(scene, &v.x, v.bsdf.receiving_normal(wo), &mut self.sampler)?;
         let f_cos = v.bsdf.f_cos_wi(light.wi, wo, lobes);
@@ -200,7 +206,7 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
         }
         self.shadow_rays += 1;
         let crossings = self
-            .prepared
+            .set
             .limits
             .max_depth
             .map_or(u32::MAX, |max| max - (v.segments + 1));
@@ -224,7 +230,7 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
         branch: &Branch<'s>,
         lights: Selection,
     ) -> ShadingPoint<'s> {
-        let limits = self.prepared.limits;
+        let limits = self.set.limits;
         let at = ShadingPoint {
             x: v.x,
             wo: v.w_prev,
@@ -258,7 +264,7 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
         let Some(y) = self.next_surface(&mut branch) else {
             return;
         };
-        if y.bsdf.lobes().has(Lobes::SMOOTH) && self.prepared.complement != Complement::None {
+        if y.bsdf.lobes().has(Lobes::SMOOTH) && self.set.complement != Complement::None {
             self.complement(&y, branch, x);
         }
     }
@@ -279,8 +285,8 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
             .walk
             .scale(if transmits { 2.0 * missing } else { missing });
         if self.survive(&mut branch, missing) {
-            let first = (self.sampler.next_1d() * f32::from(FEW)) as u8;
-            self.smooth_light(y, branch, Selection::Few(first), 1);
+            let few = self.lights.one_in(FEW, self.sampler.next_1d());
+            self.smooth_light(y, branch, few, 1);
         }
     }
 
@@ -296,7 +302,7 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
 
     /// Follows a branch to the next surface where it must scatter, and adds the emitters that it meets on the way. `None`: it ends.
     fn next_surface(&mut self, branch: &mut Branch<'s>) -> Option<Vertex<'s>> {
-        let (scene, limits) = (self.prepared.scene, self.prepared.limits);
+        let (scene, limits) = (self.set.scene, self.set.limits);
         loop {
             let walk = &mut branch.walk;
             let (w, found, hit) = match walk.advance() {
@@ -325,10 +331,10 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
 
     /// Share of the light from the given side of `y` that the sum over lights at `x` lacks.
     fn missing(&self, x: &ShadingPoint, y: &Vertex, lit_from: Vec3) -> f32 {
-        let prepared = self.prepared;
-        let spot = Spot::on(prepared.scene, &y.x, lit_from);
-        let owner = prepared.claims.light(prepared.scene, &spot);
-        prepared.gather.missing(&prepared.lights, x, &spot, owner)
+        let set = self.set;
+        let spot = Spot::on(set.scene, &y.x, lit_from);
+        let owner = set.claims.light(set.scene, &spot);
+        set.gather.missing(&set.lights, x, &spot, owner)
     }
 
     /// Continues by a specular event; weak branches only sometimes, since every one ends in another sum over all lights.

@@ -1,7 +1,7 @@
 //! The method: light from virtual lights.
 //!
 //! A pass follows the paper's order: particles, maps, placement, creation ([`ManyLight::prepare`]), then every pixel is shaded
-//! ([`Prepared::shade`]). Which path belongs to which term is said in [`super::partition`].
+//! ([`LightSet::shade`]). Which path belongs to which term is said in [`super::partition`].
 
 use super::PassContext;
 use super::eye_path::{EyePath, Gathering};
@@ -10,17 +10,18 @@ use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::film::{Film, FilmSampler, TileSamples};
 pub use crate::gather::{Clamp, Kernel};
-use crate::gather::{Gather, Lights, ShadingPoint};
+use crate::gather::{Gather, Lights, Selection, ShadingPoint};
 use crate::maps::density::{Bandwidth, IMPORTANCE_NEIGHBORS, estimate, importance_at};
 use crate::maps::{KdTree, Neighbors};
 use crate::math::Vec2;
 use crate::particles::{Importon, Photon, trace_importons, trace_photons};
-use crate::sampling::{Sampler, Stream};
+use crate::sampling::{Pass, Stream};
 use crate::scene::{PathLimits, Scene};
 use crate::stats::Stats;
 use crate::transport::Walk;
-use crate::virtual_lights::{Claims, LightField, Shares, Site, assign, select};
+use crate::virtual_lights::{Claims, LightField, Shares, assign, select};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Where lights stand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,15 +86,19 @@ pub enum Complement {
     KolligKeller,
 }
 
-/// Photons that ask for their importance, per light.
-const CANDIDATES_PER_LIGHT: usize = 32;
 /// Photons in a caustic estimate.
 const CAUSTIC_NEIGHBORS: usize = 48;
-/// Largest radius of a caustic estimate in pixels, in the first pass.
+/// Largest radius of a caustic estimate in pixels, after one pass.
 const CAUSTIC_PIXELS: f32 = 8.0;
 /// And as a share of the scene's diagonal.
 const CAUSTIC_RADIUS: f32 = 0.01;
-/// Radii shrink with the number of the pass to the power of less this, so that the mean over passes goes to the right picture:
+/// Passes that share one set of lights, at most; each shades by its own part of them.
+const MAX_PASSES_PER_SET: u32 = 8;
+/// No set for more than one pass has more lights than this,
+const MAX_SET_LIGHTS: u32 = 32_768;
+/// or is made of more photon paths.
+const MAX_SET_PHOTON_PATHS: u32 = 1 << 22;
+/// Radii shrink with the number of passes to the power of less this, so that the mean over passes goes to the right picture:
 /// squared radii by n^(-1/3), where the errors by blur and by noise fall alike.
 /// Source: Knaus, Zwicker, "Progressive Photon Mapping: A Probabilistic Approach", ACM TOG 2011, with alpha = 2/3.
 const CAUSTIC_SHRINKING: f32 = 1.0 / 6.0;
@@ -133,31 +138,96 @@ impl ManyLight {
         }
     }
 
-    /// One sample per pixel under one set of lights. `false` if cancelled.
-    pub(super) fn render_pass(
+    /// One sample per pixel under the lights of one pass, which are part of the set that is `kept` from pass to pass.
+    /// `false` if cancelled.
+    pub(super) fn render_pass<'s>(
         &self,
-        scene: &Scene,
+        scene: &'s Scene,
         limits: PathLimits,
         run: &PassContext,
+        kept: &mut Option<LightSet<'s>>,
         film: &mut Film,
     ) -> bool {
         if run.cancelled() {
             return false;
         }
-        let prepared = self.prepare(scene, limits, run);
+        let passes = self.passes_with(run.pass.index);
+        if kept.as_ref().is_some_and(|set| set.passes != passes) {
+            // Before the next set is made: two of them might not fit.
+            *kept = None;
+        }
+        let set = kept.get_or_insert_with(|| self.prepare(scene, limits, passes, run));
         let positions = film.desc().sampler();
-        run.shade(film, |samples| {
-            prepared.shade_tile(run, &positions, samples)
-        })
+        run.shade(film, |samples| set.shade_tile(run, &positions, samples))
     }
 
-    /// Everything that a pass shades with.
+    /// The passes that share the lights of pass `index`: one, then one, 2, 4, and 8 from there on, or fewer if the set would
+    /// become too large.
+    ///
+    /// A set for many passes is better than a set for each: lights that stand for fewer photons each are more alike, so that
+    /// every eighth of 4096 lights is a better choice than eight times 512.
+    fn passes_with(&self, index: u32) -> Range<u32> {
+        let most = MAX_PASSES_PER_SET
+            .min(MAX_SET_LIGHTS / self.light_count.max(1))
+            .min(MAX_SET_PHOTON_PATHS / self.photon_paths.max(1))
+            .min(index);
+        let count = most.checked_ilog2().map_or(1, |log| 1 << log);
+        let start = index - index % count;
+        start..start + count
+    }
+
+    /// Everything that `passes` shade with.
     pub fn prepare<'s>(
         &self,
         scene: &'s Scene,
         limits: PathLimits,
+        passes: Range<u32>,
         run: &PassContext,
-    ) -> Prepared<'s> {
+    ) -> LightSet<'s> {
+        let count = passes.len() as u32;
+        let all = ManyLight {
+            light_count: self.light_count * count,
+            photon_paths: self.photon_paths * count,
+            importon_paths: self.importon_paths * count,
+            ..*self
+        };
+        let pass = Pass {
+            index: passes.start,
+            ..run.pass
+        };
+        let (lights, claims, caustics) =
+            all.make_lights(scene, limits, &PassContext { pass, ..*run });
+        // Where few photons arrive there are fewer lights than asked for, and they are divided among fewer passes.
+        let parts = (0..=count.ilog2())
+            .map(|log| 1 << log)
+            .find(|parts| lights.field.lights().len() <= (self.light_count * parts) as usize)
+            .unwrap_or(count);
+        LightSet {
+            scene,
+            limits,
+            gather: Gather {
+                kernel: self.kernel,
+                clamp: self.clamp,
+            },
+            complement: self.complement,
+            lights,
+            claims,
+            caustics,
+            shrunk: (passes.end as f32).powf(-CAUSTIC_SHRINKING),
+            pixel: pixel_width(scene),
+            parts,
+            first_part: (pass.sampler(Stream::Selection, 1).next_1d() * parts as f32) as u32,
+            passes,
+        }
+    }
+
+    /// Photons, importons, placement, lights; whose photons are; and the caustic photons.
+    fn make_lights<'s>(
+        &self,
+        scene: &'s Scene,
+        limits: PathLimits,
+        run: &PassContext,
+    ) -> (Lights<'s>, Claims, KdTree<Photon>) {
         let (pass, stats) = (run.pass, run.stats);
         let photons = stats.time("photons", || {
             trace_photons(scene, limits, self.photon_paths, pass)
@@ -175,25 +245,17 @@ impl ManyLight {
             .filter(|p| limits.allow(u32::from(p.depth) + 2))
             .collect();
 
-        let fluxes: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
         let mut sampler = pass.sampler(Stream::Selection, 0);
-        let sites = match self.placement {
-            Placement::Uniform => stats.time("lights", || {
-                select(
-                    &photons,
-                    &fluxes,
-                    self.light_count as usize,
-                    sampler.next_1d(),
-                )
-            }),
-            Placement::Importance => {
-                self.place_by_importance(scene, limits, run, &photons, &fluxes, &mut sampler)
-            }
+        let weights = match self.placement {
+            Placement::Uniform => photons.iter().map(|p| p.flux.luminance()).collect(),
+            Placement::Importance => self.importance_times_flux(scene, limits, run, &photons),
         };
         let (lights, claims) = stats.time("lights", || {
+            let count = self.light_count as usize;
+            let sites = select(&photons, &weights, count, sampler.next_1d());
             let (shares, claims) = match self.flux {
                 FluxRule::Density => (Shares::own(&sites), Claims::none()),
-                FluxRule::Partition => assign(scene, &photons, &sites, &fluxes, sampler.next_1d()),
+                FluxRule::Partition => assign(scene, &photons, &sites, &weights, sampler.next_1d()),
             };
             let lights = match self.emission {
                 EmissionKind::Single => LightField::single(scene, limits, &photons, &shares),
@@ -204,85 +266,41 @@ impl ManyLight {
             (lights, claims)
         });
         Stats::count(&stats.lights, lights.lights().len() as u64);
-        stats
-            .light_bytes
-            .fetch_max(lights.bytes() as u64, std::sync::atomic::Ordering::Relaxed);
+        Stats::count(&stats.light_bytes, lights.bytes() as u64);
         let caustics = stats.time("maps", || KdTree::build_ordered(caustics));
-        let gather = Gather {
-            kernel: self.kernel,
-            clamp: self.clamp,
-        };
-        Prepared {
-            scene,
-            limits,
-            gather,
-            complement: self.complement,
-            lights: Lights::new(lights),
-            claims,
-            caustics,
-            shrunk: (pass.index as f32 + 1.0).powf(-CAUSTIC_SHRINKING),
-            pixel: pixel_width(scene),
-        }
+        (Lights::new(lights), claims, caustics)
     }
-}
 
-impl ManyLight {
-    /// Sites with density importance x flux (paper), in two steps: candidates by flux, then lights among
-    /// them by importance, so that few photons ask for theirs. A site's probability is the product of both.
-    fn place_by_importance(
+    /// What the paper's placement goes by: how much of each photon reaches the camera, if importance did not depend on direction.
+    fn importance_times_flux(
         &self,
         scene: &Scene,
         limits: PathLimits,
         run: &PassContext,
         photons: &[Photon],
-        fluxes: &[f32],
-        sampler: &mut Sampler,
-    ) -> Vec<Site> {
+    ) -> Vec<f32> {
         let stats = run.stats;
         let importons: Vec<Importon> = stats.time("importons", || {
             trace_importons(scene, limits, self.importon_paths, run.pass)
         });
         Stats::count(&stats.importons, importons.len() as u64);
         let map = stats.time("maps", || KdTree::build_ordered(importons));
-        stats.time("lights", || {
-            let count = self.light_count as usize;
-            let candidates = select(
-                photons,
-                fluxes,
-                CANDIDATES_PER_LIGHT * count,
-                sampler.next_1d(),
-            );
-            let chosen: Vec<Photon> = candidates
-                .iter()
-                .map(|site| photons[site.photon as usize])
-                .collect();
-            let weights: Vec<f32> = candidates
-                .par_iter()
-                .zip(&chosen)
-                .map_init(
-                    || Neighbors::new(IMPORTANCE_NEIGHBORS),
-                    |found, (site, photon)| {
-                        let importance = importance_at(&map, photon.p, photon.n, found);
-                        importance * photon.flux.luminance() / site.probability
-                    },
-                )
-                .collect();
-            let kept = select(&chosen, &weights, count, sampler.next_1d());
-            let combine = |site: Site| {
-                let candidate = candidates[site.photon as usize];
-                Site {
-                    photon: candidate.photon,
-                    probability: candidate.probability * site.probability,
-                }
+        stats.time("importance", || {
+            let ask = |found: &mut Neighbors, photon: &Photon| {
+                importance_at(&map, photon.p, photon.n, found) * photon.flux.luminance()
             };
-            kept.into_iter().map(combine).collect()
+            photons
+                .par_iter()
+                .with_min_len(256)
+                .map_init(|| Neighbors::new(IMPORTANCE_NEIGHBORS), ask)
+                .collect()
         })
     }
 }
 
-/// Everything that one pass shades with.
+/// Everything that some passes shade with.
 #[derive(Debug)]
-pub struct Prepared<'s> {
+pub struct LightSet<'s> {
     pub(super) scene: &'s Scene,
     pub(super) limits: PathLimits,
     pub(super) gather: Gather,
@@ -293,10 +311,16 @@ pub struct Prepared<'s> {
     pub claims: Claims,
     /// Photons whose last event was specular.
     pub caustics: KdTree<Photon>,
-    /// What is left of the radii of caustic estimates in this pass.
+    /// What is left of the radii of caustic estimates.
     shrunk: f32,
     /// Width of a pixel at the camera, in m, and its growth per m.
     pixel: (f32, f32),
+    /// The passes that share the lights.
+    passes: Range<u32>,
+    /// Among how many of them in turn the lights are divided: a divisor of their number.
+    parts: u32,
+    /// Which part the first pass gets. Random, so that passes short of a whole set have the right mean.
+    first_part: u32,
 }
 
 /// Width of a pixel in the middle of the film: at the camera, and its growth with the distance.
@@ -307,9 +331,16 @@ fn pixel_width(scene: &Scene) -> (f32, f32) {
     (a.o.distance(b.o), a.d.distance(b.d))
 }
 
-impl<'s> Prepared<'s> {
+impl<'s> LightSet<'s> {
+    /// The lights of one of the passes.
+    fn selection(&self, pass: u32) -> Selection {
+        let part = self.first_part + (pass - self.passes.start);
+        Selection::ALL.part(part % self.parts, self.parts)
+    }
+
     /// Shades the pixels of one tile: first all eye paths with their direct light, then the lights for all points together.
     fn shade_tile(&self, run: &PassContext, positions: &FilmSampler, out: &mut TileSamples) {
+        let lights = self.selection(run.pass.index);
         let mut points = Vec::new();
         let mut shadow_rays = 0;
         for (i, pixel) in out.tile().pixels().enumerate() {
@@ -326,7 +357,7 @@ impl<'s> Prepared<'s> {
                 camera.ray,
                 Rgb::splat(camera.weight * film.weight),
             );
-            let mut eye = EyePath::new(self, walk, sampler, i, out, &mut points);
+            let mut eye = EyePath::new(self, lights, walk, sampler, i, out, &mut points);
             eye.trace();
             shadow_rays += eye.shadow_rays();
         }

@@ -7,7 +7,7 @@ pub mod many_light;
 pub mod partition;
 mod path;
 
-pub use many_light::ManyLight;
+pub use many_light::{LightSet, ManyLight};
 
 use crate::bsdf::{BsdfSample, Lobes};
 use crate::color::Rgb;
@@ -75,6 +75,14 @@ impl PassContext<'_> {
     }
 }
 
+/// A method at work on a scene, with what its passes leave for later ones.
+#[derive(Debug)]
+pub struct Renderer<'s> {
+    scene: &'s Scene,
+    method: Method,
+    lights: Option<LightSet<'s>>,
+}
+
 impl Method {
     /// The layers that this method fills, beauty first.
     pub fn layers(&self) -> Vec<Layer> {
@@ -92,26 +100,36 @@ impl Method {
         }
         layers
     }
+}
 
-    /// Adds one pass to `film`; `false` if it was cancelled and dropped.
-    pub fn render_pass(&self, scene: &Scene, run: &PassContext, film: &mut Film) -> bool {
-        match &self.kind {
-            MethodKind::Path => path::render_pass(scene, self.limits, run, film),
+impl<'s> Renderer<'s> {
+    /// `method`, before its first pass.
+    pub fn new(scene: &'s Scene, method: Method) -> Self {
+        Renderer {
+            scene,
+            method,
+            lights: None,
+        }
+    }
+
+    /// Adds one pass to `film`; `false` if it was cancelled and dropped. A pass is the same whatever came before it.
+    pub fn render_pass(&mut self, run: &PassContext, film: &mut Film) -> bool {
+        let (scene, limits) = (self.scene, self.method.limits);
+        match &self.method.kind {
+            MethodKind::Path => path::render_pass(scene, limits, run, film),
             MethodKind::Direct => {
-                let max_depth = Some(self.limits.max_depth.map_or(2, |max| max.min(2)));
-                path::render_pass(
-                    scene,
-                    PathLimits {
-                        max_depth,
-                        ..self.limits
-                    },
-                    run,
-                    film,
-                )
+                let max_depth = Some(limits.max_depth.map_or(2, |max| max.min(2)));
+                let limits = PathLimits {
+                    max_depth,
+                    ..limits
+                };
+                path::render_pass(scene, limits, run, film)
             }
-            MethodKind::LightTracer => light_tracer::render_pass(scene, self.limits, run, film),
-            MethodKind::Aov => aov::render_pass(scene, self.limits, run, film),
-            MethodKind::ManyLight(settings) => settings.render_pass(scene, self.limits, run, film),
+            MethodKind::LightTracer => light_tracer::render_pass(scene, limits, run, film),
+            MethodKind::Aov => aov::render_pass(scene, limits, run, film),
+            MethodKind::ManyLight(settings) => {
+                settings.render_pass(scene, limits, run, &mut self.lights, film)
+            }
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The pass loop: render passes until the budget is spent.
 
 use crate::film::Film;
-use crate::integrators::{Method, PassContext};
+use crate::integrators::{Method, PassContext, Renderer};
 use crate::sampling::Pass;
 use crate::scene::Scene;
 use crate::stats::Stats;
@@ -70,6 +70,7 @@ pub fn render(
 ) -> Outcome {
     let start = Instant::now();
     let mut film = Film::new(job.scene.sensor.desc().film.clone(), &job.method.layers());
+    let mut renderer = Renderer::new(job.scene, job.method.clone());
     let never = AtomicBool::new(false);
     let stop = loop {
         let index = film.passes();
@@ -82,7 +83,7 @@ pub fn render(
             stats,
             cancel: cancel_pass,
         };
-        if !job.method.render_pass(job.scene, &run, &mut film) {
+        if !renderer.render_pass(&run, &mut film) {
             break Stop::Cancelled;
         }
         Stats::count(&stats.passes, 1);

@@ -11,9 +11,9 @@ use crate::particles::Photon;
 use crate::sampling::systematic::{inclusion_probabilities, systematic};
 use rayon::prelude::*;
 
-/// Residual lights carry at most about this many times the flux of a median light.
-const MAX_RESIDUAL_FLUX: f64 = 10.0;
-/// Residual lights per light, while the flux limit allows.
+/// Residual lights carry at most about this many times the weight of a median light.
+const MAX_RESIDUAL_WEIGHT: f64 = 10.0;
+/// Residual lights per light, while the weight limit allows.
 const RESIDUAL_SHARE: f64 = 0.25;
 
 /// Lights to be, in the order of the space-filling curve, and the photons that each speaks for.
@@ -114,11 +114,11 @@ fn thin_residual(
     weights: &[f32],
     u: f32,
 ) -> Vec<Site> {
-    let mut fluxes = vec![0.0f64; light_count];
+    let mut light_weights = vec![0.0f64; light_count];
     let mut residual = Vec::new();
     for (j, (photon, &owner)) in photons.iter().zip(owners).enumerate() {
-        match fluxes.get_mut(owner as usize) {
-            Some(flux) => *flux += f64::from(photon.flux.luminance()),
+        match light_weights.get_mut(owner as usize) {
+            Some(weight) => *weight += f64::from(weights[j]),
             None if !photon.flux.is_black() => residual.push(j as u32),
             None => {}
         }
@@ -147,7 +147,7 @@ fn thin_residual(
             (share(weight(j), total_weight) + share(flux(j), total_flux)).max(f32::MIN_POSITIVE)
         })
         .collect();
-    let count = residual_count(total_flux, &mut fluxes);
+    let count = residual_count(total_weight, &mut light_weights);
     let probabilities = inclusion_probabilities(&mixed, count, WEIGHT_FLOOR);
     systematic(&probabilities, u)
         .into_iter()
@@ -158,18 +158,18 @@ fn thin_residual(
         .collect()
 }
 
-/// How many lights the residual becomes: as strong as the median light if that needs few, else stronger up to a limit.
-fn residual_count(residual_flux: f64, light_fluxes: &mut Vec<f64>) -> usize {
-    let lights = light_fluxes.len() as f64;
-    light_fluxes.retain(|&f| f > 0.0);
-    if light_fluxes.is_empty() {
+/// How many lights the residual becomes: as important as the median light if that needs few, else more so up to a limit.
+fn residual_count(residual_weight: f64, light_weights: &mut Vec<f64>) -> usize {
+    let lights = light_weights.len() as f64;
+    light_weights.retain(|&w| w > 0.0);
+    if light_weights.is_empty() {
         return (lights as usize).max(1);
     }
-    let middle = light_fluxes.len() / 2;
-    let (_, &mut median, _) = light_fluxes.select_nth_unstable_by(middle, f64::total_cmp);
-    let even = residual_flux / median;
-    // Half of the probability goes by flux, hence the 2.
-    let fewest = 2.0 * even / MAX_RESIDUAL_FLUX;
+    let middle = light_weights.len() / 2;
+    let (_, &mut median, _) = light_weights.select_nth_unstable_by(middle, f64::total_cmp);
+    let even = residual_weight / median;
+    // Half of the probability goes by weight, hence the 2.
+    let fewest = 2.0 * even / MAX_RESIDUAL_WEIGHT;
     even.min(lights * RESIDUAL_SHARE)
         .max(fewest)
         .min(lights)
