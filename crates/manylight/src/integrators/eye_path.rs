@@ -13,10 +13,11 @@
 use super::first_surface;
 use super::many_light::{Complement, LightSet};
 use super::partition::Stage;
-use crate::bsdf::Lobes;
+use crate::bsdf::{BsdfSample, Lobes};
 use crate::color::Rgb;
 use crate::film::{Layer, TileSamples};
 use crate::gather::{Selection, ShadingPoint};
+use crate::maps::{INCIDENT_NEIGHBORS, IncidentGuide, Neighbors};
 use crate::math::Vec3;
 use crate::sampling::Sampler;
 use crate::transport::direct::{EmitterSample, found_environment, found_radiance};
@@ -28,6 +29,8 @@ use crate::virtual_lights::Spot;
 const DIRECTIONS: u32 = 4;
 /// The complement is a small part of the light: one in so many lights is enough for it.
 const FEW: u32 = 8;
+/// Share of them that looks where light from afar comes from, if that is known.
+const GUIDED: f32 = 0.5;
 /// A specular branch goes on with probability `throughput x this`, at most 1: weak reflections are followed rarely.
 const BRANCH_SURVIVAL: f32 = 4.0;
 /// Specular chains longer than this end.
@@ -64,6 +67,7 @@ pub(super) struct EyePath<'p, 's, 'o, 't> {
     /// In m.
     length: f32,
     shadow_rays: u64,
+    found: Neighbors,
 }
 
 /// A path that looks for light beyond a gathering point.
@@ -82,6 +86,12 @@ struct Branch<'s> {
 /// What a walk counts for roulette: its throughput, freed of the η² that refraction puts into radiance.
 fn weight(walk: &Walk) -> f32 {
     walk.throughput().max_channel() * walk.eta_squared()
+}
+
+/// Density of [`EyePath::draw_direction`] per solid angle.
+fn smooth_pdf(v: &Vertex, guide: Option<&IncidentGuide>, w: Vec3) -> f32 {
+    let lobes = v.bsdf.pdf_wi(w, v.w_prev, Lobes::SMOOTH);
+    guide.map_or(lobes, |guide| lobes + GUIDED * (guide.pdf(w) - lobes))
 }
 
 impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
@@ -105,6 +115,7 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
             points,
             length: 0.0,
             shadow_rays: 0,
+            found: Neighbors::new(INCIDENT_NEIGHBORS),
         }
     }
 
@@ -173,29 +184,72 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
         directions: u32,
     ) {
         let at = self.gather_at(v, &branch, lights);
+        let guide = self.guide_at(v);
         branch.walk.scale(1.0 / directions as f32);
-        for _ in 0..directions {
-            self.emitters_at(v, &branch);
-            self.follow_smooth(v, branch.clone(), &at);
+        for i in 0..directions {
+            self.emitters_at(v, &branch, guide.as_ref());
+            let u = (i as f32 + self.sampler.next_1d()) / directions as f32;
+            let sample = self.draw_direction(v, guide.as_ref(), u < GUIDED);
+            self.follow_smooth(v, sample, branch.clone(), &at);
         }
+    }
+
+    /// Where light from afar comes from at `v`, if anything is known.
+    fn guide_at(&mut self, v: &Vertex) -> Option<IncidentGuide> {
+        // A surface that is lit from both sides would need two guides.
+        v.bsdf.receiving_normal(v.w_prev)?;
+        let n = v.x.ng * 1.0f32.copysign(v.x.ng.dot(v.w_prev));
+        self.set.incident.around(v.x.p, n, &mut self.found)
+    }
+
+    /// A direction in which smooth lobes reflect, from the mixture of them and the guide.
+    fn draw_direction(
+        &mut self,
+        v: &Vertex,
+        guide: Option<&IncidentGuide>,
+        guided: bool,
+    ) -> Option<BsdfSample> {
+        let numbers = self.sampler.next_bsdf();
+        let Some(guide) = guide else {
+            return v.bsdf.sample_wi(v.w_prev, numbers, Lobes::SMOOTH);
+        };
+        let drawn = if guided {
+            BsdfSample {
+                w: guide.sample(numbers.lobe, numbers.direction),
+                weight: Rgb::BLACK,
+                pdf: 0.0,
+                lobe: Lobes::DIFFUSE,
+                eta: 1.0,
+            }
+        } else {
+            v.bsdf.sample_wi(v.w_prev, numbers, Lobes::SMOOTH)?
+        };
+        let pdf = smooth_pdf(v, Some(guide), drawn.w);
+        Some(BsdfSample {
+            weight: v.bsdf.f_cos_wi(drawn.w, v.w_prev, Lobes::SMOOTH) / pdf,
+            pdf,
+            ..drawn
+        })
     }
 
     /// The direct light of near-delta lobes belongs to the emission: the walk that follows them is the other half of it.
     fn narrow_emission(&mut self, v: &Vertex) {
         if v.bsdf.lobes().has(Lobes::NEAR_DELTA)
-            && let Some(radiance) = self.emitter_light(v, Lobes::NEAR_DELTA, Lobes::SPECULAR, None)
+            && let Some(radiance) = self.emitter_light(v, Lobes::NEAR_DELTA, None, |wi| {
+                v.bsdf.pdf_wi(wi, v.w_prev, Lobes::SPECULAR)
+            })
         {
             self.add(Layer::Emission, self.walk.throughput() * radiance);
         }
     }
 
-    /// Light from a chosen emitter that `lobes` at `v` reflect, weighted against a walk that samples `walk` there.
+    /// Light from a chosen emitter that `lobes` at `v` reflect, weighted against a walk that goes on with density `pdf_walk`.
     fn emitter_light(
         &mut self,
         v: &Vertex,
         lobes: Lobes,
-        walk: Lobes,
         lit_from: Option<Vec3>,
+        pdf_walk: impl FnOnce(Vec3) -> f32,
     ) -> Option<Rgb> {
         let (scene, wo) = (self.set.scene, v.w_prev);
         let light =
@@ -211,13 +265,13 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
             .max_depth
             .map_or(u32::MAX, |max| max - (v.segments + 1));
         let arriving = light.weight * light.transmittance(scene, crossings);
-        Some(arriving * f_cos * light.mis_weight(v.bsdf.pdf_wi(light.wi, wo, walk)))
+        Some(arriving * f_cos * light.mis_weight(pdf_walk(light.wi)))
     }
 
     /// Light from emitters that smooth lobes reflect at the end `v` of a branch; directions drawn there are the other half of it.
-    fn emitters_at(&mut self, v: &Vertex, branch: &Branch) {
-        if let Some(radiance) = self.emitter_light(v, Lobes::SMOOTH, Lobes::SMOOTH, branch.lit_from)
-        {
+    fn emitters_at(&mut self, v: &Vertex, branch: &Branch, guide: Option<&IncidentGuide>) {
+        let pdf_walk = |wi| smooth_pdf(v, guide, wi);
+        if let Some(radiance) = self.emitter_light(v, Lobes::SMOOTH, branch.lit_from, pdf_walk) {
             let layer = branch.stage.after(Lobes::DIFFUSE).layer();
             self.add(layer, branch.walk.throughput() * radiance);
         }
@@ -251,13 +305,16 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
         at
     }
 
-    /// Goes on from the gathering point `x` on `v` in a direction drawn from its smooth lobes: adds the emitter there, or the
-    /// complement of the sum at `x`.
-    fn follow_smooth(&mut self, v: &Vertex<'s>, mut branch: Branch<'s>, x: &ShadingPoint<'s>) {
-        if !branch
-            .walk
-            .scatter(v, self.sampler.next_bsdf(), Lobes::SMOOTH)
-        {
+    /// Goes on from the gathering point `x` on `v` in a direction drawn there: adds the emitter there, or the complement of the
+    /// sum at `x`.
+    fn follow_smooth(
+        &mut self,
+        v: &Vertex<'s>,
+        sample: Option<BsdfSample>,
+        mut branch: Branch<'s>,
+        x: &ShadingPoint<'s>,
+    ) {
+        if !branch.walk.follow(v, sample) {
             return;
         }
         branch.stage = branch.stage.after(Lobes::DIFFUSE);

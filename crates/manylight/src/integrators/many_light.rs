@@ -12,7 +12,7 @@ use crate::film::{Film, FilmSampler, TileSamples};
 pub use crate::gather::{Clamp, Kernel};
 use crate::gather::{Gather, Lights, Selection, ShadingPoint};
 use crate::maps::density::{Bandwidth, IMPORTANCE_NEIGHBORS, estimate, importance_at};
-use crate::maps::{KdTree, Neighbors};
+use crate::maps::{Incident, IncidentMap, KdTree, Neighbors};
 use crate::math::Vec2;
 use crate::particles::{Importon, Photon, trace_importons, trace_photons};
 use crate::sampling::{Pass, Stream};
@@ -195,8 +195,16 @@ impl ManyLight {
             index: passes.start,
             ..run.pass
         };
-        let (lights, claims, caustics) =
-            all.make_lights(scene, limits, &PassContext { pass, ..*run });
+        let run = PassContext { pass, ..*run };
+        let photons = all.trace_photons(scene, limits, &run);
+        let (lights, claims) = all.make_lights(scene, limits, &run, &photons);
+        let (incident, caustics) = run.stats.time("maps", || {
+            let caustics = photons.iter().filter(|p| p.event.has(Lobes::SPECULAR));
+            (
+                incident_from_afar(scene, &photons),
+                KdTree::build_ordered(caustics.copied().collect()),
+            )
+        });
         // Where few photons arrive there are fewer lights than asked for, and they are divided among fewer passes.
         let parts = (0..=count.ilog2())
             .map(|log| 1 << log)
@@ -213,6 +221,7 @@ impl ManyLight {
             lights,
             claims,
             caustics,
+            incident,
             shrunk: (passes.end as f32).powf(-CAUSTIC_SHRINKING),
             pixel: pixel_width(scene),
             parts,
@@ -221,30 +230,31 @@ impl ManyLight {
         }
     }
 
-    /// Photons, importons, placement, lights; whose photons are; and the caustic photons.
+    fn trace_photons(&self, scene: &Scene, limits: PathLimits, run: &PassContext) -> Vec<Photon> {
+        let stats = run.stats;
+        let photons = stats.time("photons", || {
+            trace_photons(scene, limits, self.photon_paths, run.pass)
+        });
+        Stats::count(&stats.photon_paths, u64::from(self.photon_paths));
+        Stats::count(&stats.photons, photons.len() as u64);
+        photons
+    }
+
+    /// Importance, placement, lights; and whose photons are.
     fn make_lights<'s>(
         &self,
         scene: &'s Scene,
         limits: PathLimits,
         run: &PassContext,
-    ) -> (Lights<'s>, Claims, KdTree<Photon>) {
+        photons: &[Photon],
+    ) -> (Lights<'s>, Claims) {
         let (pass, stats) = (run.pass, run.stats);
-        let photons = stats.time("photons", || {
-            trace_photons(scene, limits, self.photon_paths, pass)
-        });
-        Stats::count(&stats.photon_paths, u64::from(self.photon_paths));
-        Stats::count(&stats.photons, photons.len() as u64);
-        let caustics = photons
-            .iter()
-            .copied()
-            .filter(|p| p.event.has(Lobes::SPECULAR))
-            .collect();
         // A light at depth m makes paths of at least m + 2 segments.
         let photons: Vec<Photon> = photons
-            .into_iter()
+            .iter()
             .filter(|p| limits.allow(u32::from(p.depth) + 2))
+            .copied()
             .collect();
-
         let mut sampler = pass.sampler(Stream::Selection, 0);
         let weights = match self.placement {
             Placement::Uniform => photons.iter().map(|p| p.flux.luminance()).collect(),
@@ -267,8 +277,7 @@ impl ManyLight {
         });
         Stats::count(&stats.lights, lights.lights().len() as u64);
         Stats::count(&stats.light_bytes, lights.bytes() as u64);
-        let caustics = stats.time("maps", || KdTree::build_ordered(caustics));
-        (Lights::new(lights), claims, caustics)
+        (Lights::new(lights), claims)
     }
 
     /// What the paper's placement goes by: how much of each photon reaches the camera, if importance did not depend on direction.
@@ -311,6 +320,8 @@ pub struct LightSet<'s> {
     pub claims: Claims,
     /// Photons whose last event was specular.
     pub caustics: KdTree<Photon>,
+    /// Where light from afar comes from.
+    pub(super) incident: IncidentMap,
     /// What is left of the radii of caustic estimates.
     shrunk: f32,
     /// Width of a pixel at the camera, in m, and its growth per m.
@@ -321,6 +332,23 @@ pub struct LightSet<'s> {
     parts: u32,
     /// Which part the first pass gets. Random, so that passes short of a whole set have the right mean.
     first_part: u32,
+}
+
+/// Photons straight from emitters beyond the scene, if these fill a solid angle. Emitters within it are found by their area.
+fn incident_from_afar(scene: &Scene, photons: &[Photon]) -> IncidentMap {
+    let bounds = scene.geometry.bounds();
+    let from_afar = |photon: &&Photon| {
+        photon.event == Lobes::NONE
+            && scene.emitters.has_environment()
+            && bounds.distance_squared(photon.prev) > 0.0
+    };
+    let incident = |photon: &Photon| Incident {
+        p: photon.p,
+        n: photon.n,
+        wi: photon.wi,
+    };
+    let incidents: Vec<Incident> = photons.iter().filter(from_afar).map(incident).collect();
+    IncidentMap::new(&incidents)
 }
 
 /// Width of a pixel in the middle of the film: at the camera, and its growth with the distance.

@@ -2,9 +2,11 @@
 
 pub mod compatible;
 pub mod density;
+pub mod incident;
 pub mod kd_tree;
 pub mod kernel;
 
 pub use compatible::Patch;
+pub use incident::{INCIDENT_NEIGHBORS, Incident, IncidentGuide, IncidentMap};
 pub use kd_tree::{KdTree, Located, Neighbors};
 pub use kernel::DensityKernel;

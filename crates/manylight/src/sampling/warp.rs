@@ -54,6 +54,25 @@ pub fn cone_pdf(cos_max: f32) -> f32 {
     1.0 / (TAU * (1.0 - cos_max))
 }
 
+/// Von Mises-Fisher lobe of concentration `kappa` > 0 around z. Source: Jakob, "Numerically Stable Sampling of the von
+/// Mises-Fisher Distribution on S²", 2012.
+#[inline]
+pub fn von_mises_fisher(u: Vec2, kappa: f32) -> Vec3 {
+    let z = 1.0
+        + (u.y + (1.0 - u.y) * (-2.0 * kappa).exp())
+            .max(f32::MIN_POSITIVE)
+            .ln()
+            / kappa;
+    let z = z.clamp(-1.0, 1.0);
+    polar(z, safe_sqrt(1.0 - z * z), u.x)
+}
+
+/// Density of [`von_mises_fisher`] per solid angle, at the cosine to its axis.
+#[inline]
+pub fn von_mises_fisher_pdf(cos: f32, kappa: f32) -> f32 {
+    kappa / (TAU * (1.0 - (-2.0 * kappa).exp())) * (kappa * (cos - 1.0)).exp()
+}
+
 /// Barycentric coordinates (of the second and third corner), uniform by area. Source: Heitz, "A Low-Distortion Map", 2019.
 #[inline]
 pub fn triangle(u: Vec2) -> Vec2 {
