@@ -1,12 +1,15 @@
 //! The many-light methods against the path tracer, term by term.
 
 use crate::common::film;
+use manylight::bsdf::Material;
+use manylight::color::Rgb;
+use manylight::emitters::Emitter;
 use manylight::film::{Film, Layer};
 use manylight::geometry::Shape;
 use manylight::integrators::{ManyLight, MethodKind};
 use manylight::math::{Affine3A, Vec3};
 use manylight::scene::Scene;
-use manylight::testing::scenes::{glass, glossy_box, rough_metal};
+use manylight::testing::scenes::{Builder, diffuse, glass, glossy_box, rough_metal, rough_plastic};
 use manylight::testing::statistics::layer_mean;
 
 const TERMS: [Layer; 4] = [
@@ -56,6 +59,36 @@ fn check(scene: &Scene, method: ManyLight, passes: u32, tolerance: f64) {
 #[test]
 fn rich_vpl_in_a_glossy_room() {
     check(&glossy_box(32).build(), rich(), 8, 1e-2);
+}
+
+/// The sky through a slit in the ceiling: directions are drawn from the surfaces, from the sky, and from where photons come from.
+#[test]
+fn rich_vpl_under_a_window() {
+    let mut b = Builder::new(
+        Vec3::new(0.0, 0.1, -0.98),
+        Vec3::new(0.0, -0.15, 1.0),
+        70.0,
+        32,
+    );
+    let (white, open) = (
+        b.material(diffuse(0.7, 0.6, 0.5)),
+        b.material(Material::Null),
+    );
+    let floor = b.material(rough_plastic(0.2, Rgb::splat(0.3)));
+    b.room([white, white, floor, open, white, white], None);
+    for side in [-1.0, 1.0] {
+        b.rectangle(
+            Vec3::new(side * 0.55, 0.99, 0.0),
+            Vec3::X * 0.45,
+            Vec3::Z,
+            white,
+            None,
+        );
+    }
+    b.emitter(Emitter::Constant {
+        radiance: Rgb::new(1.0, 2.0, 4.0),
+    });
+    check(&b.build(), rich(), 8, 1e-2);
 }
 
 /// Mirrors, glass and near-delta metal: all rows of the partition are at work.
