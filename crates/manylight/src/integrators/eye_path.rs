@@ -1,6 +1,7 @@
 //! The eye paths of the many-light methods: emission and direct light on the way, and the points where lights are summed.
 //!
-//! Some light is looked for by directions drawn from the smooth lobes at such a point `x`. Where one runs into an emitter, it is
+//! Some light is looked for by directions from such a point `x`, drawn from its smooth lobes and from where photons of emitters beyond
+//! the scene arrive. Where one runs into an emitter, it is
 //! the other half of direct light. Where it meets a surface at `y`, it may go on as **the complement of the clamp**: the sum over
 //! virtual lights at `x` keeps a share of the light that the smooth lobes at `y` reflect towards `x`, and the clamp takes the rest
 //! away. So the direction goes on with the probability of what the clamp takes away from a photon at `y`, and everything that
@@ -11,7 +12,7 @@
 //! many photons, so that the clamp asks whose a photon at `y` would be.
 
 use super::first_surface;
-use super::many_light::{Complement, LightSet};
+use super::light_set::{Complement, LightSet};
 use super::partition::Stage;
 use crate::bsdf::{BsdfSample, Lobes};
 use crate::color::Rgb;
@@ -26,16 +27,18 @@ use crate::virtual_lights::Spot;
 
 /// Directions drawn at each gathering point of an eye path, and samples of its emitters: cheap beside the sum over all lights,
 /// and without them their noise would show.
-const DIRECTIONS: u32 = 4;
+const DIRECTIONS: u32 = 16;
+/// Of the directions, those that may go on as the complement: sums over lights cost much more than rays to emitters.
+const COMPLEMENTS: u32 = 4;
+/// Share of the directions that look where light from afar comes from, if that is known.
+const GUIDED: f32 = 0.5;
 /// The complement is a small part of the light: one in so many lights is enough for it.
 const FEW: u32 = 8;
-/// Share of them that looks where light from afar comes from, if that is known.
-const GUIDED: f32 = 0.5;
 /// A specular branch goes on with probability `throughput x this`, at most 1: weak reflections are followed rarely.
 const BRANCH_SURVIVAL: f32 = 4.0;
 /// Specular chains longer than this end.
 const MAX_CHAIN: u32 = 64;
-/// The first vertex after a gathering point goes on with this many times the share of light that it stands for, at most 1.
+/// The first vertex after a gathering point may go on with this many times the share of light that it stands for, at most 1.
 const SURVIVAL: f32 = 2.0;
 /// Vertices after that, with that share; at most this.
 const MAX_SURVIVAL: f32 = 0.95;
@@ -77,7 +80,7 @@ struct Branch<'s> {
     stage: Stage,
     /// If given, only light from the side of this normal counts at its end.
     lit_from: Option<Vec3>,
-    /// Weight when it left the eye path.
+    /// Weight of the complements of its eye path.
     full: f32,
     /// Largest radius of a caustic estimate at its end, in m.
     reach: f32,
@@ -169,7 +172,7 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
             walk: self.walk.clone(),
             stage: Stage::BeforeX,
             lit_from: None,
-            full: weight(&self.walk) / DIRECTIONS as f32,
+            full: weight(&self.walk) / COMPLEMENTS as f32,
             reach: self.set.caustic_reach(self.length),
         }
     }
@@ -350,7 +353,7 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
     /// Roulette for a branch that goes on with `share` of its light, already counted.
     fn survive(&mut self, branch: &mut Branch, share: f32) -> bool {
         let survival = if branch.stage == Stage::AfterX {
-            (SURVIVAL * share).min(1.0)
+            (SURVIVAL * share).min(1.0) * (COMPLEMENTS as f32 / DIRECTIONS as f32)
         } else {
             (weight(&branch.walk) / branch.full).min(MAX_SURVIVAL)
         };

@@ -1,24 +1,22 @@
 //! The method: light from virtual lights.
 //!
-//! A pass follows the paper's order: particles, maps, placement, creation ([`ManyLight::prepare`]), then every pixel is shaded
-//! ([`LightSet::shade`]). Which path belongs to which term is said in [`super::partition`].
+//! Lights are made in the paper's order: particles, maps, placement, creation ([`ManyLight::prepare`]); then every pixel is shaded
+//! by them (`light_set.rs`). Which path belongs to which term is said in [`super::partition`].
 
 use super::PassContext;
-use super::eye_path::{EyePath, Gathering};
-use super::partition::Stage;
+pub use super::light_set::Complement;
+use super::light_set::{LightSet, pixel_width};
 use crate::bsdf::Lobes;
-use crate::color::Rgb;
-use crate::film::{Film, FilmSampler, TileSamples};
+use crate::film::Film;
 pub use crate::gather::{Clamp, Kernel};
-use crate::gather::{Gather, Lights, Selection, ShadingPoint};
-use crate::maps::density::{Bandwidth, IMPORTANCE_NEIGHBORS, estimate, importance_at};
+use crate::gather::{Gather, Lights};
+use crate::maps::density::{IMPORTANCE_NEIGHBORS, importance_at};
 use crate::maps::{Incident, IncidentMap, KdTree, Neighbors};
-use crate::math::Vec2;
 use crate::particles::{Importon, Photon, trace_importons, trace_photons};
 use crate::sampling::{Pass, Stream};
 use crate::scene::{PathLimits, Scene};
 use crate::stats::Stats;
-use crate::transport::Walk;
+use crate::virtual_lights::curve::Curve;
 use crate::virtual_lights::{Claims, LightField, Shares, assign, select};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -76,33 +74,16 @@ pub struct ManyLight {
     pub complement: Complement,
 }
 
-/// What is done about the light that the clamp takes away.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Complement {
-    /// It is lost.
-    None,
-    /// Directions drawn from the smooth lobes find it, and the method starts again where they end; see
-    /// [`super::eye_path`].
-    KolligKeller,
-}
-
-/// Photons in a caustic estimate.
-const CAUSTIC_NEIGHBORS: usize = 48;
-/// Largest radius of a caustic estimate in pixels, after one pass.
-const CAUSTIC_PIXELS: f32 = 8.0;
-/// And as a share of the scene's diagonal.
-const CAUSTIC_RADIUS: f32 = 0.01;
+/// More photons than this on average do not make lights better: theirs is the least of all noise.
+const PHOTONS_PER_LIGHT: usize = 1024;
+/// Neighbors along the space-filling curve that share an importance, which reaches much farther than they lie apart.
+const PHOTONS_PER_IMPORTANCE: usize = 8;
 /// Passes that share one set of lights, at most; each shades by its own part of them.
 const MAX_PASSES_PER_SET: u32 = 8;
 /// No set for more than one pass has more lights than this,
 const MAX_SET_LIGHTS: u32 = 32_768;
 /// or is made of more photon paths.
 const MAX_SET_PHOTON_PATHS: u32 = 1 << 22;
-/// Radii shrink with the number of passes to the power of less this, so that the mean over passes goes to the right picture:
-/// squared radii by n^(-1/3), where the errors by blur and by noise fall alike.
-/// Source: Knaus, Zwicker, "Progressive Photon Mapping: A Probabilistic Approach", ACM TOG 2011, with alpha = 2/3.
-const CAUSTIC_SHRINKING: f32 = 1.0 / 6.0;
-
 impl ManyLight {
     /// Rich-VPLs: importance placement, partition, 32 x 32 tables, discs.
     pub fn rich_vpl() -> Self {
@@ -197,7 +178,6 @@ impl ManyLight {
         };
         let run = PassContext { pass, ..*run };
         let photons = all.trace_photons(scene, limits, &run);
-        let (lights, claims) = all.make_lights(scene, limits, &run, &photons);
         let (incident, caustics) = run.stats.time("maps", || {
             let caustics = photons.iter().filter(|p| p.event.has(Lobes::SPECULAR));
             (
@@ -205,6 +185,7 @@ impl ManyLight {
                 KdTree::build_ordered(caustics.copied().collect()),
             )
         });
+        let (lights, claims) = all.make_lights(scene, limits, &run, photons);
         // Where few photons arrive there are fewer lights than asked for, and they are divided among fewer passes.
         let parts = (0..=count.ilog2())
             .map(|log| 1 << log)
@@ -222,7 +203,6 @@ impl ManyLight {
             claims,
             caustics,
             incident,
-            shrunk: (passes.end as f32).powf(-CAUSTIC_SHRINKING),
             pixel: pixel_width(scene),
             parts,
             first_part: (pass.sampler(Stream::Selection, 1).next_1d() * parts as f32) as u32,
@@ -246,16 +226,17 @@ impl ManyLight {
         scene: &'s Scene,
         limits: PathLimits,
         run: &PassContext,
-        photons: &[Photon],
+        photons: Vec<Photon>,
     ) -> (Lights<'s>, Claims) {
         let (pass, stats) = (run.pass, run.stats);
+        let mut sampler = pass.sampler(Stream::Selection, 0);
         // A light at depth m makes paths of at least m + 2 segments.
         let photons: Vec<Photon> = photons
-            .iter()
+            .into_iter()
             .filter(|p| limits.allow(u32::from(p.depth) + 2))
-            .copied()
             .collect();
-        let mut sampler = pass.sampler(Stream::Selection, 0);
+        let most = PHOTONS_PER_LIGHT.saturating_mul(self.light_count as usize);
+        let photons = thinned(photons, most, sampler.next_1d());
         let weights = match self.placement {
             Placement::Uniform => photons.iter().map(|p| p.flux.luminance()).collect(),
             Placement::Importance => self.importance_times_flux(scene, limits, run, &photons),
@@ -295,43 +276,42 @@ impl ManyLight {
         Stats::count(&stats.importons, importons.len() as u64);
         let map = stats.time("maps", || KdTree::build_ordered(importons));
         stats.time("importance", || {
-            let ask = |found: &mut Neighbors, photon: &Photon| {
-                importance_at(&map, photon.p, photon.n, found) * photon.flux.luminance()
+            let order = Curve::around(photons).order(photons);
+            let ask = |found: &mut Neighbors, group: &[u32]| {
+                let middle = &photons[group[group.len() / 2] as usize];
+                importance_at(&map, middle.p, middle.n, found)
             };
-            photons
-                .par_iter()
-                .with_min_len(256)
+            let importances: Vec<f32> = order
+                .par_chunks(PHOTONS_PER_IMPORTANCE)
+                .with_min_len(64)
                 .map_init(|| Neighbors::new(IMPORTANCE_NEIGHBORS), ask)
-                .collect()
+                .collect();
+            let mut weights = vec![0.0; photons.len()];
+            for (group, importance) in order.chunks(PHOTONS_PER_IMPORTANCE).zip(importances) {
+                for &j in group {
+                    weights[j as usize] = importance * photons[j as usize].flux.luminance();
+                }
+            }
+            weights
         })
     }
 }
 
-/// Everything that some passes shade with.
-#[derive(Debug)]
-pub struct LightSet<'s> {
-    pub(super) scene: &'s Scene,
-    pub(super) limits: PathLimits,
-    pub(super) gather: Gather,
-    pub(super) complement: Complement,
-    /// The virtual lights.
-    pub lights: Lights<'s>,
-    /// Which light a photon anywhere would belong to.
-    pub claims: Claims,
-    /// Photons whose last event was specular.
-    pub caustics: KdTree<Photon>,
-    /// Where light from afar comes from.
-    pub(super) incident: IncidentMap,
-    /// What is left of the radii of caustic estimates.
-    shrunk: f32,
-    /// Width of a pixel at the camera, in m, and its growth per m.
-    pixel: (f32, f32),
-    /// The passes that share the lights.
-    passes: Range<u32>,
-    /// Among how many of them in turn the lights are divided: a divisor of their number.
-    parts: u32,
-    /// Which part the first pass gets. Random, so that passes short of a whole set have the right mean.
-    first_part: u32,
+/// At most about `most` of the photons, evenly along their list from the random number `u` in [0, 1) on, for all of them.
+fn thinned(photons: Vec<Photon>, most: usize, u: f32) -> Vec<Photon> {
+    let step = photons.len().div_ceil(most.max(1));
+    if step <= 1 {
+        return photons;
+    }
+    let kept = photons.into_iter().skip((u * step as f32) as usize);
+    kept.step_by(step)
+        .map(|photon| Photon {
+            flux: photon.flux * step as f32,
+            diffuse_flux: photon.diffuse_flux * step as f32,
+            parent: Photon::NO_PARENT,
+            ..photon
+        })
+        .collect()
 }
 
 /// Photons straight from emitters beyond the scene, if these fill a solid angle. Emitters within it are found by their area.
@@ -351,111 +331,44 @@ fn incident_from_afar(scene: &Scene, photons: &[Photon]) -> IncidentMap {
     IncidentMap::new(&incidents)
 }
 
-/// Width of a pixel in the middle of the film: at the camera, and its growth with the distance.
-fn pixel_width(scene: &Scene) -> (f32, f32) {
-    let middle = scene.sensor.desc().film.size.as_vec2() * 0.5;
-    let ray = |film| scene.sensor.ray(film, Vec2::splat(0.5)).ray;
-    let (a, b) = (ray(middle), ray(middle + Vec2::X));
-    (a.o.distance(b.o), a.d.distance(b.d))
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::virtual_lights::testing::photons_on_square;
 
-impl<'s> LightSet<'s> {
-    /// The lights of one of the passes.
-    fn selection(&self, pass: u32) -> Selection {
-        let part = self.first_part + (pass - self.passes.start);
-        Selection::ALL.part(part % self.parts, self.parts)
+    #[test]
+    fn thinning_keeps_the_flux_on_average() {
+        let photons = photons_on_square(1000, 1);
+        let flux = |photons: &[Photon]| photons.iter().map(|p| f64::from(p.flux.g)).sum::<f64>();
+        let (total, step) = (flux(&photons), 4);
+        let mean: f64 = (0..step)
+            .map(|k| {
+                let kept = thinned(photons.clone(), 300, (k as f32 + 0.5) / step as f32);
+                assert_eq!(kept.len(), 250);
+                flux(&kept) / f64::from(step)
+            })
+            .sum();
+        assert!((mean / total - 1.0).abs() < 1e-6, "{mean} of {total}");
+        assert_eq!(thinned(photons, 1000, 0.9).len(), 1000);
     }
 
-    /// Shades the pixels of one tile: first all eye paths with their direct light, then the lights for all points together.
-    fn shade_tile(&self, run: &PassContext, positions: &FilmSampler, out: &mut TileSamples) {
-        let lights = self.selection(run.pass.index);
-        let mut points = Vec::new();
-        let mut shadow_rays = 0;
-        for (i, pixel) in out.tile().pixels().enumerate() {
-            let mut sampler = run.pass.sampler(Stream::Pixel, positions.index(pixel));
-            // Few passes must do: their positions in the pixel are spread, so that edges are smooth.
-            let film = positions.sample(
-                pixel,
-                run.pass.spread_2d(Stream::Pixel, positions.index(pixel)),
-            );
-            let camera = self.scene.sensor.ray(film.position, sampler.next_2d());
-            let walk = Walk::from_sensor(
-                self.scene,
-                self.limits,
-                camera.ray,
-                Rgb::splat(camera.weight * film.weight),
-            );
-            let mut eye = EyePath::new(self, lights, walk, sampler, i, out, &mut points);
-            eye.trace();
-            shadow_rays += eye.shadow_rays();
+    #[test]
+    fn sets_hold_whole_runs_of_passes() {
+        let method = ManyLight::rich_vpl();
+        let mut pass = 0;
+        let mut lengths = Vec::new();
+        while pass < 40 {
+            let passes = method.passes_with(pass);
+            assert_eq!(passes.start, pass, "sets follow each other");
+            assert!(passes.clone().all(|p| method.passes_with(p) == passes));
+            lengths.push(passes.len());
+            pass = passes.end;
         }
-        let (mut connections, mut clamped, mut unclamped) = (0, 0.0, 0.0);
-        let mut found = Neighbors::new(CAUSTIC_NEIGHBORS);
-        let places: Vec<ShadingPoint> = points.iter().map(|point| point.at).collect();
-        let sums = self.gather.sum(self.scene, &self.lights, &places);
-        for (point, gathered) in points.iter().zip(sums) {
-            let layer = |event| point.stage.after(Lobes::SMOOTH).after(event).layer();
-            out.add(
-                point.pixel,
-                layer(Lobes::SMOOTH),
-                point.throughput * gathered.radiance,
-            );
-            out.add(
-                point.pixel,
-                layer(Lobes::SPECULAR),
-                point.throughput * self.caustic_radiance(point, &mut found),
-            );
-            connections += gathered.connections;
-            shadow_rays += gathered.shadow_rays;
-            if point.stage == Stage::BeforeX {
-                clamped += f64::from(gathered.clamped * point.throughput.luminance());
-                unclamped += f64::from(gathered.unclamped * point.throughput.luminance());
-            }
-        }
-        Stats::count(&run.stats.camera_paths, out.tile().pixels().count() as u64);
-        Stats::count(&run.stats.connections, connections);
-        Stats::count(&run.stats.shadow_rays, shadow_rays);
-        Stats::count(&run.stats.clamped, (clamped * 1e6) as u64);
-        Stats::count(&run.stats.unclamped, (unclamped * 1e6) as u64);
-    }
-
-    /// Density estimate over caustic photons: `Σ_j k_j f Φ_j`.
-    fn caustic_radiance(&self, point: &Gathering, found: &mut Neighbors) -> Rgb {
-        let x = &point.at.x;
-        let n = point
-            .at
-            .lit_from
-            .unwrap_or(if x.ng.dot(point.at.wo) >= 0.0 {
-                x.ng
-            } else {
-                -x.ng
-            });
-        let bandwidth = Bandwidth {
-            largest: point
-                .reach
-                .min(CAUSTIC_RADIUS * self.scene.geometry.bounds().diagonal()),
-            share: self.shrunk,
+        assert_eq!(lengths, [1, 1, 2, 4, 8, 8, 8, 8]);
+        let large = ManyLight {
+            light_count: 20_000,
+            ..method
         };
-        let mut sum = Rgb::BLACK;
-        estimate(
-            &self.caustics,
-            x.p,
-            n,
-            bandwidth,
-            found,
-            |photon, kernel| {
-                if self.limits.allow(point.segments + u32::from(photon.depth)) {
-                    sum += photon.flux
-                        * point.at.bsdf.f(photon.wi, point.at.wo, Lobes::SMOOTH)
-                        * kernel;
-                }
-            },
-        );
-        sum
-    }
-
-    /// Largest radius of a caustic estimate at the end of an eye path of the given length, in m: some pixels.
-    pub(super) fn caustic_reach(&self, length: f32) -> f32 {
-        CAUSTIC_PIXELS * (self.pixel.0 + self.pixel.1 * length)
+        assert_eq!(large.passes_with(11), 11..12);
     }
 }

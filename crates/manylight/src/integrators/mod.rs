@@ -2,12 +2,14 @@
 
 mod aov;
 pub mod eye_path;
+pub mod light_set;
 mod light_tracer;
 pub mod many_light;
 pub mod partition;
 mod path;
 
-pub use many_light::{LightSet, ManyLight};
+pub use light_set::LightSet;
+pub use many_light::ManyLight;
 
 use crate::bsdf::{BsdfSample, Lobes};
 use crate::color::Rgb;

@@ -13,7 +13,7 @@ pub mod moments;
 mod octahedral_profile;
 pub mod select;
 #[cfg(test)]
-mod testing;
+pub(crate) mod testing;
 #[cfg(test)]
 mod tests;
 

@@ -30,7 +30,7 @@ pub(super) fn photon(p: Vec3, n: Vec3) -> Photon {
 }
 
 /// Photons of random color on the unit square z = 0, facing up.
-pub(super) fn photons_on_square(count: usize, key: u64) -> Vec<Photon> {
+pub(crate) fn photons_on_square(count: usize, key: u64) -> Vec<Photon> {
     let mut rng = Pcg::new(key);
     (0..count)
         .map(|i| {

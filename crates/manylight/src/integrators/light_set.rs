@@ -1,0 +1,179 @@
+//! The lights of some passes, and shading by them.
+
+use super::PassContext;
+use super::eye_path::{EyePath, Gathering};
+use super::partition::Stage;
+use crate::bsdf::Lobes;
+use crate::color::Rgb;
+use crate::film::{FilmSampler, TileSamples};
+use crate::gather::{Gather, Lights, Selection, ShadingPoint};
+use crate::maps::density::{Bandwidth, estimate};
+use crate::maps::{IncidentMap, KdTree, Neighbors};
+use crate::math::Vec2;
+use crate::particles::Photon;
+use crate::sampling::Stream;
+use crate::scene::{PathLimits, Scene};
+use crate::stats::Stats;
+use crate::transport::Walk;
+use crate::virtual_lights::Claims;
+use std::ops::Range;
+
+/// What is done about the light that the clamp takes away.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Complement {
+    /// It is lost.
+    None,
+    /// Directions drawn from the smooth lobes find it, and the method starts again where they end; see
+    /// [`super::eye_path`].
+    KolligKeller,
+}
+
+/// Photons in a caustic estimate.
+const CAUSTIC_NEIGHBORS: usize = 48;
+/// Largest radius of a caustic estimate in pixels, after one pass.
+const CAUSTIC_PIXELS: f32 = 8.0;
+/// And as a share of the scene's diagonal.
+const CAUSTIC_RADIUS: f32 = 0.01;
+/// Radii shrink with the number of passes to the power of less this, so that the mean over passes goes to the right picture:
+/// squared radii by n^(-1/3), where the errors by blur and by noise fall alike.
+/// Source: Knaus, Zwicker, "Progressive Photon Mapping: A Probabilistic Approach", ACM TOG 2011, with alpha = 2/3.
+const CAUSTIC_SHRINKING: f32 = 1.0 / 6.0;
+
+/// Everything that some passes shade with.
+#[derive(Debug)]
+pub struct LightSet<'s> {
+    pub(super) scene: &'s Scene,
+    pub(super) limits: PathLimits,
+    pub(super) gather: Gather,
+    pub(super) complement: Complement,
+    /// The virtual lights.
+    pub lights: Lights<'s>,
+    /// Which light a photon anywhere would belong to.
+    pub claims: Claims,
+    /// Photons whose last event was specular.
+    pub caustics: KdTree<Photon>,
+    /// Where light from afar comes from.
+    pub(super) incident: IncidentMap,
+    /// Width of a pixel at the camera, in m, and its growth per m.
+    pub(super) pixel: (f32, f32),
+    /// The passes that share the lights.
+    pub(super) passes: Range<u32>,
+    /// Among how many of them in turn the lights are divided: a divisor of their number.
+    pub(super) parts: u32,
+    /// Which part the first pass gets. Random, so that passes short of a whole set have the right mean.
+    pub(super) first_part: u32,
+}
+
+/// Width of a pixel in the middle of the film: at the camera, and its growth with the distance.
+pub(super) fn pixel_width(scene: &Scene) -> (f32, f32) {
+    let middle = scene.sensor.desc().film.size.as_vec2() * 0.5;
+    let ray = |film| scene.sensor.ray(film, Vec2::splat(0.5)).ray;
+    let (a, b) = (ray(middle), ray(middle + Vec2::X));
+    (a.o.distance(b.o), a.d.distance(b.d))
+}
+
+impl<'s> LightSet<'s> {
+    /// The lights of one of the passes.
+    fn selection(&self, pass: u32) -> Selection {
+        let part = self.first_part + (pass - self.passes.start);
+        Selection::ALL.part(part % self.parts, self.parts)
+    }
+
+    /// Shades the pixels of one tile: first all eye paths with their direct light, then the lights for all points together.
+    pub(super) fn shade_tile(
+        &self,
+        run: &PassContext,
+        positions: &FilmSampler,
+        out: &mut TileSamples,
+    ) {
+        let lights = self.selection(run.pass.index);
+        let mut points = Vec::new();
+        let mut shadow_rays = 0;
+        for (i, pixel) in out.tile().pixels().enumerate() {
+            let mut sampler = run.pass.sampler(Stream::Pixel, positions.index(pixel));
+            // Few passes must do: their positions in the pixel are spread, so that edges are smooth.
+            let film = positions.sample(
+                pixel,
+                run.pass.spread_2d(Stream::Pixel, positions.index(pixel)),
+            );
+            let camera = self.scene.sensor.ray(film.position, sampler.next_2d());
+            let walk = Walk::from_sensor(
+                self.scene,
+                self.limits,
+                camera.ray,
+                Rgb::splat(camera.weight * film.weight),
+            );
+            let mut eye = EyePath::new(self, lights, walk, sampler, i, out, &mut points);
+            eye.trace();
+            shadow_rays += eye.shadow_rays();
+        }
+        let (mut connections, mut clamped, mut unclamped) = (0, 0.0, 0.0);
+        let mut found = Neighbors::new(CAUSTIC_NEIGHBORS);
+        let places: Vec<ShadingPoint> = points.iter().map(|point| point.at).collect();
+        let sums = self.gather.sum(self.scene, &self.lights, &places);
+        for (point, gathered) in points.iter().zip(sums) {
+            let layer = |event| point.stage.after(Lobes::SMOOTH).after(event).layer();
+            out.add(
+                point.pixel,
+                layer(Lobes::SMOOTH),
+                point.throughput * gathered.radiance,
+            );
+            out.add(
+                point.pixel,
+                layer(Lobes::SPECULAR),
+                point.throughput * self.caustic_radiance(point, &mut found),
+            );
+            connections += gathered.connections;
+            shadow_rays += gathered.shadow_rays;
+            if point.stage == Stage::BeforeX {
+                clamped += f64::from(gathered.clamped * point.throughput.luminance());
+                unclamped += f64::from(gathered.unclamped * point.throughput.luminance());
+            }
+        }
+        Stats::count(&run.stats.camera_paths, out.tile().pixels().count() as u64);
+        Stats::count(&run.stats.connections, connections);
+        Stats::count(&run.stats.shadow_rays, shadow_rays);
+        Stats::count(&run.stats.clamped, (clamped * 1e6) as u64);
+        Stats::count(&run.stats.unclamped, (unclamped * 1e6) as u64);
+    }
+
+    /// Density estimate over caustic photons: `Σ_j k_j f Φ_j`.
+    fn caustic_radiance(&self, point: &Gathering, found: &mut Neighbors) -> Rgb {
+        let x = &point.at.x;
+        let n = point
+            .at
+            .lit_from
+            .unwrap_or(if x.ng.dot(point.at.wo) >= 0.0 {
+                x.ng
+            } else {
+                -x.ng
+            });
+        let bandwidth = Bandwidth {
+            largest: point
+                .reach
+                .min(CAUSTIC_RADIUS * self.scene.geometry.bounds().diagonal()),
+            share: (self.passes.end as f32).powf(-CAUSTIC_SHRINKING),
+        };
+        let mut sum = Rgb::BLACK;
+        estimate(
+            &self.caustics,
+            x.p,
+            n,
+            bandwidth,
+            found,
+            |photon, kernel| {
+                if self.limits.allow(point.segments + u32::from(photon.depth)) {
+                    sum += photon.flux
+                        * point.at.bsdf.f(photon.wi, point.at.wo, Lobes::SMOOTH)
+                        * kernel;
+                }
+            },
+        );
+        sum
+    }
+
+    /// Largest radius of a caustic estimate at the end of an eye path of the given length, in m: some pixels.
+    pub(super) fn caustic_reach(&self, length: f32) -> f32 {
+        CAUSTIC_PIXELS * (self.pixel.0 + self.pixel.1 * length)
+    }
+}
