@@ -331,7 +331,8 @@ impl Sum<'_, '_, '_> {
         let intensity = self.field.intensities(id, &back, active);
         let f_cos = batch.receivers.f_cos_wi(&w, active);
         let share = self.share(id, batch);
-        let kept = self.kept(batch, &f_cos, &w, &d2, light.n, part.area);
+        let area = part.area * batch.lights.stands_for();
+        let kept = self.kept(batch, &f_cos, &w, &d2, light.n, area);
         let mut values = Lanes3::ZERO;
         let (mut full, mut removed) = ([0.0; LANES], [0.0; LANES]);
         for i in 0..LANES {

@@ -85,7 +85,7 @@ impl Selection {
             .div_ceil(self.step as usize)
     }
 
-    /// For how many lights each selected one stands.
+    /// For how many lights each selected one stands: its light counts so many times, and the clamp sees so many times its surface.
     #[inline]
     pub fn stands_for(self) -> f32 {
         self.step as f32
@@ -186,7 +186,7 @@ impl Gather {
             f_cos: at.bsdf.f_cos_wi(w, at.wo, Lobes::SMOOTH),
             n_x: at.x.ng,
             n_y,
-            area,
+            area: area * at.lights.stands_for(),
         };
         1.0 - self.clamp.kept(&way)
     }

@@ -31,7 +31,7 @@ pub enum Complement {
 /// Photons in a caustic estimate.
 const CAUSTIC_NEIGHBORS: usize = 48;
 /// Largest radius of a caustic estimate in pixels, after one pass.
-const CAUSTIC_PIXELS: f32 = 8.0;
+const CAUSTIC_PIXELS: f32 = 24.0;
 /// And as a share of the scene's diagonal.
 const CAUSTIC_RADIUS: f32 = 0.01;
 /// Radii shrink with the number of passes to the power of less this, so that the mean over passes goes to the right picture:

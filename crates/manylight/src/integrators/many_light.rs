@@ -76,8 +76,6 @@ pub struct ManyLight {
 
 /// More photons than this on average do not make lights better: theirs is the least of all noise.
 const PHOTONS_PER_LIGHT: usize = 1024;
-/// Neighbors along the space-filling curve that share an importance, which reaches much farther than they lie apart.
-const PHOTONS_PER_IMPORTANCE: usize = 8;
 /// Passes that share one set of lights, at most; each shades by its own part of them.
 const MAX_PASSES_PER_SET: u32 = 8;
 /// No set for more than one pass has more lights than this,
@@ -276,21 +274,20 @@ impl ManyLight {
         Stats::count(&stats.importons, importons.len() as u64);
         let map = stats.time("maps", || KdTree::build_ordered(importons));
         stats.time("importance", || {
+            // Along the curve, each search finds the nodes of the last one in the cache.
             let order = Curve::around(photons).order(photons);
-            let ask = |found: &mut Neighbors, group: &[u32]| {
-                let middle = &photons[group[group.len() / 2] as usize];
-                importance_at(&map, middle.p, middle.n, found)
+            let ask = |found: &mut Neighbors, &j: &u32| {
+                let photon = &photons[j as usize];
+                importance_at(&map, photon.p, photon.n, found) * photon.flux.luminance()
             };
-            let importances: Vec<f32> = order
-                .par_chunks(PHOTONS_PER_IMPORTANCE)
-                .with_min_len(64)
+            let along_curve: Vec<f32> = order
+                .par_iter()
+                .with_min_len(256)
                 .map_init(|| Neighbors::new(IMPORTANCE_NEIGHBORS), ask)
                 .collect();
             let mut weights = vec![0.0; photons.len()];
-            for (group, importance) in order.chunks(PHOTONS_PER_IMPORTANCE).zip(importances) {
-                for &j in group {
-                    weights[j as usize] = importance * photons[j as usize].flux.luminance();
-                }
+            for (j, weight) in order.into_iter().zip(along_curve) {
+                weights[j as usize] = weight;
             }
             weights
         })
