@@ -3,6 +3,7 @@
 
 use crate::color::Rgb;
 use crate::math::Vec3;
+use crate::simd::set_bits;
 
 /// Values side by side.
 pub const LANES: usize = 16;
@@ -26,15 +27,8 @@ pub fn mask(test: impl Fn(usize) -> bool) -> LaneMask {
 
 /// The set lanes of a mask, ascending.
 #[inline(always)]
-pub fn lanes_of(mut mask: LaneMask) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(move || {
-        if mask == 0 {
-            return None;
-        }
-        let lane = mask.trailing_zeros() as usize;
-        mask &= mask - 1;
-        Some(lane)
-    })
+pub fn lanes_of(mask: LaneMask) -> impl Iterator<Item = usize> {
+    set_bits(u32::from(mask))
 }
 
 /// Three values per lane: a vector or a colour.

@@ -1,6 +1,6 @@
 //! Choice of one emitter among many for a receiving point.
 //!
-//! A binary tree over the pieces of all local emitters; each node bounds positions, normals and power of what is below it.
+//! A binary tree over the parts of all local emitters; each node bounds positions, normals and power of what is below it.
 //! A choice descends from the root and takes each child in proportion to a bound-based estimate of what it sends to the
 //! receiver. Source: Conty Estevez and Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", 2018.
 //!
@@ -22,7 +22,7 @@ const COSINE_SLACK: f32 = 1e-3;
 /// Candidate planes per axis and split.
 const BINS: usize = 12;
 
-/// So many pieces of a node are asked for the best plane.
+/// So many parts of a node are asked for the best plane.
 const BINNED_PIECES: usize = 1024;
 
 /// Below this depth nodes are halved by count, so that no input makes the recursion deep.
@@ -55,7 +55,7 @@ pub(super) struct LightTree {
 
 const NO_LEAF: u32 = u32::MAX;
 
-/// What a set of pieces looks like together.
+/// What a set of parts looks like together.
 #[derive(Clone, Copy, Debug)]
 struct Cluster {
     bounds: Aabb,

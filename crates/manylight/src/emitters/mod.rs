@@ -10,8 +10,8 @@ mod environment_tiles;
 mod flat;
 mod guide;
 mod light_tree;
+mod part_list;
 mod parts;
-mod pieces;
 mod pilot;
 mod point;
 mod strength;
@@ -33,8 +33,8 @@ use crate::texture::{ColorInput, Texture};
 pub use distant::DistantPlan;
 use distant::{Arrival, BoundingSphere, Distant, EmissionPoint};
 use light_tree::LightTree;
+use part_list::PartList;
 use parts::Form;
-use pieces::Pieces;
 use pilot::Pilot;
 use point::{cone_direction, point_intensity};
 use rayon::prelude::*;
@@ -105,8 +105,8 @@ pub struct Emitters {
     powers: Vec<Rgb>,
     /// Chooses an emitter for a photon, by power.
     emission: Option<Alias>,
-    pieces: Pieces,
-    /// Chooses a piece for direct light.
+    parts: PartList,
+    /// Chooses a part for direct light.
     tree: LightTree,
     distant: Distant,
     /// Probability that direct light asks the distant emitters.
@@ -126,14 +126,14 @@ impl Emitters {
                 environment.image = Image::default();
             }
         }
-        let pieces = Pieces::new(&emitters, geometry, textures);
-        let mut powers = pieces.powers();
+        let (parts, bounds) = PartList::collect(&emitters, geometry, textures);
+        let mut powers = parts.powers(&bounds);
         let local = total_strength(&powers);
         for (id, power) in distant.powers() {
             powers[id.index()] = power;
         }
         let far = total_strength(&powers) - local;
-        let tree = LightTree::new(pieces.bounds());
+        let tree = LightTree::new(&bounds);
         let distant_share = match (tree.is_empty(), distant.is_empty()) {
             (_, true) => 0.0,
             (true, false) => 1.0,
@@ -143,7 +143,7 @@ impl Emitters {
         Emitters {
             powers,
             emission: Alias::new(&strengths),
-            pieces,
+            parts,
             tree,
             distant,
             distant_share,
@@ -247,7 +247,7 @@ impl Emitters {
         radiance: ColorInput,
         u: EmissionNumbers,
     ) -> Option<(Ray, Rgb, Option<SurfacePoint>)> {
-        let (part, pmf) = self.pieces.choose(emitter, u.part)?;
+        let (part, pmf) = self.parts.choose(emitter, u.part)?;
         let y = part.sample_area(geometry, u.position)?;
         let radiance = radiance.eval(y.uv, textures);
         if radiance.is_black() {
@@ -305,7 +305,7 @@ impl Emitters {
             DirectPlan::Local { u_choice, u } => (*u_choice, *u),
         };
         let (index, pmf) = self.tree.sample(p, n, u_choice)?;
-        let part = self.pieces.part(index);
+        let part = self.parts.part(index);
         let pmf = pmf * (1.0 - self.distant_share);
         let emitter = part.emitter;
         match &self.emitters[emitter.index()] {
@@ -368,12 +368,12 @@ impl Emitters {
 
     /// Density per solid angle with which [`Emitters::sample_direct`] at (`p`, `n`) finds the point `y` of an area emitter.
     pub fn pdf_direct(&self, p: Vec3, n: Option<Vec3>, y: &SurfacePoint) -> f32 {
-        let Some(index) = self.pieces.index_at(y.at) else {
+        let Some(index) = self.parts.index_at(y.at) else {
             return 0.0;
         };
         let pmf = self.tree.pmf(p, n, index) * (1.0 - self.distant_share);
         if pmf > 0.0 {
-            pmf * self.pieces.part(index).pdf(p, y)
+            pmf * self.parts.part(index).pdf(p, y)
         } else {
             0.0
         }

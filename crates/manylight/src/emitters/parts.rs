@@ -1,4 +1,4 @@
-//! The pieces among which the light tree chooses: primitives, triangles of larger meshes, points and spots.
+//! The parts among which the light tree chooses: primitives, triangles of larger meshes, points and spots.
 
 use super::Emitter;
 use super::flat::Flat;
@@ -77,7 +77,7 @@ pub(super) struct SeenPoint {
     pub(super) radiance: Rgb,
 }
 
-/// The pieces of one primitive that carries an area emitter: the element that each stands for (0 for whole primitives), the
+/// The parts of one primitive that carries an area emitter: the element that each stands for (0 for whole primitives), the
 /// piece, its bounds.
 pub(super) fn parts_of_primitive(
     geometry: &Geometry,

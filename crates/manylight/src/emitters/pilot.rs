@@ -27,7 +27,7 @@ impl<F: Fn(PrimitiveId) -> bool> Pilot<'_, F> {
         let mut arrivals = Vec::new();
         for _ in 0..PILOT_BOUNCES {
             let Some(x) = self.nearest(ray) else { break };
-            let n = if x.ng.dot(ray.d) < 0.0 { x.ng } else { -x.ng };
+            let n = x.normal_towards(-ray.d);
             let is_free = |wi: Vec3| self.nearest(x.spawn(wi)).is_none();
             arrivals.extend(
                 self.distant

@@ -1,4 +1,4 @@
-//! How emitters and their pieces are compared when one is chosen.
+//! How emitters and their parts are compared when one is chosen.
 
 use crate::color::Rgb;
 

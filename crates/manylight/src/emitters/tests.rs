@@ -424,7 +424,7 @@ fn tree_probabilities_match_frequencies() {
             }
             let pmfs: Vec<f32> = (0..count).map(|i| tree.pmf(p, n, i)).collect();
             // Less than 1 where a cluster that might shine here turns out to hold nothing that does.
-            assert!(pmfs.iter().sum::<f32>() < 1.001, "{count} pieces: {pmfs:?}");
+            assert!(pmfs.iter().sum::<f32>() < 1.001, "{count} parts: {pmfs:?}");
             for (frequency, pmf) in counts.iter().zip(&pmfs) {
                 assert!((frequency - pmf).abs() < 1e-3, "{frequency} for {pmf}");
             }
@@ -485,7 +485,7 @@ fn the_tree_beats_choice_by_power() {
 }
 
 #[test]
-fn few_pieces_are_chosen_at_least_as_well_as_by_power() {
+fn few_parts_are_chosen_at_least_as_well_as_by_power() {
     for count in 2..=4 {
         let parts = facets(count);
         let tree = LightTree::new(&parts);
@@ -519,7 +519,7 @@ fn few_pieces_are_chosen_at_least_as_well_as_by_power() {
         }
         assert!(
             by_tree <= by_power,
-            "{count} pieces: {by_tree} for {by_power}"
+            "{count} parts: {by_tree} for {by_power}"
         );
     }
 }

@@ -51,6 +51,12 @@ impl SurfacePoint {
         self.p + self.ng * self.offset.copysign(self.ng.dot(w))
     }
 
+    /// The geometric normal on the side of `w`.
+    #[inline]
+    pub fn normal_towards(&self, w: Vec3) -> Vec3 {
+        self.ng * 1.0f32.copysign(self.ng.dot(w))
+    }
+
     /// A ray that leaves along the unit vector `w`.
     #[inline]
     pub fn spawn(&self, w: Vec3) -> Ray {

@@ -57,6 +57,27 @@ pub(super) struct Gathering<'s> {
     pub(super) reach: f32,
 }
 
+/// What the eye paths of a tile bring.
+pub(super) struct EyePaths<'s, 'o, 't> {
+    pub(super) out: &'o mut TileSamples<'t>,
+    pub(super) points: Vec<Gathering<'s>>,
+    /// Visibility tests.
+    pub(super) shadow_rays: u64,
+    found: Neighbors,
+}
+
+impl<'s, 'o, 't> EyePaths<'s, 'o, 't> {
+    /// None so far.
+    pub(super) fn new(out: &'o mut TileSamples<'t>) -> Self {
+        EyePaths {
+            out,
+            points: Vec::new(),
+            shadow_rays: 0,
+            found: Neighbors::new(INCIDENT_NEIGHBORS),
+        }
+    }
+}
+
 /// One eye path.
 pub(super) struct EyePath<'p, 's, 'o, 't> {
     set: &'p LightSet<'s>,
@@ -65,12 +86,9 @@ pub(super) struct EyePath<'p, 's, 'o, 't> {
     walk: Walk<'s>,
     sampler: Sampler,
     pixel: usize,
-    out: &'o mut TileSamples<'t>,
-    points: &'o mut Vec<Gathering<'s>>,
+    paths: &'p mut EyePaths<'s, 'o, 't>,
     /// In m.
     length: f32,
-    shadow_rays: u64,
-    found: Neighbors,
 }
 
 /// A path that looks for light beyond a gathering point.
@@ -98,15 +116,14 @@ fn smooth_pdf(v: &Vertex, guide: Option<&IncidentGuide>, w: Vec3) -> f32 {
 }
 
 impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
-    /// The path that `walk` starts, for one pixel of `out`.
+    /// The path that `walk` starts, for one pixel of the tile.
     pub(super) fn new(
         set: &'p LightSet<'s>,
         lights: Selection,
         walk: Walk<'s>,
         sampler: Sampler,
         pixel: usize,
-        out: &'o mut TileSamples<'t>,
-        points: &'o mut Vec<Gathering<'s>>,
+        paths: &'p mut EyePaths<'s, 'o, 't>,
     ) -> Self {
         EyePath {
             set,
@@ -114,17 +131,9 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
             walk,
             sampler,
             pixel,
-            out,
-            points,
+            paths,
             length: 0.0,
-            shadow_rays: 0,
-            found: Neighbors::new(INCIDENT_NEIGHBORS),
         }
-    }
-
-    /// Visibility tests so far.
-    pub(super) fn shadow_rays(&self) -> u64 {
-        self.shadow_rays
     }
 
     /// Follows specular events; every vertex with smooth lobes becomes a gathering point with those lobes alone.
@@ -141,7 +150,7 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
             };
             self.length += v.distance;
             if v.segments == 1 {
-                first_surface(&v, &mut self.sampler, self.pixel, self.out);
+                first_surface(&v, &mut self.sampler, self.pixel, self.paths.out);
             }
             let found = found_radiance(scene, self.walk.previous(), &v.x, v.w_prev);
             self.add(Layer::Emission, self.walk.throughput() * found);
@@ -163,7 +172,7 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
     }
 
     fn add(&mut self, layer: Layer, radiance: Rgb) {
-        self.out.add(self.pixel, layer, radiance);
+        self.paths.out.add(self.pixel, layer, radiance);
     }
 
     /// A branch that has not left the eye path.
@@ -192,7 +201,7 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
         for i in 0..directions {
             self.emitters_at(v, &branch, guide.as_ref());
             let u = (i as f32 + self.sampler.next_1d()) / directions as f32;
-            let sample = self.draw_direction(v, guide.as_ref(), u < GUIDED);
+            let sample = self.draw_direction(v, guide.as_ref(), u);
             self.follow_smooth(v, sample, branch.clone(), &at);
         }
     }
@@ -201,37 +210,35 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
     fn guide_at(&mut self, v: &Vertex) -> Option<IncidentGuide> {
         // A surface that is lit from both sides would need two guides.
         v.bsdf.receiving_normal(v.w_prev)?;
-        let n = v.x.ng * 1.0f32.copysign(v.x.ng.dot(v.w_prev));
-        self.set.incident.around(v.x.p, n, &mut self.found)
+        let n = v.x.normal_towards(v.w_prev);
+        self.set.incident.around(v.x.p, n, &mut self.paths.found)
     }
 
-    /// A direction in which smooth lobes reflect, from the mixture of them and the guide.
+    /// A direction in which smooth lobes reflect, from the mixture of them and the guide, which of both by `u` in [0, 1).
     fn draw_direction(
         &mut self,
         v: &Vertex,
         guide: Option<&IncidentGuide>,
-        guided: bool,
+        u: f32,
     ) -> Option<BsdfSample> {
         let numbers = self.sampler.next_bsdf();
         let Some(guide) = guide else {
             return v.bsdf.sample_wi(v.w_prev, numbers, Lobes::SMOOTH);
         };
-        let drawn = if guided {
-            BsdfSample {
-                w: guide.sample(numbers.lobe, numbers.direction),
-                weight: Rgb::BLACK,
-                pdf: 0.0,
-                lobe: Lobes::DIFFUSE,
-                eta: 1.0,
-            }
+        let (w, lobe, eta) = if u < GUIDED {
+            let w = guide.sample(numbers.lobe, numbers.direction);
+            (w, Lobes::DIFFUSE, 1.0)
         } else {
-            v.bsdf.sample_wi(v.w_prev, numbers, Lobes::SMOOTH)?
+            let drawn = v.bsdf.sample_wi(v.w_prev, numbers, Lobes::SMOOTH)?;
+            (drawn.w, drawn.lobe, drawn.eta)
         };
-        let pdf = smooth_pdf(v, Some(guide), drawn.w);
+        let pdf = smooth_pdf(v, Some(guide), w);
         Some(BsdfSample {
-            weight: v.bsdf.f_cos_wi(drawn.w, v.w_prev, Lobes::SMOOTH) / pdf,
+            w,
+            weight: v.bsdf.f_cos_wi(w, v.w_prev, Lobes::SMOOTH) / pdf,
             pdf,
-            ..drawn
+            lobe,
+            eta,
         })
     }
 
@@ -261,7 +268,7 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
         if f_cos.is_black() || lit_from.is_some_and(|n| light.wi.dot(n) <= 0.0) {
             return None;
         }
-        self.shadow_rays += 1;
+        self.paths.shadow_rays += 1;
         let crossings = self
             .set
             .limits
@@ -297,7 +304,7 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
             lights,
             lit_from: branch.lit_from,
         };
-        self.points.push(Gathering {
+        self.paths.points.push(Gathering {
             pixel: self.pixel,
             throughput: branch.walk.throughput(),
             segments: v.segments,
@@ -332,7 +339,7 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
     /// What the sum over lights at `x` lacks of the light that the smooth lobes at `y` reflect into the branch. A surface that
     /// transmits is lit from both sides, and one is chosen: the lights of each side are others, and the clamp with them.
     fn complement(&mut self, y: &Vertex<'s>, mut branch: Branch<'s>, x: &ShadingPoint<'s>) {
-        let seen = y.x.ng * 1.0f32.copysign(y.x.ng.dot(y.w_prev));
+        let seen = y.x.normal_towards(y.w_prev);
         let transmits = y.bsdf.receiving_normal(y.w_prev).is_none();
         let lit_from = if transmits && self.sampler.next_1d() >= 0.5 {
             -seen

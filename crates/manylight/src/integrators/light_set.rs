@@ -1,7 +1,7 @@
 //! The lights of some passes, and shading by them.
 
 use super::PassContext;
-use super::eye_path::{EyePath, Gathering};
+use super::eye_path::{EyePath, EyePaths, Gathering};
 use super::partition::Stage;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
@@ -87,9 +87,8 @@ impl<'s> LightSet<'s> {
         out: &mut TileSamples,
     ) {
         let lights = self.selection(run.pass.index);
-        let mut points = Vec::new();
-        let mut shadow_rays = 0;
-        for (i, pixel) in out.tile().pixels().enumerate() {
+        let mut paths = EyePaths::new(out);
+        for (i, pixel) in paths.out.tile().pixels().enumerate() {
             let mut sampler = run.pass.sampler(Stream::Pixel, positions.index(pixel));
             // Few passes must do: their positions in the pixel are spread, so that edges are smooth.
             let film = positions.sample(
@@ -103,10 +102,13 @@ impl<'s> LightSet<'s> {
                 camera.ray,
                 Rgb::splat(camera.weight * film.weight),
             );
-            let mut eye = EyePath::new(self, lights, walk, sampler, i, out, &mut points);
-            eye.trace();
-            shadow_rays += eye.shadow_rays();
+            EyePath::new(self, lights, walk, sampler, i, &mut paths).trace();
         }
+        let EyePaths {
+            points,
+            mut shadow_rays,
+            ..
+        } = paths;
         let (mut connections, mut clamped, mut unclamped) = (0, 0.0, 0.0);
         let mut found = Neighbors::new(CAUSTIC_NEIGHBORS);
         let places: Vec<ShadingPoint> = points.iter().map(|point| point.at).collect();
@@ -140,14 +142,7 @@ impl<'s> LightSet<'s> {
     /// Density estimate over caustic photons: `Σ_j k_j f Φ_j`.
     fn caustic_radiance(&self, point: &Gathering, found: &mut Neighbors) -> Rgb {
         let x = &point.at.x;
-        let n = point
-            .at
-            .lit_from
-            .unwrap_or(if x.ng.dot(point.at.wo) >= 0.0 {
-                x.ng
-            } else {
-                -x.ng
-            });
+        let n = point.at.lit_from.unwrap_or(x.normal_towards(point.at.wo));
         let bandwidth = Bandwidth {
             largest: point
                 .reach

@@ -82,6 +82,7 @@ const MAX_PASSES_PER_SET: u32 = 8;
 const MAX_SET_LIGHTS: u32 = 32_768;
 /// or is made of more photon paths.
 const MAX_SET_PHOTON_PATHS: u32 = 1 << 22;
+
 impl ManyLight {
     /// Rich-VPLs: importance placement, partition, 32 x 32 tables, discs.
     pub fn rich_vpl() -> Self {
@@ -305,7 +306,6 @@ fn thinned(photons: Vec<Photon>, most: usize, u: f32) -> Vec<Photon> {
         .map(|photon| Photon {
             flux: photon.flux * step as f32,
             diffuse_flux: photon.diffuse_flux * step as f32,
-            parent: Photon::NO_PARENT,
             ..photon
         })
         .collect()

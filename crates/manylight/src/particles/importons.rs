@@ -68,11 +68,7 @@ fn trace_path(
         if walk.previous().event.has(Lobes::SMOOTH) && v.bsdf.lobes().has(Lobes::SMOOTH) {
             importons.push(Importon {
                 p: v.x.p,
-                n: if v.x.ng.dot(v.w_prev) >= 0.0 {
-                    v.x.ng
-                } else {
-                    -v.x.ng
-                },
+                n: v.x.normal_towards(v.w_prev),
                 wo: v.w_prev,
                 importance: walk.throughput().luminance(),
             });

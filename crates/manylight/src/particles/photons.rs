@@ -28,17 +28,10 @@ pub struct Photon {
     pub prev: Vec3,
     /// Where on the surface; the scattering function is rebuilt from here.
     pub at: SurfaceRef,
-    /// Index of the stored photon at `prev`, or [`Photon::NO_PARENT`] after an emitter or a specular event.
-    pub parent: u32,
     /// Segments from the emitter: 1 is direct light.
     pub depth: u16,
     /// Class of the scattering event at `prev`; [`Lobes::NONE`] at an emitter.
     pub event: Lobes,
-}
-
-impl Photon {
-    /// No stored photon at the previous vertex.
-    pub const NO_PARENT: u32 = u32::MAX;
 }
 
 /// Paths traced by one task.
@@ -71,20 +64,10 @@ pub fn trace_photons(
             photons
         })
         .collect();
-    let mut photons = Vec::with_capacity(tasks.iter().map(Vec::len).sum());
-    for task in tasks {
-        let first = photons.len() as u32;
-        photons.extend(task.into_iter().map(|mut photon| {
-            if photon.parent != Photon::NO_PARENT {
-                photon.parent += first;
-            }
-            photon
-        }));
-    }
-    photons
+    tasks.concat()
 }
 
-/// One path; its photons are appended, `parent` counting from the start of `photons`.
+/// One path; its photons are appended.
 fn trace_path(
     scene: &Scene,
     limits: PathLimits,
@@ -100,29 +83,18 @@ fn trace_path(
         return;
     };
     let mut walk = Walk::from_emitter(scene, start.ray, start.flux * share);
-    let mut parent = Photon::NO_PARENT;
     while let Step::Hit(v) = walk.advance() {
         let event = walk.previous().event;
         let segments_when_used = v.segments + if event.has(Lobes::SPECULAR) { 1 } else { 2 };
-        let stored = v.bsdf.lobes().has(Lobes::SMOOTH) && limits.allow(segments_when_used);
-        if stored {
+        if v.bsdf.lobes().has(Lobes::SMOOTH) && limits.allow(segments_when_used) {
             photons.push(Photon {
                 p: v.x.p,
-                n: if v.x.ng.dot(v.w_prev) >= 0.0 {
-                    v.x.ng
-                } else {
-                    -v.x.ng
-                },
+                n: v.x.normal_towards(v.w_prev),
                 wi: v.w_prev,
                 flux: walk.throughput(),
                 diffuse_flux: walk.throughput() * v.bsdf.diffuse_weight(v.w_prev),
                 prev: walk.previous().p,
                 at: v.x.at,
-                parent: if event.has(Lobes::SMOOTH) {
-                    parent
-                } else {
-                    Photon::NO_PARENT
-                },
                 depth: v.segments.min(u32::from(u16::MAX)) as u16,
                 event,
             });
@@ -142,10 +114,5 @@ fn trace_path(
         {
             return;
         }
-        parent = if stored {
-            photons.len() as u32 - 1
-        } else {
-            Photon::NO_PARENT
-        };
     }
 }

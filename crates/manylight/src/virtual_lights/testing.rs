@@ -23,7 +23,6 @@ pub(super) fn photon(p: Vec3, n: Vec3) -> Photon {
             instance: SurfaceRef::NO_INSTANCE,
             coordinates: Vec2::ZERO,
         },
-        parent: Photon::NO_PARENT,
         depth: 1,
         event: Lobes::NONE,
     }

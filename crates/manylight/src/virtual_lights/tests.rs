@@ -56,7 +56,7 @@ fn falling(scene: &Scene, above: Vec3, n: Vec3, prev: Vec3, flux: Rgb) -> Photon
         .intersect(&Ray::new(above, -n))
         .expect("a surface below");
     let wi = (prev - x.p).normalize();
-    let side = x.ng * 1.0f32.copysign(x.ng.dot(wi));
+    let side = x.normal_towards(wi);
     let diffuse_flux = flux * scene.bsdf(&x).diffuse_weight(wi);
     Photon {
         wi,
