@@ -7,7 +7,7 @@ use crate::geometry::SurfacePoint;
 use crate::math::{Vec2, Vec3};
 use crate::sampling::warp;
 
-/// A flat piece, sampled by area.
+/// A flat part, sampled by area.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Flat {
     outline: Outline,

@@ -40,7 +40,7 @@ struct Node {
     cos_emission: f32,
     power: f32,
     parent: u32,
-    /// First of two neighboring children, or the piece.
+    /// First of two neighboring children, or the part.
     content: u32,
     is_leaf: bool,
 }
@@ -49,7 +49,7 @@ struct Node {
 #[derive(Clone, Debug, Default)]
 pub(super) struct LightTree {
     nodes: Vec<Node>,
-    /// The leaf of each piece; [`NO_LEAF`] without power.
+    /// The leaf of each part; [`NO_LEAF`] without power.
     leaf_of: Vec<u32>,
 }
 
@@ -139,7 +139,7 @@ impl LightTree {
         self.nodes.is_empty()
     }
 
-    /// A piece for the receiver `p` with normal `n`, and the probability of the choice. `None` if nothing can shine there.
+    /// A part for the receiver `p` with normal `n`, and the probability of the choice. `None` if nothing can shine there.
     pub(super) fn sample(&self, p: Vec3, n: Option<Vec3>, mut u: f32) -> Option<(usize, f32)> {
         let mut node = self.nodes.first()?;
         let mut pmf = 1.0;

@@ -11,7 +11,7 @@ use crate::sampling::warp;
 use crate::texture::{ColorInput, Texture};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
-/// What a piece looks like.
+/// What a part looks like.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Form {
     /// A whole primitive, by area.
@@ -32,7 +32,7 @@ pub(super) enum Form {
     Point { position: Vec3 },
 }
 
-/// A piece of an emitter that is sampled as a whole.
+/// A part of an emitter that is sampled as a whole.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Part {
     pub(super) emitter: EmitterId,
@@ -45,7 +45,7 @@ pub(super) struct Part {
     flat: Option<Flat>,
 }
 
-/// What the light tree knows about a piece.
+/// What the light tree knows about a part.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PartBounds {
     pub(super) bounds: Aabb,
@@ -78,7 +78,7 @@ pub(super) struct SeenPoint {
 }
 
 /// The parts of one primitive that carries an area emitter: the element that each stands for (0 for whole primitives), the
-/// piece, its bounds.
+/// part, its bounds.
 pub(super) fn parts_of_primitive(
     geometry: &Geometry,
     textures: &[Texture],
@@ -168,7 +168,7 @@ pub(super) fn parts_of_primitive(
         .collect()
 }
 
-/// What direct light needs of a piece of one color, if it is flat.
+/// What direct light needs of a part of one color, if it is flat.
 fn flat(geometry: &Geometry, part: &Part) -> Option<Flat> {
     let at = |element, coordinates| {
         geometry.surface_point(reference(part.primitive, element, coordinates))
@@ -229,7 +229,7 @@ fn sphere(
     (form, bounds, Cone::FULL)
 }
 
-/// The piece of a point or spot.
+/// The part of a point or spot.
 pub(super) fn part_of_point(
     emitter: EmitterId,
     description: &Emitter,

@@ -448,7 +448,7 @@ fn the_tree_never_forgets_what_arrives() {
             if arriving(part, p, n) > 0.0 || arriving(part, p, -n) > 0.0 {
                 assert!(
                     tree.pmf(p, Some(n), i) > 0.0 && tree.pmf(p, None, i) > 0.0,
-                    "piece {i} from {p}"
+                    "part {i} from {p}"
                 );
             }
         }
