@@ -252,7 +252,7 @@ Definitions, x the image, r the reference, m the mean of r, averages over pixels
   PSNR     10 log10(p^2 / MSE), p the largest value of r
 Where both files carry variance.R/G/B (of the mean):
   noise    what MSE and relMSE would be on average if only noise differed
-  z        of 8x8 blocks and channels, (x - r) / sqrt(var x + var r)";
+  z        of 8x8 blocks and channels, (x - r) / sqrt(var x + var r); differences of 1e-6 r are rounding";
 
 /// Options of `info`.
 #[derive(Debug, Args)]
