@@ -8,20 +8,23 @@
 //! lights `y` is looked up there: emitters, caustic photons, and virtual lights, whose sum is clamped and completed in the same
 //! way. What `y` emits by itself is direct light at `x`.
 //!
+//! Where a glossy lobe at `x` meets a specular surface, the direction also goes on by specular events, and the method starts again
+//! at the surface behind: photons that come from there are counted by diffuse lobes alone.
+//!
 //! Source: Kollig, Keller, "Illumination in the Presence of Weak Singularities", MCQMC 2004; here for lights that stand for
 //! many photons, so that the clamp asks whose a photon at `y` would be.
 
 use super::first_surface;
 use super::light_set::{Complement, LightSet};
 use super::partition::Stage;
-use crate::bsdf::{BsdfSample, Lobes};
+use crate::bsdf::{BsdfNumbers, BsdfSample, Lobes};
 use crate::color::Rgb;
 use crate::film::{Layer, TileSamples};
 use crate::gather::{Selection, ShadingPoint};
 use crate::maps::{INCIDENT_NEIGHBORS, IncidentGuide, Neighbors};
 use crate::math::Vec3;
 use crate::sampling::Sampler;
-use crate::transport::direct::{EmitterSample, found_environment, found_radiance};
+use crate::transport::direct::{EmitterSample, LightPlan, found_environment, found_radiance};
 use crate::transport::{Step, Vertex, Walk};
 use crate::virtual_lights::Spot;
 
@@ -34,8 +37,13 @@ const COMPLEMENTS: u32 = 4;
 const GUIDED: f32 = 0.5;
 /// The complement is a small part of the light: one in so many lights is enough for it.
 const FEW: u32 = 8;
-/// A specular branch goes on with probability `throughput x this`, at most 1: weak reflections are followed rarely.
-const BRANCH_SURVIVAL: f32 = 4.0;
+/// At the end of a specular branch, `throughput x this` of the lights and directions, at most all, do; weaker ones than the FEW-th
+/// part goes with are followed by that probability.
+const BRANCH_EFFORT: f32 = 4.0;
+/// Of the directions, so many may go on by specular events: they find bright things in narrow lobes.
+const MIRRORED: f32 = 0.5;
+/// Each with this many times the share of light that it stands for, at most that.
+const MIRRORED_EFFORT: f32 = 16.0;
 /// Specular chains longer than this end.
 const MAX_CHAIN: u32 = 64;
 /// The first vertex after a gathering point may go on with this many times the share of light that it stands for, at most 1.
@@ -115,6 +123,33 @@ fn smooth_pdf(v: &Vertex, guide: Option<&IncidentGuide>, w: Vec3) -> f32 {
     guide.map_or(lobes, |guide| lobes + GUIDED * (guide.pdf(w) - lobes))
 }
 
+/// A direction in which smooth lobes reflect, from the mixture of them and the guide, which of both by `u` in [0, 1).
+fn draw_direction(
+    v: &Vertex,
+    guide: Option<&IncidentGuide>,
+    numbers: BsdfNumbers,
+    u: f32,
+) -> Option<BsdfSample> {
+    let Some(guide) = guide else {
+        return v.bsdf.sample_wi(v.w_prev, numbers, Lobes::SMOOTH);
+    };
+    let (w, lobe, eta) = if u < GUIDED {
+        let w = guide.sample(numbers.lobe, numbers.direction);
+        (w, Lobes::DIFFUSE, 1.0)
+    } else {
+        let drawn = v.bsdf.sample_wi(v.w_prev, numbers, Lobes::SMOOTH)?;
+        (drawn.w, drawn.lobe, drawn.eta)
+    };
+    let pdf = smooth_pdf(v, Some(guide), w);
+    Some(BsdfSample {
+        w,
+        weight: v.bsdf.f_cos_wi(w, v.w_prev, Lobes::SMOOTH) / pdf,
+        pdf,
+        lobe,
+        eta,
+    })
+}
+
 impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
     /// The path that `walk` starts, for one pixel of the tile.
     pub(super) fn new(
@@ -163,7 +198,9 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
             self.narrow_emission(&v);
             if v.bsdf.lobes().has(Lobes::SMOOTH) {
                 let branch = self.branch();
-                self.smooth_light(&v, branch, self.lights, DIRECTIONS);
+                let one_in = self.one_in();
+                let lights = self.lights.one_in(one_in, self.sampler.next_1d());
+                self.smooth_light(&v, branch, lights, DIRECTIONS / one_in);
             }
             if !self.follow_specular(&v) {
                 return;
@@ -173,6 +210,15 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
 
     fn add(&mut self, layer: Layer, radiance: Rgb) {
         self.paths.out.add(self.pixel, layer, radiance);
+    }
+
+    /// Of lights and directions, one in so many is enough where specular events have made the walk weak.
+    fn one_in(&self) -> u32 {
+        if self.walk.previous().event == Lobes::NONE {
+            return 1;
+        }
+        let effort = BRANCH_EFFORT * weight(&self.walk);
+        ((1.0 / effort) as u32).clamp(1, FEW)
     }
 
     /// A branch that has not left the eye path.
@@ -198,10 +244,15 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
         let at = self.gather_at(v, &branch, lights);
         let guide = self.guide_at(v);
         branch.walk.scale(1.0 / directions as f32);
+        let (for_emitters, for_directions) =
+            (self.sampler.next_spread(), self.sampler.next_spread());
         for i in 0..directions {
-            self.emitters_at(v, &branch, guide.as_ref());
+            let (u_choice, u) = for_emitters.triple(i);
+            let plan = LightPlan::new(self.set.scene, u_choice, u);
+            self.emitters_at(v, &branch, guide.as_ref(), &plan);
+            let (lobe, direction) = for_directions.triple(i);
             let u = (i as f32 + self.sampler.next_1d()) / directions as f32;
-            let sample = self.draw_direction(v, guide.as_ref(), u);
+            let sample = draw_direction(v, guide.as_ref(), BsdfNumbers { lobe, direction }, u);
             self.follow_smooth(v, sample, branch.clone(), &at);
         }
     }
@@ -214,42 +265,15 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
         self.set.incident.around(v.x.p, n, &mut self.paths.found)
     }
 
-    /// A direction in which smooth lobes reflect, from the mixture of them and the guide, which of both by `u` in [0, 1).
-    fn draw_direction(
-        &mut self,
-        v: &Vertex,
-        guide: Option<&IncidentGuide>,
-        u: f32,
-    ) -> Option<BsdfSample> {
-        let numbers = self.sampler.next_bsdf();
-        let Some(guide) = guide else {
-            return v.bsdf.sample_wi(v.w_prev, numbers, Lobes::SMOOTH);
-        };
-        let (w, lobe, eta) = if u < GUIDED {
-            let w = guide.sample(numbers.lobe, numbers.direction);
-            (w, Lobes::DIFFUSE, 1.0)
-        } else {
-            let drawn = v.bsdf.sample_wi(v.w_prev, numbers, Lobes::SMOOTH)?;
-            (drawn.w, drawn.lobe, drawn.eta)
-        };
-        let pdf = smooth_pdf(v, Some(guide), w);
-        Some(BsdfSample {
-            w,
-            weight: v.bsdf.f_cos_wi(w, v.w_prev, Lobes::SMOOTH) / pdf,
-            pdf,
-            lobe,
-            eta,
-        })
-    }
-
     /// The direct light of near-delta lobes belongs to the emission: the walk that follows them is the other half of it.
     fn narrow_emission(&mut self, v: &Vertex) {
-        if v.bsdf.lobes().has(Lobes::NEAR_DELTA)
-            && let Some(radiance) = self.emitter_light(v, Lobes::NEAR_DELTA, None, |wi| {
-                v.bsdf.pdf_wi(wi, v.w_prev, Lobes::SPECULAR)
-            })
-        {
-            self.add(Layer::Emission, self.walk.throughput() * radiance);
+        if v.bsdf.lobes().has(Lobes::NEAR_DELTA) {
+            let plan = LightPlan::draw(self.set.scene, &mut self.sampler);
+            let pdf_walk = |wi| v.bsdf.pdf_wi(wi, v.w_prev, Lobes::SPECULAR);
+            if let Some(radiance) = self.emitter_light(v, Lobes::NEAR_DELTA, None, &plan, pdf_walk)
+            {
+                self.add(Layer::Emission, self.walk.throughput() * radiance);
+            }
         }
     }
 
@@ -259,11 +283,11 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
         v: &Vertex,
         lobes: Lobes,
         lit_from: Option<Vec3>,
+        plan: &LightPlan,
         pdf_walk: impl FnOnce(Vec3) -> f32,
     ) -> Option<Rgb> {
         let (scene, wo) = (self.set.scene, v.w_prev);
-        let light =
-            EmitterSample::draw(scene, &v.x, v.bsdf.receiving_normal(wo), &mut self.sampler)?;
+        let light = EmitterSample::planned(scene, &v.x, v.bsdf.receiving_normal(wo), plan)?;
         let f_cos = v.bsdf.f_cos_wi(light.wi, wo, lobes);
         if f_cos.is_black() || lit_from.is_some_and(|n| light.wi.dot(n) <= 0.0) {
             return None;
@@ -279,9 +303,17 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
     }
 
     /// Light from emitters that smooth lobes reflect at the end `v` of a branch; directions drawn there are the other half of it.
-    fn emitters_at(&mut self, v: &Vertex, branch: &Branch, guide: Option<&IncidentGuide>) {
+    fn emitters_at(
+        &mut self,
+        v: &Vertex,
+        branch: &Branch,
+        guide: Option<&IncidentGuide>,
+        plan: &LightPlan,
+    ) {
         let pdf_walk = |wi| smooth_pdf(v, guide, wi);
-        if let Some(radiance) = self.emitter_light(v, Lobes::SMOOTH, branch.lit_from, pdf_walk) {
+        if let Some(radiance) =
+            self.emitter_light(v, Lobes::SMOOTH, branch.lit_from, plan, pdf_walk)
+        {
             let layer = branch.stage.after(Lobes::DIFFUSE).layer();
             self.add(layer, branch.walk.throughput() * radiance);
         }
@@ -324,13 +356,25 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
         mut branch: Branch<'s>,
         x: &ShadingPoint<'s>,
     ) {
+        let Some(wi) = sample.map(|sample| sample.w) else {
+            return;
+        };
         if !branch.walk.follow(v, sample) {
             return;
         }
         branch.stage = branch.stage.after(Lobes::DIFFUSE);
-        let Some(y) = self.next_surface(&mut branch) else {
+        let Some(y) = self.next_surface(&mut branch, true) else {
             return;
         };
+        if v.bsdf.lobes().has(Lobes::GLOSSY) && y.bsdf.lobes().has(Lobes::SPECULAR) {
+            let of = |lobes| v.bsdf.f(wi, v.w_prev, lobes);
+            let share =
+                of(Lobes::GLOSSY).zip(
+                    of(Lobes::SMOOTH),
+                    |part, all| if all > 0.0 { part / all } else { 0.0 },
+                );
+            self.mirrored(y.clone(), branch.clone(), share);
+        }
         if y.bsdf.lobes().has(Lobes::SMOOTH) && self.set.complement != Complement::None {
             self.complement(&y, branch, x);
         }
@@ -367,8 +411,46 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
         survival > 0.0 && branch.walk.survive(survival, self.sampler.next_1d())
     }
 
-    /// Follows a branch to the next surface where it must scatter, and adds the emitters that it meets on the way. `None`: it ends.
-    fn next_surface(&mut self, branch: &mut Branch<'s>) -> Option<Vertex<'s>> {
+    /// Adds what surfaces shine by way of specular events from `y` on, of which `share` of the branch's light is reflected by
+    /// glossy lobes. Photons would show one by one there. Emitters themselves may be small: photons bring their light.
+    fn mirrored(&mut self, mut y: Vertex<'s>, mut branch: Branch<'s>, share: Rgb) {
+        let (mut most, mut strength) = (MAX_SURVIVAL, 1.0);
+        if branch.stage == Stage::AfterX {
+            (most, strength) = (MIRRORED, MIRRORED_EFFORT);
+        }
+        branch.lit_from = None;
+        branch.stage = branch.stage.after(Lobes::SPECULAR);
+        branch.walk.tint(share);
+        while y.bsdf.lobes().has(Lobes::SPECULAR) && y.segments < MAX_CHAIN {
+            if !branch
+                .walk
+                .scatter(&y, self.sampler.next_bsdf(), Lobes::SPECULAR)
+            {
+                return;
+            }
+            let survival = (strength * weight(&branch.walk) / branch.full).min(most);
+            if !branch.walk.survive(survival, self.sampler.next_1d()) {
+                return;
+            }
+            (most, strength) = (MAX_SURVIVAL, 1.0);
+            match self.next_surface(&mut branch, false) {
+                Some(next) => y = next,
+                None => return,
+            }
+            if y.bsdf.lobes().has(Lobes::SMOOTH) {
+                let few = self.lights.one_in(FEW, self.sampler.next_1d());
+                self.smooth_light(&y, branch.clone(), few, 1);
+            }
+        }
+    }
+
+    /// Follows a branch to the next surface where it must scatter, and adds the emitters that it meets on the way, if they count.
+    /// `None`: it ends.
+    fn next_surface(
+        &mut self,
+        branch: &mut Branch<'s>,
+        emitters_count: bool,
+    ) -> Option<Vertex<'s>> {
         let (scene, limits) = (self.set.scene, self.set.limits);
         loop {
             let walk = &mut branch.walk;
@@ -383,8 +465,10 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
             if branch.lit_from.is_some_and(|n| w.dot(n) <= 0.0) {
                 return None;
             }
-            let radiance = walk.throughput() * found;
-            self.add(branch.stage.layer(), radiance);
+            if emitters_count {
+                let radiance = walk.throughput() * found;
+                self.add(branch.stage.layer(), radiance);
+            }
             let y = hit?;
             branch.reach += INDIRECT_REACH * y.distance;
             if !limits.allow(y.segments + 1) {
@@ -404,7 +488,7 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
         set.gather.missing(&set.lights, x, &spot, owner)
     }
 
-    /// Continues by a specular event; weak branches only sometimes, since every one ends in another sum over all lights.
+    /// Continues by a specular event; the weakest branches only sometimes.
     fn follow_specular(&mut self, v: &Vertex) -> bool {
         if v.segments >= MAX_CHAIN
             || !v.bsdf.lobes().has(Lobes::SPECULAR)
@@ -414,7 +498,7 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
         {
             return false;
         }
-        let survival = (BRANCH_SURVIVAL * weight(&self.walk)).min(1.0);
+        let survival = (BRANCH_EFFORT * FEW as f32 * weight(&self.walk)).min(1.0);
         survival > 0.0 && self.walk.survive(survival, self.sampler.next_1d())
     }
 }

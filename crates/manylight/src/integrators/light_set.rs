@@ -139,7 +139,8 @@ impl<'s> LightSet<'s> {
         Stats::count(&run.stats.unclamped, (unclamped * 1e6) as u64);
     }
 
-    /// Density estimate over caustic photons: `Σ_j k_j f Φ_j`.
+    /// Density estimate over caustic photons: `Σ_j k_j f Φ_j`. On glossy lobes, eye paths look for what photons bring from
+    /// other surfaces.
     fn caustic_radiance(&self, point: &Gathering, found: &mut Neighbors) -> Rgb {
         let x = &point.at.x;
         let n = point.at.lit_from.unwrap_or(x.normal_towards(point.at.wo));
@@ -158,9 +159,12 @@ impl<'s> LightSet<'s> {
             found,
             |photon, kernel| {
                 if self.limits.allow(point.segments + u32::from(photon.depth)) {
-                    sum += photon.flux
-                        * point.at.bsdf.f(photon.wi, point.at.wo, Lobes::SMOOTH)
-                        * kernel;
+                    let lobes = if photon.origin == Lobes::NONE {
+                        Lobes::SMOOTH
+                    } else {
+                        Lobes::DIFFUSE
+                    };
+                    sum += photon.flux * point.at.bsdf.f(photon.wi, point.at.wo, lobes) * kernel;
                 }
             },
         );

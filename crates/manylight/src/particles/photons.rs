@@ -32,6 +32,8 @@ pub struct Photon {
     pub depth: u16,
     /// Class of the scattering event at `prev`; [`Lobes::NONE`] at an emitter.
     pub event: Lobes,
+    /// Class of the last event that was not specular; [`Lobes::NONE`] if there was none since the emitter.
+    pub origin: Lobes,
 }
 
 /// Paths traced by one task.
@@ -83,8 +85,12 @@ fn trace_path(
         return;
     };
     let mut walk = Walk::from_emitter(scene, start.ray, start.flux * share);
+    let mut origin = Lobes::NONE;
     while let Step::Hit(v) = walk.advance() {
         let event = walk.previous().event;
+        if !event.has(Lobes::SPECULAR) {
+            origin = event;
+        }
         let segments_when_used = v.segments + if event.has(Lobes::SPECULAR) { 1 } else { 2 };
         if v.bsdf.lobes().has(Lobes::SMOOTH) && limits.allow(segments_when_used) {
             photons.push(Photon {
@@ -97,6 +103,7 @@ fn trace_path(
                 at: v.x.at,
                 depth: v.segments.min(u32::from(u16::MAX)) as u16,
                 event,
+                origin,
             });
         }
         if !limits.allow(v.segments + 2) {

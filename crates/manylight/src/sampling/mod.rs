@@ -7,4 +7,4 @@ pub mod sampler;
 pub mod systematic;
 pub mod warp;
 
-pub use sampler::{Pass, Sampler, Stream};
+pub use sampler::{Pass, Sampler, Spread, Stream};

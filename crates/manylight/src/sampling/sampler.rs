@@ -37,17 +37,42 @@ impl Pass {
         Sampler::new(self.seed, self.index, stream, index)
     }
 
-    /// Two numbers of item `index`, uniform over renders, that fill the square evenly over passes: an additive recurrence with a
-    /// random start per item. The spread over passes then overstates the variance of the mean, never understates it.
-    ///
-    /// Source: Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018: the R2 sequence.
+    /// Two numbers of item `index`, uniform over renders, that fill the square evenly over passes. The spread over passes then
+    /// overstates the variance of the mean, never understates it.
     pub fn spread_2d(self, stream: Stream, index: u64) -> Vec2 {
-        const STEP: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
         let start = Sampler::new(self.seed, u32::MAX, stream, index).next_2d();
-        let at = |start: f32, step: f64| {
-            (f64::from(start) + step * f64::from(self.index)).fract() as f32
-        };
-        Vec2::new(at(start.x, STEP[0]), at(start.y, STEP[1])).min(Vec2::splat(1.0 - f32::EPSILON))
+        Vec2::from(spread(start.to_array(), R2, self.index))
+    }
+}
+
+/// Steps of the recurrence in two and in three dimensions: powers of 1/g, where g² or g³ is 1 + 1/g.
+const R2: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
+const R3: [f64; 3] = [
+    0.819_172_513_396_164_4,
+    0.671_043_606_703_789_2,
+    0.549_700_477_901_970_3,
+];
+
+/// Point `index` of an additive recurrence, whose points fill the cube evenly. With a random start each is uniform.
+///
+/// Source: Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018.
+fn spread<const D: usize>(start: [f32; D], steps: [f64; D], index: u32) -> [f32; D] {
+    let at = |k: usize| (f64::from(start[k]) + steps[k] * f64::from(index)).fract() as f32;
+    std::array::from_fn(|k| at(k).min(1.0 - f32::EPSILON))
+}
+
+/// Triples of numbers, each uniform, that together fill the cube evenly; see [`Sampler::next_spread`].
+#[derive(Clone, Copy, Debug)]
+pub struct Spread {
+    start: [f32; 3],
+}
+
+impl Spread {
+    /// One number, and two.
+    #[inline]
+    pub fn triple(&self, index: u32) -> (f32, Vec2) {
+        let [a, b, c] = spread(self.start, R3, index);
+        (a, Vec2::new(b, c))
     }
 }
 
@@ -73,6 +98,14 @@ impl Sampler {
         self.rng.next_f32()
     }
 
+    /// The start of many triples.
+    #[inline]
+    pub fn next_spread(&mut self) -> Spread {
+        Spread {
+            start: [self.next_1d(), self.next_1d(), self.next_1d()],
+        }
+    }
+
     /// Two numbers.
     #[inline]
     pub fn next_2d(&mut self) -> Vec2 {
@@ -83,6 +116,21 @@ impl Sampler {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn spread_triples_fill_the_cube_evenly() {
+        let mut sampler = Sampler::new(5, 0, Stream::Test, 0);
+        for _ in 0..20 {
+            let numbers = sampler.next_spread();
+            let mut cells = [0; 8];
+            for index in 0..80 {
+                let (a, b) = numbers.triple(index);
+                cells[(a * 2.0) as usize * 4 + (b.y * 2.0) as usize * 2 + (b.x * 2.0) as usize] +=
+                    1;
+            }
+            assert!(cells.iter().all(|c| (6..=14).contains(c)), "{cells:?}");
+        }
+    }
 
     #[test]
     fn spread_numbers_fill_the_square_evenly() {

@@ -5,7 +5,7 @@ use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::emitters::DirectPlan;
 use crate::geometry::{Segment, SurfacePoint};
-use crate::math::Vec3;
+use crate::math::{Vec2, Vec3};
 use crate::sampling::{Sampler, mis};
 use crate::scene::Scene;
 
@@ -18,7 +18,12 @@ impl LightPlan {
     /// Draws the numbers.
     #[inline]
     pub fn draw(scene: &Scene, sampler: &mut Sampler) -> Self {
-        let (u_choice, u) = (sampler.next_1d(), sampler.next_2d());
+        LightPlan::new(scene, sampler.next_1d(), sampler.next_2d())
+    }
+
+    /// From numbers in [0, 1).
+    #[inline]
+    pub fn new(scene: &Scene, u_choice: f32, u: Vec2) -> Self {
         LightPlan(scene.emitters.plan_direct(u_choice, u))
     }
 }
@@ -36,17 +41,7 @@ pub struct EmitterSample {
 }
 
 impl EmitterSample {
-    /// Draws a direction from `x` to an emitter; `n` as in [`crate::bsdf::Bsdf::receiving_normal`].
-    pub fn draw(
-        scene: &Scene,
-        x: &SurfacePoint,
-        n: Option<Vec3>,
-        sampler: &mut Sampler,
-    ) -> Option<Self> {
-        Self::planned(scene, x, n, &LightPlan::draw(scene, sampler))
-    }
-
-    /// [`EmitterSample::draw`] with numbers that were drawn before.
+    /// A direction from `x` to an emitter; `n` as in [`crate::bsdf::Bsdf::receiving_normal`].
     pub fn planned(
         scene: &Scene,
         x: &SurfacePoint,

@@ -256,6 +256,12 @@ impl<'s> Walk<'s> {
         self.throughput *= factor;
     }
 
+    /// Lets each channel of the walk count so many times as much.
+    #[inline]
+    pub fn tint(&mut self, factor: Rgb) {
+        self.throughput *= factor;
+    }
+
     /// Ends the walk with probability `1 - survival`; whoever goes on carries more.
     #[inline]
     pub fn survive(&mut self, survival: f32, u: f32) -> bool {

@@ -25,6 +25,7 @@ pub(super) fn photon(p: Vec3, n: Vec3) -> Photon {
         },
         depth: 1,
         event: Lobes::NONE,
+        origin: Lobes::NONE,
     }
 }
 

@@ -112,6 +112,32 @@ fn rich_vpl_with_specular_objects() {
     check(&b.build(), rich(), 12, 1.5e-2);
 }
 
+/// A metal floor before a mirror: its glossy lobes find lit walls by way of the mirror, its photons bring the lamp from there.
+#[test]
+fn rich_vpl_with_a_mirror_over_a_glossy_floor() {
+    let mut b = Builder::new(
+        Vec3::new(0.0, 0.1, -0.98),
+        Vec3::new(0.0, -0.3, 1.0),
+        75.0,
+        32,
+    );
+    let (wall, red) = (
+        b.material(diffuse(0.6, 0.6, 0.6)),
+        b.material(diffuse(0.6, 0.1, 0.08)),
+    );
+    let (floor, mirror) = (b.material(rough_metal(0.25)), b.material(rough_metal(0.03)));
+    b.room([red, wall, floor, wall, wall, mirror], None);
+    let lamp = b.area_light(Rgb::splat(6.0));
+    b.rectangle(
+        Vec3::new(0.3, 0.98, -0.3),
+        Vec3::X * 0.3,
+        Vec3::Z * 0.3,
+        wall,
+        Some(lamp),
+    );
+    check(&b.build(), rich(), 12, 1e-2);
+}
+
 #[test]
 fn importance_placed_vpls_unclamped() {
     let clamp = manylight::gather::Clamp::None;
