@@ -13,6 +13,7 @@ use crate::gather::{Gather, Lights};
 use crate::maps::density::{IMPORTANCE_NEIGHBORS, importance_at};
 use crate::maps::{Incident, IncidentMap, KdTree, Neighbors};
 use crate::particles::{Importon, Photon, trace_importons, trace_photons};
+use crate::sampling::systematic::{inclusion_probabilities, systematic};
 use crate::sampling::{Pass, Stream};
 use crate::scene::{PathLimits, Scene};
 use crate::stats::Stats;
@@ -76,6 +77,8 @@ pub struct ManyLight {
 
 /// More photons than this on average do not make lights better: theirs is the least of all noise.
 const PHOTONS_PER_LIGHT: usize = 1024;
+/// Which ones stay is said by their weight, and to this share by their flux alone.
+const KEPT_BY_FLUX: f32 = 0.25;
 /// Passes that share one set of lights, at most; each shades by its own part of them.
 const MAX_PASSES_PER_SET: u32 = 8;
 /// No set for more than one pass has more lights than this,
@@ -234,14 +237,14 @@ impl ManyLight {
             .into_iter()
             .filter(|p| limits.allow(u32::from(p.depth) + 2))
             .collect();
-        let most = PHOTONS_PER_LIGHT.saturating_mul(self.light_count as usize);
-        let photons = thinned(photons, most, sampler.next_1d());
-        let weights = match self.placement {
+        let weights: Vec<f32> = match self.placement {
             Placement::Uniform => photons.iter().map(|p| p.flux.luminance()).collect(),
             Placement::Importance => self.importance_times_flux(scene, limits, run, &photons),
         };
         let (lights, claims) = stats.time("lights", || {
             let count = self.light_count as usize;
+            let most = PHOTONS_PER_LIGHT.saturating_mul(count);
+            let (photons, weights) = thinned(photons, weights, most, sampler.next_1d());
             let sites = select(&photons, &weights, count, sampler.next_1d());
             let (shares, claims) = match self.flux {
                 FluxRule::Density => (Shares::own(&sites), Claims::none()),
@@ -295,20 +298,38 @@ impl ManyLight {
     }
 }
 
-/// At most about `most` of the photons, evenly along their list from the random number `u` in [0, 1) on, for all of them.
-fn thinned(photons: Vec<Photon>, most: usize, u: f32) -> Vec<Photon> {
-    let step = photons.len().div_ceil(most.max(1));
-    if step <= 1 {
-        return photons;
+/// About `most` of the photons, or all, by their weights; each stands for as many as its probability says. Returns the weights too.
+fn thinned(
+    photons: Vec<Photon>,
+    weights: Vec<f32>,
+    most: usize,
+    u: f32,
+) -> (Vec<Photon>, Vec<f32>) {
+    if photons.len() <= most {
+        return (photons, weights);
     }
-    let kept = photons.into_iter().skip((u * step as f32) as usize);
-    kept.step_by(step)
-        .map(|photon| Photon {
-            flux: photon.flux * step as f32,
-            diffuse_flux: photon.diffuse_flux * step as f32,
+    let flux = |photon: &Photon| photon.flux.luminance();
+    let (all_weights, all_flux): (f64, f64) = (
+        weights.iter().map(|&w| f64::from(w)).sum(),
+        photons.iter().map(|p| f64::from(flux(p))).sum(),
+    );
+    let share = |part: f32, all: f64| if all > 0.0 { part / all as f32 } else { 0.0 };
+    let mixed: Vec<f32> = photons
+        .iter()
+        .zip(&weights)
+        .map(|(p, &w)| share(w, all_weights) + KEPT_BY_FLUX * share(flux(p), all_flux))
+        .collect();
+    let probabilities = inclusion_probabilities(&mixed, most, 0.0);
+    let kept = systematic(&probabilities, u).into_iter().map(|j| {
+        let (photon, stands_for) = (photons[j], 1.0 / probabilities[j]);
+        let kept = Photon {
+            flux: photon.flux * stands_for,
+            diffuse_flux: photon.diffuse_flux * stands_for,
             ..photon
-        })
-        .collect()
+        };
+        (kept, weights[j] * stands_for)
+    });
+    kept.unzip()
 }
 
 /// Photons straight from emitters beyond the scene, if these fill a solid angle. Emitters within it are found by their area.
@@ -334,19 +355,35 @@ mod tests {
     use crate::virtual_lights::testing::photons_on_square;
 
     #[test]
-    fn thinning_keeps_the_flux_on_average() {
+    fn thinning_keeps_flux_and_weight_on_average() {
         let photons = photons_on_square(1000, 1);
         let flux = |photons: &[Photon]| photons.iter().map(|p| f64::from(p.flux.g)).sum::<f64>();
-        let (total, step) = (flux(&photons), 4);
-        let mean: f64 = (0..step)
-            .map(|k| {
-                let kept = thinned(photons.clone(), 300, (k as f32 + 0.5) / step as f32);
-                assert_eq!(kept.len(), 250);
-                flux(&kept) / f64::from(step)
-            })
-            .sum();
-        assert!((mean / total - 1.0).abs() < 1e-6, "{mean} of {total}");
-        assert_eq!(thinned(photons, 1000, 0.9).len(), 1000);
+        let sum = |weights: &[f32]| weights.iter().map(|&w| f64::from(w)).sum::<f64>();
+        // Of half of the photons the camera sees nothing.
+        let weights: Vec<f32> = photons
+            .iter()
+            .map(|p| p.flux.luminance() * (p.p.x - 0.5).max(0.0))
+            .collect();
+        let (mut mean_flux, mut mean_weight, trials) = (0.0, 0.0, 64);
+        for t in 0..trials {
+            let u = (t as f32 + 0.5) / trials as f32;
+            let (kept, its_weights) = thinned(photons.clone(), weights.clone(), 300, u);
+            assert!(kept.len().abs_diff(300) <= 1 && kept.len() == its_weights.len());
+            let seen = kept.iter().filter(|p| p.p.x > 0.5).count();
+            assert!(seen > 200, "{seen} of {} are seen", kept.len());
+            mean_flux += flux(&kept) / f64::from(trials);
+            mean_weight += sum(&its_weights) / f64::from(trials);
+        }
+        let (total, weight) = (flux(&photons), sum(&weights));
+        assert!(
+            (mean_flux / total - 1.0).abs() < 0.01,
+            "{mean_flux} of {total}"
+        );
+        assert!(
+            (mean_weight / weight - 1.0).abs() < 0.01,
+            "{mean_weight} of {weight}"
+        );
+        assert_eq!(thinned(photons, weights, 1000, 0.9).0.len(), 1000);
     }
 
     #[test]

@@ -8,7 +8,7 @@ use crate::math::Vec3;
 use crate::particles::{Importon, Photon};
 
 /// Neighbors in the importance estimate. Its noise only affects variance.
-pub const IMPORTANCE_NEIGHBORS: usize = 64;
+pub const IMPORTANCE_NEIGHBORS: usize = 32;
 
 /// Importons count up to 60° from the normal: wide, because facets of one smooth object must see each other,
 /// yet closed against the other side of a wall.
