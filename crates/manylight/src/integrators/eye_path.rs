@@ -37,9 +37,11 @@ const COMPLEMENTS: u32 = 4;
 const GUIDED: f32 = 0.5;
 /// The complement is a small part of the light: one in so many lights is enough for it.
 const FEW: u32 = 8;
-/// At the end of a specular branch, `throughput x this` of the lights and directions, at most all, do; weaker ones than the FEW-th
-/// part goes with are followed by that probability.
-const BRANCH_EFFORT: f32 = 4.0;
+/// The first specular event of an eye path splits it in so many, each with that part of the lights and directions: narrow lobes
+/// and the choice between reflection and refraction are noise otherwise.
+const SPLIT: u32 = 8;
+/// A specular branch goes on with probability `throughput x this`, at most 1: the weakest are followed rarely.
+const BRANCH_SURVIVAL: f32 = 64.0;
 /// Of the directions, so many may go on by specular events: they find bright things in narrow lobes.
 const MIRRORED: f32 = 0.5;
 /// Each with this many times the share of light that it stands for, at most that.
@@ -97,6 +99,8 @@ pub(super) struct EyePath<'p, 's, 'o, 't> {
     paths: &'p mut EyePaths<'s, 'o, 't>,
     /// In m.
     length: f32,
+    /// Whether this is one of [`SPLIT`] paths.
+    is_split: bool,
 }
 
 /// A path that looks for light beyond a gathering point.
@@ -168,6 +172,7 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
             pixel,
             paths,
             length: 0.0,
+            is_split: false,
         }
     }
 
@@ -198,27 +203,43 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
             self.narrow_emission(&v);
             if v.bsdf.lobes().has(Lobes::SMOOTH) {
                 let branch = self.branch();
-                let one_in = self.one_in();
-                let lights = self.lights.one_in(one_in, self.sampler.next_1d());
-                self.smooth_light(&v, branch, lights, DIRECTIONS / one_in);
+                if self.is_split {
+                    let lights = self.lights.one_in(SPLIT, self.sampler.next_1d());
+                    self.smooth_light(&v, branch, lights, DIRECTIONS / SPLIT);
+                } else {
+                    self.smooth_light(&v, branch, self.lights, DIRECTIONS);
+                }
             }
-            if !self.follow_specular(&v) {
+            if !self.is_split {
+                return self.split(&v);
+            }
+            let numbers = self.sampler.next_bsdf();
+            if !self.follow_specular(&v, numbers) {
                 return;
+            }
+        }
+    }
+
+    /// Goes on from `v` on several paths.
+    fn split(&mut self, v: &Vertex<'s>) {
+        if !v.bsdf.lobes().has(Lobes::SPECULAR) {
+            return;
+        }
+        self.is_split = true;
+        self.walk.scale(1.0 / SPLIT as f32);
+        let (walk, length) = (self.walk.clone(), self.length);
+        let numbers = self.sampler.next_spread();
+        for i in 0..SPLIT {
+            (self.walk, self.length) = (walk.clone(), length);
+            let (lobe, direction) = numbers.triple(i);
+            if self.follow_specular(v, BsdfNumbers { lobe, direction }) {
+                self.trace();
             }
         }
     }
 
     fn add(&mut self, layer: Layer, radiance: Rgb) {
         self.paths.out.add(self.pixel, layer, radiance);
-    }
-
-    /// Of lights and directions, one in so many is enough where specular events have made the walk weak.
-    fn one_in(&self) -> u32 {
-        if self.walk.previous().event == Lobes::NONE {
-            return 1;
-        }
-        let effort = BRANCH_EFFORT * weight(&self.walk);
-        ((1.0 / effort) as u32).clamp(1, FEW)
     }
 
     /// A branch that has not left the eye path.
@@ -489,16 +510,14 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
     }
 
     /// Continues by a specular event; the weakest branches only sometimes.
-    fn follow_specular(&mut self, v: &Vertex) -> bool {
+    fn follow_specular(&mut self, v: &Vertex, numbers: BsdfNumbers) -> bool {
         if v.segments >= MAX_CHAIN
             || !v.bsdf.lobes().has(Lobes::SPECULAR)
-            || !self
-                .walk
-                .scatter(v, self.sampler.next_bsdf(), Lobes::SPECULAR)
+            || !self.walk.scatter(v, numbers, Lobes::SPECULAR)
         {
             return false;
         }
-        let survival = (BRANCH_EFFORT * FEW as f32 * weight(&self.walk)).min(1.0);
+        let survival = (BRANCH_SURVIVAL * weight(&self.walk)).min(1.0);
         survival > 0.0 && self.walk.survive(survival, self.sampler.next_1d())
     }
 }

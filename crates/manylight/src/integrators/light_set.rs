@@ -31,9 +31,9 @@ pub enum Complement {
 /// Photons in a caustic estimate.
 const CAUSTIC_NEIGHBORS: usize = 48;
 /// Largest radius of a caustic estimate in pixels, after one pass.
-const CAUSTIC_PIXELS: f32 = 24.0;
+const CAUSTIC_PIXELS: f32 = 72.0;
 /// And as a share of the scene's diagonal.
-const CAUSTIC_RADIUS: f32 = 0.01;
+const CAUSTIC_RADIUS: f32 = 0.03;
 /// Radii shrink with the number of passes to the power of less this, so that the mean over passes goes to the right picture:
 /// squared radii by n^(-1/3), where the errors by blur and by noise fall alike.
 /// Source: Knaus, Zwicker, "Progressive Photon Mapping: A Probabilistic Approach", ACM TOG 2011, with alpha = 2/3.
