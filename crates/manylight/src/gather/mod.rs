@@ -178,7 +178,7 @@ impl Gather {
                 let light = &lights.field.lights()[id.index()];
                 (light.n, self.part_area(at, light))
             }
-            None => (y.n, lights.field.area_around(y.p)),
+            None => (y.n, lights.field.stray_area(y.p)),
         };
         let way = Way {
             w,

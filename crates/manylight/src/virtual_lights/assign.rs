@@ -15,6 +15,9 @@ use rayon::prelude::*;
 const MAX_RESIDUAL_WEIGHT: f64 = 10.0;
 /// Residual lights per light, while the weight limit allows.
 const RESIDUAL_SHARE: f64 = 0.25;
+/// A residual light stands for many photons like its own, and so for this many times the surface of a light that has its place to
+/// itself: the clamp must not take it for a small bright one.
+const RESIDUAL_SURFACE: f32 = 16.0;
 
 /// Lights to be, in the order of the space-filling curve, and the photons that each speaks for.
 #[derive(Clone, Debug, Default)]
@@ -24,6 +27,8 @@ pub struct Shares {
     offsets: Vec<u32>,
     photons: Vec<u32>,
     scales: Vec<f32>,
+    surfaces: Vec<f32>,
+    stray_surface: f32,
     /// Flux of the photons that no light took, before thinning; W per channel.
     residual: [f64; 3],
 }
@@ -36,6 +41,8 @@ impl Shares {
             offsets: (0..=sites.len() as u32).collect(),
             photons: sites.iter().map(|s| s.photon).collect(),
             scales: sites.iter().map(|s| 1.0 / s.probability).collect(),
+            surfaces: vec![1.0; sites.len()],
+            stray_surface: 1.0,
             residual: [0.0; 3],
         }
     }
@@ -65,6 +72,17 @@ impl Shares {
     #[inline]
     pub fn scale(&self, k: usize) -> f32 {
         self.scales[k]
+    }
+
+    /// For how many times the surface per light around it light `k` stands.
+    #[inline]
+    pub fn surface(&self, k: usize) -> f32 {
+        self.surfaces[k]
+    }
+
+    /// The same for a light of its own that a photon might be whom no other light takes.
+    pub fn stray_surface(&self) -> f32 {
+        self.stray_surface
     }
 
     /// Flux of the photons that no light took, before thinning; W per channel.
@@ -216,6 +234,7 @@ fn gather_shares(
 
     let mut shares = Shares {
         offsets: vec![0],
+        stray_surface: RESIDUAL_SURFACE,
         ..Shares::default()
     };
     let mut next = vec![0u32; sites.len()];
@@ -227,12 +246,14 @@ fn gather_shares(
                 next[k] = end;
                 shares.sites.push(site);
                 shares.scales.push(1.0);
+                shares.surfaces.push(1.0);
                 shares.offsets.push(end + counts[k]);
             }
             None => {
                 let site = extras[k - sites.len()];
                 shares.sites.push(site);
                 shares.scales.push(1.0 / site.probability);
+                shares.surfaces.push(RESIDUAL_SURFACE);
                 shares.offsets.push(end + 1);
             }
         }

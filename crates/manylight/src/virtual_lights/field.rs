@@ -44,6 +44,8 @@ pub struct LightField<'s> {
     shares_by_depth: Vec<[f32; DEPTHS]>,
     /// Where the lights stand.
     places: KdTree<Vec3>,
+    /// See [`Shares::stray_surface`].
+    stray_surface: f32,
     ledger: Ledger,
 }
 
@@ -126,6 +128,7 @@ impl<'s> LightField<'s> {
             side: grid.map_or(0, Grid::side),
             shares_by_depth: Vec::new(),
             places: KdTree::build(Vec::new()),
+            stray_surface: shares.stray_surface(),
             ledger: Ledger {
                 residual: shares.residual(),
                 ..Ledger::default()
@@ -143,7 +146,7 @@ impl<'s> LightField<'s> {
                 .map(|k| shares_by_depth(photons, shares.photons_of(k)));
             field.shares_by_depth = shares.collect();
         }
-        field.measure_areas();
+        field.measure_areas(shares);
         field
     }
 
@@ -166,7 +169,7 @@ impl<'s> LightField<'s> {
         self.lights.push(made.light);
     }
 
-    fn measure_areas(&mut self) {
+    fn measure_areas(&mut self, shares: &Shares) {
         self.places = KdTree::build(
             self.lights
                 .iter()
@@ -182,14 +185,15 @@ impl<'s> LightField<'s> {
                 |found, light| self.area_per_light(light.p, 1, found),
             )
             .collect();
-        for (light, area) in self.lights.iter_mut().zip(areas) {
-            light.area = area;
+        for (k, (light, area)) in self.lights.iter_mut().zip(areas).enumerate() {
+            light.area = area * shares.surface(k);
         }
     }
 
-    /// Surface per light around `p`, in m²: what a light that stood there alone would speak for.
-    pub fn area_around(&self, p: Vec3) -> f32 {
-        self.area_per_light(p, 0, &mut Neighbors::new(AREA_NEIGHBORS - 1))
+    /// Surface in m² that a light would speak for if a photon at `p`, which no light takes, had become one.
+    pub fn stray_area(&self, p: Vec3) -> f32 {
+        let found = &mut Neighbors::new(AREA_NEIGHBORS - 1);
+        self.stray_surface * self.area_per_light(p, 0, found)
     }
 
     /// The disc that reaches to the last neighbor over the number of lights in it, the first `own` of which stand at `p`.

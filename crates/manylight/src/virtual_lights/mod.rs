@@ -49,7 +49,7 @@ pub struct VirtualLight<'s> {
     pub ns: Vec3,
     /// Radius of the disc with the same second moment, in m; 0 for a point.
     pub radius: f32,
-    /// Surface per light around here, in m²: what bounds the geometry term of points. 0 for a lone light.
+    /// Surface that it stands for, in m², from the spacing of lights around it: what bounds the geometry term of points. 0 for a lone light.
     pub area: f32,
     /// Distance by which shadow rays start off the surface, in m.
     pub offset: f32,
