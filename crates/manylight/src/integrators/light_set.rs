@@ -24,7 +24,7 @@ pub enum Complement {
     /// It is lost.
     None,
     /// Directions drawn from the smooth lobes find it, and the method starts again where they end; see
-    /// [`super::eye_path`].
+    /// [`super::smooth_light`].
     KolligKeller,
 }
 

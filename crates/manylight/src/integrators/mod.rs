@@ -7,6 +7,7 @@ mod light_tracer;
 pub mod many_light;
 pub mod partition;
 mod path;
+mod smooth_light;
 
 pub use light_set::LightSet;
 pub use many_light::ManyLight;

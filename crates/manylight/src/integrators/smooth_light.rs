@@ -1,0 +1,314 @@
+//! Light on smooth lobes at a point of an eye path: emitters, the sum over lights, and what the sum lacks.
+//!
+//! Some light is looked for by directions from the point `x`, drawn from its smooth
+//! lobes and from where photons of emitters beyond the scene arrive. Where one runs into an emitter, it is
+//! the other half of direct light. Where it meets a surface at `y`, it may go on as **the complement of the clamp**: the sum over
+//! virtual lights at `x` keeps a share of the light that the smooth lobes at `y` reflect towards `x`, and the clamp takes the rest
+//! away. So the direction goes on with the probability of what the clamp takes away from a photon at `y`, and everything that
+//! lights `y` is looked up there: emitters, caustic photons, and virtual lights, whose sum is clamped and completed in the same
+//! way. What `y` emits by itself is direct light at `x`.
+//!
+//! Where a glossy lobe at `x` meets a specular surface, the direction also goes on by specular events, and the method starts again
+//! at the surface behind: photons that come from there are counted by diffuse lobes alone.
+//!
+//! Source: Kollig, Keller, "Illumination in the Presence of Weak Singularities", MCQMC 2004; here for lights that stand for
+//! many photons, so that the clamp asks whose a photon at `y` would be.
+
+use super::eye_path::{EyePath, Gathering, MAX_CHAIN, weight};
+use super::light_set::Complement;
+use super::partition::Stage;
+use crate::bsdf::{BsdfNumbers, BsdfSample, Lobes};
+use crate::color::Rgb;
+use crate::gather::{Selection, ShadingPoint};
+use crate::maps::IncidentGuide;
+use crate::math::Vec3;
+use crate::transport::direct::{LightPlan, found_environment, found_radiance};
+use crate::transport::{Step, Vertex, Walk};
+use crate::virtual_lights::Spot;
+
+/// Directions drawn at each gathering point of an eye path, and samples of its emitters: cheap beside the sum over all lights,
+/// and without them their noise would show.
+pub(super) const DIRECTIONS: u32 = 16;
+/// Of the directions, those that may go on as the complement: sums over lights cost much more than rays to emitters.
+pub(super) const COMPLEMENTS: u32 = 4;
+/// Share of the directions that look where light from afar comes from, if that is known.
+const GUIDED: f32 = 0.5;
+/// The complement is a small part of the light: one in so many lights is enough for it.
+const FEW: u32 = 8;
+/// Of the directions, so many may go on by specular events: they find bright things in narrow lobes.
+const MIRRORED: f32 = 0.5;
+/// Each with this many times the share of light that it stands for, at most that.
+const MIRRORED_EFFORT: f32 = 16.0;
+/// The first vertex after a gathering point may go on with this many times the share of light that it stands for, at most 1.
+const SURVIVAL: f32 = 2.0;
+/// Vertices after that, with that share; at most this.
+const MAX_SURVIVAL: f32 = 0.95;
+/// Caustics that are seen by way of a smooth surface may be blurred by this angle more.
+const INDIRECT_REACH: f32 = 0.02;
+
+/// A path that looks for light beyond a gathering point.
+#[derive(Clone)]
+pub(super) struct Branch<'s> {
+    pub(super) walk: Walk<'s>,
+    pub(super) stage: Stage,
+    /// If given, only light from the side of this normal counts at its end.
+    pub(super) lit_from: Option<Vec3>,
+    /// Weight of the complements of its eye path.
+    pub(super) full: f32,
+    /// Largest radius of a caustic estimate at its end, in m.
+    pub(super) reach: f32,
+}
+
+/// Density of [`draw_direction`] per solid angle.
+fn smooth_pdf(v: &Vertex, guide: Option<&IncidentGuide>, w: Vec3) -> f32 {
+    let lobes = v.bsdf.pdf_wi(w, v.w_prev, Lobes::SMOOTH);
+    guide.map_or(lobes, |guide| lobes + GUIDED * (guide.pdf(w) - lobes))
+}
+
+/// A direction in which smooth lobes reflect, from the mixture of them and the guide, which of both by `u` in [0, 1).
+fn draw_direction(
+    v: &Vertex,
+    guide: Option<&IncidentGuide>,
+    numbers: BsdfNumbers,
+    u: f32,
+) -> Option<BsdfSample> {
+    let Some(guide) = guide else {
+        return v.bsdf.sample_wi(v.w_prev, numbers, Lobes::SMOOTH);
+    };
+    let (w, lobe, eta) = if u < GUIDED {
+        let w = guide.sample(numbers.lobe, numbers.direction);
+        (w, Lobes::DIFFUSE, 1.0)
+    } else {
+        let drawn = v.bsdf.sample_wi(v.w_prev, numbers, Lobes::SMOOTH)?;
+        (drawn.w, drawn.lobe, drawn.eta)
+    };
+    let pdf = smooth_pdf(v, Some(guide), w);
+    Some(BsdfSample {
+        w,
+        weight: v.bsdf.f_cos_wi(w, v.w_prev, Lobes::SMOOTH) / pdf,
+        pdf,
+        lobe,
+        eta,
+    })
+}
+
+impl<'s> EyePath<'_, 's, '_, '_> {
+    /// Everything that the smooth lobes at the end `v` of a branch reflect: emitters and what lacks in the sum over lights, looked
+    /// for in some directions, and that sum.
+    pub(super) fn smooth_light(
+        &mut self,
+        v: &Vertex<'s>,
+        mut branch: Branch<'s>,
+        lights: Selection,
+        directions: u32,
+    ) {
+        let at = self.gather_at(v, &branch, lights);
+        let guide = self.guide_at(v);
+        branch.walk.scale(1.0 / directions as f32);
+        let (for_emitters, for_directions) =
+            (self.sampler.next_spread(), self.sampler.next_spread());
+        for i in 0..directions {
+            let (u_choice, u) = for_emitters.triple(i);
+            let plan = LightPlan::new(self.set.scene, u_choice, u);
+            self.emitters_at(v, &branch, guide.as_ref(), &plan);
+            let (lobe, direction) = for_directions.triple(i);
+            let u = (i as f32 + self.sampler.next_1d()) / directions as f32;
+            let sample = draw_direction(v, guide.as_ref(), BsdfNumbers { lobe, direction }, u);
+            self.follow_smooth(v, sample, branch.clone(), &at);
+        }
+    }
+
+    /// Where light from afar comes from at `v`, if anything is known.
+    fn guide_at(&mut self, v: &Vertex) -> Option<IncidentGuide> {
+        // A surface that is lit from both sides would need two guides.
+        v.bsdf.receiving_normal(v.w_prev)?;
+        let n = v.x.normal_towards(v.w_prev);
+        self.set.incident.around(v.x.p, n, &mut self.paths.found)
+    }
+
+    /// Light from emitters that smooth lobes reflect at the end `v` of a branch; directions drawn there are the other half of it.
+    fn emitters_at(
+        &mut self,
+        v: &Vertex,
+        branch: &Branch,
+        guide: Option<&IncidentGuide>,
+        plan: &LightPlan,
+    ) {
+        let pdf_walk = |wi| smooth_pdf(v, guide, wi);
+        if let Some(radiance) =
+            self.emitter_light(v, Lobes::SMOOTH, branch.lit_from, plan, pdf_walk)
+        {
+            let layer = branch.stage.after(Lobes::DIFFUSE).layer();
+            self.add(layer, branch.walk.throughput() * radiance);
+        }
+    }
+
+    /// The end `v` of a branch becomes a gathering point.
+    fn gather_at(
+        &mut self,
+        v: &Vertex<'s>,
+        branch: &Branch<'s>,
+        lights: Selection,
+    ) -> ShadingPoint<'s> {
+        let limits = self.set.limits;
+        let at = ShadingPoint {
+            x: v.x,
+            wo: v.w_prev,
+            bsdf: v.bsdf,
+            max_photon_depth: limits.max_depth.map(|max| max - (v.segments + 1)),
+            u: self.sampler.next_1d(),
+            lights,
+            lit_from: branch.lit_from,
+        };
+        self.paths.points.push(Gathering {
+            pixel: self.pixel,
+            throughput: branch.walk.throughput(),
+            segments: v.segments,
+            at,
+            stage: branch.stage,
+            reach: branch.reach,
+        });
+        at
+    }
+
+    /// Goes on from the gathering point `x` on `v` in a direction drawn there: adds the emitter there, or the complement of the
+    /// sum at `x`.
+    fn follow_smooth(
+        &mut self,
+        v: &Vertex<'s>,
+        sample: Option<BsdfSample>,
+        mut branch: Branch<'s>,
+        x: &ShadingPoint<'s>,
+    ) {
+        let Some(wi) = sample.map(|sample| sample.w) else {
+            return;
+        };
+        if !branch.walk.follow(v, sample) {
+            return;
+        }
+        branch.stage = branch.stage.after(Lobes::DIFFUSE);
+        let Some(y) = self.next_surface(&mut branch, true) else {
+            return;
+        };
+        if v.bsdf.lobes().has(Lobes::GLOSSY) && y.bsdf.lobes().has(Lobes::SPECULAR) {
+            let of = |lobes| v.bsdf.f(wi, v.w_prev, lobes);
+            let share =
+                of(Lobes::GLOSSY).zip(
+                    of(Lobes::SMOOTH),
+                    |part, all| if all > 0.0 { part / all } else { 0.0 },
+                );
+            self.mirrored(y.clone(), branch.clone(), share);
+        }
+        if y.bsdf.lobes().has(Lobes::SMOOTH) && self.set.complement != Complement::None {
+            self.complement(&y, branch, x);
+        }
+    }
+
+    /// What the sum over lights at `x` lacks of the light that the smooth lobes at `y` reflect into the branch. A surface that
+    /// transmits is lit from both sides, and one is chosen: the lights of each side are others, and the clamp with them.
+    fn complement(&mut self, y: &Vertex<'s>, mut branch: Branch<'s>, x: &ShadingPoint<'s>) {
+        let seen = y.x.normal_towards(y.w_prev);
+        let transmits = y.bsdf.receiving_normal(y.w_prev).is_none();
+        let lit_from = if transmits && self.sampler.next_1d() >= 0.5 {
+            -seen
+        } else {
+            seen
+        };
+        branch.lit_from = transmits.then_some(lit_from);
+        let missing = self.missing(x, y, lit_from);
+        branch
+            .walk
+            .scale(if transmits { 2.0 * missing } else { missing });
+        if self.survive(&mut branch, missing) {
+            let few = self.lights.one_in(FEW, self.sampler.next_1d());
+            self.smooth_light(y, branch, few, 1);
+        }
+    }
+
+    /// Roulette for a branch that goes on with `share` of its light, already counted.
+    fn survive(&mut self, branch: &mut Branch, share: f32) -> bool {
+        let survival = if branch.stage == Stage::AfterX {
+            (SURVIVAL * share).min(1.0) * (COMPLEMENTS as f32 / DIRECTIONS as f32)
+        } else {
+            (weight(&branch.walk) / branch.full).min(MAX_SURVIVAL)
+        };
+        survival > 0.0 && branch.walk.survive(survival, self.sampler.next_1d())
+    }
+
+    /// Adds what surfaces shine by way of specular events from `y` on, of which `share` of the branch's light is reflected by
+    /// glossy lobes. Photons would show one by one there. Emitters themselves may be small: photons bring their light.
+    fn mirrored(&mut self, mut y: Vertex<'s>, mut branch: Branch<'s>, share: Rgb) {
+        let (mut most, mut strength) = (MAX_SURVIVAL, 1.0);
+        if branch.stage == Stage::AfterX {
+            (most, strength) = (MIRRORED, MIRRORED_EFFORT);
+        }
+        branch.lit_from = None;
+        branch.stage = branch.stage.after(Lobes::SPECULAR);
+        branch.walk.tint(share);
+        while y.bsdf.lobes().has(Lobes::SPECULAR) && y.segments < MAX_CHAIN {
+            if !branch
+                .walk
+                .scatter(&y, self.sampler.next_bsdf(), Lobes::SPECULAR)
+            {
+                return;
+            }
+            let survival = (strength * weight(&branch.walk) / branch.full).min(most);
+            if !branch.walk.survive(survival, self.sampler.next_1d()) {
+                return;
+            }
+            (most, strength) = (MAX_SURVIVAL, 1.0);
+            match self.next_surface(&mut branch, false) {
+                Some(next) => y = next,
+                None => return,
+            }
+            if y.bsdf.lobes().has(Lobes::SMOOTH) {
+                let few = self.lights.one_in(FEW, self.sampler.next_1d());
+                self.smooth_light(&y, branch.clone(), few, 1);
+            }
+        }
+    }
+
+    /// Follows a branch to the next surface where it must scatter, and adds the emitters that it meets on the way, if they count.
+    /// `None`: it ends.
+    fn next_surface(
+        &mut self,
+        branch: &mut Branch<'s>,
+        emitters_count: bool,
+    ) -> Option<Vertex<'s>> {
+        let (scene, limits) = (self.set.scene, self.set.limits);
+        loop {
+            let walk = &mut branch.walk;
+            let (w, found, hit) = match walk.advance() {
+                Step::Hidden => return None,
+                Step::Escaped(wi) => (wi, found_environment(scene, walk.previous(), wi), None),
+                Step::Hit(y) => {
+                    let found = found_radiance(scene, walk.previous(), &y.x, y.w_prev);
+                    (-y.w_prev, found, Some(y))
+                }
+            };
+            if branch.lit_from.is_some_and(|n| w.dot(n) <= 0.0) {
+                return None;
+            }
+            if emitters_count {
+                let radiance = walk.throughput() * found;
+                self.add(branch.stage.layer(), radiance);
+            }
+            let y = hit?;
+            branch.reach += INDIRECT_REACH * y.distance;
+            if !limits.allow(y.segments + 1) {
+                return None;
+            }
+            if !branch.walk.pass_through(&y, self.sampler.next_1d()) {
+                return Some(y);
+            }
+        }
+    }
+
+    /// Share of the light from the given side of `y` that the sum over lights at `x` lacks.
+    fn missing(&self, x: &ShadingPoint, y: &Vertex, lit_from: Vec3) -> f32 {
+        let set = self.set;
+        let spot = Spot::on(set.scene, &y.x, lit_from);
+        let owner = set.claims.light(set.scene, &spot);
+        set.gather.missing(&set.lights, x, &spot, owner)
+    }
+}
