@@ -23,7 +23,7 @@ const COSINE_SLACK: f32 = 1e-3;
 const BINS: usize = 12;
 
 /// So many parts of a node are asked for the best plane.
-const BINNED_PIECES: usize = 1024;
+const BINNED_PARTS: usize = 1024;
 
 /// Below this depth nodes are halved by count, so that no input makes the recursion deep.
 const BALANCED_BELOW: u32 = 48;
@@ -304,7 +304,7 @@ impl Builder<'_> {
     /// The axis and the bin before which to split, by the surface area orientation heuristic.
     fn best_plane(&self, items: &[u32], centers: Aabb) -> Option<(usize, usize)> {
         let extent = centers.extent();
-        let stride = items.len().div_ceil(BINNED_PIECES);
+        let stride = items.len().div_ceil(BINNED_PARTS);
         let mut best = None;
         let mut best_cost = f32::INFINITY;
         for axis in (0..3).filter(|&axis| extent[axis] > 0.0) {

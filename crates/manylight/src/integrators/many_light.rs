@@ -18,6 +18,7 @@ use crate::sampling::{Pass, Stream};
 use crate::scene::{PathLimits, Scene};
 use crate::stats::Stats;
 use crate::virtual_lights::curve::Curve;
+use crate::virtual_lights::select::defensive_weights;
 use crate::virtual_lights::{Claims, LightField, Shares, assign, select};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -308,17 +309,8 @@ fn thinned(
     if photons.len() <= most {
         return (photons, weights);
     }
-    let flux = |photon: &Photon| photon.flux.luminance();
-    let (all_weights, all_flux): (f64, f64) = (
-        weights.iter().map(|&w| f64::from(w)).sum(),
-        photons.iter().map(|p| f64::from(flux(p))).sum(),
-    );
-    let share = |part: f32, all: f64| if all > 0.0 { part / all as f32 } else { 0.0 };
-    let mixed: Vec<f32> = photons
-        .iter()
-        .zip(&weights)
-        .map(|(p, &w)| share(w, all_weights) + KEPT_BY_FLUX * share(flux(p), all_flux))
-        .collect();
+    let fluxes: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
+    let mixed = defensive_weights(&weights, &fluxes, KEPT_BY_FLUX);
     let probabilities = inclusion_probabilities(&mixed, most, 0.0);
     let kept = systematic(&probabilities, u).into_iter().map(|j| {
         let (photon, stands_for) = (photons[j], 1.0 / probabilities[j]);

@@ -1,8 +1,7 @@
 //! Light on smooth lobes at a point of an eye path: emitters, the sum over lights, and what the sum lacks.
 //!
-//! Some light is looked for by directions from the point `x`, drawn from its smooth
-//! lobes and from where photons of emitters beyond the scene arrive. Where one runs into an emitter, it is
-//! the other half of direct light. Where it meets a surface at `y`, it may go on as **the complement of the clamp**: the sum over
+//! Some light is looked for by directions from the point `x`, drawn from its smooth lobes and from where photons of emitters beyond
+//! the scene arrive. Where one runs into an emitter, it is the other half of direct light. Where it meets a surface at `y`, it may go on as **the complement of the clamp**: the sum over
 //! virtual lights at `x` keeps a share of the light that the smooth lobes at `y` reflect towards `x`, and the clamp takes the rest
 //! away. So the direction goes on with the probability of what the clamp takes away from a photon at `y`, and everything that
 //! lights `y` is looked up there: emitters, caustic photons, and virtual lights, whose sum is clamped and completed in the same
@@ -187,7 +186,7 @@ impl<'s> EyePath<'_, 's, '_, '_> {
             return;
         }
         branch.stage = branch.stage.after(Lobes::DIFFUSE);
-        let Some(y) = self.next_surface(&mut branch, true) else {
+        let Some(y) = self.next_surface(&mut branch) else {
             return;
         };
         if v.bsdf.lobes().has(Lobes::GLOSSY) && y.bsdf.lobes().has(Lobes::SPECULAR) {
@@ -244,7 +243,7 @@ impl<'s> EyePath<'_, 's, '_, '_> {
         }
         branch.lit_from = None;
         branch.stage = branch.stage.after(Lobes::SPECULAR);
-        branch.walk.tint(share);
+        branch.walk.scale(share);
         while y.bsdf.lobes().has(Lobes::SPECULAR) && y.segments < MAX_CHAIN {
             if !branch
                 .walk
@@ -257,7 +256,7 @@ impl<'s> EyePath<'_, 's, '_, '_> {
                 return;
             }
             (most, strength) = (MAX_SURVIVAL, 1.0);
-            match self.next_surface(&mut branch, false) {
+            match self.next_surface(&mut branch) {
                 Some(next) => y = next,
                 None => return,
             }
@@ -268,13 +267,8 @@ impl<'s> EyePath<'_, 's, '_, '_> {
         }
     }
 
-    /// Follows a branch to the next surface where it must scatter, and adds the emitters that it meets on the way, if they count.
-    /// `None`: it ends.
-    fn next_surface(
-        &mut self,
-        branch: &mut Branch<'s>,
-        emitters_count: bool,
-    ) -> Option<Vertex<'s>> {
+    /// Follows a branch to the next surface where it must scatter, and adds the emitters that it meets on the way. `None`: it ends.
+    fn next_surface(&mut self, branch: &mut Branch<'s>) -> Option<Vertex<'s>> {
         let (scene, limits) = (self.set.scene, self.set.limits);
         loop {
             let walk = &mut branch.walk;
@@ -289,7 +283,8 @@ impl<'s> EyePath<'_, 's, '_, '_> {
             if branch.lit_from.is_some_and(|n| w.dot(n) <= 0.0) {
                 return None;
             }
-            if emitters_count {
+            // Photons bring what emitters send by way of specular events.
+            if !walk.previous().event.has(Lobes::SPECULAR) {
                 let radiance = walk.throughput() * found;
                 self.add(branch.stage.layer(), radiance);
             }

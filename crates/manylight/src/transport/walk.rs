@@ -16,6 +16,7 @@ use crate::color::Rgb;
 use crate::geometry::{Ray, SurfacePoint, SurfaceRef};
 use crate::math::Vec3;
 use crate::scene::{PathLimits, Scene};
+use std::ops::MulAssign;
 
 /// Which end of the path the walk starts from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -250,15 +251,12 @@ impl<'s> Walk<'s> {
         true
     }
 
-    /// Lets the walk count `factor` times as much.
+    /// Lets the walk, or each of its channels, count `factor` times as much.
     #[inline]
-    pub fn scale(&mut self, factor: f32) {
-        self.throughput *= factor;
-    }
-
-    /// Lets each channel of the walk count so many times as much.
-    #[inline]
-    pub fn tint(&mut self, factor: Rgb) {
+    pub fn scale<F>(&mut self, factor: F)
+    where
+        Rgb: MulAssign<F>,
+    {
         self.throughput *= factor;
     }
 

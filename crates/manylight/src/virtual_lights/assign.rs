@@ -6,7 +6,7 @@
 use super::Site;
 use super::claims::{Claims, NOBODY, Spot, Surfaces};
 use super::curve::Curve;
-use super::select::WEIGHT_FLOOR;
+use super::select::{WEIGHT_FLOOR, defensive_weights};
 use crate::particles::Photon;
 use crate::sampling::systematic::{inclusion_probabilities, systematic};
 use rayon::prelude::*;
@@ -27,6 +27,7 @@ pub struct Shares {
     offsets: Vec<u32>,
     photons: Vec<u32>,
     scales: Vec<f32>,
+    /// See [`Shares::surface`].
     surfaces: Vec<f32>,
     stray_surface: f32,
     /// Flux of the photons that no light took, before thinning; W per channel.
@@ -147,24 +148,16 @@ fn thin_residual(
     let curve = Curve::around(photons);
     residual.sort_by_cached_key(|&j| curve.key(photons[j as usize].p, photons[j as usize].n));
 
-    let sum =
-        |value: &dyn Fn(u32) -> f32| residual.iter().map(|&j| f64::from(value(j))).sum::<f64>();
-    let weight = |j: u32| weights[j as usize];
-    let flux = |j: u32| photons[j as usize].flux.luminance();
-    let (total_weight, total_flux) = (sum(&weight), sum(&flux));
-    let share = |value: f32, total: f64| {
-        if total > 0.0 {
-            (f64::from(value) / total) as f32
-        } else {
-            0.0
-        }
+    let of = |value: &dyn Fn(usize) -> f32| -> Vec<f32> {
+        residual.iter().map(|&j| value(j as usize)).collect()
     };
-    let mixed: Vec<f32> = residual
-        .iter()
-        .map(|&j| {
-            (share(weight(j), total_weight) + share(flux(j), total_flux)).max(f32::MIN_POSITIVE)
-        })
+    let its_weights = of(&|j| weights[j]);
+    let fluxes = of(&|j| photons[j].flux.luminance());
+    let mixed: Vec<f32> = defensive_weights(&its_weights, &fluxes, 1.0)
+        .into_iter()
+        .map(|w| w.max(f32::MIN_POSITIVE))
         .collect();
+    let total_weight = its_weights.iter().map(|&w| f64::from(w)).sum();
     let count = residual_count(total_weight, &mut light_weights);
     let probabilities = inclusion_probabilities(&mixed, count, WEIGHT_FLOOR);
     systematic(&probabilities, u)

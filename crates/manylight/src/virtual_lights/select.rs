@@ -9,6 +9,25 @@ use crate::sampling::systematic::{inclusion_probabilities, systematic};
 /// the flux of a light is divided by its probability.
 pub(super) const WEIGHT_FLOOR: f32 = 1e-3;
 
+/// Shares of the sum of `weights`, plus `by_flux` times those of the sum of `fluxes`: what is kept by these has bounded flux, however
+/// wrong the weights are. Source: Hesterberg, "Weighted Average Importance Sampling and Defensive Mixture Distributions", 1995.
+pub(crate) fn defensive_weights(weights: &[f32], fluxes: &[f32], by_flux: f32) -> Vec<f32> {
+    let sum = |values: &[f32]| values.iter().map(|&v| f64::from(v)).sum::<f64>();
+    let share = |part: f32, all: f64| {
+        if all > 0.0 {
+            (f64::from(part) / all) as f32
+        } else {
+            0.0
+        }
+    };
+    let (all_weights, all_flux) = (sum(weights), sum(fluxes));
+    weights
+        .iter()
+        .zip(fluxes)
+        .map(|(&w, &flux)| share(w, all_weights) + by_flux * share(flux, all_flux))
+        .collect()
+}
+
 /// Keeps `count` photons (or all, if fewer carry flux), each with probability proportional to its weight as far as that is
 /// below 1, with the one random number `u` in [0, 1). Any photon with flux may be kept, whatever its weight.
 /// The sites follow the space-filling curve.
