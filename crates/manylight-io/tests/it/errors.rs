@@ -194,6 +194,11 @@ const WRONG: &[(&str, &str)] = &[
         "error 2:83 the crop window 900x576 at (0, 0) does not lie in the film of 768x576",
     ),
     (
+        "<shape type='disk'><transform name='to_world'><rotate x='1' y='1' angle='9'/></transform></shape>",
+        "warning 2:48 the axis of this rotation has length 1.414, not 1 (as in Mitsuba 3 it is used as it stands, and the \
+         result is no rotation)",
+    ),
+    (
         "<sensor type='perspective'><sampler type='independant'/></sensor>",
         "error 2:43 unknown sampler type `independant` (did you mean `independent`? known are halton, hammersley, \
          independent, ldsampler, multijitter, orthogonal, sobol, stratified)",

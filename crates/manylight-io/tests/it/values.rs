@@ -1,7 +1,7 @@
 //! What parameters mean: defaults, kinds of values, transforms. The numbers are those that Mitsuba 3.9.1 prints for the
 //! same text.
 
-use crate::{Files, load, load_version};
+use crate::{Files, document, load, load_version};
 use manylight::bsdf::Material;
 use manylight::bsdf::material::Distribution;
 use manylight::color::Rgb;
@@ -9,7 +9,7 @@ use manylight::emitters::Emitter;
 use manylight::film::Filter;
 use manylight::geometry::Shape;
 use manylight::ids::TextureId;
-use manylight::math::{UVec2, Vec2, Vec3};
+use manylight::math::{UVec2, Vec2, Vec3, Vec3A};
 use manylight::scene::PathLimits;
 use manylight::sensors::{FovAxis, SensorKind};
 use manylight::texture::{ColorInput, Filtering, FloatInput, Texture, Wrap};
@@ -188,7 +188,7 @@ fn shapes_without_bsdf_are_grey_or_black() {
 fn steps_of_transforms_apply_in_order() {
     let desc = load(
         "<shape type='disk'><transform name='to_world'>
-            <translate x='1'/><scale value='2'/><rotate z='2' angle='90'/>
+            <translate x='1'/><scale value='2'/><rotate z='1' angle='90'/>
             <matrix value='1 0 0 0  0 1 0 0  0 0 1 5  0 0 0 1'/><matrix value='1 0 0 0 1 0 0 0 3'/>
         </transform></shape>",
     );
@@ -196,6 +196,34 @@ fn steps_of_transforms_apply_in_order() {
         .world_from_object
         .transform_point3(Vec3::new(1.0, 0.0, 1.0));
     assert!(p.abs_diff_eq(Vec3::new(0.0, 4.0, 21.0), 1e-5), "{p}");
+}
+
+#[test]
+fn axes_of_rotations_are_used_as_they_stand_since_version_3() {
+    let turned = |version| {
+        let shape = "<shape type='disk'><transform name='to_world'><rotate z='2' angle='30'/></transform></shape>";
+        let loaded = Files::new(&document(version, shape), &[]).load();
+        loaded.desc.primitives[0].world_from_object.matrix3
+    };
+    // What `mi.ScalarTransform4f().rotate([0, 0, 2], 30)` of Mitsuba 3.9.1 prints.
+    let as_it_stands = turned("3.0.0");
+    assert!(
+        as_it_stands
+            .x_axis
+            .abs_diff_eq(Vec3A::new(0.866_025, 1.0, 0.0), 1e-5)
+    );
+    assert!(
+        as_it_stands
+            .z_axis
+            .abs_diff_eq(Vec3A::new(0.0, 0.0, 1.401_92), 1e-5)
+    );
+    let rotation = turned("0.6.0");
+    assert!(
+        rotation
+            .x_axis
+            .abs_diff_eq(Vec3A::new(0.866_025, 0.5, 0.0), 1e-5)
+    );
+    assert_eq!(rotation.z_axis, Vec3A::Z);
 }
 
 #[test]

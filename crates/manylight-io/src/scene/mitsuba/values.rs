@@ -5,7 +5,7 @@ use super::object::{Family, ObjectId};
 use super::xml::{Dialect, Element, Text, find_file};
 use crate::resolve::similar;
 use crate::spectra::read_spectrum;
-use glam::{DMat4, DVec3, DVec4};
+use glam::{DMat3, DMat4, DVec3, DVec4};
 
 /// The value of a parameter.
 #[derive(Clone, Debug, PartialEq)]
@@ -464,7 +464,38 @@ fn rotation(sink: &Sink, step: &Element) -> Option<DMat4> {
         );
         return None;
     }
-    Some(DMat4::from_axis_angle(axis.normalize(), angle.to_radians()))
+    Some(match step.dialect {
+        Dialect::V0 => DMat4::from_axis_angle(axis.normalize(), angle.to_radians()),
+        Dialect::V3 => {
+            warn_unless_unit(sink, step, axis);
+            rodrigues(axis, angle.to_radians())
+        }
+    })
+}
+
+/// Version 3 takes the axis as it stands, so that another length than 1 also scales and shears.
+fn warn_unless_unit(sink: &Sink, step: &Element, axis: DVec3) {
+    const TOLERANCE: f64 = 0.01;
+    let length = axis.length();
+    if (length - 1.0).abs() > TOLERANCE {
+        let message = format!("the axis of this rotation has length {length:.3}, not 1");
+        sink.warn(
+            Report::new("scene::axis_length", step.tag.place, message)
+                .help("as in Mitsuba 3 it is used as it stands, and the result is no rotation"),
+        );
+    }
+}
+
+/// `cosθ I + (1 - cosθ) a aᵀ + sinθ [a]×`, for an axis of any length.
+fn rodrigues(axis: DVec3, angle: f64) -> DMat4 {
+    let (sin, cos) = angle.sin_cos();
+    let column =
+        |unit: DVec3| unit * cos + axis * (axis.dot(unit) * (1.0 - cos)) + axis.cross(unit) * sin;
+    DMat4::from_mat3(DMat3::from_cols(
+        column(DVec3::X),
+        column(DVec3::Y),
+        column(DVec3::Z),
+    ))
 }
 
 fn look_at(sink: &Sink, step: &Element) -> Option<DMat4> {
