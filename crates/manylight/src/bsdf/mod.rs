@@ -271,6 +271,12 @@ impl<'s> Bsdf<'s> {
         self.lobes
     }
 
+    /// Whether a finite lobe carries light to the other side.
+    #[inline]
+    pub fn transmits(&self) -> bool {
+        self.transmits
+    }
+
     /// Fraction of light that passes straight through along `w` as if there were no surface (mask, null, thin glass).
     /// The lobes carry the rest: their weights already contain the opacity.
     #[inline]

@@ -19,7 +19,7 @@ use crate::scene::{PathLimits, Scene};
 use crate::stats::Stats;
 use crate::virtual_lights::curve::Curve;
 use crate::virtual_lights::select::defensive_weights;
-use crate::virtual_lights::{Claims, LightField, Shares, assign, select};
+use crate::virtual_lights::{Claims, LightField, Shares, Site, assign, select};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -80,6 +80,9 @@ pub struct ManyLight {
 const PHOTONS_PER_LIGHT: usize = 1024;
 /// Which ones stay is said by their weight, and to this share by their flux alone.
 const KEPT_BY_FLUX: f32 = 0.25;
+/// Lights are placed by importance x flux, and to this share by flux alone: where importons have missed what matters, the
+/// photons must not all belong to a few lights far off.
+const PLACED_BY_FLUX: f32 = 0.1;
 /// Passes that share one set of lights, at most; each shades by its own part of them.
 const MAX_PASSES_PER_SET: u32 = 8;
 /// No set for more than one pass has more lights than this,
@@ -246,7 +249,7 @@ impl ManyLight {
             let count = self.light_count as usize;
             let most = PHOTONS_PER_LIGHT.saturating_mul(count);
             let (photons, weights) = thinned(photons, weights, most, sampler.next_1d());
-            let sites = select(&photons, &weights, count, sampler.next_1d());
+            let sites = self.sites(&photons, &weights, count, sampler.next_1d());
             let (shares, claims) = match self.flux {
                 FluxRule::Density => (Shares::own(&sites), Claims::none()),
                 FluxRule::Partition => assign(scene, &photons, &sites, &weights, sampler.next_1d()),
@@ -262,6 +265,17 @@ impl ManyLight {
         Stats::count(&stats.lights, lights.lights().len() as u64);
         Stats::count(&stats.light_bytes, lights.bytes() as u64);
         (Lights::new(lights), claims)
+    }
+
+    fn sites(&self, photons: &[Photon], weights: &[f32], count: usize, u: f32) -> Vec<Site> {
+        match self.placement {
+            Placement::Uniform => select(photons, weights, count, u),
+            Placement::Importance => {
+                let fluxes: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
+                let mixed = defensive_weights(weights, &fluxes, PLACED_BY_FLUX);
+                select(photons, &mixed, count, u)
+            }
+        }
     }
 
     /// What the paper's placement goes by: how much of each photon reaches the camera, if importance did not depend on direction.

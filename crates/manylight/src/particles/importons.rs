@@ -13,7 +13,7 @@ use rayon::prelude::*;
 pub struct Importon {
     /// Position.
     pub p: Vec3,
-    /// Geometric normal, turned to the side from which the importon arrives.
+    /// Geometric normal, turned to the side from which the importon arrives; of the twin on a transmitting surface, to the other.
     pub n: Vec3,
     /// Unit direction to the shading point.
     pub wo: Vec3,
@@ -66,12 +66,20 @@ fn trace_path(
     let mut walk = Walk::from_sensor(scene, limits, camera.ray, Rgb::splat(camera.weight * share));
     while let Step::Hit(v) = walk.advance() {
         if walk.previous().event.has(Lobes::SMOOTH) && v.bsdf.lobes().has(Lobes::SMOOTH) {
-            importons.push(Importon {
+            let importon = Importon {
                 p: v.x.p,
                 n: v.x.normal_towards(v.w_prev),
                 wo: v.w_prev,
                 importance: walk.throughput().luminance(),
-            });
+            };
+            importons.push(importon);
+            if v.bsdf.transmits() {
+                // Lights on the far side shine through.
+                importons.push(Importon {
+                    n: -importon.n,
+                    ..importon
+                });
+            }
         }
         // A light here lengthens the path by at least its own connection and one photon segment.
         if !limits.allow(v.segments + 2) {
