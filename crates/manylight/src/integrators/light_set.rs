@@ -1,13 +1,13 @@
 //! The lights of some passes, and shading by them.
 
 use super::PassContext;
-use super::eye_path::{EyePath, EyePaths, Gathering};
+use super::caustics::CAUSTIC_NEIGHBORS;
+use super::eye_path::{EyePath, EyePaths};
 use super::partition::Stage;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::film::{FilmSampler, TileSamples};
 use crate::gather::{Gather, Lights, Selection, ShadingPoint};
-use crate::maps::density::{Bandwidth, estimate};
 use crate::maps::{IncidentMap, KdTree, Neighbors};
 use crate::math::Vec2;
 use crate::particles::Photon;
@@ -27,17 +27,6 @@ pub enum Complement {
     /// [`super::smooth_light`].
     KolligKeller,
 }
-
-/// Photons in a caustic estimate.
-const CAUSTIC_NEIGHBORS: usize = 48;
-/// Largest radius of a caustic estimate in pixels, after one pass.
-const CAUSTIC_PIXELS: f32 = 72.0;
-/// And as a share of the scene's diagonal.
-const CAUSTIC_RADIUS: f32 = 0.03;
-/// Radii shrink with the number of passes to the power of less this, so that the mean over passes goes to the right picture:
-/// squared radii by n^(-1/3), where the errors by blur and by noise fall alike.
-/// Source: Knaus, Zwicker, "Progressive Photon Mapping: A Probabilistic Approach", ACM TOG 2011, with alpha = 2/3.
-const CAUSTIC_SHRINKING: f32 = 1.0 / 6.0;
 
 /// Everything that some passes shade with.
 #[derive(Debug)]
@@ -137,42 +126,5 @@ impl<'s> LightSet<'s> {
         Stats::count(&run.stats.shadow_rays, shadow_rays);
         Stats::count(&run.stats.clamped, (clamped * 1e6) as u64);
         Stats::count(&run.stats.unclamped, (unclamped * 1e6) as u64);
-    }
-
-    /// Density estimate over caustic photons: `Σ_j k_j f Φ_j`. On glossy lobes, eye paths look for what photons bring from
-    /// other surfaces.
-    fn caustic_radiance(&self, point: &Gathering, found: &mut Neighbors) -> Rgb {
-        let x = &point.at.x;
-        let n = point.at.lit_from.unwrap_or(x.normal_towards(point.at.wo));
-        let bandwidth = Bandwidth {
-            largest: point
-                .reach
-                .min(CAUSTIC_RADIUS * self.scene.geometry.bounds().diagonal()),
-            share: (self.passes.end as f32).powf(-CAUSTIC_SHRINKING),
-        };
-        let mut sum = Rgb::BLACK;
-        estimate(
-            &self.caustics,
-            x.p,
-            n,
-            bandwidth,
-            found,
-            |photon, kernel| {
-                if self.limits.allow(point.segments + u32::from(photon.depth)) {
-                    let lobes = if photon.origin == Lobes::NONE {
-                        Lobes::SMOOTH
-                    } else {
-                        Lobes::DIFFUSE
-                    };
-                    sum += photon.flux * point.at.bsdf.f(photon.wi, point.at.wo, lobes) * kernel;
-                }
-            },
-        );
-        sum
-    }
-
-    /// Largest radius of a caustic estimate at the end of an eye path of the given length, in m: some pixels.
-    pub(super) fn caustic_reach(&self, length: f32) -> f32 {
-        CAUSTIC_PIXELS * (self.pixel.0 + self.pixel.1 * length)
     }
 }

@@ -52,28 +52,50 @@ pub struct Bandwidth {
     pub share: f32,
 }
 
-/// Shows `visit` the nearest photons within the `bandwidth` of `p` that lie on the surface with normal `n` and arrive from its
-/// side, each with its kernel weight in 1/m²: `Σ weight · flux · f` estimates reflected radiance.
+/// Where radiance is estimated.
+#[derive(Clone, Copy, Debug)]
+pub struct Receiver {
+    /// Position.
+    pub p: Vec3,
+    /// Geometric normal on the lit side, unit.
+    pub n: Vec3,
+}
+
+impl Receiver {
+    /// How far off the tangent plane a point within `radius` may be.
+    #[inline]
+    pub fn slab(&self, radius: f32) -> f32 {
+        PHOTON_SLAB * radius
+    }
+
+    /// Whether a point within `radius` with the given normal on its lit side is on the receiver's own surface.
+    #[inline]
+    pub fn shares_surface(&self, p: Vec3, n: Vec3, radius: f32) -> bool {
+        self.n.dot(n) >= PHOTON_MIN_COS && self.n.dot(p - self.p).abs() <= self.slab(radius)
+    }
+}
+
+/// Shows `visit` the nearest photons within the `bandwidth` that lie on the receiver's surface and arrive from its side, each
+/// with its kernel weight in 1/m²: `Σ weight · flux · f` estimates reflected radiance. Returns the radius of the kernel in m.
 pub fn estimate<'m>(
     photons: &'m KdTree<Photon>,
-    p: Vec3,
-    n: Vec3,
+    receiver: Receiver,
     bandwidth: Bandwidth,
     found: &mut Neighbors,
     mut visit: impl FnMut(&'m Photon, f32),
-) {
-    photons.nearest(p, bandwidth.largest, found);
-    let r2 = found.radius_squared() * bandwidth.share * bandwidth.share;
+) -> f32 {
+    photons.nearest(receiver.p, bandwidth.largest, found);
+    let radius = found.radius_squared().sqrt() * bandwidth.share;
     for (i, d2) in found.iter() {
         let photon = &photons.items()[i as usize];
-        let height = n.dot(photon.p - p);
-        if n.dot(photon.n) >= PHOTON_MIN_COS && height * height <= PHOTON_SLAB * PHOTON_SLAB * r2 {
-            let weight = DensityKernel::Epanechnikov.weight(d2, r2);
+        if receiver.shares_surface(photon.p, photon.n, radius) {
+            let weight = DensityKernel::Epanechnikov.weight(d2, radius * radius);
             if weight > 0.0 {
                 visit(photon, weight);
             }
         }
     }
+    radius
 }
 
 #[cfg(test)]

@@ -47,11 +47,25 @@ pub fn rough_plastic(alpha: f32, base: Rgb) -> Material {
 
 /// Clear glass.
 pub fn glass() -> Material {
+    dielectric(None)
+}
+
+/// Frosted glass.
+pub fn rough_glass(alpha: f32) -> Material {
+    let alpha = FloatInput::Constant(alpha);
+    dielectric(Some(Roughness {
+        distribution: Distribution::Ggx,
+        alpha_u: alpha,
+        alpha_v: alpha,
+    }))
+}
+
+fn dielectric(roughness: Option<Roughness>) -> Material {
     Material::Dielectric {
         eta: 1.5,
         specular_reflectance: ColorInput::Constant(Rgb::WHITE),
         specular_transmittance: ColorInput::Constant(Rgb::WHITE),
-        roughness: None,
+        roughness,
     }
 }
 

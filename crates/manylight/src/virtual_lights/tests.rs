@@ -11,8 +11,7 @@ use crate::particles::Photon;
 use crate::sampling::rng::Pcg;
 use crate::sampling::warp;
 use crate::scene::{PathLimits, Scene};
-use crate::testing::scenes::{Builder, diffuse, rough_metal, rough_plastic};
-use crate::texture::FloatInput;
+use crate::testing::scenes::{Builder, diffuse, rough_glass, rough_metal, rough_plastic};
 
 const SIDE: usize = 32;
 
@@ -26,28 +25,6 @@ fn floor(material: Material) -> Scene {
     let material = b.material(material);
     b.rectangle(Vec3::ZERO, Vec3::X, Vec3::Y, material, None);
     b.build()
-}
-
-fn rough_glass(alpha: f32) -> Material {
-    let alpha = FloatInput::Constant(alpha);
-    match crate::testing::scenes::glass() {
-        Material::Dielectric {
-            eta,
-            specular_reflectance,
-            specular_transmittance,
-            ..
-        } => Material::Dielectric {
-            eta,
-            specular_reflectance,
-            specular_transmittance,
-            roughness: Some(crate::bsdf::material::Roughness {
-                distribution: crate::bsdf::material::Distribution::Ggx,
-                alpha_u: alpha,
-                alpha_v: alpha,
-            }),
-        },
-        other => other,
-    }
 }
 
 /// A photon that falls onto the surface in front of `above`, seen along `-n`, from the vertex `prev`.

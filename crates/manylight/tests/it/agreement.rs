@@ -9,7 +9,9 @@ use manylight::geometry::Shape;
 use manylight::integrators::{ManyLight, MethodKind};
 use manylight::math::{Affine3A, Vec3};
 use manylight::scene::Scene;
-use manylight::testing::scenes::{Builder, diffuse, glass, glossy_box, rough_metal, rough_plastic};
+use manylight::testing::scenes::{
+    Builder, diffuse, glass, glossy_box, rough_glass, rough_metal, rough_plastic,
+};
 use manylight::testing::statistics::layer_mean;
 
 const TERMS: [Layer; 4] = [
@@ -136,6 +138,30 @@ fn rich_vpl_with_a_mirror_over_a_glossy_floor() {
         Some(lamp),
     );
     check(&b.build(), rich(), 12, 1e-2);
+}
+
+#[test]
+fn rich_vpl_lit_through_frosted_glass() {
+    let mut b = Builder::new(
+        Vec3::new(0.0, 0.6, -0.98),
+        Vec3::new(0.0, 0.4, 1.0),
+        75.0,
+        32,
+    );
+    let wall = b.material(diffuse(0.6, 0.6, 0.6));
+    let glass = b.material(rough_glass(0.3));
+    b.room([wall; 6], None);
+    // All light comes from below the pane; importons arrive from above.
+    b.rectangle(Vec3::ZERO, Vec3::Z, Vec3::X, glass, None);
+    let lamp = b.area_light(Rgb::splat(6.0));
+    b.rectangle(
+        Vec3::new(0.3, -0.98, -0.3),
+        Vec3::Z * 0.3,
+        Vec3::X * 0.3,
+        wall,
+        Some(lamp),
+    );
+    check(&b.build(), rich(), 12, 1.5e-2);
 }
 
 #[test]
