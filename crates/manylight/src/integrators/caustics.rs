@@ -60,7 +60,10 @@ impl LightSet<'_> {
         if sum.is_black() {
             return sum;
         }
-        sum / covered(&self.scene.geometry, receiver, radius)
+        // The view names the turn of the probes: it differs in every pass, and not with the scene's unit of length.
+        let bits = point.at.wo.to_array().map(|x| u64::from(x.to_bits()));
+        let turn = (mix(bits[0] ^ mix(bits[1] ^ (bits[2] << 32))) >> 40) as f32 / (1 << 24) as f32;
+        sum / covered(&self.scene.geometry, receiver, radius, turn)
     }
 
     /// Largest radius of an estimate at the end of an eye path of the given length, in m: some pixels.
@@ -69,13 +72,11 @@ impl LightSet<'_> {
     }
 }
 
-/// How much of the kernel around the receiver lies on its surface, in (0, 1].
-fn covered(geometry: &Geometry, receiver: Receiver, radius: f32) -> f32 {
+/// How much of the kernel around the receiver lies on its surface, in (0, 1]. The pattern of probes is turned by `turn`.
+fn covered(geometry: &Geometry, receiver: Receiver, radius: f32, turn: f32) -> f32 {
     let Receiver { p, n } = receiver;
     let frame = Frame::from_normal(n);
     let height = receiver.slab(radius);
-    let bits = p.to_array().map(|x| u64::from(x.to_bits()));
-    let turn = (mix(bits[0] ^ mix(bits[1] ^ (bits[2] << 32))) >> 40) as f32 / (1 << 24) as f32;
     let is_surface = |i: &u32| {
         // Distances by the Epanechnikov kernel, whose cumulative distribution over s = d²/r² is 2s - s²; angles by the golden
         // ratio.
@@ -110,7 +111,7 @@ mod tests {
         let scene = builder.build();
         let at = |x: f32, radius: f32| {
             let p = Vec3::new(x, 0.013, 0.0);
-            covered(&scene.geometry, Receiver { p, n: Vec3::Z }, radius)
+            covered(&scene.geometry, Receiver { p, n: Vec3::Z }, radius, 0.3)
         };
         assert_eq!(at(0.0, 0.1), 1.0);
         // Half of it at the edge; the square of 4 m² is little of a kernel of 20 m.

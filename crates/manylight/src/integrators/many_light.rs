@@ -80,7 +80,7 @@ pub struct ManyLight {
 const PHOTONS_PER_LIGHT: usize = 1024;
 /// Which ones stay is said by their weight, and to this share by their flux alone.
 const KEPT_BY_FLUX: f32 = 0.25;
-/// Lights are placed by importance x flux, and to this share by flux alone: where importons have missed what matters, the
+/// Lights are placed by importance x flux, and by this much as often by flux alone: where importons have missed what matters, the
 /// photons must not all belong to a few lights far off.
 const PLACED_BY_FLUX: f32 = 0.1;
 /// Passes that share one set of lights, at most; each shades by its own part of them.
