@@ -12,9 +12,6 @@ use std::ffi::{c_char, c_int, c_uint, c_void};
 use std::ptr::{null, null_mut};
 use std::sync::atomic::{AtomicIsize, Ordering};
 
-/// Rays in the widest packets.
-pub(crate) const WIDE: usize = 16;
-
 const INVALID: u32 = u32::MAX;
 const COHERENT: c_int = 1 << 16;
 const FLOAT3: c_int = 0x9003;
@@ -38,18 +35,18 @@ struct RayHit1 {
     instance: [u32; 4],
 }
 
-/// Sixteen rays in structure-of-arrays form.
+/// Rays in structure-of-arrays form.
 #[repr(C, align(64))]
 #[derive(Clone, Copy)]
-struct Rays16 {
-    o: [[f32; WIDE]; 3],
-    t_near: [f32; WIDE],
-    d: [[f32; WIDE]; 3],
-    time: [f32; WIDE],
-    t_far: [f32; WIDE],
-    mask: [u32; WIDE],
-    id: [u32; WIDE],
-    flags: [u32; WIDE],
+struct Rays<const N: usize> {
+    o: [[f32; N]; 3],
+    t_near: [f32; N],
+    d: [[f32; N]; 3],
+    time: [f32; N],
+    t_far: [f32; N],
+    mask: [u32; N],
+    id: [u32; N],
+    flags: [u32; N],
 }
 
 #[repr(C)]
@@ -79,7 +76,8 @@ impl Arguments {
 
 type Handle = *mut c_void;
 type Trace1 = unsafe extern "C" fn(Handle, *mut RayHit1, *mut Arguments);
-type Trace16 = unsafe extern "C" fn(*const c_int, Handle, *mut Rays16, *mut Arguments);
+/// `N` rays, which the pointer in the middle leads to.
+type TracePacket = unsafe extern "C" fn(*const c_int, Handle, *mut c_void, *mut Arguments);
 
 static ALLOCATED: AtomicIsize = AtomicIsize::new(0);
 
@@ -93,7 +91,8 @@ pub(crate) struct Embree {
     scene: Handle,
     intersect1: Trace1,
     occluded1: Trace1,
-    occluded16: Trace16,
+    occluded8: TracePacket,
+    occluded16: TracePacket,
     /// Bytes allocated, vertices and indices included.
     pub(crate) bytes: isize,
     /// Time of the build.
@@ -160,7 +159,8 @@ impl Embree {
                 scene,
                 intersect1: function!(b"rtcIntersect1\0": Trace1),
                 occluded1: function!(b"rtcOccluded1\0": Trace1),
-                occluded16: function!(b"rtcOccluded16\0": Trace16),
+                occluded8: function!(b"rtcOccluded8\0": TracePacket),
+                occluded16: function!(b"rtcOccluded16\0": TracePacket),
                 bytes: ALLOCATED.load(Ordering::Relaxed),
                 seconds,
             };
@@ -190,32 +190,39 @@ impl Embree {
         query.t_far < 0.0
     }
 
-    /// Visibility from `from` to sixteen points (coordinate by coordinate), those in `wanted`; the blocked as bits.
+    /// Visibility from `from` to 8 or 16 points (coordinate by coordinate), those in `wanted`; the blocked as bits.
     #[inline]
-    pub(crate) fn occluded16(
+    pub(crate) fn occluded_packet<const N: usize>(
         &self,
         from: Vec3,
-        to: &[[f32; WIDE]; 3],
+        to: &[[f32; N]; 3],
         wanted: u32,
         coherent: bool,
     ) -> u32 {
-        let valid: [c_int; WIDE] = std::array::from_fn(|i| -((wanted >> i & 1) as c_int));
-        let mut rays = Rays16 {
-            o: from.to_array().map(|x| [x; WIDE]),
-            t_near: [0.0; WIDE],
-            d: std::array::from_fn(|a| std::array::from_fn(|i| to[a][i] - from[a])),
-            time: [0.0; WIDE],
-            t_far: [1.0; WIDE],
-            mask: [u32::MAX; WIDE],
-            id: [0; WIDE],
-            flags: [0; WIDE],
-        };
         #[repr(align(64))]
-        struct Aligned([c_int; WIDE]);
-        let valid = Aligned(valid);
+        struct Aligned<const N: usize>([c_int; N]);
+        let valid: Aligned<N> = Aligned(std::array::from_fn(|i| -((wanted >> i & 1) as c_int)));
+        let mut rays = Rays {
+            o: from.to_array().map(|x| [x; N]),
+            t_near: [0.0; N],
+            d: std::array::from_fn(|a| std::array::from_fn(|i| to[a][i] - from[a])),
+            time: [0.0; N],
+            t_far: [1.0; N],
+            mask: [u32::MAX; N],
+            id: [0; N],
+            flags: [0; N],
+        };
         let mut arguments = Arguments::new(if coherent { COHERENT } else { 0 });
-        // SAFETY: as above; the masks are aligned as Embree asks.
-        unsafe { (self.occluded16)(valid.0.as_ptr(), self.scene, &mut rays, &mut arguments) };
+        let trace = match N {
+            8 => self.occluded8,
+            16 => self.occluded16,
+            _ => panic!("packets have 8 or 16 rays"),
+        };
+        // SAFETY: as above; the function is that for `N` rays, and masks and rays are aligned as Embree asks.
+        unsafe {
+            let rays = (&raw mut rays).cast();
+            trace(valid.0.as_ptr(), self.scene, rays, &mut arguments);
+        }
         let blocked = rays
             .t_far
             .iter()

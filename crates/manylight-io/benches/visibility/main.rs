@@ -11,7 +11,7 @@ mod clock;
 mod embree;
 mod workload;
 
-use embree::{Embree, WIDE};
+use embree::Embree;
 use manylight::geometry::{Geometry, Instructions, Ray, Segment};
 use manylight::math::Vec3;
 use std::hint::black_box;
@@ -215,21 +215,8 @@ fn block_visibility(geometry: &mut Geometry, embree: Option<&Embree>, set: &str,
     let mut ways = Vec::new();
     if let Some(embree) = embree {
         for coherent in [true, false] {
-            let kind = if coherent { "coherent" } else { "incoherent" };
-            ways.push(foreign(
-                &format!("Embree x16 {kind}, by light"),
-                move || {
-                    let masks = blocks.iter().map(|block| by_light(embree, block, coherent));
-                    masks.flatten().map(|m| u64::from(m.count_ones())).sum()
-                },
-            ));
-            ways.push(foreign(
-                &format!("Embree x16 {kind}, by point"),
-                move || {
-                    let masks = blocks.iter().map(|block| by_point(embree, block, coherent));
-                    masks.flatten().map(|m| u64::from(m.count_ones())).sum()
-                },
-            ));
+            ways.extend(embree_packets::<8>(embree, blocks, coherent));
+            ways.extend(embree_packets::<16>(embree, blocks, coherent));
         }
     }
     let opponents = ways.len();
@@ -254,7 +241,7 @@ fn block_visibility(geometry: &mut Geometry, embree: Option<&Embree>, set: &str,
             };
             let mut other = [0; workload::BLOCK];
             if let Some(embree) = embree {
-                other = by_point(embree, block, false);
+                other = by_point::<16>(embree, block, false);
             }
             for (p, &from) in block.origins.iter().enumerate() {
                 from_embree += (masks[p] ^ other[p]).count_ones();
@@ -288,41 +275,67 @@ fn own_packets(geometry: &Geometry, block: &Block) -> [u64; workload::BLOCK] {
     blocked
 }
 
-fn columns(points: &[Vec3]) -> [[[f32; WIDE]; 3]; 4] {
-    let last = points.len() - 1;
-    std::array::from_fn(|group| {
-        std::array::from_fn(|axis| {
-            std::array::from_fn(|i| points[(group * WIDE + i).min(last)][axis])
-        })
-    })
+/// Packets of `N` rays from common points, and to common lights.
+fn embree_packets<'a, const N: usize>(
+    embree: &'a Embree,
+    blocks: &'a [Block],
+    coherent: bool,
+) -> [Way<'a>; 2] {
+    let kind = if coherent { "coherent" } else { "incoherent" };
+    [
+        foreign(&format!("Embree x{N} {kind}, by light"), move || {
+            let masks = blocks.iter().map(|b| by_light::<N>(embree, b, coherent));
+            masks.flatten().map(|m| u64::from(m.count_ones())).sum()
+        }),
+        foreign(&format!("Embree x{N} {kind}, by point"), move || {
+            let masks = blocks.iter().map(|b| by_point::<N>(embree, b, coherent));
+            masks.flatten().map(|m| u64::from(m.count_ones())).sum()
+        }),
+    ]
 }
 
-fn by_point(embree: &Embree, block: &Block, coherent: bool) -> [u64; workload::BLOCK] {
-    let targets = columns(&block.targets);
+/// Groups of `N` points, coordinate by coordinate; the last point stands in for those that lack.
+fn columns<const N: usize>(points: &[Vec3]) -> Vec<[[f32; N]; 3]> {
+    let last = points.len() - 1;
+    let at = |i: usize| points[i.min(last)];
+    let group = |first| std::array::from_fn(|axis| std::array::from_fn(|i| at(first + i)[axis]));
+    (0..workload::BLOCK).step_by(N).map(group).collect()
+}
+
+fn by_point<const N: usize>(
+    embree: &Embree,
+    block: &Block,
+    coherent: bool,
+) -> [u64; workload::BLOCK] {
+    let targets = columns::<N>(&block.targets);
     let mut blocked = [0; workload::BLOCK];
     for ((&from, &wanted), blocked) in block.origins.iter().zip(&block.wanted).zip(&mut blocked) {
         for (group, to) in targets.iter().enumerate() {
-            let wanted = (wanted >> (WIDE * group)) as u32 & 0xffff;
+            let wanted = (wanted >> (N * group)) as u32 & ((1 << N) - 1);
             if wanted != 0 {
-                let found = embree.occluded16(from, to, wanted, coherent);
-                *blocked |= u64::from(found) << (WIDE * group);
+                let found = embree.occluded_packet(from, to, wanted, coherent);
+                *blocked |= u64::from(found) << (N * group);
             }
         }
     }
     blocked
 }
 
-fn by_light(embree: &Embree, block: &Block, coherent: bool) -> [u64; workload::BLOCK] {
-    let points = columns(&block.origins);
+fn by_light<const N: usize>(
+    embree: &Embree,
+    block: &Block,
+    coherent: bool,
+) -> [u64; workload::BLOCK] {
+    let points = columns::<N>(&block.origins);
     let mut blocked = [0u64; workload::BLOCK];
     for (light, &from) in block.targets.iter().enumerate() {
         for (group, to) in points.iter().enumerate() {
-            let rows = block.wanted.iter().skip(WIDE * group).take(WIDE).rev();
+            let rows = block.wanted.iter().skip(N * group).take(N).rev();
             let wanted = rows.fold(0, |bits, row| bits << 1 | (row >> light & 1) as u32);
             if wanted != 0 {
-                let found = embree.occluded16(from, to, wanted, coherent);
-                for i in (0..WIDE).filter(|i| found >> i & 1 == 1) {
-                    blocked[WIDE * group + i] |= 1 << light;
+                let found = embree.occluded_packet(from, to, wanted, coherent);
+                for i in (0..N).filter(|i| found >> i & 1 == 1) {
+                    blocked[N * group + i] |= 1 << light;
                 }
             }
         }

@@ -35,7 +35,7 @@ pub use receivers::{Form, Receivers};
 
 use crate::color::Rgb;
 use crate::math::{Frame, Vec2, Vec3};
-use crate::sampling::{rng::mix, warp};
+use crate::sampling::{rng, warp};
 use leaf::{Given, Lambert, Leaf};
 use model::{Model, ModelSample};
 use std::f32::consts::FRAC_1_PI;
@@ -559,8 +559,7 @@ enum Drawn {
 
 /// A number for the choice of a class that does not follow the choice of the direction: that has used up the leading digits.
 fn class_number(u: BsdfNumbers) -> f32 {
-    let bits = [u.lobe, u.direction.x, u.direction.y].map(|x| u64::from(x.to_bits()));
-    (mix(bits[0] ^ mix(bits[1] ^ (bits[2] << 32))) >> 40) as f32 * (1.0 / 16_777_216.0)
+    rng::unit(rng::key([u.lobe, u.direction.x, u.direction.y]))
 }
 
 /// A sample unless it carries nothing; `weight` is not yet divided by `pdf`.

@@ -11,7 +11,7 @@ use crate::geometry::{Geometry, Ray};
 use crate::maps::Neighbors;
 use crate::maps::density::{Bandwidth, Receiver, estimate};
 use crate::math::Frame;
-use crate::sampling::rng::mix;
+use crate::sampling::rng;
 use std::f32::consts::TAU;
 
 /// Photons in an estimate.
@@ -61,8 +61,7 @@ impl LightSet<'_> {
             return sum;
         }
         // The view names the turn of the probes: it differs in every pass, and not with the scene's unit of length.
-        let bits = point.at.wo.to_array().map(|x| u64::from(x.to_bits()));
-        let turn = (mix(bits[0] ^ mix(bits[1] ^ (bits[2] << 32))) >> 40) as f32 / (1 << 24) as f32;
+        let turn = rng::unit(rng::key(point.at.wo.to_array()));
         sum / covered(&self.scene.geometry, receiver, radius, turn)
     }
 

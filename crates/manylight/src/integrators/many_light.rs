@@ -267,12 +267,12 @@ impl ManyLight {
         (Lights::new(lights), claims)
     }
 
+    /// Chooses `count` photons to become lights.
     fn sites(&self, photons: &[Photon], weights: &[f32], count: usize, u: f32) -> Vec<Site> {
         match self.placement {
             Placement::Uniform => select(photons, weights, count, u),
             Placement::Importance => {
-                let fluxes: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
-                let mixed = defensive_weights(weights, &fluxes, PLACED_BY_FLUX);
+                let mixed = defensive_weights(weights, &fluxes(photons), PLACED_BY_FLUX);
                 select(photons, &mixed, count, u)
             }
         }
@@ -313,6 +313,10 @@ impl ManyLight {
     }
 }
 
+fn fluxes(photons: &[Photon]) -> Vec<f32> {
+    photons.iter().map(|p| p.flux.luminance()).collect()
+}
+
 /// About `most` of the photons, or all, by their weights; each stands for as many as its probability says. Returns the weights too.
 fn thinned(
     photons: Vec<Photon>,
@@ -323,8 +327,7 @@ fn thinned(
     if photons.len() <= most {
         return (photons, weights);
     }
-    let fluxes: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
-    let mixed = defensive_weights(&weights, &fluxes, KEPT_BY_FLUX);
+    let mixed = defensive_weights(&weights, &fluxes(&photons), KEPT_BY_FLUX);
     let probabilities = inclusion_probabilities(&mixed, most, 0.0);
     let kept = systematic(&probabilities, u).into_iter().map(|j| {
         let (photon, stands_for) = (photons[j], 1.0 / probabilities[j]);

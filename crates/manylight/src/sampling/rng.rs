@@ -10,6 +10,19 @@ pub const fn mix(mut z: u64) -> u64 {
     z ^ (z >> 31)
 }
 
+/// A word named by three numbers, a direction for instance: every bit of these affects every bit of it.
+#[inline]
+pub fn key(numbers: [f32; 3]) -> u64 {
+    let [x, y, z] = numbers.map(|x| u64::from(x.to_bits()));
+    mix(x ^ mix(y ^ (z << 32)))
+}
+
+/// The leading bits of a word as a number in [0, 1).
+#[inline]
+pub fn unit(word: u64) -> f32 {
+    (word >> 40) as f32 * (1.0 / 16_777_216.0)
+}
+
 /// PCG-XSH-RR with a 64-bit state. Source: O'Neill, "PCG", 2014.
 #[derive(Clone, Debug)]
 pub struct Pcg {

@@ -21,16 +21,20 @@ pub fn diffuse(r: f32, g: f32, b: f32) -> Material {
 
 /// GGX metal of the given roughness that reflects about 70 %.
 pub fn rough_metal(alpha: f32) -> Material {
-    let alpha = FloatInput::Constant(alpha);
     Material::Conductor {
         eta: ColorInput::Constant(Rgb::new(1.66, 0.88, 0.52)),
         k: ColorInput::Constant(Rgb::new(9.22, 6.27, 4.84)),
         specular_reflectance: ColorInput::Constant(Rgb::splat(0.8)),
-        roughness: Some(Roughness {
-            distribution: Distribution::Ggx,
-            alpha_u: alpha,
-            alpha_v: alpha,
-        }),
+        roughness: Some(ggx(alpha)),
+    }
+}
+
+fn ggx(alpha: f32) -> Roughness {
+    let alpha = FloatInput::Constant(alpha);
+    Roughness {
+        distribution: Distribution::Ggx,
+        alpha_u: alpha,
+        alpha_v: alpha,
     }
 }
 
@@ -52,12 +56,7 @@ pub fn glass() -> Material {
 
 /// Frosted glass.
 pub fn rough_glass(alpha: f32) -> Material {
-    let alpha = FloatInput::Constant(alpha);
-    dielectric(Some(Roughness {
-        distribution: Distribution::Ggx,
-        alpha_u: alpha,
-        alpha_v: alpha,
-    }))
+    dielectric(Some(ggx(alpha)))
 }
 
 fn dielectric(roughness: Option<Roughness>) -> Material {

@@ -10,7 +10,7 @@ use crate::ids::LightId;
 use crate::maps::{KdTree, Neighbors};
 use crate::math::Vec3;
 use crate::particles::Photon;
-use crate::sampling::rng::{Pcg, mix};
+use crate::sampling::rng::{self, Pcg, mix};
 use crate::sampling::systematic::{inclusion_probabilities, systematic};
 use crate::scene::{PathLimits, Scene};
 use rayon::prelude::*;
@@ -349,11 +349,7 @@ impl<'s, 'p> Maker<'s, 'p> {
     /// Random numbers of this light for one purpose. The direction of incidence names them: it differs in every pass, and not
     /// with the scene's unit of length.
     fn numbers(&self, purpose: u64) -> Pcg {
-        let bits = self.site.wi.to_array().map(|x| u64::from(x.to_bits()));
-        Pcg::new(
-            bits.into_iter()
-                .fold(mix(self.k as u64) ^ purpose, |key, x| mix(key ^ x)),
-        )
+        Pcg::new(mix(mix(self.k as u64) ^ purpose) ^ rng::key(self.site.wi.to_array()))
     }
 
     fn profile(&self, grid: &Grid, light: &VirtualLight, bsdf: &Bsdf<'s>) -> Profile {

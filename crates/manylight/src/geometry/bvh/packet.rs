@@ -10,7 +10,7 @@ use super::traverse::{self, FAR_MARGIN};
 use super::triangles::{AnyTriangle, Block, Directions, EdgeVolumes};
 use super::vectors::{load3, splat3, spread3, store3};
 use crate::math::{Aabb, Vec3};
-use crate::simd::{Floats, NARROW, Simd, WIDE};
+use crate::simd::{Floats, NARROW, Simd, WIDE, Wide};
 use glam::BVec3;
 
 /// Rays in a packet.
@@ -81,14 +81,12 @@ impl<'a> Packet<'a> {
             }
             let [x, y, z] = load3(w, &d[group]);
             let largest = w.max(w.max(w.abs(x), w.abs(y)), w.abs(z));
-            // As for single rays: zeros are replaced by something far below rounding.
-            let tiny = w.max(
-                w.mul(largest, w.splat(traverse::NEGLIGIBLE)),
-                w.splat(f32::MIN_POSITIVE),
-            );
-            let one = w.splat(1.0);
-            let invert = |x| w.div(one, w.mul_sign(w.max(w.abs(x), tiny), x));
-            reciprocal[group] = store3(w, [invert(x), invert(y), invert(z)]);
+            let inverses = [
+                inverse(w, x, largest),
+                inverse(w, y, largest),
+                inverse(w, z, largest),
+            ];
+            reciprocal[group] = store3(w, inverses);
             size[group] = w.store(largest);
         }
         let origin = Aabb {
@@ -239,4 +237,12 @@ impl<'a> Packet<'a> {
         }
         self.open &= rays | !tested;
     }
+}
+
+/// `1 / x`. As for single rays, zeros are replaced by something far below the rounding of the `largest` component.
+#[inline(always)]
+fn inverse<W: Wide>(w: W, x: W::F, largest: W::F) -> W::F {
+    let negligible = w.mul(largest, w.splat(traverse::NEGLIGIBLE));
+    let tiny = w.max(negligible, w.splat(f32::MIN_POSITIVE));
+    w.div(w.splat(1.0), w.mul_sign(w.max(w.abs(x), tiny), x))
 }
