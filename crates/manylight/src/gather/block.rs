@@ -68,11 +68,27 @@ impl Block {
         let occluded = scene
             .geometry
             .occluded_block(&origins, &self.targets, &self.wanted);
+        let arriving: [u64; BATCHES * LANES] =
+            std::array::from_fn(|k| self.wanted[k] & !occluded[k]);
+        let mut crossing = [0; BATCHES * LANES];
+        if scene.geometry.has_transparent() {
+            crossing = scene
+                .geometry
+                .crossing_block(&origins, &self.targets, &arriving);
+        }
         for (b, batch) in batches.iter().enumerate() {
             for (i, &member) in batch.members.iter().enumerate() {
                 let k = b * LANES + i;
-                let arrives = self.wanted[k] & !occluded[k];
-                sums[member].radiance += self.arriving(scene, arrives, origins[k], (b, i));
+                let mut sum = self.arriving(arriving[k] & !crossing[k], (b, i));
+                for t in bits_of(crossing[k]) {
+                    let segment = Segment {
+                        from: origins[k],
+                        to: self.targets[t],
+                    };
+                    let through = scene.cross_transparent(&segment).0;
+                    sum += self.values[t][b].rgb(i) * through;
+                }
+                sums[member].radiance += sum;
                 sums[member].shadow_rays += u64::from(self.wanted[k].count_ones());
             }
         }
@@ -82,28 +98,16 @@ impl Block {
     }
 
     /// Sum over the targets in `arrives` of what lane `i` of batch `b` gets from them.
-    fn arriving(
-        &self,
-        scene: &Scene,
-        mut arrives: u64,
-        origin: Vec3,
-        (b, i): (usize, usize),
-    ) -> Rgb {
-        let transparent = scene.geometry.has_transparent();
-        let mut sum = Rgb::BLACK;
-        while arrives != 0 {
-            let t = arrives.trailing_zeros() as usize;
-            arrives &= arrives - 1;
-            let mut value = self.values[t][b].rgb(i);
-            if transparent {
-                let segment = Segment {
-                    from: origin,
-                    to: self.targets[t],
-                };
-                value *= scene.cross_transparent(&segment).0;
-            }
-            sum += value;
-        }
-        sum
+    fn arriving(&self, arrives: u64, (b, i): (usize, usize)) -> Rgb {
+        bits_of(arrives).map(|t| self.values[t][b].rgb(i)).sum()
     }
+}
+
+/// The positions of the set bits, lowest first.
+fn bits_of(mut bits: u64) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let bit = bits.trailing_zeros();
+        bits &= bits.wrapping_sub(1);
+        (bit < 64).then_some(bit as usize)
+    })
 }

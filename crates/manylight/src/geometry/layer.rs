@@ -1,7 +1,7 @@
 //! The surfaces of one space that are alike to visibility: a hierarchy over all baked triangles, and one over
 //! what is not triangles.
 
-use super::bvh::{ObjectBvh, TriangleBvh};
+use super::bvh::{ObjectBvh, Shaft, TriangleBvh};
 use super::placement::Placement;
 use super::{Hit, Ray, Segment, SurfaceRef};
 use crate::ids::PrimitiveId;
@@ -97,6 +97,12 @@ impl Layer {
         let ray = Ray { t_max, ..*ray };
         self.objects
             .nearest(&ray, |object, t_max| visit(self.members[object], t_max));
+    }
+
+    /// See [`ObjectBvh::visit_between`].
+    pub(super) fn visit_objects_between(&self, shaft: &Shaft, mut visit: impl FnMut(Member)) {
+        self.objects
+            .visit_between(shaft, |object| visit(self.members[object]));
     }
 
     /// See [`ObjectBvh::any`].

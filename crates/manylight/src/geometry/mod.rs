@@ -1,6 +1,7 @@
 //! Where things are: shapes, the acceleration structure over them, and the points that rays find.
 
 mod analytic;
+mod block;
 mod bvh;
 mod layer;
 pub mod mesh;
@@ -13,8 +14,10 @@ mod tests;
 pub mod world;
 
 pub use crate::simd::Instructions;
+pub use block::BLOCK;
+use bvh::Shaft;
 pub use mesh::Mesh;
 pub use ray::{Ray, Segment};
 pub use shape::Shape;
 pub use surface_point::{SurfacePoint, SurfaceRef};
-pub use world::{AreaSample, BLOCK, Geometry, Hit, Instance, Primitive};
+pub use world::{AreaSample, Geometry, Hit, Instance, Primitive};

@@ -277,7 +277,7 @@ fn point_on(geometry: &Geometry, u: Vec2) -> SurfacePoint {
     let sample = geometry
         .sample_area(PrimitiveId(0), u)
         .expect("the shape has area");
-    let through = if geometry.instances().is_empty() {
+    let through = if geometry.instances.is_empty() {
         SurfaceRef::NO_INSTANCE
     } else {
         0
@@ -505,7 +505,7 @@ fn one_by_one(geometry: &Geometry, ray: &Ray, transparent: bool) -> Option<Hit> 
         }
         let group = if i < 20 { 2 } else { usize::from(i >= 30) };
         for (index, instance) in geometry
-            .instances()
+            .instances
             .iter()
             .enumerate()
             .filter(|(_, p)| p.group() == group)
@@ -582,6 +582,7 @@ fn packets_equal_single_segments() {
 fn blocks_equal_single_segments() {
     let geometry = mixed();
     let mut random = Random(Pcg::new(7));
+    let mut crossings = 0;
     for (origins, targets) in [(0, 0), (1, 64), (64, 1), (33, 17), (64, 64)] {
         for _ in 0..5 {
             let from: Vec<Vec3> = (0..origins).map(|_| random.point(3.0)).collect();
@@ -590,16 +591,30 @@ fn blocks_equal_single_segments() {
                 .map(|i| (u64::MAX >> i) & (((1u128 << targets) - 1) as u64))
                 .collect();
             let blocked = geometry.occluded_block(&from, &to, &wanted);
+            let crossing = geometry.crossing_block(&from, &to, &wanted);
             for (i, &from) in from.iter().enumerate() {
                 let single = |(j, &to): (usize, &Vec3)| {
                     u64::from(geometry.occluded(&Segment { from, to })) << j
                 };
                 let all: u64 = to.iter().enumerate().map(single).sum();
                 assert_eq!(blocked[i], all & wanted[i]);
+                let transparent = |&to: &Vec3| {
+                    let d = to - from;
+                    let ray = Ray {
+                        t_max: 1.0,
+                        ..Ray::new(from, d)
+                    };
+                    geometry.intersect_transparent(&ray).is_some()
+                };
+                let single = |(j, to): (usize, &Vec3)| u64::from(transparent(to)) << j;
+                let all: u64 = to.iter().enumerate().map(single).sum();
+                assert_eq!(crossing[i], all & wanted[i]);
+                crossings += crossing[i].count_ones();
             }
             assert!(blocked[origins..].iter().all(|&targets| targets == 0));
         }
     }
+    assert!(crossings > 100, "{crossings}");
 }
 
 #[test]

@@ -10,9 +10,6 @@ use crate::simd::Instructions;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Most origins and most targets of [`Geometry::occluded_block`].
-pub const BLOCK: usize = 64;
-
 /// One placed surface: what a ray can hit.
 #[derive(Clone, Debug)]
 pub struct Primitive {
@@ -63,23 +60,23 @@ pub struct Geometry {
     shapes: Vec<Shape>,
     primitives: Vec<Primitive>,
     /// One per primitive.
-    placements: Vec<Placement>,
-    world: Level,
-    groups: Vec<Level>,
-    instances: Vec<PlacedInstance>,
+    pub(super) placements: Vec<Placement>,
+    pub(super) world: Level,
+    pub(super) groups: Vec<Level>,
+    pub(super) instances: Vec<PlacedInstance>,
     bounds: Aabb,
 }
 
 /// What a ray can meet in one space: the world or a group. Transparent surfaces stand apart, so that visibility among
 /// opaque ones never pays for them.
 #[derive(Debug)]
-struct Level {
+pub(super) struct Level {
     opaque: Layer,
     transparent: Layer,
 }
 
 impl Level {
-    fn layer(&self, class: Class) -> &Layer {
+    pub(super) fn layer(&self, class: Class) -> &Layer {
         match class {
             Class::Opaque => &self.opaque,
             Class::Transparent => &self.transparent,
@@ -88,7 +85,7 @@ impl Level {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Class {
+pub(super) enum Class {
     Opaque,
     Transparent,
 }
@@ -177,11 +174,6 @@ impl Geometry {
         &self.shapes
     }
 
-    #[cfg(test)]
-    pub(super) fn instances(&self) -> &[PlacedInstance] {
-        &self.instances
-    }
-
     /// Box around everything, instances included; empty for an empty scene.
     pub fn bounds(&self) -> Aabb {
         self.bounds
@@ -245,34 +237,6 @@ impl Geometry {
                     blocked |= 1 << i;
                 }
             }
-        }
-        blocked
-    }
-
-    /// Visibility between up to 64 origins and up to 64 targets: bit `j` of element `i` is set when bit `j` of `wanted[i]` is and an
-    /// opaque surface lies between `origins[i]` and `targets[j]`. As many `wanted` as origins. Fast where both ends are compact and
-    /// neighbors stand side by side. Equal to single [`Geometry::occluded`] calls but for segments that graze an edge.
-    pub fn occluded_block(
-        &self,
-        origins: &[Vec3],
-        targets: &[Vec3],
-        wanted: &[u64],
-    ) -> [u64; BLOCK] {
-        let layer = &self.world.opaque;
-        let mut blocked = layer.open_of_triangles(origins, targets, wanted);
-        for ((blocked, &from), &wanted) in blocked.iter_mut().zip(origins).zip(wanted) {
-            if layer.has_objects() {
-                let mut open = *blocked;
-                while open != 0 {
-                    let i = open.trailing_zeros() as usize;
-                    open &= open - 1;
-                    let to = targets[i];
-                    if self.any_object(layer, &Segment { from, to }) {
-                        *blocked &= !(1 << i);
-                    }
-                }
-            }
-            *blocked = wanted & !*blocked;
         }
         blocked
     }

@@ -16,6 +16,7 @@ mod traverse;
 mod triangles;
 mod vectors;
 
+pub(super) use shaft::Shaft;
 pub(super) use triangles::TriangleHit;
 
 use super::Ray;
@@ -23,8 +24,9 @@ use crate::math::{Aabb, Vec3};
 #[cfg(any(test, feature = "testing"))]
 use crate::simd::Instructions;
 use crate::simd::{Isa, Kernel, NARROW, Simd};
-use build::{Node, Tree};
+use build::{LEAF, Node, Tree};
 use packet::{EMPTY_STACK, Packet, RAYS};
+use stack::WordStack;
 use tile::{SIDE, Tile};
 use traverse::{AnyLeaves, NearestLeaves};
 use triangles::{AnyTriangle, Block, NearestTriangle};
@@ -274,6 +276,17 @@ impl ObjectBvh {
         }
     }
 
+    /// Calls `visit` for the objects whose boxes meet a shaft.
+    pub(super) fn visit_between(&self, shaft: &Shaft, visit: impl FnMut(usize)) {
+        if !self.is_empty() {
+            self.isa.run(ObjectsBetween {
+                tree: &self.tree,
+                shaft,
+                visit,
+            });
+        }
+    }
+
     /// Calls `visit` for the objects along the segment until it returns true; returns whether it did.
     pub(super) fn any(&self, from: Vec3, to: Vec3, visit: impl Fn(usize) -> bool) -> bool {
         !self.is_empty()
@@ -306,6 +319,33 @@ impl<V: FnMut(usize, f32) -> f32, S: Simd> NearestLeaves<S> for NearestObject<'_
     #[inline(always)]
     fn visit(&mut self, _s: S, leaf: usize, t_max: f32) -> f32 {
         (self.visit)(self.bvh.tree.items[leaf] as usize, t_max)
+    }
+}
+
+struct ObjectsBetween<'a, V> {
+    tree: &'a Tree,
+    shaft: &'a Shaft,
+    visit: V,
+}
+
+impl<V: FnMut(usize)> Kernel for ObjectsBetween<'_, V> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(mut self, s: S) {
+        let mut stack = WordStack::new();
+        let mut next = Some(0);
+        while let Some(word) = next {
+            if word & LEAF == 0 {
+                let node = &self.tree.nodes[word as usize];
+                let (_, _, met) = self.shaft.cut(s, &node.bounds);
+                stack.push(s, &node.children, met);
+            } else {
+                let leaf = (word & !LEAF) as usize;
+                (self.visit)(self.tree.items[leaf] as usize);
+            }
+            next = stack.pop();
+        }
     }
 }
 

@@ -18,7 +18,7 @@ const SHIFT_MARGIN: f32 = 2.0 * f32::EPSILON;
 
 /// One shaft, to test eight boxes at once.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Shaft {
+pub(in crate::geometry) struct Shaft {
     /// By plane of the third box, in the order of a node's bounds: `t` is bounded by `plane * scale - shift`.
     scale: [f32; 6],
     shift: [f32; 6],
@@ -27,7 +27,8 @@ pub(super) struct Shaft {
 }
 
 impl Shaft {
-    pub(super) fn new(a: Aabb, b: Aabb) -> Self {
+    /// The hull of two boxes.
+    pub(in crate::geometry) fn new(a: Aabb, b: Aabb) -> Self {
         let tiny = negligible(a, b);
         let mut shaft = Shaft {
             scale: [0.0; 6],
@@ -75,6 +76,21 @@ impl Shaft {
         }
         let met = s.bits(s.le(near, s.add(far, s.splat(SLACK))));
         (near, far, met)
+    }
+
+    /// Whether the shaft may meet one box.
+    pub(in crate::geometry) fn meets(&self, bounds: Aabb) -> bool {
+        let (lower, upper) = (bounds.min.to_array(), bounds.max.to_array());
+        let (mut near, mut far) = (0.0f32, 1.0f32);
+        for (plane, bound) in lower.into_iter().chain(upper).enumerate() {
+            let t = bound * self.scale[plane] - self.shift[plane];
+            if self.is_near[plane] {
+                near = near.max(t);
+            } else {
+                far = far.min(t);
+            }
+        }
+        near <= far + SLACK
     }
 }
 

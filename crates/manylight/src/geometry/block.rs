@@ -1,0 +1,123 @@
+//! Visibility between two groups of points, through surfaces of all kinds.
+
+use super::layer::{Layer, Member};
+use super::placement::Placement;
+use super::world::{Class, Geometry};
+use super::{Segment, Shaft};
+use crate::math::{Aabb, Vec3};
+
+/// Most origins and most targets of a block.
+pub const BLOCK: usize = 64;
+
+/// The two groups.
+#[derive(Clone, Copy)]
+struct Ends<'a> {
+    origins: &'a [Vec3],
+    targets: &'a [Vec3],
+}
+
+impl Geometry {
+    /// Visibility between up to 64 origins and up to 64 targets: bit `j` of element `i` is set when bit `j` of `wanted[i]` is and an
+    /// opaque surface lies between `origins[i]` and `targets[j]`. As many `wanted` as origins. Fast where both ends are compact and
+    /// neighbors stand side by side. Equal to single [`Geometry::occluded`] calls but for segments that graze an edge.
+    pub fn occluded_block(
+        &self,
+        origins: &[Vec3],
+        targets: &[Vec3],
+        wanted: &[u64],
+    ) -> [u64; BLOCK] {
+        self.cut_block(Class::Opaque, origins, targets, wanted)
+    }
+
+    /// The same for surfaces that let light straight through: the segments on which there is one.
+    pub fn crossing_block(
+        &self,
+        origins: &[Vec3],
+        targets: &[Vec3],
+        wanted: &[u64],
+    ) -> [u64; BLOCK] {
+        self.cut_block(Class::Transparent, origins, targets, wanted)
+    }
+
+    fn cut_block(
+        &self,
+        class: Class,
+        origins: &[Vec3],
+        targets: &[Vec3],
+        wanted: &[u64],
+    ) -> [u64; BLOCK] {
+        let mut cut = [0; BLOCK];
+        cut[..wanted.len()].copy_from_slice(wanted);
+        let ends = Ends { origins, targets };
+        let open = self.open_in_layer(class, self.world.layer(class), ends, cut);
+        for (cut, open) in cut.iter_mut().zip(open) {
+            *cut &= !open;
+        }
+        cut
+    }
+
+    /// Those of the segments in `open` that nothing in the layer cuts.
+    fn open_in_layer(
+        &self,
+        class: Class,
+        layer: &Layer,
+        ends: Ends,
+        open: [u64; BLOCK],
+    ) -> [u64; BLOCK] {
+        let rows = ends.origins.len();
+        let mut open = layer.open_of_triangles(ends.origins, ends.targets, &open[..rows]);
+        if !layer.has_objects() {
+            return open;
+        }
+        let between = Shaft::new(
+            Aabb::from_points(ends.origins.iter().copied()),
+            Aabb::from_points(ends.targets.iter().copied()),
+        );
+        layer.visit_objects_between(&between, |member| match member {
+            Member::Analytic(primitive) => {
+                open_past_shape(&self.placements[primitive.index()], ends, &mut open);
+            }
+            Member::Instance(index) => {
+                let instance = &self.instances[index];
+                let in_group = |points: &[Vec3]| {
+                    let mut moved = [Vec3::ZERO; BLOCK];
+                    for (moved, &p) in moved.iter_mut().zip(points) {
+                        *moved = instance.point_in_group(p);
+                    }
+                    moved
+                };
+                let (origins, targets) = (in_group(ends.origins), in_group(ends.targets));
+                let ends = Ends {
+                    origins: &origins[..ends.origins.len()],
+                    targets: &targets[..ends.targets.len()],
+                };
+                let group = self.groups[instance.group()].layer(class);
+                open = self.open_in_layer(class, group, ends, open);
+            }
+        });
+        open
+    }
+}
+
+/// Takes from the open segments those that a shape cuts.
+fn open_past_shape(shape: &Placement, ends: Ends, open: &mut [u64; BLOCK]) {
+    let Some(bounds) = shape.analytic_bounds() else {
+        return;
+    };
+    let targets = Aabb::from_points(ends.targets.iter().copied());
+    for (&from, open) in ends.origins.iter().zip(open) {
+        let origin = Aabb::from_points([from]);
+        if *open == 0 || !Shaft::new(origin, targets).meets(bounds) {
+            continue;
+        }
+        let mut left = *open;
+        while left != 0 {
+            let i = left.trailing_zeros() as usize;
+            left &= left - 1;
+            let to = ends.targets[i];
+            if shape.blocks(&Segment { from, to }) {
+                *open &= !(1 << i);
+            }
+        }
+    }
+}
