@@ -4,7 +4,7 @@ use super::{Selection, ShadingPoint};
 use crate::bsdf::{Form, Receivers};
 use crate::geometry::SurfacePoint;
 use crate::lanes::{LANES, LaneMask, Lanes, Lanes3, mask};
-use crate::math::Vec3;
+use crate::math::{Aabb, Vec3};
 
 /// Batches that are connected to lights together: as many points as a mask has bits.
 pub(super) const BATCHES: usize = 64 / LANES;
@@ -38,7 +38,7 @@ pub(super) struct Batch<'b, 's> {
 }
 
 impl<'b, 's> Batch<'b, 's> {
-    /// The points of a tile in batches, sorted by form and selection.
+    /// The points of a tile in batches, sorted by form and selection, and by place: rays to common lights should be alike.
     pub(super) fn all(points: &'b [ShadingPoint<'s>]) -> Vec<Self> {
         let mut kinds: Vec<((Form, Selection), Vec<usize>)> = Vec::new();
         for (i, point) in points.iter().enumerate() {
@@ -47,6 +47,9 @@ impl<'b, 's> Batch<'b, 's> {
                 Some((_, members)) => members.push(i),
                 None => kinds.push((kind, vec![i])),
             }
+        }
+        for (_, members) in &mut kinds {
+            sort_in_compact_runs(members, points);
         }
         kinds
             .iter()
@@ -110,4 +113,25 @@ impl<'b, 's> Batch<'b, 's> {
 
 fn offset(x: &SurfacePoint, side: f32) -> Vec3 {
     x.offset_towards(x.ng * side)
+}
+
+/// So that runs of as many points as there are lanes, or in all batches together, are compact: halves along the longest axis.
+fn sort_in_compact_runs(members: &mut [usize], points: &[ShadingPoint]) {
+    if members.len() <= LANES {
+        return;
+    }
+    let run = if members.len() > BATCHES * LANES {
+        BATCHES * LANES
+    } else {
+        LANES
+    };
+    let runs = members.len().div_ceil(run);
+    let p = |i: usize| points[i].x.p;
+    let extent = Aabb::from_points(members.iter().map(|&i| p(i))).extent();
+    let axis = extent.max_position();
+    let half = runs / 2 * run;
+    members.select_nth_unstable_by(half, |&i, &j| p(i)[axis].total_cmp(&p(j)[axis]));
+    let (low, high) = members.split_at_mut(half);
+    sort_in_compact_runs(low, points);
+    sort_in_compact_runs(high, points);
 }
