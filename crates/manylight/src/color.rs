@@ -32,10 +32,14 @@ impl Rgb {
         Rgb { r: v, g: v, b: v }
     }
 
+    /// Weights of the channels in luminance.
+    pub const LUMINANCE: [f32; 3] = [0.212_671, 0.715_160, 0.072_169];
+
     /// Relative luminance of linear Rec. 709.
     #[inline]
     pub fn luminance(self) -> f32 {
-        0.212_671 * self.r + 0.715_160 * self.g + 0.072_169 * self.b
+        let [r, g, b] = Self::LUMINANCE;
+        r * self.r + g * self.g + b * self.b
     }
 
     /// The largest channel.

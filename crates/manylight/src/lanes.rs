@@ -3,7 +3,8 @@
 
 use crate::color::Rgb;
 use crate::math::Vec3;
-use crate::simd::set_bits;
+use crate::simd::vectors::{load3, store3};
+use crate::simd::{Wide, set_bits};
 
 /// Values side by side.
 pub const LANES: usize = 16;
@@ -60,6 +61,18 @@ impl Lanes3 {
     #[inline(always)]
     pub fn rgb(&self, i: usize) -> Rgb {
         Rgb::new(self.0[0][i], self.0[1][i], self.0[2][i])
+    }
+
+    /// All lanes in registers.
+    #[inline(always)]
+    pub(crate) fn load<W: Wide>(&self, w: W) -> [W::F; 3] {
+        load3(w, &self.0)
+    }
+
+    /// All lanes from registers.
+    #[inline(always)]
+    pub(crate) fn store<W: Wide>(w: W, v: [W::F; 3]) -> Self {
+        Lanes3(store3(w, v))
     }
 
     /// Writes lane `i`.

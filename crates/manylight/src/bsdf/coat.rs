@@ -3,12 +3,10 @@
 use super::fresnel::{self, Interface, reflect, refract};
 use super::material::Distribution;
 use super::microfacet::Microfacets;
-use super::plastic::Coat;
+use super::plastic::{COSINES, Coat};
 use crate::math::{Vec2, Vec3};
 use rayon::prelude::*;
 
-/// Entries over the cosine; linear interpolation between them.
-const TABLE_SIZE: usize = 64;
 /// Points of the quadrature per dimension towards a denser medium.
 const NODES: usize = 32;
 /// The same towards a thinner one, where total reflection makes the integrand jump.
@@ -20,16 +18,18 @@ impl Coat {
     /// Tabulates a coat of relative index `eta`.
     pub(super) fn new(distribution: Distribution, alpha: f32, eta: f32) -> Self {
         let facets = Microfacets::new(distribution, alpha, alpha);
-        let cosines: Vec<f32> = (0..TABLE_SIZE)
-            .map(|i| (i as f32 / (TABLE_SIZE - 1) as f32).max(MIN_COSINE))
+        let cosines: Vec<f32> = (0..COSINES)
+            .map(|i| (i as f32 / (COSINES - 1) as f32).max(MIN_COSINE))
             .collect();
         let transmittance = average(&cosines, &facets, eta, transmitted);
         // Over cosine-weighted directions: 2 ∫ r(μ) μ dμ.
         let reflectance = average(&cosines, &facets, 1.0 / eta, reflected);
         let sum: f32 = cosines.iter().zip(&reflectance).map(|(c, r)| c * r).sum();
         Coat {
-            transmittance,
-            internal_reflectance: 2.0 * sum / TABLE_SIZE as f32,
+            transmittance: transmittance
+                .try_into()
+                .expect("invariant: one value per cosine"),
+            internal_reflectance: 2.0 * sum / COSINES as f32,
         }
     }
 }

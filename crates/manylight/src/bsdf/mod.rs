@@ -30,6 +30,7 @@ mod ward;
 pub use lobes::Lobes;
 pub use material::Material;
 pub use materials::Materials;
+pub use plastic::{COSINES, interpolate_lanes};
 pub use receiver::Receiver;
 pub use receivers::{Form, Receivers};
 
@@ -80,7 +81,7 @@ pub enum Exit<'s> {
         eta: f32,
     },
     /// Transmittance of a dielectric coat, tabulated over the cosine on [0, 1].
-    Coated(&'s [f32]),
+    Coated(&'s [f32; COSINES]),
 }
 
 impl Exit<'_> {

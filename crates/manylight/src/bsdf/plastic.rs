@@ -5,7 +5,9 @@ use super::microfacet::Microfacets;
 use super::model::{ModelSample, microfacet_class};
 use super::{BsdfNumbers, Lobes};
 use crate::color::Rgb;
+use crate::lanes::{LANES, Lanes};
 use crate::math::Vec3;
+use crate::math::float::floor;
 use crate::sampling::warp;
 use std::f32::consts::FRAC_1_PI;
 
@@ -129,7 +131,7 @@ pub(super) struct RoughPlastic<'s> {
     pub facets: Microfacets,
     pub eta: f32,
     /// Transmittance of the coat from outside, over the cosine on [0, 1].
-    pub transmittance: &'s [f32],
+    pub transmittance: &'s [f32; COSINES],
     /// ρ / (η² (1 - ρ r)).
     pub base: Rgb,
     pub tint: Rgb,
@@ -140,7 +142,7 @@ pub(super) struct RoughPlastic<'s> {
 #[derive(Debug)]
 pub(super) struct Coat {
     /// Transmittance from outside, over the cosine on [0, 1].
-    pub transmittance: Vec<f32>,
+    pub transmittance: [f32; COSINES],
     /// Reflectance from inside, averaged over diffuse light.
     pub internal_reflectance: f32,
 }
@@ -244,12 +246,37 @@ impl<'s> RoughPlastic<'s> {
     }
 }
 
-/// Linear interpolation in a table over [0, 1].
+/// Entries of tables over the cosine on [0, 1], between which is interpolated linearly.
+pub const COSINES: usize = 64;
+
+/// Where in a table a cosine from 0 to 1 lies: the entry below and the weight of the one above.
 #[inline(always)]
-pub(super) fn interpolate(table: &[f32], x: f32) -> f32 {
-    let last = table.len() - 1;
-    let at = x.clamp(0.0, 1.0) * last as f32;
-    let i = (at as usize).min(last - 1);
-    let w = at - i as f32;
-    table[i] * (1.0 - w) + table[i + 1] * w
+fn place(cos: f32) -> (i32, f32) {
+    // At 1 exactly, the last two entries with all weight on the second.
+    let at = cos * (COSINES - 1) as f32 * (1.0 - f32::EPSILON);
+    let (below, i) = floor(at);
+    (i, at - below)
+}
+
+/// Linear interpolation.
+#[inline(always)]
+pub(super) fn interpolate(table: &[f32; COSINES], cos: f32) -> f32 {
+    let (i, w) = place(cos.clamp(0.0, 1.0));
+    table[i as usize] * (1.0 - w) + table[i as usize + 1] * w
+}
+
+/// Linear interpolation in each lane, for cosines from 0 to 1.
+#[inline(always)]
+pub fn interpolate_lanes(tables: &[&[f32; COSINES]; LANES], cos: &Lanes) -> Lanes {
+    let (mut i, mut w) = ([0; LANES], [0.0; LANES]);
+    for lane in 0..LANES {
+        (i[lane], w[lane]) = place(cos[lane]);
+    }
+    let (mut low, mut high) = ([0.0; LANES], [0.0; LANES]);
+    for lane in 0..LANES {
+        let i = i[lane] as usize % COSINES;
+        low[lane] = tables[lane][i];
+        high[lane] = tables[lane][(i + 1) % COSINES];
+    }
+    std::array::from_fn(|lane| low[lane] * (1.0 - w[lane]) + high[lane] * w[lane])
 }

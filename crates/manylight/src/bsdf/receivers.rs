@@ -13,11 +13,13 @@ use super::leaf::Leaf;
 use super::material::Distribution;
 use super::microfacet::Microfacets;
 use super::model::Model;
-use super::plastic::{Plastic, RoughPlastic, interpolate};
+use super::plastic::{COSINES, Plastic, RoughPlastic, interpolate, interpolate_lanes};
 use super::{Bsdf, Lobes, Receiver};
 use crate::color::Rgb;
 use crate::lanes::{LANES, LaneMask, Lanes, Lanes3, lanes_of};
 use crate::math::{Vec2, Vec3};
+use crate::simd::Wide;
+use crate::simd::vectors::{dot, scale3};
 use std::f32::consts::FRAC_1_PI;
 
 /// What the lanes of one [`Receivers`] have in common.
@@ -71,7 +73,7 @@ pub struct Receivers<'b, 's> {
     /// What multiplies the cosine (and transmittance) of a diffuse lobe.
     base: Lanes3,
     /// Transmittance of rough coats over the cosine.
-    transmittance: [&'s [f32]; LANES],
+    transmittance: [&'s [f32; COSINES]; LANES],
     /// For lanes of any form.
     single: [Option<Receiver<'b, 's>>; LANES],
 }
@@ -89,7 +91,7 @@ impl<'b, 's> Receivers<'b, 's> {
             metal: [Lanes3::from_fn(|_| Vec3::ONE); 2],
             specular: Lanes3::ZERO,
             base: Lanes3::ZERO,
-            transmittance: [&[1.0, 1.0]; LANES],
+            transmittance: [&[1.0; COSINES]; LANES],
             single: [None; LANES],
         };
         for (i, (bsdf, wo)) in functions.enumerate() {
@@ -163,14 +165,16 @@ impl<'b, 's> Receivers<'b, 's> {
 
     /// [`Receiver::f_cos_wi`] in each active lane, for unit directions `wi`; other lanes hold anything.
     #[inline(always)]
-    pub fn f_cos_wi(&self, wi: &Lanes3, active: LaneMask) -> Lanes3 {
+    pub(crate) fn f_cos_wi<W: Wide>(&self, w: W, wi: &Lanes3, active: LaneMask) -> Lanes3 {
         match self.form {
-            Form::Lambert => self.lambert(wi),
+            Form::Lambert => self.lambert(w, wi),
             Form::Metal(Distribution::Ggx) => self.metal(wi, Distribution::Ggx),
             Form::Metal(Distribution::Beckmann) => self.metal(wi, Distribution::Beckmann),
-            Form::SmoothCoat => self.smooth_coat(wi),
-            Form::RoughCoat(Distribution::Ggx) => self.rough_coat(wi, Distribution::Ggx),
-            Form::RoughCoat(Distribution::Beckmann) => self.rough_coat(wi, Distribution::Beckmann),
+            Form::SmoothCoat => self.smooth_coat(w, wi),
+            Form::RoughCoat(Distribution::Ggx) => self.rough_coat(w, wi, Distribution::Ggx),
+            Form::RoughCoat(Distribution::Beckmann) => {
+                self.rough_coat(w, wi, Distribution::Beckmann)
+            }
             Form::Any => {
                 let mut out = Lanes3::ZERO;
                 for i in lanes_of(active) {
@@ -183,25 +187,28 @@ impl<'b, 's> Receivers<'b, 's> {
         }
     }
 
+    /// Cosines to the normals, or 0.
     #[inline(always)]
-    fn lambert(&self, wi: &Lanes3) -> Lanes3 {
-        let mut out = Lanes3::ZERO;
-        for i in 0..LANES {
-            let cos = self.frame[2].vec(i).dot(wi.vec(i));
-            out.set(i, self.base.rgb(i) * cos.max(0.0));
-        }
-        out
+    fn cosines<W: Wide>(&self, w: W, wi: &Lanes3) -> W::F {
+        let cos = dot(w, self.frame[2].load(w), wi.load(w));
+        w.max(cos, w.splat(0.0))
     }
 
     #[inline(always)]
-    fn smooth_coat(&self, wi: &Lanes3) -> Lanes3 {
-        let mut out = Lanes3::ZERO;
+    fn lambert<W: Wide>(&self, w: W, wi: &Lanes3) -> Lanes3 {
+        let cos = self.cosines(w, wi);
+        Lanes3::store(w, scale3(w, self.base.load(w), cos))
+    }
+
+    #[inline(always)]
+    fn smooth_coat<W: Wide>(&self, w: W, wi: &Lanes3) -> Lanes3 {
+        let cos = self.cosines(w, wi);
+        let mut enters = w.store(cos);
         for i in 0..LANES {
-            let cos = self.frame[2].vec(i).dot(wi.vec(i)).max(0.0);
-            let enters = fresnel::coat_transmittance(cos, self.eta[i]);
-            out.set(i, self.base.rgb(i) * (enters * cos));
+            enters[i] = fresnel::coat_transmittance(enters[i], self.eta[i]);
         }
-        out
+        let share = w.mul(w.load(&enters), cos);
+        Lanes3::store(w, scale3(w, self.base.load(w), share))
     }
 
     #[inline(always)]
@@ -217,20 +224,17 @@ impl<'b, 's> Receivers<'b, 's> {
     }
 
     #[inline(always)]
-    fn rough_coat(&self, wi: &Lanes3, distribution: Distribution) -> Lanes3 {
-        let (mut cos, mut enters) = ([0.0; LANES], [0.0; LANES]);
-        for i in 0..LANES {
-            cos[i] = self.frame[2].vec(i).dot(wi.vec(i)).max(0.0);
-        }
-        for i in 0..LANES {
-            enters[i] = interpolate(self.transmittance[i], cos[i]);
-        }
-        let mut out = Lanes3::ZERO;
+    fn rough_coat<W: Wide>(&self, w: W, wi: &Lanes3, distribution: Distribution) -> Lanes3 {
+        let cos = self.cosines(w, wi);
+        // Rounding may leave a cosine above 1.
+        let enters = interpolate_lanes(&self.transmittance, &w.store(w.min(cos, w.splat(1.0))));
+        let base = scale3(w, self.base.load(w), w.mul(w.load(&enters), cos));
+        let mut out = Lanes3::store(w, base);
         for i in 0..LANES {
             let lobe = self.facet_lobe(i, self.to_local(i, wi.vec(i)), distribution);
             let f = fresnel::dielectric(lobe.cos, self.eta[i]).reflectance;
             let coat = self.specular.rgb(i) * (f * lobe.density);
-            out.set(i, coat + self.base.rgb(i) * (enters[i] * cos[i]));
+            out.set(i, out.rgb(i) + coat);
         }
         out
     }

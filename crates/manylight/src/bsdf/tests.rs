@@ -8,6 +8,7 @@ use crate::image::Image;
 use crate::lanes::{LANES, LaneMask, Lanes3};
 use crate::math::Mat3;
 use crate::sampling::{Sampler, Stream};
+use crate::simd::{Isa, Kernel, Simd};
 use crate::testing::chi_square::{self, Resolution};
 use crate::texture::{Bitmap, ColorInput, Filtering, FloatInput, Texture, Wrap};
 use rayon::prelude::*;
@@ -733,6 +734,18 @@ fn albedo_is_the_integral_and_energy_is_conserved() {
     });
 }
 
+/// Light from given directions.
+struct InLanes<'a>(&'a Receivers<'a, 'a>, &'a Lanes3);
+
+impl Kernel for InLanes<'_> {
+    type Output = Lanes3;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) -> Lanes3 {
+        self.0.f_cos_wi(s.wide(), self.1, LaneMask::MAX)
+    }
+}
+
 #[test]
 fn lanes_see_what_single_receivers_see() {
     for case in cases() {
@@ -745,7 +758,7 @@ fn lanes_see_what_single_receivers_see() {
                 (0..LANES).for_each(|i| arrivals.set(i, direction(&mut sampler)));
                 for form in [bsdf.form(), Form::Any] {
                     let lanes = Receivers::new(form, viewers.iter().map(|&wo| (&bsdf, wo)));
-                    let values = lanes.f_cos_wi(&arrivals, LaneMask::MAX);
+                    let values = Isa::best().run(InLanes(&lanes, &arrivals));
                     for (i, &wo) in viewers.iter().enumerate() {
                         let single = bsdf.receiver(wo, Lobes::SMOOTH).f_cos_wi(arrivals.vec(i));
                         for (a, b) in values.rgb(i).to_array().into_iter().zip(single.to_array()) {

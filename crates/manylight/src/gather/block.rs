@@ -2,11 +2,12 @@
 
 use super::Gathered;
 use super::points::{BATCHES, Batch};
-use crate::color::Rgb;
 use crate::geometry::Segment;
-use crate::lanes::{LANES, LaneMask, Lanes3, lanes_of};
+use crate::lanes::{LANES, LaneMask, Lanes3};
 use crate::math::Vec3;
+use crate::math::bits::transpose;
 use crate::scene::Scene;
+use crate::simd::Wide;
 
 /// Targets that are tested together; also the bits of a mask.
 const TARGETS: usize = 64;
@@ -19,8 +20,8 @@ pub(super) struct Block {
     targets: Vec<Vec3>,
     /// For each target and batch what arrives if it is visible.
     values: Vec<[Lanes3; BATCHES]>,
-    /// For each point the targets that it is to be connected with.
-    wanted: [u64; BATCHES * LANES],
+    /// For each target the points that it is to be connected with.
+    wanted: [u64; TARGETS],
 }
 
 impl Block {
@@ -29,7 +30,7 @@ impl Block {
             side,
             targets: Vec::with_capacity(TARGETS),
             values: Vec::with_capacity(TARGETS),
-            wanted: [0; BATCHES * LANES],
+            wanted: [0; TARGETS],
         }
     }
 
@@ -51,45 +52,36 @@ impl Block {
     pub(super) fn put(&mut self, b: usize, lanes: LaneMask, values: &Lanes3) {
         let t = self.targets.len() - 1;
         self.values[t][b] = *values;
-        for i in lanes_of(lanes) {
-            self.wanted[b * LANES + i] |= 1 << t;
-        }
+        self.wanted[t] |= u64::from(lanes) << (b * LANES);
     }
 
     /// Tests what waits and adds what arrives.
-    pub(super) fn flush(&mut self, scene: &Scene, batches: &[Batch], sums: &mut [Gathered]) {
+    #[inline(always)]
+    pub(super) fn flush<W: Wide>(
+        &mut self,
+        w: W,
+        scene: &Scene,
+        batches: &[Batch],
+        sums: &mut [Gathered],
+    ) {
         if self.targets.is_empty() {
             return;
         }
-        let mut origins = [batches[0].origins[self.side][0]; BATCHES * LANES];
+        let arriving = self.trace(scene, batches, sums);
         for (b, batch) in batches.iter().enumerate() {
-            origins[b * LANES..][..LANES].copy_from_slice(&batch.origins[self.side]);
-        }
-        let occluded = scene
-            .geometry
-            .occluded_block(&origins, &self.targets, &self.wanted);
-        let arriving: [u64; BATCHES * LANES] =
-            std::array::from_fn(|k| self.wanted[k] & !occluded[k]);
-        let mut crossing = [0; BATCHES * LANES];
-        if scene.geometry.has_transparent() {
-            crossing = scene
-                .geometry
-                .crossing_block(&origins, &self.targets, &arriving);
-        }
-        for (b, batch) in batches.iter().enumerate() {
-            for (i, &member) in batch.members.iter().enumerate() {
-                let k = b * LANES + i;
-                let mut sum = self.arriving(arriving[k] & !crossing[k], (b, i));
-                for t in bits_of(crossing[k]) {
-                    let segment = Segment {
-                        from: origins[k],
-                        to: self.targets[t],
-                    };
-                    let through = scene.cross_transparent(&segment).0;
-                    sum += self.values[t][b].rgb(i) * through;
+            let mut sum = [w.splat(0.0); 3];
+            for (values, arriving) in self.values.iter().zip(&arriving) {
+                let lanes = (arriving >> (b * LANES)) as LaneMask;
+                if lanes != 0 {
+                    let lanes = w.lanes(u32::from(lanes));
+                    for (sum, value) in sum.iter_mut().zip(values[b].load(w)) {
+                        *sum = w.select(lanes, w.add(*sum, value), *sum);
+                    }
                 }
-                sums[member].radiance += sum;
-                sums[member].shadow_rays += u64::from(self.wanted[k].count_ones());
+            }
+            let sum = Lanes3::store(w, sum);
+            for (i, &member) in batch.members.iter().enumerate() {
+                sums[member].radiance += sum.rgb(i);
             }
         }
         self.targets.clear();
@@ -97,9 +89,35 @@ impl Block {
         self.wanted.fill(0);
     }
 
-    /// Sum over the targets in `arrives` of what lane `i` of batch `b` gets from them.
-    fn arriving(&self, arrives: u64, (b, i): (usize, usize)) -> Rgb {
-        bits_of(arrives).map(|t| self.values[t][b].rgb(i)).sum()
+    /// For each target the points that it is visible from. What passes through transparent surfaces is reduced in `values`.
+    fn trace(&mut self, scene: &Scene, batches: &[Batch], sums: &mut [Gathered]) -> [u64; TARGETS] {
+        let geometry = &scene.geometry;
+        let mut origins = [batches[0].origins[self.side][0]; BATCHES * LANES];
+        for (b, batch) in batches.iter().enumerate() {
+            origins[b * LANES..][..LANES].copy_from_slice(&batch.origins[self.side]);
+        }
+        let mut wanted = self.wanted;
+        transpose(&mut wanted);
+        for (batch, wanted) in batches.iter().zip(wanted.chunks(LANES)) {
+            for (&member, wanted) in batch.members.iter().zip(wanted) {
+                sums[member].shadow_rays += u64::from(wanted.count_ones());
+            }
+        }
+        let occluded = geometry.occluded_block(&origins, &self.targets, &wanted);
+        let mut arriving: [u64; TARGETS] = std::array::from_fn(|k| wanted[k] & !occluded[k]);
+        if geometry.has_transparent() {
+            let crossing = geometry.crossing_block(&origins, &self.targets, &arriving);
+            for (k, &crossing) in crossing.iter().enumerate() {
+                for t in bits_of(crossing) {
+                    let (from, to) = (origins[k], self.targets[t]);
+                    let through = scene.cross_transparent(&Segment { from, to }).0;
+                    let values = &mut self.values[t][k / LANES];
+                    values.set(k % LANES, values.rgb(k % LANES) * through);
+                }
+            }
+        }
+        transpose(&mut arriving);
+        arriving
     }
 }
 

@@ -9,10 +9,11 @@ use super::clamp::Way;
 use super::points::{BATCHES, Batch};
 use super::{Clamp, Gather, Gathered, Kernel, Lights, ShadingPoint};
 use crate::ids::LightId;
-use crate::lanes::{LANES, LaneMask, Lanes, Lanes3, mask};
+use crate::lanes::{LANES, LaneMask, Lanes, Lanes3};
 use crate::math::Vec3;
 use crate::scene::Scene;
-use crate::simd::{self, Isa, Simd};
+use crate::simd::vectors::{dot, luminance, mul3, scale3, splat3};
+use crate::simd::{self, Isa, Simd, Wide};
 use crate::virtual_lights::moments::POINTS;
 use crate::virtual_lights::{LightField, VirtualLight};
 use std::f32::consts::PI;
@@ -57,7 +58,8 @@ impl simd::Kernel for AddLights<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<S: Simd>(self, _s: S) {
+    fn run<S: Simd>(self, s: S) {
+        let w = s.wide();
         let field = &self.lights.field;
         let mut sum = Sum {
             gather: self.gather,
@@ -69,9 +71,9 @@ impl simd::Kernel for AddLights<'_> {
             unclamped: [[0.0; LANES]; BATCHES],
         };
         for (k, (light, &reach)) in field.lights().iter().zip(&self.lights.reach).enumerate() {
-            sum.add_light(LightId(k as u32), light, reach, self.sums);
+            sum.add_light(w, LightId(k as u32), light, reach, self.sums);
         }
-        sum.finish(self.sums);
+        sum.finish(w, self.sums);
     }
 }
 
@@ -93,23 +95,26 @@ impl Gather {
         });
     }
 
-    /// Of how many parts `light` is made as seen from those of the points in `facing`.
+    /// Of how many parts `light` is made as seen from those of the points in `facing`, which are at the vectors `to` from it.
     #[inline(always)]
-    fn views(&self, light: &VirtualLight, batch: &Batch, facing: LaneMask) -> Views {
+    fn views<W: Wide>(
+        &self,
+        w: W,
+        light: &VirtualLight,
+        to: [W::F; 3],
+        u: &Lanes,
+        facing: LaneMask,
+    ) -> Views {
         if !self.is_disc(light) {
             return Views {
                 one: facing,
                 ..Views::default()
             };
         }
-        let within =
-            |radii: f32| facing & mask(|i| is_within(radii, light, batch.p.vec(i), batch.u[i]));
-        let near = within(FOUR_POINTS_WITHIN);
-        let sixteen = if near == 0 {
-            0
-        } else {
-            within(SIXTEEN_POINTS_WITHIN)
-        };
+        let d2 = dot(w, to, to);
+        let stretch = w.mul_add(w.load(u), w.splat(REACH_SPREAD), w.splat(1.0));
+        let near = facing & within(w, d2, stretch, FOUR_POINTS_WITHIN * light.radius);
+        let sixteen = near & within(w, d2, stretch, SIXTEEN_POINTS_WITHIN * light.radius);
         Views {
             one: facing & !near,
             four: near & !sixteen,
@@ -149,6 +154,18 @@ impl Gather {
             weight: 1.0,
         }
     }
+}
+
+#[inline(always)]
+fn add_lanes<W: Wide>(w: W, sum: &mut Lanes, x: W::F) {
+    *sum = w.store(w.add(w.load(sum), x));
+}
+
+/// The lanes in which the squared distance `d2` is within `reach`, stretched.
+#[inline(always)]
+fn within<W: Wide>(w: W, d2: W::F, stretch: W::F, reach: f32) -> LaneMask {
+    let reach = w.mul(stretch, w.splat(reach));
+    w.bits(w.lt(d2, w.mul(reach, reach))) as LaneMask
 }
 
 /// Area of the disc with the second moment of a light's photons, in m².
@@ -253,28 +270,37 @@ struct Sum<'a, 'b, 's> {
 
 impl Sum<'_, '_, '_> {
     #[inline(always)]
-    fn add_light(&mut self, id: LightId, light: &VirtualLight, reach: f32, sums: &mut [Gathered]) {
+    fn add_light<W: Wide>(
+        &mut self,
+        w: W,
+        id: LightId,
+        light: &VirtualLight,
+        reach: f32,
+        sums: &mut [Gathered],
+    ) {
         let mut views = [Views::default(); BATCHES];
         let one_sided = light.shines_one_sided();
         for (views, batch) in views.iter_mut().zip(self.batches) {
             if !batch.lights.has(id.index()) {
                 continue;
             }
-            let facing = batch.facing(light.p, light.n, reach, one_sided);
+            let to = batch.towards(w, light.p);
+            let facing = batch.facing(w, to, light.n, reach, one_sided);
             if facing != 0 {
-                *views = self.gather.views(light, batch, facing);
+                *views = self.gather.views(w, light, to, &batch.u, facing);
             }
         }
         let parts = Parts::new(self.gather, light, &views);
         for &(part, active) in &parts.list[..parts.len] {
-            self.add_part(id, light, part, active, sums);
+            self.add_part(w, id, light, part, active, sums);
         }
     }
 
     /// Connects the active points with one part of a light.
     #[inline(always)]
-    fn add_part(
+    fn add_part<W: Wide>(
         &mut self,
+        w: W,
         id: LightId,
         light: &VirtualLight,
         part: Part,
@@ -284,7 +310,7 @@ impl Sum<'_, '_, '_> {
         let mut connected = [Connected::NONE; BATCHES];
         for (b, batch) in self.batches.iter().enumerate() {
             if active[b] != 0 {
-                connected[b] = self.connect(id, light, part, b, batch, active[b]);
+                connected[b] = self.connect(w, id, light, part, b, batch, active[b]);
             }
         }
         for (side, towards) in [(0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)] {
@@ -296,7 +322,7 @@ impl Sum<'_, '_, '_> {
             }
             let block = &mut self.blocks[side];
             if block.is_full() {
-                block.flush(self.scene, self.batches, sums);
+                block.flush(w, self.scene, self.batches, sums);
             }
             block.open(part.p + light.n * (light.offset * towards));
             for (b, &lanes) in lanes.iter().enumerate().filter(|(_, lanes)| **lanes != 0) {
@@ -307,8 +333,10 @@ impl Sum<'_, '_, '_> {
 
     /// `f |w·n| I(-w) / d²` of one part for the active points of one batch, clamped.
     #[inline(always)]
-    fn connect(
+    #[expect(clippy::too_many_arguments, reason = "one is the instruction set")]
+    fn connect<W: Wide>(
         &mut self,
+        w: W,
         id: LightId,
         light: &VirtualLight,
         part: Part,
@@ -316,42 +344,35 @@ impl Sum<'_, '_, '_> {
         batch: &Batch,
         active: LaneMask,
     ) -> Connected {
-        let (mut w, mut back) = (Lanes3::ZERO, Lanes3::ZERO);
-        let (mut d2, mut cos_light, mut cos_point) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
-        for i in 0..LANES {
-            let to_light = part.p - batch.p.vec(i);
-            d2[i] = to_light.length_squared();
-            let direction = to_light * d2[i].sqrt().recip();
-            w.set(i, direction);
-            back.set(i, -direction);
-            cos_light[i] = direction.dot(light.n);
-            cos_point[i] = direction.dot(batch.ng.vec(i));
-        }
-        let active = active & batch.lit(&w) & mask(|i| d2[i] > 0.0);
-        let intensity = self.field.intensities(id, &back, active);
-        let f_cos = batch.receivers.f_cos_wi(&w, active);
-        let share = self.share(id, batch);
+        let zero = w.splat(0.0);
+        let to = batch.towards(w, part.p);
+        let d2 = dot(w, to, to);
+        let wi = scale3(w, to, w.div(w.splat(1.0), w.sqrt(d2)));
+        let cos_light = dot(w, wi, splat3(w, light.n));
+        let cos_point = dot(w, wi, batch.ng.load(w));
+        let active = active & batch.lit(w, wi) & w.bits(w.lt(zero, d2)) as LaneMask;
+        let directions = Lanes3::store(w, wi);
+        let intensity = self.field.intensities(w, id, &directions, active);
+        let f_cos = batch.receivers.f_cos_wi(w, &directions, active);
         let area = part.area * batch.lights.stands_for();
-        let kept = self.kept(batch, &f_cos, &w, &d2, light.n, area);
-        let mut values = Lanes3::ZERO;
-        let (mut full, mut removed) = ([0.0; LANES], [0.0; LANES]);
-        for i in 0..LANES {
-            let value = f_cos.rgb(i) * intensity.rgb(i) * (part.weight * share[i] / d2[i]);
-            values.set(i, value * kept[i]);
-            full[i] = value.luminance();
-            removed[i] = full[i] * (1.0 - kept[i]);
-        }
-        let lit = active & mask(|i| !values.rgb(i).is_black());
-        for i in 0..LANES {
-            let counts = lit >> i & 1 != 0;
-            self.unclamped[b][i] += if counts { full[i] } else { 0.0 };
-            self.clamped[b][i] += if counts { removed[i] } else { 0.0 };
-        }
+        let kept = self.kept(batch, &f_cos, &directions, &w.store(d2), light.n, area);
+        let share = w.load(&self.share(id, batch));
+        let scale = w.div(w.mul(share, w.splat(part.weight)), d2);
+        let value = mul3(w, f_cos.load(w), scale3(w, intensity.load(w), scale));
+        let kept = w.load(&kept);
+        let values = scale3(w, value, kept);
+        let is_black = w.le(w.add(w.add(values[0], values[1]), values[2]), zero);
+        let lit = active & !w.bits(is_black) as LaneMask;
+        let counts = w.lanes(u32::from(lit));
+        let full = w.select(counts, luminance(w, value), zero);
+        let removed = w.mul(full, w.sub(w.splat(1.0), kept));
+        add_lanes(w, &mut self.unclamped[b], full);
+        add_lanes(w, &mut self.clamped[b], w.select(counts, removed, zero));
         Connected {
-            values,
+            values: Lanes3::store(w, values),
             lit,
-            in_front: mask(|i| cos_point[i] >= 0.0),
-            before: mask(|i| cos_light[i] <= 0.0),
+            in_front: w.bits(w.le(zero, cos_point)) as LaneMask,
+            before: w.bits(w.le(cos_light, zero)) as LaneMask,
         }
     }
 
@@ -406,9 +427,10 @@ impl Sum<'_, '_, '_> {
         share
     }
 
-    fn finish(mut self, sums: &mut [Gathered]) {
+    #[inline(always)]
+    fn finish<W: Wide>(mut self, w: W, sums: &mut [Gathered]) {
         for block in &mut self.blocks {
-            block.flush(self.scene, self.batches, sums);
+            block.flush(w, self.scene, self.batches, sums);
         }
         for (b, batch) in self.batches.iter().enumerate() {
             for (i, &member) in batch.members.iter().enumerate() {

@@ -5,6 +5,8 @@ use crate::bsdf::{Form, Receivers};
 use crate::geometry::SurfacePoint;
 use crate::lanes::{LANES, LaneMask, Lanes, Lanes3, mask};
 use crate::math::{Aabb, Vec3};
+use crate::simd::Wide;
+use crate::simd::vectors::{dot, splat3, sub3};
 
 /// Batches that are connected to lights together: as many points as a mask has bits.
 pub(super) const BATCHES: usize = 64 / LANES;
@@ -94,20 +96,42 @@ impl<'b, 's> Batch<'b, 's> {
         (((1u32 << self.members.len()) - 1) & u32::from(LaneMask::MAX)) as LaneMask
     }
 
-    /// The points that a light about `p` with normal `n` may reach, whose parts lie within `reach`: some part lies on the lit side of
-    /// the point, which lies on the lit side of some part if the light is one-sided. Exact: others receive nothing.
+    /// The vectors from all points to `p`.
     #[inline(always)]
-    pub(super) fn facing(&self, p: Vec3, n: Vec3, reach: f32, one_sided: bool) -> LaneMask {
-        let above = mask(|i| self.receiving.vec(i).dot(p - self.p.vec(i)) + reach > 0.0);
-        let before = mask(|i| reach - n.dot(p - self.p.vec(i)) > 0.0);
-        let before = if one_sided { before } else { LaneMask::MAX };
+    pub(super) fn towards<W: Wide>(&self, w: W, p: Vec3) -> [W::F; 3] {
+        sub3(w, splat3(w, p), self.p.load(w))
+    }
+
+    /// The points that a light may reach which stands at the ends of the vectors `to`, with normal `n` and parts within `reach`: some part
+    /// lies on the lit side of the point, which lies on the lit side of some part if the light is one-sided. Exact: others
+    /// receive nothing.
+    #[inline(always)]
+    pub(super) fn facing<W: Wide>(
+        &self,
+        w: W,
+        to: [W::F; 3],
+        n: Vec3,
+        reach: f32,
+        one_sided: bool,
+    ) -> LaneMask {
+        let least = w.splat(-reach);
+        let above = w.bits(w.lt(least, dot(w, self.receiving.load(w), to))) as LaneMask;
+        let before = if one_sided {
+            w.bits(w.lt(dot(w, splat3(w, n), to), w.splat(reach))) as LaneMask
+        } else {
+            LaneMask::MAX
+        };
         self.used() & (above | self.open) & before
     }
 
-    /// The points at which light counts that arrives from the unit directions `w`.
+    /// The points at which light counts that arrives from the unit directions `wi`.
     #[inline(always)]
-    pub(super) fn lit(&self, w: &Lanes3) -> LaneMask {
-        mask(|i| self.lit_from.vec(i).dot(w.vec(i)) > 0.0) | !self.limited
+    pub(super) fn lit<W: Wide>(&self, w: W, wi: [W::F; 3]) -> LaneMask {
+        if self.limited == 0 {
+            return LaneMask::MAX;
+        }
+        let side = dot(w, self.lit_from.load(w), wi);
+        w.bits(w.lt(w.splat(0.0), side)) as LaneMask | !self.limited
     }
 }
 

@@ -9,6 +9,7 @@ use crate::math::Vec2;
 use crate::particles::trace_photons;
 use crate::sampling::{Pass, warp};
 use crate::scene::PathLimits;
+use crate::simd::{self, Isa, Simd};
 use crate::testing::scenes::{Builder, diffuse, glass, glossy_box, rough_metal, rough_plastic};
 use crate::texture::ColorInput;
 use crate::virtual_lights::{Shares, assign, select};
@@ -185,6 +186,18 @@ fn light_through_panes_arrives_dimmed() {
     assert_sums_agree(&b.build(), Some(8), UNLIMITED);
 }
 
+/// Of one light, at places that see it in given directions.
+struct Intensities<'a>(&'a LightField<'a>, LightId, &'a Lanes3);
+
+impl simd::Kernel for Intensities<'_> {
+    type Output = Lanes3;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) -> Lanes3 {
+        self.0.intensities(s.wide(), self.1, self.2, LaneMask::MAX)
+    }
+}
+
 #[test]
 fn intensities_in_lanes_are_single_intensities() {
     let scene = glossy_box(16).build();
@@ -199,7 +212,8 @@ fn intensities_in_lanes_are_single_intensities() {
                 )
             };
             let w = Lanes3::from_fn(|i| warp::sphere(u(i)));
-            let values = lights.field.intensities(id, &w, LaneMask::MAX);
+            let towards = Lanes3::from_fn(|i| -w.vec(i));
+            let values = Isa::best().run(Intensities(&lights.field, id, &towards));
             for i in 0..LANES {
                 let single = lights.field.intensity(id, w.vec(i));
                 for (a, b) in values.rgb(i).to_array().into_iter().zip(single.to_array()) {

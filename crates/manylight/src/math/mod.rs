@@ -1,6 +1,7 @@
 //! Vectors (from `glam`) and the handful of helpers that every layer shares.
 
 pub mod aabb;
+pub mod bits;
 pub mod cone;
 pub mod float;
 pub mod frame;

@@ -113,6 +113,7 @@ impl Floats<NARROW> for Avx2 {
         min(a: F, b: F) -> F = _mm256_min_ps(a, b);
         max(a: F, b: F) -> F = _mm256_max_ps(a, b);
         abs(a: F) -> F = _mm256_andnot_ps(_mm256_set1_ps(-0.0), a);
+        sqrt(a: F) -> F = _mm256_sqrt_ps(a);
         mul_add(a: F, b: F, c: F) -> F = _mm256_fmadd_ps(a, b, c);
         mul_sub(a: F, b: F, c: F) -> F = _mm256_fmsub_ps(a, b, c);
         mul_sign(a: F, b: F) -> F = _mm256_xor_ps(a, _mm256_and_ps(b, _mm256_set1_ps(-0.0)));
@@ -120,12 +121,23 @@ impl Floats<NARROW> for Avx2 {
         lt(a: F, b: F) -> M = _mm256_cmp_ps::<_CMP_LT_OQ>(a, b);
         and(a: M, b: M) -> M = _mm256_and_ps(a, b);
         or(a: M, b: M) -> M = _mm256_or_ps(a, b);
+        select(m: M, a: F, b: F) -> F = _mm256_blendv_ps(b, a, m);
     }
 
     #[inline(always)]
     fn bits(self, m: __m256) -> u32 {
         // SAFETY: `self` proves AVX.
         unsafe { _mm256_movemask_ps(m) as u32 }
+    }
+
+    #[inline(always)]
+    fn lanes(self, bits: u32) -> __m256 {
+        // SAFETY: `self` proves AVX2.
+        unsafe {
+            let powers = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+            let mine = _mm256_and_si256(_mm256_set1_epi32(bits as i32), powers);
+            _mm256_castsi256_ps(_mm256_cmpeq_epi32(mine, powers))
+        }
     }
 
     #[inline(always)]
@@ -194,6 +206,7 @@ impl Floats<WIDE> for Avx2 {
         min(a: F, b: F) -> F;
         max(a: F, b: F) -> F;
         abs(a: F) -> F;
+        sqrt(a: F) -> F;
         mul_add(a: F, b: F, c: F) -> F;
         mul_sub(a: F, b: F, c: F) -> F;
         mul_sign(a: F, b: F) -> F;
@@ -201,11 +214,20 @@ impl Floats<WIDE> for Avx2 {
         lt(a: F, b: F) -> M;
         and(a: M, b: M) -> M;
         or(a: M, b: M) -> M;
+        select(m: M, a: F, b: F) -> F;
     }
 
     #[inline(always)]
     fn bits(self, m: [__m256; 2]) -> u32 {
         <Self as Floats<NARROW>>::bits(self, m[0]) | <Self as Floats<NARROW>>::bits(self, m[1]) << 8
+    }
+
+    #[inline(always)]
+    fn lanes(self, bits: u32) -> [__m256; 2] {
+        [
+            <Self as Floats<NARROW>>::lanes(self, bits),
+            <Self as Floats<NARROW>>::lanes(self, bits >> NARROW),
+        ]
     }
 
     #[inline(always)]
@@ -235,12 +257,10 @@ impl Wide for Avx2 {
     fn lowest(self, bits: u32, x: [__m256; 2]) -> u32 {
         // SAFETY: `self` proves AVX2.
         let equal = unsafe {
-            let lanes = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
             let masked = |i: usize| {
-                let mine = _mm256_set1_epi32((bits >> (NARROW * i)) as i32);
-                let inside = _mm256_cmpeq_epi32(_mm256_and_si256(mine, lanes), lanes);
+                let inside = <Self as Floats<NARROW>>::lanes(self, bits >> (NARROW * i));
                 let infinity = _mm256_set1_ps(f32::INFINITY);
-                _mm256_blendv_ps(infinity, x[i], _mm256_castsi256_ps(inside))
+                _mm256_blendv_ps(infinity, x[i], inside)
             };
             let eight = _mm256_min_ps(masked(0), masked(1));
             let four = _mm_min_ps(

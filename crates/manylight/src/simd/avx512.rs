@@ -105,6 +105,11 @@ macro_rules! floats {
             }
 
             #[inline(always)]
+            fn lanes(self, bits: u32) -> Self::M {
+                bits as $mask
+            }
+
+            #[inline(always)]
             fn compress(self, bits: u32, x: Self::F) -> [f32; $n] {
                 // SAFETY: `self` proves AVX-512.
                 self.store(unsafe { $compress(bits as $mask, x) })
@@ -131,6 +136,8 @@ floats!(
         min(a: F, b: F) -> F = _mm256_min_ps(a, b);
         max(a: F, b: F) -> F = _mm256_max_ps(a, b);
         abs(a: F) -> F = _mm256_andnot_ps(_mm256_set1_ps(-0.0), a);
+        sqrt(a: F) -> F = _mm256_sqrt_ps(a);
+        select(m: M, a: F, b: F) -> F = _mm256_mask_blend_ps(m, b, a);
         mul_add(a: F, b: F, c: F) -> F = _mm256_fmadd_ps(a, b, c);
         mul_sub(a: F, b: F, c: F) -> F = _mm256_fmsub_ps(a, b, c);
         mul_sign(a: F, b: F) -> F = _mm256_xor_ps(a, _mm256_and_ps(b, _mm256_set1_ps(-0.0)));
@@ -151,6 +158,8 @@ floats!(
         min(a: F, b: F) -> F = _mm512_min_ps(a, b);
         max(a: F, b: F) -> F = _mm512_max_ps(a, b);
         abs(a: F) -> F = _mm512_andnot_ps(_mm512_set1_ps(-0.0), a);
+        sqrt(a: F) -> F = _mm512_sqrt_ps(a);
+        select(m: M, a: F, b: F) -> F = _mm512_mask_blend_ps(m, b, a);
         mul_add(a: F, b: F, c: F) -> F = _mm512_fmadd_ps(a, b, c);
         mul_sub(a: F, b: F, c: F) -> F = _mm512_fmsub_ps(a, b, c);
         mul_sign(a: F, b: F) -> F = _mm512_xor_ps(a, _mm512_and_ps(b, _mm512_set1_ps(-0.0)));

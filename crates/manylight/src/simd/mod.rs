@@ -16,6 +16,7 @@ mod avx512;
 mod portable;
 #[cfg(test)]
 mod tests;
+pub(crate) mod vectors;
 
 use portable::Portable;
 use std::mem::MaybeUninit;
@@ -47,6 +48,7 @@ pub(crate) trait Floats<const N: usize>: Copy {
     fn min(self, a: Self::F, b: Self::F) -> Self::F;
     fn max(self, a: Self::F, b: Self::F) -> Self::F;
     fn abs(self, a: Self::F) -> Self::F;
+    fn sqrt(self, a: Self::F) -> Self::F;
     /// `a b + c`, with one rounding where the machine has it.
     fn mul_add(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F;
     /// `a b - c`, rounded like [`Floats::mul_add`].
@@ -58,6 +60,10 @@ pub(crate) trait Floats<const N: usize>: Copy {
     fn and(self, a: Self::M, b: Self::M) -> Self::M;
     fn or(self, a: Self::M, b: Self::M) -> Self::M;
     fn bits(self, m: Self::M) -> u32;
+    /// The opposite of [`Floats::bits`].
+    fn lanes(self, bits: u32) -> Self::M;
+    /// `a` where `m` is true, else `b`.
+    fn select(self, m: Self::M, a: Self::F, b: Self::F) -> Self::F;
     /// The lanes whose bits are set, in rising order; what follows them is unspecified.
     fn compress(self, bits: u32, x: Self::F) -> [f32; N];
     /// The same for words.

@@ -74,6 +74,10 @@ impl<const N: usize> Floats<N> for Portable {
         a.map(f32::abs)
     }
     #[inline(always)]
+    fn sqrt(self, a: Self::F) -> Self::F {
+        a.map(f32::sqrt)
+    }
+    #[inline(always)]
     fn mul_add(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F {
         std::array::from_fn(|i| a[i] * b[i] + c[i])
     }
@@ -108,6 +112,14 @@ impl<const N: usize> Floats<N> for Portable {
         m.iter()
             .rev()
             .fold(0, |bits, &lane| bits << 1 | u32::from(lane))
+    }
+    #[inline(always)]
+    fn lanes(self, bits: u32) -> Self::M {
+        std::array::from_fn(|i| bits >> i & 1 != 0)
+    }
+    #[inline(always)]
+    fn select(self, m: Self::M, a: Self::F, b: Self::F) -> Self::F {
+        std::array::from_fn(|i| if m[i] { a[i] } else { b[i] })
     }
     #[inline(always)]
     fn compress(self, bits: u32, x: Self::F) -> [f32; N] {

@@ -33,6 +33,8 @@ impl<const N: usize> Operands<N> {
             v.min(a, b),
             v.max(a, b),
             v.abs(b),
+            v.sqrt(v.abs(b)),
+            v.select(v.lanes(self.bits), a, b),
             v.mul_sign(a, b),
             v.splat(self.a[3]),
         ]
@@ -45,6 +47,7 @@ impl<const N: usize> Operands<N> {
             v.bits(lt),
             v.bits(v.and(le, v.le(b, a))),
             v.bits(v.or(lt, v.lt(b, a))),
+            v.bits(v.lanes(self.bits)),
         ]);
         let count = (self.bits & (u32::MAX >> (32 - N))).count_ones() as usize;
         results.extend(&v.compress(self.bits, a).map(f32::to_bits)[..count]);

@@ -2,6 +2,7 @@
 
 use super::moments::{Extent, spread_points};
 use super::octahedral_profile::{Grid, Profile, Range, Source};
+use super::tables::{Table, Tables};
 use super::{Emission, Shares, Site, VirtualLight};
 use crate::bsdf::{Bsdf, Lobes};
 use crate::color::Rgb;
@@ -37,9 +38,8 @@ const AREA_NEIGHBORS: usize = 9;
 #[derive(Debug)]
 pub struct LightField<'s> {
     lights: Vec<VirtualLight<'s>>,
-    /// Octahedral tables one after the other, `side`² texels each: glossy radiant intensity in W/sr, cosine included.
-    tables: Vec<Rgb>,
-    side: usize,
+    /// Glossy radiant intensity in W/sr, cosine included.
+    tables: Tables,
     /// For each light the shares of its flux from photons of depth 1, up to 2, up to 3, ...; empty without a limit.
     shares_by_depth: Vec<[f32; DEPTHS]>,
     /// Where the lights stand.
@@ -124,8 +124,7 @@ impl<'s> LightField<'s> {
             .collect();
         let mut field = LightField {
             lights: Vec::with_capacity(made.len()),
-            tables: Vec::new(),
-            side: grid.map_or(0, Grid::side),
+            tables: Tables::new(grid.map_or(0, Grid::side)),
             shares_by_depth: Vec::new(),
             places: KdTree::build(Vec::new()),
             stray_surface: shares.stray_surface(),
@@ -161,10 +160,9 @@ impl<'s> LightField<'s> {
                 table, transmits, ..
             } = &mut made.light.emission
             {
-                *table = Some((self.tables.len() / (self.side * self.side)) as u32);
+                *table = Some(self.tables.push(profile.table));
                 *transmits = profile.range == Range::Sphere;
             }
-            self.tables.extend_from_slice(&profile.texels);
         }
         self.lights.push(made.light);
     }
@@ -209,16 +207,15 @@ impl<'s> LightField<'s> {
     }
 
     /// The octahedral table with the given index: glossy radiant intensity in W/sr, cosine included.
-    #[inline]
-    pub(super) fn table(&self, index: u32) -> &[Rgb] {
-        let texels = self.side * self.side;
-        &self.tables[index as usize * texels..][..texels]
+    #[inline(always)]
+    pub(super) fn table(&self, index: u32) -> Table<'_> {
+        self.tables.get(index)
     }
 
     /// Texels along an edge of a table.
-    #[inline]
+    #[inline(always)]
     pub(super) fn side(&self) -> usize {
-        self.side
+        self.tables.side()
     }
 
     /// Share of the flux of light `id` that has come over at most `depth` segments. Only told apart in scenes that
@@ -243,7 +240,7 @@ impl<'s> LightField<'s> {
     /// Bytes of lights and tables.
     pub fn bytes(&self) -> usize {
         size_of_val(self.lights.as_slice())
-            + size_of_val(self.tables.as_slice())
+            + self.tables.bytes()
             + size_of_val(self.shares_by_depth.as_slice())
     }
 }

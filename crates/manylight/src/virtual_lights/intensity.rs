@@ -4,13 +4,16 @@
     reason = "loops over lanes read like what they become: vector instructions"
 )]
 
+use super::tables::Packed;
 use super::{Emission, LightField};
-use crate::bsdf::{Exit, Lobes};
+use crate::bsdf::{Exit, Lobes, interpolate_lanes};
 use crate::color::Rgb;
 use crate::ids::LightId;
-use crate::lanes::{LANES, LaneMask, Lanes, Lanes3, lanes_of};
+use crate::lanes::{LANES, LaneMask, Lanes3, lanes_of};
 use crate::math::Vec3;
-use crate::math::octahedral::{bilinear, bilinear_corners};
+use crate::math::octahedral::bilinear_corners;
+use crate::simd::Wide;
+use crate::simd::vectors::{dot, mul3, scale3, splat3};
 use std::f32::consts::FRAC_1_PI;
 
 impl LightField<'_> {
@@ -34,24 +37,34 @@ impl LightField<'_> {
                 if let Some(table) = table
                     && (cos > 0.0 || *transmits)
                 {
-                    for (t, weight) in bilinear(w, self.side()) {
-                        sum += self.table(*table)[t] * weight;
-                    }
+                    sum += self.table(*table).lookup(w);
                 }
                 sum
             }
         }
     }
 
-    /// [`LightField::intensity`] in each active lane; other lanes hold anything.
+    /// [`LightField::intensity`] towards the points that see the light in the unit directions `wi`, in each active lane; other
+    /// lanes hold anything.
     #[inline(always)]
-    pub fn intensities(&self, id: LightId, w: &Lanes3, active: LaneMask) -> Lanes3 {
+    pub(crate) fn intensities<W: Wide>(
+        &self,
+        w: W,
+        id: LightId,
+        wi: &Lanes3,
+        active: LaneMask,
+    ) -> Lanes3 {
         let light = &self.lights()[id.index()];
         match &light.emission {
-            Emission::Single { wi, flux, bsdf } => {
+            Emission::Single {
+                wi: incident,
+                flux,
+                bsdf,
+            } => {
                 let mut out = Lanes3::ZERO;
                 for i in lanes_of(active) {
-                    out.set(i, bsdf.f_cos_wo(*wi, w.vec(i), Lobes::SMOOTH) * *flux);
+                    let value = bsdf.f_cos_wo(*incident, -wi.vec(i), Lobes::SMOOTH);
+                    out.set(i, value * *flux);
                 }
                 out
             }
@@ -61,77 +74,76 @@ impl LightField<'_> {
                 table,
                 transmits,
             } => {
-                let (mut cos, mut cos_s) = ([0.0; LANES], [0.0; LANES]);
-                for i in 0..LANES {
-                    cos[i] = w.vec(i).dot(light.n);
-                    cos_s[i] = w.vec(i).dot(light.ns);
-                }
-                let exits = exits(exit, &cos_s);
-                let mut out = Lanes3::ZERO;
-                for i in 0..LANES {
-                    let lit = cos[i] > 0.0 && cos_s[i] > 0.0;
-                    let share = exits[i] * cos[i] * FRAC_1_PI;
-                    out.set(i, *diffuse * if lit { share } else { 0.0 });
-                }
+                let away = wi.load(w);
+                let zero = w.splat(0.0);
+                let cos = dot(w, away, splat3(w, -light.n));
+                let cos_s = dot(w, away, splat3(w, -light.ns));
+                let before = w.lt(zero, cos);
+                let exits = exits(w, exit, cos_s);
+                let share = w.mul(w.mul(exits, cos), w.splat(FRAC_1_PI));
+                let share = w.select(w.and(before, w.lt(zero, cos_s)), share, zero);
+                let mut sum = scale3(w, splat3(w, Vec3::from(diffuse.to_array())), share);
                 if let Some(table) = table {
-                    let glossy = self.lookups(*table, w, active);
-                    for i in 0..LANES {
-                        let lit = cos[i] > 0.0 || *transmits;
-                        out.set(i, out.rgb(i) + glossy.rgb(i) * if lit { 1.0 } else { 0.0 });
+                    let glossy = self.lookups(w, *table, wi, active).load(w);
+                    let counts = if *transmits {
+                        w.lanes(u32::MAX)
+                    } else {
+                        before
+                    };
+                    for (sum, glossy) in sum.iter_mut().zip(glossy) {
+                        *sum = w.add(*sum, w.select(counts, glossy, zero));
                     }
                 }
-                out
+                Lanes3::store(w, sum)
             }
         }
     }
 
-    /// Bilinear lookups in one table.
+    /// Bilinear lookups in one table, in the opposite directions.
     #[inline(always)]
-    fn lookups(&self, table: u32, w: &Lanes3, active: LaneMask) -> Lanes3 {
+    fn lookups<W: Wide>(&self, w: W, table: u32, wi: &Lanes3, active: LaneMask) -> Lanes3 {
         let side = self.side() as i32;
         let (mut texels, mut weights) = ([[0; LANES]; 4], [[0.0; LANES]; 4]);
         for i in 0..LANES {
-            let [a, b, c, d] = bilinear_corners(w.vec(i), side);
+            let [a, b, c, d] = bilinear_corners(-wi.vec(i), side);
             (texels[0][i], weights[0][i]) = a;
             (texels[1][i], weights[1][i]) = b;
             (texels[2][i], weights[2][i]) = c;
             (texels[3][i], weights[3][i]) = d;
         }
         let table = self.table(table);
-        let mut fetched = [Lanes3::ZERO; 4];
-        for i in lanes_of(active) {
-            for (values, texels) in fetched.iter_mut().zip(&texels) {
-                values.set(i, table[texels[i] as usize]);
+        let mut sum = [w.splat(0.0); 3];
+        for (texels, weights) in texels.iter().zip(&weights) {
+            let mut fetched = [Packed::BLACK; LANES];
+            for i in lanes_of(active) {
+                fetched[i] = table.texels[texels[i] as usize];
+            }
+            let mut values = Lanes3::ZERO;
+            for i in 0..LANES {
+                values.set(i, fetched[i].rgb());
+            }
+            let weight = w.load(weights);
+            for (sum, value) in sum.iter_mut().zip(values.load(w)) {
+                *sum = w.mul_add(value, weight, *sum);
             }
         }
-        let mut out = Lanes3::ZERO;
-        for i in 0..LANES {
-            let sum = fetched[0].rgb(i) * weights[0][i]
-                + fetched[1].rgb(i) * weights[1][i]
-                + fetched[2].rgb(i) * weights[2][i]
-                + fetched[3].rgb(i) * weights[3][i];
-            out.set(i, sum);
-        }
-        out
+        let scale = splat3(w, Vec3::from(table.scale.to_array()));
+        Lanes3::store(w, mul3(w, sum, scale))
     }
 }
 
 /// What lets the diffuse part out, at the cosines to the shading normal.
 #[inline(always)]
-fn exits(exit: &Exit, cos: &Lanes) -> Lanes {
-    let mut out = [1.0; LANES];
+fn exits<W: Wide>(w: W, exit: &Exit, cos: W::F) -> W::F {
+    let mut out = w.store(w.max(cos, w.splat(0.0)));
     match exit {
-        Exit::Lambert => {}
+        Exit::Lambert => return w.splat(1.0),
         Exit::Fresnel { eta } => {
-            for i in 0..LANES {
-                out[i] = Exit::Fresnel { eta: *eta }.eval(cos[i].max(0.0));
+            for cos in &mut out {
+                *cos = Exit::Fresnel { eta: *eta }.eval(*cos);
             }
         }
-        Exit::Coated(_) => {
-            for i in 0..LANES {
-                out[i] = exit.eval(cos[i]);
-            }
-        }
+        Exit::Coated(table) => out = interpolate_lanes(&[table; LANES], &out),
     }
-    out
+    w.load(&out)
 }

@@ -12,6 +12,7 @@ mod intensity;
 pub mod moments;
 mod octahedral_profile;
 pub mod select;
+mod tables;
 #[cfg(test)]
 pub(crate) mod testing;
 #[cfg(test)]

@@ -4,6 +4,7 @@
 //! Then the table is scaled so that the integral of what is looked up (bilinear, cut at the horizon) is the flux that
 //! these photons reflect, which importance sampling of their lobes tells.
 
+use super::tables::{Packed, pack};
 use crate::bsdf::{Bsdf, BsdfNumbers, Lobes};
 use crate::color::Rgb;
 use crate::math::octahedral::{
@@ -90,8 +91,8 @@ impl Range {
 /// The glossy part of a light.
 #[derive(Clone, Debug)]
 pub(super) struct Profile {
-    /// W/sr, row by row.
-    pub(super) texels: Vec<Rgb>,
+    /// W/sr, row by row, in units of the colour.
+    pub(super) table: (Vec<Packed>, Rgb),
     pub(super) range: Range,
     /// Flux that the table should hold, in W.
     pub(super) target: Rgb,
@@ -165,7 +166,7 @@ impl Grid {
         let scale = scale.unwrap_or(Rgb::WHITE);
         texels.iter_mut().for_each(|texel| *texel *= scale);
         Profile {
-            texels,
+            table: pack(&texels, &self.hats),
             range,
             target,
             flux: flux * scale,

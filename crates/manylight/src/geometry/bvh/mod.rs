@@ -14,7 +14,6 @@ mod tests;
 mod tile;
 mod traverse;
 mod triangles;
-mod vectors;
 
 pub(super) use shaft::Shaft;
 pub(super) use triangles::TriangleHit;

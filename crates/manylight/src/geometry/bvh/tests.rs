@@ -389,19 +389,6 @@ fn tiles_equal_single_segments() {
 }
 
 #[test]
-fn transposing_turns_rows_into_columns() {
-    let mut random = Random::new(63);
-    let rows: [u64; 64] = std::array::from_fn(|_| u64::from(random.0.next_u32()) * 0x1_0001_0003);
-    let mut columns = rows;
-    tile::transpose(&mut columns);
-    for (i, row) in rows.iter().enumerate() {
-        for (j, column) in columns.iter().enumerate() {
-            assert_eq!(row >> j & 1, column >> i & 1, "{i} {j}");
-        }
-    }
-}
-
-#[test]
 fn degenerate_triangles_are_never_hit() {
     let p = Vec3::new(0.1, 0.2, 0.3);
     let mut triangles = vec![

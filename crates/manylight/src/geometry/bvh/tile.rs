@@ -10,6 +10,7 @@ use super::packet::{EMPTY_STACK, Packet};
 use super::rows::{Ends, GROUPS, LeafTriangles, Rows};
 use super::shaft::{Shaft, Shafts};
 use super::triangles::Block;
+use crate::math::bits::transpose;
 use crate::math::{Aabb, Vec3};
 use crate::simd::{NARROW, Simd, WIDE};
 
@@ -248,20 +249,4 @@ fn block_bounds<S: Simd>(s: S, block: &Block) -> [[f32; NARROW]; 6] {
         bounds[axis + 3] = s.store(s.max(s.max(a, b), c));
     }
     bounds
-}
-
-/// Rows to columns. Source: Warren, "Hacker's Delight", section 7-3.
-pub(super) fn transpose(bits: &mut [u64; SIDE]) {
-    let (mut width, mut mask) = (32, 0xffff_ffffu64);
-    while width != 0 {
-        let mut k = 0;
-        while k < SIDE {
-            let t = (bits[k] >> width ^ bits[k + width]) & mask;
-            bits[k + width] ^= t;
-            bits[k] ^= t << width;
-            k = (k + width + 1) & !width;
-        }
-        width /= 2;
-        mask ^= mask << width;
-    }
 }

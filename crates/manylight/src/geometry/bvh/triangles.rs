@@ -7,9 +7,9 @@
 //! rounding can hide counts as inside: no ray slips through between neighbors.
 
 use super::traverse::{AnyLeaves, NearestLeaves};
-use super::vectors::{abs3, add3, cross, dot, load3, sub3};
 use crate::geometry::Ray;
 use crate::math::{Vec2, Vec3};
+use crate::simd::vectors::{abs3, add3, cross, dot, load3, sub3};
 use crate::simd::{Floats, NARROW, Simd};
 
 /// Up to eight triangles. Unused lanes are degenerate, which no ray hits.
