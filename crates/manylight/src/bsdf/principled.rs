@@ -8,6 +8,7 @@ use super::fresnel::{self, reflect, refract};
 use super::material::Distribution;
 use super::microfacet::Microfacets;
 use super::model::{ModelSample, microfacet_class};
+use super::principled_front::Front;
 use super::{BsdfNumbers, Lobes, NEAR_DELTA_ALPHA};
 use crate::color::Rgb;
 use crate::math::trig::sin_cos_turns;
@@ -19,10 +20,6 @@ use std::f32::consts::{FRAC_1_PI, PI};
 const MIN_ALPHA: f32 = 1e-3;
 /// The clear coat's roughness where its gloss is 0 and 1.
 const CLEARCOAT_ALPHA: [f32; 2] = [0.1, 0.001];
-/// The roughness that the clear coat is masked with.
-const CLEARCOAT_MASKING_ALPHA: f32 = 0.25;
-/// The clear coat's reflectance at normal incidence.
-const CLEARCOAT_R0: f32 = 0.04;
 /// What a full clear coat is scaled by.
 const CLEARCOAT_SCALE: f32 = 0.25;
 
@@ -67,6 +64,8 @@ pub(super) struct Principled {
     flatness: f32,
     clearcoat: f32,
     clearcoat_alpha: f32,
+    /// See [`Front`].
+    clearcoat_norm: f32,
     diffuse_rate: f32,
     specular_rate: f32,
     clearcoat_rate: f32,
@@ -100,6 +99,8 @@ impl Principled {
             (alpha * aspect).max(MIN_ALPHA),
         );
         let [dull, glossy] = CLEARCOAT_ALPHA;
+        let clearcoat_alpha = dull + (glossy - dull) * p.clearcoat_gloss;
+        let a2 = clearcoat_alpha * clearcoat_alpha;
         Principled {
             base_color: p.base_color,
             luminance: p.base_color.luminance(),
@@ -114,7 +115,8 @@ impl Principled {
             sheen_tint: p.sheen_tint,
             flatness: p.flatness,
             clearcoat: p.clearcoat,
-            clearcoat_alpha: dull + (glossy - dull) * p.clearcoat_gloss,
+            clearcoat_alpha,
+            clearcoat_norm: (a2 - 1.0) / (PI * a2.ln()),
             diffuse_rate: p.diffuse_rate,
             specular_rate: p.specular_rate,
             clearcoat_rate: p.clearcoat_rate,
@@ -173,97 +175,67 @@ impl Principled {
         let Some(half) = Half::new(wo, wi, self.eta) else {
             return Rgb::BLACK;
         };
-        let mut sum = Rgb::BLACK;
-        if lobes.has(self.specular_class()) {
-            sum += self.specular(wi, wo, &half);
-        }
         if half.reflects && wo.z > 0.0 {
-            if self.clearcoat > 0.0 && lobes.has(self.clearcoat_class()) {
-                sum += Rgb::splat(self.clearcoat(wi, wo, half.m));
-            }
-            if lobes.has(Lobes::GLOSSY) && self.has_diffuse() {
-                sum += self.diffuse(wi, wo, half.m);
-            }
+            return self.front(lobes).eval(&self.facets, wi, wo);
         }
-        sum
+        if lobes.has(self.specular_class()) {
+            self.specular(wi, wo, &half)
+        } else {
+            Rgb::BLACK
+        }
     }
 
-    /// The main interface.
+    /// What the front reflects by way of `lobes`.
+    pub(super) fn front(&self, lobes: Lobes) -> Front {
+        let weight = |class: Lobes| if lobes.has(class) { 1.0 } else { 0.0 };
+        let (interface, diffuse) = (weight(self.specular_class()), weight(Lobes::GLOSSY));
+        let tinted = (1.0 - self.metallic) * self.spec_tint;
+        let r0 = ((self.eta - 1.0) / (self.eta + 1.0)).powi(2);
+        let schlick_r0 = self.base_color * self.metallic + self.tint() * (r0 * tinted);
+        let sheen = Rgb::WHITE.lerp(self.tint(), self.sheen_tint);
+        Front {
+            eta: self.eta,
+            plain: (1.0 - self.metallic) * (1.0 - self.spec_tint) * interface,
+            schlick: (self.metallic + tinted) * interface,
+            schlick_r0: schlick_r0 * interface,
+            base: self.base_color * (self.brdf * FRAC_1_PI * diffuse),
+            sheen: sheen * (self.sheen * diffuse),
+            roughness: self.roughness,
+            flatness: self.flatness,
+            clearcoat: self.clearcoat * CLEARCOAT_SCALE * weight(self.clearcoat_class()),
+            clearcoat_excess: self.clearcoat_excess(),
+            clearcoat_norm: self.clearcoat_norm,
+        }
+    }
+
+    /// The microfacets of the main interface.
+    pub(super) fn facets(&self) -> &Microfacets {
+        &self.facets
+    }
+
+    fn clearcoat_density(&self, cos_m: f32) -> f32 {
+        gtr1(self.clearcoat_excess(), self.clearcoat_norm, cos_m)
+    }
+
+    fn clearcoat_excess(&self) -> f32 {
+        self.clearcoat_alpha * self.clearcoat_alpha - 1.0
+    }
+
+    /// The main interface, but for reflection on the front.
     fn specular(&self, wi: Vec3, wo: Vec3, half: &Half) -> Rgb {
-        if !half.reflects && self.bsdf == 0.0 {
+        if self.bsdf == 0.0 {
             return Rgb::BLACK;
         }
         let m = half.m;
         let r = fresnel::dielectric(wo.dot(m), self.eta).reflectance;
         let masking = self.facets.masking(wi, m) * self.facets.masking(wo, m);
-        let common = self.facets.density(m) * masking / wo.z.abs();
+        let common = self.bsdf * self.facets.density(m) * masking / wo.z.abs();
         if half.reflects {
-            return if r > 0.0 {
-                self.reflectance(r, wo.dot(m), wo.z > 0.0) * (0.25 * common)
-            } else {
-                Rgb::BLACK
-            };
+            return Rgb::splat(0.25 * common * r);
         }
         let (i, o) = (wi.dot(m), wo.dot(m));
-        let scale = self.bsdf * (1.0 - r) * common * (i * o).abs() / (o + half.eta * i).powi(2);
+        let scale = (1.0 - r) * common * (i * o).abs() / (o + half.eta * i).powi(2);
         self.base_color.map(safe_sqrt) * scale
-    }
-
-    /// Between the dielectric's, tinted or not, and the metal's; from inside the dielectric's alone.
-    fn reflectance(&self, dielectric: f32, cos: f32, front: bool) -> Rgb {
-        if !front {
-            return Rgb::splat(self.bsdf * dielectric);
-        }
-        let plain = (1.0 - self.metallic) * (1.0 - self.spec_tint) * dielectric;
-        let mut sum = Rgb::splat(plain);
-        if self.metallic > 0.0 {
-            sum += schlick(self.base_color, cos, self.eta) * self.metallic;
-        }
-        if self.spec_tint > 0.0 {
-            let r0 = ((self.eta - 1.0) / (self.eta + 1.0)).powi(2);
-            sum +=
-                schlick(self.tint() * r0, cos, self.eta) * ((1.0 - self.metallic) * self.spec_tint);
-        }
-        sum
-    }
-
-    fn clearcoat(&self, wi: Vec3, wo: Vec3, m: Vec3) -> f32 {
-        let f = schlick(Rgb::splat(CLEARCOAT_R0), wo.dot(m), self.eta).r;
-        let masking =
-            ggx_masking(wi.z, CLEARCOAT_MASKING_ALPHA) * ggx_masking(wo.z, CLEARCOAT_MASKING_ALPHA);
-        self.clearcoat * CLEARCOAT_SCALE * f * self.clearcoat_density(m) * masking * wi.z
-    }
-
-    /// Burley's GTR1 distribution.
-    fn clearcoat_density(&self, m: Vec3) -> f32 {
-        let a2 = self.clearcoat_alpha * self.clearcoat_alpha;
-        let density = (a2 - 1.0) / (PI * a2.ln() * (1.0 + (a2 - 1.0) * m.z * m.z));
-        if density * m.z > 1e-20 { density } else { 0.0 }
-    }
-
-    /// Diffuse, retro-reflection, fake subsurface scattering and sheen.
-    fn diffuse(&self, wi: Vec3, wo: Vec3, m: Vec3) -> Rgb {
-        let (fi, fo) = (schlick_weight(wi.z), schlick_weight(wo.z));
-        let cos_d = wi.dot(m);
-        let mut sum = Rgb::BLACK;
-        if self.brdf > 0.0 {
-            let lambert = (1.0 - 0.5 * fi) * (1.0 - 0.5 * fo);
-            let rr = 2.0 * self.roughness * cos_d * cos_d;
-            let retro = rr * (fi + fo + fi * fo * (rr - 1.0));
-            let mut shape = lambert + retro;
-            if self.flatness > 0.0 {
-                let f90 = 0.5 * rr;
-                let fss = (1.0 + (f90 - 1.0) * fi) * (1.0 + (f90 - 1.0) * fo);
-                let flat = 1.25 * (fss * (1.0 / (wi.z + wo.z) - 0.5) + 0.5);
-                shape += (flat - shape) * self.flatness;
-            }
-            sum += self.base_color * (self.brdf * FRAC_1_PI * shape);
-        }
-        if self.sheen > 0.0 {
-            let color = Rgb::WHITE.lerp(self.tint(), self.sheen_tint);
-            sum += color * (self.sheen * schlick_weight(cos_d.abs()));
-        }
-        sum * wi.z
     }
 
     /// From below only the interface is sampled.
@@ -329,7 +301,7 @@ impl Principled {
             if strategies.clearcoat > 0.0 {
                 let m = half.m;
                 pdf +=
-                    strategies.clearcoat * self.clearcoat_density(m) * m.z / (4.0 * other.dot(m));
+                    strategies.clearcoat * self.clearcoat_density(m.z) * m.z / (4.0 * other.dot(m));
             }
         }
         pdf / total
@@ -378,31 +350,34 @@ impl Principled {
 }
 
 /// (1 - cos)⁵.
-#[inline]
-fn schlick_weight(cos: f32) -> f32 {
+#[inline(always)]
+pub(super) fn schlick_weight(cos: f32) -> f32 {
     let x = (1.0 - cos).clamp(0.0, 1.0);
     let x2 = x * x;
     x2 * x2 * x
 }
 
-/// Schlick's approximation; on the denser side by the angle of the refracted direction.
-fn schlick(r0: Rgb, cos: f32, eta: f32) -> Rgb {
-    let (eta, inv_eta) = if cos >= 0.0 {
-        (eta, 1.0 / eta)
+/// The weight of Schlick's approximation at `cos` >= 0; from the denser side by the angle of the refracted direction.
+#[inline(always)]
+pub(super) fn schlick_weight_at(cos: f32, eta: f32) -> f32 {
+    let refracted = safe_sqrt(1.0 - (1.0 - cos * cos) / (eta * eta));
+    schlick_weight(if eta > 1.0 { cos } else { refracted })
+}
+
+/// Burley's GTR1 distribution, from `α² - 1` and `(α² - 1) / (π ln α²)`.
+#[inline(always)]
+pub(super) fn gtr1(excess: f32, norm: f32, cos_m: f32) -> f32 {
+    let density = norm / (1.0 + excess * cos_m * cos_m);
+    if density * cos_m > 1e-20 {
+        density
     } else {
-        (1.0 / eta, eta)
-    };
-    let weight = if eta > 1.0 {
-        schlick_weight(cos.abs())
-    } else {
-        schlick_weight(safe_sqrt(1.0 - (1.0 - cos * cos) * inv_eta * inv_eta))
-    };
-    r0.map(|r| weight + (1.0 - weight) * r)
+        0.0
+    }
 }
 
 /// Smith's masking for an isotropic GGX surface.
-#[inline]
-fn ggx_masking(cos: f32, alpha: f32) -> f32 {
+#[inline(always)]
+pub(super) fn ggx_masking(cos: f32, alpha: f32) -> f32 {
     let tan2 = (1.0 - cos * cos) / (cos * cos);
     2.0 / (1.0 + (1.0 + alpha * alpha * tan2).sqrt())
 }

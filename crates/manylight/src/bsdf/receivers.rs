@@ -1,6 +1,6 @@
 //! Sixteen scattering functions whose viewers are fixed, side by side: what the innermost loop of a gather evaluates.
 //!
-//! Lambert, rough metals and the coated models have code for all lanes at once, made of the same functions that evaluate one;
+//! Lambert, rough metals, the coated models and the Disney model have code for all lanes at once, made of the same functions that evaluate one;
 //! everything else is evaluated lane by lane.
 #![expect(
     clippy::needless_range_loop,
@@ -14,6 +14,7 @@ use super::material::Distribution;
 use super::microfacet::Microfacets;
 use super::model::Model;
 use super::plastic::{COSINES, Plastic, RoughPlastic, interpolate, interpolate_lanes};
+use super::principled_front::Fronts;
 use super::{Bsdf, Lobes, Receiver};
 use crate::color::Rgb;
 use crate::lanes::{LANES, LaneMask, Lanes, Lanes3, lanes_of};
@@ -33,6 +34,8 @@ pub enum Form {
     SmoothCoat,
     /// A diffuse base under a rough dielectric coat.
     RoughCoat(Distribution),
+    /// The Disney model without transmission.
+    Principled,
     /// Whatever it is.
     Any,
 }
@@ -49,6 +52,7 @@ impl Bsdf<'_> {
             Model::Plastic(_) => Form::SmoothCoat,
             Model::RoughConductor(m) => Form::Metal(m.facets.distribution()),
             Model::RoughPlastic(m) => Form::RoughCoat(m.facets.distribution()),
+            Model::Principled(m) if !m.transmits() => Form::Principled,
             _ => Form::Any,
         }
     }
@@ -74,13 +78,21 @@ pub struct Receivers<'b, 's> {
     base: Lanes3,
     /// Transmittance of rough coats over the cosine.
     transmittance: [&'s [f32; COSINES]; LANES],
+    /// Of principled surfaces.
+    fronts: Fronts,
     /// For lanes of any form.
     single: [Option<Receiver<'b, 's>>; LANES],
 }
 
 impl<'b, 's> Receivers<'b, 's> {
-    /// Functions of the given form with the unit directions to their viewers; at most sixteen. Lanes without one reflect nothing.
-    pub fn new(form: Form, functions: impl Iterator<Item = (&'b Bsdf<'s>, Vec3)>) -> Self {
+    /// The `lobes` (smooth ones) of functions of the given form with the unit directions to their viewers; at most sixteen. Lanes without
+    /// one reflect nothing.
+    pub fn new(
+        form: Form,
+        lobes: Lobes,
+        functions: impl Iterator<Item = (&'b Bsdf<'s>, Vec3)>,
+    ) -> Self {
+        let lobes = lobes.and(Lobes::SMOOTH);
         let mut all = Receivers {
             form,
             frame: [Lanes3::ZERO; 3],
@@ -92,19 +104,20 @@ impl<'b, 's> Receivers<'b, 's> {
             specular: Lanes3::ZERO,
             base: Lanes3::ZERO,
             transmittance: [&[1.0; COSINES]; LANES],
+            fronts: Fronts::black(),
             single: [None; LANES],
         };
         for (i, (bsdf, wo)) in functions.enumerate() {
             debug_assert!(form == Form::Any || form == bsdf.form());
             match &bsdf.leaves[0] {
-                Some(leaf) if form != Form::Any => all.set(i, bsdf, leaf, wo),
-                _ => all.single[i] = Some(bsdf.receiver(wo, Lobes::SMOOTH)),
+                Some(leaf) if form != Form::Any => all.set(i, bsdf, leaf, wo, lobes),
+                _ => all.single[i] = Some(bsdf.receiver(wo, lobes)),
             }
         }
         all
     }
 
-    fn set(&mut self, i: usize, bsdf: &Bsdf<'s>, leaf: &Leaf<'s>, wo: Vec3) {
+    fn set(&mut self, i: usize, bsdf: &Bsdf<'s>, leaf: &Leaf<'s>, wo: Vec3, lobes: Lobes) {
         let mut wo = bsdf.frame.to_local(wo);
         let Some(side) = leaf.side(wo.z) else {
             return;
@@ -118,12 +131,21 @@ impl<'b, 's> Receivers<'b, 's> {
             lanes.set(i, axis);
         }
         self.wo.set(i, wo);
+        let has_diffuse = lobes.has(Lobes::DIFFUSE);
         match &leaf.model {
-            Model::Diffuse(m) => self.base.set(i, m.reflectance * (leaf.weight * FRAC_1_PI)),
-            Model::Plastic(m) => self.set_smooth_coat(i, m, leaf.weight, wo),
-            Model::RoughConductor(m) => self.set_metal(i, m, leaf.weight, wo),
-            Model::RoughPlastic(m) => self.set_rough_coat(i, m, leaf.weight, wo),
-            _ => unreachable!("only the models of a form are set"),
+            Model::Diffuse(m) if has_diffuse => {
+                self.base.set(i, m.reflectance * (leaf.weight * FRAC_1_PI));
+            }
+            Model::Plastic(m) if has_diffuse => self.set_smooth_coat(i, m, leaf.weight, wo),
+            Model::RoughConductor(m) if lobes.has(m.lobes()) => {
+                self.set_metal(i, m, leaf.weight, wo);
+            }
+            Model::RoughPlastic(m) => self.set_rough_coat(i, m, leaf.weight, wo, lobes),
+            Model::Principled(m) => {
+                self.set_roughness(i, m.facets());
+                self.fronts.set(i, &m.front(lobes), leaf.weight);
+            }
+            _ => {}
         }
     }
 
@@ -134,33 +156,43 @@ impl<'b, 's> Receivers<'b, 's> {
     }
 
     fn set_metal(&mut self, i: usize, m: &RoughConductor, weight: f32, wo: Vec3) {
-        if !m.lobes().has(Lobes::SMOOTH) {
-            return;
-        }
         let terms = m.metal.terms();
         self.metal[0].set(i, terms[0]);
         self.metal[1].set(i, terms[1]);
         self.set_facets(i, &m.facets, m.tint * weight, wo);
     }
 
-    fn set_rough_coat(&mut self, i: usize, m: &RoughPlastic<'s>, weight: f32, wo: Vec3) {
+    fn set_rough_coat(
+        &mut self,
+        i: usize,
+        m: &RoughPlastic<'s>,
+        weight: f32,
+        wo: Vec3,
+        lobes: Lobes,
+    ) {
         self.eta[i] = m.eta;
         self.transmittance[i] = m.transmittance;
-        let exit = interpolate(m.transmittance, wo.z);
-        self.base.set(i, m.base * (exit * weight * FRAC_1_PI));
-        if m.coat_class() == Lobes::GLOSSY {
+        if lobes.has(Lobes::DIFFUSE) {
+            let exit = interpolate(m.transmittance, wo.z);
+            self.base.set(i, m.base * (exit * weight * FRAC_1_PI));
+        }
+        if lobes.has(m.coat_class()) {
             self.set_facets(i, &m.facets, m.tint * weight, wo);
         }
     }
 
     fn set_facets(&mut self, i: usize, facets: &Microfacets, tint: Rgb, wo: Vec3) {
+        self.set_roughness(i, facets);
+        // A half vector is always on the side of both directions.
+        let masking = facets.masking(wo, Vec3::Z);
+        self.specular.set(i, tint * (masking / (4.0 * wo.z)));
+    }
+
+    fn set_roughness(&mut self, i: usize, facets: &Microfacets) {
         for (pair, values) in self.roughness.iter_mut().zip(facets.roughness()) {
             pair[0][i] = values.x;
             pair[1][i] = values.y;
         }
-        // A half vector is always on the side of both directions.
-        let masking = facets.masking(wo, Vec3::Z);
-        self.specular.set(i, tint * (masking / (4.0 * wo.z)));
     }
 
     /// [`Receiver::f_cos_wi`] in each active lane, for unit directions `wi`; other lanes hold anything.
@@ -175,6 +207,7 @@ impl<'b, 's> Receivers<'b, 's> {
             Form::RoughCoat(Distribution::Beckmann) => {
                 self.rough_coat(w, wi, Distribution::Beckmann)
             }
+            Form::Principled => self.principled(wi),
             Form::Any => {
                 let mut out = Lanes3::ZERO;
                 for i in lanes_of(active) {
@@ -240,9 +273,27 @@ impl<'b, 's> Receivers<'b, 's> {
     }
 
     #[inline(always)]
+    fn principled(&self, wi: &Lanes3) -> Lanes3 {
+        let mut out = Lanes3::ZERO;
+        for i in 0..LANES {
+            let wi = self.to_local(i, wi.vec(i));
+            let facets = self.facets(i, Distribution::Ggx);
+            let value = self.fronts.lane(i).eval(&facets, wi, self.wo.vec(i));
+            out.set(i, if wi.z > 0.0 { value } else { Rgb::BLACK });
+        }
+        out
+    }
+
+    #[inline(always)]
     fn to_local(&self, i: usize, w: Vec3) -> Vec3 {
         let [s, t, n] = &self.frame;
         Vec3::new(s.vec(i).dot(w), t.vec(i).dot(w), n.vec(i).dot(w))
+    }
+
+    #[inline(always)]
+    fn facets(&self, i: usize, distribution: Distribution) -> Microfacets {
+        let pair = |k: usize| Vec2::new(self.roughness[k][0][i], self.roughness[k][1][i]);
+        Microfacets::from_roughness(distribution, [pair(0), pair(1)])
     }
 
     /// The microfacets of lane `i` that reflect light from the local direction `wi` to the viewer.
@@ -251,8 +302,7 @@ impl<'b, 's> Receivers<'b, 's> {
         let wo = self.wo.vec(i);
         let half = wi + wo;
         let m = half * half.length_squared().sqrt().recip();
-        let pair = |k: usize| Vec2::new(self.roughness[k][0][i], self.roughness[k][1][i]);
-        let facets = Microfacets::from_roughness(distribution, [pair(0), pair(1)]);
+        let facets = self.facets(i, distribution);
         let density = facets.density(m) * facets.masking(wi, m);
         // Without light from above there may be no half vector.
         let lit = wi.z > 0.0;

@@ -757,7 +757,8 @@ fn lanes_see_what_single_receivers_see() {
                 let mut arrivals = Lanes3::ZERO;
                 (0..LANES).for_each(|i| arrivals.set(i, direction(&mut sampler)));
                 for form in [bsdf.form(), Form::Any] {
-                    let lanes = Receivers::new(form, viewers.iter().map(|&wo| (&bsdf, wo)));
+                    let lanes =
+                        Receivers::new(form, Lobes::SMOOTH, viewers.iter().map(|&wo| (&bsdf, wo)));
                     let values = Isa::best().run(InLanes(&lanes, &arrivals));
                     for (i, &wo) in viewers.iter().enumerate() {
                         let single = bsdf.receiver(wo, Lobes::SMOOTH).f_cos_wi(arrivals.vec(i));

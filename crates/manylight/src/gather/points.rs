@@ -1,7 +1,7 @@
 //! The shading points of a tile in lanes, those with scattering functions of one form and the same lights together.
 
 use super::{Selection, ShadingPoint};
-use crate::bsdf::{Form, Receivers};
+use crate::bsdf::{Form, Lobes, Receivers};
 use crate::geometry::SurfacePoint;
 use crate::lanes::{LANES, LaneMask, Lanes, Lanes3, mask};
 use crate::math::{Aabb, Vec3};
@@ -77,6 +77,7 @@ impl<'b, 's> Batch<'b, 's> {
             u: std::array::from_fn(|i| at(i).u),
             receivers: Receivers::new(
                 form,
+                Lobes::SMOOTH,
                 members.iter().map(|&m| (&points[m].bsdf, points[m].wo)),
             ),
             origins: [1.0, -1.0].map(|side| std::array::from_fn(|i| origin(i, side))),

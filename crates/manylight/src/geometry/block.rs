@@ -66,7 +66,7 @@ impl Geometry {
     ) -> [u64; BLOCK] {
         let rows = ends.origins.len();
         let mut open = layer.open_of_triangles(ends.origins, ends.targets, &open[..rows]);
-        if !layer.has_objects() {
+        if !layer.has_objects() || open == [0; BLOCK] {
             return open;
         }
         let between = Shaft::new(

@@ -1,7 +1,8 @@
 //! All virtual lights of a pass, ready to be gathered.
 
 use super::moments::{Extent, spread_points};
-use super::octahedral_profile::{Grid, Profile, Range, Source};
+use super::octahedral_grid::Grid;
+use super::octahedral_profile::{Profile, Range, Source};
 use super::tables::{Table, Tables};
 use super::{Emission, Shares, Site, VirtualLight};
 use crate::bsdf::{Bsdf, Lobes};

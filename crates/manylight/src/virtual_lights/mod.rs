@@ -10,6 +10,7 @@ pub mod curve;
 mod field;
 mod intensity;
 pub mod moments;
+mod octahedral_grid;
 mod octahedral_profile;
 pub mod select;
 mod tables;

@@ -4,21 +4,16 @@
 //! Then the table is scaled so that the integral of what is looked up (bilinear, cut at the horizon) is the flux that
 //! these photons reflect, which importance sampling of their lobes tells.
 
+use super::octahedral_grid::Grid;
 use super::tables::{Packed, pack};
 use crate::bsdf::{Bsdf, BsdfNumbers, Lobes};
 use crate::color::Rgb;
-use crate::math::octahedral::{
-    bilinear, direction_from_square, solid_angle_density, texel_direction,
-};
+use crate::math::octahedral::bilinear;
 use crate::math::{Vec2, Vec3};
 use crate::sampling::rng::Pcg;
 
-/// Sub-samples along an edge of a texel in the integrals of the bilinear function.
-const FINE: usize = 6;
 /// Lobes narrower than this are averaged over a texel, wider ones taken at its center.
 const NARROW: f32 = 0.3;
-/// Sub-samples along an edge of a texel for narrow lobes.
-const NARROW_FINE: usize = 2;
 /// A block of 2 x 2 texels is looked at closely if it shines with this share of the brightest: narrow lobes.
 const NARROW_BRIGHT_SHARE: f32 = 0.05;
 /// And wide ones, which hardly change over a block.
@@ -86,6 +81,14 @@ impl Range {
             Range::Sphere => true,
         }
     }
+
+    /// The normal of the horizon, if there is one.
+    fn horizon(self) -> Option<Vec3> {
+        match self {
+            Range::Above(n) => Some(n),
+            Range::Sphere => None,
+        }
+    }
 }
 
 /// The glossy part of a light.
@@ -100,66 +103,20 @@ pub(super) struct Profile {
     pub(super) flux: Rgb,
 }
 
-/// Everything about an octahedral grid that does not depend on the light.
-#[derive(Debug)]
-pub(super) struct Grid {
-    side: usize,
-    /// Texel centers.
-    centers: Vec<Vec3>,
-    /// Integrals of the bilinear hat functions over the sphere, in sr.
-    hats: Vec<f32>,
-}
-
-/// `FINE`² sub-samples of texel `t`: direction and solid angle.
-fn sub_samples(t: usize, side: usize, fine: usize) -> impl Iterator<Item = (Vec3, f32)> {
-    (0..fine * fine).map(move |s| {
-        let offset = Vec2::new((s % fine) as f32 + 0.5, (s / fine) as f32 + 0.5) / fine as f32;
-        let uv = (Vec2::new((t % side) as f32, (t / side) as f32) + offset) / side as f32;
-        let area = 1.0 / ((side * fine) as f32).powi(2);
-        (direction_from_square(uv), solid_angle_density(uv) * area)
-    })
-}
-
 impl Grid {
-    /// A grid of `side`² texels; `side` must be even.
-    pub(super) fn new(side: usize) -> Self {
-        assert!(
-            side >= 2 && side.is_multiple_of(2),
-            "tables are made of blocks of 2 x 2 texels"
-        );
-        let mut hats = vec![0.0; side * side];
-        for (w, solid_angle) in (0..side * side).flat_map(|t| sub_samples(t, side, 2 * FINE)) {
-            for (texel, weight) in bilinear(w, side) {
-                hats[texel] += weight * solid_angle;
-            }
-        }
-        Grid {
-            side,
-            centers: (0..side * side).map(|t| texel_direction(t, side)).collect(),
-            hats,
-        }
-    }
-
-    /// Texels along an edge.
-    pub(super) fn side(&self) -> usize {
-        self.side
-    }
-
     /// The table of `sources`, whose narrowest lobe has roughness `width`, on a surface with normal `n`.
     pub(super) fn fill(&self, sources: &[Source], width: f32, n: Vec3, rng: &mut Pcg) -> Profile {
         let (range, target) = reflected(sources, n, rng);
-        let mut texels = vec![Rgb::BLACK; self.side * self.side];
-        for source in sources {
-            self.evaluate(source, width, range, &mut texels);
-        }
-        let mut flux = self.integral(&texels, range);
+        let mut texels = vec![Rgb::BLACK; self.side() * self.side()];
+        self.evaluate(sources, width, range, &mut texels);
+        let mut flux = self.integral(&texels, range.horizon());
         let mut scale = correction(flux, target);
         if scale.is_none() {
             texels.fill(Rgb::BLACK);
             for source in sources {
                 self.splat(source, range, rng, &mut texels);
             }
-            flux = self.integral(&texels, range);
+            flux = self.integral(&texels, range.horizon());
             scale = correction(flux, target);
         }
         // No more than what the samples say can be known of a lobe that escapes both.
@@ -173,105 +130,69 @@ impl Grid {
         }
     }
 
-    /// Adds the intensity of one source: one value for each block of 2 x 2 texels first, then the texels of the blocks that
+    /// Adds the intensity of the sources: one value for each block of 2 x 2 texels first, then the texels of the blocks that
     /// matter.
-    fn evaluate(&self, source: &Source, width: f32, range: Range, texels: &mut [Rgb]) {
-        let value = |w: Vec3| source.bsdf.f_cos_wo(source.wi, w, Lobes::GLOSSY) * source.flux;
-        let blocks: Vec<(usize, Rgb)> = (0..self.side * self.side / 4)
-            .filter_map(|b| {
-                let half = self.side / 2;
-                let corner = 2 * (b / half) * self.side + 2 * (b % half);
-                let inside = self
-                    .block(corner)
-                    .into_iter()
-                    .filter(|&t| range.contains(self.centers[t]));
-                let middle: Vec3 = inside.map(|t| self.centers[t]).sum();
-                (middle != Vec3::ZERO).then(|| (corner, value(middle.normalize())))
-            })
-            .collect();
-        let brightest = blocks
-            .iter()
-            .map(|block| block.1.luminance())
-            .fold(0.0, f32::max);
+    fn evaluate(&self, sources: &[Source], width: f32, range: Range, texels: &mut [Rgb]) {
         let narrow = width < NARROW;
-        let bright = brightest
-            * if narrow {
-                NARROW_BRIGHT_SHARE
-            } else {
-                WIDE_BRIGHT_SHARE
-            };
-        for (corner, intensity) in blocks {
-            for t in self
-                .block(corner)
-                .into_iter()
-                .filter(|&t| range.contains(self.centers[t]))
-            {
-                texels[t] += match (intensity.luminance() < bright, narrow) {
-                    (true, _) => intensity,
-                    (false, false) => value(self.centers[t]),
-                    (false, true) => self.mean_over_texel(t, value),
-                };
+        let bright_share = if narrow {
+            NARROW_BRIGHT_SHARE
+        } else {
+            WIDE_BRIGHT_SHARE
+        };
+        let inside = |corner: usize| {
+            let texels = self.block(corner).into_iter();
+            texels.filter(move |&t| range.contains(self.center(t)))
+        };
+        let (mut corners, mut middles) = (Vec::new(), Vec::new());
+        for corner in self.blocks() {
+            let middle: Vec3 = inside(corner).map(|t| self.center(t)).sum();
+            if middle != Vec3::ZERO {
+                corners.push(corner);
+                middles.push(middle.normalize());
             }
         }
-    }
-
-    fn mean_over_texel(&self, t: usize, value: impl Fn(Vec3) -> Rgb) -> Rgb {
-        let (sum, total) = sub_samples(t, self.side, NARROW_FINE)
-            .fold((Rgb::BLACK, 0.0), |(sum, total), (w, dw)| {
-                (sum + value(w) * dw, total + dw)
-            });
-        sum / total
-    }
-
-    /// The four texels of the block whose first is `corner`.
-    #[inline]
-    fn block(&self, corner: usize) -> [usize; 4] {
-        [
-            corner,
-            corner + 1,
-            corner + self.side,
-            corner + self.side + 1,
-        ]
+        let (mut values, mut closer) = (Vec::new(), Vec::new());
+        let (mut parts, mut directions) = (Vec::new(), Vec::new());
+        for source in sources {
+            let outgoing = source.bsdf.outgoing(source.wi, Lobes::GLOSSY);
+            outgoing.f_cos_wo(&middles, &mut values);
+            let luminance = |value: &Rgb| (*value * source.flux).luminance();
+            let bright = bright_share * values.iter().map(luminance).fold(0.0, f32::max);
+            parts.clear();
+            directions.clear();
+            let mut look_at = |t: usize, share: f32, w: Vec3| {
+                parts.push((t, share));
+                directions.push(w);
+            };
+            for (&corner, value) in corners.iter().zip(&values) {
+                for t in inside(corner) {
+                    if luminance(value) < bright {
+                        texels[t] += *value * source.flux;
+                    } else if narrow {
+                        for (w, share) in self.within_texel(t) {
+                            look_at(t, share, w);
+                        }
+                    } else {
+                        look_at(t, 1.0, self.center(t));
+                    }
+                }
+            }
+            outgoing.f_cos_wo(&directions, &mut closer);
+            for (&(t, share), value) in parts.iter().zip(&closer) {
+                texels[t] += *value * source.flux * share;
+            }
+        }
     }
 
     /// Adds directions drawn from the lobes of one source, each as a hat function of its flux.
     fn splat(&self, source: &Source, range: Range, rng: &mut Pcg, texels: &mut [Rgb]) {
         source.scatter(SPLAT_SAMPLES, rng, |w, flux, _| {
             if range.contains(w) {
-                for (t, weight) in bilinear(w, self.side) {
+                for (t, weight) in bilinear(w, self.side()) {
                     texels[t] += flux * (weight / self.hats[t]);
                 }
             }
         });
-    }
-
-    /// Integral of the bilinear function over its range: all hats, less what leaks below the horizon.
-    pub(super) fn integral(&self, texels: &[Rgb], range: Range) -> Rgb {
-        let mut sum = [0.0f64; 3];
-        let mut add = |value: Rgb, weight: f32| {
-            for (s, v) in sum.iter_mut().zip(value.to_array()) {
-                *s += f64::from(v) * f64::from(weight);
-            }
-        };
-        for (texel, &hat) in texels.iter().zip(&self.hats) {
-            add(*texel, hat);
-        }
-        if let Range::Above(n) = range {
-            // Texels that reach below the horizon, and those next to one above: a texel measures at most 4.3 / side from
-            // center to corner.
-            let (above, below) = (4.5 / self.side as f32, -9.5 / self.side as f32);
-            let near = |t: &usize| (below..above).contains(&self.centers[*t].dot(n));
-            for t in (0..texels.len()).filter(near) {
-                for (w, solid_angle) in sub_samples(t, self.side, FINE) {
-                    // A sub-sample on the horizon counts by the part of it that is below.
-                    let below = (0.5 - w.dot(n) / solid_angle.sqrt()).clamp(0.0, 1.0);
-                    if below > 0.0 {
-                        add(lookup(texels, self.side, w), -solid_angle * below);
-                    }
-                }
-            }
-        }
-        Rgb::new(sum[0] as f32, sum[1] as f32, sum[2] as f32)
     }
 }
 
@@ -286,15 +207,6 @@ fn correction(flux: Rgb, target: Rgb) -> Option<Rgb> {
     let close = overall == 0.0 || (1.0 / MAX_CORRECTION..=MAX_CORRECTION).contains(&overall);
     let factor = target.zip(flux, ratio);
     (close && factor.is_finite()).then_some(factor)
-}
-
-/// Bilinear lookup without the horizon.
-#[inline]
-fn lookup(texels: &[Rgb], side: usize, w: Vec3) -> Rgb {
-    bilinear(w, side)
-        .into_iter()
-        .map(|(t, weight)| texels[t] * weight)
-        .sum()
 }
 
 /// Into what range the sources shine, and how much flux they send there.

@@ -1,0 +1,141 @@
+//! What the front of the Disney model reflects, in terms that need no choices, so that loops over it become vectors.
+
+use super::fresnel;
+use super::microfacet::Microfacets;
+use super::principled::{ggx_masking, gtr1, schlick_weight, schlick_weight_at};
+use crate::color::Rgb;
+use crate::lanes::{LANES, Lanes, Lanes3};
+use crate::math::Vec3;
+
+/// The roughness that the clear coat is masked with.
+const CLEARCOAT_MASKING_ALPHA: f32 = 0.25;
+/// The clear coat's reflectance at normal incidence.
+const CLEARCOAT_R0: f32 = 0.04;
+
+/// The numbers of a surface; lobes that are not asked for have weight 0.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Front {
+    /// Relative index of refraction.
+    pub(super) eta: f32,
+    /// Weight of the dielectric's reflectance.
+    pub(super) plain: f32,
+    /// Weight of Schlick's reflectance: of its constant 1 and of what it is at normal incidence.
+    pub(super) schlick: f32,
+    pub(super) schlick_r0: Rgb,
+    /// Of the diffuse lobe, over π.
+    pub(super) base: Rgb,
+    pub(super) sheen: Rgb,
+    pub(super) roughness: f32,
+    pub(super) flatness: f32,
+    pub(super) clearcoat: f32,
+    /// The terms of its distribution; see [`gtr1`].
+    pub(super) clearcoat_excess: f32,
+    pub(super) clearcoat_norm: f32,
+}
+
+impl Front {
+    /// `f |wi·n|`, for local directions above the surface.
+    #[inline(always)]
+    pub(super) fn eval(&self, facets: &Microfacets, wi: Vec3, wo: Vec3) -> Rgb {
+        let half = wi + wo;
+        let m = half * half.length_squared().sqrt().recip();
+        let cos = wo.dot(m);
+        let s = schlick_weight_at(cos, self.eta);
+        let r = fresnel::dielectric(cos, self.eta).reflectance;
+        let reflectance =
+            self.schlick_r0 * (1.0 - s) + Rgb::splat(self.plain * r + self.schlick * s);
+        let masking = facets.masking(wi, m) * facets.masking(wo, m);
+        let interface = 0.25 * facets.density(m) * masking / wo.z;
+        let coat = self.clearcoat(s, m.z, wi.z, wo.z);
+        reflectance * interface + (self.diffuse(wi, wo, cos) + Rgb::splat(coat)) * wi.z
+    }
+
+    /// Over the cosine of `wi`.
+    #[inline(always)]
+    fn clearcoat(&self, s: f32, cos_m: f32, cos_i: f32, cos_o: f32) -> f32 {
+        let f = s + (1.0 - s) * CLEARCOAT_R0;
+        let masking = ggx_masking(cos_i, CLEARCOAT_MASKING_ALPHA)
+            * ggx_masking(cos_o, CLEARCOAT_MASKING_ALPHA);
+        self.clearcoat * f * gtr1(self.clearcoat_excess, self.clearcoat_norm, cos_m) * masking
+    }
+
+    /// Diffuse, retro-reflection, fake subsurface scattering and sheen; over the cosine of `wi`.
+    #[inline(always)]
+    fn diffuse(&self, wi: Vec3, wo: Vec3, cos_d: f32) -> Rgb {
+        let (fi, fo) = (schlick_weight(wi.z), schlick_weight(wo.z));
+        let lambert = (1.0 - 0.5 * fi) * (1.0 - 0.5 * fo);
+        let rr = 2.0 * self.roughness * cos_d * cos_d;
+        let full = lambert + rr * (fi + fo + fi * fo * (rr - 1.0));
+        let f90 = 0.5 * rr;
+        let fss = (1.0 + (f90 - 1.0) * fi) * (1.0 + (f90 - 1.0) * fo);
+        let flat = 1.25 * (fss * (1.0 / (wi.z + wo.z) - 0.5) + 0.5);
+        let shape = full + (flat - full) * self.flatness;
+        self.base * shape + self.sheen * schlick_weight(cos_d)
+    }
+}
+
+/// Up to sixteen fronts side by side.
+#[derive(Clone, Debug)]
+pub(super) struct Fronts {
+    eta: Lanes,
+    plain: Lanes,
+    schlick: Lanes,
+    schlick_r0: Lanes3,
+    base: Lanes3,
+    sheen: Lanes3,
+    roughness: Lanes,
+    flatness: Lanes,
+    clearcoat: Lanes,
+    clearcoat_excess: Lanes,
+    clearcoat_norm: Lanes,
+}
+
+impl Fronts {
+    /// Lanes that reflect nothing.
+    pub(super) fn black() -> Self {
+        Fronts {
+            eta: [1.5; LANES],
+            plain: [0.0; LANES],
+            schlick: [0.0; LANES],
+            schlick_r0: Lanes3::ZERO,
+            base: Lanes3::ZERO,
+            sheen: Lanes3::ZERO,
+            roughness: [1.0; LANES],
+            flatness: [0.0; LANES],
+            clearcoat: [0.0; LANES],
+            clearcoat_excess: [0.0; LANES],
+            clearcoat_norm: [1.0; LANES],
+        }
+    }
+
+    pub(super) fn set(&mut self, i: usize, front: &Front, weight: f32) {
+        self.eta[i] = front.eta;
+        self.plain[i] = front.plain * weight;
+        self.schlick[i] = front.schlick * weight;
+        self.schlick_r0.set(i, front.schlick_r0 * weight);
+        self.base.set(i, front.base * weight);
+        self.sheen.set(i, front.sheen * weight);
+        self.roughness[i] = front.roughness;
+        self.flatness[i] = front.flatness;
+        self.clearcoat[i] = front.clearcoat * weight;
+        self.clearcoat_excess[i] = front.clearcoat_excess;
+        self.clearcoat_norm[i] = front.clearcoat_norm;
+    }
+
+    #[inline(always)]
+    pub(super) fn lane(&self, i: usize) -> Front {
+        Front {
+            eta: self.eta[i],
+            plain: self.plain[i],
+            schlick: self.schlick[i],
+            schlick_r0: self.schlick_r0.rgb(i),
+            base: self.base.rgb(i),
+            sheen: self.sheen.rgb(i),
+            roughness: self.roughness[i],
+            flatness: self.flatness[i],
+            clearcoat: self.clearcoat[i],
+            clearcoat_excess: self.clearcoat_excess[i],
+            clearcoat_norm: self.clearcoat_norm[i],
+        }
+    }
+}

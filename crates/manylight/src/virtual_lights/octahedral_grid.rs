@@ -1,0 +1,223 @@
+//! What does not depend on the light about an octahedral grid, and integrals over it.
+
+use crate::color::Rgb;
+use crate::math::octahedral::{
+    bilinear, direction_from_square, solid_angle_density, texel_direction, wrapped_texel,
+};
+use crate::math::{Vec2, Vec3};
+use crate::simd::{Isa, Kernel, Simd};
+
+/// Sub-samples along an edge of a texel in integrals that end at the horizon.
+const FINE: usize = 6;
+/// Sub-samples along an edge of a texel for the mean of narrow lobes.
+const COARSE: usize = 2;
+
+/// Sub-samples of a texel, row by row.
+#[derive(Clone, Debug)]
+struct SubSamples<const COUNT: usize> {
+    /// Directions by component.
+    w: [[f32; COUNT]; 3],
+    /// In sr.
+    solid_angle: [f32; COUNT],
+}
+
+impl<const COUNT: usize> SubSamples<COUNT> {
+    /// Of texel `t` in a grid of `side`² texels.
+    fn new(t: usize, side: usize) -> Self {
+        let mut all = SubSamples {
+            w: [[0.0; COUNT]; 3],
+            solid_angle: [0.0; COUNT],
+        };
+        let fine = COUNT.isqrt();
+        for s in 0..COUNT {
+            let offset = Vec2::new((s % fine) as f32 + 0.5, (s / fine) as f32 + 0.5) / fine as f32;
+            let uv = (Vec2::new((t % side) as f32, (t / side) as f32) + offset) / side as f32;
+            let w = direction_from_square(uv);
+            for axis in 0..3 {
+                all.w[axis][s] = w[axis];
+            }
+            all.solid_angle[s] = solid_angle_density(uv) / ((side * fine) as f32).powi(2);
+        }
+        all
+    }
+
+    fn direction(&self, s: usize) -> Vec3 {
+        Vec3::new(self.w[0][s], self.w[1][s], self.w[2][s])
+    }
+}
+
+/// See the module.
+#[derive(Debug)]
+pub(super) struct Grid {
+    side: usize,
+    /// Texel centers.
+    centers: Vec<Vec3>,
+    /// Integrals of the bilinear hat functions over the sphere, in sr.
+    pub(super) hats: Vec<f32>,
+    fine: Vec<SubSamples<{ FINE * FINE }>>,
+    coarse: Vec<SubSamples<{ COARSE * COARSE }>>,
+}
+
+impl Grid {
+    /// A grid of `side`² texels; `side` must be even.
+    pub(super) fn new(side: usize) -> Self {
+        assert!(
+            side >= 2 && side.is_multiple_of(2),
+            "tables are made of blocks of 2 x 2 texels"
+        );
+        let mut hats = vec![0.0; side * side];
+        for t in 0..side * side {
+            const COUNT: usize = 4 * FINE * FINE;
+            let samples = SubSamples::<COUNT>::new(t, side);
+            for s in 0..COUNT {
+                for (texel, weight) in bilinear(samples.direction(s), side) {
+                    hats[texel] += weight * samples.solid_angle[s];
+                }
+            }
+        }
+        let texels = 0..side * side;
+        Grid {
+            side,
+            centers: texels.clone().map(|t| texel_direction(t, side)).collect(),
+            hats,
+            fine: texels.clone().map(|t| SubSamples::new(t, side)).collect(),
+            coarse: texels.map(|t| SubSamples::new(t, side)).collect(),
+        }
+    }
+
+    /// Texels along an edge.
+    pub(super) fn side(&self) -> usize {
+        self.side
+    }
+
+    /// The direction of a texel's center.
+    pub(super) fn center(&self, t: usize) -> Vec3 {
+        self.centers[t]
+    }
+
+    /// The first texels of all blocks of 2 x 2.
+    pub(super) fn blocks(&self) -> impl Iterator<Item = usize> {
+        let (side, half) = (self.side, self.side / 2);
+        (0..half * half).map(move |b| 2 * (b / half) * side + 2 * (b % half))
+    }
+
+    /// The four texels of the block whose first is `corner`.
+    pub(super) fn block(&self, corner: usize) -> [usize; 4] {
+        [
+            corner,
+            corner + 1,
+            corner + self.side,
+            corner + self.side + 1,
+        ]
+    }
+
+    /// Some directions within a texel, with their shares of its solid angle.
+    pub(super) fn within_texel(&self, t: usize) -> impl Iterator<Item = (Vec3, f32)> {
+        let samples = &self.coarse[t];
+        let total: f32 = samples.solid_angle.iter().sum();
+        (0..COARSE * COARSE).map(move |s| (samples.direction(s), samples.solid_angle[s] / total))
+    }
+
+    /// Integral of the bilinear function over the sphere, or above the horizon of `n`: all hats, less what leaks below.
+    pub(super) fn integral(&self, texels: &[Rgb], n: Option<Vec3>) -> Rgb {
+        let mut sum = [0.0f64; 3];
+        for (texel, &hat) in texels.iter().zip(&self.hats) {
+            for (s, v) in sum.iter_mut().zip(texel.to_array()) {
+                *s += f64::from(v) * f64::from(hat);
+            }
+        }
+        if let Some(n) = n {
+            let below = Isa::best().run(BelowHorizon {
+                grid: self,
+                texels,
+                n,
+            });
+            for (s, b) in sum.iter_mut().zip(below) {
+                *s -= b;
+            }
+        }
+        Rgb::new(sum[0] as f32, sum[1] as f32, sum[2] as f32)
+    }
+}
+
+/// Integral of the bilinear function below the horizon of `n`, of a table that is black in all texels whose centers are below.
+struct BelowHorizon<'a> {
+    grid: &'a Grid,
+    texels: &'a [Rgb],
+    n: Vec3,
+}
+
+impl Kernel for BelowHorizon<'_> {
+    type Output = [f64; 3];
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _s: S) -> [f64; 3] {
+        let BelowHorizon { grid, texels, n } = self;
+        let side = grid.side as i32;
+        // Texels that reach below the horizon, and those next to one above: a texel measures at most 4.3 / side from
+        // center to corner.
+        let (above, below) = (4.5 / side as f32, -9.5 / side as f32);
+        let mut sum = [0.0f64; 3];
+        for (t, center) in grid.centers.iter().enumerate() {
+            if !(below..above).contains(&center.dot(n)) {
+                continue;
+            }
+            let (i, j) = (t as i32 % side, t as i32 / side);
+            let shares = neighbor_shares(&grid.fine[t], n);
+            for (k, share) in shares.into_iter().enumerate() {
+                let (di, dj) = (k as i32 % 3 - 1, k as i32 / 3 - 1);
+                let texel = texels[wrapped_texel(i + di, j + dj, side) as usize];
+                for (s, v) in sum.iter_mut().zip(texel.to_array()) {
+                    *s += f64::from(v * share);
+                }
+            }
+        }
+        sum
+    }
+}
+
+/// How much of a texel's solid angle is below the horizon of `n`, divided among the nine texels around it as the bilinear function
+/// weighs them.
+#[inline(always)]
+fn neighbor_shares(samples: &SubSamples<{ FINE * FINE }>, n: Vec3) -> [f32; 9] {
+    let mut below = [0.0; FINE * FINE];
+    for (s, below) in below.iter_mut().enumerate() {
+        let cos = samples.w[0][s] * n.x + samples.w[1][s] * n.y + samples.w[2][s] * n.z;
+        // A sub-sample on the horizon counts by the part of it that is below.
+        let solid_angle = samples.solid_angle[s];
+        *below = (0.5 - cos / solid_angle.sqrt()).clamp(0.0, 1.0) * solid_angle;
+    }
+    // By rows first, then by columns.
+    let mut columns = [[0.0; FINE]; 3];
+    for (row, below) in below.chunks_exact(FINE).enumerate() {
+        for (dj, column) in columns.iter_mut().enumerate() {
+            for (sum, below) in column.iter_mut().zip(below) {
+                *sum += HATS[dj][row] * below;
+            }
+        }
+    }
+    std::array::from_fn(|k| {
+        let column = columns[k / 3].iter().zip(&HATS[k % 3]);
+        column.map(|(sum, hat)| sum * hat).sum()
+    })
+}
+
+/// For each sub-sample along an edge the weights of the texel before, the own and the next one.
+const HATS: [[f32; FINE]; 3] = hats();
+
+const fn hats() -> [[f32; FINE]; 3] {
+    let mut hats = [[0.0; FINE]; 3];
+    let mut s = 0;
+    while s < FINE {
+        let from_center = (s as f32 + 0.5) / FINE as f32 - 0.5;
+        if from_center < 0.0 {
+            hats[0][s] = -from_center;
+            hats[1][s] = 1.0 + from_center;
+        } else {
+            hats[1][s] = 1.0 - from_center;
+            hats[2][s] = from_center;
+        }
+        s += 1;
+    }
+    hats
+}
