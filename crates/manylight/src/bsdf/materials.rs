@@ -20,6 +20,7 @@ use crate::geometry::SurfacePoint;
 use crate::ids::{MaterialId, TextureId};
 use crate::math::{Vec2, Vec3};
 use crate::texture::{ColorInput, FloatInput, Texture};
+use rayon::prelude::*;
 
 /// What makes one rough coat differ from another.
 type CoatKey = (Distribution, u32, u32);
@@ -58,7 +59,7 @@ impl Materials {
         let coat = |(distribution, alpha, eta)| {
             Coat::new(distribution, f32::from_bits(alpha), f32::from_bits(eta))
         };
-        let coats = keys.into_iter().map(coat).collect();
+        let coats = keys.into_par_iter().map(coat).collect();
         Materials {
             materials,
             coats,

@@ -57,9 +57,11 @@ struct Source {
     kind: Kind,
     /// Probability of being chosen for direct light.
     pmf: f32,
-    /// Where photons are useful, once a pilot has found out.
-    guide: Option<LocalGuide>,
 }
+
+/// Where photons are useful: for each emitter at infinity, what a pilot has found out.
+#[derive(Clone, Debug)]
+pub(super) struct Guides(Vec<Option<LocalGuide>>);
 
 /// A guide over directions and a disc of its own, across the sphere that holds what the pilot found lit.
 #[derive(Clone, Debug)]
@@ -144,7 +146,6 @@ impl Distant {
                     emitter: EmitterId::from(i),
                     kind,
                     pmf: strength,
-                    guide: None,
                 });
             }
         }
@@ -251,10 +252,16 @@ impl Distant {
     }
 
     /// A ray of light from `emitter` into the bounding sphere, and its flux.
-    pub(super) fn emit(&self, emitter: EmitterId, u: EmissionPoint) -> Option<(Ray, Rgb)> {
-        let source = self.sources.iter().find(|s| s.emitter == emitter)?;
+    pub(super) fn emit(
+        &self,
+        emitter: EmitterId,
+        guides: Option<&Guides>,
+        u: EmissionPoint,
+    ) -> Option<(Ray, Rgb)> {
+        let index = self.sources.iter().position(|s| s.emitter == emitter)?;
+        let source = &self.sources[index];
         let mut point = [u.direction.x, u.direction.y, u.position.x, u.position.y];
-        let guide = source.guide.as_ref();
+        let guide = guides.and_then(|guides| guides.0[index].as_ref());
         let guided = guide.filter(|_| !split(u.guide, UNGUIDED_SHARE).0);
         if let Some(local) = guided {
             point = local.guide.warp(point);
@@ -336,12 +343,13 @@ impl Distant {
         arrivals
     }
 
-    /// Teaches the emission of photons.
-    pub(super) fn set_guides(&mut self, arrivals: &[Arrival]) {
-        for source in 0..self.sources.len() {
+    /// Where photons of each emitter are useful.
+    pub(super) fn guides(&self, arrivals: &[Arrival]) -> Guides {
+        let guide = |source: usize| {
             let own: Vec<&Arrival> = arrivals.iter().filter(|a| a.source == source).collect();
-            self.sources[source].guide = self.learn(&own);
-        }
+            self.learn(&own)
+        };
+        Guides((0..self.sources.len()).map(guide).collect())
     }
 
     fn learn(&self, arrivals: &[&Arrival]) -> Option<LocalGuide> {
@@ -379,11 +387,10 @@ impl Distant {
         Some(local)
     }
 
-    /// Emitters and by how much the guide concentrates their photons.
-    pub(super) fn gains(&self) -> impl Iterator<Item = (EmitterId, f32)> + '_ {
-        self.sources
-            .iter()
-            .map(|s| (s.emitter, s.guide.as_ref().map_or(1.0, |local| local.gain)))
+    /// Emitters and by how much the guides concentrate their photons.
+    pub(super) fn gains(&self, guides: &Guides) -> impl Iterator<Item = (EmitterId, f32)> {
+        let gains = guides.0.iter().map(|g| g.as_ref().map_or(1.0, |g| g.gain));
+        self.sources.iter().map(|s| s.emitter).zip(gains)
     }
 
     /// Index of a source, and what is left of `u`.

@@ -6,6 +6,7 @@ use crate::color::Rgb;
 use crate::image::Image;
 use crate::math::trig::{atan2_turns, sin_cos_turns};
 use crate::math::{Mat3, Vec2, Vec3, float::safe_sqrt};
+use rayon::prelude::*;
 use std::f32::consts::{PI, TAU};
 
 /// An image in latitude-longitude form. As in Mitsuba's `envmap`: with `d` the direction in the emitter's own frame (y up),
@@ -75,15 +76,22 @@ impl EnvironmentSampler {
         let tiles = Tiles::new(environment, |row, corners| {
             luminance(corners) * solid_angles[row]
         })?;
+        let row_sums: Vec<(Rgb, f64)> = (0..rows)
+            .into_par_iter()
+            .map(|row| {
+                let (mut sum, mut weight) = (Rgb::BLACK, 0.0f64);
+                for column in 0..width {
+                    let corners = tiles.corners(column, row);
+                    sum += interpolate(&corners, Vec2::splat(0.5));
+                    weight += f64::from(luminance(&corners) * solid_angles[row]);
+                }
+                (sum * solid_angles[row], weight)
+            })
+            .collect();
         let (mut total, mut weight) = (Rgb::BLACK, 0.0f64);
-        for (row, &solid_angle) in solid_angles.iter().enumerate() {
-            let mut row_total = Rgb::BLACK;
-            for column in 0..width {
-                let corners = tiles.corners(column, row);
-                row_total += interpolate(&corners, Vec2::splat(0.5));
-                weight += f64::from(luminance(&corners) * solid_angle);
-            }
-            total += row_total * solid_angle;
+        for (row_total, row_weight) in row_sums {
+            total += row_total;
+            weight += row_weight;
         }
         // Within a cell the density follows the luminance, whose mean is a quarter of the sum over corners; dω = 2π² sinθ du dv.
         let scale = 4.0 * (width * rows) as f64 / (weight * 2.0 * std::f64::consts::PI.powi(2));

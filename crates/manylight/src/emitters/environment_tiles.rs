@@ -8,6 +8,7 @@ use crate::color::Rgb;
 use crate::math::Vec2;
 use crate::math::prefetch::prefetch;
 use crate::sampling::alias::Alias;
+use rayon::prelude::*;
 
 /// Cells along the edge of a tile. A cell is the rectangle between four texel centers.
 const EDGE: usize = 4;
@@ -54,17 +55,18 @@ impl Tiles {
     /// Cells are chosen in proportion to `weight(row, corners)`. `None` if none is positive.
     pub(super) fn new(
         environment: &Environment,
-        weight: impl Fn(usize, &Corners) -> f32,
+        weight: impl Fn(usize, &Corners) -> f32 + Sync,
     ) -> Option<Self> {
         let image = &environment.image;
         let (width, height) = (image.width, (image.height - 1).max(1));
         let (across, down) = (width.div_ceil(EDGE), height.div_ceil(EDGE));
-        let texel = |column: usize, row: usize| {
-            image.rgb(column % width, row.min(image.height - 1)) * environment.scale
-        };
         let tile = |i: usize| {
             let (left, top) = (i % across * EDGE, i / across * EDGE);
-            let texels = std::array::from_fn(|k| texel(left + k % TEXELS, top + k / TEXELS));
+            let columns: [usize; TEXELS] = std::array::from_fn(|k| (left + k) % width);
+            let rows: [usize; TEXELS] = std::array::from_fn(|k| (top + k).min(image.height - 1));
+            let texels = std::array::from_fn(|k| {
+                image.rgb(columns[k % TEXELS], rows[k / TEXELS]) * environment.scale
+            });
             let mut tile = Tile {
                 running: [0.0; EDGE * EDGE],
                 texels,
@@ -79,7 +81,7 @@ impl Tiles {
             }
             tile
         };
-        let tiles: Vec<Tile> = (0..across * down).map(tile).collect();
+        let tiles: Vec<Tile> = (0..across * down).into_par_iter().map(tile).collect();
         let totals: Vec<f32> = tiles.iter().map(Tile::total).collect();
         let row_sums: Vec<f32> = totals
             .chunks_exact(across)
@@ -92,7 +94,7 @@ impl Tiles {
             tiles,
             rows: Alias::new(&row_sums)?,
             columns: totals
-                .chunks_exact(across)
+                .par_chunks_exact(across)
                 .map(|row| Alias::new(row).unwrap_or_default())
                 .collect(),
         })

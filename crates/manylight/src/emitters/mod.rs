@@ -31,7 +31,7 @@ use crate::sampling::alias::Alias;
 use crate::sampling::warp;
 use crate::texture::{ColorInput, Texture};
 pub use distant::DistantPlan;
-use distant::{Arrival, BoundingSphere, Distant, EmissionPoint};
+use distant::{Arrival, BoundingSphere, Distant, EmissionPoint, Guides};
 use light_tree::LightTree;
 use part_list::PartList;
 use parts::Form;
@@ -39,6 +39,7 @@ use pilot::Pilot;
 use point::{cone_direction, point_intensity};
 use rayon::prelude::*;
 use std::f32::consts::PI;
+use std::sync::OnceLock;
 use strength::Strength;
 use warp_within::split;
 
@@ -105,12 +106,22 @@ pub struct Emitters {
     powers: Vec<Rgb>,
     /// Chooses an emitter for a photon, by power.
     emission: Option<Alias>,
+    /// Once the pilot has found out.
+    guided: OnceLock<GuidedEmission>,
     parts: PartList,
     /// Chooses a part for direct light.
     tree: LightTree,
     distant: Distant,
     /// Probability that direct light asks the distant emitters.
     distant_share: f32,
+}
+
+/// What the pilot has found out about photons of distant emitters.
+#[derive(Debug)]
+struct GuidedEmission {
+    guides: Guides,
+    /// Replaces [`Emitters::emission`]: a photon of a guided emitter carries less flux, so that fewer of them are as good.
+    choice: Option<Alias>,
 }
 
 /// Where local and distant emitters compete for direct light, each gets at least this share.
@@ -143,6 +154,7 @@ impl Emitters {
         Emitters {
             powers,
             emission: Alias::new(&strengths),
+            guided: OnceLock::new(),
             parts,
             tree,
             distant,
@@ -163,7 +175,9 @@ impl Emitters {
         textures: &[Texture],
         u: EmissionNumbers,
     ) -> Option<EmissionSample> {
-        let (index, pmf) = self.emission.as_ref()?.sample(u.emitter);
+        let guided = self.guided.get();
+        let choice = guided.map_or(&self.emission, |guided| &guided.choice);
+        let (index, pmf) = choice.as_ref()?.sample(u.emitter);
         let emitter = EmitterId::from(index);
         let (ray, flux, surface) = match &self.emitters[index] {
             Emitter::Area { radiance } => {
@@ -193,7 +207,9 @@ impl Emitters {
                     direction: u.direction,
                     guide: u.part,
                 };
-                let (ray, flux) = self.distant.emit(emitter, point)?;
+                let (ray, flux) = self
+                    .distant
+                    .emit(emitter, guided.map(|g| &g.guides), point)?;
                 (ray, flux, None)
             }
         };
@@ -209,14 +225,15 @@ impl Emitters {
     /// asks at each of its points for light from afar. Without it an interior gets few photons through its windows.
     /// `see_through` names surfaces that the pilot ignores: glass in windows.
     ///
-    /// Changes only densities, never what is estimated; the same rays give the same guide. Without distant emitters, nothing happens.
+    /// Changes only densities, never what is estimated; the same rays give the same guide. Without distant emitters, or once
+    /// they are taught, nothing happens.
     pub fn guide_emission(
-        &mut self,
+        &self,
         geometry: &Geometry,
-        rays: &[Ray],
+        rays: impl FnOnce() -> Vec<Ray>,
         see_through: impl Fn(PrimitiveId) -> bool + Sync,
     ) {
-        if self.distant.is_empty() {
+        if self.distant.is_empty() || self.guided.get().is_some() {
             return;
         }
         let pilot = Pilot {
@@ -224,18 +241,19 @@ impl Emitters {
             distant: &self.distant,
             see_through: &see_through,
         };
-        let walks = rays
-            .par_iter()
+        let walks = rays()
+            .into_par_iter()
             .enumerate()
-            .map(|(i, ray)| pilot.walk(*ray, i as u64));
+            .map(|(i, ray)| pilot.walk(ray, i as u64));
         let arrivals: Vec<Arrival> = walks.collect::<Vec<_>>().into_iter().flatten().collect();
-        self.distant.set_guides(&arrivals);
-        // A photon of a guided emitter carries less flux, so that fewer of them are as good.
+        let guides = self.distant.guides(&arrivals);
         let mut strengths: Vec<f32> = self.powers.iter().map(|p| p.strength()).collect();
-        for (emitter, gain) in self.distant.gains() {
+        for (emitter, gain) in self.distant.gains(&guides) {
             strengths[emitter.index()] /= gain;
         }
-        self.emission = Alias::new(&strengths);
+        let choice = Alias::new(&strengths);
+        // Two threads may come here at once: both find the same, and neither waits, which a task of a pool must not.
+        let _ = self.guided.set(GuidedEmission { guides, choice });
     }
 
     /// A photon from an area emitter, before the choice of the emitter is divided out.

@@ -1,7 +1,7 @@
 //! The pilot that finds out where light from afar gets in.
 
 use super::distant::{Arrival, Distant};
-use crate::geometry::{Geometry, Ray, SurfacePoint};
+use crate::geometry::{Geometry, Ray, SurfaceRef};
 use crate::ids::PrimitiveId;
 use crate::math::{Frame, Vec3};
 use crate::sampling::{Sampler, Stream, warp};
@@ -26,7 +26,8 @@ impl<F: Fn(PrimitiveId) -> bool> Pilot<'_, F> {
         let mut sampler = Sampler::new(0, 0, Stream::Pass, index);
         let mut arrivals = Vec::new();
         for _ in 0..PILOT_BOUNCES {
-            let Some(x) = self.nearest(ray) else { break };
+            let Some(at) = self.nearest(ray) else { break };
+            let x = self.geometry.surface_point(at);
             let n = x.normal_towards(-ray.d);
             let is_free = |wi: Vec3| self.nearest(x.spawn(wi)).is_none();
             arrivals.extend(
@@ -42,15 +43,13 @@ impl<F: Fn(PrimitiveId) -> bool> Pilot<'_, F> {
     }
 
     /// The nearest surface that is not ignored.
-    fn nearest(&self, mut ray: Ray) -> Option<SurfacePoint> {
+    fn nearest(&self, mut ray: Ray) -> Option<SurfaceRef> {
         for _ in 0..PILOT_CROSSINGS {
-            let x = self
-                .geometry
-                .surface_point(self.geometry.intersect(&ray)?.at);
-            if !(self.see_through)(x.at.primitive) {
-                return Some(x);
+            let at = self.geometry.intersect(&ray)?.at;
+            if !(self.see_through)(at.primitive) {
+                return Some(at);
             }
-            ray = x.spawn(ray.d);
+            ray = self.geometry.surface_point(at).spawn(ray.d);
         }
         None
     }

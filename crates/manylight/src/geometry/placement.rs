@@ -227,7 +227,10 @@ impl Placement {
     /// Appends the triangles of a mesh in the space that the transform leads to.
     pub(super) fn bake(&self, out: &mut Vec<[Vec3; 3]>) {
         if let Placement::Mesh { triangles, .. } = self {
-            out.extend(triangles.iter().map(|triangle| triangle.corners));
+            // Small meshes are copied before another thread could come to help.
+            const SMALL: usize = 1 << 14;
+            let corners = triangles.par_iter().with_min_len(SMALL);
+            out.par_extend(corners.map(|triangle| triangle.corners));
         }
     }
 

@@ -36,6 +36,7 @@ pub(super) fn render_pass(
     let path_count = u64::from(size.x) * u64::from(size.y);
     let mut frame = vec![Rgb::BLACK; path_count as usize];
     run.stats.time("shade", || {
+        scene.guide_emission();
         // Tasks splat in parallel into lists of their own, which are added in order: any thread count gives the same sums.
         let lists: Vec<Vec<Splat>> = (0..path_count.div_ceil(PATHS_PER_TASK))
             .into_par_iter()

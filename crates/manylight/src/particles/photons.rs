@@ -49,6 +49,7 @@ pub fn trace_photons(
     path_count: u32,
     pass: Pass,
 ) -> Vec<Photon> {
+    scene.guide_emission();
     let tasks: Vec<Vec<Photon>> = (0..path_count.div_ceil(PATHS_PER_TASK))
         .into_par_iter()
         .map(|task| {

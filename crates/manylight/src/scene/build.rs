@@ -3,10 +3,9 @@
 use super::{InstanceDesc, PrimitiveDesc, Scene, SceneDesc, SceneError};
 use crate::bsdf::{Material, Materials};
 use crate::emitters::{Emitter, Emitters};
-use crate::geometry::{Geometry, Instance, Mesh, Primitive, Ray, Shape};
-use crate::ids::{MaterialId, PrimitiveId, TextureId};
+use crate::geometry::{Geometry, Instance, Mesh, Primitive, Shape};
+use crate::ids::{MaterialId, TextureId};
 use crate::math::{Affine3A, UVec2, Vec3};
-use crate::sampling::{Pass, Stream};
 use crate::sensors::{Sensor, SensorDesc};
 use crate::texture::{ColorInput, FloatInput};
 
@@ -23,9 +22,8 @@ pub(super) fn build(mut desc: SceneDesc, sensor: usize) -> Result<Scene, SceneEr
     let primitives = placed.map(|p| primitive(p, &materials)).collect();
     let instances = desc.instances.iter().map(instance).collect();
     let geometry = Geometry::build(desc.shapes, primitives, groups, instances);
-    let mut emitters = Emitters::new(desc.emitters, &geometry, &desc.textures);
+    let emitters = Emitters::new(desc.emitters, &geometry, &desc.textures);
     let sensor = Sensor::new(desc.sensors.swap_remove(sensor));
-    guide_emission(&mut emitters, &geometry, &materials, &sensor);
     Ok(Scene {
         geometry,
         materials,
@@ -34,34 +32,6 @@ pub(super) fn build(mut desc: SceneDesc, sensor: usize) -> Result<Scene, SceneEr
         sensor,
         limits: desc.limits,
     })
-}
-
-/// Camera rays that teach photons from afar which windows the camera's surroundings are lit through.
-const GUIDE_RAYS: u64 = 16_384;
-
-fn guide_emission(
-    emitters: &mut Emitters,
-    geometry: &Geometry,
-    materials: &Materials,
-    sensor: &Sensor,
-) {
-    let film = sensor.desc().film.crop_size.as_vec2();
-    let pass = Pass { seed: 0, index: 0 };
-    let rays: Vec<Ray> = (0..GUIDE_RAYS)
-        .map(|i| {
-            let mut sampler = pass.sampler(Stream::Pass, i);
-            sensor.ray(sampler.next_2d() * film, sampler.next_2d()).ray
-        })
-        .collect();
-    let is_glass = |id: PrimitiveId| {
-        let material = geometry.primitives()[id.index()].material;
-        materials.is_transparent(material)
-            || matches!(
-                materials.descriptions()[material.index()],
-                Material::Dielectric { .. }
-            )
-    };
-    emitters.guide_emission(geometry, &rays, is_glass);
 }
 
 fn primitive(desc: PrimitiveDesc, materials: &Materials) -> Primitive {

@@ -9,12 +9,17 @@ mod tests;
 pub use desc::{InstanceDesc, PathLimits, PrimitiveDesc, SceneDesc};
 pub use error::SceneError;
 
-use crate::bsdf::{Bsdf, Materials};
+use crate::bsdf::{Bsdf, Material, Materials};
 use crate::color::Rgb;
 use crate::emitters::Emitters;
 use crate::geometry::{Geometry, Hit, Ray, Segment, Shape, SurfacePoint, SurfaceRef};
+use crate::ids::PrimitiveId;
+use crate::sampling::{Pass, Stream};
 use crate::sensors::Sensor;
 use crate::texture::Texture;
+
+/// Camera rays that teach photons from afar.
+const GUIDE_RAYS: u64 = 16_384;
 
 /// The world that transport works in. Immutable; shared by all threads.
 #[derive(Debug)]
@@ -41,6 +46,30 @@ impl Scene {
     /// no such sensor, an empty film.
     pub fn build(desc: SceneDesc, sensor: usize) -> Result<Scene, SceneError> {
         build::build(desc, sensor)
+    }
+
+    /// Teaches photons from afar which windows the camera's surroundings are lit through; to be called before any is emitted.
+    /// Methods without photons never need it, and all calls but the first do nothing.
+    pub fn guide_emission(&self) {
+        let rays = || {
+            let film = self.sensor.desc().film.crop_size.as_vec2();
+            let pass = Pass { seed: 0, index: 0 };
+            let ray = |i: u64| {
+                let mut sampler = pass.sampler(Stream::Pass, i);
+                let at = sampler.next_2d() * film;
+                self.sensor.ray(at, sampler.next_2d()).ray
+            };
+            (0..GUIDE_RAYS).map(ray).collect()
+        };
+        let is_glass = |id: PrimitiveId| {
+            let material = self.geometry.primitives()[id.index()].material;
+            self.materials.is_transparent(material)
+                || matches!(
+                    self.materials.descriptions()[material.index()],
+                    Material::Dielectric { .. }
+                )
+        };
+        self.emitters.guide_emission(&self.geometry, rays, is_glass);
     }
 
     /// The nearest surface.

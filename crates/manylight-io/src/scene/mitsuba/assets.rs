@@ -157,18 +157,22 @@ impl Assets {
     /// Reads all files and puts them where they belong.
     pub(super) fn load(self, desc: &mut SceneDesc, sink: &Sink) {
         let Assets { meshes, images, .. } = self;
-        let loaded: Vec<_> = meshes
-            .par_iter()
-            .map(|(request, ..)| read_mesh(request))
-            .collect();
-        for ((_, shape, place), mesh) in meshes.iter().zip(loaded) {
+        let (read_meshes, read_images): (Vec<_>, Vec<_>) = rayon::join(
+            || {
+                meshes
+                    .par_iter()
+                    .map(|(request, ..)| read_mesh(request))
+                    .collect()
+            },
+            || images.par_iter().map(read_pixels).collect(),
+        );
+        for ((_, shape, place), mesh) in meshes.iter().zip(read_meshes) {
             match mesh {
                 Ok(mesh) => desc.shapes[shape.index()] = Shape::Mesh(mesh),
                 Err(error) => report(sink, *place, &error, "mesh"),
             }
         }
-        let loaded: Vec<_> = images.par_iter().map(read_pixels).collect();
-        for (request, image) in images.into_iter().zip(loaded) {
+        for (request, image) in images.into_iter().zip(read_images) {
             match image {
                 Ok(image) => distribute(desc, request.targets, image),
                 Err(error) => report(sink, request.place, &error, "image"),

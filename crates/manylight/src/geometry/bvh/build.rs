@@ -1,13 +1,16 @@
 //! From boxes to a tree of eight-wide nodes.
 //!
-//! `obvhs` makes a binary tree (PLOC, then reinsertion). Which of its nodes become wide nodes and which leaves is decided
-//! by dynamic programming over the surface area heuristic: Ylitie et al., "Efficient Incoherent Ray Traversal on GPUs
-//! Through Compressed Wide BVHs", HPG 2017, section 3.1. A leaf costs the same for one item as for eight.
+//! Which nodes of a binary tree become wide nodes and which leaves is decided by dynamic programming over the surface area
+//! heuristic: Ylitie et al., "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", HPG 2017, section 3.1.
+//! A leaf costs the same for one item as for eight.
+//! Subtrees are decided and written in parallel; where they are cut off does not depend on the number of threads.
 
+use super::binary::{BinaryNode, binary_tree};
 use crate::math::{Aabb, Vec3};
 use crate::simd::NARROW;
-use obvhs::bvh2::{Bvh2, node::Bvh2Node, reinsertion::ReinsertionOptimizer};
-use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
+use rayon::prelude::*;
+use std::collections::HashMap;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// A child word with this bit names a leaf, without it a node. 0 is no child: the root is nobody's child.
 pub(super) const LEAF: u32 = 1 << 31;
@@ -17,9 +20,6 @@ pub(super) const MAX_DEPTH: usize = 36;
 
 /// Below this depth subtrees are split evenly: eleven more levels hold 2^33 items.
 const BALANCED_DEPTH: usize = MAX_DEPTH - 11;
-
-/// Share of the binary nodes that each round of reinsertion considers.
-const REINSERTED_SHARE: f32 = 0.15;
 
 /// Cost of testing a leaf in units of the cost of testing a node.
 const LEAF_COST: f32 = 1.2;
@@ -74,27 +74,41 @@ impl Tree {
             return Tree::default();
         }
         let binary = binary_tree(boxes);
-        let plan = Plan::new(&binary, max_leaf);
-        let mut emitter = Emitter {
+        let emitter = Emitter {
             binary: &binary,
-            plan,
+            plan: Plan::new(&binary, max_leaf),
             boxes,
             max_leaf,
-            tree: Tree::default(),
         };
-        // The root is always a node, even over a single leaf: traversal has one case less.
-        emitter.tree.nodes.push(empty_node());
-        let children = if binary.nodes[0].is_leaf() {
-            vec![0]
-        } else {
-            emitter.plan.children(&binary, 0)
-        };
-        emitter.fill_node(0, &children, 1);
-        let mut tree = emitter.tree;
+        let mut tree = emitter.tree();
         tree.leaves.push(tree.items.len() as u32);
         tree.note_items_below();
-        tree.bounds = Some(boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(*b)));
+        tree.bounds = Some(binary[0].bounds);
         tree
+    }
+
+    /// The word for a leaf that holds the items added from now on.
+    fn begin_leaf(&mut self) -> u32 {
+        self.leaves.push(self.items.len() as u32);
+        LEAF | (self.leaves.len() - 1) as u32
+    }
+
+    /// Appends a subtree, and says where its root stands now.
+    fn append(&mut self, mut part: Tree) -> u32 {
+        let (nodes, leaves) = (self.nodes.len() as u32, self.leaves.len() as u32);
+        let items = self.items.len() as u32;
+        for word in part.nodes.iter_mut().flat_map(|node| &mut node.children) {
+            *word += match *word {
+                0 => 0,
+                leaf if leaf & LEAF != 0 => leaves,
+                _ => nodes,
+            };
+        }
+        self.nodes.append(&mut part.nodes);
+        self.leaves
+            .extend(part.leaves.iter().map(|first| first + items));
+        self.items.append(&mut part.items);
+        nodes
     }
 
     /// Children stand behind their parents, so one walk from the end counts all.
@@ -121,97 +135,107 @@ impl Tree {
     }
 }
 
-fn binary_tree(boxes: &[Aabb]) -> Bvh2 {
-    let boxes: Vec<obvhs::aabb::Aabb> = boxes
-        .iter()
-        .map(|b| obvhs::aabb::Aabb::new(b.min.to_vec3a(), b.max.to_vec3a()))
-        .collect();
-    let indices = (0..boxes.len() as u32).collect();
-    let mut binary = PlocBuilder::with_capacity(boxes.len()).build(
-        PlocSearchDistance::Medium,
-        &boxes,
-        indices,
-        SortPrecision::U64,
-        3,
-    );
-    ReinsertionOptimizer::default().run(&mut binary, REINSERTED_SHARE, None);
-    binary
+/// For each binary node the cheapest way to represent it by up to `i` wide subtrees, for `i` = 1 to 8: words of [`Choices`],
+/// atomic because several threads write, each to nodes of its own.
+struct Plan(Vec<AtomicU32>);
+
+/// The choices at a binary node, in one word.
+#[derive(Clone, Copy)]
+struct Choices(u32);
+
+/// What a parent must know of a subtree to choose.
+#[derive(Clone, Copy)]
+struct Priced {
+    /// At `i - 1`: cost of up to `i` wide subtrees.
+    cost: [f32; NARROW],
+    items: u32,
 }
 
-fn left(node: &Bvh2Node) -> usize {
-    node.first_index as usize
-}
+impl Choices {
+    /// `share[i - 1]` of the `i` subtrees go to the left child. Bit `i - 1` of `fewer`: `i - 1` subtrees are no dearer than
+    /// `i`. Its bit 0: this node becomes a leaf.
+    fn new(share: [u32; NARROW], fewer: u32) -> Self {
+        // One subtree has nothing to share: the first place is that of `fewer`.
+        let shares = (1..NARROW).fold(0, |word, i| word | share[i] << (3 * i + 5));
+        Choices(shares | fewer)
+    }
 
-/// For each binary node: the cheapest way to represent it by up to `i` wide subtrees, for `i` = 1 to 8.
-struct Plan {
-    cost: Vec<[f32; NARROW]>,
-    /// At `i - 1`: how many of the `i` subtrees the left child gets.
-    share: Vec<[u8; NARROW]>,
-    /// Bit `i - 1`: `i - 1` subtrees are no dearer than `i`. Bit 0: this node becomes a leaf.
-    fewer: Vec<u8>,
+    fn is_leaf(self) -> bool {
+        self.0 & 1 != 0
+    }
+
+    fn takes_fewer(self, slots: usize) -> bool {
+        self.0 >> (slots - 1) & 1 != 0
+    }
+
+    fn share(self, slots: usize) -> usize {
+        (self.0 >> (3 * slots + 2) & 7) as usize
+    }
 }
 
 impl Plan {
-    fn new(binary: &Bvh2, max_leaf: usize) -> Self {
-        let n = binary.nodes.len();
-        let mut plan = Plan {
-            cost: vec![[0.0; NARROW]; n],
-            share: vec![[0; NARROW]; n],
-            fewer: vec![0; n],
-        };
-        let mut counts = vec![0u32; n];
-        for index in parents_first(binary).into_iter().rev() {
-            let node = &binary.nodes[index];
-            let area = node.aabb().half_area();
-            if node.is_leaf() {
-                counts[index] = node.prim_count;
-                plan.cost[index] = [area * LEAF_COST; NARROW];
-                plan.fewer[index] = u8::MAX;
-                continue;
-            }
-            counts[index] = counts[left(node)].saturating_add(counts[left(node) + 1]);
-            plan.decide(index, left(node), area, counts[index] as usize <= max_leaf);
-        }
+    fn new(binary: &[BinaryNode], max_leaf: usize) -> Self {
+        let leaf = Choices::new([0; NARROW], u32::from(u8::MAX));
+        let words = binary.par_iter().map(|_| AtomicU32::new(leaf.0));
+        let plan = Plan(words.collect());
+        let subtrees = subtrees(binary);
+        let below: HashMap<usize, Priced> = subtrees
+            .into_par_iter()
+            .map(|root| (root, plan.price(binary, root, max_leaf, |_| None)))
+            .collect();
+        plan.price(binary, 0, max_leaf, |index| below.get(&index).copied());
         plan
     }
 
-    fn decide(&mut self, index: usize, left: usize, area: f32, fits_leaf: bool) {
-        let (l, r) = (self.cost[left], self.cost[left + 1]);
-        let mut cost = [f32::INFINITY; NARROW];
-        for i in 2..=NARROW {
-            for k in 1..i {
-                let c = l[k - 1] + r[i - k - 1];
-                if c < cost[i - 1] {
-                    cost[i - 1] = c;
-                    self.share[index][i - 1] = k as u8;
+    /// Chooses at all nodes below `root`, down to those that are `known`.
+    fn price(
+        &self,
+        binary: &[BinaryNode],
+        root: usize,
+        max_leaf: usize,
+        known: impl Fn(usize) -> Option<Priced>,
+    ) -> Priced {
+        // Each node, its right subtree, its left subtree: from the end, both children come right before their parent.
+        let (mut order, mut pending) = (Vec::new(), vec![root]);
+        while let Some(index) = pending.pop() {
+            order.push(index);
+            let children = binary[index].children().into_iter().flatten();
+            pending.extend(children.filter(|_| known(index).is_none()));
+        }
+        let mut priced: Vec<Priced> = Vec::new();
+        for index in order.into_iter().rev() {
+            let node = &binary[index];
+            let price = if let Some(price) = known(index) {
+                price
+            } else if node.item().is_some() {
+                Priced {
+                    cost: [node.half_area() * LEAF_COST; NARROW],
+                    items: 1,
                 }
-            }
+            } else {
+                let [.., left, right] = &priced[..] else {
+                    unreachable!("invariant: children come before their parent")
+                };
+                let (price, choices) = choose(node, left, right, max_leaf);
+                self.0[index].store(choices.0, Ordering::Relaxed);
+                priced.truncate(priced.len() - 2);
+                price
+            };
+            priced.push(price);
         }
-        // A node around the best eight, or a leaf.
-        cost[0] = area + cost[NARROW - 1];
-        if fits_leaf && area * LEAF_COST <= cost[0] {
-            cost[0] = area * LEAF_COST;
-            self.fewer[index] |= 1;
-        }
-        for i in 1..NARROW {
-            if cost[i - 1] <= cost[i] {
-                cost[i] = cost[i - 1];
-                self.fewer[index] |= 1 << i;
-            }
-        }
-        self.cost[index] = cost;
+        priced[0]
     }
 
-    fn is_leaf(&self, index: usize) -> bool {
-        self.fewer[index] & 1 != 0
+    fn at(&self, index: usize) -> Choices {
+        Choices(self.0[index].load(Ordering::Relaxed))
     }
 
     /// The binary nodes that become the children of the wide node at the inner binary node `index`.
-    fn children(&self, binary: &Bvh2, index: usize) -> Vec<usize> {
+    fn children(&self, binary: &[BinaryNode], index: usize) -> Vec<usize> {
         let mut children = Vec::with_capacity(NARROW);
         let mut pending = self.halves(binary, index, NARROW).to_vec();
         while let Some((node, mut slots)) = pending.pop() {
-            while slots > 1 && self.fewer[node] >> (slots - 1) & 1 != 0 {
+            while slots > 1 && self.at(node).takes_fewer(slots) {
                 slots -= 1;
             }
             if slots == 1 {
@@ -223,77 +247,153 @@ impl Plan {
         children
     }
 
-    fn halves(&self, binary: &Bvh2, index: usize, slots: usize) -> [(usize, usize); 2] {
-        let share = self.share[index][slots - 1] as usize;
-        let left = left(&binary.nodes[index]);
-        [(left, share), (left + 1, slots - share)]
+    fn halves(&self, binary: &[BinaryNode], index: usize, slots: usize) -> [(usize, usize); 2] {
+        let share = self.at(index).share(slots);
+        let [left, right] = binary[index]
+            .children()
+            .expect("invariant: only inner nodes take several slots");
+        [(left, share), (right, slots - share)]
     }
 }
 
-fn parents_first(binary: &Bvh2) -> Vec<usize> {
-    let mut order = Vec::with_capacity(binary.nodes.len());
-    let mut pending = vec![0];
-    while let Some(index) = pending.pop() {
-        order.push(index);
-        let node = &binary.nodes[index];
-        if !node.is_leaf() {
-            pending.extend([left(node), left(node) + 1]);
+fn choose(node: &BinaryNode, left: &Priced, right: &Priced, max_leaf: usize) -> (Priced, Choices) {
+    let (area, items) = (node.half_area(), left.items.saturating_add(right.items));
+    let mut cost = [f32::INFINITY; NARROW];
+    let (mut share, mut fewer) = ([0; NARROW], 0);
+    for k in 1..NARROW {
+        for i in k..NARROW {
+            let c = left.cost[k - 1] + right.cost[i - k];
+            if c < cost[i] {
+                (cost[i], share[i]) = (c, k as u32);
+            }
         }
     }
-    order
+    // A node around the best eight, or a leaf.
+    cost[0] = area + cost[NARROW - 1];
+    if items as usize <= max_leaf && area * LEAF_COST <= cost[0] {
+        cost[0] = area * LEAF_COST;
+        fewer |= 1;
+    }
+    for i in 1..NARROW {
+        if cost[i - 1] <= cost[i] {
+            cost[i] = cost[i - 1];
+            fewer |= 1 << i;
+        }
+    }
+    (Priced { cost, items }, Choices::new(share, fewer))
 }
 
+/// Roots of disjoint subtrees that hold all leaves, enough of them to keep many threads busy.
+fn subtrees(binary: &[BinaryNode]) -> Vec<usize> {
+    const ENOUGH: usize = 1024;
+    /// Bounds the effort where the tree is more of a list.
+    const LEVELS: usize = 16;
+    let mut level = vec![0];
+    for _ in 0..LEVELS {
+        if level.len() >= ENOUGH {
+            break;
+        }
+        let below = level.iter().flat_map(|&index| {
+            let [left, right] = binary[index].children().unwrap_or([index; 2]);
+            left..=right
+        });
+        level = below.collect();
+    }
+    level
+}
+
+/// Writes the wide nodes.
 struct Emitter<'a> {
-    binary: &'a Bvh2,
+    binary: &'a [BinaryNode],
     plan: Plan,
     boxes: &'a [Aabb],
     max_leaf: usize,
-    tree: Tree,
+}
+
+/// Subtrees below nodes of this depth are written in parallel.
+const CUT_DEPTH: usize = 3;
+
+/// A place in the upper part of the tree for a subtree that is written apart.
+struct Cut {
+    slot: usize,
+    lane: usize,
+    /// The binary node of its root.
+    root: usize,
 }
 
 impl Emitter<'_> {
-    fn fill_node(&mut self, slot: usize, children: &[usize], depth: usize) {
+    fn tree(&self) -> Tree {
+        let mut tree = Tree::default();
+        // The root is always a node, even over a single leaf: traversal has one case less.
+        let children = if self.binary[0].item().is_some() {
+            vec![0]
+        } else {
+            self.plan.children(self.binary, 0)
+        };
+        let mut cuts = Vec::new();
+        tree.nodes.push(empty_node());
+        self.fill_node(&mut tree, 0, &children, 1, &mut cuts);
+        let parts: Vec<Tree> = cuts.par_iter().map(|cut| self.part(cut)).collect();
+        for (cut, part) in cuts.iter().zip(parts) {
+            let root = tree.append(part);
+            tree.nodes[cut.slot].children[cut.lane] = root;
+        }
+        tree
+    }
+
+    fn part(&self, cut: &Cut) -> Tree {
+        let mut part = Tree::default();
+        let children = self.plan.children(self.binary, cut.root);
+        part.nodes.push(empty_node());
+        self.fill_node(&mut part, 0, &children, CUT_DEPTH + 1, &mut Vec::new());
+        part
+    }
+
+    fn fill_node(
+        &self,
+        tree: &mut Tree,
+        slot: usize,
+        children: &[usize],
+        depth: usize,
+        cuts: &mut Vec<Cut>,
+    ) {
         let mut node = empty_node();
         for (lane, &child) in children.iter().enumerate() {
-            let b = self.binary.nodes[child].aabb();
-            set_child(
-                &mut node,
-                lane,
-                Aabb {
-                    min: b.min.into(),
-                    max: b.max.into(),
-                },
-            );
+            set_child(&mut node, lane, self.binary[child].bounds);
         }
         set_order(&mut node, children.len());
         // Siblings stand side by side, so the words of all are known before any is filled.
         for (lane, &child) in children.iter().enumerate() {
-            node.children[lane] = if self.plan.is_leaf(child) {
-                let items = self.items_below(child);
-                self.add_leaf(&items)
+            node.children[lane] = if self.plan.at(child).is_leaf() {
+                self.add_leaf(tree, child)
+            } else if depth == CUT_DEPTH {
+                let root = child;
+                cuts.push(Cut { slot, lane, root });
+                0
             } else {
-                self.tree.nodes.push(empty_node());
-                (self.tree.nodes.len() - 1) as u32
+                tree.nodes.push(empty_node());
+                (tree.nodes.len() - 1) as u32
             };
         }
         for (lane, &child) in children.iter().enumerate() {
             let word = node.children[lane];
-            if word & LEAF != 0 {
+            if word == 0 || word & LEAF != 0 {
                 continue;
             }
             if depth < BALANCED_DEPTH {
                 let grandchildren = self.plan.children(self.binary, child);
-                self.fill_node(word as usize, &grandchildren, depth + 1);
+                self.fill_node(tree, word as usize, &grandchildren, depth + 1, cuts);
             } else {
-                let items = self.items_below(child);
-                self.fill_balanced(word as usize, &items);
+                let mut items = Vec::new();
+                self.collect_items(child, &mut items);
+                self.fill_balanced(tree, word as usize, &items);
             }
         }
-        self.tree.nodes[slot] = node;
+        tree.nodes[slot] = node;
     }
 
     /// Bounds the depth where the binary tree is pathologically deep (coincident or nested items).
-    fn fill_balanced(&mut self, slot: usize, items: &[u32]) {
+    fn fill_balanced(&self, tree: &mut Tree, slot: usize, items: &[u32]) {
         let mut node = empty_node();
         let chunk = items.len().div_ceil(NARROW).max(self.max_leaf);
         let mut count = 0;
@@ -304,39 +404,34 @@ impl Emitter<'_> {
             set_child(&mut node, lane, bounds);
             count = lane + 1;
             node.children[lane] = if part.len() <= self.max_leaf {
-                self.add_leaf(part)
+                let word = tree.begin_leaf();
+                tree.items.extend_from_slice(part);
+                word
             } else {
-                self.tree.nodes.push(empty_node());
-                let child = self.tree.nodes.len() - 1;
-                self.fill_balanced(child, part);
+                tree.nodes.push(empty_node());
+                let child = tree.nodes.len() - 1;
+                self.fill_balanced(tree, child, part);
                 child as u32
             };
         }
         set_order(&mut node, count);
-        self.tree.nodes[slot] = node;
+        tree.nodes[slot] = node;
     }
 
-    fn add_leaf(&mut self, items: &[u32]) -> u32 {
-        self.tree.leaves.push(self.tree.items.len() as u32);
-        self.tree.items.extend_from_slice(items);
-        LEAF | (self.tree.leaves.len() - 1) as u32
+    fn add_leaf(&self, tree: &mut Tree, index: usize) -> u32 {
+        let word = tree.begin_leaf();
+        self.collect_items(index, &mut tree.items);
+        word
     }
 
-    fn items_below(&self, index: usize) -> Vec<u32> {
-        let mut items = Vec::new();
+    /// Appends the items below a binary node.
+    fn collect_items(&self, index: usize, items: &mut Vec<u32>) {
         let mut pending = vec![index];
         while let Some(index) = pending.pop() {
-            let node = &self.binary.nodes[index];
-            if node.is_leaf() {
-                let first = left(node);
-                items.extend_from_slice(
-                    &self.binary.primitive_indices[first..first + node.prim_count as usize],
-                );
-            } else {
-                pending.extend([left(node), left(node) + 1]);
-            }
+            let node = &self.binary[index];
+            items.extend(node.item());
+            pending.extend(node.children().into_iter().flatten());
         }
-        items
     }
 }
 
@@ -363,16 +458,14 @@ fn set_order(node: &mut Node, count: usize) {
             0.5 * node.bounds[a][i] + 0.5 * node.bounds[a + 3][i]
         }))
     };
+    let centers: [Vec3; NARROW] = std::array::from_fn(center);
     node.order = std::array::from_fn(|octant| {
         let direction = Vec3::from_array(std::array::from_fn(|a| {
             if octant >> a & 1 == 0 { 1.0 } else { -1.0 }
         }));
+        let distances = centers.map(|center| center.dot(direction));
         let mut lanes: [usize; NARROW] = std::array::from_fn(|i| i);
-        lanes[..count].sort_by(|&i, &j| {
-            center(j)
-                .dot(direction)
-                .total_cmp(&center(i).dot(direction))
-        });
+        lanes[..count].sort_by(|&i, &j| distances[j].total_cmp(&distances[i]));
         lanes
             .iter()
             .rev()

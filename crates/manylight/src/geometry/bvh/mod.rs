@@ -1,11 +1,13 @@
 //! The acceleration structures: eight-wide bounding volume hierarchies over triangles and over other objects.
 //!
-//! [`build`] makes the tree, [`triangles`] holds the leaves of meshes and their tests, [`traverse`] walks single rays and
+//! [`binary`] and [`reinsert`] make a binary tree, [`build`] widens it, [`triangles`] holds the leaves of meshes and their tests, [`traverse`] walks single rays and
 //! [`packet`] up to 64 with a common origin, [`tile`] up to 64 x 64 between two groups of points. All kernels are written
 //! over [`simd`](crate::simd), and run in the best instruction set that the machine has.
 
+mod binary;
 mod build;
 mod packet;
+mod reinsert;
 mod rows;
 mod shaft;
 mod stack;
@@ -25,6 +27,7 @@ use crate::simd::Instructions;
 use crate::simd::{Isa, Kernel, NARROW, Simd};
 use build::{LEAF, Node, Tree};
 use packet::{EMPTY_STACK, Packet, RAYS};
+use rayon::prelude::*;
 use stack::WordStack;
 use tile::{SIDE, Tile};
 use traverse::{AnyLeaves, NearestLeaves};
@@ -42,16 +45,17 @@ impl TriangleBvh {
     /// Builds over the triangles given by their corners. Degenerate and non-finite ones are left out.
     pub(super) fn new(triangles: &[[Vec3; 3]]) -> Self {
         let ids: Vec<u32> = (0..triangles.len() as u32)
+            .into_par_iter()
             .filter(|&id| can_be_hit(&triangles[id as usize]))
             .collect();
         let boxes: Vec<Aabb> = ids
-            .iter()
+            .par_iter()
             .map(|&id| Aabb::from_points(triangles[id as usize]))
             .collect();
         let mut tree = Tree::new(&boxes, NARROW);
         let blocks = tree
             .leaves
-            .windows(2)
+            .par_windows(2)
             .map(|leaf| {
                 let items = &tree.items[leaf[0] as usize..leaf[1] as usize];
                 let mut lanes = [0; NARROW];
