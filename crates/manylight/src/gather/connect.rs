@@ -279,7 +279,7 @@ impl Sum<'_, '_, '_> {
         sums: &mut [Gathered],
     ) {
         let mut views = [Views::default(); BATCHES];
-        let one_sided = light.shines_one_sided();
+        let one_sided = light.one_sided;
         for (views, batch) in views.iter_mut().zip(self.batches) {
             if !batch.lights.has(id.index()) {
                 continue;

@@ -4,8 +4,8 @@ use super::moments::{Extent, spread_points};
 use super::octahedral_grid::Grid;
 use super::octahedral_profile::{Profile, Range, Source};
 use super::tables::{Table, Tables};
-use super::{Emission, Shares, Site, VirtualLight};
-use crate::bsdf::{Bsdf, Lobes};
+use super::{Emission, Reflection, Shares, Site, VirtualLight};
+use crate::bsdf::{Bsdf, Exit, Lobes};
 use crate::color::Rgb;
 use crate::geometry::SurfacePoint;
 use crate::ids::LightId;
@@ -29,6 +29,8 @@ const DEPTHS: usize = 16;
 /// Bound of `|wi·ns| / |wi·ng|` in tables. The ratio has no bound where light grazes the geometric surface under a tilted
 /// shading normal: rare photons would make tables of many times the flux that fell on them.
 const MAX_TILT: f32 = 2.0;
+/// Lights that are made at a time: tables on their way into the field take memory, too.
+const BATCH: usize = 4096;
 /// Purposes of random numbers.
 const POINT_NUMBERS: u64 = 1;
 const PROFILE_NUMBERS: u64 = 2;
@@ -39,6 +41,7 @@ const AREA_NEIGHBORS: usize = 9;
 #[derive(Debug)]
 pub struct LightField<'s> {
     lights: Vec<VirtualLight<'s>>,
+    reflections: Vec<Reflection<'s>>,
     /// Glossy radiant intensity in W/sr, cosine included.
     tables: Tables,
     /// For each light the shares of its flux from photons of depth 1, up to 2, up to 3, ...; empty without a limit.
@@ -110,21 +113,9 @@ impl<'s> LightField<'s> {
         shares: &Shares,
         grid: Option<&Grid>,
     ) -> Self {
-        let made: Vec<Made<'s>> = (0..shares.len())
-            .into_par_iter()
-            .map(|k| {
-                Maker {
-                    scene,
-                    photons,
-                    shares,
-                    k,
-                    site: &photons[shares.sites()[k].photon as usize],
-                }
-                .make(grid)
-            })
-            .collect();
         let mut field = LightField {
-            lights: Vec::with_capacity(made.len()),
+            lights: Vec::with_capacity(shares.len()),
+            reflections: Vec::new(),
             tables: Tables::new(grid.map_or(0, Grid::side)),
             shares_by_depth: Vec::new(),
             places: KdTree::build(Vec::new()),
@@ -137,8 +128,24 @@ impl<'s> LightField<'s> {
         for photon in photons {
             add(&mut field.ledger.photons, photon.flux, 1.0);
         }
-        for light in made {
-            field.push(light);
+        let maker = |k: usize| Maker {
+            scene,
+            photons,
+            shares,
+            k,
+            site: &photons[shares.sites()[k].photon as usize],
+        };
+        if grid.is_some() {
+            let is_glossy = |&k: &usize| maker(k).is_glossy();
+            let tables = (0..shares.len()).into_par_iter().filter(is_glossy).count();
+            field.tables.reserve(tables);
+        }
+        for first in (0..shares.len()).step_by(BATCH) {
+            let batch = first..(first + BATCH).min(shares.len());
+            let made: Vec<Made<'s>> = batch.into_par_iter().map(|k| maker(k).make(grid)).collect();
+            for light in made {
+                field.push(light);
+            }
         }
         if limits.max_depth.is_some_and(|max| max as usize <= DEPTHS) {
             let shares = (0..shares.len())
@@ -150,22 +157,30 @@ impl<'s> LightField<'s> {
         field
     }
 
-    fn push(&mut self, mut made: Made<'s>) {
-        for (sum, f) in self.ledger.lights.iter_mut().zip(made.flux) {
+    fn push(&mut self, made: Made<'s>) {
+        let Made {
+            mut light,
+            flux,
+            shines,
+        } = made;
+        for (sum, f) in self.ledger.lights.iter_mut().zip(flux) {
             *sum += f;
         }
-        if let Some(profile) = made.profile {
-            add(&mut self.ledger.reflected, profile.target, 1.0);
-            add(&mut self.ledger.tables, profile.flux, 1.0);
-            if let Emission::Rich {
-                table, transmits, ..
-            } = &mut made.light.emission
-            {
-                *table = Some(self.tables.push(profile.table));
-                *transmits = profile.range == Range::Sphere;
+        match shines {
+            Shines::Reflection(reflection) => {
+                self.reflections.push(reflection);
+                light.emission = Emission::Single((self.reflections.len() - 1) as u32);
             }
+            Shines::Profile(profile) => {
+                add(&mut self.ledger.reflected, profile.target, 1.0);
+                add(&mut self.ledger.tables, profile.flux, 1.0);
+                if let Emission::Rich { table, .. } = &mut light.emission {
+                    *table = Some(self.tables.push(profile.table));
+                }
+            }
+            Shines::Diffuse => {}
         }
-        self.lights.push(made.light);
+        self.lights.push(light);
     }
 
     fn measure_areas(&mut self, shares: &Shares) {
@@ -207,6 +222,12 @@ impl<'s> LightField<'s> {
         &self.lights
     }
 
+    /// The one light path with the given index.
+    #[inline(always)]
+    pub(super) fn reflection(&self, index: u32) -> &Reflection<'s> {
+        &self.reflections[index as usize]
+    }
+
     /// The octahedral table with the given index: glossy radiant intensity in W/sr, cosine included.
     #[inline(always)]
     pub(super) fn table(&self, index: u32) -> Table<'_> {
@@ -241,6 +262,7 @@ impl<'s> LightField<'s> {
     /// Bytes of lights and tables.
     pub fn bytes(&self) -> usize {
         size_of_val(self.lights.as_slice())
+            + size_of_val(self.reflections.as_slice())
             + self.tables.bytes()
             + size_of_val(self.shares_by_depth.as_slice())
     }
@@ -251,7 +273,15 @@ struct Made<'s> {
     light: VirtualLight<'s>,
     /// In full precision, for the ledger.
     flux: [f64; 3],
-    profile: Option<Profile>,
+    shines: Shines<'s>,
+}
+
+/// What a light shines beside its diffuse part.
+enum Shines<'s> {
+    Diffuse,
+    Profile(Profile),
+    /// All of what it shines.
+    Reflection(Reflection<'s>),
 }
 
 /// Makes one light.
@@ -273,6 +303,12 @@ impl<'s, 'p> Maker<'s, 'p> {
             .map(move |&j| &photons[j as usize])
     }
 
+    /// Whether a table would have something to show.
+    fn is_glossy(&self) -> bool {
+        let bsdf = self.scene.bsdf(&self.scene.surface_point(self.site.at));
+        bsdf.lobes().has(Lobes::GLOSSY)
+    }
+
     fn make(&self, grid: Option<&Grid>) -> Made<'s> {
         let scale = f64::from(self.shares.scale(self.k));
         let (mut flux, mut diffuse) = ([0.0; 3], [0.0; 3]);
@@ -282,44 +318,47 @@ impl<'s, 'p> Maker<'s, 'p> {
         }
         let site_point = self.scene.surface_point(self.site.at);
         let bsdf = self.scene.bsdf(&site_point);
-        let mut light = self.place(&site_point, &bsdf);
-        light.flux = rgb(flux);
-        let mut profile = None;
-        light.emission = match grid {
+        let reflection = Reflection {
+            wi: self.site.wi,
+            flux: rgb(flux),
+            bsdf,
+        };
+        let mut light = self.place(&site_point, rgb(flux));
+        light.emission = Emission::Rich {
+            diffuse: rgb(diffuse),
+            exit: bsdf.exit(),
+            table: None,
+        };
+        let is_diffuse = bsdf.lobes().and(Lobes::SMOOTH) == Lobes::DIFFUSE;
+        let shines = match grid {
+            Some(grid) if bsdf.lobes().has(Lobes::GLOSSY) => {
+                let profile = self.profile(grid, &light, &bsdf);
+                light.one_sided = profile.range != Range::Sphere;
+                Shines::Profile(profile)
+            }
+            Some(_) => Shines::Diffuse,
             // One reflection off a diffuse surface has the form of many.
-            None if bsdf.lobes().and(Lobes::SMOOTH) == Lobes::DIFFUSE => Emission::Rich {
-                diffuse: light.flux * bsdf.diffuse_weight(self.site.wi),
-                exit: bsdf.exit(),
-                table: None,
-                transmits: false,
-            },
-            None => Emission::Single {
-                wi: self.site.wi,
-                flux: light.flux,
-                bsdf,
-            },
-            Some(grid) => {
-                profile = bsdf
-                    .lobes()
-                    .has(Lobes::GLOSSY)
-                    .then(|| self.profile(grid, &light, &bsdf));
-                Emission::Rich {
-                    diffuse: rgb(diffuse),
-                    exit: bsdf.exit(),
-                    table: None,
-                    transmits: false,
+            None if is_diffuse => {
+                if let Emission::Rich { diffuse, .. } = &mut light.emission {
+                    *diffuse = reflection.flux * bsdf.diffuse_weight(self.site.wi);
                 }
+                Shines::Diffuse
+            }
+            None => {
+                // A single reflection under a shading normal that is not the geometric one may pass below the surface.
+                light.one_sided = light.n == light.ns && bsdf.receiving_normal(light.n).is_some();
+                Shines::Reflection(reflection)
             }
         };
         Made {
             light,
             flux,
-            profile,
+            shines,
         }
     }
 
-    /// The light's place and extent; flux and emission are left open.
-    fn place(&self, site_point: &SurfacePoint, bsdf: &Bsdf<'s>) -> VirtualLight<'s> {
+    /// The light's place and extent; a black one on one side.
+    fn place(&self, site_point: &SurfacePoint, flux: Rgb) -> VirtualLight<'s> {
         let site = self.site;
         let extent = Extent::of(self.own(), site.n);
         let mut point_numbers = self.numbers(POINT_NUMBERS);
@@ -335,11 +374,12 @@ impl<'s, 'p> Maker<'s, 'p> {
             radius: extent.radius,
             area: 0.0,
             offset: site_point.offset,
-            flux: Rgb::BLACK,
-            emission: Emission::Single {
-                wi: site.wi,
-                flux: Rgb::BLACK,
-                bsdf: *bsdf,
+            flux,
+            one_sided: true,
+            emission: Emission::Rich {
+                diffuse: Rgb::BLACK,
+                exit: Exit::Lambert,
+                table: None,
             },
         }
     }

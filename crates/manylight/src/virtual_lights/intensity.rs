@@ -6,7 +6,7 @@
 
 use super::tables::Packed;
 use super::{Emission, LightField};
-use crate::bsdf::{Exit, Lobes, interpolate_lanes};
+use crate::bsdf::{Exit, interpolate_lanes};
 use crate::color::Rgb;
 use crate::ids::LightId;
 use crate::lanes::{LANES, LaneMask, Lanes3, lanes_of};
@@ -22,12 +22,11 @@ impl LightField<'_> {
     pub fn intensity(&self, id: LightId, w: Vec3) -> Rgb {
         let light = &self.lights()[id.index()];
         match &light.emission {
-            Emission::Single { wi, flux, bsdf } => bsdf.f_cos_wo(*wi, w, Lobes::SMOOTH) * *flux,
+            Emission::Single(index) => self.reflection(*index).intensity(w),
             Emission::Rich {
                 diffuse,
                 exit,
                 table,
-                transmits,
             } => {
                 let (cos, cos_s) = (w.dot(light.n), w.dot(light.ns));
                 let mut sum = Rgb::BLACK;
@@ -35,7 +34,7 @@ impl LightField<'_> {
                     sum += *diffuse * (exit.eval(cos_s) * cos * FRAC_1_PI);
                 }
                 if let Some(table) = table
-                    && (cos > 0.0 || *transmits)
+                    && (cos > 0.0 || !light.one_sided)
                 {
                     sum += self.table(*table).lookup(w);
                 }
@@ -56,15 +55,11 @@ impl LightField<'_> {
     ) -> Lanes3 {
         let light = &self.lights()[id.index()];
         match &light.emission {
-            Emission::Single {
-                wi: incident,
-                flux,
-                bsdf,
-            } => {
+            Emission::Single(index) => {
+                let reflection = self.reflection(*index);
                 let mut out = Lanes3::ZERO;
                 for i in lanes_of(active) {
-                    let value = bsdf.f_cos_wo(*incident, -wi.vec(i), Lobes::SMOOTH);
-                    out.set(i, value * *flux);
+                    out.set(i, reflection.intensity(-wi.vec(i)));
                 }
                 out
             }
@@ -72,7 +67,6 @@ impl LightField<'_> {
                 diffuse,
                 exit,
                 table,
-                transmits,
             } => {
                 let away = wi.load(w);
                 let zero = w.splat(0.0);
@@ -85,10 +79,10 @@ impl LightField<'_> {
                 let mut sum = scale3(w, splat3(w, Vec3::from(diffuse.to_array())), share);
                 if let Some(table) = table {
                     let glossy = self.lookups(w, *table, wi, active).load(w);
-                    let counts = if *transmits {
-                        w.lanes(u32::MAX)
-                    } else {
+                    let counts = if light.one_sided {
                         before
+                    } else {
+                        w.lanes(u32::MAX)
                     };
                     for (sum, glossy) in sum.iter_mut().zip(glossy) {
                         *sum = w.add(*sum, w.select(counts, glossy, zero));

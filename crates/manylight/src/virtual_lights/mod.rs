@@ -24,7 +24,7 @@ pub use claims::{Claims, Spot};
 pub use field::{Ledger, LightField};
 pub use select::select;
 
-use crate::bsdf::{Bsdf, Exit};
+use crate::bsdf::{Bsdf, Exit, Lobes};
 use crate::color::Rgb;
 use crate::math::Vec3;
 use moments::POINTS;
@@ -57,39 +57,17 @@ pub struct VirtualLight<'s> {
     pub offset: f32,
     /// Flux represented, in W.
     pub flux: Rgb,
+    /// Whether nothing leaves on the side that `n` points away from.
+    pub one_sided: bool,
     /// What it shines.
     pub emission: Emission<'s>,
 }
 
-impl VirtualLight<'_> {
-    /// Whether nothing leaves on the side that `n` points away from. A single reflection under a shading normal that is not the
-    /// geometric one may pass below the surface.
-    pub fn shines_one_sided(&self) -> bool {
-        match &self.emission {
-            Emission::Single { bsdf, .. } => {
-                self.n == self.ns && bsdf.receiving_normal(self.n).is_some()
-            }
-            Emission::Rich { transmits, .. } => !transmits,
-        }
-    }
-}
-
 /// What a virtual light shines.
-#[expect(
-    clippy::large_enum_variant,
-    reason = "there are some thousand lights, read in the innermost loop"
-)]
 #[derive(Clone, Copy, Debug)]
 pub enum Emission<'s> {
-    /// One light path: `I(w) = Φ f(wi → w) |w·n|` over the smooth lobes.
-    Single {
-        /// Unit direction of incidence.
-        wi: Vec3,
-        /// W.
-        flux: Rgb,
-        /// Scattering function.
-        bsdf: Bsdf<'s>,
-    },
+    /// One light path: the index of a [`Reflection`].
+    Single(u32),
     /// Many light paths: `I(w) = diffuse b(|w·ns|) |w·n| / π` on the lit side, plus the table of the glossy part.
     Rich {
         /// Σ Φ a(wi) over its photons. W.
@@ -98,7 +76,24 @@ pub enum Emission<'s> {
         exit: Exit<'s>,
         /// Which table, if the surface has glossy lobes.
         table: Option<u32>,
-        /// Whether the table shines on the other side as well; the diffuse part never does.
-        transmits: bool,
     },
+}
+
+/// One light path: `I(w) = Φ f(wi → w) |w·n|` over the smooth lobes.
+#[derive(Clone, Copy, Debug)]
+pub struct Reflection<'s> {
+    /// Unit direction of incidence.
+    pub wi: Vec3,
+    /// W.
+    pub flux: Rgb,
+    /// Scattering function.
+    pub bsdf: Bsdf<'s>,
+}
+
+impl Reflection<'_> {
+    /// Radiant intensity towards the unit vector `w`, in W/sr.
+    #[inline]
+    fn intensity(&self, w: Vec3) -> Rgb {
+        self.bsdf.f_cos_wo(self.wi, w, Lobes::SMOOTH) * self.flux
+    }
 }

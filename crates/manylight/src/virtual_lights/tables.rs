@@ -82,6 +82,12 @@ impl Tables {
         }
     }
 
+    /// Makes room for exactly so many tables.
+    pub(super) fn reserve(&mut self, tables: usize) {
+        self.texels.reserve_exact(tables * self.side * self.side);
+        self.scales.reserve_exact(tables);
+    }
+
     /// Appends a table and returns its index.
     pub(super) fn push(&mut self, (texels, scale): (Vec<Packed>, Rgb)) -> u32 {
         self.texels.extend_from_slice(&texels);
