@@ -176,7 +176,12 @@ impl Principled {
             return Rgb::BLACK;
         };
         if half.reflects && wo.z > 0.0 {
-            return self.front(lobes).eval(&self.facets, wi, wo);
+            let front = self.front(lobes);
+            return if front.has_extras() {
+                front.eval::<true>(&self.facets, wi, wo)
+            } else {
+                front.eval::<false>(&self.facets, wi, wo)
+            };
         }
         if lobes.has(self.specular_class()) {
             self.specular(wi, wo, &half)

@@ -34,9 +34,15 @@ pub(super) struct Front {
 }
 
 impl Front {
-    /// `f |wi·n|`, for local directions above the surface.
+    /// Whether there is a clear coat, sheen, or a fake subsurface term.
     #[inline(always)]
-    pub(super) fn eval(&self, facets: &Microfacets, wi: Vec3, wo: Vec3) -> Rgb {
+    pub(super) fn has_extras(&self) -> bool {
+        self.clearcoat != 0.0 || !self.sheen.is_black() || self.flatness != 0.0
+    }
+
+    /// `f |wi·n|`, for local directions above the surface, with or without the extras.
+    #[inline(always)]
+    pub(super) fn eval<const EXTRAS: bool>(&self, facets: &Microfacets, wi: Vec3, wo: Vec3) -> Rgb {
         let half = wi + wo;
         let m = half * half.length_squared().sqrt().recip();
         let cos = wo.dot(m);
@@ -46,8 +52,11 @@ impl Front {
             self.schlick_r0 * (1.0 - s) + Rgb::splat(self.plain * r + self.schlick * s);
         let masking = facets.masking(wi, m) * facets.masking(wo, m);
         let interface = 0.25 * facets.density(m) * masking / wo.z;
-        let coat = self.clearcoat(s, m.z, wi.z, wo.z);
-        reflectance * interface + (self.diffuse(wi, wo, cos) + Rgb::splat(coat)) * wi.z
+        let mut rest = self.diffuse::<EXTRAS>(wi, wo, cos);
+        if EXTRAS {
+            rest += Rgb::splat(self.clearcoat(s, m.z, wi.z, wo.z));
+        }
+        reflectance * interface + rest * wi.z
     }
 
     /// Over the cosine of `wi`.
@@ -61,11 +70,14 @@ impl Front {
 
     /// Diffuse, retro-reflection, fake subsurface scattering and sheen; over the cosine of `wi`.
     #[inline(always)]
-    fn diffuse(&self, wi: Vec3, wo: Vec3, cos_d: f32) -> Rgb {
+    fn diffuse<const EXTRAS: bool>(&self, wi: Vec3, wo: Vec3, cos_d: f32) -> Rgb {
         let (fi, fo) = (schlick_weight(wi.z), schlick_weight(wo.z));
         let lambert = (1.0 - 0.5 * fi) * (1.0 - 0.5 * fo);
         let rr = 2.0 * self.roughness * cos_d * cos_d;
         let full = lambert + rr * (fi + fo + fi * fo * (rr - 1.0));
+        if !EXTRAS {
+            return self.base * full;
+        }
         let f90 = 0.5 * rr;
         let fss = (1.0 + (f90 - 1.0) * fi) * (1.0 + (f90 - 1.0) * fo);
         let flat = 1.25 * (fss * (1.0 / (wi.z + wo.z) - 0.5) + 0.5);
@@ -88,6 +100,8 @@ pub(super) struct Fronts {
     clearcoat: Lanes,
     clearcoat_excess: Lanes,
     clearcoat_norm: Lanes,
+    /// Whether some lane has them.
+    pub(super) has_extras: bool,
 }
 
 impl Fronts {
@@ -105,6 +119,7 @@ impl Fronts {
             clearcoat: [0.0; LANES],
             clearcoat_excess: [0.0; LANES],
             clearcoat_norm: [1.0; LANES],
+            has_extras: false,
         }
     }
 
@@ -120,6 +135,7 @@ impl Fronts {
         self.clearcoat[i] = front.clearcoat * weight;
         self.clearcoat_excess[i] = front.clearcoat_excess;
         self.clearcoat_norm[i] = front.clearcoat_norm;
+        self.has_extras |= front.has_extras();
     }
 
     #[inline(always)]

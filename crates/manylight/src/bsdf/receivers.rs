@@ -207,7 +207,8 @@ impl<'b, 's> Receivers<'b, 's> {
             Form::RoughCoat(Distribution::Beckmann) => {
                 self.rough_coat(w, wi, Distribution::Beckmann)
             }
-            Form::Principled => self.principled(wi),
+            Form::Principled if self.fronts.has_extras => self.principled::<true>(wi),
+            Form::Principled => self.principled::<false>(wi),
             Form::Any => {
                 let mut out = Lanes3::ZERO;
                 for i in lanes_of(active) {
@@ -273,12 +274,15 @@ impl<'b, 's> Receivers<'b, 's> {
     }
 
     #[inline(always)]
-    fn principled(&self, wi: &Lanes3) -> Lanes3 {
+    fn principled<const EXTRAS: bool>(&self, wi: &Lanes3) -> Lanes3 {
         let mut out = Lanes3::ZERO;
         for i in 0..LANES {
             let wi = self.to_local(i, wi.vec(i));
             let facets = self.facets(i, Distribution::Ggx);
-            let value = self.fronts.lane(i).eval(&facets, wi, self.wo.vec(i));
+            let value = self
+                .fronts
+                .lane(i)
+                .eval::<EXTRAS>(&facets, wi, self.wo.vec(i));
             out.set(i, if wi.z > 0.0 { value } else { Rgb::BLACK });
         }
         out

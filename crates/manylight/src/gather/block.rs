@@ -18,7 +18,7 @@ pub(super) struct Block {
     /// Index into [`Batch::origins`].
     side: usize,
     targets: Vec<Vec3>,
-    /// For each target and batch what arrives if it is visible.
+    /// For each target and batch what arrives if it is visible, in the lanes that are wanted.
     values: Vec<[Lanes3; BATCHES]>,
     /// For each target the points that it is to be connected with.
     wanted: [u64; TARGETS],
@@ -29,7 +29,7 @@ impl Block {
         Block {
             side,
             targets: Vec::with_capacity(TARGETS),
-            values: Vec::with_capacity(TARGETS),
+            values: vec![[Lanes3::ZERO; BATCHES]; TARGETS],
             wanted: [0; TARGETS],
         }
     }
@@ -44,7 +44,6 @@ impl Block {
     #[inline(always)]
     pub(super) fn open(&mut self, target: Vec3) {
         self.targets.push(target);
-        self.values.push([Lanes3::ZERO; BATCHES]);
     }
 
     /// What the last target sends to the lanes of batch `b`.
@@ -70,7 +69,8 @@ impl Block {
         let arriving = self.trace(scene, batches, sums);
         for (b, batch) in batches.iter().enumerate() {
             let mut sum = [w.splat(0.0); 3];
-            for (values, arriving) in self.values.iter().zip(&arriving) {
+            let targets = self.values.iter().take(self.targets.len());
+            for (values, arriving) in targets.zip(&arriving) {
                 let lanes = (arriving >> (b * LANES)) as LaneMask;
                 if lanes != 0 {
                     let lanes = w.lanes(u32::from(lanes));
@@ -85,7 +85,6 @@ impl Block {
             }
         }
         self.targets.clear();
-        self.values.clear();
         self.wanted.fill(0);
     }
 

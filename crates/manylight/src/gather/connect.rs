@@ -66,11 +66,13 @@ impl simd::Kernel for AddLights<'_> {
             scene: self.scene,
             field,
             batches: self.batches,
+            values: [Lanes3::ZERO; BATCHES],
             blocks: [Block::new(0), Block::new(1)],
             clamped: [[0.0; LANES]; BATCHES],
             unclamped: [[0.0; LANES]; BATCHES],
         };
-        for (k, (light, &reach)) in field.lights().iter().zip(&self.lights.reach).enumerate() {
+        for k in self.batches[0].lights.indices(field.lights().len()) {
+            let (light, reach) = (&field.lights()[k], self.lights.reach[k]);
             sum.add_light(w, LightId(k as u32), light, reach, self.sums);
         }
         sum.finish(w, self.sums);
@@ -78,7 +80,7 @@ impl simd::Kernel for AddLights<'_> {
 }
 
 impl Gather {
-    /// Adds all lights to the points of up to [`BATCHES`] batches.
+    /// Adds the lights that up to [`BATCHES`] batches have in common to their points.
     pub(super) fn add_lights(
         &self,
         scene: &Scene,
@@ -191,48 +193,9 @@ fn piece(light: &VirtualLight, point: usize, share: f32) -> Part {
     }
 }
 
-/// The parts of a light, each with the points of each batch that see it.
-struct Parts {
-    list: [(Part, [LaneMask; BATCHES]); 1 + 4 + POINTS],
-    len: usize,
-}
-
-impl Parts {
-    #[inline(always)]
-    fn new(gather: &Gather, light: &VirtualLight, views: &[Views; BATCHES]) -> Self {
-        let whole = gather.whole(light);
-        let mut parts = Parts {
-            list: [(whole, views.map(|v| v.one)); 1 + 4 + POINTS],
-            len: usize::from(views.iter().any(|v| v.one != 0)),
-        };
-        if views.iter().any(|v| v.four != 0) {
-            for point in (0..POINTS).step_by(POINTS / 4) {
-                parts.push(piece(light, point, 0.25), views.map(|v| v.four));
-            }
-        }
-        if views.iter().any(|v| v.sixteen != 0) {
-            for point in 0..POINTS {
-                parts.push(
-                    piece(light, point, 1.0 / POINTS as f32),
-                    views.map(|v| v.sixteen),
-                );
-            }
-        }
-        parts
-    }
-
-    #[inline(always)]
-    fn push(&mut self, part: Part, lanes: [LaneMask; BATCHES]) {
-        self.list[self.len] = (part, lanes);
-        self.len += 1;
-    }
-}
-
-/// What one part of a light sends to the points of a batch.
-#[derive(Clone, Copy)]
+/// Which points of a batch one part of a light sends something to.
+#[derive(Clone, Copy, Default)]
 struct Connected {
-    values: Lanes3,
-    /// Points to which something is sent.
     lit: LaneMask,
     /// Points whose shadow ray leaves on the side of the geometric normal.
     in_front: LaneMask,
@@ -241,13 +204,6 @@ struct Connected {
 }
 
 impl Connected {
-    const NONE: Connected = Connected {
-        values: Lanes3::ZERO,
-        lit: 0,
-        in_front: 0,
-        before: 0,
-    };
-
     /// The points with a connection that leaves and arrives on these sides.
     #[inline(always)]
     fn lanes(&self, in_front: bool, before: bool) -> LaneMask {
@@ -262,6 +218,8 @@ struct Sum<'a, 'b, 's> {
     scene: &'a Scene,
     field: &'a LightField<'s>,
     batches: &'a [Batch<'b, 's>],
+    /// What one part of a light sends to the points of each batch; of lanes without a connection, anything.
+    values: [Lanes3; BATCHES],
     /// Shadow rays that leave on the side of the geometric normal, and on the other.
     blocks: [Block; 2],
     clamped: [Lanes; BATCHES],
@@ -279,20 +237,29 @@ impl Sum<'_, '_, '_> {
         sums: &mut [Gathered],
     ) {
         let mut views = [Views::default(); BATCHES];
-        let one_sided = light.one_sided;
         for (views, batch) in views.iter_mut().zip(self.batches) {
-            if !batch.lights.has(id.index()) {
-                continue;
-            }
             let to = batch.towards(w, light.p);
-            let facing = batch.facing(w, to, light.n, reach, one_sided);
+            let facing = batch.facing(w, to, light.n, reach, light.one_sided);
             if facing != 0 {
                 *views = self.gather.views(w, light, to, &batch.u, facing);
             }
         }
-        let parts = Parts::new(self.gather, light, &views);
-        for &(part, active) in &parts.list[..parts.len] {
-            self.add_part(w, id, light, part, active, sums);
+        let by_count = [
+            (1, views.map(|v| v.one)),
+            (4, views.map(|v| v.four)),
+            (POINTS, views.map(|v| v.sixteen)),
+        ];
+        for (count, active) in by_count {
+            if active == [0; BATCHES] {
+                continue;
+            }
+            for k in 0..count {
+                let part = match count {
+                    1 => self.gather.whole(light),
+                    _ => piece(light, k * (POINTS / count), 1.0 / count as f32),
+                };
+                self.add_part(w, id, light, part, active, sums);
+            }
         }
     }
 
@@ -307,7 +274,7 @@ impl Sum<'_, '_, '_> {
         active: [LaneMask; BATCHES],
         sums: &mut [Gathered],
     ) {
-        let mut connected = [Connected::NONE; BATCHES];
+        let mut connected = [Connected::default(); BATCHES];
         for (b, batch) in self.batches.iter().enumerate() {
             if active[b] != 0 {
                 connected[b] = self.connect(w, id, light, part, b, batch, active[b]);
@@ -326,12 +293,12 @@ impl Sum<'_, '_, '_> {
             }
             block.open(part.p + light.n * (light.offset * towards));
             for (b, &lanes) in lanes.iter().enumerate().filter(|(_, lanes)| **lanes != 0) {
-                block.put(b, lanes, &connected[b].values);
+                block.put(b, lanes, &self.values[b]);
             }
         }
     }
 
-    /// `f |w·n| I(-w) / d²` of one part for the active points of one batch, clamped.
+    /// Sets the values of one batch: `f |w·n| I(-w) / d²` of one part for the active points, clamped.
     #[inline(always)]
     #[expect(clippy::too_many_arguments, reason = "one is the instruction set")]
     fn connect<W: Wide>(
@@ -368,8 +335,8 @@ impl Sum<'_, '_, '_> {
         let removed = w.mul(full, w.sub(w.splat(1.0), kept));
         add_lanes(w, &mut self.unclamped[b], full);
         add_lanes(w, &mut self.clamped[b], w.select(counts, removed, zero));
+        self.values[b] = Lanes3::store(w, values);
         Connected {
-            values: Lanes3::store(w, values),
             lit,
             in_front: w.bits(w.le(zero, cos_point)) as LaneMask,
             before: w.bits(w.le(cos_light, zero)) as LaneMask,

@@ -49,7 +49,7 @@ pub struct ShadingPoint<'s> {
 
 /// Which lights are summed at a point: some at equal distances along the space-filling curve. Each stands for as many as there are
 /// from one to the next.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Selection {
     first: u32,
     step: u32,
@@ -78,11 +78,15 @@ impl Selection {
         k as u32 % self.step == self.first
     }
 
+    /// The indices of the selected ones among `lights` lights.
+    #[inline]
+    pub fn indices(self, lights: usize) -> impl ExactSizeIterator<Item = usize> {
+        (self.first as usize..lights).step_by(self.step as usize)
+    }
+
     /// How many of `lights` lights are selected.
     pub fn count(self, lights: usize) -> usize {
-        lights
-            .saturating_sub(self.first as usize)
-            .div_ceil(self.step as usize)
+        self.indices(lights).len()
     }
 
     /// For how many lights each selected one stands: its light counts so many times, and the clamp sees so many times its surface.
@@ -148,8 +152,10 @@ impl Gather {
     pub fn sum(&self, scene: &Scene, lights: &Lights, points: &[ShadingPoint]) -> Vec<Gathered> {
         let mut sums = vec![Gathered::default(); points.len()];
         let batches = Batch::all(points);
-        for group in batches.chunks(BATCHES) {
-            self.add_lights(scene, lights, group, &mut sums);
+        for same_lights in batches.chunk_by(|a, b| a.lights == b.lights) {
+            for group in same_lights.chunks(BATCHES) {
+                self.add_lights(scene, lights, group, &mut sums);
+            }
         }
         for (sum, point) in sums.iter_mut().zip(points) {
             sum.connections = point.lights.count(lights.field.lights().len()) as u64;

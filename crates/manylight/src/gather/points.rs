@@ -40,7 +40,7 @@ pub(super) struct Batch<'b, 's> {
 }
 
 impl<'b, 's> Batch<'b, 's> {
-    /// The points of a tile in batches, sorted by form and selection, and by place: rays to common lights should be alike.
+    /// The points of a tile in batches, sorted by selection, form and place: rays to common lights should be alike.
     pub(super) fn all(points: &'b [ShadingPoint<'s>]) -> Vec<Self> {
         let mut kinds: Vec<((Form, Selection), Vec<usize>)> = Vec::new();
         for (i, point) in points.iter().enumerate() {
@@ -50,6 +50,7 @@ impl<'b, 's> Batch<'b, 's> {
                 None => kinds.push((kind, vec![i])),
             }
         }
+        kinds.sort_by_key(|((_, lights), _)| *lights);
         for (_, members) in &mut kinds {
             sort_in_compact_runs(members, points);
         }
