@@ -80,6 +80,10 @@ pub(crate) struct RenderArgs {
     #[arg(short, long, value_name = "N")]
     pub(crate) threads: Option<NonZeroU32>,
 
+    /// Refuse a render that would take more memory, such as 8G or 512M.
+    #[arg(long, value_name = "SIZE", value_parser = values::bytes)]
+    pub(crate) memory_limit: Option<u64>,
+
     /// Brightness of png and jpg files, in stops.
     #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true, value_parser = values::finite)]
     pub(crate) exposure: f32,

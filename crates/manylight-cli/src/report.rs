@@ -165,8 +165,17 @@ fn ratio(part: u64, whole: u64) -> f64 {
 
 /// The largest memory that the process has held; 0 where the system does not say.
 fn peak_bytes() -> u64 {
+    memory_status("VmHWM:")
+}
+
+/// The memory that the process holds; 0 where the system does not say.
+pub(crate) fn held_bytes() -> u64 {
+    memory_status("VmRSS:")
+}
+
+fn memory_status(key: &str) -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    let line = status.lines().find_map(|line| line.strip_prefix(key));
     let kibibytes = line.and_then(|line| line.split_whitespace().next()?.parse::<u64>().ok());
     kibibytes.unwrap_or(0) * 1024
 }

@@ -51,6 +51,8 @@ pub(crate) struct RenderRequest {
     pub(crate) seed: u64,
     /// Threads; `None` is one per processor.
     pub(crate) threads: Option<usize>,
+    /// Most memory to take, in bytes.
+    pub(crate) memory_limit: Option<u64>,
     /// Stops of brightness for files of 8 bits.
     pub(crate) exposure: f32,
     /// Warnings are errors.
@@ -90,6 +92,7 @@ impl RenderRequest {
             defines: args.defines.clone(),
             seed: args.seed,
             threads: args.threads.map(|n| n.get() as usize),
+            memory_limit: args.memory_limit,
             exposure: args.exposure,
             strict: args.strict,
         })

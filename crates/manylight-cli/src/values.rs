@@ -221,6 +221,22 @@ pub(crate) fn max_depth(text: &str) -> Result<MaxDepth, String> {
     }
 }
 
+/// A number of bytes: `8G`, `512M`, `1.5GB`, in powers of 1000.
+pub(crate) fn bytes(word: &str) -> Result<u64, String> {
+    let number = word.trim_end_matches(['B', 'b']);
+    let (number, unit) = match number.chars().last().map(|c| c.to_ascii_uppercase()) {
+        Some('K') => (&number[..number.len() - 1], 1e3),
+        Some('M') => (&number[..number.len() - 1], 1e6),
+        Some('G') => (&number[..number.len() - 1], 1e9),
+        Some('T') => (&number[..number.len() - 1], 1e12),
+        _ => (number, 1.0),
+    };
+    match number.parse::<f64>() {
+        Ok(x) if x > 0.0 && x.is_finite() => Ok((x * unit) as u64),
+        _ => Err("expected a size such as 8G or 512M".to_owned()),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -234,6 +250,17 @@ mod tests {
         assert_eq!(duration("7"), Ok(Duration::from_secs(7)));
         for bad in ["", "s", "-1s", "0s", "5 days", "1e300h", "nan"] {
             assert!(duration(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn sizes_in_bytes() {
+        assert_eq!(bytes("8G"), Ok(8_000_000_000));
+        assert_eq!(bytes("1.5gb"), Ok(1_500_000_000));
+        assert_eq!(bytes("512M"), Ok(512_000_000));
+        assert_eq!(bytes("4096"), Ok(4096));
+        for bad in ["", "G", "-1G", "0", "8X", "inf", "1 000"] {
+            assert!(bytes(bad).is_err(), "{bad}");
         }
     }
 

@@ -5,11 +5,12 @@ mod picture;
 use crate::args::{DisplayArgs, RenderArgs};
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
-use crate::output::{print_data, print_message, print_warnings};
+use crate::output::{human_bytes, print_data, print_message, print_warnings};
 use crate::progress::{self, Goal};
 use crate::repeat::Settings;
-use crate::report::Report;
+use crate::report::{Report, held_bytes};
 use crate::request::RenderRequest;
+use manylight::integrators::StageMemory;
 use manylight::render::{Outcome, RenderJob, Stats, render};
 use manylight::scene::Scene;
 use manylight_io::image::{check_writable, write_image};
@@ -35,6 +36,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode, Failure> {
         budget: request.budget,
         seed: request.seed,
     };
+    pool.install(|| check_memory(&request, &job))?;
     let goal = Goal::new(request.budget, args.display);
     let outcome = progress::show(goal, &stats, interrupt.cancel(), |observer| {
         pool.install(|| render(&job, &stats, interrupt.cancel(), observer))
@@ -60,6 +62,35 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode, Failure> {
         None if request.strict && !warnings.is_empty() => Err(Failure::Strict(warnings.len())),
         None => Ok(ExitCode::SUCCESS),
     }
+}
+
+/// Refuses a render that would take more memory than it may.
+fn check_memory(request: &RenderRequest, job: &RenderJob) -> Result<(), Failure> {
+    let Some(limit) = request.memory_limit else {
+        return Ok(());
+    };
+    let scene = StageMemory {
+        stage: "scene",
+        bytes: held_bytes(),
+    };
+    let render = job.method.memory(job.scene, job.budget.passes, job.seed);
+    let stages: Vec<StageMemory> = std::iter::once(scene).chain(render).collect();
+    let total = stages.iter().map(|stage| stage.bytes).sum();
+    if total <= limit {
+        return Ok(());
+    }
+    let parts: Vec<String> = (stages.iter())
+        .map(|stage| format!("{} {}", stage.stage, human_bytes(stage.bytes)))
+        .collect();
+    Err(Failure::usage(
+        format!(
+            "the render would take about {} ({}); --memory-limit is {}",
+            human_bytes(total),
+            parts.join(", "),
+            human_bytes(limit)
+        ),
+        "fewer --lights, fewer --photons, a smaller --table-size or a smaller --size take less",
+    ))
 }
 
 fn thread_pool(threads: Option<usize>) -> Result<ThreadPool, Failure> {

@@ -21,6 +21,11 @@ fn usage_errors() {
         ("render scene.xml --sensor 3", "1 camera"),
         ("render scene.xml -o image.tif", "'.tif'"),
         ("render scene.xml -t 0", "--threads"),
+        ("render scene.xml --memory-limit lots", "8G"),
+        (
+            "render scene.xml -n 1000000 --memory-limit 1G",
+            "--memory-limit is 1.0 GB",
+        ),
         ("compare scene.xml", "IMAGE"),
         ("list bsdf", "'bsdfs'"),
         ("rendr scene.xml", "'render'"),

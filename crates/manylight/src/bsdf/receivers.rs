@@ -17,10 +17,10 @@ use super::plastic::{COSINES, Plastic, RoughPlastic, interpolate, interpolate_la
 use super::principled_front::Fronts;
 use super::{Bsdf, Lobes, Receiver};
 use crate::color::Rgb;
+use crate::lanes::vectors::{dot, scale3};
 use crate::lanes::{LANES, LaneMask, Lanes, Lanes3, lanes_of};
 use crate::math::{Vec2, Vec3};
 use crate::simd::Wide;
-use crate::simd::vectors::{dot, scale3};
 use std::f32::consts::FRAC_1_PI;
 
 /// What the lanes of one [`Receivers`] have in common.

@@ -204,6 +204,13 @@ impl Film {
         }
     }
 
+    /// Bytes of a film for `size` pixels.
+    pub fn bytes_for(size: UVec2, layers: &[Layer]) -> usize {
+        let layer = size_of::<Rgb>() + size_of::<[f64; 3]>();
+        let pixel = layers.len() * layer + size_of::<[f64; 3]>();
+        (size.x * size.y) as usize * pixel
+    }
+
     /// Size and filter.
     pub fn desc(&self) -> &FilmDesc {
         &self.desc

@@ -3,10 +3,10 @@
 use super::{Selection, ShadingPoint};
 use crate::bsdf::{Form, Lobes, Receivers};
 use crate::geometry::SurfacePoint;
+use crate::lanes::vectors::{dot, splat3, sub3};
 use crate::lanes::{LANES, LaneMask, Lanes, Lanes3, mask};
 use crate::math::{Aabb, Vec3};
 use crate::simd::Wide;
-use crate::simd::vectors::{dot, splat3, sub3};
 
 /// Batches that are connected to lights together: as many points as a mask has bits.
 pub(super) const BATCHES: usize = 64 / LANES;

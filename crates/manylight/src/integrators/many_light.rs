@@ -163,6 +163,12 @@ impl ManyLight {
         start..start + count
     }
 
+    /// The most passes that share lights, up to pass `last`.
+    pub(super) fn largest_set(&self, last: u32) -> u32 {
+        let passes = self.passes_with(last);
+        passes.end - passes.start
+    }
+
     /// Everything that `passes` shade with.
     pub fn prepare<'s>(
         &self,

@@ -6,12 +6,14 @@ pub mod eye_path;
 pub mod light_set;
 mod light_tracer;
 pub mod many_light;
+pub mod memory;
 pub mod partition;
 mod path;
 mod smooth_light;
 
 pub use light_set::LightSet;
 pub use many_light::ManyLight;
+pub use memory::StageMemory;
 
 use crate::bsdf::{BsdfSample, Lobes};
 use crate::color::Rgb;

@@ -67,7 +67,10 @@ pub fn trace_photons(
             photons
         })
         .collect();
-    tasks.concat()
+    // Not `concat`: each task's own list is freed on the way.
+    let mut photons = Vec::with_capacity(tasks.iter().map(Vec::len).sum());
+    photons.extend(tasks.into_iter().flatten());
+    photons
 }
 
 /// One path; its photons are appended.

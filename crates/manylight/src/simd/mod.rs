@@ -16,7 +16,6 @@ mod avx512;
 mod portable;
 #[cfg(test)]
 mod tests;
-pub(crate) mod vectors;
 
 use portable::Portable;
 use std::mem::MaybeUninit;

@@ -259,6 +259,22 @@ impl<'s> LightField<'s> {
         &self.ledger
     }
 
+    /// Bytes of a light on average, where a share `glossy` of them has tables of `side`² texels, or emits as single photons (`side` 0).
+    pub fn bytes_per_light(side: usize, glossy: f64, limits: PathLimits) -> f64 {
+        let depths = if limits.max_depth.is_some() {
+            size_of::<[f32; DEPTHS]>()
+        } else {
+            0
+        };
+        let all = size_of::<VirtualLight>() + size_of::<Vec3>() + size_of::<u32>() + depths;
+        let of_glossy = if side == 0 {
+            size_of::<Reflection>()
+        } else {
+            Tables::bytes_per_table(side)
+        };
+        all as f64 + glossy * of_glossy as f64
+    }
+
     /// Bytes of lights and tables.
     pub fn bytes(&self) -> usize {
         size_of_val(self.lights.as_slice())

@@ -9,11 +9,11 @@ use super::{Emission, LightField};
 use crate::bsdf::{Exit, interpolate_lanes};
 use crate::color::Rgb;
 use crate::ids::LightId;
+use crate::lanes::vectors::{dot, mul3, scale3, splat3};
 use crate::lanes::{LANES, LaneMask, Lanes3, lanes_of};
 use crate::math::Vec3;
 use crate::math::octahedral::bilinear_corners;
 use crate::simd::Wide;
-use crate::simd::vectors::{dot, mul3, scale3, splat3};
 use std::f32::consts::FRAC_1_PI;
 
 impl LightField<'_> {

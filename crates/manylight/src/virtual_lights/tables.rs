@@ -112,6 +112,11 @@ impl Tables {
         self.side
     }
 
+    /// Bytes of one table.
+    pub(super) fn bytes_per_table(side: usize) -> usize {
+        side * side * size_of::<Packed>() + size_of::<Rgb>()
+    }
+
     pub(super) fn bytes(&self) -> usize {
         size_of_val(self.texels.as_slice()) + size_of_val(self.scales.as_slice())
     }

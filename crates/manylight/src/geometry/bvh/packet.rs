@@ -8,8 +8,8 @@ use super::build::{LEAF, MAX_DEPTH, Node};
 use super::shaft::{Shaft, middle_and_half};
 use super::traverse::{self, FAR_MARGIN};
 use super::triangles::{AnyTriangle, Block, Directions, EdgeVolumes};
+use crate::lanes::vectors::{load3, splat3, spread3, store3};
 use crate::math::{Aabb, Vec3};
-use crate::simd::vectors::{load3, splat3, spread3, store3};
 use crate::simd::{Floats, NARROW, Simd, WIDE, Wide};
 use glam::BVec3;
 

@@ -9,10 +9,10 @@
 use super::shaft::middle_and_half;
 use super::tile::SIDE;
 use super::triangles::{Block, ROUNDINGS};
-use crate::math::{Aabb, Vec3, Vec3A};
-use crate::simd::vectors::{
+use crate::lanes::vectors::{
     abs3, add3, cross, dot, dot_add, load3, scale3, splat3, spread3, store3, sub3,
 };
+use crate::math::{Aabb, Vec3, Vec3A};
 use crate::simd::{Floats, NARROW, Simd, WIDE};
 
 /// Groups of sixteen among 64.

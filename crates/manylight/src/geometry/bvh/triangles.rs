@@ -8,8 +8,8 @@
 
 use super::traverse::{AnyLeaves, NearestLeaves};
 use crate::geometry::Ray;
+use crate::lanes::vectors::{abs3, add3, cross, dot, load3, sub3};
 use crate::math::{Vec2, Vec3};
-use crate::simd::vectors::{abs3, add3, cross, dot, load3, sub3};
 use crate::simd::{Floats, NARROW, Simd};
 
 /// Up to eight triangles. Unused lanes are degenerate, which no ray hits.

@@ -1,8 +1,8 @@
 //! Vectors of three components in lanes.
 
-use super::Floats;
 use crate::color::Rgb;
 use crate::math::Vec3;
+use crate::simd::Floats;
 
 #[inline(always)]
 pub(crate) fn splat3<const N: usize, L: Floats<N>>(s: L, v: Vec3) -> [L::F; 3] {

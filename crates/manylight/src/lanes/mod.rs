@@ -1,10 +1,12 @@
 //! Sixteen values side by side: code that does the same for sixteen points is written as loops over lanes, which the compiler
 //! turns into vector instructions. Such a loop has no calls, no early exits and no conversions that saturate.
 
+pub(crate) mod vectors;
+
 use crate::color::Rgb;
 use crate::math::Vec3;
-use crate::simd::vectors::{load3, store3};
 use crate::simd::{Wide, set_bits};
+use vectors::{load3, store3};
 
 /// Values side by side.
 pub const LANES: usize = 16;

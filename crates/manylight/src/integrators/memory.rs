@@ -1,0 +1,76 @@
+//! How much memory a render will take, told before it is taken.
+
+use super::{ManyLight, Method, MethodKind, many_light::EmissionKind};
+use crate::bsdf::Lobes;
+use crate::film::Film;
+use crate::particles::{Importon, Photon, trace_photons};
+use crate::sampling::Pass;
+use crate::scene::{PathLimits, Scene};
+use crate::virtual_lights::LightField;
+use rayon::prelude::*;
+
+/// What one stage holds at most, beside the scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StageMemory {
+    /// Name of the stage.
+    pub stage: &'static str,
+    /// Bytes, as an estimate.
+    pub bytes: u64,
+}
+
+/// Photon paths that tell how many photons a path leaves, and how many of them on glossy surfaces.
+const PROBES: u32 = 4096;
+/// Photons stand in memory by task before they stand in one list, and are sorted by keys.
+const COPIES: f64 = 2.0;
+/// Lights may be placed on glossy surfaces more often than photons arrive there, by so much.
+const GLOSSY_PREFERENCE: f64 = 1.5;
+
+impl Method {
+    /// What a render of `passes` passes will take, or one that goes on without end; stage by stage. Traces some photons to find out.
+    pub fn memory(&self, scene: &Scene, passes: Option<u32>, seed: u64) -> Vec<StageMemory> {
+        let film = Film::bytes_for(scene.sensor.desc().film.crop_size, &self.layers());
+        let mut stages = vec![StageMemory {
+            stage: "film",
+            bytes: film as u64,
+        }];
+        if let MethodKind::ManyLight(method) = &self.kind {
+            let last = passes.map_or(u32::MAX, |n| n.saturating_sub(1));
+            stages.extend(method.memory(scene, self.limits, last, seed));
+        }
+        stages
+    }
+}
+
+impl ManyLight {
+    /// Of the largest set of lights for passes up to `last`.
+    fn memory(&self, scene: &Scene, limits: PathLimits, last: u32, seed: u64) -> [StageMemory; 3] {
+        let sets = f64::from(self.largest_set(last));
+        let probes = trace_photons(scene, limits, PROBES, Pass { seed, index: 0 });
+        let is_glossy = |photon: &&Photon| {
+            let bsdf = scene.bsdf(&scene.surface_point(photon.at));
+            bsdf.lobes().has(Lobes::GLOSSY)
+        };
+        let glossy = probes.par_iter().filter(is_glossy).count() as f64;
+        let glossy = (GLOSSY_PREFERENCE * glossy / probes.len().max(1) as f64).min(1.0);
+        let per_path = probes.len() as f64 / f64::from(PROBES);
+        let photons = per_path * f64::from(self.photon_paths) * sets;
+        let importons = f64::from(self.importon_paths) * sets;
+        let side = match self.emission {
+            EmissionKind::Table { side } => side as usize,
+            EmissionKind::Single => 0,
+        };
+        let light = LightField::bytes_per_light(side, glossy, limits);
+        let stage = |stage, bytes: f64| StageMemory {
+            stage,
+            bytes: bytes as u64,
+        };
+        [
+            stage("photons", photons * size_of::<Photon>() as f64 * COPIES),
+            stage(
+                "importons",
+                importons * size_of::<Importon>() as f64 * COPIES,
+            ),
+            stage("lights", f64::from(self.light_count) * sets * light),
+        ]
+    }
+}
