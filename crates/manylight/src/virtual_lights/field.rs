@@ -168,7 +168,7 @@ impl<'s> LightField<'s> {
         }
         match shines {
             Shines::Reflection(reflection) => {
-                self.reflections.push(reflection);
+                self.reflections.push(*reflection);
                 light.emission = Emission::Single((self.reflections.len() - 1) as u32);
             }
             Shines::Profile(profile) => {
@@ -297,7 +297,7 @@ enum Shines<'s> {
     Diffuse,
     Profile(Profile),
     /// All of what it shines.
-    Reflection(Reflection<'s>),
+    Reflection(Box<Reflection<'s>>),
 }
 
 /// Makes one light.
@@ -363,7 +363,7 @@ impl<'s, 'p> Maker<'s, 'p> {
             None => {
                 // A single reflection under a shading normal that is not the geometric one may pass below the surface.
                 light.one_sided = light.n == light.ns && bsdf.receiving_normal(light.n).is_some();
-                Shines::Reflection(reflection)
+                Shines::Reflection(Box::new(reflection))
             }
         };
         Made {
