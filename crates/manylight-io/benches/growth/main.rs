@@ -90,7 +90,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         });
         for shape in &mut desc.shapes {
             if let Shape::Mesh(mesh) = shape {
-                *mesh = divided(mesh).into();
+                *mesh = divided(mesh);
             }
         }
     }
