@@ -18,7 +18,7 @@ pub(super) struct Block {
     /// Index into [`Batch::origins`].
     side: usize,
     targets: Vec<Vec3>,
-    /// For each target and batch what arrives if it is visible, in the lanes that are wanted.
+    /// For each target and batch what arrives if it is visible, in the lanes that are wanted. Room for the most targets so far.
     values: Vec<[Lanes3; BATCHES]>,
     /// For each target the points that it is to be connected with.
     wanted: [u64; TARGETS],
@@ -29,7 +29,7 @@ impl Block {
         Block {
             side,
             targets: Vec::with_capacity(TARGETS),
-            values: vec![[Lanes3::ZERO; BATCHES]; TARGETS],
+            values: Vec::new(),
             wanted: [0; TARGETS],
         }
     }
@@ -44,6 +44,9 @@ impl Block {
     #[inline(always)]
     pub(super) fn open(&mut self, target: Vec3) {
         self.targets.push(target);
+        if self.values.len() < self.targets.len() {
+            self.values.push([Lanes3::ZERO; BATCHES]);
+        }
     }
 
     /// What the last target sends to the lanes of batch `b`.
