@@ -1,6 +1,6 @@
 //! Emitters at infinity: parallel light, constant radiance, pictures of the surroundings.
 
-use super::environment::EnvironmentSampler;
+use super::environment::{EnvironmentSample, EnvironmentSampler};
 use super::environment_tiles::Place;
 use super::guide::{Guide, Lesson};
 use super::warp_within::split;
@@ -116,6 +116,8 @@ enum Aim {
     Tile(usize, Vec2),
     /// A cell, and a uniform point in it.
     Cell(Place),
+    /// All that there is to know.
+    Found(EnvironmentSample),
 }
 
 /// A direction to a distant emitter.
@@ -229,7 +231,7 @@ impl Distant {
                 (_, u) => warp::sphere(u),
             },
             Kind::Environment(sampler) => {
-                let sample = sampler.sample_within(plan.aim.cell(sampler));
+                let sample = plan.aim.found(sampler);
                 let alone = self.sources.len() == 1;
                 return DistantSample {
                     wi: sample.wi,
@@ -462,18 +464,20 @@ impl Aim {
                 Aim::Tile(tile, u)
             }
             Aim::Tile(tile, u) => Aim::Cell(sampler.tiles().choose_cell(tile, u)),
-            Aim::Numbers(_) | Aim::Cell(_) => self,
+            Aim::Cell(place) => Aim::Found(sampler.sample_within(place)),
+            Aim::Numbers(_) | Aim::Found(_) => self,
         }
     }
 
-    /// The cell, whatever steps are left.
+    /// The direction, whatever steps are left.
     #[inline]
-    fn cell(self, sampler: &EnvironmentSampler) -> Place {
-        match self.refined(sampler).refined(sampler) {
-            Aim::Cell(place) => place,
-            _ => unreachable!(
-                "invariant: plans for pictures name a row, and two steps lead to a cell"
-            ),
+    fn found(mut self, sampler: &EnvironmentSampler) -> EnvironmentSample {
+        loop {
+            match self {
+                Aim::Found(sample) => return sample,
+                Aim::Numbers(u) => return sampler.sample(u),
+                _ => self = self.refined(sampler),
+            }
         }
     }
 

@@ -309,8 +309,8 @@ impl Emitters {
         }
     }
 
-    /// Takes a plan one step on: asks for memory that the next step, or [`Emitters::sample_planned`], will read. After two steps nothing
-    /// is left to do. Optional.
+    /// Takes a plan one step on: asks for memory that the next step, or [`Emitters::sample_planned`], will read. After three steps
+    /// pictures have nothing left to do. Optional.
     #[inline]
     pub fn refine_plan(&self, plan: &mut DirectPlan) {
         if let DirectPlan::Distant(plan) = plan {

@@ -27,7 +27,7 @@ impl LightPlan {
         LightPlan(scene.emitters.plan_direct(u_choice, u))
     }
 
-    /// Takes the plan one of two optional steps on, each of which reads memory that the one before has asked for.
+    /// Takes the plan one of three optional steps on, each of which reads memory that the one before has asked for.
     #[inline]
     pub fn refine(&mut self, scene: &Scene) {
         scene.emitters.refine_plan(&mut self.0);
