@@ -3,6 +3,7 @@
 use super::fresnel::{Metal, reflect};
 use super::microfacet::Microfacets;
 use super::model::{ModelSample, microfacet_class};
+use super::response::{ByClass, Response};
 use super::{BsdfNumbers, Lobes};
 use crate::color::Rgb;
 use crate::math::Vec3;
@@ -73,6 +74,20 @@ impl RoughConductor {
         }
         let masking = self.facets.masking(wi, m) * self.facets.masking(wo, m);
         self.metal.reflectance(wo.dot(m)) * self.tint * (density * masking / (4.0 * wo.z))
+    }
+
+    /// See [`Model::respond`](super::model::Model::respond).
+    #[inline]
+    pub(super) fn respond(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Response {
+        if !lobes.has(self.lobes()) || wi.z <= 0.0 || wo.z <= 0.0 {
+            return Response::NONE;
+        }
+        let m = (wi + wo).normalize();
+        let pdf = self.facets.reflected_pdf(wo, m);
+        let tint = self.metal.reflectance(wo.dot(m)) * self.tint;
+        let mut values = ByClass::BLACK;
+        values[self.lobes()] = tint * (pdf * self.facets.masking(wi, m));
+        Response { values, pdf }
     }
 
     #[inline]

@@ -1,6 +1,7 @@
 //! One scattering model with what wraps it: weight, sides, a tilted frame. Directions here are in the shading frame of the surface.
 
 use super::model::{Model, ModelSample};
+use super::response::Response;
 use super::{BsdfNumbers, BsdfSample, LARGEST, Lobes};
 use crate::color::Rgb;
 use crate::math::{Frame, Vec2, Vec3};
@@ -221,6 +222,38 @@ impl Leaf<'_> {
         wi.z *= mirror;
         wo.z *= mirror;
         self.model.eval(wi, wo, self.model_lobes(lobes)) * weight
+    }
+
+    /// [`Leaf::eval`] class by class but for the leaf's weight, and [`Leaf::pdf`] given `wo`: the changes of frame are made once.
+    #[inline]
+    pub(super) fn respond(&self, mut wi: Vec3, mut wo: Vec3, lobes: Lobes) -> Response {
+        let Some(mirror) = self.outer.mirror(wo.z) else {
+            return Response::NONE;
+        };
+        wi.z *= mirror;
+        wo.z *= mirror;
+        let mut shadowing = 1.0;
+        if let Some(tilt) = &self.tilt {
+            let frame = tilt.frame(tilt.facing(wo));
+            let local = frame.to_local(wi);
+            if local.z * wi.z <= 0.0 {
+                return Response::NONE;
+            }
+            shadowing = tilt.shadowing(wi);
+            wi = local;
+            wo = frame.to_local(wo);
+        }
+        let Some(mirror) = self.inner.mirror(wo.z) else {
+            return Response::NONE;
+        };
+        wi.z *= mirror;
+        wo.z *= mirror;
+        let mut response = self.model.respond(wi, wo, self.model_lobes(lobes));
+        response.values.scale(shadowing);
+        if self.demoted {
+            response.values.demote();
+        }
+        response
     }
 
     /// Lambert's model alone as seen from `wo`; `None` for other models, and on a side that is black.

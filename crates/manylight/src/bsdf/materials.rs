@@ -126,26 +126,45 @@ impl Materials {
                 demoted: false,
             });
             bsdf.lobes = Lobes::DIFFUSE;
-            return bsdf;
+        } else {
+            let mut flat = Flattening {
+                materials: self,
+                x,
+                textures,
+                count: 0,
+                bsdf: &mut bsdf,
+            };
+            flat.add(id, Wrapping::NONE);
+            flat.finish();
         }
-        let mut flat = Flattening {
-            materials: self,
-            x,
-            textures,
-            count: 0,
-            bsdf: &mut bsdf,
-        };
-        flat.add(
-            id,
-            Wrapping {
-                weight: 1.0,
-                outer: Sides::Own,
-                tilt: None,
-                inner: Sides::Own,
-            },
-        );
-        flat.finish();
         bsdf
+    }
+
+    /// Asks for the memory of the textures that lend a material its color at `uv`.
+    #[inline]
+    pub fn expect(&self, id: MaterialId, uv: Vec2, textures: &[Texture]) {
+        match &self.materials[id.index()] {
+            Material::Diffuse { reflectance } | Material::RoughDiffuse { reflectance, .. } => {
+                reflectance.expect(uv, textures)
+            }
+            Material::Plastic {
+                diffuse_reflectance,
+                ..
+            } => diffuse_reflectance.expect(uv, textures),
+            Material::Conductor {
+                specular_reflectance,
+                ..
+            } => specular_reflectance.expect(uv, textures),
+            Material::Principled(p) => p.base_color.expect(uv, textures),
+            Material::TwoSided { front: inner, .. }
+            | Material::Mask { inner, .. }
+            | Material::NormalMap { inner, .. } => self.expect(*inner, uv, textures),
+            Material::BumpMap { texture, inner, .. } => {
+                textures[texture.index()].expect(uv);
+                self.expect(*inner, uv, textures);
+            }
+            _ => (),
+        }
     }
 
     /// The most frequent materials, whose scattering functions are known without more ado: Lambertian, on one side or both.
@@ -296,9 +315,13 @@ impl<'s> Flattening<'_, 's> {
     /// Sums up the leaves.
     fn finish(self) {
         let bsdf = self.bsdf;
-        bsdf.exit = demote(&mut bsdf.leaves);
         bsdf.is_open = bsdf.open != [0.0; 2];
-        for leaf in bsdf.leaves.iter().flatten() {
+        bsdf.exit = match &bsdf.leaves {
+            // What `demote` finds for most materials.
+            [Some(leaf), None, ..] if leaf.tilt.is_none() => leaf.model.exit(),
+            _ => demote(&mut bsdf.leaves),
+        };
+        for leaf in bsdf.leaves.iter().map_while(Option::as_ref) {
             bsdf.lobes = bsdf.lobes.or(leaf.lobes());
             bsdf.glossy_width = bsdf.glossy_width.min(leaf.model.glossy_width());
             bsdf.is_open |= matches!(leaf.model, Model::Pane(_));
@@ -511,6 +534,14 @@ impl<'s> Flattening<'_, 's> {
 }
 
 impl Wrapping {
+    /// The whole of the material.
+    const NONE: Wrapping = Wrapping {
+        weight: 1.0,
+        outer: Sides::Own,
+        tilt: None,
+        inner: Sides::Own,
+    };
+
     /// Inside a two-sided wrapper; the innermost of several on one level decides, as only one-sided materials may be inside.
     fn on(self, sides: Sides) -> Self {
         if self.tilt.is_some() {

@@ -23,6 +23,7 @@ mod principled;
 mod principled_front;
 mod receiver;
 mod receivers;
+mod response;
 mod rough_diffuse;
 #[cfg(test)]
 mod tests;
@@ -42,6 +43,7 @@ use crate::math::{Frame, Vec2, Vec3};
 use crate::sampling::{rng, warp};
 use leaf::{Given, Lambert, Leaf};
 use model::{Model, ModelSample};
+use response::{ByClass, CLASSES, Response};
 use std::f32::consts::FRAC_1_PI;
 
 /// Roughness below which a microfacet lobe counts as near-delta: narrower than a texel of a 32 x 32 octahedral table
@@ -174,18 +176,13 @@ impl<'s> Bsdf<'s> {
                 pdf,
             });
         }
-        let part = |lobes| {
-            if self.lobes.has(lobes) {
-                self.eval_local(wi, wo, lobes)
-            } else {
-                Rgb::BLACK
-            }
-        };
-        let (smooth, narrow) = (part(Lobes::SMOOTH), part(Lobes::NEAR_DELTA));
-        (!smooth.is_black() || !narrow.is_black()).then(|| SeenByWidth {
+        let Response { values, pdf } = self.respond_local(wi, wo, Lobes::ALL);
+        let smooth = values[Lobes::DIFFUSE] + values[Lobes::GLOSSY];
+        let narrow = values[Lobes::NEAR_DELTA];
+        (!smooth.is_black() || !narrow.is_black()).then_some(SeenByWidth {
             smooth,
             narrow,
-            pdf: self.pdf_local(Given::Wo, wo, wi, Lobes::ALL),
+            pdf,
         })
     }
 
@@ -211,8 +208,8 @@ impl<'s> Bsdf<'s> {
         match self.draw_wi(given, u, lobes)? {
             Drawn::Delta(sample) => Some(sample),
             Drawn::Finite { w, local, eta } => {
-                let (weight, lobe) = self.choose_class(local, given, u, lobes)?;
-                let pdf = self.pdf_local(Given::Wo, given, local, lobes);
+                let Response { values, pdf } = self.respond_local(local, given, lobes);
+                let (weight, lobe) = choose_class(&values, u)?;
                 complete(w, weight, pdf, lobe, eta)
             }
         }
@@ -224,7 +221,9 @@ impl<'s> Bsdf<'s> {
         match self.draw_wo(wi, given, u, lobes)? {
             Drawn::Delta(sample) => Some(sample),
             Drawn::Finite { w, local, eta } => {
-                let (value, lobe) = self.choose_class(given, local, u, lobes)?;
+                let present = self.lobes.and(lobes);
+                let values = ByClass::of(present, |class| self.eval_local(given, local, class));
+                let (value, lobe) = choose_class(&values, u)?;
                 let weight = value * (w.dot(self.ng) / wi.dot(self.ng)).abs();
                 complete(
                     w,
@@ -401,6 +400,23 @@ impl<'s> Bsdf<'s> {
         if total > 0.0 { sum / total } else { 0.0 }
     }
 
+    /// `f |wi·ns|` and the density of sampling from `wo`, both by `lobes`. Local directions.
+    #[inline]
+    fn respond_local(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Response {
+        let mut sum = Response::NONE;
+        let mut total = 0.0;
+        for leaf in self.answering(wo, lobes) {
+            let Response { values, pdf } = leaf.respond(wi, wo, lobes);
+            sum.values.add(&values, leaf.weight);
+            sum.pdf += pdf * leaf.weight;
+            total += leaf.weight;
+        }
+        if total > 0.0 {
+            sum.pdf /= total;
+        }
+        sum
+    }
+
     /// The leaves that can be sampled from `given`.
     #[inline]
     fn answering(&self, given: Vec3, lobes: Lobes) -> impl Iterator<Item = &Leaf<'s>> {
@@ -502,54 +518,6 @@ impl<'s> Bsdf<'s> {
         complete(wo, weight, 1.0, Lobes::DELTA, eta)
             .map(|sample| Drawn::Delta(BsdfSample { pdf: 0.0, ..sample }))
     }
-
-    /// One finite class in proportion to its luminance, and its `f |wi·ng|` over its probability. Local directions.
-    #[inline]
-    fn choose_class(
-        &self,
-        wi: Vec3,
-        wo: Vec3,
-        u: BsdfNumbers,
-        lobes: Lobes,
-    ) -> Option<(Rgb, Lobes)> {
-        let present = self.lobes.and(lobes).and(Lobes::FINITE);
-        if present.0.count_ones() == 1 {
-            let value = self.eval_local(wi, wo, present);
-            return (!value.is_black()).then_some((value, present));
-        }
-        self.choose_among_classes(wi, wo, class_number(u), present)
-    }
-
-    fn choose_among_classes(
-        &self,
-        wi: Vec3,
-        wo: Vec3,
-        u: f32,
-        present: Lobes,
-    ) -> Option<(Rgb, Lobes)> {
-        let classes = [Lobes::DIFFUSE, Lobes::GLOSSY, Lobes::NEAR_DELTA];
-        let values = classes.map(|c| {
-            if present.has(c) {
-                self.eval_local(wi, wo, c)
-            } else {
-                Rgb::BLACK
-            }
-        });
-        let total: f32 = values.iter().map(|v| v.luminance()).sum();
-        let mut left = u * total;
-        let mut chosen = None;
-        for (value, class) in values.into_iter().zip(classes) {
-            let luminance = value.luminance();
-            if luminance > 0.0 {
-                chosen = Some((value * (total / luminance), class));
-                if left < luminance {
-                    break;
-                }
-                left -= luminance;
-            }
-        }
-        chosen
-    }
 }
 
 /// The largest number below one.
@@ -559,6 +527,29 @@ const LARGEST: f32 = 1.0 - f32::EPSILON / 2.0;
 enum Drawn {
     Delta(BsdfSample),
     Finite { w: Vec3, local: Vec3, eta: f32 },
+}
+
+/// One finite class in proportion to its luminance, and its value over its probability.
+#[inline]
+fn choose_class(values: &ByClass, u: BsdfNumbers) -> Option<(Rgb, Lobes)> {
+    let luminances = CLASSES.map(|class| values[class].luminance());
+    let total: f32 = luminances.iter().sum();
+    let alone = luminances.iter().position(|&l| l > 0.0 && l == total);
+    if let Some(class) = alone.map(|i| CLASSES[i]) {
+        return Some((values[class], class));
+    }
+    let mut left = class_number(u) * total;
+    let mut chosen = None;
+    for (luminance, class) in luminances.into_iter().zip(CLASSES) {
+        if luminance > 0.0 {
+            chosen = Some((values[class] * (total / luminance), class));
+            if left < luminance {
+                break;
+            }
+            left -= luminance;
+        }
+    }
+    chosen
 }
 
 /// A number for the choice of a class that does not follow the choice of the direction: that has used up the leading digits.

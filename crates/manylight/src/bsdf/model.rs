@@ -9,6 +9,7 @@ use super::diffuse::Diffuse;
 use super::phong::Phong;
 use super::plastic::{Plastic, RoughPlastic};
 use super::principled::Principled;
+use super::response::{ByClass, Response};
 use super::rough_diffuse::RoughDiffuse;
 use super::thin_dielectric::Pane;
 use super::ward::Ward;
@@ -133,6 +134,20 @@ impl<'s> Model<'s> {
     #[inline]
     pub(super) fn pdf(&self, given: Vec3, other: Vec3, lobes: Lobes) -> f32 {
         dispatch!(self, m => m.pdf(given, other, lobes))
+    }
+
+    /// [`Model::eval`] class by class and [`Model::pdf`] given `wo`, where most models have much in common.
+    #[inline]
+    pub(super) fn respond(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Response {
+        match self {
+            Model::RoughConductor(m) => m.respond(wi, wo, lobes),
+            Model::RoughPlastic(m) => m.respond(wi, wo, lobes),
+            Model::Principled(m) => m.respond(wi, wo, lobes),
+            _ => Response {
+                values: ByClass::of(self.lobes().and(lobes), |class| self.eval(wi, wo, class)),
+                pdf: self.pdf(wo, wi, lobes),
+            },
+        }
     }
 
     /// Draws the other direction. `lobes` shares a class with the model's.

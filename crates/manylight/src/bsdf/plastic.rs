@@ -3,6 +3,7 @@
 use super::fresnel::{self, reflect};
 use super::microfacet::Microfacets;
 use super::model::{ModelSample, microfacet_class};
+use super::response::Response;
 use super::{BsdfNumbers, Lobes};
 use crate::color::Rgb;
 use crate::lanes::{LANES, Lanes};
@@ -182,12 +183,11 @@ impl<'s> RoughPlastic<'s> {
         Lobes::DIFFUSE.or(self.coat_class())
     }
 
+    /// At a transmittance of the coat.
     #[inline]
-    fn coat_probability(&self, cos: f32, lobes: Lobes) -> f32 {
+    fn coat_probability(&self, transmittance: f32, lobes: Lobes) -> f32 {
         match (lobes.has(self.coat_class()), lobes.has(Lobes::DIFFUSE)) {
-            (true, true) => {
-                coat_probability(1.0 - interpolate(self.transmittance, cos), self.coat_share)
-            }
+            (true, true) => coat_probability(1.0 - transmittance, self.coat_share),
             (true, false) => 1.0,
             _ => 0.0,
         }
@@ -219,11 +219,34 @@ impl<'s> RoughPlastic<'s> {
         sum
     }
 
+    /// See [`Model::respond`](super::model::Model::respond).
+    pub(super) fn respond(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Response {
+        let mut response = Response::NONE;
+        if wi.z <= 0.0 || wo.z <= 0.0 || !lobes.has(self.lobes()) {
+            return response;
+        }
+        let into_eye = interpolate(self.transmittance, wo.z);
+        let coat = self.coat_probability(into_eye, lobes);
+        if lobes.has(self.coat_class()) {
+            let m = (wi + wo).normalize();
+            let f = fresnel::dielectric(wo.dot(m), self.eta).reflectance;
+            let pdf = self.facets.reflected_pdf(wo, m);
+            response.values[self.coat_class()] = self.tint * (f * pdf * self.facets.masking(wi, m));
+            response.pdf = coat * pdf;
+        }
+        if lobes.has(Lobes::DIFFUSE) {
+            let cosine = warp::cosine_hemisphere_pdf(wi.z);
+            response.values[Lobes::DIFFUSE] = self.diffuse_weight(wi) * (into_eye * cosine);
+            response.pdf += (1.0 - coat) * cosine;
+        }
+        response
+    }
+
     pub(super) fn pdf(&self, given: Vec3, other: Vec3, lobes: Lobes) -> f32 {
         if given.z <= 0.0 || other.z <= 0.0 || !lobes.has(self.lobes()) {
             return 0.0;
         }
-        let coat = self.coat_probability(given.z, lobes);
+        let coat = self.coat_probability(interpolate(self.transmittance, given.z), lobes);
         let mut pdf = (1.0 - coat) * warp::cosine_hemisphere_pdf(other.z);
         if coat > 0.0 {
             pdf += coat
@@ -238,7 +261,8 @@ impl<'s> RoughPlastic<'s> {
         if given.z <= 0.0 {
             return None;
         }
-        if u.lobe >= self.coat_probability(given.z, lobes) {
+        let transmittance = interpolate(self.transmittance, given.z);
+        if u.lobe >= self.coat_probability(transmittance, lobes) {
             return Some(ModelSample::finite(warp::cosine_hemisphere(u.direction)));
         }
         let w = reflect(given, self.facets.sample(given, u.direction));

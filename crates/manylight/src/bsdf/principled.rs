@@ -9,6 +9,7 @@ use super::material::Distribution;
 use super::microfacet::Microfacets;
 use super::model::{ModelSample, microfacet_class};
 use super::principled_front::Front;
+use super::response::{ByClass, Response};
 use super::{BsdfNumbers, Lobes, NEAR_DELTA_ALPHA};
 use crate::color::Rgb;
 use crate::math::trig::sin_cos_turns;
@@ -175,6 +176,23 @@ impl Principled {
         let Some(half) = Half::new(wo, wi, self.eta) else {
             return Rgb::BLACK;
         };
+        self.eval_by(&half, wi, wo, lobes)
+    }
+
+    /// See [`Model::respond`](super::model::Model::respond).
+    pub(super) fn respond(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Response {
+        let Some(half) = Half::new(wo, wi, self.eta) else {
+            return Response::NONE;
+        };
+        Response {
+            values: ByClass::of(self.lobes().and(lobes), |class| {
+                self.eval_by(&half, wi, wo, class)
+            }),
+            pdf: self.pdf_by(&half, wo, wi, lobes),
+        }
+    }
+
+    fn eval_by(&self, half: &Half, wi: Vec3, wo: Vec3, lobes: Lobes) -> Rgb {
         if half.reflects && wo.z > 0.0 {
             let front = self.front(lobes);
             return if front.has_extras() {
@@ -184,7 +202,7 @@ impl Principled {
             };
         }
         if lobes.has(self.specular_class()) {
-            self.specular(wi, wo, &half)
+            self.specular(wi, wo, half)
         } else {
             Rgb::BLACK
         }
@@ -282,11 +300,13 @@ impl Principled {
     }
 
     pub(super) fn pdf(&self, given: Vec3, other: Vec3, lobes: Lobes) -> f32 {
+        Half::new(given, other, self.eta)
+            .map_or(0.0, |half| self.pdf_by(&half, given, other, lobes))
+    }
+
+    fn pdf_by(&self, half: &Half, given: Vec3, other: Vec3, lobes: Lobes) -> f32 {
         let strategies = self.strategies(given, lobes);
         let total = strategies.total();
-        let Some(half) = Half::new(given, other, self.eta) else {
-            return 0.0;
-        };
         if total == 0.0 {
             return 0.0;
         }

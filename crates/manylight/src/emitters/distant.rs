@@ -1,6 +1,7 @@
 //! Emitters at infinity: parallel light, constant radiance, pictures of the surroundings.
 
-use super::environment::EnvironmentSampler;
+use super::environment::{EnvironmentSample, EnvironmentSampler};
+use super::environment_tiles::Place;
 use super::guide::{Guide, Lesson};
 use super::warp_within::split;
 use super::{Emitter, Strength};
@@ -101,9 +102,22 @@ pub(super) struct Distant {
 pub struct DistantPlan {
     source: usize,
     u_left: f32,
-    /// Of a picture.
-    tile: usize,
-    u: Vec2,
+    aim: Aim,
+}
+
+/// Where in an emitter the numbers lead, as far as this is known.
+#[derive(Clone, Copy, Debug)]
+enum Aim {
+    /// Still the numbers themselves.
+    Numbers(Vec2),
+    /// A row of tiles of a picture, and what is left of the numbers.
+    Row(usize, Vec2),
+    /// A tile.
+    Tile(usize, Vec2),
+    /// A cell, and a uniform point in it.
+    Cell(Place),
+    /// All that there is to know.
+    Found(EnvironmentSample),
 }
 
 /// A direction to a distant emitter.
@@ -175,21 +189,31 @@ impl Distant {
     #[inline]
     pub(super) fn plan(&self, u_choice: f32, u: Vec2) -> DistantPlan {
         let (source, u_left) = self.choose(u_choice);
-        let (tile, u) = match &self.sources[source].kind {
-            Kind::Environment(sampler) => sampler.plan(u),
-            _ => (0, u),
+        let aim = match &self.sources[source].kind {
+            Kind::Environment(sampler) => {
+                let (row, u) = sampler.tiles().choose_row(u);
+                Aim::Row(row, u)
+            }
+            _ => Aim::Numbers(u),
         };
         DistantPlan {
             source,
             u_left,
-            tile,
-            u,
+            aim,
+        }
+    }
+
+    /// Takes a plan one step on, with memory that the step before has asked for.
+    #[inline]
+    pub(super) fn refine(&self, plan: &mut DistantPlan) {
+        if let Kind::Environment(sampler) = &self.sources[plan.source].kind {
+            plan.aim = plan.aim.refined(sampler);
         }
     }
 
     /// A direction for direct light at a receiver with normal `n`.
     pub(super) fn sample(&self, n: Option<Vec3>, plan: &DistantPlan) -> DistantSample {
-        let (source, u) = (&self.sources[plan.source], plan.u);
+        let source = &self.sources[plan.source];
         let emitter = source.emitter;
         let wi = match &source.kind {
             Kind::Directional { wi, irradiance } => {
@@ -200,14 +224,14 @@ impl Distant {
                     known: None,
                 };
             }
-            Kind::Constant { .. } => match n {
-                Some(n) if !split(plan.u_left, UNIFORM_SHARE).0 => Frame::from_normal(n)
+            Kind::Constant { .. } => match (n, plan.aim.numbers()) {
+                (Some(n), u) if !split(plan.u_left, UNIFORM_SHARE).0 => Frame::from_normal(n)
                     .to_world(warp::cosine_hemisphere(u))
                     .normalize(),
-                _ => warp::sphere(u),
+                (_, u) => warp::sphere(u),
             },
             Kind::Environment(sampler) => {
-                let sample = sampler.planned(plan.tile, u);
+                let sample = plan.aim.found(sampler);
                 let alone = self.sources.len() == 1;
                 return DistantSample {
                     wi: sample.wi,
@@ -427,6 +451,42 @@ impl Source {
                 let sample = sampler.sample(u);
                 (sample.pdf > 0.0).then(|| (sample.wi, sample.radiance / sample.pdf))
             }
+        }
+    }
+}
+
+impl Aim {
+    #[inline]
+    fn refined(self, sampler: &EnvironmentSampler) -> Self {
+        match self {
+            Aim::Row(row, u) => {
+                let (tile, u) = sampler.tiles().choose_tile(row, u);
+                Aim::Tile(tile, u)
+            }
+            Aim::Tile(tile, u) => Aim::Cell(sampler.tiles().choose_cell(tile, u)),
+            Aim::Cell(place) => Aim::Found(sampler.sample_within(place)),
+            Aim::Numbers(_) | Aim::Found(_) => self,
+        }
+    }
+
+    /// The direction, whatever steps are left.
+    #[inline]
+    fn found(mut self, sampler: &EnvironmentSampler) -> EnvironmentSample {
+        loop {
+            match self {
+                Aim::Found(sample) => return sample,
+                Aim::Numbers(u) => return sampler.sample(u),
+                _ => self = self.refined(sampler),
+            }
+        }
+    }
+
+    /// The numbers, for what is no picture.
+    #[inline]
+    fn numbers(self) -> Vec2 {
+        match self {
+            Aim::Numbers(u) => u,
+            _ => unreachable!("invariant: only plans for pictures are refined"),
         }
     }
 }

@@ -4,8 +4,9 @@ use super::environment_tiles::{Corners, Place, Tiles};
 use super::warp_within::sample_linear;
 use crate::color::Rgb;
 use crate::image::Image;
+use crate::math::float::{floor, safe_sqrt};
 use crate::math::trig::{atan2_turns, sin_cos_turns};
-use crate::math::{Mat3, Vec2, Vec3, float::safe_sqrt};
+use crate::math::{Mat3, Vec2, Vec3};
 use rayon::prelude::*;
 use std::f32::consts::{PI, TAU};
 
@@ -115,22 +116,20 @@ impl EnvironmentSampler {
     /// Draws a direction towards the surroundings.
     #[inline]
     pub(super) fn sample(&self, u: Vec2) -> EnvironmentSample {
-        let (tile, u) = self.tiles.choose(u);
-        self.planned(tile, u)
+        let (row, u) = self.tiles.choose_row(u);
+        let (tile, u) = self.tiles.choose_tile(row, u);
+        self.sample_within(self.tiles.choose_cell(tile, u))
     }
 
-    /// The first half of [`EnvironmentSampler::sample`]: a tile and what is left of `u`. Asks for the memory of the tile.
-    #[inline]
-    pub(super) fn plan(&self, u: Vec2) -> (usize, Vec2) {
-        let (tile, u) = self.tiles.choose(u);
-        self.tiles.expect(tile);
-        (tile, u)
+    /// The steps of [`EnvironmentSampler::sample`].
+    pub(super) fn tiles(&self) -> &Tiles {
+        &self.tiles
     }
 
-    /// The second half of [`EnvironmentSampler::sample`].
+    /// A direction towards the cell of a uniform point in it, in proportion to the luminance there.
     #[inline]
-    pub(super) fn planned(&self, tile: usize, u: Vec2) -> EnvironmentSample {
-        let (p, corners) = self.tiles.sample_within(tile, u);
+    pub(super) fn sample_within(&self, p: Place) -> EnvironmentSample {
+        let corners = self.tiles.corners(p.column, p.row);
         let [w00, w10, w01, w11] = luminances(&corners);
         let y = sample_linear(p.within.y, w00 + w10, w01 + w11);
         let x = sample_linear(p.within.x, w00 + (w01 - w00) * y, w10 + (w11 - w10) * y);
@@ -153,7 +152,7 @@ impl EnvironmentSampler {
         let x = atan2_turns(d.x, -d.z) * width - 0.5;
         // More exact at the poles than an arc cosine.
         let y = 2.0 * atan2_turns(sin_polar(d), d.y) * height;
-        let (left, row) = (x.floor(), (y as usize).min(self.tiles.height - 1));
+        let (left, row) = (floor(x).0, (y as usize).min(self.tiles.height - 1));
         // Half a turn either way: only the left half is below 0.
         let column = if left < 0.0 { left + width } else { left };
         Place {

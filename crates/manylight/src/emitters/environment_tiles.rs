@@ -7,7 +7,7 @@ use super::environment::Environment;
 use crate::color::Rgb;
 use crate::math::Vec2;
 use crate::math::prefetch::prefetch;
-use crate::sampling::alias::Alias;
+use crate::sampling::alias::{Alias, AliasRows};
 use rayon::prelude::*;
 
 /// Cells along the edge of a tile. A cell is the rectangle between four texel centers.
@@ -26,8 +26,8 @@ pub(super) struct Tiles {
     tiles: Vec<Tile>,
     /// Over rows of tiles.
     rows: Alias,
-    /// Over the tiles of each row; empty for rows without weight.
-    columns: Vec<Alias>,
+    /// Over the tiles of each row.
+    columns: AliasRows,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -93,37 +93,38 @@ impl Tiles {
             across,
             tiles,
             rows: Alias::new(&row_sums)?,
-            columns: totals
-                .par_chunks_exact(across)
-                .map(|row| Alias::new(row).unwrap_or_default())
-                .collect(),
+            columns: AliasRows::new(&totals, across),
         })
     }
 
-    /// A tile in proportion to its weight, and what is left of `u`.
+    /// A row of tiles in proportion to its weight, and what is left of `u`. Asks for the memory that [`Tiles::choose_tile`] will read.
     #[inline]
-    pub(super) fn choose(&self, u: Vec2) -> (usize, Vec2) {
+    pub(super) fn choose_row(&self, u: Vec2) -> (usize, Vec2) {
         let (row, u_y) = self.rows.sample_reusing(u.y);
-        let (column, u_x) = self.columns[row].sample_reusing(u.x);
-        (row * self.across + column, Vec2::new(u_x, u_y))
+        self.columns.expect(row, u.x);
+        (row, Vec2::new(u.x, u_y))
     }
 
-    /// Asks for the memory that [`Tiles::sample_within`] will read.
+    /// A tile of the row in proportion to its weight, and what is left of `u`. Asks for the memory that [`Tiles::choose_cell`]
+    /// will read.
     #[inline]
-    pub(super) fn expect(&self, tile: usize) {
-        prefetch(&self.tiles[tile]);
+    pub(super) fn choose_tile(&self, row: usize, u: Vec2) -> (usize, Vec2) {
+        let (column, u_x) = self.columns.sample_reusing(row, u.x);
+        let tile = row * self.across + column;
+        prefetch(&self.tiles[tile].running);
+        (tile, Vec2::new(u_x, u.y))
     }
 
-    /// A cell of a tile in proportion to its weight and a uniform point in it, with its texels.
+    /// A cell of the tile in proportion to its weight, and a uniform point in it. Asks for the memory of its corners.
     #[inline]
-    pub(super) fn sample_within(&self, tile: usize, u: Vec2) -> (Place, Corners) {
+    pub(super) fn choose_cell(&self, tile: usize, u: Vec2) -> Place {
         let (x, y, within) = self.tiles[tile].choose(u);
-        let place = Place {
+        self.tiles[tile].expect_corners(x, y);
+        Place {
             column: tile % self.across * EDGE + x,
             row: tile / self.across * EDGE + y,
             within,
-        };
-        (place, self.tiles[tile].corners(x, y))
+        }
     }
 
     /// The texels around a cell.
@@ -144,6 +145,15 @@ impl Tile {
         let first = y * TEXELS + x;
         let texels = &self.texels[first..first + TEXELS + 2];
         [texels[0], texels[1], texels[TEXELS], texels[TEXELS + 1]]
+    }
+
+    /// Asks for the memory that [`Tile::corners`] will read.
+    #[inline]
+    fn expect_corners(&self, x: usize, y: usize) {
+        let first = y * TEXELS + x;
+        for i in [0, 1, TEXELS, TEXELS + 1] {
+            prefetch(&self.texels[first + i]);
+        }
     }
 
     /// Column and row of a cell, and where in it.
@@ -204,10 +214,10 @@ mod tests {
         let mut mean = Vec2::ZERO;
         for i in 0..n * n {
             let u = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
-            let (tile, u) = tiles.choose(u);
-            let (p, corners) = tiles.sample_within(tile, u);
+            let (row, u) = tiles.choose_row(u);
+            let (tile, u) = tiles.choose_tile(row, u);
+            let p = tiles.choose_cell(tile, u);
             assert!(p.within.cmpge(Vec2::ZERO).all() && p.within.cmplt(Vec2::ONE).all());
-            assert_eq!(corners, tiles.corners(p.column, p.row));
             counts[p.row * width + p.column] += 1;
             mean += p.within / (n * n) as f32;
         }

@@ -309,6 +309,15 @@ impl Emitters {
         }
     }
 
+    /// Takes a plan one step on: asks for memory that the next step, or [`Emitters::sample_planned`], will read. After three steps
+    /// pictures have nothing left to do. Optional.
+    #[inline]
+    pub fn refine_plan(&self, plan: &mut DirectPlan) {
+        if let DirectPlan::Distant(plan) = plan {
+            self.distant.refine(plan);
+        }
+    }
+
     /// The second half of [`Emitters::sample_direct`].
     pub fn sample_planned(
         &self,

@@ -2,14 +2,17 @@
 //!
 //! It fills the same layers as the many-light methods, so each of their terms can be checked by itself.
 //!
-//! The paths of a tile advance in step: first all follow their rays, then all scatter, then all connections to emitters are
-//! tested. Each stage finds its code and data in the cache, and the fetches of one path overlap with the work of the next.
+//! The paths of a tile advance in step: all choose emitters, all follow their rays, all find out where they are, all scatter, then
+//! all connections to emitters are tested. Each stage finds its code in the cache, and asks for the memory that the next will read
+//! while the other paths are at work.
 
 use super::partition::Stage;
 use super::{PassContext, first_surface_sampled};
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::film::{Film, Layer, TileSamples};
+use crate::geometry::SurfacePoint;
+use crate::math::Vec3;
 use crate::sampling::{Sampler, Stream};
 use crate::scene::{PathLimits, Scene};
 use crate::stats::Stats;
@@ -47,35 +50,75 @@ pub(super) fn render_pass(
 /// Follows all paths to their ends and returns the number of shadow rays.
 fn trace(scene: &Scene, limits: PathLimits, mut paths: Vec<Path>, out: &mut TileSamples) -> u64 {
     let mut shadow_rays = 0;
+    let mut lights = Vec::with_capacity(paths.len());
     let mut arrivals = Vec::with_capacity(paths.len());
+    let mut places = Vec::with_capacity(paths.len());
     let mut connections = Vec::with_capacity(paths.len());
     while !paths.is_empty() {
+        lights.extend(
+            paths
+                .iter_mut()
+                .map(|path| LightPlan::draw(scene, &mut path.sampler)),
+        );
+        lights.iter_mut().for_each(|light| light.refine(scene));
         for path in &mut paths {
-            let light = LightPlan::draw(scene, &mut path.sampler);
             let arrival = path.walk.arrive();
             if let Arrival::Hit(at, _) = arrival {
                 scene.geometry.expect(at);
             }
-            arrivals.push((arrival, light));
+            arrivals.push(arrival);
         }
-        for (arrival, _) in &arrivals {
+        lights.iter_mut().for_each(|light| light.refine(scene));
+        for (arrival, light) in arrivals.iter().zip(&mut lights) {
+            if let Arrival::Hit(..) = arrival {
+                light.refine(scene);
+            }
+        }
+        for arrival in &arrivals {
             if let Arrival::Hit(at, _) = arrival {
                 scene.geometry.expect_vertices(*at);
             }
         }
-        let mut arrival = arrivals.drain(..);
+        places.extend(arrivals.drain(..).map(|arrival| Place::new(scene, arrival)));
+        for place in &places {
+            if let Place::Surface(x, _) = place {
+                scene.expect_bsdf(x);
+            }
+        }
+        let mut here = places.drain(..).zip(lights.drain(..));
         paths.retain_mut(|path| {
-            arrival.next().is_some_and(|(at, light)| {
-                path.continues(scene, limits, (at, &light), &mut connections, out)
+            here.next().is_some_and(|(place, light)| {
+                path.continues(scene, limits, (place, &light), &mut connections, out)
             })
         });
-        drop(arrival);
+        drop(here);
         shadow_rays += connections.len() as u64;
         for connection in connections.drain(..) {
             connection.add(scene, out);
         }
     }
     shadow_rays
+}
+
+/// Where a path arrived.
+enum Place {
+    /// A point of a surface, and the length of the last segment.
+    Surface(SurfacePoint, f32),
+    /// The surroundings, along this unit direction.
+    Surroundings(Vec3),
+    /// Nothing that the path may see.
+    Nowhere,
+}
+
+impl Place {
+    #[inline]
+    fn new(scene: &Scene, arrival: Arrival) -> Self {
+        match arrival {
+            Arrival::Hit(at, distance) => Place::Surface(scene.surface_point(at), distance),
+            Arrival::Escaped(wi) => Place::Surroundings(wi),
+            Arrival::Hidden => Place::Nowhere,
+        }
+    }
 }
 
 /// A camera path under way.
@@ -117,19 +160,18 @@ impl Path<'_> {
         &mut self,
         scene: &Scene,
         limits: PathLimits,
-        (arrival, light): (Arrival, &LightPlan),
+        (place, light): (Place, &LightPlan),
         connections: &mut Vec<Connection>,
         out: &mut TileSamples,
     ) -> bool {
-        let (at, distance) = match arrival {
-            Arrival::Hidden => return false,
-            Arrival::Escaped(wi) => {
+        let (x, distance) = match place {
+            Place::Nowhere => return false,
+            Place::Surroundings(wi) => {
                 self.add(found_environment(scene, self.walk.previous(), wi), out);
                 return false;
             }
-            Arrival::Hit(at, distance) => (at, distance),
+            Place::Surface(x, distance) => (x, distance),
         };
-        let x = scene.surface_point(at);
         let found = found_radiance(scene, self.walk.previous(), &x, self.walk.w_prev());
         self.add(found, out);
         let ends = !limits.allow(self.walk.segments() + 1);

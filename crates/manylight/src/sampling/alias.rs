@@ -1,5 +1,8 @@
 //! Discrete choice in constant time.
 
+use crate::math::prefetch::prefetch;
+use rayon::prelude::*;
+
 /// Walker's alias table. Source: Vose, "A Linear Algorithm for Generating Random Numbers with a Given Distribution", 1991.
 #[derive(Clone, Debug, Default)]
 pub struct Alias {
@@ -86,24 +89,67 @@ impl Alias {
     /// The chosen item and what is left of `u`: uniform again. Reads one place of memory only. The table must not be empty.
     #[inline]
     pub fn sample_reusing(&self, u: f32) -> (usize, f32) {
-        const LARGEST: f32 = 1.0 - f32::EPSILON / 2.0;
-        let x = u * self.slots.len() as f32;
-        let i = (x as usize).min(self.slots.len() - 1);
-        let (slot, rest) = (self.slots[i], x - i as f32);
-        if rest < slot.keep {
-            (i, (rest / slot.keep).min(LARGEST))
-        } else {
-            (
-                slot.other as usize,
-                ((rest - slot.keep) / (1.0 - slot.keep)).min(LARGEST),
-            )
-        }
+        choose(&self.slots, u)
     }
 
     /// Probability of item `i`.
     #[inline]
     pub fn pmf(&self, i: usize) -> f32 {
         self.pmf[i]
+    }
+}
+
+/// The item that `u` names and what is left of `u`.
+#[inline]
+fn choose(slots: &[Slot], u: f32) -> (usize, f32) {
+    const LARGEST: f32 = 1.0 - f32::EPSILON / 2.0;
+    let x = u * slots.len() as f32;
+    let i = (x as usize).min(slots.len() - 1);
+    let (slot, rest) = (slots[i], x - i as f32);
+    if rest < slot.keep {
+        (i, (rest / slot.keep).min(LARGEST))
+    } else {
+        (
+            slot.other as usize,
+            ((rest - slot.keep) / (1.0 - slot.keep)).min(LARGEST),
+        )
+    }
+}
+
+/// Alias tables over the rows of a matrix, in one piece of memory.
+#[derive(Clone, Debug)]
+pub struct AliasRows {
+    width: usize,
+    slots: Vec<Slot>,
+}
+
+impl AliasRows {
+    /// One table for each `width` weights. Rows without weight must never be asked.
+    pub fn new(weights: &[f32], width: usize) -> Self {
+        const NOTHING: Slot = Slot {
+            keep: 1.0,
+            other: 0,
+        };
+        let slots = weights
+            .par_chunks_exact(width)
+            .flat_map_iter(|row| {
+                Alias::new(row).map_or_else(|| vec![NOTHING; width], |alias| alias.slots)
+            })
+            .collect();
+        AliasRows { width, slots }
+    }
+
+    /// As [`Alias::sample_reusing`] with the table of a row.
+    #[inline]
+    pub fn sample_reusing(&self, row: usize, u: f32) -> (usize, f32) {
+        choose(&self.slots[row * self.width..][..self.width], u)
+    }
+
+    /// Asks for the memory that [`AliasRows::sample_reusing`] will read.
+    #[inline]
+    pub fn expect(&self, row: usize, u: f32) {
+        let column = ((u * self.width as f32) as usize).min(self.width - 1);
+        prefetch(&self.slots[row * self.width + column]);
     }
 }
 
@@ -134,5 +180,19 @@ mod tests {
             assert!((*count as f32 / n as f32 - weight / 10.0).abs() < 1e-3);
         }
         assert!(Alias::new(&[0.0, 0.0]).is_none());
+    }
+
+    #[test]
+    fn rows_are_tables_of_their_own() {
+        let weights = [1.0, 2.0, 5.0, 0.0, 0.0, 0.0, 3.0, 0.0, 1.0];
+        let rows = AliasRows::new(&weights, 3);
+        for row in [0, 2] {
+            let alone = Alias::new(&weights[3 * row..][..3]).unwrap();
+            for i in 0..1000 {
+                let u = (i as f32 + 0.5) / 1000.0;
+                rows.expect(row, u);
+                assert_eq!(rows.sample_reusing(row, u), alone.sample_reusing(u));
+            }
+        }
     }
 }

@@ -86,6 +86,13 @@ impl Scene {
         self.materials.bsdf(material, x, &self.textures)
     }
 
+    /// Asks for the memory that [`Scene::bsdf`] will read.
+    #[inline]
+    pub fn expect_bsdf(&self, x: &SurfacePoint) {
+        let material = self.geometry.primitives()[x.at.primitive.index()].material;
+        self.materials.expect(material, x.uv, &self.textures);
+    }
+
     /// The point that a stored reference names.
     #[inline]
     pub fn surface_point(&self, at: SurfaceRef) -> SurfacePoint {

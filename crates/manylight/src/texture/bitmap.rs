@@ -2,6 +2,8 @@
 
 use crate::color::Rgb;
 use crate::image::Image;
+use crate::math::float::floor;
+use crate::math::prefetch::prefetch;
 use crate::math::{Mat3, Vec2};
 
 /// How texels are blended.
@@ -40,8 +42,8 @@ pub struct Bitmap {
     pub uv_transform: Mat3,
 }
 
-/// Coordinates beyond this many texels are cut, so that they fit an integer with room for neighbors.
-const FARTHEST_TEXEL: f32 = 1e9;
+/// Coordinates beyond this many texels are cut: so far out single precision cannot tell the parts of a texel apart.
+const FARTHEST_TEXEL: f32 = 4e6;
 
 impl Bitmap {
     /// Color at `uv`.
@@ -76,6 +78,18 @@ impl Bitmap {
             )
     }
 
+    /// Asks for the memory that evaluation at `uv` will read.
+    #[inline]
+    pub(super) fn expect(&self, uv: Vec2) {
+        let (x, y, _) = self.locate(uv);
+        let column = self.column(x);
+        for y in [y, y + 1] {
+            if let Some(texel) = self.image.pixel(column, self.row(y)).first() {
+                prefetch(texel);
+            }
+        }
+    }
+
     /// Largest luminance of any texel.
     pub(super) fn max_luminance(&self) -> f32 {
         let pixels =
@@ -108,8 +122,8 @@ impl Bitmap {
         let resolution = Vec2::new(self.image.width as f32, self.image.height as f32);
         let p = self.uv_transform.transform_point2(uv) * resolution - Vec2::splat(half);
         let p = p.clamp(Vec2::splat(-FARTHEST_TEXEL), Vec2::splat(FARTHEST_TEXEL));
-        let cell = p.floor();
-        (cell.x as i32, cell.y as i32, p - cell)
+        let ((left, x), (above, y)) = (floor(p.x), floor(p.y));
+        (x, y, p - Vec2::new(left, above))
     }
 
     fn value(&self, x: usize, y: usize) -> f32 {

@@ -46,6 +46,14 @@ impl Texture {
         }
     }
 
+    /// Asks for the memory that evaluation at `uv` will read; nested textures are left out.
+    #[inline]
+    pub fn expect(&self, uv: Vec2) {
+        if let Texture::Bitmap(bitmap) = self {
+            bitmap.expect(uv);
+        }
+    }
+
     /// Luminance at `uv`, filtered: what float parameters see.
     ///
     /// As Mitsuba 3.9.1's `eval_1`, which lays the two values of a checkerboard the other way round than `eval` does.
@@ -133,6 +141,14 @@ impl ColorInput {
         match *self {
             ColorInput::Constant(c) => c,
             ColorInput::Texture(id) => textures[id.index()].eval(uv, textures),
+        }
+    }
+
+    /// As [`Texture::expect`].
+    #[inline]
+    pub fn expect(&self, uv: Vec2, textures: &[Texture]) {
+        if let ColorInput::Texture(id) = self {
+            textures[id.index()].expect(uv);
         }
     }
 

@@ -26,6 +26,12 @@ impl LightPlan {
     pub fn new(scene: &Scene, u_choice: f32, u: Vec2) -> Self {
         LightPlan(scene.emitters.plan_direct(u_choice, u))
     }
+
+    /// Takes the plan one of three optional steps on, each of which reads memory that the one before has asked for.
+    #[inline]
+    pub fn refine(&mut self, scene: &Scene) {
+        scene.emitters.refine_plan(&mut self.0);
+    }
 }
 
 /// A direction towards an emitter, before visibility.
