@@ -230,7 +230,7 @@ fn show(folder: Option<&Path>, name: &str, points: &[Point]) -> Result<(), Box<d
     chart
         .configure_series_labels()
         .background_style(WHITE.mix(0.8))
-        .position(SeriesLabelPosition::UpperLeft)
+        .position(SeriesLabelPosition::LowerRight)
         .draw()?;
     area.present()?;
     Ok(())
