@@ -223,14 +223,11 @@ pub(crate) fn max_depth(text: &str) -> Result<MaxDepth, String> {
 
 /// A number of bytes: `8G`, `512M`, `1.5GB`, in powers of 1000.
 pub(crate) fn bytes(word: &str) -> Result<u64, String> {
-    let number = word.trim_end_matches(['B', 'b']);
-    let (number, unit) = match number.chars().last().map(|c| c.to_ascii_uppercase()) {
-        Some('K') => (&number[..number.len() - 1], 1e3),
-        Some('M') => (&number[..number.len() - 1], 1e6),
-        Some('G') => (&number[..number.len() - 1], 1e9),
-        Some('T') => (&number[..number.len() - 1], 1e12),
-        _ => (number, 1.0),
-    };
+    const UNITS: [(char, f64); 4] = [('K', 1e3), ('M', 1e6), ('G', 1e9), ('T', 1e12)];
+    let word = word.to_ascii_uppercase();
+    let word = word.strip_suffix('B').unwrap_or(&word);
+    let with_unit = |&(name, unit)| Some((word.strip_suffix(name)?, unit));
+    let (number, unit) = UNITS.iter().find_map(with_unit).unwrap_or((word, 1.0));
     match number.parse::<f64>() {
         Ok(x) if x > 0.0 && x.is_finite() => Ok((x * unit) as u64),
         _ => Err("expected a size such as 8G or 512M".to_owned()),

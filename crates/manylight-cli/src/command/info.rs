@@ -4,7 +4,7 @@ use crate::args::InfoArgs;
 use crate::failure::Failure;
 use crate::output::{human_bytes, human_count, print_data, print_warnings};
 use crate::values::filter_name;
-use manylight::film::Layer;
+use manylight::film::{Film, Layer};
 use manylight::geometry::Shape;
 use manylight::math::Aabb;
 use manylight::scene::{PrimitiveDesc, Scene, SceneDesc};
@@ -130,8 +130,9 @@ struct Memory {
 /// An estimate of the acceleration structure: nodes and packed vertices.
 const BYTES_PER_TRIANGLE: usize = 100;
 
-/// Layers that a render records besides the beauty and its variance.
-const EXTRA_LAYERS: [Layer; 7] = [
+/// Layers that a render records.
+const LAYERS: [Layer; 8] = [
+    Layer::Beauty,
     Layer::Emission,
     Layer::Direct,
     Layer::VirtualLights,
@@ -141,16 +142,12 @@ const EXTRA_LAYERS: [Layer; 7] = [
     Layer::Depth,
 ];
 
-/// Bytes of one sum of the film: three doubles.
-const BYTES_PER_SUM: usize = 24;
-
 impl Memory {
     fn new(desc: &SceneDesc) -> Self {
         let geometry = desc.shapes.iter().map(geometry_bytes).sum();
         let textures = desc.textures.iter().map(texture_bytes).sum();
-        let pixels = |s: &SensorDesc| s.film.crop_size.as_u64vec2().element_product() as usize;
-        let film =
-            desc.sensors.first().map_or(0, pixels) * (EXTRA_LAYERS.len() + 2) * BYTES_PER_SUM;
+        let film_bytes = |s: &SensorDesc| Film::bytes_for(s.film.crop_size, &LAYERS);
+        let film = desc.sensors.first().map_or(0, film_bytes);
         Memory {
             geometry,
             textures,

@@ -13,7 +13,6 @@
 #[path = "../visibility/clock.rs"]
 mod clock;
 
-use manylight::film::FilmDesc;
 use manylight::gather::{Clamp, Gather, Gathered, Kernel, Lights, Selection, ShadingPoint};
 use manylight::integrators::PassContext;
 use manylight::integrators::many_light::{Complement, ManyLight};
@@ -56,14 +55,8 @@ fn load(path: &Path) -> Scene {
     let mut desc = load_scene(path, &LoadOptions::default())
         .unwrap_or_else(|error| panic!("{}: {error}", path.display()))
         .desc;
-    let size = UVec2::splat(SIDE as u32);
     let film = &mut desc.sensors[0].film;
-    *film = FilmDesc {
-        size,
-        crop_offset: UVec2::ZERO,
-        crop_size: size,
-        ..film.clone()
-    };
+    *film = film.with_size(UVec2::splat(SIDE as u32));
     Scene::build(desc, 0).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 

@@ -8,7 +8,7 @@
     reason = "reporting is all that this program does"
 )]
 
-use manylight::film::{Film, FilmDesc};
+use manylight::film::Film;
 use manylight::geometry::{Mesh, Shape};
 use manylight::integrators::many_light::ManyLight;
 use manylight::integrators::{Method, MethodKind};
@@ -101,13 +101,7 @@ fn with_width(desc: &SceneDesc, width: u32) -> SceneDesc {
     let mut desc = desc.clone();
     let film = &mut desc.sensors[0].film;
     let height = (f64::from(film.size.y) / f64::from(film.size.x) * f64::from(width)).round();
-    let size = UVec2::new(width, height as u32);
-    *film = FilmDesc {
-        size,
-        crop_offset: UVec2::ZERO,
-        crop_size: size,
-        ..film.clone()
-    };
+    *film = film.with_size(UVec2::new(width, height as u32));
     desc
 }
 

@@ -1,6 +1,5 @@
 //! What is traced: a scene's triangles, and rays and segments as rendering makes them.
 
-use manylight::film::FilmDesc;
 use manylight::geometry::{Geometry, Primitive, Ray, Segment, Shape, SurfacePoint};
 use manylight::math::{Aabb, UVec2, Vec2, Vec3};
 use manylight::sampling::{rng::Pcg, warp};
@@ -187,14 +186,8 @@ impl Block {
 }
 
 fn square_sensor(desc: &SensorDesc) -> Sensor {
-    let size = UVec2::splat(SIDE as u32);
     Sensor::new(SensorDesc {
-        film: FilmDesc {
-            size,
-            crop_offset: UVec2::ZERO,
-            crop_size: size,
-            ..desc.film.clone()
-        },
+        film: desc.film.with_size(UVec2::splat(SIDE as u32)),
         ..desc.clone()
     })
 }

@@ -64,16 +64,7 @@ impl RoughConductor {
 
     #[inline]
     pub(super) fn eval(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Rgb {
-        if !lobes.has(self.lobes()) || wi.z <= 0.0 || wo.z <= 0.0 {
-            return Rgb::BLACK;
-        }
-        let m = (wi + wo).normalize();
-        let density = self.facets.density(m);
-        if density == 0.0 {
-            return Rgb::BLACK;
-        }
-        let masking = self.facets.masking(wi, m) * self.facets.masking(wo, m);
-        self.metal.reflectance(wo.dot(m)) * self.tint * (density * masking / (4.0 * wo.z))
+        self.respond(wi, wo, lobes).values.sum()
     }
 
     /// See [`Model::respond`](super::model::Model::respond).

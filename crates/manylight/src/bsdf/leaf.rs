@@ -197,39 +197,10 @@ impl Leaf<'_> {
         self.outer.mirror(given.z).is_some() && self.lobes().has(lobes)
     }
 
-    /// `f(wi → wo) |cosθ_i|` with the cosine to the model's normal.
+    /// `wi` and `wo` in the frame of the model, and how much the tilt shadows. `None`: no light goes this way.
     #[inline]
-    pub(super) fn eval(&self, mut wi: Vec3, mut wo: Vec3, lobes: Lobes) -> Rgb {
-        let Some(mirror) = self.outer.mirror(wo.z) else {
-            return Rgb::BLACK;
-        };
-        wi.z *= mirror;
-        wo.z *= mirror;
-        let mut weight = self.weight;
-        if let Some(tilt) = &self.tilt {
-            let frame = tilt.frame(tilt.facing(wo));
-            let local = frame.to_local(wi);
-            if local.z * wi.z <= 0.0 {
-                return Rgb::BLACK;
-            }
-            weight *= tilt.shadowing(wi);
-            wi = local;
-            wo = frame.to_local(wo);
-        }
-        let Some(mirror) = self.inner.mirror(wo.z) else {
-            return Rgb::BLACK;
-        };
-        wi.z *= mirror;
-        wo.z *= mirror;
-        self.model.eval(wi, wo, self.model_lobes(lobes)) * weight
-    }
-
-    /// [`Leaf::eval`] class by class but for the leaf's weight, and [`Leaf::pdf`] given `wo`: the changes of frame are made once.
-    #[inline]
-    pub(super) fn respond(&self, mut wi: Vec3, mut wo: Vec3, lobes: Lobes) -> Response {
-        let Some(mirror) = self.outer.mirror(wo.z) else {
-            return Response::NONE;
-        };
+    fn in_model(&self, mut wi: Vec3, mut wo: Vec3) -> Option<(Vec3, Vec3, f32)> {
+        let mirror = self.outer.mirror(wo.z)?;
         wi.z *= mirror;
         wo.z *= mirror;
         let mut shadowing = 1.0;
@@ -237,17 +208,33 @@ impl Leaf<'_> {
             let frame = tilt.frame(tilt.facing(wo));
             let local = frame.to_local(wi);
             if local.z * wi.z <= 0.0 {
-                return Response::NONE;
+                return None;
             }
             shadowing = tilt.shadowing(wi);
             wi = local;
             wo = frame.to_local(wo);
         }
-        let Some(mirror) = self.inner.mirror(wo.z) else {
-            return Response::NONE;
-        };
+        let mirror = self.inner.mirror(wo.z)?;
         wi.z *= mirror;
         wo.z *= mirror;
+        Some((wi, wo, shadowing))
+    }
+
+    /// `f(wi → wo) |cosθ_i|` with the cosine to the model's normal.
+    #[inline]
+    pub(super) fn eval(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Rgb {
+        let Some((wi, wo, shadowing)) = self.in_model(wi, wo) else {
+            return Rgb::BLACK;
+        };
+        self.model.eval(wi, wo, self.model_lobes(lobes)) * (self.weight * shadowing)
+    }
+
+    /// [`Leaf::eval`] class by class but for the leaf's weight, and [`Leaf::pdf`] given `wo`: the changes of frame are made once.
+    #[inline]
+    pub(super) fn respond(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Response {
+        let Some((wi, wo, shadowing)) = self.in_model(wi, wo) else {
+            return Response::NONE;
+        };
         let mut response = self.model.respond(wi, wo, self.model_lobes(lobes));
         response.values.scale(shadowing);
         if self.demoted {

@@ -202,21 +202,7 @@ impl<'s> RoughPlastic<'s> {
     }
 
     pub(super) fn eval(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Rgb {
-        if wi.z <= 0.0 || wo.z <= 0.0 {
-            return Rgb::BLACK;
-        }
-        let mut sum = Rgb::BLACK;
-        if lobes.has(self.coat_class()) {
-            let m = (wi + wo).normalize();
-            let masking = self.facets.masking(wi, m) * self.facets.masking(wo, m);
-            let f = fresnel::dielectric(wo.dot(m), self.eta).reflectance;
-            sum += self.tint * (f * self.facets.density(m) * masking / (4.0 * wo.z));
-        }
-        if lobes.has(Lobes::DIFFUSE) {
-            sum += self.diffuse_weight(wi)
-                * (interpolate(self.transmittance, wo.z) * wi.z * FRAC_1_PI);
-        }
-        sum
+        self.respond(wi, wo, lobes).values.sum()
     }
 
     /// See [`Model::respond`](super::model::Model::respond).

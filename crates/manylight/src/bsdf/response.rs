@@ -27,6 +27,12 @@ impl ByClass {
         }))
     }
 
+    /// Of all classes together.
+    #[inline]
+    pub(super) fn sum(&self) -> Rgb {
+        self.0.into_iter().sum()
+    }
+
     /// Adds the values of a part of the material that has this weight.
     #[inline]
     pub(super) fn add(&mut self, other: &ByClass, weight: f32) {

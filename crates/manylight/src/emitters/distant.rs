@@ -190,10 +190,7 @@ impl Distant {
     pub(super) fn plan(&self, u_choice: f32, u: Vec2) -> DistantPlan {
         let (source, u_left) = self.choose(u_choice);
         let aim = match &self.sources[source].kind {
-            Kind::Environment(sampler) => {
-                let (row, u) = sampler.tiles().choose_row(u);
-                Aim::Row(row, u)
-            }
+            Kind::Environment(sampler) => Aim::Numbers(u).refined(sampler),
             _ => Aim::Numbers(u),
         };
         DistantPlan {
@@ -459,13 +456,17 @@ impl Aim {
     #[inline]
     fn refined(self, sampler: &EnvironmentSampler) -> Self {
         match self {
+            Aim::Numbers(u) => {
+                let (row, u) = sampler.tiles().choose_row(u);
+                Aim::Row(row, u)
+            }
             Aim::Row(row, u) => {
                 let (tile, u) = sampler.tiles().choose_tile(row, u);
                 Aim::Tile(tile, u)
             }
             Aim::Tile(tile, u) => Aim::Cell(sampler.tiles().choose_cell(tile, u)),
             Aim::Cell(place) => Aim::Found(sampler.sample_within(place)),
-            Aim::Numbers(_) | Aim::Found(_) => self,
+            Aim::Found(_) => self,
         }
     }
 
@@ -475,7 +476,6 @@ impl Aim {
         loop {
             match self {
                 Aim::Found(sample) => return sample,
-                Aim::Numbers(u) => return sampler.sample(u),
                 _ => self = self.refined(sampler),
             }
         }

@@ -26,6 +26,18 @@ pub struct FilmDesc {
     pub filter: Filter,
 }
 
+impl FilmDesc {
+    /// A whole film of another size.
+    pub fn with_size(&self, size: UVec2) -> Self {
+        FilmDesc {
+            size,
+            crop_offset: UVec2::ZERO,
+            crop_size: size,
+            ..self.clone()
+        }
+    }
+}
+
 /// What a film records. The terms of the path partition sum to the beauty.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Layer {

@@ -5,7 +5,7 @@ use super::points::{BATCHES, Batch};
 use crate::geometry::Segment;
 use crate::lanes::{LANES, LaneMask, Lanes3};
 use crate::math::Vec3;
-use crate::math::bits::transpose;
+use crate::math::bits::{ones, transpose};
 use crate::scene::Scene;
 use crate::simd::Wide;
 
@@ -110,7 +110,7 @@ impl Block {
         if geometry.has_transparent() {
             let crossing = geometry.crossing_block(&origins, &self.targets, &arriving);
             for (k, &crossing) in crossing.iter().enumerate() {
-                for t in bits_of(crossing) {
+                for t in ones(crossing) {
                     let (from, to) = (origins[k], self.targets[t]);
                     let through = scene.cross_transparent(&Segment { from, to }).0;
                     let values = &mut self.values[t][k / LANES];
@@ -121,13 +121,4 @@ impl Block {
         transpose(&mut arriving);
         arriving
     }
-}
-
-/// The positions of the set bits, lowest first.
-fn bits_of(mut bits: u64) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(move || {
-        let bit = bits.trailing_zeros();
-        bits &= bits.wrapping_sub(1);
-        (bit < 64).then_some(bit as usize)
-    })
 }

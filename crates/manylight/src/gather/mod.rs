@@ -72,12 +72,6 @@ impl Selection {
         }
     }
 
-    /// Whether the light with index `k` is selected.
-    #[inline]
-    pub fn has(self, k: usize) -> bool {
-        k as u32 % self.step == self.first
-    }
-
     /// The indices of the selected ones among `lights` lights.
     #[inline]
     pub fn indices(self, lights: usize) -> impl ExactSizeIterator<Item = usize> {

@@ -65,10 +65,9 @@ fn points(scene: &Scene, depths: bool) -> Vec<ShadingPoint<'_>> {
 /// `Σ_k f |w·n| I_k(-w) V / d²` over lights as points, one connection at a time.
 fn written_out(scene: &Scene, lights: &Lights, at: &ShadingPoint) -> Rgb {
     let mut sum = Rgb::BLACK;
-    for (k, light) in lights.field.lights().iter().enumerate() {
-        if !at.lights.has(k) {
-            continue;
-        }
+    let all = lights.field.lights();
+    for k in at.lights.indices(all.len()) {
+        let light = &all[k];
         let stands_for = at.lights.stands_for();
         let id = LightId(k as u32);
         let d2 = light.p.distance_squared(at.x.p);

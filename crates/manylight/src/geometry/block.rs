@@ -4,6 +4,7 @@ use super::layer::{Layer, Member};
 use super::placement::Placement;
 use super::world::{Class, Geometry};
 use super::{Segment, Shaft};
+use crate::math::bits::ones;
 use crate::math::{Aabb, Vec3};
 
 /// Most origins and most targets of a block.
@@ -110,10 +111,7 @@ fn open_past_shape(shape: &Placement, ends: Ends, open: &mut [u64; BLOCK]) {
         if *open == 0 || !Shaft::new(origin, targets).meets(bounds) {
             continue;
         }
-        let mut left = *open;
-        while left != 0 {
-            let i = left.trailing_zeros() as usize;
-            left &= left - 1;
+        for i in ones(*open) {
             let to = ends.targets[i];
             if shape.blocks(&Segment { from, to }) {
                 *open &= !(1 << i);
