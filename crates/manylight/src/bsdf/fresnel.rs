@@ -29,28 +29,49 @@ pub(super) fn dielectric(cos: f32, eta: f32) -> Interface {
         (inverse, eta)
     };
     let c = cos.abs();
-    let t = safe_sqrt(1.0 - (1.0 - c * c) * inv_eta * inv_eta);
-    let reflectance = if eta == 1.0 {
-        0.0
-    } else if c == 0.0 {
-        1.0
-    } else {
-        let s = (c - eta_far * t) / (c + eta_far * t);
-        let p = (t - eta_far * c) / (t + eta_far * c);
-        0.5 * (s * s + p * p)
-    };
+    let t = refracted_cosine(c, inv_eta);
     Interface {
-        reflectance,
+        reflectance: reflectance(c, t, eta_far),
         cos_t: if outside { -t } else { t },
         eta: eta_far,
         inv_eta,
     }
 }
 
+/// Cosine of the refracted direction for a direction with cosine `cos` >= 0; 0 under total reflection. `inv_eta` is the index on the near
+/// side over that on the far side.
+#[inline(always)]
+pub(super) fn refracted_cosine(cos: f32, inv_eta: f32) -> f32 {
+    safe_sqrt(1.0 - (1.0 - cos * cos) * inv_eta * inv_eta)
+}
+
+/// Fraction of unpolarised light reflected where the cosines on both sides are `c` and `t` (>= 0), and the index on the far side is `eta` times
+/// that on the near side.
+#[inline(always)]
+pub(super) fn reflectance(c: f32, t: f32, eta: f32) -> f32 {
+    if eta == 1.0 {
+        0.0
+    } else if c == 0.0 {
+        1.0
+    } else {
+        // Both polarisations, (c - ηt)/(c + ηt) and (t - ηc)/(t + ηc), over one denominator: a division costs as much as all else.
+        let (s, s_all) = (c - eta * t, c + eta * t);
+        let (p, p_all) = (t - eta * c, t + eta * c);
+        let (s, p, all) = (s * p_all, p * s_all, s_all * p_all);
+        0.5 * (s * s + p * p) / (all * all)
+    }
+}
+
 /// Fraction of light that enters a coat of relative index `eta` from outside at the cosine `cos`.
 #[inline(always)]
 pub(super) fn coat_transmittance(cos: f32, eta: f32) -> f32 {
-    1.0 - dielectric(cos, eta).reflectance
+    1.0 - coat_reflectance(cos, eta, eta.recip())
+}
+
+/// Fraction of light that does not enter, given the inverse of `eta` too.
+#[inline(always)]
+pub(super) fn coat_reflectance(cos: f32, eta: f32, inv_eta: f32) -> f32 {
+    reflectance(cos, refracted_cosine(cos, inv_eta), eta)
 }
 
 /// The direction refracted at the microfacet `m`; `cos_t` and `inv_eta` as [`dielectric`] gives them for `w·m`.
@@ -109,10 +130,9 @@ impl Metal {
             let modulus = safe_sqrt(real * real + product);
             let a = safe_sqrt(0.5 * (modulus + real));
             let (s1, s2) = (modulus + cos2, 2.0 * cos * a);
-            let s = (s1 - s2) / (s1 + s2);
             let (p1, p2) = (modulus * cos2 + sin2 * sin2, s2 * sin2);
-            let p = s * (p1 - p2) / (p1 + p2);
-            0.5 * (s + p)
+            // The mean of s = (s1 - s2)/(s1 + s2) and p = s (p1 - p2)/(p1 + p2).
+            (s1 - s2) * p1 / ((s1 + s2) * (p1 + p2))
         })
     }
 }

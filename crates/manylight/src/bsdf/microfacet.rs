@@ -10,7 +10,7 @@ use crate::math::{
     float::{exp, safe_sqrt},
 };
 use crate::sampling::warp;
-use std::f32::consts::{FRAC_1_PI, PI};
+use std::f32::consts::{FRAC_1_PI, FRAC_2_PI, PI};
 
 /// Below this roughness single precision breaks down.
 const MIN_ALPHA: f32 = 1e-4;
@@ -98,6 +98,35 @@ impl Microfacets {
             }
         };
         if v.dot(m) * v.z > 0.0 { unmasked } else { 0.0 }
+    }
+
+    /// What reflection owes to the viewer in direction `wo` above the surface alone: `G1(wo) / (4 cosθ_o)`.
+    #[inline]
+    pub(super) fn seen(&self, wo: Vec3) -> f32 {
+        // A half vector is always on the side of both directions.
+        self.masking(wo, Vec3::Z) / (4.0 * wo.z)
+    }
+
+    /// `D(m) G1(v)` for the normal `m` along the vector `half`; `v` is above the surface, and so is `half`, which is on the side of `v`.
+    #[inline(always)]
+    pub(super) fn visible_density(&self, v: Vec3, half: Vec3) -> f32 {
+        match self.distribution {
+            // Neither a unit vector nor two fractions: a division costs as much as all else.
+            Distribution::Ggx => {
+                let length2 = half.length_squared();
+                let slope2 =
+                    (half.x * self.inv_alpha.x).powi(2) + (half.y * self.inv_alpha.y).powi(2);
+                let spread = slope2 + half.z * half.z;
+                let masked2 = (self.alpha.x * v.x).powi(2) + (self.alpha.y * v.y).powi(2);
+                let masking = v.z + (v.z * v.z + masked2).sqrt();
+                let scale = self.inv_alpha.x * self.inv_alpha.y * FRAC_2_PI;
+                scale * v.z * length2 * length2 / (spread * spread * masking)
+            }
+            Distribution::Beckmann => {
+                let m = half * half.length_squared().sqrt().recip();
+                self.density(m) * self.masking(v, m)
+            }
+        }
     }
 
     /// Density of [`Microfacets::sample`] per solid angle of `m`, times `4 |v·m|` over it: what a reflected direction is divided by.
@@ -226,6 +255,25 @@ mod tests {
             assert!((erf(x) - y).abs() < 5e-7, "erf({x})");
             assert!((erf(-x) + y).abs() < 5e-7, "erf(-{x})");
             assert!((erf_inv(y) - x).abs() < 2e-5, "erf_inv({y})");
+        }
+    }
+
+    #[test]
+    fn visible_density_is_the_product() {
+        for distribution in [Distribution::Ggx, Distribution::Beckmann] {
+            for alpha in [[1e-3, 2e-3], [0.1, 0.3], [1.0, 0.5]] {
+                let facets = Microfacets::new(distribution, alpha[0], alpha[1]);
+                for i in 0..500 {
+                    let u = |k: usize| (0.5 + (i * k) as f32 * 0.618_034) % 1.0;
+                    let v = warp::cosine_hemisphere(Vec2::new(u(1), u(7)));
+                    let w = warp::cosine_hemisphere(Vec2::new(u(3), u(5)));
+                    let m = (v + w).normalize();
+                    let product = facets.density(m) * facets.masking(v, m);
+                    let value = facets.visible_density(v, v + w);
+                    let relative = (value - product).abs() / product.max(1e-12);
+                    assert!(relative < 2e-5, "{distribution:?}: {value} and {product}");
+                }
+            }
         }
     }
 

@@ -195,10 +195,11 @@ impl Principled {
     fn eval_by(&self, half: &Half, wi: Vec3, wo: Vec3, lobes: Lobes) -> Rgb {
         if half.reflects && wo.z > 0.0 {
             let front = self.front(lobes);
+            let seen = self.facets.seen(wo);
             return if front.has_extras() {
-                front.eval::<true>(&self.facets, wi, wo)
+                front.eval::<true>(&self.facets, wi, wo, seen)
             } else {
-                front.eval::<false>(&self.facets, wi, wo)
+                front.eval::<false>(&self.facets, wi, wo, seen)
             };
         }
         if lobes.has(self.specular_class()) {
@@ -218,6 +219,7 @@ impl Principled {
         let sheen = Rgb::WHITE.lerp(self.tint(), self.sheen_tint);
         Front {
             eta: self.eta,
+            inv_eta: self.eta.recip(),
             plain: (1.0 - self.metallic) * (1.0 - self.spec_tint) * interface,
             schlick: (self.metallic + tinted) * interface,
             schlick_r0: schlick_r0 * interface,
@@ -380,13 +382,6 @@ pub(super) fn schlick_weight(cos: f32) -> f32 {
     let x = (1.0 - cos).clamp(0.0, 1.0);
     let x2 = x * x;
     x2 * x2 * x
-}
-
-/// The weight of Schlick's approximation at `cos` >= 0; from the denser side by the angle of the refracted direction.
-#[inline(always)]
-pub(super) fn schlick_weight_at(cos: f32, eta: f32) -> f32 {
-    let refracted = safe_sqrt(1.0 - (1.0 - cos * cos) / (eta * eta));
-    schlick_weight(if eta > 1.0 { cos } else { refracted })
 }
 
 /// Burley's GTR1 distribution, from `α² - 1` and `(α² - 1) / (π ln α²)`.

@@ -2,7 +2,7 @@
 
 use super::fresnel;
 use super::microfacet::Microfacets;
-use super::principled::{ggx_masking, gtr1, schlick_weight, schlick_weight_at};
+use super::principled::{ggx_masking, gtr1, schlick_weight};
 use crate::color::Rgb;
 use crate::lanes::{LANES, Lanes, Lanes3};
 use crate::math::Vec3;
@@ -15,8 +15,9 @@ const CLEARCOAT_R0: f32 = 0.04;
 /// The numbers of a surface; lobes that are not asked for have weight 0.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Front {
-    /// Relative index of refraction.
+    /// Relative index of refraction, and its inverse.
     pub(super) eta: f32,
+    pub(super) inv_eta: f32,
     /// Weight of the dielectric's reflectance.
     pub(super) plain: f32,
     /// Weight of Schlick's reflectance: of its constant 1 and of what it is at normal incidence.
@@ -40,21 +41,29 @@ impl Front {
         self.clearcoat != 0.0 || !self.sheen.is_black() || self.flatness != 0.0
     }
 
-    /// `f |wi·n|`, for local directions above the surface, with or without the extras.
+    /// `f |wi·n|`, for local directions above the surface, with or without the extras. `seen` is [`Microfacets::seen`] of `wo`.
     #[inline(always)]
-    pub(super) fn eval<const EXTRAS: bool>(&self, facets: &Microfacets, wi: Vec3, wo: Vec3) -> Rgb {
+    pub(super) fn eval<const EXTRAS: bool>(
+        &self,
+        facets: &Microfacets,
+        wi: Vec3,
+        wo: Vec3,
+        seen: f32,
+    ) -> Rgb {
         let half = wi + wo;
-        let m = half * half.length_squared().sqrt().recip();
-        let cos = wo.dot(m);
-        let s = schlick_weight_at(cos, self.eta);
-        let r = fresnel::dielectric(cos, self.eta).reflectance;
+        // |wi + wo| = 2 wo·m for unit vectors.
+        let cos = 0.5 * half.length_squared().sqrt();
+        let refracted = fresnel::refracted_cosine(cos, self.inv_eta);
+        let r = fresnel::reflectance(cos, refracted, self.eta);
+        // From the denser side, Schlick's approximation is by the angle of the refracted direction.
+        let s = schlick_weight(if self.eta > 1.0 { cos } else { refracted });
         let reflectance =
             self.schlick_r0 * (1.0 - s) + Rgb::splat(self.plain * r + self.schlick * s);
-        let masking = facets.masking(wi, m) * facets.masking(wo, m);
-        let interface = 0.25 * facets.density(m) * masking / wo.z;
+        let interface = facets.visible_density(wi, half) * seen;
         let mut rest = self.diffuse::<EXTRAS>(wi, wo, cos);
         if EXTRAS {
-            rest += Rgb::splat(self.clearcoat(s, m.z, wi.z, wo.z));
+            let cos_m = half.z / (2.0 * cos);
+            rest += Rgb::splat(self.clearcoat(s, cos_m, wi.z, wo.z));
         }
         reflectance * interface + rest * wi.z
     }
@@ -90,6 +99,7 @@ impl Front {
 #[derive(Clone, Debug)]
 pub(super) struct Fronts {
     eta: Lanes,
+    inv_eta: Lanes,
     plain: Lanes,
     schlick: Lanes,
     schlick_r0: Lanes3,
@@ -109,6 +119,7 @@ impl Fronts {
     pub(super) fn black() -> Self {
         Fronts {
             eta: [1.5; LANES],
+            inv_eta: [1.5f32.recip(); LANES],
             plain: [0.0; LANES],
             schlick: [0.0; LANES],
             schlick_r0: Lanes3::ZERO,
@@ -125,6 +136,7 @@ impl Fronts {
 
     pub(super) fn set(&mut self, i: usize, front: &Front, weight: f32) {
         self.eta[i] = front.eta;
+        self.inv_eta[i] = front.inv_eta;
         self.plain[i] = front.plain * weight;
         self.schlick[i] = front.schlick * weight;
         self.schlick_r0.set(i, front.schlick_r0 * weight);
@@ -142,6 +154,7 @@ impl Fronts {
     pub(super) fn lane(&self, i: usize) -> Front {
         Front {
             eta: self.eta[i],
+            inv_eta: self.inv_eta[i],
             plain: self.plain[i],
             schlick: self.schlick[i],
             schlick_r0: self.schlick_r0.rgb(i),

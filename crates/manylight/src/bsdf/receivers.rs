@@ -68,8 +68,9 @@ pub struct Receivers<'b, 's> {
     wo: Lanes3,
     /// Roughness along both axes of the frame, and its inverse.
     roughness: [[Lanes; 2]; 2],
-    /// Relative index of refraction of coats.
+    /// Relative index of refraction of coats, and its inverse.
     eta: Lanes,
+    inv_eta: Lanes,
     /// The terms of [`Metal`].
     metal: [Lanes3; 2],
     /// What multiplies `F D G1(wi)` of a microfacet lobe.
@@ -99,6 +100,7 @@ impl<'b, 's> Receivers<'b, 's> {
             wo: Lanes3::from_fn(|_| Vec3::Z),
             roughness: [[[1.0; LANES]; 2]; 2],
             eta: [1.0; LANES],
+            inv_eta: [1.0; LANES],
             // Finite in lanes without a metal.
             metal: [Lanes3::from_fn(|_| Vec3::ONE); 2],
             specular: Lanes3::ZERO,
@@ -142,7 +144,8 @@ impl<'b, 's> Receivers<'b, 's> {
             }
             Model::RoughPlastic(m) => self.set_rough_coat(i, m, leaf.weight, wo, lobes),
             Model::Principled(m) => {
-                self.set_roughness(i, m.facets());
+                let seen = self.set_facets(i, m.facets(), wo);
+                self.specular.set(i, Rgb::splat(seen));
                 self.fronts.set(i, &m.front(lobes), leaf.weight);
             }
             _ => {}
@@ -150,7 +153,7 @@ impl<'b, 's> Receivers<'b, 's> {
     }
 
     fn set_smooth_coat(&mut self, i: usize, m: &Plastic, weight: f32, wo: Vec3) {
-        self.eta[i] = m.eta;
+        self.set_eta(i, m.eta);
         let exit = fresnel::coat_transmittance(wo.z, m.eta);
         self.base.set(i, m.base * (exit * weight * FRAC_1_PI));
     }
@@ -159,7 +162,8 @@ impl<'b, 's> Receivers<'b, 's> {
         let terms = m.metal.terms();
         self.metal[0].set(i, terms[0]);
         self.metal[1].set(i, terms[1]);
-        self.set_facets(i, &m.facets, m.tint * weight, wo);
+        let seen = self.set_facets(i, &m.facets, wo);
+        self.specular.set(i, m.tint * (seen * weight));
     }
 
     fn set_rough_coat(
@@ -170,29 +174,30 @@ impl<'b, 's> Receivers<'b, 's> {
         wo: Vec3,
         lobes: Lobes,
     ) {
-        self.eta[i] = m.eta;
+        self.set_eta(i, m.eta);
         self.transmittance[i] = m.transmittance;
         if lobes.has(Lobes::DIFFUSE) {
             let exit = interpolate(m.transmittance, wo.z);
             self.base.set(i, m.base * (exit * weight * FRAC_1_PI));
         }
         if lobes.has(m.coat_class()) {
-            self.set_facets(i, &m.facets, m.tint * weight, wo);
+            let seen = self.set_facets(i, &m.facets, wo);
+            self.specular.set(i, m.tint * (seen * weight));
         }
     }
 
-    fn set_facets(&mut self, i: usize, facets: &Microfacets, tint: Rgb, wo: Vec3) {
-        self.set_roughness(i, facets);
-        // A half vector is always on the side of both directions.
-        let masking = facets.masking(wo, Vec3::Z);
-        self.specular.set(i, tint * (masking / (4.0 * wo.z)));
+    fn set_eta(&mut self, i: usize, eta: f32) {
+        self.eta[i] = eta;
+        self.inv_eta[i] = eta.recip();
     }
 
-    fn set_roughness(&mut self, i: usize, facets: &Microfacets) {
+    /// Returns [`Microfacets::seen`].
+    fn set_facets(&mut self, i: usize, facets: &Microfacets, wo: Vec3) -> f32 {
         for (pair, values) in self.roughness.iter_mut().zip(facets.roughness()) {
             pair[0][i] = values.x;
             pair[1][i] = values.y;
         }
+        facets.seen(wo)
     }
 
     /// [`Receiver::f_cos_wi`] in each active lane, for unit directions `wi`; other lanes hold anything.
@@ -239,7 +244,7 @@ impl<'b, 's> Receivers<'b, 's> {
         let cos = self.cosines(w, wi);
         let mut enters = w.store(cos);
         for i in 0..LANES {
-            enters[i] = fresnel::coat_transmittance(enters[i], self.eta[i]);
+            enters[i] = 1.0 - fresnel::coat_reflectance(enters[i], self.eta[i], self.inv_eta[i]);
         }
         let share = w.mul(w.load(&enters), cos);
         Lanes3::store(w, scale3(w, self.base.load(w), share))
@@ -266,7 +271,7 @@ impl<'b, 's> Receivers<'b, 's> {
         let mut out = Lanes3::store(w, base);
         for i in 0..LANES {
             let lobe = self.facet_lobe(i, self.to_local(i, wi.vec(i)), distribution);
-            let f = fresnel::dielectric(lobe.cos, self.eta[i]).reflectance;
+            let f = fresnel::coat_reflectance(lobe.cos, self.eta[i], self.inv_eta[i]);
             let coat = self.specular.rgb(i) * (f * lobe.density);
             out.set(i, out.rgb(i) + coat);
         }
@@ -279,10 +284,12 @@ impl<'b, 's> Receivers<'b, 's> {
         for i in 0..LANES {
             let wi = self.to_local(i, wi.vec(i));
             let facets = self.facets(i, Distribution::Ggx);
-            let value = self
-                .fronts
-                .lane(i)
-                .eval::<EXTRAS>(&facets, wi, self.wo.vec(i));
+            let value = self.fronts.lane(i).eval::<EXTRAS>(
+                &facets,
+                wi,
+                self.wo.vec(i),
+                self.specular.0[0][i],
+            );
             out.set(i, if wi.z > 0.0 { value } else { Rgb::BLACK });
         }
         out
@@ -305,14 +312,17 @@ impl<'b, 's> Receivers<'b, 's> {
     fn facet_lobe(&self, i: usize, wi: Vec3, distribution: Distribution) -> FacetLobe {
         let wo = self.wo.vec(i);
         let half = wi + wo;
-        let m = half * half.length_squared().sqrt().recip();
-        let facets = self.facets(i, distribution);
-        let density = facets.density(m) * facets.masking(wi, m);
+        let density = self.facets(i, distribution).visible_density(wi, half);
         // Without light from above there may be no half vector.
         let lit = wi.z > 0.0;
         FacetLobe {
             density: if lit { density } else { 0.0 },
-            cos: if lit { wo.dot(m) } else { 1.0 },
+            // |wi + wo| = 2 wo·m for unit vectors.
+            cos: if lit {
+                0.5 * half.length_squared().sqrt()
+            } else {
+                1.0
+            },
         }
     }
 }

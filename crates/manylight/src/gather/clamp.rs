@@ -21,8 +21,8 @@ pub enum Clamp {
 pub(super) struct Way {
     /// Unit direction to the light.
     pub w: Vec3,
-    /// Squared distance in m².
-    pub d2: f32,
+    /// Inverse of the squared distance, in 1/m².
+    pub inv_d2: f32,
     /// `f cosθ_x` of the smooth lobes, in 1/sr.
     pub f_cos: Rgb,
     /// Geometric normal of the shading point.
@@ -41,10 +41,13 @@ impl Clamp {
         match self {
             Clamp::None => 1.0,
             Clamp::Auto => {
-                let image = way.f_cos.max_channel() * way.area * cos_y / way.d2;
+                let image = way.f_cos.max_channel() * way.area * cos_y * way.inv_d2;
                 (1.0 + image * image).sqrt().recip()
             }
-            Clamp::Value(limit) => (limit * way.d2 / (way.w.dot(way.n_x).abs() * cos_y)).min(1.0),
+            Clamp::Value(limit) => {
+                let geometry = way.w.dot(way.n_x).abs() * cos_y * way.inv_d2;
+                (limit / geometry).min(1.0)
+            }
         }
     }
 }

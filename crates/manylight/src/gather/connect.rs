@@ -6,7 +6,7 @@
 
 use super::block::Block;
 use super::clamp::Way;
-use super::points::{BATCHES, Batch};
+use super::points::{BATCHES, Batch, Reach};
 use super::{Clamp, Gather, Gathered, Kernel, Lights, ShadingPoint};
 use crate::ids::LightId;
 use crate::lanes::vectors::{dot, luminance, mul3, scale3, splat3};
@@ -72,7 +72,7 @@ impl simd::Kernel for AddLights<'_> {
             unclamped: [[0.0; LANES]; BATCHES],
         };
         for k in self.batches[0].lights.indices(field.lights().len()) {
-            let (light, reach) = (&field.lights()[k], self.lights.reach[k]);
+            let (light, reach) = (&field.lights()[k], &self.lights.reaches[k]);
             sum.add_light(w, LightId(k as u32), light, reach, self.sums);
         }
         sum.finish(w, self.sums);
@@ -176,6 +176,13 @@ fn disc(light: &VirtualLight) -> f32 {
     PI * light.radius * light.radius
 }
 
+/// The lanes with some light in a channel, none of which is negative.
+#[inline(always)]
+fn is_lit<W: Wide>(w: W, light: [W::F; 3]) -> LaneMask {
+    let sum = w.add(w.add(light[0], light[1]), light[2]);
+    w.bits(w.lt(w.splat(0.0), sum)) as LaneMask
+}
+
 /// Whether the point `p` with the random number `u` is within so many radii of `light`.
 #[inline(always)]
 fn is_within(radii: f32, light: &VirtualLight, p: Vec3, u: f32) -> bool {
@@ -233,13 +240,13 @@ impl Sum<'_, '_, '_> {
         w: W,
         id: LightId,
         light: &VirtualLight,
-        reach: f32,
+        reach: &Reach,
         sums: &mut [Gathered],
     ) {
         let mut views = [Views::default(); BATCHES];
         for (views, batch) in views.iter_mut().zip(self.batches) {
             let to = batch.towards(w, light.p);
-            let facing = batch.facing(w, to, light.n, reach, light.one_sided);
+            let facing = batch.facing(w, to, light, reach);
             if facing != 0 {
                 *views = self.gather.views(w, light, to, &batch.u, facing);
             }
@@ -314,22 +321,27 @@ impl Sum<'_, '_, '_> {
         let zero = w.splat(0.0);
         let to = batch.towards(w, part.p);
         let d2 = dot(w, to, to);
-        let wi = scale3(w, to, w.div(w.splat(1.0), w.sqrt(d2)));
+        let inv_d = w.div(w.splat(1.0), w.sqrt(d2));
+        let inv_d2 = w.mul(inv_d, inv_d);
+        let wi = scale3(w, to, inv_d);
         let cos_light = dot(w, wi, splat3(w, light.n));
         let cos_point = dot(w, wi, batch.ng.load(w));
         let active = active & batch.lit(w, wi) & w.bits(w.lt(zero, d2)) as LaneMask;
         let directions = Lanes3::store(w, wi);
         let intensity = self.field.intensities(w, id, &directions, active);
+        let active = active & is_lit(w, intensity.load(w));
+        if active == 0 {
+            return Connected::default();
+        }
         let f_cos = batch.receivers.f_cos_wi(w, &directions, active);
         let area = part.area * batch.lights.stands_for();
-        let kept = self.kept(batch, &f_cos, &directions, &w.store(d2), light.n, area);
+        let kept = self.kept(batch, &f_cos, &directions, &w.store(inv_d2), light.n, area);
         let share = w.load(&self.share(id, batch));
-        let scale = w.div(w.mul(share, w.splat(part.weight)), d2);
+        let scale = w.mul(w.mul(share, w.splat(part.weight)), inv_d2);
         let value = mul3(w, f_cos.load(w), scale3(w, intensity.load(w), scale));
         let kept = w.load(&kept);
         let values = scale3(w, value, kept);
-        let is_black = w.le(w.add(w.add(values[0], values[1]), values[2]), zero);
-        let lit = active & !w.bits(is_black) as LaneMask;
+        let lit = active & is_lit(w, values);
         let counts = w.lanes(u32::from(lit));
         let full = w.select(counts, luminance(w, value), zero);
         let removed = w.mul(full, w.sub(w.splat(1.0), kept));
@@ -350,14 +362,14 @@ impl Sum<'_, '_, '_> {
         batch: &Batch,
         f_cos: &Lanes3,
         w: &Lanes3,
-        d2: &Lanes,
+        inv_d2: &Lanes,
         n: Vec3,
         area: f32,
     ) -> Lanes {
         let lane = |clamp: Clamp, i: usize| {
             clamp.kept(&Way {
                 w: w.vec(i),
-                d2: d2[i],
+                inv_d2: inv_d2[i],
                 f_cos: f_cos.rgb(i),
                 n_x: batch.ng.vec(i),
                 n_y: n,

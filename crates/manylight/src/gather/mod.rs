@@ -15,9 +15,9 @@ use crate::geometry::SurfacePoint;
 use crate::ids::LightId;
 use crate::math::Vec3;
 use crate::scene::Scene;
-use crate::virtual_lights::{LightField, Spot, VirtualLight};
+use crate::virtual_lights::{LightField, Spot};
 use clamp::Way;
-use points::{BATCHES, Batch};
+use points::{BATCHES, Batch, Reach};
 
 /// How one light is evaluated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -95,24 +95,15 @@ impl Selection {
 pub struct Lights<'s> {
     /// The lights themselves.
     pub field: LightField<'s>,
-    /// How far the points of each light lie from it at most, in m.
-    reach: Vec<f32>,
+    /// How far the points of each light lie from it.
+    reaches: Vec<Reach>,
 }
 
 impl<'s> Lights<'s> {
     /// Prepares `field`.
     pub fn new(field: LightField<'s>) -> Self {
-        let reach = |light: &VirtualLight| {
-            let farthest = light
-                .points
-                .iter()
-                .map(|q| q.distance(light.p))
-                .fold(0.0, f32::max);
-            // Rounding of the comparison itself must not cut off what the exact test would keep.
-            farthest + 1e-5 * light.p.abs().max_element()
-        };
-        let reach = field.lights().iter().map(reach).collect();
-        Lights { field, reach }
+        let reaches = field.lights().iter().map(Reach::of).collect();
+        Lights { field, reaches }
     }
 }
 
@@ -172,7 +163,8 @@ impl Gather {
         if self.clamp == Clamp::None || d2 == 0.0 {
             return 0.0;
         }
-        let w = to_y * d2.sqrt().recip();
+        let inv_d = d2.sqrt().recip();
+        let w = to_y * inv_d;
         let (n_y, area) = match owner {
             Some(id) => {
                 let light = &lights.field.lights()[id.index()];
@@ -182,7 +174,7 @@ impl Gather {
         };
         let way = Way {
             w,
-            d2,
+            inv_d2: inv_d * inv_d,
             f_cos: at.bsdf.f_cos_wi(w, at.wo, Lobes::SMOOTH),
             n_x: at.x.ng,
             n_y,

@@ -3,13 +3,53 @@
 use super::{Selection, ShadingPoint};
 use crate::bsdf::{Form, Lobes, Receivers};
 use crate::geometry::SurfacePoint;
-use crate::lanes::vectors::{dot, splat3, sub3};
+use crate::lanes::vectors::{abs3, dot, splat3, sub3};
 use crate::lanes::{LANES, LaneMask, Lanes, Lanes3, mask};
 use crate::math::{Aabb, Vec3};
 use crate::simd::Wide;
+use crate::virtual_lights::VirtualLight;
 
 /// Batches that are connected to lights together: as many points as a mask has bits.
 pub(super) const BATCHES: usize = 64 / LANES;
+
+/// A position is known to about so many units in the last place of its largest coordinate.
+const POSITION_ROUNDING: f32 = 4.0 * f32::EPSILON;
+
+/// The cylinder about a light's normal, through the light, in which its points lie.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Reach {
+    /// Farthest from the light along its normal to either side, in m.
+    height: f32,
+    /// Farthest from the axis, in m.
+    radius: f32,
+    /// How far positions may be off by rounding, in m.
+    rounding: f32,
+}
+
+impl Reach {
+    /// Of the points of `light`.
+    pub(super) fn of(light: &VirtualLight) -> Self {
+        let (mut height, mut radius) = (0.0f32, 0.0f32);
+        for &q in &light.points {
+            let d = q - light.p;
+            let along = d.dot(light.n);
+            height = height.max(along.abs());
+            radius = radius.max((d - light.n * along).length());
+        }
+        let rounding = rounding_at(light.p);
+        Reach {
+            // What is flat but for rounding counts as flat.
+            height: if height > rounding { height } else { 0.0 },
+            radius,
+            rounding,
+        }
+    }
+}
+
+/// How far the coordinates of `p` may be off, in m.
+fn rounding_at(p: Vec3) -> f32 {
+    POSITION_ROUNDING * p.abs().max_element()
+}
 
 /// Up to sixteen points.
 #[derive(Debug)]
@@ -24,6 +64,8 @@ pub(super) struct Batch<'b, 's> {
     receiving: Lanes3,
     /// Points that see both sides.
     open: LaneMask,
+    /// How far positions may be off by rounding, in m.
+    rounding: Lanes,
     /// Random numbers of the points.
     pub u: Lanes,
     /// How they reflect.
@@ -75,6 +117,7 @@ impl<'b, 's> Batch<'b, 's> {
             ng: Lanes3::from_fn(|i| at(i).x.ng),
             receiving: Lanes3::from_fn(|i| receiving(i).unwrap_or(Vec3::ZERO)),
             open: mask(|i| receiving(i).is_none()),
+            rounding: std::array::from_fn(|i| rounding_at(at(i).x.p)),
             u: std::array::from_fn(|i| at(i).u),
             receivers: Receivers::new(
                 form,
@@ -104,22 +147,30 @@ impl<'b, 's> Batch<'b, 's> {
         sub3(w, splat3(w, p), self.p.load(w))
     }
 
-    /// The points that a light may reach which stands at the ends of the vectors `to`, with normal `n` and parts within `reach`: some part
-    /// lies on the lit side of the point, which lies on the lit side of some part if the light is one-sided. Exact: others
-    /// receive nothing.
+    /// The points that `light` may reach, which stands at the ends of the vectors `to`: some part lies on the lit side of the point, which
+    /// lies on the lit side of some part if the light is one-sided. Others receive nothing; nor do points in the plane of a flat
+    /// light, as far as rounding lets one tell.
     #[inline(always)]
     pub(super) fn facing<W: Wide>(
         &self,
         w: W,
         to: [W::F; 3],
-        n: Vec3,
-        reach: f32,
-        one_sided: bool,
+        light: &VirtualLight,
+        reach: &Reach,
     ) -> LaneMask {
-        let least = w.splat(-reach);
-        let above = w.bits(w.lt(least, dot(w, self.receiving.load(w), to))) as LaneMask;
-        let before = if one_sided {
-            w.bits(w.lt(dot(w, splat3(w, n), to), w.splat(reach))) as LaneMask
+        let (receiving, n) = (self.receiving.load(w), splat3(w, light.n));
+        let rounding = w.add(w.load(&self.rounding), w.splat(reach.rounding));
+        // Parts lie in a cylinder about ±n. Its radius counts by the sine, which the chord between the normals bounds; exact where it is 0.
+        let cos = dot(w, receiving, n);
+        let along = n.map(|n| w.mul_sign(n, cos));
+        let [x, y, z] = abs3(w, sub3(w, receiving, along));
+        let chord = w.add(w.add(x, y), z);
+        let highest = w.mul_add(chord, w.splat(reach.radius), dot(w, receiving, to));
+        let highest = w.mul_add(w.abs(cos), w.splat(reach.height), highest);
+        let above = w.bits(w.lt(rounding, highest)) as LaneMask;
+        let before = if light.one_sided {
+            let farthest = w.sub(w.splat(reach.height), dot(w, n, to));
+            w.bits(w.lt(rounding, farthest)) as LaneMask
         } else {
             LaneMask::MAX
         };

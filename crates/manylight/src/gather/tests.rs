@@ -1,5 +1,6 @@
 //! Sums in lanes against single connections, written out.
 
+use super::points::{Batch, Reach};
 use super::*;
 use crate::bsdf::{Lobes, Material};
 use crate::geometry::Segment;
@@ -12,7 +13,7 @@ use crate::scene::PathLimits;
 use crate::simd::{self, Isa, Simd};
 use crate::testing::scenes::{Builder, diffuse, glass, glossy_box, rough_metal, rough_plastic};
 use crate::texture::ColorInput;
-use crate::virtual_lights::{Shares, assign, select};
+use crate::virtual_lights::{Shares, VirtualLight, assign, select};
 
 const PASS: Pass = Pass { seed: 3, index: 1 };
 const UNLIMITED: PathLimits = PathLimits {
@@ -183,6 +184,57 @@ fn light_through_panes_arrives_dimmed() {
         None,
     );
     assert_sums_agree(&b.build(), Some(8), UNLIMITED);
+}
+
+/// The lanes of a batch that a light may reach.
+struct Facing<'a>(&'a Batch<'a, 'a>, &'a VirtualLight<'a>, &'a Reach);
+
+impl simd::Kernel for Facing<'_> {
+    type Output = LaneMask;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) -> LaneMask {
+        let Facing(batch, light, reach) = self;
+        let to = batch.towards(s.wide(), light.p);
+        batch.facing(s.wide(), to, light, reach)
+    }
+}
+
+#[test]
+fn no_point_is_left_out_that_sees_a_part_of_a_light() {
+    let scene = many_materials();
+    let lights = lights(&scene, Some(8), UNLIMITED);
+    let points = points(&scene, false);
+    let (mut seen, mut in_plane) = (0, 0);
+    for batch in Batch::all(&points) {
+        for (light, reach) in lights.field.lights().iter().zip(&lights.reaches) {
+            let facing = Isa::best().run(Facing(&batch, light, reach));
+            for (i, &member) in batch.members.iter().enumerate() {
+                let at = &points[member];
+                let Some(n) = at.bsdf.receiving_normal(at.wo) else {
+                    continue;
+                };
+                let heights = light.points.map(|q| {
+                    let to = q - at.x.p;
+                    let before = if light.one_sided {
+                        -to.dot(light.n)
+                    } else {
+                        1.0
+                    };
+                    (to.dot(n), before)
+                });
+                let is_facing = facing >> i & 1 == 1;
+                if heights.iter().any(|&(a, b)| a > 1e-5 && b > 1e-5) {
+                    assert!(is_facing, "{heights:?}");
+                    seen += 1;
+                } else if heights.iter().all(|&(a, _)| a == 0.0) && n == light.n {
+                    assert!(!is_facing);
+                    in_plane += 1;
+                }
+            }
+        }
+    }
+    assert!(seen > 1000 && in_plane > 100, "{seen} and {in_plane}");
 }
 
 /// Of one light, at places that see it in given directions.

@@ -8,7 +8,7 @@ use super::{Vec2, Vec3};
 /// Unit direction → the square [0, 1]². The upper hemisphere (z > 0) fills the inner diamond.
 #[inline(always)]
 pub fn square_from_direction(w: Vec3) -> Vec2 {
-    let p = w / (w.x.abs() + w.y.abs() + w.z.abs());
+    let p = w * (w.x.abs() + w.y.abs() + w.z.abs()).recip();
     let q = if p.z >= 0.0 {
         Vec2::new(p.x, p.y)
     } else {
@@ -40,22 +40,53 @@ pub fn direction_from_square(uv: Vec2) -> Vec3 {
 /// whose texel centres stand at `(i + 1/2) / side`. Wraps over the edges of the map, so the function is continuous.
 #[inline(always)]
 pub fn bilinear(w: Vec3, side: usize) -> [(usize, f32); 4] {
-    let corners = bilinear_corners(w, side as i32);
-    corners.map(|(texel, weight)| (texel as usize, weight))
+    let place = Place::of(w, side as i32);
+    let (texels, weights) = (place.texels(side as i32), place.weights());
+    std::array::from_fn(|k| (texels[k] as usize, weights[k]))
 }
 
-/// [`bilinear`] in the narrow integers that loops over lanes want.
-#[inline(always)]
-pub fn bilinear_corners(w: Vec3, side: i32) -> [(i32, f32); 4] {
-    let uv = square_from_direction(w) * side as f32 - Vec2::splat(0.5);
-    let ((left, i), (top, j)) = (floor(uv.x), floor(uv.y));
-    let (fx, fy) = (uv.x - left, uv.y - top);
-    [
-        (wrapped_texel(i, j, side), (1.0 - fx) * (1.0 - fy)),
-        (wrapped_texel(i + 1, j, side), fx * (1.0 - fy)),
-        (wrapped_texel(i, j + 1, side), (1.0 - fx) * fy),
-        (wrapped_texel(i + 1, j + 1, side), fx * fy),
-    ]
+/// Where a direction falls between the centres of four texels, in the narrow integers that loops over lanes want.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    /// Column and row of the first of them, each from -1 to the side less 1.
+    pub column: i32,
+    /// See [`Place::column`].
+    pub row: i32,
+    /// From there to the next ones, in [0, 1).
+    pub fraction: Vec2,
+}
+
+impl Place {
+    /// The place of the direction `w` in a `side`² table.
+    #[inline(always)]
+    pub fn of(w: Vec3, side: i32) -> Self {
+        let uv = square_from_direction(w) * side as f32 - Vec2::splat(0.5);
+        let ((left, column), (top, row)) = (floor(uv.x), floor(uv.y));
+        Place {
+            column,
+            row,
+            fraction: Vec2::new(uv.x - left, uv.y - top),
+        }
+    }
+
+    /// The four texels: two of one row, two of the next.
+    #[inline(always)]
+    pub fn texels(self, side: i32) -> [i32; 4] {
+        let (i, j) = (self.column, self.row);
+        [
+            wrapped_texel(i, j, side),
+            wrapped_texel(i + 1, j, side),
+            wrapped_texel(i, j + 1, side),
+            wrapped_texel(i + 1, j + 1, side),
+        ]
+    }
+
+    /// The weights of the four.
+    #[inline(always)]
+    pub fn weights(self) -> [f32; 4] {
+        let Vec2 { x, y } = self.fraction;
+        [(1.0 - x) * (1.0 - y), x * (1.0 - y), (1.0 - x) * y, x * y]
+    }
 }
 
 /// The texel that stands for column `i`, row `j`, each from -1 to `n`, the side: stepping over an edge mirrors the other axis.

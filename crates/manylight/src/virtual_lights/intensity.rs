@@ -10,9 +10,9 @@ use crate::bsdf::{Exit, interpolate_lanes};
 use crate::color::Rgb;
 use crate::ids::LightId;
 use crate::lanes::vectors::{dot, mul3, scale3, splat3};
-use crate::lanes::{LANES, LaneMask, Lanes3, lanes_of};
-use crate::math::Vec3;
-use crate::math::octahedral::bilinear_corners;
+use crate::lanes::{LANES, LaneMask, Lanes, Lanes3, lanes_of};
+use crate::math::octahedral::Place;
+use crate::math::{Vec2, Vec3};
 use crate::simd::Wide;
 use std::f32::consts::FRAC_1_PI;
 
@@ -96,22 +96,11 @@ impl LightField<'_> {
     /// Bilinear lookups in one table, in the opposite directions.
     #[inline(always)]
     fn lookups<W: Wide>(&self, w: W, table: u32, wi: &Lanes3, active: LaneMask) -> Lanes3 {
-        let side = self.side() as i32;
-        let (mut texels, mut weights) = ([[0; LANES]; 4], [[0.0; LANES]; 4]);
-        for i in 0..LANES {
-            let [a, b, c, d] = bilinear_corners(-wi.vec(i), side);
-            (texels[0][i], weights[0][i]) = a;
-            (texels[1][i], weights[1][i]) = b;
-            (texels[2][i], weights[2][i]) = c;
-            (texels[3][i], weights[3][i]) = d;
-        }
+        let corners = Corners::of(w, wi, self.side() as i32, active);
         let table = self.table(table);
         let mut sum = [w.splat(0.0); 3];
-        for (texels, weights) in texels.iter().zip(&weights) {
-            let mut fetched = [Packed::BLACK; LANES];
-            for i in lanes_of(active) {
-                fetched[i] = table.texels[texels[i] as usize];
-            }
+        for (texels, weights) in corners.texels.iter().zip(&corners.weights) {
+            let fetched = fetch(table.texels, texels);
             let mut values = Lanes3::ZERO;
             for i in 0..LANES {
                 values.set(i, fetched[i].rgb());
@@ -124,6 +113,80 @@ impl LightField<'_> {
         let scale = splat3(w, Vec3::from(table.scale.to_array()));
         Lanes3::store(w, mul3(w, sum, scale))
     }
+}
+
+/// The four texels that each lane's lookup is made of, and their weights; of lanes that are not active, anything.
+struct Corners {
+    texels: [[i32; LANES]; 4],
+    weights: [Lanes; 4],
+}
+
+impl Corners {
+    /// For lookups in the directions opposite to `wi`.
+    #[inline(always)]
+    fn of<W: Wide>(w: W, wi: &Lanes3, side: i32, active: LaneMask) -> Self {
+        let (mut columns, mut rows) = ([0; LANES], [0; LANES]);
+        let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
+        for i in 0..LANES {
+            let place = Place::of(-wi.vec(i), side);
+            (columns[i], rows[i]) = (place.column, place.row);
+            (x[i], y[i]) = (place.fraction.x, place.fraction.y);
+        }
+        let place = |i: usize| Place {
+            column: columns[i],
+            row: rows[i],
+            fraction: Vec2::new(x[i], y[i]),
+        };
+        let mut corners = Corners {
+            texels: [[0; LANES]; 4],
+            weights: [[0.0; LANES]; 4],
+        };
+        for i in 0..LANES {
+            let weights = place(i).weights();
+            for k in 0..4 {
+                corners.weights[k][i] = weights[k];
+            }
+        }
+        if active & !inside(w, &columns, &rows, side) == 0 {
+            for i in 0..LANES {
+                let first = rows[i].wrapping_mul(side).wrapping_add(columns[i]);
+                corners.texels[0][i] = first;
+                corners.texels[1][i] = first.wrapping_add(1);
+                corners.texels[2][i] = first.wrapping_add(side);
+                corners.texels[3][i] = first.wrapping_add(side + 1);
+            }
+        } else {
+            for i in 0..LANES {
+                let texels = place(i).texels(side);
+                for k in 0..4 {
+                    corners.texels[k][i] = texels[k];
+                }
+            }
+        }
+        corners
+    }
+}
+
+/// The lanes whose four texels no edge of the map divides, so that they are neighbors in memory too.
+#[inline(always)]
+fn inside<W: Wide>(w: W, columns: &[i32; LANES], rows: &[i32; LANES], side: i32) -> LaneMask {
+    let (first, last) = (w.splat(0.0), w.splat((side - 1) as f32));
+    let within = |x: W::F| w.and(w.le(first, x), w.lt(x, last));
+    let [columns, rows] = [columns, rows].map(|x| within(w.load(&x.map(|x| x as f32))));
+    w.bits(w.and(columns, rows)) as LaneMask
+}
+
+/// The texels with these indices; the last for an index that is none.
+#[inline(always)]
+fn fetch(table: &[Packed], texels: &[i32; LANES]) -> [Packed; LANES] {
+    let mut out = [Packed::BLACK; LANES];
+    if let Some(last) = table.len().checked_sub(1) {
+        let texels = texels.map(|t| (t as u32).min(last as u32));
+        for i in 0..LANES {
+            out[i] = table[texels[i] as usize];
+        }
+    }
+    out
 }
 
 /// What lets the diffuse part out, at the cosines to the shading normal.
