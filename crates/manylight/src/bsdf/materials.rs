@@ -93,6 +93,19 @@ impl Materials {
         }
     }
 
+    /// The opacity of a material that lets light straight through where that is below 1, and has no other way to.
+    #[inline]
+    pub fn cut_out(&self, id: MaterialId) -> Option<&FloatInput> {
+        match &self.materials[id.index()] {
+            Material::Mask { opacity, inner } => (!self.is_transparent(*inner)).then_some(opacity),
+            Material::TwoSided { front, back } if front == back => self.cut_out(*front),
+            Material::BumpMap { inner, .. } | Material::NormalMap { inner, .. } => {
+                self.cut_out(*inner)
+            }
+            _ => None,
+        }
+    }
+
     /// The scattering function at a point.
     ///
     /// A tree of wrappers becomes a weighted list of at most four models. Where there would be more, the weakest are left out and

@@ -1,7 +1,7 @@
 //! The surfaces of one space that are alike to visibility: a hierarchy over all baked triangles, and one over
 //! what is not triangles.
 
-use super::bvh::{ObjectBvh, Shaft, TriangleBvh};
+use super::bvh::{ObjectBvh, Shaft, TriangleBvh, TriangleHit};
 use super::placement::Placement;
 use super::{Hit, Ray, Segment, SurfaceRef};
 use crate::ids::PrimitiveId;
@@ -56,7 +56,21 @@ impl Layer {
 
     #[inline]
     pub(super) fn nearest_triangle(&self, ray: &Ray) -> Option<Hit> {
-        let hit = self.triangles.nearest(ray)?;
+        self.triangles.nearest(ray).map(|hit| self.named(hit))
+    }
+
+    /// Calls `visit` for all hits with triangles until it returns true; returns whether it did.
+    pub(super) fn visit_triangles(
+        &self,
+        segment: &Segment,
+        mut visit: impl FnMut(Hit) -> bool,
+    ) -> bool {
+        self.triangles
+            .visit(&segment.ray(), |hit| visit(self.named(hit)))
+    }
+
+    #[inline]
+    fn named(&self, hit: TriangleHit) -> Hit {
         let (primitive, element) = self.numbering.locate(hit.id);
         let at = SurfaceRef {
             primitive,
@@ -64,7 +78,7 @@ impl Layer {
             instance: SurfaceRef::NO_INSTANCE,
             coordinates: hit.coordinates,
         };
-        Some(Hit { t: hit.t, at })
+        Hit { t: hit.t, at }
     }
 
     #[inline]

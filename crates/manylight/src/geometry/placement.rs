@@ -273,6 +273,17 @@ impl Placement {
         }
     }
 
+    /// The texture coordinates of [`Placement::surface`].
+    #[inline]
+    pub(super) fn uv(&self, shape: &Shape, element: u32, coordinates: Vec2) -> Vec2 {
+        match self {
+            Placement::Analytic { shape, .. } => analytic_surface(shape, coordinates).uv,
+            Placement::Mesh { .. } => {
+                texture_coordinates(mesh_of(shape), element as usize, coordinates)
+            }
+        }
+    }
+
     /// Asks for the memory of a triangle that [`Placement::surface`] will read.
     #[inline]
     pub(super) fn expect(&self, shape: &Shape, element: u32) {
@@ -382,7 +393,17 @@ fn normal_and_slenderness(ab: Vec3, ac: Vec3, longest_squared: f32) -> (Vec3, f3
     )
 }
 
-/// Texture coordinates of a point of a triangle, and the derivatives of the position by them.
+/// Texture coordinates of a point of a triangle.
+#[inline]
+fn texture_coordinates(mesh: &Mesh, triangle: usize, at: Vec2) -> Vec2 {
+    if mesh.uvs.is_empty() {
+        return at;
+    }
+    let [a, b, c] = mesh.triangles[triangle].map(|i| mesh.uvs[i as usize]);
+    a * (1.0 - at.x - at.y) + b * at.x + c * at.y
+}
+
+/// [`texture_coordinates`], and the derivatives of the position by them.
 #[inline]
 fn parametrization(
     mesh: &Mesh,
@@ -392,11 +413,11 @@ fn parametrization(
     ab: Vec3,
     ac: Vec3,
 ) -> (Vec2, Vec3, Vec3) {
+    let uv = texture_coordinates(mesh, triangle, at);
     if mesh.uvs.is_empty() {
-        return (at, ab, ac);
+        return (uv, ab, ac);
     }
     let [a, b, c] = mesh.triangles[triangle].map(|i| mesh.uvs[i as usize]);
-    let uv = a * (1.0 - at.x - at.y) + b * at.x + c * at.y;
     let (b, c) = (b - a, c - a);
     let inverse = 1.0 / b.perp_dot(c);
     if !inverse.is_finite() {

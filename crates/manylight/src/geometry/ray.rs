@@ -40,3 +40,14 @@ pub struct Segment {
     /// The other end.
     pub to: Vec3,
 }
+
+impl Segment {
+    /// From one end to the other, which is at 1.
+    pub fn ray(&self) -> Ray {
+        Ray {
+            o: self.from,
+            d: self.to - self.from,
+            t_max: 1.0,
+        }
+    }
+}

@@ -246,9 +246,67 @@ impl Geometry {
         !self.world.transparent.is_empty()
     }
 
-    /// The nearest transparent surface on the ray.
-    pub fn intersect_transparent(&self, ray: &Ray) -> Option<Hit> {
-        self.nearest(Class::Transparent, ray)
+    /// Calls `visit` for the hits of the segment with transparent surfaces, in no order, until it returns true.
+    pub fn visit_transparent(&self, segment: &Segment, mut visit: impl FnMut(Hit) -> bool) {
+        self.visit_in_layer(&self.world.transparent, segment, &mut visit);
+    }
+
+    /// Whether `visit` ended it.
+    fn visit_in_layer(
+        &self,
+        layer: &Layer,
+        segment: &Segment,
+        visit: &mut dyn FnMut(Hit) -> bool,
+    ) -> bool {
+        if layer.visit_triangles(segment, &mut *visit) {
+            return true;
+        }
+        if !layer.has_objects() {
+            return false;
+        }
+        let mut ended = false;
+        let whole = segment.ray();
+        layer.visit_objects(&whole, whole.t_max, |member, t_max| {
+            ended = match member {
+                Member::Analytic(primitive) => self.visit_analytic(primitive, segment, visit),
+                Member::Instance(index) => {
+                    let instance = &self.instances[index];
+                    let group = &self.groups[instance.group()].transparent;
+                    let segment = instance.segment_in_group(segment);
+                    self.visit_in_layer(group, &segment, &mut |mut hit| {
+                        hit.at.instance = index as u32;
+                        visit(hit)
+                    })
+                }
+            };
+            if ended { 0.0 } else { t_max }
+        });
+        ended
+    }
+
+    fn visit_analytic(
+        &self,
+        primitive: PrimitiveId,
+        segment: &Segment,
+        visit: &mut dyn FnMut(Hit) -> bool,
+    ) -> bool {
+        /// A line meets a quadric twice at most.
+        const MOST: usize = 2;
+        let (mut rest, mut start) = (*segment, 0.0);
+        for _ in 0..MOST {
+            let placement = &self.placements[primitive.index()];
+            let Some(mut hit) = placement.intersect_analytic(primitive, &rest.ray()) else {
+                return false;
+            };
+            hit.t = start + (1.0 - start) * hit.t;
+            if visit(hit) {
+                return true;
+            }
+            let x = self.surface_point(hit.at);
+            rest.from = x.offset_towards(rest.to - rest.from);
+            start = hit.t;
+        }
+        false
     }
 
     fn nearest(&self, class: Class, ray: &Ray) -> Option<Hit> {
@@ -360,6 +418,13 @@ impl Geometry {
             at,
             offset: surface.offset,
         }
+    }
+
+    /// [`SurfacePoint::uv`] of a reference.
+    #[inline]
+    pub fn uv(&self, at: SurfaceRef) -> Vec2 {
+        let (shape, placement) = self.placed(at.primitive);
+        placement.uv(shape, at.element, at.coordinates)
     }
 
     /// Area of a primitive in the world, instances ignored, in m².

@@ -12,8 +12,9 @@ pub use error::SceneError;
 use crate::bsdf::{Bsdf, Material, Materials};
 use crate::color::Rgb;
 use crate::emitters::Emitters;
-use crate::geometry::{Geometry, Hit, Ray, Segment, Shape, SurfacePoint, SurfaceRef};
+use crate::geometry::{Geometry, Hit, Ray, Segment, SurfacePoint, SurfaceRef};
 use crate::ids::PrimitiveId;
+use crate::math::{Vec2, Vec3};
 use crate::sampling::{Pass, Stream};
 use crate::sensors::Sensor;
 use crate::texture::Texture;
@@ -117,41 +118,66 @@ impl Scene {
 
     /// The transparent surfaces alone, for segments that are known to be clear of opaque ones.
     pub fn cross_transparent(&self, segment: &Segment) -> (Rgb, u32) {
-        /// A segment that meets more surfaces than this (or cannot get past one) counts as blocked.
-        const MAX_STEPS: u32 = 1024;
-        let (mut from, mut through, mut crossings) = (segment.from, Rgb::WHITE, 0);
-        let mut last: Option<SurfaceRef> = None;
-        let mut step = 1.0;
-        for _ in 0..MAX_STEPS {
-            let d = segment.to - from;
-            let Some(hit) = self.geometry.intersect_transparent(&Ray {
-                o: from,
-                d,
-                t_max: 1.0,
-            }) else {
-                return (through, crossings);
-            };
-            let x = self.geometry.surface_point(hit.at);
-            // A line crosses a triangle once: a second hit is the rounding of the first, and needs a longer step.
-            if last.is_some_and(|last| self.is_same_triangle(last, hit.at)) {
-                step *= 2.0;
-            } else {
-                step = 1.0;
+        let (mut through, mut crossings) = (Rgb::WHITE, 0);
+        let mut on_edges = EdgeHits::new(segment);
+        let w = (segment.to - segment.from).normalize_or_zero();
+        self.geometry.visit_transparent(segment, |hit| {
+            if !on_edges.are_repeated_by(&hit) {
                 crossings += 1;
-                through *= self.bsdf(&x).transmittance(d.normalize_or_zero());
-                if through.is_black() {
-                    return (Rgb::BLACK, crossings);
-                }
+                through *= self.straight_through(hit.at, w);
             }
-            last = Some(hit.at);
-            from = x.p + (x.offset_towards(d) - x.p) * step;
-        }
-        (Rgb::BLACK, crossings)
+            through.is_black()
+        });
+        (through, crossings)
     }
 
-    fn is_same_triangle(&self, a: SurfaceRef, b: SurfaceRef) -> bool {
-        let shape = self.geometry.primitives()[a.primitive.index()].shape;
-        let is_mesh = matches!(self.geometry.shapes()[shape.index()], Shape::Mesh(_));
-        is_mesh && (a.primitive, a.element, a.instance) == (b.primitive, b.element, b.instance)
+    /// [`Bsdf::transmittance`] at a point.
+    fn straight_through(&self, at: SurfaceRef, w: Vec3) -> Rgb {
+        let material = self.geometry.primitives()[at.primitive.index()].material;
+        match self.materials.cut_out(material) {
+            Some(opacity) => {
+                let opacity = opacity.eval(self.geometry.uv(at), &self.textures);
+                Rgb::splat(1.0 - opacity.clamp(0.0, 1.0))
+            }
+            None => self.bsdf(&self.surface_point(at)).transmittance(w),
+        }
+    }
+}
+
+/// Hits of one segment on the edges of triangles: where neighbors meet, both are hit, and the surface is crossed once.
+struct EdgeHits {
+    hits: Vec<Hit>,
+    /// Parts of the segment that lie no farther apart are one.
+    rounding: f32,
+}
+
+impl EdgeHits {
+    /// Nothing is hit yet.
+    fn new(segment: &Segment) -> Self {
+        let size = segment.from.abs().max(segment.to.abs()).max_element();
+        let length = segment.from.distance(segment.to);
+        EdgeHits {
+            hits: Vec::new(),
+            rounding: 8.0 * f32::EPSILON * (1.0 + size / length),
+        }
+    }
+
+    /// Whether there was another hit at the same place of the same surface; takes note of this one.
+    fn are_repeated_by(&mut self, hit: &Hit) -> bool {
+        /// Coordinates are rounded too.
+        const EDGE: f32 = 1e-4;
+        let Vec2 { x, y } = hit.at.coordinates;
+        if x.min(y).min(1.0 - x - y) > EDGE {
+            return false;
+        }
+        let surface = |hit: &Hit| (hit.at.primitive, hit.at.instance);
+        let is_same = |other: &Hit| {
+            surface(other) == surface(hit)
+                && other.at.element != hit.at.element
+                && (other.t - hit.t).abs() <= self.rounding
+        };
+        let is_repeated = self.hits.iter().any(is_same);
+        self.hits.push(*hit);
+        is_repeated
     }
 }

@@ -4,7 +4,7 @@ use super::*;
 use crate::bsdf::Material;
 use crate::emitters::Emitter;
 use crate::film::{FilmDesc, Filter};
-use crate::geometry::Mesh;
+use crate::geometry::{Mesh, Shape};
 use crate::ids::{EmitterId, MaterialId, ShapeId, TextureId};
 use crate::math::{Affine3A, UVec2, Vec2, Vec3};
 use crate::sensors::{FovAxis, SensorDesc, SensorKind};

@@ -31,7 +31,7 @@ use rayon::prelude::*;
 use stack::WordStack;
 use tile::{SIDE, Tile};
 use traverse::{AnyLeaves, NearestLeaves};
-use triangles::{AnyTriangle, Block, NearestTriangle};
+use triangles::{AnyTriangle, Block, EachTriangle, NearestTriangle};
 
 /// A hierarchy over triangles.
 #[derive(Debug)]
@@ -108,6 +108,16 @@ impl TriangleBvh {
         }
     }
 
+    /// Calls `visit` for all triangles with `0 < t < ray.t_max` until it returns true; returns whether it did.
+    pub(super) fn visit(&self, ray: &Ray, visit: impl FnMut(TriangleHit) -> bool) -> bool {
+        !self.is_empty()
+            && self.isa.run(Each {
+                bvh: self,
+                ray,
+                visit,
+            })
+    }
+
     /// Whether a triangle cuts the open segment.
     #[inline]
     pub(super) fn any(&self, from: Vec3, to: Vec3) -> bool {
@@ -177,6 +187,23 @@ impl Kernel for Nearest<'_> {
         let mut leaves = NearestTriangle::new(s, &self.bvh.blocks, self.ray);
         traverse::nearest(s, &self.bvh.tree.nodes, self.ray, &mut leaves);
         leaves.best
+    }
+}
+
+struct Each<'a, V> {
+    bvh: &'a TriangleBvh,
+    ray: &'a Ray,
+    visit: V,
+}
+
+impl<V: FnMut(TriangleHit) -> bool> Kernel for Each<'_, V> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) -> bool {
+        let mut leaves = EachTriangle::new(s, &self.bvh.blocks, self.ray, self.visit);
+        traverse::nearest(s, &self.bvh.tree.nodes, self.ray, &mut leaves);
+        leaves.ended
     }
 }
 

@@ -10,7 +10,7 @@ use super::traverse::{AnyLeaves, NearestLeaves};
 use crate::geometry::Ray;
 use crate::lanes::vectors::{abs3, add3, cross, dot, load3, sub3};
 use crate::math::{Vec2, Vec3};
-use crate::simd::{Floats, NARROW, Simd};
+use crate::simd::{Floats, NARROW, Simd, set_bits};
 
 /// Up to eight triangles. Unused lanes are degenerate, which no ray hits.
 #[derive(Clone, Debug)]
@@ -132,6 +132,21 @@ impl<S: Simd> Sheared<S> {
     }
 }
 
+impl<S: Simd> Crossing<S> {
+    #[inline(always)]
+    fn distances(&self, s: S) -> [f32; NARROW] {
+        s.store(s.div(self.height, s.abs(self.det)))
+    }
+
+    /// The barycentric coordinates of the second and third corner.
+    #[inline(always)]
+    fn coordinates(&self, s: S, lane: usize) -> Vec2 {
+        let [_, v, w] = self.edges;
+        let (v, w, det) = (s.store(v)[lane], s.store(w)[lane], s.store(self.det)[lane]);
+        Vec2::new(v / det, w / det)
+    }
+}
+
 const NEXT: [usize; 3] = [1, 2, 0];
 
 /// The nearest-hit test for one ray.
@@ -161,7 +176,7 @@ impl<S: Simd> NearestLeaves<S> for NearestTriangle<'_, S> {
         if bits == 0 {
             return t_max;
         }
-        let t = s.store(s.div(crossing.height, s.abs(crossing.det)));
+        let t = crossing.distances(s);
         let mut lane = bits.trailing_zeros() as usize % NARROW;
         bits &= bits - 1;
         while bits != 0 {
@@ -172,18 +187,58 @@ impl<S: Simd> NearestLeaves<S> for NearestTriangle<'_, S> {
         if t[lane] >= t_max {
             return t_max;
         }
-        let [_, v, w] = crossing.edges;
-        let (v, w, det) = (
-            s.store(v)[lane],
-            s.store(w)[lane],
-            s.store(crossing.det)[lane],
-        );
         self.best = Some(TriangleHit {
             t: t[lane],
             id: block.ids[lane],
-            coordinates: Vec2::new(v / det, w / det),
+            coordinates: crossing.coordinates(s, lane),
         });
         t[lane]
+    }
+}
+
+/// Calls a function for all hits of one ray.
+pub(super) struct EachTriangle<'a, S: Simd, V> {
+    blocks: &'a [Block],
+    ray: Sheared<S>,
+    visit: V,
+    /// Whether the function asked for an end.
+    pub(super) ended: bool,
+}
+
+impl<'a, S: Simd, V: FnMut(TriangleHit) -> bool> EachTriangle<'a, S, V> {
+    #[inline(always)]
+    pub(super) fn new(s: S, blocks: &'a [Block], ray: &Ray, visit: V) -> Self {
+        EachTriangle {
+            blocks,
+            ray: Sheared::new(s, ray.o, ray.d),
+            visit,
+            ended: false,
+        }
+    }
+}
+
+impl<S: Simd, V: FnMut(TriangleHit) -> bool> NearestLeaves<S> for EachTriangle<'_, S, V> {
+    /// Returns 0 for an end: nothing is nearer.
+    #[inline(always)]
+    fn visit(&mut self, s: S, leaf: usize, t_max: f32) -> f32 {
+        let block = &self.blocks[leaf];
+        let crossing = self.ray.cross(s, block, t_max);
+        let bits = s.bits(crossing.hit);
+        if bits == 0 {
+            return t_max;
+        }
+        let t = crossing.distances(s);
+        for lane in set_bits(bits) {
+            self.ended = (self.visit)(TriangleHit {
+                t: t[lane],
+                id: block.ids[lane],
+                coordinates: crossing.coordinates(s, lane),
+            });
+            if self.ended {
+                return 0.0;
+            }
+        }
+        t_max
     }
 }
 
