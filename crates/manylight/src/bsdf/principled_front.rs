@@ -4,7 +4,7 @@ use super::fresnel;
 use super::microfacet::Microfacets;
 use super::principled::{ggx_masking, gtr1, schlick_weight};
 use crate::color::Rgb;
-use crate::lanes::{LANES, Lanes, Lanes3};
+use crate::lanes::{LANES, Lanes, Lanes3, spread};
 use crate::math::Vec3;
 
 /// The roughness that the clear coat is masked with.
@@ -148,6 +148,26 @@ impl Fronts {
         self.clearcoat_excess[i] = front.clearcoat_excess;
         self.clearcoat_norm[i] = front.clearcoat_norm;
         self.has_extras |= front.has_extras();
+    }
+
+    /// Lane 0 in all lanes.
+    pub(super) fn spread(&mut self) {
+        for numbers in [
+            &mut self.eta,
+            &mut self.inv_eta,
+            &mut self.plain,
+            &mut self.schlick,
+            &mut self.roughness,
+            &mut self.flatness,
+            &mut self.clearcoat,
+            &mut self.clearcoat_excess,
+            &mut self.clearcoat_norm,
+        ] {
+            spread(numbers);
+        }
+        for colors in [&mut self.schlick_r0, &mut self.base, &mut self.sheen] {
+            colors.spread();
+        }
     }
 
     #[inline(always)]

@@ -15,7 +15,7 @@ use crate::math::Vec3;
 use crate::scene::Scene;
 use crate::simd::{self, Isa, Simd, Wide};
 use crate::virtual_lights::moments::POINTS;
-use crate::virtual_lights::{LightField, VirtualLight};
+use crate::virtual_lights::{LightField, Shining, VirtualLight};
 use std::f32::consts::PI;
 
 /// A light is all its points nearer than the first number of its radii, four of them nearer than the second, and one beyond.
@@ -72,10 +72,16 @@ impl simd::Kernel for AddLights<'_> {
             unclamped: [[0.0; LANES]; BATCHES],
         };
         for k in self.batches[0].lights.indices(field.lights().len()) {
-            let (light, reach) = (&field.lights()[k], &self.lights.reaches[k]);
-            sum.add_light(w, LightId(k as u32), light, reach, self.sums);
+            let reach = &self.lights.reaches[k];
+            sum.add_light(w, LightId(k as u32), reach, self.sums);
         }
         sum.finish(w, self.sums);
+    }
+}
+
+impl Views {
+    fn are_empty(&self) -> bool {
+        self.one | self.four | self.sixteen == 0
     }
 }
 
@@ -200,6 +206,13 @@ fn piece(light: &VirtualLight, point: usize, share: f32) -> Part {
     }
 }
 
+/// The light that is being added.
+struct Source<'f, 's> {
+    id: LightId,
+    light: &'f VirtualLight<'s>,
+    shining: Shining<'f, 's>,
+}
+
 /// Which points of a batch one part of a light sends something to.
 #[derive(Clone, Copy, Default)]
 struct Connected {
@@ -235,14 +248,8 @@ struct Sum<'a, 'b, 's> {
 
 impl Sum<'_, '_, '_> {
     #[inline(always)]
-    fn add_light<W: Wide>(
-        &mut self,
-        w: W,
-        id: LightId,
-        light: &VirtualLight,
-        reach: &Reach,
-        sums: &mut [Gathered],
-    ) {
+    fn add_light<W: Wide>(&mut self, w: W, id: LightId, reach: &Reach, sums: &mut [Gathered]) {
+        let light = &self.field.lights()[id.index()];
         let mut views = [Views::default(); BATCHES];
         for (views, batch) in views.iter_mut().zip(self.batches) {
             let to = batch.towards(w, light.p);
@@ -251,6 +258,14 @@ impl Sum<'_, '_, '_> {
                 *views = self.gather.views(w, light, to, &batch.u, facing);
             }
         }
+        if views.iter().all(Views::are_empty) {
+            return;
+        }
+        let source = Source {
+            id,
+            light,
+            shining: self.field.shining(id),
+        };
         let by_count = [
             (1, views.map(|v| v.one)),
             (4, views.map(|v| v.four)),
@@ -265,7 +280,7 @@ impl Sum<'_, '_, '_> {
                     1 => self.gather.whole(light),
                     _ => piece(light, k * (POINTS / count), 1.0 / count as f32),
                 };
-                self.add_part(w, id, light, part, active, sums);
+                self.add_part(w, &source, part, active, sums);
             }
         }
     }
@@ -275,8 +290,7 @@ impl Sum<'_, '_, '_> {
     fn add_part<W: Wide>(
         &mut self,
         w: W,
-        id: LightId,
-        light: &VirtualLight,
+        source: &Source,
         part: Part,
         active: [LaneMask; BATCHES],
         sums: &mut [Gathered],
@@ -284,7 +298,7 @@ impl Sum<'_, '_, '_> {
         let mut connected = [Connected::default(); BATCHES];
         for (b, batch) in self.batches.iter().enumerate() {
             if active[b] != 0 {
-                connected[b] = self.connect(w, id, light, part, b, batch, active[b]);
+                connected[b] = self.connect(w, source, part, b, batch, active[b]);
             }
         }
         for (side, towards) in [(0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)] {
@@ -298,6 +312,7 @@ impl Sum<'_, '_, '_> {
             if block.is_full() {
                 block.flush(w, self.scene, self.batches, sums);
             }
+            let light = source.light;
             block.open(part.p + light.n * (light.offset * towards));
             for (b, &lanes) in lanes.iter().enumerate().filter(|(_, lanes)| **lanes != 0) {
                 block.put(b, lanes, &self.values[b]);
@@ -307,18 +322,17 @@ impl Sum<'_, '_, '_> {
 
     /// Sets the values of one batch: `f |w·n| I(-w) / d²` of one part for the active points, clamped.
     #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "one is the instruction set")]
     fn connect<W: Wide>(
         &mut self,
         w: W,
-        id: LightId,
-        light: &VirtualLight,
+        source: &Source,
         part: Part,
         b: usize,
         batch: &Batch,
         active: LaneMask,
     ) -> Connected {
         let zero = w.splat(0.0);
+        let light = source.light;
         let to = batch.towards(w, part.p);
         let d2 = dot(w, to, to);
         let inv_d = w.div(w.splat(1.0), w.sqrt(d2));
@@ -328,7 +342,7 @@ impl Sum<'_, '_, '_> {
         let cos_point = dot(w, wi, batch.ng.load(w));
         let active = active & batch.lit(w, wi) & w.bits(w.lt(zero, d2)) as LaneMask;
         let directions = Lanes3::store(w, wi);
-        let intensity = self.field.intensities(w, id, &directions, active);
+        let intensity = source.shining.intensities(w, &directions, active);
         let active = active & is_lit(w, intensity.load(w));
         if active == 0 {
             return Connected::default();
@@ -336,7 +350,7 @@ impl Sum<'_, '_, '_> {
         let f_cos = batch.receivers.f_cos_wi(w, &directions, active);
         let area = part.area * batch.lights.stands_for();
         let kept = self.kept(batch, &f_cos, &directions, &w.store(inv_d2), light.n, area);
-        let share = w.load(&self.share(id, batch));
+        let share = w.load(&self.share(source.id, batch));
         let scale = w.mul(w.mul(share, w.splat(part.weight)), inv_d2);
         let value = mul3(w, f_cos.load(w), scale3(w, intensity.load(w), scale));
         let kept = w.load(&kept);

@@ -162,7 +162,11 @@ impl<'b, 's> Batch<'b, 's> {
         let rounding = w.add(w.load(&self.rounding), w.splat(reach.rounding));
         // Parts lie in a cylinder about ±n. Its radius counts by the sine, which the chord between the normals bounds; exact where it is 0.
         let cos = dot(w, receiving, n);
-        let along = n.map(|n| w.mul_sign(n, cos));
+        let along = [
+            w.mul_sign(n[0], cos),
+            w.mul_sign(n[1], cos),
+            w.mul_sign(n[2], cos),
+        ];
         let [x, y, z] = abs3(w, sub3(w, receiving, along));
         let chord = w.add(w.add(x, y), z);
         let highest = w.mul_add(chord, w.splat(reach.radius), dot(w, receiving, to));

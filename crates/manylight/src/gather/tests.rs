@@ -245,7 +245,8 @@ impl simd::Kernel for Intensities<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> Lanes3 {
-        self.0.intensities(s.wide(), self.1, self.2, LaneMask::MAX)
+        let shining = self.0.shining(self.1);
+        shining.intensities(s.wide(), self.2, LaneMask::MAX)
     }
 }
 

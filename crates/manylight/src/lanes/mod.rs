@@ -34,6 +34,12 @@ pub fn lanes_of(mask: LaneMask) -> impl Iterator<Item = usize> {
     set_bits(u32::from(mask))
 }
 
+/// Lane 0 in all lanes.
+#[inline(always)]
+pub(crate) fn spread<T: Copy>(lanes: &mut [T; LANES]) {
+    *lanes = [lanes[0]; LANES];
+}
+
 /// Three values per lane: a vector or a colour.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
@@ -75,6 +81,12 @@ impl Lanes3 {
     #[inline(always)]
     pub(crate) fn store<W: Wide>(w: W, v: [W::F; 3]) -> Self {
         Lanes3(store3(w, v))
+    }
+
+    /// Lane 0 in all lanes.
+    #[inline(always)]
+    pub(crate) fn spread(&mut self) {
+        self.0.iter_mut().for_each(spread);
     }
 
     /// Writes lane `i`.

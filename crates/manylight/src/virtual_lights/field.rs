@@ -234,12 +234,6 @@ impl<'s> LightField<'s> {
         self.tables.get(index)
     }
 
-    /// Texels along an edge of a table.
-    #[inline(always)]
-    pub(super) fn side(&self) -> usize {
-        self.tables.side()
-    }
-
     /// Share of the flux of light `id` that has come over at most `depth` segments. Only told apart in scenes that
     /// limit paths to no more than 16 segments; elsewhere, and for greater depths, 1.
     #[inline]

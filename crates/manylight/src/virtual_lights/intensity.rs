@@ -4,13 +4,13 @@
     reason = "loops over lanes read like what they become: vector instructions"
 )]
 
-use super::tables::Packed;
-use super::{Emission, LightField};
-use crate::bsdf::{Exit, interpolate_lanes};
+use super::tables::{Packed, Table};
+use super::{Emission, LightField, Reflection, VirtualLight};
+use crate::bsdf::{Exit, Lobes, Outgoing, interpolate_lanes};
 use crate::color::Rgb;
 use crate::ids::LightId;
 use crate::lanes::vectors::{dot, mul3, scale3, splat3};
-use crate::lanes::{LANES, LaneMask, Lanes, Lanes3, lanes_of};
+use crate::lanes::{LANES, LaneMask, Lanes, Lanes3};
 use crate::math::octahedral::Place;
 use crate::math::{Vec2, Vec3};
 use crate::simd::Wide;
@@ -43,27 +43,62 @@ impl LightField<'_> {
         }
     }
 
-    /// [`LightField::intensity`] towards the points that see the light in the unit directions `wi`, in each active lane; other
-    /// lanes hold anything.
+    /// The light `id`, made ready for many directions.
     #[inline(always)]
-    pub(crate) fn intensities<W: Wide>(
-        &self,
-        w: W,
-        id: LightId,
-        wi: &Lanes3,
-        active: LaneMask,
-    ) -> Lanes3 {
+    pub(crate) fn shining(&self, id: LightId) -> Shining<'_, '_> {
         let light = &self.lights()[id.index()];
         match &light.emission {
             Emission::Single(index) => {
-                let reflection = self.reflection(*index);
-                let mut out = Lanes3::ZERO;
-                for i in lanes_of(active) {
-                    out.set(i, reflection.intensity(-wi.vec(i)));
+                let Reflection { wi, flux, bsdf } = self.reflection(*index);
+                Shining::Single {
+                    flux: *flux,
+                    reflection: bsdf.outgoing(*wi, Lobes::SMOOTH),
                 }
-                out
             }
             Emission::Rich {
+                diffuse,
+                exit,
+                table,
+            } => Shining::Rich {
+                light,
+                diffuse: *diffuse,
+                exit,
+                table: table.map(|table| self.table(table)),
+            },
+        }
+    }
+}
+
+/// A light that many points ask for its intensity.
+pub(crate) enum Shining<'f, 's> {
+    /// See [`Emission::Single`].
+    Single {
+        flux: Rgb,
+        reflection: Outgoing<'f, 's>,
+    },
+    /// See [`Emission::Rich`].
+    Rich {
+        light: &'f VirtualLight<'s>,
+        diffuse: Rgb,
+        exit: &'f Exit<'s>,
+        table: Option<Table<'f>>,
+    },
+}
+
+impl Shining<'_, '_> {
+    /// [`LightField::intensity`] towards the points that see the light in the unit directions `wi`, in each active lane; other
+    /// lanes hold anything.
+    #[inline(always)]
+    pub(crate) fn intensities<W: Wide>(&self, w: W, wi: &Lanes3, active: LaneMask) -> Lanes3 {
+        match self {
+            Shining::Single { flux, reflection } => {
+                let wo = scale3(w, wi.load(w), w.splat(-1.0));
+                let values = reflection.f_cos_wo_lanes(w, &Lanes3::store(w, wo), active);
+                let flux = splat3(w, Vec3::from(flux.to_array()));
+                Lanes3::store(w, mul3(w, values.load(w), flux))
+            }
+            Shining::Rich {
+                light,
                 diffuse,
                 exit,
                 table,
@@ -78,7 +113,7 @@ impl LightField<'_> {
                 let share = w.select(w.and(before, w.lt(zero, cos_s)), share, zero);
                 let mut sum = scale3(w, splat3(w, Vec3::from(diffuse.to_array())), share);
                 if let Some(table) = table {
-                    let glossy = self.lookups(w, *table, wi, active).load(w);
+                    let glossy = table.lookups(w, wi, active).load(w);
                     let counts = if light.one_sided {
                         before
                     } else {
@@ -92,15 +127,16 @@ impl LightField<'_> {
             }
         }
     }
+}
 
-    /// Bilinear lookups in one table, in the opposite directions.
+impl Table<'_> {
+    /// Bilinear lookups in the directions opposite to `wi`.
     #[inline(always)]
-    fn lookups<W: Wide>(&self, w: W, table: u32, wi: &Lanes3, active: LaneMask) -> Lanes3 {
-        let corners = Corners::of(w, wi, self.side() as i32, active);
-        let table = self.table(table);
+    fn lookups<W: Wide>(&self, w: W, wi: &Lanes3, active: LaneMask) -> Lanes3 {
+        let corners = Corners::of(w, wi, self.side as i32, active);
         let mut sum = [w.splat(0.0); 3];
         for (texels, weights) in corners.texels.iter().zip(&corners.weights) {
-            let fetched = fetch(table.texels, texels);
+            let fetched = fetch(self.texels, texels);
             let mut values = Lanes3::ZERO;
             for i in 0..LANES {
                 values.set(i, fetched[i].rgb());
@@ -110,7 +146,7 @@ impl LightField<'_> {
                 *sum = w.mul_add(value, weight, *sum);
             }
         }
-        let scale = splat3(w, Vec3::from(table.scale.to_array()));
+        let scale = splat3(w, Vec3::from(self.scale.to_array()));
         Lanes3::store(w, mul3(w, sum, scale))
     }
 }
@@ -170,10 +206,15 @@ impl Corners {
 /// The lanes whose four texels no edge of the map divides, so that they are neighbors in memory too.
 #[inline(always)]
 fn inside<W: Wide>(w: W, columns: &[i32; LANES], rows: &[i32; LANES], side: i32) -> LaneMask {
+    let (mut lowest, mut highest) = ([0.0; LANES], [0.0; LANES]);
+    for i in 0..LANES {
+        let (column, row) = (columns[i] as f32, rows[i] as f32);
+        lowest[i] = column.min(row);
+        highest[i] = column.max(row);
+    }
     let (first, last) = (w.splat(0.0), w.splat((side - 1) as f32));
-    let within = |x: W::F| w.and(w.le(first, x), w.lt(x, last));
-    let [columns, rows] = [columns, rows].map(|x| within(w.load(&x.map(|x| x as f32))));
-    w.bits(w.and(columns, rows)) as LaneMask
+    let inside = w.and(w.le(first, w.load(&lowest)), w.lt(w.load(&highest), last));
+    w.bits(inside) as LaneMask
 }
 
 /// The texels with these indices; the last for an index that is none.

@@ -22,6 +22,7 @@ mod tests;
 pub use assign::{Shares, assign};
 pub use claims::{Claims, Spot};
 pub use field::{Ledger, LightField};
+pub(crate) use intensity::Shining;
 pub use select::select;
 
 use crate::bsdf::{Bsdf, Exit, Lobes};

@@ -50,7 +50,7 @@ pub(crate) struct Table<'a> {
     pub(crate) texels: &'a [Packed],
     /// By channel.
     pub(crate) scale: Rgb,
-    side: usize,
+    pub(super) side: usize,
 }
 
 impl Table<'_> {
@@ -104,12 +104,6 @@ impl Tables {
             scale: self.scales[index as usize],
             side: self.side,
         }
-    }
-
-    /// Texels along an edge.
-    #[inline(always)]
-    pub(super) fn side(&self) -> usize {
-        self.side
     }
 
     /// Bytes of one table.
