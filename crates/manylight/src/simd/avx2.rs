@@ -294,7 +294,7 @@ impl Simd for Avx2 {
         (near, far): (__m256, __m256),
         words_out: &mut [MaybeUninit<u32>; NARROW],
         near_out: &mut [MaybeUninit<f32>; NARROW],
-    ) -> usize {
+    ) -> u32 {
         let words = self.load_words(words);
         // SAFETY: `self` proves AVX2; both outputs are eight writable words, and the stores need no alignment.
         unsafe {
@@ -307,7 +307,7 @@ impl Simd for Avx2 {
             let near = pack(self, kept, _mm256_castps_si256(near));
             _mm256_storeu_si256(words_out.as_mut_ptr().cast(), pack(self, kept, words));
             _mm256_storeu_si256(near_out.as_mut_ptr().cast(), near);
-            kept.count_ones() as usize
+            kept
         }
     }
 }

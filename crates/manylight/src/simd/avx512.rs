@@ -199,7 +199,7 @@ impl Simd for Avx512 {
         (near, far): (__m256, __m256),
         words_out: &mut [MaybeUninit<u32>; NARROW],
         near_out: &mut [MaybeUninit<f32>; NARROW],
-    ) -> usize {
+    ) -> u32 {
         let words = self.load_words(words);
         // SAFETY: `self` proves AVX-512; both outputs are eight writable words, and the stores need no alignment.
         unsafe {
@@ -215,7 +215,7 @@ impl Simd for Avx512 {
             );
             _mm256_storeu_si256(words_out.as_mut_ptr().cast(), words);
             _mm256_storeu_ps(near_out.as_mut_ptr().cast(), near);
-            kept.count_ones() as usize
+            u32::from(kept)
         }
     }
 }

@@ -83,7 +83,7 @@ pub(crate) trait Simd: Floats<8> {
     /// Operations on wide vectors.
     fn wide(self) -> Self::Wide;
     /// Writes the words and near values of the lanes whose `span` has near <= far, in the order of `order` (three bits per
-    /// place), and returns how many: so many entries are initialized.
+    /// place), and returns which places these are: as many entries are initialized.
     fn compress_ordered(
         self,
         order: u32,
@@ -91,7 +91,7 @@ pub(crate) trait Simd: Floats<8> {
         span: (Self::F, Self::F),
         words_out: &mut [MaybeUninit<u32>; NARROW],
         near_out: &mut [MaybeUninit<f32>; NARROW],
-    ) -> usize;
+    ) -> u32;
 }
 
 /// The positions of the set bits, lowest first.

@@ -156,16 +156,17 @@ impl Simd for Portable {
         (near, far): ([f32; NARROW], [f32; NARROW]),
         words_out: &mut [MaybeUninit<u32>; NARROW],
         near_out: &mut [MaybeUninit<f32>; NARROW],
-    ) -> usize {
-        let mut count = 0;
+    ) -> u32 {
+        let (mut count, mut kept) = (0, 0);
         for place in 0..NARROW {
             let i = (order >> (3 * place) & 7) as usize;
             if near[i] <= far[i] {
                 words_out[count].write(words[i]);
                 near_out[count].write(near[i]);
                 count += 1;
+                kept |= 1 << place;
             }
         }
-        count
+        kept
     }
 }

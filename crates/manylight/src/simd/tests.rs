@@ -71,7 +71,9 @@ impl Kernel for AllNarrow<'_> {
         let span = (s.load(&self.0.a), s.load(&self.0.b));
         let mut kept = [MaybeUninit::new(0); NARROW];
         let mut near = [MaybeUninit::new(0.0); NARROW];
-        let count = s.compress_ordered(order, &words, span, &mut kept, &mut near);
+        let places = s.compress_ordered(order, &words, span, &mut kept, &mut near);
+        results.push(places);
+        let count = places.count_ones() as usize;
         for (kept, near) in kept.into_iter().zip(near).take(count) {
             // SAFETY: both were made with a value.
             let (kept, near): (u32, f32) = unsafe { (kept.assume_init(), near.assume_init()) };

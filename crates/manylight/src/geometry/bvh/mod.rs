@@ -30,7 +30,7 @@ use packet::{EMPTY_STACK, Packet, RAYS};
 use rayon::prelude::*;
 use stack::WordStack;
 use tile::{SIDE, Tile};
-use traverse::{AnyLeaves, NearestLeaves};
+use traverse::{AnyLeaves, Leaves, NearestLeaves};
 use triangles::{AnyTriangle, Block, EachTriangle, NearestTriangle};
 
 /// A hierarchy over triangles.
@@ -184,7 +184,7 @@ impl Kernel for Nearest<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> Self::Output {
-        let mut leaves = NearestTriangle::new(s, &self.bvh.blocks, self.ray);
+        let mut leaves = NearestTriangle::new(&self.bvh.blocks, self.ray);
         traverse::nearest(s, &self.bvh.tree.nodes, self.ray, &mut leaves);
         leaves.best
     }
@@ -201,7 +201,7 @@ impl<V: FnMut(TriangleHit) -> bool> Kernel for Each<'_, V> {
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> bool {
-        let mut leaves = EachTriangle::new(s, &self.bvh.blocks, self.ray, self.visit);
+        let mut leaves = EachTriangle::new(&self.bvh.blocks, self.ray, self.visit);
         traverse::nearest(s, &self.bvh.tree.nodes, self.ray, &mut leaves);
         leaves.ended
     }
@@ -218,7 +218,7 @@ impl Kernel for Any<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> bool {
-        let leaves = AnyTriangle::new(s, &self.bvh.blocks, self.from, self.d);
+        let leaves = AnyTriangle::new(&self.bvh.blocks, self.from, self.d);
         let scale = traverse::slab_reciprocal(self.d);
         traverse::any(s, &self.bvh.tree.nodes, 0, self.from, scale, &leaves)
     }
@@ -345,6 +345,13 @@ impl<V: FnMut(usize, f32) -> f32> Kernel for NearestObject<'_, V> {
     }
 }
 
+impl<V> Leaves for NearestObject<'_, V> {
+    #[inline(always)]
+    fn address(&self, leaf: usize) -> *const u8 {
+        self.bvh.tree.items.as_ptr().wrapping_add(leaf).cast()
+    }
+}
+
 impl<V: FnMut(usize, f32) -> f32, S: Simd> NearestLeaves<S> for NearestObject<'_, V> {
     #[inline(always)]
     fn visit(&mut self, _s: S, leaf: usize, t_max: f32) -> f32 {
@@ -393,6 +400,13 @@ impl<V: Fn(usize) -> bool> Kernel for AnyObject<'_, V> {
     fn run<S: Simd>(self, s: S) -> bool {
         let scale = traverse::slab_reciprocal(self.d);
         traverse::any(s, &self.bvh.tree.nodes, 0, self.from, scale, &self)
+    }
+}
+
+impl<V> Leaves for AnyObject<'_, V> {
+    #[inline(always)]
+    fn address(&self, leaf: usize) -> *const u8 {
+        self.bvh.tree.items.as_ptr().wrapping_add(leaf).cast()
     }
 }
 

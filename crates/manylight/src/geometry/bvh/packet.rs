@@ -154,7 +154,7 @@ impl<'a> Packet<'a> {
             let [x, y, z] = &self.reciprocal[ray / WIDE];
             let lane = ray % WIDE;
             let scale = Vec3::new(x[lane], y[lane], z[lane]);
-            let leaves = AnyTriangle::new(s, self.blocks, self.from, d);
+            let leaves = AnyTriangle::new(self.blocks, self.from, d);
             if traverse::any(s, self.nodes, word, self.from, scale, &leaves) {
                 self.open &= !(1 << ray);
             }

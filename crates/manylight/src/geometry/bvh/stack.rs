@@ -28,32 +28,58 @@ impl Stack {
         }
     }
 
+    /// The last subtree that the ray enters before `t_max`; those above it are dropped.
     #[inline(always)]
-    pub(super) fn pop(&mut self) -> Option<(u32, f32)> {
-        self.len = self.len.checked_sub(1)?;
-        // SAFETY: `len` was at least one, and entries below `len` are initialized.
-        unsafe {
-            Some((
-                self.children[self.len].assume_init(),
-                self.near[self.len].assume_init(),
-            ))
+    pub(super) fn pop_before(&mut self, t_max: f32) -> Option<u32> {
+        while let Some(top) = self.len.checked_sub(1) {
+            self.len = top;
+            // SAFETY: the length was at least one, and entries below it are initialized.
+            let (word, near) = unsafe {
+                (
+                    self.children[top].assume_init(),
+                    self.near[top].assume_init(),
+                )
+            };
+            if near < t_max {
+                return Some(word);
+            }
         }
+        None
     }
 
-    /// Adds the children with near <= far, in the order of `order` (three bits per place).
+    /// The subtree on top.
     #[inline(always)]
-    pub(super) fn push<S: Simd>(
+    pub(super) fn top(&self) -> Option<u32> {
+        let top = self.len.checked_sub(1)?;
+        // SAFETY: the length is at least one, and entries below it are initialized.
+        Some(unsafe { self.children[top].assume_init() })
+    }
+
+    /// Adds the children with near <= far, in the order of `order` (three bits per place), but for the last, which is returned:
+    /// it is known long before it could be written and read again.
+    #[inline(always)]
+    pub(super) fn push_but_last<S: Simd>(
         &mut self,
         s: S,
         order: u32,
         children: &[u32; NARROW],
         span: (S::F, S::F),
-    ) {
+    ) -> Option<u32> {
+        let met = s.bits(s.le(span.0, span.1));
+        if met & met.wrapping_sub(1) == 0 {
+            // One or none, as in most nodes: nothing to put in order.
+            return met
+                .checked_ilog2()
+                .map(|only| children[only as usize % NARROW]);
+        }
         let (words, near) = (
             above(&mut self.children, self.len),
             above(&mut self.near, self.len),
         );
-        self.len += s.compress_ordered(order, children, span, words, near);
+        let places = s.compress_ordered(order, children, span, words, near);
+        let last = places.checked_ilog2()?;
+        self.len += places.count_ones() as usize - 1;
+        Some(children[(order >> (3 * last)) as usize % NARROW])
     }
 }
 
@@ -77,6 +103,13 @@ impl WordStack {
         self.len = self.len.checked_sub(1)?;
         // SAFETY: `len` was at least one, and entries below `len` are initialized.
         unsafe { Some(self.words[self.len].assume_init()) }
+    }
+
+    #[inline(always)]
+    pub(super) fn top(&self) -> Option<u32> {
+        let top = self.len.checked_sub(1)?;
+        // SAFETY: the length is at least one, and entries below it are initialized.
+        Some(unsafe { self.words[top].assume_init() })
     }
 
     /// Adds the words whose bits are set.

@@ -4,16 +4,37 @@ use super::build::{LEAF, Node};
 use super::stack::{Stack, WordStack};
 use crate::geometry::Ray;
 use crate::math::Vec3;
+use crate::math::prefetch::prefetch_at;
 use crate::simd::{NARROW, Simd};
 
+/// Where leaves are.
+pub(super) trait Leaves {
+    /// The first byte of what a visit of the leaf reads first.
+    fn address(&self, leaf: usize) -> *const u8;
+}
+
+/// Asks for the memory of what is visited after this leaf.
+#[inline(always)]
+fn expect(nodes: &[Node], leaves: &impl Leaves, next: Option<u32>) {
+    if let Some(word) = next {
+        let leaf = leaves.address((word & !LEAF) as usize);
+        let node = nodes.as_ptr().wrapping_add(word as usize).cast();
+        // Without branches: which it is cannot be predicted.
+        prefetch_at(
+            if word & LEAF == 0 { node } else { leaf },
+            size_of::<Node>(),
+        );
+    }
+}
+
 /// Tests a leaf for the nearest hit.
-pub(super) trait NearestLeaves<S: Simd> {
+pub(super) trait NearestLeaves<S: Simd>: Leaves {
     /// Notes the nearest hit below `t_max` in the leaf, and returns its distance, or `t_max` without one.
     fn visit(&mut self, s: S, leaf: usize, t_max: f32) -> f32;
 }
 
 /// Tests a leaf for any hit.
-pub(super) trait AnyLeaves<S: Simd> {
+pub(super) trait AnyLeaves<S: Simd>: Leaves {
     /// Whether the ray hits something in the leaf.
     fn visit(&self, s: S, leaf: usize) -> bool;
 }
@@ -35,54 +56,62 @@ pub(super) fn slab_reciprocal(d: Vec3) -> Vec3 {
 
 /// A ray prepared for slab tests `t = b / d - o / d`, one fused operation per plane. The rounding of `o / d` is as if
 /// the origin moved by an ulp; the near and the far planes are moved apart by more than that.
-struct BoxRay<S: Simd> {
-    near_scale: [S::F; 3],
-    near_shift: [S::F; 3],
-    far_scale: [S::F; 3],
-    far_shift: [S::F; 3],
-    near_plane: [usize; 3],
+struct BoxRay {
+    scale: [f32; 3],
+    near_shift: [f32; 3],
+    far_shift: [f32; 3],
     octant: usize,
 }
 
-impl<S: Simd> BoxRay<S> {
+impl BoxRay {
     #[inline(always)]
-    fn new(s: S, o: Vec3, scale: Vec3) -> Self {
+    fn new(o: Vec3, scale: Vec3) -> Self {
         let shift = o * scale;
         let margin = shift.abs() * (2.0 * f32::EPSILON);
-        let (near_shift, far_shift) = (shift + margin, (shift - margin) * FAR_MARGIN);
-        let splat = |v: Vec3| [s.splat(v.x), s.splat(v.y), s.splat(v.z)];
         let negative = |x: f32| usize::from(x.is_sign_negative());
-        let signs = [negative(scale.x), negative(scale.y), negative(scale.z)];
         BoxRay {
-            near_scale: splat(scale),
-            near_shift: splat(near_shift),
-            far_scale: splat(scale * FAR_MARGIN),
-            far_shift: splat(far_shift),
-            near_plane: [3 * signs[0], 1 + 3 * signs[1], 2 + 3 * signs[2]],
-            octant: signs[0] | signs[1] << 1 | signs[2] << 2,
+            scale: scale.to_array(),
+            near_shift: (shift + margin).to_array(),
+            far_shift: (shift - margin).to_array(),
+            octant: negative(scale.x) | negative(scale.y) << 1 | negative(scale.z) << 2,
         }
+    }
+
+    /// The word of [`Node::order`] for this ray.
+    #[inline(always)]
+    fn order(&self, node: &Node) -> u32 {
+        node.order[self.octant % NARROW]
     }
 
     /// Where the ray enters the children, and where it leaves them or `t_max` ends it; it meets those with near <= far.
     #[inline(always)]
-    fn cut(&self, s: S, node: &Node, t_max: f32) -> (S::F, S::F) {
+    fn cut<S: Simd>(&self, s: S, node: &Node, t_max: f32) -> (S::F, S::F) {
+        // The six planes are lower x, y, z, upper x, y, z. The margin of the far ones is applied once, to the nearest.
         let near = |axis: usize| {
-            let plane = s.load(&node.bounds[self.near_plane[axis]]);
-            s.mul_sub(plane, self.near_scale[axis], self.near_shift[axis])
+            let plane = s.load(&node.bounds[axis + 3 * (self.octant >> axis & 1)]);
+            s.mul_sub(
+                plane,
+                s.splat(self.scale[axis]),
+                s.splat(self.near_shift[axis]),
+            )
         };
         let far = |axis: usize| {
-            // The other plane of the axis: the six are lower x, y, z, upper x, y, z.
-            let plane = s.load(&node.bounds[2 * axis + 3 - self.near_plane[axis]]);
-            s.mul_sub(plane, self.far_scale[axis], self.far_shift[axis])
+            let plane = s.load(&node.bounds[axis + 3 * (!self.octant >> axis & 1)]);
+            s.mul_sub(
+                plane,
+                s.splat(self.scale[axis]),
+                s.splat(self.far_shift[axis]),
+            )
         };
         let enter = s.max(s.max(near(0), near(1)), s.max(near(2), s.splat(0.0)));
-        let leave = s.min(s.min(far(0), far(1)), s.min(far(2), s.splat(t_max)));
+        let leave = s.min(s.min(far(0), far(1)), far(2));
+        let leave = s.min(s.mul(leave, s.splat(FAR_MARGIN)), s.splat(t_max));
         (enter, leave)
     }
 
     /// The children that the ray meets before `t` = 1, as bits.
     #[inline(always)]
-    fn meets(&self, s: S, node: &Node) -> u32 {
+    fn meets<S: Simd>(&self, s: S, node: &Node) -> u32 {
         let (near, far) = self.cut(s, node, 1.0);
         s.bits(s.le(near, far))
     }
@@ -96,7 +125,7 @@ pub(super) fn nearest<S: Simd>(
     ray: &Ray,
     leaves: &mut impl NearestLeaves<S>,
 ) {
-    let slabs = BoxRay::new(s, ray.o, slab_reciprocal(ray.d));
+    let slabs = BoxRay::new(ray.o, slab_reciprocal(ray.d));
     let mut stack = Stack::new();
     let mut t_max = ray.t_max;
     let mut word = 0;
@@ -104,19 +133,19 @@ pub(super) fn nearest<S: Simd>(
         if word & LEAF == 0 {
             let node = &nodes[word as usize];
             let span = slabs.cut(s, node, t_max);
-            stack.push(s, node.order[slabs.octant], &node.children, span);
+            let order = slabs.order(node);
+            if let Some(next) = stack.push_but_last(s, order, &node.children, span) {
+                word = next;
+                continue;
+            }
         } else {
+            expect(nodes, leaves, stack.top());
             t_max = leaves.visit(s, (word & !LEAF) as usize, t_max);
         }
-        loop {
-            let Some((next, near)) = stack.pop() else {
-                return;
-            };
-            if near < t_max {
-                word = next;
-                break;
-            }
-        }
+        let Some(next) = stack.pop_before(t_max) else {
+            return;
+        };
+        word = next;
     }
 }
 
@@ -130,7 +159,7 @@ pub(super) fn any<S: Simd>(
     scale: Vec3,
     leaves: &impl AnyLeaves<S>,
 ) -> bool {
-    let slabs = BoxRay::new(s, o, scale);
+    let slabs = BoxRay::new(o, scale);
     let mut stack = WordStack::new();
     let mut word = root;
     loop {
@@ -142,8 +171,11 @@ pub(super) fn any<S: Simd>(
                 stack.push(s, &node.children, bits & (bits - 1));
                 continue;
             }
-        } else if leaves.visit(s, (word & !LEAF) as usize) {
-            return true;
+        } else {
+            expect(nodes, leaves, stack.top());
+            if leaves.visit(s, (word & !LEAF) as usize) {
+                return true;
+            }
         }
         let Some(next) = stack.pop() else {
             return false;

@@ -6,7 +6,7 @@
 //! (a - b) x (a + b), which loses less of far edges than a x b. The value is rounded where the ray passes a corner, so what
 //! rounding can hide counts as inside: no ray slips through between neighbors.
 
-use super::traverse::{AnyLeaves, NearestLeaves};
+use super::traverse::{AnyLeaves, Leaves, NearestLeaves};
 use crate::geometry::Ray;
 use crate::lanes::vectors::{abs3, add3, cross, dot, load3, sub3};
 use crate::math::{Vec2, Vec3};
@@ -52,12 +52,12 @@ pub(crate) struct TriangleHit {
 }
 
 /// Eight triangles at a time as one ray sees them: sheared so that it runs along z.
-struct Sheared<S: Simd> {
+struct Sheared {
     /// The last of them the largest of the direction.
     axes: [usize; 3],
-    o: [S::F; 3],
-    shear: [S::F; 2],
-    scale: S::F,
+    o: [f32; 3],
+    shear: [f32; 2],
+    scale: f32,
 }
 
 /// What a ray makes of eight triangles.
@@ -72,9 +72,9 @@ struct Crossing<S: Simd> {
     hit: S::M,
 }
 
-impl<S: Simd> Sheared<S> {
+impl Sheared {
     #[inline(always)]
-    fn new(s: S, o: Vec3, d: Vec3) -> Self {
+    fn new(o: Vec3, d: Vec3) -> Self {
         let size = d.abs();
         // Without branches: which axis it is cannot be predicted.
         let y = usize::from(size.y > size.x);
@@ -83,29 +83,28 @@ impl<S: Simd> Sheared<S> {
         let scale = 1.0 / d[z];
         Sheared {
             axes,
-            o: [
-                s.splat(o[axes[0]]),
-                s.splat(o[axes[1]]),
-                s.splat(o[axes[2]]),
-            ],
-            shear: [s.splat(-d[axes[0]] * scale), s.splat(-d[axes[1]] * scale)],
-            scale: s.splat(scale),
+            o: axes.map(|axis| o[axis]),
+            shear: [-d[axes[0]] * scale, -d[axes[1]] * scale],
+            scale,
         }
     }
 
     #[inline(always)]
-    fn corner(&self, s: S, corner: &[[f32; NARROW]; 3]) -> [S::F; 3] {
-        let relative = |i: usize| s.sub(s.load(&corner[self.axes[i]]), self.o[i]);
+    fn corner<S: Simd>(&self, s: S, corner: &[[f32; NARROW]; 3]) -> [S::F; 3] {
+        let relative = |i: usize| {
+            let plane = s.load(&corner[self.axes[i]]);
+            s.sub(plane, s.splat(self.o[i]))
+        };
         let z = relative(2);
         [
-            s.mul_add(self.shear[0], z, relative(0)),
-            s.mul_add(self.shear[1], z, relative(1)),
+            s.mul_add(s.splat(self.shear[0]), z, relative(0)),
+            s.mul_add(s.splat(self.shear[1]), z, relative(1)),
             z,
         ]
     }
 
     #[inline(always)]
-    fn cross(&self, s: S, block: &Block, t_max: f32) -> Crossing<S> {
+    fn cross<S: Simd>(&self, s: S, block: &Block, t_max: f32) -> Crossing<S> {
         let a = self.corner(s, &block.corners[0]);
         let b = self.corner(s, &block.corners[1]);
         let c = self.corner(s, &block.corners[2]);
@@ -119,7 +118,7 @@ impl<S: Simd> Sheared<S> {
             s.le(s.max(s.max(u, v), w), zero),
         );
         let z = s.mul_add(u, a[2], s.mul_add(v, b[2], s.mul(w, c[2])));
-        let height = s.mul_sign(s.mul(z, self.scale), det);
+        let height = s.mul_sign(s.mul(z, s.splat(self.scale)), det);
         // All zero where the triangle is degenerate or seen from its edge: not below itself.
         let farthest = s.mul(s.abs(det), s.splat(t_max));
         let between = s.and(s.lt(zero, height), s.lt(height, farthest));
@@ -129,6 +128,38 @@ impl<S: Simd> Sheared<S> {
             height,
             hit: s.and(inside, between),
         }
+    }
+
+    /// The nearest hit among the triangles of a block, if there is one below `t_max`.
+    #[inline(always)]
+    fn nearest<S: Simd>(&self, s: S, block: &Block, t_max: f32) -> Option<TriangleHit> {
+        let crossing = self.cross(s, block, t_max);
+        let mut bits = s.bits(crossing.hit);
+        if bits == 0 {
+            return None;
+        }
+        let t = crossing.distances(s);
+        let mut lane = bits.trailing_zeros() as usize % NARROW;
+        bits &= bits - 1;
+        while bits != 0 {
+            let other = bits.trailing_zeros() as usize % NARROW;
+            lane = if t[other] < t[lane] { other } else { lane };
+            bits &= bits - 1;
+        }
+        if t[lane] >= t_max {
+            return None;
+        }
+        Some(TriangleHit {
+            t: t[lane],
+            id: block.ids[lane],
+            coordinates: crossing.coordinates(s, lane),
+        })
+    }
+
+    /// Whether a triangle of a block lies before `t` = 1.
+    #[inline(always)]
+    fn any<S: Simd>(&self, s: S, block: &Block) -> bool {
+        s.bits(self.cross(s, block, 1.0).hit) != 0
     }
 }
 
@@ -150,74 +181,72 @@ impl<S: Simd> Crossing<S> {
 const NEXT: [usize; 3] = [1, 2, 0];
 
 /// The nearest-hit test for one ray.
-pub(super) struct NearestTriangle<'a, S: Simd> {
+pub(super) struct NearestTriangle<'a> {
     blocks: &'a [Block],
-    ray: Sheared<S>,
+    ray: Sheared,
     pub(super) best: Option<TriangleHit>,
 }
 
-impl<'a, S: Simd> NearestTriangle<'a, S> {
+impl<'a> NearestTriangle<'a> {
     #[inline(always)]
-    pub(super) fn new(s: S, blocks: &'a [Block], ray: &Ray) -> Self {
+    pub(super) fn new(blocks: &'a [Block], ray: &Ray) -> Self {
         NearestTriangle {
             blocks,
-            ray: Sheared::new(s, ray.o, ray.d),
+            ray: Sheared::new(ray.o, ray.d),
             best: None,
         }
     }
 }
 
-impl<S: Simd> NearestLeaves<S> for NearestTriangle<'_, S> {
+impl Leaves for NearestTriangle<'_> {
+    #[inline(always)]
+    fn address(&self, leaf: usize) -> *const u8 {
+        self.blocks.as_ptr().wrapping_add(leaf).cast()
+    }
+}
+
+impl<S: Simd> NearestLeaves<S> for NearestTriangle<'_> {
     #[inline(always)]
     fn visit(&mut self, s: S, leaf: usize, t_max: f32) -> f32 {
-        let block = &self.blocks[leaf];
-        let crossing = self.ray.cross(s, block, t_max);
-        let mut bits = s.bits(crossing.hit);
-        if bits == 0 {
-            return t_max;
+        match self.ray.nearest(s, &self.blocks[leaf], t_max) {
+            Some(hit) => {
+                self.best = Some(hit);
+                hit.t
+            }
+            None => t_max,
         }
-        let t = crossing.distances(s);
-        let mut lane = bits.trailing_zeros() as usize % NARROW;
-        bits &= bits - 1;
-        while bits != 0 {
-            let other = bits.trailing_zeros() as usize % NARROW;
-            lane = if t[other] < t[lane] { other } else { lane };
-            bits &= bits - 1;
-        }
-        if t[lane] >= t_max {
-            return t_max;
-        }
-        self.best = Some(TriangleHit {
-            t: t[lane],
-            id: block.ids[lane],
-            coordinates: crossing.coordinates(s, lane),
-        });
-        t[lane]
     }
 }
 
 /// Calls a function for all hits of one ray.
-pub(super) struct EachTriangle<'a, S: Simd, V> {
+pub(super) struct EachTriangle<'a, V> {
     blocks: &'a [Block],
-    ray: Sheared<S>,
+    ray: Sheared,
     visit: V,
     /// Whether the function asked for an end.
     pub(super) ended: bool,
 }
 
-impl<'a, S: Simd, V: FnMut(TriangleHit) -> bool> EachTriangle<'a, S, V> {
+impl<'a, V> EachTriangle<'a, V> {
     #[inline(always)]
-    pub(super) fn new(s: S, blocks: &'a [Block], ray: &Ray, visit: V) -> Self {
+    pub(super) fn new(blocks: &'a [Block], ray: &Ray, visit: V) -> Self {
         EachTriangle {
             blocks,
-            ray: Sheared::new(s, ray.o, ray.d),
+            ray: Sheared::new(ray.o, ray.d),
             visit,
             ended: false,
         }
     }
 }
 
-impl<S: Simd, V: FnMut(TriangleHit) -> bool> NearestLeaves<S> for EachTriangle<'_, S, V> {
+impl<V> Leaves for EachTriangle<'_, V> {
+    #[inline(always)]
+    fn address(&self, leaf: usize) -> *const u8 {
+        self.blocks.as_ptr().wrapping_add(leaf).cast()
+    }
+}
+
+impl<S: Simd, V: FnMut(TriangleHit) -> bool> NearestLeaves<S> for EachTriangle<'_, V> {
     /// Returns 0 for an end: nothing is nearer.
     #[inline(always)]
     fn visit(&mut self, s: S, leaf: usize, t_max: f32) -> f32 {
@@ -366,24 +395,31 @@ fn tolerance<const N: usize, L: Floats<N>>(s: L, n: [L::F; 3]) -> L::F {
 pub(super) const ROUNDINGS: f32 = 2.0 * f32::EPSILON;
 
 /// The any-hit test for one segment.
-pub(super) struct AnyTriangle<'a, S: Simd> {
+pub(super) struct AnyTriangle<'a> {
     blocks: &'a [Block],
-    segment: Sheared<S>,
+    segment: Sheared,
 }
 
-impl<'a, S: Simd> AnyTriangle<'a, S> {
+impl<'a> AnyTriangle<'a> {
     #[inline(always)]
-    pub(super) fn new(s: S, blocks: &'a [Block], o: Vec3, d: Vec3) -> Self {
+    pub(super) fn new(blocks: &'a [Block], o: Vec3, d: Vec3) -> Self {
         AnyTriangle {
             blocks,
-            segment: Sheared::new(s, o, d),
+            segment: Sheared::new(o, d),
         }
     }
 }
 
-impl<S: Simd> AnyLeaves<S> for AnyTriangle<'_, S> {
+impl Leaves for AnyTriangle<'_> {
+    #[inline(always)]
+    fn address(&self, leaf: usize) -> *const u8 {
+        self.blocks.as_ptr().wrapping_add(leaf).cast()
+    }
+}
+
+impl<S: Simd> AnyLeaves<S> for AnyTriangle<'_> {
     #[inline(always)]
     fn visit(&self, s: S, leaf: usize) -> bool {
-        s.bits(self.segment.cross(s, &self.blocks[leaf], 1.0).hit) != 0
+        self.segment.any(s, &self.blocks[leaf])
     }
 }
