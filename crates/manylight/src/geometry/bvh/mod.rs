@@ -26,7 +26,7 @@ use crate::math::{Aabb, Vec3};
 use crate::simd::Instructions;
 use crate::simd::{Isa, Kernel, NARROW, Simd};
 use build::{LEAF, Node, Tree};
-use packet::{EMPTY_STACK, Packet, RAYS};
+use packet::{EMPTY_STACK, Packet, RAYS, Targets};
 use rayon::prelude::*;
 use stack::WordStack;
 use tile::{SIDE, Tile};
@@ -236,7 +236,8 @@ impl Kernel for AnyOfPacket<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> u64 {
         let rays = u64::MAX >> (RAYS - self.to.len());
-        let mut packet = Packet::new(s, self.bvh.parts(), self.from, self.to, rays);
+        let targets = Targets::new(self.to);
+        let mut packet = Packet::new(s, self.bvh.parts(), self.from, &targets, rays);
         let mut stack = EMPTY_STACK;
         packet.trace(s, &mut stack, 0, rays);
         rays & !packet.open

@@ -8,7 +8,7 @@ use super::build::{LEAF, MAX_DEPTH, Node};
 use super::shaft::{Shaft, middle_and_half};
 use super::traverse::{self, FAR_MARGIN};
 use super::triangles::{AnyTriangle, Block, Directions, EdgeVolumes};
-use crate::lanes::vectors::{load3, splat3, spread3, store3};
+use crate::lanes::vectors::{load3, splat3, spread3, store3, sub3};
 use crate::math::{Aabb, Vec3};
 use crate::simd::{Floats, NARROW, Simd, WIDE, Wide};
 use glam::BVec3;
@@ -25,13 +25,32 @@ const FEW: u32 = 4;
 pub(super) type PacketStack = [(u32, u64); (NARROW - 1) * MAX_DEPTH + 1];
 pub(super) const EMPTY_STACK: PacketStack = [(0, 0); (NARROW - 1) * MAX_DEPTH + 1];
 
+/// Up to 64 points for rays to lead to.
+pub(super) struct Targets<'a> {
+    points: &'a [Vec3],
+    /// Group, axis, lane. Places without a point are zero.
+    lanes: [[[f32; WIDE]; 3]; GROUPS],
+}
+
+impl<'a> Targets<'a> {
+    #[inline(always)]
+    pub(super) fn new(points: &'a [Vec3]) -> Self {
+        let mut lanes = [[[0.0; WIDE]; 3]; GROUPS];
+        for (i, p) in points.iter().enumerate() {
+            let [x, y, z] = &mut lanes[i / WIDE];
+            (x[i % WIDE], y[i % WIDE], z[i % WIDE]) = (p.x, p.y, p.z);
+        }
+        Targets { points, lanes }
+    }
+}
+
 /// Segments with a common origin.
 pub(super) struct Packet<'a> {
     nodes: &'a [Node],
     blocks: &'a [Block],
     from: Vec3,
     to: &'a [Vec3],
-    /// Group, axis, lane. Lanes without a ray are zero.
+    /// Group, axis, lane. Lanes without a ray hold anything, groups without one are zero.
     d: [[[f32; WIDE]; 3]; GROUPS],
     reciprocal: [[[f32; WIDE]; 3]; GROUPS],
     /// Largest component of `d`.
@@ -56,30 +75,32 @@ impl<'a> Packet<'a> {
         s: S,
         (nodes, blocks): (&'a [Node], &'a [Block]),
         from: Vec3,
-        to: &'a [Vec3],
+        targets: &Targets<'a>,
         rays: u64,
     ) -> Self {
-        let mut d = [[[0.0; WIDE]; 3]; GROUPS];
-        let mut bounds = Aabb::EMPTY;
-        let mut left = rays;
-        while left != 0 {
-            let i = left.trailing_zeros() as usize;
-            left &= left - 1;
-            let target = to[i];
-            bounds = bounds.include(target);
-            let direction = target - from;
-            for axis in 0..3 {
-                d[i / WIDE][axis][i % WIDE] = direction[axis];
-            }
-        }
         let w = s.wide();
+        let mut d = [[[0.0; WIDE]; 3]; GROUPS];
         let mut reciprocal = [[[0.0; WIDE]; 3]; GROUPS];
         let mut size = [[0.0; WIDE]; GROUPS];
+        let origin = splat3(w, from);
+        let nowhere = w.splat(f32::INFINITY);
+        // The lower bounds of the targets, and of their negatives.
+        let (mut lower, mut upper) = ([nowhere; 3], [nowhere; 3]);
         for group in 0..GROUPS {
-            if rays >> (group * WIDE) & ALL == 0 {
+            let members = (rays >> (group * WIDE) & ALL) as u32;
+            if members == 0 {
                 continue;
             }
-            let [x, y, z] = load3(w, &d[group]);
+            let members = w.lanes(members);
+            let target = load3(w, &targets.lanes[group]);
+            for axis in 0..3 {
+                let p = target[axis];
+                let negative = w.sub(w.splat(0.0), p);
+                lower[axis] = w.min(lower[axis], w.select(members, p, nowhere));
+                upper[axis] = w.min(upper[axis], w.select(members, negative, nowhere));
+            }
+            let [x, y, z] = sub3(w, target, origin);
+            d[group] = store3(w, [x, y, z]);
             let largest = w.max(w.max(w.abs(x), w.abs(y)), w.abs(z));
             let inverses = [
                 inverse(w, x, largest),
@@ -89,6 +110,10 @@ impl<'a> Packet<'a> {
             reciprocal[group] = store3(w, inverses);
             size[group] = w.store(largest);
         }
+        let bounds = Aabb {
+            min: lowest3(w, lower),
+            max: -lowest3(w, upper),
+        };
         let origin = Aabb {
             min: from,
             max: from,
@@ -99,7 +124,7 @@ impl<'a> Packet<'a> {
             nodes,
             blocks,
             from,
-            to,
+            to: targets.points,
             d,
             reciprocal,
             size,
@@ -237,6 +262,18 @@ impl<'a> Packet<'a> {
         }
         self.open &= rays | !tested;
     }
+}
+
+/// By axis.
+#[inline(always)]
+fn lowest3<W: Wide>(w: W, v: [W::F; 3]) -> Vec3 {
+    Vec3::new(lowest(w, v[0]), lowest(w, v[1]), lowest(w, v[2]))
+}
+
+#[inline(always)]
+fn lowest<W: Wide>(w: W, x: W::F) -> f32 {
+    let lane = w.lowest(ALL as u32, x) as usize;
+    w.store(x)[lane % WIDE]
 }
 
 /// `1 / x`. As for single rays, zeros are replaced by something far below the rounding of the `largest` component.

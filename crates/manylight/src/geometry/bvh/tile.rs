@@ -6,7 +6,7 @@
 //! from the points or from the lights, whichever are narrower there, deal with the segments that are still open then.
 
 use super::build::{LEAF, MAX_DEPTH, Node};
-use super::packet::{EMPTY_STACK, Packet};
+use super::packet::{EMPTY_STACK, Packet, Targets};
 use super::rows::{Ends, GROUPS, LeafTriangles, Rows};
 use super::shaft::{Shaft, Shafts};
 use super::triangles::Block;
@@ -205,13 +205,14 @@ impl<'a> Tile<'a> {
             (self.lights, self.points)
         };
         let waiting = &self.waiting[role];
+        let targets = Targets::new(to);
         let mut stack = EMPTY_STACK;
         for (i, (&from, open)) in from.iter().zip(open).enumerate() {
             if *open == 0 {
                 continue;
             }
             let tree = (self.nodes, self.blocks);
-            let mut packet = Packet::new(s, tree, from, to, *open);
+            let mut packet = Packet::new(s, tree, from, &targets, *open);
             for &(word, shafts) in &waiting.subtrees[..waiting.len] {
                 let rays = groups_of(shafts, i / WIDE, role) & packet.open;
                 if rays != 0 {
