@@ -199,15 +199,25 @@ fn show(folder: Option<&Path>, name: &str, points: &[Point]) -> Result<(), Box<d
     let seconds = || points.iter().flat_map(|p| p.seconds.iter().map(|s| s.1));
     let least = seconds().fold(f64::INFINITY, f64::min).max(1e-3);
     let most = seconds().fold(0.0, f64::max);
+    let last = points[points.len() - 1].x;
+    let right = last * (last / points[0].x).powf(0.4);
     let mut chart = ChartBuilder::on(&area)
         .margin(12)
         .x_label_area_size(36)
         .y_label_area_size(56)
         .build_cartesian_2d(
-            (0.8 * points[0].x..1.25 * points[points.len() - 1].x).log_scale(),
+            // Room for the names of the lines on the right.
+            (0.8 * points[0].x..right).log_scale(),
             (0.7 * least..1.5 * most).log_scale(),
         )?;
-    chart.configure_mesh().x_desc(name).y_desc("s").draw()?;
+    chart
+        .configure_mesh()
+        .x_labels(4)
+        .max_light_lines(1)
+        .x_label_formatter(&|x| format!("{x}"))
+        .x_desc(name)
+        .y_desc("s")
+        .draw()?;
     let stages: Vec<&str> = points[0].seconds.iter().map(|s| s.0).collect();
     for (i, stage) in stages.into_iter().enumerate() {
         let color = Palette99::pick(i).to_rgba();
