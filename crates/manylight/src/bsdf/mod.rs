@@ -9,6 +9,7 @@ mod coat;
 mod conductor;
 mod dielectric;
 mod diffuse;
+mod flatten;
 mod fresnel;
 mod leaf;
 mod lobes;

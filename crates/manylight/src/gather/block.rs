@@ -5,9 +5,9 @@ use super::points::{BATCHES, Batch};
 use crate::geometry::Segment;
 use crate::lanes::{LANES, LaneMask, Lanes3};
 use crate::math::Vec3;
-use crate::math::bits::{ones, transpose};
+use crate::math::bits::transpose;
 use crate::scene::Scene;
-use crate::simd::Wide;
+use crate::simd::{Wide, set_bits};
 
 /// Targets that are tested together; also the bits of a mask.
 const TARGETS: usize = 64;
@@ -110,7 +110,7 @@ impl Block {
         if geometry.has_transparent() {
             let crossing = geometry.crossing_block(&origins, &self.targets, &arriving);
             for (k, &crossing) in crossing.iter().enumerate() {
-                for t in ones(crossing) {
+                for t in set_bits(crossing) {
                     let (from, to) = (origins[k], self.targets[t]);
                     let through = scene.cross_transparent(&Segment { from, to }).0;
                     let values = &mut self.values[t][k / LANES];

@@ -4,8 +4,8 @@ use super::layer::{Layer, Member};
 use super::placement::Placement;
 use super::world::{Class, Geometry};
 use super::{Segment, Shaft};
-use crate::math::bits::ones;
 use crate::math::{Aabb, Vec3};
+use crate::simd::set_bits;
 
 /// Most origins and most targets of a block.
 pub const BLOCK: usize = 64;
@@ -111,7 +111,7 @@ fn open_past_shape(shape: &Placement, ends: Ends, open: &mut [u64; BLOCK]) {
         if *open == 0 || !Shaft::new(origin, targets).meets(bounds) {
             continue;
         }
-        for i in ones(*open) {
+        for i in set_bits(*open) {
             let to = ends.targets[i];
             if shape.blocks(&Segment { from, to }) {
                 *open &= !(1 << i);

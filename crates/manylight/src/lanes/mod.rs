@@ -31,7 +31,7 @@ pub fn mask(test: impl Fn(usize) -> bool) -> LaneMask {
 /// The set lanes of a mask, ascending.
 #[inline(always)]
 pub fn lanes_of(mask: LaneMask) -> impl Iterator<Item = usize> {
-    set_bits(u32::from(mask))
+    set_bits(mask)
 }
 
 /// Lane 0 in all lanes.

@@ -1,14 +1,5 @@
 //! Words of 64 bits, and square arrays of them.
 
-/// The positions of the set bits, lowest first.
-pub fn ones(mut bits: u64) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(move || {
-        let bit = bits.trailing_zeros();
-        bits &= bits.wrapping_sub(1);
-        (bit < 64).then_some(bit as usize)
-    })
-}
-
 /// Rows to columns: bit `j` of word `i` becomes bit `i` of word `j`. Source: Warren, "Hacker's Delight", section 7-3.
 pub fn transpose(bits: &mut [u64; 64]) {
     let (mut width, mut mask) = (32, 0xffff_ffffu64);
@@ -28,14 +19,6 @@ pub fn transpose(bits: &mut [u64; 64]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn set_bits_are_found_in_order() {
-        let found = |bits| ones(bits).collect::<Vec<_>>();
-        assert_eq!(found(0), []);
-        assert_eq!(found(1 | 1 << 5 | 1 << 63), [0, 5, 63]);
-        assert_eq!(found(u64::MAX).len(), 64);
-    }
 
     #[test]
     fn transposition_turns_rows_to_columns() {

@@ -96,11 +96,12 @@ pub(crate) trait Simd: Floats<8> {
 
 /// The positions of the set bits, lowest first.
 #[inline(always)]
-pub(crate) fn set_bits(mut bits: u32) -> impl Iterator<Item = usize> {
+pub(crate) fn set_bits(bits: impl Into<u64>) -> impl Iterator<Item = usize> {
+    let mut bits: u64 = bits.into();
     std::iter::from_fn(move || {
         let bit = bits.trailing_zeros();
         bits &= bits.wrapping_sub(1);
-        (bit < 32).then_some(bit as usize)
+        (bit < u64::BITS).then_some(bit as usize)
     })
 }
 

@@ -4,6 +4,14 @@
 use super::*;
 use crate::sampling::rng::Pcg;
 
+#[test]
+fn set_bits_are_found_in_order() {
+    let found = |bits: u64| set_bits(bits).collect::<Vec<_>>();
+    assert_eq!(found(0), []);
+    assert_eq!(found(1 | 1 << 5 | 1 << 63), [0, 5, 63]);
+    assert_eq!(found(u64::MAX).len(), 64);
+}
+
 /// Operands in every lane.
 struct Operands<const N: usize> {
     a: [f32; N],

@@ -347,9 +347,11 @@ impl<V: FnMut(usize, f32) -> f32> Kernel for NearestObject<'_, V> {
 }
 
 impl<V> Leaves for NearestObject<'_, V> {
+    type Leaf = u32;
+
     #[inline(always)]
-    fn address(&self, leaf: usize) -> *const u8 {
-        self.bvh.tree.items.as_ptr().wrapping_add(leaf).cast()
+    fn all(&self) -> &[u32] {
+        &self.bvh.tree.items
     }
 }
 
@@ -405,9 +407,11 @@ impl<V: Fn(usize) -> bool> Kernel for AnyObject<'_, V> {
 }
 
 impl<V> Leaves for AnyObject<'_, V> {
+    type Leaf = u32;
+
     #[inline(always)]
-    fn address(&self, leaf: usize) -> *const u8 {
-        self.bvh.tree.items.as_ptr().wrapping_add(leaf).cast()
+    fn all(&self) -> &[u32] {
+        &self.bvh.tree.items
     }
 }
 

@@ -264,7 +264,7 @@ impl<'a> Packet<'a> {
     }
 }
 
-/// By axis.
+/// The lowest lane of each coordinate.
 #[inline(always)]
 fn lowest3<W: Wide>(w: W, v: [W::F; 3]) -> Vec3 {
     Vec3::new(lowest(w, v[0]), lowest(w, v[1]), lowest(w, v[2]))

@@ -9,19 +9,21 @@ use crate::simd::{NARROW, Simd};
 
 /// Where leaves are.
 pub(super) trait Leaves {
-    /// The first byte of what a visit of the leaf reads first.
-    fn address(&self, leaf: usize) -> *const u8;
+    /// What a visit of a leaf reads first.
+    type Leaf;
+    /// One for each leaf.
+    fn all(&self) -> &[Self::Leaf];
 }
 
 /// Asks for the memory of what is visited after this leaf.
 #[inline(always)]
 fn expect(nodes: &[Node], leaves: &impl Leaves, next: Option<u32>) {
     if let Some(word) = next {
-        let leaf = leaves.address((word & !LEAF) as usize);
+        let leaf = (leaves.all().as_ptr()).wrapping_add((word & !LEAF) as usize);
         let node = nodes.as_ptr().wrapping_add(word as usize).cast();
         // Without branches: which it is cannot be predicted.
         prefetch_at(
-            if word & LEAF == 0 { node } else { leaf },
+            if word & LEAF == 0 { node } else { leaf.cast() },
             size_of::<Node>(),
         );
     }

@@ -199,9 +199,11 @@ impl<'a> NearestTriangle<'a> {
 }
 
 impl Leaves for NearestTriangle<'_> {
+    type Leaf = Block;
+
     #[inline(always)]
-    fn address(&self, leaf: usize) -> *const u8 {
-        self.blocks.as_ptr().wrapping_add(leaf).cast()
+    fn all(&self) -> &[Block] {
+        self.blocks
     }
 }
 
@@ -240,9 +242,11 @@ impl<'a, V> EachTriangle<'a, V> {
 }
 
 impl<V> Leaves for EachTriangle<'_, V> {
+    type Leaf = Block;
+
     #[inline(always)]
-    fn address(&self, leaf: usize) -> *const u8 {
-        self.blocks.as_ptr().wrapping_add(leaf).cast()
+    fn all(&self) -> &[Block] {
+        self.blocks
     }
 }
 
@@ -411,9 +415,11 @@ impl<'a> AnyTriangle<'a> {
 }
 
 impl Leaves for AnyTriangle<'_> {
+    type Leaf = Block;
+
     #[inline(always)]
-    fn address(&self, leaf: usize) -> *const u8 {
-        self.blocks.as_ptr().wrapping_add(leaf).cast()
+    fn all(&self) -> &[Block] {
+        self.blocks
     }
 }
 
