@@ -3,13 +3,13 @@
 use crate::preset::{self, PRESETS, Preset};
 use crate::values::{
     self, COMPLEMENTS, Crop, EMISSIONS, EmissionName, FILTERS, FLUX_RULES, KERNELS, MaxDepth,
-    PLACEMENTS, STRATEGIES, Strategy,
+    PLACEMENTS, STRATEGIES, SWITCH, Strategy,
 };
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 use clap_complete::Shell;
 use manylight::film::Filter;
-use manylight::integrators::many_light::{Clamp, Complement, FluxRule, Kernel, Placement};
+use manylight::integrators::many_light::{ClampRule, Complement, FluxRule, Kernel, Placement};
 use manylight::math::UVec2;
 use std::num::NonZeroU32;
 use std::path::PathBuf;
@@ -145,13 +145,21 @@ pub(crate) struct LightArgs {
     #[arg(long, value_name = "KIND", value_parser = values::one_of(STRATEGIES))]
     pub(crate) strategy: Option<Strategy>,
 
-    /// Bound of the singularity: none, auto (by the lights' own areas) or a value in 1/m².
-    #[arg(long, value_name = "none|auto|VALUE", value_parser = values::clamp)]
-    pub(crate) clamp: Option<Clamp>,
+    /// Bound of the singularity: none, auto (by what each light stands for), fixed (by the median of that) or a value in 1/m².
+    #[arg(long, value_name = "none|auto|fixed|VALUE", value_parser = values::clamp)]
+    pub(crate) clamp: Option<ClampRule>,
 
     /// How the light that the clamp takes away is given back.
     #[arg(long, value_name = "RULE", value_parser = values::one_of(COMPLEMENTS))]
     pub(crate) complement: Option<Complement>,
+
+    /// Photons that say what a light shines where --flux is density or area.
+    #[arg(long, value_name = "N")]
+    pub(crate) neighbors: Option<NonZeroU32>,
+
+    /// Whether lights become finer from pass to pass, so that the image goes to the right one.
+    #[arg(long, value_name = "on|off", value_parser = values::one_of(SWITCH))]
+    pub(crate) progressive: Option<bool>,
 }
 
 /// When to stop: at the first limit that is reached.

@@ -1,9 +1,10 @@
 //! The methods by name. A name is a preset of the axes; this table is the only place that knows them.
 
 use crate::values::{
-    COMPLEMENTS, EMISSIONS, EmissionName, FLUX_RULES, KERNELS, PLACEMENTS, clamp_name, name_of,
+    COMPLEMENTS, EMISSIONS, EmissionName, FLUX_RULES, KERNELS, PLACEMENTS, SWITCH, clamp_name,
+    name_of,
 };
-use manylight::integrators::many_light::EmissionKind;
+use manylight::integrators::many_light::{EmissionKind, FluxRule};
 use manylight::integrators::{ManyLight, MethodKind};
 
 /// A named method.
@@ -25,6 +26,16 @@ pub(crate) const PRESETS: &[Preset] = &[
         kind: || MethodKind::ManyLight(ManyLight::rich_vpl()),
     },
     Preset {
+        name: "rich-vpl-paper",
+        summary: "Rich-VPLs as in the talk of 2015, as we read it: density rule, points, one clamp for all lights",
+        kind: || MethodKind::ManyLight(ManyLight::rich_vpl_paper()),
+    },
+    Preset {
+        name: "rich-vsl",
+        summary: "Rich virtual spherical lights: Rich-VPLs as spheres",
+        kind: || MethodKind::ManyLight(ManyLight::rich_vsl()),
+    },
+    Preset {
         name: "vpl",
         summary: "Classic virtual point lights: photons thinned at random",
         kind: || MethodKind::ManyLight(ManyLight::vpl()),
@@ -33,6 +44,11 @@ pub(crate) const PRESETS: &[Preset] = &[
         name: "vpl-is",
         summary: "Virtual point lights placed by importance",
         kind: || MethodKind::ManyLight(ManyLight::vpl_importance()),
+    },
+    Preset {
+        name: "vsl",
+        summary: "Virtual spherical lights: classic lights as spheres",
+        kind: || MethodKind::ManyLight(ManyLight::vsl()),
     },
     Preset {
         name: "path",
@@ -93,6 +109,10 @@ pub(crate) fn axes(method: &ManyLight) -> Vec<(&'static str, String)> {
     axes.push(("strategy", "all".into()));
     axes.push(("clamp", clamp_name(method.clamp)));
     axes.push(("complement", word(name_of(COMPLEMENTS, &method.complement))));
+    if matches!(method.flux, FluxRule::Density | FluxRule::Area) && side.is_some() {
+        axes.push(("neighbors", method.neighbors.to_string()));
+    }
+    axes.push(("progressive", word(name_of(SWITCH, &method.progressive))));
     axes
 }
 
@@ -108,7 +128,17 @@ mod tests {
         }
         assert!(find("rich-vlp").is_none());
         assert_eq!(DEFAULT, "rich-vpl");
-        assert_eq!(many_light_names(), ["rich-vpl", "vpl", "vpl-is"]);
+        assert_eq!(
+            many_light_names(),
+            [
+                "rich-vpl",
+                "rich-vpl-paper",
+                "rich-vsl",
+                "vpl",
+                "vpl-is",
+                "vsl"
+            ]
+        );
     }
 
     #[test]

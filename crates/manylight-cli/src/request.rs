@@ -5,7 +5,9 @@ use crate::failure::Failure;
 use crate::preset::{self, Preset};
 use crate::values::{Crop, EmissionName, MaxDepth};
 use manylight::film::{FilmDesc, Filter};
-use manylight::integrators::many_light::{EmissionKind, FluxRule, Kernel, ManyLight};
+use manylight::integrators::many_light::{
+    ClampRule, Complement, EmissionKind, FluxRule, Kernel, ManyLight, Placement,
+};
 use manylight::integrators::{Method, MethodKind};
 use manylight::math::{UVec2, Vec2};
 use manylight::render::Budget;
@@ -207,6 +209,8 @@ fn first_given(options: &LightArgs) -> Option<&'static str> {
         ("strategy", options.strategy.is_some()),
         ("clamp", options.clamp.is_some()),
         ("complement", options.complement.is_some()),
+        ("neighbors", options.neighbors.is_some()),
+        ("progressive", options.progressive.is_some()),
     ];
     given
         .iter()
@@ -219,15 +223,24 @@ fn many_light(preset: ManyLight, options: &LightArgs) -> Result<ManyLight, Failu
     let photons = preset
         .photon_paths
         .max(light_count.saturating_mul(PHOTONS_PER_LIGHT));
+    // A sphere has no singularity.
+    let kernel = options.kernel.unwrap_or(preset.kernel);
+    let (clamp, complement) = if kernel == Kernel::Sphere {
+        (ClampRule::None, Complement::None)
+    } else {
+        (preset.clamp, preset.complement)
+    };
     let method = ManyLight {
         light_count,
         photon_paths: options.photons.map_or(photons, |n| n.get()),
         placement: options.placement.unwrap_or(preset.placement),
         flux: options.flux.unwrap_or(preset.flux),
         emission: emission(preset.emission, options)?,
-        kernel: options.kernel.unwrap_or(preset.kernel),
-        clamp: options.clamp.unwrap_or(preset.clamp),
-        complement: options.complement.unwrap_or(preset.complement),
+        kernel,
+        clamp: options.clamp.unwrap_or(clamp),
+        complement: options.complement.unwrap_or(complement),
+        neighbors: options.neighbors.map_or(preset.neighbors, |n| n.get()),
+        progressive: options.progressive.unwrap_or(preset.progressive),
         ..preset
     };
     check_axes(&method)?;
@@ -261,22 +274,32 @@ fn emission(preset: EmissionKind, options: &LightArgs) -> Result<EmissionKind, F
 /// Side of emission tables where no preset says otherwise.
 const DEFAULT_TABLE_SIZE: u32 = 32;
 
-/// Refuses combinations of axes that are not supported.
-///
-/// A table and the extent of a disc are made of the photons that the partition rule assigns to a light; a light that shines as
-/// its own photon carries that photon's flux.
+/// Refuses combinations of axes that contradict each other.
 fn check_axes(method: &ManyLight) -> Result<(), Failure> {
-    let table = matches!(method.emission, EmissionKind::Table { .. });
-    let problem = match (method.flux, table, method.kernel) {
-        (FluxRule::Density, true, _) => "--flux density with --emission table",
-        (FluxRule::Partition, false, _) => "--flux partition with --emission single",
-        (FluxRule::Density, false, Kernel::Disc) => "--kernel disc with --emission single",
-        _ => return Ok(()),
+    let sphere = method.kernel == Kernel::Sphere;
+    let relaxed = matches!(method.placement, Placement::Relaxed(_));
+    let (problem, help) = if relaxed && method.flux == FluxRule::Density {
+        (
+            "--placement relaxed with --flux density",
+            "the density rule divides by the probability of having been placed, which lights that have moved do not have; \
+             use --flux area, partition or soft-partition",
+        )
+    } else if sphere && method.clamp != ClampRule::None {
+        (
+            "--kernel sphere with --clamp",
+            "a sphere has no singularity; use --clamp none",
+        )
+    } else if sphere && method.complement != Complement::None {
+        (
+            "--kernel sphere with --complement",
+            "nothing is clamped that could be given back; use --complement none",
+        )
+    } else {
+        return Ok(());
     };
     Err(Failure::usage(
-        format!("{problem} is not supported"),
-        "supported: --flux partition --emission table with --kernel disc or point, \
-         and --flux density --emission single --kernel point",
+        format!("{problem} is a contradiction"),
+        help,
     ))
 }
 
@@ -312,7 +335,6 @@ mod tests {
     use super::*;
     use crate::args::{Cli, Command};
     use clap::Parser;
-    use manylight::integrators::many_light::{Clamp, Placement};
     use std::time::Duration;
 
     fn request(words: &str) -> Result<RenderRequest, Failure> {
@@ -385,7 +407,7 @@ mod tests {
         let expected = ManyLight {
             light_count: 30_000,
             photon_paths: 480_000,
-            clamp: Clamp::None,
+            clamp: ClampRule::None,
             ..ManyLight::vpl_importance()
         };
         assert_eq!(method, expected);
@@ -419,12 +441,31 @@ mod tests {
     }
 
     #[test]
-    fn combinations_that_are_not_supported_are_usage_errors() {
+    fn every_axis_combines_with_every_other() {
+        let mut legal = 0;
+        for placement in ["uniform", "importance", "relaxed", "relaxed-once"] {
+            for flux in ["density", "area", "partition", "soft-partition"] {
+                for emission in ["single", "table"] {
+                    for kernel in ["point", "sphere", "disc"] {
+                        let words = format!(
+                            "s.xml --placement {placement} --flux {flux} --emission {emission} --kernel {kernel}"
+                        );
+                        let contradicts = placement.starts_with("relaxed") && flux == "density";
+                        assert_eq!(request(&words).is_err(), contradicts, "{words}");
+                        legal += usize::from(!contradicts);
+                    }
+                }
+            }
+        }
+        assert_eq!(legal, 84);
+    }
+
+    #[test]
+    fn contradictions_are_usage_errors() {
         for words in [
-            "s.xml --flux density",
-            "s.xml --flux density --emission table",
-            "s.xml --emission single",
-            "s.xml -m vpl --kernel disc",
+            "s.xml --placement relaxed --flux density",
+            "s.xml -m vsl --clamp auto",
+            "s.xml --kernel sphere --complement kollig-keller",
             "s.xml -m vpl --table-size 8",
             "s.xml -m path --lights 5",
             "s.xml -m direct --strategy all",
@@ -435,7 +476,6 @@ mod tests {
             let failure = request(words).unwrap_err();
             assert_eq!(failure.exit_code(), 2, "{words}");
         }
-        assert!(request("s.xml --emission single --flux density --kernel point").is_ok());
     }
 
     #[test]

@@ -2,7 +2,9 @@
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use manylight::film::Filter;
-use manylight::integrators::many_light::{Clamp, Complement, FluxRule, Kernel, Placement};
+use manylight::integrators::many_light::{
+    ClampRule, Complement, FluxRule, Kernel, Placement, Snap,
+};
 use manylight::math::UVec2;
 use std::time::Duration;
 
@@ -13,21 +15,33 @@ pub(crate) type Names<T> = [(&'static str, T)];
 pub(crate) const PLACEMENTS: &Names<Placement> = &[
     ("uniform", Placement::Uniform),
     ("importance", Placement::Importance),
+    ("relaxed", Placement::Relaxed(Snap::Always)),
+    ("relaxed-once", Placement::Relaxed(Snap::Once)),
 ];
 
 /// How much flux each carries.
 pub(crate) const FLUX_RULES: &Names<FluxRule> = &[
     ("density", FluxRule::Density),
+    ("area", FluxRule::Area),
     ("partition", FluxRule::Partition),
+    ("soft-partition", FluxRule::SoftPartition),
 ];
 
 /// How one is evaluated.
-pub(crate) const KERNELS: &Names<Kernel> = &[("point", Kernel::Point), ("disc", Kernel::Disc)];
+pub(crate) const KERNELS: &Names<Kernel> = &[
+    ("point", Kernel::Point),
+    ("sphere", Kernel::Sphere),
+    ("disc", Kernel::Disc),
+];
+
+/// Whether something is done.
+pub(crate) const SWITCH: &Names<bool> = &[("on", true), ("off", false)];
 
 /// How the light that the clamp takes away is given back.
 pub(crate) const COMPLEMENTS: &Names<Complement> = &[
     ("none", Complement::None),
     ("kollig-keller", Complement::KolligKeller),
+    ("photons", Complement::Photons),
 ];
 
 /// What each light shines, without the size of its table.
@@ -100,22 +114,24 @@ pub(crate) fn filter_name(filter: &Filter) -> &'static str {
 }
 
 /// The name of a clamp as `--clamp` takes it.
-pub(crate) fn clamp_name(clamp: Clamp) -> String {
+pub(crate) fn clamp_name(clamp: ClampRule) -> String {
     match clamp {
-        Clamp::None => "none".into(),
-        Clamp::Auto => "auto".into(),
-        Clamp::Value(value) => value.to_string(),
+        ClampRule::None => "none".into(),
+        ClampRule::Auto => "auto".into(),
+        ClampRule::Fixed => "fixed".into(),
+        ClampRule::Value(value) => value.to_string(),
     }
 }
 
-/// `none`, `auto` or a bound in 1/m².
-pub(crate) fn clamp(text: &str) -> Result<Clamp, String> {
+/// `none`, `auto`, `fixed` or a bound in 1/m².
+pub(crate) fn clamp(text: &str) -> Result<ClampRule, String> {
     match text {
-        "none" => Ok(Clamp::None),
-        "auto" => Ok(Clamp::Auto),
+        "none" => Ok(ClampRule::None),
+        "auto" => Ok(ClampRule::Auto),
+        "fixed" => Ok(ClampRule::Fixed),
         _ => positive(text)
-            .map(Clamp::Value)
-            .map_err(|_| "expected `none`, `auto` or a positive number".into()),
+            .map(ClampRule::Value)
+            .map_err(|_| "expected `none`, `auto`, `fixed` or a positive number".into()),
     }
 }
 
@@ -291,8 +307,8 @@ mod tests {
         assert_eq!(max_depth("-1"), Ok(MaxDepth(None)));
         assert_eq!(max_depth("2"), Ok(MaxDepth(Some(2))));
         assert!(max_depth("0").is_err() && max_depth("-2").is_err());
-        assert_eq!(clamp("auto"), Ok(Clamp::Auto));
-        assert_eq!(clamp("2.5"), Ok(Clamp::Value(2.5)));
+        assert_eq!(clamp("auto"), Ok(ClampRule::Auto));
+        assert_eq!(clamp("2.5"), Ok(ClampRule::Value(2.5)));
         assert!(clamp("-1").is_err() && clamp("inf").is_err());
         assert_eq!(define("a=b=c"), Ok(("a".into(), "b=c".into())));
         assert!(define("=b").is_err() && define("a").is_err());
@@ -302,7 +318,12 @@ mod tests {
     fn every_name_reads_back() {
         assert_eq!(name_of(KERNELS, &Kernel::Disc), Some("disc"));
         assert_eq!(filter_name(&Filter::Gaussian { stddev: 2.0 }), "gaussian");
-        for clamp_value in [Clamp::None, Clamp::Auto, Clamp::Value(0.1)] {
+        for clamp_value in [
+            ClampRule::None,
+            ClampRule::Auto,
+            ClampRule::Fixed,
+            ClampRule::Value(0.1),
+        ] {
             assert_eq!(clamp(&clamp_name(clamp_value)), Ok(clamp_value));
         }
     }

@@ -86,6 +86,7 @@ fn bench(scene: &Scene, count: u32) {
     let gather = Gather {
         kernel: Kernel::Disc,
         clamp: Clamp::Auto,
+        finer: 1.0,
     };
     let tiles = tiles(scene, (PAIRS / (lights * TILE * TILE)).max(8));
     measure(scene, &gather, &set.lights, &tiles);

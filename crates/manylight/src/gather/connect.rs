@@ -7,6 +7,7 @@
 use super::block::Block;
 use super::clamp::Way;
 use super::points::{BATCHES, Batch, Reach};
+use super::sphere::{Cone, LightLobe, Samples, only, sphere_radius};
 use super::{Clamp, Gather, Gathered, Kernel, Lights, ShadingPoint};
 use crate::ids::LightId;
 use crate::lanes::vectors::{dot, luminance, mul3, scale3, splat3};
@@ -18,10 +19,13 @@ use crate::virtual_lights::moments::POINTS;
 use crate::virtual_lights::{LightField, Shining, VirtualLight};
 use std::f32::consts::PI;
 
-/// A light is all its points nearer than the first number of its radii, four of them nearer than the second, and one beyond.
+/// A disc is all its points nearer than the first number of its radii, four of them nearer than the second, and one beyond.
 /// Both are stretched by a random factor, so that no ring shows where the number changes.
 const SIXTEEN_POINTS_WITHIN: f32 = 1.5;
 const FOUR_POINTS_WITHIN: f32 = 4.0;
+/// As many samples are taken of the field of view of a sphere.
+const SIXTEEN_SAMPLES_WITHIN: f32 = 2.0;
+const FOUR_SAMPLES_WITHIN: f32 = 8.0;
 const REACH_SPREAD: f32 = 0.25;
 
 /// A disc is at least this share of the surface per light.
@@ -35,6 +39,8 @@ struct Part {
     area: f32,
     /// Share of the light's intensity.
     weight: f32,
+    /// Samples of a sphere; none of a point.
+    samples: Option<usize>,
 }
 
 /// How many parts a light is made of, as seen from the points of one batch.
@@ -68,6 +74,10 @@ impl simd::Kernel for AddLights<'_> {
             batches: self.batches,
             values: [Lanes3::ZERO; BATCHES],
             blocks: [Block::new(0), Block::new(1)],
+            samples: std::array::from_fn(|b| {
+                let batch = self.batches.get(b)?;
+                (self.gather.kernel == Kernel::Sphere).then(|| Samples::of(w, batch))
+            }),
             clamped: [[0.0; LANES]; BATCHES],
             unclamped: [[0.0; LANES]; BATCHES],
         };
@@ -103,26 +113,38 @@ impl Gather {
         });
     }
 
-    /// Of how many parts `light` is made as seen from those of the points in `facing`, which are at the vectors `to` from it.
+    /// Of how many parts or samples `light`, a sphere of the given radius, is made as seen from those of the points in `facing`, which
+    /// are at the vectors `to` from it.
     #[inline(always)]
     fn views<W: Wide>(
         &self,
         w: W,
         light: &VirtualLight,
+        radius: f32,
         to: [W::F; 3],
         u: &Lanes,
         facing: LaneMask,
     ) -> Views {
-        if !self.is_disc(light) {
-            return Views {
-                one: facing,
-                ..Views::default()
-            };
-        }
+        let [sixteen, four] = match self.kernel {
+            Kernel::Disc if self.is_disc(light) => [
+                SIXTEEN_POINTS_WITHIN * light.radius,
+                FOUR_POINTS_WITHIN * light.radius,
+            ],
+            Kernel::Sphere => [
+                SIXTEEN_SAMPLES_WITHIN * radius,
+                FOUR_SAMPLES_WITHIN * radius,
+            ],
+            _ => {
+                return Views {
+                    one: facing,
+                    ..Views::default()
+                };
+            }
+        };
         let d2 = dot(w, to, to);
         let stretch = w.mul_add(w.load(u), w.splat(REACH_SPREAD), w.splat(1.0));
-        let near = facing & within(w, d2, stretch, FOUR_POINTS_WITHIN * light.radius);
-        let sixteen = near & within(w, d2, stretch, SIXTEEN_POINTS_WITHIN * light.radius);
+        let near = facing & within(w, d2, stretch, four);
+        let sixteen = near & within(w, d2, stretch, sixteen);
         Views {
             one: facing & !near,
             four: near & !sixteen,
@@ -153,13 +175,14 @@ impl Gather {
     #[inline(always)]
     fn whole(&self, light: &VirtualLight) -> Part {
         let (p, area) = match self.kernel {
-            Kernel::Point => (light.p, light.area),
+            Kernel::Point | Kernel::Sphere => (light.p, light.area),
             Kernel::Disc => (light.points[0], disc(light).max(light.area)),
         };
         Part {
             p,
             area,
             weight: 1.0,
+            samples: None,
         }
     }
 }
@@ -203,6 +226,7 @@ fn piece(light: &VirtualLight, point: usize, share: f32) -> Part {
         p: light.points[point],
         area: disc(light) * share,
         weight: share,
+        samples: None,
     }
 }
 
@@ -211,6 +235,10 @@ struct Source<'f, 's> {
     id: LightId,
     light: &'f VirtualLight<'s>,
     shining: Shining<'f, 's>,
+    /// As a sphere, in m.
+    radius: f32,
+    /// The glossy lobe of a light that shines as one photon, for the samples of a sphere.
+    lobe: Option<LightLobe>,
 }
 
 /// Which points of a batch one part of a light sends something to.
@@ -242,6 +270,8 @@ struct Sum<'a, 'b, 's> {
     values: [Lanes3; BATCHES],
     /// Shadow rays that leave on the side of the geometric normal, and on the other.
     blocks: [Block; 2],
+    /// For spheres.
+    samples: [Option<Samples>; BATCHES],
     clamped: [Lanes; BATCHES],
     unclamped: [Lanes; BATCHES],
 }
@@ -250,12 +280,15 @@ impl Sum<'_, '_, '_> {
     #[inline(always)]
     fn add_light<W: Wide>(&mut self, w: W, id: LightId, reach: &Reach, sums: &mut [Gathered]) {
         let light = &self.field.lights()[id.index()];
+        let is_sphere = self.gather.kernel == Kernel::Sphere;
+        let stands_for = self.batches[0].lights.stands_for() / self.gather.finer;
+        let radius = sphere_radius(light, stands_for);
         let mut views = [Views::default(); BATCHES];
         for (views, batch) in views.iter_mut().zip(self.batches) {
             let to = batch.towards(w, light.p);
             let facing = batch.facing(w, to, light, reach);
             if facing != 0 {
-                *views = self.gather.views(w, light, to, &batch.u, facing);
+                *views = self.gather.views(w, light, radius, to, &batch.u, facing);
             }
         }
         if views.iter().all(Views::are_empty) {
@@ -265,6 +298,8 @@ impl Sum<'_, '_, '_> {
             id,
             light,
             shining: self.field.shining(id),
+            radius,
+            lobe: is_sphere.then(|| LightLobe::of(self.field, id)).flatten(),
         };
         let by_count = [
             (1, views.map(|v| v.one)),
@@ -273,6 +308,14 @@ impl Sum<'_, '_, '_> {
         ];
         for (count, active) in by_count {
             if active == [0; BATCHES] {
+                continue;
+            }
+            if is_sphere {
+                let whole = Part {
+                    samples: Some(count),
+                    ..self.gather.whole(light)
+                };
+                self.add_part(w, &source, whole, active, sums);
                 continue;
             }
             for k in 0..count {
@@ -320,7 +363,7 @@ impl Sum<'_, '_, '_> {
         }
     }
 
-    /// Sets the values of one batch: `f |w·n| I(-w) / d²` of one part for the active points, clamped.
+    /// Sets the values of one batch: what one part sends to the active points, clamped.
     #[inline(always)]
     fn connect<W: Wide>(
         &mut self,
@@ -341,19 +384,22 @@ impl Sum<'_, '_, '_> {
         let cos_light = dot(w, wi, splat3(w, light.n));
         let cos_point = dot(w, wi, batch.ng.load(w));
         let active = active & batch.lit(w, wi) & w.bits(w.lt(zero, d2)) as LaneMask;
-        let directions = Lanes3::store(w, wi);
-        let intensity = source.shining.intensities(w, &directions, active);
-        let active = active & is_lit(w, intensity.load(w));
-        if active == 0 {
-            return Connected::default();
-        }
-        let f_cos = batch.receivers.f_cos_wi(w, &directions, active);
-        let area = part.area * batch.lights.stands_for();
-        let kept = self.kept(batch, &f_cos, &directions, &w.store(inv_d2), light.n, area);
-        let share = w.load(&self.share(source.id, batch));
-        let scale = w.mul(w.mul(share, w.splat(part.weight)), inv_d2);
-        let value = mul3(w, f_cos.load(w), scale3(w, intensity.load(w), scale));
-        let kept = w.load(&kept);
+        let (value, kept) = match part.samples {
+            None => self.point_value(w, source, part, batch, wi, inv_d2, active),
+            Some(count) => {
+                let cone = Cone::of(w, wi, inv_d2, source.radius);
+                let lobe = source.lobe.as_ref();
+                let value = match &self.samples[b] {
+                    Some(samples) => {
+                        samples.sphere(w, batch, &source.shining, lobe, &cone, count, active)
+                    }
+                    None => [zero; 3],
+                };
+                (value, w.splat(1.0))
+            }
+        };
+        let share = w.mul(w.load(&self.share(source.id, batch)), w.splat(part.weight));
+        let value = scale3(w, value, share);
         let values = scale3(w, value, kept);
         let lit = active & is_lit(w, values);
         let counts = w.lanes(u32::from(lit));
@@ -367,6 +413,42 @@ impl Sum<'_, '_, '_> {
             in_front: w.bits(w.le(zero, cos_point)) as LaneMask,
             before: w.bits(w.le(cos_light, zero)) as LaneMask,
         }
+    }
+
+    /// `f |w·n| I(-w) / d²` of a point, for the active lanes, and what the clamp keeps of it.
+    #[inline(always)]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "the values of a connection, in registers"
+    )]
+    fn point_value<W: Wide>(
+        &self,
+        w: W,
+        source: &Source,
+        part: Part,
+        batch: &Batch,
+        wi: [W::F; 3],
+        inv_d2: W::F,
+        active: LaneMask,
+    ) -> ([W::F; 3], W::F) {
+        let directions = Lanes3::store(w, wi);
+        let intensity = source.shining.intensities(w, &directions, active);
+        let active = active & is_lit(w, intensity.load(w));
+        if active == 0 {
+            return ([w.splat(0.0); 3], w.splat(1.0));
+        }
+        let f_cos = batch.receivers.f_cos_wi(w, &directions, active);
+        let area = part.area * batch.lights.stands_for() / self.gather.finer;
+        let kept = self.kept(
+            batch,
+            &f_cos,
+            &directions,
+            &w.store(inv_d2),
+            source.light.n,
+            area,
+        );
+        let value = mul3(w, f_cos.load(w), scale3(w, intensity.load(w), inv_d2));
+        (only(w, active, value), w.load(&kept))
     }
 
     /// [`Clamp::kept`] in each lane.

@@ -4,6 +4,7 @@ mod block;
 mod clamp;
 mod connect;
 mod points;
+mod sphere;
 #[cfg(test)]
 mod tests;
 
@@ -26,6 +27,9 @@ pub enum Kernel {
     Point,
     /// As a disc with the second moment of its photons, by sixteen to one of its points.
     Disc,
+    /// As what a sphere with that moment takes of the field of view; spheres of single photons by the surface per light. Source:
+    /// Hašan, Křivánek, Walter, Bala, "Virtual Spherical Lights for Many-Light Rendering of Glossy Scenes", 2009.
+    Sphere,
 }
 
 /// Where lights are summed: a surface point, seen along `-wo`.
@@ -114,6 +118,8 @@ pub struct Gather {
     pub kernel: Kernel,
     /// What is done about the singularity.
     pub clamp: Clamp,
+    /// How many times smaller than what a light stands for the surface is that the clamp sees, and a sphere has.
+    pub finer: f32,
 }
 
 /// A sum of lights, with what it cost.
@@ -178,7 +184,7 @@ impl Gather {
             f_cos: at.bsdf.f_cos_wi(w, at.wo, Lobes::SMOOTH),
             n_x: at.x.ng,
             n_y,
-            area: area * at.lights.stands_for(),
+            area: area * at.lights.stands_for() / self.finer,
         };
         1.0 - self.clamp.kept(&way)
     }

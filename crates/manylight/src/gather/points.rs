@@ -70,6 +70,10 @@ pub(super) struct Batch<'b, 's> {
     pub u: Lanes,
     /// How they reflect.
     pub receivers: Receivers<'b, 's>,
+    /// Directions that a mirror would reflect to the viewers.
+    pub mirrored: Lanes3,
+    /// Roughness of the narrowest glossy lobes, 1 without any.
+    pub widths: Lanes,
     /// Where shadow rays start that leave by the side of the geometric normal, and by the other.
     pub origins: [[Vec3; LANES]; 2],
     /// Which lights are summed at all of them.
@@ -124,6 +128,8 @@ impl<'b, 's> Batch<'b, 's> {
                 Lobes::SMOOTH,
                 members.iter().map(|&m| (&points[m].bsdf, points[m].wo)),
             ),
+            mirrored: Lanes3::from_fn(|i| mirrored(at(i).wo, at(i).x.frame.n)),
+            widths: std::array::from_fn(|i| at(i).bsdf.glossy_width()),
             origins: [1.0, -1.0].map(|side| std::array::from_fn(|i| origin(i, side))),
             lights: at(0).lights,
             lit_from: Lanes3::from_fn(|i| at(i).lit_from.unwrap_or(Vec3::ZERO)),
@@ -190,6 +196,11 @@ impl<'b, 's> Batch<'b, 's> {
         let side = dot(w, self.lit_from.load(w), wi);
         w.bits(w.lt(w.splat(0.0), side)) as LaneMask | !self.limited
     }
+}
+
+/// Where a mirror with normal `n` would send what comes from `w`.
+pub(super) fn mirrored(w: Vec3, n: Vec3) -> Vec3 {
+    n * (2.0 * n.dot(w)) - w
 }
 
 fn offset(x: &SurfacePoint, side: f32) -> Vec3 {

@@ -13,7 +13,7 @@ use crate::scene::PathLimits;
 use crate::simd::{self, Isa, Simd};
 use crate::testing::scenes::{Builder, diffuse, glass, glossy_box, rough_metal, rough_plastic};
 use crate::texture::ColorInput;
-use crate::virtual_lights::{Shares, VirtualLight, assign, select};
+use crate::virtual_lights::{Division, Shares, VirtualLight, assign, select};
 
 const PASS: Pass = Pass { seed: 3, index: 1 };
 const UNLIMITED: PathLimits = PathLimits {
@@ -30,8 +30,8 @@ fn lights(scene: &Scene, side: Option<usize>, limits: PathLimits) -> Lights<'_> 
     Lights::new(match side {
         None => LightField::single(scene, limits, &photons, &Shares::own(&sites)),
         Some(side) => {
-            let (shares, _) = assign(scene, &photons, &sites, &fluxes, 0.7);
-            LightField::rich(scene, limits, &photons, &shares, side)
+            let (shares, _) = assign(scene, &photons, &sites, &fluxes, Division::Nearest, 0.7);
+            LightField::rich(scene, limits, &photons, &shares, side, |_| true)
         }
     })
 }
@@ -96,6 +96,7 @@ fn assert_sums_agree(scene: &Scene, side: Option<usize>, limits: PathLimits) {
     let gather = Gather {
         kernel: Kernel::Point,
         clamp: Clamp::None,
+        finer: 1.0,
     };
     let mut rays = 0;
     // Of every size: batches of all numbers of lanes, and groups of several batches.
@@ -273,5 +274,94 @@ fn intensities_in_lanes_are_single_intensities() {
                 }
             }
         }
+    }
+}
+
+/// `1/(π r²) ∫ f |w·n| I(-w) dw` over the directions from `at` to a sphere, by the midpoint rule.
+fn seen_as_sphere(field: &LightField, id: LightId, radius: f32, at: &ShadingPoint) -> Rgb {
+    let to = field.lights()[id.index()].p - at.x.p;
+    let sin2 = radius * radius / to.length_squared();
+    let cos = if sin2 < 1.0 {
+        (1.0 - sin2).sqrt()
+    } else {
+        -1.0
+    };
+    let frame = crate::math::Frame::from_normal(to.normalize());
+    let n = 160;
+    let mut sum = Rgb::BLACK;
+    for i in 0..n * n {
+        let u = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
+        let w = frame.to_world(warp::cone(u, cos));
+        sum += at.bsdf.f_cos_wi(w, at.wo, Lobes::SMOOTH) * field.intensity(id, -w);
+    }
+    sum / (n * n) as f32 / warp::cone_pdf(cos) / (std::f32::consts::PI * radius * radius)
+}
+
+#[test]
+fn spheres_are_integrals_over_their_directions() {
+    let scene = many_materials();
+    let gather = Gather {
+        kernel: Kernel::Sphere,
+        clamp: Clamp::None,
+        finer: 1.0,
+    };
+    for side in [None, Some(16)] {
+        let lights = lights(&scene, side, UNLIMITED);
+        let all = lights.field.lights();
+        let (mut near, mut expected_sum, mut sum) = (0, 0.0, 0.0);
+        for (p, point) in points(&scene, false).into_iter().enumerate().step_by(5) {
+            // Of many lights one: the nearest, or any.
+            let away = |k: &usize| all[*k].p.distance(point.x.p);
+            let nearest = (0..all.len()).min_by(|a, b| away(a).total_cmp(&away(b)));
+            let k = if p % 2 == 0 {
+                nearest.unwrap()
+            } else {
+                p * 7 % all.len()
+            };
+            let light = &all[k];
+            let stands_for = all.len() as f32;
+            let radius = sphere::sphere_radius(light, stands_for);
+            let at = ShadingPoint {
+                lights: Selection::ALL.part(k as u32, all.len() as u32),
+                lit_from: None,
+                ..point
+            };
+            let segment = Segment {
+                from: at.x.offset_towards(light.p - at.x.p),
+                to: light.p + light.n * light.offset.copysign((at.x.p - light.p).dot(light.n)),
+            };
+            if radius == 0.0 || scene.transmittance(&segment).is_black() {
+                continue;
+            }
+            let id = LightId(k as u32);
+            let expected = seen_as_sphere(&lights.field, id, radius, &at) * stands_for;
+            let trials = 512;
+            let tile: Vec<ShadingPoint> = (0..trials)
+                .map(|t| ShadingPoint {
+                    u: (t as f32 + 0.5) / trials as f32,
+                    ..at
+                })
+                .collect();
+            let mean: Rgb = gather
+                .sum(&scene, &lights, &tile)
+                .into_iter()
+                .map(|one| one.radiance / trials as f32)
+                .sum();
+            let inside = light.p.distance(at.x.p) < 2.0 * radius;
+            near += usize::from(inside);
+            expected_sum += expected.luminance();
+            sum += mean.luminance();
+            let error = (mean.luminance() - expected.luminance()).abs();
+            assert!(
+                error <= 0.15 * expected.luminance() + 2e-3,
+                "{mean:?} and {expected:?} at {} radii",
+                light.p.distance(at.x.p) / radius
+            );
+        }
+        assert!(near > 10, "{near}");
+        assert!(
+            (sum / expected_sum - 1.0).abs() < 0.02,
+            "{sum} {expected_sum}"
+        );
     }
 }

@@ -27,24 +27,27 @@ const CAUSTIC_SHRINKING: f32 = 1.0 / 6.0;
 /// Places in the disc that are looked at.
 const PROBES: u32 = 16;
 
+/// How far estimates at a gathering point look.
+pub(super) fn bandwidth(set: &LightSet, point: &Gathering) -> Bandwidth {
+    let largest = CAUSTIC_RADIUS * set.scene.geometry.bounds().diagonal();
+    Bandwidth {
+        largest: point.reach.min(largest),
+        share: (set.passes.end as f32).powf(-CAUSTIC_SHRINKING),
+    }
+}
+
 impl LightSet<'_> {
     /// Density estimate over caustic photons: `Σ_j k_j f Φ_j`, over the covered part of the kernel. On glossy lobes, eye paths
     /// look for what photons bring from other surfaces.
     pub(super) fn caustic_radiance(&self, point: &Gathering, found: &mut Neighbors) -> Rgb {
         let x = &point.at.x;
         let n = point.at.lit_from.unwrap_or(x.normal_towards(point.at.wo));
-        let bandwidth = Bandwidth {
-            largest: point
-                .reach
-                .min(CAUSTIC_RADIUS * self.scene.geometry.bounds().diagonal()),
-            share: (self.passes.end as f32).powf(-CAUSTIC_SHRINKING),
-        };
         let receiver = Receiver { p: x.p, n };
         let mut sum = Rgb::BLACK;
         let radius = estimate(
             &self.caustics,
             receiver,
-            bandwidth,
+            bandwidth(self, point),
             found,
             |photon, kernel| {
                 if self.limits.allow(point.segments + u32::from(photon.depth)) {

@@ -1,6 +1,7 @@
 //! The lights of some passes, and shading by them.
 
 use super::PassContext;
+use super::carried::{CARRIED_NEIGHBORS, Carried};
 use super::caustics::CAUSTIC_NEIGHBORS;
 use super::eye_path::{EyePath, EyePaths};
 use super::partition::Stage;
@@ -26,6 +27,8 @@ pub enum Complement {
     /// Directions drawn from the smooth lobes find it, and the method starts again where they end; see
     /// [`super::smooth_light`].
     KolligKeller,
+    /// Photons bring it, as a density estimate.
+    Photons,
 }
 
 /// Everything that some passes shade with.
@@ -41,6 +44,8 @@ pub struct LightSet<'s> {
     pub claims: Claims,
     /// Photons whose last event was specular.
     pub caustics: KdTree<Photon>,
+    /// Photons whose last event was smooth, if they are the complement.
+    pub(super) carried: KdTree<Carried>,
     /// Where light from afar comes from.
     pub(super) incident: IncidentMap,
     /// Width of a pixel at the camera, in m, and its growth per m.
@@ -100,6 +105,7 @@ impl<'s> LightSet<'s> {
         } = paths;
         let (mut connections, mut clamped, mut unclamped) = (0, 0.0, 0.0);
         let mut found = Neighbors::new(CAUSTIC_NEIGHBORS);
+        let mut found_carried = Neighbors::new(CARRIED_NEIGHBORS);
         let places: Vec<ShadingPoint> = points.iter().map(|point| point.at).collect();
         let sums = self.gather.sum(self.scene, &self.lights, &places);
         for (point, gathered) in points.iter().zip(sums) {
@@ -114,6 +120,13 @@ impl<'s> LightSet<'s> {
                 layer(Lobes::SPECULAR),
                 point.throughput * self.caustic_radiance(point, &mut found),
             );
+            if self.complement == Complement::Photons {
+                out.add(
+                    point.pixel,
+                    layer(Lobes::SMOOTH),
+                    point.throughput * self.carried_radiance(point, &mut found_carried),
+                );
+            }
             connections += gathered.connections;
             shadow_rays += gathered.shadow_rays;
             if point.stage == Stage::BeforeX {

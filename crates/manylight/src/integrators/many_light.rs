@@ -3,13 +3,13 @@
 //! Lights are made in the paper's order: particles, maps, placement, creation ([`ManyLight::prepare`]); then every pixel is shaded
 //! by them (`light_set.rs`). Which path belongs to which term is said in [`super::partition`].
 
-use super::PassContext;
 pub use super::light_set::Complement;
 use super::light_set::{LightSet, pixel_width};
+use super::{PassContext, carried};
 use crate::bsdf::Lobes;
 use crate::film::Film;
-pub use crate::gather::{Clamp, Kernel};
-use crate::gather::{Gather, Lights};
+pub use crate::gather::Kernel;
+use crate::gather::{Clamp, Gather, Lights};
 use crate::maps::density::{IMPORTANCE_NEIGHBORS, importance_at};
 use crate::maps::{Incident, IncidentMap, KdTree, Neighbors};
 use crate::particles::{Importon, Photon, trace_importons, trace_photons};
@@ -18,8 +18,11 @@ use crate::sampling::{Pass, Stream};
 use crate::scene::{PathLimits, Scene};
 use crate::stats::Stats;
 use crate::virtual_lights::curve::Curve;
+use crate::virtual_lights::neighborhood::{by_area, by_density};
+pub use crate::virtual_lights::relax::Snap;
+use crate::virtual_lights::relax::relax;
 use crate::virtual_lights::select::defensive_weights;
-use crate::virtual_lights::{Claims, LightField, Shares, Site, assign, select};
+use crate::virtual_lights::{Claims, Division, LightField, Shares, Site, assign, select};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -30,15 +33,21 @@ pub enum Placement {
     Uniform,
     /// Proportional to importance x flux.
     Importance,
+    /// As [`Placement::Importance`], and then pushed apart.
+    Relaxed(Snap),
 }
 
 /// How much flux each light carries.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FluxRule {
-    /// Its own photon's over the probability of having been kept.
+    /// Its own photon's over the probability of having been kept: the paper's, as we read it.
     Density,
+    /// The density of flux around it, times the surface per light.
+    Area,
     /// That of all photons nearer to it than to any other light.
     Partition,
+    /// That of all photons around it, each divided among the nearest lights.
+    SoftPartition,
 }
 
 /// What each light shines.
@@ -51,6 +60,34 @@ pub enum EmissionKind {
         /// Texels along an edge.
         side: u32,
     },
+}
+
+/// What is done about the singularity of `1 / d²`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ClampRule {
+    /// Nothing.
+    None,
+    /// Scale-free, by what each light stands for: [`Clamp::Auto`].
+    Auto,
+    /// `G <= 1 / A` with one `A` for all lights: the median of what they stand for.
+    Fixed,
+    /// `G <= value`, in 1/m².
+    Value(f32),
+}
+
+impl ClampRule {
+    /// The clamp for `lights`, one in `parts` of which is summed, when they have become so many times finer.
+    fn for_lights(self, lights: &LightField, parts: u32, finer: f32) -> Clamp {
+        match self {
+            ClampRule::None => Clamp::None,
+            ClampRule::Auto => Clamp::Auto,
+            ClampRule::Fixed => {
+                let area = lights.median_area() * parts as f32;
+                Clamp::Value(finer / area.max(f32::MIN_POSITIVE))
+            }
+            ClampRule::Value(limit) => Clamp::Value(limit * finer),
+        }
+    }
 }
 
 /// Indirect light from virtual lights. Each pass has its own lights and its own jitter.
@@ -66,14 +103,18 @@ pub struct ManyLight {
     pub placement: Placement,
     /// How much flux each carries.
     pub flux: FluxRule,
+    /// Photons around a light that say what it shines, under [`FluxRule::Density`] and [`FluxRule::Area`].
+    pub neighbors: u32,
     /// What each shines.
     pub emission: EmissionKind,
     /// How one is evaluated.
     pub kernel: Kernel,
     /// What is done about the singularity.
-    pub clamp: Clamp,
+    pub clamp: ClampRule,
     /// How the light that the clamp takes away is given back.
     pub complement: Complement,
+    /// Whether lights become finer from pass to pass, so that the mean over passes goes to the right picture.
+    pub progressive: bool,
 }
 
 /// More photons than this on average do not make lights better: theirs is the least of all noise.
@@ -89,6 +130,10 @@ const MAX_PASSES_PER_SET: u32 = 8;
 const MAX_SET_LIGHTS: u32 = 32_768;
 /// or is made of more photon paths.
 const MAX_SET_PHOTON_PATHS: u32 = 1 << 22;
+/// Lights of progressive methods are as fine as at the start for so many passes.
+const COARSE_PASSES: f32 = 16.0;
+/// A set has no more lights than this just to make them finer.
+const MAX_FINER_LIGHTS: u32 = 1 << 18;
 
 impl ManyLight {
     /// Rich-VPLs: importance placement, partition, 32 x 32 tables, discs.
@@ -99,10 +144,45 @@ impl ManyLight {
             importon_paths: 32_768,
             placement: Placement::Importance,
             flux: FluxRule::Partition,
+            neighbors: 100,
             emission: EmissionKind::Table { side: 32 },
             kernel: Kernel::Disc,
-            clamp: Clamp::Auto,
+            clamp: ClampRule::Auto,
             complement: Complement::KolligKeller,
+            progressive: true,
+        }
+    }
+
+    /// The method of the talk, as we read it: importance placement, the density rule, 32 x 32 tables, points, one clamp for all.
+    pub fn rich_vpl_paper() -> Self {
+        ManyLight {
+            flux: FluxRule::Density,
+            kernel: Kernel::Point,
+            clamp: ClampRule::Fixed,
+            complement: Complement::None,
+            progressive: false,
+            ..ManyLight::rich_vpl()
+        }
+    }
+
+    /// Rich-VSLs: Rich-VPLs as spheres.
+    pub fn rich_vsl() -> Self {
+        ManyLight {
+            kernel: Kernel::Sphere,
+            clamp: ClampRule::None,
+            complement: Complement::None,
+            ..ManyLight::rich_vpl()
+        }
+    }
+
+    /// Virtual spherical lights. Source: Hašan, Křivánek, Walter, Bala, "Virtual Spherical Lights for Many-Light Rendering of Glossy
+    /// Scenes", 2009.
+    pub fn vsl() -> Self {
+        ManyLight {
+            kernel: Kernel::Sphere,
+            clamp: ClampRule::None,
+            complement: Complement::None,
+            ..ManyLight::vpl()
         }
     }
 
@@ -178,10 +258,14 @@ impl ManyLight {
         run: &PassContext,
     ) -> LightSet<'s> {
         let count = passes.len() as u32;
+        let finer = self.finer(passes.start);
+        let finest = (MAX_FINER_LIGHTS / (self.light_count * count)).max(1);
+        let cells = (finer.round() as u32).min(finest);
         let all = ManyLight {
-            light_count: self.light_count * count,
+            light_count: self.light_count * count * cells,
             photon_paths: self.photon_paths * count,
             importon_paths: self.importon_paths * count,
+            neighbors: (self.neighbors as f32 / finer) as u32,
             ..*self
         };
         let pass = Pass {
@@ -197,28 +281,59 @@ impl ManyLight {
                 KdTree::build_ordered(caustics.copied().collect()),
             )
         });
-        let (lights, claims) = all.make_lights(scene, limits, &run, photons);
+        let carried = match self.complement {
+            Complement::Photons => run.stats.time("maps", || carried::carried(scene, &photons)),
+            Complement::None | Complement::KolligKeller => Vec::new(),
+        };
+        let placed = all.place_lights(scene, limits, &run, photons, finer);
         // Where few photons arrive there are fewer lights than asked for, and they are divided among fewer passes.
+        let lights_per_part =
+            |parts: &u32| placed.shares.len() <= (self.light_count * parts) as usize;
         let parts = (0..=count.ilog2())
             .map(|log| 1 << log)
-            .find(|parts| lights.field.lights().len() <= (self.light_count * parts) as usize)
-            .unwrap_or(count);
+            .find(lights_per_part);
+        let parts = parts.unwrap_or(count * cells);
+        let first_part = (pass.sampler(Stream::Selection, 1).next_1d() * parts as f32) as u32;
+        let is_used = |k: usize| (k as u32 + parts - first_part) % parts < count;
+        let lights = all.make_lights(scene, limits, &run, &placed, is_used);
+        // With the complement, the sum is whole whatever the clamp takes.
+        let finer = match self.complement {
+            Complement::None => finer,
+            Complement::KolligKeller | Complement::Photons => 1.0,
+        };
+        let carried = run
+            .stats
+            .time("maps", || carried::owned(scene, &placed.claims, carried));
+        let gather = Gather {
+            kernel: self.kernel,
+            clamp: self.clamp.for_lights(&lights, parts, finer),
+            finer,
+        };
         LightSet {
             scene,
             limits,
-            gather: Gather {
-                kernel: self.kernel,
-                clamp: self.clamp,
-            },
+            gather,
             complement: self.complement,
-            lights,
-            claims,
+            lights: Lights::new(lights),
+            claims: placed.claims,
             caustics,
+            carried,
             incident,
             pixel: pixel_width(scene),
             parts,
-            first_part: (pass.sampler(Stream::Selection, 1).next_1d() * parts as f32) as u32,
+            first_part,
             passes,
+        }
+    }
+
+    /// How many times finer the lights of a set that starts with pass `first` are: their number, and the inverse of the surface that each
+    /// stands for. The squared radius of a pass falls with the square root of its index, so that the mean over `n` passes is off by
+    /// less the square root of `n`, as is its noise.
+    fn finer(&self, first: u32) -> f32 {
+        if self.progressive {
+            (1.0 + first as f32 / COARSE_PASSES).sqrt()
+        } else {
+            1.0
         }
     }
 
@@ -232,55 +347,102 @@ impl ManyLight {
         photons
     }
 
-    /// Importance, placement, lights; and whose photons are.
-    fn make_lights<'s>(
+    /// Importance, placement, and whose photons are.
+    fn place_lights(
         &self,
-        scene: &'s Scene,
+        scene: &Scene,
         limits: PathLimits,
         run: &PassContext,
         photons: Vec<Photon>,
-    ) -> (Lights<'s>, Claims) {
-        let (pass, stats) = (run.pass, run.stats);
-        let mut sampler = pass.sampler(Stream::Selection, 0);
+        finer: f32,
+    ) -> Placed {
+        let mut sampler = run.pass.sampler(Stream::Selection, 0);
         // A light at depth m makes paths of at least m + 2 segments.
         let photons: Vec<Photon> = photons
             .into_iter()
             .filter(|p| limits.allow(u32::from(p.depth) + 2))
             .collect();
         let weights: Vec<f32> = match self.placement {
-            Placement::Uniform => photons.iter().map(|p| p.flux.luminance()).collect(),
-            Placement::Importance => self.importance_times_flux(scene, limits, run, &photons),
+            Placement::Uniform => fluxes(&photons),
+            Placement::Importance | Placement::Relaxed(_) => {
+                self.importance_times_flux(scene, limits, run, &photons)
+            }
         };
-        let (lights, claims) = stats.time("lights", || {
+        run.stats.time("lights", || {
             let count = self.light_count as usize;
-            let most = PHOTONS_PER_LIGHT.saturating_mul(count);
-            let (photons, weights) = thinned(photons, weights, most, sampler.next_1d());
-            let sites = self.sites(&photons, &weights, count, sampler.next_1d());
-            let (shares, claims) = match self.flux {
-                FluxRule::Density => (Shares::own(&sites), Claims::none()),
-                FluxRule::Partition => assign(scene, &photons, &sites, &weights, sampler.next_1d()),
+            let (u_thinned, u_sites, u_residual) =
+                (sampler.next_1d(), sampler.next_1d(), sampler.next_1d());
+            let thin = matches!(self.flux, FluxRule::Partition | FluxRule::SoftPartition);
+            let (photons, weights) = if thin {
+                // Ever fewer, until every photon is a light.
+                let per_light = (PHOTONS_PER_LIGHT as f32 / (finer * finer)).max(1.0);
+                let most = (per_light * count as f32) as usize;
+                thinned(photons, weights, most, u_thinned)
+            } else {
+                (photons, weights)
             };
-            let lights = match self.emission {
-                EmissionKind::Single => LightField::single(scene, limits, &photons, &shares),
-                EmissionKind::Table { side } => {
-                    LightField::rich(scene, limits, &photons, &shares, side as usize)
+            let sites = self.sites(scene, &photons, &weights, u_sites);
+            let assigned =
+                |division| assign(scene, &photons, &sites, &weights, division, u_residual);
+            let neighbors = self.neighbors as usize;
+            let (shares, claims) = match (self.flux, self.emission) {
+                // What single photons shine needs no others, but the extent of a disc does.
+                (FluxRule::Density, EmissionKind::Single) if self.kernel != Kernel::Disc => {
+                    (Shares::own(&sites), Claims::none())
                 }
+                (FluxRule::Density, _) => (
+                    by_density(scene, &photons, &sites, neighbors),
+                    Claims::none(),
+                ),
+                (FluxRule::Area, _) => {
+                    (by_area(scene, &photons, &sites, neighbors), Claims::none())
+                }
+                (FluxRule::Partition, _) => assigned(Division::Nearest),
+                (FluxRule::SoftPartition, _) => assigned(Division::Soft),
             };
-            (lights, claims)
+            Placed {
+                photons,
+                shares,
+                claims,
+            }
+        })
+    }
+
+    /// The lights, of which those that `is_used` says shine.
+    fn make_lights<'s>(
+        &self,
+        scene: &'s Scene,
+        limits: PathLimits,
+        run: &PassContext,
+        placed: &Placed,
+        is_used: impl Fn(usize) -> bool + Sync,
+    ) -> LightField<'s> {
+        let Placed {
+            photons, shares, ..
+        } = placed;
+        let stats = run.stats;
+        let lights = stats.time("lights", || match self.emission {
+            EmissionKind::Single => LightField::single(scene, limits, photons, shares),
+            EmissionKind::Table { side } => {
+                LightField::rich(scene, limits, photons, shares, side as usize, is_used)
+            }
         });
         Stats::count(&stats.lights, lights.lights().len() as u64);
         Stats::count(&stats.light_bytes, lights.bytes() as u64);
-        (Lights::new(lights), claims)
+        lights
     }
 
-    /// Chooses `count` photons to become lights.
-    fn sites(&self, photons: &[Photon], weights: &[f32], count: usize, u: f32) -> Vec<Site> {
+    /// Chooses photons to become lights.
+    fn sites(&self, scene: &Scene, photons: &[Photon], weights: &[f32], u: f32) -> Vec<Site> {
+        let count = self.light_count as usize;
+        let by_importance = || {
+            let mixed = defensive_weights(weights, &fluxes(photons), PLACED_BY_FLUX);
+            select(photons, &mixed, count, u)
+        };
         match self.placement {
             Placement::Uniform => select(photons, weights, count, u),
-            Placement::Importance => {
-                let mixed = defensive_weights(weights, &fluxes(photons), PLACED_BY_FLUX);
-                select(photons, &mixed, count, u)
-            }
+            Placement::Importance => by_importance(),
+            Placement::Relaxed(snap) => relax(scene, photons, &by_importance(), snap),
         }
     }
 
@@ -317,6 +479,13 @@ impl ManyLight {
             weights
         })
     }
+}
+
+/// Where lights stand and what they speak for.
+struct Placed {
+    photons: Vec<Photon>,
+    shares: Shares,
+    claims: Claims,
 }
 
 fn fluxes(photons: &[Photon]) -> Vec<f32> {

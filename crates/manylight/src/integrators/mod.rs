@@ -1,6 +1,7 @@
 //! The methods. Start reading at [`many_light`].
 
 mod aov;
+mod carried;
 mod caustics;
 pub mod eye_path;
 pub mod light_set;

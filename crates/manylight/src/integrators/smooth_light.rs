@@ -198,7 +198,7 @@ impl<'s> EyePath<'_, 's, '_, '_> {
                 );
             self.mirrored(y.clone(), branch.clone(), share);
         }
-        if y.bsdf.lobes().has(Lobes::SMOOTH) && self.set.complement != Complement::None {
+        if y.bsdf.lobes().has(Lobes::SMOOTH) && self.set.complement == Complement::KolligKeller {
             self.complement(&y, branch, x);
         }
     }

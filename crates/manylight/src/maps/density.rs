@@ -3,7 +3,7 @@
 //! The bandwidth is the distance of the K-th particle of any kind; only particles of the same side and surface are
 //! summed. So the search never runs far where all particles near are strangers, and the sum stays unbiased.
 
-use super::{DensityKernel, KdTree, Neighbors};
+use super::{DensityKernel, KdTree, Located, Neighbors};
 use crate::math::Vec3;
 use crate::particles::{Importon, Photon};
 
@@ -77,21 +77,22 @@ impl Receiver {
 
 /// Shows `visit` the nearest photons within the `bandwidth` that lie on the receiver's surface and arrive from its side, each
 /// with its kernel weight in 1/m²: `Σ weight · flux · f` estimates reflected radiance. Returns the radius of the kernel in m.
-pub fn estimate<'m>(
-    photons: &'m KdTree<Photon>,
+pub fn estimate<'m, P: Located + AsRef<Photon> + Sync>(
+    photons: &'m KdTree<P>,
     receiver: Receiver,
     bandwidth: Bandwidth,
     found: &mut Neighbors,
-    mut visit: impl FnMut(&'m Photon, f32),
+    mut visit: impl FnMut(&'m P, f32),
 ) -> f32 {
     photons.nearest(receiver.p, bandwidth.largest, found);
     let radius = found.radius_squared().sqrt() * bandwidth.share;
     for (i, d2) in found.iter() {
-        let photon = &photons.items()[i as usize];
+        let item = &photons.items()[i as usize];
+        let photon = item.as_ref();
         if receiver.shares_surface(photon.p, photon.n, radius) {
             let weight = DensityKernel::Epanechnikov.weight(d2, radius * radius);
             if weight > 0.0 {
-                visit(photon, weight);
+                visit(item, weight);
             }
         }
     }

@@ -36,6 +36,25 @@ pub struct Photon {
     pub origin: Lobes,
 }
 
+impl AsRef<Photon> for Photon {
+    fn as_ref(&self) -> &Photon {
+        self
+    }
+}
+
+/// Index of the photon at the vertex from which photon `j` was scattered by smooth lobes, in a list from [`trace_photons`].
+pub fn parent(photons: &[Photon], j: usize) -> Option<usize> {
+    let child = &photons[j];
+    if !child.event.has(Lobes::SMOOTH) {
+        return None;
+    }
+    // What lies between is transparent, and of the same path.
+    (0..j)
+        .rev()
+        .take_while(|&i| photons[i].depth < child.depth)
+        .find(|&i| photons[i].p == child.prev)
+}
+
 /// Paths traced by one task.
 const PATHS_PER_TASK: u32 = 1024;
 

@@ -73,6 +73,26 @@ pub fn von_mises_fisher_pdf(cos: f32, kappa: f32) -> f32 {
     kappa / (TAU * (1.0 - (-2.0 * kappa).exp())) * (kappa * (cos - 1.0)).exp()
 }
 
+/// A direction about z with mean cosine `g` in [0, 1). Source: Henyey, Greenstein, "Diffuse Radiation in the Galaxy", 1941.
+#[inline]
+pub fn henyey_greenstein(u: Vec2, g: f32) -> Vec3 {
+    let z = if g < 1e-3 {
+        1.0 - 2.0 * u.y
+    } else {
+        let ratio = (1.0 - g * g) / (1.0 + g - 2.0 * g * u.y);
+        (1.0 + g * g - ratio * ratio) / (2.0 * g)
+    };
+    let z = z.clamp(-1.0, 1.0);
+    polar(z, safe_sqrt(1.0 - z * z), u.x)
+}
+
+/// Density of [`henyey_greenstein`] per solid angle, at the cosine to its axis.
+#[inline]
+pub fn henyey_greenstein_pdf(cos: f32, g: f32) -> f32 {
+    let base = 1.0 + g * g - 2.0 * g * cos;
+    (1.0 - g * g) * 0.25 * FRAC_1_PI / (base * base.sqrt())
+}
+
 /// Barycentric coordinates (of the second and third corner), uniform by area. Source: Heitz, "A Low-Distortion Map", 2019.
 #[inline]
 pub fn triangle(u: Vec2) -> Vec2 {

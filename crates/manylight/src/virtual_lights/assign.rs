@@ -1,12 +1,12 @@
-//! Flux: which photons each light speaks for.
+//! Flux: which photons each light speaks for, by a partition.
 //!
-//! The partition rule gives every photon to the nearest light of its own surface, so all flux is represented, wherever the
+//! Every photon is given to the nearest light of its own surface, or divided among the nearest few, so all flux is represented, wherever the
 //! lights stand. Photons that no light may take are thinned into lights of their own.
 
-use super::Site;
-use super::claims::{Claims, NOBODY, Spot, Surfaces};
+use super::claims::{Claim, Claims, NOBODY, Spot, Surfaces};
 use super::curve::Curve;
 use super::select::{WEIGHT_FLOOR, defensive_weights};
+use super::{Shares, Site};
 use crate::particles::Photon;
 use crate::sampling::systematic::{inclusion_probabilities, systematic};
 use rayon::prelude::*;
@@ -19,76 +19,22 @@ const RESIDUAL_SHARE: f64 = 0.25;
 /// itself: the clamp must not take it for a small bright one.
 const RESIDUAL_SURFACE: f32 = 16.0;
 
-/// Lights to be, in the order of the space-filling curve, and the photons that each speaks for.
-#[derive(Clone, Debug, Default)]
-pub struct Shares {
-    sites: Vec<Site>,
-    /// Share `k` is `photons[offsets[k]..offsets[k + 1]]`.
-    offsets: Vec<u32>,
-    photons: Vec<u32>,
-    scales: Vec<f32>,
-    /// See [`Shares::surface`].
-    surfaces: Vec<f32>,
-    stray_surface: f32,
-    /// Flux of the photons that no light took, before thinning; W per channel.
-    residual: [f64; 3],
+/// How a photon is divided among the lights around it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Division {
+    /// All to the nearest.
+    Nearest,
+    /// Among up to four nearest, by Shepard's weights: no borders between their shares.
+    Soft,
 }
 
-impl Shares {
-    /// The density rule: each site speaks for its own photon, over the probability with which it was kept.
-    pub fn own(sites: &[Site]) -> Self {
-        Shares {
-            sites: sites.to_vec(),
-            offsets: (0..=sites.len() as u32).collect(),
-            photons: sites.iter().map(|s| s.photon).collect(),
-            scales: sites.iter().map(|s| 1.0 / s.probability).collect(),
-            surfaces: vec![1.0; sites.len()],
-            stray_surface: 1.0,
-            residual: [0.0; 3],
+impl Division {
+    /// Lights that a photon may have.
+    fn lights(self) -> usize {
+        match self {
+            Division::Nearest => 1,
+            Division::Soft => Claims::SHEPARD_LIGHTS,
         }
-    }
-
-    /// The photons that the lights stand on.
-    pub fn sites(&self) -> &[Site] {
-        &self.sites
-    }
-
-    /// Number of lights.
-    pub fn len(&self) -> usize {
-        self.sites.len()
-    }
-
-    /// Whether there is no light.
-    pub fn is_empty(&self) -> bool {
-        self.sites.is_empty()
-    }
-
-    /// Indices of the photons of light `k`, ascending, never none.
-    #[inline]
-    pub fn photons_of(&self, k: usize) -> &[u32] {
-        &self.photons[self.offsets[k] as usize..self.offsets[k + 1] as usize]
-    }
-
-    /// Factor on the flux of each photon of light `k`: 1, or one over the probability that it was kept.
-    #[inline]
-    pub fn scale(&self, k: usize) -> f32 {
-        self.scales[k]
-    }
-
-    /// For how many times the surface per light around it light `k` stands.
-    #[inline]
-    pub fn surface(&self, k: usize) -> f32 {
-        self.surfaces[k]
-    }
-
-    /// The same for a light of its own that a photon might be whom no other light takes.
-    pub fn stray_surface(&self) -> f32 {
-        self.stray_surface
-    }
-
-    /// Flux of the photons that no light took, before thinning; W per channel.
-    pub fn residual(&self) -> [f64; 3] {
-        self.residual
     }
 }
 
@@ -100,48 +46,81 @@ pub fn assign(
     photons: &[Photon],
     sites: &[Site],
     weights: &[f32],
+    division: Division,
     u: f32,
 ) -> (Shares, Claims) {
     let mut claims = Claims::new(surfaces, photons, sites);
-    let owners: Vec<u32> = photons
-        .par_iter()
+    let mut owners = vec![Claim::NONE; photons.len() * division.lights()];
+    owners
+        .par_chunks_exact_mut(division.lights())
         .with_min_len(256)
-        .map(|photon| claims.site(surfaces, &Spot::of(photon, surfaces)))
-        .collect();
+        .zip(photons)
+        .for_each(|(owners, photon)| {
+            let spot = Spot::of(photon, surfaces);
+            match division {
+                Division::Nearest => owners[0] = Claim::whole(claims.site(surfaces, &spot)),
+                Division::Soft => claims.divide(surfaces, &spot, owners),
+            }
+        });
+    let owners = Owners {
+        claims: &owners,
+        per_photon: division.lights(),
+    };
     let mut residual = [0.0; 3];
-    for (photon, _) in photons
-        .iter()
-        .zip(&owners)
-        .filter(|(_, owner)| **owner == NOBODY)
-    {
+    for photon in owners.orphans().map(|j| &photons[j]) {
         for (sum, f) in residual.iter_mut().zip(photon.flux.to_array()) {
             *sum += f64::from(f);
         }
     }
-    let extras = thin_residual(photons, &owners, sites.len(), weights, u);
-    let (shares, lights) = gather_shares(photons, sites, &owners, &extras);
+    let extras = thin_residual(photons, owners, sites.len(), weights, u);
+    let (shares, lights) = gather_shares(photons, sites, owners, &extras);
     claims.name_lights(lights);
     (Shares { residual, ..shares }, claims)
+}
+
+/// Whose each photon is.
+#[derive(Clone, Copy)]
+struct Owners<'a> {
+    claims: &'a [Claim],
+    per_photon: usize,
+}
+
+impl<'a> Owners<'a> {
+    /// Every photon's claims, those of [`NOBODY`] left out.
+    fn all(self) -> impl Iterator<Item = (usize, &'a Claim)> {
+        let claims = self.claims.iter().enumerate();
+        claims
+            .filter(|(_, claim)| claim.site != NOBODY)
+            .map(move |(i, claim)| (i / self.per_photon, claim))
+    }
+
+    /// The photons that nobody takes.
+    fn orphans(self) -> impl Iterator<Item = usize> {
+        let photons = self.claims.chunks_exact(self.per_photon).enumerate();
+        photons
+            .filter(|(_, claims)| claims[0].site == NOBODY)
+            .map(|(j, _)| j)
+    }
 }
 
 /// Chooses among the photons that nobody took. Half of the probability goes by weight (importance), half by flux, which
 /// bounds the flux of the lights.
 fn thin_residual(
     photons: &[Photon],
-    owners: &[u32],
+    owners: Owners,
     light_count: usize,
     weights: &[f32],
     u: f32,
 ) -> Vec<Site> {
     let mut light_weights = vec![0.0f64; light_count];
-    let mut residual = Vec::new();
-    for (j, (photon, &owner)) in photons.iter().zip(owners).enumerate() {
-        match light_weights.get_mut(owner as usize) {
-            Some(weight) => *weight += f64::from(weights[j]),
-            None if !photon.flux.is_black() => residual.push(j as u32),
-            None => {}
-        }
+    for (j, claim) in owners.all() {
+        light_weights[claim.site as usize] += f64::from(weights[j] * claim.share);
     }
+    let mut residual: Vec<u32> = owners
+        .orphans()
+        .filter(|&j| !photons[j].flux.is_black())
+        .map(|j| j as u32)
+        .collect();
     if residual.is_empty() {
         return Vec::new();
     }
@@ -193,14 +172,12 @@ fn residual_count(residual_weight: f64, light_weights: &mut Vec<f64>) -> usize {
 fn gather_shares(
     photons: &[Photon],
     sites: &[Site],
-    owners: &[u32],
+    owners: Owners,
     extras: &[Site],
 ) -> (Shares, Vec<u32>) {
     let mut counts = vec![0u32; sites.len()];
-    for &owner in owners {
-        if let Some(count) = counts.get_mut(owner as usize) {
-            *count += 1;
-        }
+    for (_, claim) in owners.all() {
+        counts[claim.site as usize] += 1;
     }
     let curve = Curve::around(photons);
     let key = |site: &Site| {
@@ -238,31 +215,34 @@ fn gather_shares(
             Some(&site) => {
                 next[k] = end;
                 shares.sites.push(site);
-                shares.scales.push(1.0);
                 shares.surfaces.push(1.0);
                 shares.offsets.push(end + counts[k]);
             }
             None => {
                 let site = extras[k - sites.len()];
                 shares.sites.push(site);
-                shares.scales.push(1.0 / site.probability);
                 shares.surfaces.push(RESIDUAL_SURFACE);
                 shares.offsets.push(end + 1);
             }
         }
     }
-    shares.photons = vec![0; shares.offsets[shares.sites.len()] as usize];
-    for (j, &owner) in owners.iter().enumerate() {
-        if let Some(slot) = next.get_mut(owner as usize) {
-            shares.photons[*slot as usize] = j as u32;
-            *slot += 1;
-        }
+    let entries = shares.offsets[shares.sites.len()] as usize;
+    (shares.photons, shares.weights) = (vec![0; entries], vec![0.0; entries]);
+    for (j, claim) in owners.all() {
+        let slot = &mut next[claim.site as usize];
+        shares.photons[*slot as usize] = j as u32;
+        shares.weights[*slot as usize] = claim.share;
+        *slot += 1;
     }
     let mut lights = vec![NOBODY; sites.len()];
     for (l, &(_, k)) in order.iter().enumerate() {
         match lights.get_mut(k as usize) {
             Some(light) => *light = l as u32,
-            None => shares.photons[shares.offsets[l] as usize] = shares.sites[l].photon,
+            None => {
+                let (slot, site) = (shares.offsets[l] as usize, &shares.sites[l]);
+                shares.photons[slot] = site.photon;
+                shares.weights[slot] = 1.0 / site.probability;
+            }
         }
     }
     (shares, lights)
@@ -271,33 +251,18 @@ fn gather_shares(
 #[cfg(test)]
 mod tests {
     use super::super::select::select;
-    use super::super::testing::{photon, photons_on_square};
+    use super::super::testing::{OPEN, Room, photon, photons_on_square};
     use super::*;
     use crate::ids::{MaterialId, PrimitiveId};
-    use crate::maps::Patch;
     use crate::math::Vec3;
-
-    /// Material = primitive; nothing in the way but a wall at x = 0.5 below z = 0.01, if `wall`.
-    struct Room {
-        wall: Option<f32>,
-    }
-
-    impl Surfaces for Room {
-        fn patch(&self, photon: &Photon) -> Patch {
-            Patch::new(photon.p, photon.n, self.material(photon), 1.0)
-        }
-        fn material(&self, photon: &Photon) -> MaterialId {
-            MaterialId(photon.at.primitive.0)
-        }
-        fn connected(&self, spot: &Spot, patch: &Patch) -> bool {
-            self.wall.is_none_or(|x| (spot.p.x < x) == (patch.p.x < x))
-        }
-    }
-
-    const OPEN: Room = Room { wall: None };
 
     fn luminances(photons: &[Photon]) -> Vec<f32> {
         photons.iter().map(|p| p.flux.luminance()).collect()
+    }
+
+    /// The factor on the first photon of a light.
+    fn weight(shares: &Shares, k: usize) -> f32 {
+        shares.of(k).next().unwrap().1
     }
 
     fn flux(photons: &[Photon], indices: impl Iterator<Item = u32>) -> [f64; 3] {
@@ -321,17 +286,17 @@ mod tests {
         }
         let weights = luminances(&photons);
         let sites = select(&photons, &weights, 300, 0.4);
-        let (shares, _) = assign(&OPEN, &photons, &sites, &weights, 0.7);
+        let (shares, _) = assign(&OPEN, &photons, &sites, &weights, Division::Nearest, 0.7);
         assert!(shares.residual()[0] > 0.0);
         let mut assigned = [0.0; 3];
-        for k in (0..shares.len()).filter(|&k| shares.scale(k) == 1.0) {
-            let f = flux(&photons, shares.photons_of(k).iter().copied());
+        for k in (0..shares.len()).filter(|&k| weight(&shares, k) == 1.0) {
+            let f = flux(&photons, shares.of(k).map(|(j, _)| j));
             (0..3).for_each(|c| assigned[c] += f[c]);
         }
         let total = flux(&photons, 0..photons.len() as u32);
         // Residual photons that were kept with certainty are lights of scale 1 as well.
         let certain: Vec<u32> = (0..shares.len())
-            .filter(|&k| shares.scale(k) == 1.0 && shares.photons_of(k).len() == 1)
+            .filter(|&k| weight(&shares, k) == 1.0 && shares.of(k).len() == 1)
             .map(|k| shares.sites()[k].photon)
             .filter(|j| sites.iter().all(|s| s.photon != *j))
             .collect();
@@ -347,11 +312,11 @@ mod tests {
         let photons = photons_on_square(3000, 2);
         let weights = luminances(&photons);
         let sites = select(&photons, &weights, 100, 0.4);
-        let (shares, _) = assign(&OPEN, &photons, &sites, &weights, 0.7);
+        let (shares, _) = assign(&OPEN, &photons, &sites, &weights, Division::Nearest, 0.7);
         let mut seen = vec![false; photons.len()];
         for k in 0..shares.len() {
             let p = photons[shares.sites()[k].photon as usize].p;
-            for &j in shares.photons_of(k) {
+            for (j, _) in shares.of(k) {
                 assert!(
                     !std::mem::replace(&mut seen[j as usize], true),
                     "photon {j} was given away twice"
@@ -372,9 +337,9 @@ mod tests {
         let photons = photons_on_square(3000, 5);
         let weights = luminances(&photons);
         let sites = select(&photons, &weights, 100, 0.2);
-        let (shares, claims) = assign(&OPEN, &photons, &sites, &weights, 0.7);
+        let (shares, claims) = assign(&OPEN, &photons, &sites, &weights, Division::Nearest, 0.7);
         for k in 0..shares.len() {
-            for &j in shares.photons_of(k) {
+            for (j, _) in shares.of(k) {
                 let spot = Spot::of(&photons[j as usize], &OPEN);
                 assert_eq!(claims.light(&OPEN, &spot).map(|id| id.index()), Some(k));
             }
@@ -403,14 +368,20 @@ mod tests {
             })
             .collect();
         let weights = luminances(&photons);
-        let (shares, _) = assign(&Room { wall: Some(0.5) }, &photons, &sites, &weights, 0.1);
+        let (shares, _) = assign(
+            &Room { wall: Some(0.5) },
+            &photons,
+            &sites,
+            &weights,
+            Division::Nearest,
+            0.1,
+        );
         for k in 0..shares.len() {
             let x = photons[shares.sites()[k].photon as usize].p.x;
             assert!(
                 shares
-                    .photons_of(k)
-                    .iter()
-                    .all(|&j| (photons[j as usize].p.x < 0.5) == (x < 0.5))
+                    .of(k)
+                    .all(|(j, _)| (photons[j as usize].p.x < 0.5) == (x < 0.5))
             );
         }
     }
@@ -437,11 +408,12 @@ mod tests {
                 &photons,
                 &sites,
                 &weights,
+                Division::Nearest,
                 (t as f32 + 0.5) / trials as f32,
             );
             residual = shares.residual()[1];
-            for k in (0..shares.len()).filter(|&k| shares.scale(k) > 1.0) {
-                let light = photons[shares.photons_of(k)[0] as usize].flux * shares.scale(k);
+            for k in (0..shares.len()).filter(|&k| weight(&shares, k) > 1.0) {
+                let light = photons[shares.sites()[k].photon as usize].flux * weight(&shares, k);
                 assert!(light.luminance() < 10.0 * median);
                 mean += f64::from(light.g) / f64::from(trials);
             }
@@ -452,14 +424,47 @@ mod tests {
 
     #[test]
     fn there_may_be_nothing_to_assign() {
-        assert!(assign(&OPEN, &[], &[], &[], 0.5).0.is_empty());
+        assert!(
+            assign(&OPEN, &[], &[], &[], Division::Soft, 0.5)
+                .0
+                .is_empty()
+        );
         let photons = [photon(Vec3::ZERO, Vec3::Z)];
-        let (shares, _) = assign(&OPEN, &photons, &[], &[1.0], 0.5);
-        assert_eq!((shares.len(), shares.scale(0)), (1, 1.0));
+        let (shares, _) = assign(&OPEN, &photons, &[], &[1.0], Division::Nearest, 0.5);
+        assert_eq!((shares.len(), weight(&shares, 0)), (1, 1.0));
         let own = Shares::own(&[Site {
             photon: 0,
             probability: 0.25,
         }]);
-        assert_eq!((own.photons_of(0), own.scale(0)), (&[0][..], 4.0));
+        assert!(own.of(0).eq([(0, 4.0)]));
+    }
+
+    #[test]
+    fn soft_shares_overlap_and_lose_nothing() {
+        let photons = photons_on_square(5000, 6);
+        let weights = luminances(&photons);
+        let sites = select(&photons, &weights, 100, 0.4);
+        let (hard, _) = assign(&OPEN, &photons, &sites, &weights, Division::Nearest, 0.7);
+        let (soft, _) = assign(&OPEN, &photons, &sites, &weights, Division::Soft, 0.7);
+        let mut given = vec![0.0; photons.len()];
+        let mut owners = vec![0; photons.len()];
+        for (j, weight) in (0..soft.len()).flat_map(|k| soft.of(k)) {
+            given[j as usize] += weight;
+            owners[j as usize] += 1;
+        }
+        assert!(given.iter().all(|g| (g - 1.0f32).abs() < 1e-5));
+        let mean = owners.iter().sum::<usize>() as f32 / photons.len() as f32;
+        assert!((2.5..4.01).contains(&mean), "{mean} owners");
+        // The nearest light has the largest part.
+        for k in 0..hard.len() {
+            for (j, _) in hard.of(k) {
+                let part = |l: usize| {
+                    let mut of = soft.of(l).filter(|&(i, _)| i == j);
+                    of.next().map_or(0.0, |(_, weight)| weight)
+                };
+                let most = (0..soft.len()).map(part).fold(0.0, f32::max);
+                assert_eq!(part(k), most);
+            }
+        }
     }
 }

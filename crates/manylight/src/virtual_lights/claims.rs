@@ -24,6 +24,27 @@ const SIGHT_LIFT: f32 = 0.1;
 /// No light takes this photon.
 pub(super) const NOBODY: u32 = u32::MAX;
 
+/// What a site takes of a photon.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Claim {
+    pub(super) site: u32,
+    /// Of the photon's flux, in [0, 1].
+    pub(super) share: f32,
+}
+
+impl Claim {
+    /// Nothing.
+    pub(super) const NONE: Claim = Claim {
+        site: NOBODY,
+        share: 0.0,
+    };
+
+    /// All of it.
+    pub(super) fn whole(site: u32) -> Self {
+        Claim { site, share: 1.0 }
+    }
+}
+
 /// Where a photon arrives, or might.
 #[derive(Clone, Copy, Debug)]
 pub struct Spot {
@@ -102,6 +123,9 @@ pub struct Claims {
 }
 
 impl Claims {
+    /// Lights that a photon may be divided among.
+    pub(super) const SHEPARD_LIGHTS: usize = 4;
+
     /// The claims of `sites`; their lights have no names yet.
     pub(super) fn new(surfaces: &impl Surfaces, photons: &[Photon], sites: &[Site]) -> Self {
         let patches: Vec<Patch> = sites
@@ -171,5 +195,38 @@ impl Claims {
         self.tree
             .cheapest(spot.p, reach, |k, _| cost(k).filter(|_| sees(k)))
             .map_or(NOBODY, |(k, _)| k)
+    }
+
+    /// Divides a photon at `spot` among the nearest sites that may take it, [`Claims::SHEPARD_LIGHTS`] at most, by weights
+    /// `(1 - d²/R²)²` that fall to zero at the distance R of the next one. Source: Shepard, "A Two-Dimensional Interpolation Function for Irregularly-Spaced Data",
+    /// 1968. The first claim is [`Claim::NONE`] if nobody takes it.
+    pub(super) fn divide(&self, surfaces: &impl Surfaces, spot: &Spot, claims: &mut [Claim]) {
+        let first = self.site(surfaces, spot);
+        claims.fill(Claim::NONE);
+        claims[0] = Claim::whole(first);
+        if first == NOBODY {
+            return;
+        }
+        let found = &mut Neighbors::new(claims.len() + 1);
+        self.tree.nearest(spot.p, f32::INFINITY, found);
+        let r2 = found.radius_squared();
+        let mut sum = 0.0;
+        let mut next = 0;
+        for (k, d2) in found.iter() {
+            let patch = &self.patches[k as usize];
+            let Some(cost) = patch.distance_squared(spot.p, spot.n, spot.material) else {
+                continue;
+            };
+            let share = (1.0 - cost / r2).max(0.0).powi(2);
+            let near = d2 <= (UNSEEN_SPACINGS * self.spacings[k as usize]).powi(2);
+            if share > 0.0 && next < claims.len() && (near || surfaces.connected(spot, patch)) {
+                claims[next] = Claim { site: k, share };
+                sum += share;
+                next += 1;
+            }
+        }
+        if sum > 0.0 {
+            claims.iter_mut().for_each(|claim| claim.share /= sum);
+        }
     }
 }

@@ -91,19 +91,21 @@ impl<'s> LightField<'s> {
         photons: &[Photon],
         shares: &Shares,
     ) -> Self {
-        LightField::build(scene, limits, photons, shares, None)
+        LightField::build(scene, limits, photons, shares, None, |_| true)
     }
 
     /// Rich-VPLs: each light shines as all photons of its share, the diffuse part exactly, the glossy part in a table of `side`²
-    /// texels (even).
+    /// texels (even). A light of one photon shines as that. Lights that `is_used` denies are there, but shine nothing.
     pub fn rich(
         scene: &'s Scene,
         limits: PathLimits,
         photons: &[Photon],
         shares: &Shares,
         side: usize,
+        is_used: impl Fn(usize) -> bool + Sync,
     ) -> Self {
-        LightField::build(scene, limits, photons, shares, Some(&Grid::new(side)))
+        let grid = Grid::new(side);
+        LightField::build(scene, limits, photons, shares, Some(&grid), is_used)
     }
 
     fn build(
@@ -112,6 +114,7 @@ impl<'s> LightField<'s> {
         photons: &[Photon],
         shares: &Shares,
         grid: Option<&Grid>,
+        is_used: impl Fn(usize) -> bool + Sync,
     ) -> Self {
         let mut field = LightField {
             lights: Vec::with_capacity(shares.len()),
@@ -136,13 +139,22 @@ impl<'s> LightField<'s> {
             site: &photons[shares.sites()[k].photon as usize],
         };
         if grid.is_some() {
-            let is_glossy = |&k: &usize| maker(k).is_glossy();
-            let tables = (0..shares.len()).into_par_iter().filter(is_glossy).count();
+            let has_table = |&k: &usize| is_used(k) && maker(k).has_table();
+            let tables = (0..shares.len()).into_par_iter().filter(has_table).count();
             field.tables.reserve(tables);
         }
         for first in (0..shares.len()).step_by(BATCH) {
             let batch = first..(first + BATCH).min(shares.len());
-            let made: Vec<Made<'s>> = batch.into_par_iter().map(|k| maker(k).make(grid)).collect();
+            let made: Vec<Made<'s>> = batch
+                .into_par_iter()
+                .map(|k| {
+                    if is_used(k) {
+                        maker(k).make(grid)
+                    } else {
+                        maker(k).dark()
+                    }
+                })
+                .collect();
             for light in made {
                 field.push(light);
             }
@@ -150,7 +162,7 @@ impl<'s> LightField<'s> {
         if limits.max_depth.is_some_and(|max| max as usize <= DEPTHS) {
             let shares = (0..shares.len())
                 .into_par_iter()
-                .map(|k| shares_by_depth(photons, shares.photons_of(k)));
+                .map(|k| shares_by_depth(photons, shares.of(k)));
             field.shares_by_depth = shares.collect();
         }
         field.measure_areas(shares);
@@ -210,6 +222,14 @@ impl<'s> LightField<'s> {
         self.stray_surface * self.area_per_light(p, 0, found)
     }
 
+    /// Median of the surface that lights stand for, in m²; 0 without lights.
+    pub fn median_area(&self) -> f32 {
+        let mut areas: Vec<f32> = self.lights.iter().map(|light| light.area).collect();
+        let middle = areas.len() / 2;
+        areas.sort_unstable_by(f32::total_cmp);
+        areas.get(middle).copied().unwrap_or(0.0)
+    }
+
     /// The disc that reaches to the last neighbor over the number of lights in it, the first `own` of which stand at `p`.
     fn area_per_light(&self, p: Vec3, own: usize, found: &mut Neighbors) -> f32 {
         self.places.nearest(p, f32::INFINITY, found);
@@ -224,7 +244,7 @@ impl<'s> LightField<'s> {
 
     /// The one light path with the given index.
     #[inline(always)]
-    pub(super) fn reflection(&self, index: u32) -> &Reflection<'s> {
+    pub(crate) fn reflection(&self, index: u32) -> &Reflection<'s> {
         &self.reflections[index as usize]
     }
 
@@ -304,28 +324,46 @@ struct Maker<'s, 'p> {
 }
 
 impl<'s, 'p> Maker<'s, 'p> {
-    /// The photons of the light.
-    fn own(&self) -> impl Iterator<Item = &'p Photon> + Clone + use<'p> {
+    /// The photons of the light, with the factors on their flux.
+    fn own(&self) -> impl ExactSizeIterator<Item = (&'p Photon, f32)> + Clone + use<'s, 'p> {
         let photons = self.photons;
-        self.shares
-            .photons_of(self.k)
-            .iter()
-            .map(move |&j| &photons[j as usize])
+        let share = self.shares.of(self.k);
+        share.map(move |(j, weight)| (&photons[j as usize], weight))
     }
 
-    /// Whether a table would have something to show.
-    fn is_glossy(&self) -> bool {
-        let bsdf = self.scene.bsdf(&self.scene.surface_point(self.site.at));
-        bsdf.lobes().has(Lobes::GLOSSY)
+    /// Whether a table has something to show that one photon cannot.
+    fn has_table(&self) -> bool {
+        let glossy = || {
+            let bsdf = self.scene.bsdf(&self.scene.surface_point(self.site.at));
+            bsdf.lobes().has(Lobes::GLOSSY)
+        };
+        self.own().len() > 1 && glossy()
+    }
+
+    /// Flux, and what of it the diffuse lobes send out; in W.
+    fn fluxes(&self) -> [[f64; 3]; 2] {
+        let (mut flux, mut diffuse) = ([0.0; 3], [0.0; 3]);
+        for (photon, weight) in self.own() {
+            add(&mut flux, photon.flux, f64::from(weight));
+            add(&mut diffuse, photon.diffuse_flux, f64::from(weight));
+        }
+        [flux, diffuse]
+    }
+
+    /// The light's place and flux alone.
+    fn dark(&self) -> Made<'s> {
+        let [flux, _] = self.fluxes();
+        let site_point = self.scene.surface_point(self.site.at);
+        Made {
+            light: self.place(&site_point, rgb(flux)),
+            flux,
+            shines: Shines::Diffuse,
+        }
     }
 
     fn make(&self, grid: Option<&Grid>) -> Made<'s> {
-        let scale = f64::from(self.shares.scale(self.k));
-        let (mut flux, mut diffuse) = ([0.0; 3], [0.0; 3]);
-        for photon in self.own() {
-            add(&mut flux, photon.flux, scale);
-            add(&mut diffuse, photon.diffuse_flux, scale);
-        }
+        let [flux, diffuse] = self.fluxes();
+        let grid = grid.filter(|_| self.own().len() > 1);
         let site_point = self.scene.surface_point(self.site.at);
         let bsdf = self.scene.bsdf(&site_point);
         let reflection = Reflection {
@@ -414,13 +452,13 @@ impl<'s, 'p> Maker<'s, 'p> {
 
     /// Draws `count` of the photons, seen from the light's center.
     fn sources(&self, light: &VirtualLight, count: usize, u: f32) -> Vec<Source<'s>> {
-        let own: Vec<&Photon> = self.own().collect();
-        let weights: Vec<f32> = own.iter().map(|photon| photon.flux.luminance()).collect();
+        let own: Vec<(&Photon, f32)> = self.own().collect();
+        let weights: Vec<f32> = own.iter().map(|(p, w)| p.flux.luminance() * w).collect();
         let probabilities = inclusion_probabilities(&weights, count, super::select::WEIGHT_FLOOR);
         systematic(&probabilities, u)
             .into_iter()
             .map(|i| {
-                let photon = own[i];
+                let (photon, weight) = own[i];
                 let x = self.scene.surface_point(photon.at);
                 let tilt = |w: Vec3| (w.dot(x.frame.n) / w.dot(x.ng)).abs();
                 // Parallax: the previous vertex shines onto the light's center from where it is.
@@ -434,7 +472,7 @@ impl<'s, 'p> Maker<'s, 'p> {
                 Source {
                     bsdf: self.scene.bsdf(&x),
                     wi,
-                    flux: photon.flux * (kept * self.shares.scale(self.k) / probabilities[i]),
+                    flux: photon.flux * (kept * weight / probabilities[i]),
                 }
             })
             .collect()
@@ -442,11 +480,12 @@ impl<'s, 'p> Maker<'s, 'p> {
 }
 
 /// Share of the flux of `own` from photons of depth 1, up to 2, ...
-fn shares_by_depth(photons: &[Photon], own: &[u32]) -> [f32; DEPTHS] {
+fn shares_by_depth(photons: &[Photon], own: impl Iterator<Item = (u32, f32)>) -> [f32; DEPTHS] {
     let mut sums = [0.0f64; DEPTHS];
     let mut total = 0.0;
-    for photon in own.iter().map(|&j| &photons[j as usize]) {
-        let flux = f64::from(photon.flux.luminance());
+    for (j, weight) in own {
+        let photon = &photons[j as usize];
+        let flux = f64::from(photon.flux.luminance() * weight);
         total += flux;
         for sum in sums.iter_mut().skip(photon.depth.max(1) as usize - 1) {
             *sum += flux;

@@ -10,20 +10,24 @@ pub mod curve;
 mod field;
 mod intensity;
 pub mod moments;
+pub mod neighborhood;
 mod octahedral_grid;
 mod octahedral_profile;
+pub mod relax;
 pub mod select;
+mod shares;
 mod tables;
 #[cfg(test)]
 pub(crate) mod testing;
 #[cfg(test)]
 mod tests;
 
-pub use assign::{Shares, assign};
+pub use assign::{Division, assign};
 pub use claims::{Claims, Spot};
 pub use field::{Ledger, LightField};
 pub(crate) use intensity::Shining;
 pub use select::select;
+pub use shares::Shares;
 
 use crate::bsdf::{Bsdf, Exit, Lobes};
 use crate::color::Rgb;

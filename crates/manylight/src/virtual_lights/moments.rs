@@ -20,22 +20,26 @@ pub struct Extent {
     pub radius: f32,
 }
 
+/// What a photon with a weight counts: luminance, in W.
+fn flux((photon, weight): (&Photon, f32)) -> f64 {
+    f64::from(photon.flux.luminance() * weight)
+}
+
 impl Extent {
     /// The moments of photons near the tangent plane with normal `n`. There must be at least one with flux.
-    pub fn of<'p>(photons: impl Iterator<Item = &'p Photon> + Clone, n: Vec3) -> Self {
+    pub fn of<'p>(photons: impl Iterator<Item = (&'p Photon, f32)> + Clone, n: Vec3) -> Self {
         let frame = Frame::from_normal(n);
-        let weight = |photon: &Photon| f64::from(photon.flux.luminance());
-        let total: f64 = photons.clone().map(weight).sum();
+        let total: f64 = photons.clone().map(flux).sum();
         let centroid = photons
             .clone()
-            .map(|photon| photon.p.as_dvec3() * (weight(photon) / total))
+            .map(|one| one.0.p.as_dvec3() * (flux(one) / total))
             .sum::<glam::DVec3>()
             .as_vec3();
         // Covariance [[a, b], [b, c]] in the tangent plane.
         let (mut a, mut b, mut c) = (0.0, 0.0, 0.0);
-        for photon in photons {
-            let d = frame.to_local(photon.p - centroid).as_dvec3();
-            let w = weight(photon) / total;
+        for one in photons {
+            let d = frame.to_local(one.0.p - centroid).as_dvec3();
+            let w = flux(one) / total;
             a += w * d.x * d.x;
             b += w * d.x * d.y;
             c += w * d.y * d.y;
@@ -64,43 +68,39 @@ impl Extent {
 /// The mean over `u` of a sum over the points is the sum over the photons, for whatever function: with the photons the
 /// points avoid what lies in the shade of a chair's leg or beyond a wall, where points constructed from the moments would stand.
 pub fn spread_points<'p>(
-    photons: impl Iterator<Item = &'p Photon>,
+    photons: impl Iterator<Item = (&'p Photon, f32)>,
     extent: &Extent,
     u: [f32; 2],
 ) -> [Vec3; POINTS] {
-    let mut order: Vec<(&Photon, Vec2)> = photons
-        .map(|photon| {
-            let d = photon.p - extent.centroid;
-            (
-                photon,
-                Vec2::new(extent.axes[0].dot(d), extent.axes[1].dot(d)),
-            )
+    let mut order: Vec<((&Photon, f32), Vec2)> = photons
+        .map(|one| {
+            let d = one.0.p - extent.centroid;
+            (one, Vec2::new(extent.axes[0].dot(d), extent.axes[1].dot(d)))
         })
         .collect();
-    let flux = |photon: &Photon| f64::from(photon.flux.luminance());
-    let total: f64 = order.iter().map(|(photon, _)| flux(photon)).sum();
+    let total: f64 = order.iter().map(|(one, _)| flux(*one)).sum();
     order.sort_by(|a, b| a.1.x.total_cmp(&b.1.x));
     let mut sum = 0.0;
-    let mut strips: Vec<(usize, f32, &Photon)> = order
+    let mut strips: Vec<(usize, f32, (&Photon, f32))> = order
         .into_iter()
-        .map(|(photon, at)| {
-            sum += flux(photon);
+        .map(|(one, at)| {
+            sum += flux(one);
             let strip = ((sum / total * STRIPS as f64) as usize).min(STRIPS - 1);
             (
                 strip,
                 if strip.is_multiple_of(2) { at.y } else { -at.y },
-                photon,
+                one,
             )
         })
         .collect();
     strips.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
 
-    let mut points = [strips[0].2.p; POINTS];
+    let mut points = [strips[0].2.0.p; POINTS];
     let (mut sum, mut next) = (0.0, 0);
-    for (_, _, photon) in strips {
-        sum += flux(photon);
+    for (_, _, one) in strips {
+        sum += flux(one);
         while next < POINTS && (next as f64 + f64::from(u[0])) * total < sum * POINTS as f64 {
-            points[next] = photon.p;
+            points[next] = one.0.p;
             next += 1;
         }
     }
@@ -115,6 +115,10 @@ pub fn spread_points<'p>(
 mod tests {
     use super::super::testing::photon;
     use super::*;
+
+    fn each(photons: &[Photon]) -> impl Iterator<Item = (&Photon, f32)> + Clone {
+        photons.iter().map(|photon| (photon, 1.0))
+    }
 
     /// Photons on a fine grid over the rectangle `a` x `b`, turned by `angle`, about (1, 2, 3).
     fn rectangle(a: f32, b: f32, angle: f32) -> Vec<Photon> {
@@ -135,7 +139,7 @@ mod tests {
     #[test]
     fn a_uniform_rectangle_has_its_known_moments() {
         let photons = rectangle(2.0, 0.5, 0.3);
-        let extent = Extent::of(photons.iter(), Vec3::Z);
+        let extent = Extent::of(each(&photons), Vec3::Z);
         assert!((extent.centroid - Vec3::new(1.0, 2.0, 3.0)).length() < 1e-5);
         // Variance a²/12: the points lie at 0.577 of the half widths.
         assert!((extent.axes[0].length() - 2.0 / 12f32.sqrt()).abs() < 1e-3);
@@ -159,19 +163,19 @@ mod tests {
         for photon in &mut photons {
             photon.flux *= photon.p.x;
         }
-        let extent = Extent::of(photons.iter(), Vec3::Z);
+        let extent = Extent::of(each(&photons), Vec3::Z);
         let trials = 64;
         let (mut mean, mut worst) = (Vec3::ZERO, 0.0f32);
         for t in 0..trials {
             let points = spread_points(
-                photons.iter(),
+                each(&photons),
                 &extent,
                 [(t as f32 + 0.5) / trials as f32, 0.3],
             );
             let center = points.iter().sum::<Vec3>() / POINTS as f32;
             mean += center / trials as f32;
             worst = worst.max(center.distance(extent.centroid));
-            let radius = Extent::of(points.map(|p| photon(p, Vec3::Z)).iter(), Vec3::Z).radius;
+            let radius = Extent::of(each(&points.map(|p| photon(p, Vec3::Z))), Vec3::Z).radius;
             assert!(
                 (radius / extent.radius - 1.0).abs() < 0.15,
                 "{radius} and {}",
@@ -190,10 +194,10 @@ mod tests {
     #[test]
     fn one_photon_is_a_point() {
         let photons = [photon(Vec3::ONE, Vec3::X)];
-        let extent = Extent::of(photons.iter(), Vec3::X);
+        let extent = Extent::of(each(&photons), Vec3::X);
         assert_eq!(extent.radius, 0.0);
         assert_eq!(
-            spread_points(photons.iter(), &extent, [0.5, 0.5]),
+            spread_points(each(&photons), &extent, [0.5, 0.5]),
             [Vec3::ONE; POINTS]
         );
     }

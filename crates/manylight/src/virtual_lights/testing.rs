@@ -1,9 +1,11 @@
 //! Photons for the tests of this folder.
 
+use super::claims::{Spot, Surfaces};
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::geometry::SurfaceRef;
-use crate::ids::PrimitiveId;
+use crate::ids::{MaterialId, PrimitiveId};
+use crate::maps::Patch;
 use crate::math::{Vec2, Vec3};
 use crate::particles::Photon;
 use crate::sampling::rng::Pcg;
@@ -45,3 +47,22 @@ pub(crate) fn photons_on_square(count: usize, key: u64) -> Vec<Photon> {
         })
         .collect()
 }
+
+/// Material = primitive; nothing in the way but a wall at x = 0.5 below z = 0.01, if `wall`.
+pub(super) struct Room {
+    pub(super) wall: Option<f32>,
+}
+
+impl Surfaces for Room {
+    fn patch(&self, photon: &Photon) -> Patch {
+        Patch::new(photon.p, photon.n, self.material(photon), 1.0)
+    }
+    fn material(&self, photon: &Photon) -> MaterialId {
+        MaterialId(photon.at.primitive.0)
+    }
+    fn connected(&self, spot: &Spot, patch: &Patch) -> bool {
+        self.wall.is_none_or(|x| (spot.p.x < x) == (patch.p.x < x))
+    }
+}
+
+pub(super) const OPEN: Room = Room { wall: None };

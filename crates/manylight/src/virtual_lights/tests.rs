@@ -80,6 +80,11 @@ fn emitted(field: &LightField, id: LightId) -> [f64; 3] {
     sum
 }
 
+/// Each site as a light of its own photon, which is there twice, half each: one photon alone would need no table.
+fn twice(sites: &[Site]) -> Shares {
+    Shares::of_sites(sites, |site| vec![(site.photon, 0.5 / site.probability); 2])
+}
+
 fn close(a: f64, b: f64, tolerance: f64) -> bool {
     (a - b).abs() <= tolerance * b.abs().max(1e-12)
 }
@@ -112,7 +117,7 @@ fn with_a_light_at_every_photon_the_partition_is_plain() {
     let weights = vec![1.0; photons.len()];
     let sites = select(&photons, &weights, photons.len(), 0.5);
     let plain = LightField::plain(&scene, unlimited(), &photons, &sites);
-    let (shares, _) = assign(&scene, &photons, &sites, &weights, 0.5);
+    let (shares, _) = assign(&scene, &photons, &sites, &weights, Division::Nearest, 0.5);
     let partition = LightField::single(&scene, unlimited(), &photons, &shares);
     assert_eq!(partition.lights().len(), photons.len());
     for (k, (a, b)) in plain.lights().iter().zip(partition.lights()).enumerate() {
@@ -133,8 +138,8 @@ fn the_diffuse_part_is_exact() {
     let photons = photons_on_floor(&scene, 3000, 3);
     let weights: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
     let sites = select(&photons, &weights, 20, 0.5);
-    let (shares, _) = assign(&scene, &photons, &sites, &weights, 0.5);
-    let field = LightField::rich(&scene, unlimited(), &photons, &shares, SIDE);
+    let (shares, _) = assign(&scene, &photons, &sites, &weights, Division::Nearest, 0.5);
+    let field = LightField::rich(&scene, unlimited(), &photons, &shares, SIDE, |_| true);
     assert_eq!(field.bytes(), size_of_val(field.lights()));
     for w in directions(50) {
         let sum: Rgb = (0..field.lights().len())
@@ -170,11 +175,11 @@ fn tables_hold_exactly_the_reflected_flux() {
                 prev,
                 Rgb::new(1.0, 2.0, 3.0),
             )];
-            let shares = Shares::own(&[Site {
+            let shares = twice(&[Site {
                 photon: 0,
                 probability: 1.0,
             }]);
-            let field = LightField::rich(&scene, unlimited(), &photons, &shares, SIDE);
+            let field = LightField::rich(&scene, unlimited(), &photons, &shares, SIDE, |_| true);
             let emitted = emitted(&field, LightId(0));
             let target = field.ledger().reflected;
             for c in 0..3 {
@@ -210,7 +215,9 @@ fn the_reflected_flux_is_the_albedo_on_average() {
                 probability: 1.0,
             })
             .collect();
-        let field = LightField::rich(&scene, unlimited(), &photons, &Shares::own(&sites), SIDE);
+        let field = LightField::rich(&scene, unlimited(), &photons, &twice(&sites), SIDE, |_| {
+            true
+        });
         let expected: Rgb = photons
             .iter()
             .map(|p| {
@@ -237,11 +244,11 @@ fn wide_lobes_keep_their_shape() {
         Vec3::new(0.5, 0.2, 1.0),
         Rgb::WHITE,
     )];
-    let shares = Shares::own(&[Site {
+    let shares = twice(&[Site {
         photon: 0,
         probability: 1.0,
     }]);
-    let field = LightField::rich(&scene, unlimited(), &photons, &shares, SIDE);
+    let field = LightField::rich(&scene, unlimited(), &photons, &shares, SIDE, |_| true);
     let bsdf = scene.bsdf(&scene.surface_point(photons[0].at));
     let peak = bsdf.f_cos_wo(
         photons[0].wi,
@@ -263,8 +270,8 @@ fn many_photons_keep_their_mean_lobe() {
     let photons = photons_on_floor(&scene, 4000, 9);
     let weights = vec![1.0; photons.len()];
     let sites = select(&photons, &weights, 100, 0.3);
-    let (shares, _) = assign(&scene, &photons, &sites, &weights, 0.1);
-    let field = LightField::rich(&scene, unlimited(), &photons, &shares, SIDE);
+    let (shares, _) = assign(&scene, &photons, &sites, &weights, Division::Nearest, 0.1);
+    let field = LightField::rich(&scene, unlimited(), &photons, &shares, SIDE, |_| true);
     let (mut error, mut total) = (0.0, 0.0);
     for w in directions(100).filter(|w| w.z > 0.1) {
         let sum: Rgb = (0..field.lights().len())
@@ -295,11 +302,11 @@ fn nothing_shines_below_the_horizon_but_glass() {
     {
         let scene = floor(material);
         let photons = [falling(&scene, Vec3::Z, Vec3::Z, prev, Rgb::WHITE)];
-        let shares = Shares::own(&[Site {
+        let shares = twice(&[Site {
             photon: 0,
             probability: 1.0,
         }]);
-        let field = LightField::rich(&scene, unlimited(), &photons, &shares, SIDE);
+        let field = LightField::rich(&scene, unlimited(), &photons, &shares, SIDE, |_| true);
         let under = directions(500).filter(|w| w.z < 0.0);
         below[i] = under
             .map(|w| field.intensity(LightId(0), w).max_channel())
@@ -335,8 +342,8 @@ fn lights_on_a_ball_stand_on_its_surface() {
         probability: 1.0,
     }];
     let weights = vec![1.0; photons.len()];
-    let (shares, _) = assign(&scene, &photons, &sites, &weights, 0.5);
-    let field = LightField::rich(&scene, unlimited(), &photons, &shares, SIDE);
+    let (shares, _) = assign(&scene, &photons, &sites, &weights, Division::Nearest, 0.5);
+    let field = LightField::rich(&scene, unlimited(), &photons, &shares, SIDE, |_| true);
     let light = field
         .lights()
         .iter()
@@ -373,9 +380,10 @@ fn lights_do_not_stand_in_holes() {
             probability: 1.0,
         }],
         &[1.0; 200],
+        Division::Nearest,
         0.5,
     );
-    let field = LightField::rich(&scene, unlimited(), &photons, &shares, SIDE);
+    let field = LightField::rich(&scene, unlimited(), &photons, &shares, SIDE, |_| true);
     for light in field.lights() {
         assert!((light.p.length() - 0.3).abs() < 0.05, "{light:?}");
     }
@@ -387,13 +395,14 @@ fn depth_shares_accumulate_only_in_scenes_with_a_limit() {
     let photons = photons_on_floor(&scene, 2000, 7);
     let weights = vec![1.0; photons.len()];
     let sites = select(&photons, &weights, 10, 0.3);
-    let (shares, _) = assign(&scene, &photons, &sites, &weights, 0.1);
+    let (shares, _) = assign(&scene, &photons, &sites, &weights, Division::Nearest, 0.1);
     let share = |max_depth, depth| {
         let limits = PathLimits {
             max_depth,
             ..unlimited()
         };
-        LightField::rich(&scene, limits, &photons, &shares, SIDE).share_up_to(LightId(0), depth)
+        LightField::rich(&scene, limits, &photons, &shares, SIDE, |_| true)
+            .share_up_to(LightId(0), depth)
     };
     // Depths 1 to 4 alike.
     for (depth, expected) in [
@@ -432,8 +441,8 @@ fn the_ledger_of_a_furnished_room_balances() {
     let photons = trace_photons(&scene, unlimited(), 4000, Pass { index: 0, seed: 1 });
     let weights: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
     let sites = select(&photons, &weights, 200, 0.3);
-    let (shares, _) = assign(&scene, &photons, &sites, &weights, 0.1);
-    let field = LightField::rich(&scene, unlimited(), &photons, &shares, SIDE);
+    let (shares, _) = assign(&scene, &photons, &sites, &weights, Division::Nearest, 0.1);
+    let field = LightField::rich(&scene, unlimited(), &photons, &shares, SIDE, |_| true);
     let ledger = field.ledger();
     for c in 0..3 {
         assert!(ledger.residual[c] < 0.1 * ledger.photons[c], "{ledger:?}");

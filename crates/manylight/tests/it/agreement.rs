@@ -166,7 +166,7 @@ fn rich_vpl_lit_through_frosted_glass() {
 
 #[test]
 fn importance_placed_vpls_unclamped() {
-    let clamp = manylight::gather::Clamp::None;
+    let clamp = manylight::integrators::many_light::ClampRule::None;
     let vpl = ManyLight {
         photon_paths: 20_000,
         light_count: 2000,

@@ -4,7 +4,7 @@ use crate::common::film;
 use manylight::color::Rgb;
 use manylight::film::Layer;
 use manylight::geometry::{Mesh, Shape};
-use manylight::integrators::many_light::{Clamp, Complement};
+use manylight::integrators::many_light::{ClampRule, Complement};
 use manylight::integrators::{ManyLight, MethodKind};
 use manylight::math::{Affine3A, Vec3};
 use manylight::scene::Scene;
@@ -72,7 +72,7 @@ fn nothing_is_lost_in_corners() {
 fn any_clamp_has_its_complement() {
     let scene = furnace(0.6, 16).build();
     let truth = mean(&scene, MethodKind::Path, 1024);
-    for clamp in [Clamp::Auto, Clamp::Value(1.0)] {
+    for clamp in [ClampRule::Auto, ClampRule::Value(1.0)] {
         for method in [few_lights(), ManyLight::vpl(), ManyLight::vpl_importance()] {
             let method = ManyLight {
                 photon_paths: 8000,

@@ -44,7 +44,7 @@ fn rich_vpl() {
 #[test]
 fn vpl() {
     // Unclamped, so unbiased; the lights are many because the singularity makes them noisy.
-    let clamp = manylight::gather::Clamp::None;
+    let clamp = manylight::integrators::many_light::ClampRule::None;
     let vpl = ManyLight {
         photon_paths: 20_000,
         light_count: 2000,
