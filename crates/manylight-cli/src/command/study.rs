@@ -28,12 +28,17 @@ pub(crate) fn run(args: &StudyArgs) -> Result<ExitCode, Failure> {
     let default_folder = plan.folder().join("results");
     let folder = args.results.as_deref().unwrap_or(&default_folder);
     let mut results = Results::read(folder, &runs)?;
+    let path = absolute(&args.page.clone().unwrap_or_else(|| plan.page()));
+    // Said now rather than after hours.
+    if !path.parent().is_some_and(Path::is_dir) {
+        let error = io::Error::from(io::ErrorKind::NotFound);
+        return Err(FileError::unwritable(&path, error).into());
+    }
     let mut code = ExitCode::SUCCESS;
     if !args.page_only {
         let selected = select(&runs, &args.only)?;
         code = make(args, &plan, &selected, &mut results)?;
     }
-    let path = args.page.clone().unwrap_or_else(|| plan.page());
     let text = page(&plan, &runs, &results, &command_of(&plan));
     write_file(&path, text.as_bytes())?;
     print_message(format_args!("wrote {}", path.display()));
@@ -64,9 +69,11 @@ fn make(
         !args.again && record.is_some_and(|record| record.settles(run))
     };
     let mut pace = Pace::default();
-    for run in selected.iter().filter(settled) {
+    for run in selected {
         let record = results.get(&run.key());
-        pace.note(run, record.map_or(0.0, |record| record.seconds));
+        if let Some(record) = record.filter(|record| record.status != Status::Failed) {
+            pace.note(run, record.seconds);
+        }
     }
     let pending: Vec<&Run> = (selected.iter())
         .filter(|run| !settled(run))

@@ -149,8 +149,6 @@ fn ask_to_end(_child: &Child) -> io::Result<()> {
 #[cfg(test)]
 #[cfg(unix)]
 mod tests {
-    #![cfg(unix)]
-
     use super::*;
 
     fn run(script: &str, limit: Option<Duration>, interrupted: bool) -> Ended {

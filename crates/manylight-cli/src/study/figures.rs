@@ -10,6 +10,8 @@ use serde::Deserialize;
 pub(crate) enum Figure {
     /// Mean relative squared error.
     Relmse,
+    /// Its root, which falls as RMSE does.
+    RootRelmse,
     /// Mean squared error.
     Mse,
     /// Its root.
@@ -53,6 +55,7 @@ impl Figure {
     pub(crate) fn name(self) -> &'static str {
         match self {
             Figure::Relmse => "relmse",
+            Figure::RootRelmse => "root-relmse",
             Figure::Mse => "mse",
             Figure::Rmse => "rmse",
             Figure::Smape => "smape",
@@ -72,6 +75,7 @@ impl Figure {
     pub(super) fn title(self) -> &'static str {
         match self {
             Figure::Relmse => "relMSE",
+            Figure::RootRelmse => "Root of relMSE",
             Figure::Mse => "MSE",
             Figure::Rmse => "RMSE",
             Figure::Smape => "SMAPE",
@@ -95,7 +99,7 @@ impl Figure {
             }
             Figure::BlocksBeyond3 => "Share of blocks of 8x8 pixels with |z| > 3.",
             Figure::Seconds => {
-                "Rendering alone: the scene is in memory, the picture not yet written."
+                "Rendering alone, without loading the scene and writing the picture."
             }
             Figure::Passes | Figure::Lights => "In all.",
             Figure::ClampedShare => "Before visibility, and before the complement gives it back.",
@@ -113,6 +117,7 @@ impl Figure {
         let lights = record.told("/counts/lights").filter(|&n| n > 0.0);
         match self {
             Figure::Relmse => record.metric("/relmse"),
+            Figure::RootRelmse => record.metric("/relmse").map(f64::sqrt),
             Figure::Mse => record.metric("/mse"),
             Figure::Rmse => record.metric("/mse").map(f64::sqrt),
             Figure::Smape => record.metric("/smape"),
@@ -225,6 +230,7 @@ mod tests {
     #[test]
     fn names_are_those_of_plans() {
         for figure in DEFAULT.iter().chain(&[
+            Figure::RootRelmse,
             Figure::Mse,
             Figure::Rmse,
             Figure::Smape,

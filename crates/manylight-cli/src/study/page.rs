@@ -233,7 +233,10 @@ impl Page<'_> {
             Cell::plain(texts.collect::<Vec<String>>().join(" · "))
         });
         let slopes = self.by_method_and_scene(task, |scene, method| {
-            let points: Vec<(f64, f64)> = points(scene, method).into_iter().flatten().collect();
+            let points = points(scene, method).into_iter().flatten();
+            let mut points: Vec<(f64, f64)> = points.collect();
+            // Where a budget bought no further pass, the picture is the same, and only its time is not.
+            points.dedup_by(|next, last| next.1 == last.1);
             match log_log_slope(&points) {
                 Some(slope) => Cell {
                     text: format!("{slope:.2}"),
@@ -275,11 +278,7 @@ impl Page<'_> {
         };
         let mut table =
             Table::new((self.head_of(task, &["figure"]).into_iter()).chain(["mean".to_string()]));
-        let mut figures = vec![ratio.figure];
-        if ratio.figure != Figure::Seconds {
-            figures.push(Figure::Seconds);
-        }
-        for figure in figures {
+        for figure in ratio.figures() {
             let value = |scene: &Scene, label: &str| {
                 let record = self.results.get(&key(&scene.name, label, &ratio.task))?;
                 figure

@@ -131,17 +131,13 @@ pub(crate) struct Ratio {
     pub(crate) over: String,
     /// A task, with its budget where it has several: `convergence-8s`.
     pub(crate) task: String,
-    /// What is divided, besides seconds.
-    #[serde(default = "default_ratio")]
-    pub(crate) figure: Figure,
+    /// What is divided, besides seconds; errors if absent.
+    #[serde(default)]
+    figure: Option<Figure>,
 }
 
 fn default_page() -> PathBuf {
     "methods.md".into()
-}
-
-fn default_ratio() -> Figure {
-    Figure::Rmse
 }
 
 fn preset<'de, D: Deserializer<'de>>(deserializer: D) -> Result<&'static Preset, D::Error> {
@@ -269,10 +265,10 @@ impl Plan {
         for ratio in &self.ratios {
             self.check_uses("method", [&ratio.of, &ratio.over], &methods)?;
             self.check_uses("task", [&ratio.task], &tasks)?;
-            if !ratio.figure.is_one_number() {
+            if let Some(figure) = ratio.figures().into_iter().find(|f| !f.is_one_number()) {
                 return Err(Box::new(self.text.problem(
-                    ratio.figure.name(),
-                    format!("the figure `{}` is not one number", ratio.figure.name()),
+                    figure.name(),
+                    format!("the figure `{}` is not one number", figure.name()),
                     "ratios are taken of figures such as rmse or peak-memory",
                 )));
             }
@@ -327,6 +323,17 @@ fn is_listed(list: Option<&[String]>, name: &str) -> bool {
     list.is_none_or(|names| names.iter().any(|n| n == name))
 }
 
+impl Ratio {
+    /// What is divided.
+    pub(super) fn figures(&self) -> Vec<Figure> {
+        match self.figure {
+            Some(Figure::Seconds) => vec![Figure::Seconds],
+            Some(figure) => vec![figure, Figure::Seconds],
+            None => vec![Figure::Rmse, Figure::RootRelmse, Figure::Seconds],
+        }
+    }
+}
+
 impl Task {
     /// The values of its option, or one run without.
     pub(crate) fn budget_values(&self) -> Vec<Option<&str>> {
@@ -359,6 +366,7 @@ impl From<Box<PlanError>> for Failure {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::study::select;
 
     const GOOD: &str = r#"{
         "title": "T",
@@ -403,6 +411,28 @@ mod tests {
         assert_eq!(runs[2].time(), Some(Duration::from_secs(16)));
         assert_eq!(runs[0].task.limit, Some(Duration::from_secs(120)));
         assert_eq!(plan.page(), Path::new("p/methods.md"));
+    }
+
+    #[test]
+    fn runs_are_selected_by_name() {
+        let plan = parse(GOOD).unwrap();
+        let runs = plan.runs().unwrap();
+        let keys = |only: &[&str]| -> Vec<String> {
+            let only: Vec<String> = only.iter().map(|text| text.to_string()).collect();
+            let selected = select(&runs, &only).unwrap();
+            selected.iter().map(|run| run.key()).collect()
+        };
+        assert_eq!(keys(&[]).len(), 5);
+        assert_eq!(keys(&["rich"]).len(), 3);
+        assert_eq!(keys(&["a"]).len(), 5, "the scene, not all names with an a");
+        assert_eq!(keys(&["time"]).len(), 4);
+        assert_eq!(keys(&["path", "8s"]), ["a.path.time-8s"]);
+        assert_eq!(
+            keys(&["work", "time-8s", "rich"]),
+            ["a.rich.work", "a.rich.time-8s"]
+        );
+        assert_eq!(keys(&["path", "work"]), [""; 0]);
+        assert!(select(&runs, &["wrk".into()]).is_err());
     }
 
     #[test]

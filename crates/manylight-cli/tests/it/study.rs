@@ -79,7 +79,7 @@ fn every_run_has_a_result_and_the_page_shows_it() {
         "[1/2] room, path, one",
         "[2/2] room, points, few",
         "relMSE",
-        "wrote ./methods.md",
+        "methods.md",
     ]);
     assert_eq!(
         study.files("results"),
@@ -269,6 +269,7 @@ fn what_cannot_be_done_is_said_before_anything_is_rendered() {
         ("--scenes .", 2, "MANYLIGHT_REFERENCES"),
         ("--scenes none --references .", 4, "none"),
         ("--only pats", 2, "expected one of path"),
+        ("--page none/page.md", 4, "the folder does not exist"),
         ("--page-only --again", 2, "cannot be used with"),
     ] {
         let words = format!("study plan.json {words}");

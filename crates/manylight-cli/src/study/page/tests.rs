@@ -81,6 +81,8 @@ fn a_page_of_fixed_results() {
             },
             "a.rich.time-1s" => record(run, 0.04, 0.8),
             "a.rich.time-4s" => record(run, 0.01, 3.2),
+            "b.rich.time-1s" => record(run, 0.09, 4.0),
+            "b.rich.time-4s" => record(run, 0.09, 4.1),
             "a.path.time-4s" => Record {
                 date: "2020-02-05T00:00:00Z".into(),
                 fingerprint: "another".into(),
