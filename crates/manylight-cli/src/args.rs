@@ -34,6 +34,8 @@ pub(crate) enum Command {
     Render(Box<RenderArgs>),
     /// Measure how images differ from a reference.
     Compare(CompareArgs),
+    /// Measure methods on scenes by a plan, and write a page of tables.
+    Study(StudyArgs),
     /// Describe a scene: triangles, materials, emitters, cameras, memory.
     Info(InfoArgs),
     /// Report every error and warning of a scene file; nothing is rendered.
@@ -265,6 +267,47 @@ Definitions, x the image, r the reference, m the mean of r, averages over pixels
 Where both files carry variance.R/G/B (of the mean):
   noise    what MSE and relMSE would be on average if only noise differed
   z        of 8x8 blocks and channels, (x - r) / sqrt(var x + var r); differences of 1e-6 r are rounding";
+
+/// Options of `study`.
+#[derive(Debug, Args)]
+pub(crate) struct StudyArgs {
+    /// What to measure (JSON).
+    #[arg(value_name = "PLAN", value_hint = ValueHint::FilePath)]
+    pub(crate) plan: PathBuf,
+
+    /// Folder that the plan's scene files are relative to. Default: the variable MANYLIGHT_SCENES.
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) scenes: Option<PathBuf>,
+
+    /// Folder that the plan's references are relative to. Default: the variable MANYLIGHT_REFERENCES.
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) references: Option<PathBuf>,
+
+    /// Folder of the results, one file per run. Default: `results` beside the plan.
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) results: Option<PathBuf>,
+
+    /// Page to write. Default: the plan's.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) page: Option<PathBuf>,
+
+    /// Keep the pictures of the runs, as exr and png. Default: they are removed once measured.
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) images: Option<PathBuf>,
+
+    /// Only runs whose scene, method or task is called so or, if none is, contains it. May be repeated: several of
+    /// one kind add up, and every kind that is named must fit.
+    #[arg(long, value_name = "TEXT")]
+    pub(crate) only: Vec<String>,
+
+    /// Repeat runs that have a result.
+    #[arg(long)]
+    pub(crate) again: bool,
+
+    /// Render nothing; write the page from the results that are there.
+    #[arg(long, conflicts_with_all = ["again", "only", "images"])]
+    pub(crate) page_only: bool,
+}
 
 /// Options of `info`.
 #[derive(Debug, Args)]

@@ -1,5 +1,6 @@
 //! Why the program ends without having done what was asked: one message, one exit code.
 
+use crate::study::PlanError;
 use manylight_io::{FileError, LoadError, LoadErrorKind};
 use miette::{Diagnostic, MietteHandlerOpts, ReportHandler};
 use std::fmt;
@@ -44,10 +45,14 @@ pub(crate) enum Failure {
         /// What was found and what was expected.
         message: String,
     },
-    /// An image cannot be read or written.
+    /// The plan of a study.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Plan(Box<PlanError>),
+    /// A file cannot be read or written.
     #[error("{0}")]
     #[diagnostic(code(manylight::file))]
-    Image(Box<FileError>),
+    File(Box<FileError>),
     /// Standard output cannot be written.
     #[error("cannot write to standard output: {0}")]
     #[diagnostic(code(manylight::file))]
@@ -82,14 +87,14 @@ impl Failure {
         match self {
             Failure::ClosedPipe => 0,
             Failure::Internal(_) => INTERNAL,
-            Failure::Usage { .. } => USAGE,
+            Failure::Usage { .. } | Failure::Plan(_) => USAGE,
             Failure::Load(error) => match error.kind() {
                 LoadErrorKind::Scene => SCENE,
                 LoadErrorKind::FileSystem => FILE_SYSTEM,
                 LoadErrorKind::Strict => STRICT,
             },
             Failure::Scene { .. } => SCENE,
-            Failure::Image(_) | Failure::Stdout(_) => FILE_SYSTEM,
+            Failure::File(_) | Failure::Stdout(_) => FILE_SYSTEM,
             Failure::Strict(_) => STRICT,
         }
     }
@@ -109,7 +114,7 @@ impl From<LoadError> for Failure {
 
 impl From<FileError> for Failure {
     fn from(error: FileError) -> Self {
-        Failure::Image(Box::new(error))
+        Failure::File(Box::new(error))
     }
 }
 

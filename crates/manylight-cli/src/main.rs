@@ -14,6 +14,7 @@ mod progress;
 mod repeat;
 mod report;
 mod request;
+mod study;
 mod values;
 
 use args::{Cli, Command};
@@ -49,6 +50,7 @@ fn run(command: &Command) -> Result<ExitCode, Failure> {
     match command {
         Command::Render(args) => command::render::run(args),
         Command::Compare(args) => command::compare::run(args),
+        Command::Study(args) => command::study::run(args),
         Command::Info(args) => command::info::run(args),
         Command::Check(args) => command::check::run(args),
         Command::List(args) => command::list::run(args),

@@ -90,6 +90,14 @@ pub(crate) fn many_light_names() -> Vec<&'static str> {
         .collect()
 }
 
+/// The settings of a method as (option, value), in the order of the help; none for methods without options.
+pub(crate) fn settings(kind: &MethodKind) -> Vec<(&'static str, String)> {
+    match kind {
+        MethodKind::ManyLight(method) => axes(method),
+        _ => Vec::new(),
+    }
+}
+
 /// The axes of a many-light method as (option, value), in the order of the help.
 pub(crate) fn axes(method: &ManyLight) -> Vec<(&'static str, String)> {
     let word = |name: Option<&'static str>| name.unwrap_or("unnamed").to_string();

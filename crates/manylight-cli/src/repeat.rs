@@ -26,11 +26,11 @@ impl Settings<'_> {
         let request = self.request;
         let mut map = Map::new();
         let mut put = |key: &str, value: Value| map.insert(key.replace('-', "_"), value);
+        for (name, value) in preset::settings(&request.kind) {
+            let number = value.parse::<u64>().map(Value::from);
+            put(name, number.unwrap_or(Value::String(value)));
+        }
         if let MethodKind::ManyLight(method) = &request.kind {
-            for (name, value) in preset::axes(method) {
-                let number = value.parse::<u64>().map(Value::from);
-                put(name, number.unwrap_or(Value::String(value)));
-            }
             put("importons", method.importon_paths.into());
         }
         let limits = self.method.limits;
@@ -70,10 +70,8 @@ pub(crate) fn command_line(request: &RenderRequest, passes: u32) -> String {
     ];
     let mut option = |name: &str, value: String| words.extend([format!("--{name}"), value]);
     option("method", request.method.into());
-    if let MethodKind::ManyLight(method) = &request.kind {
-        for (name, value) in preset::axes(method) {
-            option(name, value);
-        }
+    for (name, value) in preset::settings(&request.kind) {
+        option(name, value);
     }
     option("passes", passes.to_string());
     option("seed", request.seed.to_string());
@@ -115,7 +113,7 @@ pub(crate) fn command_line(request: &RenderRequest, passes: u32) -> String {
 }
 
 /// A word as a POSIX shell takes it.
-fn quoted(word: &str) -> String {
+pub(crate) fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,=:+@%".contains(c);
     if !word.is_empty() && word.chars().all(plain) {
         return word.into();

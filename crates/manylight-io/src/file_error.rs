@@ -44,7 +44,7 @@ impl FileError {
     }
 
     /// The file system refused to read `path`.
-    pub(crate) fn unreadable(path: &Path, error: io::Error) -> Self {
+    pub fn unreadable(path: &Path, error: io::Error) -> Self {
         let (message, kind) = match error.kind() {
             io::ErrorKind::NotFound => (
                 "the file does not exist".to_owned(),
@@ -65,7 +65,7 @@ impl FileError {
     }
 
     /// The file system refused to write `path`.
-    pub(crate) fn unwritable(path: &Path, error: io::Error) -> Self {
+    pub fn unwritable(path: &Path, error: io::Error) -> Self {
         let message = match error.kind() {
             io::ErrorKind::NotFound => "cannot be written: the folder does not exist".to_owned(),
             _ => format!("cannot be written: {error}"),

@@ -1,7 +1,7 @@
 //! `manylight compare`.
 
 use crate::args::CompareArgs;
-use crate::compare::{Frame, compare, table};
+use crate::compare::{Comparison, Frame, compare, table};
 use crate::failure::Failure;
 use crate::output::print_data;
 use manylight_io::image::read_picture;
@@ -14,15 +14,11 @@ const SCHEMA: &str = "manylight.compare/1";
 
 /// Compares images with a reference.
 pub(crate) fn run(args: &CompareArgs) -> Result<ExitCode, Failure> {
-    let reference_path = &args.reference;
-    let reference = read(reference_path)?;
-    let mut comparisons = Vec::with_capacity(args.images.len());
-    for path in &args.images {
-        let image = read(path)?;
-        check_sizes(path, &image, reference_path, &reference)?;
-        comparisons.push(compare(path.display().to_string(), &image, &reference));
-    }
-    let name = reference_path.display().to_string();
+    let reference = read(&args.reference)?;
+    let comparisons = (args.images.iter())
+        .map(|path| measure(path, &args.reference, &reference))
+        .collect::<Result<Vec<Comparison>, Failure>>()?;
+    let name = args.reference.display().to_string();
     if args.json {
         print_data(json!({
             "schema": SCHEMA,
@@ -36,7 +32,19 @@ pub(crate) fn run(args: &CompareArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn read(path: &Path) -> Result<Frame, Failure> {
+/// Measures how the image at `path` differs from a reference that [`read`] has read.
+pub(crate) fn measure(
+    path: &Path,
+    reference_path: &Path,
+    reference: &Frame,
+) -> Result<Comparison, Failure> {
+    let image = read(path)?;
+    check_sizes(path, &image, reference_path, reference)?;
+    Ok(compare(path.display().to_string(), &image, reference))
+}
+
+/// Reads what comparisons need of an image file.
+pub(crate) fn read(path: &Path) -> Result<Frame, Failure> {
     let picture = read_picture(path)?;
     Frame::new(&picture).map_err(|error| {
         Failure::usage(

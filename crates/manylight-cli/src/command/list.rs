@@ -3,9 +3,8 @@
 use crate::args::{ListArgs, Listing};
 use crate::failure::Failure;
 use crate::output::print_data;
-use crate::preset::{PRESETS, Preset, axes};
+use crate::preset::{PRESETS, Preset, settings};
 use clap::ValueEnum;
-use manylight::integrators::MethodKind;
 use std::process::ExitCode;
 
 /// Prints what can be named.
@@ -33,19 +32,15 @@ fn plugins(family: Listing) -> &'static [&'static str] {
 /// A method with the options that it stands for.
 fn describe(preset: &Preset) -> String {
     let head = format!("{:<12} {}", preset.name, preset.summary);
-    match (preset.kind)() {
-        MethodKind::ManyLight(method) => {
-            let options = axes(&method)
-                .into_iter()
-                .map(|(name, value)| format!("--{name} {value}"));
-            format!(
-                "{head}\n{:<12} {}",
-                "",
-                options.collect::<Vec<_>>().join(" ")
-            )
-        }
-        _ => head,
+    let settings = settings(&(preset.kind)());
+    if settings.is_empty() {
+        return head;
     }
+    let options: Vec<String> = settings
+        .into_iter()
+        .map(|(name, value)| format!("--{name} {value}"))
+        .collect();
+    format!("{head}\n{:<12} {}", "", options.join(" "))
 }
 
 #[cfg(test)]

@@ -6,3 +6,4 @@ pub(crate) mod completions;
 pub(crate) mod info;
 pub(crate) mod list;
 pub(crate) mod render;
+pub(crate) mod study;

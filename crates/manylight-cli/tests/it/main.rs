@@ -8,4 +8,5 @@ mod describe;
 mod interrupt;
 mod problems;
 mod render;
+mod study;
 mod support;

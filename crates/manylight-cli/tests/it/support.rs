@@ -57,6 +57,10 @@ impl Folder {
             .args(words.split_whitespace())
             .current_dir(self.0.path());
         command.env("NO_COLOR", "1");
+        // Folders that the tests themselves may have been given.
+        command
+            .env_remove("MANYLIGHT_SCENES")
+            .env_remove("MANYLIGHT_REFERENCES");
         command
     }
 

@@ -16,7 +16,7 @@ mod tests;
 
 pub use picture::{Layer, Picture, read_picture};
 pub use transfer::Transfer;
-pub use write::{ImageFormat, check_writable, write_image};
+pub use write::{ImageFormat, check_writable, write_file, write_image};
 
 use crate::file_error::{Fault, FileError, read_bytes};
 use manylight::image::Image;

@@ -64,7 +64,12 @@ pub fn write_image(path: &Path, picture: &Picture, exposure_ev: f32) -> Result<(
     let bytes = check_channels(picture)
         .and_then(|()| encode(format, picture, exposure_ev))
         .map_err(|fault| fault.in_file(path))?;
-    replace(path, &bytes).map_err(|error| FileError::unwritable(path, error))
+    write_file(path, &bytes)
+}
+
+/// Writes a file of these bytes as [`write_image`] does: under another name, brought to the disk, renamed.
+pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
+    replace(path, bytes).map_err(|error| FileError::unwritable(path, error))
 }
 
 /// Whether [`write_image`] can write `path`: the format is known and the folder takes files. To be asked before a long

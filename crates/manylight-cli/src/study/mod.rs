@@ -1,0 +1,25 @@
+//! A study: every method on a set of scenes, measured run by run and shown as a page of tables.
+//!
+//! `plan` says what is to be measured and `runs` spells it out; `child` makes one run, a process of its own; `results` keeps
+//! what came out, one file per run; `page` shows `figures` of them.
+
+mod child;
+mod figures;
+mod machine;
+mod pace;
+mod page;
+mod plan;
+mod plan_error;
+mod results;
+mod runs;
+mod statistics;
+mod table;
+
+pub(crate) use child::{Ended, Ending, spawn_and_wait};
+pub(crate) use machine::Machine;
+pub(crate) use pace::Pace;
+pub(crate) use page::page;
+pub(crate) use plan::Plan;
+pub(crate) use plan_error::PlanError;
+pub(crate) use results::{Record, Results, Status};
+pub(crate) use runs::{Run, select};
