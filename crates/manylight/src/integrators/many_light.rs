@@ -20,6 +20,7 @@ use crate::stats::Stats;
 use crate::virtual_lights::curve::Curve;
 use crate::virtual_lights::select::defensive_weights;
 use crate::virtual_lights::{Claims, LightField, Shares, Site, assign, select};
+pub use crate::virtual_lights::{GlossyForm, TableStorage};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -46,11 +47,8 @@ pub enum FluxRule {
 pub enum EmissionKind {
     /// The reflection of one photon.
     Single,
-    /// The reflection of all its photons: diffuse part exact, glossy part in an octahedral table of this side.
-    Table {
-        /// Texels along an edge.
-        side: u32,
-    },
+    /// The reflection of all its photons: diffuse part exact, glossy part in this form.
+    Rich(GlossyForm),
 }
 
 /// Indirect light from virtual lights. Each pass has its own lights and its own jitter.
@@ -99,7 +97,10 @@ impl ManyLight {
             importon_paths: 32_768,
             placement: Placement::Importance,
             flux: FluxRule::Partition,
-            emission: EmissionKind::Table { side: 32 },
+            emission: EmissionKind::Rich(GlossyForm::Table {
+                side: 32,
+                storage: TableStorage::Shared,
+            }),
             kernel: Kernel::Disc,
             clamp: Clamp::Auto,
             complement: Complement::KolligKeller,
@@ -262,8 +263,8 @@ impl ManyLight {
             };
             let lights = match self.emission {
                 EmissionKind::Single => LightField::single(scene, limits, &photons, &shares),
-                EmissionKind::Table { side } => {
-                    LightField::rich(scene, limits, &photons, &shares, side as usize)
+                EmissionKind::Rich(form) => {
+                    LightField::rich(scene, limits, &photons, &shares, form)
                 }
             };
             (lights, claims)
