@@ -3,13 +3,15 @@
 use crate::preset::{self, PRESETS, Preset};
 use crate::values::{
     self, COMPLEMENTS, Crop, EMISSIONS, EmissionName, FILTERS, FLUX_RULES, KERNELS, MaxDepth,
-    PLACEMENTS, STRATEGIES, SWITCH, Strategy,
+    PLACEMENTS, STRATEGIES, SWITCH, Strategy, TABLE_STORAGES,
 };
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 use clap_complete::Shell;
 use manylight::film::Filter;
-use manylight::integrators::many_light::{ClampRule, Complement, FluxRule, Kernel, Placement};
+use manylight::integrators::many_light::{
+    ClampRule, Complement, FluxRule, GlossyForm, Kernel, Placement, TableStorage,
+};
 use manylight::math::UVec2;
 use std::num::NonZeroU32;
 use std::path::PathBuf;
@@ -135,9 +137,17 @@ pub(crate) struct LightArgs {
     #[arg(long, value_name = "KIND", value_parser = values::one_of(EMISSIONS))]
     pub(crate) emission: Option<EmissionName>,
 
-    /// Texels along an edge of an emission table.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=256))]
+    /// Texels along an edge of an emission table, even, from 8 to 128.
+    #[arg(long, value_name = "N", value_parser = values::table_size)]
     pub(crate) table_size: Option<u32>,
+
+    /// How a texel is stored: in 12, 6 or 4 bytes.
+    #[arg(long, value_name = "KIND", value_parser = values::one_of(TABLE_STORAGES))]
+    pub(crate) table_storage: Option<TableStorage>,
+
+    /// Von Mises-Fisher lobes per light, from 1 to 8.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(GlossyForm::MAX_LOBES)))]
+    pub(crate) lobes: Option<u32>,
 
     /// How one light is evaluated.
     #[arg(long, value_name = "KIND", value_parser = values::one_of(KERNELS))]

@@ -1,10 +1,10 @@
 //! The methods by name. A name is a preset of the axes; this table is the only place that knows them.
 
 use crate::values::{
-    COMPLEMENTS, EMISSIONS, EmissionName, FLUX_RULES, KERNELS, PLACEMENTS, SWITCH, clamp_name,
-    name_of,
+    COMPLEMENTS, EMISSIONS, FLUX_RULES, KERNELS, PLACEMENTS, SWITCH, TABLE_STORAGES, clamp_name,
+    emission_name, name_of,
 };
-use manylight::integrators::many_light::{EmissionKind, FluxRule};
+use manylight::integrators::many_light::{EmissionKind, FluxRule, GlossyForm};
 use manylight::integrators::{ManyLight, MethodKind};
 
 /// A named method.
@@ -101,10 +101,7 @@ pub(crate) fn settings(kind: &MethodKind) -> Vec<(&'static str, String)> {
 /// The axes of a many-light method as (option, value), in the order of the help.
 pub(crate) fn axes(method: &ManyLight) -> Vec<(&'static str, String)> {
     let word = |name: Option<&'static str>| name.unwrap_or("unnamed").to_string();
-    let (emission, side) = match method.emission {
-        EmissionKind::Single => (EmissionName::Single, None),
-        EmissionKind::Table { side } => (EmissionName::Table, Some(side)),
-    };
+    let emission = emission_name(method.emission);
     let mut axes = vec![
         ("lights", method.light_count.to_string()),
         ("photons", method.photon_paths.to_string()),
@@ -112,12 +109,23 @@ pub(crate) fn axes(method: &ManyLight) -> Vec<(&'static str, String)> {
         ("flux", word(name_of(FLUX_RULES, &method.flux))),
         ("emission", word(name_of(EMISSIONS, &emission))),
     ];
-    axes.extend(side.map(|side| ("table-size", side.to_string())));
+    match method.emission {
+        EmissionKind::Single => {}
+        EmissionKind::Rich(GlossyForm::Table { side, storage }) => axes.extend([
+            ("table-size", side.to_string()),
+            ("table-storage", word(name_of(TABLE_STORAGES, &storage))),
+        ]),
+        EmissionKind::Rich(GlossyForm::Lobes { count }) => {
+            axes.push(("lobes", count.to_string()));
+        }
+    }
     axes.push(("kernel", word(name_of(KERNELS, &method.kernel))));
     axes.push(("strategy", "all".into()));
     axes.push(("clamp", clamp_name(method.clamp)));
     axes.push(("complement", word(name_of(COMPLEMENTS, &method.complement))));
-    if matches!(method.flux, FluxRule::Density | FluxRule::Area) && side.is_some() {
+    if matches!(method.flux, FluxRule::Density | FluxRule::Area)
+        && method.emission != EmissionKind::Single
+    {
         axes.push(("neighbors", method.neighbors.to_string()));
     }
     axes.push(("progressive", word(name_of(SWITCH, &method.progressive))));
@@ -160,6 +168,7 @@ mod tests {
         assert_eq!(value("flux"), "partition");
         assert_eq!(value("emission"), "table");
         assert_eq!(value("table-size"), "32");
+        assert_eq!(value("table-storage"), "shared");
         assert_eq!(value("kernel"), "disc");
     }
 }

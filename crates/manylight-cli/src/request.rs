@@ -3,10 +3,11 @@
 use crate::args::{LightArgs, RenderArgs};
 use crate::failure::Failure;
 use crate::preset::{self, Preset};
-use crate::values::{Crop, EmissionName, MaxDepth};
+use crate::values::{Crop, EMISSIONS, EmissionName, MaxDepth, emission_name, name_of};
 use manylight::film::{FilmDesc, Filter};
 use manylight::integrators::many_light::{
-    ClampRule, Complement, EmissionKind, FluxRule, Kernel, ManyLight, Placement,
+    ClampRule, Complement, EmissionKind, FluxRule, GlossyForm, Kernel, ManyLight, Placement,
+    TableStorage,
 };
 use manylight::integrators::{Method, MethodKind};
 use manylight::math::{UVec2, Vec2};
@@ -205,6 +206,8 @@ fn first_given(options: &LightArgs) -> Option<&'static str> {
         ("flux", options.flux.is_some()),
         ("emission", options.emission.is_some()),
         ("table-size", options.table_size.is_some()),
+        ("table-storage", options.table_storage.is_some()),
+        ("lobes", options.lobes.is_some()),
         ("kernel", options.kernel.is_some()),
         ("strategy", options.strategy.is_some()),
         ("clamp", options.clamp.is_some()),
@@ -248,31 +251,50 @@ fn many_light(preset: ManyLight, options: &LightArgs) -> Result<ManyLight, Failu
 }
 
 fn emission(preset: EmissionKind, options: &LightArgs) -> Result<EmissionKind, Failure> {
-    let preset_side = match preset {
-        EmissionKind::Table { side } => Some(side),
-        EmissionKind::Single => None,
-    };
-    let table = match options.emission {
-        Some(name) => name == EmissionName::Table,
-        None => preset_side.is_some(),
-    };
-    if table {
-        let default_side = preset_side.unwrap_or(DEFAULT_TABLE_SIZE);
-        return Ok(EmissionKind::Table {
-            side: options.table_size.unwrap_or(default_side),
-        });
+    let kind = options.emission.unwrap_or(emission_name(preset));
+    let sizes = [
+        (
+            "table-size",
+            options.table_size.is_some(),
+            EmissionName::Table,
+        ),
+        (
+            "table-storage",
+            options.table_storage.is_some(),
+            EmissionName::Table,
+        ),
+        ("lobes", options.lobes.is_some(), EmissionName::Vmf),
+    ];
+    for (option, given, of) in sizes {
+        if given && kind != of {
+            let word = |kind| name_of(EMISSIONS, &kind).unwrap_or("unnamed");
+            return Err(Failure::usage(
+                format!("--{option} has no meaning for --emission {}", word(kind)),
+                format!("add --emission {}", word(of)),
+            ));
+        }
     }
-    match options.table_size {
-        None => Ok(EmissionKind::Single),
-        Some(_) => Err(Failure::usage(
-            "--table-size has no meaning for lights that shine as one photon",
-            "add --emission table",
-        )),
-    }
+    let (preset_side, preset_storage) = match preset {
+        EmissionKind::Rich(GlossyForm::Table { side, storage }) => (side, storage),
+        _ => (DEFAULT_TABLE_SIZE, TableStorage::default()),
+    };
+    Ok(match kind {
+        EmissionName::Single => EmissionKind::Single,
+        EmissionName::Table => EmissionKind::Rich(GlossyForm::Table {
+            side: options.table_size.unwrap_or(preset_side),
+            storage: options.table_storage.unwrap_or(preset_storage),
+        }),
+        EmissionName::Vmf => EmissionKind::Rich(GlossyForm::Lobes {
+            count: options.lobes.unwrap_or(DEFAULT_LOBES),
+        }),
+    })
 }
 
 /// Side of emission tables where no preset says otherwise.
 const DEFAULT_TABLE_SIZE: u32 = 32;
+
+/// Lobes of mixtures: the paper's number.
+const DEFAULT_LOBES: u32 = 5;
 
 /// Refuses combinations of axes that contradict each other.
 fn check_axes(method: &ManyLight) -> Result<(), Failure> {
@@ -412,11 +434,22 @@ mod tests {
         };
         assert_eq!(method, expected);
         let method = lights("s.xml --table-size 16 --kernel point --placement uniform");
-        assert_eq!(method.emission, EmissionKind::Table { side: 16 });
+        let storage = TableStorage::Shared;
+        let table = GlossyForm::Table { side: 16, storage };
+        assert_eq!(method.emission, EmissionKind::Rich(table));
         assert_eq!(
             (method.kernel, method.placement),
             (Kernel::Point, Placement::Uniform)
         );
+        let storage = TableStorage::Half;
+        let table = GlossyForm::Table { side: 32, storage };
+        let method = lights("s.xml --table-storage half");
+        assert_eq!(method.emission, EmissionKind::Rich(table));
+        for (words, count) in [("", 5), ("--lobes 8", 8)] {
+            let method = lights(&format!("s.xml --emission vmf {words}"));
+            let lobes = GlossyForm::Lobes { count };
+            assert_eq!(method.emission, EmissionKind::Rich(lobes));
+        }
         let method = lights("s.xml --photons 1000 -n 5000");
         assert_eq!(method.photon_paths, 1000);
     }
@@ -445,7 +478,7 @@ mod tests {
         let mut legal = 0;
         for placement in ["uniform", "importance", "relaxed", "relaxed-once"] {
             for flux in ["density", "area", "partition", "soft-partition"] {
-                for emission in ["single", "table"] {
+                for emission in ["single", "table", "vmf"] {
                     for kernel in ["point", "sphere", "disc"] {
                         let words = format!(
                             "s.xml --placement {placement} --flux {flux} --emission {emission} --kernel {kernel}"
@@ -457,7 +490,7 @@ mod tests {
                 }
             }
         }
-        assert_eq!(legal, 84);
+        assert_eq!(legal, 126);
     }
 
     #[test]
@@ -467,6 +500,10 @@ mod tests {
             "s.xml -m vsl --clamp auto",
             "s.xml --kernel sphere --complement kollig-keller",
             "s.xml -m vpl --table-size 8",
+            "s.xml --lobes 3",
+            "s.xml --emission vmf --table-size 8",
+            "s.xml --emission vmf --table-storage half",
+            "s.xml -m path --lobes 3",
             "s.xml -m path --lights 5",
             "s.xml -m direct --strategy all",
             "s.xml -o image.tif",

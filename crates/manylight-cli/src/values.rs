@@ -3,7 +3,8 @@
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use manylight::film::Filter;
 use manylight::integrators::many_light::{
-    ClampRule, Complement, FluxRule, Kernel, Placement, Snap,
+    ClampRule, Complement, EmissionKind, FluxRule, GlossyForm, Kernel, Placement, Snap,
+    TableStorage,
 };
 use manylight::math::UVec2;
 use std::time::Duration;
@@ -44,19 +45,38 @@ pub(crate) const COMPLEMENTS: &Names<Complement> = &[
     ("photons", Complement::Photons),
 ];
 
-/// What each light shines, without the size of its table.
+/// What each light shines, without sizes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum EmissionName {
     /// The reflection of one photon.
     Single,
     /// An octahedral table.
     Table,
+    /// Von Mises-Fisher lobes.
+    Vmf,
 }
 
 /// What each light shines.
 pub(crate) const EMISSIONS: &Names<EmissionName> = &[
     ("single", EmissionName::Single),
     ("table", EmissionName::Table),
+    ("vmf", EmissionName::Vmf),
+];
+
+/// The name of what a light shines.
+pub(crate) fn emission_name(kind: EmissionKind) -> EmissionName {
+    match kind {
+        EmissionKind::Single => EmissionName::Single,
+        EmissionKind::Rich(GlossyForm::Table { .. }) => EmissionName::Table,
+        EmissionKind::Rich(GlossyForm::Lobes { .. }) => EmissionName::Vmf,
+    }
+}
+
+/// How the texels of tables are stored.
+pub(crate) const TABLE_STORAGES: &Names<TableStorage> = &[
+    ("float", TableStorage::Float),
+    ("half", TableStorage::Half),
+    ("shared", TableStorage::Shared),
 ];
 
 /// Which lights are evaluated.
@@ -132,6 +152,14 @@ pub(crate) fn clamp(text: &str) -> Result<ClampRule, String> {
         _ => positive(text)
             .map(ClampRule::Value)
             .map_err(|_| "expected `none`, `auto`, `fixed` or a positive number".into()),
+    }
+}
+
+/// Texels along an edge of a table, which is made of blocks of 2 x 2.
+pub(crate) fn table_size(text: &str) -> Result<u32, String> {
+    match text.parse::<u32>() {
+        Ok(n) if (8..=128).contains(&n) && n.is_multiple_of(2) => Ok(n),
+        _ => Err("expected an even number from 8 to 128".into()),
     }
 }
 
@@ -300,6 +328,10 @@ mod tests {
         ] {
             assert!(crop(bad).is_err(), "{bad}");
         }
+        assert_eq!([table_size("8"), table_size("128")], [Ok(8), Ok(128)]);
+        for bad in ["6", "33", "130", "-8", "x"] {
+            assert!(table_size(bad).is_err(), "{bad}");
+        }
     }
 
     #[test]
@@ -317,6 +349,7 @@ mod tests {
     #[test]
     fn every_name_reads_back() {
         assert_eq!(name_of(KERNELS, &Kernel::Disc), Some("disc"));
+        assert_eq!(name_of(TABLE_STORAGES, &TableStorage::Half), Some("half"));
         assert_eq!(filter_name(&Filter::Gaussian { stddev: 2.0 }), "gaussian");
         for clamp_value in [
             ClampRule::None,

@@ -13,7 +13,9 @@ use crate::scene::PathLimits;
 use crate::simd::{self, Isa, Simd};
 use crate::testing::scenes::{Builder, diffuse, glass, glossy_box, rough_metal, rough_plastic};
 use crate::texture::ColorInput;
-use crate::virtual_lights::{Division, Shares, VirtualLight, assign, select};
+use crate::virtual_lights::{
+    Division, GlossyForm, Shares, TableStorage, VirtualLight, assign, select,
+};
 
 const PASS: Pass = Pass { seed: 3, index: 1 };
 const UNLIMITED: PathLimits = PathLimits {
@@ -22,16 +24,22 @@ const UNLIMITED: PathLimits = PathLimits {
     hide_emitters: false,
 };
 
-/// Lights of 2000 photon paths: with tables of `side`² texels, or plain ones.
-fn lights(scene: &Scene, side: Option<usize>, limits: PathLimits) -> Lights<'_> {
+/// Tables of `side`² texels.
+fn table(side: u32) -> Option<GlossyForm> {
+    let storage = TableStorage::Shared;
+    Some(GlossyForm::Table { side, storage })
+}
+
+/// Lights of 2000 photon paths: with glossy parts of this form, or plain ones.
+fn lights(scene: &Scene, form: Option<GlossyForm>, limits: PathLimits) -> Lights<'_> {
     let photons = trace_photons(scene, limits, 2000, PASS);
     let fluxes: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
     let sites = select(&photons, &fluxes, 90, 0.4);
-    Lights::new(match side {
+    Lights::new(match form {
         None => LightField::single(scene, limits, &photons, &Shares::own(&sites)),
-        Some(side) => {
+        Some(form) => {
             let (shares, _) = assign(scene, &photons, &sites, &fluxes, Division::Nearest, 0.7);
-            LightField::rich(scene, limits, &photons, &shares, side, |_| true)
+            LightField::rich(scene, limits, &photons, &shares, form)
         }
     })
 }
@@ -89,8 +97,8 @@ fn written_out(scene: &Scene, lights: &Lights, at: &ShadingPoint) -> Rgb {
     sum
 }
 
-fn assert_sums_agree(scene: &Scene, side: Option<usize>, limits: PathLimits) {
-    let lights = lights(scene, side, limits);
+fn assert_sums_agree(scene: &Scene, form: Option<GlossyForm>, limits: PathLimits) {
+    let lights = lights(scene, form, limits);
     let points = points(scene, limits.max_depth.is_some());
     assert!(points.len() > 200);
     let gather = Gather {
@@ -142,7 +150,9 @@ fn many_materials() -> Scene {
 
 #[test]
 fn rich_lights_are_summed_as_written() {
-    assert_sums_agree(&many_materials(), Some(16), UNLIMITED);
+    assert_sums_agree(&many_materials(), table(16), UNLIMITED);
+    let lobes = GlossyForm::Lobes { count: 5 };
+    assert_sums_agree(&many_materials(), Some(lobes), UNLIMITED);
 }
 
 #[test]
@@ -156,7 +166,7 @@ fn path_limits_hold_in_every_lane() {
         max_depth: Some(4),
         ..UNLIMITED
     };
-    assert_sums_agree(&glossy_box(24).build(), Some(16), limits);
+    assert_sums_agree(&glossy_box(24).build(), table(16), limits);
 }
 
 #[test]
@@ -184,7 +194,7 @@ fn light_through_panes_arrives_dimmed() {
         pane,
         None,
     );
-    assert_sums_agree(&b.build(), Some(8), UNLIMITED);
+    assert_sums_agree(&b.build(), table(8), UNLIMITED);
 }
 
 /// The lanes of a batch that a light may reach.
@@ -204,7 +214,7 @@ impl simd::Kernel for Facing<'_> {
 #[test]
 fn no_point_is_left_out_that_sees_a_part_of_a_light() {
     let scene = many_materials();
-    let lights = lights(&scene, Some(8), UNLIMITED);
+    let lights = lights(&scene, table(8), UNLIMITED);
     let points = points(&scene, false);
     let (mut seen, mut in_plane) = (0, 0);
     for batch in Batch::all(&points) {
@@ -254,8 +264,15 @@ impl simd::Kernel for Intensities<'_> {
 #[test]
 fn intensities_in_lanes_are_single_intensities() {
     let scene = glossy_box(16).build();
-    for side in [Some(8), Some(32), None] {
-        let lights = lights(&scene, side, UNLIMITED);
+    let storages = [
+        TableStorage::Float,
+        TableStorage::Half,
+        TableStorage::Shared,
+    ];
+    let tables = storages.map(|storage| Some(GlossyForm::Table { side: 32, storage }));
+    let lobes = [1, 5, 8].map(|count| Some(GlossyForm::Lobes { count }));
+    for form in [tables, lobes, [table(8), table(64), None]].concat() {
+        let lights = lights(&scene, form, UNLIMITED);
         for k in 0..lights.field.lights().len() {
             let id = LightId(k as u32);
             let u = |i: usize| {
@@ -305,8 +322,8 @@ fn spheres_are_integrals_over_their_directions() {
         clamp: Clamp::None,
         finer: 1.0,
     };
-    for side in [None, Some(16)] {
-        let lights = lights(&scene, side, UNLIMITED);
+    for form in [None, table(16)] {
+        let lights = lights(&scene, form, UNLIMITED);
         let all = lights.field.lights();
         let (mut near, mut expected_sum, mut sum) = (0, 0.0, 0.0);
         for (p, point) in points(&scene, false).into_iter().enumerate().step_by(5) {

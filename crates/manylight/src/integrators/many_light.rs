@@ -23,6 +23,7 @@ pub use crate::virtual_lights::relax::Snap;
 use crate::virtual_lights::relax::relax;
 use crate::virtual_lights::select::defensive_weights;
 use crate::virtual_lights::{Claims, Division, LightField, Shares, Site, assign, select};
+pub use crate::virtual_lights::{GlossyForm, TableStorage};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -55,11 +56,8 @@ pub enum FluxRule {
 pub enum EmissionKind {
     /// The reflection of one photon.
     Single,
-    /// The reflection of all its photons: diffuse part exact, glossy part in an octahedral table of this side.
-    Table {
-        /// Texels along an edge.
-        side: u32,
-    },
+    /// The reflection of all its photons: diffuse part exact, glossy part in this form.
+    Rich(GlossyForm),
 }
 
 /// What is done about the singularity of `1 / d²`.
@@ -145,7 +143,10 @@ impl ManyLight {
             placement: Placement::Importance,
             flux: FluxRule::Partition,
             neighbors: 100,
-            emission: EmissionKind::Table { side: 32 },
+            emission: EmissionKind::Rich(GlossyForm::Table {
+                side: 32,
+                storage: TableStorage::Shared,
+            }),
             kernel: Kernel::Disc,
             clamp: ClampRule::Auto,
             complement: Complement::KolligKeller,
@@ -423,8 +424,8 @@ impl ManyLight {
         let stats = run.stats;
         let lights = stats.time("lights", || match self.emission {
             EmissionKind::Single => LightField::single(scene, limits, photons, shares),
-            EmissionKind::Table { side } => {
-                LightField::rich(scene, limits, photons, shares, side as usize, is_used)
+            EmissionKind::Rich(form) => {
+                LightField::rich_where(scene, limits, photons, shares, form, is_used)
             }
         });
         Stats::count(&stats.lights, lights.lights().len() as u64);

@@ -55,11 +55,11 @@ impl ManyLight {
         let per_path = probes.len() as f64 / f64::from(PROBES);
         let photons = per_path * f64::from(self.photon_paths) * sets;
         let importons = f64::from(self.importon_paths) * sets;
-        let side = match self.emission {
-            EmissionKind::Table { side } => side as usize,
-            EmissionKind::Single => 0,
+        let form = match self.emission {
+            EmissionKind::Rich(form) => Some(form),
+            EmissionKind::Single => None,
         };
-        let light = LightField::bytes_per_light(side, glossy, limits);
+        let light = LightField::bytes_per_light(form, glossy, limits);
         let stage = |stage, bytes: f64| StageMemory {
             stage,
             bytes: bytes as u64,

@@ -5,6 +5,7 @@ pub(crate) mod vectors;
 
 use crate::color::Rgb;
 use crate::math::Vec3;
+use crate::math::float;
 use crate::simd::{Wide, set_bits};
 use vectors::{load3, store3};
 
@@ -38,6 +39,16 @@ pub fn lanes_of(mask: LaneMask) -> impl Iterator<Item = usize> {
 #[inline(always)]
 pub(crate) fn spread<T: Copy>(lanes: &mut [T; LANES]) {
     *lanes = [lanes[0]; LANES];
+}
+
+/// [`float::exp`] of each lane.
+#[inline(always)]
+pub(crate) fn exp<W: Wide>(w: W, x: W::F) -> W::F {
+    let mut lanes = w.store(x);
+    for x in &mut lanes {
+        *x = float::exp(*x);
+    }
+    w.load(&lanes)
 }
 
 /// Three values per lane: a vector or a colour.

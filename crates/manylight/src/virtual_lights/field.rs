@@ -1,10 +1,9 @@
 //! All virtual lights of a pass, ready to be gathered.
 
+use super::glossy::{Glossy, Profile, ProfileMaker, Profiles};
 use super::moments::{Extent, spread_points};
-use super::octahedral_grid::Grid;
-use super::octahedral_profile::{Profile, Range, Source};
-use super::tables::{Table, Tables};
-use super::{Emission, Reflection, Shares, Site, VirtualLight};
+use super::source::{Range, Source};
+use super::{Emission, GlossyForm, Reflection, Shares, Site, VirtualLight};
 use crate::bsdf::{Bsdf, Exit, Lobes};
 use crate::color::Rgb;
 use crate::geometry::SurfacePoint;
@@ -18,7 +17,7 @@ use crate::scene::{PathLimits, Scene};
 use rayon::prelude::*;
 use std::f32::consts::PI;
 
-/// Photons whose lobes a table shows, when those are wide. Every light and every pass draws others.
+/// Photons whose lobes a glossy part shows, when those are wide. Every light and every pass draws others.
 const WIDE_SOURCES: usize = 8;
 /// And when they are narrow: such lobes take less time, and more of them must meet to be smooth.
 const NARROW_SOURCES: usize = 16;
@@ -26,10 +25,10 @@ const NARROW_SOURCES: usize = 16;
 const NARROW: f32 = 0.3;
 /// Path lengths told apart by [`LightField::share_up_to`]; longer limits are treated as none.
 const DEPTHS: usize = 16;
-/// Bound of `|wi·ns| / |wi·ng|` in tables. The ratio has no bound where light grazes the geometric surface under a tilted
-/// shading normal: rare photons would make tables of many times the flux that fell on them.
+/// Bound of `|wi·ns| / |wi·ng|` in glossy parts. The ratio has no bound where light grazes the geometric surface under a tilted
+/// shading normal: rare photons would make parts of many times the flux that fell on them.
 const MAX_TILT: f32 = 2.0;
-/// Lights that are made at a time: tables on their way into the field take memory, too.
+/// Lights that are made at a time: profiles on their way into the field take memory, too.
 const BATCH: usize = 4096;
 /// Purposes of random numbers.
 const POINT_NUMBERS: u64 = 1;
@@ -37,13 +36,13 @@ const PROFILE_NUMBERS: u64 = 2;
 /// Neighbors that tell the surface per light; the light itself is among them.
 const AREA_NEIGHBORS: usize = 9;
 
-/// All virtual lights of one pass with their tables, sorted along a space-filling curve.
+/// All virtual lights of one pass with their profiles, sorted along a space-filling curve.
 #[derive(Debug)]
 pub struct LightField<'s> {
     lights: Vec<VirtualLight<'s>>,
     reflections: Vec<Reflection<'s>>,
     /// Glossy radiant intensity in W/sr, cosine included.
-    tables: Tables,
+    profiles: Profiles,
     /// For each light the shares of its flux from photons of depth 1, up to 2, up to 3, ...; empty without a limit.
     shares_by_depth: Vec<[f32; DEPTHS]>,
     /// Where the lights stand.
@@ -62,10 +61,10 @@ pub struct Ledger {
     pub lights: [f64; 3],
     /// Photons that no light took, before they were thinned.
     pub residual: [f64; 3],
-    /// Flux that the tables should hold.
+    /// Flux that the glossy parts should hold.
     pub reflected: [f64; 3],
     /// Flux that they hold.
-    pub tables: [f64; 3],
+    pub glossy: [f64; 3],
 }
 
 fn add(sum: &mut [f64; 3], flux: Rgb, scale: f64) {
@@ -94,18 +93,28 @@ impl<'s> LightField<'s> {
         LightField::build(scene, limits, photons, shares, None, |_| true)
     }
 
-    /// Rich-VPLs: each light shines as all photons of its share, the diffuse part exactly, the glossy part in a table of `side`²
-    /// texels (even). A light of one photon shines as that. Lights that `is_used` denies are there, but shine nothing.
+    /// Rich-VPLs: each light shines as all photons of its share, the diffuse part exactly, the glossy part as `form`
+    /// says. A light of one photon shines as that.
     pub fn rich(
         scene: &'s Scene,
         limits: PathLimits,
         photons: &[Photon],
         shares: &Shares,
-        side: usize,
+        form: GlossyForm,
+    ) -> Self {
+        LightField::build(scene, limits, photons, shares, Some(form), |_| true)
+    }
+
+    /// [`LightField::rich`], where lights that `is_used` denies have their places, but shine nothing.
+    pub fn rich_where(
+        scene: &'s Scene,
+        limits: PathLimits,
+        photons: &[Photon],
+        shares: &Shares,
+        form: GlossyForm,
         is_used: impl Fn(usize) -> bool + Sync,
     ) -> Self {
-        let grid = Grid::new(side);
-        LightField::build(scene, limits, photons, shares, Some(&grid), is_used)
+        LightField::build(scene, limits, photons, shares, Some(form), is_used)
     }
 
     fn build(
@@ -113,13 +122,14 @@ impl<'s> LightField<'s> {
         limits: PathLimits,
         photons: &[Photon],
         shares: &Shares,
-        grid: Option<&Grid>,
+        form: Option<GlossyForm>,
         is_used: impl Fn(usize) -> bool + Sync,
     ) -> Self {
+        let profile_maker = form.map(GlossyForm::maker);
         let mut field = LightField {
             lights: Vec::with_capacity(shares.len()),
             reflections: Vec::new(),
-            tables: Tables::new(grid.map_or(0, Grid::side)),
+            profiles: form.map(GlossyForm::store).unwrap_or_default(),
             shares_by_depth: Vec::new(),
             places: KdTree::build(Vec::new()),
             stray_surface: shares.stray_surface(),
@@ -138,10 +148,10 @@ impl<'s> LightField<'s> {
             k,
             site: &photons[shares.sites()[k].photon as usize],
         };
-        if grid.is_some() {
-            let has_table = |&k: &usize| is_used(k) && maker(k).has_table();
-            let tables = (0..shares.len()).into_par_iter().filter(has_table).count();
-            field.tables.reserve(tables);
+        if form.is_some() {
+            let has_profile = |&k: &usize| is_used(k) && maker(k).has_profile();
+            let lights = (0..shares.len()).into_par_iter();
+            field.profiles.reserve(lights.filter(has_profile).count());
         }
         for first in (0..shares.len()).step_by(BATCH) {
             let batch = first..(first + BATCH).min(shares.len());
@@ -149,7 +159,7 @@ impl<'s> LightField<'s> {
                 .into_par_iter()
                 .map(|k| {
                     if is_used(k) {
-                        maker(k).make(grid)
+                        maker(k).make(profile_maker.as_ref())
                     } else {
                         maker(k).dark()
                     }
@@ -185,9 +195,9 @@ impl<'s> LightField<'s> {
             }
             Shines::Profile(profile) => {
                 add(&mut self.ledger.reflected, profile.target, 1.0);
-                add(&mut self.ledger.tables, profile.flux, 1.0);
-                if let Emission::Rich { table, .. } = &mut light.emission {
-                    *table = Some(self.tables.push(profile.table));
+                add(&mut self.ledger.glossy, profile.flux, 1.0);
+                if let Emission::Rich { glossy, .. } = &mut light.emission {
+                    *glossy = Some(self.profiles.push(&profile));
                 }
             }
             Shines::Diffuse => {}
@@ -248,10 +258,10 @@ impl<'s> LightField<'s> {
         &self.reflections[index as usize]
     }
 
-    /// The octahedral table with the given index: glossy radiant intensity in W/sr, cosine included.
+    /// The glossy part with the given index.
     #[inline(always)]
-    pub(super) fn table(&self, index: u32) -> Table<'_> {
-        self.tables.get(index)
+    pub(super) fn glossy(&self, index: u32) -> Glossy<'_> {
+        self.profiles.get(index)
     }
 
     /// Share of the flux of light `id` that has come over at most `depth` segments. Only told apart in scenes that
@@ -273,27 +283,23 @@ impl<'s> LightField<'s> {
         &self.ledger
     }
 
-    /// Bytes of a light on average, where a share `glossy` of them has tables of `side`² texels, or emits as single photons (`side` 0).
-    pub fn bytes_per_light(side: usize, glossy: f64, limits: PathLimits) -> f64 {
+    /// Bytes of a light on average, where a share `glossy` of them has a glossy part of `form`, or emits as single photons.
+    pub fn bytes_per_light(form: Option<GlossyForm>, glossy: f64, limits: PathLimits) -> f64 {
         let depths = if limits.max_depth.is_some() {
             size_of::<[f32; DEPTHS]>()
         } else {
             0
         };
         let all = size_of::<VirtualLight>() + size_of::<Vec3>() + size_of::<u32>() + depths;
-        let of_glossy = if side == 0 {
-            size_of::<Reflection>()
-        } else {
-            Tables::bytes_per_table(side)
-        };
+        let of_glossy = form.map_or(size_of::<Reflection>(), GlossyForm::bytes);
         all as f64 + glossy * of_glossy as f64
     }
 
-    /// Bytes of lights and tables.
+    /// Bytes of lights and what they shine.
     pub fn bytes(&self) -> usize {
         size_of_val(self.lights.as_slice())
             + size_of_val(self.reflections.as_slice())
-            + self.tables.bytes()
+            + self.profiles.bytes()
             + size_of_val(self.shares_by_depth.as_slice())
     }
 }
@@ -331,8 +337,8 @@ impl<'s, 'p> Maker<'s, 'p> {
         share.map(move |(j, weight)| (&photons[j as usize], weight))
     }
 
-    /// Whether a table has something to show that one photon cannot.
-    fn has_table(&self) -> bool {
+    /// Whether there is a glossy part that one photon does not tell.
+    fn has_profile(&self) -> bool {
         let glossy = || {
             let bsdf = self.scene.bsdf(&self.scene.surface_point(self.site.at));
             bsdf.lobes().has(Lobes::GLOSSY)
@@ -361,9 +367,9 @@ impl<'s, 'p> Maker<'s, 'p> {
         }
     }
 
-    fn make(&self, grid: Option<&Grid>) -> Made<'s> {
+    fn make(&self, profile_maker: Option<&ProfileMaker>) -> Made<'s> {
         let [flux, diffuse] = self.fluxes();
-        let grid = grid.filter(|_| self.own().len() > 1);
+        let profile_maker = profile_maker.filter(|_| self.own().len() > 1);
         let site_point = self.scene.surface_point(self.site.at);
         let bsdf = self.scene.bsdf(&site_point);
         let reflection = Reflection {
@@ -375,12 +381,12 @@ impl<'s, 'p> Maker<'s, 'p> {
         light.emission = Emission::Rich {
             diffuse: rgb(diffuse),
             exit: bsdf.exit(),
-            table: None,
+            glossy: None,
         };
         let is_diffuse = bsdf.lobes().and(Lobes::SMOOTH) == Lobes::DIFFUSE;
-        let shines = match grid {
-            Some(grid) if bsdf.lobes().has(Lobes::GLOSSY) => {
-                let profile = self.profile(grid, &light, &bsdf);
+        let shines = match profile_maker {
+            Some(profile_maker) if bsdf.lobes().has(Lobes::GLOSSY) => {
+                let profile = self.profile(profile_maker, &light, &bsdf);
                 light.one_sided = profile.range != Range::Sphere;
                 Shines::Profile(profile)
             }
@@ -427,7 +433,7 @@ impl<'s, 'p> Maker<'s, 'p> {
             emission: Emission::Rich {
                 diffuse: Rgb::BLACK,
                 exit: Exit::Lambert,
-                table: None,
+                glossy: None,
             },
         }
     }
@@ -438,7 +444,12 @@ impl<'s, 'p> Maker<'s, 'p> {
         Pcg::new(mix(mix(self.k as u64) ^ purpose) ^ rng::key(self.site.wi.to_array()))
     }
 
-    fn profile(&self, grid: &Grid, light: &VirtualLight, bsdf: &Bsdf<'s>) -> Profile {
+    fn profile(
+        &self,
+        profile_maker: &ProfileMaker,
+        light: &VirtualLight,
+        bsdf: &Bsdf<'s>,
+    ) -> Profile {
         let mut rng = self.numbers(PROFILE_NUMBERS);
         let width = bsdf.glossy_width();
         let count = if width < NARROW {
@@ -447,7 +458,7 @@ impl<'s, 'p> Maker<'s, 'p> {
             WIDE_SOURCES
         };
         let sources = self.sources(light, count, rng.next_f32());
-        grid.fill(&sources, width, light.n, &mut rng)
+        profile_maker.make(&sources, width, light.n, &mut rng)
     }
 
     /// Draws `count` of the photons, seen from the light's center.

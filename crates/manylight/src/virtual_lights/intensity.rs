@@ -4,13 +4,15 @@
     reason = "loops over lanes read like what they become: vector instructions"
 )]
 
-use super::tables::{Packed, Table};
+use super::glossy::Glossy;
+use super::tables::{Table, Texel, Texels};
+use super::von_mises_fisher::Mixture;
 use super::{Emission, LightField, Reflection, VirtualLight};
 use crate::bsdf::{Exit, Lobes, Outgoing, interpolate_lanes};
 use crate::color::Rgb;
 use crate::ids::LightId;
-use crate::lanes::vectors::{dot, mul3, scale3, splat3};
-use crate::lanes::{LANES, LaneMask, Lanes, Lanes3};
+use crate::lanes::vectors::{add3, dot, mul3, scale3, splat3};
+use crate::lanes::{LANES, LaneMask, Lanes, Lanes3, exp};
 use crate::math::octahedral::Place;
 use crate::math::{Vec2, Vec3};
 use crate::simd::Wide;
@@ -26,17 +28,17 @@ impl LightField<'_> {
             Emission::Rich {
                 diffuse,
                 exit,
-                table,
+                glossy,
             } => {
                 let (cos, cos_s) = (w.dot(light.n), w.dot(light.ns));
                 let mut sum = Rgb::BLACK;
                 if cos > 0.0 && cos_s > 0.0 {
                     sum += *diffuse * (exit.eval(cos_s) * cos * FRAC_1_PI);
                 }
-                if let Some(table) = table
+                if let Some(glossy) = glossy
                     && (cos > 0.0 || !light.one_sided)
                 {
-                    sum += self.table(*table).lookup(w);
+                    sum += self.glossy(*glossy).lookup(w);
                 }
                 sum
             }
@@ -58,12 +60,12 @@ impl LightField<'_> {
             Emission::Rich {
                 diffuse,
                 exit,
-                table,
+                glossy,
             } => Shining::Rich {
                 light,
                 diffuse: *diffuse,
                 exit,
-                table: table.map(|table| self.table(table)),
+                glossy: glossy.map(|index| self.glossy(index)),
             },
         }
     }
@@ -81,7 +83,7 @@ pub(crate) enum Shining<'f, 's> {
         light: &'f VirtualLight<'s>,
         diffuse: Rgb,
         exit: &'f Exit<'s>,
-        table: Option<Table<'f>>,
+        glossy: Option<Glossy<'f>>,
     },
 }
 
@@ -101,7 +103,7 @@ impl Shining<'_, '_> {
                 light,
                 diffuse,
                 exit,
-                table,
+                glossy,
             } => {
                 let away = wi.load(w);
                 let zero = w.splat(0.0);
@@ -112,8 +114,8 @@ impl Shining<'_, '_> {
                 let share = w.mul(w.mul(exits, cos), w.splat(FRAC_1_PI));
                 let share = w.select(w.and(before, w.lt(zero, cos_s)), share, zero);
                 let mut sum = scale3(w, splat3(w, Vec3::from(diffuse.to_array())), share);
-                if let Some(table) = table {
-                    let glossy = table.lookups(w, wi, active).load(w);
+                if let Some(glossy) = glossy {
+                    let glossy = glossy.lookups(w, wi, active).load(w);
                     let counts = if light.one_sided {
                         before
                     } else {
@@ -129,23 +131,35 @@ impl Shining<'_, '_> {
     }
 }
 
+impl Mixture<'_> {
+    /// [`Mixture::lookup`] in the directions opposite to `wi`.
+    #[inline(always)]
+    pub(super) fn lookups<W: Wide>(&self, w: W, wi: &Lanes3) -> Lanes3 {
+        let wi = wi.load(w);
+        let mut sum = [w.splat(0.0); 3];
+        for lobe in self.lobes {
+            let apart = add3(w, wi, splat3(w, lobe.axis()));
+            let exponent = w.mul(dot(w, apart, apart), w.splat(-0.5 * lobe.kappa()));
+            let value = exp(w, exponent);
+            let peak = splat3(w, Vec3::from(lobe.peak().to_array()));
+            for (sum, peak) in sum.iter_mut().zip(peak) {
+                *sum = w.mul_add(peak, value, *sum);
+            }
+        }
+        Lanes3::store(w, sum)
+    }
+}
+
 impl Table<'_> {
     /// Bilinear lookups in the directions opposite to `wi`.
     #[inline(always)]
-    fn lookups<W: Wide>(&self, w: W, wi: &Lanes3, active: LaneMask) -> Lanes3 {
+    pub(super) fn lookups<W: Wide>(&self, w: W, wi: &Lanes3, active: LaneMask) -> Lanes3 {
         let corners = Corners::of(w, wi, self.side as i32, active);
-        let mut sum = [w.splat(0.0); 3];
-        for (texels, weights) in corners.texels.iter().zip(&corners.weights) {
-            let fetched = fetch(self.texels, texels);
-            let mut values = Lanes3::ZERO;
-            for i in 0..LANES {
-                values.set(i, fetched[i].rgb());
-            }
-            let weight = w.load(weights);
-            for (sum, value) in sum.iter_mut().zip(values.load(w)) {
-                *sum = w.mul_add(value, weight, *sum);
-            }
-        }
+        let sum = match self.texels {
+            Texels::Float(texels) => corners.sum(w, texels),
+            Texels::Half(texels) => corners.sum(w, texels),
+            Texels::Shared(texels) => corners.sum(w, texels),
+        };
         let scale = splat3(w, Vec3::from(self.scale.to_array()));
         Lanes3::store(w, mul3(w, sum, scale))
     }
@@ -201,6 +215,24 @@ impl Corners {
         }
         corners
     }
+
+    /// The weighted sums of texels.
+    #[inline(always)]
+    fn sum<W: Wide, T: Texel>(&self, w: W, table: &[T]) -> [W::F; 3] {
+        let mut sum = [w.splat(0.0); 3];
+        for (texels, weights) in self.texels.iter().zip(&self.weights) {
+            let fetched = fetch(table, texels);
+            let mut values = Lanes3::ZERO;
+            for i in 0..LANES {
+                values.set(i, fetched[i].rgb());
+            }
+            let weight = w.load(weights);
+            for (sum, value) in sum.iter_mut().zip(values.load(w)) {
+                *sum = w.mul_add(value, weight, *sum);
+            }
+        }
+        sum
+    }
 }
 
 /// The lanes whose four texels no edge of the map divides, so that they are neighbors in memory too.
@@ -219,8 +251,8 @@ fn inside<W: Wide>(w: W, columns: &[i32; LANES], rows: &[i32; LANES], side: i32)
 
 /// The texels with these indices; the last for an index that is none.
 #[inline(always)]
-fn fetch(table: &[Packed], texels: &[i32; LANES]) -> [Packed; LANES] {
-    let mut out = [Packed::BLACK; LANES];
+fn fetch<T: Texel>(table: &[T], texels: &[i32; LANES]) -> [T; LANES] {
+    let mut out = [T::zeroed(); LANES];
     if let Some(last) = table.len().checked_sub(1) {
         let texels = texels.map(|t| (t as u32).min(last as u32));
         for i in 0..LANES {

@@ -1,14 +1,16 @@
 //! Virtual lights: where they stand, how much flux each carries, and what it shines.
 //!
 //! select (placement) → assign (flux) → moments (extent) → profile (emission) → [`LightField`]. The three middle steps are
-//! independent: any placement goes with either flux rule ([`Shares::own`], [`assign`]) and with either emission
-//! ([`LightField::single`], [`LightField::rich`]).
+//! independent: any placement goes with either flux rule ([`Shares::own`], [`assign`]) and with any emission
+//! ([`LightField::single`], [`LightField::rich`] in each [`GlossyForm`]).
 
 pub mod assign;
 pub mod claims;
 pub mod curve;
 mod field;
+mod glossy;
 mod intensity;
+mod lobe_fit;
 pub mod moments;
 pub mod neighborhood;
 mod octahedral_grid;
@@ -16,18 +18,22 @@ mod octahedral_profile;
 pub mod relax;
 pub mod select;
 mod shares;
+mod source;
 mod tables;
 #[cfg(test)]
 pub(crate) mod testing;
 #[cfg(test)]
 mod tests;
+mod von_mises_fisher;
 
 pub use assign::{Division, assign};
 pub use claims::{Claims, Spot};
 pub use field::{Ledger, LightField};
+pub use glossy::GlossyForm;
 pub(crate) use intensity::Shining;
 pub use select::select;
 pub use shares::Shares;
+pub use tables::TableStorage;
 
 use crate::bsdf::{Bsdf, Exit, Lobes};
 use crate::color::Rgb;
@@ -73,14 +79,14 @@ pub struct VirtualLight<'s> {
 pub enum Emission<'s> {
     /// One light path: the index of a [`Reflection`].
     Single(u32),
-    /// Many light paths: `I(w) = diffuse b(|w·ns|) |w·n| / π` on the lit side, plus the table of the glossy part.
+    /// Many light paths: `I(w) = diffuse b(|w·ns|) |w·n| / π` on the lit side, plus the glossy part.
     Rich {
         /// Σ Φ a(wi) over its photons. W.
         diffuse: Rgb,
         /// b.
         exit: Exit<'s>,
-        /// Which table, if the surface has glossy lobes.
-        table: Option<u32>,
+        /// Which profile, if the surface has glossy lobes.
+        glossy: Option<u32>,
     },
 }
 

@@ -5,11 +5,11 @@
 //! these photons reflect, which importance sampling of their lobes tells.
 
 use super::octahedral_grid::Grid;
-use super::tables::{Packed, pack};
-use crate::bsdf::{Bsdf, BsdfNumbers, Lobes};
+use super::source::{Range, Source};
+use crate::bsdf::Lobes;
 use crate::color::Rgb;
+use crate::math::Vec3;
 use crate::math::octahedral::bilinear;
-use crate::math::{Vec2, Vec3};
 use crate::sampling::rng::Pcg;
 
 /// Lobes narrower than this are averaged over a texel, wider ones taken at its center.
@@ -18,95 +18,22 @@ const NARROW: f32 = 0.3;
 const NARROW_BRIGHT_SHARE: f32 = 0.05;
 /// And wide ones, which hardly change over a block.
 const WIDE_BRIGHT_SHARE: f32 = 0.3;
-/// Directions drawn from all lobes together for the flux that they reflect, and fewest for each.
-const FLUX_SAMPLES: u32 = 256;
-/// See [`FLUX_SAMPLES`].
-const MIN_FLUX_SAMPLES: u32 = 16;
 /// Directions drawn from each lobe when the table has to be made of them.
 const SPLAT_SAMPLES: u32 = 128;
 /// Correction by more than this, or less than its inverse, means that the lobe fell between the texels.
 const MAX_CORRECTION: f32 = 2.0;
-/// Sine of the depth below the horizon that reflection about shading normals may reach.
-const MAX_TILT: f32 = 0.5;
-/// Additive recurrence in three dimensions.
-/// Source: Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018.
-const STEPS: [f32; 3] = [0.819_172_5, 0.671_043_6, 0.549_700_5];
-/// The largest number below 1.
-const LARGEST: f32 = 1.0 - f32::EPSILON / 2.0;
-
-/// One light path that a table shows: incident flux in W from `wi` onto a surface.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Source<'s> {
-    pub(super) bsdf: Bsdf<'s>,
-    pub(super) wi: Vec3,
-    pub(super) flux: Rgb,
-}
-
-impl Source<'_> {
-    /// Draws directions from the glossy lobes: calls `visit` with each, the flux that it carries, and the relative index.
-    fn scatter(&self, count: u32, rng: &mut Pcg, mut visit: impl FnMut(Vec3, Rgb, f32)) {
-        let shift = [rng.next_f32(), rng.next_f32(), rng.next_f32()];
-        for i in 1..=count {
-            let u: [f32; 3] =
-                std::array::from_fn(|c| (shift[c] + STEPS[c] * i as f32).fract().min(LARGEST));
-            let numbers = BsdfNumbers {
-                lobe: u[0],
-                direction: Vec2::new(u[1], u[2]),
-            };
-            if let Some(sample) = self.bsdf.sample_wo(self.wi, numbers, Lobes::GLOSSY) {
-                visit(
-                    sample.w,
-                    self.flux * sample.weight / count as f32,
-                    sample.eta,
-                );
-            }
-        }
-    }
-}
-
-/// What a light on a surface with normal `n` may shine into.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Range {
-    /// Directions above the horizon of the normal.
-    Above(Vec3),
-    /// All: light is also transmitted.
-    Sphere,
-}
-
-impl Range {
-    #[inline]
-    fn contains(self, w: Vec3) -> bool {
-        match self {
-            Range::Above(n) => w.dot(n) > 0.0,
-            Range::Sphere => true,
-        }
-    }
-
-    /// The normal of the horizon, if there is one.
-    fn horizon(self) -> Option<Vec3> {
-        match self {
-            Range::Above(n) => Some(n),
-            Range::Sphere => None,
-        }
-    }
-}
-
-/// The glossy part of a light.
-#[derive(Clone, Debug)]
-pub(super) struct Profile {
-    /// W/sr, row by row, in units of the colour.
-    pub(super) table: (Vec<Packed>, Rgb),
-    pub(super) range: Range,
-    /// Flux that the table should hold, in W.
-    pub(super) target: Rgb,
-    /// Flux that it holds.
-    pub(super) flux: Rgb,
-}
 
 impl Grid {
-    /// The table of `sources`, whose narrowest lobe has roughness `width`, on a surface with normal `n`.
-    pub(super) fn fill(&self, sources: &[Source], width: f32, n: Vec3, rng: &mut Pcg) -> Profile {
-        let (range, target) = reflected(sources, n, rng);
+    /// The texels of the table of `sources`, whose narrowest lobe has roughness `width` and which reflect `target`; and the flux that
+    /// they hold.
+    pub(super) fn fill(
+        &self,
+        sources: &[Source],
+        width: f32,
+        range: Range,
+        target: Rgb,
+        rng: &mut Pcg,
+    ) -> (Vec<Rgb>, Rgb) {
         let mut texels = vec![Rgb::BLACK; self.side() * self.side()];
         self.evaluate(sources, width, range, &mut texels);
         let mut flux = self.integral(&texels, range.horizon());
@@ -122,12 +49,7 @@ impl Grid {
         // No more than what the samples say can be known of a lobe that escapes both.
         let scale = scale.unwrap_or(Rgb::WHITE);
         texels.iter_mut().for_each(|texel| *texel *= scale);
-        Profile {
-            table: pack(&texels, &self.hats),
-            range,
-            target,
-            flux: flux * scale,
-        }
+        (texels, flux * scale)
     }
 
     /// Adds the intensity of the sources: one value for each block of 2 x 2 texels first, then the texels of the blocks that
@@ -207,27 +129,4 @@ fn correction(flux: Rgb, target: Rgb) -> Option<Rgb> {
     let close = overall == 0.0 || (1.0 / MAX_CORRECTION..=MAX_CORRECTION).contains(&overall);
     let factor = target.zip(flux, ratio);
     (close && factor.is_finite()).then_some(factor)
-}
-
-/// Into what range the sources shine, and how much flux they send there.
-fn reflected(sources: &[Source], n: Vec3, rng: &mut Pcg) -> (Range, Rgb) {
-    let count = (FLUX_SAMPLES / sources.len().max(1) as u32).max(MIN_FLUX_SAMPLES);
-    let (mut above, mut all, mut transmits) = ([0.0f64; 3], [0.0f64; 3], false);
-    for source in sources {
-        source.scatter(count, rng, |w, flux, eta| {
-            let is_above = w.dot(n) > 0.0;
-            // Reflection about a tilted shading normal gets below the horizon as well, but not far.
-            transmits |= !is_above && (eta != 1.0 || w.dot(n) < -MAX_TILT);
-            for (c, f) in flux.to_array().into_iter().enumerate() {
-                all[c] += f64::from(f);
-                above[c] += if is_above { f64::from(f) } else { 0.0 };
-            }
-        });
-    }
-    let rgb = |v: [f64; 3]| Rgb::new(v[0] as f32, v[1] as f32, v[2] as f32);
-    if transmits {
-        (Range::Sphere, rgb(all))
-    } else {
-        (Range::Above(n), rgb(above))
-    }
 }

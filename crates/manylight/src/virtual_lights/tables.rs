@@ -1,12 +1,105 @@
-//! Octahedral tables in four bytes per texel.
+//! Octahedral tables and how their texels are stored.
 
+use super::octahedral_grid::Grid;
 use crate::color::Rgb;
 use crate::math::Vec3;
 use crate::math::octahedral::bilinear;
+use bytemuck::{Pod, Zeroable};
+
+/// How the texels of a table are stored.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TableStorage {
+    /// Three floats: 12 bytes.
+    Float,
+    /// Three half floats: 6 bytes.
+    Half,
+    /// Three mantissas with a common exponent: 4 bytes.
+    #[default]
+    Shared,
+}
+
+impl TableStorage {
+    /// Bytes of one texel.
+    pub const fn texel_bytes(self) -> usize {
+        match self {
+            TableStorage::Float => size_of::<Rgb>(),
+            TableStorage::Half => size_of::<Half>(),
+            TableStorage::Shared => size_of::<Packed>(),
+        }
+    }
+
+    /// The texels of a table on `grid`, chosen with its scale so that rounding does not change the sum weighted by the hats.
+    pub(super) fn pack(self, texels: &[Rgb], grid: &Grid) -> PackedTable {
+        match self {
+            TableStorage::Float => pack::<Rgb>(texels, &grid.hats),
+            TableStorage::Half => pack::<Half>(texels, &grid.hats),
+            TableStorage::Shared => pack::<Packed>(texels, &grid.hats),
+        }
+    }
+}
+
+/// A colour as a texel.
+pub(crate) trait Texel: Pod {
+    /// Rounds to the nearest. Channels must be at most [`BRIGHTEST`].
+    fn new(color: Rgb) -> Self;
+    fn rgb(self) -> Rgb;
+}
+
+/// The brightest texel of a table is stored as this: close to the largest number in four bytes, and half of that of half floats.
+const BRIGHTEST: f32 = 32_768.0;
+
+impl Texel for Rgb {
+    fn new(color: Rgb) -> Self {
+        color
+    }
+
+    #[inline(always)]
+    fn rgb(self) -> Rgb {
+        self
+    }
+}
+
+/// Three half floats that are not negative, each off by at most 1/2048 of itself; below the least normal number, which is 2⁻²⁹ of the
+/// brightest texel, they are that or 0.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[repr(transparent)]
+pub(crate) struct Half([u16; 3]);
+
+impl Half {
+    /// Bits of a float's mantissa that a half float lacks.
+    const DROPPED: u32 = 13;
+    /// The ratio of the units that exponents are counted in.
+    const RATIO: f32 = f32::from_bits((112 + BIAS as u32) << 23);
+    /// The least normal number.
+    const LEAST: f32 = 1.0 / 16_384.0;
+}
+
+impl Texel for Half {
+    fn new(color: Rgb) -> Self {
+        Half(color.to_array().map(|x| {
+            if x < 0.5 * Half::LEAST {
+                return 0;
+            }
+            let bits = (x.max(Half::LEAST) / Half::RATIO).to_bits();
+            let odd = bits >> Half::DROPPED & 1;
+            ((bits + (1 << (Half::DROPPED - 1)) - 1 + odd) >> Half::DROPPED) as u16
+        }))
+    }
+
+    /// Without infinities and denormal numbers, the bits stand as they are in the exponents of floats.
+    #[inline(always)]
+    fn rgb(self) -> Rgb {
+        let [r, g, b] = self
+            .0
+            .map(|bits| f32::from_bits(u32::from(bits) << Half::DROPPED) * Half::RATIO);
+        Rgb::new(r, g, b)
+    }
+}
 
 /// Three numbers that are not negative: mantissas of nine bits with a common exponent of five. A channel is off by at most 1/512 of
 /// the largest. Source: the OpenGL extension EXT_texture_shared_exponent.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[repr(transparent)]
 pub(crate) struct Packed(u32);
 
 /// The largest mantissa plus one.
@@ -15,14 +108,8 @@ const MANTISSAS: f32 = 512.0;
 const UNIT: i32 = -24;
 /// Of a float.
 const BIAS: i32 = 127;
-/// The brightest texel of a table is stored as this, close to the largest number that can be.
-const BRIGHTEST: f32 = 32_768.0;
 
-impl Packed {
-    /// Zero in every channel.
-    pub(crate) const BLACK: Packed = Packed(0);
-
-    /// Rounds to the nearest. Channels must be at most [`BRIGHTEST`].
+impl Texel for Packed {
     fn new(color: Rgb) -> Self {
         let color = color.map(|x| x.max(0.0));
         let exponent_of = |x: f32| (x.to_bits() >> 23) as i32 - BIAS;
@@ -36,10 +123,37 @@ impl Packed {
     }
 
     #[inline(always)]
-    pub(crate) fn rgb(self) -> Rgb {
+    fn rgb(self) -> Rgb {
         let unit = f32::from_bits(((self.0 >> 27) + (UNIT + BIAS) as u32) << 23);
         let mantissa = |shift: u32| (self.0 >> shift & 511) as i32 as f32;
         Rgb::new(mantissa(0) * unit, mantissa(9) * unit, mantissa(18) * unit)
+    }
+}
+
+/// The texels of a table.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Texels<'a> {
+    Float(&'a [Rgb]),
+    Half(&'a [Half]),
+    Shared(&'a [Packed]),
+}
+
+impl<'a> Texels<'a> {
+    #[inline(always)]
+    fn new(storage: TableStorage, words: &'a [u32]) -> Self {
+        match storage {
+            TableStorage::Float => Texels::Float(bytemuck::cast_slice(words)),
+            TableStorage::Half => Texels::Half(bytemuck::cast_slice(words)),
+            TableStorage::Shared => Texels::Shared(bytemuck::cast_slice(words)),
+        }
+    }
+
+    fn get(&self, t: usize) -> Rgb {
+        match self {
+            Texels::Float(texels) => texels[t].rgb(),
+            Texels::Half(texels) => texels[t].rgb(),
+            Texels::Shared(texels) => texels[t].rgb(),
+        }
     }
 }
 
@@ -47,7 +161,7 @@ impl Packed {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Table<'a> {
     /// In units of `scale`.
-    pub(crate) texels: &'a [Packed],
+    pub(crate) texels: Texels<'a>,
     /// By channel.
     pub(crate) scale: Rgb,
     pub(super) side: usize,
@@ -58,72 +172,92 @@ impl Table<'_> {
     pub(super) fn lookup(&self, w: Vec3) -> Rgb {
         let sum: Rgb = bilinear(w, self.side)
             .into_iter()
-            .map(|(t, weight)| self.texels[t].rgb() * weight)
+            .map(|(t, weight)| self.texels.get(t) * weight)
             .sum();
         sum * self.scale
     }
+}
+
+/// A table on its way into [`Tables`].
+#[derive(Clone, Debug)]
+pub(super) struct PackedTable {
+    /// The bytes of the texels.
+    words: Vec<u32>,
+    /// By channel.
+    scale: Rgb,
 }
 
 /// Tables of one size, one after the other.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Tables {
     side: usize,
-    texels: Vec<Packed>,
+    storage: TableStorage,
+    /// The bytes of the texels.
+    words: Vec<u32>,
     /// One per table.
     scales: Vec<Rgb>,
 }
 
+/// Words of the texels of one table; `side` is even, so that they are whole.
+const fn words_of(side: usize, storage: TableStorage) -> usize {
+    side * side * storage.texel_bytes() / size_of::<u32>()
+}
+
 impl Tables {
     /// No tables so far; they will have `side`² texels.
-    pub(super) fn new(side: usize) -> Self {
+    pub(super) fn new(side: usize, storage: TableStorage) -> Self {
         Tables {
             side,
+            storage,
             ..Tables::default()
         }
     }
 
     /// Makes room for exactly so many tables.
     pub(super) fn reserve(&mut self, tables: usize) {
-        self.texels.reserve_exact(tables * self.side * self.side);
+        self.words
+            .reserve_exact(tables * words_of(self.side, self.storage));
         self.scales.reserve_exact(tables);
     }
 
     /// Appends a table and returns its index.
-    pub(super) fn push(&mut self, (texels, scale): (Vec<Packed>, Rgb)) -> u32 {
-        self.texels.extend_from_slice(&texels);
-        self.scales.push(scale);
+    pub(super) fn push(&mut self, table: &PackedTable) -> u32 {
+        self.words.extend_from_slice(&table.words);
+        self.scales.push(table.scale);
         (self.scales.len() - 1) as u32
     }
 
     /// The table with the given index.
     #[inline(always)]
     pub(super) fn get(&self, index: u32) -> Table<'_> {
-        let texels = self.side * self.side;
+        let words = words_of(self.side, self.storage);
+        let own = &self.words[index as usize * words..][..words];
         Table {
-            texels: &self.texels[index as usize * texels..][..texels],
+            texels: Texels::new(self.storage, own),
             scale: self.scales[index as usize],
             side: self.side,
         }
     }
 
     /// Bytes of one table.
-    pub(super) fn bytes_per_table(side: usize) -> usize {
-        side * side * size_of::<Packed>() + size_of::<Rgb>()
+    pub(super) fn bytes_per_table(side: usize, storage: TableStorage) -> usize {
+        side * side * storage.texel_bytes() + size_of::<Rgb>()
     }
 
     pub(super) fn bytes(&self) -> usize {
-        size_of_val(self.texels.as_slice()) + size_of_val(self.scales.as_slice())
+        size_of_val(self.words.as_slice()) + size_of_val(self.scales.as_slice())
     }
 }
 
-/// The texels in units of the scale that is returned, chosen so that rounding does not change the sum weighted by `weights`.
-pub(super) fn pack(texels: &[Rgb], weights: &[f32]) -> (Vec<Packed>, Rgb) {
+/// The texels in units of the scale that is returned with them, chosen so that rounding does not change the sum weighted by `weights`.
+fn pack<T: Texel>(texels: &[Rgb], weights: &[f32]) -> PackedTable {
     let brightest = texels.iter().map(|t| t.max_channel()).fold(0.0, f32::max);
-    if brightest == 0.0 {
-        return (vec![Packed::BLACK; texels.len()], Rgb::BLACK);
-    }
-    let unit = brightest / BRIGHTEST;
-    let packed: Vec<Packed> = texels.iter().map(|&t| Packed::new(t / unit)).collect();
+    let unit = if brightest > 0.0 {
+        brightest / BRIGHTEST
+    } else {
+        1.0
+    };
+    let packed: Vec<T> = texels.iter().map(|&t| T::new(t / unit)).collect();
     let (mut exact, mut rounded) = ([0.0f64; 3], [0.0f64; 3]);
     for ((texel, packed), &weight) in texels.iter().zip(&packed).zip(weights) {
         for c in 0..3 {
@@ -138,7 +272,10 @@ pub(super) fn pack(texels: &[Rgb], weights: &[f32]) -> (Vec<Packed>, Rgb) {
             0.0
         }
     };
-    (packed, Rgb::new(scale(0), scale(1), scale(2)))
+    PackedTable {
+        words: bytemuck::pod_collect_to_vec(&packed),
+        scale: Rgb::new(scale(0), scale(1), scale(2)),
+    }
 }
 
 #[cfg(test)]
@@ -163,19 +300,54 @@ mod tests {
     }
 
     #[test]
-    fn packing_keeps_the_sum() {
+    fn half_floats_are_near() {
+        let mut rng = Pcg::new(3);
+        let exact = [0.0, Half::LEAST, 1.0, 1.5, 2047.0, BRIGHTEST].map(Rgb::splat);
+        assert_eq!(exact.map(|x| Half::new(x).rgb()), exact);
+        for _ in 0..10_000 {
+            let mut number = || 2f32.powf(32.0 * rng.next_f32() - 17.0);
+            let color = Rgb::new(number(), number(), number());
+            let got = Half::new(color).rgb();
+            for (a, b) in got.to_array().into_iter().zip(color.to_array()) {
+                let off = (a - b).abs();
+                assert!(off <= b / 2048.0 || off <= 0.5 * Half::LEAST, "{a} {b}");
+            }
+        }
+    }
+
+    fn packing_keeps_the_sum_of<T: Texel>(worst: f32) {
         let mut rng = Pcg::new(2);
-        let mut number = || rng.next_f32().powi(9);
+        let mut number = || 1e-12 * rng.next_f32().powi(9);
         let texels: Vec<Rgb> = (0..64)
             .map(|_| Rgb::new(number(), 1e-3 * number(), 0.0))
             .collect();
         let weights: Vec<f32> = (0..64).map(|_| number()).collect();
-        let (packed, scale) = pack(&texels, &weights);
-        let sum =
-            |value: &dyn Fn(usize) -> Rgb| -> Rgb { (0..64).map(|t| value(t) * weights[t]).sum() };
-        let (exact, got) = (sum(&|t| texels[t]), sum(&|t| packed[t].rgb() * scale));
-        assert!((got.r / exact.r - 1.0).abs() < 1e-5);
-        assert!((got.g / exact.g - 1.0).abs() < 1e-5);
-        assert_eq!(got.b, 0.0);
+        let packed = pack::<T>(&texels, &weights);
+        let got: Vec<Rgb> = bytemuck::cast_slice::<u32, T>(&packed.words)
+            .iter()
+            .map(|texel| texel.rgb() * packed.scale)
+            .collect();
+        let sum = |texels: &[Rgb]| -> Rgb {
+            texels
+                .iter()
+                .zip(&weights)
+                .map(|(t, w)| *t * (*w * 1e12))
+                .sum()
+        };
+        let (exact, rounded) = (sum(&texels), sum(&got));
+        assert!((rounded.r / exact.r - 1.0).abs() < 1e-5);
+        assert!((rounded.g / exact.g - 1.0).abs() < 1e-5);
+        assert_eq!(rounded.b, 0.0);
+        let most = texels.iter().map(|t| t.max_channel()).fold(0.0, f32::max);
+        for (a, b) in got.iter().zip(&texels) {
+            assert!((*a - *b).map(f32::abs).max_channel() <= worst * most);
+        }
+    }
+
+    #[test]
+    fn packing_keeps_the_sum() {
+        packing_keeps_the_sum_of::<Rgb>(1e-6);
+        packing_keeps_the_sum_of::<Half>(1.0 / 1024.0);
+        packing_keeps_the_sum_of::<Packed>(1.0 / 256.0);
     }
 }

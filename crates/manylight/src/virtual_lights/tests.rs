@@ -1,5 +1,6 @@
 //! Lights of real surfaces: what they shine, where they stand, and that no flux is lost.
 
+use super::source::Source;
 use super::testing::photon;
 use super::*;
 use crate::bsdf::{Lobes, Material};
@@ -13,7 +14,10 @@ use crate::sampling::warp;
 use crate::scene::{PathLimits, Scene};
 use crate::testing::scenes::{Builder, diffuse, rough_glass, rough_metal, rough_plastic};
 
-const SIDE: usize = 32;
+const TABLE: GlossyForm = GlossyForm::Table {
+    side: 32,
+    storage: TableStorage::Shared,
+};
 
 fn unlimited() -> PathLimits {
     PathLimits::default()
@@ -67,9 +71,14 @@ fn directions(count: usize) -> impl Iterator<Item = Vec3> {
     (0..count).map(move |_| warp::sphere(Vec2::new(rng.next_f32(), rng.next_f32())))
 }
 
-/// Integral of the intensity of a light over the sphere, by the midpoint rule on the octahedral map.
+/// Integral of the intensity of a light over the sphere, by the midpoint rule on the octahedral map, where texels end at edges of the
+/// rule's squares.
 fn emitted(field: &LightField, id: LightId) -> [f64; 3] {
-    let n = 1024;
+    emitted_in_squares(field, id, 1024)
+}
+
+/// The same with `n`² squares. Of an odd number none has its middle on the horizon of the floor, where lobes are not dark.
+fn emitted_in_squares(field: &LightField, id: LightId, n: usize) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for i in 0..n * n {
         let uv = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
@@ -139,7 +148,7 @@ fn the_diffuse_part_is_exact() {
     let weights: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
     let sites = select(&photons, &weights, 20, 0.5);
     let (shares, _) = assign(&scene, &photons, &sites, &weights, Division::Nearest, 0.5);
-    let field = LightField::rich(&scene, unlimited(), &photons, &shares, SIDE, |_| true);
+    let field = LightField::rich(&scene, unlimited(), &photons, &shares, TABLE);
     assert_eq!(field.bytes(), size_of_val(field.lights()));
     for w in directions(50) {
         let sum: Rgb = (0..field.lights().len())
@@ -179,12 +188,12 @@ fn tables_hold_exactly_the_reflected_flux() {
                 photon: 0,
                 probability: 1.0,
             }]);
-            let field = LightField::rich(&scene, unlimited(), &photons, &shares, SIDE, |_| true);
+            let field = LightField::rich(&scene, unlimited(), &photons, &shares, TABLE);
             let emitted = emitted(&field, LightId(0));
             let target = field.ledger().reflected;
             for c in 0..3 {
                 assert!(
-                    close(field.ledger().tables[c], target[c], 1e-5),
+                    close(field.ledger().glossy[c], target[c], 1e-5),
                     "{:?}",
                     field.ledger()
                 );
@@ -215,9 +224,7 @@ fn the_reflected_flux_is_the_albedo_on_average() {
                 probability: 1.0,
             })
             .collect();
-        let field = LightField::rich(&scene, unlimited(), &photons, &twice(&sites), SIDE, |_| {
-            true
-        });
+        let field = LightField::rich(&scene, unlimited(), &photons, &twice(&sites), TABLE);
         let expected: Rgb = photons
             .iter()
             .map(|p| {
@@ -248,7 +255,7 @@ fn wide_lobes_keep_their_shape() {
         photon: 0,
         probability: 1.0,
     }]);
-    let field = LightField::rich(&scene, unlimited(), &photons, &shares, SIDE, |_| true);
+    let field = LightField::rich(&scene, unlimited(), &photons, &shares, TABLE);
     let bsdf = scene.bsdf(&scene.surface_point(photons[0].at));
     let peak = bsdf.f_cos_wo(
         photons[0].wi,
@@ -271,7 +278,7 @@ fn many_photons_keep_their_mean_lobe() {
     let weights = vec![1.0; photons.len()];
     let sites = select(&photons, &weights, 100, 0.3);
     let (shares, _) = assign(&scene, &photons, &sites, &weights, Division::Nearest, 0.1);
-    let field = LightField::rich(&scene, unlimited(), &photons, &shares, SIDE, |_| true);
+    let field = LightField::rich(&scene, unlimited(), &photons, &shares, TABLE);
     let (mut error, mut total) = (0.0, 0.0);
     for w in directions(100).filter(|w| w.z > 0.1) {
         let sum: Rgb = (0..field.lights().len())
@@ -306,7 +313,7 @@ fn nothing_shines_below_the_horizon_but_glass() {
             photon: 0,
             probability: 1.0,
         }]);
-        let field = LightField::rich(&scene, unlimited(), &photons, &shares, SIDE, |_| true);
+        let field = LightField::rich(&scene, unlimited(), &photons, &shares, TABLE);
         let under = directions(500).filter(|w| w.z < 0.0);
         below[i] = under
             .map(|w| field.intensity(LightId(0), w).max_channel())
@@ -343,7 +350,7 @@ fn lights_on_a_ball_stand_on_its_surface() {
     }];
     let weights = vec![1.0; photons.len()];
     let (shares, _) = assign(&scene, &photons, &sites, &weights, Division::Nearest, 0.5);
-    let field = LightField::rich(&scene, unlimited(), &photons, &shares, SIDE, |_| true);
+    let field = LightField::rich(&scene, unlimited(), &photons, &shares, TABLE);
     let light = field
         .lights()
         .iter()
@@ -383,7 +390,7 @@ fn lights_do_not_stand_in_holes() {
         Division::Nearest,
         0.5,
     );
-    let field = LightField::rich(&scene, unlimited(), &photons, &shares, SIDE, |_| true);
+    let field = LightField::rich(&scene, unlimited(), &photons, &shares, TABLE);
     for light in field.lights() {
         assert!((light.p.length() - 0.3).abs() < 0.05, "{light:?}");
     }
@@ -401,8 +408,7 @@ fn depth_shares_accumulate_only_in_scenes_with_a_limit() {
             max_depth,
             ..unlimited()
         };
-        LightField::rich(&scene, limits, &photons, &shares, SIDE, |_| true)
-            .share_up_to(LightId(0), depth)
+        LightField::rich(&scene, limits, &photons, &shares, TABLE).share_up_to(LightId(0), depth)
     };
     // Depths 1 to 4 alike.
     for (depth, expected) in [
@@ -442,7 +448,7 @@ fn the_ledger_of_a_furnished_room_balances() {
     let weights: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
     let sites = select(&photons, &weights, 200, 0.3);
     let (shares, _) = assign(&scene, &photons, &sites, &weights, Division::Nearest, 0.1);
-    let field = LightField::rich(&scene, unlimited(), &photons, &shares, SIDE, |_| true);
+    let field = LightField::rich(&scene, unlimited(), &photons, &shares, TABLE);
     let ledger = field.ledger();
     for c in 0..3 {
         assert!(ledger.residual[c] < 0.1 * ledger.photons[c], "{ledger:?}");
@@ -453,8 +459,178 @@ fn the_ledger_of_a_furnished_room_balances() {
             "{ledger:?}"
         );
         assert!(
-            close(ledger.tables[c], ledger.reflected[c], 1e-4),
+            close(ledger.glossy[c], ledger.reflected[c], 1e-4),
             "{ledger:?}"
         );
     }
+}
+
+/// The light of one photon that falls from `prev` onto a floor of metal, and what it should reflect.
+fn metal_light(alpha: f32, prev: Vec3, form: GlossyForm) -> ([f64; 3], [f64; 3], [f64; 3]) {
+    let scene = floor(rough_metal(alpha));
+    let flux = Rgb::new(1.0, 2.0, 3.0);
+    let photons = [falling(&scene, Vec3::Z, Vec3::Z, prev, flux)];
+    let shares = Shares::own(&[Site {
+        photon: 0,
+        probability: 1.0,
+    }]);
+    let field = LightField::rich(&scene, unlimited(), &photons, &shares, form);
+    let ledger = field.ledger();
+    let emitted = emitted_in_squares(&field, LightId(0), 1025);
+    (emitted, ledger.glossy, ledger.reflected)
+}
+
+/// The integral of what is looked up is the flux that should be reflected, in every form.
+#[test]
+fn every_form_holds_exactly_the_reflected_flux() {
+    let table = |side, storage| GlossyForm::Table { side, storage };
+    let forms = [
+        table(32, TableStorage::Float),
+        table(32, TableStorage::Half),
+        table(8, TableStorage::Shared),
+        table(64, TableStorage::Half),
+        table(128, TableStorage::Shared),
+        GlossyForm::Lobes { count: 1 },
+        GlossyForm::Lobes { count: 5 },
+        GlossyForm::Lobes { count: 8 },
+    ];
+    let mut rng = Pcg::new(21);
+    for form in forms {
+        for alpha in [0.1f32, 0.15, 0.3, 0.6, 1.0] {
+            // Narrow lobes fall between the texels of coarse tables.
+            let alpha = if form == forms[2] {
+                alpha.max(0.3)
+            } else {
+                alpha
+            };
+            let u = Vec2::new(rng.next_f32(), rng.next_f32());
+            let prev = warp::cosine_hemisphere(u) + Vec3::Z * 0.02;
+            let (emitted, held, target) = metal_light(alpha, prev, form);
+            for c in 0..3 {
+                assert!(close(held[c], target[c], 1e-5), "{held:?} of {target:?}");
+                // The horizon is integrated by sub-samples of texels.
+                let tolerance = if form == forms[2] { 2e-3 } else { 1e-4 };
+                assert!(
+                    close(emitted[c], target[c], tolerance),
+                    "{form:?}, alpha {alpha}, from {prev}: {emitted:?} of {target:?}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn storages_agree_within_their_rounding() {
+    let scene = floor(rough_metal(0.2));
+    let photons = photons_on_floor(&scene, 400, 9);
+    let weights = vec![1.0; photons.len()];
+    let sites = select(&photons, &weights, 10, 0.3);
+    let (shares, _) = assign(&scene, &photons, &sites, &weights, Division::Nearest, 0.1);
+    let field = |storage| {
+        let form = GlossyForm::Table { side: 32, storage };
+        LightField::rich(&scene, unlimited(), &photons, &shares, form)
+    };
+    let exact = field(TableStorage::Float);
+    let mut sizes = Vec::new();
+    for (storage, part) in [
+        (TableStorage::Float, 1e-6),
+        (TableStorage::Half, 1.0 / 1024.0),
+        (TableStorage::Shared, 1.0 / 128.0),
+    ] {
+        let rounded = field(storage);
+        sizes.push((rounded.bytes() - size_of_val(rounded.lights())) / rounded.lights().len());
+        for k in 0..exact.lights().len() {
+            for w in directions(200) {
+                let a = exact.intensity(LightId(k as u32), w);
+                let b = rounded.intensity(LightId(k as u32), w);
+                let off = (a - b).map(f32::abs).max_channel();
+                // The common exponent is that of the brightest texel nearby.
+                let scale = if storage == TableStorage::Shared {
+                    4.0
+                } else {
+                    1.0
+                };
+                assert!(off <= part * scale * a.max_channel() + 1e-9, "{a:?} {b:?}");
+            }
+        }
+    }
+    assert_eq!(sizes, [12_300, 6156, 4108]);
+}
+
+/// The part of `∫ |I - I_exact|` in the flux, for lights of 16 photons from near each other.
+fn misplaced(alpha: f32, form: GlossyForm) -> f64 {
+    let scene = floor(rough_metal(alpha));
+    let (maker, mut rng) = (form.maker(), Pcg::new(7));
+    let (mut error, mut total) = (0.0, 0.0);
+    for _ in 0..5 {
+        let mut next = || rng.next_f32();
+        let base = Vec3::new(2.0 * next() - 1.0, 2.0 * next() - 1.0, 0.2 + next());
+        let sources: Vec<Source> = (0..16)
+            .map(|_| {
+                let off = Vec3::new(next() - 0.5, next() - 0.5, next()) * 0.3;
+                let photon = falling(&scene, Vec3::Z, Vec3::Z, base + off, Rgb::WHITE);
+                Source {
+                    bsdf: scene.bsdf(&scene.surface_point(photon.at)),
+                    wi: photon.wi,
+                    flux: Rgb::WHITE,
+                }
+            })
+            .collect();
+        let profile = maker.make(&sources, alpha, Vec3::Z, &mut Pcg::new(11));
+        let mut profiles = form.store();
+        let index = profiles.push(&profile);
+        let n = 128;
+        for i in 0..n * n {
+            let uv = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
+            let w = direction_from_square(uv);
+            if w.z > 0.0 {
+                let exact = |s: &Source| s.bsdf.f_cos_wo(s.wi, w, Lobes::GLOSSY).g;
+                let exact: f32 = sources.iter().map(exact).sum();
+                let solid_angle = solid_angle_density(uv);
+                error += f64::from((profiles.get(index).lookup(w).g - exact).abs() * solid_angle);
+                total += f64::from(exact * solid_angle);
+            }
+        }
+    }
+    error / total
+}
+
+#[test]
+fn more_lobes_keep_more_of_the_shape() {
+    for (alpha, most) in [(0.1, 0.2), (0.2, 0.15), (0.4, 0.15), (0.8, 0.15)] {
+        let [one, three, five] =
+            [1, 3, 5].map(|count| misplaced(alpha, GlossyForm::Lobes { count }));
+        assert!(five < three + 0.02 && three < one, "{one} {three} {five}");
+        assert!(five < most, "alpha {alpha}: {five}");
+    }
+}
+
+#[test]
+fn mixtures_at_their_edges() {
+    let lobes = GlossyForm::Lobes { count: 5 };
+    // Glossy reflection of no light, and none at all below the horizon of a one-sided light.
+    let scene = floor(rough_plastic(0.2, Rgb::splat(0.5)));
+    let prev = Vec3::new(0.3, 0.2, 1.0);
+    let shares = Shares::own(&[Site {
+        photon: 0,
+        probability: 1.0,
+    }]);
+    for flux in [Rgb::BLACK, Rgb::new(0.0, 1.0, 0.0)] {
+        let photons = [falling(&scene, Vec3::Z, Vec3::Z, prev, flux)];
+        let field = LightField::rich(&scene, unlimited(), &photons, &shares, lobes);
+        for w in directions(200) {
+            let value = field.intensity(LightId(0), w);
+            assert_eq!(value.is_black(), w.z <= 0.0 || flux.is_black(), "{w}");
+            assert!(value.is_finite() && value.r == 0.0 && value.b == 0.0);
+        }
+        let bytes = field.bytes() - size_of_val(field.lights());
+        assert_eq!(bytes, 5 * 20);
+    }
+    // Light that passes through is shown on both sides, and no flux of it is cut.
+    let scene = floor(rough_glass(0.3));
+    let photons = [falling(&scene, Vec3::Z, Vec3::Z, prev, Rgb::WHITE)];
+    let field = LightField::rich(&scene, unlimited(), &photons, &shares, lobes);
+    let target = field.ledger().reflected;
+    assert!(close(emitted(&field, LightId(0))[1], target[1], 1e-4));
+    assert!(directions(200).any(|w| w.z < -0.5 && field.intensity(LightId(0), w).g > 0.1));
 }
