@@ -5,7 +5,6 @@ use crate::failure::Failure;
 use crate::output::print_data;
 use crate::preset::{PRESETS, Preset, axes};
 use clap::ValueEnum;
-use manylight::integrators::MethodKind;
 use std::process::ExitCode;
 
 /// Prints what can be named.
@@ -32,20 +31,15 @@ fn plugins(family: Listing) -> &'static [&'static str] {
 
 /// A method with the options that it stands for.
 fn describe(preset: &Preset) -> String {
-    let head = format!("{:<12} {}", preset.name, preset.summary);
-    match (preset.kind)() {
-        MethodKind::ManyLight(method) => {
-            let options = axes(&method)
-                .into_iter()
-                .map(|(name, value)| format!("--{name} {value}"));
-            format!(
-                "{head}\n{:<12} {}",
-                "",
-                options.collect::<Vec<_>>().join(" ")
-            )
-        }
-        _ => head,
+    let head = format!("{:<17} {}", preset.name, preset.summary);
+    let options: Vec<_> = axes(&(preset.kind)())
+        .into_iter()
+        .map(|(name, value)| format!("--{name} {value}"))
+        .collect();
+    if options.is_empty() {
+        return head;
     }
+    format!("{head}\n{:<18}{}", "", options.join(" "))
 }
 
 #[cfg(test)]

@@ -4,4 +4,4 @@ pub mod importons;
 pub mod photons;
 
 pub use importons::{Importon, trace_importons};
-pub use photons::{Photon, trace_photons};
+pub use photons::{Photon, for_lights, trace_photons};
