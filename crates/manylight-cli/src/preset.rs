@@ -5,7 +5,7 @@ use crate::values::{
     emission_name, name_of,
 };
 use manylight::integrators::many_light::{EmissionKind, FluxRule, GlossyForm};
-use manylight::integrators::{ManyLight, MethodKind};
+use manylight::integrators::{ManyLight, MethodKind, PhotonMap};
 
 /// A named method.
 #[derive(Debug)]
@@ -51,6 +51,16 @@ pub(crate) const PRESETS: &[Preset] = &[
         kind: || MethodKind::ManyLight(ManyLight::vsl()),
     },
     Preset {
+        name: "photon-map",
+        summary: "Progressive photon mapping: photons for what wide lobes reflect, within radii that shrink",
+        kind: || MethodKind::PhotonMap(PhotonMap::progressive()),
+    },
+    Preset {
+        name: "photon-map-direct",
+        summary: "The photon map shown directly: every estimate over the nearest photons",
+        kind: || MethodKind::PhotonMap(PhotonMap::direct()),
+    },
+    Preset {
         name: "path",
         summary: "Path tracing with next-event estimation: the reference",
         kind: || MethodKind::Path,
@@ -80,12 +90,16 @@ pub(crate) fn find(name: &str) -> Option<&'static Preset> {
     PRESETS.iter().find(|preset| preset.name == name)
 }
 
-/// Names of the presets whose method has virtual lights.
-pub(crate) fn many_light_names() -> Vec<&'static str> {
-    let has_lights = |preset: &&Preset| matches!((preset.kind)(), MethodKind::ManyLight(_));
+/// Names of the presets whose methods the option `--{option}` belongs to.
+pub(crate) fn names_with(option: &str) -> Vec<&'static str> {
+    let has_option = |preset: &&Preset| {
+        settings(&(preset.kind)())
+            .iter()
+            .any(|(name, _)| *name == option)
+    };
     PRESETS
         .iter()
-        .filter(has_lights)
+        .filter(has_option)
         .map(|preset| preset.name)
         .collect()
 }
@@ -94,12 +108,13 @@ pub(crate) fn many_light_names() -> Vec<&'static str> {
 pub(crate) fn settings(kind: &MethodKind) -> Vec<(&'static str, String)> {
     match kind {
         MethodKind::ManyLight(method) => axes(method),
+        MethodKind::PhotonMap(method) => vec![("photons", method.photon_paths.to_string())],
         _ => Vec::new(),
     }
 }
 
 /// The axes of a many-light method as (option, value), in the order of the help.
-pub(crate) fn axes(method: &ManyLight) -> Vec<(&'static str, String)> {
+fn axes(method: &ManyLight) -> Vec<(&'static str, String)> {
     let word = |name: Option<&'static str>| name.unwrap_or("unnamed").to_string();
     let emission = emission_name(method.emission);
     let mut axes = vec![
@@ -145,7 +160,7 @@ mod tests {
         assert!(find("rich-vlp").is_none());
         assert_eq!(DEFAULT, "rich-vpl");
         assert_eq!(
-            many_light_names(),
+            names_with("lights"),
             [
                 "rich-vpl",
                 "rich-vpl-paper",
@@ -155,14 +170,15 @@ mod tests {
                 "vsl"
             ]
         );
+        assert_eq!(
+            names_with("table-size"),
+            ["rich-vpl", "rich-vpl-paper", "rich-vsl"]
+        );
     }
 
     #[test]
     fn the_default_is_the_method_of_the_paper_with_our_flux_rule() {
-        let MethodKind::ManyLight(method) = (find(DEFAULT).unwrap().kind)() else {
-            panic!()
-        };
-        let axes = axes(&method);
+        let axes = settings(&(find(DEFAULT).unwrap().kind)());
         let value = |name| axes.iter().find(|(n, _)| *n == name).unwrap().1.clone();
         assert_eq!(value("placement"), "importance");
         assert_eq!(value("flux"), "partition");

@@ -30,9 +30,11 @@ impl Settings<'_> {
             let number = value.parse::<u64>().map(Value::from);
             put(name, number.unwrap_or(Value::String(value)));
         }
-        if let MethodKind::ManyLight(method) = &request.kind {
-            put("importons", method.importon_paths.into());
-        }
+        match &request.kind {
+            MethodKind::ManyLight(method) => put("importons", method.importon_paths.into()),
+            MethodKind::PhotonMap(method) => put("neighbors", method.neighbors.into()),
+            _ => None,
+        };
         let limits = self.method.limits;
         put("max-depth", limits.max_depth.map_or(json!(-1), Value::from));
         put("rr-depth", limits.rr_depth.into());
@@ -139,6 +141,7 @@ mod tests {
         for options in [
             "-n 5000 --clamp 2.5 --kernel point --table-size 8 --size 32x16 --max-depth -1",
             "-m vpl --photons 77 --crop 0.25,1,0,0.5 --filter tent --seed 9 -D a=1 -D b=2",
+            "-m photon-map --photons 99 --max-depth 3",
             "-m path --hide-emitters --sensor 2 --exposure -1.5 --max-depth 4 -o a.hdr -o b.pfm",
         ] {
             let start = ["manylight", "render", "a/scene.xml"].into_iter();

@@ -9,7 +9,7 @@ use manylight::integrators::many_light::{
     ClampRule, Complement, EmissionKind, FluxRule, GlossyForm, Kernel, ManyLight, Placement,
     TableStorage,
 };
-use manylight::integrators::{Method, MethodKind};
+use manylight::integrators::{Method, MethodKind, PhotonMap};
 use manylight::math::{UVec2, Vec2};
 use manylight::render::Budget;
 use manylight::scene::{PathLimits, SceneDesc};
@@ -187,18 +187,33 @@ fn check_formats(outputs: &[PathBuf]) -> Result<(), Failure> {
 fn method_kind(preset: &Preset, options: &LightArgs) -> Result<MethodKind, Failure> {
     match (preset.kind)() {
         MethodKind::ManyLight(method) => Ok(MethodKind::ManyLight(many_light(method, options)?)),
-        kind => match first_given(options) {
-            None => Ok(kind),
-            Some(option) => Err(Failure::usage(
-                format!("--{option} has no meaning for the method `{}`", preset.name),
-                format!("it belongs to {}", preset::many_light_names().join(", ")),
-            )),
-        },
+        MethodKind::PhotonMap(method) => {
+            refuse_others(preset, options, &["photons"])?;
+            Ok(MethodKind::PhotonMap(PhotonMap {
+                photon_paths: options.photons.map_or(method.photon_paths, |n| n.get()),
+                ..method
+            }))
+        }
+        kind => {
+            refuse_others(preset, options, &[])?;
+            Ok(kind)
+        }
     }
 }
 
-/// The first option about virtual lights that was typed.
-fn first_given(options: &LightArgs) -> Option<&'static str> {
+/// Refuses options about particles and virtual lights that are not among those `allowed`.
+fn refuse_others(preset: &Preset, options: &LightArgs, allowed: &[&str]) -> Result<(), Failure> {
+    match first_given(options, allowed) {
+        None => Ok(()),
+        Some(option) => Err(Failure::usage(
+            format!("--{option} has no meaning for the method `{}`", preset.name),
+            format!("it belongs to {}", preset::names_with(option).join(", ")),
+        )),
+    }
+}
+
+/// The first option about particles and virtual lights that was typed and is not among those `allowed`.
+fn first_given(options: &LightArgs, allowed: &[&str]) -> Option<&'static str> {
     let given = [
         ("lights", options.lights.is_some()),
         ("photons", options.photons.is_some()),
@@ -217,7 +232,7 @@ fn first_given(options: &LightArgs) -> Option<&'static str> {
     ];
     given
         .iter()
-        .find(|(_, given)| *given)
+        .find(|(name, given)| *given && !allowed.contains(name))
         .map(|&(name, _)| name)
 }
 
@@ -506,6 +521,8 @@ mod tests {
             "s.xml -m path --lobes 3",
             "s.xml -m path --lights 5",
             "s.xml -m direct --strategy all",
+            "s.xml -m photon-map --lights 5",
+            "s.xml -m photon-map-direct --photons 5 --clamp none",
             "s.xml -o image.tif",
             "s.xml -o image",
             "s.xml -o a.png -o a.png",

@@ -31,7 +31,7 @@ fn plugins(family: Listing) -> &'static [&'static str] {
 
 /// A method with the options that it stands for.
 fn describe(preset: &Preset) -> String {
-    let head = format!("{:<12} {}", preset.name, preset.summary);
+    let head = format!("{:<17} {}", preset.name, preset.summary);
     let settings = settings(&(preset.kind)());
     if settings.is_empty() {
         return head;
@@ -40,7 +40,7 @@ fn describe(preset: &Preset) -> String {
         .into_iter()
         .map(|(name, value)| format!("--{name} {value}"))
         .collect();
-    format!("{head}\n{:<12} {}", "", options.join(" "))
+    format!("{head}\n{:<18}{}", "", options.join(" "))
 }
 
 #[cfg(test)]

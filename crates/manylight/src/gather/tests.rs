@@ -7,7 +7,7 @@ use crate::geometry::Segment;
 use crate::ids::LightId;
 use crate::lanes::{LANES, LaneMask, Lanes3};
 use crate::math::Vec2;
-use crate::particles::trace_photons;
+use crate::particles::{for_lights, trace_photons};
 use crate::sampling::{Pass, warp};
 use crate::scene::PathLimits;
 use crate::simd::{self, Isa, Simd};
@@ -32,7 +32,7 @@ fn table(side: u32) -> Option<GlossyForm> {
 
 /// Lights of 2000 photon paths: with glossy parts of this form, or plain ones.
 fn lights(scene: &Scene, form: Option<GlossyForm>, limits: PathLimits) -> Lights<'_> {
-    let photons = trace_photons(scene, limits, 2000, PASS);
+    let photons = trace_photons(scene, limits, 2000, PASS, for_lights);
     let fluxes: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
     let sites = select(&photons, &fluxes, 90, 0.4);
     Lights::new(match form {

@@ -203,11 +203,7 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
             return None;
         }
         self.paths.shadow_rays += 1;
-        let crossings = self
-            .set
-            .limits
-            .max_depth
-            .map_or(u32::MAX, |max| max - (v.segments + 1));
+        let crossings = self.set.limits.left_after(v.segments + 1);
         let arriving = light.weight * light.transmittance(scene, crossings);
         Some(arriving * f_cos * light.mis_weight(pdf_walk(light.wi)))
     }

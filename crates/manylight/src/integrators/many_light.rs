@@ -11,8 +11,8 @@ use crate::film::Film;
 pub use crate::gather::Kernel;
 use crate::gather::{Clamp, Gather, Lights};
 use crate::maps::density::{IMPORTANCE_NEIGHBORS, importance_at};
-use crate::maps::{Incident, IncidentMap, KdTree, Neighbors};
-use crate::particles::{Importon, Photon, trace_importons, trace_photons};
+use crate::maps::{IncidentMap, KdTree, Neighbors};
+use crate::particles::{Importon, Photon, for_lights, trace_importons, trace_photons};
 use crate::sampling::systematic::{inclusion_probabilities, systematic};
 use crate::sampling::{Pass, Stream};
 use crate::scene::{PathLimits, Scene};
@@ -278,7 +278,7 @@ impl ManyLight {
         let (incident, caustics) = run.stats.time("maps", || {
             let caustics = photons.iter().filter(|p| p.event.has(Lobes::SPECULAR));
             (
-                incident_from_afar(scene, &photons),
+                IncidentMap::from_afar(scene, &photons),
                 KdTree::build_ordered(caustics.copied().collect()),
             )
         });
@@ -341,7 +341,7 @@ impl ManyLight {
     fn trace_photons(&self, scene: &Scene, limits: PathLimits, run: &PassContext) -> Vec<Photon> {
         let stats = run.stats;
         let photons = stats.time("photons", || {
-            trace_photons(scene, limits, self.photon_paths, run.pass)
+            trace_photons(scene, limits, self.photon_paths, run.pass, for_lights)
         });
         Stats::count(&stats.photon_paths, u64::from(self.photon_paths));
         Stats::count(&stats.photons, photons.len() as u64);
@@ -515,23 +515,6 @@ fn thinned(
         (kept, weights[j] * stands_for)
     });
     kept.unzip()
-}
-
-/// Photons straight from emitters beyond the scene, if these fill a solid angle. Emitters within it are found by their area.
-fn incident_from_afar(scene: &Scene, photons: &[Photon]) -> IncidentMap {
-    let bounds = scene.geometry.bounds();
-    let from_afar = |photon: &&Photon| {
-        photon.event == Lobes::NONE
-            && scene.emitters.has_environment()
-            && bounds.distance_squared(photon.prev) > 0.0
-    };
-    let incident = |photon: &Photon| Incident {
-        p: photon.p,
-        n: photon.n,
-        wi: photon.wi,
-    };
-    let incidents: Vec<Incident> = photons.iter().filter(from_afar).map(incident).collect();
-    IncidentMap::new(&incidents)
 }
 
 #[cfg(test)]

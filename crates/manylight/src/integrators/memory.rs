@@ -1,9 +1,9 @@
 //! How much memory a render will take, told before it is taken.
 
-use super::{ManyLight, Method, MethodKind, many_light::EmissionKind};
+use super::{ManyLight, Method, MethodKind, PhotonMap, many_light::EmissionKind};
 use crate::bsdf::Lobes;
 use crate::film::Film;
-use crate::particles::{Importon, Photon, trace_photons};
+use crate::particles::{Importon, Photon, for_lights, trace_photons};
 use crate::sampling::Pass;
 use crate::scene::{PathLimits, Scene};
 use crate::virtual_lights::LightField;
@@ -33,9 +33,13 @@ impl Method {
             stage: "film",
             bytes: film as u64,
         }];
-        if let MethodKind::ManyLight(method) = &self.kind {
-            let last = passes.map_or(u32::MAX, |n| n.saturating_sub(1));
-            stages.extend(method.memory(scene, self.limits, last, seed));
+        match &self.kind {
+            MethodKind::ManyLight(method) => {
+                let last = passes.map_or(u32::MAX, |n| n.saturating_sub(1));
+                stages.extend(method.memory(scene, self.limits, last, seed));
+            }
+            MethodKind::PhotonMap(method) => stages.push(method.memory(scene, self.limits, seed)),
+            _ => {}
         }
         stages
     }
@@ -45,15 +49,14 @@ impl ManyLight {
     /// Of the largest set of lights for passes up to `last`.
     fn memory(&self, scene: &Scene, limits: PathLimits, last: u32, seed: u64) -> [StageMemory; 3] {
         let sets = f64::from(self.largest_set(last));
-        let probes = trace_photons(scene, limits, PROBES, Pass { seed, index: 0 });
+        let probes = trace_photons(scene, limits, PROBES, Pass { seed, index: 0 }, for_lights);
         let is_glossy = |photon: &&Photon| {
             let bsdf = scene.bsdf(&scene.surface_point(photon.at));
             bsdf.lobes().has(Lobes::GLOSSY)
         };
         let glossy = probes.par_iter().filter(is_glossy).count() as f64;
         let glossy = (GLOSSY_PREFERENCE * glossy / probes.len().max(1) as f64).min(1.0);
-        let per_path = probes.len() as f64 / f64::from(PROBES);
-        let photons = per_path * f64::from(self.photon_paths) * sets;
+        let paths = f64::from(self.photon_paths) * sets;
         let importons = f64::from(self.importon_paths) * sets;
         let form = match self.emission {
             EmissionKind::Rich(form) => Some(form),
@@ -65,12 +68,29 @@ impl ManyLight {
             bytes: bytes as u64,
         };
         [
-            stage("photons", photons * size_of::<Photon>() as f64 * COPIES),
+            photon_memory(&probes, paths),
             stage(
                 "importons",
                 importons * size_of::<Importon>() as f64 * COPIES,
             ),
             stage("lights", f64::from(self.light_count) * sets * light),
         ]
+    }
+}
+
+impl PhotonMap {
+    /// Of the photons of one pass.
+    fn memory(&self, scene: &Scene, limits: PathLimits, seed: u64) -> StageMemory {
+        let probes = self.trace_photons(scene, limits, PROBES, Pass { seed, index: 0 });
+        photon_memory(&probes, f64::from(self.photon_paths))
+    }
+}
+
+/// Of the photons of so many paths, told by those of [`PROBES`] paths.
+fn photon_memory(probes: &[Photon], paths: f64) -> StageMemory {
+    let photons = probes.len() as f64 / f64::from(PROBES) * paths;
+    StageMemory {
+        stage: "photons",
+        bytes: (photons * size_of::<Photon>() as f64 * COPIES) as u64,
     }
 }

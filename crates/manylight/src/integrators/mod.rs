@@ -4,17 +4,20 @@ mod aov;
 mod carried;
 mod caustics;
 pub mod eye_path;
+mod guided;
 pub mod light_set;
 mod light_tracer;
 pub mod many_light;
 pub mod memory;
 pub mod partition;
 mod path;
+pub mod photon_map;
 mod smooth_light;
 
 pub use light_set::LightSet;
 pub use many_light::ManyLight;
 pub use memory::StageMemory;
+pub use photon_map::PhotonMap;
 
 use crate::bsdf::{BsdfSample, Lobes};
 use crate::color::Rgb;
@@ -47,6 +50,8 @@ pub enum MethodKind {
     Aov,
     /// Virtual lights.
     ManyLight(ManyLight),
+    /// Photon maps.
+    PhotonMap(PhotonMap),
 }
 
 /// What a pass works with, besides the scene.
@@ -137,6 +142,7 @@ impl<'s> Renderer<'s> {
             MethodKind::ManyLight(settings) => {
                 settings.render_pass(scene, limits, run, &mut self.lights, film)
             }
+            MethodKind::PhotonMap(settings) => settings.render_pass(scene, limits, run, film),
         }
     }
 }

@@ -230,9 +230,7 @@ impl Path<'_> {
         Some(Connection {
             index: self.index,
             light,
-            max_crossings: limits
-                .max_depth
-                .map_or(u32::MAX, |max| max - (v.segments + 1)),
+            max_crossings: limits.left_after(v.segments + 1),
             terms: [
                 term(Lobes::DIFFUSE, seen.smooth),
                 term(Lobes::NEAR_DELTA, seen.narrow),

@@ -14,6 +14,7 @@
 //! many photons, so that the clamp asks whose a photon at `y` would be.
 
 use super::eye_path::{EyePath, Gathering, MAX_CHAIN, weight};
+use super::guided::{draw_direction, guide_at, guided_pdf};
 use super::light_set::Complement;
 use super::partition::Stage;
 use crate::bsdf::{BsdfNumbers, BsdfSample, Lobes};
@@ -30,8 +31,6 @@ use crate::virtual_lights::Spot;
 pub(super) const DIRECTIONS: u32 = 16;
 /// Of the directions, those that may go on as the complement: sums over lights cost much more than rays to emitters.
 pub(super) const COMPLEMENTS: u32 = 4;
-/// Share of the directions that look where light from afar comes from, if that is known.
-const GUIDED: f32 = 0.5;
 /// The complement is a small part of the light: one in so many lights is enough for it.
 const FEW: u32 = 8;
 /// Of the directions, so many may go on by specular events: they find bright things in narrow lobes.
@@ -58,39 +57,6 @@ pub(super) struct Branch<'s> {
     pub(super) reach: f32,
 }
 
-/// Density of [`draw_direction`] per solid angle.
-fn smooth_pdf(v: &Vertex, guide: Option<&IncidentGuide>, w: Vec3) -> f32 {
-    let lobes = v.bsdf.pdf_wi(w, v.w_prev, Lobes::SMOOTH);
-    guide.map_or(lobes, |guide| lobes + GUIDED * (guide.pdf(w) - lobes))
-}
-
-/// A direction in which smooth lobes reflect, from the mixture of them and the guide, which of both by `u` in [0, 1).
-fn draw_direction(
-    v: &Vertex,
-    guide: Option<&IncidentGuide>,
-    numbers: BsdfNumbers,
-    u: f32,
-) -> Option<BsdfSample> {
-    let Some(guide) = guide else {
-        return v.bsdf.sample_wi(v.w_prev, numbers, Lobes::SMOOTH);
-    };
-    let (w, lobe, eta) = if u < GUIDED {
-        let w = guide.sample(numbers.lobe, numbers.direction);
-        (w, Lobes::DIFFUSE, 1.0)
-    } else {
-        let drawn = v.bsdf.sample_wi(v.w_prev, numbers, Lobes::SMOOTH)?;
-        (drawn.w, drawn.lobe, drawn.eta)
-    };
-    let pdf = smooth_pdf(v, Some(guide), w);
-    Some(BsdfSample {
-        w,
-        weight: v.bsdf.f_cos_wi(w, v.w_prev, Lobes::SMOOTH) / pdf,
-        pdf,
-        lobe,
-        eta,
-    })
-}
-
 impl<'s> EyePath<'_, 's, '_, '_> {
     /// Everything that the smooth lobes at the end `v` of a branch reflect: emitters and what lacks in the sum over lights, looked
     /// for in some directions, and that sum.
@@ -102,7 +68,7 @@ impl<'s> EyePath<'_, 's, '_, '_> {
         directions: u32,
     ) {
         let at = self.gather_at(v, &branch, lights);
-        let guide = self.guide_at(v);
+        let guide = guide_at(&self.set.incident, v, &mut self.paths.found);
         branch.walk.scale(1.0 / directions as f32);
         let (for_emitters, for_directions) =
             (self.sampler.next_spread(), self.sampler.next_spread());
@@ -112,17 +78,15 @@ impl<'s> EyePath<'_, 's, '_, '_> {
             self.emitters_at(v, &branch, guide.as_ref(), &plan);
             let (lobe, direction) = for_directions.triple(i);
             let u = (i as f32 + self.sampler.next_1d()) / directions as f32;
-            let sample = draw_direction(v, guide.as_ref(), BsdfNumbers { lobe, direction }, u);
+            let sample = draw_direction(
+                v,
+                guide.as_ref(),
+                Lobes::SMOOTH,
+                BsdfNumbers { lobe, direction },
+                u,
+            );
             self.follow_smooth(v, sample, branch.clone(), &at);
         }
-    }
-
-    /// Where light from afar comes from at `v`, if anything is known.
-    fn guide_at(&mut self, v: &Vertex) -> Option<IncidentGuide> {
-        // A surface that is lit from both sides would need two guides.
-        v.bsdf.receiving_normal(v.w_prev)?;
-        let n = v.x.normal_towards(v.w_prev);
-        self.set.incident.around(v.x.p, n, &mut self.paths.found)
     }
 
     /// Light from emitters that smooth lobes reflect at the end `v` of a branch; directions drawn there are the other half of it.
@@ -133,7 +97,7 @@ impl<'s> EyePath<'_, 's, '_, '_> {
         guide: Option<&IncidentGuide>,
         plan: &LightPlan,
     ) {
-        let pdf_walk = |wi| smooth_pdf(v, guide, wi);
+        let pdf_walk = |wi| guided_pdf(v, guide, Lobes::SMOOTH, wi);
         if let Some(radiance) =
             self.emitter_light(v, Lobes::SMOOTH, branch.lit_from, plan, pdf_walk)
         {

@@ -52,6 +52,14 @@ pub struct Bandwidth {
     pub share: f32,
 }
 
+/// The share of the bandwidth in pass number `pass`, counted from 1: radii shrink as the passes go on, so that their mean goes to
+/// the right picture. Squared radii by n^(-1/3), where the errors by blur and by noise fall alike.
+///
+/// Source: Knaus, Zwicker, "Progressive Photon Mapping: A Probabilistic Approach", ACM TOG 2011, with alpha = 2/3.
+pub fn shrinking(pass: u32) -> f32 {
+    (pass as f32).powf(-1.0 / 6.0)
+}
+
 /// Where radiance is estimated.
 #[derive(Clone, Copy, Debug)]
 pub struct Receiver {

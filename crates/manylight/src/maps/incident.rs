@@ -4,8 +4,11 @@
 //! Source: Jensen, "Importance Driven Path Tracing Using the Photon Map", EGWR 1995; here with von Mises-Fisher lobes.
 
 use super::{KdTree, Located, Neighbors};
+use crate::bsdf::Lobes;
 use crate::math::{Frame, Vec2, Vec3};
+use crate::particles::Photon;
 use crate::sampling::warp::{von_mises_fisher, von_mises_fisher_pdf};
+use crate::scene::Scene;
 
 /// Photons asked around a point.
 pub const INCIDENT_NEIGHBORS: usize = 32;
@@ -49,6 +52,24 @@ impl IncidentMap {
         IncidentMap {
             photons: KdTree::build_ordered(photons.iter().copied().step_by(step).collect()),
         }
+    }
+
+    /// Of the photons straight from emitters beyond the scene, if these fill a solid angle. Emitters within it are found by their
+    /// area.
+    pub fn from_afar(scene: &Scene, photons: &[Photon]) -> Self {
+        let bounds = scene.geometry.bounds();
+        let is_from_afar = |photon: &&Photon| {
+            photon.event == Lobes::NONE
+                && scene.emitters.has_environment()
+                && bounds.distance_squared(photon.prev) > 0.0
+        };
+        let incident = |photon: &Photon| Incident {
+            p: photon.p,
+            n: photon.n,
+            wi: photon.wi,
+        };
+        let incidents: Vec<Incident> = photons.iter().filter(is_from_afar).map(incident).collect();
+        IncidentMap::new(&incidents)
     }
 
     /// The directions around `p` on the side of the unit normal `n`; `None` if too few photons are known there. `found` asks for

@@ -1,6 +1,6 @@
 //! Photons: flux that arrives at surfaces.
 
-use crate::bsdf::Lobes;
+use crate::bsdf::{Bsdf, Lobes};
 use crate::color::Rgb;
 use crate::geometry::SurfaceRef;
 use crate::math::Vec3;
@@ -58,15 +58,24 @@ pub fn parent(photons: &[Photon], j: usize) -> Option<usize> {
 /// Paths traced by one task.
 const PATHS_PER_TASK: u32 = 1024;
 
-/// Traces `path_count` photon paths and stores a photon wherever a path meets a surface with smooth lobes.
+/// The use of a photon on a surface with smooth lobes that comes from a scattering event of the given class, in the many-light
+/// methods: a virtual light at depth m makes paths of m + 2 segments, a caustic photon of m + 1. See [`trace_photons`].
+pub fn for_lights(bsdf: &Bsdf, event: Lobes) -> Option<u32> {
+    let segments = if event.has(Lobes::SPECULAR) { 1 } else { 2 };
+    bsdf.lobes().has(Lobes::SMOOTH).then_some(segments)
+}
+
+/// Traces `path_count` photon paths and stores a photon wherever it is of use: `segments_added` tells for the surface and the
+/// class of the event that the photon comes from how many segments an eye path adds at least, or `None` if it is of no use.
 ///
 /// The list is in path order, the same for any number of threads. Photons that no eye path within `limits` can use are
-/// left out: a virtual light at depth m makes paths of m + 2 segments, a caustic photon of m + 1.
+/// left out.
 pub fn trace_photons(
     scene: &Scene,
     limits: PathLimits,
     path_count: u32,
     pass: Pass,
+    segments_added: impl Fn(&Bsdf, Lobes) -> Option<u32> + Sync,
 ) -> Vec<Photon> {
     scene.guide_emission();
     let tasks: Vec<Vec<Photon>> = (0..path_count.div_ceil(PATHS_PER_TASK))
@@ -80,6 +89,7 @@ pub fn trace_photons(
                     limits,
                     1.0 / path_count as f32,
                     &mut sampler,
+                    &segments_added,
                     &mut photons,
                 );
             }
@@ -98,6 +108,7 @@ fn trace_path(
     limits: PathLimits,
     share: f32,
     sampler: &mut Sampler,
+    segments_added: &impl Fn(&Bsdf, Lobes) -> Option<u32>,
     photons: &mut Vec<Photon>,
 ) {
     let start =
@@ -114,8 +125,8 @@ fn trace_path(
         if !event.has(Lobes::SPECULAR) {
             origin = event;
         }
-        let segments_when_used = v.segments + if event.has(Lobes::SPECULAR) { 1 } else { 2 };
-        if v.bsdf.lobes().has(Lobes::SMOOTH) && limits.allow(segments_when_used) {
+        let is_useful = |added| limits.allow(v.segments + added);
+        if segments_added(&v.bsdf, event).is_some_and(is_useful) {
             photons.push(Photon {
                 p: v.x.p,
                 n: v.x.normal_towards(v.w_prev),

@@ -74,6 +74,13 @@ impl PathLimits {
     pub fn allow(&self, segments: u32) -> bool {
         self.max_depth.is_none_or(|max| segments <= max)
     }
+
+    /// How many segments a path of `segments` may become longer by.
+    #[inline]
+    pub fn left_after(&self, segments: u32) -> u32 {
+        self.max_depth
+            .map_or(u32::MAX, |max| max.saturating_sub(segments))
+    }
 }
 
 impl Default for PathLimits {

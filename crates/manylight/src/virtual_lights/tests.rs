@@ -441,10 +441,16 @@ fn areas_add_up_to_the_floor() {
 
 #[test]
 fn the_ledger_of_a_furnished_room_balances() {
-    use crate::particles::photons::trace_photons;
+    use crate::particles::{for_lights, trace_photons};
     use crate::sampling::Pass;
     let scene = crate::testing::scenes::glossy_box(8).build();
-    let photons = trace_photons(&scene, unlimited(), 4000, Pass { index: 0, seed: 1 });
+    let photons = trace_photons(
+        &scene,
+        unlimited(),
+        4000,
+        Pass { index: 0, seed: 1 },
+        for_lights,
+    );
     let weights: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
     let sites = select(&photons, &weights, 200, 0.3);
     let (shares, _) = assign(&scene, &photons, &sites, &weights, Division::Nearest, 0.1);

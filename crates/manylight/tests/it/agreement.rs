@@ -1,4 +1,4 @@
-//! The many-light methods against the path tracer, term by term.
+//! The many-light methods and progressive photon mapping against the path tracer, term by term.
 
 use crate::common::film;
 use manylight::bsdf::Material;
@@ -6,7 +6,7 @@ use manylight::color::Rgb;
 use manylight::emitters::Emitter;
 use manylight::film::{Film, Layer};
 use manylight::geometry::Shape;
-use manylight::integrators::{ManyLight, MethodKind};
+use manylight::integrators::{ManyLight, MethodKind, PhotonMap};
 use manylight::math::{Affine3A, Vec3};
 use manylight::scene::Scene;
 use manylight::testing::scenes::{
@@ -25,24 +25,28 @@ fn reference(scene: &Scene) -> Film {
     film(scene, MethodKind::Path, 1024, 11)
 }
 
-fn rich() -> ManyLight {
-    ManyLight {
+fn rich() -> MethodKind {
+    MethodKind::ManyLight(ManyLight {
         photon_paths: 40_000,
         light_count: 600,
         importon_paths: 4000,
         ..ManyLight::rich_vpl()
-    }
+    })
+}
+
+fn photon_map() -> MethodKind {
+    MethodKind::PhotonMap(PhotonMap {
+        photon_paths: 20_000,
+        ..PhotonMap::progressive()
+    })
 }
 
 /// The lamp covers few pixels, and few passes find them by chance: the emission is held to this share of the beauty.
 const EMISSION_TOLERANCE: f64 = 0.06;
 
 /// Each term within `tolerance` of the beauty's mean.
-fn check(scene: &Scene, method: ManyLight, passes: u32, tolerance: f64) {
-    let (truth, ours) = (
-        reference(scene),
-        film(scene, MethodKind::ManyLight(method), passes, 5),
-    );
+fn check(scene: &Scene, method: MethodKind, passes: u32, tolerance: f64) {
+    let (truth, ours) = (reference(scene), film(scene, method, passes, 5));
     let beauty = layer_mean(&truth, Layer::Beauty);
     for layer in TERMS {
         let (a, b) = (layer_mean(&truth, layer), layer_mean(&ours, layer));
@@ -53,7 +57,7 @@ fn check(scene: &Scene, method: ManyLight, passes: u32, tolerance: f64) {
         };
         assert!(
             (a - b).abs() < tolerance * beauty,
-            "{layer:?}: path {a}, virtual lights {b}, beauty {beauty}"
+            "{layer:?}: path {a}, ours {b}, beauty {beauty}"
         );
     }
 }
@@ -64,8 +68,7 @@ fn rich_vpl_in_a_glossy_room() {
 }
 
 /// The sky through a slit in the ceiling: directions are drawn from the surfaces, from the sky, and from where photons come from.
-#[test]
-fn rich_vpl_under_a_window() {
+fn room_under_a_window() -> Scene {
     let mut b = Builder::new(
         Vec3::new(0.0, 0.1, -0.98),
         Vec3::new(0.0, -0.15, 1.0),
@@ -90,12 +93,16 @@ fn rich_vpl_under_a_window() {
     b.emitter(Emitter::Constant {
         radiance: Rgb::new(1.0, 2.0, 4.0),
     });
-    check(&b.build(), rich(), 8, 1e-2);
+    b.build()
+}
+
+#[test]
+fn rich_vpl_under_a_window() {
+    check(&room_under_a_window(), rich(), 8, 1e-2);
 }
 
 /// Mirrors, glass and near-delta metal: all rows of the partition are at work.
-#[test]
-fn rich_vpl_with_specular_objects() {
+fn room_with_specular_objects() -> Scene {
     let mut b = glossy_box(32);
     let (ball, mirror) = (b.material(glass()), b.material(rough_metal(0.03)));
     let sphere = |center, radius| Shape::Sphere { center, radius };
@@ -111,7 +118,12 @@ fn rich_vpl_with_specular_objects() {
         mirror,
         None,
     );
-    check(&b.build(), rich(), 12, 1.5e-2);
+    b.build()
+}
+
+#[test]
+fn rich_vpl_with_specular_objects() {
+    check(&room_with_specular_objects(), rich(), 12, 1.5e-2);
 }
 
 /// A metal floor before a mirror: its glossy lobes find lit walls by way of the mirror, its photons bring the lamp from there.
@@ -140,8 +152,7 @@ fn rich_vpl_with_a_mirror_over_a_glossy_floor() {
     check(&b.build(), rich(), 12, 1e-2);
 }
 
-#[test]
-fn rich_vpl_lit_through_frosted_glass() {
+fn room_lit_through_frosted_glass() -> Scene {
     let mut b = Builder::new(
         Vec3::new(0.0, 0.6, -0.98),
         Vec3::new(0.0, 0.4, 1.0),
@@ -161,7 +172,12 @@ fn rich_vpl_lit_through_frosted_glass() {
         wall,
         Some(lamp),
     );
-    check(&b.build(), rich(), 12, 1.5e-2);
+    b.build()
+}
+
+#[test]
+fn rich_vpl_lit_through_frosted_glass() {
+    check(&room_lit_through_frosted_glass(), rich(), 12, 1.5e-2);
 }
 
 #[test]
@@ -174,19 +190,47 @@ fn importance_placed_vpls_unclamped() {
         clamp,
         ..ManyLight::vpl_importance()
     };
+    let vpl = MethodKind::ManyLight(vpl);
     check(&glossy_box(32).build(), vpl, 16, 2e-2);
 }
 
 #[test]
+fn photon_map_in_a_glossy_room() {
+    check(&glossy_box(32).build(), photon_map(), 64, 5e-3);
+}
+
+#[test]
+fn photon_map_under_a_window() {
+    check(&room_under_a_window(), photon_map(), 64, 1e-2);
+}
+
+#[test]
+fn photon_map_with_specular_objects() {
+    check(&room_with_specular_objects(), photon_map(), 64, 1e-2);
+}
+
+/// Wide lobes that transmit gather from both sides.
+#[test]
+fn photon_map_through_frosted_glass() {
+    check(&room_lit_through_frosted_glass(), photon_map(), 64, 1e-2);
+}
+
+#[test]
 fn the_terms_sum_to_the_beauty() {
-    let film = film(&glossy_box(16).build(), MethodKind::ManyLight(rich()), 2, 3);
-    let beauty = film.image(Layer::Beauty).unwrap();
-    for i in 0..beauty.data.len() {
-        let sum: f32 = TERMS.iter().map(|&t| film.image(t).unwrap().data[i]).sum();
-        assert!(
-            (sum - beauty.data[i]).abs() <= 1e-4 * beauty.data[i].max(1.0),
-            "{sum} and {}",
-            beauty.data[i]
-        );
+    let direct = MethodKind::PhotonMap(PhotonMap {
+        photon_paths: 20_000,
+        ..PhotonMap::direct()
+    });
+    for kind in [rich(), photon_map(), direct] {
+        let film = film(&glossy_box(16).build(), kind, 2, 3);
+        let beauty = film.image(Layer::Beauty).unwrap();
+        for i in 0..beauty.data.len() {
+            let sum: f32 = TERMS.iter().map(|&t| film.image(t).unwrap().data[i]).sum();
+            assert!(
+                (sum - beauty.data[i]).abs() <= 1e-4 * beauty.data[i].max(1.0),
+                "{sum} and {}",
+                beauty.data[i]
+            );
+        }
     }
 }

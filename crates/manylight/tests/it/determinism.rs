@@ -2,7 +2,7 @@
 
 use crate::common::film;
 use manylight::film::Layer;
-use manylight::integrators::{ManyLight, MethodKind};
+use manylight::integrators::{ManyLight, MethodKind, PhotonMap};
 use manylight::math::{Affine3A, Vec3};
 use manylight::testing::scenes::{Builder, glossy_box};
 
@@ -13,6 +13,10 @@ fn methods() -> Vec<MethodKind> {
         importon_paths: 1000,
         ..method
     };
+    let few = |method: PhotonMap| PhotonMap {
+        photon_paths: 5000,
+        ..method
+    };
     vec![
         MethodKind::Path,
         MethodKind::LightTracer,
@@ -20,6 +24,8 @@ fn methods() -> Vec<MethodKind> {
         MethodKind::ManyLight(small(ManyLight::rich_vpl())),
         MethodKind::ManyLight(small(ManyLight::vpl())),
         MethodKind::ManyLight(small(ManyLight::vpl_importance())),
+        MethodKind::PhotonMap(few(PhotonMap::progressive())),
+        MethodKind::PhotonMap(few(PhotonMap::direct())),
     ]
 }
 

@@ -2,7 +2,7 @@
 
 use crate::common::film;
 use manylight::film::Layer;
-use manylight::integrators::{ManyLight, MethodKind};
+use manylight::integrators::{ManyLight, MethodKind, PhotonMap};
 use manylight::testing::scenes::furnace;
 use manylight::testing::statistics::layer_mean;
 
@@ -52,4 +52,38 @@ fn vpl() {
         ..ManyLight::vpl()
     };
     check(MethodKind::ManyLight(vpl), 8, 2e-2);
+}
+
+fn photon_maps() -> [MethodKind; 2] {
+    [PhotonMap::progressive(), PhotonMap::direct()].map(|method| {
+        MethodKind::PhotonMap(PhotonMap {
+            photon_paths: 20_000,
+            ..method
+        })
+    })
+}
+
+#[test]
+fn photon_maps_keep_the_light_of_a_closed_room() {
+    for kind in photon_maps() {
+        check(kind, 16, 5e-3);
+    }
+}
+
+/// With paths of at most `d` segments the radiance is the first `d` terms of the geometric series.
+#[test]
+fn photon_maps_keep_to_the_depth_limit() {
+    for kind in photon_maps() {
+        for depth in 1..=4 {
+            let mut room = furnace(RHO, 24);
+            room.desc.limits.max_depth = Some(depth);
+            let film = film(&room.build(), kind.clone(), 8, 1);
+            let mean = layer_mean(&film, Layer::Beauty);
+            let expected: f64 = (0..depth).map(|k| f64::from(RHO).powi(k as i32)).sum();
+            assert!(
+                (mean / expected - 1.0).abs() < 1e-2,
+                "{kind:?} to depth {depth}: mean {mean}, expected {expected}"
+            );
+        }
+    }
 }

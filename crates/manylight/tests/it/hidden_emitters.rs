@@ -6,7 +6,7 @@ use manylight::bsdf::Material;
 use manylight::color::Rgb;
 use manylight::emitters::Emitter;
 use manylight::film::Layer;
-use manylight::integrators::{ManyLight, MethodKind};
+use manylight::integrators::{ManyLight, MethodKind, PhotonMap};
 use manylight::math::Vec3;
 use manylight::scene::{PathLimits, Scene};
 use manylight::testing::scenes::{Builder, diffuse};
@@ -58,16 +58,24 @@ fn half() -> Material {
     }
 }
 
-fn methods() -> [(MethodKind, u32); 3] {
+fn methods() -> [(MethodKind, u32); 5] {
     let few = ManyLight {
         photon_paths: 100,
         importon_paths: 10,
         light_count: 4,
         ..ManyLight::rich_vpl()
     };
+    let photons = |method: PhotonMap| {
+        MethodKind::PhotonMap(PhotonMap {
+            photon_paths: 100,
+            ..method
+        })
+    };
     [
         (MethodKind::Path, 128),
         (MethodKind::ManyLight(few), 16),
+        (photons(PhotonMap::progressive()), 128),
+        (photons(PhotonMap::direct()), 128),
         (MethodKind::LightTracer, 512),
     ]
 }

@@ -10,3 +10,4 @@ mod determinism;
 mod furnace;
 mod hidden_emitters;
 mod layers;
+mod photon_map;
