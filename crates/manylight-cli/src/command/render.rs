@@ -89,7 +89,7 @@ fn check_memory(request: &RenderRequest, job: &RenderJob) -> Result<(), Failure>
             parts.join(", "),
             human_bytes(limit)
         ),
-        "fewer --lights, fewer --photons, a smaller --table-size or a smaller --size take less",
+        "fewer --lights, fewer --photons, a smaller --table-size or --size, or --emission vmf take less",
     ))
 }
 
