@@ -299,7 +299,12 @@ impl Sum<'_, '_, '_> {
             light,
             shining: self.field.shining(id),
             radius,
-            lobe: is_sphere.then(|| LightLobe::of(self.field, id)).flatten(),
+            lobe: if is_sphere {
+                // The random numbers of the points are others in every pass.
+                LightLobe::of(self.field, id, self.batches[0].u[0].to_bits())
+            } else {
+                None
+            },
         };
         let by_count = [
             (1, views.map(|v| v.one)),

@@ -104,8 +104,8 @@ pub(super) struct LightLobe {
 }
 
 impl LightLobe {
-    /// Of light `id`, if it has one.
-    pub(super) fn of(field: &LightField, id: LightId) -> Option<Self> {
+    /// Of light `id`, if it has one; `seed` chooses the directions.
+    pub(super) fn of(field: &LightField, id: LightId, seed: u32) -> Option<Self> {
         let light = &field.lights()[id.index()];
         let Emission::Single(index) = light.emission else {
             return None;
@@ -117,7 +117,7 @@ impl LightLobe {
         let axis = mirrored(reflection.wi, light.ns);
         let g = mean_cosine(reflection.bsdf.glossy_width());
         let frame = Frame::from_normal(axis);
-        let mut rng = Pcg::new(u64::from(id.0));
+        let mut rng = Pcg::new(u64::from(id.0) << 32 | u64::from(seed));
         let drawn = std::array::from_fn(|i| {
             let u = Vec2::new(
                 rng.next_f32(),

@@ -352,10 +352,10 @@ fn spheres_are_integrals_over_their_directions() {
             }
             let id = LightId(k as u32);
             let expected = seen_as_sphere(&lights.field, id, radius, &at) * stands_for;
-            let trials = 512;
+            let trials = 4096;
             let tile: Vec<ShadingPoint> = (0..trials)
                 .map(|t| ShadingPoint {
-                    u: (t as f32 + 0.5) / trials as f32,
+                    u: (t as f32 * 0.618_034).fract(),
                     ..at
                 })
                 .collect();

@@ -476,7 +476,7 @@ fn metal_light(alpha: f32, prev: Vec3, form: GlossyForm) -> ([f64; 3], [f64; 3],
     let scene = floor(rough_metal(alpha));
     let flux = Rgb::new(1.0, 2.0, 3.0);
     let photons = [falling(&scene, Vec3::Z, Vec3::Z, prev, flux)];
-    let shares = Shares::own(&[Site {
+    let shares = twice(&[Site {
         photon: 0,
         probability: 1.0,
     }]);
@@ -617,7 +617,7 @@ fn mixtures_at_their_edges() {
     // Glossy reflection of no light, and none at all below the horizon of a one-sided light.
     let scene = floor(rough_plastic(0.2, Rgb::splat(0.5)));
     let prev = Vec3::new(0.3, 0.2, 1.0);
-    let shares = Shares::own(&[Site {
+    let shares = twice(&[Site {
         photon: 0,
         probability: 1.0,
     }]);

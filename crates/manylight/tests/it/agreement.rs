@@ -6,6 +6,9 @@ use manylight::color::Rgb;
 use manylight::emitters::Emitter;
 use manylight::film::{Film, Layer};
 use manylight::geometry::Shape;
+use manylight::integrators::many_light::{
+    ClampRule, Complement, EmissionKind, FluxRule, GlossyForm, Kernel, Placement, Snap,
+};
 use manylight::integrators::{ManyLight, MethodKind, PhotonMap};
 use manylight::math::{Affine3A, Vec3};
 use manylight::scene::Scene;
@@ -182,7 +185,7 @@ fn rich_vpl_lit_through_frosted_glass() {
 
 #[test]
 fn importance_placed_vpls_unclamped() {
-    let clamp = manylight::integrators::many_light::ClampRule::None;
+    let clamp = ClampRule::None;
     let vpl = ManyLight {
         photon_paths: 20_000,
         light_count: 2000,
@@ -232,5 +235,77 @@ fn the_terms_sum_to_the_beauty() {
                 beauty.data[i]
             );
         }
+    }
+}
+
+/// Each way of giving lights flux, seeing them and placing them, in a room where none of them is far off: within what the
+/// documentation says of it.
+#[test]
+fn all_axes_give_nearly_the_same_room() {
+    let scene = glossy_box(32).build();
+    let rich = ManyLight {
+        photon_paths: 20_000,
+        light_count: 400,
+        importon_paths: 4000,
+        ..ManyLight::rich_vpl()
+    };
+    let sphere = ManyLight {
+        kernel: Kernel::Sphere,
+        clamp: ClampRule::None,
+        complement: Complement::None,
+        ..rich
+    };
+    let single = EmissionKind::Single;
+    let soft = FluxRule::SoftPartition;
+    let relaxed = Placement::Relaxed(Snap::Always);
+    let density = FluxRule::Density;
+    for (method, tolerance) in [
+        (ManyLight { flux: soft, ..rich }, 1.5e-2),
+        (
+            ManyLight {
+                placement: relaxed,
+                ..rich
+            },
+            1.5e-2,
+        ),
+        (
+            ManyLight {
+                flux: density,
+                ..rich
+            },
+            2e-2,
+        ),
+        (
+            ManyLight {
+                flux: FluxRule::Area,
+                ..rich
+            },
+            0.15,
+        ),
+        (
+            ManyLight {
+                emission: single,
+                ..rich
+            },
+            2e-2,
+        ),
+        (
+            ManyLight {
+                emission: EmissionKind::Rich(GlossyForm::Lobes { count: 5 }),
+                ..rich
+            },
+            1.5e-2,
+        ),
+        (sphere, 3e-2),
+        (
+            ManyLight {
+                emission: single,
+                flux: density,
+                ..sphere
+            },
+            3e-2,
+        ),
+    ] {
+        check(&scene, MethodKind::ManyLight(method), 12, tolerance);
     }
 }

@@ -41,6 +41,7 @@ fn few_lights() -> ManyLight {
         photon_paths: 1000,
         light_count: 4,
         importon_paths: 250,
+        progressive: false,
         ..ManyLight::rich_vpl()
     }
 }
@@ -65,6 +66,48 @@ fn nothing_is_lost_in_corners() {
         (with - 1.0).abs() < 4e-3,
         "{with}, without complement {without}"
     );
+}
+
+/// A density estimate spreads light round the contacts, which are a small part of the picture.
+#[test]
+fn photons_give_back_what_the_clamp_takes() {
+    let scene = corner(24);
+    let truth = mean(&scene, MethodKind::Path, 2048);
+    let method = ManyLight {
+        photon_paths: 4000,
+        light_count: 16,
+        complement: Complement::Photons,
+        ..few_lights()
+    };
+    let ratio = |method| mean(&scene, MethodKind::ManyLight(method), 128) / truth;
+    let lossy = ManyLight {
+        complement: Complement::None,
+        ..method
+    };
+    let (without, with) = (ratio(lossy), ratio(method));
+    assert!(without < 0.995, "the clamp takes little here: {without}");
+    assert!(
+        (with - 1.0).abs() < 0.5 * (without - 1.0).abs(),
+        "{with}, without complement {without}"
+    );
+}
+
+/// Without a complement, what is lost vanishes as lights become finer: the squared radius by half on average over 64 passes.
+#[test]
+fn finer_lights_lose_less() {
+    let scene = corner(24);
+    let truth = mean(&scene, MethodKind::Path, 2048);
+    let loss = |progressive| {
+        let method = ManyLight {
+            complement: Complement::None,
+            progressive,
+            ..few_lights()
+        };
+        1.0 - mean(&scene, MethodKind::ManyLight(method), 512) / truth
+    };
+    let (coarse, fine) = (loss(false), loss(true));
+    assert!(coarse > 0.008, "the clamp takes little here: {coarse}");
+    assert!(fine < 0.7 * coarse, "{fine} of {coarse}");
 }
 
 /// A hard clamp of the geometry term takes other light away, and its complement knows.
