@@ -78,9 +78,9 @@ fn the_direct_photon_map_blurs_and_keeps_the_mean() {
 fn the_progressive_photon_map_converges() {
     let scene = glossy_box(32).build();
     let truth = film(&scene, MethodKind::Path, 4096, 11);
-    let error = [2, 128].map(|passes| {
+    let error = [2, 64].map(|passes| {
         let kind = photon_map(PhotonMap::progressive(), 5000);
         relative_difference(&film(&scene, kind, passes, 5), &truth)
     });
-    assert!(error[1] < 0.3 * error[0], "{error:?}");
+    assert!(error[1] < 0.4 * error[0], "{error:?}");
 }
