@@ -415,7 +415,7 @@ mod tests {
         assert!(message(&["-m", "rich-vlp"]).contains("'rich-vpl'"));
         assert!(message(&["--pases", "3"]).contains("'--passes'"));
         assert!(message(&["-m", "lightcuts"]).contains("invalid value"));
-        assert!(message(&["--complement", "photons"]).contains("invalid value"));
+        assert!(message(&["--strategy", "lightcuts"]).contains("invalid value"));
         assert!(message(&["--size", "640"]).contains("WIDTHxHEIGHT"));
         assert!(message(&["--passes", "0"]).contains("invalid value '0'"));
     }

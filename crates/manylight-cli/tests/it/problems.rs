@@ -14,8 +14,8 @@ fn usage_errors() {
         ("render scene.xml --size 0x4", "WIDTHxHEIGHT"),
         ("render scene.xml --time soon", "60s"),
         (
-            "render scene.xml --flux density --emission table",
-            "supported:",
+            "render scene.xml --flux density --placement relaxed",
+            "--flux area",
         ),
         ("render scene.xml -m path -n 5", "--lights"),
         ("render scene.xml --sensor 3", "1 camera"),

@@ -347,7 +347,14 @@ fn spheres_are_integrals_over_their_directions() {
                 from: at.x.offset_towards(light.p - at.x.p),
                 to: light.p + light.n * light.offset.copysign((at.x.p - light.p).dot(light.n)),
             };
-            if radius == 0.0 || scene.transmittance(&segment).is_black() {
+            // A light on the point's own plane is as dark as it should be, whatever a sphere around it would take.
+            let to = (light.p - at.x.p).normalize();
+            let in_plane = |n: Vec3| to.dot(n).abs() < 1e-3;
+            if in_plane(at.x.ng)
+                || in_plane(light.n)
+                || radius == 0.0
+                || scene.transmittance(&segment).is_black()
+            {
                 continue;
             }
             let id = LightId(k as u32);
