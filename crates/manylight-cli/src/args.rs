@@ -34,6 +34,8 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// Render a scene to image files.
     Render(Box<RenderArgs>),
+    /// Show what the placement of virtual lights follows, and where they stand.
+    Maps(Box<MapsArgs>),
     /// Measure how images differ from a reference.
     Compare(CompareArgs),
     /// Measure methods on scenes by a plan, and write a page of tables.
@@ -249,6 +251,69 @@ pub(crate) enum ProgressKind {
     /// Nothing.
     None,
 }
+
+/// Options of `maps`.
+#[derive(Debug, Args)]
+#[command(after_help = MAPS_HELP)]
+pub(crate) struct MapsArgs {
+    /// Scene file (Mitsuba XML).
+    #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
+    pub(crate) scene: PathBuf,
+
+    /// Folder to write to; made where there is none.
+    #[arg(short, long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) output: PathBuf,
+
+    /// Whose lights: a method with virtual lights.
+    #[arg(short, long, value_name = "NAME", default_value = preset::DEFAULT, value_parser = preset_parser())]
+    pub(crate) method: &'static Preset,
+
+    /// Longest path as Mitsuba counts, -1 = no limit. Default: the scene's.
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = values::max_depth)]
+    pub(crate) max_depth: Option<MaxDepth>,
+
+    /// Do not show emitters to the camera.
+    #[arg(long)]
+    pub(crate) hide_emitters: bool,
+
+    /// Value of a scene parameter `$name`. May be repeated.
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = values::define)]
+    pub(crate) defines: Vec<(String, String)>,
+
+    /// Seed of all random numbers: the same seed gives the same bits for any number of threads.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(crate) seed: u64,
+
+    /// Number of threads. Default: one per processor.
+    #[arg(short, long, value_name = "N")]
+    pub(crate) threads: Option<NonZeroU32>,
+
+    /// Treat an unsupported or suspicious scene feature as an error.
+    #[arg(long)]
+    pub(crate) strict: bool,
+
+    /// Print errors only.
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
+
+    /// Options of the many-light methods; what is not about photons and placement changes nothing here.
+    #[command(flatten)]
+    pub(crate) lights: LightArgs,
+
+    /// Camera and film.
+    #[command(flatten)]
+    pub(crate) camera: CameraArgs,
+}
+
+const MAPS_HELP: &str = "\
+Of the first pass, at the first surface with smooth lobes that each pixel sees by specular events:
+  importance.png  importance that arrives from the points that sum lights, in 1/m²
+  radiance.png    flux of the photons that may become lights, as irradiance in W/m²
+  product.png     importance times luminance of irradiance: what placement by importance follows
+  maps.exr        these three as numbers, with the scales of the colors
+  placement.png   a dot for each light that the camera sees straight
+  relaxed.png     the same lights, pushed apart
+Colors are logarithmic from the 1st to the 99.5th percentile of what is not 0, violet to yellow; black is 0.";
 
 /// Options of `compare`.
 #[derive(Debug, Args)]

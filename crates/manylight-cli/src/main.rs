@@ -7,6 +7,7 @@ mod args;
 mod command;
 mod compare;
 mod failure;
+mod figure;
 mod interrupt;
 mod output;
 mod preset;
@@ -49,6 +50,7 @@ fn main() -> ExitCode {
 fn run(command: &Command) -> Result<ExitCode, Failure> {
     match command {
         Command::Render(args) => command::render::run(args),
+        Command::Maps(args) => command::maps::run(args),
         Command::Compare(args) => command::compare::run(args),
         Command::Study(args) => command::study::run(args),
         Command::Info(args) => command::info::run(args),

@@ -61,6 +61,16 @@ impl Settings<'_> {
         put("defines", Value::Object(defines.collect()));
         map
     }
+
+    /// Every setting as metadata of an image.
+    pub(crate) fn metadata(&self) -> impl Iterator<Item = (String, String)> {
+        let text = |value: Value| match value {
+            Value::String(text) => text,
+            other => other.to_string(),
+        };
+        let settings = self.to_json().into_iter();
+        settings.map(move |(key, value)| (format!("settings.{key}"), text(value)))
+    }
 }
 
 /// The command that makes the same bits again after `passes` passes, whatever ended them.

@@ -115,17 +115,7 @@ impl Report<'_> {
             ("passes".into(), self.passes.to_string()),
             ("warnings".into(), self.warnings.len().to_string()),
         ];
-        let settings = self.settings.to_json();
-        let text = |value: &Value| {
-            value
-                .as_str()
-                .map_or_else(|| value.to_string(), str::to_owned)
-        };
-        entries.extend(
-            settings
-                .iter()
-                .map(|(key, value)| (format!("settings.{key}"), text(value))),
-        );
+        entries.extend(self.settings.metadata());
         for (name, time) in self.stats.stages() {
             entries.push((
                 format!("seconds.{name}"),

@@ -1,6 +1,6 @@
 //! What the options of `render` mean: every default filled in, every combination checked, nothing read yet.
 
-use crate::args::{LightArgs, RenderArgs};
+use crate::args::{LightArgs, MapsArgs, RenderArgs};
 use crate::failure::Failure;
 use crate::preset::{self, Preset};
 use crate::values::{Crop, EMISSIONS, EmissionName, MaxDepth, emission_name, name_of};
@@ -97,6 +97,36 @@ impl RenderRequest {
             threads: args.threads.map(|n| n.get() as usize),
             memory_limit: args.memory_limit,
             exposure: args.exposure,
+            strict: args.strict,
+        })
+    }
+
+    /// The render whose first pass is shown by `maps`, which writes `files` in the folder that was named.
+    ///
+    /// # Errors
+    /// A combination that is not supported.
+    pub(crate) fn for_maps(args: &MapsArgs, files: &[&str]) -> Result<Self, Failure> {
+        Ok(RenderRequest {
+            scene: args.scene.clone(),
+            outputs: files.iter().map(|file| args.output.join(file)).collect(),
+            method: args.method.name,
+            kind: method_kind(args.method, &args.lights)?,
+            budget: Budget {
+                passes: Some(1),
+                time: None,
+                relative_error: None,
+            },
+            max_depth: args.max_depth,
+            hide_emitters: args.hide_emitters,
+            size: args.camera.size,
+            crop: args.camera.crop,
+            sensor: args.camera.sensor,
+            filter: args.camera.filter,
+            defines: args.defines.clone(),
+            seed: args.seed,
+            threads: args.threads.map(|n| n.get() as usize),
+            memory_limit: None,
+            exposure: 0.0,
             strict: args.strict,
         })
     }

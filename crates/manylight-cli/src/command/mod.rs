@@ -5,5 +5,6 @@ pub(crate) mod compare;
 pub(crate) mod completions;
 pub(crate) mod info;
 pub(crate) mod list;
+pub(crate) mod maps;
 pub(crate) mod render;
 pub(crate) mod study;

@@ -93,7 +93,7 @@ fn check_memory(request: &RenderRequest, job: &RenderJob) -> Result<(), Failure>
     ))
 }
 
-fn thread_pool(threads: Option<usize>) -> Result<ThreadPool, Failure> {
+pub(super) fn thread_pool(threads: Option<usize>) -> Result<ThreadPool, Failure> {
     ThreadPoolBuilder::new()
         .num_threads(threads.unwrap_or(0))
         .build()
@@ -101,7 +101,7 @@ fn thread_pool(threads: Option<usize>) -> Result<ThreadPool, Failure> {
 }
 
 /// The scene, ready to render, and its warnings, which are printed.
-fn load(
+pub(super) fn load(
     request: &RenderRequest,
     stats: &Stats,
     display: DisplayArgs,

@@ -6,6 +6,7 @@ mod compare;
 mod describe;
 #[cfg(unix)]
 mod interrupt;
+mod maps;
 mod problems;
 mod render;
 mod study;

@@ -50,8 +50,8 @@ impl Transfer {
     }
 }
 
-/// IEC 61966-2-1.
-pub(super) fn linear_from_srgb(v: f32) -> f32 {
+/// The linear value that sRGB stores as `v`. Source: IEC 61966-2-1.
+pub fn linear_from_srgb(v: f32) -> f32 {
     if v <= 0.040_45 {
         v / 12.92
     } else {

@@ -154,7 +154,7 @@ impl LightTracer<'_> {
             from: x.offset_towards(seen.w),
             to: seen.target,
         };
-        let Some(segment) = self.line_of_sight(x, segment) else {
+        let Some(segment) = line_of_sight(self.scene, self.limits, x, segment) else {
             return;
         };
         // Each transparent surface on the way is a vertex of the path.
@@ -167,28 +167,33 @@ impl LightTracer<'_> {
             });
         }
     }
+}
 
-    /// The part of the line from `x` to the camera on which surfaces count: hidden emitters next to the camera do not, and
-    /// `None` if `x` is on one itself.
-    fn line_of_sight(&self, x: &SurfacePoint, line: Segment) -> Option<Segment> {
-        if !self.limits.hide_emitters {
-            return Some(line);
-        }
-        let across = line.from - line.to;
-        let t_max = across.length();
-        let ray = past_emitters(
-            self.scene,
-            Ray {
-                o: line.to,
-                d: across / t_max,
-                t_max,
-            },
-        );
-        let geometry = &self.scene.geometry;
-        let shines = geometry.primitives()[x.at.primitive.index()]
-            .emitter
-            .is_some();
-        let is_hidden = shines && geometry.intersect(&ray).is_none();
-        (!is_hidden).then_some(Segment { to: ray.o, ..line })
+/// The part of the line from `x` to the camera on which surfaces count: hidden emitters next to the camera do not, and
+/// `None` if `x` is on one itself.
+pub(super) fn line_of_sight(
+    scene: &Scene,
+    limits: PathLimits,
+    x: &SurfacePoint,
+    line: Segment,
+) -> Option<Segment> {
+    if !limits.hide_emitters {
+        return Some(line);
     }
+    let across = line.from - line.to;
+    let t_max = across.length();
+    let ray = past_emitters(
+        scene,
+        Ray {
+            o: line.to,
+            d: across / t_max,
+            t_max,
+        },
+    );
+    let geometry = &scene.geometry;
+    let shines = geometry.primitives()[x.at.primitive.index()]
+        .emitter
+        .is_some();
+    let is_hidden = shines && geometry.intersect(&ray).is_none();
+    (!is_hidden).then_some(Segment { to: ray.o, ..line })
 }

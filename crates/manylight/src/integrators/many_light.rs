@@ -338,7 +338,12 @@ impl ManyLight {
         }
     }
 
-    fn trace_photons(&self, scene: &Scene, limits: PathLimits, run: &PassContext) -> Vec<Photon> {
+    pub(super) fn trace_photons(
+        &self,
+        scene: &Scene,
+        limits: PathLimits,
+        run: &PassContext,
+    ) -> Vec<Photon> {
         let stats = run.stats;
         let photons = stats.time("photons", || {
             trace_photons(scene, limits, self.photon_paths, run.pass, for_lights)
@@ -357,32 +362,26 @@ impl ManyLight {
         photons: Vec<Photon>,
         finer: f32,
     ) -> Placed {
-        let mut sampler = run.pass.sampler(Stream::Selection, 0);
-        // A light at depth m makes paths of at least m + 2 segments.
-        let photons: Vec<Photon> = photons
-            .into_iter()
-            .filter(|p| limits.allow(u32::from(p.depth) + 2))
-            .collect();
+        let photons = light_carriers(limits, photons);
         let weights: Vec<f32> = match self.placement {
             Placement::Uniform => fluxes(&photons),
             Placement::Importance | Placement::Relaxed(_) => {
-                self.importance_times_flux(scene, limits, run, &photons)
+                let importance = self.importance_map(scene, limits, run);
+                importance_times_flux(&importance, &photons, run.stats)
             }
         };
         run.stats.time("lights", || {
-            let count = self.light_count as usize;
-            let (u_thinned, u_sites, u_residual) =
-                (sampler.next_1d(), sampler.next_1d(), sampler.next_1d());
-            let thin = matches!(self.flux, FluxRule::Partition | FluxRule::SoftPartition);
-            let (photons, weights) = if thin {
-                // Ever fewer, until every photon is a light.
-                let per_light = (PHOTONS_PER_LIGHT as f32 / (finer * finer)).max(1.0);
-                let most = (per_light * count as f32) as usize;
-                thinned(photons, weights, most, u_thinned)
-            } else {
-                (photons, weights)
+            let Candidates {
+                photons,
+                weights,
+                u_sites,
+                u_residual,
+            } = self.candidates(run, photons, weights, finer);
+            let chosen = self.choose(&photons, &weights, u_sites);
+            let sites = match self.placement {
+                Placement::Relaxed(snap) => relax(scene, &photons, &chosen, snap),
+                Placement::Uniform | Placement::Importance => chosen,
             };
-            let sites = self.sites(scene, &photons, &weights, u_sites);
             let assigned =
                 |division| assign(scene, &photons, &sites, &weights, division, u_residual);
             let neighbors = self.neighbors as usize;
@@ -433,53 +432,100 @@ impl ManyLight {
         lights
     }
 
-    /// Chooses photons to become lights.
-    fn sites(&self, scene: &Scene, photons: &[Photon], weights: &[f32], u: f32) -> Vec<Site> {
-        let count = self.light_count as usize;
-        let by_importance = || {
-            let mixed = defensive_weights(weights, &fluxes(photons), PLACED_BY_FLUX);
-            select(photons, &mixed, count, u)
+    /// The photons that placement chooses from.
+    pub(super) fn candidates(
+        &self,
+        run: &PassContext,
+        photons: Vec<Photon>,
+        weights: Vec<f32>,
+        finer: f32,
+    ) -> Candidates {
+        let mut sampler = run.pass.sampler(Stream::Selection, 0);
+        let (u_thinned, u_sites, u_residual) =
+            (sampler.next_1d(), sampler.next_1d(), sampler.next_1d());
+        let thin = matches!(self.flux, FluxRule::Partition | FluxRule::SoftPartition);
+        let (photons, weights) = if thin {
+            // Ever fewer, until every photon is a light.
+            let per_light = (PHOTONS_PER_LIGHT as f32 / (finer * finer)).max(1.0);
+            let most = (per_light * self.light_count as f32) as usize;
+            thinned(photons, weights, most, u_thinned)
+        } else {
+            (photons, weights)
         };
-        match self.placement {
-            Placement::Uniform => select(photons, weights, count, u),
-            Placement::Importance => by_importance(),
-            Placement::Relaxed(snap) => relax(scene, photons, &by_importance(), snap),
+        Candidates {
+            photons,
+            weights,
+            u_sites,
+            u_residual,
         }
     }
 
-    /// What the paper's placement goes by: how much of each photon reaches the camera, if importance did not depend on direction.
-    fn importance_times_flux(
+    /// Chooses photons to become lights; where they are to be relaxed, that comes next.
+    pub(super) fn choose(&self, photons: &[Photon], weights: &[f32], u: f32) -> Vec<Site> {
+        let count = self.light_count as usize;
+        match self.placement {
+            Placement::Uniform => select(photons, weights, count, u),
+            Placement::Importance | Placement::Relaxed(_) => {
+                let mixed = defensive_weights(weights, &fluxes(photons), PLACED_BY_FLUX);
+                select(photons, &mixed, count, u)
+            }
+        }
+    }
+
+    /// What importance is estimated from.
+    pub(super) fn importance_map(
         &self,
         scene: &Scene,
         limits: PathLimits,
         run: &PassContext,
-        photons: &[Photon],
-    ) -> Vec<f32> {
+    ) -> KdTree<Importon> {
         let stats = run.stats;
         let importons: Vec<Importon> = stats.time("importons", || {
             trace_importons(scene, limits, self.importon_paths, run.pass)
         });
         Stats::count(&stats.importons, importons.len() as u64);
-        let map = stats.time("maps", || KdTree::build_ordered(importons));
-        stats.time("importance", || {
-            // Along the curve, each search finds the nodes of the last one in the cache.
-            let order = Curve::around(photons).order(photons);
-            let ask = |found: &mut Neighbors, &j: &u32| {
-                let photon = &photons[j as usize];
-                importance_at(&map, photon.p, photon.n, found) * photon.flux.luminance()
-            };
-            let along_curve: Vec<f32> = order
-                .par_iter()
-                .with_min_len(256)
-                .map_init(|| Neighbors::new(IMPORTANCE_NEIGHBORS), ask)
-                .collect();
-            let mut weights = vec![0.0; photons.len()];
-            for (j, weight) in order.into_iter().zip(along_curve) {
-                weights[j as usize] = weight;
-            }
-            weights
-        })
+        stats.time("maps", || KdTree::build_ordered(importons))
     }
+}
+
+/// The photons that may become lights: a light at depth m makes paths of at least m + 2 segments.
+pub(super) fn light_carriers(limits: PathLimits, photons: Vec<Photon>) -> Vec<Photon> {
+    let carries = |p: &Photon| limits.allow(u32::from(p.depth) + 2);
+    photons.into_iter().filter(carries).collect()
+}
+
+/// What the paper's placement goes by: how much of each photon reaches the camera, if importance did not depend on direction.
+pub(super) fn importance_times_flux(
+    importance: &KdTree<Importon>,
+    photons: &[Photon],
+    stats: &Stats,
+) -> Vec<f32> {
+    stats.time("importance", || {
+        // Along the curve, each search finds the nodes of the last one in the cache.
+        let order = Curve::around(photons).order(photons);
+        let ask = |found: &mut Neighbors, &j: &u32| {
+            let photon = &photons[j as usize];
+            importance_at(importance, photon.p, photon.n, found) * photon.flux.luminance()
+        };
+        let along_curve: Vec<f32> = order
+            .par_iter()
+            .with_min_len(256)
+            .map_init(|| Neighbors::new(IMPORTANCE_NEIGHBORS), ask)
+            .collect();
+        let mut weights = vec![0.0; photons.len()];
+        for (j, weight) in order.into_iter().zip(along_curve) {
+            weights[j as usize] = weight;
+        }
+        weights
+    })
+}
+
+/// Photons that may become lights, with what placement goes by and its random numbers.
+pub(super) struct Candidates {
+    pub(super) photons: Vec<Photon>,
+    pub(super) weights: Vec<f32>,
+    pub(super) u_sites: f32,
+    u_residual: f32,
 }
 
 /// Where lights stand and what they speak for.
@@ -489,7 +535,7 @@ struct Placed {
     claims: Claims,
 }
 
-fn fluxes(photons: &[Photon]) -> Vec<f32> {
+pub(super) fn fluxes(photons: &[Photon]) -> Vec<f32> {
     photons.iter().map(|p| p.flux.luminance()).collect()
 }
 

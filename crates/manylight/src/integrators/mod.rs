@@ -5,6 +5,7 @@ mod carried;
 mod caustics;
 pub mod eye_path;
 mod guided;
+pub mod interim;
 pub mod light_set;
 mod light_tracer;
 pub mod many_light;
@@ -14,6 +15,7 @@ mod path;
 pub mod photon_map;
 mod smooth_light;
 
+pub use interim::{InterimMaps, PlacedLight};
 pub use light_set::LightSet;
 pub use many_light::ManyLight;
 pub use memory::StageMemory;

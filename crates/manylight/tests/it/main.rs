@@ -9,5 +9,6 @@ mod complement;
 mod determinism;
 mod furnace;
 mod hidden_emitters;
+mod interim;
 mod layers;
 mod photon_map;
