@@ -234,7 +234,7 @@ impl ManyLight {
     ///
     /// A set for many passes is better than a set for each: lights that stand for fewer photons each are more alike, so that
     /// every eighth of 4096 lights is a better choice than eight times 512.
-    fn passes_with(&self, index: u32) -> Range<u32> {
+    pub(super) fn passes_with(&self, index: u32) -> Range<u32> {
         let most = MAX_PASSES_PER_SET
             .min(MAX_SET_LIGHTS / self.light_count.max(1))
             .min(MAX_SET_PHOTON_PATHS / self.photon_paths.max(1))
@@ -242,12 +242,6 @@ impl ManyLight {
         let count = most.checked_ilog2().map_or(1, |log| 1 << log);
         let start = index - index % count;
         start..start + count
-    }
-
-    /// The most passes that share lights, up to pass `last`.
-    pub(super) fn largest_set(&self, last: u32) -> u32 {
-        let passes = self.passes_with(last);
-        passes.end - passes.start
     }
 
     /// Everything that `passes` shade with.
@@ -260,10 +254,9 @@ impl ManyLight {
     ) -> LightSet<'s> {
         let count = passes.len() as u32;
         let finer = self.finer(passes.start);
-        let finest = (MAX_FINER_LIGHTS / (self.light_count * count)).max(1);
-        let cells = (finer.round() as u32).min(finest);
+        let placed_per_summed = self.placed_per_summed(&passes);
         let all = ManyLight {
-            light_count: self.light_count * count * cells,
+            light_count: self.light_count * count * placed_per_summed,
             photon_paths: self.photon_paths * count,
             importon_paths: self.importon_paths * count,
             neighbors: (self.neighbors as f32 / finer) as u32,
@@ -293,7 +286,8 @@ impl ManyLight {
         let parts = (0..=count.ilog2())
             .map(|log| 1 << log)
             .find(lights_per_part);
-        let parts = parts.unwrap_or(count * cells);
+        let most = placed.shares.len().div_ceil(self.light_count as usize) as u32;
+        let parts = parts.unwrap_or(most.clamp(count, count * placed_per_summed));
         let first_part = (pass.sampler(Stream::Selection, 1).next_1d() * parts as f32) as u32;
         let is_used = |k: usize| (k as u32 + parts - first_part) % parts < count;
         let lights = all.make_lights(scene, limits, &run, &placed, is_used);
@@ -336,6 +330,13 @@ impl ManyLight {
         } else {
             1.0
         }
+    }
+
+    /// How many lights are placed for each that some pass of the set sums.
+    pub(super) fn placed_per_summed(&self, passes: &Range<u32>) -> u32 {
+        let summed = u64::from(self.light_count) * passes.len() as u64;
+        let most = (u64::from(MAX_FINER_LIGHTS) / summed.max(1)).max(1);
+        (self.finer(passes.start).round() as u32).min(most as u32)
     }
 
     pub(super) fn trace_photons(
@@ -421,11 +422,12 @@ impl ManyLight {
             photons, shares, ..
         } = placed;
         let stats = run.stats;
-        let lights = stats.time("lights", || match self.emission {
-            EmissionKind::Single => LightField::single(scene, limits, photons, shares),
-            EmissionKind::Rich(form) => {
-                LightField::rich_where(scene, limits, photons, shares, form, is_used)
-            }
+        let form = match self.emission {
+            EmissionKind::Single => None,
+            EmissionKind::Rich(form) => Some(form),
+        };
+        let lights = stats.time("lights", || {
+            LightField::build(scene, limits, photons, shares, form, is_used)
         });
         Stats::count(&stats.lights, lights.lights().len() as u64);
         Stats::count(&stats.light_bytes, lights.bytes() as u64);

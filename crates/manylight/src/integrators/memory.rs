@@ -20,6 +20,8 @@ pub struct StageMemory {
 
 /// Photon paths that tell how many photons a path leaves, and how many of them on glossy surfaces.
 const PROBES: u32 = 4096;
+/// A pass that no render gets to.
+const LATE: u32 = 1 << 24;
 /// Photons stand in memory by task before they stand in one list, and are sorted by keys.
 const COPIES: f64 = 2.0;
 /// Lights may be placed on glossy surfaces more often than photons arrive there, by so much.
@@ -35,7 +37,7 @@ impl Method {
         }];
         match &self.kind {
             MethodKind::ManyLight(method) => {
-                let last = passes.map_or(u32::MAX, |n| n.saturating_sub(1));
+                let last = passes.map_or(LATE, |n| n.saturating_sub(1));
                 stages.extend(method.memory(scene, self.limits, last, seed));
             }
             MethodKind::PhotonMap(method) => stages.push(method.memory(scene, self.limits, seed)),
@@ -48,7 +50,9 @@ impl Method {
 impl ManyLight {
     /// Of the largest set of lights for passes up to `last`.
     fn memory(&self, scene: &Scene, limits: PathLimits, last: u32, seed: u64) -> [StageMemory; 3] {
-        let sets = f64::from(self.largest_set(last));
+        let largest = self.passes_with(last);
+        let dark = f64::from(self.placed_per_summed(&largest) - 1);
+        let sets = largest.len() as f64;
         let probes = trace_photons(scene, limits, PROBES, Pass { seed, index: 0 }, for_lights);
         let is_glossy = |photon: &&Photon| {
             let bsdf = scene.bsdf(&scene.surface_point(photon.at));
@@ -63,6 +67,7 @@ impl ManyLight {
             EmissionKind::Single => None,
         };
         let light = LightField::bytes_per_light(form, glossy, limits);
+        let in_the_dark = LightField::bytes_per_light(form, 0.0, limits);
         let stage = |stage, bytes: f64| StageMemory {
             stage,
             bytes: bytes as u64,
@@ -73,7 +78,10 @@ impl ManyLight {
                 "importons",
                 importons * size_of::<Importon>() as f64 * COPIES,
             ),
-            stage("lights", f64::from(self.light_count) * sets * light),
+            stage(
+                "lights",
+                f64::from(self.light_count) * sets * (light + dark * in_the_dark),
+            ),
         ]
     }
 }

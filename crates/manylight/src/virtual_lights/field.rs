@@ -105,19 +105,8 @@ impl<'s> LightField<'s> {
         LightField::build(scene, limits, photons, shares, Some(form), |_| true)
     }
 
-    /// [`LightField::rich`], where lights that `is_used` denies have their places, but shine nothing.
-    pub fn rich_where(
-        scene: &'s Scene,
-        limits: PathLimits,
-        photons: &[Photon],
-        shares: &Shares,
-        form: GlossyForm,
-        is_used: impl Fn(usize) -> bool + Sync,
-    ) -> Self {
-        LightField::build(scene, limits, photons, shares, Some(form), is_used)
-    }
-
-    fn build(
+    /// Lights with glossy parts as `form` says, or single ones. Lights that `is_used` denies have their places, but shine nothing.
+    pub fn build(
         scene: &'s Scene,
         limits: PathLimits,
         photons: &[Photon],
