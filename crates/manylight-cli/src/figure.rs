@@ -66,7 +66,7 @@ pub(crate) fn false_colors(size: UVec2, values: &[f32], scale: Option<Scale>) ->
 }
 
 /// Brightness of a white surface that faces the viewer, so that dots stand out.
-const GREY: f32 = 0.22;
+const GREY: f32 = 0.3;
 /// Linear color of dots.
 const DOT: Rgb = Rgb::new(1.0, 0.55, 0.03);
 /// Radius of dots in parts of the film's diagonal, and at least in pixels.
