@@ -183,6 +183,7 @@ impl ManyLight {
             kernel: Kernel::Sphere,
             clamp: ClampRule::None,
             complement: Complement::None,
+            progressive: true,
             ..ManyLight::vpl()
         }
     }
@@ -194,6 +195,7 @@ impl ManyLight {
             flux: FluxRule::Density,
             emission: EmissionKind::Single,
             kernel: Kernel::Point,
+            progressive: false,
             ..ManyLight::rich_vpl()
         }
     }
