@@ -10,7 +10,7 @@ fn usage_errors() {
         ("render scene.xml -m rich-vlp", "'rich-vpl'"),
         ("render scene.xml -m lightcuts", "possible values"),
         ("render scene.xml --pases 3", "'--passes'"),
-        ("render scene.xml --complement photons", "invalid value"),
+        ("render scene.xml --strategy lightcuts", "invalid value"),
         ("render scene.xml --size 0x4", "WIDTHxHEIGHT"),
         ("render scene.xml --time soon", "60s"),
         (

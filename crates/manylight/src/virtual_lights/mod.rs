@@ -1,8 +1,7 @@
 //! Virtual lights: where they stand, how much flux each carries, and what it shines.
 //!
-//! select (placement) → assign (flux) → moments (extent) → profile (emission) → [`LightField`]. The three middle steps are
-//! independent: any placement goes with either flux rule ([`Shares::own`], [`assign`]) and with any emission
-//! ([`LightField::single`], [`LightField::rich`] in each [`GlossyForm`]).
+//! select, relax (placement) → assign, neighborhood (flux, as [`Shares`]) → moments (extent) → glossy (emission) → [`LightField`]. The
+//! steps are independent: any placement goes with any flux rule and with any emission.
 
 pub mod assign;
 pub mod claims;
