@@ -62,6 +62,38 @@ pub(crate) struct RenderArgs {
     #[arg(short, long = "output", value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) outputs: Vec<PathBuf>,
 
+    /// The method, and how its paths go.
+    #[command(flatten)]
+    pub(crate) paths: PathArgs,
+
+    /// Refuse a render that would take more memory, such as 8G or 512M.
+    #[arg(long, value_name = "SIZE", value_parser = values::bytes)]
+    pub(crate) memory_limit: Option<u64>,
+
+    /// Brightness of png and jpg files, in stops.
+    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true, value_parser = values::finite)]
+    pub(crate) exposure: f32,
+
+    /// Options of the many-light methods.
+    #[command(flatten)]
+    pub(crate) lights: LightArgs,
+
+    /// When to stop.
+    #[command(flatten)]
+    pub(crate) budget: BudgetArgs,
+
+    /// Camera and film.
+    #[command(flatten)]
+    pub(crate) camera: CameraArgs,
+
+    /// What is shown meanwhile.
+    #[command(flatten)]
+    pub(crate) display: DisplayArgs,
+}
+
+/// What `render` and `maps` have in common about the method and its paths.
+#[derive(Debug, Args)]
+pub(crate) struct PathArgs {
     /// How to render; a name is a preset of the options under "Virtual lights".
     #[arg(short, long, value_name = "NAME", default_value = preset::DEFAULT, value_parser = preset_parser())]
     pub(crate) method: &'static Preset,
@@ -86,33 +118,9 @@ pub(crate) struct RenderArgs {
     #[arg(short, long, value_name = "N")]
     pub(crate) threads: Option<NonZeroU32>,
 
-    /// Refuse a render that would take more memory, such as 8G or 512M.
-    #[arg(long, value_name = "SIZE", value_parser = values::bytes)]
-    pub(crate) memory_limit: Option<u64>,
-
-    /// Brightness of png and jpg files, in stops.
-    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true, value_parser = values::finite)]
-    pub(crate) exposure: f32,
-
     /// Treat an unsupported or suspicious scene feature as an error.
     #[arg(long)]
     pub(crate) strict: bool,
-
-    /// Options of the many-light methods.
-    #[command(flatten)]
-    pub(crate) lights: LightArgs,
-
-    /// When to stop.
-    #[command(flatten)]
-    pub(crate) budget: BudgetArgs,
-
-    /// Camera and film.
-    #[command(flatten)]
-    pub(crate) camera: CameraArgs,
-
-    /// What is shown meanwhile.
-    #[command(flatten)]
-    pub(crate) display: DisplayArgs,
 }
 
 /// Options of the many-light methods; each overrides one setting of the preset.
@@ -264,33 +272,9 @@ pub(crate) struct MapsArgs {
     #[arg(short, long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) output: PathBuf,
 
-    /// Whose lights: a method with virtual lights.
-    #[arg(short, long, value_name = "NAME", default_value = preset::DEFAULT, value_parser = preset_parser())]
-    pub(crate) method: &'static Preset,
-
-    /// Longest path as Mitsuba counts, -1 = no limit. Default: the scene's.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = values::max_depth)]
-    pub(crate) max_depth: Option<MaxDepth>,
-
-    /// Do not show emitters to the camera.
-    #[arg(long)]
-    pub(crate) hide_emitters: bool,
-
-    /// Value of a scene parameter `$name`. May be repeated.
-    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = values::define)]
-    pub(crate) defines: Vec<(String, String)>,
-
-    /// Seed of all random numbers: the same seed gives the same bits for any number of threads.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub(crate) seed: u64,
-
-    /// Number of threads. Default: one per processor.
-    #[arg(short, long, value_name = "N")]
-    pub(crate) threads: Option<NonZeroU32>,
-
-    /// Treat an unsupported or suspicious scene feature as an error.
-    #[arg(long)]
-    pub(crate) strict: bool,
+    /// The method, and how its paths go; a method with virtual lights.
+    #[command(flatten)]
+    pub(crate) paths: PathArgs,
 
     /// Print errors only.
     #[arg(short, long)]

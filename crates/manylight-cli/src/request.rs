@@ -1,6 +1,6 @@
 //! What the options of `render` mean: every default filled in, every combination checked, nothing read yet.
 
-use crate::args::{LightArgs, MapsArgs, RenderArgs};
+use crate::args::{CameraArgs, LightArgs, MapsArgs, PathArgs, RenderArgs};
 use crate::failure::Failure;
 use crate::preset::{self, Preset};
 use crate::values::{Crop, EMISSIONS, EmissionName, MaxDepth, emission_name, name_of};
@@ -76,28 +76,23 @@ impl RenderRequest {
         check_formats(&outputs)?;
         let open_ended = args.budget.time.is_some() || args.budget.target_error.is_some();
         let passes = args.budget.passes.map(|n| n.get());
-        Ok(RenderRequest {
-            scene: args.scene.clone(),
+        let budget = Budget {
+            passes: passes.or((!open_ended).then_some(DEFAULT_PASSES)),
+            time: args.budget.time,
+            relative_error: args.budget.target_error,
+        };
+        let request = Self::of(
+            &args.scene,
             outputs,
-            method: args.method.name,
-            kind: method_kind(args.method, &args.lights)?,
-            budget: Budget {
-                passes: passes.or((!open_ended).then_some(DEFAULT_PASSES)),
-                time: args.budget.time,
-                relative_error: args.budget.target_error,
-            },
-            max_depth: args.max_depth,
-            hide_emitters: args.hide_emitters,
-            size: args.camera.size,
-            crop: args.camera.crop,
-            sensor: args.camera.sensor,
-            filter: args.camera.filter,
-            defines: args.defines.clone(),
-            seed: args.seed,
-            threads: args.threads.map(|n| n.get() as usize),
+            &args.paths,
+            &args.lights,
+            &args.camera,
+        )?;
+        Ok(RenderRequest {
+            budget,
             memory_limit: args.memory_limit,
             exposure: args.exposure,
-            strict: args.strict,
+            ..request
         })
     }
 
@@ -106,28 +101,46 @@ impl RenderRequest {
     /// # Errors
     /// A combination that is not supported.
     pub(crate) fn for_maps(args: &MapsArgs, files: &[&str]) -> Result<Self, Failure> {
+        let outputs = files.iter().map(|file| args.output.join(file)).collect();
+        Self::of(
+            &args.scene,
+            outputs,
+            &args.paths,
+            &args.lights,
+            &args.camera,
+        )
+    }
+
+    /// One pass.
+    fn of(
+        scene: &Path,
+        outputs: Vec<PathBuf>,
+        paths: &PathArgs,
+        lights: &LightArgs,
+        camera: &CameraArgs,
+    ) -> Result<Self, Failure> {
         Ok(RenderRequest {
-            scene: args.scene.clone(),
-            outputs: files.iter().map(|file| args.output.join(file)).collect(),
-            method: args.method.name,
-            kind: method_kind(args.method, &args.lights)?,
+            scene: scene.into(),
+            outputs,
+            method: paths.method.name,
+            kind: method_kind(paths.method, lights)?,
             budget: Budget {
                 passes: Some(1),
                 time: None,
                 relative_error: None,
             },
-            max_depth: args.max_depth,
-            hide_emitters: args.hide_emitters,
-            size: args.camera.size,
-            crop: args.camera.crop,
-            sensor: args.camera.sensor,
-            filter: args.camera.filter,
-            defines: args.defines.clone(),
-            seed: args.seed,
-            threads: args.threads.map(|n| n.get() as usize),
+            max_depth: paths.max_depth,
+            hide_emitters: paths.hide_emitters,
+            size: camera.size,
+            crop: camera.crop,
+            sensor: camera.sensor,
+            filter: camera.filter,
+            defines: paths.defines.clone(),
+            seed: paths.seed,
+            threads: paths.threads.map(|n| n.get() as usize),
             memory_limit: None,
             exposure: 0.0,
-            strict: args.strict,
+            strict: paths.strict,
         })
     }
 
