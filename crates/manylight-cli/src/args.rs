@@ -3,14 +3,14 @@
 use crate::preset::{self, PRESETS, Preset};
 use crate::values::{
     self, COMPLEMENTS, Crop, EMISSIONS, EmissionName, FILTERS, FLUX_RULES, KERNELS, MaxDepth,
-    PLACEMENTS, STRATEGIES, SWITCH, Strategy, TABLE_STORAGES,
+    PLACEMENTS, RENEWALS, STRATEGIES, Strategy, TABLE_STORAGES,
 };
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 use clap_complete::Shell;
 use manylight::film::Filter;
 use manylight::integrators::many_light::{
-    ClampRule, Complement, FluxRule, GlossyForm, Kernel, Placement, TableStorage,
+    ClampRule, Complement, FluxRule, GlossyForm, Kernel, Placement, Renewal, TableStorage,
 };
 use manylight::math::UVec2;
 use std::num::NonZeroU32;
@@ -131,7 +131,7 @@ pub(crate) struct LightArgs {
     #[arg(short = 'n', long, value_name = "N")]
     pub(crate) lights: Option<NonZeroU32>,
 
-    /// Emitted photon paths per pass. Default: the preset's, and at least 16 for each virtual light.
+    /// Emitted photon paths per pass. Default: the preset's, and at least 64 for each virtual light.
     #[arg(long, value_name = "N")]
     pub(crate) photons: Option<NonZeroU32>,
 
@@ -179,9 +179,10 @@ pub(crate) struct LightArgs {
     #[arg(long, value_name = "N")]
     pub(crate) neighbors: Option<NonZeroU32>,
 
-    /// Whether lights become finer from pass to pass, so that the image goes to the right one.
-    #[arg(long, value_name = "on|off", value_parser = values::one_of(SWITCH))]
-    pub(crate) progressive: Option<bool>,
+    /// Which lights the passes have: all the same, each new ones, or new ones that become finer, so that the image goes to the
+    /// right one.
+    #[arg(long, value_name = "KIND", value_parser = values::one_of(RENEWALS))]
+    pub(crate) renewal: Option<Renewal>,
 }
 
 /// When to stop: at the first limit that is reached.
@@ -311,6 +312,10 @@ pub(crate) struct CompareArgs {
     #[arg(value_name = "REFERENCE", value_hint = ValueHint::FilePath)]
     pub(crate) reference: PathBuf,
 
+    /// Compare a layer that both files have, such as virtual_lights or caustics, instead of the image.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) layer: Option<String>,
+
     /// Print JSON on standard output.
     #[arg(long)]
     pub(crate) json: bool,
@@ -323,6 +328,7 @@ Definitions, x the image, r the reference, m the mean of r, averages over pixels
   MAPE     |x - r| / max(|r|, 0.01 m)
   SMAPE    |x - r| / max(|x| + |r|, 0.01 m)
   PSNR     10 log10(p^2 / MSE), p the largest value of r
+  pixels   quantiles over pixels of sqrt(relMSE of the pixel)
 Where both files carry variance.R/G/B (of the mean):
   noise    what MSE and relMSE would be on average if only noise differed
   z        of 8x8 blocks and channels, (x - r) / sqrt(var x + var r); differences of 1e-6 r are rounding";

@@ -1,7 +1,7 @@
 //! The methods by name. A name is a preset of the axes; this table is the only place that knows them.
 
 use crate::values::{
-    COMPLEMENTS, EMISSIONS, FLUX_RULES, KERNELS, PLACEMENTS, SWITCH, TABLE_STORAGES, clamp_name,
+    COMPLEMENTS, EMISSIONS, FLUX_RULES, KERNELS, PLACEMENTS, RENEWALS, TABLE_STORAGES, clamp_name,
     emission_name, name_of,
 };
 use manylight::integrators::many_light::{EmissionKind, FluxRule, GlossyForm};
@@ -143,7 +143,7 @@ fn axes(method: &ManyLight) -> Vec<(&'static str, String)> {
     {
         axes.push(("neighbors", method.neighbors.to_string()));
     }
-    axes.push(("progressive", word(name_of(SWITCH, &method.progressive))));
+    axes.push(("renewal", word(name_of(RENEWALS, &method.renewal))));
     axes
 }
 

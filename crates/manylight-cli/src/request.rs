@@ -20,8 +20,8 @@ use std::path::{Path, PathBuf};
 /// Passes where nothing else ends the render.
 const DEFAULT_PASSES: u32 = 16;
 
-/// Fewest photon paths per virtual light: each light should stand for several photons.
-const PHOTONS_PER_LIGHT: u32 = 16;
+/// Fewest photon paths per virtual light: the noise of the photons is then less than that of where the lights stand.
+const PHOTONS_PER_LIGHT: u32 = 64;
 
 /// A render, as asked for.
 #[derive(Clone, Debug, PartialEq)]
@@ -271,7 +271,7 @@ fn first_given(options: &LightArgs, allowed: &[&str]) -> Option<&'static str> {
         ("clamp", options.clamp.is_some()),
         ("complement", options.complement.is_some()),
         ("neighbors", options.neighbors.is_some()),
-        ("progressive", options.progressive.is_some()),
+        ("renewal", options.renewal.is_some()),
     ];
     given
         .iter()
@@ -301,7 +301,7 @@ fn many_light(preset: ManyLight, options: &LightArgs) -> Result<ManyLight, Failu
         clamp: options.clamp.unwrap_or(clamp),
         complement: options.complement.unwrap_or(complement),
         neighbors: options.neighbors.map_or(preset.neighbors, |n| n.get()),
-        progressive: options.progressive.unwrap_or(preset.progressive),
+        renewal: options.renewal.unwrap_or(preset.renewal),
         ..preset
     };
     check_axes(&method)?;

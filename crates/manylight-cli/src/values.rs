@@ -3,7 +3,7 @@
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use manylight::film::Filter;
 use manylight::integrators::many_light::{
-    ClampRule, Complement, EmissionKind, FluxRule, GlossyForm, Kernel, Placement, Snap,
+    ClampRule, Complement, EmissionKind, FluxRule, GlossyForm, Kernel, Placement, Renewal, Snap,
     TableStorage,
 };
 use manylight::math::UVec2;
@@ -35,8 +35,12 @@ pub(crate) const KERNELS: &Names<Kernel> = &[
     ("disc", Kernel::Disc),
 ];
 
-/// Whether something is done.
-pub(crate) const SWITCH: &Names<bool> = &[("on", true), ("off", false)];
+/// Which lights the passes have.
+pub(crate) const RENEWALS: &Names<Renewal> = &[
+    ("same", Renewal::Same),
+    ("new", Renewal::New),
+    ("finer", Renewal::Finer),
+];
 
 /// How the light that the clamp takes away is given back.
 pub(crate) const COMPLEMENTS: &Names<Complement> = &[

@@ -14,9 +14,10 @@ const SCHEMA: &str = "manylight.compare/1";
 
 /// Compares images with a reference.
 pub(crate) fn run(args: &CompareArgs) -> Result<ExitCode, Failure> {
-    let reference = read(&args.reference)?;
+    let layer = args.layer.as_deref();
+    let reference = read(&args.reference, layer)?;
     let comparisons = (args.images.iter())
-        .map(|path| measure(path, &args.reference, &reference))
+        .map(|path| measure(path, &args.reference, &reference, layer))
         .collect::<Result<Vec<Comparison>, Failure>>()?;
     let name = args.reference.display().to_string();
     if args.json {
@@ -24,6 +25,7 @@ pub(crate) fn run(args: &CompareArgs) -> Result<ExitCode, Failure> {
             "schema": SCHEMA,
             "version": env!("CARGO_PKG_VERSION"),
             "reference": name,
+            "layer": layer,
             "images": comparisons,
         }))?;
     } else {
@@ -37,16 +39,17 @@ pub(crate) fn measure(
     path: &Path,
     reference_path: &Path,
     reference: &Frame,
+    layer: Option<&str>,
 ) -> Result<Comparison, Failure> {
-    let image = read(path)?;
+    let image = read(path, layer)?;
     check_sizes(path, &image, reference_path, reference)?;
     Ok(compare(path.display().to_string(), &image, reference))
 }
 
 /// Reads what comparisons need of an image file.
-pub(crate) fn read(path: &Path) -> Result<Frame, Failure> {
+pub(crate) fn read(path: &Path, layer: Option<&str>) -> Result<Frame, Failure> {
     let picture = read_picture(path)?;
-    Frame::new(&picture).map_err(|error| {
+    Frame::new(&picture, layer).map_err(|error| {
         Failure::usage(
             format!("{}: {error}", path.display()),
             "images with color are compared",

@@ -197,7 +197,7 @@ impl<'a> Workshop<'a> {
         let reference = &run.scene.reference;
         let reference_path = self.base(reference, &self.references).join(reference);
         // Before the render, which may take long.
-        let reference = compare::read(&reference_path);
+        let reference = compare::read(&reference_path, None);
         let outcome = match &reference {
             Err(failure) => Err(failure.to_string()),
             Ok(_) => {
@@ -214,7 +214,7 @@ impl<'a> Workshop<'a> {
         };
         let measured = outcome.and_then(|()| match &reference {
             Ok(reference) if picture.exists() => {
-                let comparison = compare::measure(&picture, &reference_path, reference);
+                let comparison = compare::measure(&picture, &reference_path, reference, None);
                 comparison.map(Some).map_err(|failure| failure.to_string())
             }
             _ => Ok(None),

@@ -18,28 +18,35 @@ pub(crate) struct Frame {
     pub(crate) emission: Option<Vec<[f32; 3]>>,
 }
 
-/// An image without color channels.
+/// An image without the color channels that are asked for.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct FrameError {
+    /// The layer that was asked for, if not the image.
+    layer: Option<String>,
     /// The channels that it has.
     channels: Vec<String>,
 }
 
 impl fmt::Display for FrameError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "no channels R, G, B or Y; found: {}",
-            self.channels.join(", ")
-        )
+        match &self.layer {
+            Some(layer) => write!(f, "no layer `{layer}`")?,
+            None => f.write_str("no channels R, G, B or Y")?,
+        }
+        write!(f, "; found: {}", self.channels.join(", "))
     }
 }
 
 impl Frame {
-    /// Picks the channels out of a picture; a gray picture counts for all three.
-    pub(crate) fn new(picture: &Picture) -> Result<Self, FrameError> {
-        let rgb = rgb(picture, "").or_else(|| gray(picture));
+    /// Picks the channels of the image, or of one of its layers, out of a picture; a gray picture counts for all three.
+    /// The variance of layers is not known.
+    pub(crate) fn new(picture: &Picture, layer: Option<&str>) -> Result<Self, FrameError> {
+        let rgb = match layer {
+            None => rgb(picture, "").or_else(|| gray(picture)),
+            Some(layer) => rgb(picture, &format!("{layer}.")),
+        };
         let rgb = rgb.ok_or_else(|| FrameError {
+            layer: layer.map(String::from),
             channels: channels(picture).map(|(name, _)| name.clone()).collect(),
         })?;
         let known = |variance: &Vec<[f32; 3]>| variance.iter().flatten().all(|v| v.is_finite());
@@ -47,7 +54,10 @@ impl Frame {
             width: picture.width,
             height: picture.height,
             rgb,
-            variance: self::rgb(picture, "variance.").filter(known),
+            variance: match layer {
+                None => self::rgb(picture, "variance.").filter(known),
+                Some(_) => None,
+            },
             emission: self::rgb(picture, "emission."),
         })
     }
@@ -115,24 +125,37 @@ mod tests {
 
     #[test]
     fn channels_are_found_by_name() {
-        let frame = Frame::new(&picture(&[
-            ("B", 3.0),
-            ("G", 2.0),
-            ("R", 1.0),
-            ("emission.R", 0.0),
-            ("emission.G", 0.0),
-            ("emission.B", 0.5),
-        ]))
+        let frame = Frame::new(
+            &picture(&[
+                ("B", 3.0),
+                ("G", 2.0),
+                ("R", 1.0),
+                ("emission.R", 0.0),
+                ("emission.G", 0.0),
+                ("emission.B", 0.5),
+            ]),
+            None,
+        )
         .unwrap();
         assert_eq!(frame.rgb, [[1.0, 2.0, 3.0]; 2]);
         assert_eq!(frame.variance, None);
         assert!(frame.sees_emitter(1));
+        let layered = picture(&[("direct.R", 1.0), ("direct.G", 2.0), ("direct.B", 3.0)]);
         assert_eq!(
-            Frame::new(&picture(&[("Y", 4.0)])).unwrap().rgb,
+            Frame::new(&layered, Some("direct")).unwrap().rgb,
+            [[1.0, 2.0, 3.0]; 2]
+        );
+        let missing = Frame::new(&layered, Some("caustics")).unwrap_err();
+        assert_eq!(
+            missing.to_string(),
+            "no layer `caustics`; found: direct.R, direct.G, direct.B"
+        );
+        assert_eq!(
+            Frame::new(&picture(&[("Y", 4.0)]), None).unwrap().rgb,
             [[4.0; 3]; 2]
         );
         assert!(
-            Frame::new(&picture(&[("depth.Z", 4.0)]))
+            Frame::new(&picture(&[("depth.Z", 4.0)]), None)
                 .unwrap_err()
                 .to_string()
                 .contains("depth.Z")
@@ -144,7 +167,7 @@ mod tests {
         let with = |v| {
             let rgb = [("R", 1.0), ("G", 1.0), ("B", 1.0)];
             let variance = [("variance.R", v), ("variance.G", v), ("variance.B", v)];
-            Frame::new(&picture(&[rgb, variance].concat()))
+            Frame::new(&picture(&[rgb, variance].concat()), None)
                 .unwrap()
                 .variance
         };

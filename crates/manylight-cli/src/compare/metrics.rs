@@ -16,6 +16,16 @@ pub(crate) struct Errors {
     pub(crate) smape: f64,
     /// 10 log10(p² / MSE), p the largest value of r, in dB; `None` for equal images.
     pub(crate) psnr: Option<f64>,
+    /// Quantiles over pixels of the root of the pixel's relMSE.
+    pub(crate) pixel_error: Quantiles,
+}
+
+/// Half of all values are at most the median, and so on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub(crate) struct Quantiles {
+    pub(crate) median: f64,
+    pub(crate) p99: f64,
+    pub(crate) p99_9: f64,
 }
 
 /// Means per channel.
@@ -81,6 +91,30 @@ pub(crate) fn errors(image: &Frame, reference: &Frame, kept: &[bool]) -> Errors 
         mape: mean(&|x, r| share((x - r).abs(), r.abs().max(FLOOR * m))),
         smape: mean(&|x, r| share((x - r).abs(), (x.abs() + r.abs()).max(FLOOR * m))),
         psnr: (mse > 0.0).then(|| 10.0 * (peak * peak / mse).log10()),
+        pixel_error: pixel_error(image, reference, kept, m),
+    }
+}
+
+/// Quantiles of how far the pixels are off. `m` is the mean of the reference.
+fn pixel_error(image: &Frame, reference: &Frame, kept: &[bool], m: f64) -> Quantiles {
+    let error = |(i, _): (usize, &bool)| {
+        let squares = (0..3).map(|c| {
+            let (x, r) = (f64::from(image.rgb[i][c]), f64::from(reference.rgb[i][c]));
+            share((x - r).powi(2), r * r + RELMSE_FLOOR * m * m)
+        });
+        average(squares).sqrt()
+    };
+    let kept = kept.iter().enumerate().filter(|(_, kept)| **kept);
+    let mut errors: Vec<f64> = kept.map(error).collect();
+    errors.sort_unstable_by(f64::total_cmp);
+    let at = |share: f64| {
+        let i = (share * errors.len() as f64).ceil() as usize;
+        errors.get(i.max(1) - 1).copied().unwrap_or_default()
+    };
+    Quantiles {
+        median: at(0.5),
+        p99: at(0.99),
+        p99_9: at(0.999),
     }
 }
 
@@ -162,6 +196,9 @@ mod tests {
         assert_close(e.mape, 0.25);
         assert_close(e.smape, 0.25 / 3.0);
         assert_close(e.psnr.unwrap(), 10.0 * 36_f64.log10());
+        assert_eq!(e.pixel_error.median, 0.0);
+        assert_close(e.pixel_error.p99, (1.0 / 1.04_f64).sqrt());
+        assert_eq!(e.pixel_error.p99, e.pixel_error.p99_9);
     }
 
     #[test]

@@ -21,6 +21,10 @@ pub(crate) fn table(reference: &str, comparisons: &[Comparison]) -> String {
     row("PSNR (dB)", &|c| {
         Some(c.errors.psnr.map_or("inf".into(), |v| format!("{v:.2}")))
     });
+    row("pixels 50, 99, 99.9 %", &|c| {
+        let q = c.errors.pixel_error;
+        Some([q.median, q.p99, q.p99_9].map(figure).join(" "))
+    });
     row("mean RGB", &|c| Some(triple(c.means.mean.map(Some), 5)));
     row("reference mean RGB", &|c| {
         Some(triple(c.means.reference_mean.map(Some), 5))

@@ -68,6 +68,29 @@ fn known_figures() {
 }
 
 #[test]
+fn layers_are_compared_by_name() {
+    let folder = Folder::new(BOX);
+    write(&folder, "r.exr", 2.0, Some(0.5), false);
+    write(&folder, "a.exr", 2.5, Some(1.0), false);
+    let report = folder
+        .run("compare a.exr r.exr --layer variance --json")
+        .code(0)
+        .json();
+    assert_eq!(report["layer"], "variance");
+    let a = &report["images"][0];
+    assert_close(&a["ratio_of_means"][0], 2.0);
+    // The same in every pixel.
+    for quantile in ["median", "p99", "p99_9"] {
+        assert_close(&a["pixel_error"][quantile], 1.0 / 1.01_f64.sqrt());
+    }
+    let message = folder
+        .run("compare a.exr r.exr --layer caustics")
+        .code(2)
+        .stderr();
+    assert!(message.contains("no layer `caustics`"), "{message}");
+}
+
+#[test]
 fn the_table_names_every_image() {
     let folder = Folder::new(BOX);
     write(&folder, "r.exr", 2.0, None, false);

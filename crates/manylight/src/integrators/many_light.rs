@@ -88,7 +88,18 @@ impl ClampRule {
     }
 }
 
-/// Indirect light from virtual lights. Each pass has its own lights and its own jitter.
+/// Which lights the passes have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Renewal {
+    /// All have those of the first: what one set of lights gives, without the noise of pixels.
+    Same,
+    /// Each has its own, as fine as the first.
+    New,
+    /// Each has its own, and they become finer, so that the mean over passes goes to the right picture.
+    Finer,
+}
+
+/// Indirect light from virtual lights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ManyLight {
     /// Virtual lights per pass.
@@ -111,8 +122,8 @@ pub struct ManyLight {
     pub clamp: ClampRule,
     /// How the light that the clamp takes away is given back.
     pub complement: Complement,
-    /// Whether lights become finer from pass to pass, so that the mean over passes goes to the right picture.
-    pub progressive: bool,
+    /// Which lights the passes have.
+    pub renewal: Renewal,
 }
 
 /// More photons than this on average do not make lights better: theirs is the least of all noise.
@@ -128,7 +139,7 @@ const MAX_PASSES_PER_SET: u32 = 8;
 const MAX_SET_LIGHTS: u32 = 32_768;
 /// or is made of more photon paths.
 const MAX_SET_PHOTON_PATHS: u32 = 1 << 22;
-/// Lights of progressive methods are as fine as at the start for so many passes.
+/// Lights that become finer are as fine as at the start for so many passes.
 const COARSE_PASSES: f32 = 16.0;
 /// A set has no more lights than this just to make them finer.
 const MAX_FINER_LIGHTS: u32 = 1 << 18;
@@ -150,7 +161,7 @@ impl ManyLight {
             kernel: Kernel::Disc,
             clamp: ClampRule::Auto,
             complement: Complement::KolligKeller,
-            progressive: true,
+            renewal: Renewal::Finer,
         }
     }
 
@@ -161,7 +172,7 @@ impl ManyLight {
             kernel: Kernel::Point,
             clamp: ClampRule::Fixed,
             complement: Complement::None,
-            progressive: false,
+            renewal: Renewal::New,
             ..ManyLight::rich_vpl()
         }
     }
@@ -183,7 +194,7 @@ impl ManyLight {
             kernel: Kernel::Sphere,
             clamp: ClampRule::None,
             complement: Complement::None,
-            progressive: true,
+            renewal: Renewal::Finer,
             ..ManyLight::vpl()
         }
     }
@@ -195,7 +206,7 @@ impl ManyLight {
             flux: FluxRule::Density,
             emission: EmissionKind::Single,
             kernel: Kernel::Point,
-            progressive: false,
+            renewal: Renewal::New,
             ..ManyLight::rich_vpl()
         }
     }
@@ -237,6 +248,9 @@ impl ManyLight {
     /// A set for many passes is better than a set for each: lights that stand for fewer photons each are more alike, so that
     /// every eighth of 4096 lights is a better choice than eight times 512.
     pub(super) fn passes_with(&self, index: u32) -> Range<u32> {
+        if self.renewal == Renewal::Same {
+            return 0..u32::MAX;
+        }
         let most = MAX_PASSES_PER_SET
             .min(MAX_SET_LIGHTS / self.light_count.max(1))
             .min(MAX_SET_PHOTON_PATHS / self.photon_paths.max(1))
@@ -244,6 +258,14 @@ impl ManyLight {
         let count = most.checked_ilog2().map_or(1, |log| 1 << log);
         let start = index - index % count;
         start..start + count
+    }
+
+    /// How many times the lights of one pass a set for `passes` has.
+    pub(super) fn set_size(&self, passes: &Range<u32>) -> u32 {
+        match self.renewal {
+            Renewal::Same => 1,
+            Renewal::New | Renewal::Finer => passes.len() as u32,
+        }
     }
 
     /// Everything that `passes` shade with.
@@ -254,7 +276,7 @@ impl ManyLight {
         passes: Range<u32>,
         run: &PassContext,
     ) -> LightSet<'s> {
-        let count = passes.len() as u32;
+        let count = self.set_size(&passes);
         let finer = self.finer(passes.start);
         let placed_per_summed = self.placed_per_summed(&passes);
         let all = ManyLight {
@@ -327,16 +349,15 @@ impl ManyLight {
     /// stands for. The squared radius of a pass falls with the square root of its index, so that the mean over `n` passes is off by
     /// less the square root of `n`, as is its noise.
     fn finer(&self, first: u32) -> f32 {
-        if self.progressive {
-            (1.0 + first as f32 / COARSE_PASSES).sqrt()
-        } else {
-            1.0
+        match self.renewal {
+            Renewal::Same | Renewal::New => 1.0,
+            Renewal::Finer => (1.0 + first as f32 / COARSE_PASSES).sqrt(),
         }
     }
 
     /// How many lights are placed for each that some pass of the set sums.
     pub(super) fn placed_per_summed(&self, passes: &Range<u32>) -> u32 {
-        let summed = u64::from(self.light_count) * passes.len() as u64;
+        let summed = u64::from(self.light_count) * u64::from(self.set_size(passes));
         let most = (u64::from(MAX_FINER_LIGHTS) / summed.max(1)).max(1);
         (self.finer(passes.start).round() as u32).min(most as u32)
     }
@@ -622,5 +643,11 @@ mod tests {
             ..method
         };
         assert_eq!(large.passes_with(11), 11..12);
+        let same = ManyLight {
+            renewal: Renewal::Same,
+            ..method
+        };
+        assert_eq!(same.passes_with(11), same.passes_with(0));
+        assert_eq!(same.set_size(&same.passes_with(0)), 1);
     }
 }

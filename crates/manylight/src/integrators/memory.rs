@@ -52,7 +52,7 @@ impl ManyLight {
     fn memory(&self, scene: &Scene, limits: PathLimits, last: u32, seed: u64) -> [StageMemory; 3] {
         let largest = self.passes_with(last);
         let dark = f64::from(self.placed_per_summed(&largest) - 1);
-        let sets = largest.len() as f64;
+        let sets = f64::from(self.set_size(&largest));
         let probes = trace_photons(scene, limits, PROBES, Pass { seed, index: 0 }, for_lights);
         let is_glossy = |photon: &&Photon| {
             let bsdf = scene.bsdf(&scene.surface_point(photon.at));

@@ -4,7 +4,7 @@ use crate::common::film;
 use manylight::color::Rgb;
 use manylight::film::Layer;
 use manylight::geometry::{Mesh, Shape};
-use manylight::integrators::many_light::{ClampRule, Complement};
+use manylight::integrators::many_light::{ClampRule, Complement, Renewal};
 use manylight::integrators::{ManyLight, MethodKind};
 use manylight::math::{Affine3A, Vec3};
 use manylight::scene::Scene;
@@ -41,7 +41,7 @@ fn few_lights() -> ManyLight {
         photon_paths: 1000,
         light_count: 4,
         importon_paths: 250,
-        progressive: false,
+        renewal: Renewal::New,
         ..ManyLight::rich_vpl()
     }
 }
@@ -97,15 +97,15 @@ fn photons_give_back_what_the_clamp_takes() {
 fn finer_lights_lose_less() {
     let scene = corner(24);
     let truth = mean(&scene, MethodKind::Path, 2048);
-    let loss = |progressive| {
+    let loss = |renewal| {
         let method = ManyLight {
             complement: Complement::None,
-            progressive,
+            renewal,
             ..few_lights()
         };
         1.0 - mean(&scene, MethodKind::ManyLight(method), 512) / truth
     };
-    let (coarse, fine) = (loss(false), loss(true));
+    let (coarse, fine) = (loss(Renewal::New), loss(Renewal::Finer));
     assert!(coarse > 0.008, "the clamp takes little here: {coarse}");
     assert!(fine < 0.7 * coarse, "{fine} of {coarse}");
 }
