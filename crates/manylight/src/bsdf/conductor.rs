@@ -1,5 +1,6 @@
 //! Metals.
 
+use super::bound::Arriving;
 use super::fresnel::{Metal, reflect};
 use super::microfacet::Microfacets;
 use super::model::{ModelSample, microfacet_class};
@@ -24,6 +25,11 @@ impl Mirror {
     #[inline]
     pub(super) fn eval(&self, _wi: Vec3, _wo: Vec3, _lobes: Lobes) -> Rgb {
         Rgb::BLACK
+    }
+
+    #[inline]
+    pub(super) fn bound(&self, _arriving: &Arriving, _wo: Vec3, _lobes: Lobes) -> f32 {
+        0.0
     }
 
     #[inline]
@@ -79,6 +85,17 @@ impl RoughConductor {
         let mut values = ByClass::BLACK;
         values[self.lobes()] = tint * (pdf * self.facets.masking(wi, m));
         Response { values, pdf }
+    }
+
+    #[inline]
+    pub(super) fn bound(&self, arriving: &Arriving, wo: Vec3, lobes: Lobes) -> f32 {
+        let [_, cos] = arriving.cosines();
+        if !lobes.has(self.lobes()) || wo.z <= 0.0 || cos <= 0.0 {
+            return 0.0;
+        }
+        let halves = arriving.halves(wo);
+        let f = (self.metal.bound(halves.cosines) * self.tint).max_channel();
+        f * self.facets.visible_bound(halves.highest, cos) * self.facets.seen(wo)
     }
 
     #[inline]

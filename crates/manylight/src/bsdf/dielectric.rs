@@ -2,6 +2,7 @@
 //!
 //! Source: Walter et al., "Microfacet Models for Refraction through Rough Surfaces", EGSR 2007.
 
+use super::bound::Arriving;
 use super::fresnel::{self, reflect, refract};
 use super::microfacet::Microfacets;
 use super::model::{DeltaEvent, ModelSample, microfacet_class};
@@ -27,6 +28,11 @@ impl Glass {
     #[inline]
     pub(super) fn eval(&self, _wi: Vec3, _wo: Vec3, _lobes: Lobes) -> Rgb {
         Rgb::BLACK
+    }
+
+    #[inline]
+    pub(super) fn bound(&self, _arriving: &Arriving, _wo: Vec3, _lobes: Lobes) -> f32 {
+        0.0
     }
 
     #[inline]
@@ -96,6 +102,15 @@ impl RoughGlass {
         self.transmission_tint * ((1.0 - f) * common * (i * o).abs() / (o + half.eta * i).powi(2))
     }
 
+    pub(super) fn bound(&self, arriving: &Arriving, wo: Vec3, lobes: Lobes) -> f32 {
+        if !lobes.has(self.lobes()) || wo.z == 0.0 {
+            return 0.0;
+        }
+        let bounds = interface_bounds(&self.facets, self.eta, arriving, wo);
+        self.reflection_tint.max_channel() * bounds[0]
+            + self.transmission_tint.max_channel() * bounds[1]
+    }
+
     pub(super) fn pdf(&self, given: Vec3, other: Vec3, lobes: Lobes) -> f32 {
         if !lobes.has(self.lobes()) {
             return 0.0;
@@ -126,6 +141,33 @@ impl RoughGlass {
             delta: None,
         })
     }
+}
+
+/// Upper bounds of what a rough interface reflects and transmits of light from a cone, `f |cosθ_i|`. For directions that one facet refracts into each other
+/// Snell's law keeps `|o·m + η i·m|` from being less than `|η - 1|`.
+pub(super) fn interface_bounds(
+    facets: &Microfacets,
+    eta: f32,
+    arriving: &Arriving,
+    wo: Vec3,
+) -> [f32; 2] {
+    let side = 1.0f32.copysign(wo.z);
+    let up = |w: Vec3| Vec3::new(w.x, w.y, w.z * side);
+    let (arriving, wo) = (arriving.map(up), up(wo));
+    let eta = if side > 0.0 { eta } else { eta.recip() };
+    let [lowest, highest] = arriving.cosines();
+    let halves = arriving.halves(wo);
+    let seen = 4.0 * facets.seen(wo);
+    let reflected = fresnel::dielectric(halves.cosines[0], eta).reflectance;
+    let transmitted = if lowest < 0.0 {
+        facets.visible_bound(1.0, 1.0) / (eta - 1.0).powi(2)
+    } else {
+        0.0
+    };
+    [
+        0.25 * reflected * facets.visible_bound(halves.highest, highest) * seen,
+        transmitted * seen,
+    ]
 }
 
 /// The microfacet that sends one direction to another.

@@ -1,5 +1,6 @@
 //! Lambertian reflection.
 
+use super::bound::Arriving;
 use super::model::ModelSample;
 use super::{BsdfNumbers, Lobes};
 use crate::color::Rgb;
@@ -25,6 +26,15 @@ impl Diffuse {
             return Rgb::BLACK;
         }
         self.reflectance * (wi.z * FRAC_1_PI)
+    }
+
+    #[inline]
+    pub(super) fn bound(&self, arriving: &Arriving, wo: Vec3, lobes: Lobes) -> f32 {
+        if !lobes.has(Lobes::DIFFUSE) || wo.z <= 0.0 {
+            return 0.0;
+        }
+        let [_, cos] = arriving.cosines();
+        self.reflectance.max_channel() * cos.max(0.0) * FRAC_1_PI
     }
 
     #[inline]

@@ -137,6 +137,15 @@ impl Metal {
     }
 }
 
+impl Metal {
+    /// Upper bound of the reflectance between two cosines: from normal incidence on, it may fall before it rises.
+    #[inline(always)]
+    pub(super) fn bound(&self, cosines: [f32; 2]) -> Rgb {
+        let [a, b] = cosines.map(|cos| self.reflectance(cos));
+        a.zip(b, f32::max)
+    }
+}
+
 /// Reflectance of an interface averaged over diffuse light, as a fit: Egan and Hilgeman below index 1, d'Eon and Irving above.
 pub(super) fn diffuse_reflectance(eta: f32) -> f32 {
     if eta < 1.0 {

@@ -1,5 +1,6 @@
 //! One scattering model with what wraps it: weight, sides, a tilted frame. Directions here are in the shading frame of the surface.
 
+use super::bound::Arriving;
 use super::model::{Model, ModelSample};
 use super::response::Response;
 use super::{BsdfNumbers, BsdfSample, LARGEST, Lobes};
@@ -227,6 +228,27 @@ impl Leaf<'_> {
             return Rgb::BLACK;
         };
         self.model.eval(wi, wo, self.model_lobes(lobes)) * (self.weight * shadowing)
+    }
+
+    /// Upper bound of every channel of [`Leaf::eval`] for light from a cone. Tilts are taken to shadow nothing.
+    pub(super) fn bound(&self, arriving: &Arriving, mut wo: Vec3, lobes: Lobes) -> f32 {
+        let mirrored = |mirror: f32| move |w: Vec3| Vec3::new(w.x, w.y, w.z * mirror);
+        let Some(outer) = self.outer.mirror(wo.z) else {
+            return 0.0;
+        };
+        let mut arriving = arriving.map(mirrored(outer));
+        wo.z *= outer;
+        if let Some(tilt) = &self.tilt {
+            let frame = tilt.frame(tilt.facing(wo));
+            arriving = arriving.map(|w| frame.to_local(w));
+            wo = frame.to_local(wo);
+        }
+        let Some(inner) = self.inner.mirror(wo.z) else {
+            return 0.0;
+        };
+        wo.z *= inner;
+        let arriving = arriving.map(mirrored(inner));
+        self.weight * self.model.bound(&arriving, wo, self.model_lobes(lobes))
     }
 
     /// [`Leaf::eval`] class by class but for the leaf's weight, and [`Leaf::pdf`] given `wo`: the changes of frame are made once.

@@ -129,6 +129,37 @@ impl Microfacets {
         }
     }
 
+    /// Upper bound of [`Microfacets::visible_density`] for normals with cosines up to `highest` and directions with cosines up to `cos`.
+    #[inline(always)]
+    pub(super) fn visible_bound(&self, highest: f32, cos: f32) -> f32 {
+        let scale = self.inv_alpha.x * self.inv_alpha.y * FRAC_1_PI;
+        // As if it were as rough along both axes as along the rougher one.
+        let alpha2 = (self.alpha.x * self.alpha.x).max(self.alpha.y * self.alpha.y);
+        let cos2 = highest * highest;
+        let bound = match self.distribution {
+            Distribution::Ggx => {
+                let spread = if alpha2 < 1.0 {
+                    (1.0 - cos2) / alpha2 + cos2
+                } else {
+                    alpha2.recip()
+                };
+                let masked2 = self.min_alpha().powi(2) * (1.0 - cos * cos);
+                let masking = 2.0 * cos / (cos + (cos * cos + masked2).sqrt());
+                scale * masking / (spread * spread)
+            }
+            Distribution::Beckmann => {
+                // exp(-t/α²) (1 + t)² with t = tan²θ rises up to t = 2α² - 1. Beyond the last t nothing is left.
+                let t = ((1.0 - cos2) / cos2).min(1e4).max(2.0 * alpha2 - 1.0);
+                scale * exp(-t / alpha2) * (1.0 + t).powi(2)
+            }
+        };
+        if highest > 0.0 && cos > 0.0 {
+            bound
+        } else {
+            0.0
+        }
+    }
+
     /// Density of [`Microfacets::sample`] per solid angle of `m`, times `4 |v·m|` over it: what a reflected direction is divided by.
     /// That is `D(m) G1(v) / (4 cosθ_v)`, the density of the reflected direction.
     #[inline]

@@ -5,6 +5,7 @@
 //! Every lobe has a class, and every function here takes the classes that it shall see, because the path partition
 //! (docs/path_partition.md) is by scattering event: one surface may have lobes of several classes.
 
+mod bound;
 mod coat;
 mod conductor;
 mod dielectric;

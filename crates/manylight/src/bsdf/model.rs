@@ -1,8 +1,9 @@
 //! What all scattering models have in common, and the choice among them.
 //!
-//! Models work in a local frame whose z axis is the normal. `eval` is `f(wi → wo) |cosθ_i|`; sampling is from either end
+//! Models work in a local frame whose z axis is the normal. `eval` is `f(wi → wo) |cosθ_i|`, `bound` its upper bound over a cone of `wi`; sampling is from either end
 //! (`given`), because drawing a half vector as seen from one direction is the same procedure in both walks.
 
+use super::bound::Arriving;
 use super::conductor::{Mirror, RoughConductor};
 use super::dielectric::{Glass, RoughGlass};
 use super::diffuse::Diffuse;
@@ -128,6 +129,12 @@ impl<'s> Model<'s> {
     #[inline]
     pub(super) fn eval(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Rgb {
         dispatch!(self, m => m.eval(wi, wo, lobes))
+    }
+
+    /// Upper bound of every channel of [`Model::eval`] for light from a cone.
+    #[inline]
+    pub(super) fn bound(&self, arriving: &Arriving, wo: Vec3, lobes: Lobes) -> f32 {
+        dispatch!(self, m => m.bound(arriving, wo, lobes))
     }
 
     /// Density at which [`Model::sample`] with the same `lobes` gives `other` from a finite lobe.

@@ -2,6 +2,7 @@
 //!
 //! Source: Lafortune and Willems, "Using the Modified Phong Reflectance Model for Physically Based Rendering", 1994.
 
+use super::bound::Arriving;
 use super::diffuse::Diffuse;
 use super::model::{ModelSample, microfacet_class};
 use super::{BsdfNumbers, Lobes};
@@ -95,6 +96,20 @@ impl Phong {
             sum += self.specular * ((self.exponent + 2.0) / TAU * self.falloff(wi, wo) * wi.z);
         }
         sum
+    }
+
+    pub(super) fn bound(&self, arriving: &Arriving, wo: Vec3, lobes: Lobes) -> f32 {
+        let [_, cos] = arriving.cosines();
+        if wo.z <= 0.0 || cos <= 0.0 {
+            return 0.0;
+        }
+        let mut bound = self.base.bound(arriving, wo, lobes);
+        if lobes.has(self.lobe_class()) {
+            let [_, nearest] = arriving.cosines_to(Vec3::new(-wo.x, -wo.y, wo.z));
+            let falloff = nearest.max(0.0).powf(self.exponent);
+            bound += self.specular.max_channel() * ((self.exponent + 2.0) / TAU * falloff * cos);
+        }
+        bound
     }
 
     pub(super) fn pdf(&self, given: Vec3, other: Vec3, lobes: Lobes) -> f32 {

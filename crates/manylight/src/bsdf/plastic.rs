@@ -1,5 +1,6 @@
 //! A dielectric coat over a Lambertian base, with all interreflection between the two.
 
+use super::bound::Arriving;
 use super::fresnel::{self, reflect};
 use super::microfacet::Microfacets;
 use super::model::{ModelSample, microfacet_class};
@@ -105,6 +106,16 @@ impl Plastic {
     }
 
     #[inline]
+    pub(super) fn bound(&self, arriving: &Arriving, wo: Vec3, lobes: Lobes) -> f32 {
+        let [_, cos] = arriving.cosines();
+        if !lobes.has(Lobes::DIFFUSE) || wo.z <= 0.0 || cos <= 0.0 {
+            return 0.0;
+        }
+        let [enters, leaves] = [cos, wo.z].map(|cos| fresnel::coat_transmittance(cos, self.eta));
+        self.base.max_channel() * (enters * leaves * cos * FRAC_1_PI)
+    }
+
+    #[inline]
     pub(super) fn pdf(&self, given: Vec3, other: Vec3, lobes: Lobes) -> f32 {
         if given.z <= 0.0 || other.z <= 0.0 || !lobes.has(Lobes::DIFFUSE) {
             return 0.0;
@@ -172,6 +183,12 @@ impl<'s> RoughPlastic<'s> {
         self.facets.min_alpha()
     }
 
+    /// Largest transmittance of the coat from outside.
+    #[inline]
+    pub(super) fn most_transmitted(&self) -> f32 {
+        self.transmittance.iter().copied().fold(0.0, f32::max)
+    }
+
     /// The class of the coat's own reflection.
     #[inline]
     pub(super) fn coat_class(&self) -> Lobes {
@@ -226,6 +243,26 @@ impl<'s> RoughPlastic<'s> {
             response.pdf += (1.0 - coat) * cosine;
         }
         response
+    }
+
+    pub(super) fn bound(&self, arriving: &Arriving, wo: Vec3, lobes: Lobes) -> f32 {
+        let [_, cos] = arriving.cosines();
+        if wo.z <= 0.0 || cos <= 0.0 {
+            return 0.0;
+        }
+        let mut bound = 0.0;
+        if lobes.has(self.coat_class()) {
+            let halves = arriving.halves(wo);
+            let f = fresnel::dielectric(halves.cosines[0], self.eta).reflectance;
+            let visible = self.facets.visible_bound(halves.highest, cos);
+            bound += self.tint.max_channel() * f * visible * self.facets.seen(wo);
+        }
+        if lobes.has(Lobes::DIFFUSE) {
+            let enters = self.most_transmitted();
+            let leaves = interpolate(self.transmittance, wo.z);
+            bound += self.base.max_channel() * (enters * leaves * cos * FRAC_1_PI);
+        }
+        bound
     }
 
     pub(super) fn pdf(&self, given: Vec3, other: Vec3, lobes: Lobes) -> f32 {

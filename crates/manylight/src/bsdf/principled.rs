@@ -3,7 +3,8 @@
 //! Sources: Burley, "Physically Based Shading at Disney", 2012, and "Extending the Disney BRDF to a BSDF with Integrated
 //! Subsurface Scattering", 2015. Where the two leave a choice, Mitsuba 3's is taken.
 
-use super::dielectric::Half;
+use super::bound::Arriving;
+use super::dielectric::{Half, interface_bounds};
 use super::fresnel::{self, reflect, refract};
 use super::material::Distribution;
 use super::microfacet::Microfacets;
@@ -190,6 +191,25 @@ impl Principled {
             }),
             pdf: self.pdf_by(&half, wo, wi, lobes),
         }
+    }
+
+    pub(super) fn bound(&self, arriving: &Arriving, wo: Vec3, lobes: Lobes) -> f32 {
+        if wo.z == 0.0 {
+            return 0.0;
+        }
+        let mut bound = 0.0;
+        if wo.z > 0.0 {
+            let seen = self.facets.seen(wo);
+            bound += self.front(lobes).bound(&self.facets, arriving, wo, seen);
+        }
+        if self.transmits() && lobes.has(self.specular_class()) {
+            let [reflected, transmitted] = interface_bounds(&self.facets, self.eta, arriving, wo);
+            if wo.z < 0.0 {
+                bound += self.bsdf * reflected;
+            }
+            bound += self.bsdf * safe_sqrt(self.base_color.max_channel()) * transmitted;
+        }
+        bound
     }
 
     fn eval_by(&self, half: &Half, wi: Vec3, wo: Vec3, lobes: Lobes) -> Rgb {

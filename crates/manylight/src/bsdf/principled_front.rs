@@ -1,5 +1,6 @@
 //! What the front of the Disney model reflects, in terms that need no choices, so that loops over it become vectors.
 
+use super::bound::Arriving;
 use super::fresnel;
 use super::microfacet::Microfacets;
 use super::principled::{ggx_masking, gtr1, schlick_weight};
@@ -66,6 +67,43 @@ impl Front {
             rest += Rgb::splat(self.clearcoat(s, cos_m, wi.z, wo.z));
         }
         reflectance * interface + rest * wi.z
+    }
+
+    /// Upper bound of every channel of [`Front::eval`] for light from a cone.
+    #[inline(always)]
+    pub(super) fn bound(
+        &self,
+        facets: &Microfacets,
+        arriving: &Arriving,
+        wo: Vec3,
+        seen: f32,
+    ) -> f32 {
+        let [lowest, highest] = arriving.cosines();
+        let halves = arriving.halves(wo);
+        let [cos_d, most_cos_d] = halves.cosines;
+        // All reflectances rise with the angle.
+        let refracted = fresnel::refracted_cosine(cos_d, self.inv_eta);
+        let r = fresnel::reflectance(cos_d, refracted, self.eta);
+        let s = schlick_weight(if self.eta > 1.0 { cos_d } else { refracted });
+        let reflectance = self.schlick_r0.max_channel() + self.plain * r + self.schlick * s;
+        let interface = facets.visible_bound(halves.highest, highest) * seen;
+
+        // Retro-reflection rises with θ_i, the rest of the diffuse lobe falls.
+        let (least_fi, fi) = (schlick_weight(highest), schlick_weight(lowest.max(0.0)));
+        let fo = schlick_weight(wo.z);
+        let rr = 2.0 * self.roughness * most_cos_d * most_cos_d;
+        let lambert = (1.0 - 0.5 * least_fi) * (1.0 - 0.5 * fo);
+        let full = (lambert + rr * (fi + fo + fi * fo * (rr - 1.0))) * highest;
+        let flat = 1.25 * highest / (highest + wo.z);
+        let base = full * (1.0 - self.flatness) + flat * self.flatness;
+        let sheen = self.sheen.max_channel() * schlick_weight(cos_d);
+        let clearcoat = self.clearcoat(s, halves.highest.max(0.0), highest, wo.z);
+        let rest = self.base.max_channel() * base + (sheen + clearcoat) * highest;
+        if highest > 0.0 {
+            reflectance * interface + rest
+        } else {
+            0.0
+        }
     }
 
     /// Over the cosine of `wi`.

@@ -1,8 +1,9 @@
 //! A scattering function whose viewer is fixed: what a gathering point evaluates for every light.
 
+use super::bound::Arriving;
 use super::{Bsdf, Lobes};
 use crate::color::Rgb;
-use crate::math::Vec3;
+use crate::math::{Spread, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
 /// A scattering function seen by one viewer, for sums over many directions of incidence.
@@ -25,6 +26,17 @@ impl Receiver<'_, '_> {
         }
         self.bsdf
             .eval_local(self.bsdf.frame.to_local(wi), self.wo, self.lobes)
+    }
+}
+
+impl Receiver<'_, '_> {
+    /// Upper bound of every channel of [`Receiver::f_cos_wi`] for directions so far from the unit vector `axis`.
+    pub(super) fn bound(&self, axis: Vec3, spread: Spread) -> f32 {
+        let arriving = Arriving {
+            axis: self.bsdf.frame.to_local(axis),
+            spread,
+        };
+        self.bsdf.bound_local(&arriving, self.wo, self.lobes)
     }
 }
 

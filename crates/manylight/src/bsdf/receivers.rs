@@ -7,6 +7,7 @@
     reason = "loops over lanes read like what they become: vector instructions"
 )]
 
+use super::bound::Arriving;
 use super::conductor::RoughConductor;
 use super::fresnel::{self, Metal};
 use super::leaf::Leaf;
@@ -19,7 +20,7 @@ use super::{Bsdf, Lobes, Receiver};
 use crate::color::Rgb;
 use crate::lanes::vectors::{dot, scale3};
 use crate::lanes::{LANES, LaneMask, Lanes, Lanes3, lanes_of, spread};
-use crate::math::{Vec2, Vec3};
+use crate::math::{Spread, Vec2, Vec3};
 use crate::simd::Wide;
 use std::f32::consts::FRAC_1_PI;
 
@@ -79,6 +80,8 @@ pub struct Receivers<'b, 's> {
     base: Lanes3,
     /// Transmittance of rough coats over the cosine.
     transmittance: [&'s [f32; COSINES]; LANES],
+    /// The largest of that.
+    most_transmitted: Lanes,
     /// Of principled surfaces.
     fronts: Fronts,
     /// For lanes of any form.
@@ -106,6 +109,7 @@ impl<'b, 's> Receivers<'b, 's> {
             specular: Lanes3::ZERO,
             base: Lanes3::ZERO,
             transmittance: [&[1.0; COSINES]; LANES],
+            most_transmitted: [1.0; LANES],
             fronts: Fronts::black(),
             single: [None; LANES],
         };
@@ -193,6 +197,7 @@ impl<'b, 's> Receivers<'b, 's> {
     ) {
         self.set_eta(i, m.eta);
         self.transmittance[i] = m.transmittance;
+        self.most_transmitted[i] = m.most_transmitted();
         if lobes.has(Lobes::DIFFUSE) {
             let exit = interpolate(m.transmittance, wo.z);
             self.base.set(i, m.base * (exit * weight * FRAC_1_PI));
@@ -240,6 +245,91 @@ impl<'b, 's> Receivers<'b, 's> {
                 }
                 out
             }
+        }
+    }
+
+    /// Upper bounds of every channel of [`Receivers::f_cos_wi`] for light from the cones with unit axes `axes`, in each active lane; other
+    /// lanes hold anything.
+    #[inline(always)]
+    pub(crate) fn bounds(
+        &self,
+        axes: &Lanes3,
+        spreads: &[Spread; LANES],
+        active: LaneMask,
+    ) -> Lanes {
+        let mut out = [0.0; LANES];
+        match self.form {
+            Form::Lambert => {
+                for i in 0..LANES {
+                    let [_, cos] = self.arriving(i, axes, spreads).cosines();
+                    out[i] = self.base.rgb(i).max_channel() * cos.max(0.0);
+                }
+            }
+            Form::SmoothCoat => {
+                for i in 0..LANES {
+                    let [_, cos] = self.arriving(i, axes, spreads).cosines();
+                    let cos = cos.max(0.0);
+                    let enters = 1.0 - fresnel::coat_reflectance(cos, self.eta[i], self.inv_eta[i]);
+                    out[i] = self.base.rgb(i).max_channel() * (enters * cos);
+                }
+            }
+            Form::Metal(distribution) => {
+                for i in 0..LANES {
+                    let terms = [self.metal[0].rgb(i), self.metal[1].rgb(i)];
+                    let arriving = self.arriving(i, axes, spreads);
+                    let lobe = self.facet_bound(i, &arriving, distribution);
+                    let f = Metal::from_terms(terms).bound(lobe.cosines);
+                    out[i] = (self.specular.rgb(i) * f).max_channel() * lobe.density;
+                }
+            }
+            Form::RoughCoat(distribution) => {
+                for i in 0..LANES {
+                    let arriving = self.arriving(i, axes, spreads);
+                    let [_, cos] = arriving.cosines();
+                    let base = self.base.rgb(i).max_channel() * self.most_transmitted[i];
+                    let lobe = self.facet_bound(i, &arriving, distribution);
+                    let f =
+                        fresnel::coat_reflectance(lobe.cosines[0], self.eta[i], self.inv_eta[i]);
+                    let coat = self.specular.rgb(i).max_channel() * (f * lobe.density);
+                    out[i] = base * cos.max(0.0) + coat;
+                }
+            }
+            Form::Principled => {
+                for i in 0..LANES {
+                    let arriving = self.arriving(i, axes, spreads);
+                    let facets = self.facets(i, Distribution::Ggx);
+                    let (wo, seen) = (self.wo.vec(i), self.specular.0[0][i]);
+                    out[i] = self.fronts.lane(i).bound(&facets, &arriving, wo, seen);
+                }
+            }
+            Form::Any => {
+                for i in lanes_of(active) {
+                    if let Some(receiver) = &self.single[i] {
+                        out[i] = receiver.bound(axes.vec(i), spreads[i]);
+                    }
+                }
+            }
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn arriving(&self, i: usize, axes: &Lanes3, spreads: &[Spread; LANES]) -> Arriving {
+        Arriving {
+            axis: self.to_local(i, axes.vec(i)),
+            spread: spreads[i],
+        }
+    }
+
+    /// Bounds of the microfacets of lane `i` that reflect light from a cone to the viewer.
+    #[inline(always)]
+    fn facet_bound(&self, i: usize, arriving: &Arriving, distribution: Distribution) -> FacetBound {
+        let halves = arriving.halves(self.wo.vec(i));
+        let [_, cos] = arriving.cosines();
+        let facets = self.facets(i, distribution);
+        FacetBound {
+            density: facets.visible_bound(halves.highest, cos),
+            cosines: halves.cosines,
         }
     }
 
@@ -342,6 +432,12 @@ impl<'b, 's> Receivers<'b, 's> {
             },
         }
     }
+}
+
+/// The most that [`FacetLobe::density`] may be, and the range of the cosine.
+struct FacetBound {
+    density: f32,
+    cosines: [f32; 2],
 }
 
 /// `D G1(wi)` of the facets with the half vector's normal, and the cosine to it.

@@ -2,6 +2,7 @@
 //!
 //! Source: Oren and Nayar, "Generalization of Lambert's Reflectance Model", SIGGRAPH 1994.
 
+use super::bound::Arriving;
 use super::model::ModelSample;
 use super::{BsdfNumbers, Lobes};
 use crate::color::Rgb;
@@ -86,6 +87,27 @@ impl RoughDiffuse {
             self.qualitative_model(&angles)
         };
         shape * (wi.z * FRAC_1_PI)
+    }
+
+    pub(super) fn bound(&self, arriving: &Arriving, wo: Vec3, lobes: Lobes) -> f32 {
+        let [_, cos] = arriving.cosines();
+        if !lobes.has(Lobes::GLOSSY) || wo.z <= 0.0 || cos <= 0.0 {
+            return 0.0;
+        }
+        // β is the smaller angle, so that tanβ cosθ_i <= sinθ_i and <= tanθ_o cosθ_i; and tan((α + β) / 2) cosβ <= 2.
+        let tan_o = safe_sqrt(1.0 - wo.z * wo.z) / wo.z;
+        let grazing = (tan_o * cos).min(1.0);
+        let first = 1.0 - 0.5 * self.sigma2 / (self.sigma2 + 0.33);
+        let rough = self.sigma2 / (self.sigma2 + 0.09);
+        let single = first * cos + 0.45 * rough * grazing;
+        let (single, double) = if self.full {
+            let double = 0.17 * self.sigma2 / (self.sigma2 + 0.13);
+            (single + 0.125 * rough * 2.0, 2.0 * double * cos)
+        } else {
+            (single, 0.0)
+        };
+        let rho = self.reflectance.max_channel();
+        rho * (single + rho * double) * FRAC_1_PI
     }
 
     /// Oren and Nayar's qualitative model.

@@ -5,8 +5,8 @@ use super::*;
 use crate::geometry::{SurfacePoint, SurfaceRef};
 use crate::ids::{MaterialId, PrimitiveId, TextureId};
 use crate::image::Image;
-use crate::lanes::{LANES, LaneMask, Lanes3};
-use crate::math::Mat3;
+use crate::lanes::{LANES, LaneMask, Lanes, Lanes3};
+use crate::math::{Cone, Mat3, Spread};
 use crate::sampling::{Sampler, Stream};
 use crate::simd::{Isa, Kernel, Simd};
 use crate::testing::chi_square::{self, Resolution};
@@ -771,6 +771,119 @@ fn lanes_see_what_single_receivers_see() {
                     }
                 }
             }
+        }
+    }
+}
+
+/// A cone of any width, wider ones less often, and a direction in it.
+fn cone_with_direction(sampler: &mut Sampler) -> (Cone, Vec3) {
+    let axis = direction(sampler);
+    let half_angle = PI * sampler.next_1d().powi(3);
+    // Towards the rim, where most violations would be.
+    let from_axis = half_angle * sampler.next_1d().sqrt();
+    let turn = 2.0 * PI * sampler.next_1d();
+    let frame = Frame::from_normal(axis);
+    let across = Vec3::new(turn.cos(), turn.sin(), 0.0) * from_axis.sin();
+    let w = frame
+        .to_world(across + Vec3::Z * from_axis.cos())
+        .normalize();
+    (Cone { axis, half_angle }, w)
+}
+
+/// Random cones and directions for each surface and normal; the bound may be exceeded in none. Returns the bound over the value, on
+/// average by its logarithm, of connections that carry light.
+fn hold_bounds(case: &Case, count: u64) -> f64 {
+    let (mut looseness, mut lit) = (0.0, 0u64);
+    for ng in normals() {
+        let bsdf = case.bsdf(ng);
+        let mut sampler = sampler(31);
+        for i in 0..count {
+            let wo = direction(&mut sampler);
+            let (cone, wi) = cone_with_direction(&mut sampler);
+            let lobes = [Lobes::SMOOTH, Lobes::ALL][(i % 2) as usize];
+            let bound = bsdf.bound_f_cos_wi(&cone, wo, lobes);
+            let value = bsdf.f_cos_wi(wi, wo, lobes).max_channel();
+            assert!(
+                value <= bound * 1.0001 + 1e-6,
+                "{}: {value} > {bound} for wi {wi}, wo {wo}, {lobes:?}, {cone:?}",
+                case.name
+            );
+            if value > 1e-6 && bound.is_finite() {
+                looseness += f64::from(bound / value).ln();
+                lit += 1;
+            }
+        }
+    }
+    (looseness / lit.max(1) as f64).exp()
+}
+
+#[test]
+fn bounds_hold_over_cones() {
+    let looseness = cases().par_iter().map(|case| {
+        let looseness = hold_bounds(case, 20_000);
+        (case.name, looseness, case.bsdf(Vec3::Z).transmits())
+    });
+    let mut looseness: Vec<(&str, f64, bool)> = looseness.collect();
+    looseness.sort_by(|a, b| b.1.total_cmp(&a.1));
+    for (name, looseness, transmits) in looseness {
+        println!("{name}: the bound is {looseness:.1} times the value");
+        // Where light is refracted, only the peak of the lobe is known.
+        assert!(transmits || looseness < 200.0, "{name}: {looseness}");
+    }
+}
+
+/// [`Receivers::bounds`] in lanes.
+struct BoundsInLanes<'a>(&'a Receivers<'a, 'a>, &'a Lanes3, &'a [Spread; LANES]);
+
+impl Kernel for BoundsInLanes<'_> {
+    type Output = Lanes;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _s: S) -> Lanes {
+        self.0.bounds(self.1, self.2, LaneMask::MAX)
+    }
+}
+
+#[test]
+fn bounds_in_lanes_are_those_of_single_receivers() {
+    for case in cases() {
+        let bsdf = case.bsdf(Vec3::Z);
+        let mut sampler = sampler(33);
+        for _ in 0..20 {
+            let viewers: [Vec3; LANES] = std::array::from_fn(|_| direction(&mut sampler));
+            let cones: [(Cone, Vec3); LANES] =
+                std::array::from_fn(|_| cone_with_direction(&mut sampler));
+            let lobes = Lobes::SMOOTH;
+            let lanes = Receivers::new(bsdf.form(), lobes, viewers.iter().map(|&wo| (&bsdf, wo)));
+            let axes = Lanes3::from_fn(|i| cones[i].0.axis);
+            let spreads = cones.map(|(cone, _)| Spread::new(cone.half_angle));
+            let bounds = Isa::best().run(BoundsInLanes(&lanes, &axes, &spreads));
+            for (i, &wo) in viewers.iter().enumerate() {
+                let single = bsdf.bound_f_cos_wi(&cones[i].0, wo, lobes);
+                if single.is_finite() {
+                    assert_close(bounds[i], single, 1e-3, case.name);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn bounds_of_single_directions_are_tight() {
+    for case in cases() {
+        let bsdf = case.bsdf(Vec3::Z);
+        let mut sampler = sampler(32);
+        for _ in 0..200 {
+            let (wi, wo) = (direction(&mut sampler), direction(&mut sampler));
+            let value = bsdf.f_cos_wi(wi, wo, Lobes::DIFFUSE).max_channel();
+            let bound = bsdf.bound_f_cos_wi(&Cone::from_axis(wi), wo, Lobes::DIFFUSE);
+            // The transmittance of a rough coat is bounded by the largest of all angles.
+            let flat = value > 0.01 && !case.name.contains("_map");
+            assert!(
+                !flat || bound < 2.0 * value,
+                "{}: {bound} for {value}",
+                case.name
+            );
         }
     }
 }

@@ -1,5 +1,6 @@
 //! A pane of glass: two interfaces so close that refraction shifts nothing.
 
+use super::bound::Arriving;
 use super::fresnel;
 use super::model::ModelSample;
 use super::{BsdfNumbers, Lobes};
@@ -36,6 +37,11 @@ impl Pane {
     #[inline]
     pub(super) fn eval(&self, _wi: Vec3, _wo: Vec3, _lobes: Lobes) -> Rgb {
         Rgb::BLACK
+    }
+
+    #[inline]
+    pub(super) fn bound(&self, _arriving: &Arriving, _wo: Vec3, _lobes: Lobes) -> f32 {
+        0.0
     }
 
     #[inline]

@@ -1,6 +1,11 @@
 //! Bounding cones of directions.
 
 use super::Vec3;
+use super::float::safe_sqrt;
+use std::f32::consts::{FRAC_PI_2, PI};
+
+/// Spreads are wider by this than they must be, in radians: cosines near 1 know an angle no better.
+const ROUNDING: f32 = 1e-3;
 
 /// All unit directions within `half_angle` of `axis`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,9 +85,110 @@ impl Cone {
     }
 }
 
+/// How far the directions of a cone lie from its axis, at most; with the terms that bounds ask for. None of the functions has a call or a choice that loops
+/// over many cones could not make as vectors, but for the first.
+#[derive(Clone, Copy, Debug)]
+pub struct Spread {
+    /// In radians, up to π; no less than the exact one.
+    pub half_angle: f32,
+    /// Its cosine.
+    pub cos: f32,
+    /// Its sine.
+    pub sin: f32,
+}
+
+impl Spread {
+    /// Of all directions.
+    pub const EVERYWHERE: Spread = Spread {
+        half_angle: PI,
+        cos: -1.0,
+        sin: 0.0,
+    };
+
+    /// Of a cone with this half angle in radians, a little widened.
+    pub fn new(half_angle: f32) -> Self {
+        let half_angle = (half_angle + ROUNDING).min(PI);
+        let (sin, cos) = half_angle.sin_cos();
+        Spread {
+            half_angle,
+            cos,
+            sin,
+        }
+    }
+
+    /// Of the directions to a ball, a little widened; everywhere within the ball.
+    #[inline(always)]
+    pub fn to_ball(radius: f32, distance: f32) -> Self {
+        let sin = radius / distance + ROUNDING;
+        let outside = sin < 1.0;
+        let sin = if outside { sin } else { 0.0 };
+        let cos = (1.0 - sin * sin).sqrt();
+        Spread {
+            // asin x <= x + (π/2 - 1) x³, as both are x³ times a series with positive terms beside x, and equal at 1.
+            half_angle: if outside {
+                sin + (FRAC_PI_2 - 1.0) * sin * sin * sin
+            } else {
+                PI
+            },
+            cos: if outside { cos } else { -1.0 },
+            sin,
+        }
+    }
+
+    /// Of all directions that lie so far from some direction with the other spread.
+    #[inline(always)]
+    pub fn plus(self, o: Spread) -> Self {
+        let everywhere = self.cos <= -o.cos;
+        let (cos, sin) = (
+            self.cos * o.cos - self.sin * o.sin,
+            self.sin * o.cos + self.cos * o.sin,
+        );
+        Spread {
+            half_angle: (self.half_angle + o.half_angle).min(PI),
+            cos: if everywhere { -1.0 } else { cos },
+            sin: if everywhere { 0.0 } else { sin },
+        }
+    }
+
+    /// Smallest and largest cosine between directions so far from an axis and a unit vector at the cosine `cos` to that.
+    #[inline(always)]
+    pub fn cosines(&self, cos: f32) -> [f32; 2] {
+        let across = safe_sqrt(1.0 - cos * cos) * self.sin;
+        let along = cos * self.cos;
+        [
+            if cos <= -self.cos {
+                -1.0
+            } else {
+                along - across
+            },
+            if cos >= self.cos { 1.0 } else { along + across },
+        ]
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn spreads_are_wide_enough() {
+        for k in 0..1000 {
+            let ratio = k as f32 / 900.0;
+            let spread = Spread::to_ball(ratio * 3.0, 3.0);
+            let exact = if ratio < 1.0 { ratio.asin() } else { PI };
+            assert!(spread.half_angle >= exact, "{ratio}: {spread:?}");
+            assert!(spread.cos <= exact.cos() + 1e-6, "{ratio}: {spread:?}");
+            let other = Spread::new(k as f32 * 0.003);
+            let sum = (exact + other.half_angle).min(PI);
+            let both = spread.plus(other);
+            assert!(both.half_angle >= sum && both.cos <= sum.cos() + 1e-6);
+        }
+        let full = Spread::to_ball(0.0, 0.0);
+        assert_eq!((full.half_angle, full.cosines(-0.3)), (PI, [-1.0, 1.0]));
+        let [low, high] = Spread::new(0.5).cosines(1.0f32.cos());
+        assert!(low <= 1.5f32.cos() && low > 1.51f32.cos());
+        assert!(high >= 0.5f32.cos() && high < 0.49f32.cos());
+    }
 
     #[test]
     fn union_holds_both_cones() {

@@ -10,6 +10,6 @@ pub mod prefetch;
 pub mod trig;
 
 pub use aabb::Aabb;
-pub use cone::Cone;
+pub use cone::{Cone, Spread};
 pub use frame::Frame;
 pub use glam::{Affine3A, Mat3, Mat4, UVec2, Vec2, Vec3, Vec3A, Vec4};
