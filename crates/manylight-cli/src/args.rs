@@ -3,7 +3,7 @@
 use crate::preset::{self, PRESETS, Preset};
 use crate::values::{
     self, COMPLEMENTS, Crop, EMISSIONS, EmissionName, FILTERS, FLUX_RULES, KERNELS, MaxDepth,
-    PLACEMENTS, RENEWALS, STRATEGIES, Strategy, TABLE_STORAGES,
+    PLACEMENTS, RENEWALS, STRATEGIES, StrategyName, TABLE_STORAGES,
 };
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
@@ -165,7 +165,15 @@ pub(crate) struct LightArgs {
 
     /// Which lights are evaluated.
     #[arg(long, value_name = "KIND", value_parser = values::one_of(STRATEGIES))]
-    pub(crate) strategy: Option<Strategy>,
+    pub(crate) strategy: Option<StrategyName>,
+
+    /// Lightcuts: no cluster of lights may be off by more than this share of what a point reflects.
+    #[arg(long, value_name = "SHARE", value_parser = values::share)]
+    pub(crate) max_error: Option<f32>,
+
+    /// Lightcuts: most lights and clusters that a sum is made of, whatever the error.
+    #[arg(long, value_name = "N")]
+    pub(crate) max_cut: Option<NonZeroU32>,
 
     /// Bound of the singularity: none, auto (by what each light stands for), fixed (by the median of that) or a value in 1/m².
     #[arg(long, value_name = "none|auto|fixed|VALUE", value_parser = values::clamp)]
@@ -469,8 +477,8 @@ mod tests {
         };
         assert!(message(&["-m", "rich-vlp"]).contains("'rich-vpl'"));
         assert!(message(&["--pases", "3"]).contains("'--passes'"));
-        assert!(message(&["-m", "lightcuts"]).contains("invalid value"));
-        assert!(message(&["--strategy", "lightcuts"]).contains("invalid value"));
+        assert!(message(&["--strategy", "lightcut"]).contains("lightcuts"));
+        assert!(message(&["--max-error", "2"]).contains("from 0 to 1"));
         assert!(message(&["--size", "640"]).contains("WIDTHxHEIGHT"));
         assert!(message(&["--passes", "0"]).contains("invalid value '0'"));
     }

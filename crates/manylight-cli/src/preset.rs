@@ -1,10 +1,10 @@
 //! The methods by name. A name is a preset of the axes; this table is the only place that knows them.
 
 use crate::values::{
-    COMPLEMENTS, EMISSIONS, FLUX_RULES, KERNELS, PLACEMENTS, RENEWALS, TABLE_STORAGES, clamp_name,
-    emission_name, name_of,
+    COMPLEMENTS, EMISSIONS, FLUX_RULES, KERNELS, PLACEMENTS, RENEWALS, STRATEGIES, TABLE_STORAGES,
+    clamp_name, emission_name, name_of, strategy_name,
 };
-use manylight::integrators::many_light::{EmissionKind, FluxRule, GlossyForm};
+use manylight::integrators::many_light::{EmissionKind, FluxRule, GlossyForm, Strategy};
 use manylight::integrators::{ManyLight, MethodKind, PhotonMap};
 
 /// A named method.
@@ -49,6 +49,16 @@ pub(crate) const PRESETS: &[Preset] = &[
         name: "vsl",
         summary: "Virtual spherical lights: classic lights as spheres",
         kind: || MethodKind::ManyLight(ManyLight::vsl()),
+    },
+    Preset {
+        name: "lightcuts",
+        summary: "Lightcuts: many classic virtual point lights, few of which stand for the others",
+        kind: || MethodKind::ManyLight(ManyLight::lightcuts()),
+    },
+    Preset {
+        name: "rich-lightcuts",
+        summary: "Lightcuts through many Rich-VPLs",
+        kind: || MethodKind::ManyLight(ManyLight::rich_lightcuts()),
     },
     Preset {
         name: "photon-map",
@@ -135,7 +145,12 @@ fn axes(method: &ManyLight) -> Vec<(&'static str, String)> {
         }
     }
     axes.push(("kernel", word(name_of(KERNELS, &method.kernel))));
-    axes.push(("strategy", "all".into()));
+    let strategy = strategy_name(method.strategy);
+    axes.push(("strategy", word(name_of(STRATEGIES, &strategy))));
+    if let Strategy::Cuts(limits) = method.strategy {
+        axes.push(("max-error", limits.max_error.to_string()));
+        axes.push(("max-cut", limits.max_lights.to_string()));
+    }
     axes.push(("clamp", clamp_name(method.clamp)));
     axes.push(("complement", word(name_of(COMPLEMENTS, &method.complement))));
     if matches!(method.flux, FluxRule::Density | FluxRule::Area)
@@ -167,12 +182,14 @@ mod tests {
                 "rich-vsl",
                 "vpl",
                 "vpl-is",
-                "vsl"
+                "vsl",
+                "lightcuts",
+                "rich-lightcuts"
             ]
         );
         assert_eq!(
             names_with("table-size"),
-            ["rich-vpl", "rich-vpl-paper", "rich-vsl"]
+            ["rich-vpl", "rich-vpl-paper", "rich-vsl", "rich-lightcuts"]
         );
     }
 

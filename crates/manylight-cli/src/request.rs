@@ -3,11 +3,13 @@
 use crate::args::{CameraArgs, LightArgs, MapsArgs, PathArgs, RenderArgs};
 use crate::failure::Failure;
 use crate::preset::{self, Preset};
-use crate::values::{Crop, EMISSIONS, EmissionName, MaxDepth, emission_name, name_of};
+use crate::values::{
+    Crop, EMISSIONS, EmissionName, MaxDepth, StrategyName, emission_name, name_of, strategy_name,
+};
 use manylight::film::{FilmDesc, Filter};
 use manylight::integrators::many_light::{
-    ClampRule, Complement, EmissionKind, FluxRule, GlossyForm, Kernel, ManyLight, Placement,
-    TableStorage,
+    ClampRule, Complement, CutLimits, EmissionKind, FluxRule, GlossyForm, Kernel, ManyLight,
+    Placement, Strategy, TableStorage,
 };
 use manylight::integrators::{Method, MethodKind, PhotonMap};
 use manylight::math::{UVec2, Vec2};
@@ -268,6 +270,8 @@ fn first_given(options: &LightArgs, allowed: &[&str]) -> Option<&'static str> {
         ("lobes", options.lobes.is_some()),
         ("kernel", options.kernel.is_some()),
         ("strategy", options.strategy.is_some()),
+        ("max-error", options.max_error.is_some()),
+        ("max-cut", options.max_cut.is_some()),
         ("clamp", options.clamp.is_some()),
         ("complement", options.complement.is_some()),
         ("neighbors", options.neighbors.is_some()),
@@ -298,6 +302,7 @@ fn many_light(preset: ManyLight, options: &LightArgs) -> Result<ManyLight, Failu
         flux: options.flux.unwrap_or(preset.flux),
         emission: emission(preset.emission, options)?,
         kernel,
+        strategy: strategy(preset.strategy, options)?,
         clamp: options.clamp.unwrap_or(clamp),
         complement: options.complement.unwrap_or(complement),
         neighbors: options.neighbors.map_or(preset.neighbors, |n| n.get()),
@@ -306,6 +311,32 @@ fn many_light(preset: ManyLight, options: &LightArgs) -> Result<ManyLight, Failu
     };
     check_axes(&method)?;
     Ok(method)
+}
+
+fn strategy(preset: Strategy, options: &LightArgs) -> Result<Strategy, Failure> {
+    let preset_limits = match preset {
+        Strategy::Cuts(limits) => limits,
+        Strategy::All => CutLimits::default(),
+    };
+    match options.strategy.unwrap_or(strategy_name(preset)) {
+        StrategyName::Lightcuts => Ok(Strategy::Cuts(CutLimits {
+            max_error: options.max_error.unwrap_or(preset_limits.max_error),
+            max_lights: (options.max_cut).map_or(preset_limits.max_lights, |n| n.get()),
+        })),
+        StrategyName::All => {
+            let given = [
+                ("max-error", options.max_error.is_some()),
+                ("max-cut", options.max_cut.is_some()),
+            ];
+            match given.iter().find(|(_, given)| *given) {
+                None => Ok(Strategy::All),
+                Some((option, _)) => Err(Failure::usage(
+                    format!("--{option} has no meaning for --strategy all"),
+                    "add --strategy lightcuts",
+                )),
+            }
+        }
+    }
 }
 
 fn emission(preset: EmissionKind, options: &LightArgs) -> Result<EmissionKind, Failure> {
@@ -363,6 +394,11 @@ fn check_axes(method: &ManyLight) -> Result<(), Failure> {
             "--placement relaxed with --flux density",
             "the density rule divides by the probability of having been placed, which lights that have moved do not have; \
              use --flux area, partition or soft-partition",
+        )
+    } else if sphere && method.strategy != Strategy::All {
+        (
+            "--kernel sphere with --strategy lightcuts",
+            "clusters of spheres have no bounds; use --kernel disc or point",
         )
     } else if sphere && method.clamp != ClampRule::None {
         (
@@ -486,7 +522,7 @@ mod tests {
         let method = lights("s.xml -m vpl-is -n 30000 --clamp none");
         let expected = ManyLight {
             light_count: 30_000,
-            photon_paths: 480_000,
+            photon_paths: 1_920_000,
             clamp: ClampRule::None,
             ..ManyLight::vpl_importance()
         };
@@ -557,6 +593,9 @@ mod tests {
             "s.xml --placement relaxed --flux density",
             "s.xml -m vsl --clamp auto",
             "s.xml --kernel sphere --complement kollig-keller",
+            "s.xml --kernel sphere --strategy lightcuts",
+            "s.xml --max-error 0.1",
+            "s.xml -m path --max-cut 100",
             "s.xml -m vpl --table-size 8",
             "s.xml --lobes 3",
             "s.xml --emission vmf --table-size 8",

@@ -4,7 +4,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use manylight::film::Filter;
 use manylight::integrators::many_light::{
     ClampRule, Complement, EmissionKind, FluxRule, GlossyForm, Kernel, Placement, Renewal, Snap,
-    TableStorage,
+    Strategy, TableStorage,
 };
 use manylight::math::UVec2;
 use std::time::Duration;
@@ -83,15 +83,38 @@ pub(crate) const TABLE_STORAGES: &Names<TableStorage> = &[
     ("shared", TableStorage::Shared),
 ];
 
-/// Which lights are evaluated.
+/// Which lights are evaluated, without how closely.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Strategy {
+pub(crate) enum StrategyName {
     /// Every one.
     All,
+    /// Some for all, by cuts through a tree.
+    Lightcuts,
 }
 
 /// Which lights are evaluated.
-pub(crate) const STRATEGIES: &Names<Strategy> = &[("all", Strategy::All)];
+pub(crate) const STRATEGIES: &Names<StrategyName> = &[
+    ("all", StrategyName::All),
+    ("lightcuts", StrategyName::Lightcuts),
+];
+
+/// The name of which lights are evaluated.
+pub(crate) fn strategy_name(strategy: Strategy) -> StrategyName {
+    match strategy {
+        Strategy::All => StrategyName::All,
+        Strategy::Cuts(_) => StrategyName::Lightcuts,
+    }
+}
+
+/// Reads a share: a number between 0 and 1, or 0 itself.
+pub(crate) fn share(text: &str) -> Result<f32, String> {
+    let value: f32 = text.parse().map_err(|_| format!("`{text}` is no number"))?;
+    if (0.0..=1.0).contains(&value) {
+        Ok(value)
+    } else {
+        Err("expected a number from 0 to 1".into())
+    }
+}
 
 /// Reconstruction filters with Mitsuba's default parameters.
 pub(crate) const FILTERS: &Names<Filter> = &[

@@ -13,6 +13,7 @@
 //! 12 render
 //! 11 integrators
 //! 10 gather
+//!  9 light_tree
 //!  8 virtual_lights
 //!  7 maps
 //!  6 particles
@@ -61,6 +62,8 @@ pub mod particles;
 pub mod maps;
 
 pub mod virtual_lights;
+
+pub mod light_tree;
 
 pub mod gather;
 

@@ -8,9 +8,10 @@ fn usage_errors() {
     for (words, message) in [
         ("render", "SCENE"),
         ("render scene.xml -m rich-vlp", "'rich-vpl'"),
-        ("render scene.xml -m lightcuts", "possible values"),
+        ("render scene.xml -m light-cuts", "possible values"),
         ("render scene.xml --pases 3", "'--passes'"),
-        ("render scene.xml --strategy lightcuts", "invalid value"),
+        ("render scene.xml --strategy some", "invalid value"),
+        ("render scene.xml --max-cut 3", "--strategy lightcuts"),
         ("render scene.xml --size 0x4", "WIDTHxHEIGHT"),
         ("render scene.xml --time soon", "60s"),
         (

@@ -13,7 +13,9 @@
 #[path = "../visibility/clock.rs"]
 mod clock;
 
-use manylight::gather::{Clamp, Gather, Gathered, Kernel, Lights, Selection, ShadingPoint};
+use manylight::gather::{
+    Clamp, Gather, Gathered, Kernel, Lights, Selection, ShadingPoint, Strategy,
+};
 use manylight::integrators::PassContext;
 use manylight::integrators::many_light::{Complement, ManyLight};
 use manylight::math::{UVec2, Vec2};
@@ -85,7 +87,8 @@ fn bench(scene: &Scene, count: u32) {
     );
     let gather = Gather {
         kernel: Kernel::Disc,
-        clamp: Clamp::Auto,
+        strategy: Strategy::All,
+        clamp: Clamp::Auto(1.0),
         finer: 1.0,
     };
     let tiles = tiles(scene, (PAIRS / (lights * TILE * TILE)).max(8));

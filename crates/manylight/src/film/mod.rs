@@ -57,6 +57,10 @@ pub enum Layer {
     Normal,
     /// Distance to the first surface along the ray, in the scene's unit; 0 where there is none.
     Depth,
+    /// How many lights and clusters the sums over lights of a sample are made of.
+    CutSize,
+    /// By how much any of these clusters may be off, at most, in radiance.
+    CutBound,
 }
 
 impl Layer {
@@ -71,6 +75,8 @@ impl Layer {
             Layer::Albedo => "albedo",
             Layer::Normal => "normal",
             Layer::Depth => "depth",
+            Layer::CutSize => "cut_size",
+            Layer::CutBound => "cut_bound",
         }
     }
 
@@ -108,7 +114,7 @@ impl Tile {
 struct Slots([u8; LAYERS]);
 
 /// Number of layers that there are.
-const LAYERS: usize = Layer::Depth as usize + 1;
+const LAYERS: usize = Layer::CutBound as usize + 1;
 
 impl Slots {
     /// Not recorded.

@@ -18,6 +18,8 @@ pub(super) struct Block {
     /// Index into [`Batch::origins`].
     side: usize,
     targets: Vec<Vec3>,
+    /// To which sum each target belongs.
+    slots: Vec<usize>,
     /// For each target and batch what arrives if it is visible, in the lanes that are wanted. Room for the most targets so far.
     values: Vec<[Lanes3; BATCHES]>,
     /// For each target the points that it is to be connected with.
@@ -29,6 +31,7 @@ impl Block {
         Block {
             side,
             targets: Vec::with_capacity(TARGETS),
+            slots: Vec::with_capacity(TARGETS),
             values: Vec::new(),
             wanted: [0; TARGETS],
         }
@@ -40,10 +43,11 @@ impl Block {
         self.targets.len() == TARGETS
     }
 
-    /// Adds a target.
+    /// Adds a target, what comes from which belongs to the sum `slot`.
     #[inline(always)]
-    pub(super) fn open(&mut self, target: Vec3) {
+    pub(super) fn open(&mut self, target: Vec3, slot: usize) {
         self.targets.push(target);
+        self.slots.push(slot);
         if self.values.len() < self.targets.len() {
             self.values.push([Lanes3::ZERO; BATCHES]);
         }
@@ -57,7 +61,7 @@ impl Block {
         self.wanted[t] |= u64::from(lanes) << (b * LANES);
     }
 
-    /// Tests what waits and adds what arrives.
+    /// Tests what waits and adds what arrives to `gathered`, the sums by slot and batch.
     #[inline(always)]
     pub(super) fn flush<W: Wide>(
         &mut self,
@@ -65,15 +69,22 @@ impl Block {
         scene: &Scene,
         batches: &[Batch],
         sums: &mut [Gathered],
+        gathered: &mut [[Lanes3; BATCHES]],
     ) {
         if self.targets.is_empty() {
             return;
         }
         let arriving = self.trace(scene, batches, sums);
-        for (b, batch) in batches.iter().enumerate() {
-            let mut sum = [w.splat(0.0); 3];
-            let targets = self.values.iter().take(self.targets.len());
-            for (values, arriving) in targets.zip(&arriving) {
+        for b in 0..batches.len() {
+            let mut slot = self.slots[0];
+            let mut sum = gathered[slot][b].load(w);
+            let targets = self.values.iter().zip(&self.slots);
+            for ((values, &own), arriving) in targets.zip(&arriving) {
+                if own != slot {
+                    gathered[slot][b] = Lanes3::store(w, sum);
+                    slot = own;
+                    sum = gathered[slot][b].load(w);
+                }
                 let lanes = (arriving >> (b * LANES)) as LaneMask;
                 if lanes != 0 {
                     let lanes = w.lanes(u32::from(lanes));
@@ -82,12 +93,10 @@ impl Block {
                     }
                 }
             }
-            let sum = Lanes3::store(w, sum);
-            for (i, &member) in batch.members.iter().enumerate() {
-                sums[member].radiance += sum.rgb(i);
-            }
+            gathered[slot][b] = Lanes3::store(w, sum);
         }
         self.targets.clear();
+        self.slots.clear();
         self.wanted.fill(0);
     }
 

@@ -10,8 +10,8 @@ pub enum Clamp {
     None,
     /// Scale-free: a light of area `A` has the radiance `I / (A cosθ)`, and no surface reflects more than it receives. So
     /// the value of a connection is reduced smoothly towards that limit, by `1/√(1 + x²)` with `x = f cosθ_x cosθ_y A / d²`, what
-    /// the surface would reflect of the light's radiance (derived; a bound that knows the material).
-    Auto,
+    /// the surface would reflect of the light's radiance (derived; a bound that knows the material). All lights count as so many times larger.
+    Auto(f32),
     /// `G <= value`, in 1/m².
     Value(f32),
 }
@@ -40,8 +40,9 @@ impl Clamp {
         let cos_y = way.w.dot(way.n_y).abs();
         match self {
             Clamp::None => 1.0,
-            Clamp::Auto => {
-                let image = way.f_cos.max_channel() * way.area * cos_y * way.inv_d2;
+            Clamp::Auto(strength) => {
+                let area = strength * way.area;
+                let image = way.f_cos.max_channel() * area * cos_y * way.inv_d2;
                 (1.0 + image * image).sqrt().recip()
             }
             Clamp::Value(limit) => {

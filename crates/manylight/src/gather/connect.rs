@@ -6,7 +6,7 @@
 
 use super::block::Block;
 use super::clamp::Way;
-use super::points::{BATCHES, Batch, Reach};
+use super::points::{BATCHES, Batch};
 use super::sphere::{Cone, LightLobe, Samples, only, sphere_radius};
 use super::{Clamp, Gather, Gathered, Kernel, Lights, ShadingPoint};
 use crate::ids::LightId;
@@ -16,7 +16,7 @@ use crate::math::Vec3;
 use crate::scene::Scene;
 use crate::simd::{self, Isa, Simd, Wide};
 use crate::virtual_lights::moments::POINTS;
-use crate::virtual_lights::{LightField, Shining, VirtualLight};
+use crate::virtual_lights::{Shining, VirtualLight};
 use std::f32::consts::PI;
 
 /// A disc is all its points nearer than the first number of its radii, four of them nearer than the second, and one beyond.
@@ -67,25 +67,21 @@ impl simd::Kernel for AddLights<'_> {
     fn run<S: Simd>(self, s: S) {
         let w = s.wide();
         let field = &self.lights.field;
-        let mut sum = Sum {
-            gather: self.gather,
-            scene: self.scene,
-            field,
-            batches: self.batches,
-            values: [Lanes3::ZERO; BATCHES],
-            blocks: [Block::new(0), Block::new(1)],
-            samples: std::array::from_fn(|b| {
-                let batch = self.batches.get(b)?;
-                (self.gather.kernel == Kernel::Sphere).then(|| Samples::of(w, batch))
-            }),
-            clamped: [[0.0; LANES]; BATCHES],
-            unclamped: [[0.0; LANES]; BATCHES],
-        };
+        let mut sum = Sum::new(w, self.gather, self.scene, self.lights, self.batches);
         for k in self.batches[0].lights.indices(field.lights().len()) {
-            let reach = &self.lights.reaches[k];
-            sum.add_light(w, LightId(k as u32), reach, self.sums);
+            sum.add_light(w, LightId(k as u32), self.sums);
         }
-        sum.finish(w, self.sums);
+        sum.flush(w, self.sums);
+        sum.count_clamped(self.sums);
+        for (b, batch) in self.batches.iter().enumerate() {
+            for (i, &member) in batch.members.iter().enumerate() {
+                let lights = batch.lights.count(field.lights().len());
+                let sum_there = &mut self.sums[member];
+                sum_there.radiance += sum.gathered[0][b].rgb(i);
+                sum_there.terms = lights as u32;
+                sum_there.connections = lights as u64;
+            }
+        }
     }
 }
 
@@ -260,12 +256,16 @@ impl Connected {
     }
 }
 
-/// The sum for some batches on its way.
-struct Sum<'a, 'b, 's> {
+/// Sums for some batches on their way.
+pub(super) struct Sum<'a, 'b, 's> {
     gather: &'a Gather,
     scene: &'a Scene,
-    field: &'a LightField<'s>,
+    lights: &'a Lights<'s>,
     batches: &'a [Batch<'b, 's>],
+    /// What has arrived, by slot.
+    pub(super) gathered: Vec<[Lanes3; BATCHES]>,
+    /// The slot for lights that are being added.
+    pub(super) slot: usize,
     /// What one part of a light sends to the points of each batch; of lanes without a connection, anything.
     values: [Lanes3; BATCHES],
     /// Shadow rays that leave on the side of the geometric normal, and on the other.
@@ -276,12 +276,41 @@ struct Sum<'a, 'b, 's> {
     unclamped: [Lanes; BATCHES],
 }
 
-impl Sum<'_, '_, '_> {
+impl<'a, 'b, 's> Sum<'a, 'b, 's> {
+    /// Nothing yet, in one slot.
     #[inline(always)]
-    fn add_light<W: Wide>(&mut self, w: W, id: LightId, reach: &Reach, sums: &mut [Gathered]) {
-        let light = &self.field.lights()[id.index()];
+    pub(super) fn new<W: Wide>(
+        w: W,
+        gather: &'a Gather,
+        scene: &'a Scene,
+        lights: &'a Lights<'s>,
+        batches: &'a [Batch<'b, 's>],
+    ) -> Self {
+        Sum {
+            gather,
+            scene,
+            lights,
+            batches,
+            gathered: vec![[Lanes3::ZERO; BATCHES]],
+            slot: 0,
+            values: [Lanes3::ZERO; BATCHES],
+            blocks: [Block::new(0), Block::new(1)],
+            samples: std::array::from_fn(|b| {
+                let batch = batches.get(b)?;
+                (gather.kernel == Kernel::Sphere).then(|| Samples::of(w, batch))
+            }),
+            clamped: [[0.0; LANES]; BATCHES],
+            unclamped: [[0.0; LANES]; BATCHES],
+        }
+    }
+
+    /// Adds what one light sends to the slot; it may wait for its visibility test.
+    #[inline(always)]
+    pub(super) fn add_light<W: Wide>(&mut self, w: W, id: LightId, sums: &mut [Gathered]) {
+        let light = &self.lights.field.lights()[id.index()];
+        let reach = &self.lights.reaches[id.index()];
         let is_sphere = self.gather.kernel == Kernel::Sphere;
-        let stands_for = self.batches[0].lights.stands_for() / self.gather.finer;
+        let stands_for = self.gather.stands_for(self.batches[0].lights) / self.gather.finer;
         let radius = sphere_radius(light, stands_for);
         let mut views = [Views::default(); BATCHES];
         for (views, batch) in views.iter_mut().zip(self.batches) {
@@ -297,11 +326,11 @@ impl Sum<'_, '_, '_> {
         let source = Source {
             id,
             light,
-            shining: self.field.shining(id),
+            shining: self.lights.field.shining(id),
             radius,
             lobe: if is_sphere {
                 // The random numbers of the points are others in every pass.
-                LightLobe::of(self.field, id, self.batches[0].u[0].to_bits())
+                LightLobe::of(&self.lights.field, id, self.batches[0].u[0].to_bits())
             } else {
                 None
             },
@@ -358,10 +387,10 @@ impl Sum<'_, '_, '_> {
             }
             let block = &mut self.blocks[side];
             if block.is_full() {
-                block.flush(w, self.scene, self.batches, sums);
+                block.flush(w, self.scene, self.batches, sums, &mut self.gathered);
             }
             let light = source.light;
-            block.open(part.p + light.n * (light.offset * towards));
+            block.open(part.p + light.n * (light.offset * towards), self.slot);
             for (b, &lanes) in lanes.iter().enumerate().filter(|(_, lanes)| **lanes != 0) {
                 block.put(b, lanes, &self.values[b]);
             }
@@ -443,7 +472,8 @@ impl Sum<'_, '_, '_> {
             return ([w.splat(0.0); 3], w.splat(1.0));
         }
         let f_cos = batch.receivers.f_cos_wi(w, &directions, active);
-        let area = part.area * batch.lights.stands_for() / self.gather.finer;
+        let stands_for = self.gather.stands_for(batch.lights);
+        let area = part.area * stands_for / self.gather.finer;
         let kept = self.kept(
             batch,
             &f_cos,
@@ -481,9 +511,9 @@ impl Sum<'_, '_, '_> {
         // One loop for each kind: the choice must not be made in every lane.
         match self.gather.clamp {
             Clamp::None => {}
-            Clamp::Auto => {
+            Clamp::Auto(strength) => {
                 for i in 0..LANES {
-                    kept[i] = lane(Clamp::Auto, i);
+                    kept[i] = lane(Clamp::Auto(strength), i);
                 }
             }
             Clamp::Value(limit) => {
@@ -498,20 +528,25 @@ impl Sum<'_, '_, '_> {
     /// The share of a light's flux that fits the path limits of each point, times the number of lights that it stands for.
     #[inline(always)]
     fn share(&self, id: LightId, batch: &Batch) -> Lanes {
-        let mut share = [batch.lights.stands_for(); LANES];
+        let mut share = [self.gather.stands_for(batch.lights); LANES];
         if let Some(depths) = &batch.depths {
             for (share, depth) in share.iter_mut().zip(depths) {
-                *share *= depth.map_or(1.0, |depth| self.field.share_up_to(id, depth));
+                *share *= depth.map_or(1.0, |depth| self.lights.field.share_up_to(id, depth));
             }
         }
         share
     }
 
+    /// Tests what waits.
     #[inline(always)]
-    fn finish<W: Wide>(mut self, w: W, sums: &mut [Gathered]) {
+    pub(super) fn flush<W: Wide>(&mut self, w: W, sums: &mut [Gathered]) {
         for block in &mut self.blocks {
-            block.flush(w, self.scene, self.batches, sums);
+            block.flush(w, self.scene, self.batches, sums, &mut self.gathered);
         }
+    }
+
+    /// Adds what the clamp took, and of how much.
+    pub(super) fn count_clamped(&self, sums: &mut [Gathered]) {
         for (b, batch) in self.batches.iter().enumerate() {
             for (i, &member) in batch.members.iter().enumerate() {
                 sums[member].clamped += self.clamped[b][i];

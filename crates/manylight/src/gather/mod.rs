@@ -1,19 +1,22 @@
-//! Sums virtual lights at shading points. [`Kernel`] says how one light is evaluated; which are is every one, or a few for all.
+//! Sums virtual lights at shading points. [`Kernel`] says how one light is evaluated, [`Strategy`] which are.
 
 mod block;
 mod clamp;
 mod connect;
+mod cut;
 mod points;
 mod sphere;
 #[cfg(test)]
 mod tests;
 
 pub use clamp::Clamp;
+pub use cut::CutLimits;
 
 use crate::bsdf::{Bsdf, Lobes};
 use crate::color::Rgb;
 use crate::geometry::SurfacePoint;
 use crate::ids::LightId;
+use crate::light_tree::LightTree;
 use crate::math::Vec3;
 use crate::scene::Scene;
 use crate::virtual_lights::{LightField, Spot};
@@ -30,6 +33,15 @@ pub enum Kernel {
     /// As what a sphere with that moment takes of the field of view; spheres of single photons by the surface per light. Source:
     /// Hašan, Křivánek, Walter, Bala, "Virtual Spherical Lights for Many-Light Rendering of Glossy Scenes", 2009.
     Sphere,
+}
+
+/// Which lights are evaluated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Strategy {
+    /// All of a [`Selection`].
+    All,
+    /// Some that stand for the others, chosen for up to 64 points together. A selection of one in `n` is a cut of a so much smaller size.
+    Cuts(CutLimits),
 }
 
 /// Where lights are summed: a surface point, seen along `-wo`.
@@ -101,13 +113,28 @@ pub struct Lights<'s> {
     pub field: LightField<'s>,
     /// How far the points of each light lie from it.
     reaches: Vec<Reach>,
+    /// For cuts.
+    tree: Option<LightTree>,
 }
 
 impl<'s> Lights<'s> {
-    /// Prepares `field`.
+    /// Prepares `field` for sums over all lights.
     pub fn new(field: LightField<'s>) -> Self {
         let reaches = field.lights().iter().map(Reach::of).collect();
-        Lights { field, reaches }
+        Lights {
+            field,
+            reaches,
+            tree: None,
+        }
+    }
+
+    /// The same with a tree over all lights, for cuts; `seed` decides which lights stand for others.
+    pub fn with_tree(self, seed: u64) -> Self {
+        let tree = LightTree::new(&self.field, |_| true, seed);
+        Lights {
+            tree: Some(tree),
+            ..self
+        }
     }
 }
 
@@ -116,6 +143,8 @@ impl<'s> Lights<'s> {
 pub struct Gather {
     /// How one is evaluated.
     pub kernel: Kernel,
+    /// Which are evaluated. For cuts the lights must have a tree.
+    pub strategy: Strategy,
     /// What is done about the singularity.
     pub clamp: Clamp,
     /// How many times smaller than what a light stands for the surface is that the clamp sees, and a sphere has.
@@ -131,6 +160,10 @@ pub struct Gathered {
     pub clamped: f32,
     /// Luminance before clamp and visibility.
     pub unclamped: f32,
+    /// Lights and clusters that the sum is made of.
+    pub terms: u32,
+    /// Upper bound of the error of any cluster, relative to the luminance of the radiance; 0 without clusters.
+    pub cluster_error: f32,
     /// Connections evaluated.
     pub connections: u64,
     /// Visibility tests.
@@ -145,13 +178,24 @@ impl Gather {
         let batches = Batch::all(points);
         for same_lights in batches.chunk_by(|a, b| a.lights == b.lights) {
             for group in same_lights.chunks(BATCHES) {
-                self.add_lights(scene, lights, group, &mut sums);
+                match self.strategy {
+                    Strategy::All => self.add_lights(scene, lights, group, &mut sums),
+                    Strategy::Cuts(limits) => {
+                        self.add_cut(scene, lights, limits, group, &mut sums);
+                    }
+                }
             }
         }
-        for (sum, point) in sums.iter_mut().zip(points) {
-            sum.connections = point.lights.count(lights.field.lights().len()) as u64;
-        }
         sums
+    }
+
+    /// For how many lights each one counts that is evaluated by itself.
+    #[inline(always)]
+    fn stands_for(&self, selection: Selection) -> f32 {
+        match self.strategy {
+            Strategy::All => selection.stands_for(),
+            Strategy::Cuts(_) => 1.0,
+        }
     }
 
     /// Share of the light from `y` that the sum at `at` lacks, because the clamp takes it away from the light that photons at
@@ -184,7 +228,7 @@ impl Gather {
             f_cos: at.bsdf.f_cos_wi(w, at.wo, Lobes::SMOOTH),
             n_x: at.x.ng,
             n_y,
-            area: area * at.lights.stands_for() / self.finer,
+            area: area * self.stands_for(at.lights) / self.finer,
         };
         1.0 - self.clamp.kept(&way)
     }

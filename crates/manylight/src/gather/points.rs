@@ -143,7 +143,7 @@ impl<'b, 's> Batch<'b, 's> {
 
     /// The lanes that are points.
     #[inline(always)]
-    fn used(&self) -> LaneMask {
+    pub(super) fn used(&self) -> LaneMask {
         (((1u32 << self.members.len()) - 1) & u32::from(LaneMask::MAX)) as LaneMask
     }
 

@@ -103,6 +103,7 @@ fn assert_sums_agree(scene: &Scene, form: Option<GlossyForm>, limits: PathLimits
     assert!(points.len() > 200);
     let gather = Gather {
         kernel: Kernel::Point,
+        strategy: Strategy::All,
         clamp: Clamp::None,
         finer: 1.0,
     };
@@ -319,6 +320,7 @@ fn spheres_are_integrals_over_their_directions() {
     let scene = many_materials();
     let gather = Gather {
         kernel: Kernel::Sphere,
+        strategy: Strategy::All,
         clamp: Clamp::None,
         finer: 1.0,
     };
@@ -385,5 +387,85 @@ fn spheres_are_integrals_over_their_directions() {
             (sum / expected_sum - 1.0).abs() < 0.02,
             "{sum} {expected_sum}"
         );
+    }
+}
+
+/// A few hundred lights with their tree.
+fn many_lights(scene: &Scene, form: Option<GlossyForm>) -> Lights<'_> {
+    let photons = trace_photons(scene, UNLIMITED, 8000, PASS, for_lights);
+    let fluxes: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
+    let sites = select(&photons, &fluxes, 1500, 0.4);
+    let field = match form {
+        None => LightField::single(scene, UNLIMITED, &photons, &Shares::own(&sites)),
+        Some(form) => {
+            let (shares, _) = assign(scene, &photons, &sites, &fluxes, Division::Nearest, 0.7);
+            LightField::rich(scene, UNLIMITED, &photons, &shares, form)
+        }
+    };
+    Lights::new(field).with_tree(5)
+}
+
+#[test]
+fn cuts_are_as_good_as_promised() {
+    let scene = glossy_box(16).build();
+    for form in [None, table(16), Some(GlossyForm::Lobes { count: 3 })] {
+        let lights = many_lights(&scene, form);
+        let points: Vec<ShadingPoint> = points(&scene, false)
+            .into_iter()
+            .map(|point| ShadingPoint {
+                lights: Selection::ALL,
+                ..point
+            })
+            .collect();
+        let sum = |strategy| {
+            let gather = Gather {
+                kernel: Kernel::Disc,
+                strategy,
+                clamp: Clamp::Auto(1.0),
+                finer: 1.0,
+            };
+            gather.sum(&scene, &lights, &points)
+        };
+        let cut = |max_error, max_lights| {
+            sum(Strategy::Cuts(CutLimits {
+                max_error,
+                max_lights,
+            }))
+        };
+        let all = sum(Strategy::All);
+        let mean = |f: &dyn Fn(usize) -> f64| (0..all.len()).map(f).sum::<f64>() / all.len() as f64;
+        let off = |sums: &[Gathered], i: usize| {
+            let (a, b) = (sums[i].radiance.luminance(), all[i].radiance.luminance());
+            f64::from((a - b).abs() / b.max(1e-3))
+        };
+        // Without room for any error, every light that matters is summed by itself.
+        let exact = cut(0.0, u32::MAX);
+        for i in 0..all.len() {
+            assert!(off(&exact, i) < 1e-3, "{:?} and {:?}", exact[i], all[i]);
+            assert_eq!(exact[i].cluster_error, 0.0);
+        }
+        let (fine, coarse) = (cut(0.02, u32::MAX), cut(0.2, u32::MAX));
+        let size = |sums: &[Gathered]| mean(&|i| f64::from(sums[i].terms));
+        println!(
+            "{form:?}: of {} lights {:.0} with errors of {:.4}, {:.0} with {:.4}",
+            lights.field.lights().len(),
+            size(&fine),
+            mean(&|i| off(&fine, i)),
+            size(&coarse),
+            mean(&|i| off(&coarse, i)),
+        );
+        assert!(mean(&|i| off(&fine, i)) < 0.02);
+        assert!(mean(&|i| off(&coarse, i)) < 0.1);
+        assert!(size(&coarse) < 0.7 * size(&exact));
+        assert!(fine.iter().all(|sum| sum.cluster_error <= 0.02));
+        // With no more than so many, errors are known to be larger.
+        let small = cut(0.02, 60);
+        assert!(small.iter().all(|sum| sum.terms <= 60));
+        assert!(small.iter().any(|sum| sum.cluster_error > 0.02));
+        let (sum, expected) = (
+            mean(&|i| f64::from(small[i].radiance.luminance())),
+            mean(&|i| f64::from(all[i].radiance.luminance())),
+        );
+        assert!((sum / expected - 1.0).abs() < 0.2, "{sum} and {expected}");
     }
 }

@@ -4,7 +4,7 @@
 use super::first_surface;
 use super::light_set::LightSet;
 use super::partition::Stage;
-use super::smooth_light::{Branch, COMPLEMENTS, DIRECTIONS};
+use super::smooth_light::{Branch, DIRECTIONS};
 use crate::bsdf::{BsdfNumbers, Lobes};
 use crate::color::Rgb;
 use crate::film::{Layer, TileSamples};
@@ -166,7 +166,7 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
             walk: self.walk.clone(),
             stage: Stage::BeforeX,
             lit_from: None,
-            full: weight(&self.walk) / COMPLEMENTS as f32,
+            full: weight(&self.walk) / DIRECTIONS as f32,
             reach: self.set.caustic_reach(self.length),
         }
     }

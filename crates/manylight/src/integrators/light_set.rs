@@ -7,7 +7,7 @@ use super::eye_path::{EyePath, EyePaths};
 use super::partition::Stage;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
-use crate::film::{FilmSampler, TileSamples};
+use crate::film::{FilmSampler, Layer, TileSamples};
 use crate::gather::{Gather, Lights, Selection, ShadingPoint};
 use crate::maps::{IncidentMap, KdTree, Neighbors};
 use crate::math::Vec2;
@@ -130,6 +130,13 @@ impl<'s> LightSet<'s> {
             connections += gathered.connections;
             shadow_rays += gathered.shadow_rays;
             if point.stage == Stage::BeforeX {
+                let bound = point.throughput * gathered.radiance * gathered.cluster_error;
+                out.add(
+                    point.pixel,
+                    Layer::CutSize,
+                    Rgb::splat(gathered.terms as f32),
+                );
+                out.add(point.pixel, Layer::CutBound, Rgb::splat(bound.luminance()));
                 clamped += f64::from(gathered.clamped * point.throughput.luminance());
                 unclamped += f64::from(gathered.unclamped * point.throughput.luminance());
             }

@@ -8,8 +8,8 @@ use super::light_set::{LightSet, pixel_width};
 use super::{PassContext, carried};
 use crate::bsdf::Lobes;
 use crate::film::Film;
-pub use crate::gather::Kernel;
 use crate::gather::{Clamp, Gather, Lights};
+pub use crate::gather::{CutLimits, Kernel, Strategy};
 use crate::maps::density::{IMPORTANCE_NEIGHBORS, importance_at};
 use crate::maps::{IncidentMap, KdTree, Neighbors};
 use crate::particles::{Importon, Photon, for_lights, trace_importons, trace_photons};
@@ -75,10 +75,19 @@ pub enum ClampRule {
 
 impl ClampRule {
     /// The clamp for `lights`, one in `parts` of which is summed, when they have become so many times finer.
-    fn for_lights(self, lights: &LightField, parts: u32, finer: f32) -> Clamp {
+    fn for_lights(
+        self,
+        lights: &LightField,
+        parts: u32,
+        finer: f32,
+        complement: Complement,
+    ) -> Clamp {
         match self {
             ClampRule::None => Clamp::None,
-            ClampRule::Auto => Clamp::Auto,
+            ClampRule::Auto => Clamp::Auto(match complement {
+                Complement::None | Complement::Photons => 1.0,
+                Complement::KolligKeller => COMPLETED,
+            }),
             ClampRule::Fixed => {
                 let area = lights.median_area() * parts as f32;
                 Clamp::Value(finer / area.max(f32::MIN_POSITIVE))
@@ -118,6 +127,8 @@ pub struct ManyLight {
     pub emission: EmissionKind,
     /// How one is evaluated.
     pub kernel: Kernel,
+    /// Which are evaluated.
+    pub strategy: Strategy,
     /// What is done about the singularity.
     pub clamp: ClampRule,
     /// How the light that the clamp takes away is given back.
@@ -139,6 +150,10 @@ const MAX_PASSES_PER_SET: u32 = 8;
 const MAX_SET_LIGHTS: u32 = 32_768;
 /// or is made of more photon paths.
 const MAX_SET_PHOTON_PATHS: u32 = 1 << 22;
+/// Lights count as so many times larger for the clamp if directions complete it: they bring what near lights send with less noise.
+const COMPLETED: f32 = 4.0;
+/// Lights per pass where a cut makes them cheap.
+const MANY: u32 = 16_384;
 /// Lights that become finer are as fine as at the start for so many passes.
 const COARSE_PASSES: f32 = 16.0;
 /// A set has no more lights than this just to make them finer.
@@ -159,6 +174,7 @@ impl ManyLight {
                 storage: TableStorage::Shared,
             }),
             kernel: Kernel::Disc,
+            strategy: Strategy::All,
             clamp: ClampRule::Auto,
             complement: Complement::KolligKeller,
             renewal: Renewal::Finer,
@@ -219,6 +235,26 @@ impl ManyLight {
         }
     }
 
+    /// Lightcuts of classic lights. Source: Walter et al., "Lightcuts: A Scalable Approach to Illumination", SIGGRAPH 2005.
+    pub fn lightcuts() -> Self {
+        ManyLight {
+            strategy: Strategy::Cuts(CutLimits::default()),
+            light_count: MANY,
+            photon_paths: 64 * MANY,
+            ..ManyLight::vpl()
+        }
+    }
+
+    /// Lightcuts of Rich-VPLs.
+    pub fn rich_lightcuts() -> Self {
+        ManyLight {
+            strategy: Strategy::Cuts(CutLimits::default()),
+            light_count: MANY,
+            photon_paths: 64 * MANY,
+            ..ManyLight::rich_vpl()
+        }
+    }
+
     /// One sample per pixel under the lights of one pass, which are part of the set that is `kept` from pass to pass.
     /// `false` if cancelled.
     pub(super) fn render_pass<'s>(
@@ -243,13 +279,16 @@ impl ManyLight {
     }
 
     /// The passes that share the lights of pass `index`: one, then one, 2, 4, and 8 from there on, or fewer if the set would
-    /// become too large.
+    /// become too large. A cut is through all lights: then each has its own.
     ///
     /// A set for many passes is better than a set for each: lights that stand for fewer photons each are more alike, so that
     /// every eighth of 4096 lights is a better choice than eight times 512.
     pub(super) fn passes_with(&self, index: u32) -> Range<u32> {
         if self.renewal == Renewal::Same {
             return 0..u32::MAX;
+        }
+        if self.strategy != Strategy::All {
+            return index..index + 1;
         }
         let most = MAX_PASSES_PER_SET
             .min(MAX_SET_LIGHTS / self.light_count.max(1))
@@ -311,21 +350,27 @@ impl ManyLight {
             .map(|log| 1 << log)
             .find(lights_per_part);
         let most = placed.shares.len().div_ceil(self.light_count as usize) as u32;
-        let parts = parts.unwrap_or(most.clamp(count, count * placed_per_summed));
+        let parts = match self.strategy {
+            Strategy::All => parts.unwrap_or(most.clamp(count, count * placed_per_summed)),
+            Strategy::Cuts(_) => 1,
+        };
         let first_part = (pass.sampler(Stream::Selection, 1).next_1d() * parts as f32) as u32;
         let is_used = |k: usize| (k as u32 + parts - first_part) % parts < count;
         let lights = all.make_lights(scene, limits, &run, &placed, is_used);
-        // With the complement, the sum is whole whatever the clamp takes.
-        let finer = match self.complement {
-            Complement::None => finer,
-            Complement::KolligKeller | Complement::Photons => 1.0,
+        // With the complement, the sum is whole whatever the clamp takes; and a cut is through all lights, of which finer ones are more.
+        let finer = match (self.complement, self.strategy) {
+            (Complement::None, Strategy::All) => finer,
+            _ => 1.0,
         };
         let carried = run
             .stats
             .time("maps", || carried::owned(scene, &placed.claims, carried));
         let gather = Gather {
             kernel: self.kernel,
-            clamp: self.clamp.for_lights(&lights, parts, finer),
+            strategy: self.strategy,
+            clamp: self
+                .clamp
+                .for_lights(&lights, parts, finer, self.complement),
             finer,
         };
         LightSet {
@@ -333,7 +378,7 @@ impl ManyLight {
             limits,
             gather,
             complement: self.complement,
-            lights: Lights::new(lights),
+            lights: self.ready(lights, &run),
             claims: placed.claims,
             caustics,
             carried,
@@ -342,6 +387,17 @@ impl ManyLight {
             parts,
             first_part,
             passes,
+        }
+    }
+
+    fn ready<'s>(&self, lights: LightField<'s>, run: &PassContext) -> Lights<'s> {
+        let lights = Lights::new(lights);
+        match self.strategy {
+            Strategy::All => lights,
+            Strategy::Cuts(_) => {
+                let key = run.pass.sampler(Stream::Selection, 2).next_1d();
+                (run.stats).time("tree", || lights.with_tree(u64::from(key.to_bits())))
+            }
         }
     }
 

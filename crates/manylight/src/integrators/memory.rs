@@ -1,8 +1,10 @@
 //! How much memory a render will take, told before it is taken.
 
-use super::{ManyLight, Method, MethodKind, PhotonMap, many_light::EmissionKind};
+use super::many_light::{EmissionKind, Strategy};
+use super::{ManyLight, Method, MethodKind, PhotonMap};
 use crate::bsdf::Lobes;
 use crate::film::Film;
+use crate::light_tree::LightTree;
 use crate::particles::{Importon, Photon, for_lights, trace_photons};
 use crate::sampling::Pass;
 use crate::scene::{PathLimits, Scene};
@@ -66,7 +68,11 @@ impl ManyLight {
             EmissionKind::Rich(form) => Some(form),
             EmissionKind::Single => None,
         };
-        let light = LightField::bytes_per_light(form, glossy, limits);
+        let tree = match self.strategy {
+            Strategy::All => 0.0,
+            Strategy::Cuts(_) => LightTree::bytes_per_light(form.map_or(1.0, |_| glossy)),
+        };
+        let light = LightField::bytes_per_light(form, glossy, limits) + tree;
         let in_the_dark = LightField::bytes_per_light(form, 0.0, limits);
         let stage = |stage, bytes: f64| StageMemory {
             stage,

@@ -112,6 +112,10 @@ impl Method {
         if self.kind != MethodKind::LightTracer {
             layers.extend([Layer::Albedo, Layer::Normal, Layer::Depth]);
         }
+        if matches!(&self.kind, MethodKind::ManyLight(method) if method.strategy != many_light::Strategy::All)
+        {
+            layers.extend([Layer::CutSize, Layer::CutBound]);
+        }
         layers
     }
 }

@@ -29,8 +29,6 @@ use crate::virtual_lights::Spot;
 /// Directions drawn at each gathering point of an eye path, and samples of its emitters: cheap beside the sum over all lights,
 /// and without them their noise would show.
 pub(super) const DIRECTIONS: u32 = 16;
-/// Of the directions, those that may go on as the complement: sums over lights cost much more than rays to emitters.
-pub(super) const COMPLEMENTS: u32 = 4;
 /// The complement is a small part of the light: one in so many lights is enough for it.
 const FEW: u32 = 8;
 /// Of the directions, so many may go on by specular events: they find bright things in narrow lobes.
@@ -38,7 +36,7 @@ const MIRRORED: f32 = 0.5;
 /// Each with this many times the share of light that it stands for, at most that.
 const MIRRORED_EFFORT: f32 = 16.0;
 /// The first vertex after a gathering point may go on with this many times the share of light that it stands for, at most 1.
-const SURVIVAL: f32 = 2.0;
+const SURVIVAL: f32 = 4.0;
 /// Vertices after that, with that share; at most this.
 const MAX_SURVIVAL: f32 = 0.95;
 /// Caustics that are seen by way of a smooth surface may be blurred by this angle more.
@@ -191,7 +189,7 @@ impl<'s> EyePath<'_, 's, '_, '_> {
     /// Roulette for a branch that goes on with `share` of its light, already counted.
     fn survive(&mut self, branch: &mut Branch, share: f32) -> bool {
         let survival = if branch.stage == Stage::AfterX {
-            (SURVIVAL * share).min(1.0) * (COMPLEMENTS as f32 / DIRECTIONS as f32)
+            (SURVIVAL * share).min(1.0)
         } else {
             (weight(&branch.walk) / branch.full).min(MAX_SURVIVAL)
         };

@@ -148,7 +148,7 @@ impl<'a> Texels<'a> {
         }
     }
 
-    fn get(&self, t: usize) -> Rgb {
+    pub(super) fn get(&self, t: usize) -> Rgb {
         match self {
             Texels::Float(texels) => texels[t].rgb(),
             Texels::Half(texels) => texels[t].rgb(),

@@ -6,8 +6,9 @@ use super::*;
 use crate::bsdf::{Lobes, Material};
 use crate::geometry::{Ray, Shape};
 use crate::ids::LightId;
+use crate::lanes::{LANES, Lanes3};
 use crate::math::octahedral::{direction_from_square, solid_angle_density};
-use crate::math::{Affine3A, Vec2};
+use crate::math::{Affine3A, Frame, Spread, Vec2};
 use crate::particles::Photon;
 use crate::sampling::rng::Pcg;
 use crate::sampling::warp;
@@ -115,6 +116,73 @@ fn a_plain_light_is_the_reflection_of_its_photon() {
             let expected = bsdf.f_cos_wo(photon.wi, w, Lobes::SMOOTH) * photon.flux * 4.0;
             let value = field.intensity(LightId(k as u32), w);
             assert!((value - expected).max_channel().abs() <= 1e-5 * expected.max_channel());
+        }
+    }
+}
+
+/// Random cones; for each of `lights` another direction in it. The sum of what they shine there must be within their bound. Returns the sum of
+/// bounds over the sum of values.
+fn hold_bounds(field: &LightField, count: u32) -> f64 {
+    let ids: Vec<LightId> = (0..field.lights().len() as u32).map(LightId).collect();
+    let mut rng = Pcg::new(6);
+    let (mut bounds, mut values) = (0.0, 0.0);
+    for cluster in ids.chunks(5) {
+        let mut bound = IntensityBound::NONE;
+        for &id in cluster {
+            bound.add(&field.intensity_bound(id));
+        }
+        for _ in 0..count {
+            let axis = warp::sphere(Vec2::new(rng.next_f32(), rng.next_f32()));
+            let half_angle = rng.next_f32().powi(2);
+            let frame = Frame::from_normal(axis);
+            let mut within = || {
+                let (sin, cos) = (half_angle * rng.next_f32().sqrt()).sin_cos();
+                let turn = std::f32::consts::TAU * rng.next_f32();
+                frame.to_world(Vec3::new(sin * turn.cos(), sin * turn.sin(), cos))
+            };
+            let value: f32 = (cluster.iter())
+                .map(|&id| field.intensity(id, within()).luminance())
+                .sum();
+            let spreads = [Spread::new(half_angle); LANES];
+            let bound = bound.luminances(&Lanes3::from_fn(|_| axis), &spreads)[0];
+            assert!(value <= bound * 1.0001 + 1e-6, "{value} beyond {bound}");
+            bounds += f64::from(bound);
+            values += f64::from(value);
+        }
+    }
+    bounds / values
+}
+
+#[test]
+fn bounds_of_intensity_hold() {
+    let tables = |side, storage| Some(GlossyForm::Table { side, storage });
+    let forms = [
+        None,
+        tables(8, TableStorage::Float),
+        tables(12, TableStorage::Half),
+        tables(32, TableStorage::Shared),
+        tables(50, TableStorage::Shared),
+        Some(GlossyForm::Lobes { count: 5 }),
+        Some(GlossyForm::Lobes { count: 1 }),
+    ];
+    for material in [
+        diffuse(0.5, 0.6, 0.7),
+        rough_plastic(0.3, Rgb::new(0.2, 0.4, 0.1)),
+        rough_metal(0.12),
+    ] {
+        let scene = floor(material);
+        let photons = photons_on_floor(&scene, 400, 8);
+        let weights = vec![1.0; photons.len()];
+        let sites = select(&photons, &weights, 40, 0.5);
+        let (shares, _) = assign(&scene, &photons, &sites, &weights, Division::Nearest, 0.5);
+        for form in forms {
+            let field = match form {
+                None => LightField::single(&scene, unlimited(), &photons, &shares),
+                Some(form) => LightField::rich(&scene, unlimited(), &photons, &shares, form),
+            };
+            let looseness = hold_bounds(&field, 2000);
+            println!("{form:?}: bounds over values {looseness:.1}");
+            assert!(looseness < 200.0, "{form:?}: {looseness}");
         }
     }
 }

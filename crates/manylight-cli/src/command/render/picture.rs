@@ -31,6 +31,7 @@ fn channels(layer: Layer) -> &'static [&'static str] {
     match layer {
         Layer::Normal => &["X", "Y", "Z"],
         Layer::Depth => &["Z"],
+        Layer::CutSize | Layer::CutBound => &["Y"],
         _ => &["R", "G", "B"],
     }
 }

@@ -1,0 +1,167 @@
+//! What is below a node is within its bounds, and nothing is lost.
+
+use super::*;
+use crate::bsdf::{Lobes, Receivers};
+use crate::lanes::Lanes3;
+use crate::math::Vec2;
+use crate::particles::{Photon, for_lights, trace_photons};
+use crate::sampling::rng::Pcg;
+use crate::sampling::{Pass, warp};
+use crate::scene::{PathLimits, Scene};
+use crate::testing::scenes::glossy_box;
+use crate::virtual_lights::moments::POINTS;
+use crate::virtual_lights::{
+    Division, GlossyForm, LightField, Shares, TableStorage, assign, select,
+};
+use std::iter::once;
+
+const TABLES: GlossyForm = GlossyForm::Table {
+    side: 32,
+    storage: TableStorage::Shared,
+};
+
+/// Some photons of a glossy room, and lights made of them.
+fn lit(scene: &Scene, count: usize, form: Option<GlossyForm>) -> (Vec<Photon>, LightField<'_>) {
+    let limits = PathLimits::default();
+    let pass = Pass { seed: 3, index: 1 };
+    let photons = trace_photons(scene, limits, 4000, pass, for_lights);
+    let fluxes: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
+    let sites = select(&photons, &fluxes, count, 0.4);
+    let field = match form {
+        None => LightField::single(scene, limits, &photons, &Shares::own(&sites)),
+        Some(form) => {
+            let (shares, _) = assign(scene, &photons, &sites, &fluxes, Division::Nearest, 0.7);
+            LightField::rich(scene, limits, &photons, &shares, form)
+        }
+    };
+    (photons, field)
+}
+
+/// The lights below a node.
+fn below(tree: &LightTree, node: usize) -> Vec<LightId> {
+    match tree.children(node) {
+        None => vec![tree.nodes()[node].representative],
+        Some(children) => (children.into_iter())
+            .flat_map(|child| below(tree, child))
+            .collect(),
+    }
+}
+
+#[test]
+fn every_light_is_a_leaf() {
+    let scene = glossy_box(8).build();
+    let (_, field) = lit(&scene, 1500, Some(TABLES));
+    let is_used = |id: LightId| !id.0.is_multiple_of(3);
+    let tree = LightTree::new(&field, is_used, 1);
+    let lights = field.lights();
+    let mut leaves = below(&tree, 0);
+    leaves.sort();
+    let expected: Vec<LightId> = (0..lights.len() as u32)
+        .map(LightId)
+        .filter(|&id| is_used(id) && lights[id.index()].flux.luminance() > 0.0)
+        .collect();
+    assert_eq!(leaves, expected);
+    for (k, node) in tree.nodes().iter().enumerate() {
+        let own = below(&tree, k);
+        assert!(own.contains(&node.representative));
+        let flux: f32 = own
+            .iter()
+            .map(|id| lights[id.index()].flux.luminance())
+            .sum();
+        assert!((flux / node.flux - 1.0).abs() < 1e-4);
+        for p in own.iter().flat_map(|id| lights[id.index()].points) {
+            assert_eq!(node.bounds.distance_squared(p), 0.0);
+        }
+        if let Some(children) = tree.children(k) {
+            let of = children.map(|child| tree.nodes()[child].representative);
+            assert!(of.contains(&node.representative));
+        }
+    }
+    // Of as many nodes at least as hold the lights twice, half are leaves.
+    assert_eq!(tree.nodes().len(), 2 * expected.len() - 1);
+    assert!(LightTree::new(&field, |_| false, 1).root().is_none());
+}
+
+#[test]
+fn representatives_are_drawn_by_flux() {
+    let scene = glossy_box(8).build();
+    let (_, field) = lit(&scene, 12, Some(TABLES));
+    let trials = 20_000;
+    let mut drawn = vec![0u32; field.lights().len()];
+    for seed in 0..trials {
+        let tree = LightTree::new(&field, |_| true, seed);
+        drawn[tree.nodes()[0].representative.index()] += 1;
+    }
+    let total: f32 = field.lights().iter().map(|l| l.flux.luminance()).sum();
+    for (light, &drawn) in field.lights().iter().zip(&drawn) {
+        let expected = f64::from(light.flux.luminance() / total) * trials as f64;
+        let deviation = (f64::from(drawn) - expected).abs();
+        assert!(
+            deviation < 5.0 * expected.sqrt() + 1.0,
+            "{drawn} for {expected}"
+        );
+    }
+}
+
+/// So many random receivers, each with a random node: what the lights below send, each from one of its points, is within the bound. Returns the
+/// bound over the sum, on average by its logarithm, and the number of connections.
+fn hold_bounds(form: Option<GlossyForm>, count: u32) -> (f64, u64) {
+    let scene = glossy_box(8).build();
+    let (photons, field) = lit(&scene, 400, form);
+    let tree = LightTree::new(&field, |_| true, 2);
+    let mut rng = Pcg::new(9);
+    let (mut looseness, mut lit, mut connections) = (0.0, 0u64, 0);
+    for _ in 0..count {
+        let at = &photons[(rng.next_f32() * photons.len() as f32) as usize];
+        let x = scene.surface_point(at.at);
+        let bsdf = scene.bsdf(&x);
+        let wo = warp::sphere(Vec2::new(rng.next_f32(), rng.next_f32()));
+        let mut node = 0;
+        while let Some(children) = tree.children(node) {
+            // Every size as often.
+            if rng.next_f32() < 0.1 {
+                break;
+            }
+            node = children[usize::from(rng.next_f32() < 0.5)];
+        }
+        if tree.children(node).is_none() {
+            continue;
+        }
+        let receivers = Receivers::new(bsdf.form(), Lobes::SMOOTH, once((&bsdf, wo)));
+        let places = Lanes3::from_fn(|_| x.p);
+        let bound = tree.nodes()[node].bounds(&places, &receivers, 1)[0];
+        let mut sum = 0.0;
+        for id in below(&tree, node) {
+            let point = (rng.next_f32() * POINTS as f32) as usize;
+            let to = field.lights()[id.index()].points[point] - x.p;
+            let d2 = to.length_squared();
+            if d2 == 0.0 {
+                continue;
+            }
+            let w = to / d2.sqrt();
+            let value = bsdf.f_cos_wi(w, wo, Lobes::SMOOTH) * field.intensity(id, -w);
+            sum += value.luminance() / d2;
+            connections += 1;
+        }
+        assert!(sum <= bound * 1.0001 + 1e-9, "{sum} beyond {bound}");
+        if sum > 0.0 && bound.is_finite() {
+            looseness += f64::from(bound / sum).ln();
+            lit += 1;
+        }
+    }
+    ((looseness / lit as f64).exp(), connections)
+}
+
+#[test]
+fn bounds_hold_for_random_nodes() {
+    let mut all = 0;
+    for form in [Some(TABLES), Some(GlossyForm::Lobes { count: 5 }), None] {
+        let (looseness, connections) = hold_bounds(form, 30_000);
+        println!(
+            "{form:?}: the bound is {looseness:.1} times the sum of {connections} connections"
+        );
+        assert!(looseness < 100.0);
+        all += connections;
+    }
+    assert!(all > 500_000, "{all}");
+}
