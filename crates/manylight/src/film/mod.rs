@@ -59,7 +59,7 @@ pub enum Layer {
     Depth,
     /// How many lights and clusters the sums over lights of a sample are made of.
     CutSize,
-    /// By how much any of these clusters may be off, at most, in radiance.
+    /// By how much any of these clusters may be off, at most, in radiance; the whole radiance where nothing is known.
     CutBound,
 }
 

@@ -130,7 +130,9 @@ impl<'s> LightSet<'s> {
             connections += gathered.connections;
             shadow_rays += gathered.shadow_rays;
             if point.stage == Stage::BeforeX {
-                let bound = point.throughput * gathered.radiance * gathered.cluster_error;
+                // Within a cluster that could not be refined, nothing bounds it.
+                let error = gathered.cluster_error.min(1.0);
+                let bound = point.throughput * gathered.radiance * error;
                 out.add(
                     point.pixel,
                     Layer::CutSize,
