@@ -9,6 +9,7 @@ mod compare;
 mod failure;
 mod figure;
 mod interrupt;
+mod method;
 mod output;
 mod preset;
 mod progress;

@@ -2,16 +2,10 @@
 
 use crate::args::{CameraArgs, LightArgs, MapsArgs, PathArgs, RenderArgs};
 use crate::failure::Failure;
-use crate::preset::{self, Preset};
-use crate::values::{
-    Crop, EMISSIONS, EmissionName, MaxDepth, StrategyName, emission_name, name_of, strategy_name,
-};
+use crate::method::method_kind;
+use crate::values::{Crop, MaxDepth};
 use manylight::film::{FilmDesc, Filter};
-use manylight::integrators::many_light::{
-    ClampRule, Complement, CutLimits, EmissionKind, FluxRule, GlossyForm, Kernel, ManyLight,
-    Placement, Strategy, TableStorage,
-};
-use manylight::integrators::{Method, MethodKind, PhotonMap};
+use manylight::integrators::{Method, MethodKind};
 use manylight::math::{UVec2, Vec2};
 use manylight::render::Budget;
 use manylight::scene::{PathLimits, SceneDesc};
@@ -21,9 +15,6 @@ use std::path::{Path, PathBuf};
 
 /// Passes where nothing else ends the render.
 const DEFAULT_PASSES: u32 = 16;
-
-/// Fewest photon paths per virtual light: the noise of the photons is then less than that of where the lights stand.
-const PHOTONS_PER_LIGHT: u32 = 64;
 
 /// A render, as asked for.
 #[derive(Clone, Debug, PartialEq)]
@@ -229,196 +220,6 @@ fn check_formats(outputs: &[PathBuf]) -> Result<(), Failure> {
     Ok(())
 }
 
-fn method_kind(preset: &Preset, options: &LightArgs) -> Result<MethodKind, Failure> {
-    match (preset.kind)() {
-        MethodKind::ManyLight(method) => Ok(MethodKind::ManyLight(many_light(method, options)?)),
-        MethodKind::PhotonMap(method) => {
-            refuse_others(preset, options, &["photons"])?;
-            Ok(MethodKind::PhotonMap(PhotonMap {
-                photon_paths: options.photons.map_or(method.photon_paths, |n| n.get()),
-                ..method
-            }))
-        }
-        kind => {
-            refuse_others(preset, options, &[])?;
-            Ok(kind)
-        }
-    }
-}
-
-/// Refuses options about particles and virtual lights that are not among those `allowed`.
-fn refuse_others(preset: &Preset, options: &LightArgs, allowed: &[&str]) -> Result<(), Failure> {
-    match first_given(options, allowed) {
-        None => Ok(()),
-        Some(option) => Err(Failure::usage(
-            format!("--{option} has no meaning for the method `{}`", preset.name),
-            format!("it belongs to {}", preset::names_with(option).join(", ")),
-        )),
-    }
-}
-
-/// The first option about particles and virtual lights that was typed and is not among those `allowed`.
-fn first_given(options: &LightArgs, allowed: &[&str]) -> Option<&'static str> {
-    let given = [
-        ("lights", options.lights.is_some()),
-        ("photons", options.photons.is_some()),
-        ("placement", options.placement.is_some()),
-        ("flux", options.flux.is_some()),
-        ("emission", options.emission.is_some()),
-        ("table-size", options.table_size.is_some()),
-        ("table-storage", options.table_storage.is_some()),
-        ("lobes", options.lobes.is_some()),
-        ("kernel", options.kernel.is_some()),
-        ("strategy", options.strategy.is_some()),
-        ("max-error", options.max_error.is_some()),
-        ("max-cut", options.max_cut.is_some()),
-        ("clamp", options.clamp.is_some()),
-        ("complement", options.complement.is_some()),
-        ("neighbors", options.neighbors.is_some()),
-        ("renewal", options.renewal.is_some()),
-    ];
-    given
-        .iter()
-        .find(|(name, given)| *given && !allowed.contains(name))
-        .map(|&(name, _)| name)
-}
-
-fn many_light(preset: ManyLight, options: &LightArgs) -> Result<ManyLight, Failure> {
-    let light_count = options.lights.map_or(preset.light_count, |n| n.get());
-    let photons = preset
-        .photon_paths
-        .max(light_count.saturating_mul(PHOTONS_PER_LIGHT));
-    // A sphere has no singularity.
-    let kernel = options.kernel.unwrap_or(preset.kernel);
-    let (clamp, complement) = if kernel == Kernel::Sphere {
-        (ClampRule::None, Complement::None)
-    } else {
-        (preset.clamp, preset.complement)
-    };
-    let method = ManyLight {
-        light_count,
-        photon_paths: options.photons.map_or(photons, |n| n.get()),
-        placement: options.placement.unwrap_or(preset.placement),
-        flux: options.flux.unwrap_or(preset.flux),
-        emission: emission(preset.emission, options)?,
-        kernel,
-        strategy: strategy(preset.strategy, options)?,
-        clamp: options.clamp.unwrap_or(clamp),
-        complement: options.complement.unwrap_or(complement),
-        neighbors: options.neighbors.map_or(preset.neighbors, |n| n.get()),
-        renewal: options.renewal.unwrap_or(preset.renewal),
-        ..preset
-    };
-    check_axes(&method)?;
-    Ok(method)
-}
-
-fn strategy(preset: Strategy, options: &LightArgs) -> Result<Strategy, Failure> {
-    let preset_limits = match preset {
-        Strategy::Cuts(limits) => limits,
-        Strategy::All => CutLimits::default(),
-    };
-    match options.strategy.unwrap_or(strategy_name(preset)) {
-        StrategyName::Lightcuts => Ok(Strategy::Cuts(CutLimits {
-            max_error: options.max_error.unwrap_or(preset_limits.max_error),
-            max_lights: (options.max_cut).map_or(preset_limits.max_lights, |n| n.get()),
-        })),
-        StrategyName::All => {
-            let given = [
-                ("max-error", options.max_error.is_some()),
-                ("max-cut", options.max_cut.is_some()),
-            ];
-            match given.iter().find(|(_, given)| *given) {
-                None => Ok(Strategy::All),
-                Some((option, _)) => Err(Failure::usage(
-                    format!("--{option} has no meaning for --strategy all"),
-                    "add --strategy lightcuts",
-                )),
-            }
-        }
-    }
-}
-
-fn emission(preset: EmissionKind, options: &LightArgs) -> Result<EmissionKind, Failure> {
-    let kind = options.emission.unwrap_or(emission_name(preset));
-    let sizes = [
-        (
-            "table-size",
-            options.table_size.is_some(),
-            EmissionName::Table,
-        ),
-        (
-            "table-storage",
-            options.table_storage.is_some(),
-            EmissionName::Table,
-        ),
-        ("lobes", options.lobes.is_some(), EmissionName::Vmf),
-    ];
-    for (option, given, of) in sizes {
-        if given && kind != of {
-            let word = |kind| name_of(EMISSIONS, &kind).unwrap_or("unnamed");
-            return Err(Failure::usage(
-                format!("--{option} has no meaning for --emission {}", word(kind)),
-                format!("add --emission {}", word(of)),
-            ));
-        }
-    }
-    let (preset_side, preset_storage) = match preset {
-        EmissionKind::Rich(GlossyForm::Table { side, storage }) => (side, storage),
-        _ => (DEFAULT_TABLE_SIZE, TableStorage::default()),
-    };
-    Ok(match kind {
-        EmissionName::Single => EmissionKind::Single,
-        EmissionName::Table => EmissionKind::Rich(GlossyForm::Table {
-            side: options.table_size.unwrap_or(preset_side),
-            storage: options.table_storage.unwrap_or(preset_storage),
-        }),
-        EmissionName::Vmf => EmissionKind::Rich(GlossyForm::Lobes {
-            count: options.lobes.unwrap_or(DEFAULT_LOBES),
-        }),
-    })
-}
-
-/// Side of emission tables where no preset says otherwise.
-const DEFAULT_TABLE_SIZE: u32 = 32;
-
-/// Lobes of mixtures: the paper's number.
-const DEFAULT_LOBES: u32 = 5;
-
-/// Refuses combinations of axes that contradict each other.
-fn check_axes(method: &ManyLight) -> Result<(), Failure> {
-    let sphere = method.kernel == Kernel::Sphere;
-    let relaxed = matches!(method.placement, Placement::Relaxed(_));
-    let (problem, help) = if relaxed && method.flux == FluxRule::Density {
-        (
-            "--placement relaxed with --flux density",
-            "the density rule divides by the probability of having been placed, which lights that have moved do not have; \
-             use --flux area, partition or soft-partition",
-        )
-    } else if sphere && method.strategy != Strategy::All {
-        (
-            "--kernel sphere with --strategy lightcuts",
-            "clusters of spheres have no bounds; use --kernel disc or point",
-        )
-    } else if sphere && method.clamp != ClampRule::None {
-        (
-            "--kernel sphere with --clamp",
-            "a sphere has no singularity; use --clamp none",
-        )
-    } else if sphere && method.complement != Complement::None {
-        (
-            "--kernel sphere with --complement",
-            "nothing is clamped that could be given back; use --complement none",
-        )
-    } else {
-        return Ok(());
-    };
-    Err(Failure::usage(
-        format!("{problem} is a contradiction"),
-        help,
-    ))
-}
-
 /// Scales the film and its crop window; the field of view follows the camera's own rule.
 fn resize(film: &mut FilmDesc, size: UVec2) {
     let scale = size.as_dvec2() / film.size.as_dvec2();
@@ -451,6 +252,7 @@ mod tests {
     use super::*;
     use crate::args::{Cli, Command};
     use clap::Parser;
+    use manylight::integrators::ManyLight;
     use std::time::Duration;
 
     fn request(words: &str) -> Result<RenderRequest, Failure> {
@@ -460,13 +262,6 @@ mod tests {
         match Cli::try_parse_from(all).unwrap().command {
             Command::Render(args) => RenderRequest::new(&args),
             _ => unreachable!(),
-        }
-    }
-
-    fn lights(words: &str) -> ManyLight {
-        match request(words).unwrap().kind {
-            MethodKind::ManyLight(method) => method,
-            kind => panic!("{kind:?}"),
         }
     }
 
@@ -518,37 +313,6 @@ mod tests {
     }
 
     #[test]
-    fn options_override_single_settings() {
-        let method = lights("s.xml -m vpl-is -n 30000 --clamp none");
-        let expected = ManyLight {
-            light_count: 30_000,
-            photon_paths: 1_920_000,
-            clamp: ClampRule::None,
-            ..ManyLight::vpl_importance()
-        };
-        assert_eq!(method, expected);
-        let method = lights("s.xml --table-size 16 --kernel point --placement uniform");
-        let storage = TableStorage::Shared;
-        let table = GlossyForm::Table { side: 16, storage };
-        assert_eq!(method.emission, EmissionKind::Rich(table));
-        assert_eq!(
-            (method.kernel, method.placement),
-            (Kernel::Point, Placement::Uniform)
-        );
-        let storage = TableStorage::Half;
-        let table = GlossyForm::Table { side: 32, storage };
-        let method = lights("s.xml --table-storage half");
-        assert_eq!(method.emission, EmissionKind::Rich(table));
-        for (words, count) in [("", 5), ("--lobes 8", 8)] {
-            let method = lights(&format!("s.xml --emission vmf {words}"));
-            let lobes = GlossyForm::Lobes { count };
-            assert_eq!(method.emission, EmissionKind::Rich(lobes));
-        }
-        let method = lights("s.xml --photons 1000 -n 5000");
-        assert_eq!(method.photon_paths, 1000);
-    }
-
-    #[test]
     fn path_lengths() {
         let limits = PathLimits {
             max_depth: Some(7),
@@ -568,43 +332,8 @@ mod tests {
     }
 
     #[test]
-    fn every_axis_combines_with_every_other() {
-        let mut legal = 0;
-        for placement in ["uniform", "importance", "relaxed", "relaxed-once"] {
-            for flux in ["density", "area", "partition", "soft-partition"] {
-                for emission in ["single", "table", "vmf"] {
-                    for kernel in ["point", "sphere", "disc"] {
-                        let words = format!(
-                            "s.xml --placement {placement} --flux {flux} --emission {emission} --kernel {kernel}"
-                        );
-                        let contradicts = placement.starts_with("relaxed") && flux == "density";
-                        assert_eq!(request(&words).is_err(), contradicts, "{words}");
-                        legal += usize::from(!contradicts);
-                    }
-                }
-            }
-        }
-        assert_eq!(legal, 126);
-    }
-
-    #[test]
-    fn contradictions_are_usage_errors() {
+    fn outputs_that_cannot_be_written_are_usage_errors() {
         for words in [
-            "s.xml --placement relaxed --flux density",
-            "s.xml -m vsl --clamp auto",
-            "s.xml --kernel sphere --complement kollig-keller",
-            "s.xml --kernel sphere --strategy lightcuts",
-            "s.xml --max-error 0.1",
-            "s.xml -m path --max-cut 100",
-            "s.xml -m vpl --table-size 8",
-            "s.xml --lobes 3",
-            "s.xml --emission vmf --table-size 8",
-            "s.xml --emission vmf --table-storage half",
-            "s.xml -m path --lobes 3",
-            "s.xml -m path --lights 5",
-            "s.xml -m direct --strategy all",
-            "s.xml -m photon-map --lights 5",
-            "s.xml -m photon-map-direct --photons 5 --clamp none",
             "s.xml -o image.tif",
             "s.xml -o image",
             "s.xml -o a.png -o a.png",
