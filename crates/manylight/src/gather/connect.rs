@@ -8,7 +8,7 @@ use super::block::Block;
 use super::clamp::Way;
 use super::points::{BATCHES, Batch};
 use super::sphere::{Cone, LightLobe, Samples, only, sphere_radius};
-use super::{Clamp, Gather, Gathered, Kernel, Lights, ShadingPoint};
+use super::{Clamp, Gather, Gathered, Kernel, Lights, Viewpoint};
 use crate::ids::LightId;
 use crate::lanes::vectors::{dot, luminance, mul3, scale3, splat3};
 use crate::lanes::{LANES, LaneMask, Lanes, Lanes3};
@@ -149,8 +149,8 @@ impl Gather {
     }
 
     /// The area of the parts of `light` as seen from `at`, in m².
-    pub(super) fn part_area(&self, at: &ShadingPoint, light: &VirtualLight) -> f32 {
-        let within = |radii: f32| self.is_disc(light) && is_within(radii, light, at.x.p, at.u);
+    pub(super) fn part_area(&self, at: &Viewpoint, light: &VirtualLight) -> f32 {
+        let within = |radii: f32| self.is_disc(light) && is_within(radii, light, at.p, at.u);
         if within(SIXTEEN_POINTS_WITHIN) {
             piece(light, 0, 1.0 / POINTS as f32).area
         } else if within(FOUR_POINTS_WITHIN) {

@@ -12,7 +12,7 @@ mod tests;
 pub use clamp::Clamp;
 pub use cut::CutLimits;
 
-use crate::bsdf::{Bsdf, Lobes};
+use crate::bsdf::Bsdf;
 use crate::color::Rgb;
 use crate::geometry::SurfacePoint;
 use crate::ids::LightId;
@@ -106,6 +106,42 @@ impl Selection {
     }
 }
 
+/// Where the clamp is asked about from.
+#[derive(Clone, Copy, Debug)]
+pub struct Viewpoint {
+    /// Position.
+    pub p: Vec3,
+    /// Geometric normal.
+    pub n: Vec3,
+    /// As [`ShadingPoint::u`].
+    pub u: f32,
+    /// Which lights are summed there.
+    pub lights: Selection,
+}
+
+impl From<&ShadingPoint<'_>> for Viewpoint {
+    fn from(at: &ShadingPoint) -> Self {
+        Viewpoint {
+            p: at.x.p,
+            n: at.x.ng,
+            u: at.u,
+            lights: at.lights,
+        }
+    }
+}
+
+/// The light that stands for light from some spot.
+#[derive(Clone, Copy, Debug)]
+pub enum Owner {
+    /// This one.
+    Light(LightId),
+    /// None: photons there are lights by themselves, and stand for so much surface, in m².
+    Nobody {
+        /// In m².
+        area: f32,
+    },
+}
+
 /// Lights made ready to be summed.
 #[derive(Debug)]
 pub struct Lights<'s> {
@@ -125,6 +161,16 @@ impl<'s> Lights<'s> {
             field,
             reaches,
             tree: None,
+        }
+    }
+
+    /// What is known of `light`, to which photons at `y` belong, if there is one.
+    pub fn owner(&self, light: Option<LightId>, y: &Spot) -> Owner {
+        match light {
+            Some(id) => Owner::Light(id),
+            None => Owner::Nobody {
+                area: self.field.stray_area(y.p),
+            },
         }
     }
 
@@ -199,16 +245,17 @@ impl Gather {
     }
 
     /// Share of the light from `y` that the sum at `at` lacks, because the clamp takes it away from the light that photons at
-    /// `y` belong to: one less what [`Gather::sum`] keeps of a connection to a part of `owner` at `y`. Without an owner, photons
-    /// there are lights by themselves.
+    /// `y` belong to: one less what [`Gather::sum`] keeps of a connection to a part of `owner` at `y`. `f_cos` says what the
+    /// smooth lobes at `at` reflect from a direction: `f cosθ` in 1/sr.
     pub fn missing(
         &self,
         lights: &Lights,
-        at: &ShadingPoint,
+        at: &Viewpoint,
         y: &Spot,
-        owner: Option<LightId>,
+        owner: Owner,
+        f_cos: impl FnOnce(Vec3) -> Rgb,
     ) -> f32 {
-        let to_y = y.p - at.x.p;
+        let to_y = y.p - at.p;
         let d2 = to_y.length_squared();
         if self.clamp == Clamp::None || d2 == 0.0 {
             return 0.0;
@@ -216,17 +263,17 @@ impl Gather {
         let inv_d = d2.sqrt().recip();
         let w = to_y * inv_d;
         let (n_y, area) = match owner {
-            Some(id) => {
+            Owner::Light(id) => {
                 let light = &lights.field.lights()[id.index()];
                 (light.n, self.part_area(at, light))
             }
-            None => (y.n, lights.field.stray_area(y.p)),
+            Owner::Nobody { area } => (y.n, area),
         };
         let way = Way {
             w,
             inv_d2: inv_d * inv_d,
-            f_cos: at.bsdf.f_cos_wi(w, at.wo, Lobes::SMOOTH),
-            n_x: at.x.ng,
+            f_cos: f_cos(w),
+            n_x: at.n,
             n_y,
             area: area * self.stands_for(at.lights) / self.finer,
         };

@@ -1,5 +1,8 @@
 //! The complement of the clamp by photons: light that the sum over lights lacks, from photons that bring it.
 //!
+//! All of it with `--complement photons`; else directions look for it, and photons bring what is found rarely: light of emitters that narrow
+//! lobes reflect, as the sun on metal.
+//!
 //! A photon that went on from a smooth surface at `z` to `y` is a path that the virtual light at `z` stands for, too. Of the light from `z`,
 //! the clamp takes a share away at `x`; a density estimate at `x` gives it back, in which each photon counts by that share.
 //! The estimate spreads light over its radius, which is small beside the surface that a light stands for: what the clamp takes
@@ -8,22 +11,42 @@
 //! Source: Sriwasansak, Gruson, Hachisuka, "Efficient Energy-Compensated VPLs Using Photon Splatting", I3D 2018; here for lights that
 //! stand for many photons, so that the clamp asks whose a photon at `z` is.
 
-use super::caustics::bandwidth;
 use super::eye_path::Gathering;
-use super::light_set::LightSet;
+use super::light_set::{Complement, LightSet};
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
-use crate::ids::LightId;
-use crate::maps::density::{Receiver, estimate};
+use crate::gather::{Gather, Lights, Owner, Selection, Viewpoint};
 use crate::maps::{KdTree, Located, Neighbors};
 use crate::math::Vec3;
 use crate::particles::{Photon, parent};
+use crate::sampling::rng;
 use crate::scene::Scene;
 use crate::virtual_lights::{Claims, Spot};
 use rayon::prelude::*;
+use std::f32::consts::FRAC_1_PI;
 
 /// Neighbors in an estimate.
 pub(super) const CARRIED_NEIGHBORS: usize = 48;
+
+/// What a surface reflects by a greater `f cosθ` than this is narrow, in 1/sr. Diffuse surfaces stay below `1/π`.
+const BROAD: f32 = 1.0;
+
+/// Up to which `f cosθ` at `y`, in 1/sr, directions from `x` bring all that `y` reflects from emitters, if `f_cos` is that at `x`: narrow
+/// lobes at `x` find narrow lobes at `y`.
+pub(super) fn broad(f_cos: Rgb) -> f32 {
+    f_cos.max_channel().max(BROAD)
+}
+
+/// Of the light of an emitter that `y` reflects with `f_cos`, the share that belongs to directions; the rest is that of photons.
+/// So directions find no more than `broad` times what arrives.
+pub(super) fn share_of_directions(broad: f32, f_cos: Rgb) -> f32 {
+    (broad / f_cos.max_channel()).min(1.0)
+}
+
+/// Photons are kept with so many times the share of their light that the clamp takes at a white surface where they are,
+const EFFORT: f32 = 8.0;
+/// but one in so many of them at least.
+const LEAST_CHANCE: f32 = 1.0 / 32.0;
 
 /// A photon that came from a smooth surface.
 #[derive(Clone, Copy, Debug)]
@@ -31,8 +54,10 @@ pub(super) struct Carried {
     photon: Photon,
     /// Where it came from.
     from: Spot,
-    /// The light that stands for light from there, if one does.
-    owner: Option<LightId>,
+    /// The light that stands for light from there.
+    owner: Owner,
+    /// `f cosθ` with which that surface reflected light of an emitter, in 1/sr; infinite where directions bring nothing.
+    f_cos: Rgb,
 }
 
 impl Located for Carried {
@@ -48,53 +73,77 @@ impl AsRef<Photon> for Carried {
     }
 }
 
-/// The photons among `photons`, in path order, that came from smooth surfaces; without owners.
-pub(super) fn carried(scene: &Scene, photons: &[Photon]) -> Vec<Carried> {
+/// The photons among `photons`, in path order, that bring some of what the clamp takes; without owners.
+pub(super) fn carried(scene: &Scene, photons: &[Photon], complement: Complement) -> Vec<Carried> {
     let of = |j: usize| {
         let before = &photons[parent(photons, j)?];
+        let f_cos = match complement {
+            Complement::None => return None,
+            Complement::Photons => Rgb::splat(f32::INFINITY),
+            Complement::KolligKeller => narrow(scene, before, -photons[j].wi)?,
+        };
         Some(Carried {
             photon: photons[j],
             from: Spot::of(before, scene),
-            owner: None,
+            owner: Owner::Nobody { area: 0.0 },
+            f_cos,
         })
     };
     (0..photons.len()).into_par_iter().filter_map(of).collect()
 }
 
-/// The photons with their owners, ready to be asked for.
-pub(super) fn owned(scene: &Scene, claims: &Claims, mut photons: Vec<Carried>) -> KdTree<Carried> {
-    photons
-        .par_iter_mut()
-        .with_min_len(256)
-        .for_each(|carried| carried.owner = claims.light(scene, &carried.from));
-    KdTree::build_ordered(photons)
+/// `f cosθ` with which a photon was reflected towards `wo`, if it came from an emitter and directions do not bring all of that.
+fn narrow(scene: &Scene, photon: &Photon, wo: Vec3) -> Option<Rgb> {
+    if photon.origin != Lobes::NONE {
+        return None;
+    }
+    let bsdf = scene.bsdf(&scene.surface_point(photon.at));
+    let f_cos = bsdf.f_cos_wi(photon.wi, wo, Lobes::SMOOTH);
+    (f_cos.max_channel() > BROAD).then_some(f_cos)
+}
+
+/// The photons with their owners, ready to be asked for. Far from where they come from the clamp takes little: there, few stand for many.
+pub(super) fn owned(
+    scene: &Scene,
+    gather: &Gather,
+    lights: &Lights,
+    claims: &Claims,
+    selection: Selection,
+    photons: Vec<Carried>,
+) -> KdTree<Carried> {
+    let own = |mut one: Carried| {
+        one.owner = lights.owner(claims.light(scene, &one.from), &one.from);
+        let at = Viewpoint {
+            p: one.photon.p,
+            n: one.photon.n,
+            u: 0.5,
+            lights: selection,
+        };
+        let white = |w: Vec3| Rgb::splat(FRAC_1_PI * w.dot(at.n).abs());
+        let missing = gather.missing(lights, &at, &one.from, one.owner, white);
+        let chance = (EFFORT * missing).clamp(LEAST_CHANCE, 1.0);
+        one.photon.flux /= chance;
+        (rng::unit(rng::key(at.p.to_array())) < chance).then_some(one)
+    };
+    KdTree::build_ordered(photons.into_par_iter().filter_map(own).collect())
 }
 
 impl LightSet<'_> {
-    /// What the clamp takes away at a gathering point, by a density estimate.
+    /// What photons bring of the light that the clamp takes away at a gathering point.
     pub(super) fn carried_radiance(&self, point: &Gathering, found: &mut Neighbors) -> Rgb {
         let at = &point.at;
-        let n = at.lit_from.unwrap_or(at.x.normal_towards(at.wo));
-        let receiver = Receiver { p: at.x.p, n };
-        let mut sum = Rgb::BLACK;
-        estimate(
-            &self.carried,
-            receiver,
-            bandwidth(self, point),
-            found,
-            |one, kernel| {
-                let Carried {
-                    photon,
-                    from,
-                    owner,
-                } = one;
-                if self.limits.allow(point.segments + u32::from(photon.depth)) {
-                    let missing = self.gather.missing(&self.lights, at, from, *owner);
-                    let f = at.bsdf.f(photon.wi, at.wo, Lobes::SMOOTH);
-                    sum += photon.flux * f * (kernel * missing);
-                }
-            },
-        );
-        sum
+        self.density_estimate(&self.carried, point, found, |one: &Carried| {
+            let wi = one.photon.wi;
+            let broad = broad(at.bsdf.f_cos_wi(wi, at.wo, Lobes::SMOOTH));
+            let share = 1.0 - share_of_directions(broad, one.f_cos);
+            if share == 0.0 {
+                return Rgb::BLACK;
+            }
+            let (gather, lights) = (&self.gather, &self.lights);
+            let missing = gather.missing(lights, &at.into(), &one.from, one.owner, |w| {
+                at.bsdf.f_cos_wi(w, at.wo, Lobes::SMOOTH)
+            });
+            at.bsdf.f(wi, at.wo, Lobes::SMOOTH) * (share * missing)
+        })
     }
 }

@@ -2,12 +2,15 @@
 //!
 //! It counts by the part of the kernel that is surface, so that edges and thin tubes keep their light.
 
+use super::carried::share_of_directions;
 use super::eye_path::Gathering;
 use super::light_set::LightSet;
+use super::partition::Stage;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::maps::density::{Bandwidth, Receiver, estimate, shrinking};
-use crate::maps::{Neighbors, covered};
+use crate::maps::{FEW_PROBES, KdTree, Located, Neighbors, PROBES, covered};
+use crate::particles::Photon;
 use crate::sampling::rng;
 
 /// Photons in an estimate.
@@ -18,7 +21,7 @@ const CAUSTIC_PIXELS: f32 = 72.0;
 const CAUSTIC_RADIUS: f32 = 0.03;
 
 /// How far estimates at a gathering point look.
-pub(super) fn bandwidth(set: &LightSet, point: &Gathering) -> Bandwidth {
+fn bandwidth(set: &LightSet, point: &Gathering) -> Bandwidth {
     let largest = CAUSTIC_RADIUS * set.scene.geometry.bounds().diagonal();
     Bandwidth {
         largest: point.reach.min(largest),
@@ -27,35 +30,48 @@ pub(super) fn bandwidth(set: &LightSet, point: &Gathering) -> Bandwidth {
 }
 
 impl LightSet<'_> {
-    /// Density estimate over caustic photons: `Σ_j k_j f Φ_j`, over the covered part of the kernel. On glossy lobes, eye paths
-    /// look for what photons bring from other surfaces.
+    /// What photons whose last event was specular bring to a gathering point. On glossy lobes, eye paths look for what they
+    /// bring from other surfaces.
     pub(super) fn caustic_radiance(&self, point: &Gathering, found: &mut Neighbors) -> Rgb {
+        let (bsdf, wo) = (&point.at.bsdf, point.at.wo);
+        self.density_estimate(&self.caustics, point, found, |photon: &Photon| {
+            if photon.origin != Lobes::NONE {
+                return bsdf.f(photon.wi, wo, Lobes::DIFFUSE);
+            }
+            let f_cos = bsdf.f_cos_wi(photon.wi, wo, Lobes::SMOOTH);
+            bsdf.f(photon.wi, wo, Lobes::SMOOTH) * share_of_directions(point.broad, f_cos)
+        })
+    }
+
+    /// Density estimate over photons that fit the path limits: `Σ_j k_j f_j Φ_j`, over the covered part of the kernel.
+    pub(super) fn density_estimate<P: Located + AsRef<Photon> + Sync>(
+        &self,
+        photons: &KdTree<P>,
+        point: &Gathering,
+        found: &mut Neighbors,
+        f: impl Fn(&P) -> Rgb,
+    ) -> Rgb {
         let x = &point.at.x;
         let n = point.at.lit_from.unwrap_or(x.normal_towards(point.at.wo));
         let receiver = Receiver { p: x.p, n };
         let mut sum = Rgb::BLACK;
-        let radius = estimate(
-            &self.caustics,
-            receiver,
-            bandwidth(self, point),
-            found,
-            |photon, kernel| {
-                if self.limits.allow(point.segments + u32::from(photon.depth)) {
-                    let lobes = if photon.origin == Lobes::NONE {
-                        Lobes::SMOOTH
-                    } else {
-                        Lobes::DIFFUSE
-                    };
-                    sum += photon.flux * point.at.bsdf.f(photon.wi, point.at.wo, lobes) * kernel;
-                }
-            },
-        );
+        let bandwidth = bandwidth(self, point);
+        let radius = estimate(photons, receiver, bandwidth, found, |item, kernel| {
+            let photon: &Photon = item.as_ref();
+            if self.limits.allow(point.segments + u32::from(photon.depth)) {
+                sum += photon.flux * f(item) * kernel;
+            }
+        });
         if sum.is_black() {
             return sum;
         }
         // The view names the turn of the probes: it differs in every pass, and not with the scene's unit of length.
         let turn = rng::unit(rng::key(point.at.wo.to_array()));
-        sum / covered(&self.scene.geometry, receiver, radius, turn)
+        let probes = match point.stage {
+            Stage::BeforeX => PROBES,
+            Stage::AfterX | Stage::Decided(_) => FEW_PROBES,
+        };
+        sum / covered(&self.scene.geometry, receiver, radius, probes, turn)
     }
 
     /// Largest radius of an estimate at the end of an eye path of the given length, in m: some pixels.

@@ -1,6 +1,7 @@
 //! The eye paths of the many-light methods: from the camera through specular events, with the emission on the way, to the points
 //! where lights are summed. There `smooth_light.rs` takes over.
 
+use super::carried::share_of_directions;
 use super::first_surface;
 use super::light_set::LightSet;
 use super::partition::Stage;
@@ -33,6 +34,8 @@ pub(super) struct Gathering<'s> {
     pub(super) stage: Stage,
     /// Largest radius of a caustic estimate, in m.
     pub(super) reach: f32,
+    /// See [`Branch::broad`].
+    pub(super) broad: f32,
 }
 
 /// What the eye paths of a tile bring.
@@ -168,6 +171,8 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
             lit_from: None,
             full: weight(&self.walk) / DIRECTIONS as f32,
             reach: self.set.caustic_reach(self.length),
+            broad: f32::INFINITY,
+            found: 1.0,
         }
     }
 
@@ -187,25 +192,28 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
         }
     }
 
-    /// Light from a chosen emitter that `lobes` at `v` reflect, weighted against a walk that goes on with density `pdf_walk`.
+    /// Light from a chosen emitter that `lobes` at `v` reflect, weighted against a walk that goes on with density `pdf_walk`; of
+    /// it, what belongs to the branch that ends there.
     pub(super) fn emitter_light(
         &mut self,
         v: &Vertex,
         lobes: Lobes,
-        lit_from: Option<Vec3>,
+        branch: Option<&Branch>,
         plan: &LightPlan,
         pdf_walk: impl FnOnce(Vec3) -> f32,
     ) -> Option<Rgb> {
         let (scene, wo) = (self.set.scene, v.w_prev);
         let light = EmitterSample::planned(scene, &v.x, v.bsdf.receiving_normal(wo), plan)?;
         let f_cos = v.bsdf.f_cos_wi(light.wi, wo, lobes);
+        let lit_from = branch.and_then(|branch| branch.lit_from);
         if f_cos.is_black() || lit_from.is_some_and(|n| light.wi.dot(n) <= 0.0) {
             return None;
         }
+        let share = branch.map_or(1.0, |branch| share_of_directions(branch.broad, f_cos));
         self.paths.shadow_rays += 1;
         let crossings = self.set.limits.left_after(v.segments + 1);
         let arriving = light.weight * light.transmittance(scene, crossings);
-        Some(arriving * f_cos * light.mis_weight(pdf_walk(light.wi)))
+        Some(arriving * f_cos * (share * light.mis_weight(pdf_walk(light.wi))))
     }
 
     /// Continues by a specular event; the weakest branches only sometimes.

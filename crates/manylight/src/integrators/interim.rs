@@ -2,10 +2,11 @@
 //! and after relaxation. They are made of the particles and lights of the first pass.
 
 use super::PassContext;
+use super::axes::Placement;
+use super::candidates::{Candidates, fluxes, importance_times_flux, light_carriers};
 use super::eye_path::MAX_CHAIN;
 use super::light_tracer::line_of_sight;
-use super::many_light::{Candidates, ManyLight, Placement, fluxes};
-use super::many_light::{importance_times_flux, light_carriers};
+use super::many_light::ManyLight;
 use crate::bsdf::{BsdfNumbers, Lobes};
 use crate::color::Rgb;
 use crate::geometry::Segment;

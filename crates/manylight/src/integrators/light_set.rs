@@ -24,8 +24,8 @@ use std::ops::Range;
 pub enum Complement {
     /// It is lost.
     None,
-    /// Directions drawn from the smooth lobes find it, and the method starts again where they end; see
-    /// [`super::smooth_light`].
+    /// Directions drawn from the smooth lobes find it, and the method starts again where they end; see [`super::smooth_light`].
+    /// Photons bring what narrow lobes reflect from emitters.
     KolligKeller,
     /// Photons bring it, as a density estimate.
     Photons,
@@ -44,7 +44,7 @@ pub struct LightSet<'s> {
     pub claims: Claims,
     /// Photons whose last event was specular.
     pub caustics: KdTree<Photon>,
-    /// Photons whose last event was smooth, if they are the complement.
+    /// Photons that bring some of what the clamp takes.
     pub(super) carried: KdTree<Carried>,
     /// Where light from afar comes from.
     pub(super) incident: IncidentMap,
@@ -120,13 +120,11 @@ impl<'s> LightSet<'s> {
                 layer(Lobes::SPECULAR),
                 point.throughput * self.caustic_radiance(point, &mut found),
             );
-            if self.complement == Complement::Photons {
-                out.add(
-                    point.pixel,
-                    layer(Lobes::SMOOTH),
-                    point.throughput * self.carried_radiance(point, &mut found_carried),
-                );
-            }
+            out.add(
+                point.pixel,
+                layer(Lobes::SMOOTH),
+                point.throughput * self.carried_radiance(point, &mut found_carried),
+            );
             connections += gathered.connections;
             shadow_rays += gathered.shadow_rays;
             if point.stage == Stage::BeforeX {

@@ -1,112 +1,28 @@
 //! The method: light from virtual lights.
 //!
 //! Lights are made in the paper's order: particles, maps, placement, creation ([`ManyLight::prepare`]); then every pixel is shaded
-//! by them (`light_set.rs`). Which path belongs to which term is said in [`super::partition`].
+//! by them (`light_set.rs`). What can be chosen is in `axes.rs`, what has a name in `presets.rs`. Which path belongs to which term is said in [`super::partition`].
 
+pub use super::axes::{ClampRule, EmissionKind, FluxRule, Placement, Renewal};
+use super::candidates::{Candidates, fluxes, importance_times_flux, light_carriers};
 pub use super::light_set::Complement;
 use super::light_set::{LightSet, pixel_width};
 use super::{PassContext, carried};
 use crate::bsdf::Lobes;
 use crate::film::Film;
-use crate::gather::{Clamp, Gather, Lights};
 pub use crate::gather::{CutLimits, Kernel, Strategy};
-use crate::maps::density::{IMPORTANCE_NEIGHBORS, importance_at};
-use crate::maps::{IncidentMap, KdTree, Neighbors};
+use crate::gather::{Gather, Lights, Selection};
+use crate::maps::{IncidentMap, KdTree};
 use crate::particles::{Importon, Photon, for_lights, trace_importons, trace_photons};
-use crate::sampling::systematic::{inclusion_probabilities, systematic};
 use crate::sampling::{Pass, Stream};
 use crate::scene::{PathLimits, Scene};
 use crate::stats::Stats;
-use crate::virtual_lights::curve::Curve;
 use crate::virtual_lights::neighborhood::{by_area, by_density};
 pub use crate::virtual_lights::relax::Snap;
 use crate::virtual_lights::relax::relax;
-use crate::virtual_lights::select::defensive_weights;
-use crate::virtual_lights::{Claims, Division, LightField, Shares, Site, assign, select};
+use crate::virtual_lights::{Claims, Division, LightField, Shares, assign};
 pub use crate::virtual_lights::{GlossyForm, TableStorage};
-use rayon::prelude::*;
 use std::ops::Range;
-
-/// Where lights stand.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Placement {
-    /// Photons kept with probability proportional to flux.
-    Uniform,
-    /// Proportional to importance x flux.
-    Importance,
-    /// As [`Placement::Importance`], and then pushed apart.
-    Relaxed(Snap),
-}
-
-/// How much flux each light carries.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FluxRule {
-    /// Its own photon's over the probability of having been kept: the paper's, as we read it.
-    Density,
-    /// The density of flux around it, times the surface per light.
-    Area,
-    /// That of all photons nearer to it than to any other light.
-    Partition,
-    /// That of all photons around it, each divided among the nearest lights.
-    SoftPartition,
-}
-
-/// What each light shines.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum EmissionKind {
-    /// The reflection of one photon.
-    Single,
-    /// The reflection of all its photons: diffuse part exact, glossy part in this form.
-    Rich(GlossyForm),
-}
-
-/// What is done about the singularity of `1 / d²`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ClampRule {
-    /// Nothing.
-    None,
-    /// Scale-free, by what each light stands for: [`Clamp::Auto`].
-    Auto,
-    /// `G <= 1 / A` with one `A` for all lights: the median of what they stand for.
-    Fixed,
-    /// `G <= value`, in 1/m².
-    Value(f32),
-}
-
-impl ClampRule {
-    /// The clamp for `lights`, one in `parts` of which is summed, when they have become so many times finer.
-    fn for_lights(
-        self,
-        lights: &LightField,
-        parts: u32,
-        finer: f32,
-        complement: Complement,
-    ) -> Clamp {
-        match self {
-            ClampRule::None => Clamp::None,
-            ClampRule::Auto => Clamp::Auto(match complement {
-                Complement::None | Complement::Photons => 1.0,
-                Complement::KolligKeller => COMPLETED,
-            }),
-            ClampRule::Fixed => {
-                let area = lights.median_area() * parts as f32;
-                Clamp::Value(finer / area.max(f32::MIN_POSITIVE))
-            }
-            ClampRule::Value(limit) => Clamp::Value(limit * finer),
-        }
-    }
-}
-
-/// Which lights the passes have.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Renewal {
-    /// All have those of the first: what one set of lights gives, without the noise of pixels.
-    Same,
-    /// Each has its own, as fine as the first.
-    New,
-    /// Each has its own, and they become finer, so that the mean over passes goes to the right picture.
-    Finer,
-}
 
 /// Indirect light from virtual lights.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -137,124 +53,18 @@ pub struct ManyLight {
     pub renewal: Renewal,
 }
 
-/// More photons than this on average do not make lights better: theirs is the least of all noise.
-const PHOTONS_PER_LIGHT: usize = 1024;
-/// Which ones stay is said by their weight, and to this share by their flux alone.
-const KEPT_BY_FLUX: f32 = 0.25;
-/// Lights are placed by importance x flux, and by this much as often by flux alone: where importons have missed what matters, the
-/// photons must not all belong to a few lights far off.
-const PLACED_BY_FLUX: f32 = 0.1;
 /// Passes that share one set of lights, at most; each shades by its own part of them.
 const MAX_PASSES_PER_SET: u32 = 8;
 /// No set for more than one pass has more lights than this,
 const MAX_SET_LIGHTS: u32 = 32_768;
 /// or is made of more photon paths.
 const MAX_SET_PHOTON_PATHS: u32 = 1 << 22;
-/// Lights count as so many times larger for the clamp if directions complete it: they bring what near lights send with less noise.
-const COMPLETED: f32 = 4.0;
-/// Lights per pass where a cut makes them cheap.
-const MANY: u32 = 16_384;
 /// Lights that become finer are as fine as at the start for so many passes.
 const COARSE_PASSES: f32 = 16.0;
 /// A set has no more lights than this just to make them finer.
 const MAX_FINER_LIGHTS: u32 = 1 << 18;
 
 impl ManyLight {
-    /// Rich-VPLs: importance placement, partition, 32 x 32 tables, discs.
-    pub fn rich_vpl() -> Self {
-        ManyLight {
-            light_count: 512,
-            photon_paths: 262_144,
-            importon_paths: 32_768,
-            placement: Placement::Importance,
-            flux: FluxRule::Partition,
-            neighbors: 100,
-            emission: EmissionKind::Rich(GlossyForm::Table {
-                side: 32,
-                storage: TableStorage::Shared,
-            }),
-            kernel: Kernel::Disc,
-            strategy: Strategy::All,
-            clamp: ClampRule::Auto,
-            complement: Complement::KolligKeller,
-            renewal: Renewal::Finer,
-        }
-    }
-
-    /// The method of the talk, as we read it: importance placement, the density rule, 32 x 32 tables, points, one clamp for all.
-    pub fn rich_vpl_paper() -> Self {
-        ManyLight {
-            flux: FluxRule::Density,
-            kernel: Kernel::Point,
-            clamp: ClampRule::Fixed,
-            complement: Complement::None,
-            renewal: Renewal::New,
-            ..ManyLight::rich_vpl()
-        }
-    }
-
-    /// Rich-VSLs: Rich-VPLs as spheres.
-    pub fn rich_vsl() -> Self {
-        ManyLight {
-            kernel: Kernel::Sphere,
-            clamp: ClampRule::None,
-            complement: Complement::None,
-            ..ManyLight::rich_vpl()
-        }
-    }
-
-    /// Virtual spherical lights. Source: Hašan, Křivánek, Walter, Bala, "Virtual Spherical Lights for Many-Light Rendering of Glossy
-    /// Scenes", 2009.
-    pub fn vsl() -> Self {
-        ManyLight {
-            kernel: Kernel::Sphere,
-            clamp: ClampRule::None,
-            complement: Complement::None,
-            renewal: Renewal::Finer,
-            ..ManyLight::vpl()
-        }
-    }
-
-    /// Classic VPLs: photons thinned at random.
-    pub fn vpl() -> Self {
-        ManyLight {
-            placement: Placement::Uniform,
-            flux: FluxRule::Density,
-            emission: EmissionKind::Single,
-            kernel: Kernel::Point,
-            renewal: Renewal::New,
-            ..ManyLight::rich_vpl()
-        }
-    }
-
-    /// VPLs placed by importance.
-    pub fn vpl_importance() -> Self {
-        ManyLight {
-            placement: Placement::Importance,
-            ..ManyLight::vpl()
-        }
-    }
-
-    /// Lightcuts of classic lights. Source: Walter et al., "Lightcuts: A Scalable Approach to Illumination", SIGGRAPH 2005.
-    pub fn lightcuts() -> Self {
-        ManyLight {
-            strategy: Strategy::Cuts(CutLimits::default()),
-            light_count: MANY,
-            photon_paths: 64 * MANY,
-            ..ManyLight::vpl()
-        }
-    }
-
-    /// Lightcuts of Rich-VPLs.
-    pub fn rich_lightcuts() -> Self {
-        ManyLight {
-            strategy: Strategy::Cuts(CutLimits::default()),
-            light_count: MANY,
-            photon_paths: 64 * MANY,
-            ..ManyLight::rich_vpl()
-        }
-    }
-
     /// One sample per pixel under the lights of one pass, which are part of the set that is `kept` from pass to pass.
     /// `false` if cancelled.
     pub(super) fn render_pass<'s>(
@@ -338,10 +148,9 @@ impl ManyLight {
                 KdTree::build_ordered(caustics.copied().collect()),
             )
         });
-        let carried = match self.complement {
-            Complement::Photons => run.stats.time("maps", || carried::carried(scene, &photons)),
-            Complement::None | Complement::KolligKeller => Vec::new(),
-        };
+        let carried = (run.stats).time("maps", || {
+            carried::carried(scene, &photons, self.complement)
+        });
         let placed = all.place_lights(scene, limits, &run, photons, finer);
         // Where few photons arrive there are fewer lights than asked for, and they are divided among fewer passes.
         let lights_per_part =
@@ -362,9 +171,6 @@ impl ManyLight {
             (Complement::None, Strategy::All) => finer,
             _ => 1.0,
         };
-        let carried = run
-            .stats
-            .time("maps", || carried::owned(scene, &placed.claims, carried));
         let gather = Gather {
             kernel: self.kernel,
             strategy: self.strategy,
@@ -373,12 +179,17 @@ impl ManyLight {
                 .for_lights(&lights, parts, finer, self.complement),
             finer,
         };
+        let lights = self.ready(lights, &run);
+        let selection = Selection::ALL.part(first_part, parts);
+        let carried = run.stats.time("maps", || {
+            carried::owned(scene, &gather, &lights, &placed.claims, selection, carried)
+        });
         LightSet {
             scene,
             limits,
             gather,
             complement: self.complement,
-            lights: self.ready(lights, &run),
+            lights,
             claims: placed.claims,
             caustics,
             carried,
@@ -513,46 +324,6 @@ impl ManyLight {
         lights
     }
 
-    /// The photons that placement chooses from.
-    pub(super) fn candidates(
-        &self,
-        run: &PassContext,
-        photons: Vec<Photon>,
-        weights: Vec<f32>,
-        finer: f32,
-    ) -> Candidates {
-        let mut sampler = run.pass.sampler(Stream::Selection, 0);
-        let (u_thinned, u_sites, u_residual) =
-            (sampler.next_1d(), sampler.next_1d(), sampler.next_1d());
-        let thin = matches!(self.flux, FluxRule::Partition | FluxRule::SoftPartition);
-        let (photons, weights) = if thin {
-            // Ever fewer, until every photon is a light.
-            let per_light = (PHOTONS_PER_LIGHT as f32 / (finer * finer)).max(1.0);
-            let most = (per_light * self.light_count as f32) as usize;
-            thinned(photons, weights, most, u_thinned)
-        } else {
-            (photons, weights)
-        };
-        Candidates {
-            photons,
-            weights,
-            u_sites,
-            u_residual,
-        }
-    }
-
-    /// Chooses photons to become lights; where they are to be relaxed, that comes next.
-    pub(super) fn choose(&self, photons: &[Photon], weights: &[f32], u: f32) -> Vec<Site> {
-        let count = self.light_count as usize;
-        match self.placement {
-            Placement::Uniform => select(photons, weights, count, u),
-            Placement::Importance | Placement::Relaxed(_) => {
-                let mixed = defensive_weights(weights, &fluxes(photons), PLACED_BY_FLUX);
-                select(photons, &mixed, count, u)
-            }
-        }
-    }
-
     /// What importance is estimated from.
     pub(super) fn importance_map(
         &self,
@@ -569,46 +340,6 @@ impl ManyLight {
     }
 }
 
-/// The photons that may become lights: a light at depth m makes paths of at least m + 2 segments.
-pub(super) fn light_carriers(limits: PathLimits, photons: Vec<Photon>) -> Vec<Photon> {
-    let carries = |p: &Photon| limits.allow(u32::from(p.depth) + 2);
-    photons.into_iter().filter(carries).collect()
-}
-
-/// What the paper's placement goes by: how much of each photon reaches the camera, if importance did not depend on direction.
-pub(super) fn importance_times_flux(
-    importance: &KdTree<Importon>,
-    photons: &[Photon],
-    stats: &Stats,
-) -> Vec<f32> {
-    stats.time("importance", || {
-        // Along the curve, each search finds the nodes of the last one in the cache.
-        let order = Curve::around(photons).order(photons);
-        let ask = |found: &mut Neighbors, &j: &u32| {
-            let photon = &photons[j as usize];
-            importance_at(importance, photon.p, photon.n, found) * photon.flux.luminance()
-        };
-        let along_curve: Vec<f32> = order
-            .par_iter()
-            .with_min_len(256)
-            .map_init(|| Neighbors::new(IMPORTANCE_NEIGHBORS), ask)
-            .collect();
-        let mut weights = vec![0.0; photons.len()];
-        for (j, weight) in order.into_iter().zip(along_curve) {
-            weights[j as usize] = weight;
-        }
-        weights
-    })
-}
-
-/// Photons that may become lights, with what placement goes by and its random numbers.
-pub(super) struct Candidates {
-    pub(super) photons: Vec<Photon>,
-    pub(super) weights: Vec<f32>,
-    pub(super) u_sites: f32,
-    u_residual: f32,
-}
-
 /// Where lights stand and what they speak for.
 struct Placed {
     photons: Vec<Photon>,
@@ -616,70 +347,9 @@ struct Placed {
     claims: Claims,
 }
 
-pub(super) fn fluxes(photons: &[Photon]) -> Vec<f32> {
-    photons.iter().map(|p| p.flux.luminance()).collect()
-}
-
-/// About `most` of the photons, or all, by their weights; each stands for as many as its probability says. Returns the weights too.
-fn thinned(
-    photons: Vec<Photon>,
-    weights: Vec<f32>,
-    most: usize,
-    u: f32,
-) -> (Vec<Photon>, Vec<f32>) {
-    if photons.len() <= most {
-        return (photons, weights);
-    }
-    let mixed = defensive_weights(&weights, &fluxes(&photons), KEPT_BY_FLUX);
-    let probabilities = inclusion_probabilities(&mixed, most, 0.0);
-    let kept = systematic(&probabilities, u).into_iter().map(|j| {
-        let (photon, stands_for) = (photons[j], 1.0 / probabilities[j]);
-        let kept = Photon {
-            flux: photon.flux * stands_for,
-            diffuse_flux: photon.diffuse_flux * stands_for,
-            ..photon
-        };
-        (kept, weights[j] * stands_for)
-    });
-    kept.unzip()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::virtual_lights::testing::photons_on_square;
-
-    #[test]
-    fn thinning_keeps_flux_and_weight_on_average() {
-        let photons = photons_on_square(1000, 1);
-        let flux = |photons: &[Photon]| photons.iter().map(|p| f64::from(p.flux.g)).sum::<f64>();
-        let sum = |weights: &[f32]| weights.iter().map(|&w| f64::from(w)).sum::<f64>();
-        // Of half of the photons the camera sees nothing.
-        let weights: Vec<f32> = photons
-            .iter()
-            .map(|p| p.flux.luminance() * (p.p.x - 0.5).max(0.0))
-            .collect();
-        let (mut mean_flux, mut mean_weight, trials) = (0.0, 0.0, 64);
-        for t in 0..trials {
-            let u = (t as f32 + 0.5) / trials as f32;
-            let (kept, its_weights) = thinned(photons.clone(), weights.clone(), 300, u);
-            assert!(kept.len().abs_diff(300) <= 1 && kept.len() == its_weights.len());
-            let seen = kept.iter().filter(|p| p.p.x > 0.5).count();
-            assert!(seen > 200, "{seen} of {} are seen", kept.len());
-            mean_flux += flux(&kept) / f64::from(trials);
-            mean_weight += sum(&its_weights) / f64::from(trials);
-        }
-        let (total, weight) = (flux(&photons), sum(&weights));
-        assert!(
-            (mean_flux / total - 1.0).abs() < 0.01,
-            "{mean_flux} of {total}"
-        );
-        assert!(
-            (mean_weight / weight - 1.0).abs() < 0.01,
-            "{mean_weight} of {weight}"
-        );
-        assert_eq!(thinned(photons, weights, 1000, 0.9).0.len(), 1000);
-    }
 
     #[test]
     fn sets_hold_whole_runs_of_passes() {

@@ -1,6 +1,8 @@
 //! The methods. Start reading at [`many_light`].
 
 mod aov;
+pub mod axes;
+mod candidates;
 mod carried;
 mod caustics;
 pub mod eye_path;
@@ -13,6 +15,7 @@ pub mod memory;
 pub mod partition;
 mod path;
 pub mod photon_map;
+mod presets;
 mod smooth_light;
 
 pub use interim::{InterimMaps, PlacedLight};

@@ -20,7 +20,9 @@ use crate::bsdf::{Bsdf, Lobes};
 use crate::color::Rgb;
 use crate::film::{Film, FilmSampler, Layer, TileSamples};
 use crate::maps::density::{Bandwidth, Receiver, estimate, shrinking};
-use crate::maps::{INCIDENT_NEIGHBORS, IncidentGuide, IncidentMap, KdTree, Neighbors, covered};
+use crate::maps::{
+    INCIDENT_NEIGHBORS, IncidentGuide, IncidentMap, KdTree, Neighbors, PROBES, covered,
+};
 use crate::math::{UVec2, Vec3};
 use crate::particles::{Photon, trace_photons};
 use crate::sampling::{Pass, Sampler, Stream, rng};
@@ -423,7 +425,7 @@ impl<'s> EyePaths<'_, 's, '_, '_> {
         }
         // The view names the turn of the probes: it differs in every pass, and not with the scene's unit of length.
         let turn = rng::unit(rng::key(v.w_prev.to_array()));
-        let covered = covered(&view.scene.geometry, receiver, radius, turn);
+        let covered = covered(&view.scene.geometry, receiver, radius, PROBES, turn);
         for (layer, sum) in terms {
             self.add(path, layer, sum / covered);
         }

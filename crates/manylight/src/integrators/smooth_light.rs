@@ -7,12 +7,15 @@
 //! lights `y` is looked up there: emitters, caustic photons, and virtual lights, whose sum is clamped and completed in the same
 //! way. What `y` emits by itself is direct light at `x`.
 //!
+//! Of what narrow lobes at `y` reflect from emitters, directions would rarely find a lot: photons bring it (`carried.rs`).
+//!
 //! Where a glossy lobe at `x` meets a specular surface, the direction also goes on by specular events, and the method starts again
 //! at the surface behind: photons that come from there are counted by diffuse lobes alone.
 //!
 //! Source: Kollig, Keller, "Illumination in the Presence of Weak Singularities", MCQMC 2004; here for lights that stand for
 //! many photons, so that the clamp asks whose a photon at `y` would be.
 
+use super::carried::{broad, share_of_directions};
 use super::eye_path::{EyePath, Gathering, MAX_CHAIN, weight};
 use super::guided::{draw_direction, guide_at, guided_pdf};
 use super::light_set::Complement;
@@ -53,6 +56,11 @@ pub(super) struct Branch<'s> {
     pub(super) full: f32,
     /// Largest radius of a caustic estimate at its end, in m.
     pub(super) reach: f32,
+    /// Of the light that emitters send to its end, photons bring what is reflected by more than this `f cosθ`, in 1/sr; see
+    /// [`share_of_directions`]. Infinite if the branch stands for all of it.
+    pub(super) broad: f32,
+    /// On the way to a surface: share of the branch that counts for emitters found.
+    pub(super) found: f32,
 }
 
 impl<'s> EyePath<'_, 's, '_, '_> {
@@ -96,9 +104,7 @@ impl<'s> EyePath<'_, 's, '_, '_> {
         plan: &LightPlan,
     ) {
         let pdf_walk = |wi| guided_pdf(v, guide, Lobes::SMOOTH, wi);
-        if let Some(radiance) =
-            self.emitter_light(v, Lobes::SMOOTH, branch.lit_from, plan, pdf_walk)
-        {
+        if let Some(radiance) = self.emitter_light(v, Lobes::SMOOTH, Some(branch), plan, pdf_walk) {
             let layer = branch.stage.after(Lobes::DIFFUSE).layer();
             self.add(layer, branch.walk.throughput() * radiance);
         }
@@ -128,6 +134,7 @@ impl<'s> EyePath<'_, 's, '_, '_> {
             at,
             stage: branch.stage,
             reach: branch.reach,
+            broad: branch.broad,
         });
         at
     }
@@ -148,6 +155,8 @@ impl<'s> EyePath<'_, 's, '_, '_> {
             return;
         }
         branch.stage = branch.stage.after(Lobes::DIFFUSE);
+        branch.found =
+            share_of_directions(branch.broad, v.bsdf.f_cos_wi(wi, v.w_prev, Lobes::SMOOTH));
         let Some(y) = self.next_surface(&mut branch) else {
             return;
         };
@@ -161,6 +170,7 @@ impl<'s> EyePath<'_, 's, '_, '_> {
             self.mirrored(y.clone(), branch.clone(), share);
         }
         if y.bsdf.lobes().has(Lobes::SMOOTH) && self.set.complement == Complement::KolligKeller {
+            branch.broad = broad(v.bsdf.f_cos_wi(wi, v.w_prev, Lobes::SMOOTH));
             self.complement(&y, branch, x);
         }
     }
@@ -204,6 +214,7 @@ impl<'s> EyePath<'_, 's, '_, '_> {
             (most, strength) = (MIRRORED, MIRRORED_EFFORT);
         }
         branch.lit_from = None;
+        branch.broad = f32::INFINITY;
         branch.stage = branch.stage.after(Lobes::SPECULAR);
         branch.walk.scale(share);
         while y.bsdf.lobes().has(Lobes::SPECULAR) && y.segments < MAX_CHAIN {
@@ -247,7 +258,7 @@ impl<'s> EyePath<'_, 's, '_, '_> {
             }
             // Photons bring what emitters send by way of specular events.
             if !walk.previous().event.has(Lobes::SPECULAR) {
-                let radiance = walk.throughput() * found;
+                let radiance = walk.throughput() * (found * branch.found);
                 self.add(branch.stage.layer(), radiance);
             }
             let y = hit?;
@@ -265,7 +276,9 @@ impl<'s> EyePath<'_, 's, '_, '_> {
     fn missing(&self, x: &ShadingPoint, y: &Vertex, lit_from: Vec3) -> f32 {
         let set = self.set;
         let spot = Spot::on(set.scene, &y.x, lit_from);
-        let owner = set.claims.light(set.scene, &spot);
-        set.gather.missing(&set.lights, x, &spot, owner)
+        let owner = (set.lights).owner(set.claims.light(set.scene, &spot), &spot);
+        (set.gather).missing(&set.lights, &x.into(), &spot, owner, |w| {
+            x.bsdf.f_cos_wi(w, x.wo, Lobes::SMOOTH)
+        })
     }
 }

@@ -8,18 +8,26 @@ use crate::geometry::{Geometry, Ray};
 use crate::math::Frame;
 use std::f32::consts::TAU;
 
-/// Places in the disc that are looked at.
-const PROBES: u32 = 16;
+/// Probes where the camera sees the estimate.
+pub const PROBES: u32 = 16;
+/// Probes where it is part of other light.
+pub const FEW_PROBES: u32 = 8;
 
-/// How much of the kernel around the receiver lies on its surface, in (0, 1]. The pattern of probes is turned by `turn`.
-pub fn covered(geometry: &Geometry, receiver: Receiver, radius: f32, turn: f32) -> f32 {
+/// How much of the kernel around the receiver lies on its surface, in (0, 1], told by so many probes. Their pattern is turned by `turn`.
+pub fn covered(
+    geometry: &Geometry,
+    receiver: Receiver,
+    radius: f32,
+    probes: u32,
+    turn: f32,
+) -> f32 {
     let Receiver { p, n } = receiver;
     let frame = Frame::from_normal(n);
     let height = receiver.slab(radius);
     let is_surface = |i: &u32| {
         // Distances by the Epanechnikov kernel, whose cumulative distribution over s = d²/r² is 2s - s²; angles by the golden
         // ratio.
-        let u = (*i as f32 + 0.5) / PROBES as f32;
+        let u = (*i as f32 + 0.5) / probes as f32;
         let distance = radius * (1.0 - (1.0 - u).sqrt()).sqrt();
         let (sin, cos) = ((turn + *i as f32 * 0.618_034).fract() * TAU).sin_cos();
         let above = p + (frame.s * cos + frame.t * sin) * distance + n * height;
@@ -32,8 +40,8 @@ pub fn covered(geometry: &Geometry, receiver: Receiver, radius: f32, turn: f32) 
             receiver.shares_surface(there.p, there.normal_towards(n), radius)
         })
     };
-    let count = (0..PROBES).filter(is_surface).count().max(1);
-    count as f32 / PROBES as f32
+    let count = (0..probes).filter(is_surface).count().max(1);
+    count as f32 / probes as f32
 }
 
 #[cfg(test)]
@@ -50,7 +58,13 @@ mod tests {
         let scene = builder.build();
         let at = |x: f32, radius: f32| {
             let p = Vec3::new(x, 0.013, 0.0);
-            covered(&scene.geometry, Receiver { p, n: Vec3::Z }, radius, 0.3)
+            covered(
+                &scene.geometry,
+                Receiver { p, n: Vec3::Z },
+                radius,
+                PROBES,
+                0.3,
+            )
         };
         assert_eq!(at(0.0, 0.1), 1.0);
         // Half of it at the edge; the square of 4 m² is little of a kernel of 20 m.

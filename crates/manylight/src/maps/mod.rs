@@ -8,7 +8,7 @@ pub mod kd_tree;
 pub mod kernel;
 
 pub use compatible::Patch;
-pub use coverage::covered;
+pub use coverage::{FEW_PROBES, PROBES, covered};
 pub use incident::{INCIDENT_NEIGHBORS, Incident, IncidentGuide, IncidentMap};
 pub use kd_tree::{KdTree, Located, Neighbors};
 pub use kernel::DensityKernel;
