@@ -135,9 +135,7 @@ impl Metal {
             (s1 - s2) * p1 / ((s1 + s2) * (p1 + p2))
         })
     }
-}
 
-impl Metal {
     /// Upper bound of the reflectance between two cosines: from normal incidence on, it may fall before it rises.
     #[inline(always)]
     pub(super) fn bound(&self, cosines: [f32; 2]) -> Rgb {

@@ -27,9 +27,7 @@ impl Receiver<'_, '_> {
         self.bsdf
             .eval_local(self.bsdf.frame.to_local(wi), self.wo, self.lobes)
     }
-}
 
-impl Receiver<'_, '_> {
     /// Upper bound of every channel of [`Receiver::f_cos_wi`] for directions so far from the unit vector `axis`.
     pub(super) fn bound(&self, axis: Vec3, spread: Spread) -> f32 {
         let arriving = Arriving {

@@ -2,7 +2,8 @@
 //! them.
 //!
 //! Source: Walter et al., "Lightcuts: A Scalable Approach to Illumination", SIGGRAPH 2005. Deviations: one cut serves many points, which are bounded one by
-//! one; it is refined at many clusters at once, so that new representatives are tested for visibility together.
+//! one; it is refined at many clusters at once, so that new representatives are tested for visibility together; and these are drawn for
+//! the points by what they send there.
 
 use super::connect::Sum;
 use super::points::{BATCHES, Batch};
@@ -10,7 +11,9 @@ use super::{Gather, Gathered, Lights};
 use crate::color::Rgb;
 use crate::lanes::vectors::luminance;
 use crate::lanes::{LANES, Lanes, Lanes3, lanes_of};
-use crate::light_tree::{LightTree, Node};
+use crate::light_tree::{Drawn, LightTree};
+use crate::math::Vec3;
+use crate::sampling::rng::{self, Pcg};
 use crate::scene::Scene;
 use crate::simd::{self, Isa, Simd, Wide};
 
@@ -43,8 +46,8 @@ struct Cluster {
     node: usize,
     /// Of what its representative sends.
     slot: usize,
-    /// Times which that is what all its lights send.
-    scale: f32,
+    /// The light that stands for all below the node.
+    drawn: Drawn,
     /// Upper bounds of the luminance of what all its lights send to each point; 0 for single lights, which are exact.
     bounds: [Lanes; BATCHES],
 }
@@ -58,6 +61,9 @@ struct AddCut<'a> {
     limits: CutLimits,
     batches: &'a [Batch<'a, 'a>],
     sums: &'a mut [Gathered],
+    /// Of the points.
+    middle: Vec3,
+    rng: Pcg,
 }
 
 impl Gather {
@@ -73,7 +79,11 @@ impl Gather {
         let tree = lights.tree.as_ref();
         let tree = tree.expect("invariant: lights have a tree where cuts are asked for");
         let part = batches[0].lights.stands_for() as u32;
+        let first = batches[0].p.vec(0);
+        let key = rng::key(first.to_array()) ^ u64::from(batches[0].u[0].to_bits());
         Isa::best().run(AddCut {
+            middle: middle(batches),
+            rng: Pcg::new(key),
             gather: self,
             scene,
             lights,
@@ -94,17 +104,18 @@ impl simd::Kernel for AddCut<'_> {
     #[inline(always)]
     fn run<S: Simd>(mut self, s: S) {
         let w = s.wide();
-        let Some(root) = self.tree.root() else {
+        if self.tree.root().is_none() {
             return;
-        };
+        }
         let mut sum = Sum::new(w, self.gather, self.scene, self.lights, self.batches);
+        let drawn = self.draw(0);
         let mut cut = vec![Cluster {
             node: 0,
             slot: 0,
-            scale: self.scale(root),
+            drawn,
             bounds: self.bounds(0),
         }];
-        sum.add_light(w, root.representative, self.sums);
+        sum.add_light(w, drawn.id, self.sums);
         sum.flush(w, self.sums);
         let mut allowed = self.allowed(w, &cut, &sum.gathered);
         let mut coarse = Vec::new();
@@ -132,8 +143,11 @@ impl simd::Kernel for AddCut<'_> {
                     continue;
                 };
                 let parent = cut.swap_remove(k);
-                for node in children {
-                    self.put(w, &parent, node, &mut cut, &mut sum);
+                let field = &self.lights.field;
+                let (heir, drawn) = (self.tree).inherit(field, children, parent.drawn, self.middle);
+                for (i, node) in children.into_iter().enumerate() {
+                    let inherited = (i == heir).then_some((parent.slot, drawn));
+                    self.put(w, inherited, node, &mut cut, &mut sum);
                 }
             }
             sum.flush(w, self.sums);
@@ -145,39 +159,41 @@ impl simd::Kernel for AddCut<'_> {
 }
 
 impl AddCut<'_> {
-    /// How many times what its representative sends is what all lights of a node do.
-    fn scale(&self, node: &Node) -> f32 {
-        let light = &self.lights.field.lights()[node.representative.index()];
-        node.flux / light.flux.luminance()
+    /// A light that stands for all below a node.
+    fn draw(&mut self, node: usize) -> Drawn {
+        (self.tree).draw(&self.lights.field, node, self.middle, &mut self.rng)
     }
 
-    /// Puts a child of `parent` into the cut, unless none of the points can receive anything from it.
+    /// Puts a node into the cut, unless none of the points can receive anything from it; with its parent's light and the slot of that, or
+    /// one of its own.
     #[inline(always)]
     fn put<W: Wide>(
         &mut self,
         w: W,
-        parent: &Cluster,
+        inherited: Option<(usize, Drawn)>,
         node: usize,
         cut: &mut Vec<Cluster>,
         sum: &mut Sum,
     ) {
-        let child = &self.tree.nodes()[node];
         let bounds = self.bounds(node);
         let is_leaf = self.tree.children(node).is_none();
         if !is_leaf && bounds.iter().flatten().all(|&bound| bound == 0.0) {
             return;
         }
-        let mut slot = parent.slot;
-        if child.representative != self.tree.nodes()[parent.node].representative {
-            slot = sum.gathered.len();
-            sum.gathered.push([Lanes3::ZERO; BATCHES]);
-            sum.slot = slot;
-            sum.add_light(w, child.representative, self.sums);
-        }
+        let (slot, drawn) = match inherited {
+            Some(inherited) => inherited,
+            None => {
+                let (slot, drawn) = (sum.gathered.len(), self.draw(node));
+                sum.gathered.push([Lanes3::ZERO; BATCHES]);
+                sum.slot = slot;
+                sum.add_light(w, drawn.id, self.sums);
+                (slot, drawn)
+            }
+        };
         cut.push(Cluster {
             node,
             slot,
-            scale: self.scale(child),
+            drawn,
             bounds,
         });
     }
@@ -213,7 +229,7 @@ impl AddCut<'_> {
             let mut sum = w.splat(0.0);
             for cluster in cut {
                 let value = luminance(w, gathered[cluster.slot][b].load(w));
-                sum = w.mul_add(value, w.splat(cluster.scale), sum);
+                sum = w.mul_add(value, w.splat(cluster.drawn.probability.recip()), sum);
             }
             *total = w.store(sum);
         }
@@ -226,7 +242,9 @@ impl AddCut<'_> {
         for (b, batch) in self.batches.iter().enumerate() {
             for (i, &member) in batch.members.iter().enumerate() {
                 let sum = &mut self.sums[member];
-                let terms = cut.iter().map(|c| gathered[c.slot][b].rgb(i) * c.scale);
+                let terms = cut
+                    .iter()
+                    .map(|c| gathered[c.slot][b].rgb(i) / c.drawn.probability);
                 sum.radiance += terms.sum::<Rgb>();
                 sum.terms = cut.len() as u32;
                 sum.connections = gathered.len() as u64;
@@ -237,6 +255,17 @@ impl AddCut<'_> {
             }
         }
     }
+}
+
+/// The mean of the points.
+fn middle(batches: &[Batch]) -> Vec3 {
+    let places = |batch: &Batch| {
+        (0..batch.members.len())
+            .map(|i| batch.p.vec(i))
+            .sum::<Vec3>()
+    };
+    let count: usize = batches.iter().map(|batch| batch.members.len()).sum();
+    batches.iter().map(places).sum::<Vec3>() / count as f32
 }
 
 /// How many times too much the worst bound is.

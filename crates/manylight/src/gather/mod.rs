@@ -174,9 +174,9 @@ impl<'s> Lights<'s> {
         }
     }
 
-    /// The same with a tree over all lights, for cuts; `seed` decides which lights stand for others.
-    pub fn with_tree(self, seed: u64) -> Self {
-        let tree = LightTree::new(&self.field, |_| true, seed);
+    /// The same with a tree over all lights, for cuts.
+    pub fn with_tree(self) -> Self {
+        let tree = LightTree::new(&self.field, |_| true);
         Lights {
             tree: Some(tree),
             ..self

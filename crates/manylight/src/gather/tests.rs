@@ -402,7 +402,7 @@ fn many_lights(scene: &Scene, form: Option<GlossyForm>) -> Lights<'_> {
             LightField::rich(scene, UNLIMITED, &photons, &shares, form)
         }
     };
-    Lights::new(field).with_tree(5)
+    Lights::new(field).with_tree()
 }
 
 #[test]

@@ -205,10 +205,7 @@ impl ManyLight {
         let lights = Lights::new(lights);
         match self.strategy {
             Strategy::All => lights,
-            Strategy::Cuts(_) => {
-                let key = run.pass.sampler(Stream::Selection, 2).next_1d();
-                (run.stats).time("tree", || lights.with_tree(u64::from(key.to_bits())))
-            }
+            Strategy::Cuts(_) => run.stats.time("tree", || lights.with_tree()),
         }
     }
 

@@ -1,9 +1,8 @@
 //! From the top down: a set of lights is divided where its two parts are tightest in place and normal.
 
-use super::{LightTree, Node};
+use super::{Content, LightTree, Node};
 use crate::ids::LightId;
 use crate::math::Aabb;
-use crate::sampling::rng::Pcg;
 use crate::virtual_lights::{IntensityBound, LightField, VirtualLight};
 
 /// Normals count as places at this part of the diagonal of all lights.
@@ -70,8 +69,8 @@ impl Extent {
 }
 
 impl LightTree {
-    /// The tree over those of the lights that `is_used` names and that have flux. `seed` decides which of them represent their nodes.
-    pub fn new(field: &LightField, is_used: impl Fn(LightId) -> bool, seed: u64) -> Self {
+    /// The tree over those of the lights that `is_used` names and that have flux.
+    pub fn new(field: &LightField, is_used: impl Fn(LightId) -> bool) -> Self {
         let lights = field.lights();
         let used = (0..lights.len() as u32).map(LightId).filter(|&id| {
             let flux = lights[id.index()].flux.luminance();
@@ -88,8 +87,7 @@ impl LightTree {
             return LightTree::default();
         }
         let mut nodes = vec![Node::EMPTY; 2 * items.len() - 1];
-        let builder = Builder { field, seed };
-        builder.build(&mut items, &mut nodes, 0, 0);
+        build(field, &mut items, &mut nodes, 0, 0);
         LightTree { nodes }
     }
 }
@@ -110,61 +108,50 @@ impl Node {
     const EMPTY: Node = Node {
         bounds: Aabb::EMPTY,
         flux: 0.0,
-        representative: LightId(0),
         intensity: IntensityBound::NONE,
-        second_child: 0,
+        content: Content::Light(LightId(0)),
     };
 }
 
-struct Builder<'f, 's> {
-    field: &'f LightField<'s>,
-    seed: u64,
-}
-
-impl Builder<'_, '_> {
-    /// Fills `nodes`, of which the first has index `first`; returns what the lights shine.
-    fn build(
-        &self,
-        items: &mut [Item],
-        nodes: &mut [Node],
-        first: u32,
-        depth: u32,
-    ) -> IntensityBound {
-        if let [item] = items {
-            nodes[0] = Node {
-                bounds: item.bounds,
-                flux: item.flux,
-                representative: item.id,
-                ..Node::EMPTY
-            };
-            return self.field.intensity_bound(item.id);
-        }
-        let middle = divide(items, depth);
-        let (left, right) = items.split_at_mut(middle);
-        let (node, below) = nodes.split_at_mut(1);
-        let (left_nodes, right_nodes) = below.split_at_mut(2 * left.len() - 1);
-        let second_child = first + 1 + left_nodes.len() as u32;
-        let is_large = left.len() + right.len() > PARALLEL;
-        let mut build_left = || self.build(left, left_nodes, first + 1, depth + 1);
-        let mut build_right = || self.build(right, right_nodes, second_child, depth + 1);
-        let (mut intensity, other) = if is_large {
-            rayon::join(build_left, build_right)
-        } else {
-            (build_left(), build_right())
+/// Fills `nodes`, of which the first has index `first`; returns what the lights shine.
+fn build(
+    field: &LightField,
+    items: &mut [Item],
+    nodes: &mut [Node],
+    first: u32,
+    depth: u32,
+) -> IntensityBound {
+    if let [item] = items {
+        nodes[0] = Node {
+            bounds: item.bounds,
+            flux: item.flux,
+            content: Content::Light(item.id),
+            ..Node::EMPTY
         };
-        intensity.add(&other);
-        let [a, b] = [&left_nodes[0], &right_nodes[0]];
-        let u = Pcg::new(self.seed ^ u64::from(first) << 32).next_f32();
-        let flux = a.flux + b.flux;
-        node[0] = Node {
-            bounds: a.bounds.union(b.bounds),
-            flux,
-            representative: if u * flux < a.flux { a } else { b }.representative,
-            intensity: intensity.clone(),
-            second_child,
-        };
-        intensity
+        return field.intensity_bound(item.id);
     }
+    let middle = divide(items, depth);
+    let (left, right) = items.split_at_mut(middle);
+    let (node, below) = nodes.split_at_mut(1);
+    let (left_nodes, right_nodes) = below.split_at_mut(2 * left.len() - 1);
+    let second = first + 1 + left_nodes.len() as u32;
+    let is_large = left.len() + right.len() > PARALLEL;
+    let mut build_left = || build(field, left, left_nodes, first + 1, depth + 1);
+    let mut build_right = || build(field, right, right_nodes, second, depth + 1);
+    let (mut intensity, other) = if is_large {
+        rayon::join(build_left, build_right)
+    } else {
+        (build_left(), build_right())
+    };
+    intensity.add(&other);
+    let [a, b] = [&left_nodes[0], &right_nodes[0]];
+    node[0] = Node {
+        bounds: a.bounds.union(b.bounds),
+        flux: a.flux + b.flux,
+        intensity: intensity.clone(),
+        content: Content::Nodes { second },
+    };
+    intensity
 }
 
 /// Sorts the items into two sets that are not empty; returns the length of the first.

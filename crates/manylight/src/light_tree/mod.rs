@@ -1,12 +1,15 @@
-//! A binary tree over virtual lights. Every node bounds what is below it, and names one of its lights that may stand for all.
+//! A binary tree over virtual lights. Every node bounds what is below it, and any of its lights may be drawn to stand for all.
 //!
 //! Source: Walter et al., "Lightcuts: A Scalable Approach to Illumination", SIGGRAPH 2005; here the lights of a cluster shine as they like, within
 //! [`IntensityBound`].
 
 mod bound;
 mod build;
+mod draw;
 #[cfg(test)]
 mod tests;
+
+pub use draw::Drawn;
 
 use crate::ids::LightId;
 use crate::math::Aabb;
@@ -26,12 +29,18 @@ pub struct Node {
     pub bounds: Aabb,
     /// Luminance of the flux of its lights, in W.
     pub flux: f32,
-    /// One of its lights, drawn with probability proportional to flux; also that of one of its children.
-    pub representative: LightId,
     /// What its lights shine; nothing for a leaf, which needs no bound.
     intensity: IntensityBound,
-    /// Of a leaf 0.
-    second_child: u32,
+    content: Content,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Content {
+    Light(LightId),
+    /// The first child comes next.
+    Nodes {
+        second: u32,
+    },
 }
 
 impl LightTree {
@@ -48,9 +57,9 @@ impl LightTree {
     /// The indices of the children of the node with the given index, unless that is a leaf.
     #[inline]
     pub fn children(&self, node: usize) -> Option<[usize; 2]> {
-        match self.nodes[node].second_child {
-            0 => None,
-            second => Some([node + 1, second as usize]),
+        match self.nodes[node].content {
+            Content::Light(_) => None,
+            Content::Nodes { second } => Some([node + 1, second as usize]),
         }
     }
 

@@ -3,7 +3,7 @@
 use super::*;
 use crate::bsdf::{Lobes, Receivers};
 use crate::lanes::Lanes3;
-use crate::math::Vec2;
+use crate::math::{Vec2, Vec3};
 use crate::particles::{Photon, for_lights, trace_photons};
 use crate::sampling::rng::Pcg;
 use crate::sampling::{Pass, warp};
@@ -39,9 +39,10 @@ fn lit(scene: &Scene, count: usize, form: Option<GlossyForm>) -> (Vec<Photon>, L
 
 /// The lights below a node.
 fn below(tree: &LightTree, node: usize) -> Vec<LightId> {
-    match tree.children(node) {
-        None => vec![tree.nodes()[node].representative],
-        Some(children) => (children.into_iter())
+    match tree.nodes[node].content {
+        Content::Light(id) => vec![id],
+        Content::Nodes { second } => [node + 1, second as usize]
+            .into_iter()
             .flat_map(|child| below(tree, child))
             .collect(),
     }
@@ -52,7 +53,7 @@ fn every_light_is_a_leaf() {
     let scene = glossy_box(8).build();
     let (_, field) = lit(&scene, 1500, Some(TABLES));
     let is_used = |id: LightId| !id.0.is_multiple_of(3);
-    let tree = LightTree::new(&field, is_used, 1);
+    let tree = LightTree::new(&field, is_used);
     let lights = field.lights();
     let mut leaves = below(&tree, 0);
     leaves.sort();
@@ -63,7 +64,6 @@ fn every_light_is_a_leaf() {
     assert_eq!(leaves, expected);
     for (k, node) in tree.nodes().iter().enumerate() {
         let own = below(&tree, k);
-        assert!(own.contains(&node.representative));
         let flux: f32 = own
             .iter()
             .map(|id| lights[id.index()].flux.luminance())
@@ -72,34 +72,52 @@ fn every_light_is_a_leaf() {
         for p in own.iter().flat_map(|id| lights[id.index()].points) {
             assert_eq!(node.bounds.distance_squared(p), 0.0);
         }
-        if let Some(children) = tree.children(k) {
-            let of = children.map(|child| tree.nodes()[child].representative);
-            assert!(of.contains(&node.representative));
-        }
     }
     // Of as many nodes at least as hold the lights twice, half are leaves.
     assert_eq!(tree.nodes().len(), 2 * expected.len() - 1);
-    assert!(LightTree::new(&field, |_| false, 1).root().is_none());
+    assert!(LightTree::new(&field, |_| false).root().is_none());
 }
 
+/// Drawn from the root, and from a child by way of the root: as often as is said, whatever the lights shine.
 #[test]
-fn representatives_are_drawn_by_flux() {
+fn lights_are_drawn_with_the_probability_that_is_told() {
     let scene = glossy_box(8).build();
-    let (_, field) = lit(&scene, 12, Some(TABLES));
-    let trials = 20_000;
-    let mut drawn = vec![0u32; field.lights().len()];
-    for seed in 0..trials {
-        let tree = LightTree::new(&field, |_| true, seed);
-        drawn[tree.nodes()[0].representative.index()] += 1;
-    }
-    let total: f32 = field.lights().iter().map(|l| l.flux.luminance()).sum();
-    for (light, &drawn) in field.lights().iter().zip(&drawn) {
-        let expected = f64::from(light.flux.luminance() / total) * trials as f64;
-        let deviation = (f64::from(drawn) - expected).abs();
-        assert!(
-            deviation < 5.0 * expected.sqrt() + 1.0,
-            "{drawn} for {expected}"
-        );
+    let place = Vec3::new(0.3, -0.7, 0.2);
+    let trials = 40_000;
+    for form in [None, Some(TABLES), Some(GlossyForm::Lobes { count: 3 })] {
+        let (_, field) = lit(&scene, 24, form);
+        let tree = LightTree::new(&field, |_| true);
+        let mut rng = Pcg::new(7);
+        let count = field.lights().len();
+        let mut drawn = vec![0u32; count];
+        let mut told = vec![0.0; count];
+        let mut told_below = vec![0.0; count];
+        for _ in 0..trials {
+            let one = tree.draw(&field, 0, place, &mut rng);
+            let (k, own) = tree.inherit(&field, tree.children(0).unwrap(), one, place);
+            let id = one.id.index();
+            drawn[id] += 1;
+            told[id] = f64::from(one.probability);
+            told_below[id] = f64::from(own.probability) * if k == 0 { 1.0 } else { -1.0 };
+        }
+        let mut by_flux_alone = 0.0f64;
+        for (&drawn, &told) in drawn.iter().zip(&told) {
+            let expected = told * f64::from(trials);
+            let deviation = (f64::from(drawn) - expected).abs();
+            assert!(
+                deviation < 5.0 * expected.sqrt() + 1.0,
+                "{drawn} for {expected}"
+            );
+            by_flux_alone = by_flux_alone.max((told * count as f64).ln().abs());
+        }
+        assert!(by_flux_alone > 0.5, "some lights are nearer");
+        for sum in [
+            told.iter().sum::<f64>(),
+            told_below.iter().filter(|p| **p > 0.0).sum(),
+            -told_below.iter().filter(|p| **p < 0.0).sum::<f64>(),
+        ] {
+            assert!((sum - 1.0).abs() < 5e-3, "{sum}");
+        }
     }
 }
 
@@ -108,7 +126,7 @@ fn representatives_are_drawn_by_flux() {
 fn hold_bounds(form: Option<GlossyForm>, count: u32) -> (f64, u64) {
     let scene = glossy_box(8).build();
     let (photons, field) = lit(&scene, 400, form);
-    let tree = LightTree::new(&field, |_| true, 2);
+    let tree = LightTree::new(&field, |_| true);
     let mut rng = Pcg::new(9);
     let (mut looseness, mut lit, mut connections) = (0.0, 0u64, 0);
     for _ in 0..count {

@@ -8,7 +8,7 @@ use super::von_mises_fisher::{Lobe, Mixture};
 use super::{Emission, LightField, Reflection, VirtualLight};
 use crate::ids::LightId;
 use crate::lanes::{LANES, Lanes, Lanes3};
-use crate::math::{Cone, Spread};
+use crate::math::{Cone, Spread, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
 /// Bounds of the luminance of radiant intensity, in W/sr; those of several lights add up.
@@ -42,6 +42,14 @@ impl IntensityBound {
 
     /// Bytes beside its own where some light is not diffuse.
     pub const GLOSSY_BYTES: usize = size_of::<MaxMips>();
+
+    /// About the luminance of what all lights shine along the unit vector `axis`: a bound, as if all stood at one place.
+    pub(crate) fn luminance(&self, axis: Vec3) -> f32 {
+        let normals = Spread::new(self.normals.half_angle.max(0.0));
+        let [_, cos] = normals.cosines(axis.dot(self.normals.axis));
+        let glossy = self.glossy.as_ref().map_or(0.0, |mips| mips.along(axis));
+        self.diffuse * cos.max(0.0) + glossy
+    }
 
     /// Upper bounds of the sum over lights of the luminance that each shines in some direction so far from the unit vector in `axes`,
     /// another for each; lane by lane.

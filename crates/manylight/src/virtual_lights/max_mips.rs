@@ -5,7 +5,7 @@
 
 use crate::lanes::{LANES, Lanes, Lanes3};
 use crate::math::octahedral::{direction_from_square, square_from_direction, wrapped_texel};
-use crate::math::{Cone, Spread, Vec2};
+use crate::math::{Cone, Spread, Vec2, Vec3};
 use std::f32::consts::{FRAC_1_SQRT_2, SQRT_2};
 use std::sync::LazyLock;
 
@@ -99,6 +99,11 @@ impl MaxMips {
             (u[i], v[i]) = (uv.x, uv.y);
         }
         std::array::from_fn(|i| self.bound(Vec2::new(u[i], v[i]), spreads[i].half_angle))
+    }
+
+    /// The same for one direction for all lights.
+    pub(super) fn along(&self, axis: Vec3) -> f32 {
+        self.touched(square_from_direction(axis) * SIDE as f32, 0.0)
     }
 
     /// The same for one direction, given by its place in the unit square.

@@ -1,6 +1,7 @@
 //! Clamp and complement together are the whole: in corners and at contacts, with so few lights that the clamp takes a lot.
 
 use crate::common::film;
+use manylight::bsdf::Material;
 use manylight::color::Rgb;
 use manylight::film::Layer;
 use manylight::geometry::{Mesh, Shape};
@@ -8,11 +9,11 @@ use manylight::integrators::many_light::{ClampRule, Complement, Renewal};
 use manylight::integrators::{ManyLight, MethodKind};
 use manylight::math::{Affine3A, Vec3};
 use manylight::scene::Scene;
-use manylight::testing::scenes::{Builder, diffuse, furnace};
+use manylight::testing::scenes::{Builder, diffuse, furnace, rough_metal};
 use manylight::testing::statistics::layer_mean;
 
-/// A corner of bright walls with a plate that nearly touches the floor.
-fn corner(size: u32) -> Scene {
+/// A corner of bright walls with a plate of some material that nearly touches the floor.
+fn corner(size: u32, plate: Material) -> Scene {
     let mut b = Builder::new(
         Vec3::new(0.9, 0.8, 0.9),
         Vec3::new(-1.0, -0.9, -1.0),
@@ -29,9 +30,10 @@ fn corner(size: u32) -> Scene {
         white,
         Some(light),
     );
-    let plate = Affine3A::from_translation(Vec3::new(-0.55, -0.85, -0.5))
+    let place = Affine3A::from_translation(Vec3::new(-0.55, -0.85, -0.5))
         * Affine3A::from_scale(Vec3::new(0.3, 0.08, 0.3));
-    b.place(Shape::Mesh(Mesh::cube()), plate, white, None);
+    let plate = b.material(plate);
+    b.place(Shape::Mesh(Mesh::cube()), place, plate, None);
     b.build()
 }
 
@@ -53,7 +55,7 @@ fn mean(scene: &Scene, kind: MethodKind, passes: u32) -> f64 {
 
 #[test]
 fn nothing_is_lost_in_corners() {
-    let scene = corner(24);
+    let scene = corner(24, diffuse(0.8, 0.8, 0.8));
     let truth = mean(&scene, MethodKind::Path, 2048);
     let ratio = |method| mean(&scene, MethodKind::ManyLight(method), 256) / truth;
     let lossy = ManyLight {
@@ -68,10 +70,28 @@ fn nothing_is_lost_in_corners() {
     );
 }
 
+/// Directions leave what narrow lobes reflect from the lamp to photons: both together are all of it.
+#[test]
+fn nothing_that_metal_throws_nearby_is_lost() {
+    let scene = corner(24, rough_metal(0.1));
+    let truth = mean(&scene, MethodKind::Path, 4096);
+    let ratio = |method| mean(&scene, MethodKind::ManyLight(method), 256) / truth;
+    let lossy = ManyLight {
+        complement: Complement::None,
+        ..few_lights()
+    };
+    let (without, with) = (ratio(lossy), ratio(few_lights()));
+    assert!(without < 0.992, "the clamp takes little here: {without}");
+    assert!(
+        (with - 1.0).abs() < 6e-3,
+        "{with}, without complement {without}"
+    );
+}
+
 /// A density estimate spreads light round the contacts, which are a small part of the picture.
 #[test]
 fn photons_give_back_what_the_clamp_takes() {
-    let scene = corner(24);
+    let scene = corner(24, diffuse(0.8, 0.8, 0.8));
     let truth = mean(&scene, MethodKind::Path, 2048);
     let method = ManyLight {
         photon_paths: 4000,
@@ -95,7 +115,7 @@ fn photons_give_back_what_the_clamp_takes() {
 /// Without a complement, what is lost vanishes as lights become finer: the squared radius by half on average over 64 passes.
 #[test]
 fn finer_lights_lose_less() {
-    let scene = corner(24);
+    let scene = corner(24, diffuse(0.8, 0.8, 0.8));
     let truth = mean(&scene, MethodKind::Path, 2048);
     let loss = |renewal| {
         let method = ManyLight {
