@@ -338,8 +338,11 @@ Definitions, x the image, r the reference, m the mean of r, averages over pixels
   PSNR     10 log10(p^2 / MSE), p the largest value of r
   pixels   quantiles over pixels of sqrt(relMSE of the pixel)
 Where both files carry variance.R/G/B (of the mean):
-  noise    what MSE and relMSE would be on average if only noise differed
-  z        of 8x8 blocks and channels, (x - r) / sqrt(var x + var r); differences of 1e-6 r are rounding";
+  noise    what MSE and relMSE would be on average if only noise differed, and the reference's part of it
+  z        of 8x8 blocks and channels, (x - r) / sqrt(var x + var r); differences of 1e-6 r are rounding
+Pixels that share virtual lights are off together: images of this program carry block_variance.R/G/B, and for the whole picture
+variance_of_mean, from the spread over batches of passes with nothing in common. Standard errors and z go by these where they are,
+z by Student's distribution: as large as a normal variable that is as rare.";
 
 /// Options of `study`.
 #[derive(Debug, Args)]

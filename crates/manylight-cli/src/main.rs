@@ -10,6 +10,7 @@ mod failure;
 mod figure;
 mod interrupt;
 mod method;
+mod noise;
 mod output;
 mod preset;
 mod progress;

@@ -1,6 +1,7 @@
 //! z-scores of blocks: is a region biased, beyond what noise explains?
 
 use super::Frame;
+use super::frame::Together;
 use serde::Serialize;
 
 /// Edge of a block in pixels.
@@ -12,7 +13,8 @@ const LIMIT: f64 = 3.0;
 /// Sums of 32-bit numbers are true to this share. It matters where there is no noise, as on emitters.
 const ROUNDING: f64 = 1e-6;
 
-/// z = (x - r) / sqrt(var x + var r + rounding²) over the means of blocks, per channel.
+/// z = (x - r) / sqrt(var x + var r + rounding²) over the means of blocks, per channel; made as large as a normal variable that is as rare where
+/// few batches tell the variance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct BlockScores {
     /// Blocks with at least one kept pixel, times three channels, where there is noise or a difference.
@@ -29,25 +31,97 @@ pub(crate) struct BlockScores {
 
 /// Scores of all blocks; `None` unless both variances are known.
 pub(crate) fn block_scores(image: &Frame, reference: &Frame, kept: &[bool]) -> Option<BlockScores> {
-    let variances = image
-        .variance
-        .as_deref()
-        .zip(reference.variance.as_deref())?;
+    let noises = [Noise::of(image)?, Noise::of(reference)?];
     let mut scores = Vec::new();
     for y in (0..image.height).step_by(BLOCK) {
         for x in (0..image.width).step_by(BLOCK) {
-            let pixels = block_pixels(image, x, y, kept);
-            scores.extend((0..3).filter_map(|c| score(image, reference, variances, &pixels, c)));
+            let all = block_pixels(image, x, y);
+            let pixels: Vec<usize> = all.iter().copied().filter(|&i| kept[i]).collect();
+            let whole = pixels.len() == all.len();
+            scores.extend((0..3).filter_map(|c| {
+                let variances = noises
+                    .each_ref()
+                    .map(|noise| noise.of_sum(&pixels, whole, c));
+                score(image, reference, variances, &pixels, c)
+            }));
         }
     }
     Some(summary(&scores))
 }
 
-fn block_pixels(frame: &Frame, x0: usize, y0: usize, kept: &[bool]) -> Vec<usize> {
+fn block_pixels(frame: &Frame, x0: usize, y0: usize) -> Vec<usize> {
     let rows = y0..(y0 + BLOCK).min(frame.height);
     let columns = x0..(x0 + BLOCK).min(frame.width);
     let all = rows.flat_map(|y| columns.clone().map(move |x| y * frame.width + x));
-    all.filter(|&i| kept[i]).collect()
+    all.collect()
+}
+
+/// What is known of the noise of one image.
+struct Noise<'f> {
+    pixels: &'f [[f32; 3]],
+    /// Variance of the means of blocks, and the degrees of freedom behind it.
+    blocks: Option<(&'f [[f32; 3]], f64)>,
+}
+
+/// A variance, and the degrees of freedom behind it.
+#[derive(Clone, Copy)]
+struct Variance {
+    value: f64,
+    freedom: f64,
+}
+
+impl<'f> Noise<'f> {
+    fn of(frame: &'f Frame) -> Option<Self> {
+        let blocks = match &frame.together {
+            Together::Unknown => return None,
+            Together::Not => None,
+            Together::Known { blocks, mean } => {
+                Some((blocks.as_slice(), f64::from(mean.batches) - 1.0))
+            }
+        };
+        Some(Noise {
+            pixels: frame.variance.as_deref()?,
+            blocks,
+        })
+    }
+
+    /// Of the sum over pixels of a block, which may be the whole of it. Of a part, only the variances of pixels are known.
+    fn of_sum(&self, pixels: &[usize], whole: bool, c: usize) -> Variance {
+        if let (Some((blocks, freedom)), Some(&first), true) = (self.blocks, pixels.first(), whole)
+        {
+            let value = (pixels.len() as f64).powi(2) * f64::from(blocks[first][c]);
+            return Variance { value, freedom };
+        }
+        Variance {
+            value: pixels.iter().map(|&i| f64::from(self.pixels[i][c])).sum(),
+            freedom: f64::INFINITY,
+        }
+    }
+}
+
+impl Variance {
+    /// Of the difference of two independent values (Welch, "The generalization of `Student's' problem", Biometrika 1947).
+    fn of_difference([a, b]: [Variance; 2]) -> Variance {
+        let value = a.value + b.value;
+        let spread = a.value.powi(2) / a.freedom + b.value.powi(2) / b.freedom;
+        let freedom = if spread > 0.0 {
+            value.powi(2) / spread
+        } else {
+            f64::INFINITY
+        };
+        Variance { value, freedom }
+    }
+}
+
+/// The normal variable that is as rare as Student's `t` (Wallace, "Bounds on normal approximations to Student's and the chi-square
+/// distributions", Ann. Math. Stat. 1959, eq. 4.2; within 2 % from 3 degrees of freedom on).
+fn normal(t: f64, freedom: f64) -> f64 {
+    if freedom > 1e6 {
+        return t;
+    }
+    let n = freedom;
+    let z = (8.0 * n + 1.0) / (8.0 * n + 3.0) * (n * (t * t / n).ln_1p()).sqrt();
+    z.copysign(t)
 }
 
 /// Of one block in one channel. The number of pixels cancels: Σ(x - r) / sqrt(Σ var). `None` if both images are the same there and
@@ -55,17 +129,20 @@ fn block_pixels(frame: &Frame, x0: usize, y0: usize, kept: &[bool]) -> Vec<usize
 fn score(
     image: &Frame,
     reference: &Frame,
-    variances: (&[[f32; 3]], &[[f32; 3]]),
+    variances: [Variance; 2],
     pixels: &[usize],
     c: usize,
 ) -> Option<f64> {
     let sum = |term: &dyn Fn(usize) -> f64| pixels.iter().map(|&i| term(i)).sum::<f64>();
     let value = |frame: &Frame, i: usize| f64::from(frame.rgb[i][c]);
     let difference = sum(&|i| value(image, i) - value(reference, i));
-    let variance = sum(&|i| f64::from(variances.0[i][c]) + f64::from(variances.1[i][c]));
+    let variance = Variance::of_difference(variances);
     // Rounding goes the same way in pixels of the same value, so it is summed before it is squared.
     let rounding = ROUNDING * sum(&|i| value(image, i).abs().max(value(reference, i).abs()));
-    (difference != 0.0 || variance > 0.0).then(|| difference / variance.sqrt().hypot(rounding))
+    (difference != 0.0 || variance.value > 0.0).then(|| {
+        let t = difference / variance.value.sqrt().hypot(rounding);
+        normal(t, variance.freedom)
+    })
 }
 
 fn summary(scores: &[f64]) -> BlockScores {
@@ -86,6 +163,7 @@ fn summary(scores: &[f64]) -> BlockScores {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::noise::MeanNoise;
 
     fn frame(width: usize, height: usize, value: f32, variance: Option<f32>) -> Frame {
         let count = width * height;
@@ -94,6 +172,7 @@ mod tests {
             height,
             rgb: vec![[value; 3]; count],
             variance: variance.map(|v| vec![[v; 3]; count]),
+            together: Together::Not,
             emission: None,
         }
     }
@@ -109,6 +188,49 @@ mod tests {
         assert!((scores.mean - expected.iter().sum::<f64>() / 4.0).abs() < 1e-9);
         assert!((scores.largest - 4.0).abs() < 1e-9);
         assert_eq!(scores.share_beyond_3, 0.25);
+    }
+
+    #[test]
+    fn noise_in_common_counts_whole() {
+        let reference = frame(8, 8, 1.0, Some(0.0));
+        let mut image = frame(8, 8, 1.5, Some(0.01));
+        let mean = MeanNoise {
+            batches: 11,
+            beauty: [0.0; 3],
+            without_emission: [0.0; 3],
+        };
+        let blocks = vec![[0.04; 3]; 64];
+        image.together = Together::Known { blocks, mean };
+        // 2.5 standard deviations by 10 degrees of freedom: 3.1 % of all are farther off, as beyond 2.15 of a normal variable.
+        let scores = block_scores(&image, &reference, &[true; 64]).unwrap();
+        assert!((scores.mean - 2.15).abs() < 0.01, "{scores:?}");
+        // A part of the block is judged by its pixels: 0.5 / (0.1 / sqrt(63)).
+        let mut kept = [true; 64];
+        kept[5] = false;
+        let scores = block_scores(&image, &reference, &kept).unwrap();
+        assert!(
+            (scores.mean - 5.0 * 63f64.sqrt()).abs() < 1e-6,
+            "{scores:?}"
+        );
+        image.together = Together::Unknown;
+        assert_eq!(block_scores(&image, &reference, &[true; 64]), None);
+    }
+
+    /// Quantiles of Student's distribution from tables: two-sided 0.27 % and 5 %.
+    #[test]
+    fn as_rare_as_a_normal_variable() {
+        for (freedom, t, z) in [
+            (4.0, 6.62, 3.0),
+            (7.0, 4.53, 3.0),
+            (20.0, 3.42, 3.0),
+            (4.0, 2.776, 1.96),
+            (7.0, 2.365, 1.96),
+            (20.0, 2.086, 1.96),
+        ] {
+            assert!((normal(t, freedom) / z - 1.0).abs() < 0.02, "{freedom} {t}");
+            assert_eq!(normal(-t, freedom), -normal(t, freedom));
+        }
+        assert_eq!(normal(3.0, f64::INFINITY), 3.0);
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! The part of an image file that comparisons need.
 
+use crate::noise::{self, MeanNoise};
 use manylight_io::image::Picture;
 use std::fmt;
 
@@ -14,8 +15,26 @@ pub(crate) struct Frame {
     pub(crate) rgb: Vec<[f32; 3]>,
     /// Variance of the mean; `None` if the file has none, or says that it is unknown.
     pub(crate) variance: Option<Vec<[f32; 3]>>,
+    /// How means over many pixels vary.
+    pub(crate) together: Together,
     /// Light of emitters seen directly or along specular chains.
     pub(crate) emission: Option<Vec<[f32; 3]>>,
+}
+
+/// How the noise of pixels goes together.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Together {
+    /// Not at all: each pixel has its own.
+    Not,
+    /// Pixels have noise in common, but how much is not known.
+    Unknown,
+    /// So much.
+    Known {
+        /// Variance of the mean over its 8x8 block, for each pixel.
+        blocks: Vec<[f32; 3]>,
+        /// Over the picture.
+        mean: MeanNoise,
+    },
 }
 
 /// An image without the color channels that are asked for.
@@ -57,6 +76,13 @@ impl Frame {
             variance: match layer {
                 None => self::rgb(picture, "variance.").filter(known),
                 Some(_) => None,
+            },
+            together: match self::rgb(picture, "block_variance.") {
+                None => Together::Not,
+                Some(blocks) => match noise::read(picture) {
+                    Some(mean) if known(&blocks) => Together::Known { blocks, mean },
+                    _ => Together::Unknown,
+                },
             },
             emission: self::rgb(picture, "emission."),
         })
@@ -160,6 +186,32 @@ mod tests {
                 .to_string()
                 .contains("depth.Z")
         );
+    }
+
+    #[test]
+    fn noise_in_common_is_known_from_two_batches_on() {
+        let with = |batches: &str, v| {
+            let rgb = [("R", 1.0), ("G", 1.0), ("B", 1.0)];
+            let blocks = ["R", "G", "B"].map(|c| (format!("block_variance.{c}"), v));
+            let blocks: Vec<(&str, f32)> = blocks.iter().map(|(n, v)| (n.as_str(), *v)).collect();
+            let mut picture = picture(&[rgb.as_slice(), &blocks].concat());
+            picture.metadata = [
+                ("batches", batches.to_string()),
+                ("variance_of_mean", [v; 3].map(|v| v.to_string()).join(" ")),
+                ("variance_of_mean.without_emission", "0 0.5 1e-3".into()),
+            ]
+            .map(|(name, value)| (name.to_string(), value))
+            .to_vec();
+            Frame::new(&picture, None).unwrap().together
+        };
+        assert_eq!(with("1", f32::INFINITY), Together::Unknown);
+        let mean = MeanNoise {
+            batches: 3,
+            beauty: [0.25; 3],
+            without_emission: [0.0, 0.5, 0.001],
+        };
+        let blocks = vec![[0.25; 3]; 2];
+        assert_eq!(with("3", 0.25), Together::Known { blocks, mean });
     }
 
     #[test]

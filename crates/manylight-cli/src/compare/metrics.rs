@@ -1,6 +1,7 @@
 //! Error measures over the pixels that are kept. `x` is the image, `r` the reference, `m` the mean of `r`.
 
 use super::Frame;
+use super::frame::Together;
 use serde::Serialize;
 
 /// Error measures; averages are over pixels and channels.
@@ -41,12 +42,12 @@ pub(crate) struct Means {
     pub(crate) ratio_standard_error: [Option<f64>; 3],
 }
 
-/// What the error measures would be on average if both images had the same expectation.
+/// What noise adds to the error measures on average: all of it if both images have the same expectation. `v` is var x + var r, or var r alone.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct NoiseFloor {
-    /// Mean of var x + var r.
+    /// Mean of v.
     pub(crate) mse: f64,
-    /// Mean of (var x + var r) / (r² + 0.01 m²).
+    /// Mean of v / (r² + 0.01 m²).
     pub(crate) relmse: f64,
 }
 
@@ -118,20 +119,16 @@ fn pixel_error(image: &Frame, reference: &Frame, kept: &[bool], m: f64) -> Quant
     }
 }
 
-/// Means of both images.
-pub(crate) fn means(image: &Frame, reference: &Frame, kept: &[bool]) -> Means {
+/// Means of both images. `emitters`: whether pixels where emitters are seen are among those that are kept.
+pub(crate) fn means(image: &Frame, reference: &Frame, kept: &[bool], emitters: bool) -> Means {
     let mean = std::array::from_fn(|c| channel_mean(&image.rgb, kept, c));
     let reference_mean = std::array::from_fn(|c| channel_mean(&reference.rgb, kept, c));
     let ratio = |c: usize| (reference_mean[c] != 0.0).then(|| mean[c] / reference_mean[c]);
-    let count = kept.iter().filter(|&&k| k).count().max(1) as f64;
     // The ratio q of two independent means: var q = (var x + q² var r) / r².
     let standard_error = |c: usize| {
-        let (q, variances) = (
-            ratio(c)?,
-            image.variance.as_ref().zip(reference.variance.as_ref())?,
-        );
-        let of_mean = |variance: &[[f32; 3]]| channel_mean(variance, kept, c) / count;
-        let variance = of_mean(variances.0) + q * q * of_mean(variances.1);
+        let q = ratio(c)?;
+        let variance = variance_of_mean(image, kept, emitters, c)?
+            + q * q * variance_of_mean(reference, kept, emitters, c)?;
         Some(variance.sqrt() / reference_mean[c].abs())
     };
     Means {
@@ -139,6 +136,23 @@ pub(crate) fn means(image: &Frame, reference: &Frame, kept: &[bool]) -> Means {
         reference_mean,
         ratio_of_means: std::array::from_fn(ratio),
         ratio_standard_error: std::array::from_fn(standard_error),
+    }
+}
+
+/// Variance of the mean over the pixels that are kept; `None` if it is not known.
+fn variance_of_mean(frame: &Frame, kept: &[bool], emitters: bool, c: usize) -> Option<f64> {
+    let count = kept.iter().filter(|&&k| k).count().max(1) as f64;
+    match &frame.together {
+        Together::Unknown => None,
+        Together::Not => Some(channel_mean(frame.variance.as_ref()?, kept, c) / count),
+        Together::Known { mean, .. } => {
+            let of_all = if emitters {
+                mean.beauty
+            } else {
+                mean.without_emission
+            };
+            Some(of_all[c] * (kept.len() as f64 / count).powi(2))
+        }
     }
 }
 
@@ -155,21 +169,37 @@ fn channel_mean(values: &[[f32; 3]], kept: &[bool], c: usize) -> f64 {
 /// What noise alone gives; `None` unless both variances are known.
 pub(crate) fn noise_floor(image: &Frame, reference: &Frame, kept: &[bool]) -> Option<NoiseFloor> {
     let (a, b) = image.variance.as_ref().zip(reference.variance.as_ref())?;
-    let m = mean_of(reference, kept);
     let variance = |(i, c): (usize, usize)| f64::from(a[i][c]) + f64::from(b[i][c]);
+    Some(floor_of(variance, reference, kept))
+}
+
+/// What the noise of the reference alone gives, whatever the image; `None` unless its variance is known.
+pub(crate) fn reference_noise(reference: &Frame, kept: &[bool]) -> Option<NoiseFloor> {
+    let variance = reference.variance.as_ref()?;
+    let of_value = |(i, c): (usize, usize)| f64::from(variance[i][c]);
+    Some(floor_of(of_value, reference, kept))
+}
+
+fn floor_of(
+    variance: impl Fn((usize, usize)) -> f64,
+    reference: &Frame,
+    kept: &[bool],
+) -> NoiseFloor {
+    let m = mean_of(reference, kept);
     let relative = |(i, c): (usize, usize)| {
         let r = f64::from(reference.rgb[i][c]);
         share(variance((i, c)), r * r + RELMSE_FLOOR * m * m)
     };
-    Some(NoiseFloor {
-        mse: average(values(kept).map(variance)),
+    NoiseFloor {
+        mse: average(values(kept).map(&variance)),
         relmse: average(values(kept).map(relative)),
-    })
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::noise::MeanNoise;
 
     fn frame(pixels: &[[f32; 3]], variance: Option<f32>) -> Frame {
         Frame {
@@ -177,6 +207,7 @@ mod tests {
             height: 1,
             rgb: pixels.to_vec(),
             variance: variance.map(|v| vec![[v; 3]; pixels.len()]),
+            together: Together::Not,
             emission: None,
         }
     }
@@ -209,7 +240,10 @@ mod tests {
             (e.mse, e.relmse, e.mape, e.smape, e.psnr),
             (0.0, 0.0, 0.0, 0.0, None)
         );
-        assert_eq!(means(&black, &black, &[true; 2]).ratio_of_means, [None; 3]);
+        assert_eq!(
+            means(&black, &black, &[true; 2], true).ratio_of_means,
+            [None; 3]
+        );
     }
 
     #[test]
@@ -219,7 +253,7 @@ mod tests {
         let kept = [true, false];
         assert_eq!(errors(&image, &reference, &kept).mse, 0.0);
         assert_eq!(
-            means(&image, &reference, &kept).ratio_of_means,
+            means(&image, &reference, &kept, true).ratio_of_means,
             [Some(1.0); 3]
         );
     }
@@ -228,7 +262,7 @@ mod tests {
     fn ratio_of_means_and_its_standard_error() {
         let reference = frame(&[[2.0, 4.0, 8.0]; 4], Some(0.5));
         let image = frame(&[[1.0, 4.0, 16.0]; 4], Some(1.0));
-        let means = means(&image, &reference, &[true; 4]);
+        let means = means(&image, &reference, &[true; 4], true);
         assert_eq!(means.ratio_of_means, [Some(0.5), Some(1.0), Some(2.0)]);
         // Channel 0: variances of the means of 4 pixels are 1/4 and 1/8; sqrt(1/4 + 0.25 / 8) / 2.
         assert_close(
@@ -237,5 +271,32 @@ mod tests {
         );
         let floor = noise_floor(&image, &reference, &[true; 4]).unwrap();
         assert_close(floor.mse, 1.5);
+        let own = reference_noise(&reference, &[true; 4]).unwrap();
+        assert_close(own.mse, 0.5);
+        let m2 = (14.0 / 3.0f64).powi(2);
+        let weights = [2.0, 4.0, 8.0].map(|r: f64| 1.0 / (r * r + 0.01 * m2));
+        assert_close(own.relmse, 0.5 * weights.iter().sum::<f64>() / 3.0);
+    }
+
+    #[test]
+    fn noise_in_common_does_not_average_out() {
+        let reference = frame(&[[2.0, 4.0, 8.0]; 4], Some(0.0));
+        let mut image = frame(&[[1.0, 4.0, 16.0]; 4], Some(1.0));
+        let mean = MeanNoise {
+            batches: 5,
+            beauty: [0.36; 3],
+            without_emission: [0.09; 3],
+        };
+        let blocks = vec![[1.0; 3]; 4];
+        image.together = Together::Known { blocks, mean };
+        let error = |image: &Frame, kept: &[bool], emitters| {
+            means(image, &reference, kept, emitters).ratio_standard_error[0]
+        };
+        assert_close(error(&image, &[true; 4], true).unwrap(), 0.3);
+        // All of it is in the half that is left.
+        let half = [true, true, false, false];
+        assert_close(error(&image, &half, false).unwrap(), 0.3);
+        image.together = Together::Unknown;
+        assert_eq!(error(&image, &half, false), None);
     }
 }

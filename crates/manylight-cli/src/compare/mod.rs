@@ -9,7 +9,7 @@ pub(crate) use frame::Frame;
 pub(crate) use table::table;
 
 use blocks::{BlockScores, block_scores};
-use metrics::{Errors, Means, NoiseFloor, errors, means, noise_floor};
+use metrics::{Errors, Means, NoiseFloor, errors, means, noise_floor, reference_noise};
 use serde::Serialize;
 
 /// Everything known about one image against the reference.
@@ -30,6 +30,9 @@ pub(crate) struct Comparison {
     /// What noise alone would give; absent unless both variances are known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) noise_floor: Option<NoiseFloor>,
+    /// The part of it that is the reference's; absent unless its variance is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) reference_noise: Option<NoiseFloor>,
     /// z-scores of 8x8 blocks; absent unless both variances are known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) blocks: Option<BlockScores>,
@@ -65,8 +68,9 @@ pub(crate) fn compare(name: String, image: &Frame, reference: &Frame) -> Compari
         pixels,
         non_finite_pixels: finite.len() - pixels,
         errors: errors(image, reference, &finite),
-        means: means(image, reference, &finite),
+        means: means(image, reference, &finite, true),
         noise_floor: noise_floor(image, reference, &finite),
+        reference_noise: reference_noise(reference, &finite),
         blocks: block_scores(image, reference, &finite),
         without_emitters: without_emitters(image, reference, &finite),
     }
@@ -82,7 +86,7 @@ fn without_emitters(image: &Frame, reference: &Frame, finite: &[bool]) -> Option
     Some(WithoutEmitters {
         pixels: kept.iter().filter(|&&k| k).count(),
         errors: errors(image, reference, &kept),
-        means: means(image, reference, &kept),
+        means: means(image, reference, &kept, false),
         blocks: block_scores(image, reference, &kept),
     })
 }

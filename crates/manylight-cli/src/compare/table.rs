@@ -35,6 +35,9 @@ pub(crate) fn table(reference: &str, comparisons: &[Comparison]) -> String {
     row("  standard error", &|c| known(c.means.ratio_standard_error));
     row("noise MSE", &|c| c.noise_floor.map(|n| figure(n.mse)));
     row("noise relMSE", &|c| c.noise_floor.map(|n| figure(n.relmse)));
+    row("  of the reference", &|c| {
+        c.reference_noise.map(|n| figure(n.relmse))
+    });
     row("blocks |z| > 3", &|c| {
         c.blocks.map(|b| percent(b.share_beyond_3))
     });
@@ -126,6 +129,7 @@ fn aligned(rows: &[Vec<String>]) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::frame::Together;
     use super::super::{Frame, compare};
     use super::*;
 
@@ -135,6 +139,7 @@ mod tests {
             height: 8,
             rgb: vec![[value; 3]; 64],
             variance: Some(vec![[0.01; 3]; 64]),
+            together: Together::Not,
             emission: None,
         }
     }

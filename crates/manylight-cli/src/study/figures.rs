@@ -116,10 +116,10 @@ impl Figure {
     pub(super) fn value(self, record: &Record) -> Option<f64> {
         let lights = record.told("/counts/lights").filter(|&n| n > 0.0);
         match self {
-            Figure::Relmse => record.metric("/relmse"),
-            Figure::RootRelmse => record.metric("/relmse").map(f64::sqrt),
-            Figure::Mse => record.metric("/mse"),
-            Figure::Rmse => record.metric("/mse").map(f64::sqrt),
+            Figure::Relmse => own_error(record, "relmse"),
+            Figure::RootRelmse => own_error(record, "relmse").map(f64::sqrt),
+            Figure::Mse => own_error(record, "mse"),
+            Figure::Rmse => own_error(record, "mse").map(f64::sqrt),
             Figure::Smape => record.metric("/smape"),
             Figure::RatioOfMeans => worst_ratio(record).map(|(ratio, _)| ratio),
             Figure::BlocksBeyond3 => record.metric("/blocks/share_beyond_3"),
@@ -175,6 +175,13 @@ impl Figure {
             },
         }
     }
+}
+
+/// A squared error without what the noise of the reference adds; 0 if nothing is left.
+fn own_error(record: &Record, name: &str) -> Option<f64> {
+    let of_reference = record.metric(&format!("/reference_noise/{name}"));
+    let all = record.metric(&format!("/{name}"))?;
+    Some((all - of_reference.unwrap_or(0.0)).max(0.0))
 }
 
 /// The ratio of means that is furthest from 1, with its standard error where that is known.

@@ -21,7 +21,7 @@ pub(crate) fn page(plan: &Plan, runs: &[Run], results: &Results, command: &str) 
         text: String::new(),
     };
     page.head(runs, command);
-    page.scenes();
+    page.scenes(runs);
     page.methods();
     for task in &plan.tasks {
         page.task(task);
@@ -81,24 +81,34 @@ impl Page<'_> {
         );
     }
 
-    fn scenes(&mut self) {
+    fn scenes(&mut self, runs: &[Run]) {
         self.paragraph("## Scenes");
-        let head = ["scene", "file", "size", "longest path"];
+        let head = ["scene", "file", "size", "longest path", "reference's noise"];
         let mut table = Table::new(head.map(String::from));
         for scene in &self.plan.scenes {
             let depth = match scene.max_depth {
                 -1 => "no limit".into(),
                 depth => depth.to_string(),
             };
+            let of_scene = runs.iter().filter(|run| run.scene.name == scene.name);
+            let noise = (of_scene.filter_map(|run| self.results.get(&run.key())))
+                .find_map(|record| record.metric("/reference_noise/relmse"))
+                .map_or("-".into(), |relmse| {
+                    format!("{} %", number(100.0 * relmse.sqrt()))
+                });
             let cells = [
                 &scene.title,
                 &format!("`{}`", scene.file),
                 &scene.size,
                 &depth,
+                &noise,
             ];
             table.push(cells.map(Cell::plain));
         }
         self.table(&table);
+        self.paragraph(
+            "The noise of a reference is the root of the relMSE that it has by itself. Squared errors below are without it.",
+        );
     }
 
     fn methods(&mut self) {

@@ -1,10 +1,12 @@
-//! Where samples end up: per-pixel sums over passes, with the variance of their mean.
+//! Where samples end up: per-pixel sums over passes, with the variance of their mean, and that of means over tiles and the picture.
 //!
 //! A sample touches exactly one pixel (filters are importance-sampled), so tiles never overlap and any thread count gives
 //! the same bits. A pass is kept aside until it is complete: a cancelled pass leaves no trace.
 
+mod batches;
 pub mod filter;
 
+use batches::{BatchCounts, BatchMoments};
 pub use filter::{Filter, FilterSampler, Window};
 
 use crate::color::Rgb;
@@ -177,6 +179,9 @@ pub struct Film {
     layers: Vec<Layer>,
     tiles: Vec<TileSums>,
     passes: u32,
+    /// Batches that are over, and what is known from them about the picture: the whole, and all but what emitters show of themselves.
+    batches: BatchCounts,
+    picture: [BatchMoments; 2],
 }
 
 #[derive(Debug)]
@@ -185,6 +190,10 @@ struct TileSums {
     pass: Vec<Rgb>,
     sums: Vec<[f64; 3]>,
     squares: Vec<[f64; 3]>,
+    /// Of the batch under way, over pixels: the beauty, and all of it but the emission.
+    batch: [[f64; 3]; 2],
+    /// Of the beauty over the batches before.
+    moments: BatchMoments,
 }
 
 impl Film {
@@ -211,6 +220,8 @@ impl Film {
                     pass: vec![Rgb::BLACK; pixels * layers.len()],
                     sums: vec![[0.0; 3]; pixels * layers.len()],
                     squares: vec![[0.0; 3]; pixels],
+                    batch: Default::default(),
+                    moments: BatchMoments::default(),
                 }
             })
             .collect();
@@ -219,6 +230,8 @@ impl Film {
             layers: layers.to_vec(),
             tiles,
             passes: 0,
+            batches: BatchCounts::default(),
+            picture: Default::default(),
         }
     }
 
@@ -254,6 +267,32 @@ impl Film {
         self.tiles.len()
     }
 
+    /// Says that the passes that follow are independent of those before: they make a batch. Passes of one batch may have lights in common,
+    /// so that only the spread over batches tells how far means over many pixels may be off.
+    pub fn begin_batch(&mut self) {
+        let passes = self.passes - self.batches.passes();
+        if passes == 0 {
+            return;
+        }
+        self.batches.add(passes);
+        let mut picture = [[0.0; 3]; 2];
+        for tile in &mut self.tiles {
+            for (sum, part) in picture.iter_mut().zip(tile.batch) {
+                *sum = std::array::from_fn(|c| sum[c] + part[c]);
+            }
+            let [beauty, _] = std::mem::take(&mut tile.batch);
+            tile.moments.add(passes, beauty);
+        }
+        for (moments, sum) in self.picture.iter_mut().zip(picture) {
+            moments.add(passes, sum);
+        }
+    }
+
+    /// Number of batches that are over.
+    pub fn batches(&self) -> u32 {
+        self.batches.count()
+    }
+
     /// Renders one pass: `shade` fills each tile, in parallel. Pixels with a non-finite value are dropped and counted in
     /// `dropped`. When `cancel` turns true before the last tile is done, the pass is discarded and the result is `false`.
     pub fn add_pass(
@@ -280,9 +319,10 @@ impl Film {
         if !complete.reduce(|| true, |a, b| a && b) {
             return false;
         }
+        let emission = slots.of(Layer::Emission);
         self.tiles
             .par_iter_mut()
-            .for_each(|sums| sums.commit(stride, dropped));
+            .for_each(|sums| sums.commit(stride, emission, dropped));
         self.passes += 1;
         true
     }
@@ -308,7 +348,7 @@ impl Film {
         Some(self.collect(|sums, i| sums.sums[i * self.layers.len() + l].map(|v| (v / n) as f32)))
     }
 
-    /// Variance of the mean of the beauty, per pixel and channel, from the spread over passes.
+    /// Variance of the mean of the beauty, per pixel and channel, from the spread over passes: as if these were independent of each other.
     /// Infinite with fewer than two passes: nothing is known then.
     pub fn variance(&self) -> Image {
         let n = f64::from(self.passes);
@@ -321,6 +361,26 @@ impl Film {
                 ((sums.squares[i][c] / n - mean * mean).max(0.0) / (n - 1.0)) as f32
             })
         })
+    }
+
+    /// Variance of the mean of the beauty over each tile, per channel, from the spread over batches that are over: the same in all of its
+    /// pixels. Infinite with fewer than two of them.
+    pub fn block_variance(&self) -> Image {
+        self.collect(|sums, _| {
+            let pixels = f64::from(sums.tile.size.x * sums.tile.size.y);
+            let of_sum = self.batches.variance_of_mean(&sums.moments);
+            of_sum.map(|v| (v / (pixels * pixels)) as f32)
+        })
+    }
+
+    /// The same for the mean over the picture; `emission` says whether the light of emitters seen directly or along specular chains counts.
+    pub fn mean_variance(&self, emission: bool) -> [f64; 3] {
+        let size = self.picture_size().as_dvec2();
+        let pixels = size.x * size.y;
+        let of_sum = self
+            .batches
+            .variance_of_mean(&self.picture[usize::from(!emission)]);
+        of_sum.map(|v| v / (pixels * pixels))
     }
 
     /// Estimated relative error of the beauty: the root of the mean over pixels and channels of
@@ -360,11 +420,17 @@ impl Film {
 }
 
 impl TileSums {
-    fn commit(&mut self, layers: usize, dropped: &AtomicU64) {
+    /// Adds the pass to the sums; `emission` is the place of that layer.
+    fn commit(&mut self, layers: usize, emission: Option<usize>, dropped: &AtomicU64) {
         for (i, pixel) in self.pass.chunks_exact(layers).enumerate() {
             if !pixel.iter().all(|v| v.is_finite()) {
                 dropped.fetch_add(1, Ordering::Relaxed);
                 continue;
+            }
+            let shown = emission.map_or(Rgb::BLACK, |l| pixel[l]);
+            for (sum, value) in self.batch.iter_mut().zip([pixel[0], pixel[0] - shown]) {
+                let value = value.to_array().map(f64::from);
+                *sum = std::array::from_fn(|c| sum[c] + value[c]);
             }
             for (l, value) in pixel.iter().enumerate() {
                 for (c, v) in value.to_array().into_iter().enumerate() {
@@ -479,6 +545,54 @@ mod tests {
                 .iter()
                 .all(|v| (v - 5.0 / 12.0).abs() < 1e-4)
         );
+    }
+
+    #[test]
+    fn means_over_pixels_vary_from_batch_to_batch() {
+        let mut film = film();
+        let noise = |p: UVec2| {
+            if (p.x + p.y).is_multiple_of(2) {
+                1.0
+            } else {
+                -1.0
+            }
+        };
+        for light in [0.0, 1.0, 2.0, 3.0] {
+            film.begin_batch();
+            // What pixels have in common stays for a batch; their own cancels, in pairs of pixels and in pairs of passes.
+            add(&mut film, |p| 5.0 + light + noise(p), false);
+            add(&mut film, |p| 5.0 + light - noise(p), false);
+        }
+        assert_eq!(film.batches(), 3);
+        film.begin_batch();
+        assert_eq!(film.batches(), 4);
+        let expected = 5.0 / 12.0;
+        let blocks = film.block_variance();
+        assert!(
+            blocks
+                .data
+                .iter()
+                .all(|v| (v - expected as f32).abs() < 1e-5)
+        );
+        for v in film.mean_variance(true) {
+            assert!((v - expected).abs() < 1e-9, "{v}");
+        }
+        assert_eq!(film.mean_variance(true), film.mean_variance(false));
+    }
+
+    #[test]
+    fn nothing_is_known_of_one_batch() {
+        let mut film = film();
+        film.begin_batch();
+        for _ in 0..2 {
+            assert_eq!(film.batches(), 0);
+            assert!(film.block_variance().data.iter().all(|v| v.is_infinite()));
+            add(&mut film, |_| 1.0, false);
+        }
+        film.begin_batch();
+        film.begin_batch();
+        assert_eq!(film.batches(), 1);
+        assert!(film.mean_variance(true)[0].is_infinite());
     }
 
     #[test]

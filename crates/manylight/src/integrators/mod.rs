@@ -136,6 +136,9 @@ impl<'s> Renderer<'s> {
     /// Adds one pass to `film`; `false` if it was cancelled and dropped. A pass is the same whatever came before it.
     pub fn render_pass(&mut self, run: &PassContext, film: &mut Film) -> bool {
         let (scene, limits) = (self.scene, self.method.limits);
+        if self.begins_batch(run.pass.index) {
+            film.begin_batch();
+        }
         match &self.method.kind {
             MethodKind::Path => path::render_pass(scene, limits, run, film),
             MethodKind::Direct => {
@@ -152,6 +155,14 @@ impl<'s> Renderer<'s> {
                 settings.render_pass(scene, limits, run, &mut self.lights, film)
             }
             MethodKind::PhotonMap(settings) => settings.render_pass(scene, limits, run, film),
+        }
+    }
+
+    /// Whether a pass has no lights in common with those before.
+    fn begins_batch(&self, index: u32) -> bool {
+        match &self.method.kind {
+            MethodKind::ManyLight(settings) => settings.passes_with(index).start == index,
+            _ => true,
         }
     }
 }

@@ -95,6 +95,7 @@ pub fn render(
             break Stop::Budget;
         }
     };
+    film.begin_batch();
     Outcome { film, stop }
 }
 

@@ -1,13 +1,15 @@
 //! From a film to a picture with named layers.
 //!
-//! The variance of the mean is infinite where fewer than two passes were made: nothing is known then, and the file says so.
+//! The variance of the mean is infinite where fewer than two passes were made: nothing is known then, and the file says so. The same holds for
+//! means over blocks, and batches.
 
+use crate::noise;
 use manylight::film::{Film, Layer};
 use manylight::image::Image;
 use manylight_io::image::{Layer as PictureLayer, Picture};
 
-/// All layers of `film`: the beauty first, then its variance, then the others.
-pub(super) fn from_film(film: &Film, metadata: Vec<(String, String)>) -> Picture {
+/// All layers of `film`: the beauty first, then its variances, then the others.
+pub(super) fn from_film(film: &Film, mut metadata: Vec<(String, String)>) -> Picture {
     let size = film.picture_size();
     let mut layers = Vec::new();
     for &layer in film.layers() {
@@ -17,8 +19,11 @@ pub(super) fn from_film(film: &Film, metadata: Vec<(String, String)>) -> Picture
         layers.push(named(layer.name(), channels(layer), &image));
         if layer == Layer::Beauty {
             layers.push(named("variance", &["R", "G", "B"], &film.variance()));
+            let blocks = film.block_variance();
+            layers.push(named("block_variance", &["R", "G", "B"], &blocks));
         }
     }
+    metadata.extend(noise::metadata(film));
     Picture {
         width: size.x as usize,
         height: size.y as usize,
@@ -105,6 +110,9 @@ mod tests {
                 "variance.R",
                 "variance.G",
                 "variance.B",
+                "block_variance.R",
+                "block_variance.G",
+                "block_variance.B",
                 "direct.R",
                 "direct.G",
                 "direct.B",
@@ -117,7 +125,7 @@ mod tests {
         let (row, column) = (7, 10);
         let at = |layer: usize, c: usize| picture.layers[layer].channels[c].1[row * 11 + column];
         assert_eq!(
-            (at(0, 0), at(0, 1), at(2, 2), at(4, 0)),
+            (at(0, 0), at(0, 1), at(3, 2), at(5, 0)),
             (10.0, 7.0, 2.0, 5.0)
         );
         assert!(at(1, 0).is_infinite());

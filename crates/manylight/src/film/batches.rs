@@ -1,0 +1,104 @@
+//! How far means over many pixels may be off, from the spread over batches of passes.
+//!
+//! The mean over all passes is a ratio of sums over batches, of values and of passes; its variance is that of ratio estimators
+//! (Cochran, "Sampling Techniques", 3rd ed., sections 6.4 and 9A.1), corrected so that it is exact for passes that are independent after all:
+//!
+//! ```text
+//! var m ≈ Σ_b (S_b - n_b m)² / (n² - Σ_b n_b²),   m = Σ S_b / n,   n = Σ n_b
+//! ```
+
+/// The batches that are over.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct BatchCounts {
+    count: u32,
+    passes: u32,
+    /// Σ n_b²
+    squares: f64,
+}
+
+/// Sums over batches, per channel; `S_b` is the sum over the passes of a batch.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct BatchMoments {
+    /// Σ S_b
+    sum: [f64; 3],
+    /// Σ S_b²
+    squares: [f64; 3],
+    /// Σ n_b S_b
+    weighted: [f64; 3],
+}
+
+impl BatchCounts {
+    /// How many.
+    pub(super) fn count(self) -> u32 {
+        self.count
+    }
+
+    /// Passes of all of them.
+    pub(super) fn passes(self) -> u32 {
+        self.passes
+    }
+
+    /// One more, of so many passes.
+    pub(super) fn add(&mut self, passes: u32) {
+        self.count += 1;
+        self.passes += passes;
+        self.squares += f64::from(passes).powi(2);
+    }
+
+    /// Variance of the mean over passes; infinite with fewer than two batches.
+    pub(super) fn variance_of_mean(self, moments: &BatchMoments) -> [f64; 3] {
+        if self.count < 2 {
+            return [f64::INFINITY; 3];
+        }
+        let n = f64::from(self.passes);
+        std::array::from_fn(|c| {
+            let m = moments.sum[c] / n;
+            let spread = moments.squares[c] - 2.0 * m * moments.weighted[c] + m * m * self.squares;
+            spread.max(0.0) / (n * n - self.squares)
+        })
+    }
+}
+
+impl BatchMoments {
+    /// A batch of `passes` with this sum over them.
+    pub(super) fn add(&mut self, passes: u32, sum: [f64; 3]) {
+        for (c, s) in sum.into_iter().enumerate() {
+            self.sum[c] += s;
+            self.squares[c] += s * s;
+            self.weighted[c] += f64::from(passes) * s;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::rng::Pcg;
+
+    /// Batches of the sizes that sets of lights have, of independent passes: the variance is right on average.
+    #[test]
+    fn exact_for_independent_passes_in_batches_of_any_size() {
+        let sizes = [1, 1, 2, 4, 8, 8];
+        let mut rng = Pcg::new(21);
+        let trials = 40_000;
+        let (mut told, mut seen) = (0.0, 0.0);
+        for _ in 0..trials {
+            let (mut counts, mut moments) = (BatchCounts::default(), BatchMoments::default());
+            let mut total = 0.0;
+            for passes in sizes {
+                let sum: f64 = (0..passes).map(|_| f64::from(rng.next_f32())).sum();
+                counts.add(passes);
+                moments.add(passes, [sum; 3]);
+                total += sum;
+            }
+            told += counts.variance_of_mean(&moments)[1];
+            seen += (total / 24.0 - 0.5).powi(2);
+        }
+        assert!((told / seen - 1.0).abs() < 0.03, "{told} for {seen}");
+        let expected = f64::from(trials) / (12.0 * 24.0);
+        assert!(
+            (told / expected - 1.0).abs() < 0.02,
+            "{told} for {expected}"
+        );
+    }
+}
