@@ -3,8 +3,8 @@
 use super::PassContext;
 use super::axes::{FluxRule, Placement};
 use super::many_light::ManyLight;
-use crate::maps::density::{IMPORTANCE_NEIGHBORS, importance_at};
-use crate::maps::{KdTree, Neighbors};
+use crate::maps::KdTree;
+use crate::maps::density::NearbyImportance;
 use crate::particles::{Importon, Photon};
 use crate::sampling::Stream;
 use crate::sampling::systematic::{inclusion_probabilities, systematic};
@@ -65,10 +65,10 @@ impl ManyLight {
     }
 }
 
-/// The photons that may become lights: a light at depth m makes paths of at least m + 2 segments.
-pub(super) fn light_carriers(limits: PathLimits, photons: Vec<Photon>) -> Vec<Photon> {
-    let carries = |p: &Photon| limits.allow(u32::from(p.depth) + 2);
-    photons.into_iter().filter(carries).collect()
+/// The photons that may become lights: a light at depth m makes paths of at least m + 2 segments. In the order of the curve.
+pub(super) fn light_carriers(limits: PathLimits, mut photons: Vec<Photon>) -> Vec<Photon> {
+    photons.retain(|p| limits.allow(u32::from(p.depth) + 2));
+    Curve::sorted(&photons)
 }
 
 /// What the paper's placement goes by: how much of each photon reaches the camera, if importance did not depend on direction.
@@ -78,24 +78,18 @@ pub(super) fn importance_times_flux(
     stats: &Stats,
 ) -> Vec<f32> {
     stats.time("importance", || {
-        // Along the curve, each search finds the nodes of the last one in the cache.
-        let order = Curve::around(photons).order(photons);
-        let ask = |found: &mut Neighbors, &j: &u32| {
-            let photon = &photons[j as usize];
-            importance_at(importance, photon.p, photon.n, found) * photon.flux.luminance()
-        };
-        let along_curve: Vec<f32> = order
-            .par_iter()
-            .with_min_len(256)
-            .map_init(|| Neighbors::new(IMPORTANCE_NEIGHBORS), ask)
-            .collect();
-        let mut weights = vec![0.0; photons.len()];
-        for (j, weight) in order.into_iter().zip(along_curve) {
-            weights[j as usize] = weight;
-        }
-        weights
+        // Photons that follow each other are near each other.
+        let weights = photons.par_chunks(RUN).flat_map_iter(|run| {
+            let mut estimates = NearbyImportance::new(importance);
+            run.iter()
+                .map(move |photon| estimates.at(photon.p, photon.n) * photon.flux.luminance())
+        });
+        weights.collect()
     })
 }
+
+/// Photons that share estimates of importance; as many whatever the number of threads.
+const RUN: usize = 1024;
 
 /// Photons that may become lights, with what placement goes by and its random numbers.
 pub(super) struct Candidates {

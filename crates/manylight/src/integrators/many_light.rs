@@ -250,7 +250,7 @@ impl ManyLight {
         photons: Vec<Photon>,
         finer: f32,
     ) -> Placed {
-        let photons = light_carriers(limits, photons);
+        let photons = (run.stats).time("lights", || light_carriers(limits, photons));
         let weights: Vec<f32> = match self.placement {
             Placement::Uniform => fluxes(&photons),
             Placement::Importance | Placement::Relaxed(_) => {

@@ -43,6 +43,46 @@ pub fn importance_at(importons: &KdTree<Importon>, p: Vec3, n: Vec3, found: &mut
     sum.max(0.0)
 }
 
+/// [`importance_at`] at places that follow each other: an estimate also serves places that are near beside its bandwidth.
+///
+/// Photons are many times as dense as importons where that matters, so that most searches would give the same.
+#[derive(Debug)]
+pub struct NearbyImportance<'m> {
+    importons: &'m KdTree<Importon>,
+    found: Neighbors,
+    last: Option<(Vec3, Vec3, f32)>,
+}
+
+/// How far an estimate serves, in parts of its bandwidth,
+const SERVED_RADIUS: f32 = 0.2;
+/// and for normals up to acos of this from its own: 8°.
+const SERVED_MIN_COS: f32 = 0.99;
+
+impl<'m> NearbyImportance<'m> {
+    /// Nothing is known yet.
+    pub fn new(importons: &'m KdTree<Importon>) -> Self {
+        NearbyImportance {
+            importons,
+            found: Neighbors::new(IMPORTANCE_NEIGHBORS),
+            last: None,
+        }
+    }
+
+    /// Importance that arrives per area at `p` with normal `n` or near there, in 1/m².
+    pub fn at(&mut self, p: Vec3, n: Vec3) -> f32 {
+        let served = self.last.filter(|&(place, normal, _)| {
+            let radius2 = SERVED_RADIUS * SERVED_RADIUS * self.found.radius_squared();
+            place.distance_squared(p) <= radius2 && normal.dot(n) >= SERVED_MIN_COS
+        });
+        if let Some((_, _, importance)) = served {
+            return importance;
+        }
+        let importance = importance_at(self.importons, p, n, &mut self.found);
+        self.last = Some((p, n, importance));
+        importance
+    }
+}
+
 /// How far an estimate looks.
 #[derive(Clone, Copy, Debug)]
 pub struct Bandwidth {
@@ -172,6 +212,41 @@ mod tests {
             importance_at(&tree, p - Vec3::Z * 0.001, -Vec3::Z, &mut found),
             0.0
         );
+    }
+
+    #[test]
+    fn estimates_serve_their_neighborhood_alone() {
+        let mut rng = Pcg::new(5);
+        // Twice as dense on the right.
+        let place = |rng: &mut Pcg| {
+            let from = if rng.next_f32() < 2.0 / 3.0 { 0.0 } else { 0.5 };
+            let x = from + (1.0 - from) * rng.next_f32();
+            Vec3::new(x, rng.next_f32(), 0.0)
+        };
+        let floor: Vec<Importon> = (0..4000)
+            .map(|_| importon(place(&mut rng), Vec3::Z))
+            .collect();
+        let tree = KdTree::build(floor);
+        let mut served = NearbyImportance::new(&tree);
+        let mut found = Neighbors::new(IMPORTANCE_NEIGHBORS);
+        let (mut sum, mut sum_served, mut searches) = (0.0, 0.0, 0);
+        for i in 0..40_000 {
+            let p = Vec3::new((i / 200) as f32 / 200.0, (i % 200) as f32 / 200.0, 0.0);
+            let own = importance_at(&tree, p, Vec3::Z, &mut found);
+            let near = served.at(p, Vec3::Z);
+            assert!((near / own).ln().abs() < 1.5, "{near} for {own} at {p}");
+            searches += u32::from(near == own);
+            sum += f64::from(own);
+            sum_served += f64::from(near);
+        }
+        assert!(
+            (sum_served / sum - 1.0).abs() < 0.01,
+            "{sum_served} for {sum}"
+        );
+        assert!(searches < 20_000, "{searches}");
+        let p = Vec3::new(0.5, 0.5, 0.0);
+        assert!(served.at(p, Vec3::Z) > 0.0);
+        assert_eq!(served.at(p, -Vec3::Z), 0.0);
     }
 
     #[test]

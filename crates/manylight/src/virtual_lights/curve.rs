@@ -42,15 +42,17 @@ impl Curve {
         (h >> fine) << (fine + 3) | facing(n) << fine | h & ((1 << fine) - 1)
     }
 
-    /// Indices of the photons in the order of the curve.
-    pub fn order(&self, photons: &[Photon]) -> Vec<u32> {
+    /// The photons in the order of the curve through all of them. What then goes through them finds neighbors near in memory.
+    pub fn sorted(photons: &[Photon]) -> Vec<Photon> {
+        let curve = Curve::around(photons);
         let mut keyed: Vec<(u64, u32)> = photons
             .par_iter()
             .enumerate()
-            .map(|(i, photon)| (self.key(photon.p, photon.n), i as u32))
+            .map(|(i, photon)| (curve.key(photon.p, photon.n), i as u32))
             .collect();
         keyed.par_sort_unstable();
-        keyed.into_iter().map(|(_, i)| i).collect()
+        let sorted = keyed.into_par_iter().map(|(_, i)| photons[i as usize]);
+        sorted.collect()
     }
 }
 

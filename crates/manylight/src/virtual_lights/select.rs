@@ -1,7 +1,6 @@
 //! Placement: which photons become lights.
 
 use super::Site;
-use super::curve::Curve;
 use crate::particles::Photon;
 use crate::sampling::systematic::{inclusion_probabilities, systematic};
 
@@ -30,24 +29,22 @@ pub(crate) fn defensive_weights(weights: &[f32], fluxes: &[f32], by_flux: f32) -
 
 /// Keeps `count` photons (or all, if fewer carry flux), each with probability proportional to its weight as far as that is
 /// below 1, with the one random number `u` in [0, 1). Any photon with flux may be kept, whatever its weight.
-/// The sites follow the space-filling curve.
+/// The sites have the order of the photons: if that is the curve's ([`Curve::sorted`](super::curve::Curve::sorted)), they are spread evenly
+/// over each surface.
 ///
 /// `weights[j] >= 0` belongs to `photons[j]`: luminance of the flux, or that times importance.
 pub fn select(photons: &[Photon], weights: &[f32], count: usize, u: f32) -> Vec<Site> {
     assert_eq!(photons.len(), weights.len(), "one weight per photon");
-    let order = Curve::around(photons).order(photons);
-    let along_curve: Vec<f32> = order
-        .iter()
-        .map(|&j| match photons[j as usize].flux.is_black() {
-            true => 0.0,
-            false => weights[j as usize].max(f32::MIN_POSITIVE),
-        })
-        .collect();
-    let probabilities = inclusion_probabilities(&along_curve, count, WEIGHT_FLOOR);
+    let weight = |(photon, &weight): (&Photon, &f32)| match photon.flux.is_black() {
+        true => 0.0,
+        false => weight.max(f32::MIN_POSITIVE),
+    };
+    let weights: Vec<f32> = photons.iter().zip(weights).map(weight).collect();
+    let probabilities = inclusion_probabilities(&weights, count, WEIGHT_FLOOR);
     systematic(&probabilities, u)
         .into_iter()
         .map(|i| Site {
-            photon: order[i],
+            photon: i as u32,
             probability: probabilities[i],
         })
         .collect()
@@ -55,6 +52,7 @@ pub fn select(photons: &[Photon], weights: &[f32], count: usize, u: f32) -> Vec<
 
 #[cfg(test)]
 mod tests {
+    use super::super::curve::Curve;
     use super::super::testing::photons_on_square;
     use super::*;
     use crate::color::Rgb;
@@ -81,7 +79,7 @@ mod tests {
 
     #[test]
     fn sites_follow_the_curve_and_black_photons_are_no_lights() {
-        let mut photons = photons_on_square(3000, 2);
+        let mut photons = Curve::sorted(&photons_on_square(3000, 2));
         for photon in photons.iter_mut().step_by(2) {
             photon.flux = Rgb::BLACK;
         }

@@ -190,7 +190,7 @@ fn bounds_of_intensity_hold() {
 #[test]
 fn with_a_light_at_every_photon_the_partition_is_plain() {
     let scene = floor(rough_plastic(0.3, Rgb::new(0.2, 0.4, 0.1)));
-    let photons = photons_on_floor(&scene, 500, 2);
+    let photons = curve::Curve::sorted(&photons_on_floor(&scene, 500, 2));
     let weights = vec![1.0; photons.len()];
     let sites = select(&photons, &weights, photons.len(), 0.5);
     let plain = LightField::plain(&scene, unlimited(), &photons, &sites);
