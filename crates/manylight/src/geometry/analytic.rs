@@ -4,8 +4,10 @@
 //! computed from their stored parameters are exact to the rounding of the result. The parametrizations are Mitsuba's.
 
 use super::Shape;
+use super::block::BLOCK;
 use crate::math::{Aabb, Affine3A, Frame, Vec2, Vec3};
 use crate::sampling::warp;
+use crate::simd::{Isa, Kernel, Simd};
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 
@@ -101,24 +103,33 @@ impl Analytic {
     pub(super) fn intersect(&self, o: Vec3, d: Vec3, t_max: f32) -> Option<(f32, Vec2)> {
         let o = self.unit_from_world.transform_point3(o.as_dvec3());
         let d = self.unit_from_world.transform_vector3(d.as_dvec3());
-        let candidates = match self.kind {
-            Kind::Disk => [-o.z / d.z; 2],
-            Kind::Sphere => line_and_unit_sphere(o, d)?,
-            Kind::Cylinder => {
-                line_and_unit_sphere(o.truncate().extend(0.0), d.truncate().extend(0.0))?
+        let hits = self.kind.meets(o, d);
+        let first = hits
+            .into_iter()
+            .find(|&t| self.kind.is_hit(o, d, t, t_max))?;
+        let t = (first as f32).max(f32::MIN_POSITIVE);
+        Some((t, self.parameters(o + d * first)))
+    }
+
+    /// Takes from `open` the segments that the shape cuts: bit `j` of element `i` stands for that from `origins[i]` to `targets[j]`.
+    pub(super) fn cut_block(
+        &self,
+        isa: Isa,
+        origins: &[Vec3],
+        targets: &[Vec3],
+        open: &mut [u64; BLOCK],
+    ) {
+        let unit = |p: Vec3| self.unit_from_world.transform_point3(p.as_dvec3());
+        let targets = UnitPoints::new(targets.iter().map(|&p| unit(p)));
+        for (&origin, open) in origins.iter().zip(open) {
+            if *open != 0 {
+                *open &= !isa.run(CutRow {
+                    kind: self.kind,
+                    origin: unit(origin),
+                    targets: &targets,
+                });
             }
-        };
-        let valid = |t: f64| {
-            let q = o + d * t;
-            let inside = match self.kind {
-                Kind::Sphere => true,
-                Kind::Disk => q.truncate().length_squared() <= 1.0,
-                Kind::Cylinder => (0.0..=1.0).contains(&q.z),
-            };
-            (t > 0.0 && (t as f32) < t_max && inside)
-                .then(|| ((t as f32).max(f32::MIN_POSITIVE), self.parameters(q)))
-        };
-        candidates.into_iter().find_map(valid)
+        }
     }
 
     fn parameters(&self, q: DVec3) -> Vec2 {
@@ -260,15 +271,91 @@ pub(super) fn affine_f64(m: &Affine3A) -> DAffine3 {
     }
 }
 
-/// Where the line enters and leaves the unit sphere. Measured from the point of the line that is nearest to the center,
-/// so that a far origin costs no precision.
-fn line_and_unit_sphere(o: DVec3, d: DVec3) -> Option<[f64; 2]> {
+impl Kind {
+    /// Where a line meets the surface that the unit shape is a part of; not a number where it does not.
+    #[inline(always)]
+    fn meets(self, o: DVec3, d: DVec3) -> [f64; 2] {
+        match self {
+            Kind::Disk => [-o.z / d.z; 2],
+            Kind::Sphere => line_and_unit_sphere(o, d),
+            Kind::Cylinder => line_and_unit_sphere(DVec3 { z: 0.0, ..o }, DVec3 { z: 0.0, ..d }),
+        }
+    }
+
+    /// Whether a place where a line meets the surface is on the shape, and `0 < t < t_max`.
+    #[inline(always)]
+    fn is_hit(self, o: DVec3, d: DVec3, t: f64, t_max: f32) -> bool {
+        let q = o + d * t;
+        let inside = match self {
+            Kind::Sphere => true,
+            Kind::Disk => q.x * q.x + q.y * q.y <= 1.0,
+            Kind::Cylinder => (q.z >= 0.0) & (q.z <= 1.0),
+        };
+        // Without branches, so that many are computed at a time.
+        (t > 0.0) & ((t as f32) < t_max) & inside
+    }
+}
+
+/// Where the line enters and leaves the unit sphere; not a number if it does not, or is a point. Measured from the point of the line that
+/// is nearest to the center, so that a far origin costs no precision.
+#[inline(always)]
+fn line_and_unit_sphere(o: DVec3, d: DVec3) -> [f64; 2] {
     let d2 = d.length_squared();
     let middle = -o.dot(d) / d2;
     let rest = 1.0 - (o + d * middle).length_squared();
-    // Not a number for a line that is a point: then nothing is hit.
-    (rest >= 0.0).then(|| {
-        let half = (rest / d2).sqrt();
-        [middle - half, middle + half]
-    })
+    let half = (rest / d2).sqrt();
+    [middle - half, middle + half]
+}
+
+/// Points in the space of a unit shape, by coordinate.
+struct UnitPoints([[f64; BLOCK]; 3]);
+
+impl UnitPoints {
+    /// Of up to [`BLOCK`] points; the rest is at the origin.
+    fn new(points: impl Iterator<Item = DVec3>) -> Self {
+        let mut coordinates = [[0.0; BLOCK]; 3];
+        for (j, p) in points.enumerate() {
+            for (axis, coordinate) in coordinates.iter_mut().zip(p.to_array()) {
+                axis[j] = coordinate;
+            }
+        }
+        UnitPoints(coordinates)
+    }
+}
+
+/// The segments from one point to many that a unit shape cuts, as bits: plain loops, which are vectors of `f64` once compiled.
+struct CutRow<'a> {
+    kind: Kind,
+    origin: DVec3,
+    targets: &'a UnitPoints,
+}
+
+impl Kernel for CutRow<'_> {
+    type Output = u64;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) -> u64 {
+        // Each kind by its own loop.
+        match self.kind {
+            Kind::Sphere => cut_row(Kind::Sphere, self.origin, self.targets),
+            Kind::Disk => cut_row(Kind::Disk, self.origin, self.targets),
+            Kind::Cylinder => cut_row(Kind::Cylinder, self.origin, self.targets),
+        }
+    }
+}
+
+#[inline(always)]
+fn cut_row(kind: Kind, o: DVec3, targets: &UnitPoints) -> u64 {
+    let UnitPoints([x, y, z]) = targets;
+    let mut cut = [0u64; BLOCK];
+    for j in 0..BLOCK {
+        let d = DVec3::new(x[j], y[j], z[j]) - o;
+        let [near, far] = kind.meets(o, d);
+        cut[j] = u64::from(kind.is_hit(o, d, near, 1.0) | kind.is_hit(o, d, far, 1.0));
+    }
+    let mut bits = 0;
+    for (j, cut) in cut.iter().enumerate() {
+        bits |= cut << j;
+    }
+    bits
 }

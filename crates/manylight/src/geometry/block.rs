@@ -1,11 +1,9 @@
 //! Visibility between two groups of points, through surfaces of all kinds.
 
+use super::Shaft;
 use super::layer::{Layer, Member};
-use super::placement::Placement;
 use super::world::{Class, Geometry};
-use super::{Segment, Shaft};
 use crate::math::{Aabb, Vec3};
-use crate::simd::set_bits;
 
 /// Most origins and most targets of a block.
 pub const BLOCK: usize = 64;
@@ -76,7 +74,9 @@ impl Geometry {
         );
         layer.visit_objects_between(&between, |member| match member {
             Member::Analytic(primitive) => {
-                open_past_shape(&self.placements[primitive.index()], ends, &mut open);
+                if let Some(shape) = self.placements[primitive.index()].analytic() {
+                    shape.cut_block(layer.isa(), ends.origins, ends.targets, &mut open);
+                }
             }
             Member::Instance(index) => {
                 let instance = &self.instances[index];
@@ -97,25 +97,5 @@ impl Geometry {
             }
         });
         open
-    }
-}
-
-/// Takes from the open segments those that a shape cuts.
-fn open_past_shape(shape: &Placement, ends: Ends, open: &mut [u64; BLOCK]) {
-    let Some(bounds) = shape.analytic_bounds() else {
-        return;
-    };
-    let targets = Aabb::from_points(ends.targets.iter().copied());
-    for (&from, open) in ends.origins.iter().zip(open) {
-        let origin = Aabb::from_points([from]);
-        if *open == 0 || !Shaft::new(origin, targets).meets(bounds) {
-            continue;
-        }
-        for i in set_bits(*open) {
-            let to = ends.targets[i];
-            if shape.blocks(&Segment { from, to }) {
-                *open &= !(1 << i);
-            }
-        }
     }
 }

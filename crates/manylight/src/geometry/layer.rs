@@ -8,6 +8,7 @@ use crate::ids::PrimitiveId;
 use crate::math::{Aabb, Vec3};
 #[cfg(any(test, feature = "testing"))]
 use crate::simd::Instructions;
+use crate::simd::Isa;
 
 /// What is not triangles.
 #[derive(Clone, Copy, Debug)]
@@ -34,6 +35,11 @@ impl Layer {
 
     pub(super) fn has_objects(&self) -> bool {
         !self.objects.is_empty()
+    }
+
+    /// What its kernels are compiled for.
+    pub(super) fn isa(&self) -> Isa {
+        self.objects.isa()
     }
 
     pub(super) fn bounds(&self) -> Aabb {
@@ -138,8 +144,8 @@ pub(super) struct LayerBuilder {
 
 impl LayerBuilder {
     pub(super) fn add_primitive(&mut self, primitive: PrimitiveId, placement: &Placement) {
-        match placement.analytic_bounds() {
-            Some(bounds) => self.add_member(Member::Analytic(primitive), bounds),
+        match placement.analytic() {
+            Some(shape) => self.add_member(Member::Analytic(primitive), shape.bounds()),
             None => {
                 self.runs.push((self.triangles.len() as u32, primitive));
                 placement.bake(&mut self.triangles);

@@ -216,11 +216,11 @@ impl Placement {
         }
     }
 
-    /// The box of an analytic shape; `None` for meshes.
-    pub(super) fn analytic_bounds(&self) -> Option<Aabb> {
+    /// The shape, if it is not a mesh.
+    pub(super) fn analytic(&self) -> Option<&Analytic> {
         match self {
             Placement::Mesh { .. } => None,
-            Placement::Analytic { shape, .. } => Some(shape.bounds()),
+            Placement::Analytic { shape, .. } => Some(shape),
         }
     }
 

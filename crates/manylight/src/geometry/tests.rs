@@ -5,6 +5,7 @@ use super::*;
 use crate::ids::{MaterialId, PrimitiveId, ShapeId};
 use crate::math::{Affine3A, Mat3, Vec2, Vec3};
 use crate::sampling::{rng::Pcg, warp};
+use crate::simd::Instructions;
 use glam::Quat;
 use std::f32::consts::{PI, TAU};
 
@@ -596,7 +597,14 @@ fn packets_equal_single_segments() {
 
 #[test]
 fn blocks_equal_single_segments() {
-    let geometry = mixed();
+    let mut geometry = mixed();
+    for instructions in Instructions::available() {
+        geometry.use_instructions(instructions);
+        hold_blocks_to_single_segments(&geometry);
+    }
+}
+
+fn hold_blocks_to_single_segments(geometry: &Geometry) {
     let mut random = Random(Pcg::new(7));
     let (mut crossings, mut grazing) = (0, 0);
     for (origins, targets) in [(0, 0), (1, 64), (64, 1), (33, 17), (64, 64)] {

@@ -281,6 +281,11 @@ impl ObjectBvh {
         self.tree.nodes.is_empty()
     }
 
+    /// What the kernels are compiled for.
+    pub(super) fn isa(&self) -> Isa {
+        self.isa
+    }
+
     /// Restricts the kernels to these instructions.
     ///
     /// # Panics

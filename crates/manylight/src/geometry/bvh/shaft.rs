@@ -77,21 +77,6 @@ impl Shaft {
         let met = s.bits(s.le(near, s.add(far, s.splat(SLACK))));
         (near, far, met)
     }
-
-    /// Whether the shaft may meet one box.
-    pub(in crate::geometry) fn meets(&self, bounds: Aabb) -> bool {
-        let (lower, upper) = (bounds.min.to_array(), bounds.max.to_array());
-        let (mut near, mut far) = (0.0f32, 1.0f32);
-        for (plane, bound) in lower.into_iter().chain(upper).enumerate() {
-            let t = bound * self.scale[plane] - self.shift[plane];
-            if self.is_near[plane] {
-                near = near.max(t);
-            } else {
-                far = far.min(t);
-            }
-        }
-        near <= far + SLACK
-    }
 }
 
 fn negligible(a: Aabb, b: Aabb) -> f32 {
