@@ -75,11 +75,6 @@ impl Selection {
     /// Every light.
     pub const ALL: Selection = Selection { first: 0, step: 1 };
 
-    /// One in `step` of these, which one is said by `u` in [0, 1).
-    pub fn one_in(self, step: u32, u: f32) -> Self {
-        self.part((u * step as f32) as u32, step)
-    }
-
     /// These lights are divided among `step` selections; this is the one with index `k < step`.
     pub fn part(self, k: u32, step: u32) -> Self {
         Selection {
@@ -135,9 +130,9 @@ impl From<&ShadingPoint<'_>> for Viewpoint {
 pub enum Owner {
     /// This one.
     Light(LightId),
-    /// None: photons there are lights by themselves, and stand for so much surface, in m².
+    /// None: photons there are lights by themselves.
     Nobody {
-        /// In m².
+        /// Surface that each of them stands for, in m².
         area: f32,
     },
 }

@@ -59,9 +59,7 @@ fn points(scene: &Scene, depths: bool) -> Vec<ShadingPoint<'_>> {
                 max_photon_depth: depths.then_some(i % 3),
                 u: i as f32 / 1000.0 % 1.0,
                 lights: if i % 5 == 0 {
-                    Selection::ALL
-                        .part(i % 2, 2)
-                        .one_in(4, i as f32 / 11.0 % 1.0)
+                    Selection::ALL.part(i % 2, 2).part(i % 11, 4)
                 } else {
                     Selection::ALL
                 },

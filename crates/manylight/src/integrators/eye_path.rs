@@ -9,10 +9,10 @@ use super::smooth_light::{Branch, DIRECTIONS};
 use crate::bsdf::{BsdfNumbers, Lobes};
 use crate::color::Rgb;
 use crate::film::{Layer, TileSamples};
-use crate::gather::{Selection, ShadingPoint};
+use crate::gather::{Selection, ShadingPoint, Strategy};
 use crate::maps::{INCIDENT_NEIGHBORS, Neighbors};
 use crate::math::Vec3;
-use crate::sampling::Sampler;
+use crate::sampling::{Pass, Sampler, Stream};
 use crate::transport::direct::{EmitterSample, LightPlan, found_environment, found_radiance};
 use crate::transport::{Step, Vertex, Walk};
 
@@ -38,6 +38,29 @@ pub(super) struct Gathering<'s> {
     pub(super) broad: f32,
 }
 
+/// One in so many lights is enough where a small part of the light is looked for.
+const FEW: u32 = 8;
+/// Which ones is a choice among so many in turn, the same in all tiles of a pass: points of the same choice go through lights together.
+const FEW_CHOICES: u32 = 4;
+
+/// Hands out few lights.
+struct Few {
+    /// The first choice.
+    first: u32,
+    /// How many choices there are.
+    choices: u32,
+    /// How many times some were handed out.
+    given: u32,
+}
+
+impl Few {
+    fn next(&mut self, lights: Selection) -> Selection {
+        let choice = self.given % self.choices;
+        self.given += 1;
+        lights.part(self.first + choice * (FEW / self.choices), FEW)
+    }
+}
+
 /// What the eye paths of a tile bring.
 pub(super) struct EyePaths<'s, 'o, 't> {
     pub(super) out: &'o mut TileSamples<'t>,
@@ -45,12 +68,24 @@ pub(super) struct EyePaths<'s, 'o, 't> {
     /// Visibility tests.
     pub(super) shadow_rays: u64,
     pub(super) found: Neighbors,
+    few: Few,
 }
 
 impl<'s, 'o, 't> EyePaths<'s, 'o, 't> {
-    /// None so far.
-    pub(super) fn new(out: &'o mut TileSamples<'t>) -> Self {
+    /// None so far, of a pass with the lights of `set`.
+    pub(super) fn new(set: &LightSet, pass: Pass, out: &'o mut TileSamples<'t>) -> Self {
+        let u = pass.sampler(Stream::Selection, 2).next_1d();
+        let choices = match set.gather.strategy {
+            Strategy::All => FEW_CHOICES,
+            // A selection says nothing but the size of a cut.
+            Strategy::Cuts(_) => 1,
+        };
         EyePaths {
+            few: Few {
+                first: (u * FEW as f32) as u32,
+                choices,
+                given: 0,
+            },
             out,
             points: Vec::new(),
             shadow_rays: 0,
@@ -70,8 +105,8 @@ pub(super) struct EyePath<'p, 's, 'o, 't> {
     pub(super) paths: &'p mut EyePaths<'s, 'o, 't>,
     /// In m.
     length: f32,
-    /// Whether this is one of [`SPLIT`] paths.
-    is_split: bool,
+    /// Which of [`SPLIT`] paths this is; `None` before the first specular event.
+    part: Option<u32>,
 }
 
 /// What a walk counts for roulette: its throughput, freed of the η² that refraction puts into radiance.
@@ -97,7 +132,7 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
             pixel,
             paths,
             length: 0.0,
-            is_split: false,
+            part: None,
         }
     }
 
@@ -128,14 +163,15 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
             self.narrow_emission(&v);
             if v.bsdf.lobes().has(Lobes::SMOOTH) {
                 let branch = self.branch();
-                if self.is_split {
-                    let lights = self.lights.one_in(SPLIT, self.sampler.next_1d());
-                    self.smooth_light(&v, branch, lights, DIRECTIONS / SPLIT);
-                } else {
-                    self.smooth_light(&v, branch, self.lights, DIRECTIONS);
+                match self.part {
+                    Some(part) => {
+                        let lights = self.lights.part(part, SPLIT);
+                        self.smooth_light(&v, branch, lights, DIRECTIONS / SPLIT);
+                    }
+                    None => self.smooth_light(&v, branch, self.lights, DIRECTIONS),
                 }
             }
-            if !self.is_split {
+            if self.part.is_none() {
                 return self.split(&v);
             }
             let numbers = self.sampler.next_bsdf();
@@ -150,17 +186,23 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
         if !v.bsdf.lobes().has(Lobes::SPECULAR) {
             return;
         }
-        self.is_split = true;
         self.walk.scale(1.0 / SPLIT as f32);
         let (walk, length) = (self.walk.clone(), self.length);
         let numbers = self.sampler.next_spread();
+        let first = (self.sampler.next_1d() * SPLIT as f32) as u32;
         for i in 0..SPLIT {
             (self.walk, self.length) = (walk.clone(), length);
+            self.part = Some((first + i) % SPLIT);
             let (lobe, direction) = numbers.triple(i);
             if self.follow_specular(v, BsdfNumbers { lobe, direction }) {
                 self.trace();
             }
         }
+    }
+
+    /// Some of the lights of this pass.
+    pub(super) fn few_lights(&mut self) -> Selection {
+        self.paths.few.next(self.lights)
     }
 
     /// What follows from the end of the eye path.

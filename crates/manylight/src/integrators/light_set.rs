@@ -81,7 +81,7 @@ impl<'s> LightSet<'s> {
         out: &mut TileSamples,
     ) {
         let lights = self.selection(run.pass.index);
-        let mut paths = EyePaths::new(out);
+        let mut paths = EyePaths::new(self, run.pass, out);
         for (i, pixel) in paths.out.tile().pixels().enumerate() {
             let mut sampler = run.pass.sampler(Stream::Pixel, positions.index(pixel));
             // Few passes must do: their positions in the pixel are spread, so that edges are smooth.

@@ -32,8 +32,6 @@ use crate::virtual_lights::Spot;
 /// Directions drawn at each gathering point of an eye path, and samples of its emitters: cheap beside the sum over all lights,
 /// and without them their noise would show.
 pub(super) const DIRECTIONS: u32 = 16;
-/// The complement is a small part of the light: one in so many lights is enough for it.
-const FEW: u32 = 8;
 /// Of the directions, so many may go on by specular events: they find bright things in narrow lobes.
 const MIRRORED: f32 = 0.5;
 /// Each with this many times the share of light that it stands for, at most that.
@@ -191,7 +189,7 @@ impl<'s> EyePath<'_, 's, '_, '_> {
             .walk
             .scale(if transmits { 2.0 * missing } else { missing });
         if self.survive(&mut branch, missing) {
-            let few = self.lights.one_in(FEW, self.sampler.next_1d());
+            let few = self.few_lights();
             self.smooth_light(y, branch, few, 1);
         }
     }
@@ -234,7 +232,7 @@ impl<'s> EyePath<'_, 's, '_, '_> {
                 None => return,
             }
             if y.bsdf.lobes().has(Lobes::SMOOTH) {
-                let few = self.lights.one_in(FEW, self.sampler.next_1d());
+                let few = self.few_lights();
                 self.smooth_light(&y, branch.clone(), few, 1);
             }
         }
