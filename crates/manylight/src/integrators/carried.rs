@@ -50,31 +50,36 @@ const LEAST_CHANCE: f32 = 1.0 / 32.0;
 
 /// A photon that came from a smooth surface.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Carried {
+pub(super) struct Reflected {
     photon: Photon,
     /// Where it came from.
     from: Spot,
-    /// The light that stands for light from there.
-    owner: Owner,
     /// `f cosθ` with which that surface reflected light of an emitter, in 1/sr; infinite where directions bring nothing.
     f_cos: Rgb,
+}
+
+/// The same, with the light that stands for light from where it came.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Carried {
+    reflected: Reflected,
+    owner: Owner,
 }
 
 impl Located for Carried {
     #[inline]
     fn position(&self) -> Vec3 {
-        self.photon.p
+        self.reflected.photon.p
     }
 }
 
 impl AsRef<Photon> for Carried {
     fn as_ref(&self) -> &Photon {
-        &self.photon
+        &self.reflected.photon
     }
 }
 
-/// The photons among `photons`, in path order, that bring some of what the clamp takes; without owners.
-pub(super) fn carried(scene: &Scene, photons: &[Photon], complement: Complement) -> Vec<Carried> {
+/// The photons among `photons`, in path order, that bring some of what the clamp takes.
+pub(super) fn carried(scene: &Scene, photons: &[Photon], complement: Complement) -> Vec<Reflected> {
     let of = |j: usize| {
         let before = &photons[parent(photons, j)?];
         let f_cos = match complement {
@@ -82,10 +87,9 @@ pub(super) fn carried(scene: &Scene, photons: &[Photon], complement: Complement)
             Complement::Photons => Rgb::splat(f32::INFINITY),
             Complement::KolligKeller => narrow(scene, before, -photons[j].wi)?,
         };
-        Some(Carried {
+        Some(Reflected {
             photon: photons[j],
             from: Spot::of(before, scene),
-            owner: Owner::Nobody { area: 0.0 },
             f_cos,
         })
     };
@@ -109,38 +113,38 @@ pub(super) fn owned(
     lights: &Lights,
     claims: &Claims,
     selection: Selection,
-    photons: Vec<Carried>,
+    reflected: Vec<Reflected>,
 ) -> KdTree<Carried> {
-    let own = |mut one: Carried| {
-        one.owner = lights.owner(claims.light(scene, &one.from), &one.from);
+    let own = |mut reflected: Reflected| {
+        let owner = lights.owner(claims.light(scene, &reflected.from), &reflected.from);
         let at = Viewpoint {
-            p: one.photon.p,
-            n: one.photon.n,
+            p: reflected.photon.p,
+            n: reflected.photon.n,
             u: 0.5,
             lights: selection,
         };
         let white = |w: Vec3| Rgb::splat(FRAC_1_PI * w.dot(at.n).abs());
-        let missing = gather.missing(lights, &at, &one.from, one.owner, white);
+        let missing = gather.missing(lights, &at, &reflected.from, owner, white);
         let chance = (EFFORT * missing).clamp(LEAST_CHANCE, 1.0);
-        one.photon.flux /= chance;
-        (rng::unit(rng::key(at.p.to_array())) < chance).then_some(one)
+        reflected.photon.flux /= chance;
+        (rng::unit(rng::key(at.p.to_array())) < chance).then_some(Carried { reflected, owner })
     };
-    KdTree::build_ordered(photons.into_par_iter().filter_map(own).collect())
+    KdTree::build_ordered(reflected.into_par_iter().filter_map(own).collect())
 }
 
 impl LightSet<'_> {
     /// What photons bring of the light that the clamp takes away at a gathering point.
     pub(super) fn carried_radiance(&self, point: &Gathering, found: &mut Neighbors) -> Rgb {
         let at = &point.at;
-        self.density_estimate(&self.carried, point, found, |one: &Carried| {
-            let wi = one.photon.wi;
+        self.density_estimate(&self.carried, point, found, |&Carried { reflected, owner }| {
+            let wi = reflected.photon.wi;
             let broad = broad(at.bsdf.f_cos_wi(wi, at.wo, Lobes::SMOOTH));
-            let share = 1.0 - share_of_directions(broad, one.f_cos);
+            let share = 1.0 - share_of_directions(broad, reflected.f_cos);
             if share == 0.0 {
                 return Rgb::BLACK;
             }
             let (gather, lights) = (&self.gather, &self.lights);
-            let missing = gather.missing(lights, &at.into(), &one.from, one.owner, |w| {
+            let missing = gather.missing(lights, &at.into(), &reflected.from, owner, |w| {
                 at.bsdf.f_cos_wi(w, at.wo, Lobes::SMOOTH)
             });
             at.bsdf.f(wi, at.wo, Lobes::SMOOTH) * (share * missing)

@@ -64,25 +64,28 @@ fn scaled(mut b: Builder, scale: f32) -> Builder {
 }
 
 #[test]
-fn meters_and_centimeters_give_the_same_picture() {
+fn any_unit_of_length_gives_the_same_picture() {
     for kind in methods() {
         let render = |scale| {
             film(&scaled(glossy_box(24), scale).build(), kind.clone(), 4, 7)
                 .image(Layer::Beauty)
                 .unwrap()
         };
-        // A power of two keeps every rounding, so the pictures agree almost everywhere.
-        let (meters, scaled) = (render(1.0), render(128.0));
-        let differing = meters
-            .data
-            .iter()
-            .zip(&scaled.data)
-            .filter(|(a, b)| (*a - *b).abs() > 1e-3 * a.abs().max(0.1))
-            .count();
-        assert!(
-            differing * 100 <= meters.data.len(),
-            "{kind:?}: {differing} of {} values differ",
-            meters.data.len()
-        );
+        let meters = render(1.0);
+        // Millimeters and more. A power of two keeps every rounding, so the pictures agree almost everywhere.
+        for scale in [1024.0, 1.0 / 64.0] {
+            let scaled = render(scale);
+            let differing = meters
+                .data
+                .iter()
+                .zip(&scaled.data)
+                .filter(|(a, b)| (*a - *b).abs() > 1e-3 * a.abs().max(0.1))
+                .count();
+            assert!(
+                differing * 100 <= meters.data.len(),
+                "{kind:?} at {scale}: {differing} of {} values differ",
+                meters.data.len()
+            );
+        }
     }
 }
