@@ -136,7 +136,8 @@ impl LightSet<'_> {
     /// What photons bring of the light that the clamp takes away at a gathering point.
     pub(super) fn carried_radiance(&self, point: &Gathering, found: &mut Neighbors) -> Rgb {
         let at = &point.at;
-        self.density_estimate(&self.carried, point, found, |&Carried { reflected, owner }| {
+        self.density_estimate(&self.carried, point, found, |carried: &Carried| {
+            let Carried { reflected, owner } = *carried;
             let wi = reflected.photon.wi;
             let broad = broad(at.bsdf.f_cos_wi(wi, at.wo, Lobes::SMOOTH));
             let share = 1.0 - share_of_directions(broad, reflected.f_cos);
