@@ -115,7 +115,7 @@ fn thinned(
     }
     let mixed = defensive_weights(&weights, &fluxes(&photons), KEPT_BY_FLUX);
     let probabilities = inclusion_probabilities(&mixed, most, 0.0);
-    let kept = systematic(&probabilities, u).into_iter().map(|j| {
+    let kept = systematic(&probabilities, u).into_par_iter().map(|j| {
         let (photon, stands_for) = (photons[j], 1.0 / probabilities[j]);
         let kept = Photon {
             flux: photon.flux * stands_for,

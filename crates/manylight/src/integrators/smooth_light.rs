@@ -22,7 +22,7 @@ use super::light_set::Complement;
 use super::partition::Stage;
 use crate::bsdf::{BsdfNumbers, BsdfSample, Lobes};
 use crate::color::Rgb;
-use crate::gather::{Selection, ShadingPoint};
+use crate::gather::{Owner, Selection, ShadingPoint};
 use crate::maps::IncidentGuide;
 use crate::math::Vec3;
 use crate::transport::direct::{LightPlan, found_environment, found_radiance};
@@ -38,6 +38,12 @@ const MIRRORED: f32 = 0.5;
 const MIRRORED_EFFORT: f32 = 16.0;
 /// The first vertex after a gathering point may go on with this many times the share of light that it stands for, at most 1.
 const SURVIVAL: f32 = 4.0;
+/// Whose the surface is that a direction found takes a search. Only so many times the share of light that it would stand for if it belonged to a
+/// light as large as those around, or one in so many at least, are asked.
+const ASKED_SURFACE: f32 = 4.0;
+const LEAST_ASKED: f32 = 1.0 / 8.0;
+/// That takes a search of its own, which pays for so many directions.
+const ASKING_DIRECTIONS: u32 = 4;
 /// Vertices after that, with that share; at most this.
 const MAX_SURVIVAL: f32 = 0.95;
 /// Caustics that are seen by way of a smooth surface may be blurred by this angle more.
@@ -72,6 +78,9 @@ impl<'s> EyePath<'_, 's, '_, '_> {
         directions: u32,
     ) {
         let at = self.gather_at(v, &branch, lights);
+        let completes = self.set.complement == Complement::KolligKeller;
+        let surface = (completes && directions >= ASKING_DIRECTIONS)
+            .then(|| ASKED_SURFACE * self.set.lights.field.surface_per_light(at.x.p));
         let guide = guide_at(&self.set.incident, v, &mut self.paths.found);
         branch.walk.scale(1.0 / directions as f32);
         let (for_emitters, for_directions) =
@@ -89,7 +98,7 @@ impl<'s> EyePath<'_, 's, '_, '_> {
                 BsdfNumbers { lobe, direction },
                 u,
             );
-            self.follow_smooth(v, sample, branch.clone(), &at);
+            self.follow_smooth(v, sample, branch.clone(), &at, surface);
         }
     }
 
@@ -138,13 +147,14 @@ impl<'s> EyePath<'_, 's, '_, '_> {
     }
 
     /// Goes on from the gathering point `x` on `v` in a direction drawn there: adds the emitter there, or the complement of the
-    /// sum at `x`.
+    /// sum at `x`, around which lights may stand for so much `surface`.
     fn follow_smooth(
         &mut self,
         v: &Vertex<'s>,
         sample: Option<BsdfSample>,
         mut branch: Branch<'s>,
         x: &ShadingPoint<'s>,
+        surface: Option<f32>,
     ) {
         let Some(wi) = sample.map(|sample| sample.w) else {
             return;
@@ -169,13 +179,19 @@ impl<'s> EyePath<'_, 's, '_, '_> {
         }
         if y.bsdf.lobes().has(Lobes::SMOOTH) && self.set.complement == Complement::KolligKeller {
             branch.broad = broad(v.bsdf.f_cos_wi(wi, v.w_prev, Lobes::SMOOTH));
-            self.complement(&y, branch, x);
+            self.complement(&y, branch, x, surface);
         }
     }
 
     /// What the sum over lights at `x` lacks of the light that the smooth lobes at `y` reflect into the branch. A surface that
     /// transmits is lit from both sides, and one is chosen: the lights of each side are others, and the clamp with them.
-    fn complement(&mut self, y: &Vertex<'s>, mut branch: Branch<'s>, x: &ShadingPoint<'s>) {
+    fn complement(
+        &mut self,
+        y: &Vertex<'s>,
+        mut branch: Branch<'s>,
+        x: &ShadingPoint<'s>,
+        surface: Option<f32>,
+    ) {
         let seen = y.x.normal_towards(y.w_prev);
         let transmits = y.bsdf.receiving_normal(y.w_prev).is_none();
         let lit_from = if transmits && self.sampler.next_1d() >= 0.5 {
@@ -184,17 +200,27 @@ impl<'s> EyePath<'_, 's, '_, '_> {
             seen
         };
         branch.lit_from = transmits.then_some(lit_from);
-        let missing = self.missing(x, y, lit_from);
+        let spot = Spot::on(self.set.scene, &y.x, lit_from);
+        let asked = surface.map_or(1.0, |area| {
+            let likely = self.missing(x, &spot, Owner::Nobody { area });
+            (SURVIVAL * likely).clamp(LEAST_ASKED, 1.0)
+        });
+        if asked < 1.0 && !branch.walk.survive(asked, self.sampler.next_1d()) {
+            return;
+        }
+        let set = self.set;
+        let owner = (set.lights).owner(set.claims.light(set.scene, &spot), &spot);
+        let missing = self.missing(x, &spot, owner);
         branch
             .walk
             .scale(if transmits { 2.0 * missing } else { missing });
-        if self.survive(&mut branch, missing) {
+        if self.survive(&mut branch, missing / asked) {
             let few = self.few_lights();
             self.smooth_light(y, branch, few, 1);
         }
     }
 
-    /// Roulette for a branch that goes on with `share` of its light, already counted.
+    /// Roulette for a branch that goes on with `share` of the light that it stood for, already counted.
     fn survive(&mut self, branch: &mut Branch, share: f32) -> bool {
         let survival = if branch.stage == Stage::AfterX {
             (SURVIVAL * share).min(1.0)
@@ -270,12 +296,10 @@ impl<'s> EyePath<'_, 's, '_, '_> {
         }
     }
 
-    /// Share of the light from the given side of `y` that the sum over lights at `x` lacks.
-    fn missing(&self, x: &ShadingPoint, y: &Vertex, lit_from: Vec3) -> f32 {
+    /// Share of the light from `y`, of which `owner` stands for light, that the sum over lights at `x` lacks.
+    fn missing(&self, x: &ShadingPoint, y: &Spot, owner: Owner) -> f32 {
         let set = self.set;
-        let spot = Spot::on(set.scene, &y.x, lit_from);
-        let owner = (set.lights).owner(set.claims.light(set.scene, &spot), &spot);
-        (set.gather).missing(&set.lights, &x.into(), &spot, owner, |w| {
+        (set.gather).missing(&set.lights, &x.into(), y, owner, |w| {
             x.bsdf.f_cos_wi(w, x.wo, Lobes::SMOOTH)
         })
     }
