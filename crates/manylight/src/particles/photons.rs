@@ -24,7 +24,7 @@ pub struct Photon {
     /// Flux times [`Bsdf::diffuse_weight`](crate::bsdf::Bsdf::diffuse_weight) at `wi`: what the diffuse lobes send out, before
     /// their exit term. W.
     pub diffuse_flux: Rgb,
-    /// Position of the previous vertex, for parallax; for distant emitters a point outside the scene.
+    /// Position of the previous vertex; for distant emitters a point outside the scene.
     pub prev: Vec3,
     /// Where on the surface; the scattering function is rebuilt from here.
     pub at: SurfaceRef,

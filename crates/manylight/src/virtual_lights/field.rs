@@ -217,8 +217,12 @@ impl<'s> LightField<'s> {
 
     /// Surface in m² that a light would speak for if a photon at `p`, which no light takes, had become one.
     pub fn stray_area(&self, p: Vec3) -> f32 {
-        let found = &mut Neighbors::new(AREA_NEIGHBORS - 1);
-        self.stray_surface * self.area_per_light(p, 0, found)
+        self.stray_surface * self.surface_per_light(p)
+    }
+
+    /// Surface in m² for each of the lights around `p`.
+    pub fn surface_per_light(&self, p: Vec3) -> f32 {
+        self.area_per_light(p, 0, &mut Neighbors::new(AREA_NEIGHBORS - 1))
     }
 
     /// Median of the surface that lights stand for, in m²; 0 without lights.
@@ -446,12 +450,13 @@ impl<'s, 'p> Maker<'s, 'p> {
         } else {
             WIDE_SOURCES
         };
-        let sources = self.sources(light, count, rng.next_f32());
+        let sources = self.sources(count, rng.next_f32());
         profile_maker.make(&sources, width, light.n, &mut rng)
     }
 
-    /// Draws `count` of the photons, seen from the light's center.
-    fn sources(&self, light: &VirtualLight, count: usize, u: f32) -> Vec<Source<'s>> {
+    /// Draws `count` of the photons. Each arrives from its own direction: seen from the light's center, what shines from near would come from
+    /// elsewhere than to any of its parts.
+    fn sources(&self, count: usize, u: f32) -> Vec<Source<'s>> {
         let own: Vec<(&Photon, f32)> = self.own().collect();
         let weights: Vec<f32> = own.iter().map(|(p, w)| p.flux.luminance() * w).collect();
         let probabilities = inclusion_probabilities(&weights, count, super::select::WEIGHT_FLOOR);
@@ -461,17 +466,10 @@ impl<'s, 'p> Maker<'s, 'p> {
                 let (photon, weight) = own[i];
                 let x = self.scene.surface_point(photon.at);
                 let tilt = |w: Vec3| (w.dot(x.frame.n) / w.dot(x.ng)).abs();
-                // Parallax: the previous vertex shines onto the light's center from where it is.
-                let seen = (photon.prev - light.p).normalize_or_zero();
-                let wi = if seen.dot(photon.n) > 0.0 && tilt(seen) < MAX_TILT {
-                    seen
-                } else {
-                    photon.wi
-                };
-                let kept = (MAX_TILT / tilt(wi)).min(1.0);
+                let kept = (MAX_TILT / tilt(photon.wi)).min(1.0);
                 Source {
                     bsdf: self.scene.bsdf(&x),
-                    wi,
+                    wi: photon.wi,
                     flux: photon.flux * (kept * weight / probabilities[i]),
                 }
             })
