@@ -25,8 +25,11 @@ pub(crate) fn metadata(film: &Film) -> [(String, String); 3] {
     let text = |values: [f64; 3]| values.map(|v| format!("{v:e}")).join(" ");
     [
         (BATCHES, film.batches().to_string()),
-        (BEAUTY, text(film.mean_variance(true))),
-        (WITHOUT_EMISSION, text(film.mean_variance(false))),
+        (BEAUTY, text(film.mean_variance())),
+        (
+            WITHOUT_EMISSION,
+            text(film.mean_variance_without_emission()),
+        ),
     ]
     .map(|(name, value)| (name.to_string(), value))
 }
@@ -85,8 +88,11 @@ mod tests {
         film.begin_batch();
         let noise = read_back(&film).unwrap();
         assert_eq!(noise.batches, 3);
-        assert_eq!(noise.beauty, film.mean_variance(true));
-        assert_eq!(noise.without_emission, film.mean_variance(false));
+        assert_eq!(noise.beauty, film.mean_variance());
+        assert_eq!(
+            noise.without_emission,
+            film.mean_variance_without_emission()
+        );
         // Values 1, 2, 4: sample variance 7/3, of the mean 7/9.
         let expected = [7.0 / 9.0, 0.0, 28.0 / 9.0];
         for (v, expected) in noise.without_emission.into_iter().zip(expected) {

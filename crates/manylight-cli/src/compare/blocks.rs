@@ -1,7 +1,7 @@
 //! z-scores of blocks: is a region biased, beyond what noise explains?
 
 use super::Frame;
-use super::frame::Together;
+use super::frame::Correlation;
 use serde::Serialize;
 
 /// Edge of a block in pixels.
@@ -35,25 +35,36 @@ pub(crate) fn block_scores(image: &Frame, reference: &Frame, kept: &[bool]) -> O
     let mut scores = Vec::new();
     for y in (0..image.height).step_by(BLOCK) {
         for x in (0..image.width).step_by(BLOCK) {
-            let all = block_pixels(image, x, y);
-            let pixels: Vec<usize> = all.iter().copied().filter(|&i| kept[i]).collect();
-            let whole = pixels.len() == all.len();
+            let block = Block::new(image, [x, y], kept);
             scores.extend((0..3).filter_map(|c| {
-                let variances = noises
-                    .each_ref()
-                    .map(|noise| noise.of_sum(&pixels, whole, c));
-                score(image, reference, variances, &pixels, c)
+                let variances = noises.each_ref().map(|noise| noise.of_sum(&block, c));
+                score(image, reference, variances, &block.pixels, c)
             }));
         }
     }
     Some(summary(&scores))
 }
 
-fn block_pixels(frame: &Frame, x0: usize, y0: usize) -> Vec<usize> {
-    let rows = y0..(y0 + BLOCK).min(frame.height);
-    let columns = x0..(x0 + BLOCK).min(frame.width);
-    let all = rows.flat_map(|y| columns.clone().map(move |x| y * frame.width + x));
-    all.collect()
+/// The pixels of one block that are kept.
+struct Block {
+    pixels: Vec<usize>,
+    /// Whether all are.
+    is_whole: bool,
+}
+
+impl Block {
+    /// From the upper left pixel `corner` on.
+    fn new(frame: &Frame, corner: [usize; 2], kept: &[bool]) -> Self {
+        let [x0, y0] = corner;
+        let rows = y0..(y0 + BLOCK).min(frame.height);
+        let columns = x0..(x0 + BLOCK).min(frame.width);
+        let all = rows.flat_map(|y| columns.clone().map(move |x| y * frame.width + x));
+        let (pixels, others): (Vec<usize>, Vec<usize>) = all.partition(|&i| kept[i]);
+        Block {
+            pixels,
+            is_whole: others.is_empty(),
+        }
+    }
 }
 
 /// What is known of the noise of one image.
@@ -72,10 +83,10 @@ struct Variance {
 
 impl<'f> Noise<'f> {
     fn of(frame: &'f Frame) -> Option<Self> {
-        let blocks = match &frame.together {
-            Together::Unknown => return None,
-            Together::Not => None,
-            Together::Known { blocks, mean } => {
+        let blocks = match &frame.correlation {
+            Correlation::Unknown => return None,
+            Correlation::None => None,
+            Correlation::Known { blocks, mean } => {
                 Some((blocks.as_slice(), f64::from(mean.batches) - 1.0))
             }
         };
@@ -85,16 +96,18 @@ impl<'f> Noise<'f> {
         })
     }
 
-    /// Of the sum over pixels of a block, which may be the whole of it. Of a part, only the variances of pixels are known.
-    fn of_sum(&self, pixels: &[usize], whole: bool, c: usize) -> Variance {
-        if let (Some((blocks, freedom)), Some(&first), true) = (self.blocks, pixels.first(), whole)
-        {
-            let value = (pixels.len() as f64).powi(2) * f64::from(blocks[first][c]);
-            return Variance { value, freedom };
-        }
-        Variance {
-            value: pixels.iter().map(|&i| f64::from(self.pixels[i][c])).sum(),
-            freedom: f64::INFINITY,
+    /// Of the sum over pixels of a block. Of a part of one, only the variances of pixels are known.
+    fn of_sum(&self, block: &Block, c: usize) -> Variance {
+        let pixels = &block.pixels;
+        match (self.blocks, pixels.first()) {
+            (Some((blocks, freedom)), Some(&first)) if block.is_whole => Variance {
+                value: (pixels.len() as f64).powi(2) * f64::from(blocks[first][c]),
+                freedom,
+            },
+            _ => Variance {
+                value: pixels.iter().map(|&i| f64::from(self.pixels[i][c])).sum(),
+                freedom: f64::INFINITY,
+            },
         }
     }
 }
@@ -172,7 +185,7 @@ mod tests {
             height,
             rgb: vec![[value; 3]; count],
             variance: variance.map(|v| vec![[v; 3]; count]),
-            together: Together::Not,
+            correlation: Correlation::None,
             emission: None,
         }
     }
@@ -200,7 +213,7 @@ mod tests {
             without_emission: [0.0; 3],
         };
         let blocks = vec![[0.04; 3]; 64];
-        image.together = Together::Known { blocks, mean };
+        image.correlation = Correlation::Known { blocks, mean };
         // 2.5 standard deviations by 10 degrees of freedom: 3.1 % of all are farther off, as beyond 2.15 of a normal variable.
         let scores = block_scores(&image, &reference, &[true; 64]).unwrap();
         assert!((scores.mean - 2.15).abs() < 0.01, "{scores:?}");
@@ -212,7 +225,7 @@ mod tests {
             (scores.mean - 5.0 * 63f64.sqrt()).abs() < 1e-6,
             "{scores:?}"
         );
-        image.together = Together::Unknown;
+        image.correlation = Correlation::Unknown;
         assert_eq!(block_scores(&image, &reference, &[true; 64]), None);
     }
 

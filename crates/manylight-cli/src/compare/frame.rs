@@ -16,19 +16,19 @@ pub(crate) struct Frame {
     /// Variance of the mean; `None` if the file has none, or says that it is unknown.
     pub(crate) variance: Option<Vec<[f32; 3]>>,
     /// How means over many pixels vary.
-    pub(crate) together: Together,
+    pub(crate) correlation: Correlation,
     /// Light of emitters seen directly or along specular chains.
     pub(crate) emission: Option<Vec<[f32; 3]>>,
 }
 
-/// How the noise of pixels goes together.
+/// Whether the noise of pixels is correlated.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Together {
-    /// Not at all: each pixel has its own.
-    Not,
-    /// Pixels have noise in common, but how much is not known.
+pub(crate) enum Correlation {
+    /// It is not: each pixel has its own.
+    None,
+    /// It is, but how much is not known.
     Unknown,
-    /// So much.
+    /// It is, and so much.
     Known {
         /// Variance of the mean over its 8x8 block, for each pixel.
         blocks: Vec<[f32; 3]>,
@@ -77,11 +77,11 @@ impl Frame {
                 None => self::rgb(picture, "variance.").filter(known),
                 Some(_) => None,
             },
-            together: match self::rgb(picture, "block_variance.") {
-                None => Together::Not,
+            correlation: match self::rgb(picture, "block_variance.") {
+                None => Correlation::None,
                 Some(blocks) => match noise::read(picture) {
-                    Some(mean) if known(&blocks) => Together::Known { blocks, mean },
-                    _ => Together::Unknown,
+                    Some(mean) if known(&blocks) => Correlation::Known { blocks, mean },
+                    _ => Correlation::Unknown,
                 },
             },
             emission: self::rgb(picture, "emission."),
@@ -202,16 +202,16 @@ mod tests {
             ]
             .map(|(name, value)| (name.to_string(), value))
             .to_vec();
-            Frame::new(&picture, None).unwrap().together
+            Frame::new(&picture, None).unwrap().correlation
         };
-        assert_eq!(with("1", f32::INFINITY), Together::Unknown);
+        assert_eq!(with("1", f32::INFINITY), Correlation::Unknown);
         let mean = MeanNoise {
             batches: 3,
             beauty: [0.25; 3],
             without_emission: [0.0, 0.5, 0.001],
         };
         let blocks = vec![[0.25; 3]; 2];
-        assert_eq!(with("3", 0.25), Together::Known { blocks, mean });
+        assert_eq!(with("3", 0.25), Correlation::Known { blocks, mean });
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! Error measures over the pixels that are kept. `x` is the image, `r` the reference, `m` the mean of `r`.
 
 use super::Frame;
-use super::frame::Together;
+use super::frame::Correlation;
+use crate::noise::MeanNoise;
 use serde::Serialize;
 
 /// Error measures; averages are over pixels and channels.
@@ -119,17 +120,22 @@ fn pixel_error(image: &Frame, reference: &Frame, kept: &[bool], m: f64) -> Quant
     }
 }
 
-/// Means of both images. `emitters`: whether pixels where emitters are seen are among those that are kept.
-pub(crate) fn means(image: &Frame, reference: &Frame, kept: &[bool], emitters: bool) -> Means {
+/// Means of both images. `variance` picks the one that belongs to the pixels that are kept.
+pub(crate) fn means(
+    image: &Frame,
+    reference: &Frame,
+    kept: &[bool],
+    variance: fn(&MeanNoise) -> [f64; 3],
+) -> Means {
     let mean = std::array::from_fn(|c| channel_mean(&image.rgb, kept, c));
     let reference_mean = std::array::from_fn(|c| channel_mean(&reference.rgb, kept, c));
     let ratio = |c: usize| (reference_mean[c] != 0.0).then(|| mean[c] / reference_mean[c]);
     // The ratio q of two independent means: var q = (var x + q² var r) / r².
     let standard_error = |c: usize| {
         let q = ratio(c)?;
-        let variance = variance_of_mean(image, kept, emitters, c)?
-            + q * q * variance_of_mean(reference, kept, emitters, c)?;
-        Some(variance.sqrt() / reference_mean[c].abs())
+        let of_image = variance_of_mean(image, kept, variance, c)?;
+        let of_reference = variance_of_mean(reference, kept, variance, c)?;
+        Some((of_image + q * q * of_reference).sqrt() / reference_mean[c].abs())
     };
     Means {
         mean,
@@ -140,18 +146,18 @@ pub(crate) fn means(image: &Frame, reference: &Frame, kept: &[bool], emitters: b
 }
 
 /// Variance of the mean over the pixels that are kept; `None` if it is not known.
-fn variance_of_mean(frame: &Frame, kept: &[bool], emitters: bool, c: usize) -> Option<f64> {
+fn variance_of_mean(
+    frame: &Frame,
+    kept: &[bool],
+    variance: fn(&MeanNoise) -> [f64; 3],
+    c: usize,
+) -> Option<f64> {
     let count = kept.iter().filter(|&&k| k).count().max(1) as f64;
-    match &frame.together {
-        Together::Unknown => None,
-        Together::Not => Some(channel_mean(frame.variance.as_ref()?, kept, c) / count),
-        Together::Known { mean, .. } => {
-            let of_all = if emitters {
-                mean.beauty
-            } else {
-                mean.without_emission
-            };
-            Some(of_all[c] * (kept.len() as f64 / count).powi(2))
+    match &frame.correlation {
+        Correlation::Unknown => None,
+        Correlation::None => Some(channel_mean(frame.variance.as_ref()?, kept, c) / count),
+        Correlation::Known { mean, .. } => {
+            Some(variance(mean)[c] * (kept.len() as f64 / count).powi(2))
         }
     }
 }
@@ -199,7 +205,6 @@ fn floor_of(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::noise::MeanNoise;
 
     fn frame(pixels: &[[f32; 3]], variance: Option<f32>) -> Frame {
         Frame {
@@ -207,7 +212,7 @@ mod tests {
             height: 1,
             rgb: pixels.to_vec(),
             variance: variance.map(|v| vec![[v; 3]; pixels.len()]),
-            together: Together::Not,
+            correlation: Correlation::None,
             emission: None,
         }
     }
@@ -241,7 +246,7 @@ mod tests {
             (0.0, 0.0, 0.0, 0.0, None)
         );
         assert_eq!(
-            means(&black, &black, &[true; 2], true).ratio_of_means,
+            means(&black, &black, &[true; 2], |noise| noise.beauty).ratio_of_means,
             [None; 3]
         );
     }
@@ -253,7 +258,7 @@ mod tests {
         let kept = [true, false];
         assert_eq!(errors(&image, &reference, &kept).mse, 0.0);
         assert_eq!(
-            means(&image, &reference, &kept, true).ratio_of_means,
+            means(&image, &reference, &kept, |noise| noise.beauty).ratio_of_means,
             [Some(1.0); 3]
         );
     }
@@ -262,7 +267,7 @@ mod tests {
     fn ratio_of_means_and_its_standard_error() {
         let reference = frame(&[[2.0, 4.0, 8.0]; 4], Some(0.5));
         let image = frame(&[[1.0, 4.0, 16.0]; 4], Some(1.0));
-        let means = means(&image, &reference, &[true; 4], true);
+        let means = means(&image, &reference, &[true; 4], |noise| noise.beauty);
         assert_eq!(means.ratio_of_means, [Some(0.5), Some(1.0), Some(2.0)]);
         // Channel 0: variances of the means of 4 pixels are 1/4 and 1/8; sqrt(1/4 + 0.25 / 8) / 2.
         assert_close(
@@ -288,15 +293,21 @@ mod tests {
             without_emission: [0.09; 3],
         };
         let blocks = vec![[1.0; 3]; 4];
-        image.together = Together::Known { blocks, mean };
-        let error = |image: &Frame, kept: &[bool], emitters| {
-            means(image, &reference, kept, emitters).ratio_standard_error[0]
+        image.correlation = Correlation::Known { blocks, mean };
+        let error = |image: &Frame, kept: &[bool], variance| {
+            means(image, &reference, kept, variance).ratio_standard_error[0]
         };
-        assert_close(error(&image, &[true; 4], true).unwrap(), 0.3);
+        assert_close(
+            error(&image, &[true; 4], |noise| noise.beauty).unwrap(),
+            0.3,
+        );
         // All of it is in the half that is left.
         let half = [true, true, false, false];
-        assert_close(error(&image, &half, false).unwrap(), 0.3);
-        image.together = Together::Unknown;
-        assert_eq!(error(&image, &half, false), None);
+        assert_close(
+            error(&image, &half, |noise| noise.without_emission).unwrap(),
+            0.3,
+        );
+        image.correlation = Correlation::Unknown;
+        assert_eq!(error(&image, &half, |noise| noise.without_emission), None);
     }
 }

@@ -68,7 +68,7 @@ pub(crate) fn compare(name: String, image: &Frame, reference: &Frame) -> Compari
         pixels,
         non_finite_pixels: finite.len() - pixels,
         errors: errors(image, reference, &finite),
-        means: means(image, reference, &finite, true),
+        means: means(image, reference, &finite, |noise| noise.beauty),
         noise_floor: noise_floor(image, reference, &finite),
         reference_noise: reference_noise(reference, &finite),
         blocks: block_scores(image, reference, &finite),
@@ -86,7 +86,7 @@ fn without_emitters(image: &Frame, reference: &Frame, finite: &[bool]) -> Option
     Some(WithoutEmitters {
         pixels: kept.iter().filter(|&&k| k).count(),
         errors: errors(image, reference, &kept),
-        means: means(image, reference, &kept, false),
+        means: means(image, reference, &kept, |noise| noise.without_emission),
         blocks: block_scores(image, reference, &kept),
     })
 }

@@ -129,7 +129,7 @@ fn aligned(rows: &[Vec<String>]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::frame::Together;
+    use super::super::frame::Correlation;
     use super::super::{Frame, compare};
     use super::*;
 
@@ -139,7 +139,7 @@ mod tests {
             height: 8,
             rgb: vec![[value; 3]; 64],
             variance: Some(vec![[0.01; 3]; 64]),
-            together: Together::Not,
+            correlation: Correlation::None,
             emission: None,
         }
     }

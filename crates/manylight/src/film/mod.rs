@@ -5,13 +5,15 @@
 
 mod batches;
 pub mod filter;
+mod sampler;
 
 use batches::{BatchCounts, BatchMoments};
 pub use filter::{Filter, FilterSampler, Window};
+pub use sampler::{FilmSample, FilmSampler};
 
 use crate::color::Rgb;
 use crate::image::Image;
-use crate::math::{UVec2, Vec2};
+use crate::math::UVec2;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
@@ -373,13 +375,20 @@ impl Film {
         })
     }
 
-    /// The same for the mean over the picture; `emission` says whether the light of emitters seen directly or along specular chains counts.
-    pub fn mean_variance(&self, emission: bool) -> [f64; 3] {
+    /// The same for the mean over the picture.
+    pub fn mean_variance(&self) -> [f64; 3] {
+        self.variance_over_picture(&self.picture[0])
+    }
+
+    /// The same without the light of emitters seen directly or along specular chains.
+    pub fn mean_variance_without_emission(&self) -> [f64; 3] {
+        self.variance_over_picture(&self.picture[1])
+    }
+
+    fn variance_over_picture(&self, moments: &BatchMoments) -> [f64; 3] {
         let size = self.picture_size().as_dvec2();
         let pixels = size.x * size.y;
-        let of_sum = self
-            .batches
-            .variance_of_mean(&self.picture[usize::from(!emission)]);
+        let of_sum = self.batches.variance_of_mean(moments);
         of_sum.map(|v| v / (pixels * pixels))
     }
 
@@ -441,58 +450,6 @@ impl TileSums {
                 }
             }
         }
-    }
-}
-
-/// A film position and what a sample taken there counts.
-#[derive(Clone, Copy, Debug)]
-pub struct FilmSample {
-    /// In pixels from the upper left of the crop window.
-    pub position: Vec2,
-    /// 1 in the mean; negative on negative lobes of the filter.
-    pub weight: f32,
-}
-
-/// Draws film positions; made once per pass.
-#[derive(Clone, Debug)]
-pub struct FilmSampler {
-    filter: FilterSampler,
-    /// Per column and per row: the part of the filter that lies on the film.
-    windows: [Vec<Window>; 2],
-}
-
-impl FilmDesc {
-    /// Prepares the reconstruction filter for sampling. Positions lie within the crop window, as Mitsuba's do: at its border
-    /// filters count only what they have inside.
-    pub fn sampler(&self) -> FilmSampler {
-        let filter = self.filter.sampler();
-        let windows = self.crop_size.to_array().map(|count| {
-            (0..count)
-                .map(|i| i as f32 + 0.5)
-                .map(|center| filter.window(-center, count as f32 - center))
-                .collect()
-        });
-        FilmSampler { filter, windows }
-    }
-}
-
-impl FilmSampler {
-    /// Draws a film position for `pixel` from its reconstruction filter.
-    #[inline]
-    pub fn sample(&self, pixel: UVec2, u: Vec2) -> FilmSample {
-        let [columns, rows] = &self.windows;
-        let windows = [columns[pixel.x as usize], rows[pixel.y as usize]];
-        let (offset, weight) = self.filter.sample(windows, u);
-        FilmSample {
-            position: pixel.as_vec2() + Vec2::splat(0.5) + offset,
-            weight,
-        }
-    }
-
-    /// Index of a pixel in row order: names its random numbers.
-    #[inline]
-    pub fn index(&self, pixel: UVec2) -> u64 {
-        u64::from(pixel.y) * self.windows[0].len() as u64 + u64::from(pixel.x)
     }
 }
 
@@ -574,10 +531,10 @@ mod tests {
                 .iter()
                 .all(|v| (v - expected as f32).abs() < 1e-5)
         );
-        for v in film.mean_variance(true) {
+        for v in film.mean_variance() {
             assert!((v - expected).abs() < 1e-9, "{v}");
         }
-        assert_eq!(film.mean_variance(true), film.mean_variance(false));
+        assert_eq!(film.mean_variance(), film.mean_variance_without_emission());
     }
 
     #[test]
@@ -592,41 +549,7 @@ mod tests {
         film.begin_batch();
         film.begin_batch();
         assert_eq!(film.batches(), 1);
-        assert!(film.mean_variance(true)[0].is_infinite());
-    }
-
-    #[test]
-    fn positions_stay_on_the_film() {
-        for filter in [
-            Filter::Box,
-            Filter::Gaussian { stddev: 0.5 },
-            Filter::CatmullRom,
-        ] {
-            let desc = FilmDesc {
-                filter,
-                ..film().desc
-            };
-            let sampler = desc.sampler();
-            for pixel in [UVec2::ZERO, UVec2::new(9, 5), UVec2::new(18, 10)] {
-                for i in 0..4096 {
-                    let u = Vec2::new((i % 64) as f32 + 0.5, (i / 64) as f32 + 0.5) / 64.0;
-                    let sample = sampler.sample(pixel, u);
-                    let beyond = (-sample.position).max(sample.position - desc.size.as_vec2());
-                    assert!(
-                        beyond.max_element() < 1e-4,
-                        "{filter:?}: {}",
-                        sample.position
-                    );
-                }
-            }
-        }
-        let [columns, rows] = film().desc.sampler().windows;
-        assert!(
-            columns
-                .iter()
-                .chain(&rows)
-                .all(|window| *window == columns[9])
-        );
+        assert!(film.mean_variance()[0].is_infinite());
     }
 
     #[test]

@@ -75,7 +75,7 @@ impl Selection {
     /// Every light.
     pub const ALL: Selection = Selection { first: 0, step: 1 };
 
-    /// These lights are divided among `step` selections; this is the one with index `k < step`.
+    /// These lights are divided among `step` selections; this is the one with index `k`, counted round.
     pub fn part(self, k: u32, step: u32) -> Self {
         Selection {
             first: self.first + self.step * (k % step),

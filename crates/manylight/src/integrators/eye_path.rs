@@ -192,7 +192,7 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
         let first = (self.sampler.next_1d() * SPLIT as f32) as u32;
         for i in 0..SPLIT {
             (self.walk, self.length) = (walk.clone(), length);
-            self.part = Some((first + i) % SPLIT);
+            self.part = Some(first + i);
             let (lobe, direction) = numbers.triple(i);
             if self.follow_specular(v, BsdfNumbers { lobe, direction }) {
                 self.trace();

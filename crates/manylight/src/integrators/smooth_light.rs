@@ -38,14 +38,14 @@ const MIRRORED: f32 = 0.5;
 const MIRRORED_EFFORT: f32 = 16.0;
 /// The first vertex after a gathering point may go on with this many times the share of light that it stands for, at most 1.
 const SURVIVAL: f32 = 4.0;
-/// Whose the surface is that a direction found takes a search. Only so many times the share of light that it would stand for if it belonged to a
-/// light as large as those around, or one in so many at least, are asked.
-const ASKED_SURFACE: f32 = 4.0;
-const LEAST_ASKED: f32 = 1.0 / 8.0;
-/// That takes a search of its own, which pays for so many directions.
-const ASKING_DIRECTIONS: u32 = 4;
 /// Vertices after that, with that share; at most this.
 const MAX_SURVIVAL: f32 = 0.95;
+/// Whose a surface is takes a search. So first a share is guessed: as if its light stood for so many times the surface of those around the gathering
+/// point; the roulette for that goes on with one in so many at least.
+const ASKED_SURFACE: f32 = 4.0;
+const LEAST_ASKED: f32 = 1.0 / 8.0;
+/// The surface of those around takes a search of its own, which pays for so many directions.
+const ASKING_DIRECTIONS: u32 = 4;
 /// Caustics that are seen by way of a smooth surface may be blurred by this angle more.
 const INDIRECT_REACH: f32 = 0.02;
 

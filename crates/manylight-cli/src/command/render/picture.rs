@@ -8,6 +8,8 @@ use manylight::film::{Film, Layer};
 use manylight::image::Image;
 use manylight_io::image::{Layer as PictureLayer, Picture};
 
+const RGB: &[&str] = &["R", "G", "B"];
+
 /// All layers of `film`: the beauty first, then its variances, then the others.
 pub(super) fn from_film(film: &Film, mut metadata: Vec<(String, String)>) -> Picture {
     let size = film.picture_size();
@@ -18,9 +20,9 @@ pub(super) fn from_film(film: &Film, mut metadata: Vec<(String, String)>) -> Pic
         };
         layers.push(named(layer.name(), channels(layer), &image));
         if layer == Layer::Beauty {
-            layers.push(named("variance", &["R", "G", "B"], &film.variance()));
+            layers.push(named("variance", RGB, &film.variance()));
             let blocks = film.block_variance();
-            layers.push(named("block_variance", &["R", "G", "B"], &blocks));
+            layers.push(named("block_variance", RGB, &blocks));
         }
     }
     metadata.extend(noise::metadata(film));
@@ -37,7 +39,7 @@ fn channels(layer: Layer) -> &'static [&'static str] {
         Layer::Normal => &["X", "Y", "Z"],
         Layer::Depth => &["Z"],
         Layer::CutSize | Layer::CutBound => &["Y"],
-        _ => &["R", "G", "B"],
+        _ => RGB,
     }
 }
 

@@ -1,0 +1,103 @@
+//! Where on the film the samples of a pixel lie: drawn from its reconstruction filter.
+
+use super::{FilmDesc, FilterSampler, Window};
+use crate::math::{UVec2, Vec2};
+
+/// A film position and what a sample taken there counts.
+#[derive(Clone, Copy, Debug)]
+pub struct FilmSample {
+    /// In pixels from the upper left of the crop window.
+    pub position: Vec2,
+    /// 1 in the mean; negative on negative lobes of the filter.
+    pub weight: f32,
+}
+
+/// Draws film positions; made once per pass.
+#[derive(Clone, Debug)]
+pub struct FilmSampler {
+    filter: FilterSampler,
+    /// Per column and per row: the part of the filter that lies on the film.
+    windows: [Vec<Window>; 2],
+}
+
+impl FilmDesc {
+    /// Prepares the reconstruction filter for sampling. Positions lie within the crop window, as Mitsuba's do: at its border
+    /// filters count only what they have inside.
+    pub fn sampler(&self) -> FilmSampler {
+        let filter = self.filter.sampler();
+        let windows = self.crop_size.to_array().map(|count| {
+            (0..count)
+                .map(|i| i as f32 + 0.5)
+                .map(|center| filter.window(-center, count as f32 - center))
+                .collect()
+        });
+        FilmSampler { filter, windows }
+    }
+}
+
+impl FilmSampler {
+    /// Draws a film position for `pixel` from its reconstruction filter.
+    #[inline]
+    pub fn sample(&self, pixel: UVec2, u: Vec2) -> FilmSample {
+        let [columns, rows] = &self.windows;
+        let windows = [columns[pixel.x as usize], rows[pixel.y as usize]];
+        let (offset, weight) = self.filter.sample(windows, u);
+        FilmSample {
+            position: pixel.as_vec2() + Vec2::splat(0.5) + offset,
+            weight,
+        }
+    }
+
+    /// Index of a pixel in row order: names its random numbers.
+    #[inline]
+    pub fn index(&self, pixel: UVec2) -> u64 {
+        u64::from(pixel.y) * self.windows[0].len() as u64 + u64::from(pixel.x)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::Filter;
+
+    fn film(filter: Filter) -> FilmDesc {
+        let size = UVec2::new(19, 11);
+        FilmDesc {
+            size,
+            crop_offset: UVec2::ZERO,
+            crop_size: size,
+            filter,
+        }
+    }
+
+    #[test]
+    fn positions_stay_on_the_film() {
+        for filter in [
+            Filter::Box,
+            Filter::Gaussian { stddev: 0.5 },
+            Filter::CatmullRom,
+        ] {
+            let desc = film(filter);
+            let sampler = desc.sampler();
+            for pixel in [UVec2::ZERO, UVec2::new(9, 5), UVec2::new(18, 10)] {
+                for i in 0..4096 {
+                    let u = Vec2::new((i % 64) as f32 + 0.5, (i / 64) as f32 + 0.5) / 64.0;
+                    let sample = sampler.sample(pixel, u);
+                    let beyond = (-sample.position).max(sample.position - desc.size.as_vec2());
+                    assert!(
+                        beyond.max_element() < 1e-4,
+                        "{filter:?}: {}",
+                        sample.position
+                    );
+                }
+            }
+        }
+        let [columns, rows] = film(Filter::Box).sampler().windows;
+        assert!(
+            columns
+                .iter()
+                .chain(&rows)
+                .all(|window| *window == columns[9])
+        );
+    }
+}
