@@ -1,0 +1,16 @@
+//! Builders of meshes: solids, surfaces of revolution, tubes and profiles along curves, patches.
+
+mod curve;
+mod patch;
+mod revolve;
+mod solid;
+mod sweep;
+
+#[cfg(test)]
+mod tests;
+
+pub use curve::{arc, catmull_rom, helix, lerp_table, smooth_table};
+pub use patch::{Edges, grid, loft, polygon_triangles};
+pub use revolve::{ball, bevelled_cylinder, cylinder, lathe, torus};
+pub use solid::{bevelled_box, boxed, superellipsoid};
+pub use sweep::{extrude, moulding, tube};

@@ -1,0 +1,319 @@
+//! Scenes as Mitsuba 3 XML.
+
+use crate::material::{Color, Material, Metal, Rgb};
+use crate::picture::Meaning;
+use crate::pose::Pose;
+use crate::rounding::decimal;
+use crate::scene::{Camera, Geometry, Light, MeshId, Scene, Shape};
+use glam::DVec3;
+
+/// The text of a scene file; meshes and pictures are named `meshes/NAME.ply` and `textures/NAME.png`.
+pub fn encode(scene: &Scene) -> String {
+    let mut xml = Xml::default();
+    xml.text += "<!-- SPDX-License-Identifier: CC0-1.0 -->\n";
+    push_head(&mut xml.text, scene);
+    xml.open("scene", &[("version", "3.0.0")]);
+    push_camera(&mut xml, &scene.camera);
+    for (name, material) in &scene.materials {
+        push_material(&mut xml, scene, &[("id", name)], material);
+    }
+    for (i, light) in scene.lights.iter().enumerate() {
+        push_light(&mut xml, i, light);
+    }
+    for shape in &scene.shapes {
+        push_shape(&mut xml, scene, shape);
+    }
+    xml.close("scene");
+    xml.text
+}
+
+/// XML text with indentation.
+#[derive(Default)]
+struct Xml {
+    text: String,
+    depth: usize,
+}
+
+impl Xml {
+    fn line(&mut self, name: &str, attributes: &[(&str, &str)], end: &str) {
+        self.text += &"\t".repeat(self.depth);
+        self.text += &format!("<{name}");
+        for (key, value) in attributes {
+            self.text += &format!(" {key}=\"{value}\"");
+        }
+        self.text += end;
+    }
+
+    fn open(&mut self, name: &str, attributes: &[(&str, &str)]) {
+        self.line(name, attributes, ">\n");
+        self.depth += 1;
+    }
+
+    fn close(&mut self, name: &str) {
+        self.depth -= 1;
+        self.text += &format!("{}</{name}>\n", "\t".repeat(self.depth));
+    }
+
+    fn leaf(&mut self, name: &str, attributes: &[(&str, &str)]) {
+        self.line(name, attributes, " />\n");
+    }
+
+    /// `<kind name="name" value="value" />`
+    fn value(&mut self, kind: &str, name: &str, value: &str) {
+        self.leaf(kind, &[("name", name), ("value", value)]);
+    }
+}
+
+fn push_head(text: &mut String, scene: &Scene) {
+    *text += &format!("<!--\n  {}.\n", scene.about.title);
+    for paragraph in &scene.about.text {
+        *text += "\n";
+        for line in wrapped(paragraph, 118) {
+            *text += &format!("  {line}\n");
+        }
+    }
+    *text += "-->\n";
+}
+
+/// Lines of at most `width` bytes.
+fn wrapped(paragraph: &str, width: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in paragraph.split_whitespace() {
+        match lines.last_mut() {
+            Some(line) if line.len() + 1 + word.len() <= width => *line += &format!(" {word}"),
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
+
+fn push_camera(xml: &mut Xml, camera: &Camera) {
+    let defaults = [
+        ("spp", 64),
+        ("width", camera.size[0]),
+        ("height", camera.size[1]),
+        ("max_depth", camera.max_depth),
+    ];
+    for (name, value) in defaults {
+        xml.value("default", name, &value.to_string());
+    }
+    xml.open("integrator", &[("type", "path")]);
+    xml.value("integer", "max_depth", "$max_depth");
+    xml.close("integrator");
+
+    xml.open("sensor", &[("type", "perspective")]);
+    xml.value("string", "fov_axis", "x");
+    xml.value("float", "fov", &decimal(camera.fov_x));
+    xml.open("transform", &[("name", "to_world")]);
+    let (origin, target) = (list(camera.origin), list(camera.target));
+    xml.leaf(
+        "lookat",
+        &[("origin", &origin), ("target", &target), ("up", "0, 1, 0")],
+    );
+    xml.close("transform");
+    xml.open("sampler", &[("type", "independent")]);
+    xml.value("integer", "sample_count", "$spp");
+    xml.close("sampler");
+    xml.open("film", &[("type", "hdrfilm")]);
+    xml.value("integer", "width", "$width");
+    xml.value("integer", "height", "$height");
+    xml.value("string", "pixel_format", "rgb");
+    xml.leaf("rfilter", &[("type", "gaussian")]);
+    xml.close("film");
+    xml.close("sensor");
+}
+
+fn push_material(xml: &mut Xml, scene: &Scene, attributes: &[(&str, &str)], material: &Material) {
+    // Glass is transparent from both sides already, and refuses to be made so.
+    let one_sided = !matches!(material, Material::Glass { .. } | Material::Pane { .. });
+    if one_sided {
+        xml.open("bsdf", &[&[("type", "twosided")], attributes].concat());
+        push_plugin(xml, scene, &[], material);
+        xml.close("bsdf");
+    } else {
+        push_plugin(xml, scene, attributes, material);
+    }
+}
+
+fn push_plugin(xml: &mut Xml, scene: &Scene, attributes: &[(&str, &str)], material: &Material) {
+    let kind = match material {
+        Material::Diffuse(_) => "diffuse",
+        Material::Coated { .. } => "roughplastic",
+        Material::Metal { .. } => "roughconductor",
+        Material::Glass { .. } => "dielectric",
+        Material::Pane { .. } => "thindielectric",
+        Material::Mixed { .. } => "blendbsdf",
+    };
+    xml.open("bsdf", &[&[("type", kind)], attributes].concat());
+    match material {
+        Material::Diffuse(color) => push_color(xml, scene, "reflectance", color),
+        Material::Coated { base, alpha, ior } => {
+            push_color(xml, scene, "diffuse_reflectance", base);
+            xml.value("float", "int_ior", &decimal(*ior));
+            push_roughness(xml, *alpha);
+        }
+        Material::Metal { metal, alpha, tint } => {
+            push_metal(xml, *metal);
+            if *tint != [1.0; 3] {
+                xml.value("rgb", "specular_reflectance", &rgb(*tint));
+            }
+            push_roughness(xml, *alpha);
+        }
+        Material::Glass { ior } | Material::Pane { ior } => {
+            xml.value("float", "int_ior", &decimal(*ior));
+            xml.value("float", "ext_ior", "1");
+        }
+        Material::Mixed {
+            first,
+            second,
+            weight,
+        } => {
+            push_picture(xml, scene, "weight", weight);
+            push_plugin(xml, scene, &[], first);
+            push_plugin(xml, scene, &[], second);
+        }
+    }
+    xml.close("bsdf");
+}
+
+fn push_roughness(xml: &mut Xml, alpha: f64) {
+    xml.value("float", "alpha", &decimal(alpha));
+    xml.value("string", "distribution", "ggx");
+}
+
+fn push_color(xml: &mut Xml, scene: &Scene, name: &str, color: &Color) {
+    match color {
+        Color::Flat(flat) => xml.value("rgb", name, &rgb(*flat)),
+        Color::Picture(picture) => push_picture(xml, scene, name, picture),
+    }
+}
+
+fn push_picture(xml: &mut Xml, scene: &Scene, name: &str, picture: &str) {
+    xml.open("texture", &[("type", "bitmap"), ("name", name)]);
+    xml.value("string", "filename", &format!("textures/{picture}.png"));
+    let known = scene.pictures.iter().find(|known| known.0 == picture);
+    if known.is_some_and(|known| known.1.meaning == Meaning::Weight) {
+        xml.value("boolean", "raw", "true");
+    }
+    xml.close("texture");
+}
+
+fn push_metal(xml: &mut Xml, metal: Metal) {
+    let (eta, k) = match metal {
+        Metal::Aluminium => return xml.value("string", "material", "Al"),
+        Metal::Chromium => return xml.value("string", "material", "Cr"),
+        Metal::Copper => return xml.value("string", "material", "Cu"),
+        Metal::Gold => return xml.value("string", "material", "Au"),
+        Metal::Silver => return xml.value("string", "material", "Ag"),
+        Metal::Brass => ([0.444, 0.527, 1.094], [3.695, 2.765, 1.829]),
+        Metal::Bronze => ([0.36, 0.72, 1.25], [3.6, 2.5, 2.1]),
+        Metal::Titanium => ([2.74, 2.54, 2.27], [3.81, 3.43, 3.04]),
+    };
+    xml.value("rgb", "eta", &rgb(eta));
+    xml.value("rgb", "k", &rgb(k));
+}
+
+fn push_light(xml: &mut Xml, i: usize, light: &Light) {
+    let id = format!("light_{i}");
+    let kind = match light {
+        Light::Spot { .. } => "spot",
+        Light::Point { .. } => "point",
+        Light::Sky(_) => "constant",
+    };
+    xml.open("emitter", &[("type", kind), ("id", &id)]);
+    match light {
+        Light::Spot {
+            origin,
+            target,
+            intensity,
+            cutoff,
+            beam,
+        } => {
+            xml.open("transform", &[("name", "to_world")]);
+            let (origin, target, up) = (list(*origin), list(*target), beam_up(*target - *origin));
+            xml.leaf(
+                "lookat",
+                &[("origin", &origin), ("target", &target), ("up", up)],
+            );
+            xml.close("transform");
+            xml.value("rgb", "intensity", &rgb(*intensity));
+            xml.value("float", "cutoff_angle", &decimal(*cutoff));
+            xml.value("float", "beam_width", &decimal(*beam));
+        }
+        Light::Point { origin, intensity } => {
+            let [x, y, z] = origin.to_array().map(decimal);
+            xml.leaf(
+                "point",
+                &[("name", "position"), ("x", &x), ("y", &y), ("z", &z)],
+            );
+            xml.value("rgb", "intensity", &rgb(*intensity));
+        }
+        Light::Sky(radiance) => xml.value("rgb", "radiance", &rgb(*radiance)),
+    }
+    xml.close("emitter");
+}
+
+/// An axis that is not along the beam.
+fn beam_up(direction: DVec3) -> &'static str {
+    if direction.x.abs() < 0.7 * direction.length() {
+        "1, 0, 0"
+    } else {
+        "0, 1, 0"
+    }
+}
+
+fn push_shape(xml: &mut Xml, scene: &Scene, shape: &Shape) {
+    let kind = match shape.geometry {
+        Geometry::Mesh(_) => "ply",
+        Geometry::Rectangle => "rectangle",
+        Geometry::Disk => "disk",
+        Geometry::Sphere => "sphere",
+    };
+    xml.open("shape", &[("type", kind), ("id", &shape.name)]);
+    if let Geometry::Mesh(MeshId(i)) = shape.geometry {
+        let name = &scene.meshes[i].0;
+        xml.value("string", "filename", &format!("meshes/{name}.ply"));
+    }
+    push_pose(xml, &shape.pose);
+    xml.leaf("ref", &[("id", &scene.materials[shape.material.0].0)]);
+    if let Some(radiance) = shape.emission {
+        xml.open("emitter", &[("type", "area")]);
+        xml.value("rgb", "radiance", &rgb(radiance));
+        xml.close("emitter");
+    }
+    xml.close("shape");
+}
+
+fn push_pose(xml: &mut Xml, pose: &Pose) {
+    if *pose == Pose::identity() {
+        return;
+    }
+    xml.open("transform", &[("name", "to_world")]);
+    let [x, y, z] = pose.scale.to_array().map(decimal);
+    if x == y && y == z {
+        if x != "1" {
+            xml.leaf("scale", &[("value", &x)]);
+        }
+    } else {
+        xml.leaf("scale", &[("x", &x), ("y", &y), ("z", &z)]);
+    }
+    for (axis, angle) in [("z", pose.roll), ("x", pose.tilt), ("y", pose.turn)] {
+        let angle = decimal(angle);
+        if angle != "0" {
+            xml.leaf("rotate", &[(axis, "1"), ("angle", &angle)]);
+        }
+    }
+    if pose.position != DVec3::ZERO {
+        let [x, y, z] = pose.position.to_array().map(decimal);
+        xml.leaf("translate", &[("x", &x), ("y", &y), ("z", &z)]);
+    }
+    xml.close("transform");
+}
+
+fn rgb(color: Rgb) -> String {
+    color.map(decimal).join(", ")
+}
+
+fn list(v: DVec3) -> String {
+    v.to_array().map(decimal).join(", ")
+}

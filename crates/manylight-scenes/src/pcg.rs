@@ -1,0 +1,71 @@
+//! A small random number generator whose sequence is the same everywhere: PCG-XSH-RR with 32 bits of output.
+
+/// State of the generator; see O'Neill, "PCG: A Family of Simple Fast Space-Efficient Statistically Good Algorithms for
+/// Random Number Generation".
+#[derive(Clone, Debug)]
+pub struct Pcg {
+    state: u64,
+}
+
+impl Pcg {
+    const MULTIPLIER: u64 = 6_364_136_223_846_793_005;
+    const INCREMENT: u64 = 1_442_695_040_888_963_407;
+
+    /// A generator with its own sequence for each seed.
+    pub fn new(seed: u64) -> Pcg {
+        let mut pcg = Pcg {
+            state: seed.wrapping_add(Self::INCREMENT),
+        };
+        pcg.bits();
+        pcg
+    }
+
+    /// 32 random bits.
+    pub fn bits(&mut self) -> u32 {
+        let old = self.state;
+        self.state = old
+            .wrapping_mul(Self::MULTIPLIER)
+            .wrapping_add(Self::INCREMENT);
+        let mixed = (((old >> 18) ^ old) >> 27) as u32;
+        mixed.rotate_right((old >> 59) as u32)
+    }
+
+    /// Uniform in [0, 1).
+    pub fn unit(&mut self) -> f64 {
+        f64::from(self.bits()) / 4_294_967_296.0
+    }
+
+    /// Uniform in [`low`, `high`).
+    pub fn range(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+
+    /// Uniform in [`-spread`, `spread`).
+    pub fn jitter(&mut self, spread: f64) -> f64 {
+        self.range(-spread, spread)
+    }
+
+    /// Uniform in 0..`count`.
+    pub fn index(&mut self, count: usize) -> usize {
+        (self.unit() * count as f64) as usize
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn uniform_in_mean_and_range() {
+        let mut pcg = Pcg::new(1);
+        let draws: Vec<f64> = (0..10_000).map(|_| pcg.range(2.0, 4.0)).collect();
+        assert!(draws.iter().all(|x| (2.0..4.0).contains(x)));
+        let mean = draws.iter().sum::<f64>() / draws.len() as f64;
+        assert!((mean - 3.0).abs() < 0.03);
+    }
+
+    #[test]
+    fn seeds_differ() {
+        assert_ne!(Pcg::new(1).bits(), Pcg::new(2).bits());
+    }
+}
