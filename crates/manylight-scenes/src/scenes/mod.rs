@@ -1,5 +1,6 @@
 //! The scenes.
 
+mod kitchen;
 mod props;
 mod u_shape;
 
@@ -51,6 +52,10 @@ pub const ALL: &[Generator] = &[
     Generator {
         name: "u-shape",
         generate: u_shape::scene,
+    },
+    Generator {
+        name: "kitchen",
+        generate: kitchen::scene,
     },
 ];
 

@@ -1,0 +1,263 @@
+//! Walls, floor, ceiling, tiles, the window and its light.
+
+use super::{BACK, FRONT, HALF_WIDTH, HEIGHT, Look, WORKTOP, pick, tile};
+use crate::build::{bevelled_box, boxed};
+use crate::pcg::Pcg;
+use crate::pose::Pose;
+use crate::scene::{Batch, Geometry, Light, Scene};
+use glam::DVec3;
+
+/// The window's opening in the back wall.
+const WINDOW: [f64; 4] = [-1.75, -0.6, 1.08, 2.16];
+const WALL: f64 = 0.22;
+/// A window without glass in the right wall, out of sight, where the sun comes in: z, z, y, y.
+const SIDE: [f64; 4] = [1.55, 2.35, 0.95, 2.05];
+
+pub(super) fn add(scene: &mut Scene, look: &Look) {
+    shell(scene, look);
+    floor(scene, look);
+    backsplash(scene, look);
+    window(scene, look);
+    daylight(scene, look);
+}
+
+/// Plastered walls with an opening, and oak beams under the ceiling.
+fn shell(scene: &mut Scene, look: &Look) {
+    let [left, right, sill, top] = WINDOW;
+    let (outside, w) = (BACK - WALL, HALF_WIDTH);
+    let mut batch = Batch::default();
+    for (low, high) in [
+        ([-w - 0.1, 0.0, outside], [left, HEIGHT, BACK]),
+        ([right, 0.0, outside], [w + 0.1, HEIGHT, BACK]),
+        ([left, 0.0, outside], [right, sill, BACK]),
+        ([left, top, outside], [right, HEIGHT, BACK]),
+        ([-w - 0.1, 0.0, BACK], [-w, HEIGHT, FRONT + 0.1]),
+        ([w, 0.0, BACK], [w + 0.1, HEIGHT, SIDE[0]]),
+        ([w, 0.0, SIDE[1]], [w + 0.1, HEIGHT, FRONT + 0.1]),
+        ([w, 0.0, SIDE[0]], [w + 0.1, SIDE[2], SIDE[1]]),
+        ([w, SIDE[3], SIDE[0]], [w + 0.1, HEIGHT, SIDE[1]]),
+        ([-w, 0.0, FRONT], [w, HEIGHT, FRONT + 0.1]),
+        (
+            [-w - 0.1, HEIGHT, outside],
+            [w + 0.1, HEIGHT + 0.1, FRONT + 0.1],
+        ),
+    ] {
+        batch.add(look.plaster, &boxed(low, high));
+    }
+    for z in [-1.1, 0.35, 1.8] {
+        let beam = bevelled_box(
+            [-w - 0.02, HEIGHT - 0.16, z - 0.08],
+            [w + 0.02, HEIGHT + 0.01, z + 0.08],
+            0.01,
+        );
+        batch.add(look.oak, &beam.box_mapped(0.6));
+    }
+    batch.add(
+        look.oak,
+        &bevelled_box(
+            [left - 0.03, sill - 0.03, outside],
+            [right + 0.03, sill + 0.004, BACK + 0.03],
+            0.004,
+        )
+        .box_mapped(0.6),
+    );
+    scene.add_batch("room", batch);
+}
+
+/// Square quarry tiles, laid a little unevenly.
+fn floor(scene: &mut Scene, look: &Look) {
+    const SIZE: f64 = 0.3;
+    let mut rng = Pcg::new(21);
+    let mut batch = Batch::default();
+    let slab = tile(SIZE - 0.005, SIZE - 0.005, 0.006);
+    // Nothing is seen of what lies far behind the camera.
+    let rows = ((FRONT - BACK) / SIZE).ceil() as i32;
+    for row in 0..rows {
+        for column in -8..8 {
+            let pose = Pose::at(
+                SIZE * (f64::from(column) + 0.5),
+                -0.006,
+                BACK + SIZE * (f64::from(row) + 0.5),
+            )
+            .tilted(-90.0 + rng.jitter(0.15));
+            batch.add(pick(look.floor, &mut rng), &slab.placed(pose));
+        }
+    }
+    let (w, bed) = (HALF_WIDTH + 0.1, -0.0035);
+    batch.add(
+        look.grout,
+        &boxed([-w, -0.1, BACK - WALL], [w, bed, FRONT + 0.1]),
+    );
+    scene.add_batch("floor", batch);
+}
+
+/// Hand-made tiles on the wall behind the worktop, higher behind the stove, and along the left wall.
+fn backsplash(scene: &mut Scene, look: &Look) {
+    const SIZE: f64 = 0.105;
+    let mut rng = Pcg::new(8);
+    let mut batch = Batch::default();
+    let glazed = tile(SIZE - 0.003, SIZE - 0.003, 0.008);
+    let mut lay = |at: Pose, rng: &mut Pcg| {
+        let uneven = at.rolled(rng.jitter(0.5)).tilted(rng.jitter(0.7));
+        let pose = Pose {
+            turn: at.turn + rng.jitter(0.7),
+            ..uneven
+        };
+        batch.add(pick(look.tiles, rng), &glazed.placed(pose));
+    };
+    for row in 0..16 {
+        let y = WORKTOP + SIZE * (f64::from(row) + 0.5);
+        for column in 0..38 {
+            let x = -HALF_WIDTH + SIZE * (f64::from(column) + 0.5);
+            let beside_window = x > WINDOW[0] - 0.11 && x < WINDOW[1] + 0.11;
+            let rows = if beside_window {
+                1
+            } else if x < -1.0 {
+                5
+            } else if x < 1.02 {
+                16
+            } else {
+                5
+            };
+            if row < rows {
+                lay(Pose::at(x, y, BACK), &mut rng);
+            }
+        }
+        for column in 0..26 {
+            if row < 5 {
+                let z = BACK + SIZE * (f64::from(column) + 0.5);
+                lay(Pose::at(-HALF_WIDTH, y, z).turned(90.0), &mut rng);
+            }
+        }
+    }
+    let h = WORKTOP + 5.0 * SIZE;
+    batch.add(
+        look.grout,
+        &boxed(
+            [-HALF_WIDTH, WORKTOP, BACK - 0.01],
+            [WINDOW[0] - 0.1, h, BACK + 0.0045],
+        ),
+    );
+    batch.add(
+        look.grout,
+        &boxed(
+            [WINDOW[0] - 0.11, WORKTOP, BACK - 0.01],
+            [WINDOW[1] + 0.1, WORKTOP + SIZE, BACK + 0.0045],
+        ),
+    );
+    batch.add(
+        look.grout,
+        &boxed(
+            [WINDOW[1] + 0.1, WORKTOP, BACK - 0.01],
+            [1.02, HEIGHT, BACK + 0.0045],
+        ),
+    );
+    batch.add(
+        look.grout,
+        &boxed([1.02, WORKTOP, BACK - 0.01], [1.6, h, BACK + 0.0045]),
+    );
+    batch.add(
+        look.grout,
+        &boxed(
+            [-HALF_WIDTH - 0.01, WORKTOP, BACK],
+            [-HALF_WIDTH + 0.0045, h, BACK + 26.0 * SIZE],
+        ),
+    );
+    scene.add_batch("backsplash", batch);
+}
+
+/// A painted frame with two casements and their bars.
+fn window(scene: &mut Scene, look: &Look) {
+    let [left, right, sill, top] = WINDOW;
+    let z = BACK - 0.13;
+    let mut batch = Batch::default();
+    let mut bar = |low: [f64; 2], high: [f64; 2], depth: f64| {
+        let solid = bevelled_box(
+            [low[0], low[1], z - depth],
+            [high[0], high[1], z + depth],
+            0.004,
+        );
+        batch.add(look.plaster, &solid);
+    };
+    let middle = (left + right) / 2.0;
+    for x in [left, middle - 0.03, right - 0.06] {
+        bar([x, sill], [x + 0.06, top], 0.03);
+    }
+    for y in [sill, top - 0.06] {
+        bar([left + 0.01, y], [right - 0.01, y + 0.06], 0.028);
+    }
+    for x in [left, middle] {
+        let center = x + (right - left) / 4.0;
+        bar(
+            [center - 0.011, sill + 0.01],
+            [center + 0.011, top - 0.01],
+            0.014,
+        );
+    }
+    for part in [1.0, 2.0] {
+        let y = sill + (top - sill) * part / 3.0;
+        bar([left + 0.01, y - 0.011], [right - 0.01, y + 0.011], 0.013);
+    }
+    scene.add_batch("window", batch);
+}
+
+/// The sky before the window, low sun through it, the lamps under shelf and cabinets, and those on top.
+fn daylight(scene: &mut Scene, look: &Look) {
+    let [left, right, sill, top] = WINDOW;
+    let (x, y) = ((left + right) / 2.0, (sill + top) / 2.0);
+    let (half_x, half_y) = ((right - left) / 2.0, (top - sill) / 2.0);
+    scene.place(
+        "sky",
+        Geometry::Rectangle,
+        Pose::at(x, y, BACK - WALL - 0.05).stretched(half_x + 0.25, half_y + 0.25, 1.0),
+        look.lamp,
+    );
+    scene.emitting([1.0, 0.9, 0.78]);
+    let way_in = DVec3::new(
+        HALF_WIDTH,
+        (SIDE[2] + SIDE[3]) / 2.0,
+        (SIDE[0] + SIDE[1]) / 2.0,
+    );
+    scene.lights.push(Light::Spot {
+        origin: way_in + DVec3::new(7.0, 1.15, 2.9),
+        target: way_in,
+        intensity: [2600.0, 1600.0, 760.0],
+        cutoff: 7.0,
+        beam: 6.5,
+    });
+    for (name, pose) in [
+        (
+            "shelf_lamp",
+            Pose::at(1.24, 1.448, BACK + 0.12).stretched(0.28, 0.012, 1.0),
+        ),
+        (
+            "left_lamp",
+            Pose::at(-HALF_WIDTH + 0.14, 1.452, -0.75)
+                .turned(90.0)
+                .stretched(0.6, 0.012, 1.0),
+        ),
+        (
+            "hood_lamp",
+            Pose::at(0.4, 1.618, BACK + 0.25).stretched(0.16, 0.05, 1.0),
+        ),
+    ] {
+        scene.place(name, Geometry::Rectangle, pose.tilted(90.0), look.lamp);
+        scene.emitting([46.0, 31.0, 17.0]);
+    }
+    // On top of the tall cabinets, towards the ceiling.
+    for (name, pose) in [
+        (
+            "left_cove",
+            Pose::at(-HALF_WIDTH + 0.15, 2.27, -0.75)
+                .turned(90.0)
+                .stretched(0.8, 0.03, 1.0),
+        ),
+        (
+            "right_cove",
+            Pose::at(2.0, 2.42, BACK + 0.35).stretched(0.33, 0.03, 1.0),
+        ),
+    ] {
+        scene.place(name, Geometry::Rectangle, pose.tilted(-90.0), look.lamp);
+        scene.emitting([105.0, 80.0, 54.0]);
+    }
+}
