@@ -1,5 +1,6 @@
 //! The scenes.
 
+mod garage;
 mod kitchen;
 mod props;
 mod u_shape;
@@ -56,6 +57,10 @@ pub const ALL: &[Generator] = &[
     Generator {
         name: "kitchen",
         generate: kitchen::scene,
+    },
+    Generator {
+        name: "garage",
+        generate: garage::scene,
     },
 ];
 
