@@ -1,5 +1,6 @@
 //! The scenes.
 
+mod disco;
 mod garage;
 mod kitchen;
 mod props;
@@ -61,6 +62,10 @@ pub const ALL: &[Generator] = &[
     Generator {
         name: "garage",
         generate: garage::scene,
+    },
+    Generator {
+        name: "disco",
+        generate: disco::scene,
     },
 ];
 
