@@ -79,3 +79,28 @@ fn usage() -> String {
 fn report(message: &str) {
     eprintln!("error: {message}");
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn complaint(words: &str) -> String {
+        let arguments: Vec<String> = words.split_whitespace().map(str::to_owned).collect();
+        parsed(&arguments).err().unwrap_or_default()
+    }
+
+    #[test]
+    fn a_whole_request_is_understood() {
+        assert_eq!(complaint("garage -o somewhere --detail 3"), "");
+    }
+
+    #[test]
+    fn complaints_say_what_is_wrong() {
+        assert_eq!(complaint(""), "which scene?");
+        assert_eq!(complaint("attic -o x"), "there is no scene 'attic'");
+        assert_eq!(complaint("garage"), "where to? Give -o FOLDER");
+        assert_eq!(complaint("garage -o"), "-o wants a value");
+        assert_eq!(complaint("garage -q x"), "unknown option '-q'");
+        assert!(complaint("garage --detail 0 -o x").contains("from 1 to 6, not '0'"));
+    }
+}

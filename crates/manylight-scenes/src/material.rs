@@ -14,14 +14,10 @@ pub enum Metal {
     Chromium,
     /// Cu
     Copper,
-    /// Au
-    Gold,
     /// Ag
     Silver,
     /// Cu with 10 % Sn, darker and redder than brass
     Bronze,
-    /// Ti
-    Titanium,
 }
 
 /// A color that may vary over the surface.
@@ -59,11 +55,6 @@ pub enum Material {
     },
     /// A body of clear smooth glass.
     Glass {
-        /// Index of refraction.
-        ior: f64,
-    },
-    /// A thin pane of clear glass: one surface stands for both.
-    Pane {
         /// Index of refraction.
         ior: f64,
     },

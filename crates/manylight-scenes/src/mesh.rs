@@ -91,34 +91,6 @@ impl Mesh {
         self
     }
 
-    /// The triangles for whose middle `keep` holds, and the others.
-    pub fn split(&self, keep: impl Fn(DVec3) -> bool) -> (Mesh, Mesh) {
-        let middle =
-            |t: &[u32; 3]| t.iter().map(|&i| self.positions[i as usize]).sum::<DVec3>() / 3.0;
-        let (kept, rest): (Vec<_>, Vec<_>) = self.triangles.iter().partition(|t| keep(middle(t)));
-        (self.with_triangles(kept), self.with_triangles(rest))
-    }
-
-    /// These triangles with the corners they use.
-    fn with_triangles(&self, triangles: Vec<[u32; 3]>) -> Mesh {
-        let mut new_index = vec![u32::MAX; self.positions.len()];
-        let mut part = Mesh::default();
-        for corners in &triangles {
-            let renumbered = corners.map(|old| {
-                let old = old as usize;
-                if new_index[old] == u32::MAX {
-                    new_index[old] = part.positions.len() as u32;
-                    part.positions.push(self.positions[old]);
-                    part.normals.push(self.normals[old]);
-                    part.uvs.extend(self.uvs.get(old));
-                }
-                new_index[old]
-            });
-            part.triangles.push(renumbered);
-        }
-        part
-    }
-
     /// With texture coordinates of a box around the object: each corner takes the two axes that its normal faces least.
     /// `size` is the length that one repetition of the texture covers; v runs along the longest side of the mesh.
     pub fn box_mapped(mut self, size: f64) -> Mesh {

@@ -4,7 +4,7 @@ use crate::material::{Color, Material, Metal, Rgb};
 use crate::picture::Meaning;
 use crate::pose::Pose;
 use crate::rounding::decimal;
-use crate::scene::{Camera, Geometry, Light, MeshId, Scene, Shape};
+use crate::scene::{Camera, Geometry, MeshId, Scene, Shape, Spot};
 use glam::DVec3;
 
 /// The text of a scene file; meshes and pictures are named `meshes/NAME.ply` and `textures/NAME.png`.
@@ -17,8 +17,8 @@ pub fn encode(scene: &Scene) -> String {
     for (name, material) in &scene.materials {
         push_material(&mut xml, scene, &[("id", name)], material);
     }
-    for (i, light) in scene.lights.iter().enumerate() {
-        push_light(&mut xml, i, light);
+    for (i, spot) in scene.spots.iter().enumerate() {
+        push_spot(&mut xml, i, spot);
     }
     for shape in &scene.shapes {
         push_shape(&mut xml, scene, shape);
@@ -125,7 +125,7 @@ fn push_camera(xml: &mut Xml, camera: &Camera) {
 
 fn push_material(xml: &mut Xml, scene: &Scene, attributes: &[(&str, &str)], material: &Material) {
     // Glass is transparent from both sides already, and refuses to be made so.
-    let one_sided = !matches!(material, Material::Glass { .. } | Material::Pane { .. });
+    let one_sided = !matches!(material, Material::Glass { .. });
     if one_sided {
         xml.open("bsdf", &[&[("type", "twosided")], attributes].concat());
         push_plugin(xml, scene, &[], material);
@@ -141,7 +141,6 @@ fn push_plugin(xml: &mut Xml, scene: &Scene, attributes: &[(&str, &str)], materi
         Material::Coated { .. } => "roughplastic",
         Material::Metal { .. } => "roughconductor",
         Material::Glass { .. } => "dielectric",
-        Material::Pane { .. } => "thindielectric",
         Material::Mixed { .. } => "blendbsdf",
     };
     xml.open("bsdf", &[&[("type", kind)], attributes].concat());
@@ -159,7 +158,7 @@ fn push_plugin(xml: &mut Xml, scene: &Scene, attributes: &[(&str, &str)], materi
             }
             push_roughness(xml, *alpha);
         }
-        Material::Glass { ior } | Material::Pane { ior } => {
+        Material::Glass { ior } => {
             xml.value("float", "int_ior", &decimal(*ior));
             xml.value("float", "ext_ior", "1");
         }
@@ -203,53 +202,30 @@ fn push_metal(xml: &mut Xml, metal: Metal) {
         Metal::Aluminium => return xml.value("string", "material", "Al"),
         Metal::Chromium => return xml.value("string", "material", "Cr"),
         Metal::Copper => return xml.value("string", "material", "Cu"),
-        Metal::Gold => return xml.value("string", "material", "Au"),
         Metal::Silver => return xml.value("string", "material", "Ag"),
         Metal::Brass => ([0.444, 0.527, 1.094], [3.695, 2.765, 1.829]),
         Metal::Bronze => ([0.36, 0.72, 1.25], [3.6, 2.5, 2.1]),
-        Metal::Titanium => ([2.74, 2.54, 2.27], [3.81, 3.43, 3.04]),
     };
     xml.value("rgb", "eta", &rgb(eta));
     xml.value("rgb", "k", &rgb(k));
 }
 
-fn push_light(xml: &mut Xml, i: usize, light: &Light) {
-    let id = format!("light_{i}");
-    let kind = match light {
-        Light::Spot { .. } => "spot",
-        Light::Point { .. } => "point",
-        Light::Sky(_) => "constant",
-    };
-    xml.open("emitter", &[("type", kind), ("id", &id)]);
-    match light {
-        Light::Spot {
-            origin,
-            target,
-            intensity,
-            cutoff,
-            beam,
-        } => {
-            xml.open("transform", &[("name", "to_world")]);
-            let (origin, target, up) = (list(*origin), list(*target), beam_up(*target - *origin));
-            xml.leaf(
-                "lookat",
-                &[("origin", &origin), ("target", &target), ("up", up)],
-            );
-            xml.close("transform");
-            xml.value("rgb", "intensity", &rgb(*intensity));
-            xml.value("float", "cutoff_angle", &decimal(*cutoff));
-            xml.value("float", "beam_width", &decimal(*beam));
-        }
-        Light::Point { origin, intensity } => {
-            let [x, y, z] = origin.to_array().map(decimal);
-            xml.leaf(
-                "point",
-                &[("name", "position"), ("x", &x), ("y", &y), ("z", &z)],
-            );
-            xml.value("rgb", "intensity", &rgb(*intensity));
-        }
-        Light::Sky(radiance) => xml.value("rgb", "radiance", &rgb(*radiance)),
-    }
+fn push_spot(xml: &mut Xml, i: usize, spot: &Spot) {
+    xml.open(
+        "emitter",
+        &[("type", "spot"), ("id", &format!("light_{i}"))],
+    );
+    xml.open("transform", &[("name", "to_world")]);
+    let (origin, target) = (list(spot.origin), list(spot.target));
+    let up = beam_up(spot.target - spot.origin);
+    xml.leaf(
+        "lookat",
+        &[("origin", &origin), ("target", &target), ("up", up)],
+    );
+    xml.close("transform");
+    xml.value("rgb", "intensity", &rgb(spot.intensity));
+    xml.value("float", "cutoff_angle", &decimal(spot.cutoff));
+    xml.value("float", "beam_width", &decimal(spot.beam));
     xml.close("emitter");
 }
 
@@ -266,7 +242,6 @@ fn push_shape(xml: &mut Xml, scene: &Scene, shape: &Shape) {
     let kind = match shape.geometry {
         Geometry::Mesh(_) => "ply",
         Geometry::Rectangle => "rectangle",
-        Geometry::Disk => "disk",
         Geometry::Sphere => "sphere",
     };
     xml.open("shape", &[("type", kind), ("id", &shape.name)]);
@@ -316,4 +291,70 @@ fn rgb(color: Rgb) -> String {
 
 fn list(v: DVec3) -> String {
     v.to_array().map(decimal).join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::build::boxed;
+    use crate::material::{matte, metal};
+    use crate::scene::About;
+
+    fn small_scene() -> Scene {
+        let about = About {
+            title: "Test",
+            text: vec!["Shows a box.".to_owned()],
+        };
+        let camera = Camera {
+            origin: DVec3::Z,
+            target: DVec3::ZERO,
+            fov_x: 40.0,
+            size: [64, 48],
+            max_depth: 5,
+        };
+        let mut scene = Scene::new(about, camera);
+        let copper = scene.material("copper", metal(Metal::Copper, 0.1));
+        let black = scene.material("black", matte([0.0; 3]));
+        let cube = scene.mesh("cube", boxed([0.0; 3], [1.0; 3]));
+        let pose = Pose::at(1.0, 0.0, 0.0).turned(90.0).scaled(2.0);
+        scene.place("box", Geometry::Mesh(cube), pose, copper);
+        scene.place("lamp", Geometry::Rectangle, Pose::identity(), black);
+        scene.emitting([3.0, 2.0, 1.0]);
+        scene
+    }
+
+    #[test]
+    fn a_shape_names_its_mesh_its_place_and_its_material() {
+        let text = encode(&small_scene());
+        let expected = r#"	<shape type="ply" id="box">
+		<string name="filename" value="meshes/cube.ply" />
+		<transform name="to_world">
+			<scale value="2" />
+			<rotate y="1" angle="90" />
+			<translate x="1" y="0" z="0" />
+		</transform>
+		<ref id="copper" />
+	</shape>
+"#;
+        assert!(text.contains(expected), "{text}");
+    }
+
+    #[test]
+    fn a_lamp_emits_and_needs_no_transform_where_it_was_modelled() {
+        let text = encode(&small_scene());
+        let expected = r#"	<shape type="rectangle" id="lamp">
+		<ref id="black" />
+		<emitter type="area">
+			<rgb name="radiance" value="3, 2, 1" />
+		</emitter>
+	</shape>
+"#;
+        assert!(text.contains(expected), "{text}");
+    }
+
+    #[test]
+    fn lines_of_the_head_are_short() {
+        let lines = wrapped(&"word ".repeat(60), 118);
+        assert!(lines.len() > 2 && lines.iter().all(|line| line.len() <= 118));
+    }
 }

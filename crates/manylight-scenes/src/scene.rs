@@ -21,8 +21,8 @@ pub struct Scene {
     pub pictures: Vec<(&'static str, Picture)>,
     /// What stands in it, in order.
     pub shapes: Vec<Shape>,
-    /// Light that comes from no shape.
-    pub lights: Vec<Light>,
+    /// Lights that are no shapes.
+    pub spots: Vec<Spot>,
 }
 
 /// The words at the head of a scene file.
@@ -79,37 +79,23 @@ pub enum Geometry {
     Mesh(MeshId),
     /// From -1 to 1 in x and y, facing z.
     Rectangle,
-    /// Radius 1 about the origin in x and y, facing z.
-    Disk,
     /// Radius 1 about the origin.
     Sphere,
 }
 
-/// Light that comes from no shape.
+/// A cone of light from a point.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Light {
-    /// A cone of light.
-    Spot {
-        /// Where from.
-        origin: DVec3,
-        /// A point on its axis.
-        target: DVec3,
-        /// Radiant intensity on the axis.
-        intensity: Rgb,
-        /// Half angle of the cone, in degrees.
-        cutoff: f64,
-        /// Half angle within which it is at its full intensity, in degrees.
-        beam: f64,
-    },
-    /// The same in all directions from a point.
-    Point {
-        /// Where from.
-        origin: DVec3,
-        /// Radiant intensity.
-        intensity: Rgb,
-    },
-    /// The same radiance from all around.
-    Sky(Rgb),
+pub struct Spot {
+    /// Where from.
+    pub origin: DVec3,
+    /// A point on its axis.
+    pub target: DVec3,
+    /// Radiant intensity on the axis.
+    pub intensity: Rgb,
+    /// Half angle of the cone, in degrees.
+    pub cutoff: f64,
+    /// Half angle within which it is at its full intensity, in degrees.
+    pub beam: f64,
 }
 
 impl Scene {
@@ -122,7 +108,7 @@ impl Scene {
             meshes: Vec::new(),
             pictures: Vec::new(),
             shapes: Vec::new(),
-            lights: Vec::new(),
+            spots: Vec::new(),
         }
     }
 

@@ -1,7 +1,6 @@
 //! Curves as lists of points, and tables of numbers read between their entries.
 
 use glam::{DVec2, DVec3};
-use std::f64::consts::TAU;
 
 /// A smooth curve through `points`, in `steps` pieces between each two of them.
 pub fn catmull_rom(points: &[DVec3], steps: usize) -> Vec<DVec3> {
@@ -34,24 +33,6 @@ pub fn arc(center: DVec2, radius: f64, from: f64, to: f64, pieces: usize) -> Vec
             center + radius * DVec2::from_angle(angle)
         })
         .collect()
-}
-
-/// A helix about the y axis that starts at (radius, 0, 0).
-pub fn helix(radius: f64, height: f64, turns: f64, pieces: usize) -> Vec<DVec3> {
-    (0..=pieces)
-        .map(|i| {
-            let t = i as f64 / pieces as f64;
-            let (sin, cos) = (TAU * turns * t).sin_cos();
-            DVec3::new(radius * cos, height * t, radius * sin)
-        })
-        .collect()
-}
-
-/// The value at `x` of a table of (x, value), linear between entries and constant beyond them.
-pub fn lerp_table(table: &[(f64, f64)], x: f64) -> f64 {
-    let (i, t) = table_interval(table, x);
-    let next = (i + 1).min(table.len() - 1);
-    table[i].1 + (table[next].1 - table[i].1) * t
 }
 
 /// The value at `x` of a table of (x, value): cubic between entries, without overshoot, constant beyond them.

@@ -9,7 +9,7 @@ mod sweep;
 #[cfg(test)]
 mod tests;
 
-pub use curve::{arc, catmull_rom, helix, lerp_table, smooth_table};
+pub use curve::{arc, catmull_rom, smooth_table};
 pub use patch::{Edges, grid, loft, polygon_triangles};
 pub use revolve::{ball, bevelled_cylinder, cylinder, lathe, torus};
 pub use solid::{bevelled_box, boxed, superellipsoid};

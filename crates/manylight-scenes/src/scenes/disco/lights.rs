@@ -7,7 +7,7 @@ use crate::material::Rgb;
 use crate::mesh::Mesh;
 use crate::pcg::Pcg;
 use crate::pose::Pose;
-use crate::scene::{Batch, Geometry, Light, MaterialId, MeshId, Scene};
+use crate::scene::{Batch, Geometry, MaterialId, MeshId, Scene, Spot};
 use crate::scenes::{Detail, props};
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
@@ -148,7 +148,7 @@ fn hang(scene: &mut Scene, housing: &[(MaterialId, MeshId)], i: usize, lamp: &La
     for &(material, mesh) in housing {
         scene.place(&format!("can_{i}"), Geometry::Mesh(mesh), pose, material);
     }
-    scene.lights.push(Light::Spot {
+    scene.spots.push(Spot {
         origin: lamp.at + d * 0.004,
         target: lamp.aim,
         intensity: lamp.intensity,

@@ -181,9 +181,7 @@ fn stations(detail: Detail) -> Vec<f64> {
             let t = 2.0 * i as f64 / even as f64 - 1.0;
             2.17 * (0.6 * t + 0.4 * (FRAC_PI_2 * t).sin())
         })
-        .filter(|x| {
-            ((x.abs() - AXLE).abs() - ARCH).abs() > 0.02 && (x.abs() - AXLE).abs() > ARCH - 0.02
-        })
+        .filter(|x| (x.abs() - AXLE).abs() > ARCH + 0.02)
         .collect();
     let on_arch = detail.pieces(20);
     for axle in [-AXLE, AXLE] {
@@ -201,36 +199,26 @@ fn stations(detail: Detail) -> Vec<f64> {
 /// The lower body, closed at nose and tail.
 fn shell(detail: Detail) -> Mesh {
     let count = detail.pieces(22);
-    let mut rows: Vec<Vec<DVec3>> = stations(detail)
+    let rows: Vec<Vec<DVec3>> = stations(detail)
         .iter()
         .map(|&x| across(&resampled(&section(x), lower_edge(x), count), x))
         .collect();
-    // Round off the ends towards a point inside the last cross-section.
-    for (end, bulge) in [(0, -0.035), (rows.len() - 1, 0.04)] {
-        let last = rows[end].clone();
-        let (low, high) = (last[0].y, last[count].y);
-        let middle = DVec3::new(last[0].x + bulge, (low + high) / 2.0, 0.0);
-        let inset: Vec<Vec<DVec3>> = [0.35, 0.7, 0.97]
-            .iter()
-            .map(|&t: &f64| {
-                let out = 1.0 - (1.0 - t) * (1.0 - t);
-                last.iter()
-                    .map(|&p| {
-                        let toward = p.lerp(middle, t);
-                        DVec3::new(p.x + bulge * out, toward.y, toward.z)
-                    })
-                    .collect()
-            })
-            .collect();
-        if end == 0 {
-            for row in inset {
-                rows.insert(0, row);
-            }
-        } else {
-            rows.extend(inset);
-        }
-    }
-    grid(&rows, Edges::Open, 40.0).flipped()
+    let mut tail = rounded_end(&rows[0], -0.035);
+    tail.reverse();
+    let nose = rounded_end(&rows[rows.len() - 1], 0.04);
+    grid(&[tail, rows, nose].concat(), Edges::Open, 40.0).flipped()
+}
+
+/// Rings that close the last cross-section in a shallow dome which stands out by `bulge`.
+fn rounded_end(last: &[DVec3], bulge: f64) -> Vec<Vec<DVec3>> {
+    let (low, high) = (last[0].y, last[last.len() / 2].y);
+    let middle = DVec3::new(last[0].x, (low + high) / 2.0, 0.0);
+    [0.35, 0.7, 0.97]
+        .map(|t: f64| {
+            let out = DVec3::X * (bulge * (1.0 - (1.0 - t) * (1.0 - t)));
+            last.iter().map(|p| p.lerp(middle, t) + out).collect()
+        })
+        .to_vec()
 }
 
 /// A point of the cabin: `x` along the car, `angle` from 0 at its base on the +z side over 90 degrees on the center line.
@@ -287,29 +275,36 @@ fn windows(batch: &mut Batch, look: &Look, detail: Detail) {
     );
 }
 
+/// Direction away from the cabin at one of its points.
+fn cabin_normal(x: f64, angle: f64) -> DVec3 {
+    let along = cabin_point(x + 1e-3, angle) - cabin_point(x - 1e-3, angle);
+    let around = cabin_point(x, angle + 0.1) - cabin_point(x, angle - 0.1);
+    along.cross(around).normalize()
+}
+
+/// A pane between four corners, given as (x, angle).
 fn add_pane(batch: &mut Batch, look: &Look, detail: Detail, corners: [(f64, f64); 4]) {
     let n = detail.pieces(14);
-    let at = |s: f64, t: f64| {
+    let between = |s: f64, t: f64| {
         let mix = |pick: fn(&(f64, f64)) -> f64| {
             let [a, b, c, d] = corners.map(|corner| pick(&corner));
             (a * (1.0 - s) + b * s) * (1.0 - t) + (d * (1.0 - s) + c * s) * t
         };
-        let (x, angle) = (mix(|c| c.0), mix(|c| c.1));
-        let along = cabin_point(x + 1e-3, angle) - cabin_point(x - 1e-3, angle);
-        let around = cabin_point(x, angle + 0.1) - cabin_point(x, angle - 0.1);
-        cabin_point(x, angle) + along.cross(around).normalize() * 0.004
+        (mix(|c| c.0), mix(|c| c.1))
+    };
+    let at = |s: f64, t: f64| {
+        let (x, angle) = between(s, t);
+        cabin_point(x, angle) + cabin_normal(x, angle) * 0.004
     };
     let share = |i: usize| i as f64 / n as f64;
     let rows: Vec<Vec<DVec3>> = (0..=n)
         .map(|j| (0..=n).map(|i| at(share(i), share(j))).collect())
         .collect();
     let pane = grid(&rows, Edges::Open, 60.0);
-    let outside = pane.normals[pane.normals.len() / 2].dot(DVec3::new(
-        0.0,
-        1.0,
-        corners[0].1.to_radians().cos(),
-    )) > 0.0;
-    batch.add(look.window, &if outside { pane } else { pane.flipped() });
+    let (x, angle) = between(0.0, 0.0);
+    let faces_out = pane.normals[0].dot(cabin_normal(x, angle)) > 0.0;
+    batch.add(look.window, &if faces_out { pane } else { pane.flipped() });
+
     let mut frame: Vec<DVec3> = Vec::new();
     frame.extend((0..n).map(|i| at(share(i), 0.0)));
     frame.extend((0..n).map(|i| at(1.0, share(i))));

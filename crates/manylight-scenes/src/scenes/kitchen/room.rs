@@ -4,7 +4,7 @@ use super::{BACK, FRONT, HALF_WIDTH, HEIGHT, Look, WORKTOP, pick, tile};
 use crate::build::{bevelled_box, boxed};
 use crate::pcg::Pcg;
 use crate::pose::Pose;
-use crate::scene::{Batch, Geometry, Light, Scene};
+use crate::scene::{Batch, Geometry, Scene, Spot};
 use glam::DVec3;
 
 /// The window's opening in the back wall.
@@ -218,7 +218,7 @@ fn daylight(scene: &mut Scene, look: &Look) {
         (SIDE[2] + SIDE[3]) / 2.0,
         (SIDE[0] + SIDE[1]) / 2.0,
     );
-    scene.lights.push(Light::Spot {
+    scene.spots.push(Spot {
         origin: way_in + DVec3::new(7.0, 1.15, 2.9),
         target: way_in,
         intensity: [2600.0, 1600.0, 760.0],

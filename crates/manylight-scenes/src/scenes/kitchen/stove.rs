@@ -143,9 +143,7 @@ fn pots(batch: &mut Batch, look: &Look, detail: Detail) {
     batch.add(look.steel, &pan(0.1, 0.17, detail).placed(at(x0, z0)));
     batch.add(
         look.steel,
-        &lid(0.1, detail)
-            .placed(at(x0, z0 + 0.0))
-            .placed(Pose::at(0.0, 0.17, 0.0)),
+        &lid(0.1, detail).placed(Pose::at(x0, top + 0.17, z0)),
     );
     for side in [0.0, 180.0] {
         batch.add(
@@ -159,9 +157,7 @@ fn pots(batch: &mut Batch, look: &Look, detail: Detail) {
     );
     batch.add(
         look.red_enamel,
-        &lid(0.125, detail)
-            .placed(at(x1, z1))
-            .placed(Pose::at(0.0, 0.105, 0.0)),
+        &lid(0.125, detail).placed(Pose::at(x1, top + 0.105, z1)),
     );
     for side in [0.0, 180.0] {
         batch.add(
