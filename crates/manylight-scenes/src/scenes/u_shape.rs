@@ -100,7 +100,7 @@ impl Look {
             black: scene.material("black_lacquer", coated([0.02, 0.02, 0.022], 0.08)),
             glaze: scene.material("teal_glaze", coated([0.02, 0.17, 0.19], 0.08)),
             opal: scene.material("opal_glass", coated([0.85, 0.82, 0.76], 0.1)),
-            leaf: scene.material("leaf", coated([0.07, 0.2, 0.045], 0.25)),
+            leaf: scene.material("leaf", coated([0.1, 0.28, 0.06], 0.25)),
             soil: scene.material("soil", matte([0.07, 0.045, 0.03])),
             cover: [
                 scene.material("red_cloth", coated([0.42, 0.07, 0.05], 0.35)),
@@ -310,7 +310,7 @@ fn window(scene: &mut Scene, look: &Look) {
             .stretched(1.0, 1.1, 1.0),
         look.black,
     );
-    scene.emitting([450.0, 445.0, 440.0]);
+    scene.emitting([360.0, 356.0, 350.0]);
 }
 
 /// A closed door in the wall on the left.
@@ -526,7 +526,7 @@ fn painting(scene: &mut Scene, look: &Look) {
         );
     }
     let mut placed = Batch::default();
-    placed.add_placed(&batch, Pose::at(-OUTER + 0.015, 0.0, -0.25).turned(90.0));
+    placed.add_placed(&batch, Pose::at(-OUTER + 0.015, 0.0, -2.4).turned(90.0));
     scene.add_batch("painting", placed);
 }
 

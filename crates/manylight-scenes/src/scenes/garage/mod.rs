@@ -85,10 +85,10 @@ struct Look {
 impl Look {
     fn new(scene: &mut Scene) -> Look {
         let mut add = |name: &str, material: Material| scene.material(name, material);
-        let dry = coated_picture("concrete", 0.35);
+        let dry = coated_picture("concrete", 0.3);
         // Water darkens the stone beneath it.
         let wet = Material::Coated {
-            base: Color::Flat([0.075, 0.07, 0.065]),
+            base: Color::Flat([0.045, 0.042, 0.038]),
             alpha: 0.04,
             ior: 1.33,
         };
@@ -150,6 +150,6 @@ fn concrete() -> Picture {
 fn puddles() -> Picture {
     Picture::of_weights([256, 256], |u, v| {
         let depth = fractal_noise(u, v, [5, 4], 4, 31);
-        ((depth - 0.5) * 13.0 + 0.5).clamp(0.12, 1.0)
+        ((depth - 0.5) * 13.0 + 0.7).clamp(0.12, 1.0)
     })
 }

@@ -2,7 +2,9 @@
 
 use super::units::STOVE;
 use super::{BACK, Look, WORKTOP, WORKTOP_FRONT};
-use crate::build::{bevelled_box, bevelled_cylinder, boxed, cylinder, loft, torus, tube};
+use crate::build::{
+    Edges, bevelled_box, bevelled_cylinder, boxed, cylinder, grid, loft, torus, tube,
+};
 use crate::mesh::Mesh;
 use crate::pose::Pose;
 use crate::scene::{Batch, Scene};
@@ -79,6 +81,12 @@ fn range(batch: &mut Batch, look: &Look, detail: Detail) {
     let bar = [(-half, 0.0), (-half, 0.045), (half, 0.045), (half, 0.0)]
         .map(|(x, z)| DVec3::new(middle + x, 0.72, front + z));
     batch.add(look.steel, &tube(&bar, detail.pieces(10), |_| 0.009));
+    towel(
+        batch,
+        look,
+        detail,
+        DVec3::new(middle + 0.17, 0.72, front + 0.045),
+    );
     let knob = bevelled_cylinder(0.02, 0.026, 0.004, detail.pieces(18));
     for i in 0..6 {
         let x = left + 0.1 + (width - 0.2) * f64::from(i) / 5.0;
@@ -91,6 +99,39 @@ fn range(batch: &mut Batch, look: &Look, detail: Detail) {
     for (x, z) in HOBS {
         batch.add(look.iron, &grate.placed(Pose::at(x, WORKTOP + 0.009, z)));
     }
+}
+
+/// A towel with a stripe, hung over the bar before the oven at a point of its axis.
+fn towel(batch: &mut Batch, look: &Look, detail: Detail, over: DVec3) {
+    let columns = detail.pieces(16);
+    // From its front hem over the bar to the one at the back.
+    let course = [
+        (-0.33, 0.016),
+        (-0.3, 0.016),
+        (-0.27, 0.016),
+        (-0.15, 0.015),
+        (-0.04, 0.013),
+        (0.006, 0.008),
+        (0.0115, 0.0),
+        (0.006, -0.008),
+        (-0.04, -0.013),
+        (-0.22, -0.014),
+    ];
+    let row = |&(y, z): &(f64, f64)| -> Vec<DVec3> {
+        (0..=columns)
+            .map(|i| {
+                let u = i as f64 / columns as f64;
+                // Folds grow with the distance from the bar, outwards only.
+                let fold = 0.014 * (-y).max(0.0) / 0.33 * (1.0 + (u * 15.0).sin());
+                over + DVec3::new(0.2 * (u - 0.5), y, z + fold * z.signum().max(0.0))
+            })
+            .collect()
+    };
+    let rows: Vec<Vec<DVec3>> = course.iter().map(row).collect();
+    let cloth = |rows: &[Vec<DVec3>]| grid(rows, Edges::Open, 60.0);
+    batch.add(look.linen, &cloth(&rows[..2]));
+    batch.add(look.blue_glaze, &cloth(&rows[1..3]));
+    batch.add(look.linen, &cloth(&rows[2..]));
 }
 
 /// Middles of the four hobs.

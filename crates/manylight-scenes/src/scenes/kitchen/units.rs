@@ -1,7 +1,7 @@
 //! Cabinets, worktops, shelves, sink and fridge.
 
 use super::{BACK, HALF_WIDTH, Look, WORKTOP, WORKTOP_FRONT};
-use crate::build::{bevelled_box, boxed, catmull_rom, cylinder, tube};
+use crate::build::{bevelled_box, bevelled_cylinder, boxed, catmull_rom, cylinder, tube};
 use crate::mesh::Mesh;
 use crate::pose::Pose;
 use crate::scene::{Batch, MaterialId, Scene};
@@ -362,6 +362,20 @@ fn fridge(batch: &mut Batch, look: &Look, detail: Detail) {
         let bar = handle(detail, high - low).placed(Pose::identity().stretched(1.0, 1.0, 1.6));
         let pose = Pose::at(FRIDGE + 0.07, (low + high) / 2.0, front).rolled(90.0);
         batch.add(look.steel, &bar.placed(pose));
+    }
+    // Notes under magnets.
+    for (x, y, tilt, paper, magnet) in [
+        (1.92, 1.42, 4.0, look.linen, look.red_enamel),
+        (2.07, 1.36, -6.0, look.lemon, look.blue_glaze),
+        (1.95, 1.22, -2.0, look.cream_glaze, look.black),
+    ] {
+        let note = bevelled_box([-0.055, -0.08, 0.0003], [0.055, 0.08, 0.0012], 0.0002);
+        batch.add(paper, &note.placed(Pose::at(x, y, front).rolled(tilt)));
+        let button = bevelled_cylinder(0.011, 0.008, 0.002, detail.pieces(12));
+        batch.add(
+            magnet,
+            &button.placed(Pose::at(x, y + 0.06, front).tilted(90.0)),
+        );
     }
     // A cabinet above fills the space to the beam.
     batch.add(
