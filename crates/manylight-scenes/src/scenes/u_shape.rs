@@ -88,15 +88,15 @@ impl Look {
             ],
             backing: scene.material("backing", matte([0.05, 0.045, 0.04])),
             plaster: scene.material("plaster", matte([0.82, 0.79, 0.73])),
-            sage: scene.material("sage_lacquer", coated([0.5, 0.62, 0.55], 0.16)),
-            walnut: scene.material("walnut", coated([0.3, 0.14, 0.065], 0.14)),
+            sage: scene.material("sage_lacquer", coated([0.64, 0.74, 0.66], 0.16)),
+            walnut: scene.material("walnut", coated([0.38, 0.185, 0.085], 0.14)),
             champagne: scene.material(
                 "champagne_metal",
-                tinted_metal(Metal::Aluminium, 0.2, [1.0, 0.93, 0.82]),
+                tinted_metal(Metal::Aluminium, 0.2, [0.86, 0.8, 0.71]),
             ),
             brass: scene.material("brass", metal(Metal::Brass, 0.12)),
             bronze: scene.material("bronze", metal(Metal::Bronze, 0.1)),
-            leather: scene.material("leather", coated([0.33, 0.06, 0.035], 0.3)),
+            leather: scene.material("leather", coated([0.45, 0.085, 0.045], 0.3)),
             black: scene.material("black_lacquer", coated([0.02, 0.02, 0.022], 0.08)),
             glaze: scene.material("teal_glaze", coated([0.02, 0.17, 0.19], 0.08)),
             opal: scene.material("opal_glass", coated([0.85, 0.82, 0.76], 0.1)),
@@ -310,7 +310,7 @@ fn window(scene: &mut Scene, look: &Look) {
             .stretched(1.0, 1.1, 1.0),
         look.black,
     );
-    scene.emitting([360.0, 356.0, 350.0]);
+    scene.emitting([400.0, 396.0, 390.0]);
 }
 
 /// A closed door in the wall on the left.
