@@ -16,7 +16,7 @@ use std::f64::consts::{PI, TAU};
 const TRUSS: f64 = 2.5;
 const TRUSS_HEIGHT: f64 = 3.45;
 /// Middle of the ball and its radius.
-const BALL: DVec3 = DVec3::new(CENTER.x, 2.75, CENTER.z);
+const BALL: DVec3 = DVec3::new(CENTER.x, 2.48, CENTER.z);
 const BALL_RADIUS: f64 = 0.42;
 
 pub(super) fn add(scene: &mut Scene, look: &Look, detail: Detail) {
