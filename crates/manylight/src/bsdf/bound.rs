@@ -12,6 +12,8 @@ const LEAST_COSINE: f32 = 0.08;
 pub(super) struct Arriving {
     pub(super) axis: Vec3,
     pub(super) spread: Spread,
+    /// The largest cosine by which `f` counts, if that is not the one to the normal of the model.
+    pub(super) projected: Option<f32>,
 }
 
 /// The unit half vectors between one direction and those in a cone.
@@ -36,6 +38,12 @@ impl Arriving {
     #[inline(always)]
     pub(super) fn cosines(&self) -> [f32; 2] {
         self.spread.cosines(self.axis.z)
+    }
+
+    /// Upper bound of the cosine by which `f` counts, where that to the normal is at most `highest`.
+    #[inline(always)]
+    pub(super) fn projection(&self, highest: f32) -> f32 {
+        self.projected.unwrap_or(highest)
     }
 
     /// Smallest and largest cosine to the unit vector `w`.
@@ -72,6 +80,7 @@ impl Bsdf<'_> {
         let arriving = Arriving {
             axis: self.frame.to_local(cone.axis),
             spread: Spread::new(cone.half_angle),
+            projected: None,
         };
         self.bound_local(&arriving, self.frame.to_local(wo), lobes)
     }
@@ -82,13 +91,25 @@ impl Bsdf<'_> {
         leaves.map(|leaf| leaf.bound(arriving, wo, lobes)).sum()
     }
 
-    /// The same of [`Bsdf::f_cos_wo`] of the smooth lobes over directions `wo` in `cone`, where the shading normal is the geometric one: models are
-    /// reciprocal. Infinite for tilted frames, which hang on the viewer, and where light is refracted.
+    /// The same of [`Bsdf::f_cos_wo`] of the smooth lobes over directions `wo` in `cone`: models are reciprocal, and light that leaves counts by the
+    /// geometric normal. Infinite where light is refracted.
     pub fn bound_f_cos_wo(&self, wi: Vec3, cone: &Cone) -> f32 {
-        let mut leaves = self.leaves.iter().map_while(Option::as_ref);
-        if self.transmits || leaves.any(|leaf| leaf.tilt.is_some()) {
+        if self.transmits {
             return f32::INFINITY;
         }
-        self.bound_f_cos_wi(cone, wi, Lobes::SMOOTH)
+        let spread = Spread::new(cone.half_angle);
+        let [lowest, highest] = spread.cosines(cone.axis.dot(self.ng));
+        let is_flat = self.frame.n == self.ng || self.frame.n == -self.ng;
+        let leaving = Arriving {
+            axis: self.frame.to_local(cone.axis),
+            spread,
+            projected: (!is_flat).then_some(highest.max(-lowest)),
+        };
+        let local = self.frame.to_local(wi);
+        let leaves = self.leaves.iter().map_while(Option::as_ref);
+        let sum: f32 = leaves
+            .map(|leaf| leaf.bound_leaving(local, &leaving, Lobes::SMOOTH))
+            .sum();
+        sum / wi.dot(self.ng).abs()
     }
 }

@@ -95,7 +95,7 @@ impl RoughConductor {
         }
         let halves = arriving.halves(wo);
         let f = (self.metal.bound(halves.cosines) * self.tint).max_channel();
-        f * self.facets.visible_bound(halves.highest, cos) * self.facets.seen(wo)
+        f * self.facets.projected_bound(halves.highest, arriving) * self.facets.seen(wo)
     }
 
     #[inline]

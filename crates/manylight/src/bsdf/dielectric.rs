@@ -155,7 +155,7 @@ pub(super) fn interface_bounds(
     let up = |w: Vec3| Vec3::new(w.x, w.y, w.z * side);
     let (arriving, wo) = (arriving.map(up), up(wo));
     let eta = if side > 0.0 { eta } else { eta.recip() };
-    let [lowest, highest] = arriving.cosines();
+    let [lowest, _] = arriving.cosines();
     let halves = arriving.halves(wo);
     let seen = 4.0 * facets.seen(wo);
     let reflected = fresnel::dielectric(halves.cosines[0], eta).reflectance;
@@ -165,7 +165,7 @@ pub(super) fn interface_bounds(
         0.0
     };
     [
-        0.25 * reflected * facets.visible_bound(halves.highest, highest) * seen,
+        0.25 * reflected * facets.projected_bound(halves.highest, &arriving) * seen,
         transmitted * seen,
     ]
 }

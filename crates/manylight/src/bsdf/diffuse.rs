@@ -34,7 +34,10 @@ impl Diffuse {
             return 0.0;
         }
         let [_, cos] = arriving.cosines();
-        self.reflectance.max_channel() * cos.max(0.0) * FRAC_1_PI
+        if cos <= 0.0 {
+            return 0.0;
+        }
+        self.reflectance.max_channel() * arriving.projection(cos) * FRAC_1_PI
     }
 
     #[inline]

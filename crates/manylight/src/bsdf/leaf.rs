@@ -230,6 +230,35 @@ impl Leaf<'_> {
         self.model.eval(wi, wo, self.model_lobes(lobes)) * (self.weight * shadowing)
     }
 
+    /// Upper bound of every channel of `f(wi → wo) |cosθ_i|` times the projection of `leaving`, over the directions `wo` in that cone.
+    pub(super) fn bound_leaving(&self, wi: Vec3, leaving: &Arriving, lobes: Lobes) -> f32 {
+        let Some(tilt) = &self.tilt else {
+            return self.bound(leaving, wi, lobes) * wi.z.abs();
+        };
+        let Some(outer) = self.outer.mirror(wi.z) else {
+            return 0.0;
+        };
+        let mirrored = |mirror: f32| move |w: Vec3| Vec3::new(w.x, w.y, w.z * mirror);
+        let (wi, leaving) = (mirrored(outer)(wi), leaving.map(mirrored(outer)));
+        // Either frame, whatever the viewer sees; both normals are other than the one that counts.
+        let leaving = Arriving {
+            projected: Some(leaving.projected.unwrap_or(1.0)),
+            ..leaving
+        };
+        let within = |normal: Vec3| {
+            let frame = tilt.frame(normal);
+            let local = frame.to_local(wi);
+            let Some(inner) = self.inner.mirror(local.z) else {
+                return 0.0;
+            };
+            let leaving = leaving.map(|w| mirrored(inner)(frame.to_local(w)));
+            let local = mirrored(inner)(local);
+            let bound = self.model.bound(&leaving, local, self.model_lobes(lobes));
+            self.weight * bound * local.z.abs()
+        };
+        within(tilt.normal).max(within(tilt.turned()))
+    }
+
     /// Upper bound of every channel of [`Leaf::eval`] for light from a cone. Tilts are taken to shadow nothing.
     pub(super) fn bound(&self, arriving: &Arriving, mut wo: Vec3, lobes: Lobes) -> f32 {
         let mirrored = |mirror: f32| move |w: Vec3| Vec3::new(w.x, w.y, w.z * mirror);

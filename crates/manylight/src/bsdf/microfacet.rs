@@ -4,6 +4,7 @@
 //! Distribution of Visible Normals", JCGT 2018; Jakob, "An Improved Visible Normal Sampling Routine for the Beckmann Distribution", 2014.
 //! Masking is separable, G(wi, wo) = G1(wi) G1(wo), and Beckmann's G1 is Walter's rational fit: what Mitsuba 3 does.
 
+use super::bound::Arriving;
 use super::material::Distribution;
 use crate::math::{
     Vec2, Vec3,
@@ -157,6 +158,36 @@ impl Microfacets {
             bound
         } else {
             0.0
+        }
+    }
+
+    /// The same for light from a cone, per cosine and times the projection that counts for it instead, if another does.
+    #[inline(always)]
+    pub(super) fn projected_bound(&self, highest: f32, arriving: &Arriving) -> f32 {
+        let [lowest, cos] = arriving.cosines();
+        match arriving.projected {
+            None => self.visible_bound(highest, cos),
+            Some(_) if cos <= 0.0 => 0.0,
+            Some(projected) => {
+                self.visible_bound(highest, 1.0)
+                    * self.masking_per_cosine(lowest.max(0.0))
+                    * projected
+            }
+        }
+    }
+
+    /// Upper bound of what is visible of a facet over the cosine, for cosines from `lowest` on.
+    #[inline(always)]
+    fn masking_per_cosine(&self, lowest: f32) -> f32 {
+        match self.distribution {
+            Distribution::Ggx => {
+                let masked2 = self.min_alpha().min(1.0).powi(2) * (1.0 - lowest * lowest);
+                2.0 / (lowest + (lowest * lowest + masked2).sqrt())
+            }
+            // The fit is below 1 and below 3.535 cosθ / (α sinθ): at 45° one takes over from the other.
+            Distribution::Beckmann => lowest
+                .recip()
+                .min((5.0 / self.min_alpha()).max(std::f32::consts::SQRT_2)),
         }
     }
 

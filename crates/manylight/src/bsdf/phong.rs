@@ -107,7 +107,9 @@ impl Phong {
         if lobes.has(self.lobe_class()) {
             let [_, nearest] = arriving.cosines_to(Vec3::new(-wo.x, -wo.y, wo.z));
             let falloff = nearest.max(0.0).powf(self.exponent);
-            bound += self.specular.max_channel() * ((self.exponent + 2.0) / TAU * falloff * cos);
+            let projection = arriving.projection(cos);
+            bound +=
+                self.specular.max_channel() * ((self.exponent + 2.0) / TAU * falloff * projection);
         }
         bound
     }

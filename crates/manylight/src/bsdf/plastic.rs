@@ -112,7 +112,8 @@ impl Plastic {
             return 0.0;
         }
         let [enters, leaves] = [cos, wo.z].map(|cos| fresnel::coat_transmittance(cos, self.eta));
-        self.base.max_channel() * (enters * leaves * cos * FRAC_1_PI)
+        let projection = arriving.projection(cos);
+        self.base.max_channel() * (enters * leaves * projection * FRAC_1_PI)
     }
 
     #[inline]
@@ -254,13 +255,14 @@ impl<'s> RoughPlastic<'s> {
         if lobes.has(self.coat_class()) {
             let halves = arriving.halves(wo);
             let f = fresnel::dielectric(halves.cosines[0], self.eta).reflectance;
-            let visible = self.facets.visible_bound(halves.highest, cos);
+            let visible = self.facets.projected_bound(halves.highest, arriving);
             bound += self.tint.max_channel() * f * visible * self.facets.seen(wo);
         }
         if lobes.has(Lobes::DIFFUSE) {
             let enters = self.most_transmitted();
             let leaves = interpolate(self.transmittance, wo.z);
-            bound += self.base.max_channel() * (enters * leaves * cos * FRAC_1_PI);
+            let projection = arriving.projection(cos);
+            bound += self.base.max_channel() * (enters * leaves * projection * FRAC_1_PI);
         }
         bound
     }

@@ -86,19 +86,23 @@ impl Front {
         let r = fresnel::reflectance(cos_d, refracted, self.eta);
         let s = schlick_weight(if self.eta > 1.0 { cos_d } else { refracted });
         let reflectance = self.schlick_r0.max_channel() + self.plain * r + self.schlick * s;
-        let interface = facets.visible_bound(halves.highest, highest) * seen;
+        let interface = facets.projected_bound(halves.highest, arriving) * seen;
+        let projection = arriving.projection(highest);
 
         // Retro-reflection rises with θ_i, the rest of the diffuse lobe falls.
         let (least_fi, fi) = (schlick_weight(highest), schlick_weight(lowest.max(0.0)));
         let fo = schlick_weight(wo.z);
         let rr = 2.0 * self.roughness * most_cos_d * most_cos_d;
         let lambert = (1.0 - 0.5 * least_fi) * (1.0 - 0.5 * fo);
-        let full = (lambert + rr * (fi + fo + fi * fo * (rr - 1.0))) * highest;
-        let flat = 1.25 * highest / (highest + wo.z);
+        let full = (lambert + rr * (fi + fo + fi * fo * (rr - 1.0))) * projection;
+        let flat = match arriving.projected {
+            None => 1.25 * highest / (highest + wo.z),
+            Some(projected) => 1.25 * projected / (lowest.max(0.0) + wo.z),
+        };
         let base = full * (1.0 - self.flatness) + flat * self.flatness;
         let sheen = self.sheen.max_channel() * schlick_weight(cos_d);
         let clearcoat = self.clearcoat(s, halves.highest.max(0.0), highest, wo.z);
-        let rest = self.base.max_channel() * base + (sheen + clearcoat) * highest;
+        let rest = self.base.max_channel() * base + (sheen + clearcoat) * projection;
         if highest > 0.0 {
             reflectance * interface + rest
         } else {

@@ -33,6 +33,7 @@ impl Receiver<'_, '_> {
         let arriving = Arriving {
             axis: self.bsdf.frame.to_local(axis),
             spread,
+            projected: None,
         };
         self.bsdf.bound_local(&arriving, self.wo, self.lobes)
     }

@@ -318,6 +318,7 @@ impl<'b, 's> Receivers<'b, 's> {
         Arriving {
             axis: self.to_local(i, axes.vec(i)),
             spread: spreads[i],
+            projected: None,
         }
     }
 

@@ -96,13 +96,20 @@ impl RoughDiffuse {
         }
         // β is the smaller angle, so that tanβ cosθ_i <= sinθ_i and <= tanθ_o cosθ_i; and tan((α + β) / 2) cosβ <= 2.
         let tan_o = safe_sqrt(1.0 - wo.z * wo.z) / wo.z;
-        let grazing = (tan_o * cos).min(1.0);
+        let projection = arriving.projection(cos);
+        let (grazing, steep) = match arriving.projected {
+            None => ((tan_o * cos).min(1.0), 1.0),
+            Some(projected) => (tan_o * projected, projected / wo.z),
+        };
         let first = 1.0 - 0.5 * self.sigma2 / (self.sigma2 + 0.33);
         let rough = self.sigma2 / (self.sigma2 + 0.09);
-        let single = first * cos + 0.45 * rough * grazing;
+        let single = first * projection + 0.45 * rough * grazing;
         let (single, double) = if self.full {
             let double = 0.17 * self.sigma2 / (self.sigma2 + 0.13);
-            (single + 0.125 * rough * 2.0, 2.0 * double * cos)
+            (
+                single + 0.125 * rough * 2.0 * steep,
+                2.0 * double * projection,
+            )
         } else {
             (single, 0.0)
         };

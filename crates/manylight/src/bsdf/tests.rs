@@ -808,6 +808,14 @@ fn hold_bounds(case: &Case, count: u64) -> f64 {
                 "{}: {value} > {bound} for wi {wi}, wo {wo}, {lobes:?}, {cone:?}",
                 case.name
             );
+            let (cone, wo) = cone_with_direction(&mut sampler);
+            let leaving = bsdf.bound_f_cos_wo(wi, &cone);
+            let value_leaving = bsdf.f_cos_wo(wi, wo, Lobes::SMOOTH).max_channel();
+            assert!(
+                value_leaving <= leaving * 1.0001 + 1e-6,
+                "{}: {value_leaving} > {leaving} leaves for wi {wi}, wo {wo}, {cone:?}",
+                case.name
+            );
             if value > 1e-6 && bound.is_finite() {
                 looseness += f64::from(bound / value).ln();
                 lit += 1;

@@ -106,17 +106,25 @@ impl Ward {
         }
         let mut bound = self.base.bound(arriving, wo, lobes);
         if lobes.has(self.lobe_class()) {
-            let norm_cos = match self.variant {
-                WardVariant::Ward => 0.25 * (cos / wo.z).sqrt(),
-                WardVariant::WardDuer => 0.25 / wo.z,
+            let lowest = lowest.max(0.0);
+            let norm_cos = match (self.variant, arriving.projected) {
+                (WardVariant::Ward, None) => 0.25 * (cos / wo.z).sqrt(),
+                (WardVariant::WardDuer, None) => 0.25 / wo.z,
+                (WardVariant::Ward, Some(projected)) => 0.25 * projected / (lowest * wo.z).sqrt(),
+                (WardVariant::WardDuer, Some(projected)) => 0.25 * projected / (lowest * wo.z),
                 // The square of the half vector, which is no unit vector, is 4 at most.
-                WardVariant::Balanced => 4.0 * cos / (lowest.max(0.0) + wo.z).powi(4),
+                (WardVariant::Balanced, _) => {
+                    4.0 * arriving.projection(cos) / (lowest + wo.z).powi(4)
+                }
             };
             let highest = arriving.halves(wo).highest.max(f32::MIN_POSITIVE);
             let tan2 = (1.0 - highest * highest) / (highest * highest);
             let gaussian = (-tan2 / self.alpha.max_element().powi(2)).exp() * FRAC_1_PI
                 / (self.alpha.x * self.alpha.y);
-            bound += self.specular.max_channel() * gaussian * norm_cos;
+            // The norm may be infinite where nothing is left.
+            if gaussian > 0.0 {
+                bound += self.specular.max_channel() * gaussian * norm_cos;
+            }
         }
         bound
     }
