@@ -12,6 +12,7 @@ mod guide;
 mod light_tree;
 mod part_list;
 mod parts;
+mod pieces;
 mod pilot;
 mod point;
 mod strength;
@@ -21,6 +22,7 @@ mod warp_within;
 
 pub use description::{Emitter, Slide};
 pub use environment::Environment;
+pub use pieces::{Piece, PieceCounts};
 
 use crate::color::Rgb;
 use crate::geometry::{Geometry, Ray, SurfacePoint};

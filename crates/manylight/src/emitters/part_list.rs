@@ -14,6 +14,9 @@ use crate::texture::Texture;
 pub(super) struct PartList {
     parts: Vec<Part>,
     of_emitter: Vec<Choice>,
+    /// Strength of each part that is a piece of surface, 0 of the others; and their sum.
+    area_strengths: Vec<f32>,
+    total_area_strength: f32,
     /// Per primitive: where its elements' parts are listed in `part_of_element`.
     elements_of: Vec<Option<Elements>>,
     part_of_element: Vec<u32>,
@@ -46,6 +49,8 @@ impl PartList {
         let mut list = PartList {
             parts: Vec::new(),
             of_emitter: Vec::new(),
+            area_strengths: Vec::new(),
+            total_area_strength: 0.0,
             elements_of: vec![None; geometry.primitives().len()],
             part_of_element: Vec::new(),
         };
@@ -60,10 +65,14 @@ impl PartList {
                 bounds.extend(list.add_primitive(primitive, parts));
             }
         }
+        let strength = |known: &PartBounds| known.power.strength();
+        list.area_strengths = bounds.iter().map(strength).collect();
+        list.total_area_strength = list.area_strengths.iter().sum();
         for (i, emitter) in emitters.iter().enumerate() {
             let power = point_power(emitter, textures);
             if let Some((part, known)) = parts::part_of_point(EmitterId::from(i), emitter, power) {
                 list.parts.push(part);
+                list.area_strengths.push(0.0);
                 bounds.push(known);
             }
         }
@@ -91,6 +100,16 @@ impl PartList {
     #[inline]
     pub(super) fn part(&self, index: usize) -> &Part {
         &self.parts[index]
+    }
+
+    /// By what parts that are pieces of surface are chosen without regard to a receiver; 0 for the others.
+    pub(super) fn area_strengths(&self) -> &[f32] {
+        &self.area_strengths
+    }
+
+    /// Probability of a part in such a choice.
+    pub(super) fn share_of_area(&self, index: usize) -> f32 {
+        self.area_strengths[index] / self.total_area_strength
     }
 
     /// The part at a place of a surface.

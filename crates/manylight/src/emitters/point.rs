@@ -3,7 +3,7 @@
 use super::Emitter;
 use super::parts::RADIANCE_FLOOR;
 use crate::color::Rgb;
-use crate::math::{Frame, Vec2, Vec3};
+use crate::math::{Cone, Frame, Vec2, Vec3};
 use crate::sampling::warp;
 use crate::texture::Texture;
 use std::f32::consts::PI;
@@ -76,6 +76,32 @@ pub(super) fn point_intensity(emitter: &Emitter, textures: &[Texture], w: Vec3) 
             }
         }
         _ => Rgb::BLACK,
+    }
+}
+
+/// Upper bound of the luminance of [`point_intensity`] for all directions in `cone`.
+pub(super) fn point_bound(emitter: &Emitter, textures: &[Texture], cone: &Cone) -> f32 {
+    match *emitter {
+        Emitter::Point { intensity, .. } => intensity.luminance(),
+        Emitter::Spot {
+            direction,
+            intensity,
+            cutoff,
+            beam_width,
+            slide,
+            ..
+        } => {
+            let nearest = (cone.angle_to_axis(direction) - cone.half_angle).max(0.0);
+            let brightest = match slide {
+                Some(slide) => {
+                    let picture = textures[slide.texture.index()].max_luminance(textures);
+                    intensity.max_channel() * picture
+                }
+                None => intensity.luminance(),
+            };
+            brightest * spot_falloff(nearest.cos(), cutoff, beam_width)
+        }
+        _ => 0.0,
     }
 }
 

@@ -3,7 +3,7 @@
 use super::glossy::{Glossy, Profile, ProfileMaker, Profiles};
 use super::moments::{Extent, spread_points};
 use super::source::{Range, Source};
-use super::{Emission, GlossyForm, Reflection, Shares, Site, VirtualLight};
+use super::{Emission, GlossyForm, LightKind, Reflection, Shares, Site, VirtualLight};
 use crate::bsdf::{Bsdf, Exit, Lobes};
 use crate::color::Rgb;
 use crate::geometry::SurfacePoint;
@@ -36,10 +36,14 @@ const PROFILE_NUMBERS: u64 = 2;
 /// Neighbors that tell the surface per light; the light itself is among them.
 const AREA_NEIGHBORS: usize = 9;
 
-/// All virtual lights of one pass with their profiles, sorted along a space-filling curve.
+/// All virtual lights of one pass with their profiles: those that reflect, sorted along a space-filling curve, then those on emitters.
 #[derive(Debug)]
 pub struct LightField<'s> {
     lights: Vec<VirtualLight<'s>>,
+    /// How many reflect,
+    reflecting: usize,
+    /// and how many are within the scene.
+    near: usize,
     reflections: Vec<Reflection<'s>>,
     /// Glossy radiant intensity in W/sr, cosine included.
     profiles: Profiles,
@@ -117,6 +121,8 @@ impl<'s> LightField<'s> {
         let profile_maker = form.map(GlossyForm::maker);
         let mut field = LightField {
             lights: Vec::with_capacity(shares.len()),
+            reflecting: shares.len(),
+            near: shares.len(),
             reflections: Vec::new(),
             profiles: form.map(GlossyForm::store).unwrap_or_default(),
             shares_by_depth: Vec::new(),
@@ -225,9 +231,10 @@ impl<'s> LightField<'s> {
         self.area_per_light(p, 0, &mut Neighbors::new(AREA_NEIGHBORS - 1))
     }
 
-    /// Median of the surface that lights stand for, in m²; 0 without lights.
+    /// Median of the surface that lights stand for which reflect, in m²; 0 without such lights.
     pub fn median_area(&self) -> f32 {
-        let mut areas: Vec<f32> = self.lights.iter().map(|light| light.area).collect();
+        let reflecting = &self.lights[..self.reflecting];
+        let mut areas: Vec<f32> = reflecting.iter().map(|light| light.area).collect();
         let middle = areas.len() / 2;
         areas.sort_unstable_by(f32::total_cmp);
         areas.get(middle).copied().unwrap_or(0.0)
@@ -245,6 +252,33 @@ impl<'s> LightField<'s> {
         &self.lights
     }
 
+    /// How many of the lights reflect: the first. The others stand on emitters.
+    #[inline]
+    pub fn reflecting(&self) -> usize {
+        self.reflecting
+    }
+
+    /// What a light stands on.
+    #[inline]
+    pub fn kind(&self, id: LightId) -> LightKind {
+        match id.index() {
+            k if k < self.reflecting => LightKind::Reflecting,
+            k if k < self.near => LightKind::Emitting,
+            _ => LightKind::Distant,
+        }
+    }
+
+    /// Adds lights that stand on emitters within the scene, and then those beyond it.
+    pub(super) fn extend(
+        &mut self,
+        near: impl Iterator<Item = VirtualLight<'s>>,
+        distant: impl Iterator<Item = VirtualLight<'s>>,
+    ) {
+        self.lights.extend(near);
+        self.near = self.lights.len();
+        self.lights.extend(distant);
+    }
+
     /// The one light path with the given index.
     #[inline(always)]
     pub(crate) fn reflection(&self, index: u32) -> &Reflection<'s> {
@@ -257,10 +291,13 @@ impl<'s> LightField<'s> {
         self.profiles.get(index)
     }
 
-    /// Share of the flux of light `id` that has come over at most `depth` segments. Only told apart in scenes that
+    /// Share of the flux of light `id` that has come over at most `depth` segments: all of an emitter's. Only told apart in scenes that
     /// limit paths to no more than 16 segments; elsewhere, and for greater depths, 1.
     #[inline]
     pub fn share_up_to(&self, id: LightId, depth: u32) -> f32 {
+        if id.index() >= self.reflecting {
+            return 1.0;
+        }
         if depth == 0 {
             return 0.0;
         }

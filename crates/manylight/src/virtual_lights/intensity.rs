@@ -10,12 +10,14 @@ use super::von_mises_fisher::Mixture;
 use super::{Emission, LightField, Reflection, VirtualLight};
 use crate::bsdf::{Exit, Lobes, Outgoing, interpolate_lanes};
 use crate::color::Rgb;
+use crate::emitters::Emitter;
 use crate::ids::LightId;
 use crate::lanes::vectors::{add3, dot, mul3, scale3, splat3};
-use crate::lanes::{LANES, LaneMask, Lanes, Lanes3, exp};
+use crate::lanes::{LANES, LaneMask, Lanes, Lanes3, exp, lanes_of};
 use crate::math::octahedral::Place;
 use crate::math::{Vec2, Vec3};
 use crate::simd::Wide;
+use crate::texture::Texture;
 use std::f32::consts::FRAC_1_PI;
 
 impl LightField<'_> {
@@ -42,6 +44,7 @@ impl LightField<'_> {
                 }
                 sum
             }
+            Emission::Point { emitter, textures } => emitter.point_intensity(textures, w),
         }
     }
 
@@ -67,6 +70,7 @@ impl LightField<'_> {
                 exit,
                 glossy: glossy.map(|index| self.glossy(index)),
             },
+            Emission::Point { emitter, textures } => Shining::Point { emitter, textures },
         }
     }
 }
@@ -84,6 +88,11 @@ pub(crate) enum Shining<'f, 's> {
         diffuse: Rgb,
         exit: &'f Exit<'s>,
         glossy: Option<Glossy<'f>>,
+    },
+    /// See [`Emission::Point`].
+    Point {
+        emitter: &'s Emitter,
+        textures: &'s [Texture],
     },
 }
 
@@ -126,6 +135,13 @@ impl Shining<'_, '_> {
                     }
                 }
                 Lanes3::store(w, sum)
+            }
+            Shining::Point { emitter, textures } => {
+                let mut out = Lanes3::ZERO;
+                for i in lanes_of(active) {
+                    out.set(i, emitter.point_intensity(textures, -wi.vec(i)));
+                }
+                out
             }
         }
     }

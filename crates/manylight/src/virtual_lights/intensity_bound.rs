@@ -5,7 +5,7 @@ use super::glossy::Glossy;
 use super::max_mips::{MaxMips, TEXEL_CONES, largest_in_texels};
 use super::tables::Table;
 use super::von_mises_fisher::{Lobe, Mixture};
-use super::{Emission, LightField, Reflection, VirtualLight};
+use super::{Emission, LightField, Reflection};
 use crate::ids::LightId;
 use crate::lanes::{LANES, Lanes, Lanes3};
 use crate::math::{Cone, Spread, Vec3};
@@ -37,6 +37,15 @@ impl IntensityBound {
             (Some(own), Some(other)) => own.add(other),
             (None, Some(other)) => self.glossy = Some(other.clone()),
             (_, None) => {}
+        }
+    }
+
+    /// Becomes one number for all directions.
+    #[cfg(any(test, feature = "testing"))]
+    pub fn forget_directions(&mut self) {
+        self.normals = Cone::FULL;
+        if let Some(mips) = &mut self.glossy {
+            mips.forget_directions();
         }
     }
 
@@ -78,7 +87,7 @@ impl LightField<'_> {
         let light = &self.lights()[id.index()];
         match &light.emission {
             Emission::Single(index) => IntensityBound {
-                glossy: Some(Box::new(self.reflection(*index).max_mips(light))),
+                glossy: Some(Box::new(self.reflection(*index).max_mips())),
                 ..IntensityBound::NONE
             },
             Emission::Rich {
@@ -92,6 +101,12 @@ impl LightField<'_> {
                         Glossy::Lobes(mixture) => mixture.max_mips(),
                     })
                 }),
+            },
+            Emission::Point { emitter, textures } => IntensityBound {
+                glossy: Some(Box::new(MaxMips::new(std::array::from_fn(|t| {
+                    emitter.bound_point_intensity(textures, &TEXEL_CONES[t])
+                })))),
+                ..IntensityBound::NONE
             },
         }
     }
@@ -120,16 +135,10 @@ impl Mixture<'_> {
 }
 
 impl Reflection<'_> {
-    /// Bounds of the one light path of `light`: infinite where what is known of the surface as a receiver says nothing about it as a light, under
-    /// shading normals and tilts.
-    fn max_mips(&self, light: &VirtualLight) -> MaxMips {
+    /// Bounds of [`Reflection::intensity`].
+    fn max_mips(&self) -> MaxMips {
         MaxMips::new(std::array::from_fn(|t| {
-            let f_cos = if light.n == light.ns {
-                self.bsdf.bound_f_cos_wo(self.wi, &TEXEL_CONES[t])
-            } else {
-                f32::INFINITY
-            };
-            f_cos * self.flux.luminance()
+            self.bsdf.bound_f_cos_wo(self.wi, &TEXEL_CONES[t]) * self.flux.luminance()
         }))
     }
 }

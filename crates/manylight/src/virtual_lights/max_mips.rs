@@ -87,6 +87,15 @@ impl MaxMips {
         }
     }
 
+    /// Every texel becomes the bound of all directions.
+    #[cfg(any(test, feature = "testing"))]
+    pub(super) fn forget_directions(&mut self) {
+        let most = self.everywhere;
+        self.texels.fill(most);
+        self.around.fill(most);
+        self.coarse.fill(most);
+    }
+
     /// Upper bounds of the summed luminance towards one direction for each light, all of them so far from the unit vector in `axes`; lane by lane.
     ///
     /// Per radian, a direction moves by no more than `1/√2` of the unit square in either coordinate (measured: 0.7068 near ±x and ±y). So

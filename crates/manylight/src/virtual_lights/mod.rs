@@ -16,6 +16,7 @@ pub mod moments;
 pub mod neighborhood;
 mod octahedral_grid;
 mod octahedral_profile;
+mod on_emitters;
 pub mod relax;
 pub mod select;
 mod shares;
@@ -39,7 +40,9 @@ pub use tables::TableStorage;
 
 use crate::bsdf::{Bsdf, Exit, Lobes};
 use crate::color::Rgb;
+use crate::emitters::Emitter;
 use crate::math::Vec3;
+use crate::texture::Texture;
 use moments::POINTS;
 
 /// A photon that was chosen to become a light.
@@ -76,6 +79,17 @@ pub struct VirtualLight<'s> {
     pub emission: Emission<'s>,
 }
 
+/// What a virtual light stands on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LightKind {
+    /// A surface that reflects.
+    Reflecting,
+    /// An emitter in the scene.
+    Emitting,
+    /// An emitter beyond the scene.
+    Distant,
+}
+
 /// What a virtual light shines.
 #[derive(Clone, Copy, Debug)]
 pub enum Emission<'s> {
@@ -89,6 +103,13 @@ pub enum Emission<'s> {
         exit: Exit<'s>,
         /// Which profile, if the surface has glossy lobes.
         glossy: Option<u32>,
+    },
+    /// A point or spot among the emitters.
+    Point {
+        /// Which.
+        emitter: &'s Emitter,
+        /// All textures, for what it throws.
+        textures: &'s [Texture],
     },
 }
 
