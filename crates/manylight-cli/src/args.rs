@@ -2,15 +2,16 @@
 
 use crate::preset::{self, PRESETS, Preset};
 use crate::values::{
-    self, COMPLEMENTS, Crop, EMISSIONS, EmissionName, FILTERS, FLUX_RULES, KERNELS, MaxDepth,
-    PLACEMENTS, RENEWALS, STRATEGIES, StrategyName, TABLE_STORAGES,
+    self, COMPLEMENTS, Crop, DIRECT_LIGHTS, EMISSIONS, EmissionName, FILTERS, FLUX_RULES, KERNELS,
+    MaxDepth, PLACEMENTS, RENEWALS, STRATEGIES, StrategyName, TABLE_STORAGES,
 };
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 use clap_complete::Shell;
 use manylight::film::Filter;
 use manylight::integrators::many_light::{
-    ClampRule, Complement, FluxRule, GlossyForm, Kernel, Placement, Renewal, TableStorage,
+    ClampRule, Complement, DirectLight, FluxRule, GlossyForm, Kernel, Placement, Renewal,
+    TableStorage,
 };
 use manylight::math::UVec2;
 use std::num::NonZeroU32;
@@ -182,6 +183,10 @@ pub(crate) struct LightArgs {
     /// How the light that the clamp takes away is given back.
     #[arg(long, value_name = "RULE", value_parser = values::one_of(COMPLEMENTS))]
     pub(crate) complement: Option<Complement>,
+
+    /// How emitters light what the camera sees: sampled at each point, or summed as lights among the others.
+    #[arg(long, value_name = "KIND", value_parser = values::one_of(DIRECT_LIGHTS))]
+    pub(crate) direct: Option<DirectLight>,
 
     /// Photons that say what a light shines where --flux is density or area.
     #[arg(long, value_name = "N")]

@@ -5,8 +5,8 @@ use crate::failure::Failure;
 use crate::preset::{self, Preset};
 use crate::values::{EMISSIONS, EmissionName, StrategyName, emission_name, name_of, strategy_name};
 use manylight::integrators::many_light::{
-    ClampRule, Complement, CutLimits, EmissionKind, FluxRule, GlossyForm, Kernel, ManyLight,
-    Placement, Strategy, TableStorage,
+    ClampRule, Complement, CutLimits, DirectLight, EmissionKind, FluxRule, GlossyForm, Kernel,
+    ManyLight, Placement, ShareOf, Strategy, TableStorage,
 };
 use manylight::integrators::{MethodKind, PhotonMap};
 
@@ -62,6 +62,7 @@ fn first_given(options: &LightArgs, allowed: &[&str]) -> Option<&'static str> {
         ("max-cut", options.max_cut.is_some()),
         ("clamp", options.clamp.is_some()),
         ("complement", options.complement.is_some()),
+        ("direct", options.direct.is_some()),
         ("neighbors", options.neighbors.is_some()),
         ("renewal", options.renewal.is_some()),
     ];
@@ -93,6 +94,7 @@ fn many_light(preset: ManyLight, options: &LightArgs) -> Result<ManyLight, Failu
         strategy: strategy(preset.strategy, options)?,
         clamp: options.clamp.unwrap_or(clamp),
         complement: options.complement.unwrap_or(complement),
+        direct: options.direct.unwrap_or(preset.direct),
         neighbors: options.neighbors.map_or(preset.neighbors, |n| n.get()),
         renewal: options.renewal.unwrap_or(preset.renewal),
         ..preset
@@ -106,11 +108,16 @@ fn strategy(preset: Strategy, options: &LightArgs) -> Result<Strategy, Failure> 
         Strategy::Cuts(limits) => limits,
         Strategy::All => CutLimits::default(),
     };
-    match options.strategy.unwrap_or(strategy_name(preset)) {
-        StrategyName::Lightcuts => Ok(Strategy::Cuts(CutLimits {
+    let cuts = |share_of| {
+        Ok(Strategy::Cuts(CutLimits {
             max_error: options.max_error.unwrap_or(preset_limits.max_error),
+            share_of,
             max_lights: (options.max_cut).map_or(preset_limits.max_lights, |n| n.get()),
-        })),
+        }))
+    };
+    match options.strategy.unwrap_or(strategy_name(preset)) {
+        StrategyName::Lightcuts => cuts(ShareOf::Point),
+        StrategyName::Bidirectional => cuts(ShareOf::Pixel),
         StrategyName::All => {
             let given = [
                 ("max-error", options.max_error.is_some()),
@@ -198,6 +205,16 @@ fn check_axes(method: &ManyLight) -> Result<(), Failure> {
             "--kernel sphere with --complement",
             "nothing is clamped that could be given back; use --complement none",
         )
+    } else if is_bidirectional(method) && method.complement != Complement::KolligKeller {
+        (
+            "--strategy bidirectional without --complement kollig-keller",
+            "eye paths go on with what the clamp takes; use --strategy lightcuts",
+        )
+    } else if sphere && method.direct == DirectLight::Summed {
+        (
+            "--kernel sphere with --direct summed",
+            "a piece of an emitter is no sphere; use --direct sampled",
+        )
     } else {
         return Ok(());
     };
@@ -205,6 +222,10 @@ fn check_axes(method: &ManyLight) -> Result<(), Failure> {
         format!("{problem} is a contradiction"),
         help,
     ))
+}
+
+fn is_bidirectional(method: &ManyLight) -> bool {
+    strategy_name(method.strategy) == StrategyName::Bidirectional
 }
 
 #[cfg(test)]

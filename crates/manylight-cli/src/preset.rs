@@ -1,8 +1,8 @@
 //! The methods by name. A name is a preset of the axes; this table is the only place that knows them.
 
 use crate::values::{
-    COMPLEMENTS, EMISSIONS, FLUX_RULES, KERNELS, PLACEMENTS, RENEWALS, STRATEGIES, TABLE_STORAGES,
-    clamp_name, emission_name, name_of, strategy_name,
+    COMPLEMENTS, DIRECT_LIGHTS, EMISSIONS, FLUX_RULES, KERNELS, PLACEMENTS, RENEWALS, STRATEGIES,
+    TABLE_STORAGES, clamp_name, emission_name, name_of, strategy_name,
 };
 use manylight::integrators::many_light::{EmissionKind, FluxRule, GlossyForm, Strategy};
 use manylight::integrators::{ManyLight, MethodKind, PhotonMap};
@@ -59,6 +59,11 @@ pub(crate) const PRESETS: &[Preset] = &[
         name: "rich-lightcuts",
         summary: "Lightcuts through many Rich-VPLs",
         kind: || MethodKind::ManyLight(ManyLight::rich_lightcuts()),
+    },
+    Preset {
+        name: "bidirectional-lightcuts",
+        summary: "Lightcuts from the ends of eye paths too, each as closely as its pixel needs",
+        kind: || MethodKind::ManyLight(ManyLight::bidirectional_lightcuts()),
     },
     Preset {
         name: "photon-map",
@@ -153,6 +158,7 @@ fn axes(method: &ManyLight) -> Vec<(&'static str, String)> {
     }
     axes.push(("clamp", clamp_name(method.clamp)));
     axes.push(("complement", word(name_of(COMPLEMENTS, &method.complement))));
+    axes.push(("direct", word(name_of(DIRECT_LIGHTS, &method.direct))));
     if matches!(method.flux, FluxRule::Density | FluxRule::Area)
         && method.emission != EmissionKind::Single
     {
@@ -184,12 +190,19 @@ mod tests {
                 "vpl-is",
                 "vsl",
                 "lightcuts",
-                "rich-lightcuts"
+                "rich-lightcuts",
+                "bidirectional-lightcuts"
             ]
         );
         assert_eq!(
             names_with("table-size"),
-            ["rich-vpl", "rich-vpl-paper", "rich-vsl", "rich-lightcuts"]
+            [
+                "rich-vpl",
+                "rich-vpl-paper",
+                "rich-vsl",
+                "rich-lightcuts",
+                "bidirectional-lightcuts"
+            ]
         );
     }
 

@@ -3,8 +3,8 @@
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use manylight::film::Filter;
 use manylight::integrators::many_light::{
-    ClampRule, Complement, EmissionKind, FluxRule, GlossyForm, Kernel, Placement, Renewal, Snap,
-    Strategy, TableStorage,
+    ClampRule, Complement, DirectLight, EmissionKind, FluxRule, GlossyForm, Kernel, Placement,
+    Renewal, ShareOf, Snap, Strategy, TableStorage,
 };
 use manylight::math::UVec2;
 use std::time::Duration;
@@ -49,6 +49,12 @@ pub(crate) const COMPLEMENTS: &Names<Complement> = &[
     ("photons", Complement::Photons),
 ];
 
+/// How emitters light what the camera sees.
+pub(crate) const DIRECT_LIGHTS: &Names<DirectLight> = &[
+    ("sampled", DirectLight::Sampled),
+    ("summed", DirectLight::Summed),
+];
+
 /// What each light shines, without sizes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum EmissionName {
@@ -90,19 +96,25 @@ pub(crate) enum StrategyName {
     All,
     /// Some for all, by cuts through a tree.
     Lightcuts,
+    /// The same, at the ends of longer eye paths as closely as the pixel needs it.
+    Bidirectional,
 }
 
 /// Which lights are evaluated.
 pub(crate) const STRATEGIES: &Names<StrategyName> = &[
     ("all", StrategyName::All),
     ("lightcuts", StrategyName::Lightcuts),
+    ("bidirectional", StrategyName::Bidirectional),
 ];
 
 /// The name of which lights are evaluated.
 pub(crate) fn strategy_name(strategy: Strategy) -> StrategyName {
     match strategy {
         Strategy::All => StrategyName::All,
-        Strategy::Cuts(_) => StrategyName::Lightcuts,
+        Strategy::Cuts(limits) => match limits.share_of {
+            ShareOf::Point => StrategyName::Lightcuts,
+            ShareOf::Pixel => StrategyName::Bidirectional,
+        },
     }
 }
 

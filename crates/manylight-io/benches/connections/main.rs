@@ -12,24 +12,18 @@
 
 #[path = "../visibility/clock.rs"]
 mod clock;
+mod tiles;
 
-use manylight::gather::{
-    Clamp, Gather, Gathered, Kernel, Lights, Selection, ShadingPoint, Strategy,
-};
+use manylight::gather::{Clamp, Gather, Gathered, Kernel, Lights, ShadingPoint, Strategy};
 use manylight::integrators::PassContext;
 use manylight::integrators::many_light::{Complement, ManyLight};
-use manylight::math::{UVec2, Vec2};
-use manylight::sampling::{Pass, rng::Pcg};
+use manylight::sampling::Pass;
 use manylight::scene::Scene;
 use manylight::stats::Stats;
-use manylight_io::{LoadOptions, load_scene};
-use std::path::Path;
 use std::sync::atomic::AtomicBool;
+use tiles::{TILE, load, tiles};
 
 const REPEATS: usize = 5;
-/// Width and height of the picture, and of a tile.
-const SIDE: usize = 512;
-const TILE: usize = 8;
 /// Pairs of pixels and lights in a measurement, about.
 const PAIRS: usize = 1 << 26;
 
@@ -51,15 +45,6 @@ fn main() {
             bench(&scene, count);
         }
     }
-}
-
-fn load(path: &Path) -> Scene {
-    let mut desc = load_scene(path, &LoadOptions::default())
-        .unwrap_or_else(|error| panic!("{}: {error}", path.display()))
-        .desc;
-    let film = &mut desc.sensors[0].film;
-    *film = film.with_size(UVec2::splat(SIDE as u32));
-    Scene::build(desc, 0).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
 fn bench(scene: &Scene, count: u32) {
@@ -118,35 +103,4 @@ fn measure(scene: &Scene, gather: &Gather, lights: &Lights, tiles: &[Vec<Shading
         rate(total.connections),
         total.radiance.luminance() / (tiles.len() * TILE * TILE) as f32,
     );
-}
-
-/// What the camera sees in random tiles, as far as it sees anything.
-fn tiles(scene: &Scene, count: usize) -> Vec<Vec<ShadingPoint<'_>>> {
-    let mut random = Pcg::new(4);
-    let mut below = |n: usize| random.next_u32() as usize % n * TILE;
-    let mut tiles = Vec::new();
-    while tiles.len() < count {
-        let corner = (below(SIDE / TILE), below(SIDE / TILE));
-        let pixels = (0..TILE * TILE).map(|i| (corner.0 + i % TILE, corner.1 + i / TILE));
-        let points: Vec<_> = pixels.filter_map(|(x, y)| seen(scene, x, y)).collect();
-        if !points.is_empty() {
-            tiles.push(points);
-        }
-    }
-    tiles
-}
-
-fn seen(scene: &Scene, x: usize, y: usize) -> Option<ShadingPoint<'_>> {
-    let center = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
-    let ray = scene.sensor.ray(center, Vec2::splat(0.5)).ray;
-    let (_, x) = scene.intersect(&ray)?;
-    Some(ShadingPoint {
-        x,
-        wo: -ray.d,
-        bsdf: scene.bsdf(&x),
-        max_photon_depth: None,
-        u: 0.5,
-        lights: Selection::ALL,
-        lit_from: None,
-    })
 }

@@ -8,7 +8,7 @@ use super::block::Block;
 use super::clamp::Way;
 use super::points::{BATCHES, Batch};
 use super::sphere::{Cone, LightLobe, Samples, only, sphere_radius};
-use super::{Clamp, Gather, Gathered, Kernel, Lights, Viewpoint};
+use super::{Clamp, Gather, Gathered, Kernel, Lights, ON_EMITTERS, Viewpoint};
 use crate::ids::LightId;
 use crate::lanes::vectors::{dot, luminance, mul3, scale3, splat3};
 use crate::lanes::{LANES, LaneMask, Lanes, Lanes3};
@@ -66,20 +66,24 @@ impl simd::Kernel for AddLights<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, s: S) {
         let w = s.wide();
-        let field = &self.lights.field;
+        let (selection, direct) = self.batches[0].kind();
+        let lights = selection.indices(self.lights.count(direct));
+        let connections = lights.len();
         let mut sum = Sum::new(w, self.gather, self.scene, self.lights, self.batches);
-        for k in self.batches[0].lights.indices(field.lights().len()) {
+        sum.gathered.push([Lanes3::ZERO; BATCHES]);
+        for k in lights {
+            sum.slot = usize::from(k >= self.lights.field.reflecting());
             sum.add_light(w, LightId(k as u32), self.sums);
         }
         sum.flush(w, self.sums);
         sum.count_clamped(self.sums);
         for (b, batch) in self.batches.iter().enumerate() {
             for (i, &member) in batch.members.iter().enumerate() {
-                let lights = batch.lights.count(field.lights().len());
                 let sum_there = &mut self.sums[member];
                 sum_there.radiance += sum.gathered[0][b].rgb(i);
-                sum_there.terms = lights as u32;
-                sum_there.connections = lights as u64;
+                sum_there.direct += sum.gathered[1][b].rgb(i);
+                sum_there.terms = connections as u32;
+                sum_there.connections = connections as u64;
             }
         }
     }
@@ -181,6 +185,45 @@ impl Gather {
             samples: None,
         }
     }
+}
+
+/// [`Clamp::kept`] in each lane.
+#[inline(always)]
+fn kept(
+    clamp: Clamp,
+    batch: &Batch,
+    f_cos: &Lanes3,
+    w: &Lanes3,
+    inv_d2: &Lanes,
+    n: Vec3,
+    area: f32,
+) -> Lanes {
+    let lane = |clamp: Clamp, i: usize| {
+        clamp.kept(&Way {
+            w: w.vec(i),
+            inv_d2: inv_d2[i],
+            f_cos: f_cos.rgb(i),
+            n_x: batch.ng.vec(i),
+            n_y: n,
+            area,
+        })
+    };
+    let mut kept = [1.0; LANES];
+    // One loop for each kind: the choice must not be made in every lane.
+    match clamp {
+        Clamp::None => {}
+        Clamp::Auto(strength) => {
+            for i in 0..LANES {
+                kept[i] = lane(Clamp::Auto(strength), i);
+            }
+        }
+        Clamp::Value(limit) => {
+            for i in 0..LANES {
+                kept[i] = lane(Clamp::Value(limit), i);
+            }
+        }
+    }
+    kept
 }
 
 #[inline(always)]
@@ -474,7 +517,13 @@ impl<'a, 'b, 's> Sum<'a, 'b, 's> {
         let f_cos = batch.receivers.f_cos_wi(w, &directions, active);
         let stands_for = self.gather.stands_for(batch.lights);
         let area = part.area * stands_for / self.gather.finer;
-        let kept = self.kept(
+        let clamp = if source.id.index() < self.lights.field.reflecting() {
+            self.gather.clamp
+        } else {
+            ON_EMITTERS
+        };
+        let kept = kept(
+            clamp,
             batch,
             &f_cos,
             &directions,
@@ -484,45 +533,6 @@ impl<'a, 'b, 's> Sum<'a, 'b, 's> {
         );
         let value = mul3(w, f_cos.load(w), scale3(w, intensity.load(w), inv_d2));
         (only(w, active, value), w.load(&kept))
-    }
-
-    /// [`Clamp::kept`] in each lane.
-    #[inline(always)]
-    fn kept(
-        &self,
-        batch: &Batch,
-        f_cos: &Lanes3,
-        w: &Lanes3,
-        inv_d2: &Lanes,
-        n: Vec3,
-        area: f32,
-    ) -> Lanes {
-        let lane = |clamp: Clamp, i: usize| {
-            clamp.kept(&Way {
-                w: w.vec(i),
-                inv_d2: inv_d2[i],
-                f_cos: f_cos.rgb(i),
-                n_x: batch.ng.vec(i),
-                n_y: n,
-                area,
-            })
-        };
-        let mut kept = [1.0; LANES];
-        // One loop for each kind: the choice must not be made in every lane.
-        match self.gather.clamp {
-            Clamp::None => {}
-            Clamp::Auto(strength) => {
-                for i in 0..LANES {
-                    kept[i] = lane(Clamp::Auto(strength), i);
-                }
-            }
-            Clamp::Value(limit) => {
-                for i in 0..LANES {
-                    kept[i] = lane(Clamp::Value(limit), i);
-                }
-            }
-        }
-        kept
     }
 
     /// The share of a light's flux that fits the path limits of each point, times the number of lights that it stands for.

@@ -6,12 +6,12 @@
 //! the points by what they send there.
 
 use super::connect::Sum;
+use super::hidden::Screens;
 use super::points::{BATCHES, Batch};
-use super::{Gather, Gathered, Lights};
-use crate::color::Rgb;
+use super::{DirectLight, Gather, Gathered, Lights};
 use crate::lanes::vectors::luminance;
 use crate::lanes::{LANES, Lanes, Lanes3, lanes_of};
-use crate::light_tree::{Drawn, LightTree};
+use crate::light_tree::{Drawn, LightTree, Sent};
 use crate::math::Vec3;
 use crate::sampling::rng::{self, Pcg};
 use crate::scene::Scene;
@@ -20,10 +20,24 @@ use crate::simd::{self, Isa, Simd, Wide};
 /// When a cut is fine enough.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CutLimits {
-    /// No cluster may be off by more than this share of what a point reflects of all lights.
+    /// No cluster may be off by more than this share.
     pub max_error: f32,
+    /// Of what.
+    pub share_of: ShareOf,
     /// Most lights and clusters, even if some are off by more.
     pub max_lights: u32,
+}
+
+/// What the error of a cluster is compared with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ShareOf {
+    /// What the point reflects of all lights.
+    Point,
+    /// What the pixel shows of all lights where an eye path ends that goes on beyond the first point: see [`ShadingPoint::tolerance`]. Source:
+    /// Walter, Khungurn, Bala, "Bidirectional Lightcuts", SIGGRAPH 2012.
+    ///
+    /// [`ShadingPoint::tolerance`]: super::ShadingPoint::tolerance
+    Pixel,
 }
 
 impl Default for CutLimits {
@@ -31,6 +45,7 @@ impl Default for CutLimits {
     fn default() -> Self {
         CutLimits {
             max_error: 0.02,
+            share_of: ShareOf::Point,
             max_lights: 1000,
         }
     }
@@ -48,8 +63,8 @@ struct Cluster {
     slot: usize,
     /// The light that stands for all below the node.
     drawn: Drawn,
-    /// Upper bounds of the luminance of what all its lights send to each point; 0 for single lights, which are exact.
-    bounds: [Lanes; BATCHES],
+    /// What all its lights may send to each point; nothing for single lights, which are exact.
+    sent: [Sent; BATCHES],
 }
 
 /// See [`Gather::add_cut`].
@@ -104,27 +119,26 @@ impl simd::Kernel for AddCut<'_> {
     #[inline(always)]
     fn run<S: Simd>(mut self, s: S) {
         let w = s.wide();
-        if self.tree.root().is_none() {
-            return;
-        }
         let mut sum = Sum::new(w, self.gather, self.scene, self.lights, self.batches);
-        let drawn = self.draw(0);
-        let mut cut = vec![Cluster {
-            node: 0,
-            slot: 0,
-            drawn,
-            bounds: self.bounds(0),
-        }];
-        sum.add_light(w, drawn.id, self.sums);
+        sum.gathered.clear();
+        let mut cut = Vec::new();
+        let roots = self.tree.roots();
+        let roots = match self.batches[0].direct {
+            DirectLight::Sampled => &roots[..1],
+            DirectLight::Summed => &roots[..],
+        };
+        for &root in roots.iter().flatten() {
+            self.put(w, None, root, &mut cut, &mut sum);
+        }
         sum.flush(w, self.sums);
         let mut allowed = self.allowed(w, &cut, &sum.gathered);
+        let mut screens = Screens::new(self.scene, self.batches);
         let mut coarse = Vec::new();
         loop {
             coarse.clear();
             for (k, cluster) in cut.iter().enumerate() {
-                let excess = excess(&cluster.bounds, &allowed);
-                if excess > 1.0 {
-                    coarse.push((excess, k));
+                if most_of(&cluster.sent, &allowed, |sent| &sent.bounds) > 1.0 {
+                    coarse.push((most_of(&cluster.sent, &allowed, |sent| &sent.likely), k));
                 }
             }
             let room = (self.limits.max_lights as usize).saturating_sub(cut.len());
@@ -142,6 +156,10 @@ impl simd::Kernel for AddCut<'_> {
                 let Some(children) = self.tree.children(cut[k].node) else {
                     continue;
                 };
+                if self.is_hidden(w, &cut[k], &sum.gathered, &mut screens) {
+                    cut.swap_remove(k);
+                    continue;
+                }
                 let parent = cut.swap_remove(k);
                 let field = &self.lights.field;
                 let (heir, drawn) = (self.tree).inherit(field, children, parent.drawn, self.middle);
@@ -164,6 +182,22 @@ impl AddCut<'_> {
         (self.tree).draw(&self.lights.field, node, self.middle, &mut self.rng)
     }
 
+    /// Whether one surface hides all of a cluster from all points. Worth a look only where nothing has arrived from its light.
+    #[inline(always)]
+    fn is_hidden<W: Wide>(
+        &self,
+        w: W,
+        cluster: &Cluster,
+        gathered: &[[Lanes3; BATCHES]],
+        screens: &mut Screens,
+    ) -> bool {
+        let arrived = gathered[cluster.slot].iter().flat_map(|lanes| &lanes.0);
+        let target = self.lights.field.lights()[cluster.drawn.id.index()].p;
+        let node = &self.tree.nodes()[cluster.node];
+        arrived.flatten().all(|&x| x == 0.0)
+            && screens.hide(w, &node.bounds.grown(node.offset), target)
+    }
+
     /// Puts a node into the cut, unless none of the points can receive anything from it; with its parent's light and the slot of that, or
     /// one of its own.
     #[inline(always)]
@@ -175,9 +209,10 @@ impl AddCut<'_> {
         cut: &mut Vec<Cluster>,
         sum: &mut Sum,
     ) {
-        let bounds = self.bounds(node);
+        let sent = self.sent(w, node);
         let is_leaf = self.tree.children(node).is_none();
-        if !is_leaf && bounds.iter().flatten().all(|&bound| bound == 0.0) {
+        let bounds = sent.iter().flat_map(|sent| &sent.bounds);
+        if !is_leaf && bounds.copied().all(|bound| bound == 0.0) {
             return;
         }
         let (slot, drawn) = match inherited {
@@ -194,29 +229,33 @@ impl AddCut<'_> {
             node,
             slot,
             drawn,
-            bounds,
+            sent,
         });
     }
 
-    /// [`Node::bounds`] for each point.
+    /// [`Node::sent`] for each point.
     #[inline(always)]
-    fn bounds(&self, node: usize) -> [Lanes; BATCHES] {
-        let mut bounds = [[0.0; LANES]; BATCHES];
+    fn sent<W: Wide>(&self, w: W, node: usize) -> [Sent; BATCHES] {
+        let mut sent = [Sent::NOTHING; BATCHES];
         if self.tree.children(node).is_none() {
-            return bounds;
+            return sent;
         }
         let node = &self.tree.nodes()[node];
-        for (bounds, batch) in bounds.iter_mut().zip(self.batches) {
-            let used = batch.used();
-            let all = node.bounds(&batch.p, &batch.receivers, used);
-            for i in lanes_of(used) {
-                bounds[i] = all[i];
+        for (sent, batch) in sent.iter_mut().zip(self.batches) {
+            let facing = batch.facing_cluster(w, &node.bounds, &node.normals);
+            if facing == 0 {
+                continue;
+            }
+            let all = node.sent(&batch.p, &batch.receivers, facing);
+            for i in lanes_of(facing) {
+                sent.bounds[i] = all.bounds[i];
+                sent.likely[i] = all.likely[i];
             }
         }
-        bounds
+        sent
     }
 
-    /// By how much a cluster may be off at each point: a share of the luminance of the sum there.
+    /// By how much a cluster may be off at each point: a share of the luminance of the sum there, or what the point tolerates.
     #[inline(always)]
     fn allowed<W: Wide>(
         &self,
@@ -234,7 +273,12 @@ impl AddCut<'_> {
             *total = w.store(sum);
         }
         let brightest = totals.iter().flatten().copied().fold(0.0, f32::max);
-        totals.map(|total| total.map(|x| self.limits.max_error * x.max(DARKEST * brightest)))
+        let mut allowed =
+            totals.map(|total| total.map(|x| self.limits.max_error * x.max(DARKEST * brightest)));
+        for (allowed, batch) in allowed.iter_mut().zip(self.batches) {
+            *allowed = w.store(w.max(w.load(allowed), w.load(&batch.tolerance)));
+        }
+        allowed
     }
 
     /// Adds up the cut.
@@ -242,13 +286,17 @@ impl AddCut<'_> {
         for (b, batch) in self.batches.iter().enumerate() {
             for (i, &member) in batch.members.iter().enumerate() {
                 let sum = &mut self.sums[member];
-                let terms = cut
-                    .iter()
-                    .map(|c| gathered[c.slot][b].rgb(i) / c.drawn.probability);
-                sum.radiance += terms.sum::<Rgb>();
+                for c in cut {
+                    let radiance = gathered[c.slot][b].rgb(i) / c.drawn.probability;
+                    if c.drawn.id.index() < self.lights.field.reflecting() {
+                        sum.radiance += radiance;
+                    } else {
+                        sum.direct += radiance;
+                    }
+                }
                 sum.terms = cut.len() as u32;
                 sum.connections = gathered.len() as u64;
-                let bound = cut.iter().map(|c| c.bounds[b][i]).fold(0.0, f32::max);
+                let bound = cut.iter().map(|c| c.sent[b].bounds[i]).fold(0.0, f32::max);
                 if bound > 0.0 {
                     sum.cluster_error = bound / allowed[b][i] * self.limits.max_error;
                 }
@@ -268,16 +316,19 @@ fn middle(batches: &[Batch]) -> Vec3 {
     batches.iter().map(places).sum::<Vec3>() / count as f32
 }
 
-/// How many times too much the worst bound is.
+/// The largest number of any point, as a multiple of what is allowed there.
 #[inline(always)]
-fn excess(bounds: &[Lanes; BATCHES], allowed: &[Lanes; BATCHES]) -> f32 {
-    let mut worst = 0.0f32;
-    for (bounds, allowed) in bounds.iter().zip(allowed) {
-        for (&bound, &allowed) in bounds.iter().zip(allowed) {
+fn most_of(
+    sent: &[Sent; BATCHES],
+    allowed: &[Lanes; BATCHES],
+    number: impl Fn(&Sent) -> &Lanes,
+) -> f32 {
+    let mut most = 0.0f32;
+    for (sent, allowed) in sent.iter().zip(allowed) {
+        for (&x, &allowed) in number(sent).iter().zip(allowed) {
             // Where nothing is allowed, nothing but 0 will do.
-            let excess = if bound > 0.0 { bound / allowed } else { 0.0 };
-            worst = worst.max(excess);
+            most = most.max(if x > 0.0 { x / allowed } else { 0.0 });
         }
     }
-    worst
+    most
 }

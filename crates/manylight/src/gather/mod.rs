@@ -4,13 +4,14 @@ mod block;
 mod clamp;
 mod connect;
 mod cut;
+mod hidden;
 mod points;
 mod sphere;
 #[cfg(test)]
 mod tests;
 
 pub use clamp::Clamp;
-pub use cut::CutLimits;
+pub use cut::{CutLimits, ShareOf};
 
 use crate::bsdf::Bsdf;
 use crate::color::Rgb;
@@ -22,6 +23,9 @@ use crate::scene::Scene;
 use crate::virtual_lights::{LightField, Spot};
 use clamp::Way;
 use points::{BATCHES, Batch, Reach};
+
+/// What is done about the singularity of lights on emitters, whatever else is clamped: directions that find the emitter bring the rest.
+const ON_EMITTERS: Clamp = Clamp::Auto(1.0);
 
 /// How one light is evaluated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,6 +48,15 @@ pub enum Strategy {
     Cuts(CutLimits),
 }
 
+/// How the light of emitters comes to a point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum DirectLight {
+    /// By samples of emitters, apart from the sum over lights.
+    Sampled,
+    /// By the lights that stand on emitters, summed with the others.
+    Summed,
+}
+
 /// Where lights are summed: a surface point, seen along `-wo`.
 #[derive(Clone, Copy, Debug)]
 pub struct ShadingPoint<'s> {
@@ -59,6 +72,10 @@ pub struct ShadingPoint<'s> {
     pub u: f32,
     /// Which lights are summed here.
     pub lights: Selection,
+    /// Whether those on emitters are among them.
+    pub direct: DirectLight,
+    /// Radiance by which any cluster of lights may be off here, luminance; 0 where only a share of the sum may be.
+    pub tolerance: f32,
     /// Only light that arrives on the side of this normal counts, if given.
     pub lit_from: Option<Vec3>,
 }
@@ -177,6 +194,22 @@ impl<'s> Lights<'s> {
             ..self
         }
     }
+
+    /// How many lights are summed, of all selections together: the first ones.
+    fn count(&self, direct: DirectLight) -> usize {
+        match direct {
+            DirectLight::Sampled => self.field.reflecting(),
+            DirectLight::Summed => self.field.lights().len(),
+        }
+    }
+
+    /// For measurements: clusters know nothing of where their lights shine, only how bright they are at most.
+    #[cfg(any(test, feature = "testing"))]
+    pub fn forget_directions(&mut self) {
+        if let Some(tree) = &mut self.tree {
+            tree.forget_directions();
+        }
+    }
 }
 
 /// How lights are summed.
@@ -186,7 +219,7 @@ pub struct Gather {
     pub kernel: Kernel,
     /// Which are evaluated. For cuts the lights must have a tree.
     pub strategy: Strategy,
-    /// What is done about the singularity.
+    /// What is done about the singularity. Lights on emitters have [`ON_EMITTERS`].
     pub clamp: Clamp,
     /// How many times smaller than what a light stands for the surface is that the clamp sees, and a sphere has.
     pub finer: f32,
@@ -195,8 +228,10 @@ pub struct Gather {
 /// A sum of lights, with what it cost.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Gathered {
-    /// Radiance towards the viewer.
+    /// Radiance towards the viewer from lights that reflect,
     pub radiance: Rgb,
+    /// and from those on emitters.
+    pub direct: Rgb,
     /// Radiance that the clamp took away, before visibility; luminance.
     pub clamped: f32,
     /// Luminance before clamp and visibility.
@@ -217,7 +252,7 @@ impl Gather {
     pub fn sum(&self, scene: &Scene, lights: &Lights, points: &[ShadingPoint]) -> Vec<Gathered> {
         let mut sums = vec![Gathered::default(); points.len()];
         let batches = Batch::all(points);
-        for same_lights in batches.chunk_by(|a, b| a.lights == b.lights) {
+        for same_lights in batches.chunk_by(|a, b| a.kind() == b.kind()) {
             for group in same_lights.chunks(BATCHES) {
                 match self.strategy {
                     Strategy::All => self.add_lights(scene, lights, group, &mut sums),
@@ -237,6 +272,29 @@ impl Gather {
             Strategy::All => selection.stands_for(),
             Strategy::Cuts(_) => 1.0,
         }
+    }
+
+    /// Share of the light that the piece of an emitter at `y` with normal `n`, which stands for so much `area` in m², should send to `at` and the sum lacks,
+    /// because the clamp takes it. `f_cos` as for [`Gather::missing`].
+    pub fn missing_of_emitter(
+        &self,
+        at: &Viewpoint,
+        y: Vec3,
+        n: Vec3,
+        area: f32,
+        f_cos: Rgb,
+    ) -> f32 {
+        let to_y = y - at.p;
+        let inv_d = to_y.length_squared().sqrt().recip();
+        let way = Way {
+            w: to_y * inv_d,
+            inv_d2: inv_d * inv_d,
+            f_cos,
+            n_x: at.n,
+            n_y: n,
+            area: area * self.stands_for(at.lights) / self.finer,
+        };
+        1.0 - ON_EMITTERS.kept(&way)
     }
 
     /// Share of the light from `y` that the sum at `at` lacks, because the clamp takes it away from the light that photons at

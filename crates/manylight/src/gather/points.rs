@@ -1,13 +1,14 @@
 //! The shading points of a tile in lanes, those with scattering functions of one form and the same lights together.
 
-use super::{Selection, ShadingPoint};
+use super::{DirectLight, Selection, ShadingPoint};
 use crate::bsdf::{Form, Lobes, Receivers};
 use crate::geometry::SurfacePoint;
 use crate::lanes::vectors::{abs3, dot, splat3, sub3};
 use crate::lanes::{LANES, LaneMask, Lanes, Lanes3, mask};
-use crate::math::{Aabb, Vec3};
+use crate::math::{Aabb, Cone, Vec3};
 use crate::simd::Wide;
 use crate::virtual_lights::VirtualLight;
+use std::f32::consts::PI;
 
 /// Batches that are connected to lights together: as many points as a mask has bits.
 pub(super) const BATCHES: usize = 64 / LANES;
@@ -66,6 +67,8 @@ pub(super) struct Batch<'b, 's> {
     open: LaneMask,
     /// How far positions may be off by rounding, in m.
     rounding: Lanes,
+    /// [`ShadingPoint::tolerance`].
+    pub tolerance: Lanes,
     /// Random numbers of the points.
     pub u: Lanes,
     /// How they reflect.
@@ -76,8 +79,10 @@ pub(super) struct Batch<'b, 's> {
     pub widths: Lanes,
     /// Where shadow rays start that leave by the side of the geometric normal, and by the other.
     pub origins: [[Vec3; LANES]; 2],
-    /// Which lights are summed at all of them.
+    /// Which lights are summed at all of them,
     pub lights: Selection,
+    /// and whether those on emitters are among them.
+    pub direct: DirectLight,
     /// Normals on the side of which light must arrive, for the points in `limited`.
     lit_from: Lanes3,
     limited: LaneMask,
@@ -88,21 +93,21 @@ pub(super) struct Batch<'b, 's> {
 impl<'b, 's> Batch<'b, 's> {
     /// The points of a tile in batches, sorted by selection, form and place: rays to common lights should be alike.
     pub(super) fn all(points: &'b [ShadingPoint<'s>]) -> Vec<Self> {
-        let mut kinds: Vec<((Form, Selection), Vec<usize>)> = Vec::new();
+        let mut kinds: Vec<((Form, Selection, DirectLight), Vec<usize>)> = Vec::new();
         for (i, point) in points.iter().enumerate() {
-            let kind = (point.bsdf.form(), point.lights);
+            let kind = (point.bsdf.form(), point.lights, point.direct);
             match kinds.iter_mut().find(|(k, _)| *k == kind) {
                 Some((_, members)) => members.push(i),
                 None => kinds.push((kind, vec![i])),
             }
         }
-        kinds.sort_by_key(|((_, lights), _)| *lights);
+        kinds.sort_by_key(|((_, lights, direct), _)| (*lights, *direct));
         for (_, members) in &mut kinds {
             sort_in_compact_runs(members, points);
         }
         kinds
             .iter()
-            .flat_map(|((form, _), members)| {
+            .flat_map(|((form, ..), members)| {
                 members
                     .chunks(LANES)
                     .map(|members| Batch::new(*form, members, points))
@@ -122,6 +127,7 @@ impl<'b, 's> Batch<'b, 's> {
             receiving: Lanes3::from_fn(|i| receiving(i).unwrap_or(Vec3::ZERO)),
             open: mask(|i| receiving(i).is_none()),
             rounding: std::array::from_fn(|i| rounding_at(at(i).x.p)),
+            tolerance: std::array::from_fn(|i| at(i).tolerance),
             u: std::array::from_fn(|i| at(i).u),
             receivers: Receivers::new(
                 form,
@@ -132,6 +138,7 @@ impl<'b, 's> Batch<'b, 's> {
             widths: std::array::from_fn(|i| at(i).bsdf.glossy_width()),
             origins: [1.0, -1.0].map(|side| std::array::from_fn(|i| origin(i, side))),
             lights: at(0).lights,
+            direct: at(0).direct,
             lit_from: Lanes3::from_fn(|i| at(i).lit_from.unwrap_or(Vec3::ZERO)),
             limited: mask(|i| at(i).lit_from.is_some()),
             depths: members
@@ -139,6 +146,11 @@ impl<'b, 's> Batch<'b, 's> {
                 .any(|&m| points[m].max_photon_depth.is_some())
                 .then(|| std::array::from_fn(|i| at(i).max_photon_depth)),
         }
+    }
+
+    /// Batches of one kind sum the same lights.
+    pub(super) fn kind(&self) -> (Selection, DirectLight) {
+        (self.lights, self.direct)
     }
 
     /// The lanes that are points.
@@ -184,6 +196,25 @@ impl<'b, 's> Batch<'b, 's> {
         } else {
             LaneMask::MAX
         };
+        self.used() & (above | self.open) & before
+    }
+
+    /// The points that some light of a cluster may reach: see [`Batch::facing`], here of boxes. All lights of the cluster have their points in
+    /// `bounds` and their normals in `normals`, on the side of which alone they shine.
+    #[inline(always)]
+    pub(super) fn facing_cluster<W: Wide>(&self, w: W, bounds: &Aabb, normals: &Cone) -> LaneMask {
+        let (center, half) = (bounds.center(), splat3(w, bounds.extent() * 0.5));
+        let rounding = w.add(w.load(&self.rounding), w.splat(rounding_at(center)));
+        let (receiving, to) = (self.receiving.load(w), self.towards(w, center));
+        let highest = w.add(dot(w, receiving, to), dot(w, abs3(w, receiving), half));
+        let above = w.bits(w.lt(rounding, highest)) as LaneMask;
+        // The chord to the farthest normal, times the distance, is how much nearer to a horizon a point may be.
+        let chord = 2.0 * (0.5 * normals.half_angle.clamp(0.0, PI)).sin();
+        let axis = splat3(w, normals.axis);
+        let farthest = w.add(w.sqrt(dot(w, to, to)), w.sqrt(dot(w, half, half)));
+        let nearest = w.sub(dot(w, axis, to), dot(w, abs3(w, axis), half));
+        let nearest = w.sub(nearest, w.mul(w.splat(chord), farthest));
+        let before = w.bits(w.lt(nearest, w.sub(w.splat(0.0), rounding))) as LaneMask;
         self.used() & (above | self.open) & before
     }
 

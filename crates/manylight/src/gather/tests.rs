@@ -17,7 +17,7 @@ use crate::virtual_lights::{
     Division, GlossyForm, Shares, TableStorage, VirtualLight, assign, select,
 };
 
-const PASS: Pass = Pass { seed: 3, index: 1 };
+pub(super) const PASS: Pass = Pass { seed: 3, index: 1 };
 const UNLIMITED: PathLimits = PathLimits {
     max_depth: None,
     rr_depth: 5,
@@ -45,7 +45,7 @@ fn lights(scene: &Scene, form: Option<GlossyForm>, limits: PathLimits) -> Lights
 }
 
 /// What the camera sees in a film's pixels; off their centers, some of which see the very edges of the room.
-fn points(scene: &Scene, depths: bool) -> Vec<ShadingPoint<'_>> {
+pub(super) fn points(scene: &Scene, depths: bool) -> Vec<ShadingPoint<'_>> {
     let size = scene.sensor.desc().film.size;
     (0..size.x * size.y)
         .filter_map(|i| {
@@ -63,6 +63,8 @@ fn points(scene: &Scene, depths: bool) -> Vec<ShadingPoint<'_>> {
                 } else {
                     Selection::ALL
                 },
+                direct: DirectLight::Sampled,
+                tolerance: 0.0,
                 lit_from: (i % 7 == 0).then_some(Vec3::new(0.6, 0.0, 0.8)),
             })
         })
@@ -428,6 +430,7 @@ fn cuts_are_as_good_as_promised() {
             sum(Strategy::Cuts(CutLimits {
                 max_error,
                 max_lights,
+                ..CutLimits::default()
             }))
         };
         let all = sum(Strategy::All);

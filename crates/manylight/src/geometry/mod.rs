@@ -7,6 +7,7 @@ mod layer;
 pub mod mesh;
 mod placement;
 pub mod ray;
+mod screen;
 pub mod shape;
 pub mod surface_point;
 #[cfg(test)]
@@ -18,6 +19,7 @@ pub use block::BLOCK;
 use bvh::Shaft;
 pub use mesh::Mesh;
 pub use ray::{Ray, Segment};
+pub use screen::Screen;
 pub use shape::Shape;
 pub use surface_point::{SurfacePoint, SurfaceRef};
 pub use world::{AreaSample, Geometry, Hit, Instance, Primitive};

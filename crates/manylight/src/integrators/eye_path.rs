@@ -215,6 +215,7 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
             reach: self.set.caustic_reach(self.length),
             broad: f32::INFINITY,
             found: 1.0,
+            summed: None,
         }
     }
 

@@ -3,16 +3,19 @@
 use super::PassContext;
 use super::carried::{CARRIED_NEIGHBORS, Carried};
 use super::caustics::CAUSTIC_NEIGHBORS;
-use super::eye_path::{EyePath, EyePaths};
+use super::eye_path::{EyePath, EyePaths, Gathering};
 use super::partition::Stage;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
+use crate::emitters::PieceCounts;
 use crate::film::{FilmSampler, Layer, TileSamples};
-use crate::gather::{Gather, Lights, Selection, ShadingPoint};
+use crate::gather::{
+    CutLimits, DirectLight, Gather, Gathered, Lights, Selection, ShadingPoint, ShareOf, Strategy,
+};
 use crate::maps::{IncidentMap, KdTree, Neighbors};
 use crate::math::Vec2;
 use crate::particles::Photon;
-use crate::sampling::Stream;
+use crate::sampling::{Pass, Stream};
 use crate::scene::{PathLimits, Scene};
 use crate::stats::Stats;
 use crate::transport::Walk;
@@ -38,6 +41,10 @@ pub struct LightSet<'s> {
     pub(super) limits: PathLimits,
     pub(super) gather: Gather,
     pub(super) complement: Complement,
+    /// How emitters light what the camera sees,
+    pub(super) direct: DirectLight,
+    /// and among how many lights they are divided for that.
+    pub(super) pieces: PieceCounts,
     /// The virtual lights.
     pub lights: Lights<'s>,
     /// Which light a photon anywhere would belong to.
@@ -46,6 +53,8 @@ pub struct LightSet<'s> {
     pub caustics: KdTree<Photon>,
     /// Photons that bring some of what the clamp takes.
     pub(super) carried: KdTree<Carried>,
+    /// Radiance by which clusters of lights may be off in any pixel, luminance; 0 without clusters.
+    pub(super) tolerance: f32,
     /// Where light from afar comes from.
     pub(super) incident: IncidentMap,
     /// Width of a pixel at the camera, in m, and its growth per m.
@@ -66,7 +75,90 @@ pub(super) fn pixel_width(scene: &Scene) -> (f32, f32) {
     (a.o.distance(b.o), a.d.distance(b.d))
 }
 
+/// Points of the picture whose mean tells how bright it is about,
+const PROBES: u32 = 256;
+/// by so many clusters of lights at most.
+const PROBE_LIGHTS: u32 = 64;
+/// Errors count where they are seen: a pixel counts as no darker than this share of the mean.
+const DARK: f32 = 0.05;
+
 impl<'s> LightSet<'s> {
+    /// The set with the tolerance that its cuts may have, if it has any.
+    pub(super) fn with_tolerance(self, pass: Pass) -> Self {
+        let Strategy::Cuts(limits) = self.gather.strategy else {
+            return self;
+        };
+        let size = self.scene.sensor.desc().film.size.as_vec2();
+        let probe = |k: u32| {
+            let mut sampler = pass.sampler(Stream::Selection, 4 + u64::from(k));
+            let film = sampler.next_2d() * size;
+            let ray = self.scene.sensor.ray(film, sampler.next_2d()).ray;
+            let (_, x) = self.scene.intersect(&ray)?;
+            Some(ShadingPoint {
+                x,
+                wo: -ray.d,
+                bsdf: self.scene.bsdf(&x),
+                max_photon_depth: None,
+                u: 0.5,
+                lights: Selection::ALL,
+                direct: self.direct,
+                tolerance: 0.0,
+                lit_from: None,
+            })
+        };
+        let probes: Vec<ShadingPoint> = (0..PROBES).filter_map(probe).collect();
+        let coarse = Gather {
+            strategy: Strategy::Cuts(CutLimits {
+                max_lights: PROBE_LIGHTS,
+                ..limits
+            }),
+            ..self.gather
+        };
+        let sums = coarse.sum(self.scene, &self.lights, &probes);
+        let radiance = |sum: &Gathered| (sum.radiance + sum.direct).luminance();
+        let mean = sums.iter().map(radiance).sum::<f32>() / PROBES as f32;
+        LightSet {
+            tolerance: limits.max_error * DARK * mean,
+            ..self
+        }
+    }
+
+    /// The points with the sums over lights there.
+    fn sums(&self, points: Vec<Gathering<'s>>) -> Vec<(Gathering<'s>, Gathered)> {
+        let sum = |mut points: Vec<Gathering<'s>>| {
+            for point in &mut points {
+                let of_pixel = self.tolerance / point.throughput.luminance();
+                point.at.tolerance = point.at.tolerance.max(of_pixel.min(f32::MAX));
+            }
+            let places: Vec<ShadingPoint> = points.iter().map(|point| point.at).collect();
+            let sums = self.gather.sum(self.scene, &self.lights, &places);
+            points.into_iter().zip(sums).collect::<Vec<_>>()
+        };
+        let Strategy::Cuts(limits) = self.gather.strategy else {
+            return sum(points);
+        };
+        if limits.share_of == ShareOf::Point {
+            return sum(points);
+        }
+        let (seen, mut beyond): (Vec<_>, Vec<_>) = points
+            .into_iter()
+            .partition(|point| point.stage == Stage::BeforeX);
+        let mut sums = sum(seen);
+        let pixels = sums.iter().map(|(point, _)| point.pixel + 1).max();
+        let mut shown = vec![0.0; pixels.unwrap_or(0)];
+        for (point, gathered) in &sums {
+            let radiance = point.throughput * (gathered.radiance + gathered.direct);
+            shown[point.pixel] += radiance.luminance();
+        }
+        for point in &mut beyond {
+            let shown = shown.get(point.pixel).copied().unwrap_or(0.0);
+            let throughput = point.throughput.luminance().max(f32::MIN_POSITIVE);
+            point.at.tolerance = limits.max_error * shown / throughput;
+        }
+        sums.extend(sum(beyond));
+        sums
+    }
+
     /// The lights of one of the passes.
     fn selection(&self, pass: u32) -> Selection {
         let part = self.first_part + (pass - self.passes.start);
@@ -106,9 +198,7 @@ impl<'s> LightSet<'s> {
         let (mut connections, mut clamped, mut unclamped) = (0, 0.0, 0.0);
         let mut found = Neighbors::new(CAUSTIC_NEIGHBORS);
         let mut found_carried = Neighbors::new(CARRIED_NEIGHBORS);
-        let places: Vec<ShadingPoint> = points.iter().map(|point| point.at).collect();
-        let sums = self.gather.sum(self.scene, &self.lights, &places);
-        for (point, gathered) in points.iter().zip(sums) {
+        for (point, gathered) in self.sums(points) {
             let layer = |event| point.stage.after(Lobes::SMOOTH).after(event).layer();
             out.add(
                 point.pixel,
@@ -117,20 +207,25 @@ impl<'s> LightSet<'s> {
             );
             out.add(
                 point.pixel,
+                point.stage.after(Lobes::SMOOTH).layer(),
+                point.throughput * gathered.direct,
+            );
+            out.add(
+                point.pixel,
                 layer(Lobes::SPECULAR),
-                point.throughput * self.caustic_radiance(point, &mut found),
+                point.throughput * self.caustic_radiance(&point, &mut found),
             );
             out.add(
                 point.pixel,
                 layer(Lobes::SMOOTH),
-                point.throughput * self.carried_radiance(point, &mut found_carried),
+                point.throughput * self.carried_radiance(&point, &mut found_carried),
             );
             connections += gathered.connections;
             shadow_rays += gathered.shadow_rays;
             if point.stage == Stage::BeforeX {
                 // Within a cluster that could not be refined, nothing bounds it.
                 let error = gathered.cluster_error.min(1.0);
-                let bound = point.throughput * gathered.radiance * error;
+                let bound = point.throughput * (gathered.radiance + gathered.direct) * error;
                 out.add(
                     point.pixel,
                     Layer::CutSize,

@@ -9,8 +9,9 @@ pub use super::light_set::Complement;
 use super::light_set::{LightSet, pixel_width};
 use super::{PassContext, carried};
 use crate::bsdf::Lobes;
+use crate::emitters::PieceCounts;
 use crate::film::Film;
-pub use crate::gather::{CutLimits, Kernel, Strategy};
+pub use crate::gather::{CutLimits, DirectLight, Kernel, ShareOf, Strategy};
 use crate::gather::{Gather, Lights, Selection};
 use crate::maps::{IncidentMap, KdTree};
 use crate::particles::{Importon, Photon, for_lights, trace_importons, trace_photons};
@@ -49,6 +50,8 @@ pub struct ManyLight {
     pub clamp: ClampRule,
     /// How the light that the clamp takes away is given back.
     pub complement: Complement,
+    /// How emitters light what the camera sees.
+    pub direct: DirectLight,
     /// Which lights the passes have.
     pub renewal: Renewal,
 }
@@ -61,6 +64,8 @@ const MAX_SET_LIGHTS: u32 = 32_768;
 const MAX_SET_PHOTON_PATHS: u32 = 1 << 22;
 /// Lights that become finer are as fine as at the start for so many passes.
 const COARSE_PASSES: f32 = 16.0;
+/// Lights on emitters for each light that reflects, where they are summed.
+pub(super) const ON_EMITTERS: f64 = 0.25;
 /// A set has no more lights than this just to make them finer.
 const MAX_FINER_LIGHTS: u32 = 1 << 18;
 
@@ -165,7 +170,14 @@ impl ManyLight {
         };
         let first_part = (pass.sampler(Stream::Selection, 1).next_1d() * parts as f32) as u32;
         let is_used = |k: usize| (k as u32 + parts - first_part) % parts < count;
-        let lights = all.make_lights(scene, limits, &run, &placed, is_used);
+        let mut lights = all.make_lights(scene, limits, &run, &placed, is_used);
+        let pieces = self.pieces(scene, parts);
+        if self.direct == DirectLight::Summed {
+            run.stats.time("lights", || {
+                let mut sampler = run.pass.sampler(Stream::Selection, 3);
+                lights.add_emitters(scene, pieces, &mut sampler);
+            });
+        }
         // With the complement, the sum is whole whatever the clamp takes; and a cut is through all lights, of which finer ones are more.
         let finer = match (self.complement, self.strategy) {
             (Complement::None, Strategy::All) => finer,
@@ -189,6 +201,8 @@ impl ManyLight {
             limits,
             gather,
             complement: self.complement,
+            direct: self.direct,
+            pieces,
             lights,
             claims: placed.claims,
             caustics,
@@ -198,7 +212,15 @@ impl ManyLight {
             parts,
             first_part,
             passes,
+            tolerance: 0.0,
         }
+        .with_tolerance(pass)
+    }
+
+    /// Among how many lights emitters are divided in a set, one in `parts` of which is summed.
+    fn pieces(&self, scene: &Scene, parts: u32) -> PieceCounts {
+        let count = (ON_EMITTERS * f64::from(self.light_count)).ceil() as u32;
+        scene.emitters.piece_counts(count * parts)
     }
 
     fn ready<'s>(&self, lights: LightField<'s>, run: &PassContext) -> Lights<'s> {

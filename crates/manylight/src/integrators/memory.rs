@@ -1,6 +1,6 @@
 //! How much memory a render will take, told before it is taken.
 
-use super::many_light::{EmissionKind, Strategy};
+use super::many_light::{DirectLight, EmissionKind, ON_EMITTERS, Strategy};
 use super::{ManyLight, Method, MethodKind, PhotonMap};
 use crate::bsdf::Lobes;
 use crate::film::Film;
@@ -74,6 +74,10 @@ impl ManyLight {
         };
         let light = LightField::bytes_per_light(form, glossy, limits) + tree;
         let in_the_dark = LightField::bytes_per_light(form, 0.0, limits);
+        let on_emitters = match self.direct {
+            DirectLight::Sampled => 0.0,
+            DirectLight::Summed => ON_EMITTERS * (in_the_dark + tree),
+        };
         let stage = |stage, bytes: f64| StageMemory {
             stage,
             bytes: bytes as u64,
@@ -86,7 +90,7 @@ impl ManyLight {
             ),
             stage(
                 "lights",
-                f64::from(self.light_count) * sets * (light + dark * in_the_dark),
+                f64::from(self.light_count) * sets * (light + dark * in_the_dark + on_emitters),
             ),
         ]
     }

@@ -3,7 +3,7 @@
 use super::axes::{ClampRule, EmissionKind, FluxRule, Placement, Renewal};
 use super::light_set::Complement;
 use super::many_light::ManyLight;
-use crate::gather::{CutLimits, Kernel, Strategy};
+use crate::gather::{CutLimits, DirectLight, Kernel, ShareOf, Strategy};
 use crate::virtual_lights::{GlossyForm, TableStorage};
 
 /// Lights per pass where a cut makes them cheap.
@@ -27,6 +27,7 @@ impl ManyLight {
             strategy: Strategy::All,
             clamp: ClampRule::Auto,
             complement: Complement::KolligKeller,
+            direct: DirectLight::Sampled,
             renewal: Renewal::Finer,
         }
     }
@@ -92,6 +93,17 @@ impl ManyLight {
             light_count: MANY,
             photon_paths: 64 * MANY,
             ..ManyLight::vpl()
+        }
+    }
+
+    /// Lightcuts of Rich-VPLs from the ends of eye paths, as many as the clamp asks for.
+    pub fn bidirectional_lightcuts() -> Self {
+        ManyLight {
+            strategy: Strategy::Cuts(CutLimits {
+                share_of: ShareOf::Pixel,
+                ..CutLimits::default()
+            }),
+            ..ManyLight::rich_lightcuts()
         }
     }
 

@@ -18,11 +18,11 @@
 use super::carried::{broad, share_of_directions};
 use super::eye_path::{EyePath, Gathering, MAX_CHAIN, weight};
 use super::guided::{draw_direction, guide_at, guided_pdf};
-use super::light_set::Complement;
+use super::light_set::{Complement, LightSet};
 use super::partition::Stage;
 use crate::bsdf::{BsdfNumbers, BsdfSample, Lobes};
 use crate::color::Rgb;
-use crate::gather::{Owner, Selection, ShadingPoint};
+use crate::gather::{DirectLight, Owner, Selection, ShadingPoint, Viewpoint};
 use crate::maps::IncidentGuide;
 use crate::math::Vec3;
 use crate::transport::direct::{LightPlan, found_environment, found_radiance};
@@ -65,6 +65,16 @@ pub(super) struct Branch<'s> {
     pub(super) broad: f32,
     /// On the way to a surface: share of the branch that counts for emitters found.
     pub(super) found: f32,
+    /// On that way: where it comes from, if lights on emitters were summed there.
+    pub(super) summed: Option<SummedAt>,
+}
+
+/// A point from where a direction completes the sum over lights on emitters.
+#[derive(Clone, Copy)]
+pub(super) struct SummedAt {
+    at: Viewpoint,
+    /// `f cosθ` of the direction, in 1/sr.
+    f_cos: Rgb,
 }
 
 impl<'s> EyePath<'_, 's, '_, '_> {
@@ -77,18 +87,25 @@ impl<'s> EyePath<'_, 's, '_, '_> {
         lights: Selection,
         directions: u32,
     ) {
-        let at = self.gather_at(v, &branch, lights);
+        let direct = self.direct_at(&branch);
+        let at = self.gather_at(v, &branch, lights, direct);
         let completes = self.set.complement == Complement::KolligKeller;
         let surface = (completes && directions >= ASKING_DIRECTIONS)
             .then(|| ASKED_SURFACE * self.set.lights.field.surface_per_light(at.x.p));
-        let guide = guide_at(&self.set.incident, v, &mut self.paths.found);
+        // Sums need no directions to what is far.
+        let guide = match direct {
+            DirectLight::Sampled => guide_at(&self.set.incident, v, &mut self.paths.found),
+            DirectLight::Summed => None,
+        };
         branch.walk.scale(1.0 / directions as f32);
         let (for_emitters, for_directions) =
             (self.sampler.next_spread(), self.sampler.next_spread());
         for i in 0..directions {
-            let (u_choice, u) = for_emitters.triple(i);
-            let plan = LightPlan::new(self.set.scene, u_choice, u);
-            self.emitters_at(v, &branch, guide.as_ref(), &plan);
+            if direct == DirectLight::Sampled {
+                let (u_choice, u) = for_emitters.triple(i);
+                let plan = LightPlan::new(self.set.scene, u_choice, u);
+                self.emitters_at(v, &branch, guide.as_ref(), &plan);
+            }
             let (lobe, direction) = for_directions.triple(i);
             let u = (i as f32 + self.sampler.next_1d()) / directions as f32;
             let sample = draw_direction(
@@ -117,12 +134,22 @@ impl<'s> EyePath<'_, 's, '_, '_> {
         }
     }
 
+    /// How emitters light the end of a branch. Where photons bring a part of their light, a sum would bring that again.
+    fn direct_at(&self, branch: &Branch) -> DirectLight {
+        if branch.broad.is_infinite() {
+            self.set.direct
+        } else {
+            DirectLight::Sampled
+        }
+    }
+
     /// The end `v` of a branch becomes a gathering point.
     fn gather_at(
         &mut self,
         v: &Vertex<'s>,
         branch: &Branch<'s>,
         lights: Selection,
+        direct: DirectLight,
     ) -> ShadingPoint<'s> {
         let limits = self.set.limits;
         let at = ShadingPoint {
@@ -132,6 +159,8 @@ impl<'s> EyePath<'_, 's, '_, '_> {
             max_photon_depth: limits.max_depth.map(|max| max - (v.segments + 1)),
             u: self.sampler.next_1d(),
             lights,
+            direct,
+            tolerance: 0.0,
             lit_from: branch.lit_from,
         };
         self.paths.points.push(Gathering {
@@ -163,8 +192,12 @@ impl<'s> EyePath<'_, 's, '_, '_> {
             return;
         }
         branch.stage = branch.stage.after(Lobes::DIFFUSE);
-        branch.found =
-            share_of_directions(branch.broad, v.bsdf.f_cos_wi(wi, v.w_prev, Lobes::SMOOTH));
+        let f_cos = v.bsdf.f_cos_wi(wi, v.w_prev, Lobes::SMOOTH);
+        branch.found = share_of_directions(branch.broad, f_cos);
+        branch.summed = (x.direct == DirectLight::Summed).then(|| SummedAt {
+            at: x.into(),
+            f_cos,
+        });
         let Some(y) = self.next_surface(&mut branch) else {
             return;
         };
@@ -178,7 +211,7 @@ impl<'s> EyePath<'_, 's, '_, '_> {
             self.mirrored(y.clone(), branch.clone(), share);
         }
         if y.bsdf.lobes().has(Lobes::SMOOTH) && self.set.complement == Complement::KolligKeller {
-            branch.broad = broad(v.bsdf.f_cos_wi(wi, v.w_prev, Lobes::SMOOTH));
+            branch.broad = broad(f_cos);
             self.complement(&y, branch, x, surface);
         }
     }
@@ -238,6 +271,7 @@ impl<'s> EyePath<'_, 's, '_, '_> {
             (most, strength) = (MIRRORED, MIRRORED_EFFORT);
         }
         branch.lit_from = None;
+        branch.summed = None;
         branch.broad = f32::INFINITY;
         branch.stage = branch.stage.after(Lobes::SPECULAR);
         branch.walk.scale(share);
@@ -271,9 +305,18 @@ impl<'s> EyePath<'_, 's, '_, '_> {
             let walk = &mut branch.walk;
             let (w, found, hit) = match walk.advance() {
                 Step::Hidden => return None,
-                Step::Escaped(wi) => (wi, found_environment(scene, walk.previous(), wi), None),
+                Step::Escaped(wi) => {
+                    let found = match &branch.summed {
+                        Some(summed) => self.set.unsummed_environment(summed, wi),
+                        None => found_environment(scene, walk.previous(), wi),
+                    };
+                    (wi, found, None)
+                }
                 Step::Hit(y) => {
-                    let found = found_radiance(scene, walk.previous(), &y.x, y.w_prev);
+                    let found = match &branch.summed {
+                        Some(summed) => self.set.unsummed_radiance(summed, &y),
+                        None => found_radiance(scene, walk.previous(), &y.x, y.w_prev),
+                    };
                     (-y.w_prev, found, Some(y))
                 }
             };
@@ -302,5 +345,31 @@ impl<'s> EyePath<'_, 's, '_, '_> {
         (set.gather).missing(&set.lights, &x.into(), y, owner, |w| {
             x.bsdf.f_cos_wi(w, x.wo, Lobes::SMOOTH)
         })
+    }
+}
+
+impl LightSet<'_> {
+    /// Of what the surroundings send along `wi`, what the sum over lights on emitters lacks.
+    fn unsummed_environment(&self, summed: &SummedAt, wi: Vec3) -> Rgb {
+        let (emitters, at) = (&self.scene.emitters, &summed.at);
+        let (radiance, _) = emitters.environment(None, wi);
+        if radiance.is_black() {
+            return radiance;
+        }
+        // At any distance, a surface that fills the solid angle.
+        let area = emitters.solid_angle_per_piece(self.pieces, wi);
+        radiance * (self.gather).missing_of_emitter(at, at.p + wi, -wi, area, summed.f_cos)
+    }
+
+    /// The same of what the surface at `y` emits.
+    fn unsummed_radiance(&self, summed: &SummedAt, y: &Vertex) -> Rgb {
+        let (scene, at) = (self.scene, &summed.at);
+        let emitters = &scene.emitters;
+        let radiance = emitters.radiance(&scene.geometry, &scene.textures, &y.x, y.w_prev);
+        if radiance.is_black() {
+            return radiance;
+        }
+        let area = emitters.area_per_piece(self.pieces, &y.x);
+        radiance * (self.gather).missing_of_emitter(at, y.x.p, y.x.ng, area, summed.f_cos)
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{Content, LightTree, Node};
 use crate::ids::LightId;
-use crate::math::Aabb;
+use crate::math::{Aabb, Cone};
 use crate::virtual_lights::{IntensityBound, LightField, VirtualLight};
 
 /// Normals count as places at this part of the diagonal of all lights.
@@ -20,6 +20,9 @@ struct Item {
     id: LightId,
     flux: f32,
     bounds: Aabb,
+    /// See [`Node::normals`] and [`Node::offset`].
+    normals: Cone,
+    offset: f32,
     /// Place and scaled normal.
     at: [f32; 6],
 }
@@ -69,26 +72,39 @@ impl Extent {
 }
 
 impl LightTree {
-    /// The tree over those of the lights that `is_used` names and that have flux.
+    /// The trees over those of the lights that `is_used` names and that have flux.
     pub fn new(field: &LightField, is_used: impl Fn(LightId) -> bool) -> Self {
         let lights = field.lights();
         let used = (0..lights.len() as u32).map(LightId).filter(|&id| {
             let flux = lights[id.index()].flux.luminance();
             flux > 0.0 && is_used(id)
         });
-        let used: Vec<LightId> = used.collect();
-        let places = Aabb::from_points(used.iter().map(|id| lights[id.index()].p));
-        let scale = NORMAL_SCALE * places.diagonal();
-        let mut items: Vec<Item> = used
-            .into_iter()
-            .map(|id| Item::new(id, &lights[id.index()], scale))
-            .collect();
-        if items.is_empty() {
-            return LightTree::default();
+        let mut groups: [Vec<LightId>; 3] = Default::default();
+        for id in used {
+            groups[field.kind(id) as usize].push(id);
         }
-        let mut nodes = vec![Node::EMPTY; 2 * items.len() - 1];
-        build(field, &mut items, &mut nodes, 0, 0);
-        LightTree { nodes }
+        let mut tree = LightTree::default();
+        for (k, ids) in groups.iter().enumerate() {
+            tree.roots[k] = tree.add(field, ids);
+        }
+        tree
+    }
+
+    /// Adds a tree over some lights; returns its root.
+    fn add(&mut self, field: &LightField, ids: &[LightId]) -> Option<usize> {
+        if ids.is_empty() {
+            return None;
+        }
+        let lights = field.lights();
+        let places = Aabb::from_points(ids.iter().map(|id| lights[id.index()].p));
+        let scale = NORMAL_SCALE * places.diagonal();
+        let item = |&id: &LightId| Item::new(id, &lights[id.index()], scale);
+        let mut items: Vec<Item> = ids.iter().map(item).collect();
+        let first = self.nodes.len();
+        let count = 2 * items.len() - 1;
+        self.nodes.resize(first + count, Node::EMPTY);
+        build(field, &mut items, &mut self.nodes[first..], first as u32, 0);
+        Some(first)
     }
 }
 
@@ -99,6 +115,12 @@ impl Item {
             id,
             flux: light.flux.luminance(),
             bounds: Aabb::from_points(light.points).include(p),
+            offset: light.offset,
+            normals: if light.one_sided {
+                Cone::from_axis(light.n)
+            } else {
+                Cone::FULL
+            },
             at: [p.x, p.y, p.z, n.x, n.y, n.z],
         }
     }
@@ -107,6 +129,8 @@ impl Item {
 impl Node {
     const EMPTY: Node = Node {
         bounds: Aabb::EMPTY,
+        normals: Cone::EMPTY,
+        offset: 0.0,
         flux: 0.0,
         intensity: IntensityBound::NONE,
         content: Content::Light(LightId(0)),
@@ -124,6 +148,8 @@ fn build(
     if let [item] = items {
         nodes[0] = Node {
             bounds: item.bounds,
+            normals: item.normals,
+            offset: item.offset,
             flux: item.flux,
             content: Content::Light(item.id),
             ..Node::EMPTY
@@ -147,6 +173,8 @@ fn build(
     let [a, b] = [&left_nodes[0], &right_nodes[0]];
     node[0] = Node {
         bounds: a.bounds.union(b.bounds),
+        normals: a.normals.union(b.normals),
+        offset: a.offset.max(b.offset),
         flux: a.flux + b.flux,
         intensity: intensity.clone(),
         content: Content::Nodes { second },
@@ -222,6 +250,8 @@ mod tests {
             id: LightId(k),
             flux: 1.0,
             bounds: Aabb::from_points([Vec3::X * x]),
+            normals: Cone::FULL,
+            offset: 0.0,
             at: [x, 0.0, 0.0, 0.0, 0.0, 0.0],
         };
         let mut items: Vec<Item> = (0..30)

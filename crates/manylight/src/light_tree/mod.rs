@@ -1,4 +1,4 @@
-//! A binary tree over virtual lights. Every node bounds what is below it, and any of its lights may be drawn to stand for all.
+//! Binary trees over virtual lights: one over those that reflect, one over those on emitters, one over those beyond the scene. Every node bounds what is below it, and any of its lights may be drawn to stand for all.
 //!
 //! Source: Walter et al., "Lightcuts: A Scalable Approach to Illumination", SIGGRAPH 2005; here the lights of a cluster shine as they like, within
 //! [`IntensityBound`].
@@ -9,17 +9,20 @@ mod draw;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use bound::Sent;
 pub use draw::Drawn;
 
 use crate::ids::LightId;
-use crate::math::Aabb;
+use crate::math::{Aabb, Cone};
 use crate::virtual_lights::IntensityBound;
 
-/// See the module. Empty where no light has flux.
+/// See the module. Lights without flux are left out.
 #[derive(Clone, Debug, Default)]
 pub struct LightTree {
-    /// The root first. The first child of an inner node comes next, then all that is below that, then the second child.
+    /// Tree by tree, each from its root: the first child of an inner node comes next, then all that is below that, then the second child.
     nodes: Vec<Node>,
+    /// The root of each tree that has a light.
+    roots: [Option<usize>; 3],
 }
 
 /// One light, or the lights below two nodes.
@@ -27,6 +30,10 @@ pub struct LightTree {
 pub struct Node {
     /// Holds every point of its lights.
     pub bounds: Aabb,
+    /// Holds the geometric normals of all its lights, on the side of which alone they shine; full if some shine on both sides.
+    pub normals: Cone,
+    /// Shadow rays end at most so far from these points, in m.
+    pub offset: f32,
     /// Luminance of the flux of its lights, in W.
     pub flux: f32,
     /// What its lights shine; nothing for a leaf, which needs no bound.
@@ -44,9 +51,9 @@ enum Content {
 }
 
 impl LightTree {
-    /// The root, if there is a light.
-    pub fn root(&self) -> Option<&Node> {
-        self.nodes.first()
+    /// The root of the tree over lights of each kind, in the order of [`LightKind`]; `None` where there are no such lights.
+    pub fn roots(&self) -> [Option<usize>; 3] {
+        self.roots
     }
 
     /// All nodes; see [`LightTree::children`].
@@ -60,6 +67,14 @@ impl LightTree {
         match self.nodes[node].content {
             Content::Light(_) => None,
             Content::Nodes { second } => Some([node + 1, second as usize]),
+        }
+    }
+
+    /// Every bound becomes that of all directions together.
+    #[cfg(any(test, feature = "testing"))]
+    pub fn forget_directions(&mut self) {
+        for node in &mut self.nodes {
+            node.intensity.forget_directions();
         }
     }
 

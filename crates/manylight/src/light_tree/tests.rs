@@ -75,7 +75,7 @@ fn every_light_is_a_leaf() {
     }
     // Of as many nodes at least as hold the lights twice, half are leaves.
     assert_eq!(tree.nodes().len(), 2 * expected.len() - 1);
-    assert!(LightTree::new(&field, |_| false).root().is_none());
+    assert!(LightTree::new(&field, |_| false).roots() == [None; 3]);
 }
 
 /// Drawn from the root, and from a child by way of the root: as often as is said, whatever the lights shine.
@@ -145,7 +145,7 @@ fn hold_bounds(form: Option<GlossyForm>, count: u32) -> (f64, u64) {
         }
         let receivers = Receivers::new(bsdf.form(), Lobes::SMOOTH, once((&bsdf, wo)));
         let places = Lanes3::from_fn(|_| x.p);
-        let bound = tree.nodes()[node].bounds(&places, &receivers, 1)[0];
+        let bound = tree.nodes()[node].sent(&places, &receivers, 1).bounds[0];
         let mut sum = 0.0;
         for id in below(&tree, node) {
             let point = (rng.next_f32() * POINTS as f32) as usize;

@@ -43,6 +43,16 @@ impl Aabb {
         }
     }
 
+    /// The box with all points that are so near to it in each coordinate.
+    #[inline]
+    #[must_use]
+    pub fn grown(self, by: f32) -> Self {
+        Aabb {
+            min: self.min - by,
+            max: self.max + by,
+        }
+    }
+
     /// Whether the box holds no point.
     #[inline]
     pub fn is_empty(&self) -> bool {

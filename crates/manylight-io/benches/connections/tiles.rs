@@ -1,0 +1,55 @@
+//! Where lights are summed: tiles of a picture, drawn at random.
+
+use manylight::gather::{DirectLight, Selection, ShadingPoint};
+use manylight::math::{UVec2, Vec2};
+use manylight::sampling::rng::Pcg;
+use manylight::scene::Scene;
+use manylight_io::{LoadOptions, load_scene};
+use std::path::Path;
+
+/// Width and height of the picture, and of a tile.
+const SIDE: usize = 512;
+pub(crate) const TILE: usize = 8;
+
+/// The scene of a file, seen by its first camera.
+pub(crate) fn load(path: &Path) -> Scene {
+    let mut desc = load_scene(path, &LoadOptions::default())
+        .unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+        .desc;
+    let film = &mut desc.sensors[0].film;
+    *film = film.with_size(UVec2::splat(SIDE as u32));
+    Scene::build(desc, 0).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// What the camera sees in random tiles, as far as it sees anything.
+pub(crate) fn tiles(scene: &Scene, count: usize) -> Vec<Vec<ShadingPoint<'_>>> {
+    let mut random = Pcg::new(4);
+    let mut below = |n: usize| random.next_u32() as usize % n * TILE;
+    let mut tiles = Vec::new();
+    while tiles.len() < count {
+        let corner = (below(SIDE / TILE), below(SIDE / TILE));
+        let pixels = (0..TILE * TILE).map(|i| (corner.0 + i % TILE, corner.1 + i / TILE));
+        let points: Vec<_> = pixels.filter_map(|(x, y)| seen(scene, x, y)).collect();
+        if !points.is_empty() {
+            tiles.push(points);
+        }
+    }
+    tiles
+}
+
+fn seen(scene: &Scene, x: usize, y: usize) -> Option<ShadingPoint<'_>> {
+    let center = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
+    let ray = scene.sensor.ray(center, Vec2::splat(0.5)).ray;
+    let (_, x) = scene.intersect(&ray)?;
+    Some(ShadingPoint {
+        x,
+        wo: -ray.d,
+        bsdf: scene.bsdf(&x),
+        max_photon_depth: None,
+        u: 0.5,
+        lights: Selection::ALL,
+        direct: DirectLight::Sampled,
+        tolerance: 0.0,
+        lit_from: None,
+    })
+}

@@ -1,0 +1,194 @@
+//! Boxes that one flat surface hides from all points of a group. What is in them is seen from none of the points, without a single test.
+
+use super::points::Batch;
+use crate::geometry::{Ray, Screen};
+use crate::lanes::vectors::{add3, dot, scale3, splat3};
+use crate::math::{Aabb, Vec3};
+use crate::scene::Scene;
+use crate::simd::Wide;
+
+/// Surfaces that have hidden something lately, the last first.
+const RECENT: usize = 8;
+/// Ways that meet a surface at a smaller sine than this do not count: they might slip through between its triangles.
+const GRAZING: f32 = 0.01;
+/// What is nearer to a surface than so many times the distance from which shadow rays start is on it.
+const OFFSETS: f32 = 4.0;
+
+/// Surfaces that hide things from the points of some batches.
+pub(super) struct Screens<'a> {
+    scene: &'a Scene,
+    batches: &'a [Batch<'a, 'a>],
+    recent: Vec<Screen>,
+    /// In m.
+    margin: f32,
+}
+
+impl<'a> Screens<'a> {
+    pub(super) fn new(scene: &'a Scene, batches: &'a [Batch<'a, 'a>]) -> Self {
+        let offset = |batch: &Batch| {
+            let points = 0..batch.members.len();
+            let offsets = points.map(|i| batch.origins[0][i].distance(batch.p.vec(i)));
+            offsets.fold(0.0, f32::max)
+        };
+        Screens {
+            scene,
+            batches,
+            recent: Vec::with_capacity(RECENT + 1),
+            margin: OFFSETS * batches.iter().map(offset).fold(0.0, f32::max),
+        }
+    }
+
+    /// Whether some surface is known to hide all of the box `bounds` from all points. One that is met on the way to `target` is tried too.
+    #[inline(always)]
+    pub(super) fn hide<W: Wide>(&mut self, w: W, bounds: &Aabb, target: Vec3) -> bool {
+        let corners = bounds.corners();
+        for k in 0..self.recent.len() {
+            if self.hides(w, &self.recent[k], &corners) {
+                self.recent[..=k].rotate_right(1);
+                return true;
+            }
+        }
+        let Some(screen) = self.on_the_way_to(target) else {
+            return false;
+        };
+        if !self.hides(w, &screen, &corners) {
+            return false;
+        }
+        self.recent.insert(0, screen);
+        self.recent.truncate(RECENT);
+        true
+    }
+
+    /// What is met from one of the points.
+    fn on_the_way_to(&self, target: Vec3) -> Option<Screen> {
+        let batch = &self.batches[0];
+        let to = target - batch.p.vec(0);
+        let side = usize::from(to.dot(batch.ng.vec(0)) < 0.0);
+        let o = batch.origins[side][0];
+        let ray = Ray {
+            o,
+            d: target - o,
+            t_max: 1.0,
+        };
+        let geometry = &self.scene.geometry;
+        geometry.screen(geometry.intersect(&ray)?.at)
+    }
+
+    /// Whether `screen` lies between each point and the box with these corners: where it does on the ways to all corners, it does on those to
+    /// all that is between them.
+    #[inline(always)]
+    fn hides<W: Wide>(&self, w: W, screen: &Screen, corners: &[Vec3; 8]) -> bool {
+        let (n, margin) = (splat3(w, screen.n), w.splat(self.margin));
+        for &corner in corners {
+            let beyond = screen.n.dot(corner) - screen.offset;
+            if beyond.abs() <= self.margin {
+                return false;
+            }
+            for batch in self.batches {
+                let p = batch.p.load(w);
+                let to = batch.towards(w, corner);
+                let before = w.sub(dot(w, n, p), w.splat(screen.offset));
+                let across = w.sub(before, w.splat(beyond));
+                let at = add3(w, p, scale3(w, to, w.div(before, across)));
+                let mut hidden = w.lt(margin, w.mul_sign(before, w.splat(-beyond)));
+                let least = w.mul(w.splat(GRAZING * GRAZING), dot(w, to, to));
+                hidden = w.and(hidden, w.lt(least, w.mul(across, across)));
+                for (inwards, least) in screen.edges {
+                    let inside = dot(w, splat3(w, inwards), at);
+                    hidden = w.and(hidden, w.le(w.splat(least + self.margin), inside));
+                }
+                // Lanes that are no points repeat one.
+                if w.bits(hidden) != 0xffff {
+                    return false;
+                }
+            }
+        }
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{PASS, points};
+    use super::*;
+    use crate::gather::points::BATCHES;
+    use crate::geometry::Segment;
+    use crate::sampling::Stream;
+    use crate::simd::{self, Isa, Simd};
+    use crate::testing::scenes::glossy_box;
+
+    /// Which boxes are hidden from which groups of points.
+    struct Hide<'a> {
+        scene: &'a Scene,
+        groups: &'a [&'a [Batch<'a, 'a>]],
+        boxes: &'a [Aabb],
+    }
+
+    impl simd::Kernel for Hide<'_> {
+        type Output = Vec<(usize, usize)>;
+
+        #[inline(always)]
+        fn run<S: Simd>(self, s: S) -> Self::Output {
+            let mut hidden = Vec::new();
+            for (g, &batches) in self.groups.iter().enumerate() {
+                let mut screens = Screens::new(self.scene, batches);
+                for (k, bounds) in self.boxes.iter().enumerate() {
+                    if screens.hide(s.wide(), bounds, bounds.center()) {
+                        hidden.push((g, k));
+                    }
+                }
+            }
+            hidden
+        }
+    }
+
+    #[test]
+    fn what_is_hidden_is_seen_from_no_point() {
+        let mut b = glossy_box(24);
+        let wall = b.material(crate::testing::scenes::diffuse(0.5, 0.5, 0.5));
+        b.rectangle(
+            Vec3::new(0.1, 0.0, 0.1),
+            Vec3::new(0.8, 0.0, 0.3),
+            Vec3::Y * 0.9,
+            wall,
+            None,
+        );
+        let scene = b.build();
+        let points = points(&scene, false);
+        let batches = Batch::all(&points);
+        let groups: Vec<&[Batch]> = batches.chunks(BATCHES).collect();
+        let mut sampler = PASS.sampler(Stream::Test, 0);
+        let mut in_room = |size: f32| {
+            let [x, y, z] = std::array::from_fn(|_| (2.0 * sampler.next_1d() - 1.0) * size);
+            Vec3::new(x, y, z)
+        };
+        let boxes: Vec<Aabb> = (0..4000)
+            .map(|_| {
+                let center = in_room(0.95);
+                Aabb::from_points([center + in_room(0.03), center + in_room(0.03)])
+            })
+            .collect();
+        let hidden = Isa::best().run(Hide {
+            scene: &scene,
+            groups: &groups,
+            boxes: &boxes,
+        });
+        assert!(hidden.len() > 1000, "only {} are hidden", hidden.len());
+        for (g, k) in hidden {
+            let bounds = &boxes[k];
+            for batch in groups[g] {
+                for i in 0..batch.members.len() {
+                    let u = Vec3::from(std::array::from_fn(|_| sampler.next_1d()));
+                    let to = bounds.min + u * bounds.extent();
+                    let side = usize::from((to - batch.p.vec(i)).dot(batch.ng.vec(i)) < 0.0);
+                    let from = batch.origins[side][i];
+                    let segment = Segment { from, to };
+                    assert!(
+                        scene.geometry.occluded(&segment),
+                        "{segment:?} in {bounds:?}"
+                    );
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,96 @@
+//! Flat pieces of opaque surface: large ones hide whole regions from each other.
+
+use super::{Geometry, Shape, SurfaceRef};
+use crate::math::{Vec2, Vec3};
+
+/// Corners that are so far off a plane, in parts of the longest edge, still lie in it.
+const FLAT: f32 = 1e-6;
+/// What is nearer to the rim than this, in parts of the longest edge, does not count as part of the piece.
+const RIM: f32 = 1e-4;
+
+/// A convex piece of a plane that light does not pass.
+#[derive(Clone, Copy, Debug)]
+pub struct Screen {
+    /// Unit normal of the plane.
+    pub n: Vec3,
+    /// `n·x` for its points `x`.
+    pub offset: f32,
+    /// For each edge a unit vector `e` in the plane; points of the piece have `e·x` of at least the number beside it.
+    pub edges: [(Vec3, f32); 4],
+}
+
+impl Geometry {
+    /// The triangle of an opaque mesh at `at`, with the one before or after it if both make a convex quadrilateral. `None` for other shapes.
+    pub fn screen(&self, at: SurfaceRef) -> Option<Screen> {
+        let primitive = &self.primitives()[at.primitive.index()];
+        let Shape::Mesh(mesh) = &self.shapes()[primitive.shape.index()] else {
+            return None;
+        };
+        if primitive.transparent {
+            return None;
+        }
+        let corners = |element: usize| {
+            [Vec2::ZERO, Vec2::X, Vec2::Y].map(|coordinates| {
+                let corner = SurfaceRef {
+                    element: element as u32,
+                    coordinates,
+                    ..at
+                };
+                self.surface_point(corner).p
+            })
+        };
+        let element = at.element as usize;
+        let own = corners(element);
+        let beside = [element.wrapping_sub(1), element + 1];
+        let quadrilaterals = beside.into_iter().filter_map(|other| {
+            let indices = mesh.triangles.get(other)?;
+            let of = |i: &u32| mesh.positions[*i as usize];
+            let (mine, others) = (
+                mesh.triangles[element].each_ref().map(of),
+                indices.each_ref().map(of),
+            );
+            let first = mine.iter().position(|p| !others.contains(p))?;
+            let last = others.iter().position(|p| !mine.contains(p))?;
+            let [a, b, c] = [0, 1, 2].map(|k| own[(first + k) % 3]);
+            Screen::new([a, b, corners(other)[last], c])
+        });
+        let [a, b, c] = own;
+        quadrilaterals
+            .into_iter()
+            .next()
+            .or_else(|| Screen::new([a, b, c, c]))
+    }
+}
+
+impl Screen {
+    /// The convex piece with these corners in turn, the last of which may be there twice; `None` if they make no such thing.
+    fn new(corners: [Vec3; 4]) -> Option<Self> {
+        let [a, b, c, d] = corners;
+        let n = (c - a)
+            .cross(d - b)
+            .try_normalize()
+            .or_else(|| (b - a).cross(c - a).try_normalize())?;
+        let edge = |k: usize| corners[(k + 1) % 4] - corners[k];
+        let longest = (0..4).map(|k| edge(k).length()).fold(0.0, f32::max);
+        let mut edges = [(Vec3::ZERO, 0.0); 4];
+        for (k, bound) in edges.iter_mut().enumerate() {
+            // A corner that is there twice has no edge; the one before bounds as well.
+            let k = if edge(k) == Vec3::ZERO { k - 1 } else { k };
+            let inwards = n.cross(edge(k)).try_normalize()?;
+            let along = inwards.dot(corners[k]);
+            let is_convex = corners
+                .iter()
+                .all(|p| inwards.dot(*p) - along >= -FLAT * longest);
+            let is_flat = (n.dot(corners[k] - a)).abs() <= FLAT * longest;
+            if !(is_convex && is_flat) {
+                return None;
+            }
+            *bound = (inwards, along + RIM * longest);
+        }
+        Some(Screen {
+            n,
+            offset: n.dot(a),
+            edges,
+        })
+    }
+}
