@@ -15,13 +15,9 @@ mod clock;
 mod tiles;
 
 use manylight::gather::{Clamp, Gather, Gathered, Kernel, Lights, ShadingPoint, Strategy};
-use manylight::integrators::PassContext;
-use manylight::integrators::many_light::{Complement, ManyLight};
-use manylight::sampling::Pass;
+use manylight::integrators::many_light::ManyLight;
 use manylight::scene::Scene;
-use manylight::stats::Stats;
-use std::sync::atomic::AtomicBool;
-use tiles::{TILE, load, tiles};
+use tiles::{TILE, load, prepare, tiles};
 
 const REPEATS: usize = 5;
 /// Pairs of pixels and lights in a measurement, about.
@@ -48,19 +44,7 @@ fn main() {
 }
 
 fn bench(scene: &Scene, count: u32) {
-    let (stats, cancel) = (Stats::default(), AtomicBool::new(false));
-    let run = PassContext {
-        pass: Pass { seed: 1, index: 0 },
-        stats: &stats,
-        cancel: &cancel,
-    };
-    let method = ManyLight {
-        light_count: count,
-        photon_paths: (4 * count).max(1 << 18),
-        complement: Complement::None,
-        ..ManyLight::rich_vpl()
-    };
-    let set = method.prepare(scene, scene.limits, 0..1, &run);
+    let (set, stats) = prepare(scene, count, ManyLight::rich_vpl());
     let stages: Vec<String> = (stats.stages().iter())
         .map(|(name, time)| format!("{name} {:.2} s", time.as_secs_f64()))
         .collect();

@@ -1,11 +1,15 @@
-//! Where lights are summed: tiles of a picture, drawn at random.
+//! What is summed, and where: lights, and tiles of a picture, drawn at random.
 
 use manylight::gather::{DirectLight, Selection, ShadingPoint};
+use manylight::integrators::many_light::{Complement, ManyLight};
+use manylight::integrators::{LightSet, PassContext};
 use manylight::math::{UVec2, Vec2};
-use manylight::sampling::rng::Pcg;
+use manylight::sampling::{Pass, rng::Pcg};
 use manylight::scene::Scene;
+use manylight::stats::Stats;
 use manylight_io::{LoadOptions, load_scene};
 use std::path::Path;
+use std::sync::atomic::AtomicBool;
 
 /// Width and height of the picture, and of a tile.
 const SIDE: usize = 512;
@@ -19,6 +23,24 @@ pub(crate) fn load(path: &Path) -> Scene {
     let film = &mut desc.sensors[0].film;
     *film = film.with_size(UVec2::splat(SIDE as u32));
     Scene::build(desc, 0).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// About `count` lights as `method` makes them, and how long that took.
+pub(crate) fn prepare(scene: &Scene, count: u32, method: ManyLight) -> (LightSet<'_>, Stats) {
+    let (stats, cancel) = (Stats::default(), AtomicBool::new(false));
+    let run = PassContext {
+        pass: Pass { seed: 1, index: 0 },
+        stats: &stats,
+        cancel: &cancel,
+    };
+    let method = ManyLight {
+        light_count: count,
+        photon_paths: (4 * count).max(1 << 18),
+        complement: Complement::None,
+        ..method
+    };
+    let set = method.prepare(scene, scene.limits, 0..1, &run);
+    (set, stats)
 }
 
 /// What the camera sees in random tiles, as far as it sees anything.

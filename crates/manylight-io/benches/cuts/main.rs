@@ -14,15 +14,13 @@ mod clock;
 #[path = "../connections/tiles.rs"]
 mod tiles;
 
-use manylight::gather::ShadingPoint;
-use manylight::gather::{Clamp, CutLimits, Gather, Gathered, Kernel, Lights, Strategy};
-use manylight::integrators::PassContext;
-use manylight::integrators::many_light::{Complement, ManyLight};
-use manylight::sampling::Pass;
+use manylight::gather::{
+    Clamp, CutLimits, Gather, Gathered, Kernel, Lights, ShadingPoint, Strategy,
+};
+use manylight::integrators::light_set::DARK;
+use manylight::integrators::many_light::ManyLight;
 use manylight::scene::Scene;
-use manylight::stats::Stats;
-use std::sync::atomic::AtomicBool;
-use tiles::{TILE, load, tiles};
+use tiles::{TILE, load, prepare, tiles};
 
 /// Pairs of points and lights in a sum over all lights, about.
 const PAIRS: usize = 1 << 27;
@@ -68,19 +66,8 @@ struct Run {
 }
 
 fn bench(scene: &Scene, count: u32, errors: &[f32], cuts: &[u32]) {
-    let (stats, cancel) = (Stats::default(), AtomicBool::new(false));
-    let run = PassContext {
-        pass: Pass { seed: 1, index: 0 },
-        stats: &stats,
-        cancel: &cancel,
-    };
-    let method = ManyLight {
-        light_count: count,
-        photon_paths: (4 * count).max(1 << 18),
-        complement: Complement::None,
-        ..ManyLight::rich_lightcuts()
-    };
-    let mut lights = method.prepare(scene, scene.limits, 0..1, &run).lights;
+    let (set, stats) = prepare(scene, count, ManyLight::rich_lightcuts());
+    let mut lights = set.lights;
     let lights_used = lights.field.lights().len();
     let stage = |name| {
         let stages = stats.stages();
@@ -102,7 +89,7 @@ fn bench(scene: &Scene, count: u32, errors: &[f32], cuts: &[u32]) {
     );
     let sum_by_cuts = |limits: CutLimits, lights: &Lights| {
         // As in a picture: a pixel counts as no darker than this.
-        let tolerance = limits.max_error * 0.05 * mean;
+        let tolerance = limits.max_error * DARK * mean;
         let tiles: Vec<Vec<ShadingPoint>> = (tiles.iter())
             .map(|points| {
                 let points = points.iter().map(|point| ShadingPoint {

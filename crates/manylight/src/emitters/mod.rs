@@ -38,7 +38,7 @@ use light_tree::LightTree;
 use part_list::PartList;
 use parts::Form;
 use pilot::Pilot;
-use point::{cone_direction, point_intensity};
+use point::cone_direction;
 use rayon::prelude::*;
 use std::f32::consts::PI;
 use std::sync::OnceLock;
@@ -126,7 +126,7 @@ struct GuidedEmission {
     choice: Option<Alias>,
 }
 
-/// Where local and distant emitters compete for direct light, each gets at least this share.
+/// Where local and distant emitters compete, each gets at least this share.
 const LEAST_SHARE: f32 = 0.25;
 
 impl Emitters {
@@ -147,11 +147,10 @@ impl Emitters {
         }
         let far = total_strength(&powers) - local;
         let tree = LightTree::new(&bounds);
-        let distant_share = match (tree.is_empty(), distant.is_empty()) {
-            (_, true) => 0.0,
-            (true, false) => 1.0,
-            (false, false) => (far / (far + local)).clamp(LEAST_SHARE, 1.0 - LEAST_SHARE),
-        };
+        let distant_share = distant_share(
+            (!tree.is_empty()).then_some(local),
+            (!distant.is_empty()).then_some(far),
+        );
         let strengths: Vec<f32> = powers.iter().map(|p| p.strength()).collect();
         Emitters {
             powers,
@@ -200,7 +199,7 @@ impl Emitters {
                 ..
             } => {
                 let w = cone_direction(*direction, *cutoff, u.direction);
-                let flux = point_intensity(spot, textures, w) / warp::cone_pdf(cutoff.cos());
+                let flux = spot.point_intensity(textures, w) / warp::cone_pdf(cutoff.cos());
                 (Ray::new(*position, w), flux, None)
             }
             Emitter::Directional { .. } | Emitter::Constant { .. } | Emitter::Environment(_) => {
@@ -356,7 +355,7 @@ impl Emitters {
                 };
                 let d = position - p;
                 let wi = d.try_normalize()?;
-                let weight = point_intensity(point, textures, -wi) / (d.length_squared() * pmf);
+                let weight = point.point_intensity(textures, -wi) / (d.length_squared() * pmf);
                 let seen = DirectSample {
                     wi,
                     target: position,
@@ -444,6 +443,17 @@ impl Emitters {
     /// for textured surfaces: from a grid of points).
     pub fn power(&self, id: EmitterId) -> Rgb {
         self.powers[id.index()]
+    }
+}
+
+/// The share of distant emitters, by the strength of both where there are any.
+fn distant_share(local: Option<f32>, distant: Option<f32>) -> f32 {
+    match (local, distant) {
+        (_, None) => 0.0,
+        (None, Some(_)) => 1.0,
+        (Some(local), Some(distant)) => {
+            (distant / (distant + local)).clamp(LEAST_SHARE, 1.0 - LEAST_SHARE)
+        }
     }
 }
 

@@ -14,9 +14,8 @@ use crate::texture::Texture;
 pub(super) struct PartList {
     parts: Vec<Part>,
     of_emitter: Vec<Choice>,
-    /// Strength of each part that is a piece of surface, 0 of the others; and their sum.
-    area_strengths: Vec<f32>,
-    total_area_strength: f32,
+    /// Chooses a part that is a surface, by power.
+    by_area: Option<Alias>,
     /// Per primitive: where its elements' parts are listed in `part_of_element`.
     elements_of: Vec<Option<Elements>>,
     part_of_element: Vec<u32>,
@@ -49,8 +48,7 @@ impl PartList {
         let mut list = PartList {
             parts: Vec::new(),
             of_emitter: Vec::new(),
-            area_strengths: Vec::new(),
-            total_area_strength: 0.0,
+            by_area: None,
             elements_of: vec![None; geometry.primitives().len()],
             part_of_element: Vec::new(),
         };
@@ -66,13 +64,11 @@ impl PartList {
             }
         }
         let strength = |known: &PartBounds| known.power.strength();
-        list.area_strengths = bounds.iter().map(strength).collect();
-        list.total_area_strength = list.area_strengths.iter().sum();
+        list.by_area = Alias::new(&bounds.iter().map(strength).collect::<Vec<f32>>());
         for (i, emitter) in emitters.iter().enumerate() {
             let power = point_power(emitter, textures);
             if let Some((part, known)) = parts::part_of_point(EmitterId::from(i), emitter, power) {
                 list.parts.push(part);
-                list.area_strengths.push(0.0);
                 bounds.push(known);
             }
         }
@@ -102,14 +98,16 @@ impl PartList {
         &self.parts[index]
     }
 
-    /// By what parts that are pieces of surface are chosen without regard to a receiver; 0 for the others.
-    pub(super) fn area_strengths(&self) -> &[f32] {
-        &self.area_strengths
+    /// Index of one of the parts that are surfaces, by power.
+    pub(super) fn choose_by_area(&self, u: f32) -> Option<usize> {
+        self.by_area.as_ref().map(|choice| choice.sample(u).0)
     }
 
-    /// Probability of a part in such a choice.
-    pub(super) fn share_of_area(&self, index: usize) -> f32 {
-        self.area_strengths[index] / self.total_area_strength
+    /// Probability of such a part in that choice.
+    pub(super) fn share_by_area(&self, index: usize) -> f32 {
+        self.by_area
+            .as_ref()
+            .map_or(0.0, |choice| choice.pmf(index))
     }
 
     /// The part at a place of a surface.

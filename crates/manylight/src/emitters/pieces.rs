@@ -1,21 +1,17 @@
 //! Pieces of emitters that may become virtual lights: points of their surfaces and directions of the surroundings, drawn by flux.
 //!
-//! Parallel light is one piece by itself. Points and spots are no pieces: they shine as [`Emitters::point_intensity`] says.
+//! Parallel light is one piece by itself. Points and spots are no pieces: they shine as [`Emitter::point_intensity`] says.
 
-use super::point::{point_bound, point_intensity};
-use super::{Emitter, Emitters, Strength};
+use super::{Emitter, Emitters, Strength, distant_share};
 use crate::color::Rgb;
 use crate::geometry::{Geometry, SurfacePoint};
 use crate::ids::EmitterId;
-use crate::math::{Cone, Vec2, Vec3};
+use crate::math::{Vec2, Vec3};
 use crate::sampling::Sampler;
-use crate::sampling::alias::Alias;
 use crate::texture::Texture;
 
 /// What is infinitely far stands at so many radii of the scene: directions to it are off by the inverse of that.
 const FAR: f32 = 1e4;
-/// Where there are both surfaces and surroundings, each gets at least this share of the pieces.
-const LEAST_SHARE: f32 = 0.25;
 
 /// A small piece of an emitter.
 #[derive(Clone, Copy, Debug)]
@@ -55,11 +51,7 @@ impl Emitters {
         };
         let near = total(|emitter| matches!(emitter, Emitter::Area { .. }));
         let far = total(|e| matches!(e, Emitter::Constant { .. } | Emitter::Environment(_)));
-        let share = match (near > 0.0, far > 0.0) {
-            (_, false) => 0.0,
-            (false, true) => 1.0,
-            (true, true) => (far / (near + far)).clamp(LEAST_SHARE, 1.0 - LEAST_SHARE),
-        };
+        let share = distant_share((near > 0.0).then_some(near), (far > 0.0).then_some(far));
         let far_count = (share * count as f32).round() as u32;
         PieceCounts {
             near: if near > 0.0 { count - far_count } else { 0 },
@@ -77,10 +69,9 @@ impl Emitters {
         sampler: &mut Sampler,
     ) -> (Vec<Piece>, Vec<Piece>) {
         let (near, far) = (sampler.next_spread(), sampler.next_spread());
-        let choice = Alias::new(self.parts.area_strengths());
         let on_surfaces = (0..counts.near).filter_map(|i| {
             let (u_part, u) = near.triple(i);
-            let (part, _) = choice.as_ref()?.sample(u_part);
+            let part = self.parts.choose_by_area(u_part)?;
             self.piece_of_part(geometry, textures, counts, part, u)
         });
         let around = (0..counts.far).filter_map(|i| {
@@ -100,12 +91,12 @@ impl Emitters {
         part: usize,
         u: Vec2,
     ) -> Option<Piece> {
-        let part = self.parts.part(part);
-        let Emitter::Area { radiance } = &self.emitters[part.emitter.index()] else {
+        let y = self.parts.part(part).sample_area(geometry, u)?;
+        let emitter = self.parts.part(part).emitter;
+        let Emitter::Area { radiance } = &self.emitters[emitter.index()] else {
             return None;
         };
-        let y = part.sample_area(geometry, u)?;
-        let area = self.area_per_piece(counts, &y);
+        let area = self.area_per_piece_of(part, counts, &y);
         let intensity = radiance.eval(y.uv, textures) * area;
         let shines = !intensity.is_black() && intensity.is_finite();
         shines.then(|| Piece {
@@ -142,12 +133,13 @@ impl Emitters {
 
     /// Surface that a piece at the point `y` of an area emitter would stand for, in m²; as good as infinite where there is none.
     pub fn area_per_piece(&self, counts: PieceCounts, y: &SurfacePoint) -> f32 {
-        let Some(part) = self.parts.index_at(y.at) else {
-            return f32::MAX;
-        };
-        let density = self.parts.share_of_area(part) * self.parts.part(part).pdf_area(y);
-        let density = density * counts.near as f32;
-        density.recip().min(f32::MAX)
+        let part = self.parts.index_at(y.at);
+        part.map_or(f32::MAX, |part| self.area_per_piece_of(part, counts, y))
+    }
+
+    fn area_per_piece_of(&self, part: usize, counts: PieceCounts, y: &SurfacePoint) -> f32 {
+        let density = self.parts.share_by_area(part) * self.parts.part(part).pdf_area(y);
+        (density * counts.near as f32).recip().min(f32::MAX)
     }
 
     /// Solid angle that a piece of the surroundings along the unit vector `wi` would stand for, in sr; as good as infinite where there is none.
@@ -165,17 +157,5 @@ impl Emitters {
             }
             _ => None,
         })
-    }
-}
-
-impl Emitter {
-    /// Radiant intensity of a point or spot towards the unit vector `w`, in W/sr; black for others.
-    pub fn point_intensity(&self, textures: &[Texture], w: Vec3) -> Rgb {
-        point_intensity(self, textures, w)
-    }
-
-    /// Upper bound of the luminance of that for all directions in `cone`.
-    pub fn bound_point_intensity(&self, textures: &[Texture], cone: &Cone) -> f32 {
-        point_bound(self, textures, cone)
     }
 }

@@ -28,7 +28,7 @@ pub(super) fn point_power(emitter: &Emitter, textures: &[Texture]) -> Rgb {
                 .map(|cell| (cell + 0.5) / SLIDE_GRID as f32);
             let sum: Rgb = grid
                 .map(|u| cone_direction(direction, cutoff, u))
-                .map(|w| point_intensity(emitter, textures, w))
+                .map(|w| emitter.point_intensity(textures, w))
                 .sum();
             let brightest = textures[slide.texture.index()].max_luminance(textures);
             let floor = intensity * (brightest * RADIANCE_FLOOR);
@@ -53,55 +53,58 @@ pub(super) fn point_power(emitter: &Emitter, textures: &[Texture]) -> Rgb {
     }
 }
 
-/// Intensity of a point or spot towards the unit direction `w`; black for others.
-pub(super) fn point_intensity(emitter: &Emitter, textures: &[Texture], w: Vec3) -> Rgb {
-    match *emitter {
-        Emitter::Point { intensity, .. } => intensity,
-        Emitter::Spot {
-            direction,
-            intensity,
-            cutoff,
-            beam_width,
-            slide,
-            ..
-        } => {
-            let falloff = intensity * spot_falloff(direction.dot(w), cutoff, beam_width);
-            match slide {
-                Some(slide) if !falloff.is_black() => {
-                    let across = Vec2::from(slide.axes.map(|axis| axis.dot(w)));
-                    let uv = 0.5 + 0.5 * across / (direction.dot(w) * cutoff.tan());
-                    falloff * textures[slide.texture.index()].eval(uv, textures)
+impl Emitter {
+    /// Radiant intensity of a point or spot towards the unit vector `w`, in W/sr; black for others.
+    pub fn point_intensity(&self, textures: &[Texture], w: Vec3) -> Rgb {
+        match *self {
+            Emitter::Point { intensity, .. } => intensity,
+            Emitter::Spot {
+                direction,
+                intensity,
+                cutoff,
+                beam_width,
+                slide,
+                ..
+            } => {
+                let angle = direction.dot(w).clamp(-1.0, 1.0).acos();
+                let falloff = intensity * spot_falloff(angle, cutoff, beam_width);
+                match slide {
+                    Some(slide) if !falloff.is_black() => {
+                        let across = Vec2::from(slide.axes.map(|axis| axis.dot(w)));
+                        let uv = 0.5 + 0.5 * across / (direction.dot(w) * cutoff.tan());
+                        falloff * textures[slide.texture.index()].eval(uv, textures)
+                    }
+                    _ => falloff,
                 }
-                _ => falloff,
             }
+            _ => Rgb::BLACK,
         }
-        _ => Rgb::BLACK,
     }
-}
 
-/// Upper bound of the luminance of [`point_intensity`] for all directions in `cone`.
-pub(super) fn point_bound(emitter: &Emitter, textures: &[Texture], cone: &Cone) -> f32 {
-    match *emitter {
-        Emitter::Point { intensity, .. } => intensity.luminance(),
-        Emitter::Spot {
-            direction,
-            intensity,
-            cutoff,
-            beam_width,
-            slide,
-            ..
-        } => {
-            let nearest = (cone.angle_to_axis(direction) - cone.half_angle).max(0.0);
-            let brightest = match slide {
-                Some(slide) => {
-                    let picture = textures[slide.texture.index()].max_luminance(textures);
-                    intensity.max_channel() * picture
-                }
-                None => intensity.luminance(),
-            };
-            brightest * spot_falloff(nearest.cos(), cutoff, beam_width)
+    /// Upper bound of the luminance of that for all directions in `cone`.
+    pub fn bound_point_intensity(&self, textures: &[Texture], cone: &Cone) -> f32 {
+        match *self {
+            Emitter::Point { intensity, .. } => intensity.luminance(),
+            Emitter::Spot {
+                direction,
+                intensity,
+                cutoff,
+                beam_width,
+                slide,
+                ..
+            } => {
+                let nearest = cone.angle_to_axis(direction) - cone.half_angle;
+                let brightest = match slide {
+                    Some(slide) => {
+                        let picture = textures[slide.texture.index()].max_luminance(textures);
+                        intensity.max_channel() * picture
+                    }
+                    None => intensity.luminance(),
+                };
+                brightest * spot_falloff(nearest, cutoff, beam_width)
+            }
+            _ => 0.0,
         }
-        _ => 0.0,
     }
 }
 
@@ -112,8 +115,7 @@ pub(super) fn cone_direction(axis: Vec3, cutoff: f32, u: Vec2) -> Vec3 {
 }
 
 /// As Mitsuba's `spot`: 1 up to the beam, then linear in the angle, 0 from the cutoff on.
-fn spot_falloff(cos: f32, cutoff: f32, beam_width: f32) -> f32 {
-    let angle = cos.clamp(-1.0, 1.0).acos();
+fn spot_falloff(angle: f32, cutoff: f32, beam_width: f32) -> f32 {
     if angle <= beam_width {
         1.0
     } else if angle >= cutoff {

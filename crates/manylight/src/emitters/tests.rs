@@ -294,8 +294,10 @@ fn spots_match_mitsuba() {
             beam_width: beam_width.to_radians(),
             slide: None,
         };
-        let intensity =
-            |angle: f32| point_intensity(&spot, &[], Vec3::new(angle.sin(), 0.0, angle.cos())).r;
+        let intensity = |angle: f32| {
+            spot.point_intensity(&[], Vec3::new(angle.sin(), 0.0, angle.cos()))
+                .r
+        };
         for (angle, value) in degrees.into_iter().zip(values) {
             assert!(
                 (intensity(angle.to_radians()) - value).abs() < 1e-3,
@@ -357,7 +359,9 @@ fn slides_match_mitsuba() {
         ([-0.5, 0.0], [0.188_923, 0.686_993, 0.180_336]),
     ] {
         let w = Vec2::from(w).extend(1.0).normalize();
-        let found = point_intensity(&spot, std::slice::from_ref(&picture), w).to_array();
+        let found = spot
+            .point_intensity(std::slice::from_ref(&picture), w)
+            .to_array();
         assert!(
             (0..3).all(|c| (found[c] - expected[c]).abs() < 1e-4),
             "{w}: {found:?}"

@@ -69,11 +69,10 @@ impl simd::Kernel for AddLights<'_> {
         let (selection, direct) = self.batches[0].kind();
         let lights = selection.indices(self.lights.count(direct));
         let connections = lights.len();
-        let mut sum = Sum::new(w, self.gather, self.scene, self.lights, self.batches);
-        sum.gathered.push([Lanes3::ZERO; BATCHES]);
-        for k in lights {
-            sum.slot = usize::from(k >= self.lights.field.reflecting());
-            sum.add_light(w, LightId(k as u32), self.sums);
+        let mut sum = Sum::new(w, self.gather, self.scene, self.lights, self.batches, 2);
+        for id in lights.map(|k| LightId(k as u32)) {
+            sum.slot = usize::from(!self.lights.field.reflects(id));
+            sum.add_light(w, id, self.sums);
         }
         sum.flush(w, self.sums);
         sum.count_clamped(self.sums);
@@ -320,7 +319,7 @@ pub(super) struct Sum<'a, 'b, 's> {
 }
 
 impl<'a, 'b, 's> Sum<'a, 'b, 's> {
-    /// Nothing yet, in one slot.
+    /// Nothing yet, in so many slots.
     #[inline(always)]
     pub(super) fn new<W: Wide>(
         w: W,
@@ -328,13 +327,14 @@ impl<'a, 'b, 's> Sum<'a, 'b, 's> {
         scene: &'a Scene,
         lights: &'a Lights<'s>,
         batches: &'a [Batch<'b, 's>],
+        slots: usize,
     ) -> Self {
         Sum {
             gather,
             scene,
             lights,
             batches,
-            gathered: vec![[Lanes3::ZERO; BATCHES]],
+            gathered: vec![[Lanes3::ZERO; BATCHES]; slots],
             slot: 0,
             values: [Lanes3::ZERO; BATCHES],
             blocks: [Block::new(0), Block::new(1)],
@@ -517,7 +517,7 @@ impl<'a, 'b, 's> Sum<'a, 'b, 's> {
         let f_cos = batch.receivers.f_cos_wi(w, &directions, active);
         let stands_for = self.gather.stands_for(batch.lights);
         let area = part.area * stands_for / self.gather.finer;
-        let clamp = if source.id.index() < self.lights.field.reflecting() {
+        let clamp = if self.lights.field.reflects(source.id) {
             self.gather.clamp
         } else {
             ON_EMITTERS

@@ -6,7 +6,7 @@
 //! the points by what they send there.
 
 use super::connect::Sum;
-use super::hidden::Screens;
+use super::hidden::Occluders;
 use super::points::{BATCHES, Batch};
 use super::{DirectLight, Gather, Gathered, Lights};
 use crate::lanes::vectors::luminance;
@@ -119,8 +119,7 @@ impl simd::Kernel for AddCut<'_> {
     #[inline(always)]
     fn run<S: Simd>(mut self, s: S) {
         let w = s.wide();
-        let mut sum = Sum::new(w, self.gather, self.scene, self.lights, self.batches);
-        sum.gathered.clear();
+        let mut sum = Sum::new(w, self.gather, self.scene, self.lights, self.batches, 0);
         let mut cut = Vec::new();
         let roots = self.tree.roots();
         let roots = match self.batches[0].direct {
@@ -132,7 +131,7 @@ impl simd::Kernel for AddCut<'_> {
         }
         sum.flush(w, self.sums);
         let mut allowed = self.allowed(w, &cut, &sum.gathered);
-        let mut screens = Screens::new(self.scene, self.batches);
+        let mut occluders = Occluders::new(self.scene, self.batches);
         let mut coarse = Vec::new();
         loop {
             coarse.clear();
@@ -156,7 +155,7 @@ impl simd::Kernel for AddCut<'_> {
                 let Some(children) = self.tree.children(cut[k].node) else {
                     continue;
                 };
-                if self.is_hidden(w, &cut[k], &sum.gathered, &mut screens) {
+                if self.is_hidden(w, &cut[k], &sum.gathered, &mut occluders) {
                     cut.swap_remove(k);
                     continue;
                 }
@@ -189,13 +188,13 @@ impl AddCut<'_> {
         w: W,
         cluster: &Cluster,
         gathered: &[[Lanes3; BATCHES]],
-        screens: &mut Screens,
+        occluders: &mut Occluders,
     ) -> bool {
         let arrived = gathered[cluster.slot].iter().flat_map(|lanes| &lanes.0);
         let target = self.lights.field.lights()[cluster.drawn.id.index()].p;
         let node = &self.tree.nodes()[cluster.node];
         arrived.flatten().all(|&x| x == 0.0)
-            && screens.hide(w, &node.bounds.grown(node.offset), target)
+            && occluders.hide(w, &node.bounds.grown(node.offset), target)
     }
 
     /// Puts a node into the cut, unless none of the points can receive anything from it; with its parent's light and the slot of that, or
@@ -288,7 +287,7 @@ impl AddCut<'_> {
                 let sum = &mut self.sums[member];
                 for c in cut {
                     let radiance = gathered[c.slot][b].rgb(i) / c.drawn.probability;
-                    if c.drawn.id.index() < self.lights.field.reflecting() {
+                    if self.lights.field.reflects(c.drawn.id) {
                         sum.radiance += radiance;
                     } else {
                         sum.direct += radiance;

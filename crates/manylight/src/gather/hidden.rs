@@ -1,7 +1,8 @@
 //! Boxes that one flat surface hides from all points of a group. What is in them is seen from none of the points, without a single test.
 
 use super::points::Batch;
-use crate::geometry::{Ray, Screen};
+use crate::geometry::{Occluder, Ray};
+use crate::lanes::LaneMask;
 use crate::lanes::vectors::{add3, dot, scale3, splat3};
 use crate::math::{Aabb, Vec3};
 use crate::scene::Scene;
@@ -15,22 +16,22 @@ const GRAZING: f32 = 0.01;
 const OFFSETS: f32 = 4.0;
 
 /// Surfaces that hide things from the points of some batches.
-pub(super) struct Screens<'a> {
+pub(super) struct Occluders<'a> {
     scene: &'a Scene,
     batches: &'a [Batch<'a, 'a>],
-    recent: Vec<Screen>,
+    recent: Vec<Occluder>,
     /// In m.
     margin: f32,
 }
 
-impl<'a> Screens<'a> {
+impl<'a> Occluders<'a> {
     pub(super) fn new(scene: &'a Scene, batches: &'a [Batch<'a, 'a>]) -> Self {
         let offset = |batch: &Batch| {
             let points = 0..batch.members.len();
             let offsets = points.map(|i| batch.origins[0][i].distance(batch.p.vec(i)));
             offsets.fold(0.0, f32::max)
         };
-        Screens {
+        Occluders {
             scene,
             batches,
             recent: Vec::with_capacity(RECENT + 1),
@@ -48,19 +49,19 @@ impl<'a> Screens<'a> {
                 return true;
             }
         }
-        let Some(screen) = self.on_the_way_to(target) else {
+        let Some(occluder) = self.on_the_way_to(target) else {
             return false;
         };
-        if !self.hides(w, &screen, &corners) {
+        if !self.hides(w, &occluder, &corners) {
             return false;
         }
-        self.recent.insert(0, screen);
+        self.recent.insert(0, occluder);
         self.recent.truncate(RECENT);
         true
     }
 
     /// What is met from one of the points.
-    fn on_the_way_to(&self, target: Vec3) -> Option<Screen> {
+    fn on_the_way_to(&self, target: Vec3) -> Option<Occluder> {
         let batch = &self.batches[0];
         let to = target - batch.p.vec(0);
         let side = usize::from(to.dot(batch.ng.vec(0)) < 0.0);
@@ -71,34 +72,34 @@ impl<'a> Screens<'a> {
             t_max: 1.0,
         };
         let geometry = &self.scene.geometry;
-        geometry.screen(geometry.intersect(&ray)?.at)
+        geometry.occluder(geometry.intersect(&ray)?.at)
     }
 
-    /// Whether `screen` lies between each point and the box with these corners: where it does on the ways to all corners, it does on those to
+    /// Whether `occluder` lies between each point and the box with these corners: where it does on the ways to all corners, it does on those to
     /// all that is between them.
     #[inline(always)]
-    fn hides<W: Wide>(&self, w: W, screen: &Screen, corners: &[Vec3; 8]) -> bool {
-        let (n, margin) = (splat3(w, screen.n), w.splat(self.margin));
+    fn hides<W: Wide>(&self, w: W, occluder: &Occluder, corners: &[Vec3; 8]) -> bool {
+        let (n, margin) = (splat3(w, occluder.n), w.splat(self.margin));
         for &corner in corners {
-            let beyond = screen.n.dot(corner) - screen.offset;
+            let beyond = occluder.n.dot(corner) - occluder.offset;
             if beyond.abs() <= self.margin {
                 return false;
             }
             for batch in self.batches {
                 let p = batch.p.load(w);
                 let to = batch.towards(w, corner);
-                let before = w.sub(dot(w, n, p), w.splat(screen.offset));
+                let before = w.sub(dot(w, n, p), w.splat(occluder.offset));
                 let across = w.sub(before, w.splat(beyond));
                 let at = add3(w, p, scale3(w, to, w.div(before, across)));
                 let mut hidden = w.lt(margin, w.mul_sign(before, w.splat(-beyond)));
                 let least = w.mul(w.splat(GRAZING * GRAZING), dot(w, to, to));
                 hidden = w.and(hidden, w.lt(least, w.mul(across, across)));
-                for (inwards, least) in screen.edges {
+                for (inwards, least) in occluder.edges {
                     let inside = dot(w, splat3(w, inwards), at);
                     hidden = w.and(hidden, w.le(w.splat(least + self.margin), inside));
                 }
                 // Lanes that are no points repeat one.
-                if w.bits(hidden) != 0xffff {
+                if w.bits(hidden) != u32::from(LaneMask::MAX) {
                     return false;
                 }
             }
@@ -115,7 +116,7 @@ mod tests {
     use crate::geometry::Segment;
     use crate::sampling::Stream;
     use crate::simd::{self, Isa, Simd};
-    use crate::testing::scenes::glossy_box;
+    use crate::testing::scenes::{diffuse, glossy_box};
 
     /// Which boxes are hidden from which groups of points.
     struct Hide<'a> {
@@ -131,9 +132,9 @@ mod tests {
         fn run<S: Simd>(self, s: S) -> Self::Output {
             let mut hidden = Vec::new();
             for (g, &batches) in self.groups.iter().enumerate() {
-                let mut screens = Screens::new(self.scene, batches);
+                let mut occluders = Occluders::new(self.scene, batches);
                 for (k, bounds) in self.boxes.iter().enumerate() {
-                    if screens.hide(s.wide(), bounds, bounds.center()) {
+                    if occluders.hide(s.wide(), bounds, bounds.center()) {
                         hidden.push((g, k));
                     }
                 }
@@ -145,7 +146,7 @@ mod tests {
     #[test]
     fn what_is_hidden_is_seen_from_no_point() {
         let mut b = glossy_box(24);
-        let wall = b.material(crate::testing::scenes::diffuse(0.5, 0.5, 0.5));
+        let wall = b.material(diffuse(0.5, 0.5, 0.5));
         b.rectangle(
             Vec3::new(0.1, 0.0, 0.1),
             Vec3::new(0.8, 0.0, 0.3),

@@ -284,17 +284,7 @@ impl Gather {
         area: f32,
         f_cos: Rgb,
     ) -> f32 {
-        let to_y = y - at.p;
-        let inv_d = to_y.length_squared().sqrt().recip();
-        let way = Way {
-            w: to_y * inv_d,
-            inv_d2: inv_d * inv_d,
-            f_cos,
-            n_x: at.n,
-            n_y: n,
-            area: area * self.stands_for(at.lights) / self.finer,
-        };
-        1.0 - ON_EMITTERS.kept(&way)
+        self.taken(ON_EMITTERS, at, (y, n), area, |_| f_cos)
     }
 
     /// Share of the light from `y` that the sum at `at` lacks, because the clamp takes it away from the light that photons at
@@ -308,13 +298,9 @@ impl Gather {
         owner: Owner,
         f_cos: impl FnOnce(Vec3) -> Rgb,
     ) -> f32 {
-        let to_y = y.p - at.p;
-        let d2 = to_y.length_squared();
-        if self.clamp == Clamp::None || d2 == 0.0 {
+        if self.clamp == Clamp::None {
             return 0.0;
         }
-        let inv_d = d2.sqrt().recip();
-        let w = to_y * inv_d;
         let (n_y, area) = match owner {
             Owner::Light(id) => {
                 let light = &lights.field.lights()[id.index()];
@@ -322,14 +308,32 @@ impl Gather {
             }
             Owner::Nobody { area } => (y.n, area),
         };
-        let way = Way {
+        self.taken(self.clamp, at, (y.p, n_y), area, f_cos)
+    }
+
+    /// Share of the light from `y`, where the normal is `n_y`, that `clamp` takes away from a piece of so much `area`.
+    fn taken(
+        &self,
+        clamp: Clamp,
+        at: &Viewpoint,
+        (y, n_y): (Vec3, Vec3),
+        area: f32,
+        f_cos: impl FnOnce(Vec3) -> Rgb,
+    ) -> f32 {
+        let to_y = y - at.p;
+        let d2 = to_y.length_squared();
+        if d2 == 0.0 {
+            return 0.0;
+        }
+        let inv_d = d2.sqrt().recip();
+        let w = to_y * inv_d;
+        1.0 - clamp.kept(&Way {
             w,
             inv_d2: inv_d * inv_d,
             f_cos: f_cos(w),
             n_x: at.n,
             n_y,
             area: area * self.stands_for(at.lights) / self.finer,
-        };
-        1.0 - self.clamp.kept(&way)
+        })
     }
 }

@@ -41,10 +41,8 @@ pub struct LightSet<'s> {
     pub(super) limits: PathLimits,
     pub(super) gather: Gather,
     pub(super) complement: Complement,
-    /// How emitters light what the camera sees,
-    pub(super) direct: DirectLight,
-    /// and among how many lights they are divided for that.
-    pub(super) pieces: PieceCounts,
+    /// Among how many lights emitters are divided, where these light what the camera sees.
+    pub(super) pieces: Option<PieceCounts>,
     /// The virtual lights.
     pub lights: Lights<'s>,
     /// Which light a photon anywhere would belong to.
@@ -80,7 +78,7 @@ const PROBES: u32 = 256;
 /// by so many clusters of lights at most.
 const PROBE_LIGHTS: u32 = 64;
 /// Errors count where they are seen: a pixel counts as no darker than this share of the mean.
-const DARK: f32 = 0.05;
+pub const DARK: f32 = 0.05;
 
 impl<'s> LightSet<'s> {
     /// The set with the tolerance that its cuts may have, if it has any.
@@ -101,7 +99,7 @@ impl<'s> LightSet<'s> {
                 max_photon_depth: None,
                 u: 0.5,
                 lights: Selection::ALL,
-                direct: self.direct,
+                direct: self.direct(),
                 tolerance: 0.0,
                 lit_from: None,
             })
@@ -123,40 +121,48 @@ impl<'s> LightSet<'s> {
         }
     }
 
+    /// How emitters light what the camera sees.
+    pub(super) fn direct(&self) -> DirectLight {
+        self.pieces
+            .map_or(DirectLight::Sampled, |_| DirectLight::Summed)
+    }
+
     /// The points with the sums over lights there.
     fn sums(&self, points: Vec<Gathering<'s>>) -> Vec<(Gathering<'s>, Gathered)> {
-        let sum = |mut points: Vec<Gathering<'s>>| {
-            for point in &mut points {
-                let of_pixel = self.tolerance / point.throughput.luminance();
-                point.at.tolerance = point.at.tolerance.max(of_pixel.min(f32::MAX));
-            }
-            let places: Vec<ShadingPoint> = points.iter().map(|point| point.at).collect();
-            let sums = self.gather.sum(self.scene, &self.lights, &places);
-            points.into_iter().zip(sums).collect::<Vec<_>>()
+        let limits = match self.gather.strategy {
+            Strategy::Cuts(limits) if limits.share_of == ShareOf::Pixel => limits,
+            _ => return self.sums_within(points, |_| self.tolerance),
         };
-        let Strategy::Cuts(limits) = self.gather.strategy else {
-            return sum(points);
-        };
-        if limits.share_of == ShareOf::Point {
-            return sum(points);
-        }
-        let (seen, mut beyond): (Vec<_>, Vec<_>) = points
+        let (seen, beyond): (Vec<_>, Vec<_>) = points
             .into_iter()
             .partition(|point| point.stage == Stage::BeforeX);
-        let mut sums = sum(seen);
+        let mut sums = self.sums_within(seen, |_| self.tolerance);
         let pixels = sums.iter().map(|(point, _)| point.pixel + 1).max();
         let mut shown = vec![0.0; pixels.unwrap_or(0)];
         for (point, gathered) in &sums {
             let radiance = point.throughput * (gathered.radiance + gathered.direct);
             shown[point.pixel] += radiance.luminance();
         }
-        for point in &mut beyond {
+        sums.extend(self.sums_within(beyond, |point| {
             let shown = shown.get(point.pixel).copied().unwrap_or(0.0);
-            let throughput = point.throughput.luminance().max(f32::MIN_POSITIVE);
-            point.at.tolerance = limits.max_error * shown / throughput;
-        }
-        sums.extend(sum(beyond));
+            self.tolerance.max(limits.max_error * shown)
+        }));
         sums
+    }
+
+    /// The same, where a cluster of lights may be off by so much in the pixel of a point.
+    fn sums_within(
+        &self,
+        mut points: Vec<Gathering<'s>>,
+        tolerance: impl Fn(&Gathering<'s>) -> f32,
+    ) -> Vec<(Gathering<'s>, Gathered)> {
+        for point in &mut points {
+            let throughput = point.throughput.luminance().max(f32::MIN_POSITIVE);
+            point.at.tolerance = tolerance(point) / throughput;
+        }
+        let places: Vec<ShadingPoint> = points.iter().map(|point| point.at).collect();
+        let sums = self.gather.sum(self.scene, &self.lights, &places);
+        points.into_iter().zip(sums).collect()
     }
 
     /// The lights of one of the passes.

@@ -171,8 +171,11 @@ impl ManyLight {
         let first_part = (pass.sampler(Stream::Selection, 1).next_1d() * parts as f32) as u32;
         let is_used = |k: usize| (k as u32 + parts - first_part) % parts < count;
         let mut lights = all.make_lights(scene, limits, &run, &placed, is_used);
-        let pieces = self.pieces(scene, parts);
-        if self.direct == DirectLight::Summed {
+        let pieces = match self.direct {
+            DirectLight::Sampled => None,
+            DirectLight::Summed => Some(self.pieces(scene, parts)),
+        };
+        if let Some(pieces) = pieces {
             run.stats.time("lights", || {
                 let mut sampler = run.pass.sampler(Stream::Selection, 3);
                 lights.add_emitters(scene, pieces, &mut sampler);
@@ -201,7 +204,6 @@ impl ManyLight {
             limits,
             gather,
             complement: self.complement,
-            direct: self.direct,
             pieces,
             lights,
             claims: placed.claims,

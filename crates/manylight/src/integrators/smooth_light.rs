@@ -22,6 +22,7 @@ use super::light_set::{Complement, LightSet};
 use super::partition::Stage;
 use crate::bsdf::{BsdfNumbers, BsdfSample, Lobes};
 use crate::color::Rgb;
+use crate::emitters::PieceCounts;
 use crate::gather::{DirectLight, Owner, Selection, ShadingPoint, Viewpoint};
 use crate::maps::IncidentGuide;
 use crate::math::Vec3;
@@ -75,6 +76,8 @@ pub(super) struct SummedAt {
     at: Viewpoint,
     /// `f cosθ` of the direction, in 1/sr.
     f_cos: Rgb,
+    /// Among how many lights emitters are divided.
+    pieces: PieceCounts,
 }
 
 impl<'s> EyePath<'_, 's, '_, '_> {
@@ -137,7 +140,7 @@ impl<'s> EyePath<'_, 's, '_, '_> {
     /// How emitters light the end of a branch. Where photons bring a part of their light, a sum would bring that again.
     fn direct_at(&self, branch: &Branch) -> DirectLight {
         if branch.broad.is_infinite() {
-            self.set.direct
+            self.set.direct()
         } else {
             DirectLight::Sampled
         }
@@ -194,10 +197,14 @@ impl<'s> EyePath<'_, 's, '_, '_> {
         branch.stage = branch.stage.after(Lobes::DIFFUSE);
         let f_cos = v.bsdf.f_cos_wi(wi, v.w_prev, Lobes::SMOOTH);
         branch.found = share_of_directions(branch.broad, f_cos);
-        branch.summed = (x.direct == DirectLight::Summed).then(|| SummedAt {
-            at: x.into(),
-            f_cos,
-        });
+        let pieces = self.set.pieces;
+        branch.summed = pieces
+            .filter(|_| x.direct == DirectLight::Summed)
+            .map(|pieces| SummedAt {
+                at: x.into(),
+                f_cos,
+                pieces,
+            });
         let Some(y) = self.next_surface(&mut branch) else {
             return;
         };
@@ -357,7 +364,7 @@ impl LightSet<'_> {
             return radiance;
         }
         // At any distance, a surface that fills the solid angle.
-        let area = emitters.solid_angle_per_piece(self.pieces, wi);
+        let area = emitters.solid_angle_per_piece(summed.pieces, wi);
         radiance * (self.gather).missing_of_emitter(at, at.p + wi, -wi, area, summed.f_cos)
     }
 
@@ -369,7 +376,7 @@ impl LightSet<'_> {
         if radiance.is_black() {
             return radiance;
         }
-        let area = emitters.area_per_piece(self.pieces, &y.x);
+        let area = emitters.area_per_piece(summed.pieces, &y.x);
         radiance * (self.gather).missing_of_emitter(at, y.x.p, y.x.ng, area, summed.f_cos)
     }
 }

@@ -258,6 +258,12 @@ impl<'s> LightField<'s> {
         self.reflecting
     }
 
+    /// Whether a light stands on a surface that reflects.
+    #[inline(always)]
+    pub fn reflects(&self, id: LightId) -> bool {
+        id.index() < self.reflecting
+    }
+
     /// What a light stands on.
     #[inline]
     pub fn kind(&self, id: LightId) -> LightKind {
@@ -295,7 +301,7 @@ impl<'s> LightField<'s> {
     /// limit paths to no more than 16 segments; elsewhere, and for greater depths, 1.
     #[inline]
     pub fn share_up_to(&self, id: LightId, depth: u32) -> f32 {
-        if id.index() >= self.reflecting {
+        if !self.reflects(id) {
             return 1.0;
         }
         if depth == 0 {

@@ -149,26 +149,29 @@ fn jar(scene: &mut Scene, look: &Look, forms: &Forms, name: &str, pose: Pose, in
     );
 }
 
+/// Jars whose names are numbered.
+fn jars(
+    scene: &mut Scene,
+    look: &Look,
+    forms: &Forms,
+    name: &str,
+    places: [(Pose, MaterialId); 3],
+) {
+    for (i, (pose, inside)) in places.into_iter().enumerate() {
+        jar(scene, look, forms, &format!("{name}_{i}"), pose, inside);
+    }
+}
+
 fn on_shelves(scene: &mut Scene, look: &Look, forms: &Forms) {
     let (low, high) = (SHELVES[0] + 0.03, SHELVES[1] + 0.03);
     let z = BACK + 0.13;
-    for (i, (x, inside)) in [
+    let row = [
         (1.03, look.pasta),
         (1.16, look.coffee),
         (1.29, look.lentils),
-    ]
-    .into_iter()
-    .enumerate()
-    {
-        jar(
-            scene,
-            look,
-            forms,
-            &format!("jar_{i}"),
-            Pose::at(x, low, z),
-            inside,
-        );
-    }
+    ];
+    let row = row.map(|(x, inside)| (Pose::at(x, low, z), inside));
+    jars(scene, look, forms, "jar", row);
     for i in 0..4 {
         let y = low + 0.012 * f64::from(i);
         put(
@@ -250,23 +253,16 @@ fn on_worktops(scene: &mut Scene, look: &Look, forms: &Forms, detail: Detail) {
         put(scene, &format!("spoon_{i}"), spoon, pose, look.oak_plain);
     }
     // Left of the sink and along the left wall.
-    for (i, (x, z, scale, inside)) in [
-        (-HALF_WIDTH + 0.15, -0.15, 1.25, look.pasta),
-        (-HALF_WIDTH + 0.15, -0.31, 1.1, look.lentils),
-        (-HALF_WIDTH + 0.15, -0.46, 0.95, look.coffee),
-    ]
-    .into_iter()
-    .enumerate()
-    {
-        jar(
-            scene,
-            look,
-            forms,
-            &format!("tall_jar_{i}"),
-            Pose::at(x, WORKTOP, z).scaled(scale),
-            inside,
-        );
-    }
+    let row = [
+        (-0.15, 1.25, look.pasta),
+        (-0.31, 1.1, look.lentils),
+        (-0.46, 0.95, look.coffee),
+    ];
+    let row = row.map(|(z, scale, inside)| {
+        let pose = Pose::at(-HALF_WIDTH + 0.15, WORKTOP, z).scaled(scale);
+        (pose, inside)
+    });
+    jars(scene, look, forms, "tall_jar", row);
     let bin = bevelled_box([-0.2, 0.0, -0.14], [0.2, 0.22, 0.14], 0.03);
     let bin = scene.mesh("bread_bin", bin);
     put(

@@ -10,7 +10,7 @@ const RIM: f32 = 1e-4;
 
 /// A convex piece of a plane that light does not pass.
 #[derive(Clone, Copy, Debug)]
-pub struct Screen {
+pub struct Occluder {
     /// Unit normal of the plane.
     pub n: Vec3,
     /// `n·x` for its points `x`.
@@ -21,7 +21,7 @@ pub struct Screen {
 
 impl Geometry {
     /// The triangle of an opaque mesh at `at`, with the one before or after it if both make a convex quadrilateral. `None` for other shapes.
-    pub fn screen(&self, at: SurfaceRef) -> Option<Screen> {
+    pub fn occluder(&self, at: SurfaceRef) -> Option<Occluder> {
         let primitive = &self.primitives()[at.primitive.index()];
         let Shape::Mesh(mesh) = &self.shapes()[primitive.shape.index()] else {
             return None;
@@ -52,17 +52,17 @@ impl Geometry {
             let first = mine.iter().position(|p| !others.contains(p))?;
             let last = others.iter().position(|p| !mine.contains(p))?;
             let [a, b, c] = [0, 1, 2].map(|k| own[(first + k) % 3]);
-            Screen::new([a, b, corners(other)[last], c])
+            Occluder::new([a, b, corners(other)[last], c])
         });
         let [a, b, c] = own;
         quadrilaterals
             .into_iter()
             .next()
-            .or_else(|| Screen::new([a, b, c, c]))
+            .or_else(|| Occluder::new([a, b, c, c]))
     }
 }
 
-impl Screen {
+impl Occluder {
     /// The convex piece with these corners in turn, the last of which may be there twice; `None` if they make no such thing.
     fn new(corners: [Vec3; 4]) -> Option<Self> {
         let [a, b, c, d] = corners;
@@ -87,7 +87,7 @@ impl Screen {
             }
             *bound = (inwards, along + RIM * longest);
         }
-        Some(Screen {
+        Some(Occluder {
             n,
             offset: n.dot(a),
             edges,
