@@ -5,15 +5,16 @@
 
 use super::Shape;
 use super::block::BLOCK;
+use super::unit_rows::{CutRow, UnitPoints};
 use crate::math::{Aabb, Affine3A, Frame, Vec2, Vec3};
 use crate::sampling::warp;
-use crate::simd::{Isa, Kernel, Simd};
+use crate::simd::Isa;
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 
 /// A unit shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
+pub(super) enum Kind {
     /// Parameters (azimuth / 2π, polar angle / π).
     Sphere,
     /// In z = 0. Parameters (x, y).
@@ -127,6 +128,7 @@ impl Analytic {
                     kind: self.kind,
                     origin: unit(origin),
                     targets: &targets,
+                    open: *open,
                 });
             }
         }
@@ -274,7 +276,7 @@ pub(super) fn affine_f64(m: &Affine3A) -> DAffine3 {
 impl Kind {
     /// Where a line meets the surface that the unit shape is a part of; not a number where it does not.
     #[inline(always)]
-    fn meets(self, o: DVec3, d: DVec3) -> [f64; 2] {
+    pub(super) fn meets(self, o: DVec3, d: DVec3) -> [f64; 2] {
         match self {
             Kind::Disk => [-o.z / d.z; 2],
             Kind::Sphere => line_and_unit_sphere(o, d),
@@ -284,7 +286,7 @@ impl Kind {
 
     /// Whether a place where a line meets the surface is on the shape, and `0 < t < t_max`.
     #[inline(always)]
-    fn is_hit(self, o: DVec3, d: DVec3, t: f64, t_max: f32) -> bool {
+    pub(super) fn is_hit(self, o: DVec3, d: DVec3, t: f64, t_max: f32) -> bool {
         let q = o + d * t;
         let inside = match self {
             Kind::Sphere => true,
@@ -305,57 +307,4 @@ fn line_and_unit_sphere(o: DVec3, d: DVec3) -> [f64; 2] {
     let rest = 1.0 - (o + d * middle).length_squared();
     let half = (rest / d2).sqrt();
     [middle - half, middle + half]
-}
-
-/// Points in the space of a unit shape, by coordinate.
-struct UnitPoints([[f64; BLOCK]; 3]);
-
-impl UnitPoints {
-    /// Of up to [`BLOCK`] points; the rest is at the origin.
-    fn new(points: impl Iterator<Item = DVec3>) -> Self {
-        let mut coordinates = [[0.0; BLOCK]; 3];
-        for (j, p) in points.enumerate() {
-            for (axis, coordinate) in coordinates.iter_mut().zip(p.to_array()) {
-                axis[j] = coordinate;
-            }
-        }
-        UnitPoints(coordinates)
-    }
-}
-
-/// The segments from one point to many that a unit shape cuts, as bits: plain loops, which are vectors of `f64` once compiled.
-struct CutRow<'a> {
-    kind: Kind,
-    origin: DVec3,
-    targets: &'a UnitPoints,
-}
-
-impl Kernel for CutRow<'_> {
-    type Output = u64;
-
-    #[inline(always)]
-    fn run<S: Simd>(self, _: S) -> u64 {
-        // Each kind by its own loop.
-        match self.kind {
-            Kind::Sphere => cut_row(Kind::Sphere, self.origin, self.targets),
-            Kind::Disk => cut_row(Kind::Disk, self.origin, self.targets),
-            Kind::Cylinder => cut_row(Kind::Cylinder, self.origin, self.targets),
-        }
-    }
-}
-
-#[inline(always)]
-fn cut_row(kind: Kind, o: DVec3, targets: &UnitPoints) -> u64 {
-    let UnitPoints([x, y, z]) = targets;
-    let mut cut = [0u64; BLOCK];
-    for j in 0..BLOCK {
-        let d = DVec3::new(x[j], y[j], z[j]) - o;
-        let [near, far] = kind.meets(o, d);
-        cut[j] = u64::from(kind.is_hit(o, d, near, 1.0) | kind.is_hit(o, d, far, 1.0));
-    }
-    let mut bits = 0;
-    for (j, cut) in cut.iter().enumerate() {
-        bits |= cut << j;
-    }
-    bits
 }

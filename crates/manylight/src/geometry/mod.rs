@@ -12,6 +12,7 @@ pub mod shape;
 pub mod surface_point;
 #[cfg(test)]
 mod tests;
+mod unit_rows;
 pub mod world;
 
 pub use crate::simd::Instructions;

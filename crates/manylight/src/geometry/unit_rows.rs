@@ -1,0 +1,188 @@
+//! The segments from one point to many that a unit shape cuts.
+//!
+//! Most pass it by. So sixteen at a time are held to a ball or a cylinder around it first, in `f32` with a margin for the rounding; only
+//! where one comes near does the test in `f64` follow.
+
+use super::analytic::Kind;
+use super::block::BLOCK;
+use crate::lanes::LaneMask;
+use crate::lanes::vectors::{add3, dot, load3, scale3, splat3, sub3};
+use crate::simd::{Kernel, Simd, WIDE, Wide};
+use glam::DVec3;
+
+/// Rounding of a segment's distance from the shape, relative to that of its ends: many times what it can be.
+const ROUNDING: f32 = 32.0 * f32::EPSILON;
+
+/// Points go through in so many groups of sixteen.
+const GROUPS: usize = BLOCK / WIDE;
+
+/// Points in the space of a unit shape, by group and coordinate.
+pub(super) struct UnitPoints {
+    exact: [[[f64; WIDE]; 3]; GROUPS],
+    rounded: [[[f32; WIDE]; 3]; GROUPS],
+    /// Largest distance of any from the origin, about.
+    farthest: f32,
+}
+
+impl UnitPoints {
+    /// Of up to [`BLOCK`] points; the rest is at the origin.
+    pub(super) fn new(points: impl Iterator<Item = DVec3>) -> Self {
+        let mut all = UnitPoints {
+            exact: [[[0.0; WIDE]; 3]; GROUPS],
+            rounded: [[[0.0; WIDE]; 3]; GROUPS],
+            farthest: 0.0,
+        };
+        for (j, p) in points.enumerate() {
+            for (axis, x) in p.to_array().into_iter().enumerate() {
+                all.exact[j / WIDE][axis][j % WIDE] = x;
+                all.rounded[j / WIDE][axis][j % WIDE] = x as f32;
+            }
+            all.farthest = all.farthest.max(p.as_vec3().length());
+        }
+        all
+    }
+}
+
+/// The segments from `origin` to the targets that a unit shape cuts, as bits; of those in `open` alone.
+pub(super) struct CutRow<'a> {
+    pub(super) kind: Kind,
+    pub(super) origin: DVec3,
+    pub(super) targets: &'a UnitPoints,
+    pub(super) open: u64,
+}
+
+impl Kernel for CutRow<'_> {
+    type Output = u64;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) -> u64 {
+        let w = s.wide();
+        // Each kind by its own loops.
+        match self.kind {
+            Kind::Sphere => self.cut(w, Kind::Sphere),
+            Kind::Disk => self.cut(w, Kind::Disk),
+            Kind::Cylinder => self.cut(w, Kind::Cylinder),
+        }
+    }
+}
+
+impl CutRow<'_> {
+    #[inline(always)]
+    fn cut<W: Wide>(&self, w: W, kind: Kind) -> u64 {
+        let mut cut = 0;
+        for group in 0..GROUPS {
+            let open = (self.open >> (group * WIDE)) as LaneMask;
+            if open != 0 && open & self.near(w, kind, group) != 0 {
+                cut |= u64::from(self.cut_exactly(kind, group)) << (group * WIDE);
+            }
+        }
+        cut & self.open
+    }
+
+    /// Those of sixteen segments that may come near enough.
+    #[inline(always)]
+    fn near<W: Wide>(&self, w: W, kind: Kind, group: usize) -> LaneMask {
+        let origin = self.origin.as_vec3();
+        let margin = ROUNDING * (origin.length() + self.targets.farthest);
+        let (zero, one) = (w.splat(0.0), w.splat(1.0));
+        let mut o = splat3(w, origin);
+        let mut to = load3(w, &self.targets.rounded[group]);
+        let between = |low: f32, high: f32| {
+            let above = w.le(w.splat(low - margin), w.max(o[2], to[2]));
+            let below = w.le(w.min(o[2], to[2]), w.splat(high + margin));
+            w.bits(w.and(above, below)) as LaneMask
+        };
+        let level = match kind {
+            Kind::Sphere => LaneMask::MAX,
+            Kind::Disk => between(0.0, 0.0),
+            Kind::Cylinder => between(0.0, 1.0),
+        };
+        if kind == Kind::Cylinder {
+            (o[2], to[2]) = (zero, zero);
+        }
+        let d = sub3(w, to, o);
+        let d2 = w.max(dot(w, d, d), w.splat(f32::MIN_POSITIVE));
+        let along = w.div(dot(w, o, d), d2);
+        let t = w.min(w.max(w.sub(zero, along), zero), one);
+        let nearest = add3(w, o, scale3(w, d, t));
+        let reach = w.splat((1.0 + margin) * (1.0 + margin));
+        level & w.bits(w.le(dot(w, nearest, nearest), reach)) as LaneMask
+    }
+
+    /// Those of sixteen segments that are cut: plain loops, which are vectors of `f64` once compiled.
+    #[inline(always)]
+    fn cut_exactly(&self, kind: Kind, group: usize) -> LaneMask {
+        let [x, y, z] = &self.targets.exact[group];
+        let mut cut = [0; WIDE];
+        for (j, cut) in cut.iter_mut().enumerate() {
+            let target = DVec3::new(x[j], y[j], z[j]);
+            let d = target - self.origin;
+            let [near, far] = kind.meets(self.origin, d);
+            let is_cut =
+                kind.is_hit(self.origin, d, near, 1.0) | kind.is_hit(self.origin, d, far, 1.0);
+            *cut = LaneMask::from(is_cut) << j;
+        }
+        cut.iter().fold(0, |bits, cut| bits | cut)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::rng::Pcg;
+    use crate::simd::{Instructions, Isa};
+
+    /// What looks at all segments in `f64`.
+    struct Exactly<'a>(CutRow<'a>);
+
+    impl Kernel for Exactly<'_> {
+        type Output = u64;
+
+        #[inline(always)]
+        fn run<S: Simd>(self, _: S) -> u64 {
+            let all = (0..GROUPS)
+                .map(|group| u64::from(self.0.cut_exactly(self.0.kind, group)) << (group * WIDE));
+            all.sum::<u64>() & self.0.open
+        }
+    }
+
+    /// Segments at all distances that graze the shapes: the first look never says no where the exact test says yes.
+    #[test]
+    fn nothing_that_is_cut_is_left_out() {
+        let mut random = Pcg::new(3);
+        let mut number = || f64::from(random.next_f32()) * 2.0 - 1.0;
+        let mut vector = || DVec3::new(number(), number(), number());
+        for kind in [Kind::Sphere, Kind::Disk, Kind::Cylinder] {
+            let mut some = [0; 2];
+            for trial in 0..600 {
+                let far = 10f64.powi(trial % 8);
+                let origin = vector() * far;
+                // To a point of the rim or the surface, a little more or less, and beyond.
+                let through = |v: DVec3| match kind {
+                    Kind::Sphere => v.normalize(),
+                    Kind::Disk => v.with_z(0.0).normalize(),
+                    Kind::Cylinder => v.with_z(0.0).normalize().with_z(v.z.abs()),
+                };
+                let targets = (0..BLOCK).map(|j| {
+                    let grazed = through(vector()) * (1.0 + 1e-4 * vector().x);
+                    origin + (grazed - origin) * (0.9 + 0.2 * j as f64)
+                });
+                let targets = UnitPoints::new(targets);
+                let row = CutRow {
+                    kind,
+                    origin,
+                    targets: &targets,
+                    open: u64::MAX,
+                };
+                for isa in Instructions::available().into_iter().filter_map(Isa::new) {
+                    let exact = isa.run(Exactly(CutRow { ..row }));
+                    let cut = isa.run(CutRow { ..row });
+                    assert_eq!(cut, exact, "{kind:?} from {origin}");
+                    some[0] += cut.count_ones();
+                    some[1] += cut.count_zeros();
+                }
+            }
+            assert!(some.iter().all(|&count| count > 1000), "{kind:?} {some:?}");
+        }
+    }
+}
