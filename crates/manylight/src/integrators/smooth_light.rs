@@ -37,14 +37,13 @@ pub(super) const DIRECTIONS: u32 = 16;
 const MIRRORED: f32 = 0.5;
 /// Each with this many times the share of light that it stands for, at most that.
 const MIRRORED_EFFORT: f32 = 16.0;
-/// The first vertex after a gathering point may go on with this many times the share of light that it stands for, at most 1.
-const SURVIVAL: f32 = 4.0;
-/// Vertices after that, with that share; at most this.
+/// The first vertex after a gathering point goes on with the share of light that it stands for as its probability; vertices after
+/// that with at most this.
 const MAX_SURVIVAL: f32 = 0.95;
 /// Whose a surface is takes a search. So first a share is guessed: as if its light stood for so many times the surface of those around the gathering
 /// point; the roulette for that goes on with one in so many at least.
 const ASKED_SURFACE: f32 = 4.0;
-const LEAST_ASKED: f32 = 1.0 / 8.0;
+const LEAST_ASKED: f32 = 1.0 / 32.0;
 /// The surface of those around takes a search of its own, which pays for so many directions.
 const ASKING_DIRECTIONS: u32 = 4;
 /// Caustics that are seen by way of a smooth surface may be blurred by this angle more.
@@ -78,6 +77,15 @@ pub(super) struct SummedAt {
     f_cos: Rgb,
     /// Among how many lights emitters are divided.
     pieces: PieceCounts,
+}
+
+/// A gathering point with a direction drawn there.
+struct Looking<'x, 's> {
+    x: &'x ShadingPoint<'s>,
+    /// `f cosθ` of its smooth lobes in that direction, in 1/sr.
+    f_cos: Rgb,
+    /// Surface that lights around may stand for, if the share of the complement is to be guessed by it, in m².
+    surface: Option<f32>,
 }
 
 impl<'s> EyePath<'_, 's, '_, '_> {
@@ -219,19 +227,14 @@ impl<'s> EyePath<'_, 's, '_, '_> {
         }
         if y.bsdf.lobes().has(Lobes::SMOOTH) && self.set.complement == Complement::KolligKeller {
             branch.broad = broad(f_cos);
-            self.complement(&y, branch, x, surface);
+            let from = Looking { x, f_cos, surface };
+            self.complement(&y, branch, &from);
         }
     }
 
     /// What the sum over lights at `x` lacks of the light that the smooth lobes at `y` reflect into the branch. A surface that
     /// transmits is lit from both sides, and one is chosen: the lights of each side are others, and the clamp with them.
-    fn complement(
-        &mut self,
-        y: &Vertex<'s>,
-        mut branch: Branch<'s>,
-        x: &ShadingPoint<'s>,
-        surface: Option<f32>,
-    ) {
+    fn complement(&mut self, y: &Vertex<'s>, mut branch: Branch<'s>, from: &Looking<'_, 's>) {
         let seen = y.x.normal_towards(y.w_prev);
         let transmits = y.bsdf.receiving_normal(y.w_prev).is_none();
         let lit_from = if transmits && self.sampler.next_1d() >= 0.5 {
@@ -241,16 +244,16 @@ impl<'s> EyePath<'_, 's, '_, '_> {
         };
         branch.lit_from = transmits.then_some(lit_from);
         let spot = Spot::on(self.set.scene, &y.x, lit_from);
-        let asked = surface.map_or(1.0, |area| {
-            let likely = self.missing(x, &spot, Owner::Nobody { area });
-            (SURVIVAL * likely).clamp(LEAST_ASKED, 1.0)
+        let asked = from.surface.map_or(1.0, |area| {
+            let likely = self.missing(from, &spot, Owner::Nobody { area });
+            likely.clamp(LEAST_ASKED, 1.0)
         });
         if asked < 1.0 && !branch.walk.survive(asked, self.sampler.next_1d()) {
             return;
         }
         let set = self.set;
         let owner = (set.lights).owner(set.claims.light(set.scene, &spot), &spot);
-        let missing = self.missing(x, &spot, owner);
+        let missing = self.missing(from, &spot, owner);
         branch
             .walk
             .scale(if transmits { 2.0 * missing } else { missing });
@@ -263,7 +266,7 @@ impl<'s> EyePath<'_, 's, '_, '_> {
     /// Roulette for a branch that goes on with `share` of the light that it stood for, already counted.
     fn survive(&mut self, branch: &mut Branch, share: f32) -> bool {
         let survival = if branch.stage == Stage::AfterX {
-            (SURVIVAL * share).min(1.0)
+            share.min(1.0)
         } else {
             (weight(&branch.walk) / branch.full).min(MAX_SURVIVAL)
         };
@@ -346,12 +349,10 @@ impl<'s> EyePath<'_, 's, '_, '_> {
         }
     }
 
-    /// Share of the light from `y`, of which `owner` stands for light, that the sum over lights at `x` lacks.
-    fn missing(&self, x: &ShadingPoint, y: &Spot, owner: Owner) -> f32 {
+    /// Share of the light from `y`, which is `owner`'s, that the sum over lights lacks where a direction came `from`.
+    fn missing(&self, from: &Looking, y: &Spot, owner: Owner) -> f32 {
         let set = self.set;
-        (set.gather).missing(&set.lights, &x.into(), y, owner, |w| {
-            x.bsdf.f_cos_wi(w, x.wo, Lobes::SMOOTH)
-        })
+        (set.gather).missing(&set.lights, &from.x.into(), y, owner, |_| from.f_cos)
     }
 }
 
