@@ -332,6 +332,10 @@ pub(crate) struct CompareArgs {
     /// Print JSON on standard output.
     #[arg(long)]
     pub(crate) json: bool,
+
+    /// Write a page to look at the images: side by side or split, with zoom, exposure and maps of errors. One file, for any browser.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) html: Option<PathBuf>,
 }
 
 const COMPARE_HELP: &str = "\
@@ -341,6 +345,8 @@ Definitions, x the image, r the reference, m the mean of r, averages over pixels
   MAPE     |x - r| / max(|r|, 0.01 m)
   SMAPE    |x - r| / max(|x| + |r|, 0.01 m)
   PSNR     10 log10(p^2 / MSE), p the largest value of r
+  SSIM     structural similarity (Wang et al. 2004) of the luma of sRGB values in [0, 1], window 11x11
+  HDR-FLIP mean over pixels of how much is seen in turning from one to the other (Andersson et al. 2021), 67 pixels per degree
   pixels   quantiles over pixels of sqrt(relMSE of the pixel)
 Where both files carry variance.R/G/B (of the mean):
   noise    what MSE and relMSE would be on average if only noise differed, and the reference's part of it
@@ -376,6 +382,10 @@ pub(crate) struct StudyArgs {
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) images: Option<PathBuf>,
 
+    /// Also write a page to look at the pictures that are kept, with the tables: index.html in this folder.
+    #[arg(long, value_name = "DIR", requires = "images", value_hint = ValueHint::DirPath)]
+    pub(crate) html: Option<PathBuf>,
+
     /// Only runs whose scene, method or task is called so or, if none is, contains it. May be repeated: several of
     /// one kind add up, and every kind that is named must fit.
     #[arg(long, value_name = "TEXT")]
@@ -386,7 +396,7 @@ pub(crate) struct StudyArgs {
     pub(crate) again: bool,
 
     /// Render nothing; write the page from the results that are there.
-    #[arg(long, conflicts_with_all = ["again", "only", "images"])]
+    #[arg(long, conflicts_with_all = ["again", "only"])]
     pub(crate) page_only: bool,
 }
 

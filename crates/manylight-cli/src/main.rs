@@ -6,6 +6,7 @@
 mod args;
 mod command;
 mod compare;
+mod document;
 mod failure;
 mod figure;
 mod interrupt;
@@ -19,6 +20,7 @@ mod report;
 mod request;
 mod study;
 mod values;
+mod viewer;
 
 use args::{Cli, Command};
 use clap::Parser;

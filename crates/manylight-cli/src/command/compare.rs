@@ -4,7 +4,8 @@ use crate::args::CompareArgs;
 use crate::compare::{Comparison, Frame, compare, table};
 use crate::failure::Failure;
 use crate::output::print_data;
-use manylight_io::image::read_picture;
+use crate::viewer::{self, Group};
+use manylight_io::image::{read_picture, write_file};
 use serde_json::json;
 use std::path::Path;
 use std::process::ExitCode;
@@ -16,10 +17,16 @@ const SCHEMA: &str = "manylight.compare/1";
 pub(crate) fn run(args: &CompareArgs) -> Result<ExitCode, Failure> {
     let layer = args.layer.as_deref();
     let reference = read(&args.reference, layer)?;
-    let comparisons = (args.images.iter())
-        .map(|path| measure(path, &args.reference, &reference, layer))
-        .collect::<Result<Vec<Comparison>, Failure>>()?;
     let name = args.reference.display().to_string();
+    let measured = (args.images.iter())
+        .map(|path| measure(path, &args.reference, &reference, layer))
+        .collect::<Result<Vec<(Frame, Comparison)>, Failure>>()?;
+    let (images, comparisons): (Vec<Frame>, Vec<Comparison>) = measured.into_iter().unzip();
+    if let Some(path) = &args.html {
+        let group = Group::new(name.clone(), &images, &comparisons, (&reference, &name));
+        let page = viewer::page(&format!("Compared with {name}"), &[group]);
+        write_file(path, page.as_bytes())?;
+    }
     if args.json {
         print_data(json!({
             "schema": SCHEMA,
@@ -34,16 +41,17 @@ pub(crate) fn run(args: &CompareArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Measures how the image at `path` differs from a reference that [`read`] has read.
+/// The image at `path`, and how it differs from a reference that [`read`] has read.
 pub(crate) fn measure(
     path: &Path,
     reference_path: &Path,
     reference: &Frame,
     layer: Option<&str>,
-) -> Result<Comparison, Failure> {
+) -> Result<(Frame, Comparison), Failure> {
     let image = read(path, layer)?;
     check_sizes(path, &image, reference_path, reference)?;
-    Ok(compare(path.display().to_string(), &image, reference))
+    let comparison = compare(path.display().to_string(), &image, reference);
+    Ok((image, comparison))
 }
 
 /// Reads what comparisons need of an image file.

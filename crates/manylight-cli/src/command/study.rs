@@ -2,13 +2,16 @@
 
 use crate::args::StudyArgs;
 use crate::command::compare;
+use crate::command::gallery::groups;
 use crate::failure::{Failure, INTERNAL, plural};
 use crate::interrupt::Interrupt;
 use crate::output::{human_time, print_message};
 use crate::repeat::quoted;
 use crate::study::{
-    Ended, Ending, Machine, Pace, Plan, Record, Results, Run, Status, page, select, spawn_and_wait,
+    Ended, Ending, Files, Machine, Pace, Plan, Record, Results, Run, Status, absolute, page,
+    select, spawn_and_wait,
 };
+use crate::viewer::write_pages;
 use manylight_io::FileError;
 use manylight_io::image::write_file;
 use serde_json::Value;
@@ -39,9 +42,19 @@ pub(crate) fn run(args: &StudyArgs) -> Result<ExitCode, Failure> {
         let selected = select(&runs, &args.only)?;
         code = make(args, &plan, &selected, &mut results)?;
     }
-    let text = page(&plan, &runs, &results, &command_of(&plan));
-    write_file(&path, text.as_bytes())?;
+    let document = page(&plan, &runs, &results, &command_of(&plan));
+    write_file(&path, document.markdown().as_bytes())?;
     print_message(format_args!("wrote {}", path.display()));
+    if let (Some(folder), Some(images)) = (&args.html, &args.images) {
+        let runs: Vec<&Run> = runs.iter().collect();
+        let references = Files::references(args, &plan, &runs)?;
+        let groups = groups(&plan, &runs, &references, images);
+        write_pages(folder, &plan.title, groups, &document.blocks)?;
+        print_message(format_args!(
+            "wrote {}",
+            folder.join("index.html").display()
+        ));
+    }
     Ok(code)
 }
 
@@ -146,9 +159,8 @@ fn summary(record: &Record) -> String {
 /// Everything that runs need.
 struct Workshop<'a> {
     program: PathBuf,
-    plan_folder: PathBuf,
-    scenes: Option<PathBuf>,
-    references: Option<PathBuf>,
+    scenes: Files,
+    references: Files,
     images: Option<&'a Path>,
     machine: Machine,
     interrupt: Interrupt,
@@ -156,16 +168,11 @@ struct Workshop<'a> {
 
 impl<'a> Workshop<'a> {
     fn new(args: &'a StudyArgs, plan: &Plan, runs: &[&Run]) -> Result<Self, Failure> {
-        let is_elsewhere = |file: &&String| !file.starts_with("./");
-        let scene = runs.iter().map(|run| &run.scene.file).find(is_elsewhere);
-        let mut references = runs.iter().map(|run| &run.scene.reference);
-        let reference = references.find(is_elsewhere);
         let workshop = Workshop {
             program: std::env::current_exe()
                 .map_err(|e| Failure::Internal(format!("this program is not found: {e}")))?,
-            plan_folder: absolute(plan.folder()),
-            scenes: folder(args.scenes.as_deref(), "scenes", scene)?,
-            references: folder(args.references.as_deref(), "references", reference)?,
+            scenes: Files::scenes(args, plan, runs)?,
+            references: Files::references(args, plan, runs)?,
             images: args.images.as_deref(),
             machine: Machine::this(),
             interrupt: Interrupt::install()?,
@@ -174,14 +181,6 @@ impl<'a> Workshop<'a> {
             std::fs::create_dir_all(images).map_err(|e| FileError::unwritable(images, e))?;
         }
         Ok(workshop)
-    }
-
-    /// The folder that a file of the plan is relative to.
-    fn base<'b>(&'b self, file: &str, folder: &'b Option<PathBuf>) -> &'b Path {
-        match folder {
-            Some(folder) if !file.starts_with("./") => folder,
-            _ => &self.plan_folder,
-        }
     }
 
     /// Makes a run; nothing if the study was interrupted.
@@ -195,7 +194,7 @@ impl<'a> Workshop<'a> {
         let mut record = Record::new(run, shown_command(run), &self.machine);
 
         let reference = &run.scene.reference;
-        let reference_path = self.base(reference, &self.references).join(reference);
+        let reference_path = self.references.path(reference);
         // Before the render, which may take long.
         let reference = compare::read(&reference_path, None);
         let outcome = match &reference {
@@ -215,7 +214,8 @@ impl<'a> Workshop<'a> {
         let measured = outcome.and_then(|()| match &reference {
             Ok(reference) if picture.exists() => {
                 let comparison = compare::measure(&picture, &reference_path, reference, None);
-                comparison.map(Some).map_err(|failure| failure.to_string())
+                let comparison = comparison.map(|(_, comparison)| Some(comparison));
+                comparison.map_err(|failure| failure.to_string())
             }
             _ => Ok(None),
         });
@@ -242,7 +242,7 @@ impl<'a> Workshop<'a> {
         let file = &run.scene.file;
         let mut command = Command::new(&self.program);
         command
-            .current_dir(self.base(file, &self.scenes))
+            .current_dir(self.scenes.folder_of(file))
             .arg("render")
             .arg(file)
             .args(&run.words)
@@ -256,15 +256,8 @@ impl<'a> Workshop<'a> {
 
     /// Folders of this machine say nothing elsewhere.
     fn without_folders(&self, message: &str, bench: &Path) -> String {
-        let folders = [
-            Some(bench),
-            self.scenes.as_deref(),
-            self.references.as_deref(),
-        ];
-        let folders = folders
-            .into_iter()
-            .flatten()
-            .chain([self.plan_folder.as_path()]);
+        let folders = [&self.scenes, &self.references].into_iter();
+        let folders = [bench].into_iter().chain(folders.flat_map(Files::folders));
         let mut message = message.to_owned();
         for folder in folders {
             message = message.replace(&format!("{}/", folder.display()), "");
@@ -272,36 +265,6 @@ impl<'a> Workshop<'a> {
         message.truncate(message.floor_char_boundary(LONGEST_MESSAGE));
         message.trim().to_owned()
     }
-}
-
-/// A folder by option or variable, absolute; nothing if no file of these runs is in it.
-fn folder(
-    option: Option<&Path>,
-    what: &str,
-    needed_by: Option<&String>,
-) -> Result<Option<PathBuf>, Failure> {
-    let Some(file) = needed_by else {
-        return Ok(None);
-    };
-    let variable = format!("MANYLIGHT_{}", what.to_uppercase());
-    let folder = option
-        .map(PathBuf::from)
-        .or_else(|| std::env::var_os(&variable).map(PathBuf::from));
-    let Some(folder) = folder else {
-        return Err(Failure::usage(
-            format!("the folder of {what} is not known; the plan names {file}"),
-            format!("add --{what} DIR, or set the variable {variable}"),
-        ));
-    };
-    if !folder.is_dir() {
-        let error = io::Error::from(io::ErrorKind::NotADirectory);
-        return Err(FileError::unreadable(&folder, error).into());
-    }
-    Ok(Some(absolute(&folder)))
-}
-
-fn absolute(path: &Path) -> PathBuf {
-    std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
 }
 
 /// How to make a run by hand, in the folder of its scene file.

@@ -1,16 +1,25 @@
 //! How much an image differs from a reference: error measures, and whether noise alone can explain the difference.
 
 mod blocks;
+mod flip;
 mod frame;
 mod metrics;
+mod planes;
+mod ssim;
 mod table;
+#[cfg(test)]
+mod testing;
 
+#[cfg(test)]
+pub(crate) use frame::Correlation;
 pub(crate) use frame::Frame;
 pub(crate) use table::table;
 
 use blocks::{BlockScores, block_scores};
+use flip::flip;
 use metrics::{Errors, Means, NoiseFloor, errors, means, noise_floor, reference_noise};
 use serde::Serialize;
+use ssim::ssim;
 
 /// Everything known about one image against the reference.
 #[derive(Debug, Serialize)]
@@ -24,6 +33,13 @@ pub(crate) struct Comparison {
     /// Error measures.
     #[serde(flatten)]
     pub(crate) errors: Errors,
+    /// Structural similarity; absent for pictures of fewer than 11 pixels a side.
+    pub(crate) ssim: Option<f64>,
+    /// Mean of HDR-FLIP over all pixels, and
+    pub(crate) flip: f64,
+    /// by pixel.
+    #[serde(skip)]
+    pub(crate) flip_map: Vec<f32>,
     /// Means of both and their ratio.
     #[serde(flatten)]
     pub(crate) means: Means,
@@ -63,11 +79,15 @@ pub(crate) fn compare(name: String, image: &Frame, reference: &Frame) -> Compari
         .map(|i| image.is_finite(i) && reference.is_finite(i))
         .collect();
     let pixels = finite.iter().filter(|&&f| f).count();
+    let flip_map = flip(image, reference);
     Comparison {
         image: name,
         pixels,
         non_finite_pixels: finite.len() - pixels,
         errors: errors(image, reference, &finite),
+        ssim: ssim(image, reference),
+        flip: flip_map.iter().copied().map(f64::from).sum::<f64>() / flip_map.len() as f64,
+        flip_map,
         means: means(image, reference, &finite, |noise| noise.beauty),
         noise_floor: noise_floor(image, reference, &finite),
         reference_noise: reference_noise(reference, &finite),

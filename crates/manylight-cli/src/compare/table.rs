@@ -21,6 +21,8 @@ pub(crate) fn table(reference: &str, comparisons: &[Comparison]) -> String {
     row("PSNR (dB)", &|c| {
         Some(c.errors.psnr.map_or("inf".into(), |v| format!("{v:.2}")))
     });
+    row("SSIM", &|c| c.ssim.map(figure));
+    row("HDR-FLIP", &|c| Some(figure(c.flip)));
     row("pixels 50, 99, 99.9 %", &|c| {
         let q = c.errors.pixel_error;
         Some([q.median, q.p99, q.p99_9].map(figure).join(" "))

@@ -1,7 +1,7 @@
 //! Figures of a result: what they are called, where they come from, how they are written, which is better.
 
 use super::results::{Record, Status};
-use super::table::Cell;
+use crate::document::Cell;
 use serde::Deserialize;
 
 /// A figure that a table shows.
@@ -18,6 +18,10 @@ pub(crate) enum Figure {
     Rmse,
     /// Mean symmetric relative error.
     Smape,
+    /// Structural similarity.
+    Ssim,
+    /// Mean of HDR-FLIP.
+    Flip,
     /// Mean of the picture over that of the reference, of the channel that is furthest off.
     RatioOfMeans,
     /// Share of blocks that noise does not explain.
@@ -59,6 +63,8 @@ impl Figure {
             Figure::Mse => "mse",
             Figure::Rmse => "rmse",
             Figure::Smape => "smape",
+            Figure::Ssim => "ssim",
+            Figure::Flip => "flip",
             Figure::RatioOfMeans => "ratio-of-means",
             Figure::BlocksBeyond3 => "blocks-beyond-3",
             Figure::Seconds => "seconds",
@@ -79,6 +85,8 @@ impl Figure {
             Figure::Mse => "MSE",
             Figure::Rmse => "RMSE",
             Figure::Smape => "SMAPE",
+            Figure::Ssim => "SSIM",
+            Figure::Flip => "HDR-FLIP",
             Figure::RatioOfMeans => "Ratio of means",
             Figure::BlocksBeyond3 => "Blocks that noise does not explain",
             Figure::Seconds => "Seconds",
@@ -121,6 +129,8 @@ impl Figure {
             Figure::Mse => own_error(record, "mse"),
             Figure::Rmse => own_error(record, "mse").map(f64::sqrt),
             Figure::Smape => record.metric("/smape"),
+            Figure::Ssim => record.metric("/ssim"),
+            Figure::Flip => record.metric("/flip"),
             Figure::RatioOfMeans => worst_ratio(record).map(|(ratio, _)| ratio),
             Figure::BlocksBeyond3 => record.metric("/blocks/share_beyond_3"),
             Figure::Seconds => record.render_seconds(),
@@ -136,7 +146,7 @@ impl Figure {
     /// How far from the best a value is; `None` where more is neither better nor worse.
     fn rank(self, value: f64) -> Option<f64> {
         match self {
-            Figure::RatioOfMeans => Some((value - 1.0).abs()),
+            Figure::RatioOfMeans | Figure::Ssim => Some((value - 1.0).abs()),
             Figure::Passes | Figure::Lights => None,
             _ => Some(value),
         }
@@ -241,6 +251,8 @@ mod tests {
             Figure::Mse,
             Figure::Rmse,
             Figure::Smape,
+            Figure::Ssim,
+            Figure::Flip,
             Figure::BlocksBeyond3,
             Figure::Passes,
             Figure::Lights,

@@ -5,6 +5,7 @@
 
 mod child;
 mod figures;
+mod files;
 mod machine;
 mod pace;
 mod page;
@@ -13,9 +14,9 @@ mod plan_error;
 mod results;
 mod runs;
 mod statistics;
-mod table;
 
 pub(crate) use child::{Ended, Ending, spawn_and_wait};
+pub(crate) use files::{Files, absolute};
 pub(crate) use machine::Machine;
 pub(crate) use pace::Pace;
 pub(crate) use page::page;

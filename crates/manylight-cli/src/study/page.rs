@@ -1,24 +1,23 @@
-//! The page: a plan and its results as Markdown. The same results give the same page.
+//! The page: a plan and its results. The same results give the same page.
 
 use super::figures::{DEFAULT, Figure, number};
 use super::plan::{Method, Plan, Ratio, Scene, Task};
 use super::results::{Record, Results, Status};
 use super::runs::{Run, key};
 use super::statistics::{geometric_mean, log_log_slope};
-use super::table::{Cell, Table};
+use crate::document::{Cell, Document, Line, Plot, Table};
 use crate::failure::plural;
 use std::collections::BTreeSet;
-use std::fmt::Write;
 
 /// A stage that takes a smaller share of every run's time has no row.
 const SMALLEST_STAGE: f64 = 0.005;
 
 /// The page of a plan; `command` is how it is called there.
-pub(crate) fn page(plan: &Plan, runs: &[Run], results: &Results, command: &str) -> String {
+pub(crate) fn page(plan: &Plan, runs: &[Run], results: &Results, command: &str) -> Document {
     let mut page = Page {
         plan,
         results,
-        text: String::new(),
+        out: Document::default(),
     };
     page.head(runs, command);
     page.scenes(runs);
@@ -28,13 +27,13 @@ pub(crate) fn page(plan: &Plan, runs: &[Run], results: &Results, command: &str) 
     }
     page.ratios();
     page.remarks(runs);
-    page.text
+    page.out
 }
 
 struct Page<'p> {
     plan: &'p Plan,
     results: &'p Results,
-    text: String,
+    out: Document,
 }
 
 impl Page<'_> {
@@ -46,8 +45,9 @@ impl Page<'_> {
             let all: BTreeSet<String> = records.iter().map(|record| text(record)).collect();
             Vec::from_iter(all).join("; ")
         };
-        self.paragraph(&format!("# {}", self.plan.title));
-        self.paragraph("<!-- Written by `manylight study`: change the plan, not this page. -->");
+        self.out.heading(1, &self.plan.title);
+        self.out
+            .comment("Written by `manylight study`: change the plan, not this page.");
         let mut made = format!(
             "Made by `{command}`: {} of {} run{}",
             records.len(),
@@ -73,16 +73,16 @@ impl Page<'_> {
                 _ => first.cloned().unwrap_or_default(),
             };
         }
-        self.paragraph(&format!("{made}."));
-        self.notes(&self.plan.notes);
-        self.paragraph(
+        self.out.paragraph(format!("{made}."));
+        self.out.paragraph(&self.plan.notes);
+        self.out.paragraph(
             "The best of a column is **bold**; `-`: not measured, or there is no such figure; †: stopped at the limit of \
              time, and not compared.",
         );
     }
 
     fn scenes(&mut self, runs: &[Run]) {
-        self.paragraph("## Scenes");
+        self.out.heading(2, "Scenes");
         let head = ["scene", "file", "size", "longest path", "reference's noise"];
         let mut table = Table::new(head.map(String::from));
         for scene in &self.plan.scenes {
@@ -105,25 +105,25 @@ impl Page<'_> {
             ];
             table.push(cells.map(Cell::plain));
         }
-        self.table(&table);
-        self.paragraph(
+        self.out.table(table);
+        self.out.paragraph(
             "The noise of a reference is the root of the relMSE that it has by itself. Squared errors below are without it.",
         );
     }
 
     fn methods(&mut self) {
-        self.paragraph("## Methods");
-        let mut list = String::new();
-        for method in &self.plan.methods {
+        self.out.heading(2, "Methods");
+        let described = self.plan.methods.iter().map(|method| {
             let options = format!("-m {} {}", method.method.name, method.options);
-            let _ = write!(list, "* **{}** (`{}`): ", method.label, options.trim());
-            let _ = write!(list, "{}.", method.method.summary);
-            if !method.notes.is_empty() {
-                let _ = write!(list, " {}", method.notes);
-            }
-            list.push('\n');
-        }
-        self.paragraph(list.trim_end());
+            let (label, summary) = (&method.label, method.method.summary);
+            let text = format!(
+                "**{label}** (`{}`): {summary}. {}",
+                options.trim(),
+                method.notes
+            );
+            text.trim_end().to_owned()
+        });
+        self.out.list(described.collect());
         let settings: Vec<_> = (self.plan.methods.iter())
             .map(|method| (method, Run::settings_of(method)))
             .filter(|(_, settings)| !settings.is_empty())
@@ -146,11 +146,11 @@ impl Page<'_> {
             };
             table.push(std::iter::once(Cell::plain(&method.label)).chain(names.iter().map(value)));
         }
-        self.table(&table);
+        self.out.table(table);
     }
 
     fn task(&mut self, task: &Task) {
-        self.paragraph(&format!("## {}", task.title));
+        self.out.heading(2, &task.title);
         let budgets = task.budget_values();
         let last = budgets.last().copied().flatten();
         let mut asked = task.options.clone();
@@ -158,14 +158,15 @@ impl Page<'_> {
             asked = format!("{asked} {} {}", budgets.option, budgets.values.join(" | "));
         }
         if !asked.is_empty() {
-            self.paragraph(&format!("`{}`", asked.trim()));
+            self.out.paragraph(format!("`{}`", asked.trim()));
         }
-        self.notes(&task.notes);
+        self.out.paragraph(&task.notes);
         let figures = task.figures.as_deref().unwrap_or(DEFAULT);
         if let (Some(budgets), Some(last)) = (&task.budgets, last) {
             self.convergence(task);
             if !figures.is_empty() {
-                self.paragraph(&format!("What follows is for `{} {last}`.", budgets.option));
+                self.out
+                    .paragraph(format!("What follows is for `{} {last}`.", budgets.option));
             }
         }
         for &figure in figures {
@@ -173,9 +174,10 @@ impl Page<'_> {
                 Figure::Stages => self.stages(task, last),
                 figure => self.figure(task, last, figure),
             };
-            self.paragraph(&format!("### {}: {}", task.title, figure.title()));
-            self.notes(figure.remark());
-            self.table(&table);
+            self.out
+                .heading(3, format!("{}: {}", task.title, figure.title()));
+            self.out.paragraph(figure.remark());
+            self.out.table(table);
         }
     }
 
@@ -230,7 +232,7 @@ impl Page<'_> {
             let point = |record: &Record| {
                 let settled = record.status == Status::Done;
                 let seconds = Figure::Seconds.value(record).filter(|_| settled)?;
-                Some((seconds, Figure::Rmse.value(record)?))
+                Some((seconds, Figure::RootRelmse.value(record)?))
             };
             budgets.iter().map(|b| record(b).and_then(point)).collect()
         };
@@ -255,22 +257,37 @@ impl Page<'_> {
                 None => Cell::default(),
             }
         });
-        self.paragraph(&format!("### {}: RMSE", task.title));
-        self.table(&errors);
-        self.paragraph(&format!("### {}: slope of RMSE over seconds", task.title));
-        self.paragraph(
+        let plot = |scene: &Scene| Plot {
+            title: scene.title.clone(),
+            x: "seconds".into(),
+            y: "root of relMSE".into(),
+            lines: (self.plan.methods_of(task))
+                .map(|method| Line {
+                    name: method.label.clone(),
+                    points: points(scene, method).into_iter().flatten().collect(),
+                })
+                .collect(),
+        };
+        let plots: Vec<Plot> = self.plan.scenes_of(task).map(plot).collect();
+        self.out
+            .heading(3, format!("{}: root of relMSE", task.title));
+        plots.into_iter().for_each(|plot| self.out.plot(plot));
+        self.out.table(errors);
+        self.out
+            .heading(3, format!("{}: slope of that over seconds", task.title));
+        self.out.paragraph(
             "The exponent of time by least squares in logarithms. Noise of independent samples falls with -0.5; what is biased \
              and does not shrink flattens it.",
         );
-        self.table(&slopes);
+        self.out.table(slopes);
     }
 
     fn ratios(&mut self) {
         if self.plan.ratios.is_empty() {
             return;
         }
-        self.paragraph("## Ratios");
-        self.paragraph(
+        self.out.heading(2, "Ratios");
+        self.out.paragraph(
             "Below 1, the first method's figure is the smaller one. The mean is the geometric one.",
         );
         for ratio in &self.plan.ratios {
@@ -305,40 +322,36 @@ impl Page<'_> {
             table.push(std::iter::once(Cell::plain(figure.title())).chain(cells.map(cell)));
         }
         let budget = budget.map_or(String::new(), |budget| format!(" ({budget})"));
-        self.paragraph(&format!(
-            "### {} over {}: {}{budget}",
-            ratio.of, ratio.over, task.title
-        ));
-        self.table(&table);
+        let title = format!("{} over {}: {}{budget}", ratio.of, ratio.over, task.title);
+        self.out.heading(3, title);
+        self.out.table(table);
     }
 
     /// What a reader should know about single runs.
     fn remarks(&mut self, runs: &[Run]) {
-        let mut list = String::new();
+        let mut list = Vec::new();
         for run in runs {
             let Some(record) = self.results.get(&run.key()) else {
                 continue;
             };
             let title = run.title();
-            let _ = match record.status {
-                Status::Done => Ok(()),
-                Status::Failed => writeln!(list, "* {title}: {}", record.headline()),
-                Status::Stopped => writeln!(
-                    list,
-                    "* {title}: † stopped after {} s",
+            match record.status {
+                Status::Done => {}
+                Status::Failed => list.push(format!("{title}: {}", record.headline())),
+                Status::Stopped => list.push(format!(
+                    "{title}: † stopped after {} s",
                     number(record.limit.unwrap_or(record.seconds))
-                ),
-            };
+                )),
+            }
             if !record.is_of(run) {
-                let _ = writeln!(
-                    list,
-                    "* {title}: measured before the plan or the method's settings were changed"
-                );
+                list.push(format!(
+                    "{title}: measured before the plan or the method's settings were changed"
+                ));
             }
         }
         if !list.is_empty() {
-            self.paragraph("## Remarks");
-            self.paragraph(list.trim_end());
+            self.out.heading(2, "Remarks");
+            self.out.list(list);
         }
     }
 
@@ -361,28 +374,6 @@ impl Page<'_> {
             .map(String::from)
             .chain(scenes)
             .collect()
-    }
-
-    fn notes(&mut self, notes: &str) {
-        if !notes.is_empty() {
-            self.paragraph(notes);
-        }
-    }
-
-    fn table(&mut self, table: &Table) {
-        if table.is_empty() {
-            return;
-        }
-        self.paragraph(table.markdown().trim_end());
-    }
-
-    /// Paragraphs are apart by an empty line; the page has no other at its end.
-    fn paragraph(&mut self, text: &str) {
-        if !self.text.is_empty() {
-            self.text.push('\n');
-        }
-        self.text.push_str(text);
-        self.text.push('\n');
     }
 }
 

@@ -110,6 +110,23 @@ fn the_table_names_every_image() {
 }
 
 #[test]
+fn a_page_shows_every_image() {
+    let folder = Folder::new(BOX);
+    write(&folder, "r.exr", 2.0, None, false);
+    write(&folder, "a.exr", 1.0, None, false);
+    write(&folder, "b.exr", 2.5, None, false);
+    folder
+        .run("compare a.exr b.exr r.exr --html page.html")
+        .code(0);
+    let page = std::fs::read_to_string(folder.path("page.html")).unwrap();
+    for words in ["\"a.exr\"", "\"b.exr\"", "\"r.exr\"", "HDR-FLIP"] {
+        assert!(page.contains(words), "{words}");
+    }
+    let ended = folder.run("compare a.exr r.exr --html none/page.html");
+    ended.code(4).says(&["none/page.html"]);
+}
+
+#[test]
 fn images_of_different_sizes_are_refused() {
     let folder = Folder::new(BOX);
     write(&folder, "a.exr", 1.0, None, false);

@@ -75,12 +75,19 @@ fn scenes() -> std::path::PathBuf {
 #[test]
 fn every_run_has_a_result_and_the_page_shows_it() {
     let study = Study::new();
-    study.run("--images pictures").code(0).says(&[
+    let ended = study.run("--images pictures --html pages");
+    ended.code(0).says(&[
         "[1/2] room, path, one",
         "[2/2] room, points, few",
         "relMSE",
         "methods.md",
+        "index.html",
     ]);
+    assert_eq!(study.files("pages/pixels"), ["0.js", "1.js"]);
+    let html = study.text("pages/index.html");
+    for words in ["Few lights: ", "pixels/1.js", "Made by `manylight study"] {
+        assert!(html.contains(words), "{words}");
+    }
     assert_eq!(
         study.files("results"),
         ["room.path.one.json", "room.points.few.json"]

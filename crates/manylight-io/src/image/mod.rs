@@ -15,7 +15,7 @@ mod write;
 mod tests;
 
 pub use picture::{Layer, Picture, read_picture};
-pub use transfer::{Transfer, linear_from_srgb};
+pub use transfer::{Transfer, linear_from_srgb, srgb_from_linear};
 pub use write::{ImageFormat, check_writable, write_file, write_image};
 
 use crate::file_error::{Fault, FileError, read_bytes};

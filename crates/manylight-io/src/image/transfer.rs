@@ -59,8 +59,8 @@ pub fn linear_from_srgb(v: f32) -> f32 {
     }
 }
 
-/// IEC 61966-2-1.
-pub(super) fn srgb_from_linear(v: f32) -> f32 {
+/// What sRGB stores for a linear value. Source: IEC 61966-2-1.
+pub fn srgb_from_linear(v: f32) -> f32 {
     if v <= 0.003_130_8 {
         v * 12.92
     } else {

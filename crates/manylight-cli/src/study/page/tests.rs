@@ -1,6 +1,7 @@
 //! A page from fixed results.
 
 use super::*;
+use crate::document::Block;
 use crate::study::{Machine, Plan};
 use serde_json::json;
 
@@ -94,7 +95,13 @@ fn a_page_of_fixed_results() {
         Some((run.key(), found))
     });
     let results = Results::of(results);
-    let text = page(&plan, &runs, &results, "manylight study plan.json");
+    let document = page(&plan, &runs, &results, "manylight study plan.json");
+    let plots = document
+        .blocks
+        .iter()
+        .filter(|block| matches!(block, Block::Plot(_)));
+    assert_eq!(plots.count(), 2);
+    let text = document.markdown();
     // What methods are called and set to is not the page's to say.
     let (before, rest) = text.split_once("## Methods").unwrap();
     let (methods, after) = rest.split_once("## Equal work").unwrap();

@@ -1,24 +1,26 @@
-//! Tables in Markdown, the best of every column in bold.
+//! Tables of figures, the best of every column in bold.
+
+use serde::ser::{Serialize, SerializeStruct, Serializer};
 
 /// A table; every row has as many cells as the head.
 #[derive(Debug)]
-pub(super) struct Table {
+pub(crate) struct Table {
     head: Vec<String>,
     rows: Vec<Vec<Cell>>,
 }
 
 /// One entry.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Cell {
+pub(crate) struct Cell {
     /// As shown; nothing is shown as `-`.
-    pub(super) text: String,
+    pub(crate) text: String,
     /// The smallest of a column is the best; `None` never is.
-    pub(super) rank: Option<f64>,
+    pub(crate) rank: Option<f64>,
 }
 
 impl Cell {
     /// A text that is no figure.
-    pub(super) fn plain(text: impl Into<String>) -> Self {
+    pub(crate) fn plain(text: impl Into<String>) -> Self {
         Cell {
             text: text.into(),
             rank: None,
@@ -28,7 +30,7 @@ impl Cell {
 
 impl Table {
     /// Without rows.
-    pub(super) fn new(head: impl IntoIterator<Item = String>) -> Self {
+    pub(crate) fn new(head: impl IntoIterator<Item = String>) -> Self {
         Table {
             head: head.into_iter().collect(),
             rows: Vec::new(),
@@ -36,7 +38,7 @@ impl Table {
     }
 
     /// Adds a row below.
-    pub(super) fn push(&mut self, row: impl IntoIterator<Item = Cell>) {
+    pub(crate) fn push(&mut self, row: impl IntoIterator<Item = Cell>) {
         self.rows.push(row.into_iter().collect());
     }
 
@@ -72,6 +74,19 @@ impl Table {
         ranked.len() > 1
             && cell.rank.is_some()
             && best.is_some_and(|(rank, text)| cell.rank == Some(*rank) || *text == cell.text)
+    }
+}
+
+/// The heads, and rows of pairs: what is shown, and whether it is the best.
+impl Serialize for Table {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let cell = |(c, cell): (usize, &Cell)| (cell.text.clone(), self.is_best(c, cell));
+        let row = |row: &Vec<Cell>| row.iter().enumerate().map(cell).collect();
+        let rows: Vec<Vec<(String, bool)>> = self.rows.iter().map(row).collect();
+        let mut table = serializer.serialize_struct("Table", 2)?;
+        table.serialize_field("head", &self.head)?;
+        table.serialize_field("rows", &rows)?;
+        table.end()
     }
 }
 
