@@ -10,7 +10,7 @@ use std::path::Path;
 /// The groups of which pictures are kept in the folder `images`, made one by one: each holds all its pixels. Of several budgets, the last.
 pub(super) fn groups<'a>(
     plan: &'a Plan,
-    runs: &'a [&'a Run<'a>],
+    runs: &'a [Run<'a>],
     references: &'a Files,
     images: &'a Path,
 ) -> impl Iterator<Item = Result<Group, Failure>> + 'a {
@@ -23,8 +23,8 @@ pub(super) fn groups<'a>(
             .map(move |scene| (task, name.clone(), scene))
     });
     places.filter_map(move |(task, name, scene)| {
-        let belongs = |run: &&&Run| run.task_name == name && run.scene.name == scene.name;
-        let of_group: Vec<&&Run> = (runs.iter())
+        let belongs = |run: &&Run| run.task_name == name && run.scene.name == scene.name;
+        let of_group: Vec<&Run> = (runs.iter())
             .filter(belongs)
             .filter(|run| images.join(picture(run)).exists())
             .collect();
@@ -40,12 +40,12 @@ fn picture(run: &Run) -> String {
 
 fn group(
     title: String,
-    runs: &[&&Run],
+    runs: &[&Run],
     reference_path: &Path,
     images: &Path,
 ) -> Result<Group, Failure> {
     let reference = compare::read(reference_path, None)?;
-    let measure = |run: &&&Run| {
+    let measure = |run: &&Run| {
         let path = images.join(picture(run));
         let (frame, comparison) = compare::measure(&path, reference_path, &reference, None)?;
         let image = run.method.label.clone();

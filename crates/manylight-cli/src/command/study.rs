@@ -46,8 +46,7 @@ pub(crate) fn run(args: &StudyArgs) -> Result<ExitCode, Failure> {
     write_file(&path, document.markdown().as_bytes())?;
     print_message(format_args!("wrote {}", path.display()));
     if let (Some(folder), Some(images)) = (&args.html, &args.images) {
-        let runs: Vec<&Run> = runs.iter().collect();
-        let references = Files::references(args, &plan, &runs)?;
+        let references = Files::references(args, &plan, &runs.iter().collect::<Vec<_>>())?;
         let groups = groups(&plan, &runs, &references, images);
         write_pages(folder, &plan.title, groups, &document.blocks)?;
         print_message(format_args!(

@@ -5,7 +5,7 @@
 //! High Dynamic Range Images", Eurographics 2021 short papers. Constants are theirs.
 
 use super::Frame;
-use super::planes::{Planes, convolve, normalized};
+use super::planes::{Planes, convolve, normalized, shown};
 use std::f32::consts::PI;
 
 /// 0.7 m before a screen that is 0.7 m and 3840 pixels wide.
@@ -40,12 +40,12 @@ const DARKEST: f32 = f32::EPSILON;
 pub(crate) fn flip(image: &Frame, reference: &Frame) -> Vec<f32> {
     let mut most = vec![0.0f32; reference.rgb.len()];
     for exposure in exposures(reference) {
-        let shown = |frame: &Frame| {
-            let toned = |v: [f32; 3]| v.map(|v| tone(finite(v) * exposure.exp2()).clamp(0.0, 1.0));
+        let screen = |frame: &Frame| {
+            let toned = |v: [f32; 3]| v.map(|v| tone(shown(v) * exposure.exp2()).clamp(0.0, 1.0));
             let pixels = frame.rgb.iter().map(|&v| opponent(toned(v)));
             Planes::new(frame.width, pixels)
         };
-        let map = of_shown(&shown(image), &shown(reference));
+        let map = of_shown(&screen(image), &screen(reference));
         for (most, seen) in most.iter_mut().zip(map) {
             *most = most.max(seen);
         }
@@ -53,14 +53,10 @@ pub(crate) fn flip(image: &Frame, reference: &Frame) -> Vec<f32> {
     most
 }
 
-fn finite(v: f32) -> f32 {
-    if v.is_finite() { v.max(0.0) } else { 0.0 }
-}
-
 /// In stops.
 fn exposures(reference: &Frame) -> Vec<f32> {
     let mut luminances: Vec<f32> = (reference.rgb.iter())
-        .map(|&v| xyz(v.map(finite))[1])
+        .map(|&v| xyz(v.map(shown))[1])
         .collect();
     if luminances.is_empty() {
         return Vec::new();
@@ -96,10 +92,10 @@ fn of_shown(image: &Planes, reference: &Planes) -> Vec<f32> {
 fn color_differences(image: &Planes, reference: &Planes) -> Vec<f32> {
     let seen = |planes: &Planes| -> Vec<[f32; 3]> {
         let filtered = as_seen(planes);
-        let shown = filtered
+        let clipped = filtered
             .pixels()
             .map(|v| rgb_of_opponent(v).map(|v| v.clamp(0.0, 1.0)));
-        shown.map(|v| hunt(lab(v))).collect()
+        clipped.map(|v| hunt(lab(v))).collect()
     };
     let far = |a: [f32; 3], b: [f32; 3]| distance(a, b).powf(Q_COLOR);
     let largest = far(hunt(lab([0.0, 1.0, 0.0])), hunt(lab([0.0, 0.0, 1.0])));

@@ -34,6 +34,11 @@ impl Planes {
     }
 }
 
+/// What is no number, infinite or less than nothing counts as black.
+pub(super) fn shown(v: f32) -> f32 {
+    if v.is_finite() { v.max(0.0) } else { 0.0 }
+}
+
 /// The kernel with weights that add up to 1.
 pub(super) fn normalized(mut kernel: Vec<f32>) -> Vec<f32> {
     let sum: f32 = kernel.iter().sum();

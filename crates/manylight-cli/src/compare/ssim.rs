@@ -4,7 +4,7 @@
 //! and constants, on the luma of sRGB values in [0, 1]. The mean is over windows inside the picture.
 
 use super::Frame;
-use super::planes::{convolve, normalized};
+use super::planes::{convolve, normalized, shown};
 use manylight_io::image::srgb_from_linear;
 
 /// Half the window less the pixel in its middle, and its standard deviation, in pixels.
@@ -52,13 +52,10 @@ pub(super) fn ssim(image: &Frame, reference: &Frame) -> Option<f64> {
 }
 
 fn luma(frame: &Frame) -> Vec<f32> {
-    let shown = |v: f32| {
-        let v = if v.is_finite() { v } else { 0.0 };
-        srgb_from_linear(v.clamp(0.0, 1.0))
-    };
+    let stored = |v: f32| srgb_from_linear(shown(v).min(1.0));
     let pixels = frame.rgb.iter();
     pixels
-        .map(|rgb| (0..3).map(|c| LUMA[c] * shown(rgb[c])).sum())
+        .map(|rgb| (0..3).map(|c| LUMA[c] * stored(rgb[c])).sum())
         .collect()
 }
 

@@ -17,30 +17,15 @@ mod tiles;
 use manylight::gather::{Clamp, Gather, Gathered, Kernel, Lights, ShadingPoint, Strategy};
 use manylight::integrators::many_light::ManyLight;
 use manylight::scene::Scene;
-use tiles::{TILE, load, prepare, tiles};
+use tiles::{TILE, prepare, tiles};
 
 const REPEATS: usize = 5;
 /// Pairs of pixels and lights in a measurement, about.
 const PAIRS: usize = 1 << 26;
 
 fn main() {
-    let counts: Vec<u32> = std::env::args().filter_map(|a| a.parse().ok()).collect();
-    let counts = if counts.is_empty() {
-        vec![1 << 12, 1 << 15, 1 << 18]
-    } else {
-        counts
-    };
-    let Some(scenes) = std::env::var_os("MANYLIGHT_BENCH_SCENES") else {
-        println!("MANYLIGHT_BENCH_SCENES names no scene files (separated by colons)");
-        return;
-    };
-    for path in std::env::split_paths(&scenes) {
-        println!("\n# {}", path.display());
-        let scene = load(&path);
-        for &count in &counts {
-            bench(&scene, count);
-        }
-    }
+    let counts = std::env::args().filter_map(|a| a.parse().ok()).collect();
+    tiles::for_all(counts, bench);
 }
 
 fn bench(scene: &Scene, count: u32) {

@@ -20,7 +20,7 @@ use manylight::gather::{
 use manylight::integrators::light_set::DARK;
 use manylight::integrators::many_light::ManyLight;
 use manylight::scene::Scene;
-use tiles::{TILE, load, prepare, tiles};
+use tiles::{TILE, prepare, tiles};
 
 /// Pairs of points and lights in a sum over all lights, about.
 const PAIRS: usize = 1 << 27;
@@ -37,26 +37,13 @@ fn main() {
             _ => counts.extend(argument.parse::<u32>()),
         }
     }
-    if counts.is_empty() {
-        counts = vec![1 << 12, 1 << 15, 1 << 18];
-    }
     if errors.is_empty() {
         errors = vec![CutLimits::default().max_error];
     }
     if cuts.is_empty() {
         cuts = vec![1000];
     }
-    let Some(scenes) = std::env::var_os("MANYLIGHT_BENCH_SCENES") else {
-        println!("MANYLIGHT_BENCH_SCENES names no scene files (separated by colons)");
-        return;
-    };
-    for path in std::env::split_paths(&scenes) {
-        println!("\n# {}", path.display());
-        let scene = load(&path);
-        for &count in &counts {
-            bench(&scene, count, &errors, &cuts);
-        }
-    }
+    tiles::for_all(counts, |scene, count| bench(scene, count, &errors, &cuts));
 }
 
 /// What some way to sum lights brings at each point, and the seconds that it takes.

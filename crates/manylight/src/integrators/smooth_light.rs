@@ -80,7 +80,7 @@ pub(super) struct SummedAt {
 }
 
 /// A gathering point with a direction drawn there.
-struct Looking<'x, 's> {
+struct DrawnDirection<'x, 's> {
     x: &'x ShadingPoint<'s>,
     /// `f cosθ` of its smooth lobes in that direction, in 1/sr.
     f_cos: Rgb,
@@ -227,14 +227,19 @@ impl<'s> EyePath<'_, 's, '_, '_> {
         }
         if y.bsdf.lobes().has(Lobes::SMOOTH) && self.set.complement == Complement::KolligKeller {
             branch.broad = broad(f_cos);
-            let from = Looking { x, f_cos, surface };
+            let from = DrawnDirection { x, f_cos, surface };
             self.complement(&y, branch, &from);
         }
     }
 
     /// What the sum over lights at `x` lacks of the light that the smooth lobes at `y` reflect into the branch. A surface that
     /// transmits is lit from both sides, and one is chosen: the lights of each side are others, and the clamp with them.
-    fn complement(&mut self, y: &Vertex<'s>, mut branch: Branch<'s>, from: &Looking<'_, 's>) {
+    fn complement(
+        &mut self,
+        y: &Vertex<'s>,
+        mut branch: Branch<'s>,
+        from: &DrawnDirection<'_, 's>,
+    ) {
         let seen = y.x.normal_towards(y.w_prev);
         let transmits = y.bsdf.receiving_normal(y.w_prev).is_none();
         let lit_from = if transmits && self.sampler.next_1d() >= 0.5 {
@@ -350,7 +355,7 @@ impl<'s> EyePath<'_, 's, '_, '_> {
     }
 
     /// Share of the light from `y`, which is `owner`'s, that the sum over lights lacks where a direction came `from`.
-    fn missing(&self, from: &Looking, y: &Spot, owner: Owner) -> f32 {
+    fn missing(&self, from: &DrawnDirection, y: &Spot, owner: Owner) -> f32 {
         let set = self.set;
         (set.gather).missing(&set.lights, &from.x.into(), y, owner, |_| from.f_cos)
     }
