@@ -25,7 +25,8 @@ const PAIRS: usize = 1 << 26;
 
 fn main() {
     let counts = std::env::args().filter_map(|a| a.parse().ok()).collect();
-    tiles::for_all(counts, bench);
+    let counts = tiles::counts_or_default(counts);
+    tiles::for_all(|_, scene| counts.iter().for_each(|&count| bench(scene, count)));
 }
 
 fn bench(scene: &Scene, count: u32) {

@@ -15,21 +15,23 @@ use std::sync::atomic::AtomicBool;
 const SIDE: usize = 512;
 pub(crate) const TILE: usize = 8;
 
-/// Calls `bench` for every scene that `MANYLIGHT_BENCH_SCENES` names, with so many lights each; 4096, 32768 and 262144 if none are asked for.
-pub(crate) fn for_all(mut counts: Vec<u32>, bench: impl Fn(&Scene, u32)) {
+/// The numbers of lights that are asked for; without any 4096, 32768 and 262144.
+pub(crate) fn counts_or_default(counts: Vec<u32>) -> Vec<u32> {
     if counts.is_empty() {
-        counts = vec![1 << 12, 1 << 15, 1 << 18];
+        return vec![1 << 12, 1 << 15, 1 << 18];
     }
+    counts
+}
+
+/// Calls `bench` for every scene that `MANYLIGHT_BENCH_SCENES` names.
+pub(crate) fn for_all(mut bench: impl FnMut(&Path, &Scene)) {
     let Some(scenes) = std::env::var_os("MANYLIGHT_BENCH_SCENES") else {
         println!("MANYLIGHT_BENCH_SCENES names no scene files (separated by colons)");
         return;
     };
     for path in std::env::split_paths(&scenes) {
         println!("\n# {}", path.display());
-        let scene = load(&path);
-        for &count in &counts {
-            bench(&scene, count);
-        }
+        bench(&path, &load(&path));
     }
 }
 

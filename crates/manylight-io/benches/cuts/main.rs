@@ -1,6 +1,6 @@
 //! Cuts through a tree of lights beside sums over all of them, at the same points under the same lights:
-//! `MANYLIGHT_BENCH_SCENES=a.xml:b.xml cargo bench -p manylight-io --bench cuts [-- LIGHTS... [error=X...] [cut=N...]]`, by default 4096, 32768
-//! and 262144 lights and the limits of the methods.
+//! `MANYLIGHT_BENCH_SCENES=a.xml:b.xml cargo bench -p manylight-io --bench cuts [-- LIGHTS... [error=X...] [cut=N...]
+//! [plot=FOLDER]]`, by default 4096, 32768 and 262144 lights and the limits of the methods. In the folder, a plot of times over lights is left.
 //!
 //! Points are the pixels of random tiles of 8 x 8 of a picture of 512 x 512. Times are of one thread. Errors are those of single points, in parts of what all lights send there, or of a
 //! twentieth of the mean where that is more.
@@ -11,6 +11,8 @@
 
 #[path = "../visibility/clock.rs"]
 mod clock;
+#[path = "../growth/plot.rs"]
+mod plot;
 #[path = "../connections/tiles.rs"]
 mod tiles;
 
@@ -20,30 +22,79 @@ use manylight::gather::{
 use manylight::integrators::light_set::DARK;
 use manylight::integrators::many_light::ManyLight;
 use manylight::scene::Scene;
+use plot::Line;
+use std::path::{Path, PathBuf};
 use tiles::{TILE, prepare, tiles};
 
 /// Pairs of points and lights in a sum over all lights, about.
-const PAIRS: usize = 1 << 27;
+const PAIRS: usize = 1 << 31;
 const MOST_TILES: usize = 64;
 /// Cuts are shown without a limit to their size up to so many lights.
-const MOST_UNLIMITED: usize = 1 << 16;
+const MOST_UNLIMITED: usize = 1 << 17;
+
+/// What the command line asks for.
+#[derive(Default)]
+struct Asked {
+    counts: Vec<u32>,
+    errors: Vec<f32>,
+    cuts: Vec<u32>,
+    plot: Option<PathBuf>,
+}
+
+impl Asked {
+    fn from_args() -> Asked {
+        let mut asked = Asked::default();
+        for argument in std::env::args().skip(1) {
+            match argument.split_once('=') {
+                Some(("cut", number)) => asked.cuts.extend(number.parse::<u32>()),
+                Some(("error", number)) => asked.errors.extend(number.parse::<f32>()),
+                Some(("plot", folder)) => asked.plot = Some(folder.into()),
+                _ => asked.counts.extend(argument.parse::<u32>()),
+            }
+        }
+        asked.counts = tiles::counts_or_default(asked.counts);
+        if asked.errors.is_empty() {
+            asked.errors = vec![CutLimits::default().max_error];
+        }
+        if asked.cuts.is_empty() {
+            asked.cuts = vec![CutLimits::default().max_lights];
+        }
+        asked
+    }
+}
 
 fn main() {
-    let (mut counts, mut errors, mut cuts) = (Vec::new(), Vec::new(), Vec::new());
-    for argument in std::env::args().skip(1) {
-        match argument.split_once('=') {
-            Some(("cut", number)) => cuts.extend(number.parse::<u32>()),
-            Some(("error", number)) => errors.extend(number.parse::<f32>()),
-            _ => counts.extend(argument.parse::<u32>()),
+    let asked = Asked::from_args();
+    tiles::for_all(|path, scene| {
+        let mut lines: Vec<Line> = Vec::new();
+        for &count in &asked.counts {
+            let (lights, times) = bench(scene, count, &asked);
+            for (name, milliseconds) in times {
+                let point = (lights as f64, milliseconds);
+                match lines.iter_mut().find(|line| line.name == name) {
+                    Some(line) => line.points.push(point),
+                    None => lines.push(Line {
+                        name,
+                        points: vec![point],
+                    }),
+                }
+            }
         }
-    }
-    if errors.is_empty() {
-        errors = vec![CutLimits::default().max_error];
-    }
-    if cuts.is_empty() {
-        cuts = vec![1000];
-    }
-    tiles::for_all(counts, |scene, count| bench(scene, count, &errors, &cuts));
+        if let Some(folder) = &asked.plot {
+            let file = folder.join(format!("cuts-{}.svg", name_of(path)));
+            plot::draw(&file, "lights", "ms per point", &lines)
+                .unwrap_or_else(|error| panic!("{}: {error}", file.display()));
+        }
+    });
+}
+
+/// The folder that a scene is in: files are often called alike.
+fn name_of(path: &Path) -> String {
+    let folder = path.parent().and_then(Path::file_name);
+    folder.map_or_else(
+        || "scene".into(),
+        |name| name.to_string_lossy().into_owned(),
+    )
 }
 
 /// What some way to sum lights brings at each point, and the seconds that it takes.
@@ -52,7 +103,8 @@ struct Run {
     seconds: f64,
 }
 
-fn bench(scene: &Scene, count: u32, errors: &[f32], cuts: &[u32]) {
+/// The number of lights, and milliseconds per point of each way to sum them.
+fn bench(scene: &Scene, count: u32, asked: &Asked) -> (usize, Vec<(String, f64)>) {
     let (set, stats) = prepare(scene, count, ManyLight::rich_lightcuts());
     let mut lights = set.lights;
     let lights_used = lights.field.lights().len();
@@ -88,8 +140,10 @@ fn bench(scene: &Scene, count: u32, errors: &[f32], cuts: &[u32]) {
             .collect();
         sum(scene, lights, Strategy::Cuts(limits), &tiles)
     };
-    for &max_lights in cuts {
-        for &max_error in errors {
+    let per_point = |run: &Run| 1e3 * run.seconds / points as f64;
+    let mut times = vec![("all".to_owned(), per_point(&all))];
+    for &max_lights in &asked.cuts {
+        for &max_error in &asked.errors {
             let limits = CutLimits {
                 max_error,
                 max_lights,
@@ -97,6 +151,8 @@ fn bench(scene: &Scene, count: u32, errors: &[f32], cuts: &[u32]) {
             };
             let cut = sum_by_cuts(limits, &lights);
             println!("  {max_error}, {max_lights}: {}", compared(&cut, &all));
+            let name = format!("cut, {} %, {max_lights}", 100.0 * max_error);
+            times.push((name, per_point(&cut)));
         }
     }
     if lights_used <= MOST_UNLIMITED {
@@ -110,6 +166,7 @@ fn bench(scene: &Scene, count: u32, errors: &[f32], cuts: &[u32]) {
         let blind = sum_by_cuts(unlimited, &lights);
         println!("  blind to directions: {}", compared(&blind, &all));
     }
+    (lights_used, times)
 }
 
 fn sum(scene: &Scene, lights: &Lights, strategy: Strategy, tiles: &[Vec<ShadingPoint>]) -> Run {

@@ -8,6 +8,8 @@
     reason = "reporting is all that this program does"
 )]
 
+mod plot;
+
 use manylight::film::Film;
 use manylight::geometry::{Mesh, Shape};
 use manylight::integrators::many_light::ManyLight;
@@ -16,7 +18,7 @@ use manylight::math::UVec2;
 use manylight::render::{Budget, Observer, RenderJob, Stats, render};
 use manylight::scene::{Scene, SceneDesc};
 use manylight_io::{LoadOptions, load_scene};
-use plotters::prelude::*;
+use plot::Line;
 use rayon::ThreadPoolBuilder;
 use std::collections::HashMap;
 use std::error::Error;
@@ -181,7 +183,7 @@ fn divided(mesh: &Mesh) -> Mesh {
     out
 }
 
-/// Prints the seconds, and draws them if there is a folder: both axes logarithmic.
+/// Prints the seconds, and draws them if there is a folder.
 fn show(folder: Option<&Path>, name: &str, points: &[Point]) -> Result<(), Box<dyn Error>> {
     println!("\n{name}");
     for point in points {
@@ -193,49 +195,17 @@ fn show(folder: Option<&Path>, name: &str, points: &[Point]) -> Result<(), Box<d
     let Some(folder) = folder else {
         return Ok(());
     };
-    let file = folder.join(format!("growth-{name}.svg"));
-    let area = SVGBackend::new(&file, (640, 420)).into_drawing_area();
-    area.fill(&WHITE)?;
-    let seconds = || points.iter().flat_map(|p| p.seconds.iter().map(|s| s.1));
-    let least = seconds().fold(f64::INFINITY, f64::min).max(1e-3);
-    let most = seconds().fold(0.0, f64::max);
-    let last = points[points.len() - 1].x;
-    let right = last * (last / points[0].x).powf(0.4);
-    let mut chart = ChartBuilder::on(&area)
-        .margin(12)
-        .x_label_area_size(36)
-        .y_label_area_size(56)
-        .build_cartesian_2d(
-            // Room for the names of the lines on the right.
-            (0.8 * points[0].x..right).log_scale(),
-            (0.7 * least..1.5 * most).log_scale(),
-        )?;
-    chart
-        .configure_mesh()
-        .x_labels(4)
-        .max_light_lines(1)
-        .x_label_formatter(&|x| format!("{x}"))
-        .x_desc(name)
-        .y_desc("s")
-        .draw()?;
-    let stages: Vec<&str> = points[0].seconds.iter().map(|s| s.0).collect();
-    for (i, stage) in stages.into_iter().enumerate() {
-        let color = Palette99::pick(i).to_rgba();
+    let stages = points[0].seconds.iter().map(|&(stage, _)| stage);
+    let lines = stages.map(|stage| {
         let at = |point: &Point| {
             let found = point.seconds.iter().find(|s| s.0 == stage);
-            found.map(|s| (point.x, s.1.max(0.7 * least)))
+            found.map(|s| (point.x, s.1))
         };
-        let line: Vec<(f64, f64)> = points.iter().filter_map(at).collect();
-        chart
-            .draw_series(LineSeries::new(line, color.stroke_width(2)).point_size(3))?
-            .label(stage)
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 16, y)], color.stroke_width(2)));
-    }
-    chart
-        .configure_series_labels()
-        .background_style(WHITE.mix(0.8))
-        .position(SeriesLabelPosition::LowerRight)
-        .draw()?;
-    area.present()?;
-    Ok(())
+        Line {
+            name: stage.into(),
+            points: points.iter().filter_map(at).collect(),
+        }
+    });
+    let file = folder.join(format!("growth-{name}.svg"));
+    plot::draw(&file, name, "s", &lines.collect::<Vec<_>>())
 }

@@ -10,7 +10,7 @@ use super::hidden::Occluders;
 use super::points::{BATCHES, Batch};
 use super::{DirectLight, Gather, Gathered, Lights};
 use crate::lanes::vectors::luminance;
-use crate::lanes::{LANES, Lanes, Lanes3, lanes_of};
+use crate::lanes::{LANES, LaneMask, Lanes, Lanes3, lanes_of};
 use crate::light_tree::{Drawn, LightTree, Sent};
 use crate::math::Vec3;
 use crate::sampling::rng::{self, Pcg};
@@ -51,8 +51,9 @@ impl Default for CutLimits {
     }
 }
 
-/// Clusters that are refined at once, at most.
+/// Clusters that are refined at once: so many, or the part of the cut by which it doubles in a few rounds.
 const ROUND: usize = 64;
+const ROUNDS_TO_DOUBLE: usize = 4;
 /// Points count as no darker than this share of the brightest of their group.
 const DARKEST: f32 = 0.01;
 
@@ -135,13 +136,14 @@ impl simd::Kernel for AddCut<'_> {
         let mut coarse = Vec::new();
         loop {
             coarse.clear();
+            let inverse = allowed.map(|allowed| inverse(w, &allowed));
             for (k, cluster) in cut.iter().enumerate() {
-                if most_of(&cluster.sent, &allowed, |sent| &sent.bounds) > 1.0 {
-                    coarse.push((most_of(&cluster.sent, &allowed, |sent| &sent.likely), k));
+                if is_beyond(w, &cluster.sent, &allowed) {
+                    coarse.push((likeliest(w, &cluster.sent, &inverse), k));
                 }
             }
             let room = (self.limits.max_lights as usize).saturating_sub(cut.len());
-            let most = room.min(ROUND).min(cut.len());
+            let most = room.min(cut.len().min(ROUND).max(cut.len() / ROUNDS_TO_DOUBLE));
             if coarse.is_empty() || most == 0 {
                 break;
             }
@@ -315,19 +317,28 @@ fn middle(batches: &[Batch]) -> Vec3 {
     batches.iter().map(places).sum::<Vec3>() / count as f32
 }
 
-/// The largest number of any point, as a multiple of what is allowed there.
+/// One over what is allowed; where that is nothing, as much as there is.
 #[inline(always)]
-fn most_of(
-    sent: &[Sent; BATCHES],
-    allowed: &[Lanes; BATCHES],
-    number: impl Fn(&Sent) -> &Lanes,
-) -> f32 {
-    let mut most = 0.0f32;
-    for (sent, allowed) in sent.iter().zip(allowed) {
-        for (&x, &allowed) in number(sent).iter().zip(allowed) {
-            // Where nothing is allowed, nothing but 0 will do.
-            most = most.max(if x > 0.0 { x / allowed } else { 0.0 });
-        }
+fn inverse<W: Wide>(w: W, allowed: &Lanes) -> Lanes {
+    let least = w.splat(f32::MIN_POSITIVE);
+    w.store(w.div(w.splat(1.0), w.max(w.load(allowed), least)))
+}
+
+/// Whether a cluster may be off by more than is allowed at any of the points.
+#[inline(always)]
+fn is_beyond<W: Wide>(w: W, sent: &[Sent; BATCHES], allowed: &[Lanes; BATCHES]) -> bool {
+    let beyond =
+        |(sent, allowed): (&Sent, &Lanes)| w.bits(w.lt(w.load(allowed), w.load(&sent.bounds))) != 0;
+    sent.iter().zip(allowed).any(beyond)
+}
+
+/// What a cluster is likely to send where that matters most, as a multiple of what is allowed there.
+#[inline(always)]
+fn likeliest<W: Wide>(w: W, sent: &[Sent; BATCHES], inverse: &[Lanes; BATCHES]) -> f32 {
+    let mut least = w.splat(0.0);
+    for (sent, inverse) in sent.iter().zip(inverse) {
+        let negative = w.mul(w.load(&sent.likely), w.sub(w.splat(0.0), w.load(inverse)));
+        least = w.min(least, negative);
     }
-    most
+    -w.store(least)[w.lowest(u32::from(LaneMask::MAX), least) as usize]
 }

@@ -70,10 +70,11 @@ impl LightTree {
 
     /// Probability that a light of a node is drawn from the first of its children.
     fn chance_of_first(&self, field: &LightField, children: [usize; 2], place: Vec3) -> f32 {
-        let [a, b] = children.map(|node| self.nodes[node].flux);
+        let [first, second] = children;
+        let (a, b) = (self.nodes[first].flux, self.nodes[second].flux);
         let by_flux = a / (a + b);
-        let [a, b] = children.map(|node| self.expected(field, node, place));
-        let sum = a + b;
+        let a = self.expected(field, first, place);
+        let sum = a + self.expected(field, second, place);
         // Bounds may be infinite, and nothing may be known in the middle of a node.
         if !(sum > 0.0 && sum < f32::INFINITY) {
             return by_flux;
@@ -82,6 +83,7 @@ impl LightTree {
     }
 
     /// About what the lights of a node send to `place`, in W/m².
+    #[inline(always)]
     fn expected(&self, field: &LightField, node: usize, place: Vec3) -> f32 {
         let node = &self.nodes[node];
         let to = place - node.bounds.center();

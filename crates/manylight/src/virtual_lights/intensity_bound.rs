@@ -18,6 +18,8 @@ pub struct IntensityBound {
     diffuse: f32,
     /// Holds the normals of all diffuse parts.
     normals: Cone,
+    /// How far those are from their axis.
+    spread: Spread,
     glossy: Option<Box<MaxMips>>,
 }
 
@@ -26,6 +28,7 @@ impl IntensityBound {
     pub const NONE: IntensityBound = IntensityBound {
         diffuse: 0.0,
         normals: Cone::EMPTY,
+        spread: Spread::EVERYWHERE,
         glossy: None,
     };
 
@@ -33,6 +36,7 @@ impl IntensityBound {
     pub fn add(&mut self, other: &IntensityBound) {
         self.diffuse += other.diffuse;
         self.normals = self.normals.union(other.normals);
+        self.spread = Spread::new(self.normals.half_angle.max(0.0));
         match (&mut self.glossy, &other.glossy) {
             (Some(own), Some(other)) => own.add(other),
             (None, Some(other)) => self.glossy = Some(other.clone()),
@@ -44,6 +48,7 @@ impl IntensityBound {
     #[cfg(any(test, feature = "testing"))]
     pub fn forget_directions(&mut self) {
         self.normals = Cone::FULL;
+        self.spread = Spread::EVERYWHERE;
         if let Some(mips) = &mut self.glossy {
             mips.forget_directions();
         }
@@ -53,9 +58,9 @@ impl IntensityBound {
     pub const GLOSSY_BYTES: usize = size_of::<MaxMips>();
 
     /// About the luminance of what all lights shine along the unit vector `axis`: a bound, as if all stood at one place.
+    #[inline(always)]
     pub(crate) fn luminance(&self, axis: Vec3) -> f32 {
-        let normals = Spread::new(self.normals.half_angle.max(0.0));
-        let [_, cos] = normals.cosines(axis.dot(self.normals.axis));
+        let [_, cos] = self.spread.cosines(axis.dot(self.normals.axis));
         let glossy = self.glossy.as_ref().map_or(0.0, |mips| mips.along(axis));
         self.diffuse * cos.max(0.0) + glossy
     }
@@ -64,11 +69,10 @@ impl IntensityBound {
     /// another for each; lane by lane.
     #[inline(always)]
     pub(crate) fn luminances(&self, axes: &Lanes3, spreads: &[Spread; LANES]) -> Lanes {
-        let normals = Spread::new(self.normals.half_angle.max(0.0));
         let n = self.normals.axis;
         let mut bounds = [0.0; LANES];
         for i in 0..LANES {
-            let [_, cos] = spreads[i].plus(normals).cosines(axes.vec(i).dot(n));
+            let [_, cos] = spreads[i].plus(self.spread).cosines(axes.vec(i).dot(n));
             bounds[i] = self.diffuse * cos.max(0.0);
         }
         if let Some(mips) = &self.glossy {
@@ -95,6 +99,7 @@ impl LightField<'_> {
             } => IntensityBound {
                 diffuse: diffuse.luminance() * FRAC_1_PI,
                 normals: Cone::from_axis(light.n),
+                spread: Spread::new(0.0),
                 glossy: glossy.map(|index| {
                     Box::new(match self.glossy(index) {
                         Glossy::Table(table) => table.max_mips(),

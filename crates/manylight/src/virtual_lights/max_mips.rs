@@ -4,6 +4,7 @@
 //! that of the summed intensity.
 
 use crate::lanes::{LANES, Lanes, Lanes3};
+use crate::math::float::floor;
 use crate::math::octahedral::{direction_from_square, square_from_direction, wrapped_texel};
 use crate::math::{Cone, Spread, Vec2, Vec3};
 use std::f32::consts::{FRAC_1_SQRT_2, SQRT_2};
@@ -53,11 +54,11 @@ fn dilated<const N: usize>(values: &[f32; N], side: usize) -> [f32; N] {
 }
 
 /// The texel that the point `uv` of the unit square lies in.
+#[inline(always)]
 fn texel_at(uv: Vec2, side: usize) -> usize {
-    let [column, row] = (uv * side as f32)
-        .to_array()
-        .map(|x| (x as usize).min(side - 1));
-    row * side + column
+    let at = uv * side as f32;
+    let (column, row) = (at.x as usize, at.y as usize);
+    row.min(side - 1) * side + column.min(side - 1)
 }
 
 impl MaxMips {
@@ -107,16 +108,21 @@ impl MaxMips {
             let uv = square_from_direction(axes.vec(i));
             (u[i], v[i]) = (uv.x, uv.y);
         }
-        std::array::from_fn(|i| self.bound(Vec2::new(u[i], v[i]), spreads[i].half_angle))
+        let mut bounds = [0.0; LANES];
+        for i in 0..LANES {
+            bounds[i] = self.bound(Vec2::new(u[i], v[i]), spreads[i].half_angle);
+        }
+        bounds
     }
 
     /// The same for one direction for all lights.
+    #[inline(always)]
     pub(super) fn along(&self, axis: Vec3) -> f32 {
-        self.touched(square_from_direction(axis) * SIDE as f32, 0.0)
+        self.texels[texel_at(square_from_direction(axis), SIDE)].get()
     }
 
     /// The same for one direction, given by its place in the unit square.
-    #[inline]
+    #[inline(always)]
     fn bound(&self, uv: Vec2, half_angle: f32) -> f32 {
         if half_angle > SQRT_2 / COARSE_SIDE as f32 {
             return self.everywhere.get();
@@ -134,10 +140,10 @@ impl MaxMips {
     }
 
     /// The sum over the texels, four at most, that a square of half the edge `reach` about `at` touches, both in texels.
+    #[inline(always)]
     fn touched(&self, at: Vec2, reach: f32) -> f32 {
-        let [(left, right), (top, bottom)] = at
-            .to_array()
-            .map(|x| ((x - reach).floor() as i32, (x + reach).floor() as i32));
+        let (left, right) = (floor(at.x - reach).1, floor(at.x + reach).1);
+        let (top, bottom) = (floor(at.y - reach).1, floor(at.y + reach).1);
         let mut sum = 0.0;
         for row in top..=bottom {
             for column in left..=right {
