@@ -362,6 +362,10 @@ pub(crate) struct StudyArgs {
     #[arg(value_name = "PLAN", value_hint = ValueHint::FilePath)]
     pub(crate) plan: PathBuf,
 
+    /// Which of the plan's scales, such as quick or full. Default: its first, if it has any.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) scale: Option<String>,
+
     /// Folder that the plan's scene files are relative to. Default: the variable MANYLIGHT_SCENES.
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) scenes: Option<PathBuf>,
@@ -370,7 +374,7 @@ pub(crate) struct StudyArgs {
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) references: Option<PathBuf>,
 
-    /// Folder of the results, one file per run. Default: `results` beside the plan.
+    /// Folder of the results, one file per run. Default: `results` beside the plan, and in it a folder for the scale.
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) results: Option<PathBuf>,
 

@@ -26,9 +26,9 @@ const LONGEST_MESSAGE: usize = 4000;
 
 /// Makes the runs of a plan, and its page.
 pub(crate) fn run(args: &StudyArgs) -> Result<ExitCode, Failure> {
-    let plan = Plan::load(&args.plan)?;
+    let plan = Plan::load(&args.plan, args.scale.as_deref())?;
     let runs = plan.runs()?;
-    let default_folder = plan.folder().join("results");
+    let default_folder = plan.results();
     let folder = args.results.as_deref().unwrap_or(&default_folder);
     let mut results = Results::read(folder, &runs)?;
     let path = absolute(&args.page.clone().unwrap_or_else(|| plan.page()));
@@ -66,7 +66,12 @@ fn command_of(plan: &Plan) -> String {
         true => Path::new(inside.file_name().unwrap_or(inside.as_os_str())),
         false => inside,
     };
-    format!("manylight study {}", quoted(&shown.display().to_string()))
+    let scale = plan.scale().map(|name| format!(" --scale {name}"));
+    format!(
+        "manylight study {}{}",
+        quoted(&shown.display().to_string()),
+        scale.unwrap_or_default()
+    )
 }
 
 /// Makes those of the selected runs that are not settled.

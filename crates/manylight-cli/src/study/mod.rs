@@ -1,6 +1,6 @@
 //! A study: every method on a set of scenes, measured run by run and shown as a page of tables.
 //!
-//! `plan` says what is to be measured and `runs` spells it out; `child` makes one run, a process of its own; `results` keeps
+//! `plan` says what is to be measured, at what `scale`, and `runs` spells it out; `child` makes one run, a process of its own; `results` keeps
 //! what came out, one file per run; `page` shows `figures` of them.
 
 mod child;
@@ -13,6 +13,7 @@ mod plan;
 mod plan_error;
 mod results;
 mod runs;
+mod scale;
 mod statistics;
 
 pub(crate) use child::{Ended, Ending, spawn_and_wait};

@@ -3,11 +3,12 @@
 use super::figures::Figure;
 use super::plan_error::{PlanError, PlanText};
 use super::runs::Run;
+use super::scale::at_scale;
 use crate::failure::Failure;
 use crate::preset::{self, PRESETS, Preset};
 use crate::values;
 use manylight_io::FileError;
-use serde::de::Error;
+use serde::de::{Error, IgnoredAny};
 use serde::{Deserialize, Deserializer};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -36,6 +37,12 @@ pub(crate) struct Plan {
     /// Methods set in relation to others.
     #[serde(default)]
     pub(crate) ratios: Vec<Ratio>,
+    /// Sizes at which it can be carried out; see [`at_scale`].
+    #[serde(default, rename = "scales")]
+    _scales: IgnoredAny,
+    /// The one that was chosen.
+    #[serde(skip)]
+    scale: Option<String>,
     #[serde(skip)]
     path: PathBuf,
     #[serde(skip)]
@@ -158,6 +165,15 @@ fn duration<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Duratio
         .map_err(|expected| D::Error::custom(format!("found `{text}`, {expected}")))
 }
 
+/// What names are made of.
+pub(super) const NAMES: &str = "letters, digits, - and _ can";
+
+/// Whether a name is made of what [`NAMES`] says.
+pub(super) fn is_file_name_part(name: &str) -> bool {
+    let fits = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+    !name.is_empty() && name.chars().all(fits)
+}
+
 /// The known names, the nearest one first.
 pub(super) fn expected<'n>(name: &str, known: impl Iterator<Item = &'n str>) -> String {
     let mut known: Vec<&str> = known.collect();
@@ -167,22 +183,23 @@ pub(super) fn expected<'n>(name: &str, known: impl Iterator<Item = &'n str>) -> 
 }
 
 impl Plan {
-    /// Reads and checks a plan.
+    /// Reads and checks a plan at one of its scales, the first if none is asked for.
     ///
     /// # Errors
-    /// The file cannot be read, is no plan, or names what it does not define.
-    pub(crate) fn load(path: &Path) -> Result<Plan, Failure> {
+    /// The file cannot be read, is no plan, names what it does not define, or has no such scale.
+    pub(crate) fn load(path: &Path, scale: Option<&str>) -> Result<Plan, Failure> {
         let text =
             std::fs::read_to_string(path).map_err(|error| FileError::unreadable(path, error))?;
-        Ok(Plan::parse(path, text)?)
+        Ok(Plan::parse(path, text, scale)?)
     }
 
-    fn parse(path: &Path, text: String) -> Result<Plan, Box<PlanError>> {
-        let text = PlanText::new(path, text);
+    fn parse(path: &Path, text: String, scale: Option<&str>) -> Result<Plan, Box<PlanError>> {
+        let (text, scale) = at_scale(PlanText::new(path, text), scale)?;
         let plan: Result<Plan, _> = serde_json::from_str(text.as_str());
         let mut plan = plan.map_err(|error| text.malformed(&error))?;
         plan.path = path.to_owned();
         plan.text = text;
+        plan.scale = scale;
         plan.check_names()?;
         Ok(plan)
     }
@@ -192,7 +209,19 @@ impl Plan {
         &self.path
     }
 
-    /// The folder of the plan; results lie beside it.
+    /// The scale that it is at, if it has any.
+    pub(crate) fn scale(&self) -> Option<&str> {
+        self.scale.as_deref()
+    }
+
+    /// Where results lie if nothing else is said: beside the plan, those of each scale in a folder of their own.
+    pub(crate) fn results(&self) -> PathBuf {
+        self.folder()
+            .join("results")
+            .join(self.scale().unwrap_or_default())
+    }
+
+    /// The folder of the plan.
     pub(crate) fn folder(&self) -> &Path {
         let folder = self.path.parent().unwrap_or(Path::new(""));
         if folder.as_os_str().is_empty() {
@@ -283,12 +312,11 @@ impl Plan {
             return Err(Box::new(self.text.problem(what, message, help)));
         }
         for (i, name) in names.iter().enumerate() {
-            let fits = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
-            if name.is_empty() || !name.chars().all(fits) {
+            if !is_file_name_part(name) {
                 return Err(Box::new(self.text.problem(
                     name,
                     format!("among the {what}: the name `{name}` cannot be part of a file's name"),
-                    "letters, digits, - and _ can",
+                    NAMES,
                 )));
             }
             if names[..i].contains(name) {
@@ -384,7 +412,7 @@ mod tests {
     }"#;
 
     fn parse(text: &str) -> Result<Plan, Failure> {
-        let plan = Plan::parse(Path::new("p/plan.json"), text.into())?;
+        let plan = Plan::parse(Path::new("p/plan.json"), text.into(), None)?;
         plan.runs()?;
         Ok(plan)
     }
@@ -433,6 +461,38 @@ mod tests {
         );
         assert_eq!(keys(&["path", "work"]), [""; 0]);
         assert!(select(&runs, &["wrk".into()]).is_err());
+    }
+
+    #[test]
+    fn a_plan_has_scales() {
+        let scaled = GOOD.replace("16x9", "{size}").replace(
+            "\"ratios\"",
+            "\"scales\": [{\"name\": \"quick\", \"values\": {\"size\": \"32x18\"}}, {\"name\": \"full\", \"values\": {\"size\": \"64x36\"}}],\n\"page\": \"{scale}.md\", \"ratios\"",
+        );
+        let at = |scale| Plan::parse(Path::new("p/plan.json"), scaled.clone(), scale);
+        for (asked, name, size) in [
+            (None, "quick", "32x18"),
+            (Some("quick"), "quick", "32x18"),
+            (Some("full"), "full", "64x36"),
+        ] {
+            let plan = at(asked).unwrap();
+            assert_eq!(plan.scale(), Some(name));
+            assert_eq!(plan.scenes[0].size, size);
+            assert_eq!(plan.page(), Path::new("p").join(format!("{name}.md")));
+            assert_eq!(plan.results(), Path::new("p/results").join(name));
+        }
+        let said = |scale, text: &str| {
+            let path = Path::new("p/plan.json");
+            let error = Plan::parse(path, text.into(), scale).unwrap_err();
+            crate::failure::Rendered(&Failure::from(error)).to_string()
+        };
+        assert!(said(Some("ful"), &scaled).contains("expected one of full, quick"));
+        assert!(said(Some("full"), GOOD).contains("the plan has no scales"));
+        let outside = scaled.replace("\"full\"", "\"../full\"");
+        assert!(said(Some("../full"), &outside).contains("cannot be part of a file's name"));
+        let quoted = scaled.replace("64x36", "64\\\"x36");
+        assert!(said(Some("full"), &quoted).contains("no quotation marks"));
+        assert_eq!(parse(GOOD).unwrap().results(), Path::new("p/results/"));
     }
 
     #[test]
@@ -522,7 +582,7 @@ mod tests {
     #[test]
     fn the_plan_of_the_project_is_sound() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/study/plan.json");
-        let plan = Plan::load(&path).unwrap();
+        let plan = Plan::load(&path, None).unwrap();
         assert!(
             plan.runs()
                 .unwrap()

@@ -34,6 +34,11 @@ impl PlanText {
         }
     }
 
+    /// Another text under the same name.
+    pub(super) fn with(self, text: String) -> Self {
+        PlanText { text, ..self }
+    }
+
     /// The JSON itself.
     pub(crate) fn as_str(&self) -> &str {
         &self.text

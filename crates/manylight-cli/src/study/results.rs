@@ -244,7 +244,7 @@ mod tests {
         });
         let file = tempfile::NamedTempFile::new().unwrap();
         std::fs::write(file.path(), plan.to_string()).unwrap();
-        Plan::load(file.path()).unwrap()
+        Plan::load(file.path(), None).unwrap()
     }
 
     #[test]

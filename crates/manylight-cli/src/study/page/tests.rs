@@ -28,7 +28,7 @@ fn plan() -> Plan {
     });
     let file = tempfile::NamedTempFile::new().unwrap();
     std::fs::write(file.path(), plan.to_string()).unwrap();
-    Plan::load(file.path()).unwrap()
+    Plan::load(file.path(), None).unwrap()
 }
 
 /// A result with the errors and the time given, and figures made of them.
