@@ -8,12 +8,12 @@ use std::collections::BTreeMap;
 /// A size at which a plan can be carried out.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Scale {
+struct Scale {
     /// As `--scale` takes it, and `{scale}` in the plan.
-    pub(crate) name: String,
+    name: String,
     /// What is written for `{key}`.
     #[serde(default)]
-    pub(crate) values: BTreeMap<String, String>,
+    values: BTreeMap<String, String>,
 }
 
 /// The scales of a plan, before anything else of it is looked at.

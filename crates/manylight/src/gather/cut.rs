@@ -51,9 +51,9 @@ impl Default for CutLimits {
     }
 }
 
-/// Clusters that are refined at once: so many, or the part of the cut by which it doubles in a few rounds.
+/// So many clusters may be refined at once, or this part of the cut where that is more: a large cut needs no more rounds than a small one.
 const ROUND: usize = 64;
-const ROUNDS_TO_DOUBLE: usize = 4;
+const PART_OF_CUT: usize = 4;
 /// Points count as no darker than this share of the brightest of their group.
 const DARKEST: f32 = 0.01;
 
@@ -136,14 +136,14 @@ impl simd::Kernel for AddCut<'_> {
         let mut coarse = Vec::new();
         loop {
             coarse.clear();
-            let inverse = allowed.map(|allowed| inverse(w, &allowed));
+            let inverses = allowed.map(|allowed| inverse(w, &allowed));
             for (k, cluster) in cut.iter().enumerate() {
                 if is_beyond(w, &cluster.sent, &allowed) {
-                    coarse.push((likeliest(w, &cluster.sent, &inverse), k));
+                    coarse.push((likeliest(w, &cluster.sent, &inverses), k));
                 }
             }
             let room = (self.limits.max_lights as usize).saturating_sub(cut.len());
-            let most = room.min(cut.len().min(ROUND).max(cut.len() / ROUNDS_TO_DOUBLE));
+            let most = room.min(ROUND.max(cut.len() / PART_OF_CUT));
             if coarse.is_empty() || most == 0 {
                 break;
             }
@@ -334,9 +334,9 @@ fn is_beyond<W: Wide>(w: W, sent: &[Sent; BATCHES], allowed: &[Lanes; BATCHES]) 
 
 /// What a cluster is likely to send where that matters most, as a multiple of what is allowed there.
 #[inline(always)]
-fn likeliest<W: Wide>(w: W, sent: &[Sent; BATCHES], inverse: &[Lanes; BATCHES]) -> f32 {
+fn likeliest<W: Wide>(w: W, sent: &[Sent; BATCHES], inverses: &[Lanes; BATCHES]) -> f32 {
     let mut least = w.splat(0.0);
-    for (sent, inverse) in sent.iter().zip(inverse) {
+    for (sent, inverse) in sent.iter().zip(inverses) {
         let negative = w.mul(w.load(&sent.likely), w.sub(w.splat(0.0), w.load(inverse)));
         least = w.min(least, negative);
     }

@@ -18,7 +18,7 @@ pub struct IntensityBound {
     diffuse: f32,
     /// Holds the normals of all diffuse parts.
     normals: Cone,
-    /// How far those are from their axis.
+    /// How far those are from their axis; kept, as every draw through a tree asks for its sine and cosine.
     spread: Spread,
     glossy: Option<Box<MaxMips>>,
 }
