@@ -6,10 +6,12 @@
 mod batches;
 pub mod filter;
 mod sampler;
+mod tiles;
 
 use batches::{BatchCounts, BatchMoments};
 pub use filter::{Filter, FilterSampler, Window};
 pub use sampler::{FilmSample, FilmSampler};
+pub use tiles::{TILE_SIZE, Tile, TileGrid};
 
 use crate::color::Rgb;
 use crate::image::Image;
@@ -93,26 +95,6 @@ impl Layer {
     }
 }
 
-/// Edge of a tile in pixels.
-pub const TILE_SIZE: u32 = 8;
-
-/// A rectangle of pixels within the crop window.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Tile {
-    /// Upper left pixel.
-    pub origin: UVec2,
-    /// At most [`TILE_SIZE`] squared.
-    pub size: UVec2,
-}
-
-impl Tile {
-    /// The pixels, row by row.
-    pub fn pixels(self) -> impl Iterator<Item = UVec2> {
-        (0..self.size.y)
-            .flat_map(move |y| (0..self.size.x).map(move |x| self.origin + UVec2::new(x, y)))
-    }
-}
-
 /// Where each layer stands among those that a film records.
 #[derive(Clone, Copy, Debug)]
 struct Slots([u8; LAYERS]);
@@ -180,6 +162,8 @@ pub struct Film {
     desc: FilmDesc,
     layers: Vec<Layer>,
     tiles: Vec<TileSums>,
+    /// The values of the pass under way, tile by tile of its own grid.
+    pass: Vec<Vec<Rgb>>,
     passes: u32,
     /// Batches that are over, and what is known from them about the picture: the whole, and all but what emitters show of themselves.
     batches: BatchCounts,
@@ -189,7 +173,6 @@ pub struct Film {
 #[derive(Debug)]
 struct TileSums {
     tile: Tile,
-    pass: Vec<Rgb>,
     sums: Vec<[f64; 3]>,
     squares: Vec<[f64; 3]>,
     /// Of the batch under way, over pixels: the beauty, and all of it but the emission.
@@ -206,31 +189,21 @@ impl Film {
             Some(&Layer::Beauty),
             "invariant: every film records the beauty, first"
         );
-        let size = desc.crop_size;
-        let tiles = (0..size.y.div_ceil(TILE_SIZE))
-            .flat_map(|ty| {
-                (0..size.x.div_ceil(TILE_SIZE)).map(move |tx| UVec2::new(tx, ty) * TILE_SIZE)
-            })
-            .map(|origin| {
-                let tile = Tile {
-                    origin,
-                    size: (size - origin).min(UVec2::splat(TILE_SIZE)),
-                };
-                let pixels = (tile.size.x * tile.size.y) as usize;
-                TileSums {
-                    tile,
-                    pass: vec![Rgb::BLACK; pixels * layers.len()],
-                    sums: vec![[0.0; 3]; pixels * layers.len()],
-                    squares: vec![[0.0; 3]; pixels],
-                    batch: Default::default(),
-                    moments: BatchMoments::default(),
-                }
+        let tiles = TileGrid::new(desc.crop_size, UVec2::ZERO).tiles();
+        let tiles = tiles
+            .map(|tile| TileSums {
+                tile,
+                sums: vec![[0.0; 3]; tile.count() * layers.len()],
+                squares: vec![[0.0; 3]; tile.count()],
+                batch: Default::default(),
+                moments: BatchMoments::default(),
             })
             .collect();
         Film {
             desc,
             layers: layers.to_vec(),
             tiles,
+            pass: Vec::new(),
             passes: 0,
             batches: BatchCounts::default(),
             picture: Default::default(),
@@ -264,9 +237,9 @@ impl Film {
         self.passes
     }
 
-    /// Number of tiles.
-    pub fn tile_count(&self) -> usize {
-        self.tiles.len()
+    /// The tiles of a pass, moved by so many pixels: see [`TileGrid::new`].
+    pub fn grid(&self, shift: UVec2) -> TileGrid {
+        TileGrid::new(self.desc.crop_size, shift)
     }
 
     /// Says that the passes that follow are independent of those before: they make a batch. Passes of one batch may have lights in common,
@@ -295,25 +268,29 @@ impl Film {
         self.batches.count()
     }
 
-    /// Renders one pass: `shade` fills each tile, in parallel. Pixels with a non-finite value are dropped and counted in
+    /// Renders one pass: `shade` fills each tile of `grid`, in parallel. Pixels with a non-finite value are dropped and counted in
     /// `dropped`. When `cancel` turns true before the last tile is done, the pass is discarded and the result is `false`.
     pub fn add_pass(
         &mut self,
+        grid: TileGrid,
         cancel: &AtomicBool,
         dropped: &AtomicU64,
         shade: impl Fn(&mut TileSamples) + Sync,
     ) -> bool {
         let (slots, stride) = (Slots::new(&self.layers), self.layers.len());
-        let complete = self.tiles.par_iter_mut().map(|sums| {
+        let tiles: Vec<Tile> = grid.tiles().collect();
+        self.pass.resize_with(tiles.len(), Vec::new);
+        let complete = tiles.par_iter().zip(&mut self.pass).map(|(&tile, values)| {
             if cancel.load(Ordering::Relaxed) {
                 return false;
             }
-            sums.pass.fill(Rgb::BLACK);
+            values.clear();
+            values.resize(tile.count() * stride, Rgb::BLACK);
             shade(&mut TileSamples {
-                tile: sums.tile,
+                tile,
                 slots,
                 stride,
-                values: &mut sums.pass,
+                values,
             });
             true
         });
@@ -321,10 +298,19 @@ impl Film {
         if !complete.reduce(|| true, |a, b| a && b) {
             return false;
         }
+        let pass = &self.pass;
         let emission = slots.of(Layer::Emission);
-        self.tiles
-            .par_iter_mut()
-            .for_each(|sums| sums.commit(stride, emission, dropped));
+        self.tiles.par_iter_mut().for_each(|sums| {
+            for (i, pixel) in sums.tile.pixels().enumerate() {
+                let (tile, k) = grid.locate(pixel);
+                let values = &pass[tile][k * stride..][..stride];
+                if values.iter().all(|v| v.is_finite()) {
+                    sums.commit(i, values, emission);
+                } else {
+                    dropped.fetch_add(1, Ordering::Relaxed);
+                }
+            }
+        });
         self.passes += 1;
         true
     }
@@ -332,7 +318,8 @@ impl Film {
     /// Adds a pass that was made as a whole picture (light tracing): `pixels` row by row, beauty only.
     pub fn add_frame(&mut self, pixels: &[Rgb], dropped: &AtomicU64) {
         let width = self.picture_size().x;
-        self.add_pass(&AtomicBool::new(false), dropped, |samples| {
+        let grid = self.grid(UVec2::ZERO);
+        self.add_pass(grid, &AtomicBool::new(false), dropped, |samples| {
             for (i, pixel) in samples.tile().pixels().enumerate() {
                 samples.add(
                     i,
@@ -369,7 +356,7 @@ impl Film {
     /// pixels. Infinite with fewer than two of them.
     pub fn block_variance(&self) -> Image {
         self.collect(|sums, _| {
-            let pixels = f64::from(sums.tile.size.x * sums.tile.size.y);
+            let pixels = sums.tile.count() as f64;
             let of_sum = self.batches.variance_of_mean(&sums.moments);
             of_sum.map(|v| (v / (pixels * pixels)) as f32)
         })
@@ -429,24 +416,18 @@ impl Film {
 }
 
 impl TileSums {
-    /// Adds the pass to the sums; `emission` is the place of that layer.
-    fn commit(&mut self, layers: usize, emission: Option<usize>, dropped: &AtomicU64) {
-        for (i, pixel) in self.pass.chunks_exact(layers).enumerate() {
-            if !pixel.iter().all(|v| v.is_finite()) {
-                dropped.fetch_add(1, Ordering::Relaxed);
-                continue;
-            }
-            let shown = emission.map_or(Rgb::BLACK, |l| pixel[l]);
-            for (sum, value) in self.batch.iter_mut().zip([pixel[0], pixel[0] - shown]) {
-                let value = value.to_array().map(f64::from);
-                *sum = std::array::from_fn(|c| sum[c] + value[c]);
-            }
-            for (l, value) in pixel.iter().enumerate() {
-                for (c, v) in value.to_array().into_iter().enumerate() {
-                    self.sums[i * layers + l][c] += f64::from(v);
-                    if l == 0 {
-                        self.squares[i][c] += f64::from(v) * f64::from(v);
-                    }
+    /// Adds what a pass has for pixel `i`, layer by layer; `emission` is the place of that layer.
+    fn commit(&mut self, i: usize, pixel: &[Rgb], emission: Option<usize>) {
+        let shown = emission.map_or(Rgb::BLACK, |l| pixel[l]);
+        for (sum, value) in self.batch.iter_mut().zip([pixel[0], pixel[0] - shown]) {
+            let value = value.to_array().map(f64::from);
+            *sum = std::array::from_fn(|c| sum[c] + value[c]);
+        }
+        for (l, value) in pixel.iter().enumerate() {
+            for (c, v) in value.to_array().into_iter().enumerate() {
+                self.sums[i * pixel.len() + l][c] += f64::from(v);
+                if l == 0 {
+                    self.squares[i][c] += f64::from(v) * f64::from(v);
                 }
             }
         }
@@ -470,7 +451,9 @@ mod tests {
 
     fn add(film: &mut Film, value: impl Fn(UVec2) -> f32 + Sync, cancel: bool) -> u64 {
         let dropped = AtomicU64::new(0);
-        film.add_pass(&AtomicBool::new(cancel), &dropped, |samples| {
+        // Tiles may lie elsewhere in each pass.
+        let grid = film.grid(UVec2::new(5, 3) * film.passes());
+        film.add_pass(grid, &AtomicBool::new(cancel), &dropped, |samples| {
             for (i, pixel) in samples.tile().pixels().enumerate() {
                 samples.add(i, Layer::Direct, Rgb::splat(value(pixel)));
                 samples.add(i, Layer::Depth, Rgb::splat(1.0));

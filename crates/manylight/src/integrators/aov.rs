@@ -3,6 +3,7 @@
 use super::{PassContext, first_surface};
 use crate::color::Rgb;
 use crate::film::Film;
+use crate::math::UVec2;
 use crate::sampling::Stream;
 use crate::scene::{PathLimits, Scene};
 use crate::transport::{Step, Walk};
@@ -15,7 +16,7 @@ pub(super) fn render_pass(
     film: &mut Film,
 ) -> bool {
     let positions = film.desc().sampler();
-    run.shade(film, |samples| {
+    run.shade(film, film.grid(UVec2::ZERO), |samples| {
         for (i, pixel) in samples.tile().pixels().enumerate() {
             let mut sampler = run.pass.sampler(Stream::Pixel, positions.index(pixel));
             let at = positions.sample(pixel, sampler.next_2d());

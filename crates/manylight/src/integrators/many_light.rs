@@ -10,10 +10,11 @@ use super::light_set::{LightSet, pixel_width};
 use super::{PassContext, carried};
 use crate::bsdf::Lobes;
 use crate::emitters::PieceCounts;
-use crate::film::Film;
+use crate::film::{Film, TILE_SIZE};
 pub use crate::gather::{CutLimits, DirectLight, Kernel, ShareOf, Strategy};
 use crate::gather::{Gather, Lights, Selection};
 use crate::maps::{IncidentMap, KdTree};
+use crate::math::UVec2;
 use crate::particles::{Importon, Photon, for_lights, trace_importons, trace_photons};
 use crate::sampling::{Pass, Stream};
 use crate::scene::{PathLimits, Scene};
@@ -90,7 +91,10 @@ impl ManyLight {
         }
         let set = kept.get_or_insert_with(|| self.prepare(scene, limits, passes, run));
         let positions = film.desc().sampler();
-        run.shade(film, |samples| set.shade_tile(run, &positions, samples))
+        let grid = film.grid(self.grid_shift(run.pass));
+        run.shade(film, grid, |samples| {
+            set.shade_tile(run, &positions, samples);
+        })
     }
 
     /// The passes that share the lights of pass `index`: one, then one, 2, 4, and 8 from there on, or fewer if the set would
@@ -112,6 +116,18 @@ impl ManyLight {
         let count = most.checked_ilog2().map_or(1, |log| 1 << log);
         let start = index - index % count;
         start..start + count
+    }
+
+    /// Where the tiles of a pass begin: the points of a tile have one cut, whose error is theirs together, so that borders would remain if they
+    /// were the same in all passes.
+    fn grid_shift(&self, pass: Pass) -> UVec2 {
+        match self.strategy {
+            Strategy::All => UVec2::ZERO,
+            Strategy::Cuts(_) => {
+                let u = pass.spread_2d(Stream::Selection, 4);
+                (u * TILE_SIZE as f32).as_uvec2()
+            }
+        }
     }
 
     /// How many times the lights of one pass a set for `passes` has.

@@ -26,7 +26,7 @@ pub use photon_map::PhotonMap;
 
 use crate::bsdf::{BsdfSample, Lobes};
 use crate::color::Rgb;
-use crate::film::{Film, Layer, TileSamples};
+use crate::film::{Film, Layer, TileGrid, TileSamples};
 use crate::sampling::{Pass, Sampler};
 use crate::scene::{PathLimits, Scene};
 use crate::stats::Stats;
@@ -72,14 +72,19 @@ pub struct PassContext<'a> {
 
 impl PassContext<'_> {
     /// [`Film::add_pass`] with progress, as the stage "shade".
-    fn shade(&self, film: &mut Film, shade: impl Fn(&mut TileSamples) + Sync) -> bool {
+    fn shade(
+        &self,
+        film: &mut Film,
+        grid: TileGrid,
+        shade: impl Fn(&mut TileSamples) + Sync,
+    ) -> bool {
         let done = &self.stats.tiles_done;
         done.store(0, Ordering::Relaxed);
         self.stats
             .tiles
-            .store(film.tile_count() as u64, Ordering::Relaxed);
+            .store(grid.count() as u64, Ordering::Relaxed);
         self.stats.time("shade", || {
-            film.add_pass(self.cancel, &self.stats.dropped_samples, |samples| {
+            film.add_pass(grid, self.cancel, &self.stats.dropped_samples, |samples| {
                 shade(samples);
                 Stats::count(done, 1);
             })

@@ -12,7 +12,7 @@ use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::film::{Film, Layer, TileSamples};
 use crate::geometry::SurfacePoint;
-use crate::math::Vec3;
+use crate::math::{UVec2, Vec3};
 use crate::sampling::{Sampler, Stream};
 use crate::scene::{PathLimits, Scene};
 use crate::stats::Stats;
@@ -27,7 +27,7 @@ pub(super) fn render_pass(
     film: &mut Film,
 ) -> bool {
     let positions = film.desc().sampler();
-    run.shade(film, |samples| {
+    run.shade(film, film.grid(UVec2::ZERO), |samples| {
         let start = |(index, pixel)| {
             let mut sampler = run.pass.sampler(Stream::Pixel, positions.index(pixel));
             let at = positions.sample(pixel, sampler.next_2d());

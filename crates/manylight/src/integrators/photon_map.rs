@@ -119,7 +119,9 @@ impl PhotonMap {
             eye_paths: self.eye_paths(film.picture_size()),
         };
         let positions = film.desc().sampler();
-        run.shade(film, |samples| view.shade_tile(run, &positions, samples))
+        run.shade(film, film.grid(UVec2::ZERO), |samples| {
+            view.shade_tile(run, &positions, samples)
+        })
     }
 
     /// The photons of `paths` paths that some eye path may use.
