@@ -42,8 +42,8 @@ const MIRRORED_EFFORT: f32 = 16.0;
 const MAX_SURVIVAL: f32 = 0.95;
 /// Whose a surface is takes a search. So first a share is guessed: as if its light stood for so many times the surface of those around the gathering
 /// point; the roulette for that goes on with one in so many at least.
-const ASKED_SURFACE: f32 = 4.0;
-const LEAST_ASKED: f32 = 1.0 / 32.0;
+const ASKED_SURFACE: f32 = 16.0;
+const LEAST_ASKED: f32 = 1.0 / 8.0;
 /// The surface of those around takes a search of its own, which pays for so many directions.
 const ASKING_DIRECTIONS: u32 = 4;
 /// Caustics that are seen by way of a smooth surface may be blurred by this angle more.
