@@ -204,15 +204,20 @@ impl<'a> Workshop<'a> {
         let outcome = match &reference {
             Err(failure) => Err(failure.to_string()),
             Ok(_) => {
-                let ended = self.render(run, &picture, bench.path());
-                let ended = ended
-                    .map_err(|e| Failure::Internal(format!("{}: {e}", self.program.display())))?;
+                let (mut command, name) = self.command(run, &picture);
+                let limit = run.task.limit;
+                let ended =
+                    spawn_and_wait(&mut command, limit, self.interrupt.cancel(), bench.path());
                 // A terminal interrupts the child as well, which may have ended by itself.
                 let interrupted = self.interrupt.exit_code().is_some();
-                if interrupted && ended.ending != Ending::Exited(Some(0)) {
+                let whole = |ended: &Ended| ended.ending == Ending::Exited(Some(0));
+                if interrupted && !ended.as_ref().is_ok_and(whole) {
                     return Ok(None);
                 }
-                note_ending(&mut record, &ended)
+                match ended {
+                    Ok(ended) => note_ending(&mut record, &ended),
+                    Err(error) => Err(format!("{name} cannot be run: {error}")),
+                }
             }
         };
         let measured = outcome.and_then(|()| match &reference {
@@ -242,12 +247,18 @@ impl<'a> Workshop<'a> {
         Ok(Some(record))
     }
 
-    fn render(&self, run: &Run, picture: &Path, bench: &Path) -> io::Result<Ended> {
+    /// What makes a run, and the name of the program.
+    fn command(&self, run: &Run, picture: &Path) -> (Command, String) {
         let file = &run.scene.file;
-        let mut command = Command::new(&self.program);
+        let call = run
+            .method
+            .renderer
+            .call(&self.program, self.scenes.beside_plan());
+        let (program, first) = call.split_first().expect("invariant: a call has a program");
+        let mut command = Command::new(program);
         command
             .current_dir(self.scenes.folder_of(file))
-            .arg("render")
+            .args(first)
             .arg(file)
             .args(&run.words)
             .args(["--json", "--progress", "none", "--quiet", "--output"])
@@ -255,7 +266,7 @@ impl<'a> Workshop<'a> {
         if self.images.is_some() {
             command.arg("--output").arg(picture.with_extension("png"));
         }
-        spawn_and_wait(&mut command, run.task.limit, self.interrupt.cancel(), bench)
+        (command, program.clone())
     }
 
     /// Folders of this machine say nothing elsewhere.
@@ -274,9 +285,9 @@ impl<'a> Workshop<'a> {
 /// How to make a run by hand, in the folder of its scene file.
 fn shown_command(run: &Run) -> String {
     let picture = format!("{}.exr", run.key());
-    let words = ["manylight", "render", &run.scene.file].into_iter();
-    let words = words.chain(run.words.iter().map(String::as_str));
-    let words = words.chain(["--output", &picture]);
+    let call = run.method.renderer.call("manylight".as_ref(), "".as_ref());
+    let words = call.iter().chain([&run.scene.file]).chain(&run.words);
+    let words = words.map(String::as_str).chain(["--output", &picture]);
     words.map(quoted).collect::<Vec<_>>().join(" ")
 }
 

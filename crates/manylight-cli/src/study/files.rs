@@ -73,6 +73,11 @@ impl Files {
         }
     }
 
+    /// The folder of the plan.
+    pub(crate) fn beside_plan(&self) -> &Path {
+        &self.beside_plan
+    }
+
     /// A file.
     pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.folder_of(name).join(name)

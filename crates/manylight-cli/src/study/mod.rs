@@ -7,6 +7,7 @@ mod child;
 mod figures;
 mod files;
 mod machine;
+mod method;
 mod pace;
 mod page;
 mod plan;

@@ -1,7 +1,8 @@
 //! The page: a plan and its results. The same results give the same page.
 
 use super::figures::{DEFAULT, Figure, number};
-use super::plan::{Method, Plan, Ratio, Scene, Task};
+use super::method::{Method, Renderer};
+use super::plan::{Plan, Ratio, Scene, Task};
 use super::results::{Record, Results, Status};
 use super::runs::{Run, key};
 use super::statistics::{geometric_mean, log_log_slope};
@@ -114,8 +115,13 @@ impl Page<'_> {
     fn methods(&mut self) {
         self.out.heading(2, "Methods");
         let described = self.plan.methods.iter().map(|method| {
-            let options = format!("-m {} {}", method.method.name, method.options);
-            let (label, summary) = (&method.label, method.method.summary);
+            let renderer = &method.renderer;
+            let first = match renderer {
+                Renderer::Own(_) => renderer.first_options().join(" "),
+                Renderer::Other(program) => program.join(" "),
+            };
+            let options = format!("{first} {}", method.options);
+            let (label, summary) = (&method.label, renderer.summary());
             let text = format!(
                 "**{label}** (`{}`): {summary}. {}",
                 options.trim(),

@@ -1,11 +1,11 @@
 //! The plan: scenes, methods, tasks, and what is to be set in relation.
 
 use super::figures::Figure;
+use super::method::Method;
 use super::plan_error::{PlanError, PlanText};
 use super::runs::Run;
 use super::scale::at_scale;
 use crate::failure::Failure;
-use crate::preset::{self, PRESETS, Preset};
 use crate::values;
 use manylight_io::FileError;
 use serde::de::{Error, IgnoredAny};
@@ -70,23 +70,6 @@ pub(crate) struct Scene {
     pub(crate) options: String,
 }
 
-/// A method, perhaps with options.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Method {
-    /// In names of files and in tables.
-    pub(crate) label: String,
-    /// As `--method` takes it.
-    #[serde(deserialize_with = "preset")]
-    pub(crate) method: &'static Preset,
-    /// Further options.
-    #[serde(default)]
-    pub(crate) options: String,
-    /// Text for the page.
-    #[serde(default)]
-    pub(crate) notes: String,
-}
-
 /// What is asked of the methods.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -145,17 +128,6 @@ pub(crate) struct Ratio {
 
 fn default_page() -> PathBuf {
     "methods.md".into()
-}
-
-fn preset<'de, D: Deserializer<'de>>(deserializer: D) -> Result<&'static Preset, D::Error> {
-    let name = String::deserialize(deserializer)?;
-    preset::find(&name).ok_or_else(|| {
-        let names = PRESETS.iter().map(|preset| preset.name);
-        D::Error::custom(format!(
-            "unknown method `{name}`; {}",
-            expected(&name, names)
-        ))
-    })
 }
 
 fn duration<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Duration>, D::Error> {
@@ -464,6 +436,33 @@ mod tests {
     }
 
     #[test]
+    fn another_program_may_be_a_method() {
+        let text = GOOD.replace(
+            r#""label": "path", "method": "path""#,
+            r#""label": "path", "program": ["python3", "./other.py"]"#,
+        );
+        let plan = parse(&text).unwrap();
+        let runs = plan.runs().unwrap();
+        let other = runs.iter().find(|run| run.method.label == "path").unwrap();
+        assert_eq!(
+            other.words.join(" "),
+            "--time 8s --filter box --size 16x9 --max-depth -1"
+        );
+        assert!(other.settings().is_empty());
+        let call = |run: &Run| {
+            let renderer = &run.method.renderer;
+            renderer.call(Path::new("b/manylight"), Path::new("p"))
+        };
+        assert_eq!(call(other), ["python3", "p/other.py"]);
+        assert_eq!(call(&runs[0]), ["b/manylight", "render"]);
+        let elsewhere_text = text.replace("other.py", "another.py");
+        let elsewhere = parse(&elsewhere_text).unwrap();
+        let runs_elsewhere = elsewhere.runs().unwrap();
+        let changed = |k: usize| runs[k].fingerprint() != runs_elsewhere[k].fingerprint();
+        assert_eq!([0, 4].map(changed), [false, true]);
+    }
+
+    #[test]
     fn a_plan_has_scales() {
         let scaled = GOOD.replace("16x9", "{size}").replace(
             "\"ratios\"",
@@ -527,6 +526,18 @@ mod tests {
                 "",
                 ":10:",
                 "task work, method path: --lights has no meaning",
+            ),
+            (
+                "\"method\": \"path\"",
+                "\"method\": \"path\", \"program\": [\"python3\"]",
+                ":8:",
+                "not clear what renders `path`",
+            ),
+            (
+                ", \"method\": \"path\"",
+                "",
+                ":8:",
+                "not clear what renders `path`",
             ),
             (
                 "--passes 1",

@@ -1,6 +1,7 @@
 //! One run: a scene by a method under a task, as words for `render`.
 
-use super::plan::{Method, Scene, Task, expected};
+use super::method::{Method, Renderer};
+use super::plan::{Scene, Task, expected};
 use crate::args::{Cli, Command};
 use crate::failure::Failure;
 use crate::preset;
@@ -21,7 +22,7 @@ pub(crate) struct Run<'p> {
     pub(crate) task_name: String,
     /// Options of `render` that decide the picture.
     pub(crate) words: Vec<String>,
-    /// What they mean.
+    /// What they mean; to another program as far as they say nothing of a method.
     request: RenderRequest,
 }
 
@@ -36,7 +37,9 @@ impl<'p> Run<'p> {
     ) -> Result<Self, String> {
         let budget_option = task.budgets.as_ref().map(|budgets| budgets.option.as_str());
         let depth = scene.max_depth.to_string();
-        let words: Vec<String> = ["-m", method.method.name]
+        let words: Vec<String> = method
+            .renderer
+            .first_options()
             .into_iter()
             .chain(method.options.split_whitespace())
             .chain(task.options.split_whitespace())
@@ -75,15 +78,21 @@ impl<'p> Run<'p> {
         self.request.budget.time
     }
 
-    /// The settings of its method as (option, value), defaults included.
+    /// The settings of its method as (option, value), defaults included; none of another program.
     pub(crate) fn settings(&self) -> Vec<(&'static str, String)> {
-        preset::settings(&self.request.kind)
+        match &self.method.renderer {
+            Renderer::Own(_) => preset::settings(&self.request.kind),
+            Renderer::Other(_) => Vec::new(),
+        }
     }
 
     /// The same where only the method says what is asked; its options have been checked with those of a task.
     pub(super) fn settings_of(method: &Method) -> Vec<(&'static str, String)> {
+        let Renderer::Own(preset) = &method.renderer else {
+            return Vec::new();
+        };
         let options = method.options.split_whitespace();
-        let words = ["manylight", "render", "scene.xml", "-m", method.method.name];
+        let words = ["manylight", "render", "scene.xml", "-m", preset.name];
         let parsed = Cli::try_parse_from(words.into_iter().chain(options));
         let request = parsed.ok().and_then(|cli| match cli.command {
             Command::Render(args) => RenderRequest::new(&args).ok(),
@@ -95,7 +104,11 @@ impl<'p> Run<'p> {
     /// A number that changes with whatever is asked of the run: scene, reference, options.
     pub(crate) fn fingerprint(&self) -> String {
         let asked = [&self.scene.file, &self.scene.reference];
-        fnv1a(asked.into_iter().chain(&self.words))
+        let program: &[String] = match &self.method.renderer {
+            Renderer::Own(_) => &[],
+            Renderer::Other(program) => program,
+        };
+        fnv1a(asked.into_iter().chain(program).chain(&self.words))
     }
 }
 

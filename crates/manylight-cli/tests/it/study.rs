@@ -290,3 +290,47 @@ fn what_cannot_be_done_is_said_before_anything_is_rendered() {
     std::fs::remove_file(study.folder.path("plan.json")).unwrap();
     assert_eq!(study.folder.files(), before);
 }
+
+#[test]
+fn another_program_renders_too() {
+    let mut study = Study::new();
+    // It hands in the reference itself, and says how it was called.
+    let script = r#"for word in "$@"; do
+    if [ "$before" = --output ]; then cp "$FOLDER/room.exr" "$word"; fi
+    before=$word
+done
+echo "{\"version\": \"Copier 1\", \"called\": \"$*\", \"stages\": {\"copy\": 0.5}, \"counts\": {\"passes\": 7}}""#;
+    let folder = study.folder.path("").display().to_string();
+    let script = script.replace("$FOLDER", folder.trim_end_matches('/'));
+    std::fs::write(study.folder.path("copy.sh"), script).unwrap();
+    let of = |label: &str, program: &[&str]| json!({"label": label, "program": program, "notes": "It copies."});
+    let methods = study.plan["methods"].as_array_mut().unwrap();
+    methods.push(of("copier", &["sh", "./copy.sh", "well"]));
+    methods.push(of("absent", &["./no-such-program"]));
+    study.plan["tasks"][0]["methods"] = json!(["path", "copier", "absent"]);
+    study.plan["tasks"][0]["figures"] = json!(["rmse", "passes", "seconds"]);
+    let ended = study.run("");
+    ended
+        .code(1)
+        .says(&["absent, one", "cannot be run", "1 run failed"]);
+    let result = study.result("room.copier.one");
+    assert_eq!(result["status"], "done");
+    assert_eq!(result["metrics"]["mse"], 0.0);
+    let called = result["render"]["called"].as_str().unwrap();
+    assert!(
+        called.starts_with(
+            "well glossy-room/scene.xml --passes 1 --filter box --size 16x9 --max-depth 4 --json"
+        ),
+        "{called}"
+    );
+    assert_eq!(
+        result["command"],
+        "sh copy.sh well glossy-room/scene.xml --passes 1 --filter box --size 16x9 --max-depth 4 --output room.copier.one.exr"
+    );
+    let page = study.text("methods.md");
+    assert!(page.contains("**copier** (`sh ./copy.sh well`): Another program. It copies."));
+    study
+        .run("--only copier")
+        .code(0)
+        .says(&["1 of them done already"]);
+}
