@@ -334,6 +334,70 @@
     handle.style.left = `${100 * state.split}%`;
     handle.setAttribute("aria-valuenow", Math.round(100 * state.split));
     read();
+    noteView();
+  }
+
+  // The view in the page's address, so that a link shows what was meant.
+
+  const center = () => ({
+    x: (leftView.clientWidth / 2 - state.x) / state.scale,
+    y: (leftView.clientHeight / 2 - state.y) / state.scale,
+  });
+
+  let noting = 0;
+
+  /** Browsers allow few changes of the address in a row. */
+  function noteView() {
+    clearTimeout(noting);
+    noting = setTimeout(() => history.replaceState(null, "", `#${viewText()}`), 250);
+  }
+
+  function viewText() {
+    const { group, left, right, layout, mode, exposure, split, fitted, scale } = state;
+    const view = { scene: group.title, left: group.images[left].name, right: group.images[right].name, layout, mode, exposure, split: split.toFixed(3) };
+    if (!fitted) Object.assign(view, { zoom: scale.toFixed(3), x: center().x.toFixed(1), y: center().y.toFixed(1) });
+    return new URLSearchParams(view).toString();
+  }
+
+  /** Takes over what an address says and there is. */
+  function showView(text) {
+    const view = new URLSearchParams(text);
+    const group = data.groups.find((g) => g.title === view.get("scene"));
+    if (group) state.group = group;
+    const images = state.group.images;
+    const indexOf = (name, otherwise) => {
+      const k = images.findIndex((image) => image.name === name);
+      return k < 0 ? otherwise : k;
+    };
+    const oneOf = (names, name, otherwise) => (names.includes(name) ? name : otherwise);
+    const number = (key, least, most, otherwise) => {
+      const value = Number.parseFloat(view.get(key));
+      return Number.isFinite(value) ? Math.min(Math.max(value, least), most) : otherwise;
+    };
+    Object.assign(state, {
+      left: indexOf(view.get("left"), 0),
+      right: indexOf(view.get("right"), images.length - 1),
+      layout: oneOf(["split", "both"], view.get("layout"), state.layout),
+      mode: oneOf(Object.keys(MODES), view.get("mode"), state.mode),
+      exposure: number("exposure", -8, 8, state.exposure),
+      split: number("split", 0, 1, state.split),
+      fitted: true,
+    });
+    groupSelect.selectedIndex = data.groups.indexOf(state.group);
+    exposure.value = state.exposure;
+    fillGroup();
+    draw();
+    const zoom = number("zoom", LEAST_ZOOM, MOST_ZOOM, 0);
+    if (zoom === 0) return;
+    const { width, height } = state.group;
+    const [x, y] = [number("x", 0, width, width / 2), number("y", 0, height, height / 2)];
+    Object.assign(state, {
+      scale: zoom,
+      x: leftView.clientWidth / 2 - x * zoom,
+      y: leftView.clientHeight / 2 - y * zoom,
+      fitted: false,
+    });
+    draw();
   }
 
   /** Paints bitmaps into vertical strips of a view. */
@@ -526,8 +590,8 @@
   document.body.append(element("main", {}, ...data.text.map((block) => BLOCKS[block.kind](block))));
 
   if (state.group) {
-    fillGroup();
-    draw();
+    showView(location.hash.slice(1));
+    addEventListener("hashchange", () => showView(location.hash.slice(1)));
   } else {
     for (const part of [bar, views, status]) part.hidden = true;
   }
