@@ -591,14 +591,18 @@ mod tests {
     }
 
     #[test]
-    fn the_plan_of_the_project_is_sound() {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/study/plan.json");
-        let plan = Plan::load(&path, None).unwrap();
-        assert!(
-            plan.runs()
-                .unwrap()
-                .iter()
-                .all(|run| run.words.contains(&"box".into()))
-        );
+    fn the_plans_of_the_project_are_sound() {
+        let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs");
+        for (file, scale) in [
+            ("study/plan.json", None),
+            ("paper/plan.json", Some("quick")),
+            ("paper/plan.json", Some("full")),
+        ] {
+            let plan = Plan::load(&docs.join(file), scale).unwrap();
+            let runs = plan.runs().unwrap();
+            assert!(runs.iter().all(|run| run.words.contains(&"box".into())));
+            let unfilled = |run: &Run| run.words.iter().any(|word| word.contains('{'));
+            assert!(!runs.iter().any(unfilled), "{file} at {scale:?}");
+        }
     }
 }
