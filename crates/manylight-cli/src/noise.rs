@@ -75,18 +75,12 @@ mod tests {
         };
         for value in [1.0, 2.0, 4.0] {
             film.begin_batch();
-            let grid = film.grid(UVec2::ZERO);
-            film.add_pass(
-                grid,
-                &AtomicBool::new(false),
-                &AtomicU64::new(0),
-                |samples| {
-                    for i in 0..6 {
-                        samples.add(i, Layer::Direct, Rgb::new(value, 1.0, 2.0 * value));
-                        samples.add(i, Layer::Emission, Rgb::splat(10.0 * value));
-                    }
-                },
-            );
+            film.add_pass(&AtomicBool::new(false), &AtomicU64::new(0), |samples| {
+                for i in 0..6 {
+                    samples.add(i, Layer::Direct, Rgb::new(value, 1.0, 2.0 * value));
+                    samples.add(i, Layer::Emission, Rgb::splat(10.0 * value));
+                }
+            });
             if value < 4.0 {
                 assert_eq!(read_back(&film), None, "one batch tells nothing");
             }

@@ -204,7 +204,7 @@ impl<'a> Workshop<'a> {
         let outcome = match &reference {
             Err(failure) => Err(failure.to_string()),
             Ok(_) => {
-                let (mut command, name) = self.command(run, &picture);
+                let mut command = self.command(run, &picture);
                 let limit = run.task.limit;
                 let ended =
                     spawn_and_wait(&mut command, limit, self.interrupt.cancel(), bench.path());
@@ -216,7 +216,10 @@ impl<'a> Workshop<'a> {
                 }
                 match ended {
                     Ok(ended) => note_ending(&mut record, &ended),
-                    Err(error) => Err(format!("{name} cannot be run: {error}")),
+                    Err(error) => {
+                        let program = command.get_program().to_string_lossy();
+                        Err(format!("{program} cannot be run: {error}"))
+                    }
                 }
             }
         };
@@ -247,8 +250,8 @@ impl<'a> Workshop<'a> {
         Ok(Some(record))
     }
 
-    /// What makes a run, and the name of the program.
-    fn command(&self, run: &Run, picture: &Path) -> (Command, String) {
+    /// What makes a run.
+    fn command(&self, run: &Run, picture: &Path) -> Command {
         let file = &run.scene.file;
         let call = run
             .method
@@ -266,7 +269,7 @@ impl<'a> Workshop<'a> {
         if self.images.is_some() {
             command.arg("--output").arg(picture.with_extension("png"));
         }
-        (command, program.clone())
+        command
     }
 
     /// Folders of this machine say nothing elsewhere.

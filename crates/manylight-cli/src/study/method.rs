@@ -1,6 +1,6 @@
 //! What renders: a method of this program, or another program.
 
-use super::plan::expected;
+use super::names::expected;
 use crate::preset::{self, PRESETS, Preset};
 use serde::de::Error;
 use serde::{Deserialize, Deserializer};
@@ -75,6 +75,14 @@ impl Renderer {
         match self {
             Renderer::Own(preset) => vec!["-m", preset.name],
             Renderer::Other(_) => Vec::new(),
+        }
+    }
+
+    /// Another program's words.
+    pub(super) fn program(&self) -> &[String] {
+        match self {
+            Renderer::Own(_) => &[],
+            Renderer::Other(program) => program,
         }
     }
 

@@ -8,6 +8,7 @@ mod figures;
 mod files;
 mod machine;
 mod method;
+mod names;
 mod pace;
 mod page;
 mod plan;

@@ -1,7 +1,7 @@
 //! The page: a plan and its results. The same results give the same page.
 
 use super::figures::{DEFAULT, Figure, number};
-use super::method::{Method, Renderer};
+use super::method::Method;
 use super::plan::{Plan, Ratio, Scene, Task};
 use super::results::{Record, Results, Status};
 use super::runs::{Run, key};
@@ -116,11 +116,10 @@ impl Page<'_> {
         self.out.heading(2, "Methods");
         let described = self.plan.methods.iter().map(|method| {
             let renderer = &method.renderer;
-            let first = match renderer {
-                Renderer::Own(_) => renderer.first_options().join(" "),
-                Renderer::Other(program) => program.join(" "),
-            };
-            let options = format!("{first} {}", method.options);
+            let program = renderer.program().iter().map(String::as_str);
+            let words = program.chain(renderer.first_options());
+            let options: Vec<&str> = words.chain([method.options.as_str()]).collect();
+            let options = options.join(" ");
             let (label, summary) = (&method.label, renderer.summary());
             let text = format!(
                 "**{label}** (`{}`): {summary}. {}",

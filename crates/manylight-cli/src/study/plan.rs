@@ -2,6 +2,7 @@
 
 use super::figures::Figure;
 use super::method::Method;
+use super::names::check_names;
 use super::plan_error::{PlanError, PlanText};
 use super::runs::Run;
 use super::scale::at_scale;
@@ -46,7 +47,7 @@ pub(crate) struct Plan {
     #[serde(skip)]
     path: PathBuf,
     #[serde(skip)]
-    text: PlanText,
+    pub(super) text: PlanText,
 }
 
 /// A scene with its reference.
@@ -137,23 +138,6 @@ fn duration<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Duratio
         .map_err(|expected| D::Error::custom(format!("found `{text}`, {expected}")))
 }
 
-/// What names are made of.
-pub(super) const NAMES: &str = "letters, digits, - and _ can";
-
-/// Whether a name is made of what [`NAMES`] says.
-pub(super) fn is_file_name_part(name: &str) -> bool {
-    let fits = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
-    !name.is_empty() && name.chars().all(fits)
-}
-
-/// The known names, the nearest one first.
-pub(super) fn expected<'n>(name: &str, known: impl Iterator<Item = &'n str>) -> String {
-    let mut known: Vec<&str> = known.collect();
-    let nearness = |other: &str| strsim::jaro_winkler(name, other);
-    known.sort_by(|a, b| nearness(b).total_cmp(&nearness(a)));
-    format!("expected one of {}", known.join(", "))
-}
-
 impl Plan {
     /// Reads and checks a plan at one of its scales, the first if none is asked for.
     ///
@@ -172,7 +156,7 @@ impl Plan {
         plan.path = path.to_owned();
         plan.text = text;
         plan.scale = scale;
-        plan.check_names()?;
+        check_names(&plan)?;
         Ok(plan)
     }
 
@@ -243,80 +227,6 @@ impl Plan {
         let help = "options are those of `manylight render`; a task may list its methods";
         Box::new(self.text.problem(&task.name, message, help))
     }
-
-    fn check_names(&self) -> Result<(), Box<PlanError>> {
-        let scenes: Vec<&str> = self.scenes.iter().map(|s| s.name.as_str()).collect();
-        let methods: Vec<&str> = self.methods.iter().map(|m| m.label.as_str()).collect();
-        let tasks: Vec<String> = self.tasks.iter().flat_map(Task::names).collect();
-        let tasks: Vec<&str> = tasks.iter().map(String::as_str).collect();
-        self.check_definitions("scenes", &scenes)?;
-        self.check_definitions("methods", &methods)?;
-        self.check_definitions("tasks", &tasks)?;
-        for task in &self.tasks {
-            if task.budget_values().is_empty() {
-                return Err(Box::new(self.text.problem(
-                    &task.name,
-                    format!("the budgets of the task `{}` have no values", task.name),
-                    "a task has budgets with at least one value, or none at all",
-                )));
-            }
-            self.check_uses("method", task.methods.iter().flatten(), &methods)?;
-            self.check_uses("scene", task.scenes.iter().flatten(), &scenes)?;
-        }
-        for ratio in &self.ratios {
-            self.check_uses("method", [&ratio.of, &ratio.over], &methods)?;
-            self.check_uses("task", [&ratio.task], &tasks)?;
-            if let Some(figure) = ratio.figures().into_iter().find(|f| !f.is_one_number()) {
-                return Err(Box::new(self.text.problem(
-                    figure.name(),
-                    format!("the figure `{}` is not one number", figure.name()),
-                    "ratios are taken of figures such as rmse or peak-memory",
-                )));
-            }
-        }
-        Ok(())
-    }
-
-    fn check_definitions(&self, what: &str, names: &[&str]) -> Result<(), Box<PlanError>> {
-        if names.is_empty() {
-            let message = format!("the plan has no {what}");
-            let help = "scenes, methods and tasks have at least one entry each";
-            return Err(Box::new(self.text.problem(what, message, help)));
-        }
-        for (i, name) in names.iter().enumerate() {
-            if !is_file_name_part(name) {
-                return Err(Box::new(self.text.problem(
-                    name,
-                    format!("among the {what}: the name `{name}` cannot be part of a file's name"),
-                    NAMES,
-                )));
-            }
-            if names[..i].contains(name) {
-                return Err(Box::new(self.text.problem(
-                    name,
-                    format!("among the {what}: `{name}` is there twice"),
-                    "names tell the results apart",
-                )));
-            }
-        }
-        Ok(())
-    }
-
-    fn check_uses<'n>(
-        &self,
-        what: &str,
-        names: impl IntoIterator<Item = &'n String>,
-        known: &[&str],
-    ) -> Result<(), Box<PlanError>> {
-        for name in names {
-            if !known.contains(&name.as_str()) {
-                let message = format!("the plan has no {what} `{name}`");
-                let help = expected(name, known.iter().copied());
-                return Err(Box::new(self.text.problem(name, message, help)));
-            }
-        }
-        Ok(())
-    }
 }
 
 fn is_listed(list: Option<&[String]>, name: &str) -> bool {
@@ -351,7 +261,7 @@ impl Task {
         }
     }
 
-    fn names(&self) -> Vec<String> {
+    pub(super) fn names(&self) -> Vec<String> {
         let budgets = self.budget_values().into_iter();
         budgets.map(|budget| self.name_with(budget)).collect()
     }

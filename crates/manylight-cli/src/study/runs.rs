@@ -1,7 +1,8 @@
 //! One run: a scene by a method under a task, as words for `render`.
 
 use super::method::{Method, Renderer};
-use super::plan::{Scene, Task, expected};
+use super::names::expected;
+use super::plan::{Scene, Task};
 use crate::args::{Cli, Command};
 use crate::failure::Failure;
 use crate::preset;
@@ -104,10 +105,7 @@ impl<'p> Run<'p> {
     /// A number that changes with whatever is asked of the run: scene, reference, options.
     pub(crate) fn fingerprint(&self) -> String {
         let asked = [&self.scene.file, &self.scene.reference];
-        let program: &[String] = match &self.method.renderer {
-            Renderer::Own(_) => &[],
-            Renderer::Other(program) => program,
-        };
+        let program = self.method.renderer.program();
         fnv1a(asked.into_iter().chain(program).chain(&self.words))
     }
 }

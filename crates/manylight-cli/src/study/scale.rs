@@ -1,6 +1,6 @@
 //! Scales: one plan at several sizes. What differs is written as `{name}` in the plan's texts, and every scale says what that means.
 
-use super::plan::{NAMES, expected, is_file_name_part};
+use super::names::{NAMES, expected, is_file_name_part};
 use super::plan_error::{PlanError, PlanText};
 use serde::Deserialize;
 use std::collections::BTreeMap;

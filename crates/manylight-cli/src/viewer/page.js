@@ -389,6 +389,7 @@
     draw();
     const zoom = number("zoom", LEAST_ZOOM, MOST_ZOOM, 0);
     if (zoom === 0) return;
+    // Only now, as the width of a view depends on the layout.
     const { width, height } = state.group;
     const [x, y] = [number("x", 0, width, width / 2), number("y", 0, height, height / 2)];
     Object.assign(state, {

@@ -11,7 +11,8 @@ mod tiles;
 use batches::{BatchCounts, BatchMoments};
 pub use filter::{Filter, FilterSampler, Window};
 pub use sampler::{FilmSample, FilmSampler};
-pub use tiles::{TILE_SIZE, Tile, TileGrid};
+use tiles::TileGrid;
+pub use tiles::{TILE_SIZE, Tile};
 
 use crate::color::Rgb;
 use crate::image::Image;
@@ -189,8 +190,8 @@ impl Film {
             Some(&Layer::Beauty),
             "invariant: every film records the beauty, first"
         );
-        let tiles = TileGrid::new(desc.crop_size, UVec2::ZERO).tiles();
-        let tiles = tiles
+        let tiles = TileGrid::new(desc.crop_size, UVec2::ZERO)
+            .tiles()
             .map(|tile| TileSums {
                 tile,
                 sums: vec![[0.0; 3]; tile.count() * layers.len()],
@@ -237,9 +238,14 @@ impl Film {
         self.passes
     }
 
-    /// The tiles of a pass, moved by so many pixels: see [`TileGrid::new`].
-    pub fn grid(&self, shift: UVec2) -> TileGrid {
+    /// The tiles of a pass, moved up and to the left by so many pixels.
+    fn grid(&self, shift: UVec2) -> TileGrid {
         TileGrid::new(self.desc.crop_size, shift)
+    }
+
+    /// How many tiles a pass has that moves them so: see [`Film::add_shifted_pass`].
+    pub fn tile_count(&self, shift: UVec2) -> usize {
+        self.grid(shift).count()
     }
 
     /// Says that the passes that follow are independent of those before: they make a batch. Passes of one batch may have lights in common,
@@ -268,15 +274,26 @@ impl Film {
         self.batches.count()
     }
 
-    /// Renders one pass: `shade` fills each tile of `grid`, in parallel. Pixels with a non-finite value are dropped and counted in
+    /// Renders one pass: `shade` fills each tile, in parallel. Pixels with a non-finite value are dropped and counted in
     /// `dropped`. When `cancel` turns true before the last tile is done, the pass is discarded and the result is `false`.
     pub fn add_pass(
         &mut self,
-        grid: TileGrid,
         cancel: &AtomicBool,
         dropped: &AtomicU64,
         shade: impl Fn(&mut TileSamples) + Sync,
     ) -> bool {
+        self.add_shifted_pass(UVec2::ZERO, cancel, dropped, shade)
+    }
+
+    /// [`Film::add_pass`] with tiles that are moved up and to the left by so many pixels, modulo [`TILE_SIZE`].
+    pub fn add_shifted_pass(
+        &mut self,
+        shift: UVec2,
+        cancel: &AtomicBool,
+        dropped: &AtomicU64,
+        shade: impl Fn(&mut TileSamples) + Sync,
+    ) -> bool {
+        let grid = self.grid(shift);
         let (slots, stride) = (Slots::new(&self.layers), self.layers.len());
         let tiles: Vec<Tile> = grid.tiles().collect();
         self.pass.resize_with(tiles.len(), Vec::new);
@@ -318,8 +335,7 @@ impl Film {
     /// Adds a pass that was made as a whole picture (light tracing): `pixels` row by row, beauty only.
     pub fn add_frame(&mut self, pixels: &[Rgb], dropped: &AtomicU64) {
         let width = self.picture_size().x;
-        let grid = self.grid(UVec2::ZERO);
-        self.add_pass(grid, &AtomicBool::new(false), dropped, |samples| {
+        self.add_pass(&AtomicBool::new(false), dropped, |samples| {
             for (i, pixel) in samples.tile().pixels().enumerate() {
                 samples.add(
                     i,
@@ -452,8 +468,8 @@ mod tests {
     fn add(film: &mut Film, value: impl Fn(UVec2) -> f32 + Sync, cancel: bool) -> u64 {
         let dropped = AtomicU64::new(0);
         // Tiles may lie elsewhere in each pass.
-        let grid = film.grid(UVec2::new(5, 3) * film.passes());
-        film.add_pass(grid, &AtomicBool::new(cancel), &dropped, |samples| {
+        let shift = UVec2::new(5, 3) * film.passes();
+        film.add_shifted_pass(shift, &AtomicBool::new(cancel), &dropped, |samples| {
             for (i, pixel) in samples.tile().pixels().enumerate() {
                 samples.add(i, Layer::Direct, Rgb::splat(value(pixel)));
                 samples.add(i, Layer::Depth, Rgb::splat(1.0));

@@ -29,7 +29,7 @@ impl Tile {
 
 /// The crop window divided into tiles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct TileGrid {
+pub(super) struct TileGrid {
     /// Of the window.
     size: UVec2,
     /// How far the first tile begins left of and above the window; less than [`TILE_SIZE`].
@@ -38,7 +38,7 @@ pub struct TileGrid {
 
 impl TileGrid {
     /// For a window of `size` pixels, moved up and to the left by so many pixels, which count modulo [`TILE_SIZE`].
-    pub fn new(size: UVec2, shift: UVec2) -> Self {
+    pub(super) fn new(size: UVec2, shift: UVec2) -> Self {
         TileGrid {
             size,
             shift: shift % TILE_SIZE,
@@ -52,12 +52,12 @@ impl TileGrid {
     }
 
     /// How many tiles there are.
-    pub fn count(self) -> usize {
+    pub(super) fn count(self) -> usize {
         (self.counts().x * self.counts().y) as usize
     }
 
     /// The tiles, row by row.
-    pub fn tiles(self) -> impl Iterator<Item = Tile> {
+    pub(super) fn tiles(self) -> impl Iterator<Item = Tile> {
         let counts = self.counts();
         (0..counts.y).flat_map(move |y| (0..counts.x).map(move |x| self.tile(UVec2::new(x, y))))
     }

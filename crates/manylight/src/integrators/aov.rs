@@ -16,7 +16,7 @@ pub(super) fn render_pass(
     film: &mut Film,
 ) -> bool {
     let positions = film.desc().sampler();
-    run.shade(film, film.grid(UVec2::ZERO), |samples| {
+    run.shade(film, UVec2::ZERO, |samples| {
         for (i, pixel) in samples.tile().pixels().enumerate() {
             let mut sampler = run.pass.sampler(Stream::Pixel, positions.index(pixel));
             let at = positions.sample(pixel, sampler.next_2d());

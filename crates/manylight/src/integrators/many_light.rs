@@ -91,8 +91,7 @@ impl ManyLight {
         }
         let set = kept.get_or_insert_with(|| self.prepare(scene, limits, passes, run));
         let positions = film.desc().sampler();
-        let grid = film.grid(self.grid_shift(run.pass));
-        run.shade(film, grid, |samples| {
+        run.shade(film, self.tile_shift(run.pass), |samples| {
             set.shade_tile(run, &positions, samples);
         })
     }
@@ -118,9 +117,9 @@ impl ManyLight {
         start..start + count
     }
 
-    /// Where the tiles of a pass begin: the points of a tile have one cut, whose error is theirs together, so that borders would remain if they
+    /// By how much the tiles of a pass are moved: the points of a tile have one cut, whose error is theirs together, so that borders would remain if they
     /// were the same in all passes.
-    fn grid_shift(&self, pass: Pass) -> UVec2 {
+    fn tile_shift(&self, pass: Pass) -> UVec2 {
         match self.strategy {
             Strategy::All => UVec2::ZERO,
             Strategy::Cuts(_) => {

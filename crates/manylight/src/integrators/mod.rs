@@ -26,7 +26,8 @@ pub use photon_map::PhotonMap;
 
 use crate::bsdf::{BsdfSample, Lobes};
 use crate::color::Rgb;
-use crate::film::{Film, Layer, TileGrid, TileSamples};
+use crate::film::{Film, Layer, TileSamples};
+use crate::math::UVec2;
 use crate::sampling::{Pass, Sampler};
 use crate::scene::{PathLimits, Scene};
 use crate::stats::Stats;
@@ -71,20 +72,20 @@ pub struct PassContext<'a> {
 }
 
 impl PassContext<'_> {
-    /// [`Film::add_pass`] with progress, as the stage "shade".
+    /// [`Film::add_shifted_pass`] with progress, as the stage "shade".
     fn shade(
         &self,
         film: &mut Film,
-        grid: TileGrid,
+        shift: UVec2,
         shade: impl Fn(&mut TileSamples) + Sync,
     ) -> bool {
         let done = &self.stats.tiles_done;
         done.store(0, Ordering::Relaxed);
         self.stats
             .tiles
-            .store(grid.count() as u64, Ordering::Relaxed);
+            .store(film.tile_count(shift) as u64, Ordering::Relaxed);
         self.stats.time("shade", || {
-            film.add_pass(grid, self.cancel, &self.stats.dropped_samples, |samples| {
+            film.add_shifted_pass(shift, self.cancel, &self.stats.dropped_samples, |samples| {
                 shade(samples);
                 Stats::count(done, 1);
             })

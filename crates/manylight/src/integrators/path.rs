@@ -27,7 +27,7 @@ pub(super) fn render_pass(
     film: &mut Film,
 ) -> bool {
     let positions = film.desc().sampler();
-    run.shade(film, film.grid(UVec2::ZERO), |samples| {
+    run.shade(film, UVec2::ZERO, |samples| {
         let start = |(index, pixel)| {
             let mut sampler = run.pass.sampler(Stream::Pixel, positions.index(pixel));
             let at = positions.sample(pixel, sampler.next_2d());

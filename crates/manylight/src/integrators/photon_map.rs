@@ -119,7 +119,7 @@ impl PhotonMap {
             eye_paths: self.eye_paths(film.picture_size()),
         };
         let positions = film.desc().sampler();
-        run.shade(film, film.grid(UVec2::ZERO), |samples| {
+        run.shade(film, UVec2::ZERO, |samples| {
             view.shade_tile(run, &positions, samples)
         })
     }

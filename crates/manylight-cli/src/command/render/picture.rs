@@ -86,22 +86,16 @@ mod tests {
             desc,
             &[Layer::Beauty, Layer::Direct, Layer::Normal, Layer::Depth],
         );
-        let grid = film.grid(UVec2::ZERO);
-        film.add_pass(
-            grid,
-            &AtomicBool::new(false),
-            &AtomicU64::new(0),
-            |samples| {
-                for (i, pixel) in samples.tile().pixels().enumerate() {
-                    samples.add(
-                        i,
-                        Layer::Direct,
-                        Rgb::new(pixel.x as f32, pixel.y as f32, 2.0),
-                    );
-                    samples.add(i, Layer::Depth, Rgb::splat(5.0));
-                }
-            },
-        );
+        film.add_pass(&AtomicBool::new(false), &AtomicU64::new(0), |samples| {
+            for (i, pixel) in samples.tile().pixels().enumerate() {
+                samples.add(
+                    i,
+                    Layer::Direct,
+                    Rgb::new(pixel.x as f32, pixel.y as f32, 2.0),
+                );
+                samples.add(i, Layer::Depth, Rgb::splat(5.0));
+            }
+        });
         let picture = from_film(&film, vec![("a".into(), "b".into())]);
         let names: Vec<&str> = picture
             .layers
