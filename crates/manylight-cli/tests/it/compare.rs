@@ -4,7 +4,13 @@ use crate::support::{BOX, Folder};
 use manylight_io::image::{Layer, Picture, write_image};
 
 /// 8 x 8 pixels of one value; optionally with variance, and with an emitter in the upper half.
-fn write(folder: &Folder, name: &str, value: f32, variance: Option<f32>, emission: bool) {
+pub(crate) fn write(
+    folder: &Folder,
+    name: &str,
+    value: f32,
+    variance: Option<f32>,
+    emission: bool,
+) {
     let mut layers = vec![layer("", |_| value)];
     layers.extend(variance.map(|v| layer("variance", |_| v)));
     if emission {

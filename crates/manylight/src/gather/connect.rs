@@ -353,8 +353,7 @@ impl<'a, 'b, 's> Sum<'a, 'b, 's> {
         let light = &self.lights.field.lights()[id.index()];
         let reach = &self.lights.reaches[id.index()];
         let is_sphere = self.gather.kernel == Kernel::Sphere;
-        let stands_for = self.gather.stands_for(self.batches[0].lights) / self.gather.finer;
-        let radius = sphere_radius(light, stands_for);
+        let radius = sphere_radius(light, self.gather.surfaces(self.batches[0].lights));
         let mut views = [Views::default(); BATCHES];
         for (views, batch) in views.iter_mut().zip(self.batches) {
             let to = batch.towards(w, light.p);
@@ -515,8 +514,7 @@ impl<'a, 'b, 's> Sum<'a, 'b, 's> {
             return ([w.splat(0.0); 3], w.splat(1.0));
         }
         let f_cos = batch.receivers.f_cos_wi(w, &directions, active);
-        let stands_for = self.gather.stands_for(batch.lights);
-        let area = part.area * stands_for / self.gather.finer;
+        let area = part.area * self.gather.surfaces(batch.lights);
         let clamp = if self.lights.field.reflects(source.id) {
             self.gather.clamp
         } else {

@@ -86,17 +86,33 @@ pub struct ShadingPoint<'s> {
 pub struct Selection {
     first: u32,
     step: u32,
+    /// Points whose mean counts and among which the lights are divided.
+    points: u32,
 }
 
 impl Selection {
     /// Every light.
-    pub const ALL: Selection = Selection { first: 0, step: 1 };
+    pub const ALL: Selection = Selection {
+        first: 0,
+        step: 1,
+        points: 1,
+    };
 
     /// These lights are divided among `step` selections; this is the one with index `k`, counted round.
     pub fn part(self, k: u32, step: u32) -> Self {
         Selection {
             first: self.first + self.step * (k % step),
             step: self.step * step,
+            points: self.points,
+        }
+    }
+
+    /// The same for point `k` of so many whose mean counts. To the clamp a light has its own surface then: what it adds to the mean is as
+    /// if all lights were summed at each of the points.
+    pub fn divided(self, k: u32, points: u32) -> Self {
+        Selection {
+            points: self.points * points,
+            ..self.part(k, points)
         }
     }
 
@@ -111,10 +127,16 @@ impl Selection {
         self.indices(lights).len()
     }
 
-    /// For how many lights each selected one stands: its light counts so many times, and the clamp sees so many times its surface.
+    /// For how many lights each selected one stands: its light counts so many times.
     #[inline]
     pub fn stands_for(self) -> f32 {
         self.step as f32
+    }
+
+    /// Of how many lights the clamp sees the surface.
+    #[inline]
+    fn surfaces(self) -> f32 {
+        self.step as f32 / self.points as f32
     }
 }
 
@@ -274,6 +296,16 @@ impl Gather {
         }
     }
 
+    /// Of how many lights it has the surface, beside the clamp.
+    #[inline(always)]
+    fn surfaces(&self, selection: Selection) -> f32 {
+        let surfaces = match self.strategy {
+            Strategy::All => selection.surfaces(),
+            Strategy::Cuts(_) => 1.0,
+        };
+        surfaces / self.finer
+    }
+
     /// Share of the light that the piece of an emitter at `y` with normal `n`, which stands for so much `area` in m², should send to `at` and the sum lacks,
     /// because the clamp takes it. `f_cos` as for [`Gather::missing`].
     pub fn missing_of_emitter(
@@ -333,7 +365,7 @@ impl Gather {
             f_cos: f_cos(w),
             n_x: at.n,
             n_y,
-            area: area * self.stands_for(at.lights) / self.finer,
+            area: area * self.surfaces(at.lights),
         })
     }
 }

@@ -23,7 +23,7 @@ pub(super) fn render_pass(
             let camera = scene.sensor.ray(at.position, sampler.next_2d());
             let mut walk = Walk::from_sensor(scene, limits, camera.ray, Rgb::WHITE);
             if let Step::Hit(v) = walk.advance() {
-                first_surface(&v, &mut sampler, i, samples);
+                first_surface(&v, 1.0, &mut sampler, i, samples);
             }
         }
     })

@@ -51,6 +51,9 @@ impl LightSet<'_> {
         found: &mut Neighbors,
         f: impl Fn(&P) -> Rgb,
     ) -> Rgb {
+        if point.photons == 0.0 {
+            return Rgb::BLACK;
+        }
         let x = &point.at.x;
         let n = point.at.lit_from.unwrap_or(x.normal_towards(point.at.wo));
         let receiver = Receiver { p: x.p, n };
@@ -71,7 +74,7 @@ impl LightSet<'_> {
             Stage::BeforeX => PROBES,
             Stage::AfterX | Stage::Decided(_) => FEW_PROBES,
         };
-        sum / covered(&self.scene.geometry, receiver, radius, probes, turn)
+        sum * (point.photons / covered(&self.scene.geometry, receiver, radius, probes, turn))
     }
 
     /// Largest radius of an estimate at the end of an eye path of the given length, in m: some pixels.

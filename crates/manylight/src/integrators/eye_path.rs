@@ -5,19 +5,21 @@ use super::carried::share_of_directions;
 use super::first_surface;
 use super::light_set::LightSet;
 use super::partition::Stage;
-use super::smooth_light::{Branch, DIRECTIONS};
+use super::smooth_light::{Branch, DIRECTIONS, Directions};
 use crate::bsdf::{BsdfNumbers, Lobes};
 use crate::color::Rgb;
 use crate::film::{Layer, TileSamples};
 use crate::gather::{Selection, ShadingPoint, Strategy};
 use crate::maps::{INCIDENT_NEIGHBORS, Neighbors};
 use crate::math::Vec3;
-use crate::sampling::{Pass, Sampler, Stream};
+use crate::sampling::{Pass, Sampler, Spread, Stream};
 use crate::transport::direct::{EmitterSample, LightPlan, found_environment, found_radiance};
 use crate::transport::{Step, Vertex, Walk};
 
-/// The first specular event of an eye path splits it in so many, each with that part of the lights and directions: narrow lobes
-/// and the choice between reflection and refraction are noise otherwise.
+/// Eye paths that a pixel starts with, each with that part of its lights and directions: edges and textures are noise otherwise. Cuts are
+/// made for each point, so that one must do.
+const STARTS: u32 = 4;
+/// Those that it has after the first specular event: narrow lobes and the choice between reflection and refraction are noise otherwise.
 const SPLIT: u32 = 8;
 /// A specular branch goes on with probability `throughput x this`, at most 1: the weakest are followed rarely.
 const BRANCH_SURVIVAL: f32 = 64.0;
@@ -36,12 +38,17 @@ pub(super) struct Gathering<'s> {
     pub(super) reach: f32,
     /// See [`Branch::broad`].
     pub(super) broad: f32,
+    /// How many times density estimates count here: photons change little within a pixel, so that one of its eye paths asks for them.
+    pub(super) photons: f32,
 }
 
 /// One in so many lights is enough where a small part of the light is looked for.
 const FEW: u32 = 8;
 /// Which ones is a choice among so many in turn, the same in all tiles of a pass: points of the same choice go through lights together.
 const FEW_CHOICES: u32 = 4;
+
+/// Squared distance in parts of the surface per light within which that is taken for the same.
+const NEAR_SURFACE: f32 = 0.1;
 
 /// Hands out few lights.
 struct Few {
@@ -68,6 +75,8 @@ pub(super) struct EyePaths<'s, 'o, 't> {
     /// Visibility tests.
     pub(super) shadow_rays: u64,
     pub(super) found: Neighbors,
+    /// Where the surface per light was last asked for, and what it was, in m².
+    asked: Option<(Vec3, f32)>,
     few: Few,
 }
 
@@ -90,8 +99,43 @@ impl<'s, 'o, 't> EyePaths<'s, 'o, 't> {
             points: Vec::new(),
             shadow_rays: 0,
             found: Neighbors::new(INCIDENT_NEIGHBORS),
+            asked: None,
         }
     }
+}
+
+/// How many eye paths a pixel starts with.
+pub(super) fn starts(strategy: Strategy) -> u32 {
+    match strategy {
+        Strategy::All => STARTS,
+        Strategy::Cuts(_) => 1,
+    }
+}
+
+/// The random numbers that the eye paths of a pixel share, so that all together fill their domains evenly.
+#[derive(Clone, Copy)]
+pub(super) struct PixelNumbers {
+    events: Spread,
+    pub(super) emitters: Spread,
+    pub(super) directions: Spread,
+}
+
+impl PixelNumbers {
+    pub(super) fn draw(sampler: &mut Sampler) -> Self {
+        PixelNumbers {
+            events: sampler.next_spread(),
+            emitters: sampler.next_spread(),
+            directions: sampler.next_spread(),
+        }
+    }
+}
+
+/// One of the eye paths of a pixel.
+#[derive(Clone, Copy)]
+pub(super) struct Part {
+    pub(super) index: u32,
+    /// How many there are.
+    pub(super) of: u32,
 }
 
 /// One eye path.
@@ -100,13 +144,13 @@ pub(super) struct EyePath<'p, 's, 'o, 't> {
     /// The lights of this pass.
     pub(super) lights: Selection,
     walk: Walk<'s>,
-    pub(super) sampler: Sampler,
+    pub(super) sampler: &'p mut Sampler,
+    numbers: PixelNumbers,
     pub(super) pixel: usize,
     pub(super) paths: &'p mut EyePaths<'s, 'o, 't>,
     /// In m.
     length: f32,
-    /// Which of [`SPLIT`] paths this is; `None` before the first specular event.
-    part: Option<u32>,
+    part: Part,
 }
 
 /// What a walk counts for roulette: its throughput, freed of the η² that refraction puts into radiance.
@@ -114,25 +158,33 @@ pub(super) fn weight(walk: &Walk) -> f32 {
     walk.throughput().max_channel() * walk.eta_squared()
 }
 
+/// Where an eye path starts.
+pub(super) struct Start<'s> {
+    pub(super) walk: Walk<'s>,
+    pub(super) pixel: usize,
+    pub(super) part: Part,
+    pub(super) numbers: PixelNumbers,
+}
+
 impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
-    /// The path that `walk` starts, for one pixel of the tile.
+    /// The path with that start under the given lights of the set.
     pub(super) fn new(
         set: &'p LightSet<'s>,
         lights: Selection,
-        walk: Walk<'s>,
-        sampler: Sampler,
-        pixel: usize,
+        start: Start<'s>,
+        sampler: &'p mut Sampler,
         paths: &'p mut EyePaths<'s, 'o, 't>,
     ) -> Self {
         EyePath {
             set,
             lights,
-            walk,
+            walk: start.walk,
             sampler,
-            pixel,
+            numbers: start.numbers,
+            pixel: start.pixel,
             paths,
             length: 0.0,
-            part: None,
+            part: start.part,
         }
     }
 
@@ -150,7 +202,7 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
             };
             self.length += v.distance;
             if v.segments == 1 {
-                first_surface(&v, &mut self.sampler, self.pixel, self.paths.out);
+                self.first_surface(&v);
             }
             let found = found_radiance(scene, self.walk.previous(), &v.x, v.w_prev);
             self.add(Layer::Emission, self.walk.throughput() * found);
@@ -162,16 +214,12 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
             }
             self.narrow_emission(&v);
             if v.bsdf.lobes().has(Lobes::SMOOTH) {
-                let branch = self.branch();
-                match self.part {
-                    Some(part) => {
-                        let lights = self.lights.part(part, SPLIT);
-                        self.smooth_light(&v, branch, lights, DIRECTIONS / SPLIT);
-                    }
-                    None => self.smooth_light(&v, branch, self.lights, DIRECTIONS),
-                }
+                let Part { index, of } = self.part;
+                let lights = self.lights.divided(index, of);
+                let directions = Directions::of_part(index, DIRECTIONS / of, self.numbers);
+                self.smooth_light(&v, self.branch(), lights, &directions);
             }
-            if self.part.is_none() {
+            if self.part.of < SPLIT {
                 return self.split(&v);
             }
             let numbers = self.sampler.next_bsdf();
@@ -181,19 +229,25 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
         }
     }
 
+    /// The layers that describe the first surface are means over the starts of a pixel.
+    fn first_surface(&mut self, v: &Vertex) {
+        let share = 1.0 / self.part.of as f32;
+        first_surface(v, share, self.sampler, self.pixel, self.paths.out);
+    }
+
     /// Goes on from `v` on several paths.
     fn split(&mut self, v: &Vertex<'s>) {
         if !v.bsdf.lobes().has(Lobes::SPECULAR) {
             return;
         }
-        self.walk.scale(1.0 / SPLIT as f32);
+        let branches = SPLIT / self.part.of;
+        self.walk.scale(1.0 / branches as f32);
         let (walk, length) = (self.walk.clone(), self.length);
-        let numbers = self.sampler.next_spread();
-        let first = (self.sampler.next_1d() * SPLIT as f32) as u32;
-        for i in 0..SPLIT {
+        let first = self.part.index * branches;
+        for index in first..first + branches {
             (self.walk, self.length) = (walk.clone(), length);
-            self.part = Some(first + i);
-            let (lobe, direction) = numbers.triple(i);
+            self.part = Part { index, of: SPLIT };
+            let (lobe, direction) = self.numbers.events.triple(index);
             if self.follow_specular(v, BsdfNumbers { lobe, direction }) {
                 self.trace();
             }
@@ -205,17 +259,39 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
         self.paths.few.next(self.lights)
     }
 
+    /// The surface per light around `p`, about, in m²; what it is nearby will do.
+    pub(super) fn surface_per_light(&mut self, p: Vec3) -> f32 {
+        if let Some((place, area)) = self.paths.asked
+            && place.distance_squared(p) < NEAR_SURFACE * area
+        {
+            return area;
+        }
+        let area = self.set.lights.field.surface_per_light(p);
+        self.paths.asked = Some((p, area));
+        area
+    }
+
     /// What follows from the end of the eye path.
     fn branch(&self) -> Branch<'s> {
         Branch {
             walk: self.walk.clone(),
             stage: Stage::BeforeX,
             lit_from: None,
-            full: weight(&self.walk) / DIRECTIONS as f32,
+            full: weight(&self.walk) * self.part.of as f32 / DIRECTIONS as f32,
             reach: self.set.caustic_reach(self.length),
             broad: f32::INFINITY,
             found: 1.0,
             summed: None,
+            photons: self.photons(),
+        }
+    }
+
+    /// Before the first specular event the first of the eye paths of a pixel asks for photons, for all.
+    fn photons(&self) -> f32 {
+        match self.part {
+            Part { of: SPLIT, .. } => 1.0,
+            Part { index: 0, of } => of as f32,
+            Part { .. } => 0.0,
         }
     }
 
@@ -226,7 +302,7 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
     /// The direct light of near-delta lobes belongs to the emission: the walk that follows them is the other half of it.
     fn narrow_emission(&mut self, v: &Vertex) {
         if v.bsdf.lobes().has(Lobes::NEAR_DELTA) {
-            let plan = LightPlan::draw(self.set.scene, &mut self.sampler);
+            let plan = LightPlan::draw(self.set.scene, self.sampler);
             let pdf_walk = |wi| v.bsdf.pdf_wi(wi, v.w_prev, Lobes::SPECULAR);
             if let Some(radiance) = self.emitter_light(v, Lobes::NEAR_DELTA, None, &plan, pdf_walk)
             {

@@ -3,7 +3,7 @@
 use super::PassContext;
 use super::carried::{CARRIED_NEIGHBORS, Carried};
 use super::caustics::CAUSTIC_NEIGHBORS;
-use super::eye_path::{EyePath, EyePaths, Gathering};
+use super::eye_path::{EyePath, EyePaths, Gathering, Part, PixelNumbers, Start, starts};
 use super::partition::Stage;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
@@ -180,21 +180,30 @@ impl<'s> LightSet<'s> {
     ) {
         let lights = self.selection(run.pass.index);
         let mut paths = EyePaths::new(self, run.pass, out);
+        let starts = starts(self.gather.strategy);
         for (i, pixel) in paths.out.tile().pixels().enumerate() {
             let mut sampler = run.pass.sampler(Stream::Pixel, positions.index(pixel));
-            // Few passes must do: their positions in the pixel are spread, so that edges are smooth.
-            let film = positions.sample(
-                pixel,
-                run.pass.spread_2d(Stream::Pixel, positions.index(pixel)),
-            );
-            let camera = self.scene.sensor.ray(film.position, sampler.next_2d());
-            let walk = Walk::from_sensor(
-                self.scene,
-                self.limits,
-                camera.ray,
-                Rgb::splat(camera.weight * film.weight),
-            );
-            EyePath::new(self, lights, walk, sampler, i, &mut paths).trace();
+            let numbers = PixelNumbers::draw(&mut sampler);
+            for index in 0..starts {
+                // Few passes must do: their positions in the pixel are spread, so that edges are smooth.
+                let number = positions.index(pixel);
+                let u = (run.pass).spread_2d_in_parts(Stream::Pixel, number, index, starts);
+                let film = positions.sample(pixel, u);
+                let camera = self.scene.sensor.ray(film.position, sampler.next_2d());
+                let weight = camera.weight * film.weight / starts as f32;
+                let start = Start {
+                    walk: Walk::from_sensor(
+                        self.scene,
+                        self.limits,
+                        camera.ray,
+                        Rgb::splat(weight),
+                    ),
+                    pixel: i,
+                    part: Part { index, of: starts },
+                    numbers,
+                };
+                EyePath::new(self, lights, start, &mut sampler, &mut paths).trace();
+            }
         }
         let EyePaths {
             points,

@@ -173,26 +173,30 @@ impl<'s> Renderer<'s> {
     }
 }
 
-/// Fills the layers that describe the first surface of a camera path. The albedo is the reflectance towards the viewer, as the
-/// weight of one sampled direction: its mean over passes is right, and a Lambertian surface has it at once.
-fn first_surface(v: &Vertex, sampler: &mut Sampler, index: usize, out: &mut TileSamples) {
+/// Fills the layers that describe the first surface of a camera path, one of several of the pixel that count `share` each. The albedo is the
+/// reflectance towards the viewer, as the weight of one sampled direction: its mean over passes is right, and a Lambertian surface has it at once.
+fn first_surface(
+    v: &Vertex,
+    share: f32,
+    sampler: &mut Sampler,
+    index: usize,
+    out: &mut TileSamples,
+) {
     let sample = v.bsdf.sample_wi(v.w_prev, sampler.next_bsdf(), Lobes::ALL);
-    first_surface_sampled(v, sample.as_ref(), index, out);
+    first_surface_sampled(v, share, sample.as_ref(), index, out);
 }
 
 /// [`first_surface`] with the direction that the path goes on along.
 fn first_surface_sampled(
     v: &Vertex,
+    share: f32,
     sample: Option<&BsdfSample>,
     index: usize,
     out: &mut TileSamples,
 ) {
     let n = v.x.frame.n;
-    out.add(index, Layer::Normal, Rgb::new(n.x, n.y, n.z));
-    out.add(index, Layer::Depth, Rgb::splat(v.distance));
-    out.add(
-        index,
-        Layer::Albedo,
-        sample.map_or(Rgb::BLACK, |s| s.weight),
-    );
+    let albedo = sample.map_or(Rgb::BLACK, |s| s.weight);
+    out.add(index, Layer::Normal, Rgb::new(n.x, n.y, n.z) * share);
+    out.add(index, Layer::Depth, Rgb::splat(v.distance * share));
+    out.add(index, Layer::Albedo, albedo * share);
 }

@@ -183,7 +183,7 @@ impl Path<'_> {
             .bsdf
             .sample_wi(v.w_prev, self.sampler.next_bsdf(), Lobes::ALL);
         if v.segments == 1 {
-            first_surface_sampled(&v, sample.as_ref(), self.index, out);
+            first_surface_sampled(&v, 1.0, sample.as_ref(), self.index, out);
         }
         if ends {
             return false;

@@ -287,7 +287,7 @@ impl<'s> EyePaths<'_, 's, '_, '_> {
             }
             let v = hit?;
             if v.segments == 1 && path.describes {
-                first_surface(&v, &mut path.sampler, path.index, self.out);
+                first_surface(&v, 1.0, &mut path.sampler, path.index, self.out);
             }
             if !limits.allow(v.segments + 1) {
                 return None;

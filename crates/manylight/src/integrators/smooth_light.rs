@@ -16,7 +16,7 @@
 //! many photons, so that the clamp asks whose a photon at `y` would be.
 
 use super::carried::{broad, share_of_directions};
-use super::eye_path::{EyePath, Gathering, MAX_CHAIN, weight};
+use super::eye_path::{EyePath, Gathering, MAX_CHAIN, PixelNumbers, weight};
 use super::guided::{draw_direction, guide_at, guided_pdf};
 use super::light_set::{Complement, LightSet};
 use super::partition::Stage;
@@ -26,11 +26,12 @@ use crate::emitters::PieceCounts;
 use crate::gather::{DirectLight, Owner, Selection, ShadingPoint, Viewpoint};
 use crate::maps::IncidentGuide;
 use crate::math::Vec3;
+use crate::sampling::{Sampler, Spread};
 use crate::transport::direct::{LightPlan, found_environment, found_radiance};
 use crate::transport::{Step, Vertex, Walk};
 use crate::virtual_lights::Spot;
 
-/// Directions drawn at each gathering point of an eye path, and samples of its emitters: cheap beside the sum over all lights,
+/// Directions drawn where the eye paths of a pixel end, and samples of emitters there: cheap beside the sum over all lights,
 /// and without them their noise would show.
 pub(super) const DIRECTIONS: u32 = 16;
 /// Of the directions, so many may go on by specular events: they find bright things in narrow lobes.
@@ -67,6 +68,38 @@ pub(super) struct Branch<'s> {
     pub(super) found: f32,
     /// On that way: where it comes from, if lights on emitters were summed there.
     pub(super) summed: Option<SummedAt>,
+    /// See [`Gathering::photons`].
+    pub(super) photons: f32,
+}
+
+/// Directions that look for light at a gathering point.
+pub(super) struct Directions {
+    count: u32,
+    /// Numbers for emitters and for lobes are those from this index on.
+    first: u32,
+    emitters: Spread,
+    lobes: Spread,
+}
+
+impl Directions {
+    /// Those of part `index` of a pixel, each of which has `count`.
+    pub(super) fn of_part(index: u32, count: u32, numbers: PixelNumbers) -> Self {
+        Directions {
+            count,
+            first: index * count,
+            emitters: numbers.emitters,
+            lobes: numbers.directions,
+        }
+    }
+
+    fn one(sampler: &mut Sampler) -> Self {
+        Directions {
+            count: 1,
+            first: 0,
+            emitters: sampler.next_spread(),
+            lobes: sampler.next_spread(),
+        }
+    }
 }
 
 /// A point from where a direction completes the sum over lights on emitters.
@@ -96,29 +129,27 @@ impl<'s> EyePath<'_, 's, '_, '_> {
         v: &Vertex<'s>,
         mut branch: Branch<'s>,
         lights: Selection,
-        directions: u32,
+        directions: &Directions,
     ) {
         let direct = self.direct_at(&branch);
         let at = self.gather_at(v, &branch, lights, direct);
         let completes = self.set.complement == Complement::KolligKeller;
-        let surface = (completes && directions >= ASKING_DIRECTIONS)
-            .then(|| ASKED_SURFACE * self.set.lights.field.surface_per_light(at.x.p));
+        let surface = (completes && directions.count >= ASKING_DIRECTIONS)
+            .then(|| ASKED_SURFACE * self.surface_per_light(at.x.p));
         // Sums need no directions to what is far.
         let guide = match direct {
             DirectLight::Sampled => guide_at(&self.set.incident, v, &mut self.paths.found),
             DirectLight::Summed => None,
         };
-        branch.walk.scale(1.0 / directions as f32);
-        let (for_emitters, for_directions) =
-            (self.sampler.next_spread(), self.sampler.next_spread());
-        for i in 0..directions {
+        branch.walk.scale(1.0 / directions.count as f32);
+        for i in 0..directions.count {
             if direct == DirectLight::Sampled {
-                let (u_choice, u) = for_emitters.triple(i);
+                let (u_choice, u) = directions.emitters.triple(directions.first + i);
                 let plan = LightPlan::new(self.set.scene, u_choice, u);
                 self.emitters_at(v, &branch, guide.as_ref(), &plan);
             }
-            let (lobe, direction) = for_directions.triple(i);
-            let u = (i as f32 + self.sampler.next_1d()) / directions as f32;
+            let (lobe, direction) = directions.lobes.triple(directions.first + i);
+            let u = (i as f32 + self.sampler.next_1d()) / directions.count as f32;
             let sample = draw_direction(
                 v,
                 guide.as_ref(),
@@ -182,6 +213,7 @@ impl<'s> EyePath<'_, 's, '_, '_> {
             stage: branch.stage,
             reach: branch.reach,
             broad: branch.broad,
+            photons: branch.photons,
         });
         at
     }
@@ -203,6 +235,7 @@ impl<'s> EyePath<'_, 's, '_, '_> {
             return;
         }
         branch.stage = branch.stage.after(Lobes::DIFFUSE);
+        branch.photons = 1.0;
         let f_cos = v.bsdf.f_cos_wi(wi, v.w_prev, Lobes::SMOOTH);
         branch.found = share_of_directions(branch.broad, f_cos);
         let pieces = self.set.pieces;
@@ -263,8 +296,8 @@ impl<'s> EyePath<'_, 's, '_, '_> {
             .walk
             .scale(if transmits { 2.0 * missing } else { missing });
         if self.survive(&mut branch, missing / asked) {
-            let few = self.few_lights();
-            self.smooth_light(y, branch, few, 1);
+            let (few, direction) = (self.few_lights(), Directions::one(self.sampler));
+            self.smooth_light(y, branch, few, &direction);
         }
     }
 
@@ -307,8 +340,8 @@ impl<'s> EyePath<'_, 's, '_, '_> {
                 None => return,
             }
             if y.bsdf.lobes().has(Lobes::SMOOTH) {
-                let few = self.few_lights();
-                self.smooth_light(&y, branch.clone(), few, 1);
+                let (few, direction) = (self.few_lights(), Directions::one(self.sampler));
+                self.smooth_light(&y, branch.clone(), few, &direction);
             }
         }
     }

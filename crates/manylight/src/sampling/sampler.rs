@@ -40,8 +40,14 @@ impl Pass {
     /// Two numbers of item `index`, uniform over renders, that fill the square evenly over passes. The spread over passes then
     /// overstates the variance of the mean, never understates it.
     pub fn spread_2d(self, stream: Stream, index: u64) -> Vec2 {
+        self.spread_2d_in_parts(stream, index, 0, 1)
+    }
+
+    /// The same for part `k` of `parts` that the pass is divided into: all parts of all passes fill the square evenly.
+    pub fn spread_2d_in_parts(self, stream: Stream, index: u64, k: u32, parts: u32) -> Vec2 {
         let start = Sampler::new(self.seed, u32::MAX, stream, index).next_2d();
-        Vec2::from(spread(start.to_array(), R2, self.index))
+        let step = u64::from(self.index) * u64::from(parts) + u64::from(k);
+        Vec2::from(spread(start.to_array(), R2, step as u32))
     }
 }
 
