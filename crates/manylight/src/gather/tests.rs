@@ -127,6 +127,46 @@ fn assert_sums_agree(scene: &Scene, form: Option<GlossyForm>, limits: PathLimits
     assert!(rays > 1000);
 }
 
+/// One point stands for four here: then their mean is the sum over all lights, whatever the clamp. Four choices of lights for a point by itself
+/// are clamped as lights of four times the surface.
+#[test]
+fn lights_divided_among_points_are_clamped_as_all_of_them() {
+    let scene = glossy_box(20).build();
+    let lights = lights(&scene, table(16), UNLIMITED);
+    let gather = Gather {
+        kernel: Kernel::Disc,
+        strategy: Strategy::All,
+        clamp: Clamp::Auto(1.0),
+        finer: 1.0,
+    };
+    let mut points = points(&scene, false);
+    let mut sum = |lights_there: Selection| -> Vec<Rgb> {
+        points.iter_mut().for_each(|at| at.lights = lights_there);
+        let sums = gather.sum(&scene, &lights, &points);
+        sums.iter().map(|sum| sum.radiance).collect()
+    };
+    let all = sum(Selection::ALL);
+    let mut mean = |of: &dyn Fn(u32) -> Selection| {
+        let mut mean = vec![Rgb::BLACK; all.len()];
+        for k in 0..4 {
+            for (m, s) in mean.iter_mut().zip(sum(of(k))) {
+                *m += s * 0.25;
+            }
+        }
+        mean
+    };
+    let divided = mean(&|k| Selection::ALL.divided(k, 4));
+    let alone = mean(&|k| Selection::ALL.part(k, 4));
+    let mut darker = 0;
+    for ((all, divided), alone) in all.iter().zip(&divided).zip(&alone) {
+        let [a, d, s] = [all, divided, alone].map(|radiance| radiance.luminance());
+        assert!((d / a - 1.0).abs() < 1e-4, "{d} and {a}");
+        assert!(s < a * 1.0001, "{s} and {a}");
+        darker += u32::from(s < 0.99 * a);
+    }
+    assert!(darker > 50, "{darker}");
+}
+
 /// A room with coats smooth and rough, metals and glass, so that every form of receiver is there.
 fn many_materials() -> Scene {
     let mut b = glossy_box(24);
