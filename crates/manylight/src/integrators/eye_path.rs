@@ -143,14 +143,15 @@ pub(super) struct EyePath<'p, 's, 'o, 't> {
     pub(super) set: &'p LightSet<'s>,
     /// The lights of this pass.
     pub(super) lights: Selection,
-    walk: Walk<'s>,
+    pub(super) walk: Walk<'s>,
     pub(super) sampler: &'p mut Sampler,
-    numbers: PixelNumbers,
+    pub(super) numbers: PixelNumbers,
+    /// Of the tile.
     pub(super) pixel: usize,
     pub(super) paths: &'p mut EyePaths<'s, 'o, 't>,
     /// In m.
-    length: f32,
-    part: Part,
+    pub(super) length: f32,
+    pub(super) part: Part,
 }
 
 /// What a walk counts for roulette: its throughput, freed of the η² that refraction puts into radiance.
@@ -158,36 +159,7 @@ pub(super) fn weight(walk: &Walk) -> f32 {
     walk.throughput().max_channel() * walk.eta_squared()
 }
 
-/// Where an eye path starts.
-pub(super) struct Start<'s> {
-    pub(super) walk: Walk<'s>,
-    pub(super) pixel: usize,
-    pub(super) part: Part,
-    pub(super) numbers: PixelNumbers,
-}
-
 impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
-    /// The path with that start under the given lights of the set.
-    pub(super) fn new(
-        set: &'p LightSet<'s>,
-        lights: Selection,
-        start: Start<'s>,
-        sampler: &'p mut Sampler,
-        paths: &'p mut EyePaths<'s, 'o, 't>,
-    ) -> Self {
-        EyePath {
-            set,
-            lights,
-            walk: start.walk,
-            sampler,
-            numbers: start.numbers,
-            pixel: start.pixel,
-            paths,
-            length: 0.0,
-            part: start.part,
-        }
-    }
-
     /// Follows specular events; every vertex with smooth lobes becomes a gathering point with those lobes alone.
     pub(super) fn trace(&mut self) {
         let (scene, limits) = (self.set.scene, self.set.limits);

@@ -3,7 +3,7 @@
 use super::PassContext;
 use super::carried::{CARRIED_NEIGHBORS, Carried};
 use super::caustics::CAUSTIC_NEIGHBORS;
-use super::eye_path::{EyePath, EyePaths, Gathering, Part, PixelNumbers, Start, starts};
+use super::eye_path::{EyePath, EyePaths, Gathering, Part, PixelNumbers, starts};
 use super::partition::Stage;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
@@ -191,18 +191,20 @@ impl<'s> LightSet<'s> {
                 let film = positions.sample(pixel, u);
                 let camera = self.scene.sensor.ray(film.position, sampler.next_2d());
                 let weight = camera.weight * film.weight / starts as f32;
-                let start = Start {
-                    walk: Walk::from_sensor(
-                        self.scene,
-                        self.limits,
-                        camera.ray,
-                        Rgb::splat(weight),
-                    ),
-                    pixel: i,
-                    part: Part { index, of: starts },
+                let walk =
+                    Walk::from_sensor(self.scene, self.limits, camera.ray, Rgb::splat(weight));
+                let mut path = EyePath {
+                    set: self,
+                    lights,
+                    walk,
+                    sampler: &mut sampler,
                     numbers,
+                    pixel: i,
+                    paths: &mut paths,
+                    length: 0.0,
+                    part: Part { index, of: starts },
                 };
-                EyePath::new(self, lights, start, &mut sampler, &mut paths).trace();
+                path.trace();
             }
         }
         let EyePaths {
