@@ -2,16 +2,15 @@
 
 use crate::preset::{self, PRESETS, Preset};
 use crate::values::{
-    self, COMPLEMENTS, Crop, DIRECT_LIGHTS, EMISSIONS, EmissionName, FILTERS, FLUX_RULES, KERNELS,
-    MaxDepth, PLACEMENTS, RENEWALS, STRATEGIES, StrategyName, TABLE_STORAGES,
+    self, COMPENSATIONS, Crop, EMISSIONS, EmissionName, FILTERS, FLUX_RULES, KERNELS, MaxDepth,
+    PLACEMENTS, RESAMPLINGS, STRATEGIES, StrategyName, TABLE_STORAGES,
 };
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 use clap_complete::Shell;
 use manylight::film::Filter;
 use manylight::integrators::many_light::{
-    ClampRule, Complement, DirectLight, FluxRule, GlossyForm, Kernel, Placement, Renewal,
-    TableStorage,
+    ClampRule, Compensation, FluxRule, GlossyForm, Kernel, Placement, Resampling, TableStorage,
 };
 use manylight::math::UVec2;
 use std::num::NonZeroU32;
@@ -152,7 +151,7 @@ pub(crate) struct LightArgs {
     #[arg(long, value_name = "N", value_parser = values::table_size)]
     pub(crate) table_size: Option<u32>,
 
-    /// How a texel is stored: in 12, 6 or 4 bytes.
+    /// How a texel is stored: in 12 or 4 bytes.
     #[arg(long, value_name = "KIND", value_parser = values::one_of(TABLE_STORAGES))]
     pub(crate) table_storage: Option<TableStorage>,
 
@@ -181,21 +180,17 @@ pub(crate) struct LightArgs {
     pub(crate) clamp: Option<ClampRule>,
 
     /// How the light that the clamp takes away is given back.
-    #[arg(long, value_name = "RULE", value_parser = values::one_of(COMPLEMENTS))]
-    pub(crate) complement: Option<Complement>,
+    #[arg(long, value_name = "RULE", value_parser = values::one_of(COMPENSATIONS))]
+    pub(crate) compensation: Option<Compensation>,
 
-    /// How emitters light what the camera sees: sampled at each point, or summed as lights among the others.
-    #[arg(long, value_name = "KIND", value_parser = values::one_of(DIRECT_LIGHTS))]
-    pub(crate) direct: Option<DirectLight>,
-
-    /// Photons that say what a light shines where --flux is density or area.
+    /// Photons that say what a light shines where --flux is density.
     #[arg(long, value_name = "N")]
     pub(crate) neighbors: Option<NonZeroU32>,
 
     /// Which lights the passes have: all the same, each new ones, or new ones that become finer, so that the image goes to the
     /// right one.
-    #[arg(long, value_name = "KIND", value_parser = values::one_of(RENEWALS))]
-    pub(crate) renewal: Option<Renewal>,
+    #[arg(long, value_name = "KIND", value_parser = values::one_of(RESAMPLINGS))]
+    pub(crate) resampling: Option<Resampling>,
 }
 
 /// When to stop: at the first limit that is reached.

@@ -1,7 +1,7 @@
 //! The methods by name. A name is a preset of the axes; this table is the only place that knows them.
 
 use crate::values::{
-    COMPLEMENTS, DIRECT_LIGHTS, EMISSIONS, FLUX_RULES, KERNELS, PLACEMENTS, RENEWALS, STRATEGIES,
+    COMPENSATIONS, EMISSIONS, FLUX_RULES, KERNELS, PLACEMENTS, RESAMPLINGS, STRATEGIES,
     TABLE_STORAGES, clamp_name, emission_name, name_of, strategy_name,
 };
 use manylight::integrators::many_light::{EmissionKind, FluxRule, GlossyForm, Strategy};
@@ -157,14 +157,14 @@ fn axes(method: &ManyLight) -> Vec<(&'static str, String)> {
         axes.push(("max-cut", limits.max_lights.to_string()));
     }
     axes.push(("clamp", clamp_name(method.clamp)));
-    axes.push(("complement", word(name_of(COMPLEMENTS, &method.complement))));
-    axes.push(("direct", word(name_of(DIRECT_LIGHTS, &method.direct))));
-    if matches!(method.flux, FluxRule::Density | FluxRule::Area)
-        && method.emission != EmissionKind::Single
-    {
+    axes.push((
+        "compensation",
+        word(name_of(COMPENSATIONS, &method.compensation)),
+    ));
+    if method.flux == FluxRule::Density && method.emission != EmissionKind::Single {
         axes.push(("neighbors", method.neighbors.to_string()));
     }
-    axes.push(("renewal", word(name_of(RENEWALS, &method.renewal))));
+    axes.push(("resampling", word(name_of(RESAMPLINGS, &method.resampling))));
     axes
 }
 

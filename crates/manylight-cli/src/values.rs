@@ -3,8 +3,8 @@
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use manylight::film::Filter;
 use manylight::integrators::many_light::{
-    ClampRule, Complement, DirectLight, EmissionKind, FluxRule, GlossyForm, Kernel, Placement,
-    Renewal, ShareOf, Snap, Strategy, TableStorage,
+    ClampRule, Compensation, EmissionKind, FluxRule, GlossyForm, Kernel, Placement, Resampling,
+    ShareOf, Strategy, TableStorage,
 };
 use manylight::math::UVec2;
 use std::time::Duration;
@@ -16,16 +16,13 @@ pub(crate) type Names<T> = [(&'static str, T)];
 pub(crate) const PLACEMENTS: &Names<Placement> = &[
     ("uniform", Placement::Uniform),
     ("importance", Placement::Importance),
-    ("relaxed", Placement::Relaxed(Snap::Always)),
-    ("relaxed-once", Placement::Relaxed(Snap::Once)),
+    ("relaxed", Placement::Relaxed),
 ];
 
 /// How much flux each carries.
 pub(crate) const FLUX_RULES: &Names<FluxRule> = &[
     ("density", FluxRule::Density),
-    ("area", FluxRule::Area),
     ("partition", FluxRule::Partition),
-    ("soft-partition", FluxRule::SoftPartition),
 ];
 
 /// How one is evaluated.
@@ -36,23 +33,15 @@ pub(crate) const KERNELS: &Names<Kernel> = &[
 ];
 
 /// Which lights the passes have.
-pub(crate) const RENEWALS: &Names<Renewal> = &[
-    ("same", Renewal::Same),
-    ("new", Renewal::New),
-    ("finer", Renewal::Finer),
+pub(crate) const RESAMPLINGS: &Names<Resampling> = &[
+    ("new", Resampling::New),
+    ("progressive", Resampling::Progressive),
 ];
 
 /// How the light that the clamp takes away is given back.
-pub(crate) const COMPLEMENTS: &Names<Complement> = &[
-    ("none", Complement::None),
-    ("kollig-keller", Complement::KolligKeller),
-    ("photons", Complement::Photons),
-];
-
-/// How emitters light what the camera sees.
-pub(crate) const DIRECT_LIGHTS: &Names<DirectLight> = &[
-    ("sampled", DirectLight::Sampled),
-    ("summed", DirectLight::Summed),
+pub(crate) const COMPENSATIONS: &Names<Compensation> = &[
+    ("none", Compensation::None),
+    ("kollig-keller", Compensation::KolligKeller),
 ];
 
 /// What each light shines, without sizes.
@@ -85,7 +74,6 @@ pub(crate) fn emission_name(kind: EmissionKind) -> EmissionName {
 /// How the texels of tables are stored.
 pub(crate) const TABLE_STORAGES: &Names<TableStorage> = &[
     ("float", TableStorage::Float),
-    ("half", TableStorage::Half),
     ("shared", TableStorage::Shared),
 ];
 
@@ -388,7 +376,7 @@ mod tests {
     #[test]
     fn every_name_reads_back() {
         assert_eq!(name_of(KERNELS, &Kernel::Disc), Some("disc"));
-        assert_eq!(name_of(TABLE_STORAGES, &TableStorage::Half), Some("half"));
+        assert_eq!(name_of(TABLE_STORAGES, &TableStorage::Float), Some("float"));
         assert_eq!(filter_name(&Filter::Gaussian { stddev: 2.0 }), "gaussian");
         for clamp_value in [
             ClampRule::None,

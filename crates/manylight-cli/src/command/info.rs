@@ -218,7 +218,7 @@ fn describe(counts: &Counts, bounds: Aabb, sensors: &[Value], memory: &Memory) -
         format!("materials    {}", count(counts.materials)),
         format!("textures     {}", count(counts.textures)),
         format!(
-            "emitters     {} ({} shining primitives)",
+            "emitters     {} ({} emission_view primitives)",
             count(counts.emitters),
             count(counts.emitting_primitives)
         ),

@@ -110,7 +110,7 @@ impl Figure {
                 "Rendering alone, without loading the scene and writing the picture."
             }
             Figure::Passes | Figure::Lights => "In all.",
-            Figure::ClampedShare => "Before visibility, and before the complement gives it back.",
+            Figure::ClampedShare => "Before visibility, and before the compensation gives it back.",
             _ => "",
         }
     }

@@ -14,7 +14,7 @@
 mod clock;
 mod tiles;
 
-use manylight::gather::{Clamp, Gather, Gathered, Kernel, Lights, ShadingPoint, Strategy};
+use manylight::gather::{Clamp, Gather, Gathered, Kernel, LightIndex, ShadingPoint, Strategy};
 use manylight::integrators::many_light::ManyLight;
 use manylight::scene::Scene;
 use tiles::{TILE, prepare, tiles};
@@ -34,8 +34,8 @@ fn bench(scene: &Scene, count: u32) {
     let stages: Vec<String> = (stats.stages().iter())
         .map(|(name, time)| format!("{name} {:.2} s", time.as_secs_f64()))
         .collect();
-    let lights = set.lights.field.lights().len();
-    let bytes = set.lights.field.bytes() as f64 / lights as f64;
+    let lights = set.lights.set.lights().len();
+    let bytes = set.lights.set.bytes() as f64 / lights as f64;
     println!(
         "{lights} lights of {bytes:.0} B; {} (all threads)",
         stages.join(", ")
@@ -50,7 +50,7 @@ fn bench(scene: &Scene, count: u32) {
     measure(scene, &gather, &set.lights, &tiles);
 }
 
-fn measure(scene: &Scene, gather: &Gather, lights: &Lights, tiles: &[Vec<ShadingPoint>]) {
+fn measure(scene: &Scene, gather: &Gather, lights: &LightIndex, tiles: &[Vec<ShadingPoint>]) {
     let mut seconds = Vec::new();
     let mut total = Gathered::default();
     for _ in 0..REPEATS {

@@ -1,8 +1,8 @@
 //! What is summed, and where: lights, and tiles of a picture, drawn at random.
 
-use manylight::gather::{DirectLight, Selection, ShadingPoint};
-use manylight::integrators::many_light::{Complement, ManyLight};
-use manylight::integrators::{LightSet, PassContext};
+use manylight::gather::{ShadingPoint, Subset};
+use manylight::integrators::many_light::{Compensation, ManyLight};
+use manylight::integrators::{PassContext, PreparedPasses};
 use manylight::math::{UVec2, Vec2};
 use manylight::sampling::{Pass, rng::Pcg};
 use manylight::scene::Scene;
@@ -46,7 +46,7 @@ fn load(path: &Path) -> Scene {
 }
 
 /// About `count` lights as `method` makes them, and how long that took.
-pub(crate) fn prepare(scene: &Scene, count: u32, method: ManyLight) -> (LightSet<'_>, Stats) {
+pub(crate) fn prepare(scene: &Scene, count: u32, method: ManyLight) -> (PreparedPasses<'_>, Stats) {
     let (stats, cancel) = (Stats::default(), AtomicBool::new(false));
     let run = PassContext {
         pass: Pass { seed: 1, index: 0 },
@@ -56,7 +56,7 @@ pub(crate) fn prepare(scene: &Scene, count: u32, method: ManyLight) -> (LightSet
     let method = ManyLight {
         light_count: count,
         photon_paths: (4 * count).max(1 << 18),
-        complement: Complement::None,
+        compensation: Compensation::None,
         ..method
     };
     let set = method.prepare(scene, scene.limits, 0..1, &run);
@@ -89,8 +89,7 @@ fn seen(scene: &Scene, x: usize, y: usize) -> Option<ShadingPoint<'_>> {
         bsdf: scene.bsdf(&x),
         max_photon_depth: None,
         u: 0.5,
-        lights: Selection::ALL,
-        direct: DirectLight::Sampled,
+        lights: Subset::ALL,
         tolerance: 0.0,
         lit_from: None,
     })

@@ -17,7 +17,7 @@ mod plot;
 mod tiles;
 
 use manylight::gather::{
-    Clamp, CutLimits, Gather, Gathered, Kernel, Lights, ShadingPoint, Strategy,
+    Clamp, CutLimits, Gather, Gathered, Kernel, LightIndex, ShadingPoint, Strategy,
 };
 use manylight::integrators::light_set::DARK;
 use manylight::integrators::many_light::ManyLight;
@@ -107,7 +107,7 @@ struct Run {
 fn bench(scene: &Scene, count: u32, asked: &Asked) -> (usize, Vec<(String, f64)>) {
     let (set, stats) = prepare(scene, count, ManyLight::rich_lightcuts());
     let mut lights = set.lights;
-    let lights_used = lights.field.lights().len();
+    let lights_used = lights.set.lights().len();
     let stage = |name| {
         let stages = stats.stages();
         let found = stages.iter().find(|(stage, _)| *stage == name);
@@ -126,7 +126,7 @@ fn bench(scene: &Scene, count: u32, asked: &Asked) -> (usize, Vec<(String, f64)>
         stage("tree"),
         all.seconds,
     );
-    let sum_by_cuts = |limits: CutLimits, lights: &Lights| {
+    let sum_by_cuts = |limits: CutLimits, lights: &LightIndex| {
         // As in a picture: a pixel counts as no darker than this.
         let tolerance = limits.max_error * DARK * mean;
         let tiles: Vec<Vec<ShadingPoint>> = (tiles.iter())
@@ -169,7 +169,7 @@ fn bench(scene: &Scene, count: u32, asked: &Asked) -> (usize, Vec<(String, f64)>
     (lights_used, times)
 }
 
-fn sum(scene: &Scene, lights: &Lights, strategy: Strategy, tiles: &[Vec<ShadingPoint>]) -> Run {
+fn sum(scene: &Scene, lights: &LightIndex, strategy: Strategy, tiles: &[Vec<ShadingPoint>]) -> Run {
     let gather = Gather {
         kernel: Kernel::Disc,
         strategy,

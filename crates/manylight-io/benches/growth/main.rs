@@ -38,9 +38,9 @@ struct Point {
     seconds: Vec<(&'static str, f64)>,
 }
 
-struct Nobody;
+struct Unassigned;
 
-impl Observer for Nobody {
+impl Observer for Unassigned {
     fn pass_done(&mut self, _: &Film, _: &Stats, _: Duration) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }
@@ -135,7 +135,7 @@ fn stages(scene: &Scene, lights: u32, threads: usize) -> Vec<(&'static str, f64)
     let mut order = Vec::new();
     for _ in 0..REPEATS {
         let stats = Stats::default();
-        pool.install(|| render(&job, &stats, &AtomicBool::new(false), &mut Nobody));
+        pool.install(|| render(&job, &stats, &AtomicBool::new(false), &mut Unassigned));
         for (stage, time) in stats.stages() {
             if !order.contains(&stage) {
                 order.push(stage);

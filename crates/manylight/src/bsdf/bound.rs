@@ -108,7 +108,7 @@ impl Bsdf<'_> {
         let local = self.frame.to_local(wi);
         let leaves = self.leaves.iter().map_while(Option::as_ref);
         let sum: f32 = leaves
-            .map(|leaf| leaf.bound_leaving(local, &leaving, Lobes::SMOOTH))
+            .map(|leaf| leaf.bound_leaving(local, &leaving, Lobes::NON_SPECULAR))
             .sum();
         sum / wi.dot(self.ng).abs()
     }

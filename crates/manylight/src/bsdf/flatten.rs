@@ -15,7 +15,7 @@ use super::principled::{Principled, PrincipledParameters};
 use super::rough_diffuse::RoughDiffuse;
 use super::thin_dielectric::Pane;
 use super::ward::Ward;
-use super::{ALIGNED, Bsdf, Exit, Lobes, MAX_LEAVES};
+use super::{ALIGNED, Bsdf, ExitTransmittance, Lobes, MAX_LEAVES};
 use crate::color::Rgb;
 use crate::geometry::SurfacePoint;
 use crate::ids::{MaterialId, TextureId};
@@ -430,25 +430,25 @@ impl Wrapping {
 
 /// `DIFFUSE` promises one `b(wo)` for the whole material, about the shading normal: the strongest leaf decides which,
 /// and the diffuse lobes of leaves that differ count as `GLOSSY`.
-fn demote<'s>(leaves: &mut [Option<Leaf<'s>>]) -> Exit<'s> {
+fn demote<'s>(leaves: &mut [Option<Leaf<'s>>]) -> ExitTransmittance<'s> {
     let eligible = |leaf: &&Leaf| leaf.tilt.is_none() && leaf.model.lobes().has(Lobes::DIFFUSE);
     let strongest = leaves
         .iter()
         .flatten()
         .filter(eligible)
         .max_by(|a, b| a.weight.total_cmp(&b.weight));
-    let exit = strongest.map_or(Exit::Lambert, |leaf| leaf.model.exit());
+    let exit = strongest.map_or(ExitTransmittance::Lambert, |leaf| leaf.model.exit());
     for leaf in leaves.iter_mut().flatten() {
         leaf.demoted = leaf.tilt.is_some() || !same_exit(&leaf.model.exit(), &exit);
     }
     exit
 }
 
-fn same_exit(a: &Exit, b: &Exit) -> bool {
+fn same_exit(a: &ExitTransmittance, b: &ExitTransmittance) -> bool {
     match (a, b) {
-        (Exit::Lambert, Exit::Lambert) => true,
-        (Exit::Fresnel { eta: a }, Exit::Fresnel { eta: b }) => a == b,
-        (Exit::Coated(a), Exit::Coated(b)) => std::ptr::eq(*a, *b),
+        (ExitTransmittance::Lambert, ExitTransmittance::Lambert) => true,
+        (ExitTransmittance::Fresnel { eta: a }, ExitTransmittance::Fresnel { eta: b }) => a == b,
+        (ExitTransmittance::Coated(a), ExitTransmittance::Coated(b)) => std::ptr::eq(*a, *b),
         _ => false,
     }
 }

@@ -20,7 +20,7 @@ impl Lobes {
     /// Dirac lobes, straight-through transmission excluded (that is [`Bsdf::transmittance`]).
     pub const DELTA: Lobes = Lobes(8);
     /// Where virtual lights stand and are summed.
-    pub const SMOOTH: Lobes = Lobes(1 | 2);
+    pub const NON_SPECULAR: Lobes = Lobes(1 | 2);
     /// Where camera paths are continued and caustic photons come from.
     pub const SPECULAR: Lobes = Lobes(4 | 8);
     /// All that `f` can be asked for: everything but `DELTA`.

@@ -6,7 +6,7 @@ use super::leaf::{Leaf, Sides};
 use super::material::{Distribution, Material};
 use super::model::Model;
 use super::plastic::Coat;
-use super::{ALIGNED, Bsdf, Exit, Lobes, MAX_LEAVES};
+use super::{ALIGNED, Bsdf, ExitTransmittance, Lobes, MAX_LEAVES};
 use crate::geometry::SurfacePoint;
 use crate::ids::MaterialId;
 use crate::math::Vec2;
@@ -115,7 +115,7 @@ impl Materials {
             is_open: false,
             transmits: false,
             lobes: Lobes::NONE,
-            exit: Exit::Lambert,
+            exit: ExitTransmittance::Lambert,
             glossy_width: 1.0,
             defensive: x.frame.n.dot(x.ng).abs() < ALIGNED,
         };
@@ -138,26 +138,26 @@ impl Materials {
 
     /// Asks for the memory of the textures that lend a material its color at `uv`.
     #[inline]
-    pub fn expect(&self, id: MaterialId, uv: Vec2, textures: &[Texture]) {
+    pub fn prefetch(&self, id: MaterialId, uv: Vec2, textures: &[Texture]) {
         match &self.materials[id.index()] {
             Material::Diffuse { reflectance } | Material::RoughDiffuse { reflectance, .. } => {
-                reflectance.expect(uv, textures)
+                reflectance.prefetch(uv, textures)
             }
             Material::Plastic {
                 diffuse_reflectance,
                 ..
-            } => diffuse_reflectance.expect(uv, textures),
+            } => diffuse_reflectance.prefetch(uv, textures),
             Material::Conductor {
                 specular_reflectance,
                 ..
-            } => specular_reflectance.expect(uv, textures),
-            Material::Principled(p) => p.base_color.expect(uv, textures),
+            } => specular_reflectance.prefetch(uv, textures),
+            Material::Principled(p) => p.base_color.prefetch(uv, textures),
             Material::TwoSided { front: inner, .. }
             | Material::Mask { inner, .. }
-            | Material::NormalMap { inner, .. } => self.expect(*inner, uv, textures),
+            | Material::NormalMap { inner, .. } => self.prefetch(*inner, uv, textures),
             Material::BumpMap { texture, inner, .. } => {
-                textures[texture.index()].expect(uv);
-                self.expect(*inner, uv, textures);
+                textures[texture.index()].prefetch(uv);
+                self.prefetch(*inner, uv, textures);
             }
             _ => (),
         }

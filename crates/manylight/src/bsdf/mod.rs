@@ -79,7 +79,7 @@ pub struct BsdfSample {
 /// The shape of a `DIFFUSE` lobe over its exit direction: `b(cosθ_o)` with θ_o from the shading normal.
 /// Kept by virtual lights.
 #[derive(Clone, Copy, Debug)]
-pub enum Exit<'s> {
+pub enum ExitTransmittance<'s> {
     /// `b = 1`.
     Lambert,
     /// Transmittance of a smooth dielectric coat.
@@ -91,14 +91,14 @@ pub enum Exit<'s> {
     Coated(&'s [f32; COSINES]),
 }
 
-impl Exit<'_> {
+impl ExitTransmittance<'_> {
     /// `b` at the cosine to the shading normal, in [0, 1].
     #[inline(always)]
     pub fn eval(&self, cos: f32) -> f32 {
         match *self {
-            Exit::Lambert => 1.0,
-            Exit::Fresnel { eta } => fresnel::coat_transmittance(cos, eta),
-            Exit::Coated(table) => plastic::interpolate(table, cos),
+            ExitTransmittance::Lambert => 1.0,
+            ExitTransmittance::Fresnel { eta } => fresnel::coat_transmittance(cos, eta),
+            ExitTransmittance::Coated(table) => plastic::interpolate(table, cos),
         }
     }
 }
@@ -137,7 +137,7 @@ pub struct Bsdf<'s> {
     /// Whether a finite lobe carries light to the other side.
     transmits: bool,
     lobes: Lobes,
-    exit: Exit<'s>,
+    exit: ExitTransmittance<'s>,
     glossy_width: f32,
     /// Whether a photon walk needs defensive sampling: a normal in use is not the geometric one.
     defensive: bool,
@@ -319,7 +319,7 @@ impl<'s> Bsdf<'s> {
 
     /// `b` of the `DIFFUSE` lobes.
     #[inline]
-    pub fn exit(&self) -> Exit<'s> {
+    pub fn exit(&self) -> ExitTransmittance<'s> {
         self.exit
     }
 
@@ -342,7 +342,9 @@ impl<'s> Bsdf<'s> {
     /// Fraction of flux from `wi` that leaves through `lobes` (delta ones included, straight-through not): in closed form for Lambert's
     /// model, else by deterministic quadrature over [`Bsdf::sample_wo`], good to about one percent.
     pub fn albedo(&self, wi: Vec3, lobes: Lobes) -> Rgb {
-        if self.lobes.and(lobes) == Lobes::DIFFUSE && matches!(self.exit, Exit::Lambert) {
+        if self.lobes.and(lobes) == Lobes::DIFFUSE
+            && matches!(self.exit, ExitTransmittance::Lambert)
+        {
             // |wo·ng| / π integrates to one over any hemisphere, that about ns included.
             return self.diffuse_weight(wi);
         }
@@ -450,7 +452,7 @@ impl<'s> Bsdf<'s> {
     /// How often [`Bsdf::sample_wo`] samples about the geometric normal: only for wide lobes, in proportion to their leaves.
     #[inline]
     fn defensive_share(&self, given: Vec3, lobes: Lobes) -> f32 {
-        if !self.defensive || !self.lobes.has(lobes.and(Lobes::SMOOTH)) {
+        if !self.defensive || !self.lobes.has(lobes.and(Lobes::NON_SPECULAR)) {
             return 0.0;
         }
         let weight = |lobes| {
@@ -458,7 +460,7 @@ impl<'s> Bsdf<'s> {
                 .map(|leaf| leaf.weight)
                 .sum::<f32>()
         };
-        let (wide, all) = (weight(lobes.and(Lobes::SMOOTH)), weight(lobes));
+        let (wide, all) = (weight(lobes.and(Lobes::NON_SPECULAR)), weight(lobes));
         if all > 0.0 {
             DEFENSIVE_SHARE * wide / all
         } else {

@@ -14,7 +14,7 @@ use super::response::{ByClass, Response};
 use super::rough_diffuse::RoughDiffuse;
 use super::thin_dielectric::Pane;
 use super::ward::Ward;
-use super::{BsdfNumbers, Exit, Lobes, NEAR_DELTA_ALPHA};
+use super::{BsdfNumbers, ExitTransmittance, Lobes, NEAR_DELTA_ALPHA};
 use crate::color::Rgb;
 use crate::math::Vec3;
 
@@ -195,11 +195,11 @@ impl<'s> Model<'s> {
     }
 
     /// `b` of the `DIFFUSE` lobe.
-    pub(super) fn exit(&self) -> Exit<'s> {
+    pub(super) fn exit(&self) -> ExitTransmittance<'s> {
         match self {
-            Model::Plastic(m) => Exit::Fresnel { eta: m.eta },
-            Model::RoughPlastic(m) => Exit::Coated(m.transmittance),
-            _ => Exit::Lambert,
+            Model::Plastic(m) => ExitTransmittance::Fresnel { eta: m.eta },
+            Model::RoughPlastic(m) => ExitTransmittance::Coated(m.transmittance),
+            _ => ExitTransmittance::Lambert,
         }
     }
 }

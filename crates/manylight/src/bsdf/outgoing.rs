@@ -5,7 +5,7 @@ use crate::color::Rgb;
 use crate::lanes::vectors::{dot, scale3, splat3};
 use crate::lanes::{LANES, LaneMask, Lanes3, lanes_of};
 use crate::math::Vec3;
-use crate::simd::{Isa, Kernel, Simd, Wide};
+use crate::simd::{Isa, Simd, SimdKernel, Wide};
 
 /// A scattering function lit from one direction, to be asked for many exit directions.
 #[derive(Clone, Debug)]
@@ -63,7 +63,7 @@ impl Outgoing<'_, '_> {
 
 struct InLanes<'a>(&'a Outgoing<'a, 'a>, &'a [Vec3], &'a mut Vec<Rgb>);
 
-impl Kernel for InLanes<'_> {
+impl SimdKernel for InLanes<'_> {
     type Output = ();
 
     #[inline(always)]

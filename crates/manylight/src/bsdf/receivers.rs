@@ -96,7 +96,7 @@ impl<'b, 's> Receivers<'b, 's> {
         lobes: Lobes,
         functions: impl Iterator<Item = (&'b Bsdf<'s>, Vec3)>,
     ) -> Self {
-        let lobes = lobes.and(Lobes::SMOOTH);
+        let lobes = lobes.and(Lobes::NON_SPECULAR);
         let mut all = Receivers {
             form,
             frame: [Lanes3::ZERO; 3],

@@ -8,7 +8,7 @@ use crate::image::Image;
 use crate::lanes::{LANES, LaneMask, Lanes, Lanes3};
 use crate::math::{Cone, Mat3, Spread};
 use crate::sampling::{Sampler, Stream};
-use crate::simd::{Isa, Kernel, Simd};
+use crate::simd::{Isa, Simd, SimdKernel};
 use crate::testing::chi_square::{self, Resolution};
 use crate::texture::{Bitmap, ColorInput, Filtering, FloatInput, Texture, Wrap};
 use rayon::prelude::*;
@@ -449,7 +449,7 @@ fn masks(bsdf: &Bsdf) -> Vec<Lobes> {
         Lobes::GLOSSY,
         Lobes::NEAR_DELTA,
         Lobes::DELTA,
-        Lobes::SMOOTH,
+        Lobes::NON_SPECULAR,
         Lobes::ALL,
     ];
     let mut list: Vec<Lobes> = Vec::new();
@@ -737,7 +737,7 @@ fn albedo_is_the_integral_and_energy_is_conserved() {
 /// Light from given directions.
 struct InLanes<'a>(&'a Receivers<'a, 'a>, &'a Lanes3);
 
-impl Kernel for InLanes<'_> {
+impl SimdKernel for InLanes<'_> {
     type Output = Lanes3;
 
     #[inline(always)]
@@ -757,11 +757,16 @@ fn lanes_see_what_single_receivers_see() {
                 let mut arrivals = Lanes3::ZERO;
                 (0..LANES).for_each(|i| arrivals.set(i, direction(&mut sampler)));
                 for form in [bsdf.form(), Form::Any] {
-                    let lanes =
-                        Receivers::new(form, Lobes::SMOOTH, viewers.iter().map(|&wo| (&bsdf, wo)));
+                    let lanes = Receivers::new(
+                        form,
+                        Lobes::NON_SPECULAR,
+                        viewers.iter().map(|&wo| (&bsdf, wo)),
+                    );
                     let values = Isa::best().run(InLanes(&lanes, &arrivals));
                     for (i, &wo) in viewers.iter().enumerate() {
-                        let single = bsdf.receiver(wo, Lobes::SMOOTH).f_cos_wi(arrivals.vec(i));
+                        let single = bsdf
+                            .receiver(wo, Lobes::NON_SPECULAR)
+                            .f_cos_wi(arrivals.vec(i));
                         for (a, b) in values.rgb(i).to_array().into_iter().zip(single.to_array()) {
                             assert_close(a, b, 1e-4, case.name);
                         }
@@ -800,7 +805,7 @@ fn hold_bounds(case: &Case, count: u64) -> f64 {
         for i in 0..count {
             let wo = direction(&mut sampler);
             let (cone, wi) = cone_with_direction(&mut sampler);
-            let lobes = [Lobes::SMOOTH, Lobes::ALL][(i % 2) as usize];
+            let lobes = [Lobes::NON_SPECULAR, Lobes::ALL][(i % 2) as usize];
             let bound = bsdf.bound_f_cos_wi(&cone, wo, lobes);
             let value = bsdf.f_cos_wi(wi, wo, lobes).max_channel();
             assert!(
@@ -810,7 +815,7 @@ fn hold_bounds(case: &Case, count: u64) -> f64 {
             );
             let (cone, wo) = cone_with_direction(&mut sampler);
             let leaving = bsdf.bound_f_cos_wo(wi, &cone);
-            let value_leaving = bsdf.f_cos_wo(wi, wo, Lobes::SMOOTH).max_channel();
+            let value_leaving = bsdf.f_cos_wo(wi, wo, Lobes::NON_SPECULAR).max_channel();
             assert!(
                 value_leaving <= leaving * 1.0001 + 1e-6,
                 "{}: {value_leaving} > {leaving} leaves for wi {wi}, wo {wo}, {cone:?}",
@@ -843,7 +848,7 @@ fn bounds_hold_over_cones() {
 /// [`Receivers::bounds`] in lanes.
 struct BoundsInLanes<'a>(&'a Receivers<'a, 'a>, &'a Lanes3, &'a [Spread; LANES]);
 
-impl Kernel for BoundsInLanes<'_> {
+impl SimdKernel for BoundsInLanes<'_> {
     type Output = Lanes;
 
     #[inline(always)]
@@ -861,7 +866,7 @@ fn bounds_in_lanes_are_those_of_single_receivers() {
             let viewers: [Vec3; LANES] = std::array::from_fn(|_| direction(&mut sampler));
             let cones: [(Cone, Vec3); LANES] =
                 std::array::from_fn(|_| cone_with_direction(&mut sampler));
-            let lobes = Lobes::SMOOTH;
+            let lobes = Lobes::NON_SPECULAR;
             let lanes = Receivers::new(bsdf.form(), lobes, viewers.iter().map(|&wo| (&bsdf, wo)));
             let axes = Lanes3::from_fn(|i| cones[i].0.axis);
             let spreads = cones.map(|(cone, _)| Spread::new(cone.half_angle));

@@ -34,7 +34,7 @@ pub enum Emitter {
         /// Half-angle of the constant part in radians, <= `cutoff`.
         beam_width: f32,
         /// What colors the light.
-        slide: Option<Slide>,
+        slide: Option<ProjectorTexture>,
     },
     /// Parallel light through the whole scene.
     Directional {
@@ -54,7 +54,7 @@ pub enum Emitter {
 
 /// A picture that a spot throws: its square is the one around the cone's cross-section.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Slide {
+pub struct ProjectorTexture {
     /// The picture.
     pub texture: TextureId,
     /// Unit directions across the axis along which u and v grow.

@@ -265,39 +265,6 @@ impl Distant {
         (radiance, pdf)
     }
 
-    /// Directions of parallel light and the irradiance across them.
-    pub(super) fn parallel(&self) -> impl Iterator<Item = (Vec3, Rgb)> + '_ {
-        self.sources.iter().filter_map(|source| match source.kind {
-            Kind::Directional { wi, irradiance } => Some((wi, irradiance)),
-            _ => None,
-        })
-    }
-
-    /// A direction to surroundings, drawn by their light; `None` if there are none.
-    pub(super) fn direction_of_surroundings(&self, u_source: f32, u: Vec2) -> Option<Vec3> {
-        let mut left = u_source * self.share_of_surroundings();
-        let mut found = None;
-        for source in self.sources.iter().filter(|s| s.fills_directions()) {
-            found = Some(source);
-            if left < source.pmf {
-                break;
-            }
-            left -= source.pmf;
-        }
-        found?.direction(u).map(|(wi, _)| wi)
-    }
-
-    /// Density of that per solid angle.
-    pub(super) fn density_of_surroundings(&self, wi: Vec3) -> f32 {
-        let (_, pdf) = self.look_up(None, wi);
-        pdf / self.share_of_surroundings().max(f32::MIN_POSITIVE)
-    }
-
-    fn share_of_surroundings(&self) -> f32 {
-        let filling = self.sources.iter().filter(|s| s.fills_directions());
-        filling.map(|s| s.pmf).sum()
-    }
-
     /// Whether any emitter fills a solid angle.
     pub(super) fn fills_directions(&self) -> bool {
         self.sources.iter().any(Source::fills_directions)

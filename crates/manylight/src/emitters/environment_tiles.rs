@@ -101,7 +101,7 @@ impl Tiles {
     #[inline]
     pub(super) fn choose_row(&self, u: Vec2) -> (usize, Vec2) {
         let (row, u_y) = self.rows.sample_reusing(u.y);
-        self.columns.expect(row, u.x);
+        self.columns.prefetch(row, u.x);
         (row, Vec2::new(u.x, u_y))
     }
 
@@ -119,7 +119,7 @@ impl Tiles {
     #[inline]
     pub(super) fn choose_cell(&self, tile: usize, u: Vec2) -> Place {
         let (x, y, within) = self.tiles[tile].choose(u);
-        self.tiles[tile].expect_corners(x, y);
+        self.tiles[tile].prefetch_corners(x, y);
         Place {
             column: tile % self.across * EDGE + x,
             row: tile / self.across * EDGE + y,
@@ -149,7 +149,7 @@ impl Tile {
 
     /// Asks for the memory that [`Tile::corners`] will read.
     #[inline]
-    fn expect_corners(&self, x: usize, y: usize) {
+    fn prefetch_corners(&self, x: usize, y: usize) {
         let first = y * TEXELS + x;
         for i in [0, 1, TEXELS, TEXELS + 1] {
             prefetch(&self.texels[first + i]);

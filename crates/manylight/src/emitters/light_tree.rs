@@ -12,7 +12,7 @@ use super::Strength;
 use super::parts::PartBounds;
 use crate::lanes::{LANES, Lanes, Lanes3};
 use crate::math::{Aabb, Cone, Vec3, float::safe_sqrt};
-use crate::simd::{Isa, Kernel, Simd};
+use crate::simd::{Isa, Simd, SimdKernel};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
 /// Cosines below this count as this much: estimates by bounds are rough near horizons.
@@ -280,7 +280,7 @@ struct Shares<'a> {
     n: Option<Vec3>,
 }
 
-impl Kernel for Shares<'_> {
+impl SimdKernel for Shares<'_> {
     type Output = Lanes;
 
     #[inline(always)]

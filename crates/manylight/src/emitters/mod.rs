@@ -12,7 +12,6 @@ mod guide;
 mod light_tree;
 mod part_list;
 mod parts;
-mod pieces;
 mod pilot;
 mod point;
 mod strength;
@@ -20,9 +19,8 @@ mod strength;
 mod tests;
 mod warp_within;
 
-pub use description::{Emitter, Slide};
+pub use description::{Emitter, ProjectorTexture};
 pub use environment::Environment;
-pub use pieces::{Piece, PieceCounts};
 
 use crate::color::Rgb;
 use crate::geometry::{Geometry, Ray, SurfacePoint};

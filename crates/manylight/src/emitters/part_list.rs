@@ -14,8 +14,6 @@ use crate::texture::Texture;
 pub(super) struct PartList {
     parts: Vec<Part>,
     of_emitter: Vec<Choice>,
-    /// Chooses a part that is a surface, by power.
-    by_area: Option<Alias>,
     /// Per primitive: where its elements' parts are listed in `part_of_element`.
     elements_of: Vec<Option<Elements>>,
     part_of_element: Vec<u32>,
@@ -48,7 +46,6 @@ impl PartList {
         let mut list = PartList {
             parts: Vec::new(),
             of_emitter: Vec::new(),
-            by_area: None,
             elements_of: vec![None; geometry.primitives().len()],
             part_of_element: Vec::new(),
         };
@@ -63,8 +60,6 @@ impl PartList {
                 bounds.extend(list.add_primitive(primitive, parts));
             }
         }
-        let strength = |known: &PartBounds| known.power.strength();
-        list.by_area = Alias::new(&bounds.iter().map(strength).collect::<Vec<f32>>());
         for (i, emitter) in emitters.iter().enumerate() {
             let power = point_power(emitter, textures);
             if let Some((part, known)) = parts::part_of_point(EmitterId::from(i), emitter, power) {
@@ -96,18 +91,6 @@ impl PartList {
     #[inline]
     pub(super) fn part(&self, index: usize) -> &Part {
         &self.parts[index]
-    }
-
-    /// Index of one of the parts that are surfaces, by power.
-    pub(super) fn choose_by_area(&self, u: f32) -> Option<usize> {
-        self.by_area.as_ref().map(|choice| choice.sample(u).0)
-    }
-
-    /// Probability of such a part in that choice.
-    pub(super) fn share_by_area(&self, index: usize) -> f32 {
-        self.by_area
-            .as_ref()
-            .map_or(0.0, |choice| choice.pmf(index))
     }
 
     /// The part at a place of a surface.

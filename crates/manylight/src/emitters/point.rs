@@ -3,7 +3,7 @@
 use super::Emitter;
 use super::parts::RADIANCE_FLOOR;
 use crate::color::Rgb;
-use crate::math::{Cone, Frame, Vec2, Vec3};
+use crate::math::{Frame, Vec2, Vec3};
 use crate::sampling::warp;
 use crate::texture::Texture;
 use std::f32::consts::PI;
@@ -78,32 +78,6 @@ impl Emitter {
                 }
             }
             _ => Rgb::BLACK,
-        }
-    }
-
-    /// Upper bound of the luminance of that for all directions in `cone`.
-    pub fn bound_point_intensity(&self, textures: &[Texture], cone: &Cone) -> f32 {
-        match *self {
-            Emitter::Point { intensity, .. } => intensity.luminance(),
-            Emitter::Spot {
-                direction,
-                intensity,
-                cutoff,
-                beam_width,
-                slide,
-                ..
-            } => {
-                let nearest = cone.angle_to_axis(direction) - cone.half_angle;
-                let brightest = match slide {
-                    Some(slide) => {
-                        let picture = textures[slide.texture.index()].max_luminance(textures);
-                        intensity.max_channel() * picture
-                    }
-                    None => intensity.luminance(),
-                };
-                brightest * spot_falloff(nearest, cutoff, beam_width)
-            }
-            _ => 0.0,
         }
     }
 }

@@ -315,8 +315,8 @@ fn spots_match_mitsuba() {
 }
 
 /// The first texture of the test worlds, thrown along z.
-fn slide() -> Slide {
-    Slide {
+fn slide() -> ProjectorTexture {
+    ProjectorTexture {
         texture: TextureId(0),
         axes: [Vec3::X, Vec3::Y],
     }
@@ -369,7 +369,7 @@ fn slides_match_mitsuba() {
     }
 }
 
-/// Small facets of unit strength scattered over a plate, some shining up, some down, and a few points.
+/// Small facets of unit strength scattered over a plate, some emission_view up, some down, and a few points.
 fn facets(count: usize) -> Vec<PartBounds> {
     let mut sampler = Sampler::new(7, 0, Stream::Test, 0);
     (0..count)

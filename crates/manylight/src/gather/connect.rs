@@ -5,10 +5,10 @@
 )]
 
 use super::block::Block;
-use super::clamp::Way;
+use super::clamping::ClampedConnection;
 use super::points::{BATCHES, Batch};
 use super::sphere::{Cone, LightLobe, Samples, only, sphere_radius};
-use super::{Clamp, Gather, Gathered, Kernel, Lights, ON_EMITTERS, Viewpoint};
+use super::{Clamp, Gather, Gathered, Kernel, LightIndex, Viewpoint};
 use crate::ids::LightId;
 use crate::lanes::vectors::{dot, luminance, mul3, scale3, splat3};
 use crate::lanes::{LANES, LaneMask, Lanes, Lanes3};
@@ -16,7 +16,7 @@ use crate::math::Vec3;
 use crate::scene::Scene;
 use crate::simd::{self, Isa, Simd, Wide};
 use crate::virtual_lights::moments::POINTS;
-use crate::virtual_lights::{Shining, VirtualLight};
+use crate::virtual_lights::{EmissionView, VirtualLight};
 use std::f32::consts::PI;
 
 /// A disc is all its points nearer than the first number of its radii, four of them nearer than the second, and one beyond.
@@ -55,23 +55,23 @@ struct Views {
 struct AddLights<'a> {
     gather: &'a Gather,
     scene: &'a Scene,
-    lights: &'a Lights<'a>,
+    lights: &'a LightIndex<'a>,
     batches: &'a [Batch<'a, 'a>],
     sums: &'a mut [Gathered],
 }
 
-impl simd::Kernel for AddLights<'_> {
+impl simd::SimdKernel for AddLights<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) {
         let w = s.wide();
-        let (selection, direct) = self.batches[0].kind();
-        let lights = selection.indices(self.lights.count(direct));
+        let lights = self.batches[0]
+            .lights
+            .indices(self.lights.set.lights().len());
         let connections = lights.len();
-        let mut sum = Sum::new(w, self.gather, self.scene, self.lights, self.batches, 2);
+        let mut sum = Sum::new(w, self.gather, self.scene, self.lights, self.batches, 1);
         for id in lights.map(|k| LightId(k as u32)) {
-            sum.slot = usize::from(!self.lights.field.reflects(id));
             sum.add_light(w, id, self.sums);
         }
         sum.flush(w, self.sums);
@@ -80,7 +80,6 @@ impl simd::Kernel for AddLights<'_> {
             for (i, &member) in batch.members.iter().enumerate() {
                 let sum_there = &mut self.sums[member];
                 sum_there.radiance += sum.gathered[0][b].rgb(i);
-                sum_there.direct += sum.gathered[1][b].rgb(i);
                 sum_there.terms = connections as u32;
                 sum_there.connections = connections as u64;
             }
@@ -99,7 +98,7 @@ impl Gather {
     pub(super) fn add_lights(
         &self,
         scene: &Scene,
-        lights: &Lights,
+        lights: &LightIndex,
         batches: &[Batch],
         sums: &mut [Gathered],
     ) {
@@ -198,7 +197,7 @@ fn kept(
     area: f32,
 ) -> Lanes {
     let lane = |clamp: Clamp, i: usize| {
-        clamp.kept(&Way {
+        clamp.kept(&ClampedConnection {
             w: w.vec(i),
             inv_d2: inv_d2[i],
             f_cos: f_cos.rgb(i),
@@ -272,7 +271,7 @@ fn piece(light: &VirtualLight, point: usize, share: f32) -> Part {
 struct Source<'f, 's> {
     id: LightId,
     light: &'f VirtualLight<'s>,
-    shining: Shining<'f, 's>,
+    emission_view: EmissionView<'f, 's>,
     /// As a sphere, in m.
     radius: f32,
     /// The glossy lobe of a light that shines as one photon, for the samples of a sphere.
@@ -302,7 +301,7 @@ impl Connected {
 pub(super) struct Sum<'a, 'b, 's> {
     gather: &'a Gather,
     scene: &'a Scene,
-    lights: &'a Lights<'s>,
+    lights: &'a LightIndex<'s>,
     batches: &'a [Batch<'b, 's>],
     /// What has arrived, by slot.
     pub(super) gathered: Vec<[Lanes3; BATCHES]>,
@@ -325,7 +324,7 @@ impl<'a, 'b, 's> Sum<'a, 'b, 's> {
         w: W,
         gather: &'a Gather,
         scene: &'a Scene,
-        lights: &'a Lights<'s>,
+        lights: &'a LightIndex<'s>,
         batches: &'a [Batch<'b, 's>],
         slots: usize,
     ) -> Self {
@@ -350,7 +349,7 @@ impl<'a, 'b, 's> Sum<'a, 'b, 's> {
     /// Adds what one light sends to the slot; it may wait for its visibility test.
     #[inline(always)]
     pub(super) fn add_light<W: Wide>(&mut self, w: W, id: LightId, sums: &mut [Gathered]) {
-        let light = &self.lights.field.lights()[id.index()];
+        let light = &self.lights.set.lights()[id.index()];
         let reach = &self.lights.reaches[id.index()];
         let is_sphere = self.gather.kernel == Kernel::Sphere;
         let radius = sphere_radius(light, self.gather.surfaces(self.batches[0].lights));
@@ -368,11 +367,11 @@ impl<'a, 'b, 's> Sum<'a, 'b, 's> {
         let source = Source {
             id,
             light,
-            shining: self.lights.field.shining(id),
+            emission_view: self.lights.set.emission_view(id),
             radius,
             lobe: if is_sphere {
                 // The random numbers of the points are others in every pass.
-                LightLobe::of(&self.lights.field, id, self.batches[0].u[0].to_bits())
+                LightLobe::of(&self.lights.set, id, self.batches[0].u[0].to_bits())
             } else {
                 None
             },
@@ -467,7 +466,7 @@ impl<'a, 'b, 's> Sum<'a, 'b, 's> {
                 let lobe = source.lobe.as_ref();
                 let value = match &self.samples[b] {
                     Some(samples) => {
-                        samples.sphere(w, batch, &source.shining, lobe, &cone, count, active)
+                        samples.sphere(w, batch, &source.emission_view, lobe, &cone, count, active)
                     }
                     None => [zero; 3],
                 };
@@ -508,20 +507,15 @@ impl<'a, 'b, 's> Sum<'a, 'b, 's> {
         active: LaneMask,
     ) -> ([W::F; 3], W::F) {
         let directions = Lanes3::store(w, wi);
-        let intensity = source.shining.intensities(w, &directions, active);
+        let intensity = source.emission_view.intensities(w, &directions, active);
         let active = active & is_lit(w, intensity.load(w));
         if active == 0 {
             return ([w.splat(0.0); 3], w.splat(1.0));
         }
         let f_cos = batch.receivers.f_cos_wi(w, &directions, active);
         let area = part.area * self.gather.surfaces(batch.lights);
-        let clamp = if self.lights.field.reflects(source.id) {
-            self.gather.clamp
-        } else {
-            ON_EMITTERS
-        };
         let kept = kept(
-            clamp,
+            self.gather.clamp,
             batch,
             &f_cos,
             &directions,
@@ -539,7 +533,7 @@ impl<'a, 'b, 's> Sum<'a, 'b, 's> {
         let mut share = [self.gather.stands_for(batch.lights); LANES];
         if let Some(depths) = &batch.depths {
             for (share, depth) in share.iter_mut().zip(depths) {
-                *share *= depth.map_or(1.0, |depth| self.lights.field.share_up_to(id, depth));
+                *share *= depth.map_or(1.0, |depth| self.lights.set.share_up_to(id, depth));
             }
         }
         share

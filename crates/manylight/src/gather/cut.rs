@@ -6,9 +6,9 @@
 //! the points by what they send there.
 
 use super::connect::Sum;
-use super::hidden::Occluders;
+use super::occlusion::Occluders;
 use super::points::{BATCHES, Batch};
-use super::{DirectLight, Gather, Gathered, Lights};
+use super::{Gather, Gathered, LightIndex};
 use crate::lanes::vectors::luminance;
 use crate::lanes::{LANES, LaneMask, Lanes, Lanes3, lanes_of};
 use crate::light_tree::{Drawn, LightTree, Sent};
@@ -72,7 +72,7 @@ struct Cluster {
 struct AddCut<'a> {
     gather: &'a Gather,
     scene: &'a Scene,
-    lights: &'a Lights<'a>,
+    lights: &'a LightIndex<'a>,
     tree: &'a LightTree,
     limits: CutLimits,
     batches: &'a [Batch<'a, 'a>],
@@ -87,7 +87,7 @@ impl Gather {
     pub(super) fn add_cut(
         &self,
         scene: &Scene,
-        lights: &Lights,
+        lights: &LightIndex,
         limits: CutLimits,
         batches: &[Batch],
         sums: &mut [Gathered],
@@ -114,7 +114,7 @@ impl Gather {
     }
 }
 
-impl simd::Kernel for AddCut<'_> {
+impl simd::SimdKernel for AddCut<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -122,12 +122,7 @@ impl simd::Kernel for AddCut<'_> {
         let w = s.wide();
         let mut sum = Sum::new(w, self.gather, self.scene, self.lights, self.batches, 0);
         let mut cut = Vec::new();
-        let roots = self.tree.roots();
-        let roots = match self.batches[0].direct {
-            DirectLight::Sampled => &roots[..1],
-            DirectLight::Summed => &roots[..],
-        };
-        for &root in roots.iter().flatten() {
+        if let Some(root) = self.tree.root() {
             self.put(w, None, root, &mut cut, &mut sum);
         }
         sum.flush(w, self.sums);
@@ -162,7 +157,7 @@ impl simd::Kernel for AddCut<'_> {
                     continue;
                 }
                 let parent = cut.swap_remove(k);
-                let field = &self.lights.field;
+                let field = &self.lights.set;
                 let (heir, drawn) = (self.tree).inherit(field, children, parent.drawn, self.middle);
                 for (i, node) in children.into_iter().enumerate() {
                     let inherited = (i == heir).then_some((parent.slot, drawn));
@@ -180,7 +175,7 @@ impl simd::Kernel for AddCut<'_> {
 impl AddCut<'_> {
     /// A light that stands for all below a node.
     fn draw(&mut self, node: usize) -> Drawn {
-        (self.tree).draw(&self.lights.field, node, self.middle, &mut self.rng)
+        (self.tree).draw(&self.lights.set, node, self.middle, &mut self.rng)
     }
 
     /// Whether one surface hides all of a cluster from all points. Worth a look only where nothing has arrived from its light.
@@ -193,7 +188,7 @@ impl AddCut<'_> {
         occluders: &mut Occluders,
     ) -> bool {
         let arrived = gathered[cluster.slot].iter().flat_map(|lanes| &lanes.0);
-        let target = self.lights.field.lights()[cluster.drawn.id.index()].p;
+        let target = self.lights.set.lights()[cluster.drawn.id.index()].p;
         let node = &self.tree.nodes()[cluster.node];
         arrived.flatten().all(|&x| x == 0.0)
             && occluders.hide(w, &node.bounds.grown(node.offset), target)
@@ -288,12 +283,7 @@ impl AddCut<'_> {
             for (i, &member) in batch.members.iter().enumerate() {
                 let sum = &mut self.sums[member];
                 for c in cut {
-                    let radiance = gathered[c.slot][b].rgb(i) / c.drawn.probability;
-                    if self.lights.field.reflects(c.drawn.id) {
-                        sum.radiance += radiance;
-                    } else {
-                        sum.direct += radiance;
-                    }
+                    sum.radiance += gathered[c.slot][b].rgb(i) / c.drawn.probability;
                 }
                 sum.terms = cut.len() as u32;
                 sum.connections = gathered.len() as u64;

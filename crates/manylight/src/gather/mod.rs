@@ -1,16 +1,16 @@
 //! Sums virtual lights at shading points. [`Kernel`] says how one light is evaluated, [`Strategy`] which are.
 
 mod block;
-mod clamp;
+mod clamping;
 mod connect;
 mod cut;
-mod hidden;
+mod occlusion;
 mod points;
 mod sphere;
 #[cfg(test)]
 mod tests;
 
-pub use clamp::Clamp;
+pub use clamping::Clamp;
 pub use cut::{CutLimits, ShareOf};
 
 use crate::bsdf::Bsdf;
@@ -20,12 +20,9 @@ use crate::ids::LightId;
 use crate::light_tree::LightTree;
 use crate::math::Vec3;
 use crate::scene::Scene;
-use crate::virtual_lights::{LightField, Spot};
-use clamp::Way;
+use crate::virtual_lights::{SurfaceLocation, VirtualLights};
+use clamping::ClampedConnection;
 use points::{BATCHES, Batch, Reach};
-
-/// What is done about the singularity of lights on emitters, whatever else is clamped: directions that find the emitter bring the rest.
-const ON_EMITTERS: Clamp = Clamp::Auto(1.0);
 
 /// How one light is evaluated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,19 +39,10 @@ pub enum Kernel {
 /// Which lights are evaluated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Strategy {
-    /// All of a [`Selection`].
+    /// All of a [`Subset`].
     All,
     /// Some that stand for the others, chosen for up to 64 points together. A selection of one in `n` is a cut of a so much smaller size.
     Cuts(CutLimits),
-}
-
-/// How the light of emitters comes to a point.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum DirectLight {
-    /// By samples of emitters, apart from the sum over lights.
-    Sampled,
-    /// By the lights that stand on emitters, summed with the others.
-    Summed,
 }
 
 /// Where lights are summed: a surface point, seen along `-wo`.
@@ -71,9 +59,7 @@ pub struct ShadingPoint<'s> {
     /// Uniform in [0, 1): decides between numbers of points.
     pub u: f32,
     /// Which lights are summed here.
-    pub lights: Selection,
-    /// Whether those on emitters are among them.
-    pub direct: DirectLight,
+    pub lights: Subset,
     /// Radiance by which any cluster of lights may be off here, luminance; 0 where only a share of the sum may be.
     pub tolerance: f32,
     /// Only light that arrives on the side of this normal counts, if given.
@@ -83,16 +69,16 @@ pub struct ShadingPoint<'s> {
 /// Which lights are summed at a point: some at equal distances along the space-filling curve. Each stands for as many as there are
 /// from one to the next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Selection {
+pub struct Subset {
     first: u32,
     step: u32,
     /// Points whose mean counts and among which the lights are divided.
     points: u32,
 }
 
-impl Selection {
+impl Subset {
     /// Every light.
-    pub const ALL: Selection = Selection {
+    pub const ALL: Subset = Subset {
         first: 0,
         step: 1,
         points: 1,
@@ -100,7 +86,7 @@ impl Selection {
 
     /// These lights are divided among `step` selections; this is the one with index `k`, counted round.
     pub fn part(self, k: u32, step: u32) -> Self {
-        Selection {
+        Subset {
             first: self.first + self.step * (k % step),
             step: self.step * step,
             points: self.points,
@@ -110,7 +96,7 @@ impl Selection {
     /// The same for point `k` of so many whose mean counts. To the clamp a light has its own surface then: what it adds to the mean is as
     /// if all lights were summed at each of the points.
     pub fn divided(self, k: u32, points: u32) -> Self {
-        Selection {
+        Subset {
             points: self.points * points,
             ..self.part(k, points)
         }
@@ -150,7 +136,7 @@ pub struct Viewpoint {
     /// As [`ShadingPoint::u`].
     pub u: f32,
     /// Which lights are summed there.
-    pub lights: Selection,
+    pub lights: Subset,
 }
 
 impl From<&ShadingPoint<'_>> for Viewpoint {
@@ -166,11 +152,11 @@ impl From<&ShadingPoint<'_>> for Viewpoint {
 
 /// The light that stands for light from some spot.
 #[derive(Clone, Copy, Debug)]
-pub enum Owner {
+pub enum Assignment {
     /// This one.
     Light(LightId),
     /// None: photons there are lights by themselves.
-    Nobody {
+    Unassigned {
         /// Surface that each of them stands for, in m².
         area: f32,
     },
@@ -178,50 +164,42 @@ pub enum Owner {
 
 /// Lights made ready to be summed.
 #[derive(Debug)]
-pub struct Lights<'s> {
+pub struct LightIndex<'s> {
     /// The lights themselves.
-    pub field: LightField<'s>,
+    pub set: VirtualLights<'s>,
     /// How far the points of each light lie from it.
     reaches: Vec<Reach>,
     /// For cuts.
     tree: Option<LightTree>,
 }
 
-impl<'s> Lights<'s> {
+impl<'s> LightIndex<'s> {
     /// Prepares `field` for sums over all lights.
-    pub fn new(field: LightField<'s>) -> Self {
+    pub fn new(field: VirtualLights<'s>) -> Self {
         let reaches = field.lights().iter().map(Reach::of).collect();
-        Lights {
-            field,
+        LightIndex {
+            set: field,
             reaches,
             tree: None,
         }
     }
 
     /// What is known of `light`, to which photons at `y` belong, if there is one.
-    pub fn owner(&self, light: Option<LightId>, y: &Spot) -> Owner {
+    pub fn owner(&self, light: Option<LightId>, y: &SurfaceLocation) -> Assignment {
         match light {
-            Some(id) => Owner::Light(id),
-            None => Owner::Nobody {
-                area: self.field.stray_area(y.p),
+            Some(id) => Assignment::Light(id),
+            None => Assignment::Unassigned {
+                area: self.set.stray_area(y.p),
             },
         }
     }
 
     /// The same with a tree over all lights, for cuts.
     pub fn with_tree(self) -> Self {
-        let tree = LightTree::new(&self.field, |_| true);
-        Lights {
+        let tree = LightTree::new(&self.set, |_| true);
+        LightIndex {
             tree: Some(tree),
             ..self
-        }
-    }
-
-    /// How many lights are summed, of all selections together: the first ones.
-    fn count(&self, direct: DirectLight) -> usize {
-        match direct {
-            DirectLight::Sampled => self.field.reflecting(),
-            DirectLight::Summed => self.field.lights().len(),
         }
     }
 
@@ -241,7 +219,7 @@ pub struct Gather {
     pub kernel: Kernel,
     /// Which are evaluated. For cuts the lights must have a tree.
     pub strategy: Strategy,
-    /// What is done about the singularity. Lights on emitters have [`ON_EMITTERS`].
+    /// What is done about the singularity.
     pub clamp: Clamp,
     /// How many times smaller than what a light stands for the surface is that the clamp sees, and a sphere has.
     pub finer: f32,
@@ -250,10 +228,8 @@ pub struct Gather {
 /// A sum of lights, with what it cost.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Gathered {
-    /// Radiance towards the viewer from lights that reflect,
+    /// Radiance towards the viewer.
     pub radiance: Rgb,
-    /// and from those on emitters.
-    pub direct: Rgb,
     /// Radiance that the clamp took away, before visibility; luminance.
     pub clamped: f32,
     /// Luminance before clamp and visibility.
@@ -271,10 +247,15 @@ pub struct Gathered {
 impl Gather {
     /// For each point of a tile the radiance from all lights: `L = Σ_k f |w·n| I_k(-w) V / d²` over the points that each light
     /// is made of. Light by light, so that its table stays in the cache for the whole tile.
-    pub fn sum(&self, scene: &Scene, lights: &Lights, points: &[ShadingPoint]) -> Vec<Gathered> {
+    pub fn sum(
+        &self,
+        scene: &Scene,
+        lights: &LightIndex,
+        points: &[ShadingPoint],
+    ) -> Vec<Gathered> {
         let mut sums = vec![Gathered::default(); points.len()];
         let batches = Batch::all(points);
-        for same_lights in batches.chunk_by(|a, b| a.kind() == b.kind()) {
+        for same_lights in batches.chunk_by(|a, b| a.lights == b.lights) {
             for group in same_lights.chunks(BATCHES) {
                 match self.strategy {
                     Strategy::All => self.add_lights(scene, lights, group, &mut sums),
@@ -289,7 +270,7 @@ impl Gather {
 
     /// For how many lights each one counts that is evaluated by itself.
     #[inline(always)]
-    fn stands_for(&self, selection: Selection) -> f32 {
+    fn stands_for(&self, selection: Subset) -> f32 {
         match self.strategy {
             Strategy::All => selection.stands_for(),
             Strategy::Cuts(_) => 1.0,
@@ -298,7 +279,7 @@ impl Gather {
 
     /// Of how many lights it has the surface, beside the clamp.
     #[inline(always)]
-    fn surfaces(&self, selection: Selection) -> f32 {
+    fn surfaces(&self, selection: Subset) -> f32 {
         let surfaces = match self.strategy {
             Strategy::All => selection.surfaces(),
             Strategy::Cuts(_) => 1.0,
@@ -306,39 +287,26 @@ impl Gather {
         surfaces / self.finer
     }
 
-    /// Share of the light that the piece of an emitter at `y` with normal `n`, which stands for so much `area` in m², should send to `at` and the sum lacks,
-    /// because the clamp takes it. `f_cos` as for [`Gather::missing`].
-    pub fn missing_of_emitter(
-        &self,
-        at: &Viewpoint,
-        y: Vec3,
-        n: Vec3,
-        area: f32,
-        f_cos: Rgb,
-    ) -> f32 {
-        self.taken(ON_EMITTERS, at, (y, n), area, |_| f_cos)
-    }
-
     /// Share of the light from `y` that the sum at `at` lacks, because the clamp takes it away from the light that photons at
     /// `y` belong to: one less what [`Gather::sum`] keeps of a connection to a part of `owner` at `y`. `f_cos` says what the
     /// smooth lobes at `at` reflect from a direction: `f cosθ` in 1/sr.
     pub fn missing(
         &self,
-        lights: &Lights,
+        lights: &LightIndex,
         at: &Viewpoint,
-        y: &Spot,
-        owner: Owner,
+        y: &SurfaceLocation,
+        owner: Assignment,
         f_cos: impl FnOnce(Vec3) -> Rgb,
     ) -> f32 {
         if self.clamp == Clamp::None {
             return 0.0;
         }
         let (n_y, area) = match owner {
-            Owner::Light(id) => {
-                let light = &lights.field.lights()[id.index()];
+            Assignment::Light(id) => {
+                let light = &lights.set.lights()[id.index()];
                 (light.n, self.part_area(at, light))
             }
-            Owner::Nobody { area } => (y.n, area),
+            Assignment::Unassigned { area } => (y.n, area),
         };
         self.taken(self.clamp, at, (y.p, n_y), area, f_cos)
     }
@@ -359,7 +327,7 @@ impl Gather {
         }
         let inv_d = d2.sqrt().recip();
         let w = to_y * inv_d;
-        1.0 - clamp.kept(&Way {
+        1.0 - clamp.kept(&ClampedConnection {
             w,
             inv_d2: inv_d * inv_d,
             f_cos: f_cos(w),

@@ -1,6 +1,6 @@
 //! The shading points of a tile in lanes, those with scattering functions of one form and the same lights together.
 
-use super::{DirectLight, Selection, ShadingPoint};
+use super::{ShadingPoint, Subset};
 use crate::bsdf::{Form, Lobes, Receivers};
 use crate::geometry::SurfacePoint;
 use crate::lanes::vectors::{abs3, dot, splat3, sub3};
@@ -80,9 +80,8 @@ pub(super) struct Batch<'b, 's> {
     /// Where shadow rays start that leave by the side of the geometric normal, and by the other.
     pub origins: [[Vec3; LANES]; 2],
     /// Which lights are summed at all of them,
-    pub lights: Selection,
+    pub lights: Subset,
     /// and whether those on emitters are among them.
-    pub direct: DirectLight,
     /// Normals on the side of which light must arrive, for the points in `limited`.
     lit_from: Lanes3,
     limited: LaneMask,
@@ -93,21 +92,21 @@ pub(super) struct Batch<'b, 's> {
 impl<'b, 's> Batch<'b, 's> {
     /// The points of a tile in batches, sorted by selection, form and place: rays to common lights should be alike.
     pub(super) fn all(points: &'b [ShadingPoint<'s>]) -> Vec<Self> {
-        let mut kinds: Vec<((Form, Selection, DirectLight), Vec<usize>)> = Vec::new();
+        let mut kinds: Vec<((Form, Subset), Vec<usize>)> = Vec::new();
         for (i, point) in points.iter().enumerate() {
-            let kind = (point.bsdf.form(), point.lights, point.direct);
+            let kind = (point.bsdf.form(), point.lights);
             match kinds.iter_mut().find(|(k, _)| *k == kind) {
                 Some((_, members)) => members.push(i),
                 None => kinds.push((kind, vec![i])),
             }
         }
-        kinds.sort_by_key(|((_, lights, direct), _)| (*lights, *direct));
+        kinds.sort_by_key(|((_, lights), _)| *lights);
         for (_, members) in &mut kinds {
             sort_in_compact_runs(members, points);
         }
         kinds
             .iter()
-            .flat_map(|((form, ..), members)| {
+            .flat_map(|((form, _), members)| {
                 members
                     .chunks(LANES)
                     .map(|members| Batch::new(*form, members, points))
@@ -131,14 +130,13 @@ impl<'b, 's> Batch<'b, 's> {
             u: std::array::from_fn(|i| at(i).u),
             receivers: Receivers::new(
                 form,
-                Lobes::SMOOTH,
+                Lobes::NON_SPECULAR,
                 members.iter().map(|&m| (&points[m].bsdf, points[m].wo)),
             ),
             mirrored: Lanes3::from_fn(|i| mirrored(at(i).wo, at(i).x.frame.n)),
             widths: std::array::from_fn(|i| at(i).bsdf.glossy_width()),
             origins: [1.0, -1.0].map(|side| std::array::from_fn(|i| origin(i, side))),
             lights: at(0).lights,
-            direct: at(0).direct,
             lit_from: Lanes3::from_fn(|i| at(i).lit_from.unwrap_or(Vec3::ZERO)),
             limited: mask(|i| at(i).lit_from.is_some()),
             depths: members
@@ -146,11 +144,6 @@ impl<'b, 's> Batch<'b, 's> {
                 .any(|&m| points[m].max_photon_depth.is_some())
                 .then(|| std::array::from_fn(|i| at(i).max_photon_depth)),
         }
-    }
-
-    /// Batches of one kind sum the same lights.
-    pub(super) fn kind(&self) -> (Selection, DirectLight) {
-        (self.lights, self.direct)
     }
 
     /// The lanes that are points.

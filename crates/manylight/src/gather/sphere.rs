@@ -21,7 +21,7 @@ use crate::math::{Frame, Vec2, Vec3};
 use crate::sampling::rng::Pcg;
 use crate::sampling::warp;
 use crate::simd::Wide;
-use crate::virtual_lights::{Emission, LightField, Shining, VirtualLight};
+use crate::virtual_lights::{Emission, EmissionView, VirtualLight, VirtualLights};
 use std::f32::consts::{FRAC_1_PI, TAU};
 
 /// Squared radius of the sphere of a light that shines as one photon, in surfaces per light over π. The sphere reaches half as far as
@@ -105,7 +105,7 @@ pub(super) struct LightLobe {
 
 impl LightLobe {
     /// Of light `id`, if it has one; `seed` chooses the directions.
-    pub(super) fn of(field: &LightField, id: LightId, seed: u32) -> Option<Self> {
+    pub(super) fn of(field: &VirtualLights, id: LightId, seed: u32) -> Option<Self> {
         let light = &field.lights()[id.index()];
         let Emission::Single(index) = light.emission else {
             return None;
@@ -179,7 +179,7 @@ impl Samples {
         &self,
         w: W,
         batch: &Batch,
-        shining: &Shining,
+        emission_view: &EmissionView,
         light: Option<&LightLobe>,
         cone: &Cone<W>,
         count: usize,
@@ -187,7 +187,7 @@ impl Samples {
     ) -> [W::F; 3] {
         let evaluate = Integrand {
             batch,
-            shining,
+            emission_view,
             active,
         };
         let solid_angle = w.mul(w.splat(TAU), cone.height);
@@ -235,7 +235,7 @@ impl Samples {
                 let d = direction.load(w);
                 let inside = active & w.bits(w.le(cone.cos, dot(w, d, cone.axis))) as LaneMask;
                 if inside != 0 {
-                    let intensity = shining.intensities(w, direction, inside).load(w);
+                    let intensity = emission_view.intensities(w, direction, inside).load(w);
                     let value = mixture.weighted(w, d, mul3(w, f_cos.load(w), intensity));
                     sum = add3(w, sum, only(w, inside, value));
                 }
@@ -285,7 +285,7 @@ impl PointLobe {
 /// `f |w·n| I(-w)` between a light and the points of a batch.
 struct Integrand<'a> {
     batch: &'a Batch<'a, 'a>,
-    shining: &'a Shining<'a, 'a>,
+    emission_view: &'a EmissionView<'a, 'a>,
     active: LaneMask,
 }
 
@@ -294,7 +294,7 @@ impl Integrand<'_> {
     fn at<W: Wide>(&self, w: W, wi: [W::F; 3]) -> [W::F; 3] {
         let directions = Lanes3::store(w, wi);
         let intensity = self
-            .shining
+            .emission_view
             .intensities(w, &directions, self.active)
             .load(w);
         let f_cos = self

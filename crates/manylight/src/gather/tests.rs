@@ -14,7 +14,7 @@ use crate::simd::{self, Isa, Simd};
 use crate::testing::scenes::{Builder, diffuse, glass, glossy_box, rough_metal, rough_plastic};
 use crate::texture::ColorInput;
 use crate::virtual_lights::{
-    Division, GlossyForm, Shares, TableStorage, VirtualLight, assign, select,
+    GlossyForm, PhotonClusters, TableStorage, VirtualLight, assign, select,
 };
 
 pub(super) const PASS: Pass = Pass { seed: 3, index: 1 };
@@ -31,15 +31,15 @@ fn table(side: u32) -> Option<GlossyForm> {
 }
 
 /// Lights of 2000 photon paths: with glossy parts of this form, or plain ones.
-fn lights(scene: &Scene, form: Option<GlossyForm>, limits: PathLimits) -> Lights<'_> {
+fn lights(scene: &Scene, form: Option<GlossyForm>, limits: PathLimits) -> LightIndex<'_> {
     let photons = trace_photons(scene, limits, 2000, PASS, for_lights);
     let fluxes: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
     let sites = select(&photons, &fluxes, 90, 0.4);
-    Lights::new(match form {
-        None => LightField::single(scene, limits, &photons, &Shares::own(&sites)),
+    LightIndex::new(match form {
+        None => VirtualLights::single(scene, limits, &photons, &PhotonClusters::own(&sites)),
         Some(form) => {
-            let (shares, _) = assign(scene, &photons, &sites, &fluxes, Division::Nearest, 0.7);
-            LightField::rich(scene, limits, &photons, &shares, form)
+            let (shares, _) = assign(scene, &photons, &sites, &fluxes, 0.7);
+            VirtualLights::rich(scene, limits, &photons, &shares, form)
         }
     })
 }
@@ -59,11 +59,10 @@ pub(super) fn points(scene: &Scene, depths: bool) -> Vec<ShadingPoint<'_>> {
                 max_photon_depth: depths.then_some(i % 3),
                 u: i as f32 / 1000.0 % 1.0,
                 lights: if i % 5 == 0 {
-                    Selection::ALL.part(i % 2, 2).part(i % 11, 4)
+                    Subset::ALL.part(i % 2, 2).part(i % 11, 4)
                 } else {
-                    Selection::ALL
+                    Subset::ALL
                 },
-                direct: DirectLight::Sampled,
                 tolerance: 0.0,
                 lit_from: (i % 7 == 0).then_some(Vec3::new(0.6, 0.0, 0.8)),
             })
@@ -72,9 +71,9 @@ pub(super) fn points(scene: &Scene, depths: bool) -> Vec<ShadingPoint<'_>> {
 }
 
 /// `Σ_k f |w·n| I_k(-w) V / d²` over lights as points, one connection at a time.
-fn written_out(scene: &Scene, lights: &Lights, at: &ShadingPoint) -> Rgb {
+fn written_out(scene: &Scene, lights: &LightIndex, at: &ShadingPoint) -> Rgb {
     let mut sum = Rgb::BLACK;
-    let all = lights.field.lights();
+    let all = lights.set.lights();
     for k in at.lights.indices(all.len()) {
         let light = &all[k];
         let stands_for = at.lights.stands_for();
@@ -83,8 +82,8 @@ fn written_out(scene: &Scene, lights: &Lights, at: &ShadingPoint) -> Rgb {
         let w = (light.p - at.x.p) / d2.sqrt();
         let share = at
             .max_photon_depth
-            .map_or(1.0, |m| lights.field.share_up_to(id, m));
-        let value = at.bsdf.f_cos_wi(w, at.wo, Lobes::SMOOTH) * lights.field.intensity(id, -w);
+            .map_or(1.0, |m| lights.set.share_up_to(id, m));
+        let value = at.bsdf.f_cos_wi(w, at.wo, Lobes::NON_SPECULAR) * lights.set.intensity(id, -w);
         let wanted = at.lit_from.is_none_or(|n| w.dot(n) > 0.0);
         if wanted && d2 > 0.0 && !value.is_black() {
             let segment = Segment {
@@ -140,13 +139,13 @@ fn lights_divided_among_points_are_clamped_as_all_of_them() {
         finer: 1.0,
     };
     let mut points = points(&scene, false);
-    let mut sum = |lights_there: Selection| -> Vec<Rgb> {
+    let mut sum = |lights_there: Subset| -> Vec<Rgb> {
         points.iter_mut().for_each(|at| at.lights = lights_there);
         let sums = gather.sum(&scene, &lights, &points);
         sums.iter().map(|sum| sum.radiance).collect()
     };
-    let all = sum(Selection::ALL);
-    let mut mean = |of: &dyn Fn(u32) -> Selection| {
+    let all = sum(Subset::ALL);
+    let mut mean = |of: &dyn Fn(u32) -> Subset| {
         let mut mean = vec![Rgb::BLACK; all.len()];
         for k in 0..4 {
             for (m, s) in mean.iter_mut().zip(sum(of(k))) {
@@ -155,8 +154,8 @@ fn lights_divided_among_points_are_clamped_as_all_of_them() {
         }
         mean
     };
-    let divided = mean(&|k| Selection::ALL.divided(k, 4));
-    let alone = mean(&|k| Selection::ALL.part(k, 4));
+    let divided = mean(&|k| Subset::ALL.divided(k, 4));
+    let alone = mean(&|k| Subset::ALL.part(k, 4));
     let mut darker = 0;
     for ((all, divided), alone) in all.iter().zip(&divided).zip(&alone) {
         let [a, d, s] = [all, divided, alone].map(|radiance| radiance.luminance());
@@ -241,7 +240,7 @@ fn light_through_panes_arrives_dimmed() {
 /// The lanes of a batch that a light may reach.
 struct Facing<'a>(&'a Batch<'a, 'a>, &'a VirtualLight<'a>, &'a Reach);
 
-impl simd::Kernel for Facing<'_> {
+impl simd::SimdKernel for Facing<'_> {
     type Output = LaneMask;
 
     #[inline(always)]
@@ -259,7 +258,7 @@ fn no_point_is_left_out_that_sees_a_part_of_a_light() {
     let points = points(&scene, false);
     let (mut seen, mut in_plane) = (0, 0);
     for batch in Batch::all(&points) {
-        for (light, reach) in lights.field.lights().iter().zip(&lights.reaches) {
+        for (light, reach) in lights.set.lights().iter().zip(&lights.reaches) {
             let facing = Isa::best().run(Facing(&batch, light, reach));
             for (i, &member) in batch.members.iter().enumerate() {
                 let at = &points[member];
@@ -290,31 +289,28 @@ fn no_point_is_left_out_that_sees_a_part_of_a_light() {
 }
 
 /// Of one light, at places that see it in given directions.
-struct Intensities<'a>(&'a LightField<'a>, LightId, &'a Lanes3);
+struct Intensities<'a>(&'a VirtualLights<'a>, LightId, &'a Lanes3);
 
-impl simd::Kernel for Intensities<'_> {
+impl simd::SimdKernel for Intensities<'_> {
     type Output = Lanes3;
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> Lanes3 {
-        let shining = self.0.shining(self.1);
-        shining.intensities(s.wide(), self.2, LaneMask::MAX)
+        let emission_view = self.0.emission_view(self.1);
+        emission_view.intensities(s.wide(), self.2, LaneMask::MAX)
     }
 }
 
 #[test]
 fn intensities_in_lanes_are_single_intensities() {
     let scene = glossy_box(16).build();
-    let storages = [
-        TableStorage::Float,
-        TableStorage::Half,
-        TableStorage::Shared,
-    ];
+    let storages = [TableStorage::Float, TableStorage::Shared];
     let tables = storages.map(|storage| Some(GlossyForm::Table { side: 32, storage }));
     let lobes = [1, 5, 8].map(|count| Some(GlossyForm::Lobes { count }));
-    for form in [tables, lobes, [table(8), table(64), None]].concat() {
+    let others = [table(8), table(64), None];
+    for form in tables.into_iter().chain(lobes).chain(others) {
         let lights = lights(&scene, form, UNLIMITED);
-        for k in 0..lights.field.lights().len() {
+        for k in 0..lights.set.lights().len() {
             let id = LightId(k as u32);
             let u = |i: usize| {
                 Vec2::new(
@@ -324,9 +320,9 @@ fn intensities_in_lanes_are_single_intensities() {
             };
             let w = Lanes3::from_fn(|i| warp::sphere(u(i)));
             let towards = Lanes3::from_fn(|i| -w.vec(i));
-            let values = Isa::best().run(Intensities(&lights.field, id, &towards));
+            let values = Isa::best().run(Intensities(&lights.set, id, &towards));
             for i in 0..LANES {
-                let single = lights.field.intensity(id, w.vec(i));
+                let single = lights.set.intensity(id, w.vec(i));
                 for (a, b) in values.rgb(i).to_array().into_iter().zip(single.to_array()) {
                     assert!((a - b).abs() <= 1e-5 * b.abs() + 1e-9, "{a} and {b}");
                 }
@@ -336,7 +332,7 @@ fn intensities_in_lanes_are_single_intensities() {
 }
 
 /// `1/(π r²) ∫ f |w·n| I(-w) dw` over the directions from `at` to a sphere, by the midpoint rule.
-fn seen_as_sphere(field: &LightField, id: LightId, radius: f32, at: &ShadingPoint) -> Rgb {
+fn seen_as_sphere(field: &VirtualLights, id: LightId, radius: f32, at: &ShadingPoint) -> Rgb {
     let to = field.lights()[id.index()].p - at.x.p;
     let sin2 = radius * radius / to.length_squared();
     let cos = if sin2 < 1.0 {
@@ -350,7 +346,7 @@ fn seen_as_sphere(field: &LightField, id: LightId, radius: f32, at: &ShadingPoin
     for i in 0..n * n {
         let u = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
         let w = frame.to_world(warp::cone(u, cos));
-        sum += at.bsdf.f_cos_wi(w, at.wo, Lobes::SMOOTH) * field.intensity(id, -w);
+        sum += at.bsdf.f_cos_wi(w, at.wo, Lobes::NON_SPECULAR) * field.intensity(id, -w);
     }
     sum / (n * n) as f32 / warp::cone_pdf(cos) / (std::f32::consts::PI * radius * radius)
 }
@@ -366,7 +362,7 @@ fn spheres_are_integrals_over_their_directions() {
     };
     for form in [None, table(16)] {
         let lights = lights(&scene, form, UNLIMITED);
-        let all = lights.field.lights();
+        let all = lights.set.lights();
         let (mut near, mut expected_sum, mut sum) = (0, 0.0, 0.0);
         for (p, point) in points(&scene, false).into_iter().enumerate().step_by(2) {
             // Of many lights one: the nearest, or any.
@@ -381,7 +377,7 @@ fn spheres_are_integrals_over_their_directions() {
             let stands_for = all.len() as f32;
             let radius = sphere::sphere_radius(light, stands_for);
             let at = ShadingPoint {
-                lights: Selection::ALL.part(k as u32, all.len() as u32),
+                lights: Subset::ALL.part(k as u32, all.len() as u32),
                 lit_from: None,
                 ..point
             };
@@ -398,7 +394,7 @@ fn spheres_are_integrals_over_their_directions() {
                 continue;
             }
             let id = LightId(k as u32);
-            let expected = seen_as_sphere(&lights.field, id, radius, &at) * stands_for;
+            let expected = seen_as_sphere(&lights.set, id, radius, &at) * stands_for;
             let trials = 4096;
             let tile: Vec<ShadingPoint> = (0..trials)
                 .map(|t| ShadingPoint {
@@ -431,18 +427,18 @@ fn spheres_are_integrals_over_their_directions() {
 }
 
 /// A few hundred lights with their tree.
-fn many_lights(scene: &Scene, form: Option<GlossyForm>) -> Lights<'_> {
+fn many_lights(scene: &Scene, form: Option<GlossyForm>) -> LightIndex<'_> {
     let photons = trace_photons(scene, UNLIMITED, 8000, PASS, for_lights);
     let fluxes: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
     let sites = select(&photons, &fluxes, 1500, 0.4);
     let field = match form {
-        None => LightField::single(scene, UNLIMITED, &photons, &Shares::own(&sites)),
+        None => VirtualLights::single(scene, UNLIMITED, &photons, &PhotonClusters::own(&sites)),
         Some(form) => {
-            let (shares, _) = assign(scene, &photons, &sites, &fluxes, Division::Nearest, 0.7);
-            LightField::rich(scene, UNLIMITED, &photons, &shares, form)
+            let (shares, _) = assign(scene, &photons, &sites, &fluxes, 0.7);
+            VirtualLights::rich(scene, UNLIMITED, &photons, &shares, form)
         }
     };
-    Lights::new(field).with_tree()
+    LightIndex::new(field).with_tree()
 }
 
 #[test]
@@ -453,7 +449,7 @@ fn cuts_are_as_good_as_promised() {
         let points: Vec<ShadingPoint> = points(&scene, false)
             .into_iter()
             .map(|point| ShadingPoint {
-                lights: Selection::ALL,
+                lights: Subset::ALL,
                 ..point
             })
             .collect();
@@ -489,7 +485,7 @@ fn cuts_are_as_good_as_promised() {
         let size = |sums: &[Gathered]| mean(&|i| f64::from(sums[i].terms));
         println!(
             "{form:?}: of {} lights {:.0} with errors of {:.4}, {:.0} with {:.4}",
-            lights.field.lights().len(),
+            lights.set.lights().len(),
             size(&fine),
             mean(&|i| off(&fine, i)),
             size(&coarse),

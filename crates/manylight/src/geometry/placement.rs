@@ -286,7 +286,7 @@ impl Placement {
 
     /// Asks for the memory of a triangle that [`Placement::surface`] will read.
     #[inline]
-    pub(super) fn expect(&self, shape: &Shape, element: u32) {
+    pub(super) fn prefetch(&self, shape: &Shape, element: u32) {
         if let Placement::Mesh { triangles, .. } = self {
             prefetch(&triangles[element as usize]);
             prefetch(&mesh_of(shape).triangles[element as usize]);
@@ -295,7 +295,7 @@ impl Placement {
 
     /// The same for the triangle's vertices, once [`Placement::expect`] has had its time.
     #[inline]
-    pub(super) fn expect_vertices(&self, shape: &Shape, element: u32) {
+    pub(super) fn prefetch_vertices(&self, shape: &Shape, element: u32) {
         if let Placement::Mesh { normals, .. } = self {
             let mesh = mesh_of(shape);
             for i in mesh.triangles[element as usize] {

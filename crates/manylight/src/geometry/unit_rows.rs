@@ -7,7 +7,7 @@ use super::analytic::Kind;
 use super::block::BLOCK;
 use crate::lanes::LaneMask;
 use crate::lanes::vectors::{add3, dot, load3, scale3, splat3, sub3};
-use crate::simd::{Kernel, Simd, WIDE, Wide};
+use crate::simd::{Simd, SimdKernel, WIDE, Wide};
 use glam::DVec3;
 
 /// Rounding of a segment's distance from the shape, relative to that of its ends: many times what it can be.
@@ -51,7 +51,7 @@ pub(super) struct CutRow<'a> {
     pub(super) open: u64,
 }
 
-impl Kernel for CutRow<'_> {
+impl SimdKernel for CutRow<'_> {
     type Output = u64;
 
     #[inline(always)]
@@ -135,7 +135,7 @@ mod tests {
     /// What looks at all segments in `f64`.
     struct Exactly<'a>(CutRow<'a>);
 
-    impl Kernel for Exactly<'_> {
+    impl SimdKernel for Exactly<'_> {
         type Output = u64;
 
         #[inline(always)]

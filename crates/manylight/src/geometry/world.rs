@@ -374,16 +374,16 @@ impl Geometry {
 
     /// Asks for the memory that [`Geometry::surface_point`] will read first.
     #[inline]
-    pub fn expect(&self, at: SurfaceRef) {
+    pub fn prefetch(&self, at: SurfaceRef) {
         let (shape, placement) = self.placed(at.primitive);
-        placement.expect(shape, at.element);
+        placement.prefetch(shape, at.element);
     }
 
     /// The same for what it reads next.
     #[inline]
-    pub fn expect_vertices(&self, at: SurfaceRef) {
+    pub fn prefetch_vertices(&self, at: SurfaceRef) {
         let (shape, placement) = self.placed(at.primitive);
-        placement.expect_vertices(shape, at.element);
+        placement.prefetch_vertices(shape, at.element);
     }
 
     #[inline]

@@ -1,13 +1,12 @@
-//! The axes on which a many-light method is a choice; in words in docs/many_light.md. The others are [`Complement`], [`Kernel`] and
+//! The axes on which a many-light method is a choice; in words in docs/many_light.md. The others are [`Compensation`], [`Kernel`] and
 //! [`Strategy`].
 //!
 //! [`Kernel`]: crate::gather::Kernel
 //! [`Strategy`]: crate::gather::Strategy
 
-use super::light_set::Complement;
+use super::light_set::Compensation;
 use crate::gather::Clamp;
-use crate::virtual_lights::relax::Snap;
-use crate::virtual_lights::{GlossyForm, LightField};
+use crate::virtual_lights::{GlossyForm, VirtualLights};
 
 /// Lights count as so many times larger for the clamp if directions complete it: they bring what near lights send with less noise.
 const COMPLETED: f32 = 4.0;
@@ -20,7 +19,7 @@ pub enum Placement {
     /// Proportional to importance x flux.
     Importance,
     /// As [`Placement::Importance`], and then pushed apart.
-    Relaxed(Snap),
+    Relaxed,
 }
 
 /// How much flux each light carries.
@@ -28,12 +27,8 @@ pub enum Placement {
 pub enum FluxRule {
     /// Its own photon's over the probability of having been kept: the paper's, as we read it.
     Density,
-    /// The density of flux around it, times the surface per light.
-    Area,
     /// That of all photons nearer to it than to any other light.
     Partition,
-    /// That of all photons around it, each divided among the nearest lights.
-    SoftPartition,
 }
 
 /// What each light shines.
@@ -62,16 +57,16 @@ impl ClampRule {
     /// The clamp for `lights`, one in `parts` of which is summed, when they have become so many times finer.
     pub(super) fn for_lights(
         self,
-        lights: &LightField,
+        lights: &VirtualLights,
         parts: u32,
         finer: f32,
-        complement: Complement,
+        compensation: Compensation,
     ) -> Clamp {
         match self {
             ClampRule::None => Clamp::None,
-            ClampRule::Auto => Clamp::Auto(match complement {
-                Complement::None | Complement::Photons => 1.0,
-                Complement::KolligKeller => COMPLETED,
+            ClampRule::Auto => Clamp::Auto(match compensation {
+                Compensation::None => 1.0,
+                Compensation::KolligKeller => COMPLETED,
             }),
             ClampRule::Fixed => {
                 let area = lights.median_area() * parts as f32;
@@ -84,11 +79,9 @@ impl ClampRule {
 
 /// Which lights the passes have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Renewal {
-    /// All have those of the first: what one set of lights gives, without the noise of pixels.
-    Same,
+pub enum Resampling {
     /// Each has its own, as fine as the first.
     New,
     /// Each has its own, and they become finer, so that the mean over passes goes to the right picture.
-    Finer,
+    Progressive,
 }

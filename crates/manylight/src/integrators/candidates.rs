@@ -35,7 +35,7 @@ impl ManyLight {
         let mut sampler = run.pass.sampler(Stream::Selection, 0);
         let (u_thinned, u_sites, u_residual) =
             (sampler.next_1d(), sampler.next_1d(), sampler.next_1d());
-        let thin = matches!(self.flux, FluxRule::Partition | FluxRule::SoftPartition);
+        let thin = self.flux == FluxRule::Partition;
         let (photons, weights) = if thin {
             // Ever fewer, until every photon is a light.
             let per_light = (PHOTONS_PER_LIGHT as f32 / (finer * finer)).max(1.0);
@@ -57,7 +57,7 @@ impl ManyLight {
         let count = self.light_count as usize;
         match self.placement {
             Placement::Uniform => select(photons, weights, count, u),
-            Placement::Importance | Placement::Relaxed(_) => {
+            Placement::Importance | Placement::Relaxed => {
                 let mixed = defensive_weights(weights, &fluxes(photons), PLACED_BY_FLUX);
                 select(photons, &mixed, count, u)
             }

@@ -1,6 +1,6 @@
-//! The complement of the clamp by photons: light that the sum over lights lacks, from photons that bring it.
+//! The compensation of the clamp by photons: light that the sum over lights lacks, from photons that bring it.
 //!
-//! All of it with `--complement photons`; else directions look for it, and photons bring what is found rarely: light of emitters that narrow
+//! All of it with `--compensation photons`; else directions look for it, and photons bring what is found rarely: light of emitters that narrow
 //! lobes reflect, as the sun on metal.
 //!
 //! A photon that went on from a smooth surface at `z` to `y` is a path that the virtual light at `z` stands for, too. Of the light from `z`,
@@ -11,17 +11,17 @@
 //! Source: Sriwasansak, Gruson, Hachisuka, "Efficient Energy-Compensated VPLs Using Photon Splatting", I3D 2018; here for lights that
 //! stand for many photons, so that the clamp asks whose a photon at `z` is.
 
-use super::eye_path::Gathering;
-use super::light_set::{Complement, LightSet};
+use super::eye_path::GatherPoint;
+use super::light_set::{Compensation, PreparedPasses};
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
-use crate::gather::{Gather, Lights, Owner, Selection, Viewpoint};
+use crate::gather::{Assignment, Gather, LightIndex, Subset, Viewpoint};
 use crate::maps::{KdTree, Located, Neighbors};
 use crate::math::Vec3;
 use crate::particles::{Photon, parent};
 use crate::sampling::rng;
 use crate::scene::Scene;
-use crate::virtual_lights::{Claims, Spot};
+use crate::virtual_lights::{NearestLights, SurfaceLocation};
 use rayon::prelude::*;
 use std::f32::consts::FRAC_1_PI;
 
@@ -50,46 +50,49 @@ const LEAST_CHANCE: f32 = 1.0 / 32.0;
 
 /// A photon that came from a smooth surface.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Reflected {
+pub(super) struct ReflectedPhoton {
     photon: Photon,
     /// Where it came from.
-    from: Spot,
+    from: SurfaceLocation,
     /// `f cosθ` with which that surface reflected light of an emitter, in 1/sr; infinite where directions bring nothing.
     f_cos: Rgb,
 }
 
 /// The same, with the light that stands for light from where it came.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Carried {
-    reflected: Reflected,
-    owner: Owner,
+pub(super) struct CompensationPhoton {
+    reflected: ReflectedPhoton,
+    owner: Assignment,
 }
 
-impl Located for Carried {
+impl Located for CompensationPhoton {
     #[inline]
     fn position(&self) -> Vec3 {
         self.reflected.photon.p
     }
 }
 
-impl AsRef<Photon> for Carried {
+impl AsRef<Photon> for CompensationPhoton {
     fn as_ref(&self) -> &Photon {
         &self.reflected.photon
     }
 }
 
 /// The photons among `photons`, in path order, that bring some of what the clamp takes.
-pub(super) fn carried(scene: &Scene, photons: &[Photon], complement: Complement) -> Vec<Reflected> {
+pub(super) fn carried(
+    scene: &Scene,
+    photons: &[Photon],
+    compensation: Compensation,
+) -> Vec<ReflectedPhoton> {
     let of = |j: usize| {
         let before = &photons[parent(photons, j)?];
-        let f_cos = match complement {
-            Complement::None => return None,
-            Complement::Photons => Rgb::splat(f32::INFINITY),
-            Complement::KolligKeller => narrow(scene, before, -photons[j].wi)?,
+        let f_cos = match compensation {
+            Compensation::None => return None,
+            Compensation::KolligKeller => narrow(scene, before, -photons[j].wi)?,
         };
-        Some(Reflected {
+        Some(ReflectedPhoton {
             photon: photons[j],
-            from: Spot::of(before, scene),
+            from: SurfaceLocation::of(before, scene),
             f_cos,
         })
     };
@@ -102,7 +105,7 @@ fn narrow(scene: &Scene, photon: &Photon, wo: Vec3) -> Option<Rgb> {
         return None;
     }
     let bsdf = scene.bsdf(&scene.surface_point(photon.at));
-    let f_cos = bsdf.f_cos_wi(photon.wi, wo, Lobes::SMOOTH);
+    let f_cos = bsdf.f_cos_wi(photon.wi, wo, Lobes::NON_SPECULAR);
     (f_cos.max_channel() > BROAD).then_some(f_cos)
 }
 
@@ -110,12 +113,12 @@ fn narrow(scene: &Scene, photon: &Photon, wo: Vec3) -> Option<Rgb> {
 pub(super) fn owned(
     scene: &Scene,
     gather: &Gather,
-    lights: &Lights,
-    claims: &Claims,
-    selection: Selection,
-    reflected: Vec<Reflected>,
-) -> KdTree<Carried> {
-    let own = |mut reflected: Reflected| {
+    lights: &LightIndex,
+    claims: &NearestLights,
+    selection: Subset,
+    reflected: Vec<ReflectedPhoton>,
+) -> KdTree<CompensationPhoton> {
+    let own = |mut reflected: ReflectedPhoton| {
         let owner = lights.owner(claims.light(scene, &reflected.from), &reflected.from);
         let at = Viewpoint {
             p: reflected.photon.p,
@@ -127,28 +130,34 @@ pub(super) fn owned(
         let missing = gather.missing(lights, &at, &reflected.from, owner, white);
         let chance = (EFFORT * missing).clamp(LEAST_CHANCE, 1.0);
         reflected.photon.flux /= chance;
-        (rng::unit(rng::key(at.p.to_array())) < chance).then_some(Carried { reflected, owner })
+        (rng::unit(rng::key(at.p.to_array())) < chance)
+            .then_some(CompensationPhoton { reflected, owner })
     };
     KdTree::build_ordered(reflected.into_par_iter().filter_map(own).collect())
 }
 
-impl LightSet<'_> {
+impl PreparedPasses<'_> {
     /// What photons bring of the light that the clamp takes away at a gathering point.
-    pub(super) fn carried_radiance(&self, point: &Gathering, found: &mut Neighbors) -> Rgb {
+    pub(super) fn carried_radiance(&self, point: &GatherPoint, found: &mut Neighbors) -> Rgb {
         let at = &point.at;
-        self.density_estimate(&self.carried, point, found, |carried: &Carried| {
-            let Carried { reflected, owner } = *carried;
-            let wi = reflected.photon.wi;
-            let broad = broad(at.bsdf.f_cos_wi(wi, at.wo, Lobes::SMOOTH));
-            let share = 1.0 - share_of_directions(broad, reflected.f_cos);
-            if share == 0.0 {
-                return Rgb::BLACK;
-            }
-            let (gather, lights) = (&self.gather, &self.lights);
-            let missing = gather.missing(lights, &at.into(), &reflected.from, owner, |w| {
-                at.bsdf.f_cos_wi(w, at.wo, Lobes::SMOOTH)
-            });
-            at.bsdf.f(wi, at.wo, Lobes::SMOOTH) * (share * missing)
-        })
+        self.density_estimate(
+            &self.carried,
+            point,
+            found,
+            |carried: &CompensationPhoton| {
+                let CompensationPhoton { reflected, owner } = *carried;
+                let wi = reflected.photon.wi;
+                let broad = broad(at.bsdf.f_cos_wi(wi, at.wo, Lobes::NON_SPECULAR));
+                let share = 1.0 - share_of_directions(broad, reflected.f_cos);
+                if share == 0.0 {
+                    return Rgb::BLACK;
+                }
+                let (gather, lights) = (&self.gather, &self.lights);
+                let missing = gather.missing(lights, &at.into(), &reflected.from, owner, |w| {
+                    at.bsdf.f_cos_wi(w, at.wo, Lobes::NON_SPECULAR)
+                });
+                at.bsdf.f(wi, at.wo, Lobes::NON_SPECULAR) * (share * missing)
+            },
+        )
     }
 }

@@ -3,8 +3,8 @@
 //! It counts by the part of the kernel that is surface, so that edges and thin tubes keep their light.
 
 use super::carried::share_of_directions;
-use super::eye_path::Gathering;
-use super::light_set::LightSet;
+use super::eye_path::GatherPoint;
+use super::light_set::PreparedPasses;
 use super::partition::Stage;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
@@ -21,7 +21,7 @@ const CAUSTIC_PIXELS: f32 = 72.0;
 const CAUSTIC_RADIUS: f32 = 0.03;
 
 /// How far estimates at a gathering point look.
-fn bandwidth(set: &LightSet, point: &Gathering) -> Bandwidth {
+fn bandwidth(set: &PreparedPasses, point: &GatherPoint) -> Bandwidth {
     let largest = CAUSTIC_RADIUS * set.scene.geometry.bounds().diagonal();
     Bandwidth {
         largest: point.reach.min(largest),
@@ -29,17 +29,17 @@ fn bandwidth(set: &LightSet, point: &Gathering) -> Bandwidth {
     }
 }
 
-impl LightSet<'_> {
+impl PreparedPasses<'_> {
     /// What photons whose last event was specular bring to a gathering point. On glossy lobes, eye paths look for what they
     /// bring from other surfaces.
-    pub(super) fn caustic_radiance(&self, point: &Gathering, found: &mut Neighbors) -> Rgb {
+    pub(super) fn caustic_radiance(&self, point: &GatherPoint, found: &mut Neighbors) -> Rgb {
         let (bsdf, wo) = (&point.at.bsdf, point.at.wo);
         self.density_estimate(&self.caustics, point, found, |photon: &Photon| {
             if photon.origin != Lobes::NONE {
                 return bsdf.f(photon.wi, wo, Lobes::DIFFUSE);
             }
-            let f_cos = bsdf.f_cos_wi(photon.wi, wo, Lobes::SMOOTH);
-            bsdf.f(photon.wi, wo, Lobes::SMOOTH) * share_of_directions(point.broad, f_cos)
+            let f_cos = bsdf.f_cos_wi(photon.wi, wo, Lobes::NON_SPECULAR);
+            bsdf.f(photon.wi, wo, Lobes::NON_SPECULAR) * share_of_directions(point.broad, f_cos)
         })
     }
 
@@ -47,7 +47,7 @@ impl LightSet<'_> {
     pub(super) fn density_estimate<P: Located + AsRef<Photon> + Sync>(
         &self,
         photons: &KdTree<P>,
-        point: &Gathering,
+        point: &GatherPoint,
         found: &mut Neighbors,
         f: impl Fn(&P) -> Rgb,
     ) -> Rgb {

@@ -3,17 +3,19 @@
 
 use super::carried::share_of_directions;
 use super::first_surface;
-use super::light_set::LightSet;
+use super::light_set::PreparedPasses;
 use super::partition::Stage;
 use super::smooth_light::{Branch, DIRECTIONS, Directions};
 use crate::bsdf::{BsdfNumbers, Lobes};
 use crate::color::Rgb;
 use crate::film::{Layer, TileSamples};
-use crate::gather::{Selection, ShadingPoint, Strategy};
+use crate::gather::{ShadingPoint, Strategy, Subset};
 use crate::maps::{INCIDENT_NEIGHBORS, Neighbors};
 use crate::math::Vec3;
 use crate::sampling::{Pass, Sampler, Spread, Stream};
-use crate::transport::direct::{EmitterSample, LightPlan, found_environment, found_radiance};
+use crate::transport::direct::{
+    EmitterPlan, EmitterSample, emitted_with_mis, environment_with_mis,
+};
 use crate::transport::{Step, Vertex, Walk};
 
 /// Eye paths that a pixel starts with, each with that part of its lights and directions: edges and textures are noise otherwise. Cuts are
@@ -27,7 +29,7 @@ const BRANCH_SURVIVAL: f32 = 64.0;
 pub(super) const MAX_CHAIN: u32 = 64;
 
 /// A vertex of an eye path where virtual lights and caustic photons are summed.
-pub(super) struct Gathering<'s> {
+pub(super) struct GatherPoint<'s> {
     pub(super) pixel: usize,
     pub(super) throughput: Rgb,
     pub(super) segments: u32,
@@ -61,7 +63,7 @@ struct Few {
 }
 
 impl Few {
-    fn next(&mut self, lights: Selection) -> Selection {
+    fn next(&mut self, lights: Subset) -> Subset {
         let choice = self.given % self.choices;
         self.given += 1;
         lights.part(self.first + choice * (FEW / self.choices), FEW)
@@ -69,9 +71,9 @@ impl Few {
 }
 
 /// What the eye paths of a tile bring.
-pub(super) struct EyePaths<'s, 'o, 't> {
+pub(super) struct CameraPaths<'s, 'o, 't> {
     pub(super) out: &'o mut TileSamples<'t>,
-    pub(super) points: Vec<Gathering<'s>>,
+    pub(super) points: Vec<GatherPoint<'s>>,
     /// Visibility tests.
     pub(super) shadow_rays: u64,
     pub(super) found: Neighbors,
@@ -80,16 +82,16 @@ pub(super) struct EyePaths<'s, 'o, 't> {
     few: Few,
 }
 
-impl<'s, 'o, 't> EyePaths<'s, 'o, 't> {
+impl<'s, 'o, 't> CameraPaths<'s, 'o, 't> {
     /// None so far, of a pass with the lights of `set`.
-    pub(super) fn new(set: &LightSet, pass: Pass, out: &'o mut TileSamples<'t>) -> Self {
+    pub(super) fn new(set: &PreparedPasses, pass: Pass, out: &'o mut TileSamples<'t>) -> Self {
         let u = pass.sampler(Stream::Selection, 2).next_1d();
         let choices = match set.gather.strategy {
             Strategy::All => FEW_CHOICES,
             // A selection says nothing but the size of a cut.
             Strategy::Cuts(_) => 1,
         };
-        EyePaths {
+        CameraPaths {
             few: Few {
                 first: (u * FEW as f32) as u32,
                 choices,
@@ -139,16 +141,16 @@ pub(super) struct Part {
 }
 
 /// One eye path.
-pub(super) struct EyePath<'p, 's, 'o, 't> {
-    pub(super) set: &'p LightSet<'s>,
+pub(super) struct CameraPath<'p, 's, 'o, 't> {
+    pub(super) set: &'p PreparedPasses<'s>,
     /// The lights of this pass.
-    pub(super) lights: Selection,
+    pub(super) lights: Subset,
     pub(super) walk: Walk<'s>,
     pub(super) sampler: &'p mut Sampler,
     pub(super) numbers: PixelNumbers,
     /// Of the tile.
     pub(super) pixel: usize,
-    pub(super) paths: &'p mut EyePaths<'s, 'o, 't>,
+    pub(super) paths: &'p mut CameraPaths<'s, 'o, 't>,
     /// In m.
     pub(super) length: f32,
     pub(super) part: Part,
@@ -159,7 +161,7 @@ pub(super) fn weight(walk: &Walk) -> f32 {
     walk.throughput().max_channel() * walk.eta_squared()
 }
 
-impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
+impl<'p, 's, 'o, 't> CameraPath<'p, 's, 'o, 't> {
     /// Follows specular events; every vertex with smooth lobes becomes a gathering point with those lobes alone.
     pub(super) fn trace(&mut self) {
         let (scene, limits) = (self.set.scene, self.set.limits);
@@ -167,7 +169,7 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
             let v = match self.walk.advance() {
                 Step::Hidden => return,
                 Step::Escaped(wi) => {
-                    let found = found_environment(scene, self.walk.previous(), wi);
+                    let found = environment_with_mis(scene, self.walk.previous(), wi);
                     return self.add(Layer::Emission, self.walk.throughput() * found);
                 }
                 Step::Hit(v) => v,
@@ -176,7 +178,7 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
             if v.segments == 1 {
                 self.first_surface(&v);
             }
-            let found = found_radiance(scene, self.walk.previous(), &v.x, v.w_prev);
+            let found = emitted_with_mis(scene, self.walk.previous(), &v.x, v.w_prev);
             self.add(Layer::Emission, self.walk.throughput() * found);
             if !limits.allow(v.segments + 1) {
                 return;
@@ -185,7 +187,7 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
                 continue;
             }
             self.narrow_emission(&v);
-            if v.bsdf.lobes().has(Lobes::SMOOTH) {
+            if v.bsdf.lobes().has(Lobes::NON_SPECULAR) {
                 let Part { index, of } = self.part;
                 let lights = self.lights.divided(index, of);
                 let directions = Directions::of_part(index, DIRECTIONS / of, self.numbers);
@@ -227,7 +229,7 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
     }
 
     /// Some of the lights of this pass.
-    pub(super) fn few_lights(&mut self) -> Selection {
+    pub(super) fn few_lights(&mut self) -> Subset {
         self.paths.few.next(self.lights)
     }
 
@@ -238,7 +240,7 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
         {
             return area;
         }
-        let area = self.set.lights.field.surface_per_light(p);
+        let area = self.set.lights.set.surface_per_light(p);
         self.paths.asked = Some((p, area));
         area
     }
@@ -253,7 +255,6 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
             reach: self.set.caustic_reach(self.length),
             broad: f32::INFINITY,
             found: 1.0,
-            summed: None,
             photons: self.photons(),
         }
     }
@@ -274,7 +275,7 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
     /// The direct light of near-delta lobes belongs to the emission: the walk that follows them is the other half of it.
     fn narrow_emission(&mut self, v: &Vertex) {
         if v.bsdf.lobes().has(Lobes::NEAR_DELTA) {
-            let plan = LightPlan::draw(self.set.scene, self.sampler);
+            let plan = EmitterPlan::draw(self.set.scene, self.sampler);
             let pdf_walk = |wi| v.bsdf.pdf_wi(wi, v.w_prev, Lobes::SPECULAR);
             if let Some(radiance) = self.emitter_light(v, Lobes::NEAR_DELTA, None, &plan, pdf_walk)
             {
@@ -290,7 +291,7 @@ impl<'p, 's, 'o, 't> EyePath<'p, 's, 'o, 't> {
         v: &Vertex,
         lobes: Lobes,
         branch: Option<&Branch>,
-        plan: &LightPlan,
+        plan: &EmitterPlan,
         pdf_walk: impl FnOnce(Vec3) -> f32,
     ) -> Option<Rgb> {
         let (scene, wo) = (self.set.scene, v.w_prev);

@@ -17,7 +17,7 @@ use crate::particles::{Importon, Photon};
 use crate::scene::{PathLimits, Scene};
 use crate::transport::{Step, Vertex, Walk};
 use crate::virtual_lights::Site;
-use crate::virtual_lights::relax::{Snap, relax};
+use crate::virtual_lights::relax::relax;
 use rayon::prelude::*;
 
 /// Photons in an estimate of irradiance: so many that a picture of it is smooth.
@@ -59,8 +59,7 @@ pub struct PlacedLight {
 }
 
 impl ManyLight {
-    /// The maps of the pass that `run` names, which makes its lights for itself alone. Where the method does not relax its lights, they
-    /// return to photons in every round. `None` if cancelled.
+    /// The maps of the pass that `run` names, which makes its lights for itself alone. `None` if cancelled.
     pub fn interim_maps(
         &self,
         scene: &Scene,
@@ -86,13 +85,9 @@ impl ManyLight {
         }
         let weights = match self.placement {
             Placement::Uniform => fluxes(&photons),
-            Placement::Importance | Placement::Relaxed(_) => {
+            Placement::Importance | Placement::Relaxed => {
                 importance_times_flux(&importons, &photons, run.stats)
             }
-        };
-        let snap = match self.placement {
-            Placement::Relaxed(snap) => snap,
-            Placement::Uniform | Placement::Importance => Snap::Always,
         };
         let (placed, relaxed) = run.stats.time("lights", || {
             let Candidates {
@@ -102,7 +97,7 @@ impl ManyLight {
                 ..
             } = self.candidates(run, photons, weights, 1.0);
             let sites = self.choose(&photons, &weights, u_sites);
-            let relaxed = relax(scene, &photons, &sites, snap);
+            let relaxed = relax(scene, &photons, &sites);
             (
                 seen.lights(&photons, &sites),
                 seen.lights(&photons, &relaxed),
@@ -171,7 +166,7 @@ impl See<'_> {
             if walk.pass_through(&v, MIDDLE.x) {
                 continue;
             }
-            if v.bsdf.lobes().has(Lobes::SMOOTH) {
+            if v.bsdf.lobes().has(Lobes::NON_SPECULAR) {
                 return Some(v);
             }
             if !walk.scatter(&v, LIKELIEST, Lobes::SPECULAR) {

@@ -1,16 +1,15 @@
 //! The lights of some passes, and shading by them.
 
 use super::PassContext;
-use super::carried::{CARRIED_NEIGHBORS, Carried};
+use super::carried::{CARRIED_NEIGHBORS, CompensationPhoton};
 use super::caustics::CAUSTIC_NEIGHBORS;
-use super::eye_path::{EyePath, EyePaths, Gathering, Part, PixelNumbers, starts};
+use super::eye_path::{CameraPath, CameraPaths, GatherPoint, Part, PixelNumbers, starts};
 use super::partition::Stage;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
-use crate::emitters::PieceCounts;
 use crate::film::{FilmSampler, Layer, TileSamples};
 use crate::gather::{
-    CutLimits, DirectLight, Gather, Gathered, Lights, Selection, ShadingPoint, ShareOf, Strategy,
+    CutLimits, Gather, Gathered, LightIndex, ShadingPoint, ShareOf, Strategy, Subset,
 };
 use crate::maps::{IncidentMap, KdTree, Neighbors};
 use crate::math::Vec2;
@@ -19,38 +18,34 @@ use crate::sampling::{Pass, Stream};
 use crate::scene::{PathLimits, Scene};
 use crate::stats::Stats;
 use crate::transport::Walk;
-use crate::virtual_lights::Claims;
+use crate::virtual_lights::NearestLights;
 use std::ops::Range;
 
 /// What is done about the light that the clamp takes away.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Complement {
+pub enum Compensation {
     /// It is lost.
     None,
     /// Directions drawn from the smooth lobes find it, and the method starts again where they end; see [`super::smooth_light`].
     /// Photons bring what narrow lobes reflect from emitters.
     KolligKeller,
-    /// Photons bring it, as a density estimate.
-    Photons,
 }
 
 /// Everything that some passes shade with.
 #[derive(Debug)]
-pub struct LightSet<'s> {
+pub struct PreparedPasses<'s> {
     pub(super) scene: &'s Scene,
     pub(super) limits: PathLimits,
     pub(super) gather: Gather,
-    pub(super) complement: Complement,
-    /// Among how many lights emitters are divided, where these light what the camera sees.
-    pub(super) pieces: Option<PieceCounts>,
+    pub(super) compensation: Compensation,
     /// The virtual lights.
-    pub lights: Lights<'s>,
+    pub lights: LightIndex<'s>,
     /// Which light a photon anywhere would belong to.
-    pub claims: Claims,
+    pub claims: NearestLights,
     /// Photons whose last event was specular.
     pub caustics: KdTree<Photon>,
     /// Photons that bring some of what the clamp takes.
-    pub(super) carried: KdTree<Carried>,
+    pub(super) carried: KdTree<CompensationPhoton>,
     /// Radiance by which clusters of lights may be off in any pixel, luminance; 0 without clusters.
     pub(super) tolerance: f32,
     /// Where light from afar comes from.
@@ -80,7 +75,7 @@ const PROBE_LIGHTS: u32 = 64;
 /// Errors count where they are seen: a pixel counts as no darker than this share of the mean.
 pub const DARK: f32 = 0.05;
 
-impl<'s> LightSet<'s> {
+impl<'s> PreparedPasses<'s> {
     /// The set with the tolerance that its cuts may have, if it has any.
     pub(super) fn with_tolerance(self, pass: Pass) -> Self {
         let Strategy::Cuts(limits) = self.gather.strategy else {
@@ -98,8 +93,7 @@ impl<'s> LightSet<'s> {
                 bsdf: self.scene.bsdf(&x),
                 max_photon_depth: None,
                 u: 0.5,
-                lights: Selection::ALL,
-                direct: self.direct(),
+                lights: Subset::ALL,
                 tolerance: 0.0,
                 lit_from: None,
             })
@@ -113,22 +107,16 @@ impl<'s> LightSet<'s> {
             ..self.gather
         };
         let sums = coarse.sum(self.scene, &self.lights, &probes);
-        let radiance = |sum: &Gathered| (sum.radiance + sum.direct).luminance();
+        let radiance = |sum: &Gathered| sum.radiance.luminance();
         let mean = sums.iter().map(radiance).sum::<f32>() / PROBES as f32;
-        LightSet {
+        PreparedPasses {
             tolerance: limits.max_error * DARK * mean,
             ..self
         }
     }
 
-    /// How emitters light what the camera sees.
-    pub(super) fn direct(&self) -> DirectLight {
-        self.pieces
-            .map_or(DirectLight::Sampled, |_| DirectLight::Summed)
-    }
-
     /// The points with the sums over lights there.
-    fn sums(&self, points: Vec<Gathering<'s>>) -> Vec<(Gathering<'s>, Gathered)> {
+    fn sums(&self, points: Vec<GatherPoint<'s>>) -> Vec<(GatherPoint<'s>, Gathered)> {
         let limits = match self.gather.strategy {
             Strategy::Cuts(limits) if limits.share_of == ShareOf::Pixel => limits,
             _ => return self.sums_within(points, |_| self.tolerance),
@@ -140,7 +128,7 @@ impl<'s> LightSet<'s> {
         let pixels = sums.iter().map(|(point, _)| point.pixel + 1).max();
         let mut shown = vec![0.0; pixels.unwrap_or(0)];
         for (point, gathered) in &sums {
-            let radiance = point.throughput * (gathered.radiance + gathered.direct);
+            let radiance = point.throughput * gathered.radiance;
             shown[point.pixel] += radiance.luminance();
         }
         sums.extend(self.sums_within(beyond, |point| {
@@ -153,9 +141,9 @@ impl<'s> LightSet<'s> {
     /// The same, where a cluster of lights may be off by so much in the pixel of a point.
     fn sums_within(
         &self,
-        mut points: Vec<Gathering<'s>>,
-        tolerance: impl Fn(&Gathering<'s>) -> f32,
-    ) -> Vec<(Gathering<'s>, Gathered)> {
+        mut points: Vec<GatherPoint<'s>>,
+        tolerance: impl Fn(&GatherPoint<'s>) -> f32,
+    ) -> Vec<(GatherPoint<'s>, Gathered)> {
         for point in &mut points {
             let throughput = point.throughput.luminance().max(f32::MIN_POSITIVE);
             point.at.tolerance = tolerance(point) / throughput;
@@ -166,9 +154,9 @@ impl<'s> LightSet<'s> {
     }
 
     /// The lights of one of the passes.
-    fn selection(&self, pass: u32) -> Selection {
+    fn selection(&self, pass: u32) -> Subset {
         let part = self.first_part + (pass - self.passes.start);
-        Selection::ALL.part(part % self.parts, self.parts)
+        Subset::ALL.part(part % self.parts, self.parts)
     }
 
     /// Shades the pixels of one tile: first all eye paths with their direct light, then the lights for all points together.
@@ -179,7 +167,7 @@ impl<'s> LightSet<'s> {
         out: &mut TileSamples,
     ) {
         let lights = self.selection(run.pass.index);
-        let mut paths = EyePaths::new(self, run.pass, out);
+        let mut paths = CameraPaths::new(self, run.pass, out);
         let starts = starts(self.gather.strategy);
         for (i, pixel) in paths.out.tile().pixels().enumerate() {
             let mut sampler = run.pass.sampler(Stream::Pixel, positions.index(pixel));
@@ -193,7 +181,7 @@ impl<'s> LightSet<'s> {
                 let weight = camera.weight * film.weight / starts as f32;
                 let walk =
                     Walk::from_sensor(self.scene, self.limits, camera.ray, Rgb::splat(weight));
-                let mut path = EyePath {
+                let mut path = CameraPath {
                     set: self,
                     lights,
                     walk,
@@ -207,7 +195,7 @@ impl<'s> LightSet<'s> {
                 path.trace();
             }
         }
-        let EyePaths {
+        let CameraPaths {
             points,
             mut shadow_rays,
             ..
@@ -216,16 +204,11 @@ impl<'s> LightSet<'s> {
         let mut found = Neighbors::new(CAUSTIC_NEIGHBORS);
         let mut found_carried = Neighbors::new(CARRIED_NEIGHBORS);
         for (point, gathered) in self.sums(points) {
-            let layer = |event| point.stage.after(Lobes::SMOOTH).after(event).layer();
+            let layer = |event| point.stage.after(Lobes::NON_SPECULAR).after(event).layer();
             out.add(
                 point.pixel,
-                layer(Lobes::SMOOTH),
+                layer(Lobes::NON_SPECULAR),
                 point.throughput * gathered.radiance,
-            );
-            out.add(
-                point.pixel,
-                point.stage.after(Lobes::SMOOTH).layer(),
-                point.throughput * gathered.direct,
             );
             out.add(
                 point.pixel,
@@ -234,7 +217,7 @@ impl<'s> LightSet<'s> {
             );
             out.add(
                 point.pixel,
-                layer(Lobes::SMOOTH),
+                layer(Lobes::NON_SPECULAR),
                 point.throughput * self.carried_radiance(&point, &mut found_carried),
             );
             connections += gathered.connections;
@@ -242,7 +225,7 @@ impl<'s> LightSet<'s> {
             if point.stage == Stage::BeforeX {
                 // Within a cluster that could not be refined, nothing bounds it.
                 let error = gathered.cluster_error.min(1.0);
-                let bound = point.throughput * (gathered.radiance + gathered.direct) * error;
+                let bound = point.throughput * gathered.radiance * error;
                 out.add(
                     point.pixel,
                     Layer::CutSize,

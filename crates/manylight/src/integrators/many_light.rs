@@ -3,27 +3,25 @@
 //! Lights are made in the paper's order: particles, maps, placement, creation ([`ManyLight::prepare`]); then every pixel is shaded
 //! by them (`light_set.rs`). What can be chosen is in `axes.rs`, what has a name in `presets.rs`. Which path belongs to which term is said in [`super::partition`].
 
-pub use super::axes::{ClampRule, EmissionKind, FluxRule, Placement, Renewal};
+pub use super::axes::{ClampRule, EmissionKind, FluxRule, Placement, Resampling};
 use super::candidates::{Candidates, fluxes, importance_times_flux, light_carriers};
-pub use super::light_set::Complement;
-use super::light_set::{LightSet, pixel_width};
+pub use super::light_set::Compensation;
+use super::light_set::{PreparedPasses, pixel_width};
 use super::{PassContext, carried};
 use crate::bsdf::Lobes;
-use crate::emitters::PieceCounts;
 use crate::film::{Film, TILE_SIZE};
-pub use crate::gather::{CutLimits, DirectLight, Kernel, ShareOf, Strategy};
-use crate::gather::{Gather, Lights, Selection};
+pub use crate::gather::{CutLimits, Kernel, ShareOf, Strategy};
+use crate::gather::{Gather, LightIndex, Subset};
 use crate::maps::{IncidentMap, KdTree};
 use crate::math::UVec2;
 use crate::particles::{Importon, Photon, for_lights, trace_importons, trace_photons};
 use crate::sampling::{Pass, Stream};
 use crate::scene::{PathLimits, Scene};
 use crate::stats::Stats;
-use crate::virtual_lights::neighborhood::{by_area, by_density};
-pub use crate::virtual_lights::relax::Snap;
+use crate::virtual_lights::density::by_density;
 use crate::virtual_lights::relax::relax;
-use crate::virtual_lights::{Claims, Division, LightField, Shares, assign};
 pub use crate::virtual_lights::{GlossyForm, TableStorage};
+use crate::virtual_lights::{NearestLights, PhotonClusters, VirtualLights, assign};
 use std::ops::Range;
 
 /// Indirect light from virtual lights.
@@ -39,7 +37,7 @@ pub struct ManyLight {
     pub placement: Placement,
     /// How much flux each carries.
     pub flux: FluxRule,
-    /// Photons around a light that say what it shines, under [`FluxRule::Density`] and [`FluxRule::Area`].
+    /// Photons around a light that say what it shines, under [`FluxRule::Density`].
     pub neighbors: u32,
     /// What each shines.
     pub emission: EmissionKind,
@@ -50,11 +48,9 @@ pub struct ManyLight {
     /// What is done about the singularity.
     pub clamp: ClampRule,
     /// How the light that the clamp takes away is given back.
-    pub complement: Complement,
-    /// How emitters light what the camera sees.
-    pub direct: DirectLight,
+    pub compensation: Compensation,
     /// Which lights the passes have.
-    pub renewal: Renewal,
+    pub resampling: Resampling,
 }
 
 /// Passes that share one set of lights, at most; each shades by its own part of them.
@@ -65,8 +61,6 @@ const MAX_SET_LIGHTS: u32 = 32_768;
 const MAX_SET_PHOTON_PATHS: u32 = 1 << 22;
 /// Lights that become finer are as fine as at the start for so many passes.
 const COARSE_PASSES: f32 = 16.0;
-/// Lights on emitters for each light that reflects, where they are summed.
-pub(super) const ON_EMITTERS: f64 = 0.25;
 /// A set has no more lights than this just to make them finer.
 const MAX_FINER_LIGHTS: u32 = 1 << 18;
 
@@ -78,7 +72,7 @@ impl ManyLight {
         scene: &'s Scene,
         limits: PathLimits,
         run: &PassContext,
-        kept: &mut Option<LightSet<'s>>,
+        kept: &mut Option<PreparedPasses<'s>>,
         film: &mut Film,
     ) -> bool {
         if run.cancelled() {
@@ -102,9 +96,6 @@ impl ManyLight {
     /// A set for many passes is better than a set for each: lights that stand for fewer photons each are more alike, so that
     /// every eighth of 4096 lights is a better choice than eight times 512.
     pub(super) fn passes_with(&self, index: u32) -> Range<u32> {
-        if self.renewal == Renewal::Same {
-            return 0..u32::MAX;
-        }
         if self.strategy != Strategy::All {
             return index..index + 1;
         }
@@ -131,10 +122,7 @@ impl ManyLight {
 
     /// How many times the lights of one pass a set for `passes` has.
     pub(super) fn set_size(&self, passes: &Range<u32>) -> u32 {
-        match self.renewal {
-            Renewal::Same => 1,
-            Renewal::New | Renewal::Finer => passes.len() as u32,
-        }
+        passes.len() as u32
     }
 
     /// Everything that `passes` shade with.
@@ -144,7 +132,7 @@ impl ManyLight {
         limits: PathLimits,
         passes: Range<u32>,
         run: &PassContext,
-    ) -> LightSet<'s> {
+    ) -> PreparedPasses<'s> {
         let count = self.set_size(&passes);
         let finer = self.finer(passes.start);
         let placed_per_summed = self.placed_per_summed(&passes);
@@ -169,7 +157,7 @@ impl ManyLight {
             )
         });
         let carried = (run.stats).time("maps", || {
-            carried::carried(scene, &photons, self.complement)
+            carried::carried(scene, &photons, self.compensation)
         });
         let placed = all.place_lights(scene, limits, &run, photons, finer);
         // Where few photons arrive there are fewer lights than asked for, and they are divided among fewer passes.
@@ -185,20 +173,10 @@ impl ManyLight {
         };
         let first_part = (pass.sampler(Stream::Selection, 1).next_1d() * parts as f32) as u32;
         let is_used = |k: usize| (k as u32 + parts - first_part) % parts < count;
-        let mut lights = all.make_lights(scene, limits, &run, &placed, is_used);
-        let pieces = match self.direct {
-            DirectLight::Sampled => None,
-            DirectLight::Summed => Some(self.pieces(scene, parts)),
-        };
-        if let Some(pieces) = pieces {
-            run.stats.time("lights", || {
-                let mut sampler = run.pass.sampler(Stream::Selection, 3);
-                lights.add_emitters(scene, pieces, &mut sampler);
-            });
-        }
-        // With the complement, the sum is whole whatever the clamp takes; and a cut is through all lights, of which finer ones are more.
-        let finer = match (self.complement, self.strategy) {
-            (Complement::None, Strategy::All) => finer,
+        let lights = all.make_lights(scene, limits, &run, &placed, is_used);
+        // With the compensation, the sum is whole whatever the clamp takes; and a cut is through all lights, of which finer ones are more.
+        let finer = match (self.compensation, self.strategy) {
+            (Compensation::None, Strategy::All) => finer,
             _ => 1.0,
         };
         let gather = Gather {
@@ -206,20 +184,19 @@ impl ManyLight {
             strategy: self.strategy,
             clamp: self
                 .clamp
-                .for_lights(&lights, parts, finer, self.complement),
+                .for_lights(&lights, parts, finer, self.compensation),
             finer,
         };
         let lights = self.ready(lights, &run);
-        let selection = Selection::ALL.part(first_part, parts);
+        let selection = Subset::ALL.part(first_part, parts);
         let carried = run.stats.time("maps", || {
             carried::owned(scene, &gather, &lights, &placed.claims, selection, carried)
         });
-        LightSet {
+        PreparedPasses {
             scene,
             limits,
             gather,
-            complement: self.complement,
-            pieces,
+            compensation: self.compensation,
             lights,
             claims: placed.claims,
             caustics,
@@ -234,14 +211,8 @@ impl ManyLight {
         .with_tolerance(pass)
     }
 
-    /// Among how many lights emitters are divided in a set, one in `parts` of which is summed.
-    fn pieces(&self, scene: &Scene, parts: u32) -> PieceCounts {
-        let count = (ON_EMITTERS * f64::from(self.light_count)).ceil() as u32;
-        scene.emitters.piece_counts(count * parts)
-    }
-
-    fn ready<'s>(&self, lights: LightField<'s>, run: &PassContext) -> Lights<'s> {
-        let lights = Lights::new(lights);
+    fn ready<'s>(&self, lights: VirtualLights<'s>, run: &PassContext) -> LightIndex<'s> {
+        let lights = LightIndex::new(lights);
         match self.strategy {
             Strategy::All => lights,
             Strategy::Cuts(_) => run.stats.time("tree", || lights.with_tree()),
@@ -252,9 +223,9 @@ impl ManyLight {
     /// stands for. The squared radius of a pass falls with the square root of its index, so that the mean over `n` passes is off by
     /// less the square root of `n`, as is its noise.
     fn finer(&self, first: u32) -> f32 {
-        match self.renewal {
-            Renewal::Same | Renewal::New => 1.0,
-            Renewal::Finer => (1.0 + first as f32 / COARSE_PASSES).sqrt(),
+        match self.resampling {
+            Resampling::New => 1.0,
+            Resampling::Progressive => (1.0 + first as f32 / COARSE_PASSES).sqrt(),
         }
     }
 
@@ -292,7 +263,7 @@ impl ManyLight {
         let photons = (run.stats).time("lights", || light_carriers(limits, photons));
         let weights: Vec<f32> = match self.placement {
             Placement::Uniform => fluxes(&photons),
-            Placement::Importance | Placement::Relaxed(_) => {
+            Placement::Importance | Placement::Relaxed => {
                 let importance = self.importance_map(scene, limits, run);
                 importance_times_flux(&importance, &photons, run.stats)
             }
@@ -306,26 +277,20 @@ impl ManyLight {
             } = self.candidates(run, photons, weights, finer);
             let chosen = self.choose(&photons, &weights, u_sites);
             let sites = match self.placement {
-                Placement::Relaxed(snap) => relax(scene, &photons, &chosen, snap),
+                Placement::Relaxed => relax(scene, &photons, &chosen),
                 Placement::Uniform | Placement::Importance => chosen,
             };
-            let assigned =
-                |division| assign(scene, &photons, &sites, &weights, division, u_residual);
             let neighbors = self.neighbors as usize;
             let (shares, claims) = match (self.flux, self.emission) {
                 // What single photons shine needs no others, but the extent of a disc does.
                 (FluxRule::Density, EmissionKind::Single) if self.kernel != Kernel::Disc => {
-                    (Shares::own(&sites), Claims::none())
+                    (PhotonClusters::own(&sites), NearestLights::none())
                 }
                 (FluxRule::Density, _) => (
                     by_density(scene, &photons, &sites, neighbors),
-                    Claims::none(),
+                    NearestLights::none(),
                 ),
-                (FluxRule::Area, _) => {
-                    (by_area(scene, &photons, &sites, neighbors), Claims::none())
-                }
-                (FluxRule::Partition, _) => assigned(Division::Nearest),
-                (FluxRule::SoftPartition, _) => assigned(Division::Soft),
+                (FluxRule::Partition, _) => assign(scene, &photons, &sites, &weights, u_residual),
             };
             Placed {
                 photons,
@@ -343,7 +308,7 @@ impl ManyLight {
         run: &PassContext,
         placed: &Placed,
         is_used: impl Fn(usize) -> bool + Sync,
-    ) -> LightField<'s> {
+    ) -> VirtualLights<'s> {
         let Placed {
             photons, shares, ..
         } = placed;
@@ -353,7 +318,7 @@ impl ManyLight {
             EmissionKind::Rich(form) => Some(form),
         };
         let lights = stats.time("lights", || {
-            LightField::build(scene, limits, photons, shares, form, is_used)
+            VirtualLights::build(scene, limits, photons, shares, form, is_used)
         });
         Stats::count(&stats.lights, lights.lights().len() as u64);
         Stats::count(&stats.light_bytes, lights.bytes() as u64);
@@ -379,8 +344,8 @@ impl ManyLight {
 /// Where lights stand and what they speak for.
 struct Placed {
     photons: Vec<Photon>,
-    shares: Shares,
-    claims: Claims,
+    shares: PhotonClusters,
+    claims: NearestLights,
 }
 
 #[cfg(test)]
@@ -405,11 +370,5 @@ mod tests {
             ..method
         };
         assert_eq!(large.passes_with(11), 11..12);
-        let same = ManyLight {
-            renewal: Renewal::Same,
-            ..method
-        };
-        assert_eq!(same.passes_with(11), same.passes_with(0));
-        assert_eq!(same.set_size(&same.passes_with(0)), 1);
     }
 }

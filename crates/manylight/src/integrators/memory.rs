@@ -1,6 +1,6 @@
 //! How much memory a render will take, told before it is taken.
 
-use super::many_light::{DirectLight, EmissionKind, ON_EMITTERS, Strategy};
+use super::many_light::{EmissionKind, Strategy};
 use super::{ManyLight, Method, MethodKind, PhotonMap};
 use crate::bsdf::Lobes;
 use crate::film::Film;
@@ -8,7 +8,7 @@ use crate::light_tree::LightTree;
 use crate::particles::{Importon, Photon, for_lights, trace_photons};
 use crate::sampling::Pass;
 use crate::scene::{PathLimits, Scene};
-use crate::virtual_lights::LightField;
+use crate::virtual_lights::VirtualLights;
 use rayon::prelude::*;
 
 /// What one stage holds at most, beside the scene.
@@ -72,12 +72,8 @@ impl ManyLight {
             Strategy::All => 0.0,
             Strategy::Cuts(_) => LightTree::bytes_per_light(form.map_or(1.0, |_| glossy)),
         };
-        let light = LightField::bytes_per_light(form, glossy, limits) + tree;
-        let in_the_dark = LightField::bytes_per_light(form, 0.0, limits);
-        let on_emitters = match self.direct {
-            DirectLight::Sampled => 0.0,
-            DirectLight::Summed => ON_EMITTERS * (in_the_dark + tree),
-        };
+        let light = VirtualLights::bytes_per_light(form, glossy, limits) + tree;
+        let in_the_dark = VirtualLights::bytes_per_light(form, 0.0, limits);
         let stage = |stage, bytes: f64| StageMemory {
             stage,
             bytes: bytes as u64,
@@ -90,7 +86,7 @@ impl ManyLight {
             ),
             stage(
                 "lights",
-                f64::from(self.light_count) * sets * (light + dark * in_the_dark + on_emitters),
+                f64::from(self.light_count) * sets * (light + dark * in_the_dark),
             ),
         ]
     }

@@ -19,7 +19,7 @@ mod presets;
 mod smooth_light;
 
 pub use interim::{InterimMaps, PlacedLight};
-pub use light_set::LightSet;
+pub use light_set::PreparedPasses;
 pub use many_light::ManyLight;
 pub use memory::StageMemory;
 pub use photon_map::PhotonMap;
@@ -103,7 +103,7 @@ impl PassContext<'_> {
 pub struct Renderer<'s> {
     scene: &'s Scene,
     method: Method,
-    lights: Option<LightSet<'s>>,
+    lights: Option<PreparedPasses<'s>>,
 }
 
 impl Method {

@@ -28,9 +28,9 @@ impl Stage {
     /// The stage after an event of class `event`.
     pub fn after(self, event: Lobes) -> Stage {
         match self {
-            Stage::BeforeX if event.has(Lobes::SMOOTH) => Stage::AfterX,
+            Stage::BeforeX if event.has(Lobes::NON_SPECULAR) => Stage::AfterX,
             Stage::BeforeX => Stage::BeforeX,
-            Stage::AfterX if event.has(Lobes::SMOOTH) => Stage::Decided(Layer::VirtualLights),
+            Stage::AfterX if event.has(Lobes::NON_SPECULAR) => Stage::Decided(Layer::VirtualLights),
             Stage::AfterX => Stage::Decided(Layer::Caustics),
             decided => decided,
         }
@@ -52,11 +52,11 @@ mod tests {
 
     /// The table above, written for whole event strings: `events` from the eye to the emitter.
     fn layer_by_definition(events: &[Lobes]) -> Layer {
-        match events.iter().position(|e| e.has(Lobes::SMOOTH)) {
+        match events.iter().position(|e| e.has(Lobes::NON_SPECULAR)) {
             None => Layer::Emission,
             Some(x) => match events.get(x + 1) {
                 None => Layer::Direct,
-                Some(y) if y.has(Lobes::SMOOTH) => Layer::VirtualLights,
+                Some(y) if y.has(Lobes::NON_SPECULAR) => Layer::VirtualLights,
                 Some(_) => Layer::Caustics,
             },
         }

@@ -16,7 +16,9 @@ use crate::math::{UVec2, Vec3};
 use crate::sampling::{Sampler, Stream};
 use crate::scene::{PathLimits, Scene};
 use crate::stats::Stats;
-use crate::transport::direct::{EmitterSample, LightPlan, found_environment, found_radiance};
+use crate::transport::direct::{
+    EmitterPlan, EmitterSample, emitted_with_mis, environment_with_mis,
+};
 use crate::transport::{Arrival, Vertex, Walk, roulette};
 
 /// One sample per pixel. `false` if cancelled.
@@ -58,13 +60,13 @@ fn trace(scene: &Scene, limits: PathLimits, mut paths: Vec<Path>, out: &mut Tile
         lights.extend(
             paths
                 .iter_mut()
-                .map(|path| LightPlan::draw(scene, &mut path.sampler)),
+                .map(|path| EmitterPlan::draw(scene, &mut path.sampler)),
         );
         lights.iter_mut().for_each(|light| light.refine(scene));
         for path in &mut paths {
             let arrival = path.walk.arrive();
             if let Arrival::Hit(at, _) = arrival {
-                scene.geometry.expect(at);
+                scene.geometry.prefetch(at);
             }
             arrivals.push(arrival);
         }
@@ -76,13 +78,13 @@ fn trace(scene: &Scene, limits: PathLimits, mut paths: Vec<Path>, out: &mut Tile
         }
         for arrival in &arrivals {
             if let Arrival::Hit(at, _) = arrival {
-                scene.geometry.expect_vertices(*at);
+                scene.geometry.prefetch_vertices(*at);
             }
         }
         places.extend(arrivals.drain(..).map(|arrival| Place::new(scene, arrival)));
         for place in &places {
             if let Place::Surface(x, _) = place {
-                scene.expect_bsdf(x);
+                scene.prefetch_bsdf(x);
             }
         }
         let mut here = places.drain(..).zip(lights.drain(..));
@@ -160,19 +162,19 @@ impl Path<'_> {
         &mut self,
         scene: &Scene,
         limits: PathLimits,
-        (place, light): (Place, &LightPlan),
+        (place, light): (Place, &EmitterPlan),
         connections: &mut Vec<Connection>,
         out: &mut TileSamples,
     ) -> bool {
         let (x, distance) = match place {
             Place::Nowhere => return false,
             Place::Surroundings(wi) => {
-                self.add(found_environment(scene, self.walk.previous(), wi), out);
+                self.add(environment_with_mis(scene, self.walk.previous(), wi), out);
                 return false;
             }
             Place::Surface(x, distance) => (x, distance),
         };
-        let found = found_radiance(scene, self.walk.previous(), &x, self.walk.w_prev());
+        let found = emitted_with_mis(scene, self.walk.previous(), &x, self.walk.w_prev());
         self.add(found, out);
         let ends = !limits.allow(self.walk.segments() + 1);
         if ends && self.walk.segments() > 1 {
@@ -217,7 +219,7 @@ impl Path<'_> {
         scene: &Scene,
         limits: PathLimits,
         v: &Vertex,
-        light: &LightPlan,
+        light: &EmitterPlan,
     ) -> Option<Connection> {
         if !v.bsdf.lobes().has(Lobes::FINITE) {
             return None;

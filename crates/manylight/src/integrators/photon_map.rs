@@ -28,7 +28,9 @@ use crate::particles::{Photon, trace_photons};
 use crate::sampling::{Pass, Sampler, Stream, rng};
 use crate::scene::{PathLimits, Scene};
 use crate::stats::Stats;
-use crate::transport::direct::{EmitterSample, LightPlan, found_environment, found_radiance};
+use crate::transport::direct::{
+    EmitterPlan, EmitterSample, emitted_with_mis, environment_with_mis,
+};
 use crate::transport::{Step, Vertex, Walk, roulette};
 
 /// What the photons are used for.
@@ -135,7 +137,7 @@ impl PhotonMap {
         trace_photons(scene, limits, paths, pass, |bsdf, event| {
             // All smooth lobes gather behind a smooth event. Light from afar shows where to look for it.
             let is_useful = self.counts(event) || scene.emitters.has_environment();
-            (bsdf.lobes().has(Lobes::SMOOTH) && is_useful).then_some(1)
+            (bsdf.lobes().has(Lobes::NON_SPECULAR) && is_useful).then_some(1)
         })
     }
 
@@ -155,7 +157,7 @@ impl PhotonMap {
     fn gathering(&self, bsdf: &Bsdf, stage: Stage) -> Lobes {
         let is_wide = stage != Stage::BeforeX || bsdf.glossy_width() >= WIDE;
         let lobes = if self.estimate == Estimate::Direct || is_wide {
-            Lobes::SMOOTH
+            Lobes::NON_SPECULAR
         } else {
             Lobes::DIFFUSE
         };
@@ -243,7 +245,7 @@ impl<'s> EyePaths<'_, 's, '_, '_> {
         while let Some(v) = self.next_surface(&mut path) {
             let gathering = self.view.method.gathering(&v.bsdf, path.stage);
             let followed = Lobes(v.bsdf.lobes().0 & !gathering.0);
-            if v.bsdf.lobes().has(Lobes::SMOOTH) {
+            if v.bsdf.lobes().has(Lobes::NON_SPECULAR) {
                 self.gather(&path, &v, gathering);
             }
             // Emitters that the photons do not bring.
@@ -279,8 +281,8 @@ impl<'s> EyePaths<'_, 's, '_, '_> {
             let by_photons = path.stage != Stage::BeforeX && previous.event.has(Lobes::SPECULAR);
             let (found, hit) = match step {
                 Step::Hidden => return None,
-                Step::Escaped(wi) => (found_environment(scene, previous, wi), None),
-                Step::Hit(v) => (found_radiance(scene, previous, &v.x, v.w_prev), Some(v)),
+                Step::Escaped(wi) => (environment_with_mis(scene, previous, wi), None),
+                Step::Hit(v) => (emitted_with_mis(scene, previous, &v.x, v.w_prev), Some(v)),
             };
             if !by_photons {
                 self.add(path, path.stage.layer(), found);
@@ -344,7 +346,7 @@ impl<'s> EyePaths<'_, 's, '_, '_> {
         if !lobes.has(Lobes::FINITE) {
             return;
         }
-        let plan = LightPlan::draw(scene, &mut path.sampler);
+        let plan = EmitterPlan::draw(scene, &mut path.sampler);
         let n = v.bsdf.receiving_normal(v.w_prev);
         let Some(light) = EmitterSample::planned(scene, &v.x, n, &plan) else {
             return;
@@ -355,7 +357,7 @@ impl<'s> EyePaths<'_, 's, '_, '_> {
             .zip([guide, None])
             .zip(terms.chunks_exact_mut(2))
         {
-            let classes = [Lobes::SMOOTH, Lobes::NEAR_DELTA];
+            let classes = [Lobes::NON_SPECULAR, Lobes::NEAR_DELTA];
             for (class, term) in classes.into_iter().zip(terms) {
                 let by_photons = path.stage != Stage::BeforeX && class == Lobes::NEAR_DELTA;
                 let f_cos = v.bsdf.f_cos_wi(light.wi, v.w_prev, set.and(class));
@@ -397,11 +399,11 @@ impl<'s> EyePaths<'_, 's, '_, '_> {
             largest: f32::INFINITY,
             share: view.share,
         };
-        let here = path.stage.after(Lobes::SMOOTH);
+        let here = path.stage.after(Lobes::NON_SPECULAR);
         // Of photons straight from emitters, from smooth events and from specular ones.
         let mut terms = [
             (here.layer(), Rgb::BLACK),
-            (here.after(Lobes::SMOOTH).layer(), Rgb::BLACK),
+            (here.after(Lobes::NON_SPECULAR).layer(), Rgb::BLACK),
             (here.after(Lobes::SPECULAR).layer(), Rgb::BLACK),
         ];
         let visit = |photon: &Photon, kernel| {
@@ -410,7 +412,7 @@ impl<'s> EyePaths<'_, 's, '_, '_> {
             }
             let is_specular = photon.event.has(Lobes::SPECULAR);
             let lobes = if is_specular && photon.origin == Lobes::NONE {
-                Lobes::SMOOTH
+                Lobes::NON_SPECULAR
             } else {
                 gathering
             };

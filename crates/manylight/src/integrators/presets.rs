@@ -1,9 +1,9 @@
 //! The many-light methods that have a name.
 
-use super::axes::{ClampRule, EmissionKind, FluxRule, Placement, Renewal};
-use super::light_set::Complement;
+use super::axes::{ClampRule, EmissionKind, FluxRule, Placement, Resampling};
+use super::light_set::Compensation;
 use super::many_light::ManyLight;
-use crate::gather::{CutLimits, DirectLight, Kernel, ShareOf, Strategy};
+use crate::gather::{CutLimits, Kernel, ShareOf, Strategy};
 use crate::virtual_lights::{GlossyForm, TableStorage};
 
 /// Lights per pass where a cut makes them cheap.
@@ -26,9 +26,8 @@ impl ManyLight {
             kernel: Kernel::Disc,
             strategy: Strategy::All,
             clamp: ClampRule::Auto,
-            complement: Complement::KolligKeller,
-            direct: DirectLight::Sampled,
-            renewal: Renewal::Finer,
+            compensation: Compensation::KolligKeller,
+            resampling: Resampling::Progressive,
         }
     }
 
@@ -38,8 +37,8 @@ impl ManyLight {
             flux: FluxRule::Density,
             kernel: Kernel::Point,
             clamp: ClampRule::Fixed,
-            complement: Complement::None,
-            renewal: Renewal::New,
+            compensation: Compensation::None,
+            resampling: Resampling::New,
             ..ManyLight::rich_vpl()
         }
     }
@@ -49,7 +48,7 @@ impl ManyLight {
         ManyLight {
             kernel: Kernel::Sphere,
             clamp: ClampRule::None,
-            complement: Complement::None,
+            compensation: Compensation::None,
             ..ManyLight::rich_vpl()
         }
     }
@@ -60,8 +59,8 @@ impl ManyLight {
         ManyLight {
             kernel: Kernel::Sphere,
             clamp: ClampRule::None,
-            complement: Complement::None,
-            renewal: Renewal::Finer,
+            compensation: Compensation::None,
+            resampling: Resampling::Progressive,
             ..ManyLight::vpl()
         }
     }
@@ -73,7 +72,7 @@ impl ManyLight {
             flux: FluxRule::Density,
             emission: EmissionKind::Single,
             kernel: Kernel::Point,
-            renewal: Renewal::New,
+            resampling: Resampling::New,
             ..ManyLight::rich_vpl()
         }
     }

@@ -1,7 +1,7 @@
 //! Light on smooth lobes at a point of an eye path: emitters, the sum over lights, and what the sum lacks.
 //!
 //! Some light is looked for by directions from the point `x`, drawn from its smooth lobes and from where photons of emitters beyond
-//! the scene arrive. Where one runs into an emitter, it is the other half of direct light. Where it meets a surface at `y`, it may go on as **the complement of the clamp**: the sum over
+//! the scene arrive. Where one runs into an emitter, it is the other half of direct light. Where it meets a surface at `y`, it may go on as **the compensation of the clamp**: the sum over
 //! virtual lights at `x` keeps a share of the light that the smooth lobes at `y` reflect towards `x`, and the clamp takes the rest
 //! away. So the direction goes on with the probability of what the clamp takes away from a photon at `y`, and everything that
 //! lights `y` is looked up there: emitters, caustic photons, and virtual lights, whose sum is clamped and completed in the same
@@ -16,20 +16,19 @@
 //! many photons, so that the clamp asks whose a photon at `y` would be.
 
 use super::carried::{broad, share_of_directions};
-use super::eye_path::{EyePath, Gathering, MAX_CHAIN, PixelNumbers, weight};
+use super::eye_path::{CameraPath, GatherPoint, MAX_CHAIN, PixelNumbers, weight};
 use super::guided::{draw_direction, guide_at, guided_pdf};
-use super::light_set::{Complement, LightSet};
+use super::light_set::Compensation;
 use super::partition::Stage;
 use crate::bsdf::{BsdfNumbers, BsdfSample, Lobes};
 use crate::color::Rgb;
-use crate::emitters::PieceCounts;
-use crate::gather::{DirectLight, Owner, Selection, ShadingPoint, Viewpoint};
+use crate::gather::{Assignment, ShadingPoint, Subset};
 use crate::maps::IncidentGuide;
 use crate::math::Vec3;
 use crate::sampling::{Sampler, Spread};
-use crate::transport::direct::{LightPlan, found_environment, found_radiance};
+use crate::transport::direct::{EmitterPlan, emitted_with_mis, environment_with_mis};
 use crate::transport::{Step, Vertex, Walk};
-use crate::virtual_lights::Spot;
+use crate::virtual_lights::SurfaceLocation;
 
 /// Directions drawn where the eye paths of a pixel end, and samples of emitters there: cheap beside the sum over all lights,
 /// and without them their noise would show.
@@ -57,7 +56,7 @@ pub(super) struct Branch<'s> {
     pub(super) stage: Stage,
     /// If given, only light from the side of this normal counts at its end.
     pub(super) lit_from: Option<Vec3>,
-    /// Weight of the complements of its eye path.
+    /// Weight of the compensations of its eye path.
     pub(super) full: f32,
     /// Largest radius of a caustic estimate at its end, in m.
     pub(super) reach: f32,
@@ -66,9 +65,7 @@ pub(super) struct Branch<'s> {
     pub(super) broad: f32,
     /// On the way to a surface: share of the branch that counts for emitters found.
     pub(super) found: f32,
-    /// On that way: where it comes from, if lights on emitters were summed there.
-    pub(super) summed: Option<SummedAt>,
-    /// See [`Gathering::photons`].
+    /// See [`GatherPoint::photons`].
     pub(super) photons: f32,
 }
 
@@ -102,58 +99,41 @@ impl Directions {
     }
 }
 
-/// A point from where a direction completes the sum over lights on emitters.
-#[derive(Clone, Copy)]
-pub(super) struct SummedAt {
-    at: Viewpoint,
-    /// `f cosθ` of the direction, in 1/sr.
-    f_cos: Rgb,
-    /// Among how many lights emitters are divided.
-    pieces: PieceCounts,
-}
-
 /// A gathering point with a direction drawn there.
 struct DrawnDirection<'x, 's> {
     x: &'x ShadingPoint<'s>,
     /// `f cosθ` of its smooth lobes in that direction, in 1/sr.
     f_cos: Rgb,
-    /// Surface that lights around may stand for, if the share of the complement is to be guessed by it, in m².
+    /// Surface that lights around may stand for, if the share of the compensation is to be guessed by it, in m².
     surface: Option<f32>,
 }
 
-impl<'s> EyePath<'_, 's, '_, '_> {
+impl<'s> CameraPath<'_, 's, '_, '_> {
     /// Everything that the smooth lobes at the end `v` of a branch reflect: emitters and what lacks in the sum over lights, looked
     /// for in some directions, and that sum.
     pub(super) fn smooth_light(
         &mut self,
         v: &Vertex<'s>,
         mut branch: Branch<'s>,
-        lights: Selection,
+        lights: Subset,
         directions: &Directions,
     ) {
-        let direct = self.direct_at(&branch);
-        let at = self.gather_at(v, &branch, lights, direct);
-        let completes = self.set.complement == Complement::KolligKeller;
+        let at = self.gather_at(v, &branch, lights);
+        let completes = self.set.compensation == Compensation::KolligKeller;
         let surface = (completes && directions.count >= ASKING_DIRECTIONS)
             .then(|| ASKED_SURFACE * self.surface_per_light(at.x.p));
-        // Sums need no directions to what is far.
-        let guide = match direct {
-            DirectLight::Sampled => guide_at(&self.set.incident, v, &mut self.paths.found),
-            DirectLight::Summed => None,
-        };
+        let guide = guide_at(&self.set.incident, v, &mut self.paths.found);
         branch.walk.scale(1.0 / directions.count as f32);
         for i in 0..directions.count {
-            if direct == DirectLight::Sampled {
-                let (u_choice, u) = directions.emitters.triple(directions.first + i);
-                let plan = LightPlan::new(self.set.scene, u_choice, u);
-                self.emitters_at(v, &branch, guide.as_ref(), &plan);
-            }
+            let (u_choice, u) = directions.emitters.triple(directions.first + i);
+            let plan = EmitterPlan::new(self.set.scene, u_choice, u);
+            self.emitters_at(v, &branch, guide.as_ref(), &plan);
             let (lobe, direction) = directions.lobes.triple(directions.first + i);
             let u = (i as f32 + self.sampler.next_1d()) / directions.count as f32;
             let sample = draw_direction(
                 v,
                 guide.as_ref(),
-                Lobes::SMOOTH,
+                Lobes::NON_SPECULAR,
                 BsdfNumbers { lobe, direction },
                 u,
             );
@@ -167,21 +147,14 @@ impl<'s> EyePath<'_, 's, '_, '_> {
         v: &Vertex,
         branch: &Branch,
         guide: Option<&IncidentGuide>,
-        plan: &LightPlan,
+        plan: &EmitterPlan,
     ) {
-        let pdf_walk = |wi| guided_pdf(v, guide, Lobes::SMOOTH, wi);
-        if let Some(radiance) = self.emitter_light(v, Lobes::SMOOTH, Some(branch), plan, pdf_walk) {
+        let pdf_walk = |wi| guided_pdf(v, guide, Lobes::NON_SPECULAR, wi);
+        if let Some(radiance) =
+            self.emitter_light(v, Lobes::NON_SPECULAR, Some(branch), plan, pdf_walk)
+        {
             let layer = branch.stage.after(Lobes::DIFFUSE).layer();
             self.add(layer, branch.walk.throughput() * radiance);
-        }
-    }
-
-    /// How emitters light the end of a branch. Where photons bring a part of their light, a sum would bring that again.
-    fn direct_at(&self, branch: &Branch) -> DirectLight {
-        if branch.broad.is_infinite() {
-            self.set.direct()
-        } else {
-            DirectLight::Sampled
         }
     }
 
@@ -190,8 +163,7 @@ impl<'s> EyePath<'_, 's, '_, '_> {
         &mut self,
         v: &Vertex<'s>,
         branch: &Branch<'s>,
-        lights: Selection,
-        direct: DirectLight,
+        lights: Subset,
     ) -> ShadingPoint<'s> {
         let limits = self.set.limits;
         let at = ShadingPoint {
@@ -201,11 +173,10 @@ impl<'s> EyePath<'_, 's, '_, '_> {
             max_photon_depth: limits.max_depth.map(|max| max - (v.segments + 1)),
             u: self.sampler.next_1d(),
             lights,
-            direct,
             tolerance: 0.0,
             lit_from: branch.lit_from,
         };
-        self.paths.points.push(Gathering {
+        self.paths.points.push(GatherPoint {
             pixel: self.pixel,
             throughput: branch.walk.throughput(),
             segments: v.segments,
@@ -218,7 +189,7 @@ impl<'s> EyePath<'_, 's, '_, '_> {
         at
     }
 
-    /// Goes on from the gathering point `x` on `v` in a direction drawn there: adds the emitter there, or the complement of the
+    /// Goes on from the gathering point `x` on `v` in a direction drawn there: adds the emitter there, or the compensation of the
     /// sum at `x`, around which lights may stand for so much `surface`.
     fn follow_smooth(
         &mut self,
@@ -236,38 +207,30 @@ impl<'s> EyePath<'_, 's, '_, '_> {
         }
         branch.stage = branch.stage.after(Lobes::DIFFUSE);
         branch.photons = 1.0;
-        let f_cos = v.bsdf.f_cos_wi(wi, v.w_prev, Lobes::SMOOTH);
+        let f_cos = v.bsdf.f_cos_wi(wi, v.w_prev, Lobes::NON_SPECULAR);
         branch.found = share_of_directions(branch.broad, f_cos);
-        let pieces = self.set.pieces;
-        branch.summed = pieces
-            .filter(|_| x.direct == DirectLight::Summed)
-            .map(|pieces| SummedAt {
-                at: x.into(),
-                f_cos,
-                pieces,
-            });
         let Some(y) = self.next_surface(&mut branch) else {
             return;
         };
         if v.bsdf.lobes().has(Lobes::GLOSSY) && y.bsdf.lobes().has(Lobes::SPECULAR) {
             let of = |lobes| v.bsdf.f(wi, v.w_prev, lobes);
-            let share =
-                of(Lobes::GLOSSY).zip(
-                    of(Lobes::SMOOTH),
-                    |part, all| if all > 0.0 { part / all } else { 0.0 },
-                );
+            let share = of(Lobes::GLOSSY).zip(of(Lobes::NON_SPECULAR), |part, all| {
+                if all > 0.0 { part / all } else { 0.0 }
+            });
             self.mirrored(y.clone(), branch.clone(), share);
         }
-        if y.bsdf.lobes().has(Lobes::SMOOTH) && self.set.complement == Complement::KolligKeller {
+        if y.bsdf.lobes().has(Lobes::NON_SPECULAR)
+            && self.set.compensation == Compensation::KolligKeller
+        {
             branch.broad = broad(f_cos);
             let from = DrawnDirection { x, f_cos, surface };
-            self.complement(&y, branch, &from);
+            self.compensation(&y, branch, &from);
         }
     }
 
     /// What the sum over lights at `x` lacks of the light that the smooth lobes at `y` reflect into the branch. A surface that
     /// transmits is lit from both sides, and one is chosen: the lights of each side are others, and the clamp with them.
-    fn complement(
+    fn compensation(
         &mut self,
         y: &Vertex<'s>,
         mut branch: Branch<'s>,
@@ -281,9 +244,9 @@ impl<'s> EyePath<'_, 's, '_, '_> {
             seen
         };
         branch.lit_from = transmits.then_some(lit_from);
-        let spot = Spot::on(self.set.scene, &y.x, lit_from);
+        let spot = SurfaceLocation::on(self.set.scene, &y.x, lit_from);
         let asked = from.surface.map_or(1.0, |area| {
-            let likely = self.missing(from, &spot, Owner::Nobody { area });
+            let likely = self.missing(from, &spot, Assignment::Unassigned { area });
             likely.clamp(LEAST_ASKED, 1.0)
         });
         if asked < 1.0 && !branch.walk.survive(asked, self.sampler.next_1d()) {
@@ -319,7 +282,6 @@ impl<'s> EyePath<'_, 's, '_, '_> {
             (most, strength) = (MIRRORED, MIRRORED_EFFORT);
         }
         branch.lit_from = None;
-        branch.summed = None;
         branch.broad = f32::INFINITY;
         branch.stage = branch.stage.after(Lobes::SPECULAR);
         branch.walk.scale(share);
@@ -339,7 +301,7 @@ impl<'s> EyePath<'_, 's, '_, '_> {
                 Some(next) => y = next,
                 None => return,
             }
-            if y.bsdf.lobes().has(Lobes::SMOOTH) {
+            if y.bsdf.lobes().has(Lobes::NON_SPECULAR) {
                 let (few, direction) = (self.few_lights(), Directions::one(self.sampler));
                 self.smooth_light(&y, branch.clone(), few, &direction);
             }
@@ -354,17 +316,11 @@ impl<'s> EyePath<'_, 's, '_, '_> {
             let (w, found, hit) = match walk.advance() {
                 Step::Hidden => return None,
                 Step::Escaped(wi) => {
-                    let found = match &branch.summed {
-                        Some(summed) => self.set.unsummed_environment(summed, wi),
-                        None => found_environment(scene, walk.previous(), wi),
-                    };
+                    let found = environment_with_mis(scene, walk.previous(), wi);
                     (wi, found, None)
                 }
                 Step::Hit(y) => {
-                    let found = match &branch.summed {
-                        Some(summed) => self.set.unsummed_radiance(summed, &y),
-                        None => found_radiance(scene, walk.previous(), &y.x, y.w_prev),
-                    };
+                    let found = emitted_with_mis(scene, walk.previous(), &y.x, y.w_prev);
                     (-y.w_prev, found, Some(y))
                 }
             };
@@ -388,34 +344,8 @@ impl<'s> EyePath<'_, 's, '_, '_> {
     }
 
     /// Share of the light from `y`, which is `owner`'s, that the sum over lights lacks where a direction came `from`.
-    fn missing(&self, from: &DrawnDirection, y: &Spot, owner: Owner) -> f32 {
+    fn missing(&self, from: &DrawnDirection, y: &SurfaceLocation, owner: Assignment) -> f32 {
         let set = self.set;
         (set.gather).missing(&set.lights, &from.x.into(), y, owner, |_| from.f_cos)
-    }
-}
-
-impl LightSet<'_> {
-    /// Of what the surroundings send along `wi`, what the sum over lights on emitters lacks.
-    fn unsummed_environment(&self, summed: &SummedAt, wi: Vec3) -> Rgb {
-        let (emitters, at) = (&self.scene.emitters, &summed.at);
-        let (radiance, _) = emitters.environment(None, wi);
-        if radiance.is_black() {
-            return radiance;
-        }
-        // At any distance, a surface that fills the solid angle.
-        let area = emitters.solid_angle_per_piece(summed.pieces, wi);
-        radiance * (self.gather).missing_of_emitter(at, at.p + wi, -wi, area, summed.f_cos)
-    }
-
-    /// The same of what the surface at `y` emits.
-    fn unsummed_radiance(&self, summed: &SummedAt, y: &Vertex) -> Rgb {
-        let (scene, at) = (self.scene, &summed.at);
-        let emitters = &scene.emitters;
-        let radiance = emitters.radiance(&scene.geometry, &scene.textures, &y.x, y.w_prev);
-        if radiance.is_black() {
-            return radiance;
-        }
-        let area = emitters.area_per_piece(summed.pieces, &y.x);
-        radiance * (self.gather).missing_of_emitter(at, y.x.p, y.x.ng, area, summed.f_cos)
     }
 }

@@ -3,7 +3,7 @@
 use super::{Content, LightTree, Node};
 use crate::ids::LightId;
 use crate::math::{Aabb, Cone};
-use crate::virtual_lights::{IntensityBound, LightField, VirtualLight};
+use crate::virtual_lights::{IntensityBound, VirtualLight, VirtualLights};
 
 /// Normals count as places at this part of the diagonal of all lights.
 const NORMAL_SCALE: f32 = 0.25;
@@ -72,39 +72,24 @@ impl Extent {
 }
 
 impl LightTree {
-    /// The trees over those of the lights that `is_used` names and that have flux.
-    pub fn new(field: &LightField, is_used: impl Fn(LightId) -> bool) -> Self {
+    /// The tree over those of the lights that `is_used` names and that have flux.
+    pub fn new(field: &VirtualLights, is_used: impl Fn(LightId) -> bool) -> Self {
         let lights = field.lights();
         let used = (0..lights.len() as u32).map(LightId).filter(|&id| {
             let flux = lights[id.index()].flux.luminance();
             flux > 0.0 && is_used(id)
         });
-        let mut groups: [Vec<LightId>; 3] = Default::default();
-        for id in used {
-            groups[field.kind(id) as usize].push(id);
-        }
-        let mut tree = LightTree::default();
-        for (k, ids) in groups.iter().enumerate() {
-            tree.roots[k] = tree.add(field, ids);
-        }
-        tree
-    }
-
-    /// Adds a tree over some lights; returns its root.
-    fn add(&mut self, field: &LightField, ids: &[LightId]) -> Option<usize> {
+        let ids: Vec<LightId> = used.collect();
         if ids.is_empty() {
-            return None;
+            return LightTree::default();
         }
-        let lights = field.lights();
         let places = Aabb::from_points(ids.iter().map(|id| lights[id.index()].p));
         let scale = NORMAL_SCALE * places.diagonal();
         let item = |&id: &LightId| Item::new(id, &lights[id.index()], scale);
         let mut items: Vec<Item> = ids.iter().map(item).collect();
-        let first = self.nodes.len();
-        let count = 2 * items.len() - 1;
-        self.nodes.resize(first + count, Node::EMPTY);
-        build(field, &mut items, &mut self.nodes[first..], first as u32, 0);
-        Some(first)
+        let mut nodes = vec![Node::EMPTY; 2 * items.len() - 1];
+        build(field, &mut items, &mut nodes, 0, 0);
+        LightTree { nodes }
     }
 }
 
@@ -139,7 +124,7 @@ impl Node {
 
 /// Fills `nodes`, of which the first has index `first`; returns what the lights shine.
 fn build(
-    field: &LightField,
+    field: &VirtualLights,
     items: &mut [Item],
     nodes: &mut [Node],
     first: u32,

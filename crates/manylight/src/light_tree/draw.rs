@@ -6,7 +6,7 @@ use super::{Content, LightTree};
 use crate::ids::LightId;
 use crate::math::Vec3;
 use crate::sampling::rng::Pcg;
-use crate::virtual_lights::LightField;
+use crate::virtual_lights::VirtualLights;
 
 /// Lights are drawn to this share by their flux alone, so that none counts for much more than its own.
 const BY_FLUX: f32 = 0.2;
@@ -24,7 +24,7 @@ pub struct Drawn {
 
 impl LightTree {
     /// A light below `node`, by what its lights may send to `place`.
-    pub fn draw(&self, field: &LightField, node: usize, place: Vec3, rng: &mut Pcg) -> Drawn {
+    pub fn draw(&self, field: &VirtualLights, node: usize, place: Vec3, rng: &mut Pcg) -> Drawn {
         let (mut leaf, mut probability) = (node, 1.0);
         loop {
             let children = match self.nodes[leaf].content {
@@ -48,7 +48,7 @@ impl LightTree {
     /// both, and the light as if it had been drawn from there.
     pub fn inherit(
         &self,
-        field: &LightField,
+        field: &VirtualLights,
         children: [usize; 2],
         drawn: Drawn,
         place: Vec3,
@@ -69,7 +69,7 @@ impl LightTree {
     }
 
     /// Probability that a light of a node is drawn from the first of its children.
-    fn chance_of_first(&self, field: &LightField, children: [usize; 2], place: Vec3) -> f32 {
+    fn chance_of_first(&self, field: &VirtualLights, children: [usize; 2], place: Vec3) -> f32 {
         let [first, second] = children;
         let (a, b) = (self.nodes[first].flux, self.nodes[second].flux);
         let by_flux = a / (a + b);
@@ -84,7 +84,7 @@ impl LightTree {
 
     /// About what the lights of a node send to `place`, in W/m².
     #[inline(always)]
-    fn expected(&self, field: &LightField, node: usize, place: Vec3) -> f32 {
+    fn expected(&self, field: &VirtualLights, node: usize, place: Vec3) -> f32 {
         let node = &self.nodes[node];
         let to = place - node.bounds.center();
         let d2 = to.length_squared();

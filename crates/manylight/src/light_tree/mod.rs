@@ -19,10 +19,8 @@ use crate::virtual_lights::IntensityBound;
 /// See the module. Lights without flux are left out.
 #[derive(Clone, Debug, Default)]
 pub struct LightTree {
-    /// Tree by tree, each from its root: the first child of an inner node comes next, then all that is below that, then the second child.
+    /// From the root on: the first child of an inner node comes next, then all that is below that, then the second child.
     nodes: Vec<Node>,
-    /// The root of each tree that has a light.
-    roots: [Option<usize>; 3],
 }
 
 /// One light, or the lights below two nodes.
@@ -51,9 +49,9 @@ enum Content {
 }
 
 impl LightTree {
-    /// The root of the tree over lights of each kind, in the order of [`LightKind`]; `None` where there are no such lights.
-    pub fn roots(&self) -> [Option<usize>; 3] {
-        self.roots
+    /// Index of the root; `None` without lights.
+    pub fn root(&self) -> Option<usize> {
+        (!self.nodes.is_empty()).then_some(0)
     }
 
     /// All nodes; see [`LightTree::children`].

@@ -11,7 +11,7 @@ use crate::scene::{PathLimits, Scene};
 use crate::testing::scenes::glossy_box;
 use crate::virtual_lights::moments::POINTS;
 use crate::virtual_lights::{
-    Division, GlossyForm, LightField, Shares, TableStorage, assign, select,
+    GlossyForm, PhotonClusters, TableStorage, VirtualLights, assign, select,
 };
 use std::iter::once;
 
@@ -21,17 +21,17 @@ const TABLES: GlossyForm = GlossyForm::Table {
 };
 
 /// Some photons of a glossy room, and lights made of them.
-fn lit(scene: &Scene, count: usize, form: Option<GlossyForm>) -> (Vec<Photon>, LightField<'_>) {
+fn lit(scene: &Scene, count: usize, form: Option<GlossyForm>) -> (Vec<Photon>, VirtualLights<'_>) {
     let limits = PathLimits::default();
     let pass = Pass { seed: 3, index: 1 };
     let photons = trace_photons(scene, limits, 4000, pass, for_lights);
     let fluxes: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
     let sites = select(&photons, &fluxes, count, 0.4);
     let field = match form {
-        None => LightField::single(scene, limits, &photons, &Shares::own(&sites)),
+        None => VirtualLights::single(scene, limits, &photons, &PhotonClusters::own(&sites)),
         Some(form) => {
-            let (shares, _) = assign(scene, &photons, &sites, &fluxes, Division::Nearest, 0.7);
-            LightField::rich(scene, limits, &photons, &shares, form)
+            let (shares, _) = assign(scene, &photons, &sites, &fluxes, 0.7);
+            VirtualLights::rich(scene, limits, &photons, &shares, form)
         }
     };
     (photons, field)
@@ -75,7 +75,7 @@ fn every_light_is_a_leaf() {
     }
     // Of as many nodes at least as hold the lights twice, half are leaves.
     assert_eq!(tree.nodes().len(), 2 * expected.len() - 1);
-    assert!(LightTree::new(&field, |_| false).roots() == [None; 3]);
+    assert!(LightTree::new(&field, |_| false).root().is_none());
 }
 
 /// Drawn from the root, and from a child by way of the root: as often as is said, whatever the lights shine.
@@ -143,7 +143,7 @@ fn hold_bounds(form: Option<GlossyForm>, count: u32) -> (f64, u64) {
         if tree.children(node).is_none() {
             continue;
         }
-        let receivers = Receivers::new(bsdf.form(), Lobes::SMOOTH, once((&bsdf, wo)));
+        let receivers = Receivers::new(bsdf.form(), Lobes::NON_SPECULAR, once((&bsdf, wo)));
         let places = Lanes3::from_fn(|_| x.p);
         let bound = tree.nodes()[node].sent(&places, &receivers, 1).bounds[0];
         let mut sum = 0.0;
@@ -155,7 +155,7 @@ fn hold_bounds(form: Option<GlossyForm>, count: u32) -> (f64, u64) {
                 continue;
             }
             let w = to / d2.sqrt();
-            let value = bsdf.f_cos_wi(w, wo, Lobes::SMOOTH) * field.intensity(id, -w);
+            let value = bsdf.f_cos_wi(w, wo, Lobes::NON_SPECULAR) * field.intensity(id, -w);
             sum += value.luminance() / d2;
             connections += 1;
         }

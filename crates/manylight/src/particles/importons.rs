@@ -65,7 +65,8 @@ fn trace_path(
     let camera = scene.sensor.ray(film_position, sampler.next_2d());
     let mut walk = Walk::from_sensor(scene, limits, camera.ray, Rgb::splat(camera.weight * share));
     while let Step::Hit(v) = walk.advance() {
-        if walk.previous().event.has(Lobes::SMOOTH) && v.bsdf.lobes().has(Lobes::SMOOTH) {
+        if walk.previous().event.has(Lobes::NON_SPECULAR) && v.bsdf.lobes().has(Lobes::NON_SPECULAR)
+        {
             let importon = Importon {
                 p: v.x.p,
                 n: v.x.normal_towards(v.w_prev),
@@ -88,7 +89,7 @@ fn trace_path(
         if walk.pass_through(&v, sampler.next_1d()) {
             continue;
         }
-        if walk.previous().event.has(Lobes::SMOOTH)
+        if walk.previous().event.has(Lobes::NON_SPECULAR)
             || !walk.scatter(&v, sampler.next_bsdf(), Lobes::ALL)
         {
             return;

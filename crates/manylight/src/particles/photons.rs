@@ -45,7 +45,7 @@ impl AsRef<Photon> for Photon {
 /// Index of the photon at the vertex from which photon `j` was scattered by smooth lobes, in a list from [`trace_photons`].
 pub fn parent(photons: &[Photon], j: usize) -> Option<usize> {
     let child = &photons[j];
-    if !child.event.has(Lobes::SMOOTH) {
+    if !child.event.has(Lobes::NON_SPECULAR) {
         return None;
     }
     // What lies between is transparent, and of the same path.
@@ -62,7 +62,7 @@ const PATHS_PER_TASK: u32 = 1024;
 /// methods: a virtual light at depth m makes paths of m + 2 segments, a caustic photon of m + 1. See [`trace_photons`].
 pub fn for_lights(bsdf: &Bsdf, event: Lobes) -> Option<u32> {
     let segments = if event.has(Lobes::SPECULAR) { 1 } else { 2 };
-    bsdf.lobes().has(Lobes::SMOOTH).then_some(segments)
+    bsdf.lobes().has(Lobes::NON_SPECULAR).then_some(segments)
 }
 
 /// Traces `path_count` photon paths and stores a photon wherever it is of use: `segments_added` tells for the surface and the

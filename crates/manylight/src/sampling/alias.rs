@@ -147,7 +147,7 @@ impl AliasRows {
 
     /// Asks for the memory that [`AliasRows::sample_reusing`] will read.
     #[inline]
-    pub fn expect(&self, row: usize, u: f32) {
+    pub fn prefetch(&self, row: usize, u: f32) {
         let column = ((u * self.width as f32) as usize).min(self.width - 1);
         prefetch(&self.slots[row * self.width + column]);
     }
@@ -190,7 +190,7 @@ mod tests {
             let alone = Alias::new(&weights[3 * row..][..3]).unwrap();
             for i in 0..1000 {
                 let u = (i as f32 + 0.5) / 1000.0;
-                rows.expect(row, u);
+                rows.prefetch(row, u);
                 assert_eq!(rows.sample_reusing(row, u), alone.sample_reusing(u));
             }
         }

@@ -89,9 +89,9 @@ impl Scene {
 
     /// Asks for the memory that [`Scene::bsdf`] will read.
     #[inline]
-    pub fn expect_bsdf(&self, x: &SurfacePoint) {
+    pub fn prefetch_bsdf(&self, x: &SurfacePoint) {
         let material = self.geometry.primitives()[x.at.primitive.index()].material;
-        self.materials.expect(material, x.uv, &self.textures);
+        self.materials.prefetch(material, x.uv, &self.textures);
     }
 
     /// The point that a stored reference names.

@@ -4,7 +4,7 @@
     reason = "vendor intrinsics; every kernel is tested against the portable path"
 )]
 
-use super::{Floats, Kernel, NARROW, Simd, WIDE, Wide};
+use super::{Floats, NARROW, Simd, SimdKernel, WIDE, Wide};
 use std::arch::x86_64::*;
 use std::mem::MaybeUninit;
 
@@ -22,14 +22,14 @@ impl Avx2 {
 
     /// Runs a kernel compiled for these instructions.
     #[inline]
-    pub(super) fn run<K: Kernel>(self, kernel: K) -> K::Output {
+    pub(super) fn run<K: SimdKernel>(self, kernel: K) -> K::Output {
         // SAFETY: `self` exists only where `detect` found all that `run` enables.
         unsafe { run(self, kernel) }
     }
 }
 
 #[target_feature(enable = "avx2,fma,bmi1,popcnt")]
-fn run<K: Kernel>(avx2: Avx2, kernel: K) -> K::Output {
+fn run<K: SimdKernel>(avx2: Avx2, kernel: K) -> K::Output {
     kernel.run(avx2)
 }
 

@@ -4,7 +4,7 @@
     reason = "vendor intrinsics; every kernel is tested against the portable path"
 )]
 
-use super::{Floats, Kernel, NARROW, Simd, WIDE, Wide};
+use super::{Floats, NARROW, Simd, SimdKernel, WIDE, Wide};
 use std::arch::x86_64::*;
 use std::mem::MaybeUninit;
 
@@ -30,14 +30,14 @@ impl Avx512 {
 
     /// Runs a kernel compiled for these instructions.
     #[inline]
-    pub(super) fn run<K: Kernel>(self, kernel: K) -> K::Output {
+    pub(super) fn run<K: SimdKernel>(self, kernel: K) -> K::Output {
         // SAFETY: `self` exists only where `detect` found all that `run` enables.
         unsafe { run(self, kernel) }
     }
 }
 
 #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn run<K: Kernel>(avx512: Avx512, kernel: K) -> K::Output {
+fn run<K: SimdKernel>(avx512: Avx512, kernel: K) -> K::Output {
     kernel.run(avx512)
 }
 

@@ -106,7 +106,7 @@ pub(crate) fn set_bits(bits: impl Into<u64>) -> impl Iterator<Item = usize> {
 }
 
 /// Code that is compiled once per instruction set.
-pub(crate) trait Kernel {
+pub(crate) trait SimdKernel {
     /// What it computes.
     type Output;
     /// The body; must be `inline(always)`, like all it calls with `s`.
@@ -171,7 +171,7 @@ impl Isa {
 
     /// Runs a kernel.
     #[inline]
-    pub(crate) fn run<K: Kernel>(self, kernel: K) -> K::Output {
+    pub(crate) fn run<K: SimdKernel>(self, kernel: K) -> K::Output {
         match self {
             Isa::Portable => kernel.run(Portable),
             #[cfg(target_arch = "x86_64")]

@@ -67,7 +67,7 @@ impl<const N: usize> Operands<N> {
 
 struct AllNarrow<'a>(&'a Operands<NARROW>);
 
-impl Kernel for AllNarrow<'_> {
+impl SimdKernel for AllNarrow<'_> {
     type Output = Vec<u32>;
 
     #[inline(always)]
@@ -93,7 +93,7 @@ impl Kernel for AllNarrow<'_> {
 
 struct AllWide<'a>(&'a Operands<WIDE>);
 
-impl Kernel for AllWide<'_> {
+impl SimdKernel for AllWide<'_> {
     type Output = Vec<u32>;
 
     #[inline(always)]
@@ -130,7 +130,7 @@ fn instruction_sets_agree_to_the_bit() {
 
 struct Fused;
 
-impl Kernel for Fused {
+impl SimdKernel for Fused {
     type Output = [[f32; WIDE]; 2];
 
     #[inline(always)]

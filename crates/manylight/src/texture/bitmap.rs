@@ -80,7 +80,7 @@ impl Bitmap {
 
     /// Asks for the memory that evaluation at `uv` will read.
     #[inline]
-    pub(super) fn expect(&self, uv: Vec2) {
+    pub(super) fn prefetch(&self, uv: Vec2) {
         let (x, y, _) = self.locate(uv);
         let column = self.column(x);
         for y in [y, y + 1] {

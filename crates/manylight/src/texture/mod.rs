@@ -48,9 +48,9 @@ impl Texture {
 
     /// Asks for the memory that evaluation at `uv` will read; nested textures are left out.
     #[inline]
-    pub fn expect(&self, uv: Vec2) {
+    pub fn prefetch(&self, uv: Vec2) {
         if let Texture::Bitmap(bitmap) = self {
-            bitmap.expect(uv);
+            bitmap.prefetch(uv);
         }
     }
 
@@ -146,9 +146,9 @@ impl ColorInput {
 
     /// As [`Texture::expect`].
     #[inline]
-    pub fn expect(&self, uv: Vec2, textures: &[Texture]) {
+    pub fn prefetch(&self, uv: Vec2, textures: &[Texture]) {
         if let ColorInput::Texture(id) = self {
-            textures[id.index()].expect(uv);
+            textures[id.index()].prefetch(uv);
         }
     }
 

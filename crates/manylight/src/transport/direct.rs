@@ -12,19 +12,19 @@ use crate::scene::Scene;
 /// What random numbers decide about a direction towards an emitter before the receiver is known. Made early, so that the memory
 /// that it leads to is near when it is needed.
 #[derive(Clone, Copy, Debug)]
-pub struct LightPlan(DirectPlan);
+pub struct EmitterPlan(DirectPlan);
 
-impl LightPlan {
+impl EmitterPlan {
     /// Draws the numbers.
     #[inline]
     pub fn draw(scene: &Scene, sampler: &mut Sampler) -> Self {
-        LightPlan::new(scene, sampler.next_1d(), sampler.next_2d())
+        EmitterPlan::new(scene, sampler.next_1d(), sampler.next_2d())
     }
 
     /// From numbers in [0, 1).
     #[inline]
     pub fn new(scene: &Scene, u_choice: f32, u: Vec2) -> Self {
-        LightPlan(scene.emitters.plan_direct(u_choice, u))
+        EmitterPlan(scene.emitters.plan_direct(u_choice, u))
     }
 
     /// Takes the plan one of three optional steps on, each of which reads memory that the one before has asked for.
@@ -52,7 +52,7 @@ impl EmitterSample {
         scene: &Scene,
         x: &SurfacePoint,
         n: Option<Vec3>,
-        plan: &LightPlan,
+        plan: &EmitterPlan,
     ) -> Option<Self> {
         let s = scene
             .emitters
@@ -92,7 +92,7 @@ impl EmitterSample {
 
 /// Radiance that a walk finds on the emitter at `y`, weighted against next-event estimation at the walk's last event.
 #[inline]
-pub fn found_radiance(scene: &Scene, previous: &Previous, y: &SurfacePoint, wo: Vec3) -> Rgb {
+pub fn emitted_with_mis(scene: &Scene, previous: &Previous, y: &SurfacePoint, wo: Vec3) -> Rgb {
     let radiance = scene
         .emitters
         .radiance(&scene.geometry, &scene.textures, y, wo);
@@ -107,7 +107,7 @@ pub fn found_radiance(scene: &Scene, previous: &Previous, y: &SurfacePoint, wo: 
 
 /// The same for the surroundings along `wi`.
 #[inline]
-pub fn found_environment(scene: &Scene, previous: &Previous, wi: Vec3) -> Rgb {
+pub fn environment_with_mis(scene: &Scene, previous: &Previous, wi: Vec3) -> Rgb {
     let (radiance, pdf) = scene.emitters.environment(previous.n, wi);
     if radiance.is_black() {
         return Rgb::BLACK;

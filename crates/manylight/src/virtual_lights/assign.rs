@@ -3,10 +3,10 @@
 //! Every photon is given to the nearest light of its own surface, or divided among the nearest few, so all flux is represented, wherever the
 //! lights stand. Photons that no light may take are thinned into lights of their own.
 
-use super::claims::{Claim, Claims, NOBODY, Spot, Surfaces};
 use super::curve::Curve;
+use super::nearest_light::{NearestLights, SurfaceLocation, Surfaces, UNASSIGNED};
 use super::select::{WEIGHT_FLOOR, defensive_weights};
-use super::{Shares, Site};
+use super::{PhotonClusters, Site};
 use crate::particles::Photon;
 use crate::sampling::systematic::{inclusion_probabilities, systematic};
 use rayon::prelude::*;
@@ -19,25 +19,6 @@ const RESIDUAL_SHARE: f64 = 0.25;
 /// itself: the clamp must not take it for a small bright one.
 const RESIDUAL_SURFACE: f32 = 16.0;
 
-/// How a photon is divided among the lights around it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Division {
-    /// All to the nearest.
-    Nearest,
-    /// Among up to four nearest, by Shepard's weights: no borders between their shares.
-    Soft,
-}
-
-impl Division {
-    /// Lights that a photon may have.
-    fn lights(self) -> usize {
-        match self {
-            Division::Nearest => 1,
-            Division::Soft => Claims::SHEPARD_LIGHTS,
-        }
-    }
-}
-
 /// The partition rule. Lights that stand nearer to no photon than others vanish; photons that no light may take are thinned
 /// without bias, by weight and flux, into lights of one photon with the random number `u`. The claims tell later whose a
 /// photon anywhere would be.
@@ -46,78 +27,59 @@ pub fn assign(
     photons: &[Photon],
     sites: &[Site],
     weights: &[f32],
-    division: Division,
     u: f32,
-) -> (Shares, Claims) {
-    let mut claims = Claims::new(surfaces, photons, sites);
-    let mut owners = vec![Claim::NONE; photons.len() * division.lights()];
+) -> (PhotonClusters, NearestLights) {
+    let mut claims = NearestLights::new(surfaces, photons, sites);
+    let mut owners = vec![UNASSIGNED; photons.len()];
     owners
-        .par_chunks_exact_mut(division.lights())
+        .par_iter_mut()
         .with_min_len(256)
         .zip(photons)
-        .for_each(|(owners, photon)| {
-            let spot = Spot::of(photon, surfaces);
-            match division {
-                Division::Nearest => owners[0] = Claim::whole(claims.site(surfaces, &spot)),
-                Division::Soft => claims.divide(surfaces, &spot, owners),
-            }
+        .for_each(|(owner, photon)| {
+            *owner = claims.site(surfaces, &SurfaceLocation::of(photon, surfaces));
         });
-    let owners = Owners {
-        claims: &owners,
-        per_photon: division.lights(),
-    };
     let mut residual = [0.0; 3];
-    for photon in owners.orphans().map(|j| &photons[j]) {
+    for photon in orphans(&owners).map(|j| &photons[j]) {
         for (sum, f) in residual.iter_mut().zip(photon.flux.to_array()) {
             *sum += f64::from(f);
         }
     }
-    let extras = thin_residual(photons, owners, sites.len(), weights, u);
-    let (shares, lights) = gather_shares(photons, sites, owners, &extras);
+    let extras = thin_residual(photons, &owners, sites.len(), weights, u);
+    let (shares, lights) = gather_shares(photons, sites, &owners, &extras);
     claims.name_lights(lights);
-    (Shares { residual, ..shares }, claims)
+    (PhotonClusters { residual, ..shares }, claims)
 }
 
-/// Whose each photon is.
-#[derive(Clone, Copy)]
-struct Owners<'a> {
-    claims: &'a [Claim],
-    per_photon: usize,
+/// The photons that have a site, each with that.
+fn owned(owners: &[u32]) -> impl Iterator<Item = (usize, usize)> {
+    let owners = owners.iter().enumerate();
+    owners
+        .filter(|(_, site)| **site != UNASSIGNED)
+        .map(|(j, &site)| (j, site as usize))
 }
 
-impl<'a> Owners<'a> {
-    /// Every photon's claims, those of [`NOBODY`] left out.
-    fn all(self) -> impl Iterator<Item = (usize, &'a Claim)> {
-        let claims = self.claims.iter().enumerate();
-        claims
-            .filter(|(_, claim)| claim.site != NOBODY)
-            .map(move |(i, claim)| (i / self.per_photon, claim))
-    }
-
-    /// The photons that nobody takes.
-    fn orphans(self) -> impl Iterator<Item = usize> {
-        let photons = self.claims.chunks_exact(self.per_photon).enumerate();
-        photons
-            .filter(|(_, claims)| claims[0].site == NOBODY)
-            .map(|(j, _)| j)
-    }
+/// The photons that nobody takes.
+fn orphans(owners: &[u32]) -> impl Iterator<Item = usize> {
+    let owners = owners.iter().enumerate();
+    owners
+        .filter(|(_, site)| **site == UNASSIGNED)
+        .map(|(j, _)| j)
 }
 
 /// Chooses among the photons that nobody took. Half of the probability goes by weight (importance), half by flux, which
 /// bounds the flux of the lights.
 fn thin_residual(
     photons: &[Photon],
-    owners: Owners,
+    owners: &[u32],
     light_count: usize,
     weights: &[f32],
     u: f32,
 ) -> Vec<Site> {
     let mut light_weights = vec![0.0f64; light_count];
-    for (j, claim) in owners.all() {
-        light_weights[claim.site as usize] += f64::from(weights[j] * claim.share);
+    for (j, site) in owned(owners) {
+        light_weights[site] += f64::from(weights[j]);
     }
-    let mut residual: Vec<u32> = owners
-        .orphans()
+    let mut residual: Vec<u32> = orphans(owners)
         .filter(|&j| !photons[j].flux.is_black())
         .map(|j| j as u32)
         .collect();
@@ -168,16 +130,16 @@ fn residual_count(residual_weight: f64, light_weights: &mut Vec<f64>) -> usize {
 }
 
 /// Lists each light's photons, and sorts lights and extra lights along the curve. Also for each site the index of its light, or
-/// [`NOBODY`] if that vanished.
+/// [`UNASSIGNED`] if that vanished.
 fn gather_shares(
     photons: &[Photon],
     sites: &[Site],
-    owners: Owners,
+    owners: &[u32],
     extras: &[Site],
-) -> (Shares, Vec<u32>) {
+) -> (PhotonClusters, Vec<u32>) {
     let mut counts = vec![0u32; sites.len()];
-    for (_, claim) in owners.all() {
-        counts[claim.site as usize] += 1;
+    for (_, site) in owned(owners) {
+        counts[site] += 1;
     }
     let curve = Curve::around(photons);
     let key = |site: &Site| {
@@ -202,10 +164,10 @@ fn gather_shares(
     );
     order.sort_unstable();
 
-    let mut shares = Shares {
+    let mut shares = PhotonClusters {
         offsets: vec![0],
         stray_surface: RESIDUAL_SURFACE,
-        ..Shares::default()
+        ..PhotonClusters::default()
     };
     let mut next = vec![0u32; sites.len()];
     for &(_, k) in &order {
@@ -228,13 +190,13 @@ fn gather_shares(
     }
     let entries = shares.offsets[shares.sites.len()] as usize;
     (shares.photons, shares.weights) = (vec![0; entries], vec![0.0; entries]);
-    for (j, claim) in owners.all() {
-        let slot = &mut next[claim.site as usize];
+    for (j, site) in owned(owners) {
+        let slot = &mut next[site];
         shares.photons[*slot as usize] = j as u32;
-        shares.weights[*slot as usize] = claim.share;
+        shares.weights[*slot as usize] = 1.0;
         *slot += 1;
     }
-    let mut lights = vec![NOBODY; sites.len()];
+    let mut lights = vec![UNASSIGNED; sites.len()];
     for (l, &(_, k)) in order.iter().enumerate() {
         match lights.get_mut(k as usize) {
             Some(light) => *light = l as u32,
@@ -261,7 +223,7 @@ mod tests {
     }
 
     /// The factor on the first photon of a light.
-    fn weight(shares: &Shares, k: usize) -> f32 {
+    fn weight(shares: &PhotonClusters, k: usize) -> f32 {
         shares.of(k).next().unwrap().1
     }
 
@@ -286,7 +248,7 @@ mod tests {
         }
         let weights = luminances(&photons);
         let sites = select(&photons, &weights, 300, 0.4);
-        let (shares, _) = assign(&OPEN, &photons, &sites, &weights, Division::Nearest, 0.7);
+        let (shares, _) = assign(&OPEN, &photons, &sites, &weights, 0.7);
         assert!(shares.residual()[0] > 0.0);
         let mut assigned = [0.0; 3];
         for k in (0..shares.len()).filter(|&k| weight(&shares, k) == 1.0) {
@@ -312,7 +274,7 @@ mod tests {
         let photons = photons_on_square(3000, 2);
         let weights = luminances(&photons);
         let sites = select(&photons, &weights, 100, 0.4);
-        let (shares, _) = assign(&OPEN, &photons, &sites, &weights, Division::Nearest, 0.7);
+        let (shares, _) = assign(&OPEN, &photons, &sites, &weights, 0.7);
         let mut seen = vec![false; photons.len()];
         for k in 0..shares.len() {
             let p = photons[shares.sites()[k].photon as usize].p;
@@ -337,21 +299,21 @@ mod tests {
         let photons = photons_on_square(3000, 5);
         let weights = luminances(&photons);
         let sites = select(&photons, &weights, 100, 0.2);
-        let (shares, claims) = assign(&OPEN, &photons, &sites, &weights, Division::Nearest, 0.7);
+        let (shares, claims) = assign(&OPEN, &photons, &sites, &weights, 0.7);
         for k in 0..shares.len() {
             for (j, _) in shares.of(k) {
-                let spot = Spot::of(&photons[j as usize], &OPEN);
+                let spot = SurfaceLocation::of(&photons[j as usize], &OPEN);
                 assert_eq!(claims.light(&OPEN, &spot).map(|id| id.index()), Some(k));
             }
         }
-        let elsewhere = Spot {
+        let elsewhere = SurfaceLocation {
             material: MaterialId(7),
-            ..Spot::of(&photons[0], &OPEN)
+            ..SurfaceLocation::of(&photons[0], &OPEN)
         };
         assert!(claims.light(&OPEN, &elsewhere).is_none());
         assert!(
-            Claims::none()
-                .light(&OPEN, &Spot::of(&photons[0], &OPEN))
+            NearestLights::none()
+                .light(&OPEN, &SurfaceLocation::of(&photons[0], &OPEN))
                 .is_none()
         );
     }
@@ -368,14 +330,7 @@ mod tests {
             })
             .collect();
         let weights = luminances(&photons);
-        let (shares, _) = assign(
-            &Room { wall: Some(0.5) },
-            &photons,
-            &sites,
-            &weights,
-            Division::Nearest,
-            0.1,
-        );
+        let (shares, _) = assign(&Room { wall: Some(0.5) }, &photons, &sites, &weights, 0.1);
         for k in 0..shares.len() {
             let x = photons[shares.sites()[k].photon as usize].p.x;
             assert!(
@@ -408,7 +363,6 @@ mod tests {
                 &photons,
                 &sites,
                 &weights,
-                Division::Nearest,
                 (t as f32 + 0.5) / trials as f32,
             );
             residual = shares.residual()[1];
@@ -424,47 +378,14 @@ mod tests {
 
     #[test]
     fn there_may_be_nothing_to_assign() {
-        assert!(
-            assign(&OPEN, &[], &[], &[], Division::Soft, 0.5)
-                .0
-                .is_empty()
-        );
+        assert!(assign(&OPEN, &[], &[], &[], 0.5).0.is_empty());
         let photons = [photon(Vec3::ZERO, Vec3::Z)];
-        let (shares, _) = assign(&OPEN, &photons, &[], &[1.0], Division::Nearest, 0.5);
+        let (shares, _) = assign(&OPEN, &photons, &[], &[1.0], 0.5);
         assert_eq!((shares.len(), weight(&shares, 0)), (1, 1.0));
-        let own = Shares::own(&[Site {
+        let own = PhotonClusters::own(&[Site {
             photon: 0,
             probability: 0.25,
         }]);
         assert!(own.of(0).eq([(0, 4.0)]));
-    }
-
-    #[test]
-    fn soft_shares_overlap_and_lose_nothing() {
-        let photons = photons_on_square(5000, 6);
-        let weights = luminances(&photons);
-        let sites = select(&photons, &weights, 100, 0.4);
-        let (hard, _) = assign(&OPEN, &photons, &sites, &weights, Division::Nearest, 0.7);
-        let (soft, _) = assign(&OPEN, &photons, &sites, &weights, Division::Soft, 0.7);
-        let mut given = vec![0.0; photons.len()];
-        let mut owners = vec![0; photons.len()];
-        for (j, weight) in (0..soft.len()).flat_map(|k| soft.of(k)) {
-            given[j as usize] += weight;
-            owners[j as usize] += 1;
-        }
-        assert!(given.iter().all(|g| (g - 1.0f32).abs() < 1e-5));
-        let mean = owners.iter().sum::<usize>() as f32 / photons.len() as f32;
-        assert!((2.5..4.01).contains(&mean), "{mean} owners");
-        // The nearest light has the largest part.
-        for k in 0..hard.len() {
-            for (j, _) in hard.of(k) {
-                let part = |l: usize| {
-                    let mut of = soft.of(l).filter(|&(i, _)| i == j);
-                    of.next().map_or(0.0, |(_, weight)| weight)
-                };
-                let most = (0..soft.len()).map(part).fold(0.0, f32::max);
-                assert_eq!(part(k), most);
-            }
-        }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::lobe_fit::{MAX_LOBES, mixture};
 use super::octahedral_grid::Grid;
-use super::source::{Range, Source, reflected};
+use super::sources::{Range, Source, reflected};
 use super::tables::{PackedTable, Table, TableStorage, Tables};
 use super::von_mises_fisher::{Lobe, Mixture, Mixtures};
 use crate::color::Rgb;

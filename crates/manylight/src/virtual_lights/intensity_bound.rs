@@ -5,7 +5,7 @@ use super::glossy::Glossy;
 use super::max_mips::{MaxMips, TEXEL_CONES, largest_in_texels};
 use super::tables::Table;
 use super::von_mises_fisher::{Lobe, Mixture};
-use super::{Emission, LightField, Reflection};
+use super::{Emission, Reflection, VirtualLights};
 use crate::ids::LightId;
 use crate::lanes::{LANES, Lanes, Lanes3};
 use crate::math::{Cone, Spread, Vec3};
@@ -85,8 +85,8 @@ impl IntensityBound {
     }
 }
 
-impl LightField<'_> {
-    /// Bounds of [`LightField::intensity`] of light `id`.
+impl VirtualLights<'_> {
+    /// Bounds of [`VirtualLights::intensity`] of light `id`.
     pub fn intensity_bound(&self, id: LightId) -> IntensityBound {
         let light = &self.lights()[id.index()];
         match &light.emission {
@@ -106,12 +106,6 @@ impl LightField<'_> {
                         Glossy::Lobes(mixture) => mixture.max_mips(),
                     })
                 }),
-            },
-            Emission::Point { emitter, textures } => IntensityBound {
-                glossy: Some(Box::new(MaxMips::new(std::array::from_fn(|t| {
-                    emitter.bound_point_intensity(textures, &TEXEL_CONES[t])
-                })))),
-                ..IntensityBound::NONE
             },
         }
     }

@@ -7,14 +7,14 @@
 //! The directions are drawn from the sources' lobes, evenly spread over all sources together. 512 of them show a lobe as well as a
 //! table of 32 x 32 texels would, and are not blurred by texels.
 
-use super::source::{Range, Source, scatter_all};
+use super::sources::{Range, Source, scatter_all};
 use super::von_mises_fisher::{Lobe, part_below, solid_angle};
 use crate::color::Rgb;
 use crate::lanes::vectors::{add3, dot, luminance, scale3, splat3, sub3};
 use crate::lanes::{LANES, Lanes3, exp};
 use crate::math::Vec3;
 use crate::sampling::rng::Pcg;
-use crate::simd::{Isa, Kernel, Simd, Wide};
+use crate::simd::{Isa, Simd, SimdKernel, Wide};
 
 /// Most lobes of a mixture.
 pub(super) const MAX_LOBES: usize = 8;
@@ -234,7 +234,7 @@ struct Division<'a> {
     components: &'a [Component],
 }
 
-impl Kernel for Division<'_> {
+impl SimdKernel for Division<'_> {
     type Output = [[f32; 6]; MAX_LOBES];
 
     #[inline(always)]

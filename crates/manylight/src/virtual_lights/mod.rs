@@ -1,26 +1,25 @@
 //! Virtual lights: where they stand, how much flux each carries, and what it shines.
 //!
-//! select, relax (placement) → assign, neighborhood (flux, as [`Shares`]) → moments (extent) → glossy (emission) → [`LightField`]. The
+//! select, relax (placement) → assign, neighborhood (flux, as [`PhotonClusters`]) → moments (extent) → glossy (emission) → [`VirtualLights`]. The
 //! steps are independent: any placement goes with any flux rule and with any emission.
 
 pub mod assign;
-pub mod claims;
+mod clusters;
 pub mod curve;
-mod field;
+pub mod density;
+mod emission_view;
 mod glossy;
-mod intensity;
 mod intensity_bound;
 mod lobe_fit;
 mod max_mips;
 pub mod moments;
-pub mod neighborhood;
+pub mod nearest_light;
 mod octahedral_grid;
 mod octahedral_profile;
-mod on_emitters;
 pub mod relax;
 pub mod select;
-mod shares;
-mod source;
+mod set;
+mod sources;
 mod tables;
 #[cfg(test)]
 pub(crate) mod testing;
@@ -28,21 +27,19 @@ pub(crate) mod testing;
 mod tests;
 mod von_mises_fisher;
 
-pub use assign::{Division, assign};
-pub use claims::{Claims, Spot};
-pub use field::{Ledger, LightField};
+pub use assign::assign;
+pub use clusters::PhotonClusters;
+pub(crate) use emission_view::EmissionView;
 pub use glossy::GlossyForm;
-pub(crate) use intensity::Shining;
 pub use intensity_bound::IntensityBound;
+pub use nearest_light::{NearestLights, SurfaceLocation};
 pub use select::select;
-pub use shares::Shares;
+pub use set::{EnergyAccount, VirtualLights};
 pub use tables::TableStorage;
 
-use crate::bsdf::{Bsdf, Exit, Lobes};
+use crate::bsdf::{Bsdf, ExitTransmittance, Lobes};
 use crate::color::Rgb;
-use crate::emitters::Emitter;
 use crate::math::Vec3;
-use crate::texture::Texture;
 use moments::POINTS;
 
 /// A photon that was chosen to become a light.
@@ -79,17 +76,6 @@ pub struct VirtualLight<'s> {
     pub emission: Emission<'s>,
 }
 
-/// What a virtual light stands on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LightKind {
-    /// A surface that reflects.
-    Reflecting,
-    /// An emitter in the scene.
-    Emitting,
-    /// An emitter beyond the scene.
-    Distant,
-}
-
 /// What a virtual light shines.
 #[derive(Clone, Copy, Debug)]
 pub enum Emission<'s> {
@@ -100,16 +86,9 @@ pub enum Emission<'s> {
         /// Σ Φ a(wi) over its photons. W.
         diffuse: Rgb,
         /// b.
-        exit: Exit<'s>,
+        exit: ExitTransmittance<'s>,
         /// Which profile, if the surface has glossy lobes.
         glossy: Option<u32>,
-    },
-    /// A point or spot among the emitters.
-    Point {
-        /// Which.
-        emitter: &'s Emitter,
-        /// All textures, for what it throws.
-        textures: &'s [Texture],
     },
 }
 
@@ -128,6 +107,6 @@ impl Reflection<'_> {
     /// Radiant intensity towards the unit vector `w`, in W/sr.
     #[inline]
     fn intensity(&self, w: Vec3) -> Rgb {
-        self.bsdf.f_cos_wo(self.wi, w, Lobes::SMOOTH) * self.flux
+        self.bsdf.f_cos_wo(self.wi, w, Lobes::NON_SPECULAR) * self.flux
     }
 }

@@ -5,7 +5,7 @@ use crate::math::octahedral::{
     bilinear, direction_from_square, solid_angle_density, texel_direction, wrapped_texel,
 };
 use crate::math::{Vec2, Vec3};
-use crate::simd::{Isa, Kernel, Simd};
+use crate::simd::{Isa, Simd, SimdKernel};
 
 /// Sub-samples along an edge of a texel in integrals that end at the horizon.
 const FINE: usize = 6;
@@ -147,7 +147,7 @@ struct BelowHorizon<'a> {
     n: Vec3,
 }
 
-impl Kernel for BelowHorizon<'_> {
+impl SimdKernel for BelowHorizon<'_> {
     type Output = [f64; 3];
 
     #[inline(always)]

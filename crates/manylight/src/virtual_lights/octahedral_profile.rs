@@ -5,7 +5,7 @@
 //! these photons reflect, which importance sampling of their lobes tells.
 
 use super::octahedral_grid::Grid;
-use super::source::{Range, Source};
+use super::sources::{Range, Source};
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::math::Vec3;

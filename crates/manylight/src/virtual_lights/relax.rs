@@ -3,8 +3,8 @@
 //! Source: Simon, Hanika, Dachsbacher 2015, after Spencer, Jones, "Into the Blue: Better Caustics through Photon Relaxation", 2009.
 
 use super::Site;
-use super::claims::Surfaces;
 use super::curve::Curve;
+use super::nearest_light::Surfaces;
 use crate::maps::{KdTree, Neighbors, Patch};
 use crate::math::Vec3;
 use crate::particles::Photon;
@@ -18,15 +18,6 @@ const PUSHING: usize = 12;
 const LOOKED_AT: usize = 2 * PUSHING;
 /// Lights rest when they move by less than this share of their spacing on average.
 const AT_REST: f32 = 0.05;
-
-/// When moved lights return to photons.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Snap {
-    /// After every round: they never leave what is lit.
-    Always,
-    /// At the end.
-    Once,
-}
 
 /// A light on its way.
 #[derive(Clone, Copy)]
@@ -46,12 +37,7 @@ struct Mover {
 /// along the surface, and lets each return to the nearest photon of its surface that no other light stands on. The probabilities
 /// of the sites no longer say how densely they stand: flux must come from a rule that does not ask them. The sites follow the
 /// space-filling curve.
-pub fn relax(
-    surfaces: &impl Surfaces,
-    photons: &[Photon],
-    sites: &[Site],
-    snap: Snap,
-) -> Vec<Site> {
+pub fn relax(surfaces: &impl Surfaces, photons: &[Photon], sites: &[Site]) -> Vec<Site> {
     let places: Vec<Vec3> = photons.iter().map(|photon| photon.p).collect();
     let photon_tree = KdTree::build(places);
     let mut movers: Vec<Mover> = sites
@@ -62,12 +48,10 @@ pub fn relax(
             spacing: 0.0,
         })
         .collect();
-    for round in 1..=ITERATIONS {
+    for _ in 0..ITERATIONS {
         let before: Vec<Vec3> = movers.iter().map(|mover| mover.patch.p).collect();
         push(&mut movers);
-        if snap == Snap::Always || round == ITERATIONS {
-            settle(surfaces, photons, &photon_tree, &mut movers);
-        }
+        settle(surfaces, photons, &photon_tree, &mut movers);
         let moved = |(mover, before): (&Mover, &Vec3)| f64::from(mover.patch.p.distance(*before));
         let way: f64 = movers.iter().zip(&before).map(moved).sum();
         // K lights share the disc that reaches to the K-th.
@@ -75,9 +59,6 @@ pub fn relax(
         if way < f64::from(AT_REST) * movers.iter().map(spacing).sum::<f64>() {
             break;
         }
-    }
-    if snap == Snap::Once {
-        settle(surfaces, photons, &photon_tree, &mut movers);
     }
     let curve = Curve::around(photons);
     let mut relaxed: Vec<Site> = sites
@@ -212,16 +193,14 @@ mod tests {
         // Random points are at 0.5 on average, a hexagonal grid at 1.07.
         let before = mean_distance(&photons, &sites);
         assert!((0.4..0.6).contains(&before), "{before}");
-        for snap in [Snap::Always, Snap::Once] {
-            let relaxed = relax(&OPEN, &photons, &sites, snap);
-            assert_eq!(relaxed.len(), sites.len());
-            let mut own: Vec<u32> = relaxed.iter().map(|site| site.photon).collect();
-            own.sort_unstable();
-            own.dedup();
-            assert_eq!(own.len(), sites.len(), "two lights on one photon");
-            let after = mean_distance(&photons, &relaxed);
-            assert!(after > 0.65, "{snap:?}: {after} after {before}");
-        }
+        let relaxed = relax(&OPEN, &photons, &sites);
+        assert_eq!(relaxed.len(), sites.len());
+        let mut own: Vec<u32> = relaxed.iter().map(|site| site.photon).collect();
+        own.sort_unstable();
+        own.dedup();
+        assert_eq!(own.len(), sites.len(), "two lights on one photon");
+        let after = mean_distance(&photons, &relaxed);
+        assert!(after > 0.65, "{after} after {before}");
     }
 
     #[test]
@@ -230,7 +209,7 @@ mod tests {
         for photon in photons.iter_mut().skip(1).step_by(2) {
             photon.n = -photon.n;
         }
-        let relaxed = relax(&OPEN, &photons, &sites, Snap::Always);
+        let relaxed = relax(&OPEN, &photons, &sites);
         let facing_up = |sites: &[Site]| {
             let up = sites
                 .iter()
@@ -245,8 +224,8 @@ mod tests {
     fn a_lone_light_stays() {
         let photons = photons_on_square(100, 4);
         let sites = select(&photons, &[1.0; 100], 1, 0.5);
-        let relaxed = relax(&OPEN, &photons, &sites, Snap::Always);
+        let relaxed = relax(&OPEN, &photons, &sites);
         assert_eq!(relaxed[0].photon, sites[0].photon);
-        assert!(relax(&OPEN, &photons, &[], Snap::Once).is_empty());
+        assert!(relax(&OPEN, &photons, &[]).is_empty());
     }
 }

@@ -8,7 +8,7 @@ use crate::sampling::systematic::{inclusion_probabilities, systematic};
 /// the flux of a light is divided by its probability.
 pub(super) const WEIGHT_FLOOR: f32 = 1e-3;
 
-/// Shares of the sum of `weights`, plus `by_flux` times those of the sum of `fluxes`: what is kept by these has bounded flux, however
+/// PhotonClusters of the sum of `weights`, plus `by_flux` times those of the sum of `fluxes`: what is kept by these has bounded flux, however
 /// wrong the weights are. Source: Hesterberg, "Weighted Average Importance Sampling and Defensive Mixture Distributions", 1995.
 pub(crate) fn defensive_weights(weights: &[f32], fluxes: &[f32], by_flux: f32) -> Vec<f32> {
     let sum = |values: &[f32]| values.iter().map(|&v| f64::from(v)).sum::<f64>();

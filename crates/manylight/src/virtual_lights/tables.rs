@@ -11,8 +11,6 @@ use bytemuck::{Pod, Zeroable};
 pub enum TableStorage {
     /// Three floats: 12 bytes.
     Float,
-    /// Three half floats: 6 bytes.
-    Half,
     /// Three mantissas with a common exponent: 4 bytes.
     #[default]
     Shared,
@@ -23,7 +21,6 @@ impl TableStorage {
     pub const fn texel_bytes(self) -> usize {
         match self {
             TableStorage::Float => size_of::<Rgb>(),
-            TableStorage::Half => size_of::<Half>(),
             TableStorage::Shared => size_of::<Packed>(),
         }
     }
@@ -32,7 +29,6 @@ impl TableStorage {
     pub(super) fn pack(self, texels: &[Rgb], grid: &Grid) -> PackedTable {
         match self {
             TableStorage::Float => pack::<Rgb>(texels, &grid.hats),
-            TableStorage::Half => pack::<Half>(texels, &grid.hats),
             TableStorage::Shared => pack::<Packed>(texels, &grid.hats),
         }
     }
@@ -45,7 +41,7 @@ pub(crate) trait Texel: Pod {
     fn rgb(self) -> Rgb;
 }
 
-/// The brightest texel of a table is stored as this: close to the largest number in four bytes, and half of that of half floats.
+/// The brightest texel of a table is stored as this: close to the largest number in four bytes.
 const BRIGHTEST: f32 = 32_768.0;
 
 impl Texel for Rgb {
@@ -56,43 +52,6 @@ impl Texel for Rgb {
     #[inline(always)]
     fn rgb(self) -> Rgb {
         self
-    }
-}
-
-/// Three half floats that are not negative, each off by at most 1/2048 of itself; below the least normal number, which is 2⁻²⁹ of the
-/// brightest texel, they are that or 0.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
-#[repr(transparent)]
-pub(crate) struct Half([u16; 3]);
-
-impl Half {
-    /// Bits of a float's mantissa that a half float lacks.
-    const DROPPED: u32 = 13;
-    /// The ratio of the units that exponents are counted in.
-    const RATIO: f32 = f32::from_bits((112 + BIAS as u32) << 23);
-    /// The least normal number.
-    const LEAST: f32 = 1.0 / 16_384.0;
-}
-
-impl Texel for Half {
-    fn new(color: Rgb) -> Self {
-        Half(color.to_array().map(|x| {
-            if x < 0.5 * Half::LEAST {
-                return 0;
-            }
-            let bits = (x.max(Half::LEAST) / Half::RATIO).to_bits();
-            let odd = bits >> Half::DROPPED & 1;
-            ((bits + (1 << (Half::DROPPED - 1)) - 1 + odd) >> Half::DROPPED) as u16
-        }))
-    }
-
-    /// Without infinities and denormal numbers, the bits stand as they are in the exponents of floats.
-    #[inline(always)]
-    fn rgb(self) -> Rgb {
-        let [r, g, b] = self
-            .0
-            .map(|bits| f32::from_bits(u32::from(bits) << Half::DROPPED) * Half::RATIO);
-        Rgb::new(r, g, b)
     }
 }
 
@@ -134,7 +93,6 @@ impl Texel for Packed {
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Texels<'a> {
     Float(&'a [Rgb]),
-    Half(&'a [Half]),
     Shared(&'a [Packed]),
 }
 
@@ -143,7 +101,6 @@ impl<'a> Texels<'a> {
     fn new(storage: TableStorage, words: &'a [u32]) -> Self {
         match storage {
             TableStorage::Float => Texels::Float(bytemuck::cast_slice(words)),
-            TableStorage::Half => Texels::Half(bytemuck::cast_slice(words)),
             TableStorage::Shared => Texels::Shared(bytemuck::cast_slice(words)),
         }
     }
@@ -151,7 +108,6 @@ impl<'a> Texels<'a> {
     pub(super) fn get(&self, t: usize) -> Rgb {
         match self {
             Texels::Float(texels) => texels[t].rgb(),
-            Texels::Half(texels) => texels[t].rgb(),
             Texels::Shared(texels) => texels[t].rgb(),
         }
     }
@@ -299,22 +255,6 @@ mod tests {
         }
     }
 
-    #[test]
-    fn half_floats_are_near() {
-        let mut rng = Pcg::new(3);
-        let exact = [0.0, Half::LEAST, 1.0, 1.5, 2047.0, BRIGHTEST].map(Rgb::splat);
-        assert_eq!(exact.map(|x| Half::new(x).rgb()), exact);
-        for _ in 0..10_000 {
-            let mut number = || 2f32.powf(32.0 * rng.next_f32() - 17.0);
-            let color = Rgb::new(number(), number(), number());
-            let got = Half::new(color).rgb();
-            for (a, b) in got.to_array().into_iter().zip(color.to_array()) {
-                let off = (a - b).abs();
-                assert!(off <= b / 2048.0 || off <= 0.5 * Half::LEAST, "{a} {b}");
-            }
-        }
-    }
-
     fn packing_keeps_the_sum_of<T: Texel>(worst: f32) {
         let mut rng = Pcg::new(2);
         let mut number = || 1e-12 * rng.next_f32().powi(9);
@@ -347,7 +287,6 @@ mod tests {
     #[test]
     fn packing_keeps_the_sum() {
         packing_keeps_the_sum_of::<Rgb>(1e-6);
-        packing_keeps_the_sum_of::<Half>(1.0 / 1024.0);
         packing_keeps_the_sum_of::<Packed>(1.0 / 256.0);
     }
 }

@@ -1,6 +1,6 @@
 //! Photons for the tests of this folder.
 
-use super::claims::{Spot, Surfaces};
+use super::nearest_light::{SurfaceLocation, Surfaces};
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::geometry::SurfaceRef;
@@ -60,7 +60,7 @@ impl Surfaces for Room {
     fn material(&self, photon: &Photon) -> MaterialId {
         MaterialId(photon.at.primitive.0)
     }
-    fn connected(&self, spot: &Spot, patch: &Patch) -> bool {
+    fn connected(&self, spot: &SurfaceLocation, patch: &Patch) -> bool {
         self.wall.is_none_or(|x| (spot.p.x < x) == (patch.p.x < x))
     }
 }

@@ -1,6 +1,6 @@
 //! Lights of real surfaces: what they shine, where they stand, and that no flux is lost.
 
-use super::source::Source;
+use super::sources::Source;
 use super::testing::photon;
 use super::*;
 use crate::bsdf::{Lobes, Material};
@@ -74,12 +74,12 @@ fn directions(count: usize) -> impl Iterator<Item = Vec3> {
 
 /// Integral of the intensity of a light over the sphere, by the midpoint rule on the octahedral map, where texels end at edges of the
 /// rule's squares.
-fn emitted(field: &LightField, id: LightId) -> [f64; 3] {
+fn emitted(field: &VirtualLights, id: LightId) -> [f64; 3] {
     emitted_in_squares(field, id, 1024)
 }
 
 /// The same with `n`² squares. Of an odd number none has its middle on the horizon of the floor, where lobes are not dark.
-fn emitted_in_squares(field: &LightField, id: LightId, n: usize) -> [f64; 3] {
+fn emitted_in_squares(field: &VirtualLights, id: LightId, n: usize) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for i in 0..n * n {
         let uv = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
@@ -91,8 +91,8 @@ fn emitted_in_squares(field: &LightField, id: LightId, n: usize) -> [f64; 3] {
 }
 
 /// Each site as a light of its own photon, which is there twice, half each: one photon alone would need no table.
-fn twice(sites: &[Site]) -> Shares {
-    Shares::of_sites(sites, |site| vec![(site.photon, 0.5 / site.probability); 2])
+fn twice(sites: &[Site]) -> PhotonClusters {
+    PhotonClusters::of_sites(sites, |site| vec![(site.photon, 0.5 / site.probability); 2])
 }
 
 fn close(a: f64, b: f64, tolerance: f64) -> bool {
@@ -109,11 +109,11 @@ fn a_plain_light_is_the_reflection_of_its_photon() {
             probability: 0.25,
         })
         .collect();
-    let field = LightField::plain(&scene, unlimited(), &photons, &sites);
+    let field = VirtualLights::plain(&scene, unlimited(), &photons, &sites);
     for (k, photon) in photons.iter().enumerate() {
         let bsdf = scene.bsdf(&scene.surface_point(photon.at));
         for w in directions(20) {
-            let expected = bsdf.f_cos_wo(photon.wi, w, Lobes::SMOOTH) * photon.flux * 4.0;
+            let expected = bsdf.f_cos_wo(photon.wi, w, Lobes::NON_SPECULAR) * photon.flux * 4.0;
             let value = field.intensity(LightId(k as u32), w);
             assert!((value - expected).max_channel().abs() <= 1e-5 * expected.max_channel());
         }
@@ -122,7 +122,7 @@ fn a_plain_light_is_the_reflection_of_its_photon() {
 
 /// Random cones; for each of `lights` another direction in it. The sum of what they shine there must be within their bound. Returns the sum of
 /// bounds over the sum of values.
-fn hold_bounds(field: &LightField, count: u32) -> f64 {
+fn hold_bounds(field: &VirtualLights, count: u32) -> f64 {
     let ids: Vec<LightId> = (0..field.lights().len() as u32).map(LightId).collect();
     let mut rng = Pcg::new(6);
     let (mut bounds, mut values) = (0.0, 0.0);
@@ -159,7 +159,6 @@ fn bounds_of_intensity_hold() {
     let forms = [
         None,
         tables(8, TableStorage::Float),
-        tables(12, TableStorage::Half),
         tables(32, TableStorage::Shared),
         tables(50, TableStorage::Shared),
         Some(GlossyForm::Lobes { count: 5 }),
@@ -174,11 +173,11 @@ fn bounds_of_intensity_hold() {
         let photons = photons_on_floor(&scene, 400, 8);
         let weights = vec![1.0; photons.len()];
         let sites = select(&photons, &weights, 40, 0.5);
-        let (shares, _) = assign(&scene, &photons, &sites, &weights, Division::Nearest, 0.5);
+        let (shares, _) = assign(&scene, &photons, &sites, &weights, 0.5);
         for form in forms {
             let field = match form {
-                None => LightField::single(&scene, unlimited(), &photons, &shares),
-                Some(form) => LightField::rich(&scene, unlimited(), &photons, &shares, form),
+                None => VirtualLights::single(&scene, unlimited(), &photons, &shares),
+                Some(form) => VirtualLights::rich(&scene, unlimited(), &photons, &shares, form),
             };
             let looseness = hold_bounds(&field, 2000);
             println!("{form:?}: bounds over values {looseness:.1}");
@@ -193,9 +192,9 @@ fn with_a_light_at_every_photon_the_partition_is_plain() {
     let photons = curve::Curve::sorted(&photons_on_floor(&scene, 500, 2));
     let weights = vec![1.0; photons.len()];
     let sites = select(&photons, &weights, photons.len(), 0.5);
-    let plain = LightField::plain(&scene, unlimited(), &photons, &sites);
-    let (shares, _) = assign(&scene, &photons, &sites, &weights, Division::Nearest, 0.5);
-    let partition = LightField::single(&scene, unlimited(), &photons, &shares);
+    let plain = VirtualLights::plain(&scene, unlimited(), &photons, &sites);
+    let (shares, _) = assign(&scene, &photons, &sites, &weights, 0.5);
+    let partition = VirtualLights::single(&scene, unlimited(), &photons, &shares);
     assert_eq!(partition.lights().len(), photons.len());
     for (k, (a, b)) in plain.lights().iter().zip(partition.lights()).enumerate() {
         assert_eq!(
@@ -215,8 +214,8 @@ fn the_diffuse_part_is_exact() {
     let photons = photons_on_floor(&scene, 3000, 3);
     let weights: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
     let sites = select(&photons, &weights, 20, 0.5);
-    let (shares, _) = assign(&scene, &photons, &sites, &weights, Division::Nearest, 0.5);
-    let field = LightField::rich(&scene, unlimited(), &photons, &shares, TABLE);
+    let (shares, _) = assign(&scene, &photons, &sites, &weights, 0.5);
+    let field = VirtualLights::rich(&scene, unlimited(), &photons, &shares, TABLE);
     assert_eq!(field.bytes(), size_of_val(field.lights()));
     for w in directions(50) {
         let sum: Rgb = (0..field.lights().len())
@@ -227,7 +226,7 @@ fn the_diffuse_part_is_exact() {
             .map(|p| {
                 scene
                     .bsdf(&scene.surface_point(p.at))
-                    .f_cos_wo(p.wi, w, Lobes::SMOOTH)
+                    .f_cos_wo(p.wi, w, Lobes::NON_SPECULAR)
                     * p.flux
             })
             .sum();
@@ -256,14 +255,14 @@ fn tables_hold_exactly_the_reflected_flux() {
                 photon: 0,
                 probability: 1.0,
             }]);
-            let field = LightField::rich(&scene, unlimited(), &photons, &shares, TABLE);
+            let field = VirtualLights::rich(&scene, unlimited(), &photons, &shares, TABLE);
             let emitted = emitted(&field, LightId(0));
-            let target = field.ledger().reflected;
+            let target = field.energy().reflected;
             for c in 0..3 {
                 assert!(
-                    close(field.ledger().glossy[c], target[c], 1e-5),
+                    close(field.energy().glossy[c], target[c], 1e-5),
                     "{:?}",
-                    field.ledger()
+                    field.energy()
                 );
                 assert!(
                     close(emitted[c], target[c], 1e-4),
@@ -292,7 +291,7 @@ fn the_reflected_flux_is_the_albedo_on_average() {
                 probability: 1.0,
             })
             .collect();
-        let field = LightField::rich(&scene, unlimited(), &photons, &twice(&sites), TABLE);
+        let field = VirtualLights::rich(&scene, unlimited(), &photons, &twice(&sites), TABLE);
         let expected: Rgb = photons
             .iter()
             .map(|p| {
@@ -301,7 +300,7 @@ fn the_reflected_flux_is_the_albedo_on_average() {
                     .albedo(p.wi, Lobes::GLOSSY)
             })
             .sum();
-        let reflected = field.ledger().reflected;
+        let reflected = field.energy().reflected;
         assert!(
             close(reflected[1], f64::from(expected.g), 0.01),
             "{reflected:?} of {expected:?}"
@@ -323,7 +322,7 @@ fn wide_lobes_keep_their_shape() {
         photon: 0,
         probability: 1.0,
     }]);
-    let field = LightField::rich(&scene, unlimited(), &photons, &shares, TABLE);
+    let field = VirtualLights::rich(&scene, unlimited(), &photons, &shares, TABLE);
     let bsdf = scene.bsdf(&scene.surface_point(photons[0].at));
     let peak = bsdf.f_cos_wo(
         photons[0].wi,
@@ -346,26 +345,25 @@ fn many_photons_keep_their_mean_lobe() {
     let photons = photons_on_floor(&scene, 4000, 9);
     let weights = vec![1.0; photons.len()];
     for (lights, sets) in [(100, 1), (4, 25)] {
-        let fields: Vec<LightField> = (0..sets)
+        let fields: Vec<VirtualLights> = (0..sets)
             .map(|set| {
                 let u = (set as f32 + 0.3) / sets as f32;
                 let sites = select(&photons, &weights, lights, u);
-                let (shares, _) =
-                    assign(&scene, &photons, &sites, &weights, Division::Nearest, 0.1);
-                LightField::rich(&scene, unlimited(), &photons, &shares, TABLE)
+                let (shares, _) = assign(&scene, &photons, &sites, &weights, 0.1);
+                VirtualLights::rich(&scene, unlimited(), &photons, &shares, TABLE)
             })
             .collect();
         let (mut error, mut total) = (0.0, 0.0);
         for w in directions(100).filter(|w| w.z > 0.1) {
-            let shining = |field: &LightField| -> Rgb {
+            let emission_view = |field: &VirtualLights| -> Rgb {
                 (0..field.lights().len())
                     .map(|k| field.intensity(LightId(k as u32), w))
                     .sum()
             };
-            let mean = fields.iter().map(shining).sum::<Rgb>() / sets as f32;
+            let mean = fields.iter().map(emission_view).sum::<Rgb>() / sets as f32;
             let reflected = |p: &Photon| {
                 let bsdf = scene.bsdf(&scene.surface_point(p.at));
-                bsdf.f_cos_wo(p.wi, w, Lobes::SMOOTH) * p.flux
+                bsdf.f_cos_wo(p.wi, w, Lobes::NON_SPECULAR) * p.flux
             };
             let expected: Rgb = photons.iter().map(reflected).sum();
             error += (mean.g - expected.g).abs();
@@ -389,7 +387,7 @@ fn nothing_shines_below_the_horizon_but_glass() {
             photon: 0,
             probability: 1.0,
         }]);
-        let field = LightField::rich(&scene, unlimited(), &photons, &shares, TABLE);
+        let field = VirtualLights::rich(&scene, unlimited(), &photons, &shares, TABLE);
         let under = directions(500).filter(|w| w.z < 0.0);
         below[i] = under
             .map(|w| field.intensity(LightId(0), w).max_channel())
@@ -425,8 +423,8 @@ fn lights_on_a_ball_stand_on_its_surface() {
         probability: 1.0,
     }];
     let weights = vec![1.0; photons.len()];
-    let (shares, _) = assign(&scene, &photons, &sites, &weights, Division::Nearest, 0.5);
-    let field = LightField::rich(&scene, unlimited(), &photons, &shares, TABLE);
+    let (shares, _) = assign(&scene, &photons, &sites, &weights, 0.5);
+    let field = VirtualLights::rich(&scene, unlimited(), &photons, &shares, TABLE);
     let light = field
         .lights()
         .iter()
@@ -463,10 +461,9 @@ fn lights_do_not_stand_in_holes() {
             probability: 1.0,
         }],
         &[1.0; 200],
-        Division::Nearest,
         0.5,
     );
-    let field = LightField::rich(&scene, unlimited(), &photons, &shares, TABLE);
+    let field = VirtualLights::rich(&scene, unlimited(), &photons, &shares, TABLE);
     for light in field.lights() {
         assert!((light.p.length() - 0.3).abs() < 0.05, "{light:?}");
     }
@@ -478,13 +475,13 @@ fn depth_shares_accumulate_only_in_scenes_with_a_limit() {
     let photons = photons_on_floor(&scene, 2000, 7);
     let weights = vec![1.0; photons.len()];
     let sites = select(&photons, &weights, 10, 0.3);
-    let (shares, _) = assign(&scene, &photons, &sites, &weights, Division::Nearest, 0.1);
+    let (shares, _) = assign(&scene, &photons, &sites, &weights, 0.1);
     let share = |max_depth, depth| {
         let limits = PathLimits {
             max_depth,
             ..unlimited()
         };
-        LightField::rich(&scene, limits, &photons, &shares, TABLE).share_up_to(LightId(0), depth)
+        VirtualLights::rich(&scene, limits, &photons, &shares, TABLE).share_up_to(LightId(0), depth)
     };
     // Depths 1 to 4 alike.
     for (depth, expected) in [
@@ -509,7 +506,7 @@ fn areas_add_up_to_the_floor() {
     let photons = photons_on_floor(&scene, 5000, 8);
     let weights = vec![1.0; photons.len()];
     let sites = select(&photons, &weights, 400, 0.3);
-    let field = LightField::plain(&scene, unlimited(), &photons, &sites);
+    let field = VirtualLights::plain(&scene, unlimited(), &photons, &sites);
     let total: f32 = field.lights().iter().map(|light| light.area).sum();
     // Lights at the border see farther to find neighbors.
     assert!(total > 3.6 && total < 5.5, "{total}");
@@ -529,9 +526,9 @@ fn the_ledger_of_a_furnished_room_balances() {
     );
     let weights: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
     let sites = select(&photons, &weights, 200, 0.3);
-    let (shares, _) = assign(&scene, &photons, &sites, &weights, Division::Nearest, 0.1);
-    let field = LightField::rich(&scene, unlimited(), &photons, &shares, TABLE);
-    let ledger = field.ledger();
+    let (shares, _) = assign(&scene, &photons, &sites, &weights, 0.1);
+    let field = VirtualLights::rich(&scene, unlimited(), &photons, &shares, TABLE);
+    let ledger = field.energy();
     for c in 0..3 {
         assert!(ledger.residual[c] < 0.1 * ledger.photons[c], "{ledger:?}");
         // The residual is thinned: its lights carry its flux on average.
@@ -556,8 +553,8 @@ fn metal_light(alpha: f32, prev: Vec3, form: GlossyForm) -> ([f64; 3], [f64; 3],
         photon: 0,
         probability: 1.0,
     }]);
-    let field = LightField::rich(&scene, unlimited(), &photons, &shares, form);
-    let ledger = field.ledger();
+    let field = VirtualLights::rich(&scene, unlimited(), &photons, &shares, form);
+    let ledger = field.energy();
     let emitted = emitted_in_squares(&field, LightId(0), 1025);
     (emitted, ledger.glossy, ledger.reflected)
 }
@@ -568,9 +565,7 @@ fn every_form_holds_exactly_the_reflected_flux() {
     let table = |side, storage| GlossyForm::Table { side, storage };
     let forms = [
         table(32, TableStorage::Float),
-        table(32, TableStorage::Half),
         table(8, TableStorage::Shared),
-        table(64, TableStorage::Half),
         table(128, TableStorage::Shared),
         GlossyForm::Lobes { count: 1 },
         GlossyForm::Lobes { count: 5 },
@@ -607,16 +602,15 @@ fn storages_agree_within_their_rounding() {
     let photons = photons_on_floor(&scene, 400, 9);
     let weights = vec![1.0; photons.len()];
     let sites = select(&photons, &weights, 10, 0.3);
-    let (shares, _) = assign(&scene, &photons, &sites, &weights, Division::Nearest, 0.1);
+    let (shares, _) = assign(&scene, &photons, &sites, &weights, 0.1);
     let field = |storage| {
         let form = GlossyForm::Table { side: 32, storage };
-        LightField::rich(&scene, unlimited(), &photons, &shares, form)
+        VirtualLights::rich(&scene, unlimited(), &photons, &shares, form)
     };
     let exact = field(TableStorage::Float);
     let mut sizes = Vec::new();
     for (storage, part) in [
         (TableStorage::Float, 1e-6),
-        (TableStorage::Half, 1.0 / 1024.0),
         (TableStorage::Shared, 1.0 / 128.0),
     ] {
         let rounded = field(storage);
@@ -699,7 +693,7 @@ fn mixtures_at_their_edges() {
     }]);
     for flux in [Rgb::BLACK, Rgb::new(0.0, 1.0, 0.0)] {
         let photons = [falling(&scene, Vec3::Z, Vec3::Z, prev, flux)];
-        let field = LightField::rich(&scene, unlimited(), &photons, &shares, lobes);
+        let field = VirtualLights::rich(&scene, unlimited(), &photons, &shares, lobes);
         for w in directions(200) {
             let value = field.intensity(LightId(0), w);
             assert_eq!(value.is_black(), w.z <= 0.0 || flux.is_black(), "{w}");
@@ -711,8 +705,8 @@ fn mixtures_at_their_edges() {
     // Light that passes through is shown on both sides, and no flux of it is cut.
     let scene = floor(rough_glass(0.3));
     let photons = [falling(&scene, Vec3::Z, Vec3::Z, prev, Rgb::WHITE)];
-    let field = LightField::rich(&scene, unlimited(), &photons, &shares, lobes);
-    let target = field.ledger().reflected;
+    let field = VirtualLights::rich(&scene, unlimited(), &photons, &shares, lobes);
+    let target = field.energy().reflected;
     assert!(close(emitted(&field, LightId(0))[1], target[1], 1e-4));
     assert!(directions(200).any(|w| w.z < -0.5 && field.intensity(LightId(0), w).g > 0.1));
 }

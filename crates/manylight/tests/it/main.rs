@@ -5,7 +5,7 @@
 mod adjoint;
 mod agreement;
 mod common;
-mod complement;
+mod compensation;
 mod determinism;
 mod furnace;
 mod hidden_emitters;

@@ -9,7 +9,7 @@ use super::values::Value;
 use super::xml::find_file;
 use super::{Builder, Substitute};
 use glam::{DMat4, DVec3};
-use manylight::emitters::{Emitter, Environment, Slide};
+use manylight::emitters::{Emitter, Environment, ProjectorTexture};
 use manylight::ids::EmitterId;
 use manylight::image::Image;
 use manylight::math::Mat3;
@@ -162,7 +162,7 @@ impl Builder<'_> {
     }
 
     /// The picture that a spot throws.
-    fn slide(&mut self, props: &Props<'_>, world_from_emitter: Mat3) -> Option<Slide> {
+    fn slide(&mut self, props: &Props<'_>, world_from_emitter: Mat3) -> Option<ProjectorTexture> {
         let param = props.get("texture")?;
         let texture = match param.value {
             Value::Object(id) if self.tree.get(id).family == Family::Texture => self.texture(id)?,
@@ -172,7 +172,7 @@ impl Builder<'_> {
             }
         };
         let axes = [world_from_emitter.x_axis, world_from_emitter.y_axis];
-        Some(Slide { texture, axes })
+        Some(ProjectorTexture { texture, axes })
     }
 
     fn directional(&mut self, props: &Props<'_>) {

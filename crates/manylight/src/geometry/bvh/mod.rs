@@ -24,7 +24,7 @@ use super::Ray;
 use crate::math::{Aabb, Vec3};
 #[cfg(any(test, feature = "testing"))]
 use crate::simd::Instructions;
-use crate::simd::{Isa, Kernel, NARROW, Simd};
+use crate::simd::{Isa, NARROW, Simd, SimdKernel};
 use build::{LEAF, Node, Tree};
 use packet::{EMPTY_STACK, Packet, RAYS, Targets};
 use rayon::prelude::*;
@@ -179,7 +179,7 @@ struct Nearest<'a> {
     ray: &'a Ray,
 }
 
-impl Kernel for Nearest<'_> {
+impl SimdKernel for Nearest<'_> {
     type Output = Option<TriangleHit>;
 
     #[inline(always)]
@@ -196,7 +196,7 @@ struct Each<'a, V> {
     visit: V,
 }
 
-impl<V: FnMut(TriangleHit) -> bool> Kernel for Each<'_, V> {
+impl<V: FnMut(TriangleHit) -> bool> SimdKernel for Each<'_, V> {
     type Output = bool;
 
     #[inline(always)]
@@ -213,7 +213,7 @@ struct Any<'a> {
     d: Vec3,
 }
 
-impl Kernel for Any<'_> {
+impl SimdKernel for Any<'_> {
     type Output = bool;
 
     #[inline(always)]
@@ -230,7 +230,7 @@ struct AnyOfPacket<'a> {
     to: &'a [Vec3],
 }
 
-impl Kernel for AnyOfPacket<'_> {
+impl SimdKernel for AnyOfPacket<'_> {
     type Output = u64;
 
     #[inline(always)]
@@ -251,7 +251,7 @@ struct OpenInTile<'a> {
     wanted: &'a [u64],
 }
 
-impl Kernel for OpenInTile<'_> {
+impl SimdKernel for OpenInTile<'_> {
     type Output = [u64; SIDE];
 
     #[inline(always)]
@@ -341,7 +341,7 @@ struct NearestObject<'a, V> {
     visit: V,
 }
 
-impl<V: FnMut(usize, f32) -> f32> Kernel for NearestObject<'_, V> {
+impl<V: FnMut(usize, f32) -> f32> SimdKernel for NearestObject<'_, V> {
     type Output = ();
 
     #[inline(always)]
@@ -373,7 +373,7 @@ struct ObjectsBetween<'a, V> {
     visit: V,
 }
 
-impl<V: FnMut(usize)> Kernel for ObjectsBetween<'_, V> {
+impl<V: FnMut(usize)> SimdKernel for ObjectsBetween<'_, V> {
     type Output = ();
 
     #[inline(always)]
@@ -401,7 +401,7 @@ struct AnyObject<'a, V> {
     visit: V,
 }
 
-impl<V: Fn(usize) -> bool> Kernel for AnyObject<'_, V> {
+impl<V: Fn(usize) -> bool> SimdKernel for AnyObject<'_, V> {
     type Output = bool;
 
     #[inline(always)]

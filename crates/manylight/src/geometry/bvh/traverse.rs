@@ -17,7 +17,7 @@ pub(super) trait Leaves {
 
 /// Asks for the memory of what is visited after this leaf.
 #[inline(always)]
-fn expect(nodes: &[Node], leaves: &impl Leaves, next: Option<u32>) {
+fn prefetch_next(nodes: &[Node], leaves: &impl Leaves, next: Option<u32>) {
     if let Some(word) = next {
         let leaf = (leaves.all().as_ptr()).wrapping_add((word & !LEAF) as usize);
         let node = nodes.as_ptr().wrapping_add(word as usize).cast();
@@ -141,7 +141,7 @@ pub(super) fn nearest<S: Simd>(
                 continue;
             }
         } else {
-            expect(nodes, leaves, stack.top());
+            prefetch_next(nodes, leaves, stack.top());
             t_max = leaves.visit(s, (word & !LEAF) as usize, t_max);
         }
         let Some(next) = stack.pop_before(t_max) else {
@@ -174,7 +174,7 @@ pub(super) fn any<S: Simd>(
                 continue;
             }
         } else {
-            expect(nodes, leaves, stack.top());
+            prefetch_next(nodes, leaves, stack.top());
             if leaves.visit(s, (word & !LEAF) as usize) {
                 return true;
             }

@@ -17,7 +17,7 @@ pub use neighbors::Neighbors;
 
 use crate::math::Vec3;
 use crate::particles::{Importon, Photon};
-use crate::simd::{Kernel, Simd, Wide, set_bits};
+use crate::simd::{Simd, SimdKernel, Wide, set_bits};
 use neighbors::Nearest;
 use rayon::prelude::*;
 use search::{Visit, search};
@@ -167,7 +167,7 @@ struct Search<'a, V> {
     visit: V,
 }
 
-impl<V: FnMut(u32, f32, f32) -> f32> Kernel for Search<'_, V> {
+impl<V: FnMut(u32, f32, f32) -> f32> SimdKernel for Search<'_, V> {
     type Output = ();
 
     #[inline(always)]

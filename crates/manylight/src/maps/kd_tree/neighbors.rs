@@ -3,7 +3,7 @@
 use super::search::{Visit, search};
 use super::tree::{Block, Tree};
 use crate::math::Vec3;
-use crate::simd::{Kernel, Simd, WIDE, Wide, set_bits};
+use crate::simd::{Simd, SimdKernel, WIDE, Wide, set_bits};
 
 /// Candidates around the K-th that are put in order one by one.
 const CLOSE: usize = 2 * WIDE;
@@ -89,7 +89,7 @@ pub(super) struct Nearest<'a> {
     pub(super) found: &'a mut Neighbors,
 }
 
-impl Kernel for Nearest<'_> {
+impl SimdKernel for Nearest<'_> {
     type Output = ();
 
     #[inline(always)]

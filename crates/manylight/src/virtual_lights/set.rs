@@ -2,9 +2,9 @@
 
 use super::glossy::{Glossy, Profile, ProfileMaker, Profiles};
 use super::moments::{Extent, spread_points};
-use super::source::{Range, Source};
-use super::{Emission, GlossyForm, LightKind, Reflection, Shares, Site, VirtualLight};
-use crate::bsdf::{Bsdf, Exit, Lobes};
+use super::sources::{Range, Source};
+use super::{Emission, GlossyForm, PhotonClusters, Reflection, Site, VirtualLight};
+use crate::bsdf::{Bsdf, ExitTransmittance, Lobes};
 use crate::color::Rgb;
 use crate::geometry::SurfacePoint;
 use crate::ids::LightId;
@@ -23,7 +23,7 @@ const WIDE_SOURCES: usize = 8;
 const NARROW_SOURCES: usize = 16;
 /// Roughness between the two.
 const NARROW: f32 = 0.3;
-/// Path lengths told apart by [`LightField::share_up_to`]; longer limits are treated as none.
+/// Path lengths told apart by [`VirtualLights::share_up_to`]; longer limits are treated as none.
 const DEPTHS: usize = 16;
 /// Bound of `|wi·ns| / |wi·ng|` in glossy parts. The ratio has no bound where light grazes the geometric surface under a tilted
 /// shading normal: rare photons would make parts of many times the flux that fell on them.
@@ -38,12 +38,8 @@ const AREA_NEIGHBORS: usize = 9;
 
 /// All virtual lights of one pass with their profiles: those that reflect, sorted along a space-filling curve, then those on emitters.
 #[derive(Debug)]
-pub struct LightField<'s> {
+pub struct VirtualLights<'s> {
     lights: Vec<VirtualLight<'s>>,
-    /// How many reflect,
-    reflecting: usize,
-    /// and how many are within the scene.
-    near: usize,
     reflections: Vec<Reflection<'s>>,
     /// Glossy radiant intensity in W/sr, cosine included.
     profiles: Profiles,
@@ -51,14 +47,14 @@ pub struct LightField<'s> {
     shares_by_depth: Vec<[f32; DEPTHS]>,
     /// Where the lights stand.
     places: KdTree<Vec3>,
-    /// See [`Shares::stray_surface`].
+    /// See [`PhotonClusters::stray_surface`].
     stray_surface: f32,
-    ledger: Ledger,
+    energy: EnergyAccount,
 }
 
 /// Where the flux of a pass went. W per channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Ledger {
+pub struct EnergyAccount {
     /// All photons.
     pub photons: [f64; 3],
     /// What the lights represent.
@@ -81,10 +77,10 @@ fn rgb(sum: [f64; 3]) -> Rgb {
     Rgb::new(sum[0] as f32, sum[1] as f32, sum[2] as f32)
 }
 
-impl<'s> LightField<'s> {
+impl<'s> VirtualLights<'s> {
     /// Plain VPLs: each site shines as its one photon, with flux `Φ / probability`.
     pub fn plain(scene: &'s Scene, limits: PathLimits, photons: &[Photon], sites: &[Site]) -> Self {
-        LightField::single(scene, limits, photons, &Shares::own(sites))
+        VirtualLights::single(scene, limits, photons, &PhotonClusters::own(sites))
     }
 
     /// Each light shines as the photon that it stands on, with the flux of its share.
@@ -92,9 +88,9 @@ impl<'s> LightField<'s> {
         scene: &'s Scene,
         limits: PathLimits,
         photons: &[Photon],
-        shares: &Shares,
+        shares: &PhotonClusters,
     ) -> Self {
-        LightField::build(scene, limits, photons, shares, None, |_| true)
+        VirtualLights::build(scene, limits, photons, shares, None, |_| true)
     }
 
     /// Rich-VPLs: each light shines as all photons of its share, the diffuse part exactly, the glossy part as `form`
@@ -103,10 +99,10 @@ impl<'s> LightField<'s> {
         scene: &'s Scene,
         limits: PathLimits,
         photons: &[Photon],
-        shares: &Shares,
+        shares: &PhotonClusters,
         form: GlossyForm,
     ) -> Self {
-        LightField::build(scene, limits, photons, shares, Some(form), |_| true)
+        VirtualLights::build(scene, limits, photons, shares, Some(form), |_| true)
     }
 
     /// Lights with glossy parts as `form` says, or single ones. Lights that `is_used` denies have their places, but shine nothing.
@@ -114,27 +110,25 @@ impl<'s> LightField<'s> {
         scene: &'s Scene,
         limits: PathLimits,
         photons: &[Photon],
-        shares: &Shares,
+        shares: &PhotonClusters,
         form: Option<GlossyForm>,
         is_used: impl Fn(usize) -> bool + Sync,
     ) -> Self {
         let profile_maker = form.map(GlossyForm::maker);
-        let mut field = LightField {
+        let mut field = VirtualLights {
             lights: Vec::with_capacity(shares.len()),
-            reflecting: shares.len(),
-            near: shares.len(),
             reflections: Vec::new(),
             profiles: form.map(GlossyForm::store).unwrap_or_default(),
             shares_by_depth: Vec::new(),
             places: KdTree::build(Vec::new()),
             stray_surface: shares.stray_surface(),
-            ledger: Ledger {
+            energy: EnergyAccount {
                 residual: shares.residual(),
-                ..Ledger::default()
+                ..EnergyAccount::default()
             },
         };
         for photon in photons {
-            add(&mut field.ledger.photons, photon.flux, 1.0);
+            add(&mut field.energy.photons, photon.flux, 1.0);
         }
         let maker = |k: usize| Maker {
             scene,
@@ -180,27 +174,27 @@ impl<'s> LightField<'s> {
             flux,
             shines,
         } = made;
-        for (sum, f) in self.ledger.lights.iter_mut().zip(flux) {
+        for (sum, f) in self.energy.lights.iter_mut().zip(flux) {
             *sum += f;
         }
         match shines {
-            Shines::Reflection(reflection) => {
+            EmissionPart::Reflection(reflection) => {
                 self.reflections.push(*reflection);
                 light.emission = Emission::Single((self.reflections.len() - 1) as u32);
             }
-            Shines::Profile(profile) => {
-                add(&mut self.ledger.reflected, profile.target, 1.0);
-                add(&mut self.ledger.glossy, profile.flux, 1.0);
+            EmissionPart::Profile(profile) => {
+                add(&mut self.energy.reflected, profile.target, 1.0);
+                add(&mut self.energy.glossy, profile.flux, 1.0);
                 if let Emission::Rich { glossy, .. } = &mut light.emission {
                     *glossy = Some(self.profiles.push(&profile));
                 }
             }
-            Shines::Diffuse => {}
+            EmissionPart::Diffuse => {}
         }
         self.lights.push(light);
     }
 
-    fn measure_areas(&mut self, shares: &Shares) {
+    fn measure_areas(&mut self, shares: &PhotonClusters) {
         self.places = KdTree::build(
             self.lights
                 .iter()
@@ -231,10 +225,9 @@ impl<'s> LightField<'s> {
         self.area_per_light(p, 0, &mut Neighbors::new(AREA_NEIGHBORS - 1))
     }
 
-    /// Median of the surface that lights stand for which reflect, in m²; 0 without such lights.
+    /// Median of the surface that lights stand for, in m²; 0 without lights.
     pub fn median_area(&self) -> f32 {
-        let reflecting = &self.lights[..self.reflecting];
-        let mut areas: Vec<f32> = reflecting.iter().map(|light| light.area).collect();
+        let mut areas: Vec<f32> = self.lights.iter().map(|light| light.area).collect();
         let middle = areas.len() / 2;
         areas.sort_unstable_by(f32::total_cmp);
         areas.get(middle).copied().unwrap_or(0.0)
@@ -250,39 +243,6 @@ impl<'s> LightField<'s> {
     /// The lights.
     pub fn lights(&self) -> &[VirtualLight<'s>] {
         &self.lights
-    }
-
-    /// How many of the lights reflect: the first. The others stand on emitters.
-    #[inline]
-    pub fn reflecting(&self) -> usize {
-        self.reflecting
-    }
-
-    /// Whether a light stands on a surface that reflects.
-    #[inline(always)]
-    pub fn reflects(&self, id: LightId) -> bool {
-        id.index() < self.reflecting
-    }
-
-    /// What a light stands on.
-    #[inline]
-    pub fn kind(&self, id: LightId) -> LightKind {
-        match id.index() {
-            k if k < self.reflecting => LightKind::Reflecting,
-            k if k < self.near => LightKind::Emitting,
-            _ => LightKind::Distant,
-        }
-    }
-
-    /// Adds lights that stand on emitters within the scene, and then those beyond it.
-    pub(super) fn extend(
-        &mut self,
-        near: impl Iterator<Item = VirtualLight<'s>>,
-        distant: impl Iterator<Item = VirtualLight<'s>>,
-    ) {
-        self.lights.extend(near);
-        self.near = self.lights.len();
-        self.lights.extend(distant);
     }
 
     /// The one light path with the given index.
@@ -301,9 +261,6 @@ impl<'s> LightField<'s> {
     /// limit paths to no more than 16 segments; elsewhere, and for greater depths, 1.
     #[inline]
     pub fn share_up_to(&self, id: LightId, depth: u32) -> f32 {
-        if !self.reflects(id) {
-            return 1.0;
-        }
         if depth == 0 {
             return 0.0;
         }
@@ -315,8 +272,8 @@ impl<'s> LightField<'s> {
     }
 
     /// Where the flux went.
-    pub fn ledger(&self) -> &Ledger {
-        &self.ledger
+    pub fn energy(&self) -> &EnergyAccount {
+        &self.energy
     }
 
     /// Bytes of a light on average, where a share `glossy` of them has a glossy part of `form`, or emits as single photons.
@@ -345,11 +302,11 @@ struct Made<'s> {
     light: VirtualLight<'s>,
     /// In full precision, for the ledger.
     flux: [f64; 3],
-    shines: Shines<'s>,
+    shines: EmissionPart<'s>,
 }
 
 /// What a light shines beside its diffuse part.
-enum Shines<'s> {
+enum EmissionPart<'s> {
     Diffuse,
     Profile(Profile),
     /// All of what it shines.
@@ -360,7 +317,7 @@ enum Shines<'s> {
 struct Maker<'s, 'p> {
     scene: &'s Scene,
     photons: &'p [Photon],
-    shares: &'p Shares,
+    shares: &'p PhotonClusters,
     k: usize,
     site: &'p Photon,
 }
@@ -399,7 +356,7 @@ impl<'s, 'p> Maker<'s, 'p> {
         Made {
             light: self.place(&site_point, rgb(flux)),
             flux,
-            shines: Shines::Diffuse,
+            shines: EmissionPart::Diffuse,
         }
     }
 
@@ -419,25 +376,25 @@ impl<'s, 'p> Maker<'s, 'p> {
             exit: bsdf.exit(),
             glossy: None,
         };
-        let is_diffuse = bsdf.lobes().and(Lobes::SMOOTH) == Lobes::DIFFUSE;
+        let is_diffuse = bsdf.lobes().and(Lobes::NON_SPECULAR) == Lobes::DIFFUSE;
         let shines = match profile_maker {
             Some(profile_maker) if bsdf.lobes().has(Lobes::GLOSSY) => {
                 let profile = self.profile(profile_maker, &light, &bsdf);
                 light.one_sided = profile.range != Range::Sphere;
-                Shines::Profile(profile)
+                EmissionPart::Profile(profile)
             }
-            Some(_) => Shines::Diffuse,
+            Some(_) => EmissionPart::Diffuse,
             // One reflection off a diffuse surface has the form of many.
             None if is_diffuse => {
                 if let Emission::Rich { diffuse, .. } = &mut light.emission {
                     *diffuse = reflection.flux * bsdf.diffuse_weight(self.site.wi);
                 }
-                Shines::Diffuse
+                EmissionPart::Diffuse
             }
             None => {
                 // A single reflection under a shading normal that is not the geometric one may pass below the surface.
                 light.one_sided = light.n == light.ns && bsdf.receiving_normal(light.n).is_some();
-                Shines::Reflection(Box::new(reflection))
+                EmissionPart::Reflection(Box::new(reflection))
             }
         };
         Made {
@@ -468,7 +425,7 @@ impl<'s, 'p> Maker<'s, 'p> {
             one_sided: true,
             emission: Emission::Rich {
                 diffuse: Rgb::BLACK,
-                exit: Exit::Lambert,
+                exit: ExitTransmittance::Lambert,
                 glossy: None,
             },
         }

@@ -5,24 +5,24 @@ use rayon::prelude::*;
 
 /// Lights to be, in the order of the space-filling curve, and the photons that each speaks for.
 #[derive(Clone, Debug, Default)]
-pub struct Shares {
+pub struct PhotonClusters {
     pub(super) sites: Vec<Site>,
     /// Share `k` is `offsets[k]..offsets[k + 1]` of the photons and weights.
     pub(super) offsets: Vec<u32>,
     pub(super) photons: Vec<u32>,
     /// Factors on the flux of the photons.
     pub(super) weights: Vec<f32>,
-    /// See [`Shares::surface`].
+    /// See [`PhotonClusters::surface`].
     pub(super) surfaces: Vec<f32>,
     pub(super) stray_surface: f32,
     /// Flux of the photons that no light took, before thinning; W per channel.
     pub(super) residual: [f64; 3],
 }
 
-impl Shares {
+impl PhotonClusters {
     /// Each site speaks for its own photon, over the probability with which it was kept.
     pub fn own(sites: &[Site]) -> Self {
-        Shares::of_sites(sites, |site| vec![(site.photon, 1.0 / site.probability)])
+        PhotonClusters::of_sites(sites, |site| vec![(site.photon, 1.0 / site.probability)])
     }
 
     /// Each site speaks for the photons that `share` lists with their weights; at least one.
@@ -31,12 +31,12 @@ impl Shares {
         share: impl Fn(&Site) -> Vec<(u32, f32)> + Sync + Send,
     ) -> Self {
         let lists: Vec<Vec<(u32, f32)>> = sites.par_iter().map(share).collect();
-        let mut shares = Shares {
+        let mut shares = PhotonClusters {
             sites: sites.to_vec(),
             offsets: vec![0],
             surfaces: vec![1.0; sites.len()],
             stray_surface: 1.0,
-            ..Shares::default()
+            ..PhotonClusters::default()
         };
         for (photon, weight) in lists.iter().flatten() {
             shares.photons.push(*photon);

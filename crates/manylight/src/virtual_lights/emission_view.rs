@@ -7,20 +7,18 @@
 use super::glossy::Glossy;
 use super::tables::{Table, Texel, Texels};
 use super::von_mises_fisher::Mixture;
-use super::{Emission, LightField, Reflection, VirtualLight};
-use crate::bsdf::{Exit, Lobes, Outgoing, interpolate_lanes};
+use super::{Emission, Reflection, VirtualLight, VirtualLights};
+use crate::bsdf::{ExitTransmittance, Lobes, Outgoing, interpolate_lanes};
 use crate::color::Rgb;
-use crate::emitters::Emitter;
 use crate::ids::LightId;
 use crate::lanes::vectors::{add3, dot, mul3, scale3, splat3};
-use crate::lanes::{LANES, LaneMask, Lanes, Lanes3, exp, lanes_of};
+use crate::lanes::{LANES, LaneMask, Lanes, Lanes3, exp};
 use crate::math::octahedral::Place;
 use crate::math::{Vec2, Vec3};
 use crate::simd::Wide;
-use crate::texture::Texture;
 use std::f32::consts::FRAC_1_PI;
 
-impl LightField<'_> {
+impl VirtualLights<'_> {
     /// Radiant intensity of light `id` towards the unit vector `w` pointing away from it, emission cosine included, in W/sr.
     #[inline]
     pub fn intensity(&self, id: LightId, w: Vec3) -> Rgb {
@@ -44,39 +42,37 @@ impl LightField<'_> {
                 }
                 sum
             }
-            Emission::Point { emitter, textures } => emitter.point_intensity(textures, w),
         }
     }
 
     /// The light `id`, made ready for many directions.
     #[inline(always)]
-    pub(crate) fn shining(&self, id: LightId) -> Shining<'_, '_> {
+    pub(crate) fn emission_view(&self, id: LightId) -> EmissionView<'_, '_> {
         let light = &self.lights()[id.index()];
         match &light.emission {
             Emission::Single(index) => {
                 let Reflection { wi, flux, bsdf } = self.reflection(*index);
-                Shining::Single {
+                EmissionView::Single {
                     flux: *flux,
-                    reflection: bsdf.outgoing(*wi, Lobes::SMOOTH),
+                    reflection: bsdf.outgoing(*wi, Lobes::NON_SPECULAR),
                 }
             }
             Emission::Rich {
                 diffuse,
                 exit,
                 glossy,
-            } => Shining::Rich {
+            } => EmissionView::Rich {
                 light,
                 diffuse: *diffuse,
                 exit,
                 glossy: glossy.map(|index| self.glossy(index)),
             },
-            Emission::Point { emitter, textures } => Shining::Point { emitter, textures },
         }
     }
 }
 
 /// A light that many points ask for its intensity.
-pub(crate) enum Shining<'f, 's> {
+pub(crate) enum EmissionView<'f, 's> {
     /// See [`Emission::Single`].
     Single {
         flux: Rgb,
@@ -86,29 +82,24 @@ pub(crate) enum Shining<'f, 's> {
     Rich {
         light: &'f VirtualLight<'s>,
         diffuse: Rgb,
-        exit: &'f Exit<'s>,
+        exit: &'f ExitTransmittance<'s>,
         glossy: Option<Glossy<'f>>,
-    },
-    /// See [`Emission::Point`].
-    Point {
-        emitter: &'s Emitter,
-        textures: &'s [Texture],
     },
 }
 
-impl Shining<'_, '_> {
-    /// [`LightField::intensity`] towards the points that see the light in the unit directions `wi`, in each active lane; other
+impl EmissionView<'_, '_> {
+    /// [`VirtualLights::intensity`] towards the points that see the light in the unit directions `wi`, in each active lane; other
     /// lanes hold anything.
     #[inline(always)]
     pub(crate) fn intensities<W: Wide>(&self, w: W, wi: &Lanes3, active: LaneMask) -> Lanes3 {
         match self {
-            Shining::Single { flux, reflection } => {
+            EmissionView::Single { flux, reflection } => {
                 let wo = scale3(w, wi.load(w), w.splat(-1.0));
                 let values = reflection.f_cos_wo_lanes(w, &Lanes3::store(w, wo), active);
                 let flux = splat3(w, Vec3::from(flux.to_array()));
                 Lanes3::store(w, mul3(w, values.load(w), flux))
             }
-            Shining::Rich {
+            EmissionView::Rich {
                 light,
                 diffuse,
                 exit,
@@ -135,13 +126,6 @@ impl Shining<'_, '_> {
                     }
                 }
                 Lanes3::store(w, sum)
-            }
-            Shining::Point { emitter, textures } => {
-                let mut out = Lanes3::ZERO;
-                for i in lanes_of(active) {
-                    out.set(i, emitter.point_intensity(textures, -wi.vec(i)));
-                }
-                out
             }
         }
     }
@@ -173,7 +157,6 @@ impl Table<'_> {
         let corners = Corners::of(w, wi, self.side as i32, active);
         let sum = match self.texels {
             Texels::Float(texels) => corners.sum(w, texels),
-            Texels::Half(texels) => corners.sum(w, texels),
             Texels::Shared(texels) => corners.sum(w, texels),
         };
         let scale = splat3(w, Vec3::from(self.scale.to_array()));
@@ -280,16 +263,16 @@ fn fetch<T: Texel>(table: &[T], texels: &[i32; LANES]) -> [T; LANES] {
 
 /// What lets the diffuse part out, at the cosines to the shading normal.
 #[inline(always)]
-fn exits<W: Wide>(w: W, exit: &Exit, cos: W::F) -> W::F {
+fn exits<W: Wide>(w: W, exit: &ExitTransmittance, cos: W::F) -> W::F {
     let mut out = w.store(w.max(cos, w.splat(0.0)));
     match exit {
-        Exit::Lambert => return w.splat(1.0),
-        Exit::Fresnel { eta } => {
+        ExitTransmittance::Lambert => return w.splat(1.0),
+        ExitTransmittance::Fresnel { eta } => {
             for cos in &mut out {
-                *cos = Exit::Fresnel { eta: *eta }.eval(*cos);
+                *cos = ExitTransmittance::Fresnel { eta: *eta }.eval(*cos);
             }
         }
-        Exit::Coated(table) => out = interpolate_lanes(&[table; LANES], &out),
+        ExitTransmittance::Coated(table) => out = interpolate_lanes(&[table; LANES], &out),
     }
     w.load(&out)
 }

@@ -22,32 +22,11 @@ const UNSEEN_SPACINGS: f32 = 0.5;
 const SIGHT_LIFT: f32 = 0.1;
 
 /// No light takes this photon.
-pub(super) const NOBODY: u32 = u32::MAX;
-
-/// What a site takes of a photon.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Claim {
-    pub(super) site: u32,
-    /// Of the photon's flux, in [0, 1].
-    pub(super) share: f32,
-}
-
-impl Claim {
-    /// Nothing.
-    pub(super) const NONE: Claim = Claim {
-        site: NOBODY,
-        share: 0.0,
-    };
-
-    /// All of it.
-    pub(super) fn whole(site: u32) -> Self {
-        Claim { site, share: 1.0 }
-    }
-}
+pub(super) const UNASSIGNED: u32 = u32::MAX;
 
 /// Where a photon arrives, or might.
 #[derive(Clone, Copy, Debug)]
-pub struct Spot {
+pub struct SurfaceLocation {
     /// Position.
     pub p: Vec3,
     /// Geometric normal on the side that the photon arrives from, unit.
@@ -56,10 +35,10 @@ pub struct Spot {
     pub material: MaterialId,
 }
 
-impl Spot {
+impl SurfaceLocation {
     /// The place of a photon.
     pub fn of(photon: &Photon, surfaces: &impl Surfaces) -> Self {
-        Spot {
+        SurfaceLocation {
             p: photon.p,
             n: photon.n,
             material: surfaces.material(photon),
@@ -68,7 +47,7 @@ impl Spot {
 
     /// The side of `x` that `n`, one of its geometric normals, points to.
     pub fn on(scene: &Scene, x: &SurfacePoint, n: Vec3) -> Self {
-        Spot {
+        SurfaceLocation {
             p: x.p,
             n,
             material: scene.geometry.primitives()[x.at.primitive.index()].material,
@@ -83,7 +62,7 @@ pub trait Surfaces: Sync {
     /// What the photon lies on.
     fn material(&self, photon: &Photon) -> MaterialId;
     /// Whether nothing stands between the spot and the patch.
-    fn connected(&self, spot: &Spot, patch: &Patch) -> bool;
+    fn connected(&self, spot: &SurfaceLocation, patch: &Patch) -> bool;
 }
 
 impl Surfaces for Scene {
@@ -101,7 +80,7 @@ impl Surfaces for Scene {
         self.geometry.primitives()[photon.at.primitive.index()].material
     }
 
-    fn connected(&self, spot: &Spot, patch: &Patch) -> bool {
+    fn connected(&self, spot: &SurfaceLocation, patch: &Patch) -> bool {
         let lift = SIGHT_LIFT * spot.p.distance(patch.p);
         let segment = Segment {
             from: spot.p + spot.n * lift,
@@ -113,7 +92,7 @@ impl Surfaces for Scene {
 
 /// The lights' claims on photons: a function of the place alone, and the same before and after the lights are made.
 #[derive(Clone, Debug)]
-pub struct Claims {
+pub struct NearestLights {
     patches: Vec<Patch>,
     tree: KdTree<Vec3>,
     /// Distance of each site to its 8th neighbor.
@@ -122,10 +101,7 @@ pub struct Claims {
     lights: Vec<u32>,
 }
 
-impl Claims {
-    /// Lights that a photon may be divided among.
-    pub(super) const SHEPARD_LIGHTS: usize = 4;
-
+impl NearestLights {
     /// The claims of `sites`; their lights have no names yet.
     pub(super) fn new(surfaces: &impl Surfaces, photons: &[Photon], sites: &[Site]) -> Self {
         let patches: Vec<Patch> = sites
@@ -143,17 +119,17 @@ impl Claims {
                 },
             )
             .collect();
-        Claims {
+        NearestLights {
             patches,
             tree,
             spacings,
-            lights: vec![NOBODY; sites.len()],
+            lights: vec![UNASSIGNED; sites.len()],
         }
     }
 
-    /// Nobody claims anything: every photon is its own light.
+    /// Unassigned claims anything: every photon is its own light.
     pub fn none() -> Self {
-        Claims {
+        NearestLights {
             patches: Vec::new(),
             tree: KdTree::build(Vec::new()),
             spacings: Vec::new(),
@@ -161,24 +137,24 @@ impl Claims {
         }
     }
 
-    /// Says which light each site has become; [`NOBODY`] for those that vanished.
+    /// Says which light each site has become; [`UNASSIGNED`] for those that vanished.
     pub(super) fn name_lights(&mut self, lights: Vec<u32>) {
         self.lights = lights;
     }
 
     /// The light that a photon at `spot` would belong to; `None` if it would be a light by itself.
-    pub fn light(&self, surfaces: &impl Surfaces, spot: &Spot) -> Option<LightId> {
+    pub fn light(&self, surfaces: &impl Surfaces, spot: &SurfaceLocation) -> Option<LightId> {
         let light = *self.lights.get(self.site(surfaces, spot) as usize)?;
-        (light != NOBODY).then_some(LightId(light))
+        (light != UNASSIGNED).then_some(LightId(light))
     }
 
-    /// The site that takes a photon at `spot`, or [`NOBODY`].
-    pub(super) fn site(&self, surfaces: &impl Surfaces, spot: &Spot) -> u32 {
+    /// The site that takes a photon at `spot`, or [`UNASSIGNED`].
+    pub(super) fn site(&self, surfaces: &impl Surfaces, spot: &SurfaceLocation) -> u32 {
         let cost =
             |k: u32| self.patches[k as usize].distance_squared(spot.p, spot.n, spot.material);
         let Some((any, any_d2)) = self.tree.cheapest(spot.p, f32::INFINITY, |_, d2| Some(d2))
         else {
-            return NOBODY;
+            return UNASSIGNED;
         };
         // Some spacings of the lights around the photon, whichever way those face: if the nearest is at distance d and has
         // its 8th neighbor at s, the photon has its 8th no farther than d + s.
@@ -186,7 +162,7 @@ impl Claims {
         // The nearest of all mostly is the answer, and bounds the search if not.
         let limit = cost(any).map_or(reach, |c| c.min(reach));
         let Some((k, d2)) = self.tree.cheapest(spot.p, limit, |k, _| cost(k)) else {
-            return NOBODY;
+            return UNASSIGNED;
         };
         let sees = |k: u32| surfaces.connected(spot, &self.patches[k as usize]);
         if d2 <= (UNSEEN_SPACINGS * self.spacings[k as usize]).powi(2) || sees(k) {
@@ -194,39 +170,6 @@ impl Claims {
         }
         self.tree
             .cheapest(spot.p, reach, |k, _| cost(k).filter(|_| sees(k)))
-            .map_or(NOBODY, |(k, _)| k)
-    }
-
-    /// Divides a photon at `spot` among the nearest sites that may take it, [`Claims::SHEPARD_LIGHTS`] at most, by weights
-    /// `(1 - d²/R²)²` that fall to zero at the distance R of the next one. Source: Shepard, "A Two-Dimensional Interpolation Function for Irregularly-Spaced Data",
-    /// 1968. The first claim is [`Claim::NONE`] if nobody takes it.
-    pub(super) fn divide(&self, surfaces: &impl Surfaces, spot: &Spot, claims: &mut [Claim]) {
-        let first = self.site(surfaces, spot);
-        claims.fill(Claim::NONE);
-        claims[0] = Claim::whole(first);
-        if first == NOBODY {
-            return;
-        }
-        let found = &mut Neighbors::new(claims.len() + 1);
-        self.tree.nearest(spot.p, f32::INFINITY, found);
-        let r2 = found.radius_squared();
-        let mut sum = 0.0;
-        let mut next = 0;
-        for (k, d2) in found.iter() {
-            let patch = &self.patches[k as usize];
-            let Some(cost) = patch.distance_squared(spot.p, spot.n, spot.material) else {
-                continue;
-            };
-            let share = (1.0 - cost / r2).max(0.0).powi(2);
-            let near = d2 <= (UNSEEN_SPACINGS * self.spacings[k as usize]).powi(2);
-            if share > 0.0 && next < claims.len() && (near || surfaces.connected(spot, patch)) {
-                claims[next] = Claim { site: k, share };
-                sum += share;
-                next += 1;
-            }
-        }
-        if sum > 0.0 {
-            claims.iter_mut().for_each(|claim| claim.share /= sum);
-        }
+            .map_or(UNASSIGNED, |(k, _)| k)
     }
 }

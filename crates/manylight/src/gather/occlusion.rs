@@ -125,7 +125,7 @@ mod tests {
         boxes: &'a [Aabb],
     }
 
-    impl simd::Kernel for Hide<'_> {
+    impl simd::SimdKernel for Hide<'_> {
         type Output = Vec<(usize, usize)>;
 
         #[inline(always)]

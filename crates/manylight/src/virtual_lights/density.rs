@@ -3,15 +3,11 @@
 //! The reflected radiance around a site is that of its nearest photons (Jensen, "Realistic Image Synthesis Using Photon Mapping", 2001), as
 //! in the paper's creation of Rich-VPLs; the rules differ in how much surface it is multiplied with.
 
-use super::claims::{Spot, Surfaces};
-use super::{Shares, Site};
+use super::nearest_light::{SurfaceLocation, Surfaces};
+use super::{PhotonClusters, Site};
 use crate::maps::{DensityKernel, KdTree, Neighbors};
 use crate::math::Vec3;
 use crate::particles::Photon;
-use std::f32::consts::PI;
-
-/// Sites that tell the surface per site; the site itself is among them.
-const AREA_NEIGHBORS: usize = 9;
 
 /// The density rule, our reading of the paper: a site carries the flux of its own photon over the probability with which it was
 /// kept, and shines as the `neighbors` photons nearest to it shine on average,
@@ -20,15 +16,15 @@ const AREA_NEIGHBORS: usize = 9;
 /// I_k = F_k Σ_j w_j Φ_j f(ω_j) / Σ_j w_j |Φ_j|,   F_k = |Φ_k| / p_k,   w_j = 1 - d_j²/d_K²
 /// ```
 ///
-/// The flux is right on average, as long as sites stand where selection has put them. With one neighbor it is [`Shares::own`].
+/// The flux is right on average, as long as sites stand where selection has put them. With one neighbor it is [`PhotonClusters::own`].
 pub fn by_density(
     surfaces: &impl Surfaces,
     photons: &[Photon],
     sites: &[Site],
     neighbors: usize,
-) -> Shares {
+) -> PhotonClusters {
     let around = Neighborhoods::new(surfaces, photons, neighbors);
-    Shares::of_sites(sites, |site| {
+    PhotonClusters::of_sites(sites, |site| {
         let own = photons[site.photon as usize].flux.luminance() / site.probability;
         let mut share = around.of(site);
         let flux = |&(j, weight): &(u32, f32)| {
@@ -40,28 +36,6 @@ pub fn by_density(
         }
         let scale = (f64::from(own) / sum) as f32;
         share.iter_mut().for_each(|(_, weight)| *weight *= scale);
-        share
-    })
-}
-
-/// The area rule: the density of flux around a site, times the surface per site around it. It holds for any placement, but surfaces
-/// overlap or leave gaps, and flux is not kept.
-pub fn by_area(
-    surfaces: &impl Surfaces,
-    photons: &[Photon],
-    sites: &[Site],
-    neighbors: usize,
-) -> Shares {
-    let around = Neighborhoods::new(surfaces, photons, neighbors.max(2));
-    let place = |site: &Site| photons[site.photon as usize].p;
-    let places = KdTree::build(sites.iter().map(place).collect::<Vec<Vec3>>());
-    Shares::of_sites(sites, |site| {
-        let found = &mut Neighbors::new(AREA_NEIGHBORS);
-        places.nearest(place(site), f32::INFINITY, found);
-        // K other sites within d_K: E[π d_K²] = K / density.
-        let area = PI * found.radius_squared() / (found.len() as f32 - 1.0).max(1.0);
-        let mut share = around.of(site);
-        share.iter_mut().for_each(|(_, weight)| *weight *= area);
         share
     })
 }
@@ -93,7 +67,7 @@ impl<'a, S: Surfaces> Neighborhoods<'a, S> {
         self.tree.nearest(center.p, f32::INFINITY, found);
         let r2 = found.radius_squared();
         let own = |&(j, d2): &(u32, f32)| {
-            let spot = Spot::of(&self.photons[j as usize], self.surfaces);
+            let spot = SurfaceLocation::of(&self.photons[j as usize], self.surfaces);
             let same = patch.distance_squared(spot.p, spot.n, spot.material);
             (same.is_some() && (d2 < r2 || j == site.photon)).then_some((j, d2))
         };
@@ -115,7 +89,7 @@ mod tests {
     use super::super::testing::{OPEN, photons_on_square};
     use super::*;
 
-    fn flux(photons: &[Photon], shares: &Shares) -> f64 {
+    fn flux(photons: &[Photon], shares: &PhotonClusters) -> f64 {
         let of = |k| {
             let flux = |(j, w): (u32, f32)| f64::from(photons[j as usize].flux.luminance() * w);
             shares.of(k).map(flux).sum::<f64>()
@@ -138,30 +112,29 @@ mod tests {
     #[test]
     fn one_neighbor_is_the_photon_itself() {
         let (photons, sites) = placed(50, 0.3);
-        let (one, own) = (by_density(&OPEN, &photons, &sites, 1), Shares::own(&sites));
+        let (one, own) = (
+            by_density(&OPEN, &photons, &sites, 1),
+            PhotonClusters::own(&sites),
+        );
         for k in 0..sites.len() {
             assert!(one.of(k).eq(own.of(k)));
         }
     }
 
     #[test]
-    fn density_keeps_flux_on_average_and_area_nearly() {
+    fn density_keeps_flux_on_average() {
         let trials = 32;
-        let (mut density, mut area) = (0.0, 0.0);
-        let mut total = 0.0;
+        let (mut density, mut total) = (0.0, 0.0);
         for t in 0..trials {
             let (photons, sites) = placed(200, (t as f32 + 0.5) / trials as f32);
             total = photons
                 .iter()
                 .map(|p| f64::from(p.flux.luminance()))
                 .sum::<f64>();
-            let mean = |sum: f64| sum / f64::from(trials);
-            density += mean(flux(&photons, &by_density(&OPEN, &photons, &sites, 64)));
-            area += mean(flux(&photons, &by_area(&OPEN, &photons, &sites, 64)));
+            let sum = flux(&photons, &by_density(&OPEN, &photons, &sites, 64));
+            density += sum / f64::from(trials);
         }
         assert!((density / total - 1.0).abs() < 0.01, "{density} of {total}");
-        // A disc around a site at the border reaches beyond it.
-        assert!((0.9..1.3).contains(&(area / total)), "{area} of {total}");
     }
 
     #[test]

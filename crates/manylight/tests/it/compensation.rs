@@ -1,11 +1,11 @@
-//! Clamp and complement together are the whole: in corners and at contacts, with so few lights that the clamp takes a lot.
+//! Clamp and compensation together are the whole: in corners and at contacts, with so few lights that the clamp takes a lot.
 
 use crate::common::film;
 use manylight::bsdf::Material;
 use manylight::color::Rgb;
 use manylight::film::Layer;
 use manylight::geometry::{Mesh, Shape};
-use manylight::integrators::many_light::{ClampRule, Complement, Renewal};
+use manylight::integrators::many_light::{ClampRule, Compensation, Resampling};
 use manylight::integrators::{ManyLight, MethodKind};
 use manylight::math::{Affine3A, Vec3};
 use manylight::scene::Scene;
@@ -43,7 +43,7 @@ fn few_lights() -> ManyLight {
         photon_paths: 1000,
         light_count: 4,
         importon_paths: 250,
-        renewal: Renewal::New,
+        resampling: Resampling::New,
         ..ManyLight::rich_vpl()
     }
 }
@@ -58,14 +58,14 @@ fn assert_whole(scene: &Scene, truth_passes: u32, tolerance: f64) {
     let truth = mean(scene, MethodKind::Path, truth_passes);
     let ratio = |method| mean(scene, MethodKind::ManyLight(method), 256) / truth;
     let lossy = ManyLight {
-        complement: Complement::None,
+        compensation: Compensation::None,
         ..few_lights()
     };
     let (without, with) = (ratio(lossy), ratio(few_lights()));
     assert!(without < 0.992, "the clamp takes little here: {without}");
     assert!(
         (with - 1.0).abs() < tolerance,
-        "{with}, without complement {without}"
+        "{with}, without compensation {without}"
     );
 }
 
@@ -80,49 +80,25 @@ fn nothing_that_metal_throws_nearby_is_lost() {
     assert_whole(&corner(24, rough_metal(0.1)), 4096, 6e-3);
 }
 
-/// A density estimate spreads light round the contacts, which are a small part of the picture.
-#[test]
-fn photons_give_back_what_the_clamp_takes() {
-    let scene = corner(24, diffuse(0.8, 0.8, 0.8));
-    let truth = mean(&scene, MethodKind::Path, 2048);
-    let method = ManyLight {
-        photon_paths: 4000,
-        light_count: 16,
-        complement: Complement::Photons,
-        ..few_lights()
-    };
-    let ratio = |method| mean(&scene, MethodKind::ManyLight(method), 128) / truth;
-    let lossy = ManyLight {
-        complement: Complement::None,
-        ..method
-    };
-    let (without, with) = (ratio(lossy), ratio(method));
-    assert!(without < 0.995, "the clamp takes little here: {without}");
-    assert!(
-        (with - 1.0).abs() < 0.5 * (without - 1.0).abs(),
-        "{with}, without complement {without}"
-    );
-}
-
-/// Without a complement, what is lost vanishes as lights become finer: the squared radius by half on average over 64 passes.
+/// Without a compensation, what is lost vanishes as lights become finer: the squared radius by half on average over 64 passes.
 #[test]
 fn finer_lights_lose_less() {
     let scene = corner(24, diffuse(0.8, 0.8, 0.8));
     let truth = mean(&scene, MethodKind::Path, 2048);
-    let loss = |renewal| {
+    let loss = |resampling| {
         let method = ManyLight {
-            complement: Complement::None,
-            renewal,
+            compensation: Compensation::None,
+            resampling,
             ..few_lights()
         };
         1.0 - mean(&scene, MethodKind::ManyLight(method), 512) / truth
     };
-    let (coarse, fine) = (loss(Renewal::New), loss(Renewal::Finer));
+    let (coarse, fine) = (loss(Resampling::New), loss(Resampling::Progressive));
     assert!(coarse > 0.008, "the clamp takes little here: {coarse}");
     assert!(fine < 0.7 * coarse, "{fine} of {coarse}");
 }
 
-/// A hard clamp of the geometry term takes other light away, and its complement knows.
+/// A hard clamp of the geometry term takes other light away, and its compensation knows.
 #[test]
 fn any_clamp_has_its_complement() {
     let scene = furnace(0.6, 16).build();

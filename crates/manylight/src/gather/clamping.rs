@@ -1,4 +1,4 @@
-//! The singularity of `1 / d²`, and what is done about it. The sum over lights and its complement ask the same function.
+//! The singularity of `1 / d²`, and what is done about it. The sum over lights and its compensation ask the same function.
 
 use crate::color::Rgb;
 use crate::math::Vec3;
@@ -18,7 +18,7 @@ pub enum Clamp {
 
 /// The way from a shading point to a piece of light, as far as the clamp is concerned.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Way {
+pub(super) struct ClampedConnection {
     /// Unit direction to the light.
     pub w: Vec3,
     /// Inverse of the squared distance, in 1/m².
@@ -36,7 +36,7 @@ pub(super) struct Way {
 impl Clamp {
     /// Share of the value of a connection that the sum over lights keeps, in (0, 1].
     #[inline(always)]
-    pub(super) fn kept(self, way: &Way) -> f32 {
+    pub(super) fn kept(self, way: &ClampedConnection) -> f32 {
         let cos_y = way.w.dot(way.n_y).abs();
         match self {
             Clamp::None => 1.0,
