@@ -44,7 +44,7 @@ fn bench(scene: &Scene, count: u32) {
         kernel: Kernel::Disc,
         strategy: Strategy::All,
         clamp: Clamp::Auto(1.0),
-        finer: 1.0,
+        refinement: 1.0,
     };
     let tiles = tiles(scene, (PAIRS / (lights * TILE * TILE)).max(8));
     measure(scene, &gather, &set.lights, &tiles);

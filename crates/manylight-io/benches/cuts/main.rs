@@ -174,7 +174,7 @@ fn sum(scene: &Scene, lights: &LightIndex, strategy: Strategy, tiles: &[Vec<Shad
         kernel: Kernel::Disc,
         strategy,
         clamp: Clamp::Auto(1.0),
-        finer: 1.0,
+        refinement: 1.0,
     };
     let start = clock::thread_seconds();
     let sums = tiles.iter().flat_map(|t| gather.sum(scene, lights, t));

@@ -1,4 +1,4 @@
-//! The innermost loop: up to 64 points, sixteen at a time, with one light after the other.
+//! Connections of up to 64 points, sixteen at a time, with one light after the other: the innermost loop of all methods.
 #![expect(
     clippy::needless_range_loop,
     reason = "loops over lanes read like what they become: vector instructions"
@@ -6,9 +6,12 @@
 
 use super::block::Block;
 use super::clamping::ClampedConnection;
+use super::light_points::{FacingPoints, LightPoint, PointCounts, point_of_disc};
 use super::points::{BATCHES, Batch};
-use super::sphere::{Cone, LightLobe, Samples, only, sphere_radius};
-use super::{Clamp, Gather, Gathered, Kernel, LightIndex, Viewpoint};
+use super::sphere::{
+    DirectionCone, LightLobe, SphereConnection, SphereSamples, only, sphere_radius,
+};
+use super::{Clamp, Gather, Gathered, Kernel, LightIndex};
 use crate::ids::LightId;
 use crate::lanes::vectors::{dot, luminance, mul3, scale3, splat3};
 use crate::lanes::{LANES, LaneMask, Lanes, Lanes3};
@@ -17,41 +20,8 @@ use crate::scene::Scene;
 use crate::simd::{self, Isa, Simd, Wide};
 use crate::virtual_lights::moments::POINTS;
 use crate::virtual_lights::{EmissionView, VirtualLight};
-use std::f32::consts::PI;
 
-/// A disc is all its points nearer than the first number of its radii, four of them nearer than the second, and one beyond.
-/// Both are stretched by a random factor, so that no ring shows where the number changes.
-const SIXTEEN_POINTS_WITHIN: f32 = 1.5;
-const FOUR_POINTS_WITHIN: f32 = 4.0;
-/// As many samples are taken of the field of view of a sphere.
-const SIXTEEN_SAMPLES_WITHIN: f32 = 2.0;
-const FOUR_SAMPLES_WITHIN: f32 = 8.0;
-const REACH_SPREAD: f32 = 0.25;
-
-/// A disc is at least this share of the surface per light.
-const SMALLEST_DISC: f32 = 0.25;
-
-/// A piece of a light that is connected with as a point.
-#[derive(Clone, Copy, Debug)]
-struct Part {
-    p: Vec3,
-    /// Of the surface that it stands for, in m².
-    area: f32,
-    /// Share of the light's intensity.
-    weight: f32,
-    /// Samples of a sphere; none of a point.
-    samples: Option<usize>,
-}
-
-/// How many parts a light is made of, as seen from the points of one batch.
-#[derive(Clone, Copy, Debug, Default)]
-struct Views {
-    one: LaneMask,
-    four: LaneMask,
-    sixteen: LaneMask,
-}
-
-/// The loops over lanes in here and in all that it calls become vectors of the chosen instructions.
+/// See [`Gather::add_lights`]. The loops over lanes in it become vectors of the chosen instructions.
 struct AddLights<'a> {
     gather: &'a Gather,
     scene: &'a Scene,
@@ -66,11 +36,10 @@ impl simd::SimdKernel for AddLights<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, s: S) {
         let w = s.wide();
-        let lights = self.batches[0]
-            .lights
-            .indices(self.lights.set.lights().len());
+        let subset = self.batches[0].lights;
+        let lights = subset.indices(self.lights.set.lights().len());
         let connections = lights.len();
-        let mut sum = Sum::new(w, self.gather, self.scene, self.lights, self.batches, 1);
+        let mut sum = BatchSums::new(w, self.gather, self.scene, self.lights, self.batches, 1);
         for id in lights.map(|k| LightId(k as u32)) {
             sum.add_light(w, id, self.sums);
         }
@@ -87,14 +56,8 @@ impl simd::SimdKernel for AddLights<'_> {
     }
 }
 
-impl Views {
-    fn are_empty(&self) -> bool {
-        self.one | self.four | self.sixteen == 0
-    }
-}
-
 impl Gather {
-    /// Adds the lights that up to [`BATCHES`] batches have in common to their points.
+    /// Adds the lights that up to [`BATCHES`] batches have in common to the sums of their points.
     pub(super) fn add_lights(
         &self,
         scene: &Scene,
@@ -110,215 +73,60 @@ impl Gather {
             sums,
         });
     }
-
-    /// Of how many parts or samples `light`, a sphere of the given radius, is made as seen from those of the points in `facing`, which
-    /// are at the vectors `to` from it.
-    #[inline(always)]
-    fn views<W: Wide>(
-        &self,
-        w: W,
-        light: &VirtualLight,
-        radius: f32,
-        to: [W::F; 3],
-        u: &Lanes,
-        facing: LaneMask,
-    ) -> Views {
-        let [sixteen, four] = match self.kernel {
-            Kernel::Disc if self.is_disc(light) => [
-                SIXTEEN_POINTS_WITHIN * light.radius,
-                FOUR_POINTS_WITHIN * light.radius,
-            ],
-            Kernel::Sphere => [
-                SIXTEEN_SAMPLES_WITHIN * radius,
-                FOUR_SAMPLES_WITHIN * radius,
-            ],
-            _ => {
-                return Views {
-                    one: facing,
-                    ..Views::default()
-                };
-            }
-        };
-        let d2 = dot(w, to, to);
-        let stretch = w.mul_add(w.load(u), w.splat(REACH_SPREAD), w.splat(1.0));
-        let near = facing & within(w, d2, stretch, four);
-        let sixteen = near & within(w, d2, stretch, sixteen);
-        Views {
-            one: facing & !near,
-            four: near & !sixteen,
-            sixteen,
-        }
-    }
-
-    /// The area of the parts of `light` as seen from `at`, in m².
-    pub(super) fn part_area(&self, at: &Viewpoint, light: &VirtualLight) -> f32 {
-        let within = |radii: f32| self.is_disc(light) && is_within(radii, light, at.p, at.u);
-        if within(SIXTEEN_POINTS_WITHIN) {
-            piece(light, 0, 1.0 / POINTS as f32).area
-        } else if within(FOUR_POINTS_WITHIN) {
-            piece(light, 0, 0.25).area
-        } else {
-            self.whole(light).area
-        }
-    }
-
-    /// Whether a light has parts. A share dominated by one strong photon has hardly a radius, yet stands for as much surface as
-    /// its neighbors: a point.
-    #[inline(always)]
-    fn is_disc(&self, light: &VirtualLight) -> bool {
-        self.kernel == Kernel::Disc && disc(light) > SMALLEST_DISC * light.area
-    }
-
-    /// The one point that stands for all of `light` from far away.
-    #[inline(always)]
-    fn whole(&self, light: &VirtualLight) -> Part {
-        let (p, area) = match self.kernel {
-            Kernel::Point | Kernel::Sphere => (light.p, light.area),
-            Kernel::Disc => (light.points[0], disc(light).max(light.area)),
-        };
-        Part {
-            p,
-            area,
-            weight: 1.0,
-            samples: None,
-        }
-    }
 }
 
-/// [`Clamp::kept`] in each lane.
-#[inline(always)]
-fn kept(
-    clamp: Clamp,
-    batch: &Batch,
-    f_cos: &Lanes3,
-    w: &Lanes3,
-    inv_d2: &Lanes,
-    n: Vec3,
-    area: f32,
-) -> Lanes {
-    let lane = |clamp: Clamp, i: usize| {
-        clamp.kept(&ClampedConnection {
-            w: w.vec(i),
-            inv_d2: inv_d2[i],
-            f_cos: f_cos.rgb(i),
-            n_x: batch.ng.vec(i),
-            n_y: n,
-            area,
-        })
-    };
-    let mut kept = [1.0; LANES];
-    // One loop for each kind: the choice must not be made in every lane.
-    match clamp {
-        Clamp::None => {}
-        Clamp::Auto(strength) => {
-            for i in 0..LANES {
-                kept[i] = lane(Clamp::Auto(strength), i);
-            }
-        }
-        Clamp::Value(limit) => {
-            for i in 0..LANES {
-                kept[i] = lane(Clamp::Value(limit), i);
-            }
-        }
-    }
-    kept
-}
-
-#[inline(always)]
-fn add_lanes<W: Wide>(w: W, sum: &mut Lanes, x: W::F) {
-    *sum = w.store(w.add(w.load(sum), x));
-}
-
-/// The lanes in which the squared distance `d2` is within `reach`, stretched.
-#[inline(always)]
-fn within<W: Wide>(w: W, d2: W::F, stretch: W::F, reach: f32) -> LaneMask {
-    let reach = w.mul(stretch, w.splat(reach));
-    w.bits(w.lt(d2, w.mul(reach, reach))) as LaneMask
-}
-
-/// Area of the disc with the second moment of a light's photons, in m².
-#[inline(always)]
-fn disc(light: &VirtualLight) -> f32 {
-    PI * light.radius * light.radius
-}
-
-/// The lanes with some light in a channel, none of which is negative.
-#[inline(always)]
-fn is_lit<W: Wide>(w: W, light: [W::F; 3]) -> LaneMask {
-    let sum = w.add(w.add(light[0], light[1]), light[2]);
-    w.bits(w.lt(w.splat(0.0), sum)) as LaneMask
-}
-
-/// Whether the point `p` with the random number `u` is within so many radii of `light`.
-#[inline(always)]
-fn is_within(radii: f32, light: &VirtualLight, p: Vec3, u: f32) -> bool {
-    let reach = radii * light.radius * (1.0 + REACH_SPREAD * u);
-    (light.p - p).length_squared() < reach * reach
-}
-
-/// A quarter, or a sixteenth, of a light.
-#[inline(always)]
-fn piece(light: &VirtualLight, point: usize, share: f32) -> Part {
-    Part {
-        p: light.points[point],
-        area: disc(light) * share,
-        weight: share,
-        samples: None,
-    }
-}
-
-/// The light that is being added.
-struct Source<'f, 's> {
+/// A light that is connected with the points.
+struct ConnectedLight<'f, 's> {
     id: LightId,
     light: &'f VirtualLight<'s>,
-    emission_view: EmissionView<'f, 's>,
-    /// As a sphere, in m.
+    emission: EmissionView<'f, 's>,
+    /// Radius as a sphere, in m.
     radius: f32,
-    /// The glossy lobe of a light that shines as one photon, for the samples of a sphere.
+    /// The glossy lobe of a light of one photon, for sampling directions to a sphere.
     lobe: Option<LightLobe>,
 }
 
-/// Which points of a batch one part of a light sends something to.
+/// The points of a batch to which a part of a light contributes.
 #[derive(Clone, Copy, Default)]
-struct Connected {
+struct LitPoints {
     lit: LaneMask,
-    /// Points whose shadow ray leaves on the side of the geometric normal.
+    /// Points at which the shadow ray starts on the side of the geometric normal.
     in_front: LaneMask,
     /// Points before the light, on the side of its normal.
     before: LaneMask,
 }
 
-impl Connected {
-    /// The points with a connection that leaves and arrives on these sides.
+impl LitPoints {
+    /// The lit points with a shadow ray that starts and ends on these sides.
     #[inline(always)]
-    fn lanes(&self, in_front: bool, before: bool) -> LaneMask {
+    fn on_sides(&self, in_front: bool, before: bool) -> LaneMask {
         let side = |mask: LaneMask, wanted: bool| if wanted { mask } else { !mask };
         self.lit & side(self.in_front, in_front) & side(self.before, before)
     }
 }
 
-/// Sums for some batches on their way.
-pub(super) struct Sum<'a, 'b, 's> {
+/// Unfinished sums of the points of some batches.
+pub(super) struct BatchSums<'a, 'b, 's> {
     gather: &'a Gather,
     scene: &'a Scene,
     lights: &'a LightIndex<'s>,
     batches: &'a [Batch<'b, 's>],
-    /// What has arrived, by slot.
+    /// Visible light so far, by slot: the terms of a cut have one each.
     pub(super) gathered: Vec<[Lanes3; BATCHES]>,
-    /// The slot for lights that are being added.
+    /// Slot of the light that is being added.
     pub(super) slot: usize,
-    /// What one part of a light sends to the points of each batch; of lanes without a connection, anything.
+    /// Light of the part that is being added, by batch; arbitrary in lanes without a connection.
     values: [Lanes3; BATCHES],
-    /// Shadow rays that leave on the side of the geometric normal, and on the other.
+    /// Waiting shadow rays that start on the side of the geometric normal, and on the other.
     blocks: [Block; 2],
     /// For spheres.
-    samples: [Option<Samples>; BATCHES],
+    samples: [Option<SphereSamples>; BATCHES],
     clamped: [Lanes; BATCHES],
     unclamped: [Lanes; BATCHES],
 }
 
-impl<'a, 'b, 's> Sum<'a, 'b, 's> {
-    /// Nothing yet, in so many slots.
+impl<'a, 'b, 's> BatchSums<'a, 'b, 's> {
+    /// Empty sums with `slots` slots.
     #[inline(always)]
     pub(super) fn new<W: Wide>(
         w: W,
@@ -328,7 +136,7 @@ impl<'a, 'b, 's> Sum<'a, 'b, 's> {
         batches: &'a [Batch<'b, 's>],
         slots: usize,
     ) -> Self {
-        Sum {
+        BatchSums {
             gather,
             scene,
             lights,
@@ -339,66 +147,68 @@ impl<'a, 'b, 's> Sum<'a, 'b, 's> {
             blocks: [Block::new(0), Block::new(1)],
             samples: std::array::from_fn(|b| {
                 let batch = batches.get(b)?;
-                (gather.kernel == Kernel::Sphere).then(|| Samples::of(w, batch))
+                (gather.kernel == Kernel::Sphere).then(|| SphereSamples::of(w, batch))
             }),
             clamped: [[0.0; LANES]; BATCHES],
             unclamped: [[0.0; LANES]; BATCHES],
         }
     }
 
-    /// Adds what one light sends to the slot; it may wait for its visibility test.
+    /// Adds the light `id` to the slot; its shadow rays may wait in a block.
     #[inline(always)]
     pub(super) fn add_light<W: Wide>(&mut self, w: W, id: LightId, sums: &mut [Gathered]) {
         let light = &self.lights.set.lights()[id.index()];
-        let reach = &self.lights.reaches[id.index()];
+        let cylinder = &self.lights.cylinders[id.index()];
         let is_sphere = self.gather.kernel == Kernel::Sphere;
-        let radius = sphere_radius(light, self.gather.surfaces(self.batches[0].lights));
-        let mut views = [Views::default(); BATCHES];
-        for (views, batch) in views.iter_mut().zip(self.batches) {
+        let radius = sphere_radius(light, self.gather.area_factor(self.batches[0].lights));
+        let mut counts = [PointCounts::default(); BATCHES];
+        for (counts, batch) in counts.iter_mut().zip(self.batches) {
             let to = batch.towards(w, light.p);
-            let facing = batch.facing(w, to, light, reach);
+            let facing = batch.facing(w, to, light, cylinder);
             if facing != 0 {
-                *views = self.gather.views(w, light, radius, to, &batch.u, facing);
+                let u = &batch.u;
+                let points = FacingPoints { to, u, facing };
+                *counts = self.gather.point_counts(w, light, radius, points);
             }
         }
-        if views.iter().all(Views::are_empty) {
+        if counts.iter().all(PointCounts::are_empty) {
             return;
         }
-        let source = Source {
+        let connected = ConnectedLight {
             id,
             light,
-            emission_view: self.lights.set.emission_view(id),
+            emission: self.lights.set.emission_view(id),
             radius,
             lobe: if is_sphere {
-                // The random numbers of the points are others in every pass.
+                // The random numbers of the points differ from pass to pass.
                 LightLobe::of(&self.lights.set, id, self.batches[0].u[0].to_bits())
             } else {
                 None
             },
         };
         let by_count = [
-            (1, views.map(|v| v.one)),
-            (4, views.map(|v| v.four)),
-            (POINTS, views.map(|v| v.sixteen)),
+            (1, counts.map(|v| v.one)),
+            (4, counts.map(|v| v.four)),
+            (POINTS, counts.map(|v| v.sixteen)),
         ];
         for (count, active) in by_count {
             if active == [0; BATCHES] {
                 continue;
             }
             if is_sphere {
-                let whole = Part {
-                    samples: Some(count),
-                    ..self.gather.whole(light)
+                let whole = LightPoint {
+                    directions: Some(count),
+                    ..self.gather.whole_light(light)
                 };
-                self.add_part(w, &source, whole, active, sums);
+                self.add_part(w, &connected, whole, active, sums);
                 continue;
             }
             for k in 0..count {
                 let part = match count {
-                    1 => self.gather.whole(light),
-                    _ => piece(light, k * (POINTS / count), 1.0 / count as f32),
+                    1 => self.gather.whole_light(light),
+                    _ => point_of_disc(light, k * (POINTS / count), 1.0 / count as f32),
                 };
-                self.add_part(w, &source, part, active, sums);
+                self.add_part(w, &connected, part, active, sums);
             }
         }
     }
@@ -408,21 +218,21 @@ impl<'a, 'b, 's> Sum<'a, 'b, 's> {
     fn add_part<W: Wide>(
         &mut self,
         w: W,
-        source: &Source,
-        part: Part,
+        light: &ConnectedLight,
+        part: LightPoint,
         active: [LaneMask; BATCHES],
         sums: &mut [Gathered],
     ) {
-        let mut connected = [Connected::default(); BATCHES];
-        for (b, batch) in self.batches.iter().enumerate() {
+        let mut connected = [LitPoints::default(); BATCHES];
+        for (b, connected) in connected.iter_mut().enumerate().take(self.batches.len()) {
             if active[b] != 0 {
-                connected[b] = self.connect(w, source, part, b, batch, active[b]);
+                *connected = self.connect(w, light, part, b, active[b]);
             }
         }
         for (side, towards) in [(0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)] {
             let lanes = connected
                 .each_ref()
-                .map(|c| c.lanes(side == 0, towards > 0.0));
+                .map(|c| c.on_sides(side == 0, towards > 0.0));
             if lanes == [0; BATCHES] {
                 continue;
             }
@@ -430,116 +240,119 @@ impl<'a, 'b, 's> Sum<'a, 'b, 's> {
             if block.is_full() {
                 block.flush(w, self.scene, self.batches, sums, &mut self.gathered);
             }
-            let light = source.light;
-            block.open(part.p + light.n * (light.offset * towards), self.slot);
+            let VirtualLight { n, offset, .. } = light.light;
+            block.open(part.p + *n * (offset * towards), self.slot);
             for (b, &lanes) in lanes.iter().enumerate().filter(|(_, lanes)| **lanes != 0) {
                 block.put(b, lanes, &self.values[b]);
             }
         }
     }
 
-    /// Sets the values of one batch: what one part sends to the active points, clamped.
+    /// Sets the values of batch `b`: the clamped light of one part at the active points.
     #[inline(always)]
     fn connect<W: Wide>(
         &mut self,
         w: W,
-        source: &Source,
-        part: Part,
+        light: &ConnectedLight,
+        part: LightPoint,
         b: usize,
-        batch: &Batch,
         active: LaneMask,
-    ) -> Connected {
+    ) -> LitPoints {
         let zero = w.splat(0.0);
-        let light = source.light;
+        let batch = &self.batches[b];
         let to = batch.towards(w, part.p);
         let d2 = dot(w, to, to);
         let inv_d = w.div(w.splat(1.0), w.sqrt(d2));
         let inv_d2 = w.mul(inv_d, inv_d);
         let wi = scale3(w, to, inv_d);
-        let cos_light = dot(w, wi, splat3(w, light.n));
+        let cos_light = dot(w, wi, splat3(w, light.light.n));
         let cos_point = dot(w, wi, batch.ng.load(w));
         let active = active & batch.lit(w, wi) & w.bits(w.lt(zero, d2)) as LaneMask;
-        let (value, kept) = match part.samples {
-            None => self.point_value(w, source, part, batch, wi, inv_d2, active),
+        let (value, weight) = match part.directions {
+            None => {
+                let at = PointGeometry { wi, inv_d2, active };
+                self.point_value(w, light, part, batch, at)
+            }
             Some(count) => {
-                let cone = Cone::of(w, wi, inv_d2, source.radius);
-                let lobe = source.lobe.as_ref();
                 let value = match &self.samples[b] {
                     Some(samples) => {
-                        samples.sphere(w, batch, &source.emission_view, lobe, &cone, count, active)
+                        let sphere = SphereConnection {
+                            batch,
+                            emission: &light.emission,
+                            light_lobe: light.lobe.as_ref(),
+                            cone: DirectionCone::of(w, wi, inv_d2, light.radius),
+                            active,
+                        };
+                        samples.integrate(w, &sphere, count)
                     }
                     None => [zero; 3],
                 };
                 (value, w.splat(1.0))
             }
         };
-        let share = w.mul(w.load(&self.share(source.id, batch)), w.splat(part.weight));
-        let value = scale3(w, value, share);
-        let values = scale3(w, value, kept);
+        let flux_fraction = self.flux_fraction(light.id, batch);
+        let factor = w.mul(w.load(&flux_fraction), w.splat(part.weight));
+        let value = scale3(w, value, factor);
+        let values = scale3(w, value, weight);
         let lit = active & is_lit(w, values);
         let counts = w.lanes(u32::from(lit));
-        let full = w.select(counts, luminance(w, value), zero);
-        let removed = w.mul(full, w.sub(w.splat(1.0), kept));
-        add_lanes(w, &mut self.unclamped[b], full);
-        add_lanes(w, &mut self.clamped[b], w.select(counts, removed, zero));
+        let unclamped = w.select(counts, luminance(w, value), zero);
+        let clamped = w.mul(unclamped, w.sub(w.splat(1.0), weight));
+        add_lanes(w, &mut self.unclamped[b], unclamped);
+        add_lanes(w, &mut self.clamped[b], w.select(counts, clamped, zero));
         self.values[b] = Lanes3::store(w, values);
-        Connected {
+        LitPoints {
             lit,
             in_front: w.bits(w.le(zero, cos_point)) as LaneMask,
             before: w.bits(w.le(cos_light, zero)) as LaneMask,
         }
     }
 
-    /// `f |w·n| I(-w) / d²` of a point, for the active lanes, and what the clamp keeps of it.
+    /// `f |w·n| I(-w) / d²` of a point, for the active lanes, and the clamping weight.
     #[inline(always)]
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "the values of a connection, in registers"
-    )]
     fn point_value<W: Wide>(
         &self,
         w: W,
-        source: &Source,
-        part: Part,
+        light: &ConnectedLight,
+        part: LightPoint,
         batch: &Batch,
-        wi: [W::F; 3],
-        inv_d2: W::F,
-        active: LaneMask,
+        at: PointGeometry<W>,
     ) -> ([W::F; 3], W::F) {
+        let PointGeometry { wi, inv_d2, active } = at;
         let directions = Lanes3::store(w, wi);
-        let intensity = source.emission_view.intensities(w, &directions, active);
+        let intensity = light.emission.intensities(w, &directions, active);
         let active = active & is_lit(w, intensity.load(w));
         if active == 0 {
             return ([w.splat(0.0); 3], w.splat(1.0));
         }
         let f_cos = batch.receivers.f_cos_wi(w, &directions, active);
-        let area = part.area * self.gather.surfaces(batch.lights);
-        let kept = kept(
-            self.gather.clamp,
+        let connections = ClampedConnections {
             batch,
-            &f_cos,
-            &directions,
-            &w.store(inv_d2),
-            source.light.n,
-            area,
-        );
+            w: &directions,
+            inv_d2: &w.store(inv_d2),
+            f_cos: &f_cos,
+            n: light.light.n,
+            area: part.area * self.gather.area_factor(batch.lights),
+        };
+        let weights = connections.weights(self.gather.clamp);
         let value = mul3(w, f_cos.load(w), scale3(w, intensity.load(w), inv_d2));
-        (only(w, active, value), w.load(&kept))
+        (only(w, active, value), w.load(&weights))
     }
 
-    /// The share of a light's flux that fits the path limits of each point, times the number of lights that it stands for.
+    /// Fraction of the flux of light `id` that fits the path limits at each point, times the number of lights that it
+    /// represents.
     #[inline(always)]
-    fn share(&self, id: LightId, batch: &Batch) -> Lanes {
-        let mut share = [self.gather.stands_for(batch.lights); LANES];
+    fn flux_fraction(&self, id: LightId, batch: &Batch) -> Lanes {
+        let mut fraction = [self.gather.lights_per_term(batch.lights); LANES];
         if let Some(depths) = &batch.depths {
-            for (share, depth) in share.iter_mut().zip(depths) {
-                *share *= depth.map_or(1.0, |depth| self.lights.set.share_up_to(id, depth));
+            for (fraction, depth) in fraction.iter_mut().zip(depths) {
+                *fraction *= depth.map_or(1.0, |depth| self.lights.set.share_up_to(id, depth));
             }
         }
-        share
+        fraction
     }
 
-    /// Tests what waits.
+    /// Traces the shadow rays that wait.
     #[inline(always)]
     pub(super) fn flush<W: Wide>(&mut self, w: W, sums: &mut [Gathered]) {
         for block in &mut self.blocks {
@@ -547,7 +360,7 @@ impl<'a, 'b, 's> Sum<'a, 'b, 's> {
         }
     }
 
-    /// Adds what the clamp took, and of how much.
+    /// Adds the clamped and unclamped light to the statistics of the sums.
     pub(super) fn count_clamped(&self, sums: &mut [Gathered]) {
         for (b, batch) in self.batches.iter().enumerate() {
             for (i, &member) in batch.members.iter().enumerate() {
@@ -556,4 +369,69 @@ impl<'a, 'b, 's> Sum<'a, 'b, 's> {
             }
         }
     }
+}
+
+/// The geometry of the connections of one batch with a point.
+#[derive(Clone, Copy)]
+struct PointGeometry<W: Wide> {
+    /// Unit directions to the point.
+    wi: [W::F; 3],
+    /// Inverse of the squared distances, in 1/m².
+    inv_d2: W::F,
+    active: LaneMask,
+}
+
+/// The connections of one batch with a point, as clamping sees them: [`ClampedConnection`] in lanes.
+struct ClampedConnections<'a> {
+    batch: &'a Batch<'a, 'a>,
+    w: &'a Lanes3,
+    inv_d2: &'a Lanes,
+    f_cos: &'a Lanes3,
+    n: Vec3,
+    area: f32,
+}
+
+impl ClampedConnections<'_> {
+    /// [`Clamp::weight`] in each lane.
+    #[inline(always)]
+    fn weights(&self, clamp: Clamp) -> Lanes {
+        let lane = |clamp: Clamp, i: usize| {
+            clamp.weight(&ClampedConnection {
+                w: self.w.vec(i),
+                inv_d2: self.inv_d2[i],
+                f_cos: self.f_cos.rgb(i),
+                n_x: self.batch.ng.vec(i),
+                n_y: self.n,
+                area: self.area,
+            })
+        };
+        let mut weights = [1.0; LANES];
+        // One loop for each kind, so that the choice is not made in every lane.
+        match clamp {
+            Clamp::None => {}
+            Clamp::Auto(strength) => {
+                for i in 0..LANES {
+                    weights[i] = lane(Clamp::Auto(strength), i);
+                }
+            }
+            Clamp::Value(limit) => {
+                for i in 0..LANES {
+                    weights[i] = lane(Clamp::Value(limit), i);
+                }
+            }
+        }
+        weights
+    }
+}
+
+#[inline(always)]
+fn add_lanes<W: Wide>(w: W, sum: &mut Lanes, x: W::F) {
+    *sum = w.store(w.add(w.load(sum), x));
+}
+
+/// The lanes with some light in a channel, none of which is negative.
+#[inline(always)]
+fn is_lit<W: Wide>(w: W, light: [W::F; 3]) -> LaneMask {
+    let sum = w.add(w.add(light[0], light[1]), light[2]);
+    w.bits(w.lt(w.splat(0.0), sum)) as LaneMask
 }

@@ -5,7 +5,7 @@
 //! one; it is refined at many clusters at once, so that new representatives are tested for visibility together; and these are drawn for
 //! the points by what they send there.
 
-use super::connect::Sum;
+use super::connect::BatchSums;
 use super::occlusion::Occluders;
 use super::points::{BATCHES, Batch};
 use super::{Gather, Gathered, LightIndex};
@@ -94,7 +94,7 @@ impl Gather {
     ) {
         let tree = lights.tree.as_ref();
         let tree = tree.expect("invariant: lights have a tree where cuts are asked for");
-        let part = batches[0].lights.stands_for() as u32;
+        let part = batches[0].lights.lights_per_member() as u32;
         let first = batches[0].p.vec(0);
         let key = rng::key(first.to_array()) ^ u64::from(batches[0].u[0].to_bits());
         Isa::best().run(AddCut {
@@ -120,7 +120,7 @@ impl simd::SimdKernel for AddCut<'_> {
     #[inline(always)]
     fn run<S: Simd>(mut self, s: S) {
         let w = s.wide();
-        let mut sum = Sum::new(w, self.gather, self.scene, self.lights, self.batches, 0);
+        let mut sum = BatchSums::new(w, self.gather, self.scene, self.lights, self.batches, 0);
         let mut cut = Vec::new();
         if let Some(root) = self.tree.root() {
             self.put(w, None, root, &mut cut, &mut sum);
@@ -203,7 +203,7 @@ impl AddCut<'_> {
         inherited: Option<(usize, Drawn)>,
         node: usize,
         cut: &mut Vec<Cluster>,
-        sum: &mut Sum,
+        sum: &mut BatchSums,
     ) {
         let sent = self.sent(w, node);
         let is_leaf = self.tree.children(node).is_none();

@@ -18,7 +18,7 @@ const POSITION_ROUNDING: f32 = 4.0 * f32::EPSILON;
 
 /// The cylinder about a light's normal, through the light, in which its points lie.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Reach {
+pub(super) struct LightCylinder {
     /// Farthest from the light along its normal to either side, in m.
     height: f32,
     /// Farthest from the axis, in m.
@@ -27,7 +27,7 @@ pub(super) struct Reach {
     rounding: f32,
 }
 
-impl Reach {
+impl LightCylinder {
     /// Of the points of `light`.
     pub(super) fn of(light: &VirtualLight) -> Self {
         let (mut height, mut radius) = (0.0f32, 0.0f32);
@@ -38,7 +38,7 @@ impl Reach {
             radius = radius.max((d - light.n * along).length());
         }
         let rounding = rounding_at(light.p);
-        Reach {
+        LightCylinder {
             // What is flat but for rounding counts as flat.
             height: if height > rounding { height } else { 0.0 },
             radius,
@@ -167,7 +167,7 @@ impl<'b, 's> Batch<'b, 's> {
         w: W,
         to: [W::F; 3],
         light: &VirtualLight,
-        reach: &Reach,
+        reach: &LightCylinder,
     ) -> LaneMask {
         let (receiving, n) = (self.receiving.load(w), splat3(w, light.n));
         let rounding = w.add(w.load(&self.rounding), w.splat(reach.rounding));

@@ -4,10 +4,10 @@
 //! L = 1/(π r²) ∫_Ω f(w) |w·n| I(-w) dw
 //! ```
 //!
-//! with Ω the directions from the point to the sphere of radius r, all directions inside it, and one shadow ray to its center.
-//! The integral is bounded however near the light is, and goes to that of a point with `r / d`. Directions are drawn from three
-//! densities, weighted by the balance heuristic: evenly from Ω, from a lobe like the reflection at the point, and from one like
-//! that at the light.
+//! Ω holds the directions from the point to the sphere of radius r, all directions inside the sphere. One shadow ray goes to the
+//! center. The integral is bounded however near the light is, and converges to that of a point with `r / d`. Directions are
+//! sampled from three densities, weighted by the balance heuristic: evenly from Ω, from a lobe like the reflection at the
+//! point, and from a lobe like that at the light.
 //!
 //! Source: Hašan, Křivánek, Walter, Bala, "Virtual Spherical Lights for Many-Light Rendering of Glossy Scenes", SIGGRAPH Asia 2009.
 
@@ -24,22 +24,23 @@ use crate::simd::Wide;
 use crate::virtual_lights::{Emission, EmissionView, VirtualLight, VirtualLights};
 use std::f32::consts::{FRAC_1_PI, TAU};
 
-/// Squared radius of the sphere of a light that shines as one photon, in surfaces per light over π. The sphere reaches half as far as
-/// the tenth nearest light.
-const SPHERE_SURFACES: f32 = 2.5;
-/// Most samples of Ω.
-const MOST: usize = 16;
-/// Samples of the lobe at the point, and of that at the light.
-const LOBE_SAMPLES: usize = 4;
-/// How much the mean cosine of a sampling lobe lacks of 1, per roughness: as wide as a GGX lobe at half its height.
+/// Squared radius of the sphere of a light of one photon, times π, relative to the area per light. The sphere then reaches half
+/// as far as the tenth nearest light.
+const SPHERE_AREAS: f32 = 2.5;
+/// Most directions that are sampled from Ω.
+const MAX_DIRECTIONS: usize = 16;
+/// Directions that are sampled from the lobe at the point, and from that at the light. Unmeasured.
+const LOBE_DIRECTIONS: usize = 4;
+/// One minus the mean cosine of a sampling lobe, per roughness: its width is that of a GGX lobe at half the height.
 const SPREAD_PER_ROUGHNESS: f32 = 1.7;
-/// Successive angles are apart by this part of a turn: the golden section.
-const TURN: f32 = 0.618_034;
+/// Step between successive angles, as a fraction of a turn: the golden section.
+const GOLDEN_TURN: f32 = 0.618_034;
 
-/// Radius of `light` as a sphere in m, when it stands for so many lights: that of its photons, or one by the surface per light.
+/// Radius of `light` as a sphere in m: that of its photons; of a light of one photon, by `area_factor` times the area that it
+/// represents.
 #[inline(always)]
-pub(super) fn sphere_radius(light: &VirtualLight, stands_for: f32) -> f32 {
-    let spacing = (SPHERE_SURFACES * FRAC_1_PI * light.area * stands_for).sqrt();
+pub(super) fn sphere_radius(light: &VirtualLight, area_factor: f32) -> f32 {
+    let spacing = (SPHERE_AREAS * FRAC_1_PI * light.area * area_factor).sqrt();
     if light.radius > 0.0 {
         light.radius
     } else {
@@ -53,7 +54,7 @@ fn mean_cosine(roughness: f32) -> f32 {
 }
 
 /// The directions from the points of a batch to a sphere.
-pub(super) struct Cone<W: Wide> {
+pub(super) struct DirectionCone<W: Wide> {
     axis: [W::F; 3],
     /// Cosine of the half-angle; -1 inside the sphere.
     cos: W::F,
@@ -63,7 +64,7 @@ pub(super) struct Cone<W: Wide> {
     inv_disc: W::F,
 }
 
-impl<W: Wide> Cone<W> {
+impl<W: Wide> DirectionCone<W> {
     /// Around the unit directions `axis` to the center at the inverse squared distance `inv_d2`.
     #[inline(always)]
     pub(super) fn of(w: W, axis: [W::F; 3], inv_d2: W::F, radius: f32) -> Self {
@@ -73,7 +74,7 @@ impl<W: Wide> Cone<W> {
         let cos = w.sqrt(w.max(w.sub(one, sin2), w.splat(0.0)));
         // Not 1 - cos, which far from the light would be rounding.
         let height = w.div(sin2, w.add(one, cos));
-        Cone {
+        DirectionCone {
             axis,
             cos: w.select(outside, cos, w.splat(-1.0)),
             height: w.select(outside, height, w.splat(2.0)),
@@ -93,18 +94,18 @@ fn lobe_density<W: Wide>(w: W, cos: W::F, g: W::F) -> W::F {
     w.div(top, w.mul(base, w.sqrt(base)))
 }
 
-/// Directions from the lobe of a light that shines as one photon.
+/// Directions sampled from the glossy lobe of a light of one photon.
 pub(super) struct LightLobe {
-    /// Where it shines most, away from the light.
+    /// Direction of the largest intensity, away from the light; unit.
     axis: Vec3,
     /// Mean cosine.
     g: f32,
-    /// Drawn directions away from the light, with the radiant intensity there.
-    drawn: [(Vec3, Rgb); LOBE_SAMPLES],
+    /// Sampled directions away from the light, with the radiant intensity there in W/sr.
+    drawn: [(Vec3, Rgb); LOBE_DIRECTIONS],
 }
 
 impl LightLobe {
-    /// Of light `id`, if it has one; `seed` chooses the directions.
+    /// The lobe of light `id`, if it has one; `seed` chooses the directions.
     pub(super) fn of(field: &VirtualLights, id: LightId, seed: u32) -> Option<Self> {
         let light = &field.lights()[id.index()];
         let Emission::Single(index) = light.emission else {
@@ -121,7 +122,7 @@ impl LightLobe {
         let drawn = std::array::from_fn(|i| {
             let u = Vec2::new(
                 rng.next_f32(),
-                (i as f32 + rng.next_f32()) / LOBE_SAMPLES as f32,
+                (i as f32 + rng.next_f32()) / LOBE_DIRECTIONS as f32,
             );
             let away = frame.to_world(warp::henyey_greenstein(u, g));
             (away, field.intensity(id, away))
@@ -132,10 +133,10 @@ impl LightLobe {
 
 /// Random numbers and directions of the points of a batch.
 #[derive(Debug)]
-pub(super) struct Samples {
+pub(super) struct SphereSamples {
     /// Cosine and sine of the angles around the axis of Ω.
-    turns: [[Lanes; 2]; MOST],
-    /// In [0, 1): where in its stratum the cosine of a sample lies.
+    turns: [[Lanes; 2]; MAX_DIRECTIONS],
+    /// Position of the cosine of a direction within its stratum, in [0, 1).
     shift: Lanes,
     lobe: Option<PointLobe>,
 }
@@ -145,15 +146,15 @@ pub(super) struct Samples {
 struct PointLobe {
     /// Mean cosines.
     g: Lanes,
-    directions: [Lanes3; LOBE_SAMPLES],
+    directions: [Lanes3; LOBE_DIRECTIONS],
     /// `f |w·n|` there.
-    f_cos: [Lanes3; LOBE_SAMPLES],
+    f_cos: [Lanes3; LOBE_DIRECTIONS],
 }
 
-impl Samples {
+impl SphereSamples {
     #[inline(always)]
     pub(super) fn of<W: Wide>(w: W, batch: &Batch) -> Self {
-        let turn = |i: usize, u: f32| TAU * (u + TURN * i as f32);
+        let turn = |i: usize, u: f32| TAU * (u + GOLDEN_TURN * i as f32);
         let turns = std::array::from_fn(|i| {
             [
                 batch.u.map(|u| turn(i, u).cos()),
@@ -161,59 +162,92 @@ impl Samples {
             ]
         });
         let glossy = batch.widths.iter().any(|&width| width < 1.0);
-        Samples {
+        SphereSamples {
             turns,
             shift: batch.u.map(|u| (61.0 * u).fract()),
             lobe: glossy.then(|| PointLobe::of(w, batch)),
         }
     }
 
-    /// What a light sends to the active points: the integral above, by `count` samples of Ω and those of the lobes; by its center if
-    /// `count` is 1.
+    /// The integral of the module's doc at the active points, by `count` directions of Ω and those of the lobes; by the
+    /// direction to the center if `count` is 1.
     #[inline(always)]
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "one light and one batch, in pieces"
-    )]
-    pub(super) fn sphere<W: Wide>(
+    pub(super) fn integrate<W: Wide>(
         &self,
         w: W,
-        batch: &Batch,
-        emission_view: &EmissionView,
-        light: Option<&LightLobe>,
-        cone: &Cone<W>,
+        sphere: &SphereConnection<W>,
         count: usize,
-        active: LaneMask,
     ) -> [W::F; 3] {
-        let evaluate = Integrand {
-            batch,
-            emission_view,
-            active,
-        };
+        let SphereConnection { cone, active, .. } = sphere;
         let solid_angle = w.mul(w.splat(TAU), cone.height);
         if count == 1 {
-            let value = evaluate.at(w, cone.axis);
+            let value = sphere.integrand(w, cone.axis);
             return scale3(w, value, w.mul(solid_angle, cone.inv_disc));
         }
-        let mut mixture = Mixture {
-            even: w.div(w.splat(count as f32), solid_angle),
-            lobes: [None, None],
-        };
+        let mixture = self.mixture(w, sphere, w.div(w.splat(count as f32), solid_angle));
+        let mut sum = self.cone_directions(w, sphere, &mixture, count);
         if let Some(lobe) = &self.lobe {
-            mixture.lobes[0] = Some(Lobe {
-                axis: batch.mirrored.load(w),
-                g: w.load(&lobe.g),
-            });
+            for (direction, f_cos) in lobe.directions.iter().zip(&lobe.f_cos) {
+                let d = direction.load(w);
+                let inside = active & w.bits(w.le(cone.cos, dot(w, d, cone.axis))) as LaneMask;
+                if inside != 0 {
+                    let intensity = sphere.emission.intensities(w, direction, inside).load(w);
+                    let value = mixture.weighted(w, d, mul3(w, f_cos.load(w), intensity));
+                    sum = add3(w, sum, only(w, inside, value));
+                }
+            }
         }
-        if let Some(lobe) = light {
-            mixture.lobes[1] = Some(Lobe {
-                axis: splat3(w, -lobe.axis),
-                g: w.splat(lobe.g),
-            });
+        if let Some(lobe) = sphere.light_lobe {
+            for (away, intensity) in &lobe.drawn {
+                let d = splat3(w, -*away);
+                let inside = active & w.bits(w.le(cone.cos, dot(w, d, cone.axis))) as LaneMask;
+                if inside != 0 {
+                    let receivers = &sphere.batch.receivers;
+                    let f_cos = receivers.f_cos_wi(w, &Lanes3::store(w, d), inside).load(w);
+                    let intensity = splat3(w, Vec3::from(intensity.to_array()));
+                    let value = mixture.weighted(w, d, mul3(w, f_cos, intensity));
+                    sum = add3(w, sum, only(w, inside, value));
+                }
+            }
         }
+        scale3(w, sum, cone.inv_disc)
+    }
+
+    /// The density of all directions to a sphere, where those of Ω have density `even`.
+    #[inline(always)]
+    fn mixture<W: Wide>(
+        &self,
+        w: W,
+        sphere: &SphereConnection<W>,
+        even: W::F,
+    ) -> SamplingMixture<W> {
+        let at_point = self.lobe.as_ref().map(|lobe| SamplingLobe {
+            axis: sphere.batch.mirrored.load(w),
+            g: w.load(&lobe.g),
+        });
+        let at_light = sphere.light_lobe.map(|lobe| SamplingLobe {
+            axis: splat3(w, -lobe.axis),
+            g: w.splat(lobe.g),
+        });
+        SamplingMixture {
+            even,
+            lobes: [at_point, at_light],
+        }
+    }
+
+    /// The part of the integral by `count` directions of Ω.
+    #[inline(always)]
+    fn cone_directions<W: Wide>(
+        &self,
+        w: W,
+        sphere: &SphereConnection<W>,
+        mixture: &SamplingMixture<W>,
+        count: usize,
+    ) -> [W::F; 3] {
+        let cone = &sphere.cone;
         let frame = around(w, cone.axis);
         let mut sum = [w.splat(0.0); 3];
-        for i in 0..count.min(MOST) {
+        for i in 0..count.min(MAX_DIRECTIONS) {
             let v = w.mul(
                 w.add(w.splat(i as f32), w.load(&self.shift)),
                 w.splat(1.0 / count as f32),
@@ -227,36 +261,10 @@ impl Samples {
                 scale3(w, cone.axis, cos),
                 add3(w, scale3(w, frame[0], x), scale3(w, frame[1], y)),
             );
-            let value = evaluate.at(w, direction);
+            let value = sphere.integrand(w, direction);
             sum = add3(w, sum, mixture.weighted(w, direction, value));
         }
-        if let Some(lobe) = &self.lobe {
-            for (direction, f_cos) in lobe.directions.iter().zip(&lobe.f_cos) {
-                let d = direction.load(w);
-                let inside = active & w.bits(w.le(cone.cos, dot(w, d, cone.axis))) as LaneMask;
-                if inside != 0 {
-                    let intensity = emission_view.intensities(w, direction, inside).load(w);
-                    let value = mixture.weighted(w, d, mul3(w, f_cos.load(w), intensity));
-                    sum = add3(w, sum, only(w, inside, value));
-                }
-            }
-        }
-        if let Some(lobe) = light {
-            for (away, intensity) in &lobe.drawn {
-                let d = splat3(w, -*away);
-                let inside = active & w.bits(w.le(cone.cos, dot(w, d, cone.axis))) as LaneMask;
-                if inside != 0 {
-                    let f_cos = batch
-                        .receivers
-                        .f_cos_wi(w, &Lanes3::store(w, d), inside)
-                        .load(w);
-                    let intensity = splat3(w, Vec3::from(intensity.to_array()));
-                    let value = mixture.weighted(w, d, mul3(w, f_cos, intensity));
-                    sum = add3(w, sum, only(w, inside, value));
-                }
-            }
-        }
-        scale3(w, sum, cone.inv_disc)
+        sum
     }
 }
 
@@ -264,10 +272,10 @@ impl PointLobe {
     #[inline(always)]
     fn of<W: Wide>(w: W, batch: &Batch) -> Self {
         let g = batch.widths.map(mean_cosine);
-        let directions: [Lanes3; LOBE_SAMPLES] = std::array::from_fn(|k| {
+        let directions: [Lanes3; LOBE_DIRECTIONS] = std::array::from_fn(|k| {
             Lanes3::from_fn(|i| {
-                let u = (k as f32 + (17.0 * batch.u[i]).fract()) / LOBE_SAMPLES as f32;
-                let turn = (batch.u[i] * 7.0 + TURN * k as f32).fract();
+                let u = (k as f32 + (17.0 * batch.u[i]).fract()) / LOBE_DIRECTIONS as f32;
+                let turn = (batch.u[i] * 7.0 + GOLDEN_TURN * k as f32).fract();
                 let frame = Frame::from_normal(batch.mirrored.vec(i));
                 frame.to_world(warp::henyey_greenstein(Vec2::new(turn, u), g[i]))
             })
@@ -282,19 +290,23 @@ impl PointLobe {
     }
 }
 
-/// `f |w·n| I(-w)` between a light and the points of a batch.
-struct Integrand<'a> {
-    batch: &'a Batch<'a, 'a>,
-    emission_view: &'a EmissionView<'a, 'a>,
-    active: LaneMask,
+/// The connections of the points of a batch with a light as a sphere.
+pub(super) struct SphereConnection<'a, W: Wide> {
+    pub(super) batch: &'a Batch<'a, 'a>,
+    pub(super) emission: &'a EmissionView<'a, 'a>,
+    /// The glossy lobe of a light of one photon.
+    pub(super) light_lobe: Option<&'a LightLobe>,
+    pub(super) cone: DirectionCone<W>,
+    pub(super) active: LaneMask,
 }
 
-impl Integrand<'_> {
+impl<W: Wide> SphereConnection<'_, W> {
+    /// `f |w·n| I(-w)` for the unit directions `wi`.
     #[inline(always)]
-    fn at<W: Wide>(&self, w: W, wi: [W::F; 3]) -> [W::F; 3] {
+    fn integrand(&self, w: W, wi: [W::F; 3]) -> [W::F; 3] {
         let directions = Lanes3::store(w, wi);
         let intensity = self
-            .emission_view
+            .emission
             .intensities(w, &directions, self.active)
             .load(w);
         let f_cos = self
@@ -306,35 +318,35 @@ impl Integrand<'_> {
     }
 }
 
-/// What [`lobe_density`] asks for.
-struct Lobe<W: Wide> {
+/// A lobe with density [`lobe_density`].
+struct SamplingLobe<W: Wide> {
     axis: [W::F; 3],
     /// Mean cosine.
     g: W::F,
 }
 
 /// Expected number of samples per solid angle.
-struct Mixture<W: Wide> {
+struct SamplingMixture<W: Wide> {
     /// Within Ω.
     even: W::F,
     /// At the point and at the light.
-    lobes: [Option<Lobe<W>>; 2],
+    lobes: [Option<SamplingLobe<W>>; 2],
 }
 
-impl<W: Wide> Mixture<W> {
-    /// `value` in a drawn direction over the density of all samples there: the balance heuristic.
+impl<W: Wide> SamplingMixture<W> {
+    /// `value` in a sampled direction over the density of all directions there: the balance heuristic.
     #[inline(always)]
     fn weighted(&self, w: W, direction: [W::F; 3], value: [W::F; 3]) -> [W::F; 3] {
         let mut density = self.even;
         for lobe in self.lobes.iter().flatten() {
             let own = lobe_density(w, dot(w, direction, lobe.axis), lobe.g);
-            density = w.mul_add(own, w.splat(LOBE_SAMPLES as f32), density);
+            density = w.mul_add(own, w.splat(LOBE_DIRECTIONS as f32), density);
         }
         scale3(w, value, w.div(w.splat(1.0), density))
     }
 }
 
-/// The active lanes; 0 in others.
+/// `value` in the active lanes, 0 in the others.
 #[inline(always)]
 pub(super) fn only<W: Wide>(w: W, active: LaneMask, value: [W::F; 3]) -> [W::F; 3] {
     let lanes = w.lanes(u32::from(active));

@@ -1,12 +1,13 @@
 //! Sums in lanes against single connections, written out.
 
-use super::points::{Batch, Reach};
+use super::points::{Batch, LightCylinder};
 use super::*;
 use crate::bsdf::{Lobes, Material};
+use crate::color::Rgb;
 use crate::geometry::Segment;
 use crate::ids::LightId;
 use crate::lanes::{LANES, LaneMask, Lanes3};
-use crate::math::Vec2;
+use crate::math::{Vec2, Vec3};
 use crate::particles::{for_lights, trace_photons};
 use crate::sampling::{Pass, warp};
 use crate::scene::PathLimits;
@@ -14,7 +15,7 @@ use crate::simd::{self, Isa, Simd};
 use crate::testing::scenes::{Builder, diffuse, glass, glossy_box, rough_metal, rough_plastic};
 use crate::texture::ColorInput;
 use crate::virtual_lights::{
-    GlossyForm, PhotonClusters, TableStorage, VirtualLight, assign, select,
+    GlossyForm, PhotonClusters, TableStorage, VirtualLight, VirtualLights, assign, select,
 };
 
 pub(super) const PASS: Pass = Pass { seed: 3, index: 1 };
@@ -76,7 +77,7 @@ fn written_out(scene: &Scene, lights: &LightIndex, at: &ShadingPoint) -> Rgb {
     let all = lights.set.lights();
     for k in at.lights.indices(all.len()) {
         let light = &all[k];
-        let stands_for = at.lights.stands_for();
+        let stands_for = at.lights.lights_per_member();
         let id = LightId(k as u32);
         let d2 = light.p.distance_squared(at.x.p);
         let w = (light.p - at.x.p) / d2.sqrt();
@@ -104,7 +105,7 @@ fn assert_sums_agree(scene: &Scene, form: Option<GlossyForm>, limits: PathLimits
         kernel: Kernel::Point,
         strategy: Strategy::All,
         clamp: Clamp::None,
-        finer: 1.0,
+        refinement: 1.0,
     };
     let mut rays = 0;
     // Of every size: batches of all numbers of lanes, and groups of several batches.
@@ -136,7 +137,7 @@ fn lights_divided_among_points_are_clamped_as_all_of_them() {
         kernel: Kernel::Disc,
         strategy: Strategy::All,
         clamp: Clamp::Auto(1.0),
-        finer: 1.0,
+        refinement: 1.0,
     };
     let mut points = points(&scene, false);
     let mut sum = |lights_there: Subset| -> Vec<Rgb> {
@@ -238,7 +239,7 @@ fn light_through_panes_arrives_dimmed() {
 }
 
 /// The lanes of a batch that a light may reach.
-struct Facing<'a>(&'a Batch<'a, 'a>, &'a VirtualLight<'a>, &'a Reach);
+struct Facing<'a>(&'a Batch<'a, 'a>, &'a VirtualLight<'a>, &'a LightCylinder);
 
 impl simd::SimdKernel for Facing<'_> {
     type Output = LaneMask;
@@ -258,7 +259,7 @@ fn no_point_is_left_out_that_sees_a_part_of_a_light() {
     let points = points(&scene, false);
     let (mut seen, mut in_plane) = (0, 0);
     for batch in Batch::all(&points) {
-        for (light, reach) in lights.set.lights().iter().zip(&lights.reaches) {
+        for (light, reach) in lights.set.lights().iter().zip(&lights.cylinders) {
             let facing = Isa::best().run(Facing(&batch, light, reach));
             for (i, &member) in batch.members.iter().enumerate() {
                 let at = &points[member];
@@ -358,7 +359,7 @@ fn spheres_are_integrals_over_their_directions() {
         kernel: Kernel::Sphere,
         strategy: Strategy::All,
         clamp: Clamp::None,
-        finer: 1.0,
+        refinement: 1.0,
     };
     for form in [None, table(16)] {
         let lights = lights(&scene, form, UNLIMITED);
@@ -458,7 +459,7 @@ fn cuts_are_as_good_as_promised() {
                 kernel: Kernel::Disc,
                 strategy,
                 clamp: Clamp::Auto(1.0),
-                finer: 1.0,
+                refinement: 1.0,
             };
             gather.sum(&scene, &lights, &points)
         };

@@ -1,12 +1,13 @@
 //! Albedo, normal and depth of the first surface.
 
-use super::{PassContext, first_surface};
+use super::context::PassContext;
+use super::first_surface::add_first_surface;
 use crate::color::Rgb;
 use crate::film::Film;
 use crate::math::UVec2;
 use crate::sampling::Stream;
 use crate::scene::{PathLimits, Scene};
-use crate::transport::{Step, Walk};
+use crate::transport::Walk;
 
 /// One sample per pixel. `false` if cancelled.
 pub(super) fn render_pass(
@@ -22,8 +23,8 @@ pub(super) fn render_pass(
             let at = positions.sample(pixel, sampler.next_2d());
             let camera = scene.sensor.ray(at.position, sampler.next_2d());
             let mut walk = Walk::from_sensor(scene, limits, camera.ray, Rgb::WHITE);
-            if let Step::Hit(v) = walk.advance() {
-                first_surface(&v, 1.0, &mut sampler, i, samples);
+            if let Some(v) = walk.advance() {
+                add_first_surface(&v, 1.0, &mut sampler, i, samples);
             }
         }
     })

@@ -3,7 +3,7 @@
 //!
 //! Finds what the camera sees by a smooth or near-delta event or directly; not what it sees in mirrors and through glass.
 
-use super::PassContext;
+use super::context::PassContext;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::film::Film;
@@ -12,7 +12,7 @@ use crate::math::Vec3;
 use crate::sampling::{Sampler, Stream};
 use crate::scene::{PathLimits, Scene};
 use crate::stats::Stats;
-use crate::transport::{Step, Walk, past_emitters, roulette};
+use crate::transport::{Walk, past_emitters, roulette};
 use rayon::prelude::*;
 use std::f32::consts::FRAC_1_PI;
 
@@ -106,7 +106,7 @@ impl LightTracer<'_> {
             self.splat(&y, 1, sampler, seen);
         }
         let mut walk = Walk::from_emitter(scene, start.ray, start.flux);
-        while let Step::Hit(v) = walk.advance() {
+        while let Some(v) = walk.advance() {
             let flux = walk.throughput();
             self.splat(&v.x, v.segments + 1, sampler, |w| {
                 flux * v.bsdf.f_cos_wo(v.w_prev, w, Lobes::FINITE)

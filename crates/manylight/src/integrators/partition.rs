@@ -1,47 +1,49 @@
-//! The path partition: which layer a path belongs to; in words in docs/path_partition.md.
+//! The path partition: the film layer that a path belongs to. In words: docs/path_partition.md.
 //!
-//! Classify scattering *events*, not surfaces. Walk the eye path through specular events; `x` is the first vertex where a
-//! smooth lobe scatters, `y` the vertex after it:
+//! Scattering *events* are classified, not surfaces. Along a camera path, `x` is the first vertex with a non-specular
+//! event, and `y` is the vertex after it:
 //!
 //! | path | layer |
 //! |---|---|
 //! | ends on an emitter before any `x` | emission |
 //! | `y` lies on an emitter and the path ends there | direct |
-//! | the event at `y` is smooth | virtual lights |
+//! | the event at `y` is non-specular | virtual lights |
 //! | the event at `y` is specular | caustics |
 
 use crate::bsdf::Lobes;
 use crate::film::Layer;
 
-/// How far along the partition an eye path is.
+/// The part of a camera path that decides its layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stage {
-    /// Specular events only so far.
+pub enum PathStage {
+    /// All events so far are specular.
     BeforeX,
-    /// The event at `x` was smooth; the next vertex is `y`.
+    /// The event at `x` was non-specular; the next vertex is `y`.
     AfterX,
-    /// The event at `y` decided the layer.
+    /// The event at `y` has decided the layer.
     Decided(Layer),
 }
 
-impl Stage {
+impl PathStage {
     /// The stage after an event of class `event`.
-    pub fn after(self, event: Lobes) -> Stage {
+    pub fn after(self, event: Lobes) -> PathStage {
         match self {
-            Stage::BeforeX if event.has(Lobes::NON_SPECULAR) => Stage::AfterX,
-            Stage::BeforeX => Stage::BeforeX,
-            Stage::AfterX if event.has(Lobes::NON_SPECULAR) => Stage::Decided(Layer::VirtualLights),
-            Stage::AfterX => Stage::Decided(Layer::Caustics),
+            PathStage::BeforeX if event.has(Lobes::NON_SPECULAR) => PathStage::AfterX,
+            PathStage::BeforeX => PathStage::BeforeX,
+            PathStage::AfterX if event.has(Lobes::NON_SPECULAR) => {
+                PathStage::Decided(Layer::VirtualLights)
+            }
+            PathStage::AfterX => PathStage::Decided(Layer::Caustics),
             decided => decided,
         }
     }
 
-    /// The layer of a path that ends on an emitter now.
+    /// The layer of a path that ends on an emitter here.
     pub fn layer(self) -> Layer {
         match self {
-            Stage::BeforeX => Layer::Emission,
-            Stage::AfterX => Layer::Direct,
-            Stage::Decided(layer) => layer,
+            PathStage::BeforeX => Layer::Emission,
+            PathStage::AfterX => Layer::Direct,
+            PathStage::Decided(layer) => layer,
         }
     }
 }
@@ -50,7 +52,7 @@ impl Stage {
 mod tests {
     use super::*;
 
-    /// The table above, written for whole event strings: `events` from the eye to the emitter.
+    /// The table above, written for whole event strings: `events` from the camera to the emitter.
     fn layer_by_definition(events: &[Lobes]) -> Layer {
         match events.iter().position(|e| e.has(Lobes::NON_SPECULAR)) {
             None => Layer::Emission,
@@ -76,7 +78,7 @@ mod tests {
             for events in &strings {
                 let stage = events
                     .iter()
-                    .fold(Stage::BeforeX, |stage, &e| stage.after(e));
+                    .fold(PathStage::BeforeX, |stage, &e| stage.after(e));
                 assert_eq!(stage.layer(), layer_by_definition(events), "{events:?}");
                 seen += 1;
             }

@@ -1,25 +1,23 @@
 //! The reference: a path tracer with next-event estimation and multiple importance sampling.
 //!
-//! It fills the same layers as the many-light methods, so each of their terms can be checked by itself.
+//! It fills the same layers as the many-light methods, so that each of their terms can be checked by itself.
 //!
-//! The paths of a tile advance in step: all choose emitters, all follow their rays, all find out where they are, all scatter, then
-//! all connections to emitters are tested. Each stage finds its code in the cache, and asks for the memory that the next will read
-//! while the other paths are at work.
+//! The paths of a tile advance in stages: all plan an emitter sample, all follow their rays, all look up the surface, all
+//! scatter, then all shadow rays are tested. Each stage keeps its code in the instruction cache and prefetches the memory
+//! that the next stage reads.
 
-use super::partition::Stage;
-use super::{PassContext, first_surface_sampled};
+use super::context::PassContext;
+use super::first_surface::add_sampled_first_surface;
+use super::partition::PathStage;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::film::{Film, Layer, TileSamples};
-use crate::geometry::SurfacePoint;
-use crate::math::{UVec2, Vec3};
+use crate::math::UVec2;
 use crate::sampling::{Sampler, Stream};
 use crate::scene::{PathLimits, Scene};
 use crate::stats::Stats;
-use crate::transport::direct::{
-    EmitterPlan, EmitterSample, emitted_with_mis, environment_with_mis,
-};
-use crate::transport::{Arrival, Vertex, Walk, roulette};
+use crate::transport::direct::{EmitterPlan, EmitterSample};
+use crate::transport::{Arrival, SegmentEnd, Vertex, Walk, roulette};
 
 /// One sample per pixel. `false` if cancelled.
 pub(super) fn render_pass(
@@ -35,14 +33,14 @@ pub(super) fn render_pass(
             let at = positions.sample(pixel, sampler.next_2d());
             let camera = scene.sensor.ray(at.position, sampler.next_2d());
             let throughput = Rgb::splat(camera.weight * at.weight);
-            Path {
+            TracedPath {
                 index,
                 walk: Walk::from_sensor(scene, limits, camera.ray, throughput),
-                stage: Stage::BeforeX,
+                stage: PathStage::BeforeX,
                 sampler,
             }
         };
-        let paths: Vec<Path> = samples.tile().pixels().enumerate().map(start).collect();
+        let paths: Vec<TracedPath> = samples.tile().pixels().enumerate().map(start).collect();
         Stats::count(&run.stats.camera_paths, paths.len() as u64);
         let shadow_rays = trace(scene, limits, paths, samples);
         Stats::count(&run.stats.shadow_rays, shadow_rays);
@@ -50,47 +48,31 @@ pub(super) fn render_pass(
 }
 
 /// Follows all paths to their ends and returns the number of shadow rays.
-fn trace(scene: &Scene, limits: PathLimits, mut paths: Vec<Path>, out: &mut TileSamples) -> u64 {
+fn trace(
+    scene: &Scene,
+    limits: PathLimits,
+    mut paths: Vec<TracedPath>,
+    out: &mut TileSamples,
+) -> u64 {
     let mut shadow_rays = 0;
-    let mut lights = Vec::with_capacity(paths.len());
+    let mut plans = Vec::with_capacity(paths.len());
     let mut arrivals = Vec::with_capacity(paths.len());
-    let mut places = Vec::with_capacity(paths.len());
+    let mut ends = Vec::with_capacity(paths.len());
     let mut connections = Vec::with_capacity(paths.len());
     while !paths.is_empty() {
-        lights.extend(
-            paths
-                .iter_mut()
-                .map(|path| EmitterPlan::draw(scene, &mut path.sampler)),
-        );
-        lights.iter_mut().for_each(|light| light.refine(scene));
-        for path in &mut paths {
-            let arrival = path.walk.arrive();
-            if let Arrival::Hit(at, _) = arrival {
-                scene.geometry.prefetch(at);
-            }
-            arrivals.push(arrival);
-        }
-        lights.iter_mut().for_each(|light| light.refine(scene));
-        for (arrival, light) in arrivals.iter().zip(&mut lights) {
-            if let Arrival::Hit(..) = arrival {
-                light.refine(scene);
-            }
-        }
-        for arrival in &arrivals {
-            if let Arrival::Hit(at, _) = arrival {
-                scene.geometry.prefetch_vertices(*at);
-            }
-        }
-        places.extend(arrivals.drain(..).map(|arrival| Place::new(scene, arrival)));
-        for place in &places {
-            if let Place::Surface(x, _) = place {
+        plan_emitters(scene, &mut paths, &mut plans);
+        follow_rays(scene, &mut paths, &mut plans, &mut arrivals);
+        let surfaces = arrivals.drain(..).map(|a| SegmentEnd::new(scene, a));
+        ends.extend(surfaces);
+        for end in &ends {
+            if let SegmentEnd::Surface(x, _) = end {
                 scene.prefetch_bsdf(x);
             }
         }
-        let mut here = places.drain(..).zip(lights.drain(..));
+        let mut here = ends.drain(..).zip(plans.drain(..));
         paths.retain_mut(|path| {
-            here.next().is_some_and(|(place, light)| {
-                path.continues(scene, limits, (place, &light), &mut connections, out)
+            here.next().is_some_and(|(end, plan)| {
+                path.scatter(scene, limits, (end, &plan), &mut connections, out)
             })
         });
         drop(here);
@@ -102,47 +84,60 @@ fn trace(scene: &Scene, limits: PathLimits, mut paths: Vec<Path>, out: &mut Tile
     shadow_rays
 }
 
-/// Where a path arrived.
-enum Place {
-    /// A point of a surface, and the length of the last segment.
-    Surface(SurfacePoint, f32),
-    /// The surroundings, along this unit direction.
-    Surroundings(Vec3),
-    /// Nothing that the path may see.
-    Nowhere,
+/// Plans one emitter sample for each path.
+fn plan_emitters(scene: &Scene, paths: &mut [TracedPath], plans: &mut Vec<EmitterPlan>) {
+    let draw = |path: &mut TracedPath| EmitterPlan::draw(scene, &mut path.sampler);
+    plans.extend(paths.iter_mut().map(draw));
+    plans.iter_mut().for_each(|plan| plan.refine(scene));
 }
 
-impl Place {
-    #[inline]
-    fn new(scene: &Scene, arrival: Arrival) -> Self {
-        match arrival {
-            Arrival::Hit(at, distance) => Place::Surface(scene.surface_point(at), distance),
-            Arrival::Escaped(wi) => Place::Surroundings(wi),
-            Arrival::Hidden => Place::Nowhere,
+/// Intersects the rays of all paths, and prefetches what is there and what the emitter samples need.
+fn follow_rays(
+    scene: &Scene,
+    paths: &mut [TracedPath],
+    plans: &mut [EmitterPlan],
+    arrivals: &mut Vec<Arrival>,
+) {
+    for path in paths {
+        let arrival = path.walk.arrive();
+        if let Arrival::Hit(at, _) = arrival {
+            scene.geometry.prefetch(at);
+        }
+        arrivals.push(arrival);
+    }
+    plans.iter_mut().for_each(|plan| plan.refine(scene));
+    for (arrival, plan) in arrivals.iter().zip(plans) {
+        if let Arrival::Hit(..) = arrival {
+            plan.refine(scene);
+        }
+    }
+    for arrival in arrivals {
+        if let Arrival::Hit(at, _) = arrival {
+            scene.geometry.prefetch_vertices(*at);
         }
     }
 }
 
-/// A camera path under way.
-struct Path<'s> {
-    /// Of its pixel in the tile.
+/// A camera path.
+struct TracedPath<'s> {
+    /// Index of its pixel in the tile.
     index: usize,
     walk: Walk<'s>,
-    stage: Stage,
+    stage: PathStage,
     sampler: Sampler,
 }
 
-/// Light from an emitter that a path reflects if nothing lies between, by the lobe that reflects it: the classes belong to
-/// different layers.
-struct Connection {
+/// Light from an emitter that a path reflects, visibility not yet tested. Low-roughness lobes belong to another layer than
+/// non-specular ones, so that there are two terms.
+struct EmitterConnection {
     index: usize,
     light: EmitterSample,
-    /// Transparent surfaces that may lie between.
+    /// Transparent surfaces that the shadow ray may cross.
     max_crossings: u32,
     terms: [(Layer, Rgb); 2],
 }
 
-impl Connection {
+impl EmitterConnection {
     fn add(&self, scene: &Scene, out: &mut TileSamples) {
         let arriving = self.light.transmittance(scene, self.max_crossings);
         if arriving.is_black() {
@@ -156,26 +151,20 @@ impl Connection {
     }
 }
 
-impl Path<'_> {
-    /// Takes what is found where the path arrived, asks for light from emitters, and scatters. `false` at the path's end.
-    fn continues(
+impl TracedPath<'_> {
+    /// Adds the radiance emitted at the segment's end, connects to an emitter, and scatters. `false` at the path's end.
+    fn scatter(
         &mut self,
         scene: &Scene,
         limits: PathLimits,
-        (place, light): (Place, &EmitterPlan),
-        connections: &mut Vec<Connection>,
+        (end, plan): (SegmentEnd, &EmitterPlan),
+        connections: &mut Vec<EmitterConnection>,
         out: &mut TileSamples,
     ) -> bool {
-        let (x, distance) = match place {
-            Place::Nowhere => return false,
-            Place::Surroundings(wi) => {
-                self.add(environment_with_mis(scene, self.walk.previous(), wi), out);
-                return false;
-            }
-            Place::Surface(x, distance) => (x, distance),
+        self.add(end.emitted(scene, &self.walk), out);
+        let SegmentEnd::Surface(x, distance) = end else {
+            return false;
         };
-        let found = emitted_with_mis(scene, self.walk.previous(), &x, self.walk.w_prev());
-        self.add(found, out);
         let ends = !limits.allow(self.walk.segments() + 1);
         if ends && self.walk.segments() > 1 {
             return false;
@@ -185,7 +174,7 @@ impl Path<'_> {
             .bsdf
             .sample_wi(v.w_prev, self.sampler.next_bsdf(), Lobes::ALL);
         if v.segments == 1 {
-            first_surface_sampled(&v, 1.0, sample.as_ref(), self.index, out);
+            add_sampled_first_surface(&v, 1.0, sample.as_ref(), self.index, out);
         }
         if ends {
             return false;
@@ -193,7 +182,7 @@ impl Path<'_> {
         if self.walk.pass_through(&v, self.sampler.next_1d()) {
             return true;
         }
-        connections.extend(self.next_event(scene, limits, &v, light));
+        connections.extend(self.next_event(scene, limits, &v, plan));
         if !self.walk.follow(&v, sample) {
             return false;
         }
@@ -205,31 +194,32 @@ impl Path<'_> {
         self.walk.survive(survival, self.sampler.next_1d())
     }
 
-    /// Light that the path ran into.
+    /// Adds radiance emitted towards the path.
     #[inline]
-    fn add(&self, found: Rgb, out: &mut TileSamples) {
-        if !found.is_black() {
-            let value = self.walk.throughput() * found;
+    fn add(&self, emitted: Rgb, out: &mut TileSamples) {
+        if !emitted.is_black() {
+            let value = self.walk.throughput() * emitted;
             out.add(self.index, self.stage.layer(), value);
         }
     }
 
+    /// Next-event estimation at `v`.
     fn next_event(
         &self,
         scene: &Scene,
         limits: PathLimits,
         v: &Vertex,
-        light: &EmitterPlan,
-    ) -> Option<Connection> {
+        plan: &EmitterPlan,
+    ) -> Option<EmitterConnection> {
         if !v.bsdf.lobes().has(Lobes::FINITE) {
             return None;
         }
         let n = v.bsdf.receiving_normal(v.w_prev);
-        let light = EmitterSample::planned(scene, &v.x, n, light)?;
+        let light = EmitterSample::planned(scene, &v.x, n, plan)?;
         let seen = v.bsdf.seen_by_width(light.wi, v.w_prev)?;
         let scale = self.walk.throughput() * light.weight * light.mis_weight(seen.pdf);
         let term = |event, value| (self.stage.after(event).layer(), scale * value);
-        Some(Connection {
+        Some(EmitterConnection {
             index: self.index,
             light,
             max_crossings: limits.left_after(v.segments + 1),

@@ -5,7 +5,7 @@ use crate::color::Rgb;
 use crate::math::{Vec2, Vec3};
 use crate::sampling::{Pass, Sampler, Stream};
 use crate::scene::{PathLimits, Scene};
-use crate::transport::{Step, Walk};
+use crate::transport::Walk;
 use rayon::prelude::*;
 
 /// Importance that arrives at `p` from the shading point that would sum lights standing here.
@@ -64,7 +64,7 @@ fn trace_path(
     let film_position: Vec2 = sampler.next_2d() * size;
     let camera = scene.sensor.ray(film_position, sampler.next_2d());
     let mut walk = Walk::from_sensor(scene, limits, camera.ray, Rgb::splat(camera.weight * share));
-    while let Step::Hit(v) = walk.advance() {
+    while let Some(v) = walk.advance() {
         if walk.previous().event.has(Lobes::NON_SPECULAR) && v.bsdf.lobes().has(Lobes::NON_SPECULAR)
         {
             let importon = Importon {

@@ -6,7 +6,7 @@ use crate::geometry::SurfaceRef;
 use crate::math::Vec3;
 use crate::sampling::{Pass, Sampler, Stream};
 use crate::scene::{PathLimits, Scene};
-use crate::transport::{Step, Walk, roulette};
+use crate::transport::{Walk, roulette};
 use rayon::prelude::*;
 
 /// Flux that arrives at `p` from direction `wi`, already divided by the number of emitted paths:
@@ -120,7 +120,7 @@ fn trace_path(
     };
     let mut walk = Walk::from_emitter(scene, start.ray, start.flux * share);
     let mut origin = Lobes::NONE;
-    while let Step::Hit(v) = walk.advance() {
+    while let Some(v) = walk.advance() {
         let event = walk.previous().event;
         if !event.has(Lobes::SPECULAR) {
             origin = event;

@@ -1,4 +1,4 @@
-//! Light from emitters at a point: next-event estimation, and the weight of emitters that a walk runs into.
+//! Next-event estimation, and the MIS weight of emitters that a walk runs into.
 
 use super::walk::Previous;
 use crate::bsdf::Lobes;
@@ -9,39 +9,39 @@ use crate::math::{Vec2, Vec3};
 use crate::sampling::{Sampler, mis};
 use crate::scene::Scene;
 
-/// What random numbers decide about a direction towards an emitter before the receiver is known. Made early, so that the memory
-/// that it leads to is near when it is needed.
+/// The part of an emitter sample that random numbers decide before the receiver is known. It is made early so that the
+/// memory that it needs can be prefetched.
 #[derive(Clone, Copy, Debug)]
 pub struct EmitterPlan(DirectPlan);
 
 impl EmitterPlan {
-    /// Draws the numbers.
+    /// Draws the random numbers.
     #[inline]
     pub fn draw(scene: &Scene, sampler: &mut Sampler) -> Self {
         EmitterPlan::new(scene, sampler.next_1d(), sampler.next_2d())
     }
 
-    /// From numbers in [0, 1).
+    /// From random numbers in [0, 1).
     #[inline]
     pub fn new(scene: &Scene, u_choice: f32, u: Vec2) -> Self {
         EmitterPlan(scene.emitters.plan_direct(u_choice, u))
     }
 
-    /// Takes the plan one of three optional steps on, each of which reads memory that the one before has asked for.
+    /// Prefetches memory for the sample. Optional; up to three calls help, each of which reads what the one before prefetched.
     #[inline]
     pub fn refine(&mut self, scene: &Scene) {
         scene.emitters.refine_plan(&mut self.0);
     }
 }
 
-/// A direction towards an emitter, before visibility.
+/// A direction from a point to an emitter, visibility not yet tested.
 #[derive(Clone, Copy, Debug)]
 pub struct EmitterSample {
     /// Unit direction to the emitter.
     pub wi: Vec3,
-    /// Radiance over pdf; times `f |cos|` this is reflected radiance.
+    /// Radiance over pdf, in W/m²: times `f |cos|` this is reflected radiance.
     pub weight: Rgb,
-    /// Per solid angle; 0 for emitters that only next-event estimation finds.
+    /// Density per solid angle, in 1/sr; 0 for emitters that only next-event estimation finds.
     pub pdf: f32,
     segment: Segment,
 }
@@ -69,7 +69,7 @@ impl EmitterSample {
         })
     }
 
-    /// MIS weight against a walk that finds the same direction with density `pdf_walk`.
+    /// MIS weight (power heuristic) against a walk that samples the same direction with density `pdf_walk`, in 1/sr.
     #[inline]
     pub fn mis_weight(&self, pdf_walk: f32) -> f32 {
         if self.pdf > 0.0 {
@@ -79,7 +79,7 @@ impl EmitterSample {
         }
     }
 
-    /// Fraction of light that arrives; black if more than `max_crossings` transparent surfaces lie between.
+    /// Transmittance of the shadow ray; black if it crosses more than `max_crossings` transparent surfaces.
     pub fn transmittance(&self, scene: &Scene, max_crossings: u32) -> Rgb {
         let (transmittance, crossings) = scene.transmittance_and_crossings(&self.segment);
         if crossings <= max_crossings {
@@ -90,7 +90,8 @@ impl EmitterSample {
     }
 }
 
-/// Radiance that a walk finds on the emitter at `y`, weighted against next-event estimation at the walk's last event.
+/// Radiance that the surface point `y` emits along `wo` to the end of a walk, times its MIS weight against next-event
+/// estimation at the walk's last event, in W/(m² sr).
 #[inline]
 pub fn emitted_with_mis(scene: &Scene, previous: &Previous, y: &SurfacePoint, wo: Vec3) -> Rgb {
     let radiance = scene
@@ -105,7 +106,7 @@ pub fn emitted_with_mis(scene: &Scene, previous: &Previous, y: &SurfacePoint, wo
         })
 }
 
-/// The same for the surroundings along `wi`.
+/// Radiance of the environment along `wi`, times its MIS weight as in [`emitted_with_mis`].
 #[inline]
 pub fn environment_with_mis(scene: &Scene, previous: &Previous, wi: Vec3) -> Rgb {
     let (radiance, pdf) = scene.emitters.environment(previous.n, wi);
@@ -115,7 +116,7 @@ pub fn environment_with_mis(scene: &Scene, previous: &Previous, wi: Vec3) -> Rgb
     radiance * walk_weight(previous, || pdf)
 }
 
-/// Next-event estimation cannot form the edges after delta events and from the camera itself.
+/// MIS weight of a walk. Next-event estimation cannot sample directions after delta events and from the camera.
 #[inline]
 fn walk_weight(previous: &Previous, pdf_direct: impl FnOnce() -> f32) -> f32 {
     if previous.event == Lobes::NONE || previous.event == Lobes::DELTA {

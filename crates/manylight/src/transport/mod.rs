@@ -1,8 +1,10 @@
-//! The one random walk, and light from emitters at a point.
+//! The random walk of camera paths, photons and importons; next-event estimation; the step of a camera path.
 
+pub mod camera_step;
 pub mod direct;
 mod numbers;
 pub mod roulette;
 pub mod walk;
 
-pub use walk::{Arrival, Step, Vertex, Walk, past_emitters};
+pub use camera_step::{CameraStep, SegmentEnd, next_scattering_vertex};
+pub use walk::{Arrival, Vertex, Walk, past_emitters};

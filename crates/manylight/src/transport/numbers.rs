@@ -1,11 +1,11 @@
-//! Draws the named bundles of random numbers, in one order everywhere.
+//! Named bundles of random numbers, drawn in one order everywhere.
 
 use crate::bsdf::BsdfNumbers;
 use crate::emitters::EmissionNumbers;
 use crate::sampling::Sampler;
 
 impl Sampler {
-    /// The numbers of one BSDF sample.
+    /// Random numbers of one BSDF sample.
     #[inline]
     pub fn next_bsdf(&mut self) -> BsdfNumbers {
         BsdfNumbers {
@@ -14,7 +14,7 @@ impl Sampler {
         }
     }
 
-    /// The numbers of one photon's start.
+    /// Random numbers of one photon emission.
     #[inline]
     pub fn next_emission(&mut self) -> EmissionNumbers {
         EmissionNumbers {

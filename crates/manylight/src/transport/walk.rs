@@ -1,15 +1,15 @@
 //! The random walk of camera paths, photons and importons.
 //!
 //! ```text
-//! while let Some(step) = walk.advance() {
-//!     // look at the vertex
+//! while let Some(vertex) = walk.advance() {
+//!     // use the vertex
 //!     if walk.pass_through(&vertex, u) { continue }      // masks, null surfaces, thin glass
 //!     if !walk.scatter(&vertex, numbers, lobes) { break }
 //! }
 //! ```
 //!
-//! Straight-through light is no scattering event: it changes neither the previous vertex (for MIS and the path partition)
-//! nor the class of the last event; only the number of segments sees it.
+//! Straight-through transmission is no scattering event. It changes neither the previous vertex (for MIS and the path
+//! partition) nor the class of the last event; only the number of segments grows.
 
 use crate::bsdf::{Bsdf, BsdfNumbers, BsdfSample, Lobes};
 use crate::color::Rgb;
@@ -18,31 +18,31 @@ use crate::math::Vec3;
 use crate::scene::{PathLimits, Scene};
 use std::ops::MulAssign;
 
-/// Which end of the path the walk starts from.
+/// The end of the path that the walk starts from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Source {
+enum PathOrigin {
     Sensor,
     Emitter,
 }
 
-/// The last scattering event of a walk (or its start).
+/// The last scattering event of a walk, or its start.
 #[derive(Clone, Copy, Debug)]
 pub struct Previous {
-    /// Where.
+    /// Position, in m.
     pub p: Vec3,
-    /// The normal that emitters are chosen with there; see [`Bsdf::receiving_normal`].
+    /// Normal by which next-event estimation chooses emitters there; see [`Bsdf::receiving_normal`].
     pub n: Option<Vec3>,
-    /// Class of the lobe that was sampled; [`Lobes::NONE`] at the start.
+    /// Class of the sampled lobe; [`Lobes::NONE`] at the start.
     pub event: Lobes,
     /// Density of the sampled direction per solid angle; 0 for delta events and at the start.
     pub pdf: f32,
 }
 
-/// A walk under way.
+/// A random walk.
 #[derive(Clone, Debug)]
 pub struct Walk<'s> {
     scene: &'s Scene,
-    source: Source,
+    origin: PathOrigin,
     /// The camera must not see emitters; see [`past_emitters`].
     hides_emitters: bool,
     ray: Ray,
@@ -52,38 +52,23 @@ pub struct Walk<'s> {
     previous: Previous,
 }
 
-/// Where a walk arrived.
-#[derive(Clone, Debug)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "a step lives on the stack for one loop; boxing would allocate per vertex"
-)]
-pub enum Step<'s> {
-    /// A surface.
-    Hit(Vertex<'s>),
-    /// The surroundings, along this unit direction.
-    Escaped(Vec3),
-    /// The surroundings, which the camera must not see.
-    Hidden,
-}
-
-/// The end of a segment, before anybody asks what is there.
+/// The end of a segment, before the surface there is looked up.
 #[derive(Clone, Copy, Debug)]
 pub enum Arrival {
-    /// A point of a surface, and the length of the segment in m.
+    /// A surface, and the length of the segment in m.
     Hit(SurfaceRef, f32),
-    /// As [`Step::Escaped`].
+    /// The environment, along this unit direction.
     Escaped(Vec3),
-    /// As [`Step::Hidden`].
+    /// The environment, which the camera must not see.
     Hidden,
 }
 
-/// A surface that a walk hit.
+/// A surface point that a walk arrived at.
 #[derive(Clone, Debug)]
 pub struct Vertex<'s> {
-    /// Where.
+    /// Surface point.
     pub x: SurfacePoint,
-    /// How it scatters.
+    /// Scattering function there.
     pub bsdf: Bsdf<'s>,
     /// Unit direction back along the ray: `wo` of a camera walk, `wi` of a photon.
     pub w_prev: Vec3,
@@ -94,22 +79,22 @@ pub struct Vertex<'s> {
 }
 
 impl<'s> Walk<'s> {
-    /// A walk from the camera. With `hide_emitters` it sees neither emitters before the first other surface nor, before it
-    /// scatters, the surroundings.
+    /// A walk from the camera with the given throughput. With [`PathLimits::hide_emitters`], it sees no emitters before
+    /// the first other surface, and no environment before its first scattering event.
     pub fn from_sensor(scene: &'s Scene, limits: PathLimits, ray: Ray, throughput: Rgb) -> Self {
-        let walk = Walk::new(scene, Source::Sensor, ray, throughput);
+        let walk = Walk::new(scene, PathOrigin::Sensor, ray, throughput);
         Walk {
             hides_emitters: limits.hide_emitters,
             ..walk
         }
     }
 
-    /// A photon: `flux` is carried along.
+    /// A photon with the given flux, in W.
     pub fn from_emitter(scene: &'s Scene, ray: Ray, flux: Rgb) -> Self {
-        Walk::new(scene, Source::Emitter, ray, flux)
+        Walk::new(scene, PathOrigin::Emitter, ray, flux)
     }
 
-    fn new(scene: &'s Scene, source: Source, ray: Ray, throughput: Rgb) -> Self {
+    fn new(scene: &'s Scene, origin: PathOrigin, ray: Ray, throughput: Rgb) -> Self {
         let previous = Previous {
             p: ray.o,
             n: None,
@@ -118,7 +103,7 @@ impl<'s> Walk<'s> {
         };
         Walk {
             scene,
-            source,
+            origin,
             hides_emitters: false,
             ray,
             throughput,
@@ -128,7 +113,7 @@ impl<'s> Walk<'s> {
         }
     }
 
-    /// Camera walks: radiance arriving here times this reaches the sensor. Photons: flux.
+    /// Camera walks: factor from radiance that arrives here to what the sensor measures. Photons: flux, in W.
     #[inline]
     pub fn throughput(&self) -> Rgb {
         self.throughput
@@ -146,25 +131,22 @@ impl<'s> Walk<'s> {
         &self.previous
     }
 
-    /// Segments travelled so far.
+    /// Segments so far.
     #[inline]
     pub fn segments(&self) -> u32 {
         self.segments
     }
 
-    /// Follows the ray to the next surface.
+    /// Follows the ray to the next surface; `None` if there is none.
     #[inline]
-    pub fn advance(&mut self) -> Step<'s> {
+    pub fn advance(&mut self) -> Option<Vertex<'s>> {
         match self.arrive() {
-            Arrival::Hit(at, distance) => {
-                Step::Hit(self.vertex(self.scene.surface_point(at), distance))
-            }
-            Arrival::Escaped(wi) => Step::Escaped(wi),
-            Arrival::Hidden => Step::Hidden,
+            Arrival::Hit(at, distance) => Some(self.vertex(self.scene.surface_point(at), distance)),
+            Arrival::Escaped(_) | Arrival::Hidden => None,
         }
     }
 
-    /// The first half of [`Walk::advance`]: follows the ray.
+    /// The first half of [`Walk::advance`]: intersects the ray with the scene.
     #[inline]
     pub fn arrive(&mut self) -> Arrival {
         self.segments += 1;
@@ -181,7 +163,7 @@ impl<'s> Walk<'s> {
         }
     }
 
-    /// The second half of [`Walk::advance`]: what the surface does to light at the point `x` where the walk arrived.
+    /// The second half of [`Walk::advance`]: evaluates the scattering function at the point `x` where the walk arrived.
     #[inline]
     pub fn vertex(&self, x: SurfacePoint, distance: f32) -> Vertex<'s> {
         Vertex {
@@ -199,8 +181,8 @@ impl<'s> Walk<'s> {
         -self.ray.d
     }
 
-    /// Lets the walk through `v` with probability of its straight-through transmittance. `false`: it must scatter here,
-    /// and its throughput now counts for that.
+    /// Continues straight through `v` with the probability of its straight-through transmittance. `false`: the walk scatters
+    /// here, and its throughput is divided by the probability of that.
     #[inline]
     pub fn pass_through(&mut self, v: &Vertex, u: f32) -> bool {
         let transmittance = v.bsdf.transmittance(v.w_prev);
@@ -222,22 +204,22 @@ impl<'s> Walk<'s> {
 
     /// Scatters at `v` by one of `lobes`. `false`: the walk ends here.
     pub fn scatter(&mut self, v: &Vertex, u: BsdfNumbers, lobes: Lobes) -> bool {
-        let sample = match self.source {
-            Source::Sensor => v.bsdf.sample_wi(v.w_prev, u, lobes),
-            Source::Emitter => v.bsdf.sample_wo(v.w_prev, u, lobes),
+        let sample = match self.origin {
+            PathOrigin::Sensor => v.bsdf.sample_wi(v.w_prev, u, lobes),
+            PathOrigin::Emitter => v.bsdf.sample_wo(v.w_prev, u, lobes),
         };
         self.follow(v, sample)
     }
 
-    /// Goes on along a direction that the scattering function at `v` drew. `false`: the walk ends here.
+    /// Continues along a direction sampled from the scattering function at `v`. `false`: the walk ends here.
     #[inline]
     pub fn follow(&mut self, v: &Vertex, sample: Option<BsdfSample>) -> bool {
         let Some(sample) = sample.filter(|s| !s.weight.is_black()) else {
             return false;
         };
-        let n = match self.source {
-            Source::Sensor => v.bsdf.receiving_normal(v.w_prev),
-            Source::Emitter => None,
+        let n = match self.origin {
+            PathOrigin::Sensor => v.bsdf.receiving_normal(v.w_prev),
+            PathOrigin::Emitter => None,
         };
         self.throughput *= sample.weight;
         self.eta_squared *= sample.eta * sample.eta;
@@ -251,7 +233,7 @@ impl<'s> Walk<'s> {
         true
     }
 
-    /// Lets the walk, or each of its channels, count `factor` times as much.
+    /// Multiplies the throughput.
     #[inline]
     pub fn scale<F>(&mut self, factor: F)
     where
@@ -260,7 +242,7 @@ impl<'s> Walk<'s> {
         self.throughput *= factor;
     }
 
-    /// Ends the walk with probability `1 - survival`; whoever goes on carries more.
+    /// Russian roulette: ends the walk with probability `1 - survival`, else divides the throughput by `survival`.
     #[inline]
     pub fn survive(&mut self, survival: f32, u: f32) -> bool {
         if u >= survival {
@@ -271,9 +253,9 @@ impl<'s> Walk<'s> {
     }
 }
 
-/// What is left of a ray of the camera behind the emitters that it meets before any other surface. Mitsuba's rule: hidden
-/// emitters are not there for the camera, from any side, and what lies behind them is seen; behind the first other surface,
-/// be it a mask or thin glass, emitters are seen again.
+/// The part of a camera ray behind the emitters that it meets before any other surface. This is Mitsuba's rule for hidden
+/// emitters: the camera sees what lies behind them, from any side. Behind the first other surface, masks and thin glass
+/// included, emitters are seen.
 #[must_use]
 pub fn past_emitters(scene: &Scene, mut ray: Ray) -> Ray {
     while let Some(hit) = scene.geometry.intersect(&ray) {

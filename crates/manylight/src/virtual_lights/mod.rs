@@ -4,6 +4,7 @@
 //! steps are independent: any placement goes with any flux rule and with any emission.
 
 pub mod assign;
+pub(crate) mod candidates;
 mod clusters;
 pub mod curve;
 pub mod density;

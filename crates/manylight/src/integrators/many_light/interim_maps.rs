@@ -1,45 +1,53 @@
-//! The interim maps of the many-light methods, as the camera sees them: what placement follows, and where lights stand before
-//! and after relaxation. They are made of the particles and lights of the first pass.
+//! The interim maps of the many-light methods, as the camera sees them: the quantities that placement follows, and the
+//! lights before and after relaxation. They are made of the particles and lights of one pass.
 
-use super::PassContext;
 use super::axes::Placement;
-use super::candidates::{Candidates, fluxes, importance_times_flux, light_carriers};
-use super::eye_path::MAX_CHAIN;
-use super::light_tracer::line_of_sight;
-use super::many_light::ManyLight;
+use super::place::{selected_sites, thinned_candidates};
+use super::schedule::PassGroup;
+use super::settings::ManyLight;
+use super::specular_chains::MAX_CHAIN;
+use super::trace;
 use crate::bsdf::{BsdfNumbers, Lobes};
 use crate::color::Rgb;
 use crate::geometry::Segment;
+use crate::integrators::context::PassContext;
+use crate::integrators::light_tracer::line_of_sight;
 use crate::maps::density::{Bandwidth, IMPORTANCE_NEIGHBORS, Receiver, estimate, importance_at};
 use crate::maps::{KdTree, Neighbors};
 use crate::math::{UVec2, Vec2, Vec3};
 use crate::particles::{Importon, Photon};
 use crate::scene::{PathLimits, Scene};
-use crate::transport::{Step, Vertex, Walk};
+use crate::transport::{Vertex, Walk};
 use crate::virtual_lights::Site;
+use crate::virtual_lights::candidates::{importance_times_flux, light_carriers, luminances};
 use crate::virtual_lights::relax::relax;
 use rayon::prelude::*;
 
-/// Photons in an estimate of irradiance: so many that a picture of it is smooth.
+/// Photons in an estimate of irradiance. Unmeasured: an image of it looks smooth.
 const IRRADIANCE_NEIGHBORS: usize = 128;
-/// The middle of everything that walks draw: of pixels, of the lens, and of lobes, where it stands for the likelier one.
+/// The middle of the unit square: the center of pixels and of the lens.
 const MIDDLE: Vec2 = Vec2::splat(0.5);
+/// Random numbers that choose the likelier of two lobes, in the middle of its directions.
+const LIKELIEST: BsdfNumbers = BsdfNumbers {
+    lobe: 0.5,
+    direction: MIDDLE,
+};
 
 /// The interim maps: one value per pixel, rows from top to bottom, and the lights.
 ///
-/// A pixel tells of the first point with smooth lobes that is seen through its centre by specular events, each of which takes its
-/// likelier way; where there is none, its values are 0.
+/// The value of a pixel is that at the first vertex with non-specular lobes of the camera path through its center, which takes
+/// the likelier of the specular lobes at each vertex. It is 0 where the path has no such vertex.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InterimMaps {
     /// Width and height in pixels.
     pub size: UVec2,
-    /// Importance that arrives from the points that sum lights, in 1/m².
+    /// Importance, in 1/m².
     pub importance: Vec<f32>,
-    /// Flux of the photons that may become lights, per area, in W/m².
+    /// Irradiance by the photons that may become lights, in W/m².
     pub irradiance: Vec<Rgb>,
-    /// Importance times luminance of irradiance, in W/m⁴: by how much the density of lights that are placed by importance grows.
+    /// Importance times luminance of irradiance, in W/m⁴: the density of placed lights is proportional to it.
     pub product: Vec<f32>,
-    /// Reflectance towards the viewer times cosine there: grey surfaces for lights to be drawn on.
+    /// Reflectance towards the viewer times cosine: a grey image on which lights can be drawn.
     pub shading: Vec<f32>,
     /// The lights before relaxation.
     pub placed: Vec<PlacedLight>,
@@ -47,62 +55,43 @@ pub struct InterimMaps {
     pub relaxed: Vec<PlacedLight>,
 }
 
-/// Where a virtual light stands.
+/// The position of a virtual light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlacedLight {
     /// Position, in m.
     pub p: Vec3,
     /// Geometric normal on the lit side, unit.
     pub n: Vec3,
-    /// Position on the film, in pixels from the upper left, if the camera sees the light straight.
+    /// Position on the film, in pixels from the upper left, if the camera sees the light directly.
     pub film_position: Option<Vec2>,
 }
 
 impl ManyLight {
-    /// The maps of the pass that `run` names, which makes its lights for itself alone. `None` if cancelled.
+    /// The maps of the pass that `run` names, in a group of that pass alone. `None` if cancelled.
     pub fn interim_maps(
         &self,
         scene: &Scene,
         limits: PathLimits,
         run: &PassContext,
     ) -> Option<InterimMaps> {
-        let photons = light_carriers(limits, self.trace_photons(scene, limits, run));
-        let importons = self.importance_map(scene, limits, run);
-        let seen = See {
+        let group = &self.single_pass_group(run.pass.index);
+        let photons = light_carriers(limits, trace::photons(scene, limits, group, run));
+        let importons = trace::importons(scene, limits, group, run);
+        let photon_map = (run.stats).time("maps", || KdTree::build_ordered(photons.clone()));
+        let camera = MapCamera {
             scene,
             limits,
             importons: &importons,
-            photons: &run
-                .stats
-                .time("maps", || KdTree::build_ordered(photons.clone())),
+            photons: &photon_map,
         };
         if run.cancelled() {
             return None;
         }
-        let pixels = run.stats.time("shade", || seen.pixels());
+        let pixels = run.stats.time("shade", || camera.pixels());
         if run.cancelled() {
             return None;
         }
-        let weights = match self.placement {
-            Placement::Uniform => fluxes(&photons),
-            Placement::Importance | Placement::Relaxed => {
-                importance_times_flux(&importons, &photons, run.stats)
-            }
-        };
-        let (placed, relaxed) = run.stats.time("lights", || {
-            let Candidates {
-                photons,
-                weights,
-                u_sites,
-                ..
-            } = self.candidates(run, photons, weights, 1.0);
-            let sites = self.choose(&photons, &weights, u_sites);
-            let relaxed = relax(scene, &photons, &sites);
-            (
-                seen.lights(&photons, &sites),
-                seen.lights(&photons, &relaxed),
-            )
-        });
+        let (placed, relaxed) = self.placed_lights(group, &camera, photons, run);
         Some(InterimMaps {
             size: scene.sensor.desc().film.crop_size,
             importance: pixels.iter().map(|p| p.importance).collect(),
@@ -115,26 +104,52 @@ impl ManyLight {
             relaxed,
         })
     }
+
+    /// The lights before and after relaxation.
+    fn placed_lights(
+        &self,
+        group: &PassGroup,
+        camera: &MapCamera,
+        photons: Vec<Photon>,
+        run: &PassContext,
+    ) -> (Vec<PlacedLight>, Vec<PlacedLight>) {
+        let weights = match self.placement {
+            Placement::Uniform => luminances(&photons),
+            Placement::Importance | Placement::Relaxed => (run.stats).time("importance", || {
+                importance_times_flux(camera.importons, &photons)
+            }),
+        };
+        run.stats.time("lights", || {
+            let candidates = thinned_candidates(self, group, photons, weights, run.pass);
+            let sites = selected_sites(self.placement, group, &candidates);
+            let photons = &candidates.photons;
+            let relaxed = relax(camera.scene, photons, &sites);
+            (
+                camera.lights(photons, &sites),
+                camera.lights(photons, &relaxed),
+            )
+        })
+    }
 }
 
-/// What a pixel tells.
+/// The values of a pixel.
 #[derive(Clone, Copy, Default)]
-struct Pixel {
+struct MapPixel {
     importance: f32,
     irradiance: Rgb,
     shading: f32,
 }
 
-/// What is seen.
-struct See<'s> {
+/// The camera, with the particles that it sees.
+struct MapCamera<'s> {
     scene: &'s Scene,
     limits: PathLimits,
     importons: &'s KdTree<Importon>,
     photons: &'s KdTree<Photon>,
 }
 
-impl See<'_> {
-    fn pixels(&self) -> Vec<Pixel> {
+impl MapCamera<'_> {
+    fn pixels(&self) -> Vec<MapPixel> {
         let size = self.scene.sensor.desc().film.crop_size;
         let memory = || {
             (
@@ -148,18 +163,18 @@ impl See<'_> {
             .map_init(memory, |(near_importons, near_photons), i| {
                 let pixel = UVec2::new(i as u32 % size.x, i as u32 / size.x);
                 let film_position = pixel.as_vec2() + MIDDLE;
-                self.look(film_position).map_or(Pixel::default(), |v| {
+                let vertex = self.first_non_specular_vertex(film_position);
+                vertex.map_or(MapPixel::default(), |v| {
                     self.pixel(&v, near_importons, near_photons)
                 })
             })
             .collect()
     }
 
-    /// The first point with smooth lobes.
-    fn look(&self, film_position: Vec2) -> Option<Vertex<'_>> {
+    fn first_non_specular_vertex(&self, film_position: Vec2) -> Option<Vertex<'_>> {
         let ray = self.scene.sensor.ray(film_position, MIDDLE).ray;
         let mut walk = Walk::from_sensor(self.scene, self.limits, ray, Rgb::WHITE);
-        while let Step::Hit(v) = walk.advance() {
+        while let Some(v) = walk.advance() {
             if v.segments > MAX_CHAIN || !self.limits.allow(v.segments + 1) {
                 return None;
             }
@@ -181,24 +196,19 @@ impl See<'_> {
         v: &Vertex,
         near_importons: &mut Neighbors,
         near_photons: &mut Neighbors,
-    ) -> Pixel {
+    ) -> MapPixel {
         let (p, n) = (v.x.p, v.x.normal_towards(v.w_prev));
-        let whole = Bandwidth {
+        let unbounded = Bandwidth {
             largest: f32::INFINITY,
             share: 1.0,
         };
         let mut irradiance = Rgb::BLACK;
         let receiver = Receiver { p, n };
-        estimate(
-            self.photons,
-            receiver,
-            whole,
-            near_photons,
-            |photon, weight| irradiance += photon.flux * weight,
-        );
+        let mut add = |photon: &Photon, weight| irradiance += photon.flux * weight;
+        estimate(self.photons, receiver, unbounded, near_photons, &mut add);
         let reflected = v.bsdf.sample_wi(v.w_prev, LIKELIEST, Lobes::ALL);
         let albedo = reflected.map_or(0.0, |sample| sample.weight.luminance());
-        Pixel {
+        MapPixel {
             importance: importance_at(self.importons, p, n, near_importons),
             irradiance,
             shading: albedo.min(1.0) * n.dot(v.w_prev),
@@ -217,7 +227,7 @@ impl See<'_> {
         sites.par_iter().map(light).collect()
     }
 
-    /// Where the camera sees the lit side of the photon's place, or any side of a surface that lets light through.
+    /// Film position of a photon, if the camera sees the side on which it arrives, or any side of a transmitting surface.
     fn film_position(&self, photon: &Photon) -> Option<Vec2> {
         let seen = self.scene.sensor.connect(photon.p, MIDDLE)?;
         let x = self.scene.surface_point(photon.at);
@@ -233,9 +243,3 @@ impl See<'_> {
         is_seen.then_some(seen.film_position)
     }
 }
-
-/// Takes the likelier of two lobes, in its middle.
-const LIKELIEST: BsdfNumbers = BsdfNumbers {
-    lobe: 0.5,
-    direction: MIDDLE,
-};

@@ -1,16 +1,18 @@
 //! The many-light methods that have a name.
 
-use super::axes::{ClampRule, EmissionKind, FluxRule, Placement, Resampling};
-use super::light_set::Compensation;
-use super::many_light::ManyLight;
+use super::axes::{ClampRule, Compensation, EmissionKind, FluxRule, Placement, Resampling};
+use super::settings::ManyLight;
 use crate::gather::{CutLimits, Kernel, ShareOf, Strategy};
 use crate::virtual_lights::{GlossyForm, TableStorage};
 
-/// Lights per pass where a cut makes them cheap.
-const MANY: u32 = 16_384;
+/// Virtual lights per pass for lightcuts, 32 times those of a sum over all. Unmeasured: a cut grows with the logarithm of
+/// the number of lights, and half a minute of a small image has time for some passes.
+const CUT_LIGHTS: u32 = 16_384;
+/// Photon paths per virtual light for lightcuts.
+const CUT_PHOTON_PATHS_PER_LIGHT: u32 = 64;
 
 impl ManyLight {
-    /// Rich-VPLs: importance placement, partition, 32 x 32 tables, discs.
+    /// Rich-VPLs: importance placement, partition of flux, 32 x 32 tables, discs.
     pub fn rich_vpl() -> Self {
         ManyLight {
             light_count: 512,
@@ -31,7 +33,8 @@ impl ManyLight {
         }
     }
 
-    /// The method of the talk, as we read it: importance placement, the density rule, 32 x 32 tables, points, one clamp for all.
+    /// The method of the talk of 2015, as we read it: importance placement, density rule, 32 x 32 tables, points, one clamp
+    /// for all lights.
     pub fn rich_vpl_paper() -> Self {
         ManyLight {
             flux: FluxRule::Density,
@@ -43,7 +46,7 @@ impl ManyLight {
         }
     }
 
-    /// Rich-VSLs: Rich-VPLs as spheres.
+    /// Rich-VPLs as virtual spherical lights.
     pub fn rich_vsl() -> Self {
         ManyLight {
             kernel: Kernel::Sphere,
@@ -54,7 +57,7 @@ impl ManyLight {
     }
 
     /// Virtual spherical lights. Source: Hašan, Křivánek, Walter, Bala, "Virtual Spherical Lights for Many-Light Rendering of Glossy
-    /// Scenes", 2009.
+    /// Scenes", SIGGRAPH Asia 2009.
     pub fn vsl() -> Self {
         ManyLight {
             kernel: Kernel::Sphere,
@@ -65,7 +68,8 @@ impl ManyLight {
         }
     }
 
-    /// Classic VPLs: photons thinned at random.
+    /// Virtual point lights: photons kept with probability proportional to flux. Source: Keller, "Instant Radiosity",
+    /// SIGGRAPH 1997.
     pub fn vpl() -> Self {
         ManyLight {
             placement: Placement::Uniform,
@@ -77,7 +81,7 @@ impl ManyLight {
         }
     }
 
-    /// VPLs placed by importance.
+    /// Virtual point lights placed by importance.
     pub fn vpl_importance() -> Self {
         ManyLight {
             placement: Placement::Importance,
@@ -85,24 +89,14 @@ impl ManyLight {
         }
     }
 
-    /// Lightcuts of classic lights. Source: Walter et al., "Lightcuts: A Scalable Approach to Illumination", SIGGRAPH 2005.
+    /// Lightcuts of virtual point lights. Source: Walter et al., "Lightcuts: A Scalable Approach to Illumination",
+    /// SIGGRAPH 2005.
     pub fn lightcuts() -> Self {
         ManyLight {
             strategy: Strategy::Cuts(CutLimits::default()),
-            light_count: MANY,
-            photon_paths: 64 * MANY,
+            light_count: CUT_LIGHTS,
+            photon_paths: CUT_PHOTON_PATHS_PER_LIGHT * CUT_LIGHTS,
             ..ManyLight::vpl()
-        }
-    }
-
-    /// Lightcuts of Rich-VPLs from the ends of eye paths, as many as the clamp asks for.
-    pub fn bidirectional_lightcuts() -> Self {
-        ManyLight {
-            strategy: Strategy::Cuts(CutLimits {
-                share_of: ShareOf::Pixel,
-                ..CutLimits::default()
-            }),
-            ..ManyLight::rich_lightcuts()
         }
     }
 
@@ -110,9 +104,20 @@ impl ManyLight {
     pub fn rich_lightcuts() -> Self {
         ManyLight {
             strategy: Strategy::Cuts(CutLimits::default()),
-            light_count: MANY,
-            photon_paths: 64 * MANY,
+            light_count: CUT_LIGHTS,
+            photon_paths: CUT_PHOTON_PATHS_PER_LIGHT * CUT_LIGHTS,
             ..ManyLight::rich_vpl()
+        }
+    }
+
+    /// Lightcuts of Rich-VPLs, refined beyond the first gather point of a camera path only as far as its pixel needs.
+    pub fn bidirectional_lightcuts() -> Self {
+        ManyLight {
+            strategy: Strategy::Cuts(CutLimits {
+                share_of: ShareOf::Pixel,
+                ..CutLimits::default()
+            }),
+            ..ManyLight::rich_lightcuts()
         }
     }
 }

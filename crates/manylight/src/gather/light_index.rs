@@ -1,0 +1,68 @@
+//! The virtual lights with what the sums over them need.
+
+use super::points::LightCylinder;
+use crate::ids::LightId;
+use crate::light_tree::LightTree;
+use crate::virtual_lights::{SurfaceLocation, VirtualLights};
+
+/// The virtual lights with what the sums over them need.
+#[derive(Debug)]
+pub struct LightIndex<'s> {
+    /// The lights.
+    pub set: VirtualLights<'s>,
+    /// Bounds of the points of each light.
+    pub(super) cylinders: Vec<LightCylinder>,
+    /// For cuts.
+    pub(super) tree: Option<LightTree>,
+}
+
+/// The representation of light from some surface location.
+#[derive(Clone, Copy, Debug)]
+pub enum Assignment {
+    /// By this light.
+    Light(LightId),
+    /// By no light: photons there become lights of one photon.
+    Unassigned {
+        /// Surface area that each of them represents, in m².
+        area: f32,
+    },
+}
+
+impl<'s> LightIndex<'s> {
+    /// Prepares lights for sums over all of them.
+    pub fn new(set: VirtualLights<'s>) -> Self {
+        let cylinders = set.lights().iter().map(LightCylinder::of).collect();
+        LightIndex {
+            set,
+            cylinders,
+            tree: None,
+        }
+    }
+
+    /// Adds a tree over all lights, for cuts.
+    pub fn with_tree(self) -> Self {
+        let tree = LightTree::new(&self.set, |_| true);
+        LightIndex {
+            tree: Some(tree),
+            ..self
+        }
+    }
+
+    /// The representation of light from `y`, where photons are assigned to `light`.
+    pub fn assignment(&self, light: Option<LightId>, y: &SurfaceLocation) -> Assignment {
+        match light {
+            Some(id) => Assignment::Light(id),
+            None => Assignment::Unassigned {
+                area: self.set.stray_area(y.p),
+            },
+        }
+    }
+
+    /// For measurements: bounds of clusters ignore direction.
+    #[cfg(any(test, feature = "testing"))]
+    pub fn forget_directions(&mut self) {
+        if let Some(tree) = &mut self.tree {
+            tree.forget_directions();
+        }
+    }
+}

@@ -1,0 +1,50 @@
+//! What a pass works with, besides the scene.
+
+use crate::film::{Film, TileSamples};
+use crate::math::UVec2;
+use crate::sampling::Pass;
+use crate::stats::Stats;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// What a pass works with, besides the scene.
+#[derive(Clone, Copy, Debug)]
+pub struct PassContext<'a> {
+    /// Names the random numbers.
+    pub pass: Pass,
+    /// Counters and stage times.
+    pub stats: &'a Stats,
+    /// Checked before each tile; `true` cancels the pass.
+    pub cancel: &'a AtomicBool,
+}
+
+impl PassContext<'_> {
+    /// The same context for the random numbers of pass `index`.
+    pub(super) fn at_pass(self, index: u32) -> Self {
+        let pass = Pass { index, ..self.pass };
+        PassContext { pass, ..self }
+    }
+
+    /// [`Film::add_shifted_pass`] with progress, as the stage "shade". `false` if cancelled.
+    pub(super) fn shade(
+        &self,
+        film: &mut Film,
+        shift: UVec2,
+        shade: impl Fn(&mut TileSamples) + Sync,
+    ) -> bool {
+        let done = &self.stats.tiles_done;
+        done.store(0, Ordering::Relaxed);
+        let tiles = film.tile_count(shift) as u64;
+        self.stats.tiles.store(tiles, Ordering::Relaxed);
+        self.stats.time("shade", || {
+            film.add_shifted_pass(shift, self.cancel, &self.stats.dropped_samples, |samples| {
+                shade(samples);
+                Stats::count(done, 1);
+            })
+        })
+    }
+
+    /// Whether the pass is to be dropped.
+    pub(super) fn cancelled(&self) -> bool {
+        self.cancel.load(Ordering::Relaxed)
+    }
+}

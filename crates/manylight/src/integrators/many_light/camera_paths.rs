@@ -1,0 +1,203 @@
+//! The camera paths of the many-light methods up to their first gather points: through specular events, with the radiance
+//! emitted on the way.
+
+use super::gather_points::{PixelGather, PixelNumbers, TileGather, roulette_weight};
+use super::gathering::{DIRECTIONS, DirectionNumbers, GatherPath, GatherRole};
+use super::next_event::EmitterLight;
+use super::prepared::PreparedPasses;
+use super::specular_chains::MAX_CHAIN;
+use crate::bsdf::{BsdfNumbers, Lobes};
+use crate::color::Rgb;
+use crate::film::{FilmSampler, Layer};
+use crate::gather::{Strategy, Subset};
+use crate::integrators::context::PassContext;
+use crate::integrators::first_surface::add_first_surface;
+use crate::integrators::partition::PathStage;
+use crate::math::UVec2;
+use crate::sampling::Stream;
+use crate::transport::direct::EmitterPlan;
+use crate::transport::{Vertex, Walk, next_scattering_vertex};
+
+/// Camera paths that a pixel starts with in a pass, among which its lights and directions are divided. With one path, edges
+/// and textures were most of the noise of a pass. A cut is made for each gather point: its pixels start with one path.
+const STARTS: u32 = 4;
+/// Camera paths of a pixel after the first specular event. With fewer of them, low-roughness lobes and the choice between
+/// reflection and refraction are noise.
+const SPLIT: u32 = 8;
+/// Factor from the weight of a specular path to its probability of survival. Unmeasured: only the weakest end.
+const SURVIVAL_FACTOR: f32 = 64.0;
+
+/// One of the camera paths of a pixel, on its specular prefix.
+#[derive(Clone)]
+struct SpecularPrefix<'s> {
+    walk: Walk<'s>,
+    /// Distance from the camera along the path, in m.
+    length: f32,
+    number: PathNumber,
+}
+
+/// The number of a camera path among those of its pixel.
+#[derive(Clone, Copy)]
+struct PathNumber {
+    index: u32,
+    count: u32,
+}
+
+/// Camera paths that a pixel starts with.
+fn starts(strategy: Strategy) -> u32 {
+    match strategy {
+        Strategy::All => STARTS,
+        Strategy::Cuts(_) => 1,
+    }
+}
+
+impl<'s> PreparedPasses<'s> {
+    /// Traces the camera paths of one pixel, the one with `index` in the tile.
+    pub(super) fn trace_pixel(
+        &self,
+        run: &PassContext,
+        positions: &FilmSampler,
+        (index, pixel): (usize, UVec2),
+        lights: Subset,
+        tile: &mut TileGather<'s, '_, '_>,
+    ) {
+        let number = positions.index(pixel);
+        let mut sampler = run.pass.sampler(Stream::Pixel, number);
+        let numbers = PixelNumbers::draw(&mut sampler);
+        let starts = starts(self.gather.strategy);
+        for start in 0..starts {
+            // A render has few passes. Positions in the pixel are stratified over them, so that edges are smooth.
+            let u = (run.pass).spread_2d_in_parts(Stream::Pixel, number, start, starts);
+            let film = positions.sample(pixel, u);
+            let camera = self.scene.sensor.ray(film.position, sampler.next_2d());
+            let weight = Rgb::splat(camera.weight * film.weight / starts as f32);
+            let path = SpecularPrefix {
+                walk: Walk::from_sensor(self.scene, self.limits, camera.ray, weight),
+                length: 0.0,
+                number: PathNumber {
+                    index: start,
+                    count: starts,
+                },
+            };
+            let mut pixel = PixelGather {
+                prepared: self,
+                lights,
+                sampler: &mut sampler,
+                numbers,
+                pixel: index,
+                tile,
+                first_weight: 0.0,
+            };
+            pixel.trace(path);
+        }
+    }
+}
+
+impl<'s> PixelGather<'_, 's, '_, '_> {
+    /// Follows specular events; every vertex with non-specular lobes becomes a gather point with those lobes alone.
+    fn trace(&mut self, mut path: SpecularPrefix<'s>) {
+        while let Some(v) = self.next_prefix_vertex(&mut path) {
+            self.add_low_roughness_emission(&path, &v);
+            if v.bsdf.lobes().has(Lobes::NON_SPECULAR) {
+                self.gather_first(&path, &v);
+            }
+            if path.number.count < SPLIT {
+                return self.split(path, &v);
+            }
+            let numbers = self.sampler.next_bsdf();
+            if !self.follow_specular(&mut path.walk, &v, numbers) {
+                return;
+            }
+        }
+    }
+
+    /// Follows a path to the next vertex that scatters; adds the radiance emitted on the way, and the first surface.
+    fn next_prefix_vertex(&mut self, path: &mut SpecularPrefix<'s>) -> Option<Vertex<'s>> {
+        let (scene, limits) = (self.prepared.scene, self.prepared.limits);
+        let (out, pixel) = (&mut *self.tile.out, self.pixel);
+        let (length, count) = (&mut path.length, path.number.count);
+        let (walk, sampler) = (&mut path.walk, &mut *self.sampler);
+        next_scattering_vertex(scene, limits, walk, sampler, |step, throughput, sampler| {
+            if let Some(v) = &step.vertex {
+                *length += v.distance;
+                if v.segments == 1 {
+                    add_first_surface(v, 1.0 / count as f32, sampler, pixel, out);
+                }
+            }
+            out.add(pixel, Layer::Emission, throughput * step.emitted);
+            true
+        })
+    }
+
+    /// Gathers at the vertex `v`, which ends the specular prefix `path`.
+    fn gather_first(&mut self, path: &SpecularPrefix<'s>, v: &Vertex<'s>) {
+        let PathNumber { index, count } = path.number;
+        // Before the first specular event, one of the paths of the pixel looks photons up, for all of them.
+        let photon_weight = match path.number {
+            PathNumber { count: SPLIT, .. } => 1.0,
+            PathNumber { index: 0, count } => count as f32,
+            PathNumber { .. } => 0.0,
+        };
+        self.first_weight = roulette_weight(&path.walk) * count as f32 / DIRECTIONS as f32;
+        let numbers = DirectionNumbers::of_path(index, DIRECTIONS / count, self.numbers);
+        let lights = self.lights.divided(index, count);
+        let path = GatherPath {
+            walk: path.walk.clone(),
+            stage: PathStage::BeforeX,
+            max_photon_radius: self.prepared.max_photon_radius(path.length),
+        };
+        let role = GatherRole::FirstVertex { photon_weight };
+        self.gather(v, path, role, lights, &numbers);
+    }
+
+    /// Continues from `v` by several specular events, so that the pixel has [`SPLIT`] paths.
+    fn split(&mut self, mut path: SpecularPrefix<'s>, v: &Vertex<'s>) {
+        if !v.bsdf.lobes().has(Lobes::SPECULAR) {
+            return;
+        }
+        let branches = SPLIT / path.number.count;
+        path.walk.scale(1.0 / branches as f32);
+        let first = path.number.index * branches;
+        for index in first..first + branches {
+            let mut branch = path.clone();
+            branch.number = PathNumber {
+                index,
+                count: SPLIT,
+            };
+            let (lobe, direction) = self.numbers.events.triple(index);
+            let numbers = BsdfNumbers { lobe, direction };
+            if self.follow_specular(&mut branch.walk, v, numbers) {
+                self.trace(branch);
+            }
+        }
+    }
+
+    /// Adds direct light on near-delta lobes. It belongs to the emission layer: the walk that follows these lobes is the other
+    /// half of MIS.
+    fn add_low_roughness_emission(&mut self, path: &SpecularPrefix, v: &Vertex) {
+        if v.bsdf.lobes().has(Lobes::NEAR_DELTA) {
+            let plan = EmitterPlan::draw(self.prepared.scene, self.sampler);
+            let pdf_walk = |wi| v.bsdf.pdf_wi(wi, v.w_prev, Lobes::SPECULAR);
+            let light = EmitterLight {
+                lobes: Lobes::NEAR_DELTA,
+                lit_from: None,
+                direction_limit: f32::INFINITY,
+            };
+            if let Some(radiance) = self.next_event(v, light, &plan, pdf_walk) {
+                self.add(Layer::Emission, path.walk.throughput() * radiance);
+            }
+        }
+    }
+
+    /// Continues by a specular event; weak paths survive by roulette.
+    fn follow_specular(&mut self, walk: &mut Walk<'s>, v: &Vertex<'s>, u: BsdfNumbers) -> bool {
+        if v.segments >= MAX_CHAIN
+            || !v.bsdf.lobes().has(Lobes::SPECULAR)
+            || !walk.scatter(v, u, Lobes::SPECULAR)
+        {
+            return false;
+        }
+        let survival = (SURVIVAL_FACTOR * roulette_weight(walk)).min(1.0);
+        survival > 0.0 && walk.survive(survival, self.sampler.next_1d())
+    }
+}

@@ -1,0 +1,91 @@
+//! Bias compensation: directions restore the light that clamping removes.
+//!
+//! The sum over virtual lights at `x` keeps a fraction of the light that the non-specular lobes at `y` reflect towards `x`;
+//! the clamp removes the rest, `clamped_fraction(x, y)`. A direction sampled at `x` that meets `y` continues with the
+//! probability of that fraction and gathers at `y` all light that arrives there: emitters, photons, and virtual lights, for
+//! which clamping is compensated in the same way. Emission at `y` is direct light at `x`, which is estimated elsewhere.
+//!
+//! Source: Kollig, Keller, "Illumination in the Presence of Weak Singularities", MCQMC 2004. Deviation: a light represents
+//! many photons, so that the clamped fraction is that of the light to which a photon at `y` is assigned.
+
+use super::compensation_photons::direction_limit;
+use super::gather_points::{PixelGather, roulette_weight};
+use super::gathering::{DirectionNumbers, GatherPath, GatherRole, SampledDirection};
+use super::prepared::PreparedPasses;
+use crate::gather::Assignment;
+use crate::integrators::partition::PathStage;
+use crate::transport::Vertex;
+use crate::virtual_lights::SurfaceLocation;
+
+/// Largest probability of continuing beyond the second gather point of a camera path. Unmeasured.
+pub(super) const MAX_SURVIVAL: f32 = 0.95;
+/// The search for the light that represents `y` costs more than the rest of the step. So the clamped fraction is first
+/// estimated as if that light represented this many times the area per light around `x`, and the search made with that
+/// probability. Unmeasured.
+const ESTIMATED_AREAS: f32 = 16.0;
+/// Least probability of that search. Unmeasured: bounds the weight of directions for which the estimate is too low.
+const LEAST_SEARCHED: f32 = 1.0 / 8.0;
+
+impl<'s> PixelGather<'_, 's, '_, '_> {
+    /// Restores the light that non-specular lobes at `y` reflect along the direction `from`, and that clamping removes from
+    /// the sum over lights. A transmitting surface is lit from two sides by different lights: one side is chosen.
+    pub(super) fn compensate(
+        &mut self,
+        y: &Vertex<'s>,
+        mut path: GatherPath<'s>,
+        from: &SampledDirection<'_, 's>,
+    ) {
+        let visible_side = y.x.normal_towards(y.w_prev);
+        let transmits = y.bsdf.receiving_normal(y.w_prev).is_none();
+        let lit_side = if transmits && self.sampler.next_1d() >= 0.5 {
+            -visible_side
+        } else {
+            visible_side
+        };
+        let location = SurfaceLocation::on(self.prepared.scene, &y.x, lit_side);
+        let searched = from.area_per_light.map_or(1.0, |area| {
+            let area = ESTIMATED_AREAS * area;
+            let estimate = self.clamped_fraction(from, &location, Assignment::Unassigned { area });
+            estimate.clamp(LEAST_SEARCHED, 1.0)
+        });
+        if searched < 1.0 && !path.walk.survive(searched, self.sampler.next_1d()) {
+            return;
+        }
+        let prepared = self.prepared;
+        let light = prepared.nearest.light(prepared.scene, &location);
+        let assignment = prepared.lights.assignment(light, &location);
+        let clamped = self.clamped_fraction(from, &location, assignment);
+        let sides = if transmits { 2.0 } else { 1.0 };
+        path.walk.scale(sides * clamped);
+        if self.survives(&mut path, clamped / searched) {
+            let role = GatherRole::Compensation {
+                lit_from: transmits.then_some(lit_side),
+                direction_limit: direction_limit(from.f_cos),
+            };
+            let lights = self.sparse_lights();
+            let numbers = DirectionNumbers::single(self.sampler);
+            self.gather(y, path, role, lights, &numbers);
+        }
+    }
+
+    /// Roulette for a path of which the fraction `clamped` remains; its throughput contains that already.
+    fn survives(&mut self, path: &mut GatherPath, clamped: f32) -> bool {
+        let survival = if path.stage == PathStage::AfterX {
+            clamped.min(1.0)
+        } else {
+            (roulette_weight(&path.walk) / self.first_weight).min(MAX_SURVIVAL)
+        };
+        survival > 0.0 && path.walk.survive(survival, self.sampler.next_1d())
+    }
+
+    /// Fraction of the light from `y` that the clamp removes at the point of `from`, where `assignment` represents it.
+    fn clamped_fraction(
+        &self,
+        from: &SampledDirection,
+        y: &SurfaceLocation,
+        assignment: Assignment,
+    ) -> f32 {
+        let PreparedPasses { gather, lights, .. } = self.prepared;
+        gather.clamped_fraction(lights, &from.at.into(), y, assignment, |_| from.f_cos)
+    }
+}

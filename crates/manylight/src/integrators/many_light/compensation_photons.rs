@@ -1,0 +1,145 @@
+//! Compensation of clamping by photons: light of emitters that low-roughness lobes reflect, such as the sun on metal.
+//!
+//! A photon that was reflected at `y` by non-specular lobes and arrived at `x` is a path that the virtual light at `y`
+//! represents, too. Clamping removes a fraction of the light from `y` at `x`. A density estimate at `x`, in which each photon
+//! counts by that fraction, adds it again. Directions sampled at `x` compensate clamping as well (`compensation.rs`); but they
+//! would rarely find what a low-roughness lobe at `y` reflects from an emitter. Both share that light by
+//! [`direction_fraction`].
+//!
+//! The estimate blurs light over its radius. The radius is small beside the area that a light represents, over which the
+//! clamped fraction changes.
+//!
+//! Source: Sriwasansak, Gruson, Hachisuka, "Efficient Energy-Compensated VPLs Using Photon Splatting", I3D 2018. Here a light
+//! represents many photons, so that the clamped fraction is that of the light to which a photon at `y` is assigned.
+
+use super::axes::Compensation;
+use crate::bsdf::Lobes;
+use crate::color::Rgb;
+use crate::gather::{Assignment, ClampReceiver, Gather, LightIndex, Subset};
+use crate::integrators::context::PassContext;
+use crate::maps::{KdTree, Located};
+use crate::math::Vec3;
+use crate::particles::{Photon, parent};
+use crate::sampling::rng;
+use crate::scene::Scene;
+use crate::virtual_lights::{NearestLights, SurfaceLocation};
+use rayon::prelude::*;
+use std::f32::consts::FRAC_1_PI;
+
+/// Least direction limit, in 1/sr: see [`direction_limit`]. Diffuse surfaces reflect at most `f cosθ = 1/π`. Unmeasured.
+const LEAST_DIRECTION_LIMIT: f32 = 1.0;
+/// A photon is kept with this factor times the clamped fraction of its light at a white surface, at most 1. Unmeasured: twice
+/// the factor makes the map larger, half of it adds noise.
+const KEPT_PER_CLAMPED_FRACTION: f32 = 8.0;
+/// Least probability of keeping a photon. Unmeasured: bounds the flux of kept photons.
+const LEAST_KEPT: f32 = 1.0 / 32.0;
+
+/// Direction limit at a vertex `y` that a direction from `x` found, in 1/sr: the largest `f cosθ` of the lobes at `y` up to
+/// which directions account for the light of emitters. `f_cos` is `f cosθ` of the lobes at `x` in that direction:
+/// low-roughness lobes at `x` find low-roughness lobes at `y`.
+pub(super) fn direction_limit(f_cos: Rgb) -> f32 {
+    f_cos.max_channel().max(LEAST_DIRECTION_LIMIT)
+}
+
+/// Fraction of the light of an emitter for which directions account, where the lobes reflect it with `f_cos`, in 1/sr.
+/// Photons account for the rest, so that a direction finds no more than `direction_limit` times the arriving radiance.
+pub(super) fn direction_fraction(direction_limit: f32, f_cos: Rgb) -> f32 {
+    (direction_limit / f_cos.max_channel()).min(1.0)
+}
+
+/// A photon whose last event was the reflection of an emitter's light by low-roughness, non-specular lobes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ReflectedPhoton {
+    pub(super) photon: Photon,
+    /// The location of that reflection, `y`.
+    pub(super) from: SurfaceLocation,
+    /// `f cosθ` of the reflection, in 1/sr.
+    pub(super) f_cos: Rgb,
+}
+
+/// A reflected photon with the light that represents light from `y`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct CompensationPhoton {
+    pub(super) reflected: ReflectedPhoton,
+    pub(super) assignment: Assignment,
+}
+
+impl Located for CompensationPhoton {
+    #[inline]
+    fn position(&self) -> Vec3 {
+        self.reflected.photon.p
+    }
+}
+
+impl AsRef<Photon> for CompensationPhoton {
+    fn as_ref(&self) -> &Photon {
+        &self.reflected.photon
+    }
+}
+
+/// The photons, of a list in path order, that compensate clamping; none without compensation.
+pub(super) fn reflected(
+    scene: &Scene,
+    photons: &[Photon],
+    compensation: Compensation,
+    run: &PassContext,
+) -> Vec<ReflectedPhoton> {
+    let reflected = |j: usize| {
+        let before = &photons[parent(photons, j)?];
+        Some(ReflectedPhoton {
+            photon: photons[j],
+            from: SurfaceLocation::of(before, scene),
+            f_cos: low_roughness_reflection(scene, before, -photons[j].wi)?,
+        })
+    };
+    match compensation {
+        Compensation::None => Vec::new(),
+        Compensation::KolligKeller => run.stats.time("maps", || {
+            let indices = (0..photons.len()).into_par_iter();
+            indices.filter_map(reflected).collect()
+        }),
+    }
+}
+
+/// `f cosθ` with which a photon was reflected towards the unit vector `wo`, in 1/sr, if its light came from an emitter and
+/// photons account for a part of it.
+fn low_roughness_reflection(scene: &Scene, photon: &Photon, wo: Vec3) -> Option<Rgb> {
+    if photon.origin != Lobes::NONE {
+        return None;
+    }
+    let bsdf = scene.bsdf(&scene.surface_point(photon.at));
+    let f_cos = bsdf.f_cos_wi(photon.wi, wo, Lobes::NON_SPECULAR);
+    (f_cos.max_channel() > LEAST_DIRECTION_LIMIT).then_some(f_cos)
+}
+
+/// Assigns the photons to lights, of which points sum `subset`. Few are kept where little is clamped, each with its flux
+/// divided by the probability.
+pub(super) fn assign(
+    scene: &Scene,
+    gather: &Gather,
+    lights: &LightIndex,
+    nearest: &NearestLights,
+    subset: Subset,
+    reflected: Vec<ReflectedPhoton>,
+) -> KdTree<CompensationPhoton> {
+    let assigned = |mut reflected: ReflectedPhoton| {
+        let from = reflected.from;
+        let assignment = lights.assignment(nearest.light(scene, &from), &from);
+        let at = ClampReceiver {
+            p: reflected.photon.p,
+            n: reflected.photon.n,
+            u: 0.5,
+            lights: subset,
+        };
+        let white = |w: Vec3| Rgb::splat(FRAC_1_PI * w.dot(at.n).abs());
+        let clamped = gather.clamped_fraction(lights, &at, &from, assignment, white);
+        let kept = (KEPT_PER_CLAMPED_FRACTION * clamped).clamp(LEAST_KEPT, 1.0);
+        reflected.photon.flux /= kept;
+        let photon = CompensationPhoton {
+            reflected,
+            assignment,
+        };
+        (rng::unit(rng::key(at.p.to_array())) < kept).then_some(photon)
+    };
+    KdTree::build_ordered(reflected.into_par_iter().filter_map(assigned).collect())
+}

@@ -1,0 +1,157 @@
+//! Gather points, and what the camera paths of a tile and of a pixel share while they are traced.
+
+use super::prepared::PreparedPasses;
+use crate::color::Rgb;
+use crate::film::{Layer, TileSamples};
+use crate::gather::{ShadingPoint, Strategy, Subset};
+use crate::integrators::partition::PathStage;
+use crate::maps::{INCIDENT_NEIGHBORS, Neighbors};
+use crate::math::Vec3;
+use crate::sampling::{Pass, Sampler, Spread, Stream};
+use crate::transport::Walk;
+
+/// Beyond the first gather point of a camera path, one light in this many is summed. Unmeasured: such points add a small part
+/// of the image, so that their noise may be larger.
+const SPARSE_STEP: u32 = 8;
+/// Number of different sparse subsets in a pass, the same in all tiles: points with the same subset are summed together.
+const SPARSE_CHOICES: u32 = 4;
+/// Squared distance, relative to the area per light, within which a cached area per light is used again. Unmeasured.
+const CACHED_AREA_REACH: f32 = 0.1;
+
+/// A vertex of a camera path at which virtual lights and photons are summed.
+pub(super) struct GatherPoint<'s> {
+    /// Index of the pixel in the tile.
+    pub(super) pixel: usize,
+    /// Throughput of the camera path up to this vertex.
+    pub(super) throughput: Rgb,
+    /// Segments of the camera path up to this vertex.
+    pub(super) segments: u32,
+    pub(super) at: ShadingPoint<'s>,
+    /// Stage of the path partition before the non-specular event here.
+    pub(super) stage: PathStage,
+    /// Largest radius of density estimates, in m.
+    pub(super) max_photon_radius: f32,
+    /// See [`direction_limit`](super::compensation_photons::direction_limit); infinite if directions account for all light
+    /// of emitters here.
+    pub(super) direction_limit: f32,
+    /// Factor on density estimates here. Photons change little within a pixel: of its first camera paths one looks photons
+    /// up, for all of them.
+    pub(super) photon_weight: f32,
+}
+
+/// What the camera paths of a tile share: their gather points and the tile's samples.
+pub(super) struct TileGather<'s, 'o, 't> {
+    pub(super) out: &'o mut TileSamples<'t>,
+    pub(super) points: Vec<GatherPoint<'s>>,
+    /// Shadow rays traced so far.
+    pub(super) shadow_rays: u64,
+    /// Memory for queries of the environment guide.
+    pub(super) found: Neighbors,
+    /// Position of the last query of the area per light, and the area in m².
+    cached_area: Option<(Vec3, f32)>,
+    sparse: SparseSubsets,
+}
+
+impl<'s, 'o, 't> TileGather<'s, 'o, 't> {
+    pub(super) fn new(strategy: Strategy, pass: Pass, out: &'o mut TileSamples<'t>) -> Self {
+        TileGather {
+            out,
+            points: Vec::new(),
+            shadow_rays: 0,
+            found: Neighbors::new(INCIDENT_NEIGHBORS),
+            cached_area: None,
+            sparse: SparseSubsets::new(strategy, pass),
+        }
+    }
+}
+
+/// Deals out sparse subsets of the lights of a pass in turn.
+struct SparseSubsets {
+    first: u32,
+    choices: u32,
+    dealt: u32,
+}
+
+impl SparseSubsets {
+    fn new(strategy: Strategy, pass: Pass) -> Self {
+        let u = pass.sampler(Stream::Selection, 2).next_1d();
+        SparseSubsets {
+            first: (u * SPARSE_STEP as f32) as u32,
+            choices: match strategy {
+                Strategy::All => SPARSE_CHOICES,
+                // Of a subset, a cut uses the number of lights alone.
+                Strategy::Cuts(_) => 1,
+            },
+            dealt: 0,
+        }
+    }
+
+    fn next(&mut self, lights: Subset) -> Subset {
+        let choice = self.dealt % self.choices;
+        self.dealt += 1;
+        lights.part(
+            self.first + choice * (SPARSE_STEP / self.choices),
+            SPARSE_STEP,
+        )
+    }
+}
+
+/// Random numbers that the camera paths of a pixel share, so that together they fill their domains evenly.
+#[derive(Clone, Copy)]
+pub(super) struct PixelNumbers {
+    pub(super) events: Spread,
+    pub(super) emitters: Spread,
+    pub(super) directions: Spread,
+}
+
+impl PixelNumbers {
+    pub(super) fn draw(sampler: &mut Sampler) -> Self {
+        PixelNumbers {
+            events: sampler.next_spread(),
+            emitters: sampler.next_spread(),
+            directions: sampler.next_spread(),
+        }
+    }
+}
+
+/// What the camera paths of one pixel share.
+pub(super) struct PixelGather<'p, 's, 'o, 't> {
+    pub(super) prepared: &'p PreparedPasses<'s>,
+    /// The lights of this pass.
+    pub(super) lights: Subset,
+    pub(super) sampler: &'p mut Sampler,
+    pub(super) numbers: PixelNumbers,
+    /// Index of the pixel in the tile.
+    pub(super) pixel: usize,
+    pub(super) tile: &'p mut TileGather<'s, 'o, 't>,
+    /// Roulette weight of a direction sampled at the first gather point of the current camera path.
+    pub(super) first_weight: f32,
+}
+
+impl PixelGather<'_, '_, '_, '_> {
+    pub(super) fn add(&mut self, layer: Layer, radiance: Rgb) {
+        self.tile.out.add(self.pixel, layer, radiance);
+    }
+
+    /// A sparse subset of the lights of this pass.
+    pub(super) fn sparse_lights(&mut self) -> Subset {
+        self.tile.sparse.next(self.lights)
+    }
+
+    /// Surface area per light around `p`, in m², of some position nearby.
+    pub(super) fn area_per_light(&mut self, p: Vec3) -> f32 {
+        if let Some((position, area)) = self.tile.cached_area
+            && position.distance_squared(p) < CACHED_AREA_REACH * area
+        {
+            return area;
+        }
+        let area = self.prepared.lights.set.surface_per_light(p);
+        self.tile.cached_area = Some((p, area));
+        area
+    }
+}
+
+/// Weight of a walk for roulette: the largest channel of its throughput without the η² that refraction puts into radiance.
+pub(super) fn roulette_weight(walk: &Walk) -> f32 {
+    walk.throughput().max_channel() * walk.eta_squared()
+}

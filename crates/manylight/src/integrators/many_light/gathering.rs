@@ -1,0 +1,290 @@
+//! Gathering at a non-specular vertex `x` of a camera path: light of emitters, the sum over virtual lights, and directions
+//! that account for the rest.
+//!
+//! Emitters are estimated by next-event estimation and by directions, combined by MIS. Directions are sampled from the
+//! non-specular lobes at `x` and from where photons of the environment arrive. A direction that meets a surface continues in
+//! two ways:
+//!
+//! * by bias compensation of the sum over virtual lights (`compensation.rs`);
+//! * by specular events, if a glossy lobe at `x` meets a specular surface (`specular_chains.rs`).
+//!
+//! Both gather again at the vertex where they end, on a sparse subset of the lights.
+
+use super::axes::Compensation;
+use super::compensation_photons::direction_fraction;
+use super::gather_points::{GatherPoint, PixelGather, PixelNumbers};
+use super::next_event::EmitterLight;
+use crate::bsdf::{BsdfNumbers, BsdfSample, Lobes};
+use crate::color::Rgb;
+use crate::gather::{ShadingPoint, Subset};
+use crate::integrators::guiding::{environment_guide, guided_pdf, sample_direction};
+use crate::integrators::partition::PathStage;
+use crate::maps::IncidentGuide;
+use crate::math::Vec3;
+use crate::sampling::{Sampler, Spread};
+use crate::transport::direct::EmitterPlan;
+use crate::transport::{Vertex, Walk, next_scattering_vertex};
+
+/// Directions, and emitter samples, at the first gather points of the camera paths of a pixel, together. Unmeasured: they cost
+/// little beside the sum over all lights.
+pub(super) const DIRECTIONS: u32 = 16;
+/// Fewest directions at a point for which a query of the area per light pays. Unmeasured.
+const AREA_QUERY_DIRECTIONS: u32 = 4;
+/// Growth of the largest radius of density estimates per length of segments after a non-specular event, in rad: caustics seen
+/// by such events may be blurred more. Unmeasured.
+const INDIRECT_RADIUS_ANGLE: f32 = 0.02;
+
+/// A camera path from its first gather point on.
+#[derive(Clone)]
+pub(super) struct GatherPath<'s> {
+    pub(super) walk: Walk<'s>,
+    pub(super) stage: PathStage,
+    /// Largest radius of density estimates at its end, in m.
+    pub(super) max_photon_radius: f32,
+}
+
+/// Why lights are gathered at a vertex.
+#[derive(Clone, Copy)]
+pub(super) enum GatherRole {
+    /// It ends a specular prefix. `photon_weight` as in [`GatherPoint`].
+    FirstVertex { photon_weight: f32 },
+    /// Its light towards the path was clamped.
+    Compensation {
+        /// On transmitting surfaces, the normal of the side that was chosen.
+        lit_from: Option<Vec3>,
+        /// As in [`GatherPoint`].
+        direction_limit: f32,
+    },
+    /// A glossy lobe sees it by specular events.
+    BehindSpecularChain,
+}
+
+impl GatherRole {
+    fn lit_from(self) -> Option<Vec3> {
+        match self {
+            GatherRole::Compensation { lit_from, .. } => lit_from,
+            GatherRole::FirstVertex { .. } | GatherRole::BehindSpecularChain => None,
+        }
+    }
+
+    fn direction_limit(self) -> f32 {
+        match self {
+            GatherRole::Compensation {
+                direction_limit, ..
+            } => direction_limit,
+            GatherRole::FirstVertex { .. } | GatherRole::BehindSpecularChain => f32::INFINITY,
+        }
+    }
+
+    fn photon_weight(self) -> f32 {
+        match self {
+            GatherRole::FirstVertex { photon_weight } => photon_weight,
+            GatherRole::Compensation { .. } | GatherRole::BehindSpecularChain => 1.0,
+        }
+    }
+}
+
+/// Random numbers of the directions at a gather point.
+pub(super) struct DirectionNumbers {
+    count: u32,
+    /// Index of the first direction in the sequences.
+    first: u32,
+    emitters: Spread,
+    directions: Spread,
+}
+
+impl DirectionNumbers {
+    /// Those of camera path `index` of a pixel, each of which has `count`.
+    pub(super) fn of_path(index: u32, count: u32, numbers: PixelNumbers) -> Self {
+        DirectionNumbers {
+            count,
+            first: index * count,
+            emitters: numbers.emitters,
+            directions: numbers.directions,
+        }
+    }
+
+    /// Those of one direction.
+    pub(super) fn single(sampler: &mut Sampler) -> Self {
+        DirectionNumbers {
+            count: 1,
+            first: 0,
+            emitters: sampler.next_spread(),
+            directions: sampler.next_spread(),
+        }
+    }
+}
+
+/// A direction sampled at a gather point.
+pub(super) struct SampledDirection<'x, 's> {
+    /// The gather point.
+    pub(super) at: &'x ShadingPoint<'s>,
+    /// `f cosθ` of its non-specular lobes in the direction, in 1/sr.
+    pub(super) f_cos: Rgb,
+    /// Surface area per light around it, in m²; `None` if too few directions share the query for it.
+    pub(super) area_per_light: Option<f32>,
+}
+
+/// How light that emitters send along a direction is estimated.
+#[derive(Clone, Copy)]
+pub(super) enum EmittedLight {
+    /// By directions, up to this fraction; only on the side of the normal, if given.
+    Directions {
+        fraction: f32,
+        lit_from: Option<Vec3>,
+    },
+    /// By photons.
+    Photons,
+}
+
+impl<'s> PixelGather<'_, 's, '_, '_> {
+    /// Estimates all light that the non-specular lobes of `v`, the end of `path`, reflect: emitters, the sum over `lights`
+    /// (as a gather point), and what directions account for.
+    pub(super) fn gather(
+        &mut self,
+        v: &Vertex<'s>,
+        mut path: GatherPath<'s>,
+        role: GatherRole,
+        lights: Subset,
+        numbers: &DirectionNumbers,
+    ) {
+        let at = self.add_gather_point(v, &path, role, lights);
+        let compensates = self.prepared.compensation == Compensation::KolligKeller;
+        let area_per_light = (compensates && numbers.count >= AREA_QUERY_DIRECTIONS)
+            .then(|| self.area_per_light(at.x.p));
+        let guide = environment_guide(&self.prepared.incident, v, &mut self.tile.found);
+        path.walk.scale(1.0 / numbers.count as f32);
+        for i in 0..numbers.count {
+            let (u_choice, u) = numbers.emitters.triple(numbers.first + i);
+            let plan = EmitterPlan::new(self.prepared.scene, u_choice, u);
+            self.add_emitter(v, &path, role, guide.as_ref(), &plan);
+            let (lobe, direction) = numbers.directions.triple(numbers.first + i);
+            let bsdf_numbers = BsdfNumbers { lobe, direction };
+            let u = (i as f32 + self.sampler.next_1d()) / numbers.count as f32;
+            let lobes = Lobes::NON_SPECULAR;
+            if let Some(sample) = sample_direction(v, guide.as_ref(), lobes, bsdf_numbers, u) {
+                let from = SampledDirection {
+                    at: &at,
+                    f_cos: v.bsdf.f_cos_wi(sample.w, v.w_prev, lobes),
+                    area_per_light,
+                };
+                self.follow_direction(v, path.clone(), role, &from, sample);
+            }
+        }
+    }
+
+    /// Adds light of a sampled emitter; sampled directions are the other half of MIS.
+    fn add_emitter(
+        &mut self,
+        v: &Vertex,
+        path: &GatherPath,
+        role: GatherRole,
+        guide: Option<&IncidentGuide>,
+        plan: &EmitterPlan,
+    ) {
+        let light = EmitterLight {
+            lobes: Lobes::NON_SPECULAR,
+            lit_from: role.lit_from(),
+            direction_limit: role.direction_limit(),
+        };
+        let pdf_walk = |wi| guided_pdf(v, guide, Lobes::NON_SPECULAR, wi);
+        if let Some(radiance) = self.next_event(v, light, plan, pdf_walk) {
+            let layer = path.stage.after(Lobes::DIFFUSE).layer();
+            self.add(layer, path.walk.throughput() * radiance);
+        }
+    }
+
+    /// The vertex `v` becomes a gather point.
+    fn add_gather_point(
+        &mut self,
+        v: &Vertex<'s>,
+        path: &GatherPath<'s>,
+        role: GatherRole,
+        lights: Subset,
+    ) -> ShadingPoint<'s> {
+        let limits = self.prepared.limits;
+        let at = ShadingPoint {
+            x: v.x,
+            wo: v.w_prev,
+            bsdf: v.bsdf,
+            max_photon_depth: limits.max_depth.map(|max| max - (v.segments + 1)),
+            u: self.sampler.next_1d(),
+            lights,
+            tolerance: 0.0,
+            lit_from: role.lit_from(),
+        };
+        self.tile.points.push(GatherPoint {
+            pixel: self.pixel,
+            throughput: path.walk.throughput(),
+            segments: v.segments,
+            at,
+            stage: path.stage,
+            max_photon_radius: path.max_photon_radius,
+            direction_limit: role.direction_limit(),
+            photon_weight: role.photon_weight(),
+        });
+        at
+    }
+
+    /// Continues from the gather point at `v` along `sample`: adds the emitter there, compensates clamping, and follows
+    /// specular events.
+    fn follow_direction(
+        &mut self,
+        v: &Vertex<'s>,
+        mut path: GatherPath<'s>,
+        role: GatherRole,
+        from: &SampledDirection<'_, 's>,
+        sample: BsdfSample,
+    ) {
+        if !path.walk.follow(v, Some(sample)) {
+            return;
+        }
+        path.stage = path.stage.after(Lobes::DIFFUSE);
+        let emitted = EmittedLight::Directions {
+            fraction: direction_fraction(role.direction_limit(), from.f_cos),
+            lit_from: role.lit_from(),
+        };
+        let Some(y) = self.next_vertex(&mut path, emitted) else {
+            return;
+        };
+        if v.bsdf.lobes().has(Lobes::GLOSSY) && y.bsdf.lobes().has(Lobes::SPECULAR) {
+            let f = |lobes| v.bsdf.f(sample.w, v.w_prev, lobes);
+            let glossy_fraction = f(Lobes::GLOSSY).zip(f(Lobes::NON_SPECULAR), |part, all| {
+                if all > 0.0 { part / all } else { 0.0 }
+            });
+            self.follow_specular_chain(y.clone(), path.clone(), glossy_fraction);
+        }
+        if y.bsdf.lobes().has(Lobes::NON_SPECULAR)
+            && self.prepared.compensation == Compensation::KolligKeller
+        {
+            self.compensate(&y, path, from);
+        }
+    }
+
+    /// Follows a path to the next vertex that scatters, and adds the light of emitters on the way. `None`: the path ends.
+    pub(super) fn next_vertex(
+        &mut self,
+        path: &mut GatherPath<'s>,
+        emitted: EmittedLight,
+    ) -> Option<Vertex<'s>> {
+        let (scene, limits) = (self.prepared.scene, self.prepared.limits);
+        let GatherPath {
+            walk,
+            stage,
+            max_photon_radius,
+        } = path;
+        let (out, pixel, layer) = (&mut *self.tile.out, self.pixel, stage.layer());
+        next_scattering_vertex(scene, limits, walk, self.sampler, |step, throughput, _| {
+            if let EmittedLight::Directions { fraction, lit_from } = emitted {
+                if lit_from.is_some_and(|n| step.wi.dot(n) <= 0.0) {
+                    return false;
+                }
+                out.add(pixel, layer, throughput * (step.emitted * fraction));
+            }
+            if let Some(y) = &step.vertex {
+                *max_photon_radius += INDIRECT_RADIUS_ANGLE * y.distance;
+            }
+            true
+        })
+    }
+}

@@ -1,0 +1,60 @@
+//! Everything that the passes of a group shade with.
+
+use super::axes::Compensation;
+use super::compensation_photons::CompensationPhoton;
+use super::schedule::{LightSubsets, PassGroup};
+use crate::gather::{Gather, LightIndex};
+use crate::maps::{IncidentMap, KdTree};
+use crate::math::Vec2;
+use crate::particles::Photon;
+use crate::scene::{PathLimits, Scene};
+use crate::virtual_lights::NearestLights;
+
+/// Everything that the passes of a group shade with.
+#[derive(Debug)]
+pub struct PreparedPasses<'s> {
+    pub(super) scene: &'s Scene,
+    pub(super) limits: PathLimits,
+    pub(super) group: PassGroup,
+    pub(super) compensation: Compensation,
+    pub(super) gather: Gather,
+    /// The virtual lights.
+    pub lights: LightIndex<'s>,
+    pub(super) subsets: LightSubsets,
+    /// The light that a photon anywhere would be assigned to.
+    pub nearest: NearestLights,
+    /// Directions from which photons of the environment arrive.
+    pub(super) incident: IncidentMap,
+    /// Photons with a specular last event.
+    pub caustics: KdTree<Photon>,
+    pub(super) compensation_photons: KdTree<CompensationPhoton>,
+    /// Radiance by which a cluster of lights may be off in any pixel, luminance in W/(m² sr); 0 without cuts.
+    pub(super) tolerance: f32,
+    pub(super) pixel: PixelFootprint,
+}
+
+/// Width of a pixel in the middle of the film, as a function of the distance from the camera.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PixelFootprint {
+    /// Width at the camera, in m.
+    width: f32,
+    /// Growth of the width per m of distance.
+    growth: f32,
+}
+
+impl PixelFootprint {
+    pub(super) fn of(scene: &Scene) -> Self {
+        let middle = scene.sensor.desc().film.size.as_vec2() * 0.5;
+        let ray = |film| scene.sensor.ray(film, Vec2::splat(0.5)).ray;
+        let (a, b) = (ray(middle), ray(middle + Vec2::X));
+        PixelFootprint {
+            width: a.o.distance(b.o),
+            growth: a.d.distance(b.d),
+        }
+    }
+
+    /// Width at `distance` m along a camera path, in m.
+    pub(super) fn width_at(self, distance: f32) -> f32 {
+        self.width + self.growth * distance
+    }
+}

@@ -1,0 +1,166 @@
+//! The schedule of passes: which passes share a set of virtual lights, how the lights are divided among them, and how far
+//! the lights are refined.
+//!
+//! Passes 0, 1, 2-3, 4-7 and then each 8 form a group. The lights of a group are made together and divided evenly along
+//! the space-filling curve. Lights that are one of 4096 represent fewer photons each than lights that are one of 512, and
+//! differ less from each other: every eighth of the former is a better choice than eight sets of the latter.
+//!
+//! With progressive resampling, the area that a light represents shrinks with the square root of the index of the pass. The
+//! mean over `n` passes then loses its bias by `1/√n`, as it loses its noise.
+
+use super::axes::Resampling;
+use super::settings::ManyLight;
+use crate::gather::{Strategy, Subset};
+use std::ops::Range;
+
+/// Most passes that share one set of lights. Unmeasured: memory grows with it, and the gain over half of it is small.
+const MAX_GROUP_PASSES: u32 = 8;
+/// Most lights of a group of several passes: bounds its memory.
+const MAX_GROUP_LIGHTS: u32 = 32_768;
+/// Most photon paths of a group of several passes: bounds its memory.
+const MAX_GROUP_PHOTON_PATHS: u32 = 1 << 22;
+/// Passes after which the area that a light represents has shrunk by `1/√2`. Unmeasured: the first 16 passes, the default
+/// of a render, are hardly refined.
+const UNREFINED_PASSES: f32 = 16.0;
+/// Most lights that are placed in a group for the sake of refinement: bounds its memory.
+const MAX_REFINED_LIGHTS: u32 = 1 << 18;
+
+/// Passes that share one set of virtual lights, and how the set is made.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PassGroup {
+    /// The passes.
+    pub passes: Range<u32>,
+    /// Factor of progressive refinement: the area that a light represents is divided by it. At least 1.
+    pub refinement: f32,
+    /// Emitted photon paths.
+    pub photon_paths: u32,
+    /// Importon paths.
+    pub importon_paths: u32,
+    /// Lights that are placed for each light that some pass shades with. The others represent their part of the flux, but are
+    /// not evaluated.
+    pub placed_per_shaded: u32,
+    /// Lights that are placed.
+    pub placed_lights: u32,
+    /// Photons that make up the emission of a light, under the density rule.
+    pub neighbors: u32,
+}
+
+impl ManyLight {
+    /// The group of pass `index`. It depends on the settings and the index alone.
+    pub fn pass_group(&self, index: u32) -> PassGroup {
+        let passes = self.passes_with(index);
+        let refinement = match self.resampling {
+            Resampling::New => 1.0,
+            Resampling::Progressive => (1.0 + passes.start as f32 / UNREFINED_PASSES).sqrt(),
+        };
+        self.group(passes, refinement)
+    }
+
+    /// A group of pass `index` alone, without refinement.
+    pub(super) fn single_pass_group(&self, index: u32) -> PassGroup {
+        self.group(index..index + 1, 1.0)
+    }
+
+    fn group(&self, passes: Range<u32>, refinement: f32) -> PassGroup {
+        let count = passes.len() as u32;
+        let shaded = u64::from(self.light_count) * u64::from(count);
+        let most = (u64::from(MAX_REFINED_LIGHTS) / shaded.max(1)).max(1);
+        let placed_per_shaded = (refinement.round() as u32).min(most as u32);
+        PassGroup {
+            passes,
+            refinement,
+            photon_paths: self.photon_paths * count,
+            importon_paths: self.importon_paths * count,
+            placed_per_shaded,
+            placed_lights: self.light_count * count * placed_per_shaded,
+            neighbors: (self.neighbors as f32 / refinement) as u32,
+        }
+    }
+
+    /// The passes that share the lights of pass `index`: a power of two of them, at most [`MAX_GROUP_PASSES`]. A cut is
+    /// through all lights of its pass, which then has its own set.
+    fn passes_with(&self, index: u32) -> Range<u32> {
+        if self.strategy != Strategy::All {
+            return index..index + 1;
+        }
+        let most = MAX_GROUP_PASSES
+            .min(MAX_GROUP_LIGHTS / self.light_count.max(1))
+            .min(MAX_GROUP_PHOTON_PATHS / self.photon_paths.max(1))
+            .min(index);
+        let count = most.checked_ilog2().map_or(1, |log| 1 << log);
+        let start = index - index % count;
+        start..start + count
+    }
+}
+
+/// The division of a group's lights among its passes.
+#[derive(Clone, Debug)]
+pub(super) struct LightSubsets {
+    passes: Range<u32>,
+    /// Number of subsets; some may belong to no pass.
+    pub(super) count: u32,
+    /// The subset of the first pass. It is random, so that the mean over passes that end in mid-group is right.
+    first: u32,
+}
+
+impl LightSubsets {
+    /// Divides `lights` lights among the passes of `group`, with the random number `u` in [0, 1). Where few photons arrive,
+    /// there are fewer lights than were asked for, and some passes share a subset.
+    pub(super) fn divide(method: &ManyLight, group: &PassGroup, lights: usize, u: f32) -> Self {
+        let passes = group.passes.len() as u32;
+        let count = match method.strategy {
+            Strategy::Cuts(_) => 1,
+            Strategy::All => {
+                let is_enough = |count: &u32| lights <= (method.light_count * count) as usize;
+                let fewest = (0..=passes.ilog2()).map(|log| 1 << log).find(is_enough);
+                let by_size = lights.div_ceil(method.light_count as usize) as u32;
+                fewest.unwrap_or(by_size.clamp(passes, passes * group.placed_per_shaded))
+            }
+        };
+        LightSubsets {
+            passes: group.passes.clone(),
+            count,
+            first: (u * count as f32) as u32,
+        }
+    }
+
+    /// The lights of pass `index`.
+    pub(super) fn of_pass(&self, index: u32) -> Subset {
+        let k = self.first + (index - self.passes.start);
+        Subset::ALL.part(k % self.count, self.count)
+    }
+
+    /// Whether some pass shades with light `k`.
+    pub(super) fn is_shaded(&self, k: usize) -> bool {
+        (k as u32 + self.count - self.first) % self.count < self.passes.len() as u32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn groups_hold_whole_runs_of_passes() {
+        let method = ManyLight::rich_vpl();
+        let mut pass = 0;
+        let mut lengths = Vec::new();
+        while pass < 40 {
+            let passes = method.pass_group(pass).passes;
+            assert_eq!(passes.start, pass, "groups follow each other");
+            assert!(
+                passes
+                    .clone()
+                    .all(|p| method.pass_group(p).passes == passes)
+            );
+            lengths.push(passes.len());
+            pass = passes.end;
+        }
+        assert_eq!(lengths, [1, 1, 2, 4, 8, 8, 8, 8]);
+        let large = ManyLight {
+            light_count: 20_000,
+            ..method
+        };
+        assert_eq!(large.pass_group(11).passes, 11..12);
+    }
+}

@@ -1,0 +1,33 @@
+//! The settings of a many-light method.
+
+use super::axes::{ClampRule, Compensation, EmissionKind, FluxRule, Placement, Resampling};
+use crate::gather::{Kernel, Strategy};
+
+/// Indirect light from virtual lights: the number of particles and lights, and a choice on each axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ManyLight {
+    /// Virtual lights that a pass shades with.
+    pub light_count: u32,
+    /// Emitted photon paths per pass.
+    pub photon_paths: u32,
+    /// Importon paths per pass.
+    pub importon_paths: u32,
+    /// How photons are chosen to become lights.
+    pub placement: Placement,
+    /// The flux of a light.
+    pub flux: FluxRule,
+    /// Nearest photons that make up the emission of a light, under [`FluxRule::Density`].
+    pub neighbors: u32,
+    /// The emission of a light.
+    pub emission: EmissionKind,
+    /// The shape with which a light is evaluated.
+    pub kernel: Kernel,
+    /// The lights that are evaluated at a point.
+    pub strategy: Strategy,
+    /// Bound on the singularity of a connection.
+    pub clamp: ClampRule,
+    /// Compensation of the light that clamping removes.
+    pub compensation: Compensation,
+    /// The lights of successive passes.
+    pub resampling: Resampling,
+}

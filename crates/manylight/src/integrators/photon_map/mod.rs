@@ -1,0 +1,161 @@
+//! Photon maps: light on high-roughness lobes is estimated by the density of the photons that arrive there.
+//!
+//! Two methods share the camera paths of `camera_paths.rs`:
+//!
+//! * *Progressive* photon mapping follows low-roughness lobes, uses next-event estimation at every vertex, and estimates by
+//!   photons the light that reaches high-roughness lobes from other surfaces. Each pass has its own photons and a smaller
+//!   kernel than the pass before, so that the mean over passes converges to the right image.
+//! * The photon map *shown directly* estimates by photons all light that non-specular lobes reflect, with the same kernel in
+//!   all passes.
+//!
+//! At a vertex, the lobes are divided. Lobes that gather end the path: they have density estimates, and one more segment may
+//! meet an emitter. The others are followed. Photons that come from an emitter by specular events alone count for all
+//! non-specular lobes, and followed lobes leave that light out: emitters behind glass may be too small for them. The division
+//! depends on the surface and on events alone, so that every path is counted once.
+//!
+//! Source: Jensen, "Global Illumination using Photon Maps", EGWR 1996; Hachisuka, Ogaki, Jensen, "Progressive Photon Mapping", ACM
+//! TOG 2008; Hachisuka, Jensen, "Stochastic Progressive Photon Mapping", ACM TOG 2009; radii as in [`shrinking`].
+
+mod camera_paths;
+
+use super::context::PassContext;
+use super::partition::PathStage;
+use crate::bsdf::{Bsdf, Lobes};
+use crate::film::Film;
+use crate::maps::density::shrinking;
+use crate::maps::{IncidentMap, KdTree};
+use crate::math::UVec2;
+use crate::particles::{Photon, trace_photons};
+use crate::sampling::Pass;
+use crate::scene::{PathLimits, Scene};
+use crate::stats::Stats;
+use camera_paths::PhotonMapPass;
+
+/// The light that photons estimate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Estimate {
+    /// Light that reaches high-roughness lobes from other surfaces, with a kernel that shrinks from pass to pass.
+    Progressive,
+    /// All light that non-specular lobes reflect, with the whole kernel in every pass.
+    Direct,
+}
+
+/// Light from density estimates over photons. Each pass has its own photons.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PhotonMap {
+    /// Emitted photon paths per pass.
+    pub photon_paths: u32,
+    /// Photons in an estimate, before its kernel shrinks.
+    pub neighbors: u32,
+    /// The light that they estimate.
+    pub estimate: Estimate,
+}
+
+/// Least roughness of glossy lobes that gather before a non-specular event: lower ones would show single photons. After such an
+/// event, which blurs what is seen, all glossy lobes gather. Unmeasured.
+const LEAST_GATHERING_ROUGHNESS: f32 = 0.3;
+/// Most camera paths per pixel and pass; see [`PhotonMap::camera_paths`]. Unmeasured.
+const MAX_CAMERA_PATHS: u32 = 16;
+
+impl PhotonMap {
+    /// Progressive photon mapping.
+    pub fn progressive() -> Self {
+        PhotonMap {
+            photon_paths: 262_144,
+            neighbors: 64,
+            estimate: Estimate::Progressive,
+        }
+    }
+
+    /// The photon map shown directly.
+    pub fn direct() -> Self {
+        PhotonMap {
+            neighbors: 128,
+            estimate: Estimate::Direct,
+            ..PhotonMap::progressive()
+        }
+    }
+
+    /// One pass with its own photons. `false` if cancelled.
+    pub(super) fn render_pass(
+        &self,
+        scene: &Scene,
+        limits: PathLimits,
+        run: &PassContext,
+        film: &mut Film,
+    ) -> bool {
+        if run.cancelled() {
+            return false;
+        }
+        let stats = run.stats;
+        let photons = stats.time("photons", || {
+            self.trace_photons(scene, limits, self.photon_paths, run.pass)
+        });
+        Stats::count(&stats.photon_paths, u64::from(self.photon_paths));
+        Stats::count(&stats.photons, photons.len() as u64);
+        let (incident, photons) = stats.time("maps", || {
+            let incident = match self.estimate {
+                Estimate::Progressive => IncidentMap::from_afar(scene, &photons),
+                Estimate::Direct => IncidentMap::new(&[]),
+            };
+            let counts = |photon: &Photon| self.counts(photon.event);
+            let photons = photons.into_iter().filter(counts).collect();
+            (incident, KdTree::build_ordered(photons))
+        });
+        let pass = PhotonMapPass {
+            scene,
+            limits,
+            method: *self,
+            photons,
+            incident,
+            radius_scale: match self.estimate {
+                Estimate::Progressive => shrinking(run.pass.index + 1),
+                Estimate::Direct => 1.0,
+            },
+            camera_paths: self.camera_paths(film.picture_size()),
+        };
+        let positions = film.desc().sampler();
+        run.shade(film, UVec2::ZERO, |samples| {
+            pass.shade_tile(run, &positions, samples)
+        })
+    }
+
+    /// The photons of `paths` photon paths that some camera path may use, in path order.
+    pub(super) fn trace_photons(
+        &self,
+        scene: &Scene,
+        limits: PathLimits,
+        paths: u32,
+        pass: Pass,
+    ) -> Vec<Photon> {
+        trace_photons(scene, limits, paths, pass, |bsdf, event| {
+            // After a non-specular event, all non-specular lobes gather. Photons of the environment guide directions.
+            let is_useful = self.counts(event) || scene.emitters.has_environment();
+            (bsdf.lobes().has(Lobes::NON_SPECULAR) && is_useful).then_some(1)
+        })
+    }
+
+    /// Camera paths per pixel in a pass: about as many in all as photon paths, so that neither dominates the time.
+    fn camera_paths(&self, size: UVec2) -> u32 {
+        let pixels = u64::from(size.x) * u64::from(size.y);
+        let rounded = (u64::from(self.photon_paths) + pixels / 2) / pixels.max(1);
+        rounded.clamp(1, u64::from(MAX_CAMERA_PATHS)) as u32
+    }
+
+    /// Whether photons from events of this class are part of estimates.
+    fn counts(&self, event: Lobes) -> bool {
+        self.estimate == Estimate::Direct || event != Lobes::NONE
+    }
+
+    /// The lobes that gather at the given stage of a camera path; the others are followed.
+    fn gathering_lobes(&self, bsdf: &Bsdf, stage: PathStage) -> Lobes {
+        let glossy_gathers =
+            stage != PathStage::BeforeX || bsdf.glossy_width() >= LEAST_GATHERING_ROUGHNESS;
+        let lobes = if self.estimate == Estimate::Direct || glossy_gathers {
+            Lobes::NON_SPECULAR
+        } else {
+            Lobes::DIFFUSE
+        };
+        bsdf.lobes().and(lobes)
+    }
+}

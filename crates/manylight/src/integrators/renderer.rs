@@ -1,0 +1,60 @@
+//! A method at work on a scene, pass by pass.
+
+use super::context::PassContext;
+use super::many_light::PreparedPasses;
+use super::method::{Method, MethodKind};
+use super::{aov, light_tracer, path};
+use crate::film::Film;
+use crate::scene::{PathLimits, Scene};
+
+/// A method at work on a scene, with the virtual lights that its passes share.
+#[derive(Debug)]
+pub struct Renderer<'s> {
+    scene: &'s Scene,
+    method: Method,
+    prepared: Option<PreparedPasses<'s>>,
+}
+
+impl<'s> Renderer<'s> {
+    /// `method`, before its first pass.
+    pub fn new(scene: &'s Scene, method: Method) -> Self {
+        Renderer {
+            scene,
+            method,
+            prepared: None,
+        }
+    }
+
+    /// Adds one pass to `film`; `false` if it was cancelled and dropped. A pass depends only on the seed and its index.
+    pub fn render_pass(&mut self, run: &PassContext, film: &mut Film) -> bool {
+        let (scene, limits) = (self.scene, self.method.limits);
+        if self.begins_batch(run.pass.index) {
+            film.begin_batch();
+        }
+        match &self.method.kind {
+            MethodKind::Path => path::render_pass(scene, limits, run, film),
+            MethodKind::Direct => {
+                let max_depth = Some(limits.max_depth.map_or(2, |max| max.min(2)));
+                let limits = PathLimits {
+                    max_depth,
+                    ..limits
+                };
+                path::render_pass(scene, limits, run, film)
+            }
+            MethodKind::LightTracer => light_tracer::render_pass(scene, limits, run, film),
+            MethodKind::Aov => aov::render_pass(scene, limits, run, film),
+            MethodKind::ManyLight(settings) => {
+                settings.render_pass(scene, limits, run, &mut self.prepared, film)
+            }
+            MethodKind::PhotonMap(settings) => settings.render_pass(scene, limits, run, film),
+        }
+    }
+
+    /// Whether pass `index` shares no virtual lights with those before.
+    fn begins_batch(&self, index: u32) -> bool {
+        match &self.method.kind {
+            MethodKind::ManyLight(settings) => settings.pass_group(index).passes.start == index,
+            _ => true,
+        }
+    }
+}
