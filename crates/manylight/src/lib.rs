@@ -1,8 +1,31 @@
 //! A photorealistic many-light renderer.
 //!
 //! Rich-VPLs (Simon, Hanika, Dachsbacher, "Rich-VPLs for Improving the Versatility of Many-Light Methods", Eurographics 2015)
-//! and the methods they are compared with, as pure functions over plain data: no files, no printing, and no failure but in
-//! [`scene::Scene::build`]. Files are the business of `manylight-io`, the command line of `manylight-cli`.
+//! and the methods they are compared with, as pure functions over plain data. The crate promises:
+//!
+//! * no files, no printing, and no failure but in [`scene::Scene::build`]; files belong to the crate `manylight-io`, the
+//!   command line to `manylight-cli`;
+//! * the same bits for the same seed, for any number of threads;
+//! * units in SI, radiance in linear RGB, directions away from the surface.
+//!
+//! # A render in ten lines
+//!
+//! ```
+//! use manylight::prelude::*;
+//! use manylight_io::{LoadOptions, load_scene};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! # std::env::set_current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))?;
+//! let desc = load_scene("scenes/furnace/emissive-box.xml".as_ref(), &LoadOptions::default())?.desc;
+//! let scene = Scene::build(desc, 0)?;
+//! let method = MethodKind::ManyLight(ManyLight::rich_vpl());
+//! let film = render_film(&scene, method, Budget::passes(1), 0);
+//! let image = film.image(Layer::Beauty).ok_or("every film has a beauty layer")?;
+//! assert!(image.data.iter().all(|radiance| radiance.is_finite()));
+//! # Ok(()) }
+//! ```
+//!
+//! `examples/render_scene.rs` writes the image, too. A scene can also be described in code: see [`scene::SceneDesc`].
 //!
 //! # Layers
 //!
@@ -10,6 +33,7 @@
 //! order of the method. Start reading at [`integrators::many_light`].
 //!
 //! ```text
+//! 13 prelude
 //! 12 render
 //! 11 integrators
 //! 10 gather
@@ -70,6 +94,8 @@ pub mod gather;
 pub mod integrators;
 
 pub mod render;
+
+pub mod prelude;
 
 #[cfg(any(test, feature = "testing"))]
 pub mod testing;

@@ -1,4 +1,4 @@
-//! Connections of up to 64 points with up to 64 targets that wait for their visibility test.
+//! Connections of up to 64 points with up to 64 targets that wait for their shadow rays.
 
 use super::Gathered;
 use super::points::{BATCHES, Batch};
@@ -9,41 +9,41 @@ use crate::math::bits::transpose;
 use crate::scene::Scene;
 use crate::simd::{Wide, set_bits};
 
-/// Targets that are tested together; also the bits of a mask.
+/// Targets of a block: the bits of a mask.
 const TARGETS: usize = 64;
 
-/// Shadow rays to common targets, with what they carry. All leave their surfaces on the same side.
+/// Waiting shadow rays to common targets, with the light that they test. All start on the same side of their surfaces.
 #[derive(Debug)]
-pub(super) struct Block {
+pub(super) struct ShadowBlock {
     /// Index into [`Batch::origins`].
     side: usize,
     targets: Vec<Vec3>,
-    /// To which sum each target belongs.
+    /// The slot of the sum to which each target belongs.
     slots: Vec<usize>,
-    /// For each target and batch what arrives if it is visible, in the lanes that are wanted. Room for the most targets so far.
+    /// Light that arrives from each visible target, by batch, in the lanes that are connected with it. Kept at its largest size.
     values: Vec<[Lanes3; BATCHES]>,
-    /// For each target the points that it is to be connected with.
-    wanted: [u64; TARGETS],
+    /// The points that each target is connected with.
+    connected: [u64; TARGETS],
 }
 
-impl Block {
+impl ShadowBlock {
     pub(super) fn new(side: usize) -> Self {
-        Block {
+        ShadowBlock {
             side,
             targets: Vec::with_capacity(TARGETS),
             slots: Vec::with_capacity(TARGETS),
             values: Vec::new(),
-            wanted: [0; TARGETS],
+            connected: [0; TARGETS],
         }
     }
 
-    /// Whether another target would be too many.
+    /// Whether there is no room for another target.
     #[inline(always)]
     pub(super) fn is_full(&self) -> bool {
         self.targets.len() == TARGETS
     }
 
-    /// Adds a target, what comes from which belongs to the sum `slot`.
+    /// Adds a target of the sum `slot`.
     #[inline(always)]
     pub(super) fn open(&mut self, target: Vec3, slot: usize) {
         self.targets.push(target);
@@ -53,15 +53,15 @@ impl Block {
         }
     }
 
-    /// What the last target sends to the lanes of batch `b`.
+    /// Sets the light of the last target in the lanes of batch `b`.
     #[inline(always)]
     pub(super) fn put(&mut self, b: usize, lanes: LaneMask, values: &Lanes3) {
         let t = self.targets.len() - 1;
         self.values[t][b] = *values;
-        self.wanted[t] |= u64::from(lanes) << (b * LANES);
+        self.connected[t] |= u64::from(lanes) << (b * LANES);
     }
 
-    /// Tests what waits and adds what arrives to `gathered`, the sums by slot and batch.
+    /// Traces the shadow rays and adds the light that arrives to `gathered`, the sums by slot and batch.
     #[inline(always)]
     pub(super) fn flush<W: Wide>(
         &mut self,
@@ -97,25 +97,25 @@ impl Block {
         }
         self.targets.clear();
         self.slots.clear();
-        self.wanted.fill(0);
+        self.connected.fill(0);
     }
 
-    /// For each target the points that it is visible from. What passes through transparent surfaces is reduced in `values`.
+    /// The points from which each target is visible. Light through transparent surfaces is attenuated in `values`.
     fn trace(&mut self, scene: &Scene, batches: &[Batch], sums: &mut [Gathered]) -> [u64; TARGETS] {
         let geometry = &scene.geometry;
         let mut origins = [batches[0].origins[self.side][0]; BATCHES * LANES];
         for (b, batch) in batches.iter().enumerate() {
             origins[b * LANES..][..LANES].copy_from_slice(&batch.origins[self.side]);
         }
-        let mut wanted = self.wanted;
-        transpose(&mut wanted);
-        for (batch, wanted) in batches.iter().zip(wanted.chunks(LANES)) {
-            for (&member, wanted) in batch.members.iter().zip(wanted) {
-                sums[member].shadow_rays += u64::from(wanted.count_ones());
+        let mut connected = self.connected;
+        transpose(&mut connected);
+        for (batch, connected) in batches.iter().zip(connected.chunks(LANES)) {
+            for (&member, connected) in batch.members.iter().zip(connected) {
+                sums[member].shadow_rays += u64::from(connected.count_ones());
             }
         }
-        let occluded = geometry.occluded_block(&origins, &self.targets, &wanted);
-        let mut arriving: [u64; TARGETS] = std::array::from_fn(|k| wanted[k] & !occluded[k]);
+        let occluded = geometry.occluded_block(&origins, &self.targets, &connected);
+        let mut arriving: [u64; TARGETS] = std::array::from_fn(|k| connected[k] & !occluded[k]);
         if geometry.has_transparent() {
             let crossing = geometry.crossing_block(&origins, &self.targets, &arriving);
             for (k, &crossing) in crossing.iter().enumerate() {

@@ -4,7 +4,7 @@
     reason = "loops over lanes read like what they become: vector instructions"
 )]
 
-use super::block::Block;
+use super::block::ShadowBlock;
 use super::clamping::ClampedConnection;
 use super::light_points::{FacingPoints, LightPoint, PointCounts, point_of_disc};
 use super::points::{BATCHES, Batch};
@@ -118,7 +118,7 @@ pub(super) struct BatchSums<'a, 'b, 's> {
     /// Light of the part that is being added, by batch; arbitrary in lanes without a connection.
     values: [Lanes3; BATCHES],
     /// Waiting shadow rays that start on the side of the geometric normal, and on the other.
-    blocks: [Block; 2],
+    blocks: [ShadowBlock; 2],
     /// For spheres.
     samples: [Option<SphereSamples>; BATCHES],
     clamped: [Lanes; BATCHES],
@@ -144,7 +144,7 @@ impl<'a, 'b, 's> BatchSums<'a, 'b, 's> {
             gathered: vec![[Lanes3::ZERO; BATCHES]; slots],
             slot: 0,
             values: [Lanes3::ZERO; BATCHES],
-            blocks: [Block::new(0), Block::new(1)],
+            blocks: [ShadowBlock::new(0), ShadowBlock::new(1)],
             samples: std::array::from_fn(|b| {
                 let batch = batches.get(b)?;
                 (gather.kernel == Kernel::Sphere).then(|| SphereSamples::of(w, batch))

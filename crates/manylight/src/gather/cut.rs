@@ -1,9 +1,8 @@
-//! Which lights are evaluated at up to 64 points together: a cut through the tree, refined until no cluster can be far off at any of
-//! them.
+//! A cut through the light tree for up to 64 points together, refined until no cluster can be far off at any of them.
 //!
-//! Source: Walter et al., "Lightcuts: A Scalable Approach to Illumination", SIGGRAPH 2005. Deviations: one cut serves many points, which are bounded one by
-//! one; it is refined at many clusters at once, so that new representatives are tested for visibility together; and these are drawn for
-//! the points by what they send there.
+//! Source: Walter et al., "Lightcuts: A Scalable Approach to Illumination", SIGGRAPH 2005. Deviations: one cut serves many points,
+//! at each of which clusters are bounded; many clusters are refined at once, so that the shadow rays of new representatives are
+//! traced together; representatives are sampled by the light that they send to the points.
 
 use super::connect::BatchSums;
 use super::occlusion::Occluders;
@@ -17,31 +16,31 @@ use crate::sampling::rng::{self, Pcg};
 use crate::scene::Scene;
 use crate::simd::{self, Isa, Simd, Wide};
 
-/// When a cut is fine enough.
+/// The end of refinement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CutLimits {
-    /// No cluster may be off by more than this share.
+    /// Largest error of a cluster, relative to `share_of`.
     pub max_error: f32,
-    /// Of what.
+    /// The quantity that errors are relative to.
     pub share_of: ShareOf,
-    /// Most lights and clusters, even if some are off by more.
+    /// Most lights and clusters of a cut, whatever their error.
     pub max_lights: u32,
 }
 
-/// What the error of a cluster is compared with.
+/// The quantity that the error of a cluster is relative to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ShareOf {
-    /// What the point reflects of all lights.
+    /// The radiance that the point reflects.
     Point,
-    /// What the pixel shows of all lights where an eye path ends that goes on beyond the first point: see [`ShadingPoint::tolerance`]. Source:
-    /// Walter, Khungurn, Bala, "Bidirectional Lightcuts", SIGGRAPH 2012.
+    /// The radiance of the pixel at gather points beyond the first of a camera path; see [`ShadingPoint::tolerance`]. Source of
+    /// the idea: Walter, Khungurn, Bala, "Bidirectional Lightcuts", SIGGRAPH 2012.
     ///
     /// [`ShadingPoint::tolerance`]: super::ShadingPoint::tolerance
     Pixel,
 }
 
 impl Default for CutLimits {
-    /// What the source uses.
+    /// The source's values.
     fn default() -> Self {
         CutLimits {
             max_error: 0.02,
@@ -51,20 +50,21 @@ impl Default for CutLimits {
     }
 }
 
-/// So many clusters may be refined at once, or this part of the cut where that is more: a large cut needs no more rounds than a small one.
+/// Clusters that are refined in a round, at least. Unmeasured: as many representatives as a block of shadow rays holds.
 const ROUND: usize = 64;
-const PART_OF_CUT: usize = 4;
-/// Points count as no darker than this share of the brightest of their group.
-const DARKEST: f32 = 0.01;
+/// In a round, this fraction of a large cut is refined (one over the number), so that it needs no more rounds than a small one.
+const ROUND_DIVISOR: usize = 4;
+/// A point counts as no darker than this fraction of the brightest point that shares its cut. Unmeasured.
+const DARKEST_POINT: f32 = 0.01;
 
 /// A node of the cut.
-struct Cluster {
+struct CutNode {
     node: usize,
-    /// Of what its representative sends.
+    /// Slot of the light of its representative.
     slot: usize,
-    /// The light that stands for all below the node.
+    /// Its representative: a light below the node.
     drawn: Drawn,
-    /// What all its lights may send to each point; nothing for single lights, which are exact.
+    /// Bounds of the light of all its lights at each point; 0 for single lights, which are exact.
     sent: [Sent; BATCHES],
 }
 
@@ -77,13 +77,13 @@ struct AddCut<'a> {
     limits: CutLimits,
     batches: &'a [Batch<'a, 'a>],
     sums: &'a mut [Gathered],
-    /// Of the points.
+    /// Mean position of the points.
     middle: Vec3,
     rng: Pcg,
 }
 
 impl Gather {
-    /// Adds what a cut through the lights' tree sends to the points of up to [`BATCHES`] batches.
+    /// Adds a cut through the light tree to the sums of the points of up to [`BATCHES`] batches.
     pub(super) fn add_cut(
         &self,
         scene: &Scene,
@@ -138,7 +138,7 @@ impl simd::SimdKernel for AddCut<'_> {
                 }
             }
             let room = (self.limits.max_lights as usize).saturating_sub(cut.len());
-            let most = room.min(ROUND.max(cut.len() / PART_OF_CUT));
+            let most = room.min(ROUND.max(cut.len() / ROUND_DIVISOR));
             if coarse.is_empty() || most == 0 {
                 break;
             }
@@ -146,7 +146,7 @@ impl simd::SimdKernel for AddCut<'_> {
                 coarse.select_nth_unstable_by(most - 1, |a, b| b.0.total_cmp(&a.0));
                 coarse.truncate(most);
             }
-            // From the last on, so that removal leaves the others where they are.
+            // From the last on, so that removal keeps the indices of the others.
             coarse.sort_unstable_by_key(|&(_, k)| std::cmp::Reverse(k));
             for &(_, k) in &coarse {
                 let Some(children) = self.tree.children(cut[k].node) else {
@@ -173,17 +173,17 @@ impl simd::SimdKernel for AddCut<'_> {
 }
 
 impl AddCut<'_> {
-    /// A light that stands for all below a node.
+    /// Samples a representative of a node.
     fn draw(&mut self, node: usize) -> Drawn {
         (self.tree).draw(&self.lights.set, node, self.middle, &mut self.rng)
     }
 
-    /// Whether one surface hides all of a cluster from all points. Worth a look only where nothing has arrived from its light.
+    /// Whether one surface hides all of a cluster from all points. Tested only if no light of its representative arrives.
     #[inline(always)]
     fn is_hidden<W: Wide>(
         &self,
         w: W,
-        cluster: &Cluster,
+        cluster: &CutNode,
         gathered: &[[Lanes3; BATCHES]],
         occluders: &mut Occluders,
     ) -> bool {
@@ -194,15 +194,15 @@ impl AddCut<'_> {
             && occluders.hide(w, &node.bounds.grown(node.offset), target)
     }
 
-    /// Puts a node into the cut, unless none of the points can receive anything from it; with its parent's light and the slot of that, or
-    /// one of its own.
+    /// Puts a node into the cut, unless no point can receive light from it. Its representative is `inherited` from its parent with
+    /// the slot of that, or sampled anew.
     #[inline(always)]
     fn put<W: Wide>(
         &mut self,
         w: W,
         inherited: Option<(usize, Drawn)>,
         node: usize,
-        cut: &mut Vec<Cluster>,
+        cut: &mut Vec<CutNode>,
         sum: &mut BatchSums,
     ) {
         let sent = self.sent(w, node);
@@ -221,7 +221,7 @@ impl AddCut<'_> {
                 (slot, drawn)
             }
         };
-        cut.push(Cluster {
+        cut.push(CutNode {
             node,
             slot,
             drawn,
@@ -251,12 +251,12 @@ impl AddCut<'_> {
         sent
     }
 
-    /// By how much a cluster may be off at each point: a share of the luminance of the sum there, or what the point tolerates.
+    /// Largest error of a cluster at each point, luminance in W/(m² sr): relative to the sum there, or the tolerance of the point.
     #[inline(always)]
     fn allowed<W: Wide>(
         &self,
         w: W,
-        cut: &[Cluster],
+        cut: &[CutNode],
         gathered: &[[Lanes3; BATCHES]],
     ) -> [Lanes; BATCHES] {
         let mut totals = [[0.0; LANES]; BATCHES];
@@ -269,16 +269,16 @@ impl AddCut<'_> {
             *total = w.store(sum);
         }
         let brightest = totals.iter().flatten().copied().fold(0.0, f32::max);
-        let mut allowed =
-            totals.map(|total| total.map(|x| self.limits.max_error * x.max(DARKEST * brightest)));
+        let mut allowed = totals
+            .map(|total| total.map(|x| self.limits.max_error * x.max(DARKEST_POINT * brightest)));
         for (allowed, batch) in allowed.iter_mut().zip(self.batches) {
             *allowed = w.store(w.max(w.load(allowed), w.load(&batch.tolerance)));
         }
         allowed
     }
 
-    /// Adds up the cut.
-    fn finish(self, cut: &[Cluster], gathered: &[[Lanes3; BATCHES]], allowed: &[Lanes; BATCHES]) {
+    /// Adds the terms of the cut to the sums.
+    fn finish(self, cut: &[CutNode], gathered: &[[Lanes3; BATCHES]], allowed: &[Lanes; BATCHES]) {
         for (b, batch) in self.batches.iter().enumerate() {
             for (i, &member) in batch.members.iter().enumerate() {
                 let sum = &mut self.sums[member];
@@ -296,7 +296,7 @@ impl AddCut<'_> {
     }
 }
 
-/// The mean of the points.
+/// Mean position of the points.
 fn middle(batches: &[Batch]) -> Vec3 {
     let places = |batch: &Batch| {
         (0..batch.members.len())
@@ -307,14 +307,14 @@ fn middle(batches: &[Batch]) -> Vec3 {
     batches.iter().map(places).sum::<Vec3>() / count as f32
 }
 
-/// One over what is allowed; where that is nothing, as much as there is.
+/// One over the allowed errors; a large number where no error is allowed.
 #[inline(always)]
 fn inverse<W: Wide>(w: W, allowed: &Lanes) -> Lanes {
     let least = w.splat(f32::MIN_POSITIVE);
     w.store(w.div(w.splat(1.0), w.max(w.load(allowed), least)))
 }
 
-/// Whether a cluster may be off by more than is allowed at any of the points.
+/// Whether the bound of a cluster is larger than the allowed error at any of the points.
 #[inline(always)]
 fn is_beyond<W: Wide>(w: W, sent: &[Sent; BATCHES], allowed: &[Lanes; BATCHES]) -> bool {
     let beyond =
@@ -322,7 +322,7 @@ fn is_beyond<W: Wide>(w: W, sent: &[Sent; BATCHES], allowed: &[Lanes; BATCHES]) 
     sent.iter().zip(allowed).any(beyond)
 }
 
-/// What a cluster is likely to send where that matters most, as a multiple of what is allowed there.
+/// Largest ratio, over the points, of the light that a cluster is likely to send and the allowed error.
 #[inline(always)]
 fn likeliest<W: Wide>(w: W, sent: &[Sent; BATCHES], inverses: &[Lanes; BATCHES]) -> f32 {
     let mut least = w.splat(0.0);

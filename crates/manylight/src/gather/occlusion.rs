@@ -1,4 +1,4 @@
-//! Boxes that one flat surface hides from all points of a group. What is in them is seen from none of the points, without a single test.
+//! Boxes that one flat surface hides from all points of a group: their lights need no shadow rays.
 
 use super::points::Batch;
 use crate::geometry::{Occluder, Ray};
@@ -8,19 +8,21 @@ use crate::math::{Aabb, Vec3};
 use crate::scene::Scene;
 use crate::simd::Wide;
 
-/// Surfaces that have hidden something lately, the last first.
+/// Surfaces that are tried first: those that have hidden a box most recently. Unmeasured.
 const RECENT: usize = 8;
-/// Ways that meet a surface at a smaller sine than this do not count: they might slip through between its triangles.
+/// Least sine of the angle between a segment and a surface that hides it. Unmeasured: at smaller angles, a segment may pass between
+/// the triangles of the surface.
 const GRAZING: f32 = 0.01;
-/// What is nearer to a surface than so many times the distance from which shadow rays start is on it.
+/// Distance from a surface, in offsets of shadow rays, within which a point lies on it. Unmeasured.
 const OFFSETS: f32 = 4.0;
 
-/// Surfaces that hide things from the points of some batches.
+/// Surfaces that hide boxes from the points of some batches.
 pub(super) struct Occluders<'a> {
     scene: &'a Scene,
     batches: &'a [Batch<'a, 'a>],
+    /// The most recent first.
     recent: Vec<Occluder>,
-    /// In m.
+    /// Distance from a surface within which a point lies on it, in m.
     margin: f32,
 }
 
@@ -39,7 +41,7 @@ impl<'a> Occluders<'a> {
         }
     }
 
-    /// Whether some surface is known to hide all of the box `bounds` from all points. One that is met on the way to `target` is tried too.
+    /// Whether a recent surface, or the one that a ray to `target` meets, hides all of the box `bounds` from all points.
     #[inline(always)]
     pub(super) fn hide<W: Wide>(&mut self, w: W, bounds: &Aabb, target: Vec3) -> bool {
         let corners = bounds.corners();
@@ -49,7 +51,7 @@ impl<'a> Occluders<'a> {
                 return true;
             }
         }
-        let Some(occluder) = self.on_the_way_to(target) else {
+        let Some(occluder) = self.surface_towards(target) else {
             return false;
         };
         if !self.hides(w, &occluder, &corners) {
@@ -60,8 +62,8 @@ impl<'a> Occluders<'a> {
         true
     }
 
-    /// What is met from one of the points.
-    fn on_the_way_to(&self, target: Vec3) -> Option<Occluder> {
+    /// The surface that a ray from one of the points to `target` meets.
+    fn surface_towards(&self, target: Vec3) -> Option<Occluder> {
         let batch = &self.batches[0];
         let to = target - batch.p.vec(0);
         let side = usize::from(to.dot(batch.ng.vec(0)) < 0.0);
@@ -75,8 +77,8 @@ impl<'a> Occluders<'a> {
         geometry.occluder(geometry.intersect(&ray)?.at)
     }
 
-    /// Whether `occluder` lies between each point and the box with these corners: where it does on the ways to all corners, it does on those to
-    /// all that is between them.
+    /// Whether `occluder` lies between each point and the box with these corners. A convex surface that meets the segments to all
+    /// corners meets those to all points of the box.
     #[inline(always)]
     fn hides<W: Wide>(&self, w: W, occluder: &Occluder, corners: &[Vec3; 8]) -> bool {
         let (n, margin) = (splat3(w, occluder.n), w.splat(self.margin));
@@ -98,7 +100,7 @@ impl<'a> Occluders<'a> {
                     let inside = dot(w, splat3(w, inwards), at);
                     hidden = w.and(hidden, w.le(w.splat(least + self.margin), inside));
                 }
-                // Lanes that are no points repeat one.
+                // Unused lanes repeat a point.
                 if w.bits(hidden) != u32::from(LaneMask::MAX) {
                     return false;
                 }
@@ -118,7 +120,7 @@ mod tests {
     use crate::simd::{self, Isa, Simd};
     use crate::testing::scenes::{diffuse, glossy_box};
 
-    /// Which boxes are hidden from which groups of points.
+    /// Finds the boxes that are hidden from each group of points.
     struct Hide<'a> {
         scene: &'a Scene,
         groups: &'a [&'a [Batch<'a, 'a>]],

@@ -1,4 +1,4 @@
-//! The shading points of a tile in lanes, those with scattering functions of one form and the same lights together.
+//! The shading points of a tile in lanes: batches of points that have the same lights and scattering functions of one form.
 
 use super::{ShadingPoint, Subset};
 use crate::bsdf::{Form, Lobes, Receivers};
@@ -10,25 +10,25 @@ use crate::simd::Wide;
 use crate::virtual_lights::VirtualLight;
 use std::f32::consts::PI;
 
-/// Batches that are connected to lights together: as many points as a mask has bits.
+/// Batches that are connected with lights together: their points are the bits of a mask.
 pub(super) const BATCHES: usize = 64 / LANES;
 
-/// A position is known to about so many units in the last place of its largest coordinate.
+/// Rounding error of a position, relative to its largest coordinate.
 const POSITION_ROUNDING: f32 = 4.0 * f32::EPSILON;
 
-/// The cylinder about a light's normal, through the light, in which its points lie.
+/// The cylinder around the normal of a light, through its position, that contains its points.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LightCylinder {
-    /// Farthest from the light along its normal to either side, in m.
+    /// Largest distance from the light along its normal, to either side, in m.
     height: f32,
-    /// Farthest from the axis, in m.
+    /// Largest distance from the axis, in m.
     radius: f32,
-    /// How far positions may be off by rounding, in m.
+    /// Rounding error of positions, in m.
     rounding: f32,
 }
 
 impl LightCylinder {
-    /// Of the points of `light`.
+    /// The cylinder of `light`.
     pub(super) fn of(light: &VirtualLight) -> Self {
         let (mut height, mut radius) = (0.0f32, 0.0f32);
         for &q in &light.points {
@@ -39,7 +39,7 @@ impl LightCylinder {
         }
         let rounding = rounding_at(light.p);
         LightCylinder {
-            // What is flat but for rounding counts as flat.
+            // Flat up to rounding is flat.
             height: if height > rounding { height } else { 0.0 },
             radius,
             rounding,
@@ -47,7 +47,7 @@ impl LightCylinder {
     }
 }
 
-/// How far the coordinates of `p` may be off, in m.
+/// Rounding error of the coordinates of `p`, in m.
 fn rounding_at(p: Vec3) -> f32 {
     POSITION_ROUNDING * p.abs().max_element()
 }
@@ -55,34 +55,33 @@ fn rounding_at(p: Vec3) -> f32 {
 /// Up to sixteen points.
 #[derive(Debug)]
 pub(super) struct Batch<'b, 's> {
-    /// Which point each lane is.
+    /// Index of the point of each lane.
     pub members: Vec<usize>,
     /// Positions.
     pub p: Lanes3,
     /// Geometric normals.
     pub ng: Lanes3,
-    /// Normals on the side that light is received on; zero for points that see both sides.
+    /// Normals on the side that receives light; zero for points that receive on both sides.
     receiving: Lanes3,
-    /// Points that see both sides.
+    /// Points that receive light on both sides.
     open: LaneMask,
-    /// How far positions may be off by rounding, in m.
+    /// Rounding error of positions, in m.
     rounding: Lanes,
     /// [`ShadingPoint::tolerance`].
     pub tolerance: Lanes,
     /// Random numbers of the points.
     pub u: Lanes,
-    /// How they reflect.
+    /// Scattering functions.
     pub receivers: Receivers<'b, 's>,
-    /// Directions that a mirror would reflect to the viewers.
+    /// Mirror directions of the viewers.
     pub mirrored: Lanes3,
-    /// Roughness of the narrowest glossy lobes, 1 without any.
+    /// Least roughness of the glossy lobes, 1 without any.
     pub widths: Lanes,
-    /// Where shadow rays start that leave by the side of the geometric normal, and by the other.
+    /// Origins of shadow rays on the side of the geometric normal, and on the other.
     pub origins: [[Vec3; LANES]; 2],
-    /// Which lights are summed at all of them,
+    /// The lights that are summed at all of them.
     pub lights: Subset,
-    /// and whether those on emitters are among them.
-    /// Normals on the side of which light must arrive, for the points in `limited`.
+    /// [`ShadingPoint::lit_from`], for the points in `limited`.
     lit_from: Lanes3,
     limited: LaneMask,
     /// Largest photon depths that fit the path limits; `None` if no lane has one.
@@ -90,7 +89,7 @@ pub(super) struct Batch<'b, 's> {
 }
 
 impl<'b, 's> Batch<'b, 's> {
-    /// The points of a tile in batches, sorted by selection, form and place: rays to common lights should be alike.
+    /// The points of a tile in batches, sorted by subset, form and position, so that rays to common lights are coherent.
     pub(super) fn all(points: &'b [ShadingPoint<'s>]) -> Vec<Self> {
         let mut kinds: Vec<((Form, Subset), Vec<usize>)> = Vec::new();
         for (i, point) in points.iter().enumerate() {
@@ -158,9 +157,9 @@ impl<'b, 's> Batch<'b, 's> {
         sub3(w, splat3(w, p), self.p.load(w))
     }
 
-    /// The points that `light` may reach, which stands at the ends of the vectors `to`: some part lies on the lit side of the point, which
-    /// lies on the lit side of some part if the light is one-sided. Others receive nothing; nor do points in the plane of a flat
-    /// light, as far as rounding lets one tell.
+    /// The points that may receive light from `light`, at the ends of the vectors `to`: part of the light is on the receiving side of
+    /// the point, and, for a one-sided light, the point is on the emitting side of part of it. Points in the plane of a flat
+    /// light receive nothing, up to rounding.
     #[inline(always)]
     pub(super) fn facing<W: Wide>(
         &self,
@@ -171,7 +170,8 @@ impl<'b, 's> Batch<'b, 's> {
     ) -> LaneMask {
         let (receiving, n) = (self.receiving.load(w), splat3(w, light.n));
         let rounding = w.add(w.load(&self.rounding), w.splat(reach.rounding));
-        // Parts lie in a cylinder about ±n. Its radius counts by the sine, which the chord between the normals bounds; exact where it is 0.
+        // The points of the light lie in a cylinder around ±n. Its radius counts by the sine of the angle between the normals, which the
+        // chord between them bounds.
         let cos = dot(w, receiving, n);
         let along = [
             w.mul_sign(n[0], cos),
@@ -192,8 +192,8 @@ impl<'b, 's> Batch<'b, 's> {
         self.used() & (above | self.open) & before
     }
 
-    /// The points that some light of a cluster may reach: see [`Batch::facing`], here of boxes. All lights of the cluster have their points in
-    /// `bounds` and their normals in `normals`, on the side of which alone they shine.
+    /// The points that may receive light from some light of a cluster; see [`Batch::facing`]. All lights of the cluster have their points
+    /// in `bounds` and their normals, on the emitting side, in `normals`.
     #[inline(always)]
     pub(super) fn facing_cluster<W: Wide>(&self, w: W, bounds: &Aabb, normals: &Cone) -> LaneMask {
         let (center, half) = (bounds.center(), splat3(w, bounds.extent() * 0.5));
@@ -211,7 +211,7 @@ impl<'b, 's> Batch<'b, 's> {
         self.used() & (above | self.open) & before
     }
 
-    /// The points at which light counts that arrives from the unit directions `wi`.
+    /// The points at which light from the unit directions `wi` counts; see [`ShadingPoint::lit_from`].
     #[inline(always)]
     pub(super) fn lit<W: Wide>(&self, w: W, wi: [W::F; 3]) -> LaneMask {
         if self.limited == 0 {
@@ -222,7 +222,7 @@ impl<'b, 's> Batch<'b, 's> {
     }
 }
 
-/// Where a mirror with normal `n` would send what comes from `w`.
+/// Mirror direction of `w` about the normal `n`.
 pub(super) fn mirrored(w: Vec3, n: Vec3) -> Vec3 {
     n * (2.0 * n.dot(w)) - w
 }
@@ -231,7 +231,7 @@ fn offset(x: &SurfacePoint, side: f32) -> Vec3 {
     x.offset_towards(x.ng * side)
 }
 
-/// So that runs of as many points as there are lanes, or in all batches together, are compact: halves along the longest axis.
+/// Sorts so that runs of the points of one batch, and of all batches of a group, are compact: by halves along the longest axis.
 fn sort_in_compact_runs(members: &mut [usize], points: &[ShadingPoint]) {
     if members.len() <= LANES {
         return;

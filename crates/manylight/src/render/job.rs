@@ -1,7 +1,7 @@
-//! The pass loop: render passes until the budget is spent.
+//! The pass loop: passes are rendered until the budget is spent.
 
 use crate::film::Film;
-use crate::integrators::{Method, PassContext, Renderer};
+use crate::integrators::{Method, MethodKind, PassContext, Renderer};
 use crate::sampling::Pass;
 use crate::scene::Scene;
 use crate::stats::Stats;
@@ -9,59 +9,80 @@ use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// Fewer passes than this say too little about the variance to stop by it.
+/// Least number of passes after which [`Film::relative_error`] may end a render: a variance estimated from fewer is too noisy.
 const MIN_PASSES_FOR_ERROR: u32 = 4;
 
-/// When to stop: at the first limit that is reached. At least one pass is always made.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// The end of a render: at the first limit that is reached. At least one pass is always made.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Budget {
     /// Number of passes; for path tracing, samples per pixel.
     pub passes: Option<u32>,
-    /// Stop after the pass that ends nearest to this.
+    /// The render ends after the pass that ends nearest to this time.
     pub time: Option<Duration>,
-    /// Stop when [`Film::relative_error`] is below this.
+    /// The render ends when [`Film::relative_error`] is at most this.
     pub relative_error: Option<f32>,
 }
 
-/// Everything that influences the picture.
+/// Everything that influences the image.
 #[derive(Clone, Debug)]
 pub struct RenderJob<'s> {
-    /// The world.
+    /// The scene.
     pub scene: &'s Scene,
-    /// How to render it.
+    /// The method.
     pub method: Method,
-    /// When to stop.
+    /// The end of the render.
     pub budget: Budget,
-    /// The same seed gives the same bits.
+    /// The same seed gives the same bits, for any number of threads.
     pub seed: u64,
 }
 
-/// Hears of every complete pass.
+/// Is called after every complete pass. `()` is an observer that does nothing.
 pub trait Observer {
     /// `Break` ends the render after this pass.
     fn pass_done(&mut self, film: &Film, stats: &Stats, elapsed: Duration) -> ControlFlow<()>;
 }
 
-/// Why a render ended.
+impl Observer for () {
+    fn pass_done(&mut self, _: &Film, _: &Stats, _: Duration) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+}
+
+/// The reason why a render ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stop {
     /// The budget was spent.
     Budget,
-    /// `cancel` turned true or the observer broke off.
+    /// `cancel` became true, or the observer ended the render.
     Cancelled,
 }
 
-/// What a render made.
+/// The result of a render.
 #[derive(Debug)]
 pub struct Outcome {
     /// At least one complete pass.
     pub film: Film,
-    /// Why it ended.
+    /// The reason why it ended.
     pub stop: Stop,
 }
 
-/// Renders `job`. `cancel` may turn true at any time: then the pass under way is dropped, but the first pass is always
-/// finished. `stats` may be read by other threads meanwhile. Runs on the current `rayon` pool.
+/// Renders `scene` within its own path limits and returns the film. [`render()`] adds cancellation, counters and an observer.
+pub fn render_film(scene: &Scene, kind: MethodKind, budget: Budget, seed: u64) -> Film {
+    let job = RenderJob {
+        scene,
+        method: Method {
+            kind,
+            limits: scene.limits,
+        },
+        budget,
+        seed,
+    };
+    let never = AtomicBool::new(false);
+    render(&job, &Stats::default(), &never, &mut ()).film
+}
+
+/// Renders `job` on the current `rayon` pool. `cancel` may become true at any time: the unfinished pass is dropped then, unless
+/// it is the first. Other threads may read `stats` meanwhile.
 pub fn render(
     job: &RenderJob,
     stats: &Stats,
@@ -87,8 +108,8 @@ pub fn render(
             break Stop::Cancelled;
         }
         Stats::count(&stats.passes, 1);
-        let broken_off = observer.pass_done(&film, stats, start.elapsed()).is_break();
-        if broken_off || cancel.load(Ordering::Relaxed) {
+        let ended = observer.pass_done(&film, stats, start.elapsed()).is_break();
+        if ended || cancel.load(Ordering::Relaxed) {
             break Stop::Cancelled;
         }
         if job.budget.is_spent(&film, start.elapsed()) {
@@ -100,6 +121,22 @@ pub fn render(
 }
 
 impl Budget {
+    /// A number of passes.
+    pub fn passes(count: u32) -> Self {
+        Budget {
+            passes: Some(count),
+            ..Budget::default()
+        }
+    }
+
+    /// A time.
+    pub fn time(time: Duration) -> Self {
+        Budget {
+            time: Some(time),
+            ..Budget::default()
+        }
+    }
+
     fn is_spent(&self, film: &Film, elapsed: Duration) -> bool {
         let passes = film.passes();
         self.passes.is_some_and(|limit| passes >= limit)

@@ -1,6 +1,6 @@
-//! Budget, passes, observers.
+//! The front door: a scene and a method in, a film out.
 
 pub mod job;
 
 pub use crate::stats::Stats;
-pub use job::{Budget, Observer, Outcome, RenderJob, Stop, render};
+pub use job::{Budget, Observer, Outcome, RenderJob, Stop, render, render_film};

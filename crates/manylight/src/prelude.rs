@@ -1,0 +1,7 @@
+//! The items that most programs need: `use manylight::prelude::*;`.
+
+pub use crate::film::{Film, Layer};
+pub use crate::image::Image;
+pub use crate::integrators::{ManyLight, Method, MethodKind, PhotonMap};
+pub use crate::render::{Budget, Observer, Outcome, RenderJob, Stats, Stop, render, render_film};
+pub use crate::scene::{PathLimits, Scene, SceneDesc, SceneError};
