@@ -2,7 +2,7 @@
 
 use manylight_scenes::files;
 use manylight_scenes::scene::Scene;
-use manylight_scenes::scenes::{ALL, Detail};
+use manylight_scenes::scenes::{Detail, GENERATORS};
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -15,7 +15,8 @@ fn folder_of(name: &str) -> PathBuf {
 
 /// All scenes at the detail of the repository.
 fn scenes() -> impl Iterator<Item = (&'static str, Scene)> {
-    ALL.iter()
+    GENERATORS
+        .iter()
         .map(|generator| (generator.name, (generator.generate)(Detail::default())))
 }
 
@@ -92,10 +93,10 @@ fn meshes_are_sound() {
 
 #[test]
 fn detail_adds_triangles() {
-    for generator in ALL {
+    for generator in GENERATORS {
         let triangles = |level: u32| {
             let detail = Detail::new(level).unwrap();
-            (generator.generate)(detail).triangles()
+            (generator.generate)(detail).triangle_count()
         };
         assert!(2 * triangles(3) > 3 * triangles(1), "{}", generator.name);
     }

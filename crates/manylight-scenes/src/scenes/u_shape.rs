@@ -6,9 +6,9 @@ use crate::build::{
 };
 use crate::material::{Metal, coated, matte, metal, tinted_metal};
 use crate::mesh::Mesh;
-use crate::pcg::Pcg;
+use crate::pcg::Pcg32;
 use crate::pose::Pose;
-use crate::scene::{About, Batch, Camera, Geometry, MaterialId, Scene};
+use crate::scene::{About, Assembly, Camera, MaterialId, Scene, ShapeKind};
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 
@@ -45,23 +45,23 @@ pub(super) fn scene(detail: Detail) -> Scene {
             max_depth: 24,
         },
     );
-    let look = Look::new(&mut scene);
-    floor(&mut scene, &look);
-    walls(&mut scene, &look);
-    ceiling(&mut scene, &look, detail);
-    window(&mut scene, &look);
-    door(&mut scene, &look, detail);
-    bench(&mut scene, &look, detail);
-    console(&mut scene, &look, detail);
-    sculpture(&mut scene, &look, detail);
-    plants(&mut scene, &look, detail);
-    sconces(&mut scene, &look, detail);
-    painting(&mut scene, &look);
+    let materials = CorridorMaterials::new(&mut scene);
+    floor(&mut scene, &materials);
+    walls(&mut scene, &materials);
+    ceiling(&mut scene, &materials, detail);
+    window(&mut scene, &materials);
+    door(&mut scene, &materials, detail);
+    bench(&mut scene, &materials, detail);
+    console(&mut scene, &materials, detail);
+    sculpture(&mut scene, &materials, detail);
+    plants(&mut scene, &materials, detail);
+    sconces(&mut scene, &materials, detail);
+    painting(&mut scene, &materials);
     scene
 }
 
 /// The materials.
-struct Look {
+struct CorridorMaterials {
     stone: [MaterialId; 2],
     backing: MaterialId,
     plaster: MaterialId,
@@ -79,41 +79,41 @@ struct Look {
     cover: [MaterialId; 2],
 }
 
-impl Look {
-    fn new(scene: &mut Scene) -> Look {
-        Look {
+impl CorridorMaterials {
+    fn new(scene: &mut Scene) -> CorridorMaterials {
+        CorridorMaterials {
             stone: [
-                scene.material("dark_stone", coated([0.055, 0.07, 0.065], 0.09)),
-                scene.material("pale_stone", coated([0.62, 0.56, 0.47], 0.11)),
+                scene.add_material("dark_stone", coated([0.055, 0.07, 0.065], 0.09)),
+                scene.add_material("pale_stone", coated([0.62, 0.56, 0.47], 0.11)),
             ],
-            backing: scene.material("backing", matte([0.05, 0.045, 0.04])),
-            plaster: scene.material("plaster", matte([0.82, 0.79, 0.73])),
-            sage: scene.material("sage_lacquer", coated([0.64, 0.74, 0.66], 0.16)),
-            walnut: scene.material("walnut", coated([0.38, 0.185, 0.085], 0.14)),
-            champagne: scene.material(
+            backing: scene.add_material("backing", matte([0.05, 0.045, 0.04])),
+            plaster: scene.add_material("plaster", matte([0.82, 0.79, 0.73])),
+            sage: scene.add_material("sage_lacquer", coated([0.64, 0.74, 0.66], 0.16)),
+            walnut: scene.add_material("walnut", coated([0.38, 0.185, 0.085], 0.14)),
+            champagne: scene.add_material(
                 "champagne_metal",
                 tinted_metal(Metal::Aluminium, 0.2, [0.86, 0.8, 0.71]),
             ),
-            brass: scene.material("brass", metal(Metal::Brass, 0.12)),
-            bronze: scene.material("bronze", metal(Metal::Bronze, 0.1)),
-            leather: scene.material("leather", coated([0.45, 0.085, 0.045], 0.3)),
-            black: scene.material("black_lacquer", coated([0.02, 0.02, 0.022], 0.08)),
-            glaze: scene.material("teal_glaze", coated([0.02, 0.17, 0.19], 0.08)),
-            opal: scene.material("opal_glass", coated([0.85, 0.82, 0.76], 0.1)),
-            leaf: scene.material("leaf", coated([0.1, 0.28, 0.06], 0.25)),
-            soil: scene.material("soil", matte([0.07, 0.045, 0.03])),
+            brass: scene.add_material("brass", metal(Metal::Brass, 0.12)),
+            bronze: scene.add_material("bronze", metal(Metal::Bronze, 0.1)),
+            leather: scene.add_material("leather", coated([0.45, 0.085, 0.045], 0.3)),
+            black: scene.add_material("black_lacquer", coated([0.02, 0.02, 0.022], 0.08)),
+            glaze: scene.add_material("teal_glaze", coated([0.02, 0.17, 0.19], 0.08)),
+            opal: scene.add_material("opal_glass", coated([0.85, 0.82, 0.76], 0.1)),
+            leaf: scene.add_material("leaf", coated([0.1, 0.28, 0.06], 0.25)),
+            soil: scene.add_material("soil", matte([0.07, 0.045, 0.03])),
             cover: [
-                scene.material("red_cloth", coated([0.42, 0.07, 0.05], 0.35)),
-                scene.material("sand_cloth", coated([0.6, 0.48, 0.3], 0.35)),
+                scene.add_material("red_cloth", coated([0.42, 0.07, 0.05], 0.35)),
+                scene.add_material("sand_cloth", coated([0.6, 0.48, 0.3], 0.35)),
             ],
         }
     }
 }
 
 /// Slabs of two kinds of stone in a checkerboard, none of them quite level.
-fn floor(scene: &mut Scene, look: &Look) {
-    let mut rng = Pcg::new(11);
-    let mut batch = Batch::default();
+fn floor(scene: &mut Scene, materials: &CorridorMaterials) {
+    let mut rng = Pcg32::new(11);
+    let mut assembly = Assembly::default();
     let columns = (2.0 * OUTER / TILE).round() as i32;
     let rows = ((NEAR - FAR) / TILE).round() as i32;
     for row in 0..rows {
@@ -128,8 +128,8 @@ fn floor(scene: &mut Scene, look: &Look) {
             let pose = Pose::at(x, 0.0, z)
                 .rolled(rng.jitter(0.06))
                 .tilted(rng.jitter(0.06));
-            batch.add(
-                look.stone[((row + column) % 2) as usize],
+            assembly.add(
+                materials.stone[((row + column) % 2) as usize],
                 &slab.placed(pose),
             );
         }
@@ -138,8 +138,8 @@ fn floor(scene: &mut Scene, look: &Look) {
         [-OUTER - 0.1, -0.06, FAR - 0.1],
         [OUTER + 0.1, -0.003, NEAR + 0.1],
     );
-    batch.add(look.backing, &grout);
-    scene.add_batch("floor", batch);
+    assembly.add(materials.backing, &grout);
+    scene.place_assembly("floor", assembly);
 }
 
 /// The way round the room with the room on the right hand.
@@ -160,15 +160,19 @@ fn outline(y: f64) -> Vec<DVec3> {
 }
 
 /// Panels above a wainscot on each wall, between mouldings that go all the way round.
-fn walls(scene: &mut Scene, look: &Look) {
-    let mut batch = Batch::default();
+fn walls(scene: &mut Scene, materials: &CorridorMaterials) {
+    let mut assembly = Assembly::default();
     for (start, end) in outline(0.0).iter().zip(&outline(0.0)[1..]) {
         let along = *end - *start;
         let turn = (-along.z).atan2(along.x).to_degrees();
         let inner = start.x.abs() < OUTER - 0.1 && end.x.abs() < OUTER - 0.1;
-        let upper = if inner { look.sage } else { look.champagne };
-        let wall = panels(look, upper, along.length());
-        batch.add_placed(&wall, Pose::at(start.x, 0.0, start.z).turned(turn));
+        let upper = if inner {
+            materials.sage
+        } else {
+            materials.champagne
+        };
+        let wall = panels(materials, upper, along.length());
+        assembly.add_placed(&wall, Pose::at(start.x, 0.0, start.z).turned(turn));
     }
     for x in [-INNER, INNER] {
         let post = |half: f64| {
@@ -178,7 +182,7 @@ fn walls(scene: &mut Scene, look: &Look) {
                 0.006,
             )
         };
-        batch.add(look.brass, &post(0.034));
+        assembly.add(materials.brass, &post(0.034));
     }
     let profile =
         |points: &[(f64, f64)]| points.iter().copied().map(DVec2::from).collect::<Vec<_>>();
@@ -206,18 +210,18 @@ fn walls(scene: &mut Scene, look: &Look) {
         (0.165, 2.801),
         (0.0, 2.801),
     ]);
-    batch.add(look.walnut, &moulding(&skirting, &outline(0.0), 35.0));
-    batch.add(look.brass, &moulding(&rail, &outline(0.0), 35.0));
-    batch.add(look.plaster, &moulding(&cornice, &outline(0.0), 35.0));
-    scene.add_batch("wall", batch);
+    assembly.add(materials.walnut, &moulding(&skirting, &outline(0.0), 35.0));
+    assembly.add(materials.brass, &moulding(&rail, &outline(0.0), 35.0));
+    assembly.add(materials.plaster, &moulding(&cornice, &outline(0.0), 35.0));
+    scene.place_assembly("wall", assembly);
 }
 
 /// A wall along x from 0 that faces z.
-fn panels(look: &Look, upper: MaterialId, length: f64) -> Batch {
+fn panels(materials: &CorridorMaterials, upper: MaterialId, length: f64) -> Assembly {
     const MARGIN: f64 = 0.032;
-    let mut batch = Batch::default();
-    batch.add(
-        look.backing,
+    let mut assembly = Assembly::default();
+    assembly.add(
+        materials.backing,
         &boxed([-0.05, 0.0, -0.05], [length + 0.05, HEIGHT, 0.0]),
     );
     let count = (length / 0.8).round().max(1.0) as usize;
@@ -226,16 +230,16 @@ fn panels(look: &Look, upper: MaterialId, length: f64) -> Batch {
         let left = MARGIN + width * i as f64 + 0.003;
         let right = left + width - 0.006;
         let wainscot = bevelled_box([left, 0.12, -0.01], [right, 0.935, 0.022], 0.005);
-        batch.add(look.walnut, &wainscot);
+        assembly.add(materials.walnut, &wainscot);
         let panel = bevelled_box([left, 0.967, -0.01], [right, 2.57, 0.018], 0.005);
-        batch.add(upper, &panel);
+        assembly.add(upper, &panel);
     }
-    batch
+    assembly
 }
 
 /// Plaster between beams, with unlit lamps let into it.
-fn ceiling(scene: &mut Scene, look: &Look, detail: Detail) {
-    let mut batch = Batch::default();
+fn ceiling(scene: &mut Scene, materials: &CorridorMaterials, detail: Detail) {
+    let mut assembly = Assembly::default();
     let (top, over) = (HEIGHT + 0.05, 0.1);
     for side in [-1.0, 1.0] {
         let (low, high) = if side < 0.0 {
@@ -243,19 +247,19 @@ fn ceiling(scene: &mut Scene, look: &Look, detail: Detail) {
         } else {
             (INNER - over, OUTER + over)
         };
-        batch.add(
-            look.plaster,
+        assembly.add(
+            materials.plaster,
             &boxed([low, HEIGHT, BEND], [high, top, NEAR + over]),
         );
         for i in 0..4 {
             let z = 1.0 - 1.8 * f64::from(i);
             let (left, right) = (low + over + 0.1, high - over - 0.1);
             let beam = bevelled_box([left, 2.66, z - 0.07], [right, 2.81, z + 0.07], 0.008);
-            batch.add(look.walnut, &beam);
+            assembly.add(materials.walnut, &beam);
         }
     }
-    batch.add(
-        look.plaster,
+    assembly.add(
+        materials.plaster,
         &boxed(
             [-OUTER - over, HEIGHT, FAR - over],
             [OUTER + over, top, BEND],
@@ -270,21 +274,21 @@ fn ceiling(scene: &mut Scene, look: &Look, detail: Detail) {
             (0.04, 0.006),
         ],
         2,
-        detail.pieces(20),
+        detail.segments(20),
     );
-    let disk = cylinder(0.045, 0.004, detail.pieces(20));
+    let disk = cylinder(0.045, 0.004, detail.segments(20));
     for x in [-1.8, 1.8] {
         for i in 0..3 {
             let pose = Pose::at(x, HEIGHT - 0.004, 0.1 - 1.8 * f64::from(i));
-            batch.add(look.brass, &ring.placed(pose));
-            batch.add(look.opal, &disk.placed(pose));
+            assembly.add(materials.brass, &ring.placed(pose));
+            assembly.add(materials.opal, &disk.placed(pose));
         }
     }
-    scene.add_batch("ceiling", batch);
+    scene.place_assembly("ceiling", assembly);
 }
 
 /// The light, behind steel bars at the end of the other leg.
-fn window(scene: &mut Scene, look: &Look) {
+fn window(scene: &mut Scene, materials: &CorridorMaterials) {
     let mut frame = Mesh::default();
     for i in 0..4 {
         let x = 0.8 + 2.0 / 3.0 * f64::from(i);
@@ -301,28 +305,28 @@ fn window(scene: &mut Scene, look: &Look) {
             0.004,
         ));
     }
-    scene.add("window_frame", frame, look.black);
-    scene.place(
+    scene.place_mesh("window_frame", frame, materials.black);
+    scene.place_emitter(
         "window",
-        Geometry::Rectangle,
+        ShapeKind::Rectangle,
         Pose::at(1.8, 1.4, 2.15)
             .turned(180.0)
             .stretched(1.0, 1.1, 1.0),
-        look.black,
+        materials.black,
+        [400.0, 396.0, 390.0],
     );
-    scene.emitting([400.0, 396.0, 390.0]);
 }
 
 /// A closed door in the wall on the left.
-fn door(scene: &mut Scene, look: &Look, detail: Detail) {
-    let mut batch = Batch::default();
-    batch.add(
-        look.walnut,
+fn door(scene: &mut Scene, materials: &CorridorMaterials, detail: Detail) {
+    let mut assembly = Assembly::default();
+    assembly.add(
+        materials.walnut,
         &bevelled_box([0.06, 0.0, 0.0], [0.94, 2.1, 0.05], 0.003),
     );
     for (low, high) in [(0.16, 0.86), (1.0, 1.98)] {
-        batch.add(
-            look.walnut,
+        assembly.add(
+            materials.walnut,
             &bevelled_box([0.18, low, 0.04], [0.82, high, 0.062], 0.012),
         );
     }
@@ -332,63 +336,70 @@ fn door(scene: &mut Scene, look: &Look, detail: Detail) {
         ([0.07, 2.11], [0.93, 2.2]),
     ] {
         let jamb = bevelled_box([low[0], low[1], 0.0], [high[0], high[1], 0.085], 0.006);
-        batch.add(look.black, &jamb);
+        assembly.add(materials.black, &jamb);
     }
-    let rose = bevelled_cylinder(0.026, 0.008, 0.002, detail.pieces(18));
-    batch.add(
-        look.brass,
+    let rose = bevelled_cylinder(0.026, 0.008, 0.002, detail.segments(18));
+    assembly.add(
+        materials.brass,
         &rose.placed(Pose::at(0.14, 1.03, 0.049).tilted(90.0)),
     );
     let lever = [(0.14, 0.05), (0.14, 0.1), (0.155, 0.112), (0.26, 0.112)]
         .map(|(x, z)| DVec3::new(x, 1.03, z));
-    batch.add(look.brass, &tube(&lever, detail.pieces(10), |_| 0.009));
-    scene.add_batch("door", {
-        let mut placed = Batch::default();
-        placed.add_placed(&batch, Pose::at(-OUTER, 0.0, -5.25).turned(90.0));
+    assembly.add(
+        materials.brass,
+        &tube(&lever, detail.segments(10), |_| 0.009),
+    );
+    scene.place_assembly("door", {
+        let mut placed = Assembly::default();
+        placed.add_placed(&assembly, Pose::at(-OUTER, 0.0, -5.25).turned(90.0));
         placed
     });
 }
 
 /// A leather bench by the outer wall.
-fn bench(scene: &mut Scene, look: &Look, detail: Detail) {
-    let mut batch = Batch::default();
-    let seat = superellipsoid([0.285, 0.065, 0.235], 0.3, 0.22, detail.pieces(36));
-    let back = superellipsoid([0.285, 0.17, 0.055], 0.25, 0.3, detail.pieces(36));
+fn bench(scene: &mut Scene, materials: &CorridorMaterials, detail: Detail) {
+    let mut assembly = Assembly::default();
+    let seat = superellipsoid([0.285, 0.065, 0.235], 0.3, 0.22, detail.segments(36));
+    let back = superellipsoid([0.285, 0.17, 0.055], 0.25, 0.3, detail.segments(36));
     for i in [-1.0, 0.0, 1.0] {
-        batch.add(look.leather, &seat.placed(Pose::at(0.565 * i, 0.405, 0.0)));
-        batch.add(
-            look.leather,
+        assembly.add(
+            materials.leather,
+            &seat.placed(Pose::at(0.565 * i, 0.405, 0.0)),
+        );
+        assembly.add(
+            materials.leather,
             &back.placed(Pose::at(0.565 * i, 0.62, -0.19).tilted(-8.0)),
         );
     }
-    batch.add(
-        look.walnut,
+    assembly.add(
+        materials.walnut,
         &bevelled_box([-0.87, 0.29, -0.24], [0.87, 0.35, 0.24], 0.008),
     );
     for x in [-0.8, 0.8] {
         for z in [-0.18, 0.18] {
             let leg = tube(
                 &[DVec3::new(x * 1.03, 0.0, z * 1.1), DVec3::new(x, 0.295, z)],
-                detail.pieces(12),
+                detail.segments(12),
                 |t| 0.011 + 0.008 * t,
             );
-            batch.add(look.brass, &leg);
+            assembly.add(materials.brass, &leg);
         }
     }
-    let mut placed = Batch::default();
-    placed.add_placed(&batch, Pose::at(-OUTER + 0.31, 0.0, -2.35).turned(90.0));
-    scene.add_batch("bench", placed);
+    scene.place_assembly(
+        "bench",
+        assembly.placed(Pose::at(-OUTER + 0.31, 0.0, -2.35).turned(90.0)),
+    );
 }
 
 /// A narrow table by the inner wall with a vase, a bowl and books.
-fn console(scene: &mut Scene, look: &Look, detail: Detail) {
-    let mut batch = Batch::default();
-    batch.add(
-        look.black,
+fn console(scene: &mut Scene, materials: &CorridorMaterials, detail: Detail) {
+    let mut assembly = Assembly::default();
+    assembly.add(
+        materials.black,
         &bevelled_box([-0.6, 0.78, -0.16], [0.6, 0.81, 0.16], 0.005),
     );
-    batch.add(
-        look.black,
+    assembly.add(
+        materials.black,
         &bevelled_box([-0.52, 0.16, -0.12], [0.52, 0.175, 0.12], 0.003),
     );
     for x in [-0.54, 0.54] {
@@ -398,36 +409,40 @@ fn console(scene: &mut Scene, look: &Look, detail: Detail) {
                 [x + 0.011, 0.781, z + 0.011],
                 0.002,
             );
-            batch.add(look.brass, &leg);
+            assembly.add(materials.brass, &leg);
         }
     }
-    batch.add(
-        look.glaze,
+    assembly.add(
+        materials.glaze,
         &props::vase(detail).placed(Pose::at(-0.38, 0.81, 0.0).scaled(1.15)),
     );
-    batch.add(
-        look.bronze,
+    assembly.add(
+        materials.bronze,
         &props::bowl(detail).placed(Pose::at(0.36, 0.81, 0.0).scaled(0.85)),
     );
-    let books = props::lying_books(3, &mut Pcg::new(5));
+    let books = props::lying_books(3, &mut Pcg32::new(5));
     for (i, book) in books.iter().enumerate() {
-        batch.add(look.cover[i % 2], &book.placed(Pose::at(-0.02, 0.81, 0.0)));
+        assembly.add(
+            materials.cover[i % 2],
+            &book.placed(Pose::at(-0.02, 0.81, 0.0)),
+        );
     }
-    let lower = props::lying_books(2, &mut Pcg::new(6));
+    let lower = props::lying_books(2, &mut Pcg32::new(6));
     for (i, book) in lower.iter().enumerate() {
-        batch.add(
-            look.cover[(i + 1) % 2],
+        assembly.add(
+            materials.cover[(i + 1) % 2],
             &book.placed(Pose::at(0.2, 0.175, 0.0).turned(80.0)),
         );
     }
-    let mut placed = Batch::default();
-    placed.add_placed(&batch, Pose::at(-INNER - 0.22, 0.0, -3.3).turned(-90.0));
-    scene.add_batch("console", placed);
+    scene.place_assembly(
+        "console",
+        assembly.placed(Pose::at(-INNER - 0.22, 0.0, -3.3).turned(-90.0)),
+    );
 }
 
 /// A knot of bronze on a plinth where the corridor bends, before fins of brass.
-fn sculpture(scene: &mut Scene, look: &Look, detail: Detail) {
-    let pieces = detail.pieces(150);
+fn sculpture(scene: &mut Scene, materials: &CorridorMaterials, detail: Detail) {
+    let pieces = detail.segments(150);
     let knot: Vec<DVec3> = (0..=pieces)
         .map(|i| {
             let t = TAU * (i % pieces) as f64 / pieces as f64;
@@ -439,16 +454,16 @@ fn sculpture(scene: &mut Scene, look: &Look, detail: Detail) {
             )
         })
         .collect();
-    let mut batch = Batch::default();
-    let body = tube(&knot, detail.pieces(14), |_| 0.047);
-    batch.add(
-        look.bronze,
+    let mut assembly = Assembly::default();
+    let body = tube(&knot, detail.segments(14), |_| 0.047);
+    assembly.add(
+        materials.bronze,
         &body.placed(Pose::at(-1.72, 1.325, -6.3).turned(24.0)),
     );
-    let base = bevelled_cylinder(0.09, 0.03, 0.004, detail.pieces(28));
-    batch.add(look.black, &base.placed(Pose::at(-1.72, 1.0, -6.3)));
-    batch.add(
-        look.stone[1],
+    let base = bevelled_cylinder(0.09, 0.03, 0.004, detail.segments(28));
+    assembly.add(materials.black, &base.placed(Pose::at(-1.72, 1.0, -6.3)));
+    assembly.add(
+        materials.stone[1],
         &bevelled_box([-1.95, 0.0, -6.53], [-1.49, 1.0, -6.07], 0.008),
     );
     for i in 0..19 {
@@ -458,18 +473,18 @@ fn sculpture(scene: &mut Scene, look: &Look, detail: Detail) {
             [x + 0.008, 2.55, FAR + 0.075],
             0.003,
         );
-        batch.add(look.brass, &fin);
+        assembly.add(materials.brass, &fin);
     }
-    scene.add_batch("sculpture", batch);
+    scene.place_assembly("sculpture", assembly);
 }
 
 /// Plants in glazed pots.
-fn plants(scene: &mut Scene, look: &Look, detail: Detail) {
-    let mut rng = Pcg::new(3);
-    let pot = scene.mesh("pot", props::pot(detail));
-    let soil = scene.mesh("soil", cylinder(0.141, 0.02, detail.pieces(24)));
+fn plants(scene: &mut Scene, materials: &CorridorMaterials, detail: Detail) {
+    let mut rng = Pcg32::new(3);
+    let pot = scene.add_mesh("pot", props::pot(detail));
+    let soil = scene.add_mesh("soil", cylinder(0.141, 0.02, detail.segments(24)));
     let leaves = detail.count(30).min(240);
-    let tuft = scene.mesh(
+    let tuft = scene.add_mesh(
         "strap_plant",
         props::strap_plant(leaves, 0.85, 0.6, &mut rng),
     );
@@ -487,52 +502,57 @@ fn plants(scene: &mut Scene, look: &Look, detail: Detail) {
             position: pose.position + DVec3::Y * by * scale,
             ..pose
         };
-        let glaze = if i == 1 { look.opal } else { look.glaze };
-        scene.place(&format!("pot_{i}"), Geometry::Mesh(pot), stand, glaze);
+        let glaze = if i == 1 {
+            materials.opal
+        } else {
+            materials.glaze
+        };
+        scene.place(&format!("pot_{i}"), ShapeKind::Mesh(pot), stand, glaze);
         scene.place(
             &format!("soil_{i}"),
-            Geometry::Mesh(soil),
+            ShapeKind::Mesh(soil),
             lifted(0.3),
-            look.soil,
+            materials.soil,
         );
         scene.place(
             &format!("plant_{i}"),
-            Geometry::Mesh(tuft),
+            ShapeKind::Mesh(tuft),
             lifted(0.31),
-            look.leaf,
+            materials.leaf,
         );
     }
 }
 
 /// A painting of a few fields of color in a black frame, on the wall on the left.
-fn painting(scene: &mut Scene, look: &Look) {
-    let mut batch = Batch::default();
-    batch.add(
-        look.black,
+fn painting(scene: &mut Scene, materials: &CorridorMaterials) {
+    let mut assembly = Assembly::default();
+    assembly.add(
+        materials.black,
         &bevelled_box([-0.5, 1.2, 0.0], [0.5, 1.95, 0.045], 0.004),
     );
-    batch.add(
-        look.plaster,
+    assembly.add(
+        materials.plaster,
         &bevelled_box([-0.47, 1.23, 0.01], [0.47, 1.92, 0.047], 0.001),
     );
     for (material, low, high) in [
-        (look.glaze, [-0.36, 1.34], [0.02, 1.81]),
-        (look.cover[0], [0.05, 1.34], [0.36, 1.58]),
-        (look.cover[1], [0.05, 1.61], [0.36, 1.81]),
+        (materials.glaze, [-0.36, 1.34], [0.02, 1.81]),
+        (materials.cover[0], [0.05, 1.34], [0.36, 1.58]),
+        (materials.cover[1], [0.05, 1.61], [0.36, 1.81]),
     ] {
-        batch.add(
+        assembly.add(
             material,
             &boxed([low[0], low[1], 0.02], [high[0], high[1], 0.0475]),
         );
     }
-    let mut placed = Batch::default();
-    placed.add_placed(&batch, Pose::at(-OUTER + 0.015, 0.0, -2.4).turned(90.0));
-    scene.add_batch("painting", placed);
+    scene.place_assembly(
+        "painting",
+        assembly.placed(Pose::at(-OUTER + 0.015, 0.0, -2.4).turned(90.0)),
+    );
 }
 
 /// Lamps on the walls, not lit.
-fn sconces(scene: &mut Scene, look: &Look, detail: Detail) {
-    let mut batch = Batch::default();
+fn sconces(scene: &mut Scene, materials: &CorridorMaterials, detail: Detail) {
+    let mut assembly = Assembly::default();
     let shade = props::turned(
         &[
             (0.03, 0.0),
@@ -547,9 +567,9 @@ fn sconces(scene: &mut Scene, look: &Look, detail: Detail) {
             (0.0, 0.01),
         ],
         3,
-        detail.pieces(24),
+        detail.segments(24),
     );
-    batch.add(look.opal, &shade.placed(Pose::at(0.0, 1.72, 0.135)));
+    assembly.add(materials.opal, &shade.placed(Pose::at(0.0, 1.72, 0.135)));
     let cup = props::turned(
         &[
             (0.0, -0.02),
@@ -559,33 +579,33 @@ fn sconces(scene: &mut Scene, look: &Look, detail: Detail) {
             (0.0, 0.012),
         ],
         3,
-        detail.pieces(20),
+        detail.segments(20),
     );
-    batch.add(look.brass, &cup.placed(Pose::at(0.0, 1.72, 0.135)));
-    batch.add(
-        look.brass,
+    assembly.add(materials.brass, &cup.placed(Pose::at(0.0, 1.72, 0.135)));
+    assembly.add(
+        materials.brass,
         &bevelled_box([-0.035, 1.6, 0.0], [0.035, 1.84, 0.026], 0.005),
     );
     let arm = [(1.66, 0.02), (1.655, 0.09), (1.67, 0.125), (1.705, 0.135)]
         .map(|(y, z)| DVec3::new(0.0, y, z));
-    batch.add(
-        look.brass,
+    assembly.add(
+        materials.brass,
         &tube(
             &crate::build::catmull_rom(&arm, 4),
-            detail.pieces(10),
+            detail.segments(10),
             |_| 0.008,
         ),
     );
 
-    let mut placed = Batch::default();
+    let mut placed = Assembly::default();
     for z in [-0.9, -2.2, -4.4] {
-        placed.add_placed(&batch, Pose::at(-INNER, 0.0, z).turned(-90.0));
+        placed.add_placed(&assembly, Pose::at(-INNER, 0.0, z).turned(-90.0));
     }
     for z in [-1.15, -3.65] {
-        placed.add_placed(&batch, Pose::at(-OUTER, 0.0, z).turned(90.0));
+        placed.add_placed(&assembly, Pose::at(-OUTER, 0.0, z).turned(90.0));
     }
     for x in [-0.3, 1.4] {
-        placed.add_placed(&batch, Pose::at(x, 0.0, FAR));
+        placed.add_placed(&assembly, Pose::at(x, 0.0, FAR));
     }
-    scene.add_batch("sconce", placed);
+    scene.place_assembly("sconce", placed);
 }

@@ -1,11 +1,11 @@
 //! The dance floor and the curved bands of metal on it.
 
-use super::{CENTER, DAIS, Look, RADIUS};
+use super::{CENTER, DAIS, DiscoMaterials, RADIUS};
 use crate::build::{arc, bevelled_cylinder, extrude, moulding, torus};
-use crate::material::Rgb;
+use crate::material::LinearRgb;
 use crate::mesh::Mesh;
 use crate::pose::Pose;
-use crate::scene::{Batch, MaterialId, Scene};
+use crate::scene::{Assembly, MaterialId, Scene};
 use crate::scenes::Detail;
 use glam::{DVec2, DVec3};
 
@@ -20,15 +20,15 @@ pub(super) struct Band {
     /// Where it opens: degrees from x towards z.
     pub(super) opening: f64,
     /// Colors of the lamps that shine into it.
-    pub(super) colors: [Rgb; 3],
+    pub(super) colors: [LinearRgb; 3],
 }
 
-const RED: Rgb = [1.0, 0.1, 0.06];
-const GREEN: Rgb = [0.12, 0.9, 0.16];
-const BLUE: Rgb = [0.1, 0.2, 1.0];
-const AMBER: Rgb = [1.0, 0.5, 0.12];
-const MAGENTA: Rgb = [1.0, 0.1, 0.7];
-const CYAN: Rgb = [0.1, 0.75, 0.9];
+const RED: LinearRgb = [1.0, 0.1, 0.06];
+const GREEN: LinearRgb = [0.12, 0.9, 0.16];
+const BLUE: LinearRgb = [0.1, 0.2, 1.0];
+const AMBER: LinearRgb = [1.0, 0.5, 0.12];
+const MAGENTA: LinearRgb = [1.0, 0.1, 0.7];
+const CYAN: LinearRgb = [0.1, 0.75, 0.9];
 
 /// The bands.
 pub(super) const BANDS: [Band; 4] = [
@@ -62,24 +62,32 @@ pub(super) const BANDS: [Band; 4] = [
     },
 ];
 
-pub(super) fn add(scene: &mut Scene, look: &Look, detail: Detail) {
-    let mut batch = Batch::default();
-    dais(&mut batch, look, detail);
-    let metals = [look.brass, look.copper, look.steel, look.brass];
+pub(super) fn add(scene: &mut Scene, materials: &DiscoMaterials, detail: Detail) {
+    let mut assembly = Assembly::default();
+    dais(&mut assembly, materials, detail);
+    let metals = [
+        materials.brass,
+        materials.copper,
+        materials.steel,
+        materials.brass,
+    ];
     for (band, material) in BANDS.iter().zip(metals) {
-        stand(&mut batch, look, detail, band, material);
+        stand(&mut assembly, materials, detail, band, material);
     }
-    scene.add_batch("dance_floor", batch);
+    scene.place_assembly("dance_floor", assembly);
 }
 
 /// A round platform of lacquered wedges within a rim of steel.
-fn dais(batch: &mut Batch, look: &Look, detail: Detail) {
-    let round = detail.pieces(72);
+fn dais(assembly: &mut Assembly, materials: &DiscoMaterials, detail: Detail) {
+    let round = detail.segments(72);
     let base = bevelled_cylinder(RADIUS, DAIS - 0.012, 0.01, round);
-    batch.add(look.black, &base.placed(Pose::at(CENTER.x, 0.0, CENTER.z)));
+    assembly.add(
+        materials.black,
+        &base.placed(Pose::at(CENTER.x, 0.0, CENTER.z)),
+    );
     let rim = torus(RADIUS - 0.02, 0.03, round, 8);
-    batch.add(
-        look.steel,
+    assembly.add(
+        materials.steel,
         &rim.placed(Pose::at(CENTER.x, DAIS - 0.012, CENTER.z)),
     );
     // Rings of wedges, twice as many wherever they would get too wide.
@@ -90,7 +98,7 @@ fn dais(batch: &mut Batch, look: &Look, detail: Detail) {
         for i in 0..count {
             let wedge = wedge(inner, outer, 360.0 / count as f64, detail);
             let pose = Pose::at(CENTER.x, DAIS, CENTER.z).turned(360.0 * i as f64 / count as f64);
-            batch.add(look.pale[(ring + i) % 2], &wedge.placed(pose));
+            assembly.add(materials.pale[(ring + i) % 2], &wedge.placed(pose));
         }
     }
 }
@@ -98,7 +106,7 @@ fn dais(batch: &mut Batch, look: &Look, detail: Detail) {
 /// A wedge of a ring about the y axis, its top at y = 0.
 fn wedge(inner: f64, outer: f64, degrees: f64, detail: Detail) -> Mesh {
     let gap = |radius: f64| (0.0015 / radius.max(0.05)).to_degrees();
-    let pieces = detail.pieces(((degrees / 7.0).round() as usize).max(2));
+    let pieces = detail.segments(((degrees / 7.0).round() as usize).max(2));
     let mut outline = arc(DVec2::ZERO, outer, gap(outer), degrees - gap(outer), pieces);
     if inner > 0.0 {
         outline.extend(arc(
@@ -117,8 +125,14 @@ fn wedge(inner: f64, outer: f64, degrees: f64, detail: Detail) -> Mesh {
 }
 
 /// A band and the tube along its top.
-fn stand(batch: &mut Batch, look: &Look, detail: Detail, band: &Band, material: MaterialId) {
-    let pieces = detail.pieces(44);
+fn stand(
+    assembly: &mut Assembly,
+    materials: &DiscoMaterials,
+    detail: Detail,
+    band: &Band,
+    material: MaterialId,
+) {
+    let pieces = detail.segments(44);
     let gap = 62.0;
     let around: Vec<DVec3> = arc(
         band.middle,
@@ -137,8 +151,8 @@ fn stand(batch: &mut Batch, look: &Look, detail: Detail, band: &Band, material: 
         (-0.005, band.height),
     ]
     .map(DVec2::from);
-    batch.add(material, &moulding(&sheet, &around, 35.0));
+    assembly.add(material, &moulding(&sheet, &around, 35.0));
     let lifted: Vec<DVec3> = around.iter().map(|p| *p + DVec3::Y * band.height).collect();
-    let rail: Mesh = crate::build::tube(&lifted, detail.pieces(8), |_| 0.014);
-    batch.add(look.steel, &rail);
+    let rail: Mesh = crate::build::tube(&lifted, detail.segments(8), |_| 0.014);
+    assembly.add(materials.steel, &rail);
 }

@@ -8,7 +8,7 @@ mod stage;
 use super::Detail;
 use crate::build::boxed;
 use crate::material::{Material, Metal, coated, glass, matte, metal, tinted_metal};
-use crate::scene::{About, Batch, Camera, MaterialId, Scene};
+use crate::scene::{About, Assembly, Camera, MaterialId, Scene};
 use glam::DVec3;
 
 /// The room: half its width, its back wall, the wall behind the camera, its ceiling.
@@ -45,17 +45,17 @@ pub(super) fn scene(detail: Detail) -> Scene {
             max_depth: 12,
         },
     );
-    let look = Look::new(&mut scene);
-    shell(&mut scene, &look);
-    floor::add(&mut scene, &look, detail);
-    stage::add(&mut scene, &look, detail);
-    bar::add(&mut scene, &look, detail);
-    lights::add(&mut scene, &look, detail);
+    let materials = DiscoMaterials::new(&mut scene);
+    shell(&mut scene, &materials);
+    floor::add(&mut scene, &materials, detail);
+    stage::add(&mut scene, &materials, detail);
+    bar::add(&mut scene, &materials, detail);
+    lights::add(&mut scene, &materials, detail);
     scene
 }
 
 /// The materials.
-struct Look {
+struct DiscoMaterials {
     plaster: MaterialId,
     ceiling: MaterialId,
     carpet: MaterialId,
@@ -80,10 +80,10 @@ struct Look {
     lamp: MaterialId,
 }
 
-impl Look {
-    fn new(scene: &mut Scene) -> Look {
-        let mut add = |name: &str, material: Material| scene.material(name, material);
-        Look {
+impl DiscoMaterials {
+    fn new(scene: &mut Scene) -> DiscoMaterials {
+        let mut add = |name: &str, material: Material| scene.add_material(name, material);
+        DiscoMaterials {
             plaster: add("plaster", matte([0.55, 0.53, 0.52])),
             ceiling: add("ceiling_paint", matte([0.3, 0.3, 0.32])),
             carpet: add("carpet", matte([0.13, 0.06, 0.085])),
@@ -113,15 +113,15 @@ impl Look {
     }
 }
 
-fn shell(scene: &mut Scene, look: &Look) {
+fn shell(scene: &mut Scene, materials: &DiscoMaterials) {
     let w = HALF_WIDTH;
-    let mut batch = Batch::default();
-    batch.add(
-        look.carpet,
+    let mut assembly = Assembly::default();
+    assembly.add(
+        materials.carpet,
         &boxed([-w - 0.1, -0.1, BACK - 0.1], [w + 0.1, 0.0, FRONT + 0.1]),
     );
-    batch.add(
-        look.ceiling,
+    assembly.add(
+        materials.ceiling,
         &boxed(
             [-w - 0.1, HEIGHT, BACK - 0.1],
             [w + 0.1, HEIGHT + 0.1, FRONT + 0.1],
@@ -133,7 +133,7 @@ fn shell(scene: &mut Scene, look: &Look) {
         ([-w - 0.1, 0.0, BACK], [-w, HEIGHT, FRONT]),
         ([w, 0.0, BACK], [w + 0.1, HEIGHT, FRONT]),
     ] {
-        batch.add(look.plaster, &boxed(low, high));
+        assembly.add(materials.plaster, &boxed(low, high));
     }
-    scene.add_batch("room", batch);
+    scene.place_assembly("room", assembly);
 }

@@ -1,12 +1,12 @@
 //! The car: a coupe of the sixties, nose towards +x. Its shells are cross-sections lofted along its length.
 
-use super::Look;
+use super::GarageMaterials;
 use crate::build::{
     Edges, ball, bevelled_box, catmull_rom, grid, smooth_table, superellipsoid, tube,
 };
 use crate::mesh::Mesh;
 use crate::pose::Pose;
-use crate::scene::{Batch, Scene};
+use crate::scene::{Assembly, Scene};
 use crate::scenes::{Detail, props};
 use glam::{DVec2, DVec3};
 use std::f64::consts::FRAC_PI_2;
@@ -93,19 +93,17 @@ const CABIN: &[(f64, f64)] = &[
     (0.95, 0.52),
 ];
 
-pub(super) fn add(scene: &mut Scene, look: &Look, detail: Detail, parked: Pose) {
-    let mut batch = Batch::default();
-    batch.add(look.body, &shell(detail));
-    batch.add(look.body, &cabin(detail));
-    windows(&mut batch, look, detail);
-    seams(&mut batch, look, detail);
-    underside(&mut batch, look, detail);
-    face(&mut batch, look, detail);
-    tail(&mut batch, look, detail);
-    flanks(&mut batch, look, detail);
-    let mut placed = Batch::default();
-    placed.add_placed(&batch, parked);
-    scene.add_batch("car", placed);
+pub(super) fn add(scene: &mut Scene, materials: &GarageMaterials, detail: Detail, parked: Pose) {
+    let mut assembly = Assembly::default();
+    assembly.add(materials.body, &shell(detail));
+    assembly.add(materials.body, &cabin(detail));
+    windows(&mut assembly, materials, detail);
+    seams(&mut assembly, materials, detail);
+    underside(&mut assembly, materials, detail);
+    face(&mut assembly, materials, detail);
+    tail(&mut assembly, materials, detail);
+    flanks(&mut assembly, materials, detail);
+    scene.place_assembly("car", assembly.placed(parked));
 }
 
 /// Half the outline of the cross-section at `x`, from its lower edge to the center line: (height, half width).
@@ -175,7 +173,7 @@ fn across(half: &[DVec2], x: f64) -> Vec<DVec3> {
 
 /// Stations along the car: even ones, more where the ends are round, and those on which the openings' edges lie.
 fn stations(detail: Detail) -> Vec<f64> {
-    let even = detail.pieces(44);
+    let even = detail.segments(44);
     let mut stations: Vec<f64> = (0..=even)
         .map(|i| {
             let t = 2.0 * i as f64 / even as f64 - 1.0;
@@ -183,7 +181,7 @@ fn stations(detail: Detail) -> Vec<f64> {
         })
         .filter(|x| (x.abs() - AXLE).abs() > ARCH + 0.02)
         .collect();
-    let on_arch = detail.pieces(20);
+    let on_arch = detail.segments(20);
     for axle in [-AXLE, AXLE] {
         stations.extend((0..=on_arch).map(|i| {
             let angle = std::f64::consts::PI * i as f64 / on_arch as f64;
@@ -198,7 +196,7 @@ fn stations(detail: Detail) -> Vec<f64> {
 
 /// The lower body, closed at nose and tail.
 fn shell(detail: Detail) -> Mesh {
-    let count = detail.pieces(22);
+    let count = detail.segments(22);
     let rows: Vec<Vec<DVec3>> = stations(detail)
         .iter()
         .map(|&x| across(&resampled(&section(x), lower_edge(x), count), x))
@@ -235,7 +233,7 @@ fn cabin_point(x: f64, angle: f64) -> DVec3 {
 }
 
 fn cabin(detail: Detail) -> Mesh {
-    let (along, around) = (detail.pieces(40), detail.pieces(36));
+    let (along, around) = (detail.segments(40), detail.segments(36));
     let rows: Vec<Vec<DVec3>> = (0..=along)
         .map(|i| {
             let x = -1.95 + 2.9 * i as f64 / along as f64;
@@ -248,28 +246,28 @@ fn cabin(detail: Detail) -> Mesh {
 }
 
 /// Dark panes a few millimeters proud of the cabin, each in a frame of chrome.
-fn windows(batch: &mut Batch, look: &Look, detail: Detail) {
+fn windows(assembly: &mut Assembly, materials: &GarageMaterials, detail: Detail) {
     // Corners as (x, angle), counterclockwise seen from outside at +z.
     let front_side = [(-0.42, 13.0), (0.52, 13.0), (0.1, 39.0), (-0.42, 41.0)];
     let rear_side = [(-1.12, 15.0), (-0.48, 13.0), (-0.48, 41.0), (-0.82, 37.0)];
     for pane in [front_side, rear_side] {
-        add_pane(batch, look, detail, pane);
+        add_pane(assembly, materials, detail, pane);
         add_pane(
-            batch,
-            look,
+            assembly,
+            materials,
             detail,
             pane.map(|(x, angle)| (x, 180.0 - angle)),
         );
     }
     add_pane(
-        batch,
-        look,
+        assembly,
+        materials,
         detail,
         [(0.68, 38.0), (0.68, 142.0), (0.23, 128.0), (0.23, 52.0)],
     );
     add_pane(
-        batch,
-        look,
+        assembly,
+        materials,
         detail,
         [(-0.92, 52.0), (-0.92, 128.0), (-1.5, 140.0), (-1.5, 40.0)],
     );
@@ -283,8 +281,13 @@ fn cabin_normal(x: f64, angle: f64) -> DVec3 {
 }
 
 /// A pane between four corners, given as (x, angle).
-fn add_pane(batch: &mut Batch, look: &Look, detail: Detail, corners: [(f64, f64); 4]) {
-    let n = detail.pieces(14);
+fn add_pane(
+    assembly: &mut Assembly,
+    materials: &GarageMaterials,
+    detail: Detail,
+    corners: [(f64, f64); 4],
+) {
+    let n = detail.segments(14);
     let between = |s: f64, t: f64| {
         let mix = |pick: fn(&(f64, f64)) -> f64| {
             let [a, b, c, d] = corners.map(|corner| pick(&corner));
@@ -303,7 +306,10 @@ fn add_pane(batch: &mut Batch, look: &Look, detail: Detail, corners: [(f64, f64)
     let pane = grid(&rows, Edges::Open, 60.0);
     let (x, angle) = between(0.0, 0.0);
     let faces_out = pane.normals[0].dot(cabin_normal(x, angle)) > 0.0;
-    batch.add(look.window, &if faces_out { pane } else { pane.flipped() });
+    assembly.add(
+        materials.window,
+        &if faces_out { pane } else { pane.flipped() },
+    );
 
     let mut frame: Vec<DVec3> = Vec::new();
     frame.extend((0..n).map(|i| at(share(i), 0.0)));
@@ -311,7 +317,7 @@ fn add_pane(batch: &mut Batch, look: &Look, detail: Detail, corners: [(f64, f64)
     frame.extend((0..n).map(|i| at(1.0 - share(i), 1.0)));
     frame.extend((0..n).map(|i| at(0.0, 1.0 - share(i))));
     frame.push(frame[0]);
-    batch.add(look.chrome, &tube(&frame, 8, |_| 0.008));
+    assembly.add(materials.chrome, &tube(&frame, 8, |_| 0.008));
 }
 
 /// A point of the body's surface at a height on the +z side, or on top where `height` is above.
@@ -336,8 +342,8 @@ fn on_top(x: f64, z: f64) -> DVec3 {
 }
 
 /// Dark joints of doors, bonnet and boot, half sunk into the surface.
-fn seams(batch: &mut Batch, look: &Look, detail: Detail) {
-    let n = detail.pieces(12);
+fn seams(assembly: &mut Assembly, materials: &GarageMaterials, detail: Detail) {
+    let n = detail.segments(12);
     let line = |from: (f64, f64), to: (f64, f64), f: fn(f64, f64) -> DVec3| -> Vec<DVec3> {
         (0..=n)
             .map(|i| {
@@ -352,7 +358,7 @@ fn seams(batch: &mut Batch, look: &Look, detail: Detail) {
                 .iter()
                 .map(|p| *p * DVec3::new(1.0, 1.0, side))
                 .collect();
-            batch.add(look.dark, &tube(&mirrored, 6, |_| 0.0035));
+            assembly.add(materials.dark, &tube(&mirrored, 6, |_| 0.0035));
         }
     };
     add(&line((0.6, 0.8), (0.64, 0.26), on_side));
@@ -364,24 +370,24 @@ fn seams(batch: &mut Batch, look: &Look, detail: Detail) {
 }
 
 /// What closes the car from below, and the dark behind the wheels.
-fn underside(batch: &mut Batch, look: &Look, detail: Detail) {
-    batch.add(
-        look.dark,
+fn underside(assembly: &mut Assembly, materials: &GarageMaterials, detail: Detail) {
+    assembly.add(
+        materials.dark,
         &bevelled_box([-1.95, 0.2, -0.6], [1.95, 0.4, 0.6], 0.05),
     );
-    batch.add(
-        look.dark,
+    assembly.add(
+        materials.dark,
         &bevelled_box([-0.9, 0.18, -0.7], [0.9, 0.3, 0.7], 0.02),
     );
-    let well = crate::build::cylinder(ARCH + 0.03, 1.22, detail.pieces(24));
+    let well = crate::build::cylinder(ARCH + 0.03, 1.22, detail.segments(24));
     for axle in [-AXLE, AXLE] {
-        batch.add(
-            look.dark,
+        assembly.add(
+            materials.dark,
             &well.placed(Pose::at(axle, WHEEL, -0.61).tilted(90.0)),
         );
     }
     // A chrome lip around each opening.
-    let pieces = detail.pieces(24);
+    let pieces = detail.segments(24);
     for axle in [-AXLE, AXLE] {
         for side in [-1.0, 1.0] {
             let lip: Vec<DVec3> = (0..=pieces)
@@ -392,16 +398,16 @@ fn underside(batch: &mut Batch, look: &Look, detail: Detail) {
                     DVec3::new(p.x, p.y, side * p.z)
                 })
                 .collect();
-            batch.add(look.chrome, &tube(&lip, 8, |_| 0.007));
+            assembly.add(materials.chrome, &tube(&lip, 8, |_| 0.007));
         }
     }
 }
 
 /// Grille, lamps, bumper.
-fn face(batch: &mut Batch, look: &Look, detail: Detail) {
-    let round = detail.pieces(28);
+fn face(assembly: &mut Assembly, materials: &GarageMaterials, detail: Detail) {
+    let round = detail.segments(28);
     let mouth = superellipsoid([0.05, 0.075, 0.34], 0.8, 0.6, round);
-    batch.add(look.dark, &mouth.placed(Pose::at(2.185, 0.43, 0.0)));
+    assembly.add(materials.dark, &mouth.placed(Pose::at(2.185, 0.43, 0.0)));
     let rim: Vec<DVec3> = (0..=round)
         .map(|i| {
             let (sin, cos) = (std::f64::consts::TAU * (i % round) as f64 / round as f64).sin_cos();
@@ -409,12 +415,12 @@ fn face(batch: &mut Batch, look: &Look, detail: Detail) {
             DVec3::new(2.215, 0.43 + 0.075 * power(sin), 0.34 * power(cos))
         })
         .collect();
-    batch.add(look.chrome, &tube(&rim, 8, |_| 0.011));
+    assembly.add(materials.chrome, &tube(&rim, 8, |_| 0.011));
     for i in -6..=6 {
         let z = 0.048 * f64::from(i);
         let half = 0.07 * (1.0 - (z / 0.35).powi(4)).max(0.0).sqrt();
-        batch.add(
-            look.chrome,
+        assembly.add(
+            materials.chrome,
             &bevelled_box(
                 [2.2, 0.43 - half, z - 0.003],
                 [2.245, 0.43 + half, z + 0.003],
@@ -439,13 +445,13 @@ fn face(batch: &mut Batch, look: &Look, detail: Detail) {
         let pose = Pose::at(1.93, 0.605, side * 0.6)
             .rolled(-76.0)
             .turned(-7.0 * side);
-        batch.add(look.chrome, &bowl.placed(pose));
+        assembly.add(materials.chrome, &bowl.placed(pose));
         let lens =
             superellipsoid([0.092, 0.03, 0.092], 1.0, 1.0, round).placed(Pose::at(0.0, 0.012, 0.0));
-        batch.add(look.lens, &lens.placed(pose));
-        let signal = superellipsoid([0.03, 0.028, 0.055], 1.0, 1.0, detail.pieces(16));
-        batch.add(
-            look.orange,
+        assembly.add(materials.lens, &lens.placed(pose));
+        let signal = superellipsoid([0.03, 0.028, 0.055], 1.0, 1.0, detail.segments(16));
+        assembly.add(
+            materials.orange,
             &signal.placed(Pose::at(2.105, 0.45, side * 0.5)),
         );
     }
@@ -462,25 +468,31 @@ fn face(batch: &mut Batch, look: &Look, detail: Detail) {
     ]
     .map(|(x, z)| DVec3::new(x, 0.335, z))
     .to_vec();
-    batch.add(
-        look.chrome,
-        &tube(&catmull_rom(&bumper, 5), detail.pieces(12), |_| 0.026),
+    assembly.add(
+        materials.chrome,
+        &tube(&catmull_rom(&bumper, 5), detail.segments(12), |_| 0.026),
     );
 }
 
 /// Lamps, bumper, plate, pipes.
-fn tail(batch: &mut Batch, look: &Look, detail: Detail) {
+fn tail(assembly: &mut Assembly, materials: &GarageMaterials, detail: Detail) {
     for side in [-1.0, 1.0] {
         for i in 0..2 {
             let z = side * (0.36 + 0.15 * f64::from(i));
-            let lamp = superellipsoid([0.03, 0.055, 0.06], 1.0, 1.0, detail.pieces(20));
-            batch.add(look.tail_light, &lamp.placed(Pose::at(-2.165, 0.64, z)));
+            let lamp = superellipsoid([0.03, 0.055, 0.06], 1.0, 1.0, detail.segments(20));
+            assembly.add(
+                materials.tail_light,
+                &lamp.placed(Pose::at(-2.165, 0.64, z)),
+            );
         }
         let pipe = [
             DVec3::new(-1.9, 0.24, side * 0.42),
             DVec3::new(-2.2, 0.24, side * 0.42),
         ];
-        batch.add(look.chrome, &tube(&pipe, detail.pieces(14), |_| 0.032));
+        assembly.add(
+            materials.chrome,
+            &tube(&pipe, detail.segments(14), |_| 0.032),
+        );
     }
     let bumper: Vec<DVec3> = [
         (-1.75, 0.87),
@@ -495,39 +507,46 @@ fn tail(batch: &mut Batch, look: &Look, detail: Detail) {
     ]
     .map(|(x, z)| DVec3::new(x, 0.42, z))
     .to_vec();
-    batch.add(
-        look.chrome,
-        &tube(&catmull_rom(&bumper, 5), detail.pieces(12), |_| 0.026),
+    assembly.add(
+        materials.chrome,
+        &tube(&catmull_rom(&bumper, 5), detail.segments(12), |_| 0.026),
     );
 }
 
 /// Door handles, mirrors, a chrome strip along the sill.
-fn flanks(batch: &mut Batch, look: &Look, detail: Detail) {
+fn flanks(assembly: &mut Assembly, materials: &GarageMaterials, detail: Detail) {
     for side in [-1.0, 1.0] {
         let mirror_side = |p: DVec3| p * DVec3::new(1.0, 1.0, side);
         let grip: Vec<DVec3> = [(-0.34, 0.0), (-0.32, 0.028), (-0.2, 0.03), (-0.18, 0.0)]
             .map(|(x, out)| mirror_side(on_side(x, 0.7) + DVec3::Z * out))
             .to_vec();
-        batch.add(look.chrome, &tube(&grip, detail.pieces(10), |_| 0.008));
+        assembly.add(
+            materials.chrome,
+            &tube(&grip, detail.segments(10), |_| 0.008),
+        );
         let sill: Vec<DVec3> = (0..=10)
             .map(|i| mirror_side(on_side(-0.86 + 1.72 * f64::from(i) / 10.0, 0.225)))
             .collect();
-        batch.add(look.chrome, &tube(&sill, detail.pieces(8), |_| 0.011));
+        assembly.add(
+            materials.chrome,
+            &tube(&sill, detail.segments(8), |_| 0.011),
+        );
         let foot = mirror_side(on_side(0.55, 0.8) + DVec3::Z * -0.03);
         let head = foot + DVec3::new(-0.02, 0.1, 0.07 * side);
-        batch.add(
-            look.chrome,
-            &tube(&[foot, head], detail.pieces(10), |_| 0.009),
+        assembly.add(
+            materials.chrome,
+            &tube(&[foot, head], detail.segments(10), |_| 0.009),
         );
-        let shell = superellipsoid([0.05, 0.045, 0.065], 0.8, 0.9, detail.pieces(20));
-        batch.add(
-            look.chrome,
+        let shell = superellipsoid([0.05, 0.045, 0.065], 0.8, 0.9, detail.segments(20));
+        assembly.add(
+            materials.chrome,
             &shell.placed(Pose::at(head.x, head.y + 0.02, head.z)),
         );
     }
     // Badge on the bonnet, filler cap behind the roof.
-    batch.add(
-        look.chrome,
-        &ball(0.03, detail.pieces(12)).placed(Pose::at(2.02, 0.612, 0.0).stretched(1.0, 0.3, 1.0)),
+    assembly.add(
+        materials.chrome,
+        &ball(0.03, detail.segments(12))
+            .placed(Pose::at(2.02, 0.612, 0.0).stretched(1.0, 0.3, 1.0)),
     );
 }

@@ -1,36 +1,36 @@
 //! Concrete, pipes, the roller shutter and marks on the floor.
 
-use super::{BACK, FRONT, HEIGHT, LEFT, Look, RIGHT};
+use super::{BACK, FRONT, GarageMaterials, HEIGHT, LEFT, RIGHT};
 use crate::build::{bevelled_box, bevelled_cylinder, boxed, torus, tube};
 use crate::mesh::Mesh;
 use crate::pose::Pose;
-use crate::scene::{Batch, Geometry, MaterialId, Scene};
+use crate::scene::{Assembly, MaterialId, Scene, ShapeKind};
 use crate::scenes::Detail;
 use glam::DVec3;
 
-pub(super) fn add(scene: &mut Scene, look: &Look, detail: Detail) {
-    shell(scene, look);
-    columns(scene, look);
-    marks(scene, look);
-    pipes(scene, look, detail);
-    shutter(scene, look, detail);
+pub(super) fn add(scene: &mut Scene, materials: &GarageMaterials, detail: Detail) {
+    shell(scene, materials);
+    columns(scene, materials);
+    marks(scene, materials);
+    pipes(scene, materials, detail);
+    shutter(scene, materials, detail);
 }
 
 /// How much of a wall one repetition of the concrete covers.
 const CONCRETE: f64 = 3.4;
 
-fn shell(scene: &mut Scene, look: &Look) {
+fn shell(scene: &mut Scene, materials: &GarageMaterials) {
     let (x, z) = ((LEFT + RIGHT) / 2.0, (BACK + FRONT) / 2.0);
     let (half_x, half_z) = ((RIGHT - LEFT) / 2.0, (FRONT - BACK) / 2.0);
     scene.place(
         "floor",
-        Geometry::Rectangle,
+        ShapeKind::Rectangle,
         Pose::at(x, 0.0, z)
             .tilted(-90.0)
             .stretched(half_x, half_z, 1.0),
-        look.floor,
+        materials.floor,
     );
-    let mut batch = Batch::default();
+    let mut assembly = Assembly::default();
     for (low, high) in [
         ([LEFT - 0.2, -0.1, BACK - 0.2], [RIGHT + 0.2, HEIGHT, BACK]),
         (
@@ -44,7 +44,7 @@ fn shell(scene: &mut Scene, look: &Look) {
             [RIGHT + 0.2, HEIGHT + 0.2, FRONT + 0.2],
         ),
     ] {
-        batch.add(look.concrete, &boxed(low, high).box_mapped(CONCRETE));
+        assembly.add(materials.concrete, &boxed(low, high).box_mapped(CONCRETE));
     }
     // Beams across the hall, deeper ones over the columns.
     for x in [-3.0, 0.6, 4.2] {
@@ -53,7 +53,7 @@ fn shell(scene: &mut Scene, look: &Look) {
             [x + 0.16, HEIGHT + 0.05, FRONT + 0.02],
             0.012,
         );
-        batch.add(look.concrete, &beam.box_mapped(CONCRETE));
+        assembly.add(materials.concrete, &beam.box_mapped(CONCRETE));
     }
     // Glossy paint to the height of a hand, with a line above it.
     for (low, high) in [
@@ -61,16 +61,16 @@ fn shell(scene: &mut Scene, look: &Look) {
         ([LEFT, 0.0, BACK], [LEFT + 0.004, 1.0, FRONT]),
         ([RIGHT - 0.004, 0.0, BACK], [RIGHT, 1.0, FRONT]),
     ] {
-        batch.add(look.dado, &boxed(low, high));
+        assembly.add(materials.dado, &boxed(low, high));
         let lift = |p: [f64; 3], y: f64| [p[0], y, p[2]];
-        batch.add(look.cream, &boxed(lift(low, 1.0), lift(high, 1.06)));
+        assembly.add(materials.cream, &boxed(lift(low, 1.0), lift(high, 1.06)));
     }
-    scene.add_batch("hall", batch);
+    scene.place_assembly("hall", assembly);
 }
 
 /// Square columns with painted feet.
-fn columns(scene: &mut Scene, look: &Look) {
-    let mut batch = Batch::default();
+fn columns(scene: &mut Scene, materials: &GarageMaterials) {
+    let mut assembly = Assembly::default();
     for (x, z) in [
         (-3.0, -2.5),
         (0.6, -3.1),
@@ -83,11 +83,15 @@ fn columns(scene: &mut Scene, look: &Look) {
             [x + 0.19, HEIGHT - 0.3, z + 0.19],
             0.02,
         );
-        batch.add(look.concrete, &shaft.box_mapped(CONCRETE));
+        assembly.add(materials.concrete, &shaft.box_mapped(CONCRETE));
         for i in 0..6 {
             let y = 0.18 * f64::from(i);
-            let paint = if i % 2 == 0 { look.yellow } else { look.dark };
-            batch.add(
+            let paint = if i % 2 == 0 {
+                materials.yellow
+            } else {
+                materials.dark
+            };
+            assembly.add(
                 paint,
                 &bevelled_box(
                     [x - 0.194, y, z - 0.194],
@@ -97,15 +101,15 @@ fn columns(scene: &mut Scene, look: &Look) {
             );
         }
     }
-    scene.add_batch("column", batch);
+    scene.place_assembly("column", assembly);
 }
 
 /// Lines that bound the place where the car stands.
-fn marks(scene: &mut Scene, look: &Look) {
-    let mut batch = Batch::default();
+fn marks(scene: &mut Scene, materials: &GarageMaterials) {
+    let mut assembly = Assembly::default();
     let mut line = |low: [f64; 2], high: [f64; 2]| {
-        batch.add(
-            look.yellow,
+        assembly.add(
+            materials.yellow,
             &boxed([low[0], -0.01, low[1]], [high[0], 0.0012, high[1]]),
         );
     };
@@ -113,17 +117,23 @@ fn marks(scene: &mut Scene, look: &Look) {
         line([-2.9, z - 0.05], [2.6, z + 0.05]);
     }
     line([-2.9, -1.7], [-2.8, 1.7]);
-    scene.add_batch("mark", batch);
+    scene.place_assembly("mark", assembly);
 }
 
 /// A pipe along a path, in the given material.
-fn pipe(batch: &mut Batch, material: MaterialId, detail: Detail, radius: f64, path: &[[f64; 3]]) {
+fn pipe(
+    assembly: &mut Assembly,
+    material: MaterialId,
+    detail: Detail,
+    radius: f64,
+    path: &[[f64; 3]],
+) {
     let path: Vec<DVec3> = path.iter().copied().map(DVec3::from).collect();
-    batch.add(
+    assembly.add(
         material,
         &tube(
             &rounded_corners(&path, radius * 2.5),
-            detail.pieces(12),
+            detail.segments(12),
             |_| radius,
         ),
     );
@@ -146,19 +156,19 @@ fn rounded_corners(path: &[DVec3], reach: f64) -> Vec<DVec3> {
     smooth
 }
 
-fn pipes(scene: &mut Scene, look: &Look, detail: Detail) {
-    let mut batch = Batch::default();
+fn pipes(scene: &mut Scene, materials: &GarageMaterials, detail: Detail) {
+    let mut assembly = Assembly::default();
     let under = HEIGHT - 0.42;
     pipe(
-        &mut batch,
-        look.red,
+        &mut assembly,
+        materials.red,
         detail,
         0.045,
         &[[LEFT, under, -1.6], [RIGHT, under, -1.6]],
     );
     pipe(
-        &mut batch,
-        look.copper,
+        &mut assembly,
+        materials.copper,
         detail,
         0.022,
         &[
@@ -169,8 +179,8 @@ fn pipes(scene: &mut Scene, look: &Look, detail: Detail) {
         ],
     );
     pipe(
-        &mut batch,
-        look.copper,
+        &mut assembly,
+        materials.copper,
         detail,
         0.022,
         &[
@@ -181,8 +191,8 @@ fn pipes(scene: &mut Scene, look: &Look, detail: Detail) {
         ],
     );
     pipe(
-        &mut batch,
-        look.galvanized,
+        &mut assembly,
+        materials.galvanized,
         detail,
         0.03,
         &[
@@ -197,15 +207,15 @@ fn pipes(scene: &mut Scene, look: &Look, detail: Detail) {
             DVec3::new(-1.3, HEIGHT - 0.55, BACK),
             DVec3::new(-1.3, HEIGHT - 0.55, FRONT),
         ],
-        detail.pieces(28),
+        detail.segments(28),
         |_| 0.2,
     );
-    batch.add(look.galvanized, &duct);
-    let ring = torus(0.205, 0.012, detail.pieces(28), 6);
+    assembly.add(materials.galvanized, &duct);
+    let ring = torus(0.205, 0.012, detail.segments(28), 6);
     for i in 0..8 {
         let z = BACK + 0.6 + 1.2 * f64::from(i);
-        batch.add(
-            look.galvanized,
+        assembly.add(
+            materials.galvanized,
             &ring.placed(Pose::at(-1.3, HEIGHT - 0.55, z).tilted(90.0)),
         );
         // Each ring hangs from the ceiling on a rod.
@@ -213,12 +223,12 @@ fn pipes(scene: &mut Scene, look: &Look, detail: Detail) {
             DVec3::new(-1.3, HEIGHT - 0.34, z),
             DVec3::new(-1.3, HEIGHT, z),
         ];
-        batch.add(look.iron, &tube(&rod, 6, |_| 0.006));
+        assembly.add(materials.iron, &tube(&rod, 6, |_| 0.006));
     }
     for i in 0..5 {
         let x = -4.6 + 2.2 * f64::from(i);
-        batch.add(
-            look.iron,
+        assembly.add(
+            materials.iron,
             &bevelled_box(
                 [x - 0.02, under + 0.03, -1.66],
                 [x + 0.02, HEIGHT, -1.54],
@@ -226,32 +236,32 @@ fn pipes(scene: &mut Scene, look: &Look, detail: Detail) {
             ),
         );
     }
-    let wheel = torus(0.075, 0.011, detail.pieces(24), 8);
-    batch.add(
-        look.red,
+    let wheel = torus(0.075, 0.011, detail.segments(24), 8);
+    assembly.add(
+        materials.red,
         &wheel.placed(Pose::at(1.45, 1.35, BACK + 0.19).tilted(90.0)),
     );
-    batch.add(
-        look.brass,
+    assembly.add(
+        materials.brass,
         &bevelled_box([1.37, 1.3, BACK + 0.06], [1.53, 1.4, BACK + 0.14], 0.01),
     );
     let hub = bevelled_cylinder(0.012, 0.07, 0.002, 12);
-    batch.add(
-        look.brass,
+    assembly.add(
+        materials.brass,
         &hub.placed(Pose::at(1.45, 1.35, BACK + 0.13).tilted(90.0)),
     );
     for turn in [0.0, 90.0] {
         let spoke = bevelled_box([-0.07, -0.006, -0.004], [0.07, 0.006, 0.004], 0.002);
-        batch.add(
-            look.red,
+        assembly.add(
+            materials.red,
             &spoke.placed(Pose::at(1.45, 1.35, BACK + 0.19).rolled(turn)),
         );
     }
-    scene.add_batch("pipe", batch);
+    scene.place_assembly("pipe", assembly);
 }
 
 /// A shutter of ribbed metal in the back wall.
-fn shutter(scene: &mut Scene, look: &Look, detail: Detail) {
+fn shutter(scene: &mut Scene, materials: &GarageMaterials, detail: Detail) {
     let (left, right, top) = (1.9, 4.0, 2.35);
     let ribs = detail.count(22).min(88);
     let step = top / ribs as f64;
@@ -262,34 +272,34 @@ fn shutter(scene: &mut Scene, look: &Look, detail: Detail) {
             vec![DVec3::new(left, y, z), DVec3::new(right, y, z)]
         })
         .collect();
-    let mut batch = Batch::default();
+    let mut assembly = Assembly::default();
     let curtain: Mesh = crate::build::grid(&slat, crate::build::Edges::Open, 60.0);
     let outwards = curtain.normals[0].z > 0.0;
-    batch.add(
-        look.galvanized,
+    assembly.add(
+        materials.galvanized,
         &if outwards { curtain } else { curtain.flipped() },
     );
     for x in [left - 0.06, right - 0.02] {
-        batch.add(
-            look.iron,
+        assembly.add(
+            materials.iron,
             &bevelled_box([x, 0.0, BACK], [x + 0.08, top + 0.1, BACK + 0.08], 0.006),
         );
     }
-    batch.add(
-        look.iron,
+    assembly.add(
+        materials.iron,
         &bevelled_box(
             [left - 0.1, top, BACK],
             [right + 0.1, top + 0.3, BACK + 0.24],
             0.015,
         ),
     );
-    batch.add(
-        look.yellow,
+    assembly.add(
+        materials.yellow,
         &bevelled_box(
             [left + 0.02, 0.0, BACK + 0.02],
             [right - 0.02, 0.09, BACK + 0.07],
             0.006,
         ),
     );
-    scene.add_batch("shutter", batch);
+    scene.place_assembly("shutter", assembly);
 }

@@ -7,8 +7,11 @@ mod wheel;
 mod workshop;
 
 use super::Detail;
-use crate::material::{Color, Material, Metal, coated, coated_picture, matte, metal, tinted_metal};
-use crate::picture::{Picture, fractal_noise};
+use crate::material::{
+    Material, Metal, Reflectance, coated, coated_texture, matte, metal, tinted_metal,
+};
+use crate::noise::fractal_noise;
+use crate::png::PngImage;
 use crate::pose::Pose;
 use crate::scene::{About, Camera, MaterialId, Scene};
 use glam::DVec3;
@@ -43,20 +46,20 @@ pub(super) fn scene(detail: Detail) -> Scene {
             max_depth: 12,
         },
     );
-    scene.picture("concrete", concrete());
-    scene.picture("puddles", puddles());
-    let look = Look::new(&mut scene);
-    hall::add(&mut scene, &look, detail);
-    lamps::add(&mut scene, &look, detail);
+    scene.add_texture("concrete", concrete());
+    scene.add_texture("puddles", puddles());
+    let materials = GarageMaterials::new(&mut scene);
+    hall::add(&mut scene, &materials, detail);
+    lamps::add(&mut scene, &materials, detail);
     let parked = Pose::at(-0.1, 0.0, 0.1).turned(-18.0);
-    car::add(&mut scene, &look, detail, parked);
-    wheel::add(&mut scene, &look, detail, parked);
-    workshop::add(&mut scene, &look, detail);
+    car::add(&mut scene, &materials, detail, parked);
+    wheel::add(&mut scene, &materials, detail, parked);
+    workshop::add(&mut scene, &materials, detail);
     scene
 }
 
 /// The materials.
-struct Look {
+struct GarageMaterials {
     concrete: MaterialId,
     floor: MaterialId,
     dado: MaterialId,
@@ -82,18 +85,21 @@ struct Look {
     lamp: MaterialId,
 }
 
-impl Look {
-    fn new(scene: &mut Scene) -> Look {
-        let mut add = |name: &str, material: Material| scene.material(name, material);
-        let dry = coated_picture("concrete", 0.3);
+impl GarageMaterials {
+    fn new(scene: &mut Scene) -> GarageMaterials {
+        let mut add = |name: &str, material: Material| scene.add_material(name, material);
+        let dry = coated_texture("concrete", 0.3);
         // Water darkens the stone beneath it.
         let wet = Material::Coated {
-            base: Color::Flat([0.045, 0.042, 0.038]),
+            base: Reflectance::Uniform([0.045, 0.042, 0.038]),
             alpha: 0.04,
             ior: 1.33,
         };
-        Look {
-            concrete: add("concrete", Material::Diffuse(Color::Picture("concrete"))),
+        GarageMaterials {
+            concrete: add(
+                "concrete",
+                Material::Diffuse(Reflectance::Texture("concrete")),
+            ),
             floor: add(
                 "wet_floor",
                 Material::Mixed {
@@ -134,8 +140,8 @@ impl Look {
 }
 
 /// Concrete: clouds of gray, pores, and the seams of its shuttering.
-fn concrete() -> Picture {
-    Picture::of_colors([192, 192], |u, v| {
+fn concrete() -> PngImage {
+    PngImage::from_colors([192, 192], |u, v| {
         let clouds = fractal_noise(u, v, [3, 3], 4, 5);
         let pore = fractal_noise(u, v, [48, 48], 1, 90);
         let seam = if (v * 2.0).fract() < 0.012 { 0.82 } else { 1.0 };
@@ -147,8 +153,8 @@ fn concrete() -> Picture {
 }
 
 /// Where the floor is wet: white.
-fn puddles() -> Picture {
-    Picture::of_weights([256, 256], |u, v| {
+fn puddles() -> PngImage {
+    PngImage::from_weights([256, 256], |u, v| {
         let depth = fractal_noise(u, v, [5, 4], 4, 31);
         ((depth - 0.5) * 13.0 + 0.7).clamp(0.12, 1.0)
     })

@@ -1,11 +1,11 @@
 //! The car's wheels, and tires that lie about.
 
-use super::Look;
+use super::GarageMaterials;
 use super::car::{AXLE, WHEEL};
 use crate::build::{bevelled_cylinder, cylinder, loft};
 use crate::mesh::Mesh;
 use crate::pose::Pose;
-use crate::scene::{Batch, Geometry, MeshId, Scene};
+use crate::scene::{Assembly, MeshId, Scene, ShapeKind};
 use crate::scenes::{Detail, props};
 use glam::{DMat3, DVec3};
 use std::f64::consts::TAU;
@@ -13,11 +13,11 @@ use std::f64::consts::TAU;
 /// Half the width of a tire.
 const HALF: f64 = 0.095;
 
-pub(super) fn add(scene: &mut Scene, look: &Look, detail: Detail, parked: Pose) {
-    let tire = scene.mesh("tire", tire(detail));
-    let mut parts = Batch::default();
-    rim(&mut parts, look, detail);
-    let parts = scene.batch_meshes("wheel", &parts);
+pub(super) fn add(scene: &mut Scene, materials: &GarageMaterials, detail: Detail, parked: Pose) {
+    let tire = scene.add_mesh("tire", tire(detail));
+    let mut parts = Assembly::default();
+    rim(&mut parts, materials, detail);
+    let parts = scene.add_meshes("wheel", parts);
     for (i, (x, side)) in [(AXLE, 1.0), (AXLE, -1.0), (-AXLE, 1.0), (-AXLE, -1.0)]
         .into_iter()
         .enumerate()
@@ -33,24 +33,24 @@ pub(super) fn add(scene: &mut Scene, look: &Look, detail: Detail, parked: Pose) 
         };
         scene.place(
             &format!("tire_{i}"),
-            Geometry::Mesh(tire),
+            ShapeKind::Mesh(tire),
             pose,
-            look.rubber,
+            materials.rubber,
         );
         for (k, &(material, mesh)) in parts.iter().enumerate() {
             scene.place(
                 &format!("wheel_{i}_{k}"),
-                Geometry::Mesh(mesh),
+                ShapeKind::Mesh(mesh),
                 pose,
                 material,
             );
         }
     }
-    spares(scene, look, tire);
+    spares(scene, materials, tire);
 }
 
 /// A stack of old tires in the corner, and one that leans on it.
-fn spares(scene: &mut Scene, look: &Look, tire: MeshId) {
+fn spares(scene: &mut Scene, materials: &GarageMaterials, tire: MeshId) {
     let stack = |i: usize, dx: f64, dz: f64| {
         Pose::at(-4.75 + dx, HALF + 2.0 * HALF * i as f64, 1.15 + dz).turned(40.0 * i as f64)
     };
@@ -60,9 +60,9 @@ fn spares(scene: &mut Scene, look: &Look, tire: MeshId) {
     {
         scene.place(
             &format!("spare_{i}"),
-            Geometry::Mesh(tire),
+            ShapeKind::Mesh(tire),
             stack(i, dx, dz),
-            look.rubber,
+            materials.rubber,
         );
     }
 }
@@ -89,12 +89,12 @@ fn tire(detail: Detail) -> Mesh {
     profile.extend(half.iter().rev());
     profile.push(profile[0]);
     let points: Vec<_> = profile.into_iter().map(glam::DVec2::from).collect();
-    crate::build::lathe(&points, detail.pieces(44))
+    crate::build::lathe(&points, detail.segments(44))
 }
 
 /// A rim with five double spokes, its outer side at +y; the brake shows behind it.
-fn rim(batch: &mut Batch, look: &Look, detail: Detail) {
-    let round = detail.pieces(36);
+fn rim(assembly: &mut Assembly, materials: &GarageMaterials, detail: Detail) {
+    let round = detail.segments(36);
     let well = [
         (0.2, -0.075),
         (0.212, -0.08),
@@ -110,8 +110,8 @@ fn rim(batch: &mut Batch, look: &Look, detail: Detail) {
         (0.18, -0.045),
         (0.2, -0.075),
     ];
-    batch.add(
-        look.rim,
+    assembly.add(
+        materials.rim,
         &crate::build::lathe(&well.map(glam::DVec2::from), round),
     );
     let hub = props::turned(
@@ -127,9 +127,9 @@ fn rim(batch: &mut Batch, look: &Look, detail: Detail) {
             (0.0, 0.058),
         ],
         2,
-        detail.pieces(24),
+        detail.segments(24),
     );
-    batch.add(look.rim, &hub);
+    assembly.add(materials.rim, &hub);
     for i in 0..10 {
         // Spokes stand in pairs.
         let angle = TAU * (f64::from(i / 2) + if i % 2 == 0 { 0.14 } else { -0.14 }) / 5.0;
@@ -150,22 +150,22 @@ fn rim(batch: &mut Batch, look: &Look, detail: Detail) {
             ring(0.16, 0.038, 0.013, 0.01),
             ring(0.193, 0.03, 0.017, 0.012),
         ];
-        batch.add(look.rim, &loft(&spoke, 50.0));
+        assembly.add(materials.rim, &loft(&spoke, 50.0));
     }
     for i in 0..5 {
         let angle = TAU * (f64::from(i) + 0.5) / 5.0;
         let nut = bevelled_cylinder(0.009, 0.016, 0.002, 6);
-        batch.add(
-            look.chrome,
+        assembly.add(
+            materials.chrome,
             &nut.placed(Pose::at(0.04 * angle.cos(), 0.03, 0.04 * angle.sin())),
         );
     }
-    batch.add(
-        look.iron,
+    assembly.add(
+        materials.iron,
         &cylinder(0.155, 0.02, round).placed(Pose::at(0.0, -0.03, 0.0)),
     );
-    batch.add(
-        look.dark,
+    assembly.add(
+        materials.dark,
         &cylinder(0.185, 0.02, round).placed(Pose::at(0.0, -0.07, 0.0)),
     );
 }

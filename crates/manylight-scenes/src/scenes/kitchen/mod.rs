@@ -7,10 +7,11 @@ mod units;
 mod vessels;
 
 use super::Detail;
-use crate::material::{Material, Metal, coated, coated_picture, glass, matte, metal, tinted_metal};
+use crate::material::{Material, Metal, coated, coated_texture, glass, matte, metal, tinted_metal};
 use crate::mesh::Mesh;
-use crate::pcg::Pcg;
-use crate::picture::{Picture, fractal_noise};
+use crate::noise::fractal_noise;
+use crate::pcg::Pcg32;
+use crate::png::PngImage;
 use crate::scene::{About, Camera, MaterialId, Scene};
 use glam::DVec3;
 
@@ -46,18 +47,18 @@ pub(super) fn scene(detail: Detail) -> Scene {
             max_depth: 16,
         },
     );
-    scene.picture("oak", oak());
-    let look = Look::new(&mut scene);
-    room::add(&mut scene, &look);
-    units::add(&mut scene, &look, detail);
-    stove::add(&mut scene, &look, detail);
-    vessels::add(&mut scene, &look, detail);
-    table::add(&mut scene, &look, detail);
+    scene.add_texture("oak", oak());
+    let materials = KitchenMaterials::new(&mut scene);
+    room::add(&mut scene, &materials);
+    units::add(&mut scene, &materials, detail);
+    stove::add(&mut scene, &materials, detail);
+    vessels::add(&mut scene, &materials, detail);
+    table::add(&mut scene, &materials, detail);
     scene
 }
 
 /// The materials.
-struct Look {
+struct KitchenMaterials {
     plaster: MaterialId,
     floor: [MaterialId; 3],
     oak: MaterialId,
@@ -91,17 +92,17 @@ struct Look {
     lamp: MaterialId,
 }
 
-impl Look {
-    fn new(scene: &mut Scene) -> Look {
-        let mut add = |name: &str, material: Material| scene.material(name, material);
-        Look {
+impl KitchenMaterials {
+    fn new(scene: &mut Scene) -> KitchenMaterials {
+        let mut add = |name: &str, material: Material| scene.add_material(name, material);
+        KitchenMaterials {
             plaster: add("plaster", matte([0.8, 0.75, 0.66])),
             floor: [
                 add("terracotta", coated([0.34, 0.15, 0.085], 0.17)),
                 add("dark_terracotta", coated([0.28, 0.12, 0.07], 0.14)),
                 add("pale_terracotta", coated([0.4, 0.19, 0.11], 0.2)),
             ],
-            oak: add("oak", coated_picture("oak", 0.22)),
+            oak: add("oak", coated_texture("oak", 0.22)),
             oak_plain: add("plain_oak", coated([0.45, 0.28, 0.13], 0.3)),
             walnut: add("walnut", coated([0.2, 0.095, 0.045], 0.18)),
             crust: add("crust", coated([0.42, 0.19, 0.065], 0.4)),
@@ -139,8 +140,8 @@ impl Look {
 }
 
 /// Oak: long grain along v, with the darker pores of a few growth rings.
-fn oak() -> Picture {
-    Picture::of_colors([128, 256], |u, v| {
+fn oak() -> PngImage {
+    PngImage::from_colors([128, 256], |u, v| {
         let drift = fractal_noise(u, v, [3, 2], 2, 40) - 0.5;
         let across = (u + 0.06 * drift).rem_euclid(1.0);
         let rings = fractal_noise(across, v, [22, 1], 2, 51);
@@ -179,6 +180,6 @@ fn tile(width: f64, height: f64, depth: f64) -> Mesh {
 }
 
 /// One of three kinds, the first most often.
-fn pick(kinds: [MaterialId; 3], rng: &mut Pcg) -> MaterialId {
+fn pick(kinds: [MaterialId; 3], rng: &mut Pcg32) -> MaterialId {
     kinds[[0, 0, 0, 1, 1, 2][rng.index(6)]]
 }

@@ -1,76 +1,76 @@
 //! The range with its hood, what cooks on it, and the pans on the rail beside it.
 
 use super::units::STOVE;
-use super::{BACK, Look, WORKTOP, WORKTOP_FRONT};
+use super::{BACK, KitchenMaterials, WORKTOP, WORKTOP_FRONT};
 use crate::build::{
     Edges, bevelled_box, bevelled_cylinder, boxed, cylinder, grid, loft, torus, tube,
 };
 use crate::mesh::Mesh;
 use crate::pose::Pose;
-use crate::scene::{Batch, Scene};
+use crate::scene::{Assembly, Scene};
 use crate::scenes::{Detail, props};
 use glam::DVec3;
 
-pub(super) fn add(scene: &mut Scene, look: &Look, detail: Detail) {
-    let mut batch = Batch::default();
-    range(&mut batch, look, detail);
-    hood(&mut batch, look);
-    pots(&mut batch, look, detail);
-    rail(&mut batch, look, detail);
-    scene.add_batch("stove", batch);
+pub(super) fn add(scene: &mut Scene, materials: &KitchenMaterials, detail: Detail) {
+    let mut assembly = Assembly::default();
+    range(&mut assembly, materials, detail);
+    hood(&mut assembly, materials);
+    pots(&mut assembly, materials, detail);
+    rail(&mut assembly, materials, detail);
+    scene.place_assembly("stove", assembly);
 }
 
 /// A steel range: black glass on top, an oven with a window, a row of knobs.
-fn range(batch: &mut Batch, look: &Look, detail: Detail) {
+fn range(assembly: &mut Assembly, materials: &KitchenMaterials, detail: Detail) {
     let [left, right] = STOVE;
     let front = WORKTOP_FRONT - 0.03;
     let width = right - left;
     let middle = (left + right) / 2.0;
-    batch.add(
-        look.satin_steel,
+    assembly.add(
+        materials.satin_steel,
         &boxed([left, 0.09, BACK + 0.01], [right, 0.9, front - 0.03]),
     );
-    batch.add(
-        look.iron,
+    assembly.add(
+        materials.iron,
         &boxed(
             [left + 0.03, 0.0, BACK + 0.05],
             [right - 0.03, 0.1, front - 0.08],
         ),
     );
-    batch.add(
-        look.satin_steel,
+    assembly.add(
+        materials.satin_steel,
         &bevelled_box(
             [left, 0.79, front - 0.05],
             [right, 0.905, front + 0.01],
             0.006,
         ),
     );
-    batch.add(
-        look.satin_steel,
+    assembly.add(
+        materials.satin_steel,
         &bevelled_box(
             [left + 0.004, 0.27, front - 0.04],
             [right - 0.004, 0.782, front],
             0.006,
         ),
     );
-    batch.add(
-        look.satin_steel,
+    assembly.add(
+        materials.satin_steel,
         &bevelled_box(
             [left + 0.004, 0.1, front - 0.04],
             [right - 0.004, 0.262, front - 0.002],
             0.006,
         ),
     );
-    batch.add(
-        look.black,
+    assembly.add(
+        materials.black,
         &bevelled_box(
             [left + 0.13, 0.36, front - 0.01],
             [right - 0.13, 0.64, front + 0.003],
             0.002,
         ),
     );
-    batch.add(
-        look.black,
+    assembly.add(
+        materials.black,
         &bevelled_box(
             [left, 0.895, BACK + 0.02],
             [right, WORKTOP + 0.004, front - 0.02],
@@ -80,30 +80,33 @@ fn range(batch: &mut Batch, look: &Look, detail: Detail) {
     let half = width / 2.0 - 0.06;
     let bar = [(-half, 0.0), (-half, 0.045), (half, 0.045), (half, 0.0)]
         .map(|(x, z)| DVec3::new(middle + x, 0.72, front + z));
-    batch.add(look.steel, &tube(&bar, detail.pieces(10), |_| 0.009));
+    assembly.add(materials.steel, &tube(&bar, detail.segments(10), |_| 0.009));
     towel(
-        batch,
-        look,
+        assembly,
+        materials,
         detail,
         DVec3::new(middle + 0.17, 0.72, front + 0.045),
     );
-    let knob = bevelled_cylinder(0.02, 0.026, 0.004, detail.pieces(18));
+    let knob = bevelled_cylinder(0.02, 0.026, 0.004, detail.segments(18));
     for i in 0..6 {
         let x = left + 0.1 + (width - 0.2) * f64::from(i) / 5.0;
-        batch.add(
-            look.steel,
+        assembly.add(
+            materials.steel,
             &knob.placed(Pose::at(x, 0.848, front + 0.008).tilted(90.0)),
         );
     }
-    let grate = torus(0.085, 0.005, detail.pieces(24), 6);
+    let grate = torus(0.085, 0.005, detail.segments(24), 6);
     for (x, z) in HOBS {
-        batch.add(look.iron, &grate.placed(Pose::at(x, WORKTOP + 0.009, z)));
+        assembly.add(
+            materials.iron,
+            &grate.placed(Pose::at(x, WORKTOP + 0.009, z)),
+        );
     }
 }
 
 /// A towel with a stripe, hung over the bar before the oven at a point of its axis.
-fn towel(batch: &mut Batch, look: &Look, detail: Detail, over: DVec3) {
-    let columns = detail.pieces(16);
+fn towel(assembly: &mut Assembly, materials: &KitchenMaterials, detail: Detail, over: DVec3) {
+    let columns = detail.segments(16);
     // From its front hem over the bar to the one at the back.
     let course = [
         (-0.33, 0.016),
@@ -129,9 +132,9 @@ fn towel(batch: &mut Batch, look: &Look, detail: Detail, over: DVec3) {
     };
     let rows: Vec<Vec<DVec3>> = course.iter().map(row).collect();
     let cloth = |rows: &[Vec<DVec3>]| grid(rows, Edges::Open, 60.0);
-    batch.add(look.linen, &cloth(&rows[..2]));
-    batch.add(look.blue_glaze, &cloth(&rows[1..3]));
-    batch.add(look.linen, &cloth(&rows[2..]));
+    assembly.add(materials.linen, &cloth(&rows[..2]));
+    assembly.add(materials.blue_glaze, &cloth(&rows[1..3]));
+    assembly.add(materials.linen, &cloth(&rows[2..]));
 }
 
 /// Middles of the four hobs.
@@ -143,7 +146,7 @@ const HOBS: [(f64, f64); 4] = [
 ];
 
 /// A hood of copper: a skirt, a tapering body, a chimney.
-fn hood(batch: &mut Batch, look: &Look) {
+fn hood(assembly: &mut Assembly, materials: &KitchenMaterials) {
     let middle = (STOVE[0] + STOVE[1]) / 2.0;
     let ring = |half: f64, depth: f64, y: f64| {
         let (low, high) = (middle - half, middle + half);
@@ -162,11 +165,11 @@ fn hood(batch: &mut Batch, look: &Look) {
         ring(0.15, 0.25, 2.45),
         ring(0.15, 0.25, 2.62),
     ];
-    batch.add(look.copper, &loft(&body, 28.0));
+    assembly.add(materials.copper, &loft(&body, 28.0));
     for y in [1.645, 1.69] {
         let (low, high) = (middle - 0.453, middle + 0.453);
-        batch.add(
-            look.brass,
+        assembly.add(
+            materials.brass,
             &bevelled_box(
                 [low, y - 0.007, BACK + 0.012],
                 [high, y + 0.007, BACK + 0.504],
@@ -177,41 +180,44 @@ fn hood(batch: &mut Batch, look: &Look) {
 }
 
 /// A copper pan, an enamelled casserole, a steel stock pot, a kettle.
-fn pots(batch: &mut Batch, look: &Look, detail: Detail) {
+fn pots(assembly: &mut Assembly, materials: &KitchenMaterials, detail: Detail) {
     let top = WORKTOP + 0.014;
     let [(x0, z0), (x1, z1), (x2, z2), (x3, z3)] = HOBS;
     let at = |x: f64, z: f64| Pose::at(x, top, z);
-    batch.add(look.steel, &pan(0.1, 0.17, detail).placed(at(x0, z0)));
-    batch.add(
-        look.steel,
+    assembly.add(materials.steel, &pan(0.1, 0.17, detail).placed(at(x0, z0)));
+    assembly.add(
+        materials.steel,
         &lid(0.1, detail).placed(Pose::at(x0, top + 0.17, z0)),
     );
     for side in [0.0, 180.0] {
-        batch.add(
-            look.steel,
+        assembly.add(
+            materials.steel,
             &loop_handle(0.1, 0.13, detail).placed(at(x0, z0).turned(side + 20.0)),
         );
     }
-    batch.add(
-        look.red_enamel,
+    assembly.add(
+        materials.red_enamel,
         &pan(0.125, 0.105, detail).placed(at(x1, z1)),
     );
-    batch.add(
-        look.red_enamel,
+    assembly.add(
+        materials.red_enamel,
         &lid(0.125, detail).placed(Pose::at(x1, top + 0.105, z1)),
     );
     for side in [0.0, 180.0] {
-        batch.add(
-            look.red_enamel,
+        assembly.add(
+            materials.red_enamel,
             &loop_handle(0.125, 0.085, detail).placed(at(x1, z1).turned(side - 10.0)),
         );
     }
-    batch.add(look.copper, &pan(0.09, 0.085, detail).placed(at(x3, z3)));
-    batch.add(
-        look.brass,
+    assembly.add(
+        materials.copper,
+        &pan(0.09, 0.085, detail).placed(at(x3, z3)),
+    );
+    assembly.add(
+        materials.brass,
         &long_handle(0.09, 0.065, detail).placed(at(x3, z3).turned(-40.0)),
     );
-    kettle(batch, look, detail, at(x2, z2).turned(205.0));
+    kettle(assembly, materials, detail, at(x2, z2).turned(205.0));
 }
 
 /// An open pan of a radius and height.
@@ -234,7 +240,7 @@ fn pan(radius: f64, height: f64, detail: Detail) -> Mesh {
         (r - t, 0.01),
         (0.0, 0.007),
     ];
-    props::turned(&profile, 2, detail.pieces(32))
+    props::turned(&profile, 2, detail.segments(32))
 }
 
 /// A domed lid with a knob, its rim at y = 0.
@@ -254,7 +260,7 @@ fn lid(radius: f64, detail: Detail) -> Mesh {
         (0.016, 0.056),
         (0.0, 0.058),
     ];
-    props::turned(&profile, 2, detail.pieces(32))
+    props::turned(&profile, 2, detail.segments(32))
 }
 
 /// A handle like an ear at +x.
@@ -268,17 +274,17 @@ fn loop_handle(radius: f64, height: f64, detail: Detail) -> Mesh {
         (-0.002, 0.035),
     ]
     .map(|(x, z)| DVec3::new(radius + x, height, z));
-    tube(&path, detail.pieces(8), |_| 0.005)
+    tube(&path, detail.segments(8), |_| 0.005)
 }
 
 /// A long handle towards +x that rises a little.
 fn long_handle(radius: f64, height: f64, detail: Detail) -> Mesh {
     let path = [(-0.002, 0.0), (0.03, 0.006), (0.1, 0.025), (0.19, 0.04)]
         .map(|(x, y)| DVec3::new(radius + x, height + y, 0.0));
-    tube(&path, detail.pieces(8), |t| 0.007 + 0.002 * t)
+    tube(&path, detail.segments(8), |t| 0.007 + 0.002 * t)
 }
 
-fn kettle(batch: &mut Batch, look: &Look, detail: Detail, pose: Pose) {
+fn kettle(assembly: &mut Assembly, materials: &KitchenMaterials, detail: Detail, pose: Pose) {
     let body = [
         (0.0, 0.0),
         (0.1, 0.0),
@@ -294,14 +300,14 @@ fn kettle(batch: &mut Batch, look: &Look, detail: Detail, pose: Pose) {
         (0.014, 0.16),
         (0.0, 0.168),
     ];
-    batch.add(
-        look.steel,
-        &props::turned(&body, 3, detail.pieces(32)).placed(pose),
+    assembly.add(
+        materials.steel,
+        &props::turned(&body, 3, detail.segments(32)).placed(pose),
     );
     let spout = [(0.085, 0.06), (0.125, 0.095), (0.15, 0.125)].map(|(x, y)| DVec3::new(x, y, 0.0));
-    batch.add(
-        look.steel,
-        &tube(&spout, detail.pieces(12), |t| 0.02 - 0.009 * t).placed(pose),
+    assembly.add(
+        materials.steel,
+        &tube(&spout, detail.segments(12), |t| 0.02 - 0.009 * t).placed(pose),
     );
     let grip = crate::build::catmull_rom(
         &[
@@ -315,27 +321,27 @@ fn kettle(batch: &mut Batch, look: &Look, detail: Detail, pose: Pose) {
         .map(|(x, y)| DVec3::new(x, y, 0.0)),
         4,
     );
-    batch.add(
-        look.black,
-        &tube(&grip, detail.pieces(10), |_| 0.007).placed(pose),
+    assembly.add(
+        materials.black,
+        &tube(&grip, detail.segments(10), |_| 0.007).placed(pose),
     );
 }
 
 /// A brass rail on the tiles between window and hood, with pans on hooks.
-fn rail(batch: &mut Batch, look: &Look, detail: Detail) {
+fn rail(assembly: &mut Assembly, materials: &KitchenMaterials, detail: Detail) {
     let (y, z) = (1.92, BACK + 0.06);
     let (left, right) = (-0.43, -0.06);
-    batch.add(
-        look.brass,
+    assembly.add(
+        materials.brass,
         &tube(
             &[DVec3::new(left, y, z), DVec3::new(right, y, z)],
-            detail.pieces(12),
+            detail.segments(12),
             |_| 0.008,
         ),
     );
     for x in [left + 0.03, right - 0.03] {
-        batch.add(
-            look.brass,
+        assembly.add(
+            materials.brass,
             &cylinder(0.006, 0.062, 8).placed(Pose::at(x, y, BACK).tilted(90.0)),
         );
     }
@@ -350,11 +356,15 @@ fn rail(batch: &mut Batch, look: &Look, detail: Detail) {
             (-0.012, -0.03),
         ]
         .map(|(dz, dy)| DVec3::new(x, y + dy, z + dz));
-        batch.add(look.iron, &tube(&hook, 6, |_| 0.0025));
+        assembly.add(materials.iron, &tube(&hook, 6, |_| 0.0025));
         // Its bottom towards the wall, its handle up.
-        let material = if i == 0 { look.copper } else { look.steel };
+        let material = if i == 0 {
+            materials.copper
+        } else {
+            materials.steel
+        };
         let center = Pose::at(x, y - 0.03 - drop - radius, BACK + 0.018);
-        batch.add(
+        assembly.add(
             material,
             &pan(radius, 0.045, detail).placed(center.tilted(90.0)),
         );
@@ -365,6 +375,6 @@ fn rail(batch: &mut Batch, look: &Look, detail: Detail) {
             (0.026, radius + drop + 0.005),
         ]
         .map(|(dz, dy)| DVec3::new(0.0, dy, 0.02 + dz));
-        batch.add(look.iron, &tube(&handle, 8, |_| 0.006).placed(center));
+        assembly.add(materials.iron, &tube(&handle, 8, |_| 0.006).placed(center));
     }
 }
