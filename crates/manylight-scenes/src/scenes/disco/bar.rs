@@ -1,4 +1,4 @@
-//! The bar on the right: a counter with fluted copper, stools, bottles before lit shelves.
+//! The bar on the right: a copper counter, stools, lit shelves with bottles, and a high table.
 
 use super::{DiscoMaterials, HALF_WIDTH};
 use crate::build::{bevelled_box, bevelled_cylinder, cylinder, lathe, tube};
@@ -8,9 +8,11 @@ use crate::scene::{Assembly, MeshId, Scene, ShapeKind};
 use crate::scenes::{Detail, props};
 use glam::{DVec2, DVec3};
 
-/// The counter's ends in z, and its front in x.
+/// z of the ends of the counter.
 const NEAR: f64 = 2.3;
+/// z of the far end of the counter and of the shelves.
 const FAR: f64 = -2.9;
+/// x of the front of the counter.
 const FACE: f64 = 3.55;
 
 pub(super) fn add(scene: &mut Scene, materials: &DiscoMaterials, detail: Detail) {
@@ -20,6 +22,7 @@ pub(super) fn add(scene: &mut Scene, materials: &DiscoMaterials, detail: Detail)
     drinks(scene, materials, detail);
 }
 
+/// A counter with fluted copper and a foot rail.
 fn counter(scene: &mut Scene, materials: &DiscoMaterials, detail: Detail) {
     let mut assembly = Assembly::default();
     assembly.add(
@@ -73,6 +76,7 @@ fn counter(scene: &mut Scene, materials: &DiscoMaterials, detail: Detail) {
     scene.place_assembly("counter", assembly);
 }
 
+/// Five stools.
 fn stools(scene: &mut Scene, materials: &DiscoMaterials, detail: Detail) {
     let mut stool = Assembly::default();
     let round = detail.segments(28);
@@ -113,7 +117,15 @@ fn stools(scene: &mut Scene, materials: &DiscoMaterials, detail: Detail) {
     scene.place_copies("stool", stool, &poses);
 }
 
-/// Shelves on the right wall, each lit by a strip under the one above.
+/// Number of lit shelves.
+const SHELVES: u32 = 3;
+
+/// Height of the upper side of a shelf.
+fn shelf_height(level: u32) -> f64 {
+    0.95 + 0.48 * f64::from(level)
+}
+
+/// Shelves on the right wall. A strip of light under each shelf lights the one below.
 fn shelves(scene: &mut Scene, materials: &DiscoMaterials, detail: Detail) {
     let mut assembly = Assembly::default();
     let (front, wall) = (HALF_WIDTH - 0.3, HALF_WIDTH);
@@ -125,60 +137,17 @@ fn shelves(scene: &mut Scene, materials: &DiscoMaterials, detail: Detail) {
         materials.black,
         &bevelled_box([wall - 0.5, 0.0, FAR], [wall - 0.02, 0.92, NEAR], 0.008),
     );
-    let bottle = [
-        (0.0, 0.0),
-        (0.034, 0.0),
-        (0.034, 0.0),
-        (0.037, 0.006),
-        (0.037, 0.17),
-        (0.03, 0.2),
-        (0.0135, 0.225),
-        (0.0125, 0.285),
-        (0.0125, 0.285),
-        (0.0155, 0.288),
-        (0.0155, 0.305),
-        (0.0, 0.305),
-    ];
-    let bottle = scene.add_mesh("bottle", props::turned(&bottle, 2, detail.segments(18)));
-    let label = lathe(
-        &[(0.0377, 0.0), (0.0377, 0.07)].map(DVec2::from),
-        detail.segments(18),
-    );
-    let label = scene.add_mesh("label", label);
-    let mut rng = Pcg32::new(88);
-    let mut number = 0;
-    for level in 0..3 {
-        let y = 0.95 + 0.48 * f64::from(level);
+    for level in 0..=SHELVES {
+        let y = shelf_height(level);
         assembly.add(
             materials.walnut,
             &bevelled_box([front, y - 0.03, FAR], [wall - 0.02, y, NEAR], 0.004),
         );
-        let mut z = FAR + 0.15;
-        while z < NEAR - 0.15 {
-            let glass = [
-                materials.green_glass,
-                materials.amber_glass,
-                materials.blue_glass,
-                materials.amber_glass,
-            ][rng.index(4)];
-            let size = rng.range(0.85, 1.15);
-            let pose = Pose::at(wall - 0.16 + rng.jitter(0.03), y, z).stretched(1.0, size, 1.0);
-            scene.place(
-                &format!("bottle_{number}"),
-                ShapeKind::Mesh(bottle),
-                pose,
-                glass,
-            );
-            let around = Pose::at(pose.position.x, y + 0.06, z);
-            scene.place(
-                &format!("label_{number}"),
-                ShapeKind::Mesh(label),
-                around,
-                materials.label,
-            );
-            number += 1;
-            z += rng.range(0.1, 0.3);
-        }
+    }
+    let mut bottles = Bottles::new(scene, detail);
+    for level in 0..SHELVES {
+        let y = shelf_height(level);
+        bottles.fill_shelf(scene, materials, y);
         let strip = Pose::at(front + 0.06, y + 0.445, (NEAR + FAR) / 2.0)
             .tilted(90.0)
             .stretched(0.01, 2.5, 1.0);
@@ -190,18 +159,76 @@ fn shelves(scene: &mut Scene, materials: &DiscoMaterials, detail: Detail) {
             [52.0, 31.0, 14.0],
         );
     }
-    assembly.add(
-        materials.walnut,
-        &bevelled_box(
-            [front, 0.95 + 3.0 * 0.48 - 0.03, FAR],
-            [wall - 0.02, 0.95 + 3.0 * 0.48, NEAR],
-            0.004,
-        ),
-    );
     scene.place_assembly("shelf", assembly);
 }
 
-/// Glasses on the counter and an ice bucket.
+/// Places bottles of random size and color.
+struct Bottles {
+    bottle: MeshId,
+    label: MeshId,
+    rng: Pcg32,
+    /// Number of bottles so far.
+    count: usize,
+}
+
+impl Bottles {
+    fn new(scene: &mut Scene, detail: Detail) -> Bottles {
+        let bottle = [
+            (0.0, 0.0),
+            (0.034, 0.0),
+            (0.034, 0.0),
+            (0.037, 0.006),
+            (0.037, 0.17),
+            (0.03, 0.2),
+            (0.0135, 0.225),
+            (0.0125, 0.285),
+            (0.0125, 0.285),
+            (0.0155, 0.288),
+            (0.0155, 0.305),
+            (0.0, 0.305),
+        ];
+        let label = [(0.0377, 0.0), (0.0377, 0.07)].map(DVec2::from);
+        let segments = detail.segments(18);
+        Bottles {
+            bottle: scene.add_mesh("bottle", props::turned(&bottle, 2, segments)),
+            label: scene.add_mesh("label", lathe(&label, segments)),
+            rng: Pcg32::new(88),
+            count: 0,
+        }
+    }
+
+    /// Places a row of bottles on a shelf at height `y`.
+    fn fill_shelf(&mut self, scene: &mut Scene, materials: &DiscoMaterials, y: f64) {
+        let colors = [
+            materials.green_glass,
+            materials.amber_glass,
+            materials.blue_glass,
+            materials.amber_glass,
+        ];
+        let mut z = FAR + 0.15;
+        while z < NEAR - 0.15 {
+            let glass = colors[self.rng.index(colors.len())];
+            let size = self.rng.range(0.85, 1.15);
+            let x = HALF_WIDTH - 0.16 + self.rng.jitter(0.03);
+            scene.place(
+                &format!("bottle_{}", self.count),
+                ShapeKind::Mesh(self.bottle),
+                Pose::at(x, y, z).stretched(1.0, size, 1.0),
+                glass,
+            );
+            scene.place(
+                &format!("label_{}", self.count),
+                ShapeKind::Mesh(self.label),
+                Pose::at(x, y + 0.06, z),
+                materials.label,
+            );
+            self.count += 1;
+            z += self.rng.range(0.1, 0.3);
+        }
+    }
+}
+
+/// Glasses and an ice bucket on the counter, and the high table.
 fn drinks(scene: &mut Scene, materials: &DiscoMaterials, detail: Detail) {
     let tumbler = [
         (0.0, 0.0),
@@ -249,8 +276,9 @@ fn drinks(scene: &mut Scene, materials: &DiscoMaterials, detail: Detail) {
     );
 }
 
-/// A table to stand at, near the eye, with two glasses.
+/// A high table near the camera with two glasses and a candle.
 fn high_table(scene: &mut Scene, materials: &DiscoMaterials, detail: Detail, tumbler: MeshId) {
+    /// Height of the table top.
     const TOP: f64 = 1.09;
     let (x, z) = (-2.55, 3.0);
     let mut assembly = Assembly::default();

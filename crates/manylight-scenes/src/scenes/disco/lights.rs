@@ -1,4 +1,4 @@
-//! The ring of truss with its spots, the ball, and lamps along the walls.
+//! The truss with its spot lights, the mirror ball, and strips of light along the side walls.
 
 use super::floor::BANDS;
 use super::{BACK, CENTER, DAIS, DiscoMaterials, HALF_WIDTH, HEIGHT};
@@ -12,11 +12,13 @@ use crate::scenes::{Detail, props};
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
-/// Radius and height of the truss.
+/// Radius of the truss.
 const TRUSS: f64 = 2.5;
+/// Height of the lower ring of the truss.
 const TRUSS_HEIGHT: f64 = 3.45;
-/// Middle of the ball and its radius.
+/// Center of the mirror ball.
 const BALL: DVec3 = DVec3::new(CENTER.x, 2.48, CENTER.z);
+/// Radius of the mirror ball.
 const BALL_RADIUS: f64 = 0.42;
 
 pub(super) fn add(scene: &mut Scene, materials: &DiscoMaterials, detail: Detail) {
@@ -33,15 +35,18 @@ pub(super) fn add(scene: &mut Scene, materials: &DiscoMaterials, detail: Detail)
     strips(scene, materials);
 }
 
-/// A spot with its housing.
+/// A spot light on the truss.
 struct SpotLamp {
     at: DVec3,
+    /// Point on the axis of its cone.
     aim: DVec3,
+    /// Radiant intensity on the axis.
     intensity: LinearRgb,
+    /// Half angle of the cone in degrees.
     cutoff: f64,
 }
 
-/// A point of the truss's lower ring.
+/// Position of a lamp below the truss, at `degrees` from +x towards +z.
 fn on_ring(degrees: f64) -> DVec3 {
     let (sin, cos) = degrees.to_radians().sin_cos();
     DVec3::new(
@@ -55,7 +60,7 @@ fn times(color: LinearRgb, factor: f64) -> LinearRgb {
     color.map(|c| c * factor)
 }
 
-/// Three colors into each band, from about where it opens; more and weaker ones the finer the scene is.
+/// Lamps of three colors aimed at each band through its open side. Finer scenes have more lamps of the same total intensity.
 fn on_bands(lamps: &mut Vec<SpotLamp>, detail: Detail) {
     let each = detail.count(1);
     for band in &BANDS {
@@ -76,7 +81,7 @@ fn on_bands(lamps: &mut Vec<SpotLamp>, detail: Detail) {
     }
 }
 
-/// Narrow beams at the ball.
+/// Narrow beams aimed at the mirror ball.
 fn on_ball(lamps: &mut Vec<SpotLamp>) {
     for (degrees, color) in [
         (20.0, [1.0, 0.5, 0.15]),
@@ -94,7 +99,7 @@ fn on_ball(lamps: &mut Vec<SpotLamp>) {
     }
 }
 
-/// Washes on the ribs of the back wall and on the walls at the sides.
+/// Wide beams aimed at the back wall and the left wall.
 fn on_walls(lamps: &mut Vec<SpotLamp>, detail: Detail) {
     let each = detail.count(1);
     for (degrees, aim, color) in [
@@ -119,7 +124,7 @@ fn on_walls(lamps: &mut Vec<SpotLamp>, detail: Detail) {
     }
 }
 
-/// Meshes of a spot's can, opening at y = 0 towards +y.
+/// Meshes of the housing of a lamp, which opens at y = 0 towards +y.
 fn housing(
     scene: &mut Scene,
     materials: &DiscoMaterials,
@@ -143,7 +148,7 @@ fn housing(
     scene.add_meshes("spot", assembly)
 }
 
-/// The light and its can on the truss.
+/// Places a spot light and its housing.
 fn hang(scene: &mut Scene, housing: &[(MaterialId, MeshId)], i: usize, lamp: &SpotLamp) {
     let d = (lamp.aim - lamp.at).normalize();
     let pose = Pose::at(lamp.at.x, lamp.at.y, lamp.at.z)
@@ -161,7 +166,7 @@ fn hang(scene: &mut Scene, housing: &[(MaterialId, MeshId)], i: usize, lamp: &Sp
     });
 }
 
-/// Two rings of tube with bracing, hung from the ceiling.
+/// A truss of three rings with bracing, hung from the ceiling.
 fn truss(scene: &mut Scene, materials: &DiscoMaterials, detail: Detail) {
     let mut assembly = Assembly::default();
     let round = detail.segments(64);
@@ -215,7 +220,7 @@ fn truss(scene: &mut Scene, materials: &DiscoMaterials, detail: Detail) {
     scene.place_assembly("truss", assembly);
 }
 
-/// A ball of flat facets of rough metal, none quite in line with its neighbours.
+/// A ball of flat facets of rough metal, tilted slightly at random.
 fn mirror_ball(scene: &mut Scene, materials: &DiscoMaterials, detail: Detail) {
     let mut rng = Pcg32::new(70);
     let rows = detail.segments(26);
@@ -260,7 +265,7 @@ fn mirror_ball(scene: &mut Scene, materials: &DiscoMaterials, detail: Detail) {
     scene.place_assembly("ball", assembly);
 }
 
-/// Strips that shine up the side walls from behind a ledge.
+/// Upward-facing strips of light behind a ledge on each side wall.
 fn strips(scene: &mut Scene, materials: &DiscoMaterials) {
     let mut ledge = Mesh::default();
     for side in [-1.0, 1.0] {

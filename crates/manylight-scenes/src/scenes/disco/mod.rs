@@ -1,4 +1,4 @@
-//! A dance floor under colored spots.
+//! The disco: a dance floor under colored spot lights.
 
 mod bar;
 mod floor;
@@ -11,17 +11,21 @@ use crate::material::{Material, Metal, coated, glass, matte, metal, tinted_metal
 use crate::scene::{About, Assembly, Camera, MaterialId, Scene};
 use glam::DVec3;
 
-/// The room: half its width, its back wall, the wall behind the camera, its ceiling.
+/// Half the width of the room.
 const HALF_WIDTH: f64 = 5.4;
+/// z of the back wall.
 const BACK: f64 = -4.9;
+/// z of the wall behind the camera.
 const FRONT: f64 = 5.2;
 const HEIGHT: f64 = 4.2;
-/// Middle of the dance floor, its radius, and its height above the room's floor.
+/// Center of the dance floor.
 const CENTER: DVec3 = DVec3::new(-0.3, 0.0, -0.5);
+/// Radius of the dance floor.
 const RADIUS: f64 = 2.9;
+/// Height of the dance floor above the floor of the room.
 const DAIS: f64 = 0.14;
 
-/// The scene.
+/// Generates the disco.
 pub(super) fn scene(detail: Detail) -> Scene {
     let mut scene = Scene::new(
         About {
@@ -54,7 +58,7 @@ pub(super) fn scene(detail: Detail) -> Scene {
     scene
 }
 
-/// The materials.
+/// Materials of the disco.
 struct DiscoMaterials {
     plaster: MaterialId,
     ceiling: MaterialId,
@@ -113,6 +117,7 @@ impl DiscoMaterials {
     }
 }
 
+/// Floor, ceiling and walls.
 fn shell(scene: &mut Scene, materials: &DiscoMaterials) {
     let w = HALF_WIDTH;
     let mut assembly = Assembly::default();

@@ -1,7 +1,9 @@
-//! The back of the room: ribs of metal, the booth with its turntables, speakers; seats on the left.
+//! Metal ribs on the back wall, the booth, speakers, and seats on the left.
 
 use super::{BACK, DiscoMaterials, HALF_WIDTH};
-use crate::build::{bevelled_box, bevelled_cylinder, catmull_rom, lathe, superellipsoid, tube};
+use crate::build::{
+    arc, bevelled_box, bevelled_cylinder, catmull_rom, lathe, moulding, superellipsoid, torus, tube,
+};
 use crate::pose::Pose;
 use crate::scene::{Assembly, Scene};
 use crate::scenes::{Detail, props};
@@ -14,7 +16,7 @@ pub(super) fn add(scene: &mut Scene, materials: &DiscoMaterials, detail: Detail)
     seats(scene, materials, detail);
 }
 
-/// Half-round ribs of satin metal along the back wall, between a plinth and a cap.
+/// Half-round metal ribs on the back wall between a plinth and a cap.
 fn ribs(scene: &mut Scene, materials: &DiscoMaterials, detail: Detail) {
     let mut assembly = Assembly::default();
     let rib = lathe(
@@ -43,78 +45,36 @@ fn ribs(scene: &mut Scene, materials: &DiscoMaterials, detail: Detail) {
     scene.place_assembly("rib", assembly);
 }
 
-/// A curved counter of lacquer and copper with two turntables and a mixer.
+/// z of the center of the arc of the booth's front.
+const BOOTH_CENTER: f64 = -1.6;
+/// Radius of that arc.
+const BOOTH_RADIUS: f64 = 2.0;
+/// Left end of the arc in degrees.
+const BOOTH_LEFT: f64 = 122.0;
+/// Angle of the arc in degrees.
+const BOOTH_ANGLE: f64 = 64.0;
+
+/// A curved counter with copper slats, two turntables and a mixer.
 fn booth(scene: &mut Scene, materials: &DiscoMaterials, detail: Detail) {
     let mut assembly = Assembly::default();
-    let pieces = detail.segments(24);
-    let front: Vec<DVec3> = crate::build::arc(DVec2::new(0.0, -1.6), 2.0, 122.0, 58.0, pieces)
-        .iter()
-        .map(|p| DVec3::new(p.x, 0.0, p.y))
-        .collect();
-    let profile =
-        |points: &[(f64, f64)]| points.iter().copied().map(DVec2::from).collect::<Vec<_>>();
-    let body = profile(&[(0.0, 0.0), (0.03, 0.0), (0.03, 1.02), (0.0, 1.02)]);
-    let top = profile(&[(-0.62, 1.02), (0.06, 1.02), (0.06, 1.06), (-0.62, 1.06)]);
-    assembly.add(
-        materials.black,
-        &crate::build::moulding(&body, &front, 35.0),
-    );
-    assembly.add(
-        materials.walnut,
-        &crate::build::moulding(&top, &front, 35.0),
-    );
-    // Copper slats on the front.
-    let count = detail.count(26).min(104);
-    for i in 0..count {
-        let angle = (122.0 - 64.0 * (i as f64 + 0.5) / count as f64).to_radians();
-        let width = 0.5 * 2.0 * 64.0_f64.to_radians() / count as f64;
-        let slat = bevelled_box(
-            [-width / 2.0, 0.06, -0.01],
-            [width / 2.0, 0.99, 0.02],
-            0.006,
-        );
-        let pose = Pose::at(2.0 * angle.cos(), 0.0, -1.6 + 2.0 * angle.sin())
-            .turned(90.0 - angle.to_degrees());
-        assembly.add(materials.copper, &slat.placed(pose));
-    }
+    let center = DVec2::new(0.0, BOOTH_CENTER);
+    let front: Vec<DVec3> = arc(
+        center,
+        BOOTH_RADIUS,
+        BOOTH_LEFT,
+        BOOTH_LEFT - BOOTH_ANGLE,
+        detail.segments(24),
+    )
+    .iter()
+    .map(|p| DVec3::new(p.x, 0.0, p.y))
+    .collect();
+    let body = [(0.0, 0.0), (0.03, 0.0), (0.03, 1.02), (0.0, 1.02)].map(DVec2::from);
+    let top = [(-0.62, 1.02), (0.06, 1.02), (0.06, 1.06), (-0.62, 1.06)].map(DVec2::from);
+    assembly.add(materials.black, &moulding(&body, &front, 35.0));
+    assembly.add(materials.walnut, &moulding(&top, &front, 35.0));
+    slats(&mut assembly, materials, detail);
     for x in [-0.52, 0.52] {
-        assembly.add(
-            materials.satin,
-            &bevelled_box([x - 0.22, 1.058, -0.12], [x + 0.22, 1.13, 0.22], 0.01),
-        );
-        let platter = bevelled_cylinder(0.15, 0.022, 0.004, detail.segments(40));
-        assembly.add(
-            materials.steel,
-            &platter.placed(Pose::at(x - 0.03, 1.129, 0.05)),
-        );
-        assembly.add(
-            materials.black,
-            &bevelled_cylinder(0.142, 0.004, 0.001, detail.segments(40)).placed(Pose::at(
-                x - 0.03,
-                1.151,
-                0.05,
-            )),
-        );
-        assembly.add(
-            materials.leather,
-            &bevelled_cylinder(0.048, 0.0012, 0.0003, detail.segments(24)).placed(Pose::at(
-                x - 0.03,
-                1.1549,
-                0.05,
-            )),
-        );
-        let arm = [
-            (0.17, 1.17, -0.07),
-            (0.172, 1.172, 0.05),
-            (0.13, 1.165, 0.13),
-            (0.09, 1.158, 0.12),
-        ]
-        .map(|(dx, y, z)| DVec3::new(x + dx, y, z));
-        assembly.add(materials.steel, &tube(&catmull_rom(&arm, 4), 8, |_| 0.005));
-        assembly.add(
-            materials.steel,
-            &bevelled_cylinder(0.02, 0.05, 0.003, 16).placed(Pose::at(x + 0.17, 1.129, -0.07)),
-        );
+        turntable(&mut assembly, materials, detail, x);
     }
     assembly.add(
         materials.black,
@@ -123,7 +83,69 @@ fn booth(scene: &mut Scene, materials: &DiscoMaterials, detail: Detail) {
     scene.place_assembly("booth", assembly.placed(Pose::at(0.15, 0.0, -3.95)));
 }
 
-/// Stacks of two boxes at both sides of the booth, turned inwards.
+/// Copper slats on the front of the booth.
+fn slats(assembly: &mut Assembly, materials: &DiscoMaterials, detail: Detail) {
+    let count = detail.count(26).min(104);
+    for i in 0..count {
+        let angle = (BOOTH_LEFT - BOOTH_ANGLE * (i as f64 + 0.5) / count as f64).to_radians();
+        let width = 0.5 * BOOTH_RADIUS * BOOTH_ANGLE.to_radians() / count as f64;
+        let slat = bevelled_box(
+            [-width / 2.0, 0.06, -0.01],
+            [width / 2.0, 0.99, 0.02],
+            0.006,
+        );
+        let pose = Pose::at(
+            BOOTH_RADIUS * angle.cos(),
+            0.0,
+            BOOTH_CENTER + BOOTH_RADIUS * angle.sin(),
+        )
+        .turned(90.0 - angle.to_degrees());
+        assembly.add(materials.copper, &slat.placed(pose));
+    }
+}
+
+/// A turntable on the booth with its middle at `x`.
+fn turntable(assembly: &mut Assembly, materials: &DiscoMaterials, detail: Detail, x: f64) {
+    assembly.add(
+        materials.satin,
+        &bevelled_box([x - 0.22, 1.058, -0.12], [x + 0.22, 1.13, 0.22], 0.01),
+    );
+    let platter = bevelled_cylinder(0.15, 0.022, 0.004, detail.segments(40));
+    assembly.add(
+        materials.steel,
+        &platter.placed(Pose::at(x - 0.03, 1.129, 0.05)),
+    );
+    assembly.add(
+        materials.black,
+        &bevelled_cylinder(0.142, 0.004, 0.001, detail.segments(40)).placed(Pose::at(
+            x - 0.03,
+            1.151,
+            0.05,
+        )),
+    );
+    assembly.add(
+        materials.leather,
+        &bevelled_cylinder(0.048, 0.0012, 0.0003, detail.segments(24)).placed(Pose::at(
+            x - 0.03,
+            1.1549,
+            0.05,
+        )),
+    );
+    let arm = [
+        (0.17, 1.17, -0.07),
+        (0.172, 1.172, 0.05),
+        (0.13, 1.165, 0.13),
+        (0.09, 1.158, 0.12),
+    ]
+    .map(|(dx, y, z)| DVec3::new(x + dx, y, z));
+    assembly.add(materials.steel, &tube(&catmull_rom(&arm, 4), 8, |_| 0.005));
+    assembly.add(
+        materials.steel,
+        &bevelled_cylinder(0.02, 0.05, 0.003, 16).placed(Pose::at(x + 0.17, 1.129, -0.07)),
+    );
+}
+
+/// A stack of two speakers on each side of the booth.
 fn speakers(scene: &mut Scene, materials: &DiscoMaterials, detail: Detail) {
     let mut stack = Assembly::default();
     let round = detail.segments(36);
@@ -151,7 +173,7 @@ fn speakers(scene: &mut Scene, materials: &DiscoMaterials, detail: Detail) {
             (0.26, -0.2),
             (0.0, -0.15),
         ];
-        // Deep cones would come out at the back of a shallow plate: all lies before the box's front.
+        // Flattened and moved forwards, so that the cone does not reach into the box.
         props::turned(
             &profile.map(|(x, y)| (x * r, (y + 0.32) * r * 0.35)),
             2,
@@ -163,7 +185,7 @@ fn speakers(scene: &mut Scene, materials: &DiscoMaterials, detail: Detail) {
             materials.cone,
             &driver(r).placed(Pose::at(0.0, y, z - 0.002).tilted(90.0)),
         );
-        let ring = crate::build::torus(r * 1.1, 0.012, round, 8);
+        let ring = torus(r * 1.1, 0.012, round, 8);
         stack.add(
             materials.satin,
             &ring.placed(Pose::at(0.0, y, z + 0.004).tilted(90.0)),
@@ -175,7 +197,7 @@ fn speakers(scene: &mut Scene, materials: &DiscoMaterials, detail: Detail) {
     scene.place_copies("speaker", stack, &poses);
 }
 
-/// A velvet bench along the left wall with round tables before it.
+/// A velvet bench at the left wall with round tables in front of it.
 fn seats(scene: &mut Scene, materials: &DiscoMaterials, detail: Detail) {
     let (wall, along) = (-HALF_WIDTH + 0.47, 0.2);
     let mut seat = Assembly::default();
