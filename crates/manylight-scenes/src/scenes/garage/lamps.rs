@@ -1,4 +1,4 @@
-//! Hundreds of lights: tubes in troughs under the ceiling, strings of bulbs, a sign.
+//! Hundreds of area lights: fluorescent tubes in troughs, strings of bulbs, and a sign.
 
 use super::{BACK, GarageMaterials, HEIGHT, LEFT, RIGHT};
 use crate::build::{bevelled_box, cylinder, extrude, tube};
@@ -13,10 +13,10 @@ pub(super) fn add(scene: &mut Scene, materials: &GarageMaterials, detail: Detail
     sign(scene, materials, detail);
 }
 
-/// Length of a trough, which holds two rows of tubes.
+/// Length of a trough and of its two rows of tubes.
 const TROUGH: f64 = 1.3;
 
-/// Steel troughs that hang between the beams, open to the ceiling. The finer the scene, the more and the shorter tubes.
+/// Steel troughs between the beams, open at the top. Finer scenes have more and shorter tubes of the same total length.
 fn troughs(scene: &mut Scene, materials: &GarageMaterials, detail: Detail) {
     let mut assembly = Assembly::default();
     let bent = [
@@ -66,12 +66,12 @@ fn troughs(scene: &mut Scene, materials: &GarageMaterials, detail: Detail) {
     scene.place_assembly("trough", assembly);
 }
 
-/// Radius of a bulb: the more there are, the smaller, so that together they shine alike.
+/// `radius` at level 1, reduced at higher levels so that the total area of the bulbs stays the same.
 fn shrunk(radius: f64, detail: Detail) -> f64 {
     radius / (detail.count(1) as f64).sqrt()
 }
 
-/// Bulbs on cables that sag between hooks.
+/// Strings of bulbs on sagging cables.
 fn strings(scene: &mut Scene, materials: &GarageMaterials, detail: Detail) {
     let mut assembly = Assembly::default();
     let socket = cylinder(0.014, 0.04, 8);
@@ -108,7 +108,7 @@ fn strings(scene: &mut Scene, materials: &GarageMaterials, detail: Detail) {
     scene.place_assembly("string", assembly);
 }
 
-/// An arrow edged with bulbs on the back wall.
+/// An arrow on the back wall with bulbs along its edge.
 fn sign(scene: &mut Scene, materials: &GarageMaterials, detail: Detail) {
     let outline = [
         (-0.85, -0.17),

@@ -1,8 +1,9 @@
-//! A sports car in an underground garage.
+//! The garage: a sports car in an underground hall.
 
 mod car;
 mod hall;
 mod lamps;
+mod pipes;
 mod wheel;
 mod workshop;
 
@@ -16,14 +17,17 @@ use crate::pose::Pose;
 use crate::scene::{About, Camera, MaterialId, Scene};
 use glam::DVec3;
 
-/// The hall, from the wall on the left to that on the right, and from the back wall to that behind the camera.
+/// x of the left wall.
 const LEFT: f64 = -5.6;
+/// x of the right wall.
 const RIGHT: f64 = 5.2;
+/// z of the back wall.
 const BACK: f64 = -4.2;
+/// z of the wall behind the camera.
 const FRONT: f64 = 5.0;
 const HEIGHT: f64 = 3.1;
 
-/// The scene.
+/// Generates the garage.
 pub(super) fn scene(detail: Detail) -> Scene {
     let mut scene = Scene::new(
         About {
@@ -58,7 +62,7 @@ pub(super) fn scene(detail: Detail) -> Scene {
     scene
 }
 
-/// The materials.
+/// Materials of the garage.
 struct GarageMaterials {
     concrete: MaterialId,
     floor: MaterialId,
@@ -89,7 +93,7 @@ impl GarageMaterials {
     fn new(scene: &mut Scene) -> GarageMaterials {
         let mut add = |name: &str, material: Material| scene.add_material(name, material);
         let dry = coated_texture("concrete", 0.3);
-        // Water darkens the stone beneath it.
+        // Wet concrete is darker than dry.
         let wet = Material::Coated {
             base: Reflectance::Uniform([0.045, 0.042, 0.038]),
             alpha: 0.04,
@@ -139,20 +143,21 @@ impl GarageMaterials {
     }
 }
 
-/// Concrete: clouds of gray, pores, and the seams of its shuttering.
+/// Concrete: gray clouds, pores and seams.
 fn concrete() -> PngImage {
+    /// Number of shades between black and white. Few shades keep the file small.
+    const SHADES: f64 = 40.0;
     PngImage::from_colors([192, 192], |u, v| {
         let clouds = fractal_noise(u, v, [3, 3], 4, 5);
         let pore = fractal_noise(u, v, [48, 48], 1, 90);
+        let pores = if pore > 0.9 { 0.8 } else { 1.0 };
         let seam = if (v * 2.0).fract() < 0.012 { 0.82 } else { 1.0 };
-        let shade = ((0.24 + 0.22 * clouds) * seam * if pore > 0.9 { 0.8 } else { 1.0 } * 40.0)
-            .round()
-            / 40.0;
+        let shade = ((0.24 + 0.22 * clouds) * seam * pores * SHADES).round() / SHADES;
         [shade * 1.03, shade, shade * 0.94]
     })
 }
 
-/// Where the floor is wet: white.
+/// Wetness of the floor, from 0.12 to 1.
 fn puddles() -> PngImage {
     PngImage::from_weights([256, 256], |u, v| {
         let depth = fractal_noise(u, v, [5, 4], 4, 31);
