@@ -1,9 +1,14 @@
-//! A kitchen late in the day.
+//! The kitchen: a furnished room late in the day.
 
+mod cabinets;
+mod cookware;
+mod food;
+mod fridge;
 mod room;
+mod shelves;
+mod sink;
 mod stove;
 mod table;
-mod units;
 mod vessels;
 
 use super::Detail;
@@ -12,19 +17,22 @@ use crate::mesh::Mesh;
 use crate::noise::fractal_noise;
 use crate::pcg::Pcg32;
 use crate::png::PngImage;
-use crate::scene::{About, Camera, MaterialId, Scene};
+use crate::scene::{About, Assembly, Camera, MaterialId, Scene};
 use glam::DVec3;
 
-/// Half the room's width; its back wall, and the wall behind the camera.
+/// Half the width of the room.
 const HALF_WIDTH: f64 = 2.4;
+/// z of the back wall.
 const BACK: f64 = -2.0;
+/// z of the wall behind the camera.
 const FRONT: f64 = 3.2;
 const HEIGHT: f64 = 2.6;
-/// Height of the worktops and their front edge.
+/// Height of the worktops.
 const WORKTOP: f64 = 0.91;
+/// z of the front edge of the worktop at the back wall.
 const WORKTOP_FRONT: f64 = BACK + 0.63;
 
-/// The scene.
+/// Generates the kitchen.
 pub(super) fn scene(detail: Detail) -> Scene {
     let mut scene = Scene::new(
         About {
@@ -50,14 +58,24 @@ pub(super) fn scene(detail: Detail) -> Scene {
     scene.add_texture("oak", oak());
     let materials = KitchenMaterials::new(&mut scene);
     room::add(&mut scene, &materials);
-    units::add(&mut scene, &materials, detail);
+    cabinets::add(&mut scene, &materials, detail);
+    fittings(&mut scene, &materials, detail);
     stove::add(&mut scene, &materials, detail);
     vessels::add(&mut scene, &materials, detail);
     table::add(&mut scene, &materials, detail);
     scene
 }
 
-/// The materials.
+/// Shelves, sink and fridge.
+fn fittings(scene: &mut Scene, materials: &KitchenMaterials, detail: Detail) {
+    let mut assembly = Assembly::default();
+    shelves::add(&mut assembly, materials);
+    sink::add(&mut assembly, materials, detail);
+    fridge::add(&mut assembly, materials, detail);
+    scene.place_assembly("fitting", assembly);
+}
+
+/// Materials of the kitchen.
 struct KitchenMaterials {
     plaster: MaterialId,
     floor: [MaterialId; 3],
@@ -139,23 +157,25 @@ impl KitchenMaterials {
     }
 }
 
-/// Oak: long grain along v, with the darker pores of a few growth rings.
+/// Oak with its grain along v and darker growth rings.
 fn oak() -> PngImage {
+    /// Number of shades between dark and pale. Few shades keep the file small.
+    const SHADES: f64 = 14.0;
     PngImage::from_colors([128, 256], |u, v| {
         let drift = fractal_noise(u, v, [3, 2], 2, 40) - 0.5;
         let across = (u + 0.06 * drift).rem_euclid(1.0);
         let rings = fractal_noise(across, v, [22, 1], 2, 51);
         let pores = fractal_noise(across, v, [64, 6], 1, 77);
-        // Few distinct shades keep the file small.
-        let shade = ((0.7 * rings + 0.3 * pores) * 14.0).round() / 14.0;
+        let shade = ((0.7 * rings + 0.3 * pores) * SHADES).round() / SHADES;
         let dark = [0.25, 0.125, 0.05];
         let pale = [0.52, 0.33, 0.165];
         [0, 1, 2].map(|c| dark[c] + (pale[c] - dark[c]) * shade)
     })
 }
 
-/// A glazed tile that faces z and stands 8 mm proud: a face and its rounded edge, no back.
+/// A glazed tile that faces +z, `depth` above the plane z = 0: a face with a bevelled edge, without a back.
 fn tile(width: f64, height: f64, depth: f64) -> Mesh {
+    /// Width of the bevel.
     const EDGE: f64 = 0.003;
     let mut mesh = Mesh::default();
     for (inset, z) in [(EDGE, depth), (0.0, depth - 1.5 * EDGE)] {
@@ -179,7 +199,7 @@ fn tile(width: f64, height: f64, depth: f64) -> Mesh {
     mesh
 }
 
-/// One of three kinds, the first most often.
+/// One of three materials at random, with probabilities 1/2, 1/3 and 1/6.
 fn pick(kinds: [MaterialId; 3], rng: &mut Pcg32) -> MaterialId {
     kinds[[0, 0, 0, 1, 1, 2][rng.index(6)]]
 }

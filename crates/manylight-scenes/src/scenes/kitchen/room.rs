@@ -1,4 +1,4 @@
-//! Walls, floor, ceiling, tiles, the window and its light.
+//! Walls, floor, ceiling, tiles, window, daylight and lamps.
 
 use super::{BACK, FRONT, HALF_WIDTH, HEIGHT, KitchenMaterials, WORKTOP, pick, tile};
 use crate::build::{bevelled_box, boxed};
@@ -7,11 +7,15 @@ use crate::pose::Pose;
 use crate::scene::{Assembly, Scene, ShapeKind, SpotLight};
 use glam::DVec3;
 
-/// The window's opening in the back wall.
+/// The window in the back wall: lowest and highest x, lowest and highest y.
 const WINDOW: [f64; 4] = [-1.75, -0.6, 1.08, 2.16];
+/// Thickness of the back wall.
 const WALL: f64 = 0.22;
-/// A window without glass in the right wall, out of sight, where the sun comes in: z, z, y, y.
+/// An opening in the right wall for the sun, outside the image: lowest and highest z, lowest and highest y.
 const SIDE: [f64; 4] = [1.55, 2.35, 0.95, 2.05];
+
+/// Size of a wall tile with its joint.
+const TILE: f64 = 0.105;
 
 pub(super) fn add(scene: &mut Scene, materials: &KitchenMaterials) {
     shell(scene, materials);
@@ -19,9 +23,10 @@ pub(super) fn add(scene: &mut Scene, materials: &KitchenMaterials) {
     backsplash(scene, materials);
     window(scene, materials);
     daylight(scene, materials);
+    lamps(scene, materials);
 }
 
-/// Plastered walls with an opening, and oak beams under the ceiling.
+/// Walls with two openings, the ceiling, oak beams and the window sill.
 fn shell(scene: &mut Scene, materials: &KitchenMaterials) {
     let [left, right, sill, top] = WINDOW;
     let (outside, w) = (BACK - WALL, HALF_WIDTH);
@@ -64,13 +69,13 @@ fn shell(scene: &mut Scene, materials: &KitchenMaterials) {
     scene.place_assembly("room", assembly);
 }
 
-/// Square quarry tiles, laid a little unevenly.
+/// Square floor tiles, tilted slightly at random.
 fn floor(scene: &mut Scene, materials: &KitchenMaterials) {
+    /// Size of a floor tile with its joint.
     const SIZE: f64 = 0.3;
     let mut rng = Pcg32::new(21);
     let mut assembly = Assembly::default();
     let slab = tile(SIZE - 0.005, SIZE - 0.005, 0.006);
-    // Nothing is seen of what lies far behind the camera.
     let rows = ((FRONT - BACK) / SIZE).ceil() as i32;
     for row in 0..rows {
         for column in -8..8 {
@@ -91,12 +96,11 @@ fn floor(scene: &mut Scene, materials: &KitchenMaterials) {
     scene.place_assembly("floor", assembly);
 }
 
-/// Hand-made tiles on the wall behind the worktop, higher behind the stove, and along the left wall.
+/// Tiles on the back wall and the left wall above the worktop, tilted slightly at random.
 fn backsplash(scene: &mut Scene, materials: &KitchenMaterials) {
-    const SIZE: f64 = 0.105;
     let mut rng = Pcg32::new(8);
     let mut assembly = Assembly::default();
-    let glazed = tile(SIZE - 0.003, SIZE - 0.003, 0.008);
+    let glazed = tile(TILE - 0.003, TILE - 0.003, 0.008);
     let mut lay = |at: Pose, rng: &mut Pcg32| {
         let uneven = at.rolled(rng.jitter(0.5)).tilted(rng.jitter(0.7));
         let pose = Pose {
@@ -106,31 +110,38 @@ fn backsplash(scene: &mut Scene, materials: &KitchenMaterials) {
         assembly.add(pick(materials.tiles, rng), &glazed.placed(pose));
     };
     for row in 0..16 {
-        let y = WORKTOP + SIZE * (f64::from(row) + 0.5);
+        let y = WORKTOP + TILE * (f64::from(row) + 0.5);
         for column in 0..38 {
-            let x = -HALF_WIDTH + SIZE * (f64::from(column) + 0.5);
-            let beside_window = x > WINDOW[0] - 0.11 && x < WINDOW[1] + 0.11;
-            let rows = if beside_window {
-                1
-            } else if x < -1.0 {
-                5
-            } else if x < 1.02 {
-                16
-            } else {
-                5
-            };
-            if row < rows {
+            let x = -HALF_WIDTH + TILE * (f64::from(column) + 0.5);
+            if row < tile_rows(x) {
                 lay(Pose::at(x, y, BACK), &mut rng);
             }
         }
         for column in 0..26 {
             if row < 5 {
-                let z = BACK + SIZE * (f64::from(column) + 0.5);
+                let z = BACK + TILE * (f64::from(column) + 0.5);
                 lay(Pose::at(-HALF_WIDTH, y, z).turned(90.0), &mut rng);
             }
         }
     }
-    let h = WORKTOP + 5.0 * SIZE;
+    grout(&mut assembly, materials);
+    scene.place_assembly("backsplash", assembly);
+}
+
+/// Number of rows of tiles on the back wall at `x`: 1 below the window, 16 between window and shelves, 5 elsewhere.
+fn tile_rows(x: f64) -> u32 {
+    if x > WINDOW[0] - 0.11 && x < WINDOW[1] + 0.11 {
+        1
+    } else if (-1.0..1.02).contains(&x) {
+        16
+    } else {
+        5
+    }
+}
+
+/// Grout between the tiles.
+fn grout(assembly: &mut Assembly, materials: &KitchenMaterials) {
+    let h = WORKTOP + 5.0 * TILE;
     assembly.add(
         materials.grout,
         &boxed(
@@ -142,7 +153,7 @@ fn backsplash(scene: &mut Scene, materials: &KitchenMaterials) {
         materials.grout,
         &boxed(
             [WINDOW[0] - 0.11, WORKTOP, BACK - 0.01],
-            [WINDOW[1] + 0.1, WORKTOP + SIZE, BACK + 0.0045],
+            [WINDOW[1] + 0.1, WORKTOP + TILE, BACK + 0.0045],
         ),
     );
     assembly.add(
@@ -160,13 +171,12 @@ fn backsplash(scene: &mut Scene, materials: &KitchenMaterials) {
         materials.grout,
         &boxed(
             [-HALF_WIDTH - 0.01, WORKTOP, BACK],
-            [-HALF_WIDTH + 0.0045, h, BACK + 26.0 * SIZE],
+            [-HALF_WIDTH + 0.0045, h, BACK + 26.0 * TILE],
         ),
     );
-    scene.place_assembly("backsplash", assembly);
 }
 
-/// A painted frame with two casements and their bars.
+/// A painted window frame with bars.
 fn window(scene: &mut Scene, materials: &KitchenMaterials) {
     let [left, right, sill, top] = WINDOW;
     let z = BACK - 0.13;
@@ -201,7 +211,7 @@ fn window(scene: &mut Scene, materials: &KitchenMaterials) {
     scene.place_assembly("window", assembly);
 }
 
-/// The sky before the window, low sun through it, the lamps under shelf and cabinets, and those on top.
+/// The sky outside the window, and the sun through the opening in the right wall.
 fn daylight(scene: &mut Scene, materials: &KitchenMaterials) {
     let [left, right, sill, top] = WINDOW;
     let (x, y) = ((left + right) / 2.0, (sill + top) / 2.0);
@@ -213,18 +223,22 @@ fn daylight(scene: &mut Scene, materials: &KitchenMaterials) {
         materials.lamp,
         [1.0, 0.9, 0.78],
     );
-    let way_in = DVec3::new(
+    let opening = DVec3::new(
         HALF_WIDTH,
         (SIDE[2] + SIDE[3]) / 2.0,
         (SIDE[0] + SIDE[1]) / 2.0,
     );
     scene.spots.push(SpotLight {
-        origin: way_in + DVec3::new(7.0, 1.15, 2.9),
-        target: way_in,
+        origin: opening + DVec3::new(7.0, 1.15, 2.9),
+        target: opening,
         intensity: [2600.0, 1600.0, 760.0],
         cutoff: 7.0,
         beam: 6.5,
     });
+}
+
+/// Lamps under the shelf, the cabinets and the hood, and on top of the tall cabinets.
+fn lamps(scene: &mut Scene, materials: &KitchenMaterials) {
     for (name, pose) in [
         (
             "shelf_lamp",
@@ -249,7 +263,7 @@ fn daylight(scene: &mut Scene, materials: &KitchenMaterials) {
             [46.0, 31.0, 17.0],
         );
     }
-    // On top of the tall cabinets, towards the ceiling.
+    // Towards the ceiling.
     for (name, pose) in [
         (
             "left_cove",

@@ -1,8 +1,8 @@
-//! Jars, plates, cups and bottles on shelves, worktops and the window sill.
+//! Jars, plates, cups, bottles and herbs on shelves, worktops and the window sill.
 
-use super::units::SHELVES;
+use super::shelves::SHELVES;
 use super::{BACK, HALF_WIDTH, KitchenMaterials, WORKTOP};
-use crate::build::{bevelled_box, bevelled_cylinder, tube};
+use crate::build::{bevelled_box, bevelled_cylinder, catmull_rom, superellipsoid, tube};
 use crate::mesh::Mesh;
 use crate::pcg::Pcg32;
 use crate::pose::Pose;
@@ -13,12 +13,14 @@ use glam::DVec3;
 pub(super) fn add(scene: &mut Scene, materials: &KitchenMaterials, detail: Detail) {
     let meshes = VesselMeshes::new(scene, detail);
     on_shelves(scene, materials, &meshes);
-    on_worktops(scene, materials, &meshes, detail);
+    beside_stove(scene, materials, &meshes, detail);
+    on_left_worktop(scene, materials, &meshes, detail);
+    beside_sink(scene, materials, &meshes);
     on_sill(scene, materials, &meshes);
 }
 
-/// Meshes that are used more than once.
-pub(super) struct VesselMeshes {
+/// Meshes with more than one use.
+struct VesselMeshes {
     plate: MeshId,
     bowl: MeshId,
     mug: MeshId,
@@ -33,100 +35,110 @@ pub(super) struct VesselMeshes {
 impl VesselMeshes {
     fn new(scene: &mut Scene, detail: Detail) -> VesselMeshes {
         let round = detail.segments(28);
-        let mut mug = props::turned(
-            &[
-                (0.0, 0.0),
-                (0.034, 0.0),
-                (0.034, 0.0),
-                (0.04, 0.01),
-                (0.042, 0.05),
-                (0.042, 0.092),
-                (0.042, 0.092),
-                (0.038, 0.092),
-                (0.038, 0.092),
-                (0.037, 0.02),
-                (0.03, 0.008),
-                (0.0, 0.006),
-            ],
-            2,
-            round,
-        );
-        let ear = [
-            (0.04, 0.022),
-            (0.06, 0.024),
-            (0.073, 0.046),
-            (0.062, 0.07),
-            (0.04, 0.074),
-        ]
-        .map(|(x, y)| DVec3::new(x, y, 0.0));
-        mug.append(&tube(&crate::build::catmull_rom(&ear, 3), 8, |_| 0.0045));
-        let plate = [
-            (0.0, 0.0),
-            (0.07, 0.0),
-            (0.075, 0.003),
-            (0.12, 0.018),
-            (0.12, 0.018),
-            (0.119, 0.021),
-            (0.119, 0.021),
-            (0.078, 0.008),
-            (0.0, 0.006),
-        ];
-        let jar = [
-            (0.0, 0.0),
-            (0.046, 0.0),
-            (0.046, 0.0),
-            (0.05, 0.006),
-            (0.05, 0.13),
-            (0.038, 0.15),
-            (0.038, 0.165),
-            (0.038, 0.165),
-            (0.035, 0.165),
-            (0.035, 0.165),
-            (0.035, 0.149),
-            (0.0465, 0.129),
-            (0.0465, 0.007),
-            (0.044, 0.0045),
-            (0.044, 0.0045),
-            (0.0, 0.0045),
-        ];
-        let bottle = [
-            (0.0, 0.0),
-            (0.034, 0.0),
-            (0.034, 0.0),
-            (0.037, 0.006),
-            (0.037, 0.16),
-            (0.03, 0.19),
-            (0.014, 0.22),
-            (0.0125, 0.275),
-            (0.0125, 0.275),
-            (0.015, 0.278),
-            (0.015, 0.29),
-            (0.0, 0.29),
-        ];
         let filling = bevelled_cylinder(0.0455, 0.115, 0.004, round);
+        let cork = bevelled_cylinder(0.0345, 0.03, 0.003, detail.segments(18));
         let herb = props::strap_plant(26, 0.22, 0.4, &mut Pcg32::new(77));
         VesselMeshes {
-            plate: scene.add_mesh("plate", props::turned(&plate, 2, round)),
+            plate: scene.add_mesh("plate", props::turned(&PLATE, 2, round)),
             bowl: scene.add_mesh("bowl", props::bowl(detail)),
-            mug: scene.add_mesh("mug", mug),
-            jar: scene.add_mesh("jar", props::turned(&jar, 2, round)),
+            mug: scene.add_mesh("mug", mug(round)),
+            jar: scene.add_mesh("jar", props::turned(&JAR, 2, round)),
             filling: scene.add_mesh("filling", filling),
-            cork: scene.add_mesh(
-                "cork",
-                bevelled_cylinder(0.0345, 0.03, 0.003, detail.segments(18)),
-            ),
-            bottle: scene.add_mesh("bottle", props::turned(&bottle, 3, round)),
+            cork: scene.add_mesh("cork", cork),
+            bottle: scene.add_mesh("bottle", props::turned(&BOTTLE, 3, round)),
             pot: scene.add_mesh("herb_pot", props::pot(detail)),
             herb: scene.add_mesh("herb", herb),
         }
     }
 }
 
+/// Profile (radius, height) of a plate.
+const PLATE: [(f64, f64); 9] = [
+    (0.0, 0.0),
+    (0.07, 0.0),
+    (0.075, 0.003),
+    (0.12, 0.018),
+    (0.12, 0.018),
+    (0.119, 0.021),
+    (0.119, 0.021),
+    (0.078, 0.008),
+    (0.0, 0.006),
+];
+
+/// Profile of a glass jar with a wall.
+const JAR: [(f64, f64); 16] = [
+    (0.0, 0.0),
+    (0.046, 0.0),
+    (0.046, 0.0),
+    (0.05, 0.006),
+    (0.05, 0.13),
+    (0.038, 0.15),
+    (0.038, 0.165),
+    (0.038, 0.165),
+    (0.035, 0.165),
+    (0.035, 0.165),
+    (0.035, 0.149),
+    (0.0465, 0.129),
+    (0.0465, 0.007),
+    (0.044, 0.0045),
+    (0.044, 0.0045),
+    (0.0, 0.0045),
+];
+
+/// Profile of a bottle.
+const BOTTLE: [(f64, f64); 12] = [
+    (0.0, 0.0),
+    (0.034, 0.0),
+    (0.034, 0.0),
+    (0.037, 0.006),
+    (0.037, 0.16),
+    (0.03, 0.19),
+    (0.014, 0.22),
+    (0.0125, 0.275),
+    (0.0125, 0.275),
+    (0.015, 0.278),
+    (0.015, 0.29),
+    (0.0, 0.29),
+];
+
+/// A mug with its handle towards +x.
+fn mug(segments: usize) -> Mesh {
+    let mut mug = props::turned(
+        &[
+            (0.0, 0.0),
+            (0.034, 0.0),
+            (0.034, 0.0),
+            (0.04, 0.01),
+            (0.042, 0.05),
+            (0.042, 0.092),
+            (0.042, 0.092),
+            (0.038, 0.092),
+            (0.038, 0.092),
+            (0.037, 0.02),
+            (0.03, 0.008),
+            (0.0, 0.006),
+        ],
+        2,
+        segments,
+    );
+    let ear = [
+        (0.04, 0.022),
+        (0.06, 0.024),
+        (0.073, 0.046),
+        (0.062, 0.07),
+        (0.04, 0.074),
+    ]
+    .map(|(x, y)| DVec3::new(x, y, 0.0));
+    mug.append(&tube(&catmull_rom(&ear, 3), 8, |_| 0.0045));
+    mug
+}
+
+/// Places a mesh.
 fn put(scene: &mut Scene, name: &str, mesh: MeshId, pose: Pose, material: MaterialId) {
     scene.place(name, ShapeKind::Mesh(mesh), pose, material);
 }
 
-/// A glass jar with something in it and a cork.
+/// A glass jar with a cork and a filling of the material `inside`.
 fn jar(
     scene: &mut Scene,
     materials: &KitchenMaterials,
@@ -135,10 +147,7 @@ fn jar(
     pose: Pose,
     inside: MaterialId,
 ) {
-    let lifted = |by: f64| Pose {
-        position: pose.position + DVec3::Y * by * pose.scale.y,
-        ..pose
-    };
+    let lifted = |height: f64| pose.lifted(height * pose.scale.y);
     put(
         scene,
         &format!("{name}_glass"),
@@ -162,7 +171,7 @@ fn jar(
     );
 }
 
-/// Jars whose names are numbered.
+/// Three jars, named `NAME_INDEX`, with the pose and the filling of each.
 fn jars(
     scene: &mut Scene,
     materials: &KitchenMaterials,
@@ -182,6 +191,7 @@ fn jars(
     }
 }
 
+/// Jars, bowls, plates and mugs.
 fn on_shelves(scene: &mut Scene, materials: &KitchenMaterials, meshes: &VesselMeshes) {
     let (low, high) = (SHELVES[0] + 0.03, SHELVES[1] + 0.03);
     let z = BACK + 0.13;
@@ -230,13 +240,13 @@ fn on_shelves(scene: &mut Scene, materials: &KitchenMaterials, meshes: &VesselMe
     }
 }
 
-fn on_worktops(
+/// Objects between stove and fridge: oil, vinegar, a board, a crock with spoons.
+fn beside_stove(
     scene: &mut Scene,
     materials: &KitchenMaterials,
     meshes: &VesselMeshes,
     detail: Detail,
 ) {
-    // Between stove and fridge: oil, a leaning board, a crock with spoons.
     put(
         scene,
         "oil",
@@ -283,7 +293,15 @@ fn on_worktops(
             materials.oak_plain,
         );
     }
-    // Left of the sink and along the left wall.
+}
+
+/// Objects on the left worktop: jars, a bread bin, a bowl.
+fn on_left_worktop(
+    scene: &mut Scene,
+    materials: &KitchenMaterials,
+    meshes: &VesselMeshes,
+    detail: Detail,
+) {
     let row = [
         (-0.15, 1.25, materials.pasta),
         (-0.31, 1.1, materials.lentils),
@@ -323,7 +341,10 @@ fn on_worktops(
         Pose::at(-HALF_WIDTH + 0.3, WORKTOP, 0.2).scaled(0.95),
         materials.blue_glaze,
     );
-    // Washed up, to the right of the sink.
+}
+
+/// A mug and a bowl right of the sink.
+fn beside_sink(scene: &mut Scene, materials: &KitchenMaterials, meshes: &VesselMeshes) {
     put(
         scene,
         "washed_mug",
@@ -340,19 +361,20 @@ fn on_worktops(
     );
 }
 
-/// A wooden spoon that stands on its handle's end.
+/// A wooden spoon, upright, with its bowl at the top.
 fn spoon(detail: Detail) -> Mesh {
     let stick = tube(
         &[DVec3::new(0.0, -0.11, 0.0), DVec3::new(0.0, 0.16, 0.0)],
         detail.segments(8),
         |_| 0.0055,
     );
-    let bowl = crate::build::superellipsoid([0.024, 0.036, 0.007], 1.0, 1.0, detail.segments(16));
+    let bowl = superellipsoid([0.024, 0.036, 0.007], 1.0, 1.0, detail.segments(16));
     Mesh::joined(&[stick, bowl.placed(Pose::at(0.0, 0.185, 0.0))])
 }
 
-/// Herbs before the window.
+/// Herbs in pots on the window sill.
 fn on_sill(scene: &mut Scene, materials: &KitchenMaterials, meshes: &VesselMeshes) {
+    // Height of the sill.
     let y = 1.084;
     for (i, (x, scale, glaze)) in [
         (-1.55, 0.38, materials.cream_glaze),
