@@ -96,8 +96,8 @@ impl Mesh {
         self
     }
 
-    /// Box mapping: texture coordinates from the two axes across the dominant axis of each normal. `size` is the length in
-    /// meters of one repetition of the texture; v follows the longest side of the mesh where it can.
+    /// Box mapping: texture coordinates from the two axes across the dominant axis of each normal. `size` is the length
+    /// in meters of one repetition of the texture; v follows the longest side of the mesh where it can.
     pub fn box_mapped(mut self, size: f64) -> Mesh {
         let (low, high) = self.bounds();
         let extent = high - low;
@@ -149,7 +149,8 @@ impl Mesh {
         sixfold / 6.0
     }
 
-    /// Whether each edge belongs to exactly two triangles with opposite directions. Vertices at equal positions count as one.
+    /// Whether each edge belongs to exactly two triangles with opposite directions. Vertices at equal positions count
+    /// as one.
     pub fn is_closed(&self) -> bool {
         let welded = self.welded();
         let mut edges: Vec<(u32, u32)> = welded

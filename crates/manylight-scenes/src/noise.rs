@@ -31,8 +31,8 @@ pub fn fractal_noise(u: f64, v: f64, period: [u32; 2], octaves: u32, seed: u32) 
     sum / total
 }
 
-/// The value in [0, 1) of a lattice point. The coordinates are combined with three primes of xxHash; the finalizer is the
-/// two-round hash `[15 2c1b3c6d 12 297a2d39 15]` of Wellons, "Hash Function Prospector".
+/// The value in [0, 1) of a lattice point. The coordinates are combined with three primes of xxHash; the finalizer is
+/// the two-round hash `[15 2c1b3c6d 12 297a2d39 15]` of Wellons, "Hash Function Prospector".
 fn lattice(i: u32, j: u32, seed: u32) -> f64 {
     let mut h =
         i.wrapping_mul(0x9E37_79B1) ^ j.wrapping_mul(0x85EB_CA77) ^ seed.wrapping_mul(0xC2B2_AE3D);

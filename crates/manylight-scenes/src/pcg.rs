@@ -10,10 +10,10 @@ pub struct Pcg32 {
 impl Pcg32 {
     /// Multiplier of the linear congruential step, from the reference implementation.
     const MULTIPLIER: u64 = 6_364_136_223_846_793_005;
-    /// Increment of that step. All generators use this one stream.
+    /// Increment of the linear congruential step: one stream for all generators.
     const INCREMENT: u64 = 1_442_695_040_888_963_407;
 
-    /// A generator that starts at a position of the sequence given by `seed`.
+    /// A generator. Different seeds start at different positions of the same sequence.
     pub fn new(seed: u64) -> Pcg32 {
         let mut pcg = Pcg32 {
             state: seed.wrapping_add(Self::INCREMENT),
@@ -58,7 +58,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn uniform_in_mean_and_range() {
+    fn draws_have_the_range_and_mean_of_a_uniform_distribution() {
         let mut pcg = Pcg32::new(1);
         let draws: Vec<f64> = (0..10_000).map(|_| pcg.range(2.0, 4.0)).collect();
         assert!(draws.iter().all(|x| (2.0..4.0).contains(x)));

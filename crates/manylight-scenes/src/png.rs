@@ -25,8 +25,8 @@ pub struct PngImage {
 }
 
 impl PngImage {
-    /// An image with one channel. `weight` is evaluated at pixel centers; u points right and v down, both from 0 to 1. Values
-    /// are clamped to [0, 1].
+    /// An image with one channel. `weight` is evaluated at pixel centers; u points right and v down, both from 0 to 1.
+    /// Values are clamped to [0, 1].
     pub fn from_weights(size: [u32; 2], weight: impl Fn(f64, f64) -> f64) -> PngImage {
         let samples = pixel_centers(size)
             .map(|(u, v)| byte(weight(u, v)))

@@ -1,4 +1,4 @@
-//! The scenes that the repository holds are what the generators write.
+//! The scenes in the repository equal the output of the generators, and the output is valid.
 
 use manylight_scenes::files;
 use manylight_scenes::scene::Scene;
@@ -13,7 +13,7 @@ fn folder_of(name: &str) -> PathBuf {
         .join(name)
 }
 
-/// All scenes at the detail of the repository.
+/// All scenes at the level of detail of the repository.
 fn scenes() -> impl Iterator<Item = (&'static str, Scene)> {
     GENERATORS
         .iter()
@@ -21,16 +21,16 @@ fn scenes() -> impl Iterator<Item = (&'static str, Scene)> {
 }
 
 #[test]
-fn files_are_the_same_bytes() {
+fn committed_files_equal_generated_files() {
     for (name, scene) in scenes() {
         let folder = folder_of(name);
         let mut expected = BTreeSet::new();
         for (path, bytes) in files::of(&scene).unwrap() {
             let path = folder.join(path);
-            let held = fs::read(&path).unwrap_or_default();
+            let committed = fs::read(&path).unwrap_or_default();
             assert!(
-                held == bytes,
-                "{} is not what is generated: cargo run --release -p manylight-scenes -- {name} -o scenes/{name}",
+                committed == bytes,
+                "{} differs from the generated file; to write it again: cargo run --release -p manylight-scenes -- {name} -o scenes/{name}",
                 path.display()
             );
             expected.insert(path);
@@ -49,7 +49,7 @@ fn files_are_the_same_bytes() {
 }
 
 #[test]
-fn documents_parse_and_names_are_unique() {
+fn scene_files_parse_and_their_ids_resolve() {
     for (name, scene) in scenes() {
         let text = manylight_scenes::mitsuba::encode(&scene);
         let document = roxmltree::Document::parse(&text).unwrap();
@@ -59,7 +59,7 @@ fn documents_parse_and_names_are_unique() {
             .filter(|node| !node.has_tag_name("ref"))
         {
             if let Some(id) = node.attribute("id") {
-                assert!(ids.insert(id), "{name} has two of '{id}'");
+                assert!(ids.insert(id), "{name} defines '{id}' twice");
             }
         }
         for node in document
@@ -67,13 +67,13 @@ fn documents_parse_and_names_are_unique() {
             .filter(|node| node.has_tag_name("ref"))
         {
             let id = node.attribute("id").unwrap();
-            assert!(ids.contains(id), "{name} refers to '{id}'");
+            assert!(ids.contains(id), "{name} refers to the undefined '{id}'");
         }
     }
 }
 
 #[test]
-fn meshes_are_sound() {
+fn meshes_are_finite_with_unit_normals() {
     for (name, scene) in scenes() {
         for (mesh_name, mesh) in &scene.meshes {
             let finite = mesh
@@ -81,11 +81,11 @@ fn meshes_are_sound() {
                 .iter()
                 .chain(&mesh.normals)
                 .all(|v| v.is_finite());
-            assert!(finite, "{name}: {mesh_name} has a number that is none");
+            assert!(finite, "{name}: {mesh_name} has a value that is not finite");
             let unit = mesh.normals.iter().all(|n| (n.length() - 1.0).abs() < 1e-6);
             assert!(
                 unit,
-                "{name}: {mesh_name} has a normal that is not of length one"
+                "{name}: {mesh_name} has a normal that is not a unit vector"
             );
         }
     }

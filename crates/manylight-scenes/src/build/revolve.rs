@@ -9,8 +9,9 @@ use std::f64::consts::TAU;
 /// Angle between faces, in degrees, from which an edge is sharp.
 const CREASE: f64 = 40.0;
 
-/// A profile of (radius, height) revolved about the y axis. The surface faces right of the direction along the profile, so
-/// a profile from bottom to top faces outwards. It is closed if the profile starts and ends on the axis, or is a loop.
+/// A profile of (radius, height) revolved about the y axis. The surface faces right of the direction along the profile,
+/// so a profile from bottom to top faces outwards. It is closed if the profile starts and ends on the axis, or is a
+/// loop.
 pub fn lathe(profile: &[DVec2], segments: usize) -> Mesh {
     let rows: Vec<Vec<DVec3>> = profile
         .iter()

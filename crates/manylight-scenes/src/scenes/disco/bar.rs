@@ -8,7 +8,7 @@ use crate::scene::{Assembly, MeshId, Scene, ShapeKind};
 use crate::scenes::{Detail, props};
 use glam::{DVec2, DVec3};
 
-/// z of the ends of the counter.
+/// z of the near end of the counter and of the shelves.
 const NEAR: f64 = 2.3;
 /// z of the far end of the counter and of the shelves.
 const FAR: f64 = -2.9;

@@ -47,11 +47,11 @@ fn ribs(scene: &mut Scene, materials: &DiscoMaterials, detail: Detail) {
 
 /// z of the center of the arc of the booth's front.
 const BOOTH_CENTER: f64 = -1.6;
-/// Radius of that arc.
+/// Radius of the arc of the booth's front.
 const BOOTH_RADIUS: f64 = 2.0;
-/// Left end of the arc in degrees.
+/// Left end of the arc of the booth's front, in degrees.
 const BOOTH_LEFT: f64 = 122.0;
-/// Angle of the arc in degrees.
+/// Angle of the arc of the booth's front, in degrees.
 const BOOTH_ANGLE: f64 = 64.0;
 
 /// A curved counter with copper slats, two turntables and a mixer.
@@ -104,7 +104,7 @@ fn slats(assembly: &mut Assembly, materials: &DiscoMaterials, detail: Detail) {
     }
 }
 
-/// A turntable on the booth with its middle at `x`.
+/// A turntable on the booth, centered at `x`.
 fn turntable(assembly: &mut Assembly, materials: &DiscoMaterials, detail: Detail, x: f64) {
     assembly.add(
         materials.satin,
