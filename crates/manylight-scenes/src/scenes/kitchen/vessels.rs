@@ -65,7 +65,7 @@ const PLATE: [(f64, f64); 9] = [
     (0.0, 0.006),
 ];
 
-/// Profile of a glass jar with a wall.
+/// Profile (radius, height) of a glass jar with a wall.
 const JAR: [(f64, f64); 16] = [
     (0.0, 0.0),
     (0.046, 0.0),
@@ -85,7 +85,7 @@ const JAR: [(f64, f64); 16] = [
     (0.0, 0.0045),
 ];
 
-/// Profile of a bottle.
+/// Profile (radius, height) of a bottle.
 const BOTTLE: [(f64, f64); 12] = [
     (0.0, 0.0),
     (0.034, 0.0),

@@ -59,8 +59,8 @@ fn cabin_point(x: f64, angle: f64) -> DVec3 {
     let power = 2.0 / 2.7;
     let across = cos.abs().powf(power) * cos.signum();
     let up = sin.abs().powf(power);
-    // The sides lean inwards.
     let height = base + (roof - base).max(0.01) * up;
+    // The last factor leans the sides inwards.
     DVec3::new(x, height, width * across * (1.0 - 0.14 * up))
 }
 
@@ -118,9 +118,9 @@ fn add_pane(
         let (x, angle) = between(s, t);
         cabin_point(x, angle) + cabin_normal(x, angle) * 0.004
     };
-    let share = |i: usize| i as f64 / n as f64;
+    let fraction = |i: usize| i as f64 / n as f64;
     let rows: Vec<Vec<DVec3>> = (0..=n)
-        .map(|j| (0..=n).map(|i| at(share(i), share(j))).collect())
+        .map(|j| (0..=n).map(|i| at(fraction(i), fraction(j))).collect())
         .collect();
     let pane = grid(&rows, Edges::Open, 60.0);
     let (x, angle) = between(0.0, 0.0);
@@ -131,10 +131,10 @@ fn add_pane(
     );
 
     let mut frame: Vec<DVec3> = Vec::new();
-    frame.extend((0..n).map(|i| at(share(i), 0.0)));
-    frame.extend((0..n).map(|i| at(1.0, share(i))));
-    frame.extend((0..n).map(|i| at(1.0 - share(i), 1.0)));
-    frame.extend((0..n).map(|i| at(0.0, 1.0 - share(i))));
+    frame.extend((0..n).map(|i| at(fraction(i), 0.0)));
+    frame.extend((0..n).map(|i| at(1.0, fraction(i))));
+    frame.extend((0..n).map(|i| at(1.0 - fraction(i), 1.0)));
+    frame.extend((0..n).map(|i| at(0.0, 1.0 - fraction(i))));
     frame.push(frame[0]);
     assembly.add(materials.chrome, &tube(&frame, 8, |_| 0.008));
 }
