@@ -1,4 +1,4 @@
-//! Scenes as folders of files.
+//! The files of a scene: `scene.xml`, `meshes/NAME.ply` and `textures/NAME.png`.
 
 use crate::scene::Scene;
 use crate::{mitsuba, ply};
@@ -6,7 +6,10 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// The files of a scene, with their paths in its folder.
+/// All files of a scene, as (path relative to the scene's folder, bytes). The scene file is first.
+///
+/// # Errors
+/// Returns an error if a texture cannot be compressed.
 pub fn of(scene: &Scene) -> io::Result<Vec<(PathBuf, Vec<u8>)>> {
     let mut files = vec![(
         PathBuf::from("scene.xml"),
@@ -15,13 +18,18 @@ pub fn of(scene: &Scene) -> io::Result<Vec<(PathBuf, Vec<u8>)>> {
     for (name, mesh) in &scene.meshes {
         files.push((format!("meshes/{name}.ply").into(), ply::encode(mesh)));
     }
-    for (name, picture) in &scene.pictures {
-        files.push((format!("textures/{name}.png").into(), picture.encode()?));
+    for (name, image) in &scene.textures {
+        files.push((format!("textures/{name}.png").into(), image.encode()?));
     }
     Ok(files)
 }
 
-/// Writes the files of a scene into a folder, which is made where it is not there. Each file appears whole or not at all.
+/// Writes the files of a scene into `folder`, which is created if it does not exist.
+///
+/// Each file is written under a temporary name and then renamed, so no incomplete file has its final name.
+///
+/// # Errors
+/// Returns the first error of the file system. Files written before it stay.
 pub fn write(scene: &Scene, folder: &Path) -> io::Result<()> {
     for (name, bytes) in of(scene)? {
         let path = folder.join(name);

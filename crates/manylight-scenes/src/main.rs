@@ -1,56 +1,58 @@
-//! Command line of the generators.
+//! Command line: `manylight-scenes SCENE -o FOLDER [--detail LEVEL]` writes one generated scene.
 
 use manylight_scenes::files;
-use manylight_scenes::scenes::{ALL, Detail, Generator, named};
+use manylight_scenes::scenes::{Detail, GENERATORS, SceneGenerator, generator_named};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// What was asked for.
+/// Exit status after a wrong command line, as in `manylight`.
+const USAGE_ERROR: u8 = 2;
+/// Exit status after a failure to write a file, as in `manylight`.
+const FILE_SYSTEM_ERROR: u8 = 4;
+
+/// A parsed command line.
 struct Request {
-    generator: &'static Generator,
+    generator: &'static SceneGenerator,
     detail: Detail,
     folder: PathBuf,
 }
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let request = match parsed(&arguments) {
+    let request = match parse(&arguments) {
         Ok(request) => request,
-        Err(complaint) => {
-            report(&format!("{complaint}\n{}", usage()));
-            return ExitCode::from(2);
+        Err(message) => {
+            print_error(&format!("{message}\n{}", usage()));
+            return ExitCode::from(USAGE_ERROR);
         }
     };
     let scene = (request.generator.generate)(request.detail);
     if let Err(error) = files::write(&scene, &request.folder) {
-        report(&format!(
+        print_error(&format!(
             "cannot write {}: {error}",
             request.folder.display()
         ));
-        return ExitCode::from(4);
+        return ExitCode::from(FILE_SYSTEM_ERROR);
     }
     ExitCode::SUCCESS
 }
 
-fn parsed(arguments: &[String]) -> Result<Request, String> {
+fn parse(arguments: &[String]) -> Result<Request, String> {
     let mut rest = arguments.iter();
-    let name = rest.next().ok_or("which scene?")?;
-    let generator = named(name).ok_or_else(|| format!("there is no scene '{name}'"))?;
+    let name = rest.next().ok_or("no scene given")?;
+    let generator = generator_named(name).ok_or_else(|| format!("unknown scene '{name}'"))?;
     let mut detail = Detail::default();
     let mut folder = None;
     while let Some(option) = rest.next() {
         let value = rest
             .next()
-            .ok_or_else(|| format!("{option} wants a value"))?;
+            .ok_or_else(|| format!("{option} needs a value"))?;
         match option.as_str() {
             "-o" => folder = Some(PathBuf::from(value)),
             "--detail" => {
                 let level = value.parse().ok().and_then(Detail::new);
                 detail = level.ok_or_else(|| {
-                    format!(
-                        "--detail is a number from 1 to {}, not '{value}'",
-                        Detail::MAX
-                    )
+                    format!("--detail must be from 1 to {}, not '{value}'", Detail::MAX)
                 })?;
             }
             _ => return Err(format!("unknown option '{option}'")),
@@ -59,24 +61,26 @@ fn parsed(arguments: &[String]) -> Result<Request, String> {
     Ok(Request {
         generator,
         detail,
-        folder: folder.ok_or("where to? Give -o FOLDER")?,
+        folder: folder.ok_or("no output folder given (-o FOLDER)")?,
     })
 }
 
 fn usage() -> String {
-    let names: Vec<&str> = ALL.iter().map(|generator| generator.name).collect();
+    let names: Vec<&str> = GENERATORS.iter().map(|generator| generator.name).collect();
     format!(
-        "usage: manylight-scenes SCENE -o FOLDER [--detail 1..{}], where SCENE is one of {}",
-        Detail::MAX,
-        names.join(", ")
+        "usage: manylight-scenes SCENE -o FOLDER [--detail LEVEL]\n\
+         SCENE is one of {}\n\
+         LEVEL is from 1 (the scenes in the repository) to {}",
+        names.join(", "),
+        Detail::MAX
     )
 }
 
 #[allow(
     clippy::print_stderr,
-    reason = "the one place where the command speaks"
+    reason = "a command reports its errors on stderr"
 )]
-fn report(message: &str) {
+fn print_error(message: &str) {
     eprintln!("error: {message}");
 }
 
@@ -84,23 +88,23 @@ fn report(message: &str) {
 mod tests {
     use super::*;
 
-    fn complaint(words: &str) -> String {
+    fn message(words: &str) -> String {
         let arguments: Vec<String> = words.split_whitespace().map(str::to_owned).collect();
-        parsed(&arguments).err().unwrap_or_default()
+        parse(&arguments).err().unwrap_or_default()
     }
 
     #[test]
-    fn a_whole_request_is_understood() {
-        assert_eq!(complaint("garage -o somewhere --detail 3"), "");
+    fn a_complete_command_line_parses() {
+        assert_eq!(message("garage -o somewhere --detail 3"), "");
     }
 
     #[test]
-    fn complaints_say_what_is_wrong() {
-        assert_eq!(complaint(""), "which scene?");
-        assert_eq!(complaint("attic -o x"), "there is no scene 'attic'");
-        assert_eq!(complaint("garage"), "where to? Give -o FOLDER");
-        assert_eq!(complaint("garage -o"), "-o wants a value");
-        assert_eq!(complaint("garage -q x"), "unknown option '-q'");
-        assert!(complaint("garage --detail 0 -o x").contains("from 1 to 6, not '0'"));
+    fn messages_name_what_is_wrong() {
+        assert_eq!(message(""), "no scene given");
+        assert_eq!(message("attic -o x"), "unknown scene 'attic'");
+        assert_eq!(message("garage"), "no output folder given (-o FOLDER)");
+        assert_eq!(message("garage -o"), "-o needs a value");
+        assert_eq!(message("garage -q x"), "unknown option '-q'");
+        assert!(message("garage --detail 0 -o x").contains("from 1 to 6, not '0'"));
     }
 }

@@ -1,9 +1,9 @@
-//! What surfaces are made of.
+//! Materials: how surfaces scatter light.
 
-/// A linear RGB color, or reflectance for each of the three.
-pub type Rgb = [f64; 3];
+/// Linear RGB: a reflectance, radiance or intensity for each channel.
+pub type LinearRgb = [f64; 3];
 
-/// A pure metal or alloy, known by its complex index of refraction.
+/// A metal or alloy, defined by its complex index of refraction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Metal {
     /// Al
@@ -20,25 +20,24 @@ pub enum Metal {
     Bronze,
 }
 
-/// A color that may vary over the surface.
+/// Diffuse reflectance of a surface.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Color {
+pub enum Reflectance {
     /// The same everywhere.
-    Flat(Rgb),
-    /// From a picture of the scene, by its name.
-    Picture(&'static str),
+    Uniform(LinearRgb),
+    /// From the texture of this name.
+    Texture(&'static str),
 }
 
-/// How a surface scatters light. Roughness is the `alpha` of a GGX microfacet distribution; every material is the same on
-/// both of its sides.
+/// A scattering model. All materials are two-sided. Roughness `alpha` is that of a GGX microfacet distribution.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Material {
     /// Lambertian.
-    Diffuse(Color),
-    /// A diffuse base under a rough clear coat: paint, lacquer, glaze, polished stone, plastic.
+    Diffuse(Reflectance),
+    /// A diffuse base under a rough dielectric coat: paint, lacquer, glaze, polished stone, plastic.
     Coated {
-        /// Color of the base.
-        base: Color,
+        /// Reflectance of the base.
+        base: Reflectance,
         /// Roughness of the coat.
         alpha: f64,
         /// Index of refraction of the coat.
@@ -46,50 +45,50 @@ pub enum Material {
     },
     /// A rough metal.
     Metal {
-        /// Which one.
+        /// Which metal.
         metal: Metal,
         /// Roughness.
         alpha: f64,
-        /// Factor on what it reflects: oxide, dirt, tinted lacquer.
-        tint: Rgb,
+        /// Factor on the specular reflectance, for oxide, dirt or tinted lacquer.
+        tint: LinearRgb,
     },
-    /// A body of clear smooth glass.
+    /// Smooth clear glass around a volume.
     Glass {
         /// Index of refraction.
         ior: f64,
     },
-    /// Two materials, mixed by a picture's brightness: black is the first, white the second.
+    /// A linear mix of two materials with a weight from a texture.
     Mixed {
-        /// Where the picture is black.
+        /// Material at weight 0 (black).
         first: Box<Material>,
-        /// Where the picture is white.
+        /// Material at weight 1 (white).
         second: Box<Material>,
-        /// Name of the picture.
+        /// Name of the texture of weights.
         weight: &'static str,
     },
 }
 
-/// Index of refraction of lacquers and most plastics.
+/// Index of refraction of lacquer, glass and most plastics.
 const LACQUER_IOR: f64 = 1.5;
 
-/// Matte paint or cloth.
-pub fn matte(color: Rgb) -> Material {
-    Material::Diffuse(Color::Flat(color))
+/// Lambertian paint or cloth.
+pub fn matte(color: LinearRgb) -> Material {
+    Material::Diffuse(Reflectance::Uniform(color))
 }
 
 /// Lacquer, glaze or plastic of one color.
-pub fn coated(color: Rgb, alpha: f64) -> Material {
+pub fn coated(color: LinearRgb, alpha: f64) -> Material {
     Material::Coated {
-        base: Color::Flat(color),
+        base: Reflectance::Uniform(color),
         alpha,
         ior: LACQUER_IOR,
     }
 }
 
-/// A coat over a picture.
-pub fn coated_picture(name: &'static str, alpha: f64) -> Material {
+/// A coat over a texture.
+pub fn coated_texture(name: &'static str, alpha: f64) -> Material {
     Material::Coated {
-        base: Color::Picture(name),
+        base: Reflectance::Texture(name),
         alpha,
         ior: LACQUER_IOR,
     }
@@ -100,8 +99,8 @@ pub fn metal(metal: Metal, alpha: f64) -> Material {
     tinted_metal(metal, alpha, [1.0; 3])
 }
 
-/// A metal that reflects only a share of what a clean one does.
-pub fn tinted_metal(metal: Metal, alpha: f64, tint: Rgb) -> Material {
+/// A metal with the factor `tint` on its reflectance.
+pub fn tinted_metal(metal: Metal, alpha: f64, tint: LinearRgb) -> Material {
     Material::Metal { metal, alpha, tint }
 }
 

@@ -3,22 +3,27 @@
 use crate::pose::Pose;
 use glam::{DAffine3, DVec2, DVec3};
 
-/// Triangles that share vertices. Counterclockwise seen from outside.
+/// Steps in a meter to which positions are rounded before they are compared: a micrometer.
+const WELD_STEPS: f64 = 1e6;
+/// Squared distance between unit normals below which two corners share a vertex.
+const SAME_NORMAL: f64 = 1e-8;
+
+/// An indexed triangle mesh. Triangles are counterclockwise seen from outside.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
-    /// Corners.
+    /// Vertex positions in meters.
     pub positions: Vec<DVec3>,
-    /// One shading normal for each position, of length one.
+    /// Unit shading normals, one for each vertex.
     pub normals: Vec<DVec3>,
-    /// One pair of texture coordinates for each position, or none at all.
+    /// Texture coordinates: one pair for each vertex, or none.
     pub uvs: Vec<DVec2>,
-    /// Indices of three corners each.
+    /// Vertex indices.
     pub triangles: Vec<[u32; 3]>,
 }
 
 impl Mesh {
-    /// Flat-shaded or smooth mesh of a bare surface: corners of faces that meet at less than `crease` degrees share a
-    /// normal, weighted by the faces' areas.
+    /// A mesh with computed shading normals. The normal at a corner is the area-weighted mean over the faces around the
+    /// vertex that meet its face at less than `crease` degrees.
     pub fn shaded(positions: Vec<DVec3>, triangles: Vec<[u32; 3]>, crease: f64) -> Mesh {
         let bare = Mesh {
             positions,
@@ -28,7 +33,7 @@ impl Mesh {
         bare.welded().with_normals(crease)
     }
 
-    /// Adds the other's triangles to these. Texture coordinates stay only where both have them.
+    /// Appends the triangles of `other`. Texture coordinates are dropped unless both meshes have them.
     pub fn append(&mut self, other: &Mesh) {
         let offset = self.positions.len() as u32;
         if self.uvs.len() == self.positions.len() && other.uvs.len() == other.positions.len() {
@@ -42,7 +47,7 @@ impl Mesh {
         self.triangles.extend(shifted);
     }
 
-    /// All of them in one.
+    /// The union of several meshes.
     pub fn joined(parts: &[Mesh]) -> Mesh {
         let mut whole = Mesh::default();
         for part in parts {
@@ -51,12 +56,12 @@ impl Mesh {
         whole
     }
 
-    /// Moved to a pose.
+    /// The mesh transformed by `pose`.
     pub fn placed(&self, pose: Pose) -> Mesh {
         self.transformed(&pose.matrix())
     }
 
-    /// Under an affine map; a map that mirrors turns the triangles over so that they still face outwards.
+    /// The mesh under an affine map. A reflection reverses the triangles, so that they still face outwards.
     pub fn transformed(&self, map: &DAffine3) -> Mesh {
         let normal_map = map.matrix3.inverse().transpose();
         let mirrors = map.matrix3.determinant() < 0.0;
@@ -80,7 +85,7 @@ impl Mesh {
         }
     }
 
-    /// Seen from the other side.
+    /// The mesh with the opposite orientation.
     pub fn flipped(mut self) -> Mesh {
         for t in &mut self.triangles {
             t.swap(1, 2);
@@ -91,8 +96,8 @@ impl Mesh {
         self
     }
 
-    /// With texture coordinates of a box around the object: each corner takes the two axes that its normal faces least.
-    /// `size` is the length that one repetition of the texture covers; v runs along the longest side of the mesh.
+    /// Box mapping: texture coordinates from the two axes across the dominant axis of each normal. `size` is the length
+    /// in meters of one repetition of the texture; v follows the longest side of the mesh where it can.
     pub fn box_mapped(mut self, size: f64) -> Mesh {
         let (low, high) = self.bounds();
         let extent = high - low;
@@ -115,7 +120,7 @@ impl Mesh {
         self
     }
 
-    /// Lowest and highest coordinates.
+    /// Corners of the axis-aligned bounding box.
     pub fn bounds(&self) -> (DVec3, DVec3) {
         self.positions
             .iter()
@@ -124,14 +129,14 @@ impl Mesh {
             })
     }
 
-    /// Sum of the triangles' areas.
+    /// Surface area.
     pub fn area(&self) -> f64 {
         (0..self.triangles.len())
             .map(|t| self.doubled_area(t).length() / 2.0)
             .sum()
     }
 
-    /// Volume inside; positive where the triangles face outwards. Means something only for closed meshes.
+    /// Enclosed volume of a closed mesh; positive if the triangles face outwards.
     pub fn volume(&self) -> f64 {
         let sixfold: f64 = self
             .triangles
@@ -144,7 +149,8 @@ impl Mesh {
         sixfold / 6.0
     }
 
-    /// Whether each edge, found by its ends' places, joins two triangles that run along it in opposite directions.
+    /// Whether each edge belongs to exactly two triangles with opposite directions. Vertices at equal positions count
+    /// as one.
     pub fn is_closed(&self) -> bool {
         let welded = self.welded();
         let mut edges: Vec<(u32, u32)> = welded
@@ -160,7 +166,7 @@ impl Mesh {
                 .all(|&(a, b)| edges.binary_search(&(b, a)).is_ok())
     }
 
-    /// Whether shading normals are those of the faces everywhere.
+    /// Whether all shading normals equal the geometric normals.
     pub fn is_flat(&self) -> bool {
         self.triangles.iter().enumerate().all(|(t, corners)| {
             let face = self.doubled_area(t).normalize_or_zero();
@@ -170,15 +176,15 @@ impl Mesh {
         })
     }
 
-    /// Cross product of two sides: the face's normal, as long as twice its area.
+    /// Cross product of two sides: the geometric normal with twice the area as its length.
     fn doubled_area(&self, triangle: usize) -> DVec3 {
         let [a, b, c] = self.triangles[triangle].map(|i| self.positions[i as usize]);
         (b - a).cross(c - a)
     }
 
-    /// Positions alone, equal ones shared, without the triangles that are lines or points.
+    /// The mesh without normals, with vertices at equal positions merged and degenerate triangles removed.
     fn welded(&self) -> Mesh {
-        let key = |p: DVec3| (p * 1e6).round().as_i64vec3().to_array();
+        let key = |p: DVec3| (p * WELD_STEPS).round().as_i64vec3().to_array();
         let mut order: Vec<u32> = (0..self.positions.len() as u32).collect();
         order.sort_by_key(|&i| (key(self.positions[i as usize]), i));
         let mut first_of = vec![0u32; self.positions.len()];
@@ -202,7 +208,7 @@ impl Mesh {
         }
     }
 
-    /// Splits corners at creases and gives each its normal.
+    /// Computes shading normals and splits vertices at creases.
     fn with_normals(&self, crease: f64) -> Mesh {
         let smooth_above = crease.to_radians().cos();
         let faces: Vec<DVec3> = (0..self.triangles.len())
@@ -229,7 +235,7 @@ impl Mesh {
                     .unwrap_or(own);
                 let known = copies[i]
                     .iter()
-                    .find(|&&c| mesh.normals[c as usize].distance_squared(normal) < 1e-8);
+                    .find(|&&c| mesh.normals[c as usize].distance_squared(normal) < SAME_NORMAL);
                 known.copied().unwrap_or_else(|| {
                     let new = mesh.positions.len() as u32;
                     mesh.positions.push(self.positions[i]);

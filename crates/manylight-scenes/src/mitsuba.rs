@@ -1,13 +1,18 @@
-//! Scenes as Mitsuba 3 XML.
+//! Mitsuba 3 scene files.
 
-use crate::material::{Color, Material, Metal, Rgb};
-use crate::picture::Meaning;
+use crate::material::{LinearRgb, Material, Metal, Reflectance};
+use crate::png::PixelEncoding;
 use crate::pose::Pose;
 use crate::rounding::decimal;
-use crate::scene::{Camera, Geometry, MeshId, Scene, Shape, Spot};
+use crate::scene::{Camera, MeshId, PlacedShape, Scene, ShapeKind, SpotLight};
 use glam::DVec3;
 
-/// The text of a scene file; meshes and pictures are named `meshes/NAME.ply` and `textures/NAME.png`.
+/// Default samples per pixel of the generated scenes.
+const DEFAULT_SPP: u32 = 64;
+/// Longest line, in bytes, of the comment at the head of a file, without its indentation.
+const HEAD_WIDTH: usize = 118;
+
+/// The XML of a scene. Files are referred to as `meshes/NAME.ply` and `textures/NAME.png`.
 pub fn encode(scene: &Scene) -> String {
     let mut xml = Xml::default();
     xml.text += "<!-- SPDX-License-Identifier: CC0-1.0 -->\n";
@@ -27,7 +32,7 @@ pub fn encode(scene: &Scene) -> String {
     xml.text
 }
 
-/// XML text with indentation.
+/// Indented XML text.
 #[derive(Default)]
 struct Xml {
     text: String,
@@ -35,6 +40,7 @@ struct Xml {
 }
 
 impl Xml {
+    /// Adds a start tag that ends with `end`.
     fn line(&mut self, name: &str, attributes: &[(&str, &str)], end: &str) {
         self.text += &"\t".repeat(self.depth);
         self.text += &format!("<{name}");
@@ -64,18 +70,19 @@ impl Xml {
     }
 }
 
+/// The comment with the title and description.
 fn push_head(text: &mut String, scene: &Scene) {
     *text += &format!("<!--\n  {}.\n", scene.about.title);
     for paragraph in &scene.about.text {
         *text += "\n";
-        for line in wrapped(paragraph, 118) {
+        for line in wrapped(paragraph, HEAD_WIDTH) {
             *text += &format!("  {line}\n");
         }
     }
     *text += "-->\n";
 }
 
-/// Lines of at most `width` bytes.
+/// Breaks a paragraph into lines of at most `width` bytes.
 fn wrapped(paragraph: &str, width: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in paragraph.split_whitespace() {
@@ -89,7 +96,7 @@ fn wrapped(paragraph: &str, width: usize) -> Vec<String> {
 
 fn push_camera(xml: &mut Xml, camera: &Camera) {
     let defaults = [
-        ("spp", 64),
+        ("spp", DEFAULT_SPP),
         ("width", camera.size[0]),
         ("height", camera.size[1]),
         ("max_depth", camera.max_depth),
@@ -124,7 +131,7 @@ fn push_camera(xml: &mut Xml, camera: &Camera) {
 }
 
 fn push_material(xml: &mut Xml, scene: &Scene, attributes: &[(&str, &str)], material: &Material) {
-    // Glass is transparent from both sides already, and refuses to be made so.
+    // The plugins reflect on one side only. Glass has two sides by itself, and `twosided` rejects it.
     let one_sided = !matches!(material, Material::Glass { .. });
     if one_sided {
         xml.open("bsdf", &[&[("type", "twosided")], attributes].concat());
@@ -145,9 +152,9 @@ fn push_plugin(xml: &mut Xml, scene: &Scene, attributes: &[(&str, &str)], materi
     };
     xml.open("bsdf", &[&[("type", kind)], attributes].concat());
     match material {
-        Material::Diffuse(color) => push_color(xml, scene, "reflectance", color),
+        Material::Diffuse(color) => push_reflectance(xml, scene, "reflectance", color),
         Material::Coated { base, alpha, ior } => {
-            push_color(xml, scene, "diffuse_reflectance", base);
+            push_reflectance(xml, scene, "diffuse_reflectance", base);
             xml.value("float", "int_ior", &decimal(*ior));
             push_roughness(xml, *alpha);
         }
@@ -167,7 +174,7 @@ fn push_plugin(xml: &mut Xml, scene: &Scene, attributes: &[(&str, &str)], materi
             second,
             weight,
         } => {
-            push_picture(xml, scene, "weight", weight);
+            push_texture(xml, scene, "weight", weight);
             push_plugin(xml, scene, &[], first);
             push_plugin(xml, scene, &[], second);
         }
@@ -180,23 +187,24 @@ fn push_roughness(xml: &mut Xml, alpha: f64) {
     xml.value("string", "distribution", "ggx");
 }
 
-fn push_color(xml: &mut Xml, scene: &Scene, name: &str, color: &Color) {
-    match color {
-        Color::Flat(flat) => xml.value("rgb", name, &rgb(*flat)),
-        Color::Picture(picture) => push_picture(xml, scene, name, picture),
+fn push_reflectance(xml: &mut Xml, scene: &Scene, name: &str, reflectance: &Reflectance) {
+    match reflectance {
+        Reflectance::Uniform(color) => xml.value("rgb", name, &rgb(*color)),
+        Reflectance::Texture(texture) => push_texture(xml, scene, name, texture),
     }
 }
 
-fn push_picture(xml: &mut Xml, scene: &Scene, name: &str, picture: &str) {
+fn push_texture(xml: &mut Xml, scene: &Scene, name: &str, texture: &str) {
     xml.open("texture", &[("type", "bitmap"), ("name", name)]);
-    xml.value("string", "filename", &format!("textures/{picture}.png"));
-    let known = scene.pictures.iter().find(|known| known.0 == picture);
-    if known.is_some_and(|known| known.1.meaning == Meaning::Weight) {
+    xml.value("string", "filename", &format!("textures/{texture}.png"));
+    let image = scene.textures.iter().find(|(name, _)| *name == texture);
+    if image.is_some_and(|(_, image)| image.encoding == PixelEncoding::Linear) {
         xml.value("boolean", "raw", "true");
     }
     xml.close("texture");
 }
 
+/// The index of refraction: by name where Mitsuba has measured data, otherwise as RGB.
 fn push_metal(xml: &mut Xml, metal: Metal) {
     let (eta, k) = match metal {
         Metal::Aluminium => return xml.value("string", "material", "Al"),
@@ -210,7 +218,7 @@ fn push_metal(xml: &mut Xml, metal: Metal) {
     xml.value("rgb", "k", &rgb(k));
 }
 
-fn push_spot(xml: &mut Xml, i: usize, spot: &Spot) {
+fn push_spot(xml: &mut Xml, i: usize, spot: &SpotLight) {
     xml.open(
         "emitter",
         &[("type", "spot"), ("id", &format!("light_{i}"))],
@@ -229,7 +237,7 @@ fn push_spot(xml: &mut Xml, i: usize, spot: &Spot) {
     xml.close("emitter");
 }
 
-/// An axis that is not along the beam.
+/// An up vector for a spot light that is not parallel to its axis.
 fn beam_up(direction: DVec3) -> &'static str {
     if direction.x.abs() < 0.7 * direction.length() {
         "1, 0, 0"
@@ -238,14 +246,14 @@ fn beam_up(direction: DVec3) -> &'static str {
     }
 }
 
-fn push_shape(xml: &mut Xml, scene: &Scene, shape: &Shape) {
-    let kind = match shape.geometry {
-        Geometry::Mesh(_) => "ply",
-        Geometry::Rectangle => "rectangle",
-        Geometry::Sphere => "sphere",
+fn push_shape(xml: &mut Xml, scene: &Scene, shape: &PlacedShape) {
+    let kind = match shape.kind {
+        ShapeKind::Mesh(_) => "ply",
+        ShapeKind::Rectangle => "rectangle",
+        ShapeKind::Sphere => "sphere",
     };
     xml.open("shape", &[("type", kind), ("id", &shape.name)]);
-    if let Geometry::Mesh(MeshId(i)) = shape.geometry {
+    if let ShapeKind::Mesh(MeshId(i)) = shape.kind {
         let name = &scene.meshes[i].0;
         xml.value("string", "filename", &format!("meshes/{name}.ply"));
     }
@@ -285,7 +293,7 @@ fn push_pose(xml: &mut Xml, pose: &Pose) {
     xml.close("transform");
 }
 
-fn rgb(color: Rgb) -> String {
+fn rgb(color: LinearRgb) -> String {
     color.map(decimal).join(", ")
 }
 
@@ -313,18 +321,23 @@ mod tests {
             max_depth: 5,
         };
         let mut scene = Scene::new(about, camera);
-        let copper = scene.material("copper", metal(Metal::Copper, 0.1));
-        let black = scene.material("black", matte([0.0; 3]));
-        let cube = scene.mesh("cube", boxed([0.0; 3], [1.0; 3]));
+        let copper = scene.add_material("copper", metal(Metal::Copper, 0.1));
+        let black = scene.add_material("black", matte([0.0; 3]));
+        let cube = scene.add_mesh("cube", boxed([0.0; 3], [1.0; 3]));
         let pose = Pose::at(1.0, 0.0, 0.0).turned(90.0).scaled(2.0);
-        scene.place("box", Geometry::Mesh(cube), pose, copper);
-        scene.place("lamp", Geometry::Rectangle, Pose::identity(), black);
-        scene.emitting([3.0, 2.0, 1.0]);
+        scene.place("box", ShapeKind::Mesh(cube), pose, copper);
+        scene.place_emitter(
+            "lamp",
+            ShapeKind::Rectangle,
+            Pose::identity(),
+            black,
+            [3.0, 2.0, 1.0],
+        );
         scene
     }
 
     #[test]
-    fn a_shape_names_its_mesh_its_place_and_its_material() {
+    fn a_shape_has_its_mesh_transform_and_material() {
         let text = encode(&small_scene());
         let expected = r#"	<shape type="ply" id="box">
 		<string name="filename" value="meshes/cube.ply" />
@@ -340,7 +353,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lamp_emits_and_needs_no_transform_where_it_was_modelled() {
+    fn a_lamp_emits_and_the_identity_transform_is_omitted() {
         let text = encode(&small_scene());
         let expected = r#"	<shape type="rectangle" id="lamp">
 		<ref id="black" />
@@ -353,8 +366,8 @@ mod tests {
     }
 
     #[test]
-    fn lines_of_the_head_are_short() {
-        let lines = wrapped(&"word ".repeat(60), 118);
-        assert!(lines.len() > 2 && lines.iter().all(|line| line.len() <= 118));
+    fn head_lines_are_short() {
+        let lines = wrapped(&"word ".repeat(60), HEAD_WIDTH);
+        assert!(lines.len() > 2 && lines.iter().all(|line| line.len() <= HEAD_WIDTH));
     }
 }

@@ -1,19 +1,21 @@
-//! A small random number generator whose sequence is the same everywhere: PCG-XSH-RR with 32 bits of output.
+//! A random number generator with the same sequence on every platform.
 
-/// State of the generator; see O'Neill, "PCG: A Family of Simple Fast Space-Efficient Statistically Good Algorithms for
-/// Random Number Generation".
+/// PCG-XSH-RR with 64 bits of state and 32 bits of output. Source: O'Neill, "PCG: A Family of Simple Fast
+/// Space-Efficient Statistically Good Algorithms for Random Number Generation", 2014.
 #[derive(Clone, Debug)]
-pub struct Pcg {
+pub struct Pcg32 {
     state: u64,
 }
 
-impl Pcg {
+impl Pcg32 {
+    /// Multiplier of the linear congruential step, from the reference implementation.
     const MULTIPLIER: u64 = 6_364_136_223_846_793_005;
+    /// Increment of the linear congruential step: one stream for all generators.
     const INCREMENT: u64 = 1_442_695_040_888_963_407;
 
-    /// A generator with its own sequence for each seed.
-    pub fn new(seed: u64) -> Pcg {
-        let mut pcg = Pcg {
+    /// A generator. Different seeds start at different positions of the same sequence.
+    pub fn new(seed: u64) -> Pcg32 {
+        let mut pcg = Pcg32 {
             state: seed.wrapping_add(Self::INCREMENT),
         };
         pcg.bits();
@@ -56,8 +58,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn uniform_in_mean_and_range() {
-        let mut pcg = Pcg::new(1);
+    fn draws_have_the_range_and_mean_of_a_uniform_distribution() {
+        let mut pcg = Pcg32::new(1);
         let draws: Vec<f64> = (0..10_000).map(|_| pcg.range(2.0, 4.0)).collect();
         assert!(draws.iter().all(|x| (2.0..4.0).contains(x)));
         let mean = draws.iter().sum::<f64>() / draws.len() as f64;
@@ -66,6 +68,6 @@ mod tests {
 
     #[test]
     fn seeds_differ() {
-        assert_ne!(Pcg::new(1).bits(), Pcg::new(2).bits());
+        assert_ne!(Pcg32::new(1).bits(), Pcg32::new(2).bits());
     }
 }

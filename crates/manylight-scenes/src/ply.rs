@@ -4,13 +4,15 @@ use crate::mesh::Mesh;
 use crate::rounding::rounded;
 use glam::DVec3;
 
-/// Steps in a meter: a tenth of a millimeter.
+/// Steps in a meter to which positions are rounded: a tenth of a millimeter.
 const POSITION_STEPS: f64 = 1e4;
+/// Steps in 1 to which the components of normals are rounded.
 const NORMAL_STEPS: f64 = 1e4;
+/// Steps in 1 to which texture coordinates are rounded.
 const UV_STEPS: f64 = 1e4;
 
-/// The bytes of a file, little-endian. Normals are left out where they are those of the faces, and indices are as short as
-/// the number of vertices allows.
+/// The bytes of a little-endian PLY file. Normals are omitted if the mesh is flat-shaded; indices have 16 bits if the
+/// number of vertices allows it.
 pub fn encode(mesh: &Mesh) -> Vec<u8> {
     let normals: &[DVec3] = if mesh.is_flat() { &[] } else { &mesh.normals };
     let mut names = vec!["x", "y", "z"];

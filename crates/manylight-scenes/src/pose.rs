@@ -1,24 +1,24 @@
-//! Where an object stands.
+//! Transforms from object space to the scene.
 
 use glam::{DAffine3, DMat3, DVec3};
 
-/// Scale, then rotations about z, x and y in this order, then a translation. Angles in degrees.
+/// A scale, then rotations about z, x and y, then a translation. Angles are in degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
-    /// Factor along each axis.
+    /// Scale along each axis.
     pub scale: DVec3,
-    /// Rotation about z.
+    /// Angle of the first rotation, about z.
     pub roll: f64,
-    /// Rotation about x, after `roll`.
+    /// Angle of the second rotation, about x.
     pub tilt: f64,
-    /// Rotation about y, after `tilt`.
+    /// Angle of the third rotation, about y.
     pub turn: f64,
-    /// Translation, last.
+    /// Translation.
     pub position: DVec3,
 }
 
 impl Pose {
-    /// Upright at a point.
+    /// A translation.
     pub fn at(x: f64, y: f64, z: f64) -> Pose {
         Pose {
             scale: DVec3::ONE,
@@ -29,32 +29,32 @@ impl Pose {
         }
     }
 
-    /// As modelled.
+    /// The identity transform.
     pub fn identity() -> Pose {
         Pose::at(0.0, 0.0, 0.0)
     }
 
-    /// With the rotation about z.
+    /// Sets the rotation about z.
     pub fn rolled(self, roll: f64) -> Pose {
         Pose { roll, ..self }
     }
 
-    /// With the rotation about x.
+    /// Sets the rotation about x.
     pub fn tilted(self, tilt: f64) -> Pose {
         Pose { tilt, ..self }
     }
 
-    /// With the rotation about y.
+    /// Sets the rotation about y.
     pub fn turned(self, turn: f64) -> Pose {
         Pose { turn, ..self }
     }
 
-    /// With one factor for all axes.
+    /// Sets the same scale for all axes.
     pub fn scaled(self, factor: f64) -> Pose {
         self.stretched(factor, factor, factor)
     }
 
-    /// With a factor for each axis.
+    /// Sets the scale along each axis.
     pub fn stretched(self, x: f64, y: f64, z: f64) -> Pose {
         Pose {
             scale: DVec3::new(x, y, z),
@@ -62,7 +62,15 @@ impl Pose {
         }
     }
 
-    /// From the object's space to that of the scene.
+    /// Moves the object up along the y axis of the scene.
+    pub fn lifted(self, height: f64) -> Pose {
+        Pose {
+            position: self.position + DVec3::Y * height,
+            ..self
+        }
+    }
+
+    /// The transform from object space to the scene.
     pub fn matrix(&self) -> DAffine3 {
         let rotation = DMat3::from_rotation_y(self.turn.to_radians())
             * DMat3::from_rotation_x(self.tilt.to_radians())
@@ -76,7 +84,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn order_of_rotations() {
+    fn rotations_apply_in_order() {
         let pose = Pose::at(0.0, 0.0, 5.0)
             .rolled(90.0)
             .tilted(90.0)

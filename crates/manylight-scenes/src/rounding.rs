@@ -1,18 +1,18 @@
-//! Rounding of all that is written, so that the files are the same bytes on every platform.
+//! Rounding of written numbers, so that the files are the same bytes on every platform.
 //!
-//! Sine, cosine and powers may differ in the last bit from one platform's library to another's; rounded to a step far
-//! coarser than that, they agree.
+//! Sine, cosine and power functions may differ in the last bit between platforms. Rounding to a much coarser step
+//! removes the difference.
 
-/// Shifts the border between two steps off the round numbers that designs are made of, so that a value which is half a
-/// step in exact arithmetic rounds the same way whatever its last bit.
-const OFF_TIES: f64 = 3.1e-6;
+/// Shift of the rounding threshold, as a fraction of a step. Values in a model are often exact multiples of half a
+/// step; the shift makes such a tie round up even if its last bit differs.
+const TIE_SHIFT: f64 = 3.1e-6;
 
-/// `x` rounded to a multiple of `1 / steps`, never negative zero.
+/// `x` rounded to the nearest multiple of `1 / steps`. The result is never negative zero.
 pub fn rounded(x: f64, steps: f64) -> f64 {
-    (x * steps + 0.5 + OFF_TIES).floor() / steps + 0.0
+    (x * steps + 0.5 + TIE_SHIFT).floor() / steps + 0.0
 }
 
-/// `x` as short decimal text with at most five digits after the point.
+/// `x` in decimal with at most five digits after the point and no trailing zeros.
 pub fn decimal(x: f64) -> String {
     format!("{}", rounded(x, 1e5))
 }
@@ -22,7 +22,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ties_round_up_whatever_the_last_bit() {
+    fn a_tie_rounds_up_even_if_its_last_bit_differs() {
         let tie: f64 = 0.00625;
         assert_eq!(rounded(tie.next_down(), 1e4), rounded(tie.next_up(), 1e4));
         assert_eq!(rounded(tie, 1e4), 0.0063);

@@ -1,100 +1,100 @@
-//! A scene as plain data, whatever the format that it will be written in.
+//! A scene as plain data, independent of the file format.
 
-use crate::material::{Material, Rgb};
+use crate::material::{LinearRgb, Material};
 use crate::mesh::Mesh;
-use crate::picture::Picture;
+use crate::png::PngImage;
 use crate::pose::Pose;
 use glam::DVec3;
 
-/// Everything that one picture needs.
+/// Everything that one image needs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
-    /// Name of the scene, and one paragraph for each string about what it shows.
+    /// Title and description.
     pub about: About,
-    /// Where it is seen from.
+    /// Camera, film and path length.
     pub camera: Camera,
     /// Materials by name.
     pub materials: Vec<(String, Material)>,
-    /// Meshes by name; several shapes may share one.
+    /// Meshes by name. Several shapes may share a mesh.
     pub meshes: Vec<(String, Mesh)>,
-    /// Pictures by name.
-    pub pictures: Vec<(&'static str, Picture)>,
-    /// What stands in it, in order.
-    pub shapes: Vec<Shape>,
-    /// Lights that are no shapes.
-    pub spots: Vec<Spot>,
+    /// Textures by name.
+    pub textures: Vec<(&'static str, PngImage)>,
+    /// Shapes in the order of the scene file.
+    pub shapes: Vec<PlacedShape>,
+    /// Spot lights. Area lights are shapes with emission.
+    pub spots: Vec<SpotLight>,
 }
 
-/// The words at the head of a scene file.
+/// The comment at the head of a scene file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct About {
-    /// Name, as in a sentence.
+    /// Title, without a full stop.
     pub title: &'static str,
-    /// Paragraphs.
+    /// Paragraphs of the description.
     pub text: Vec<String>,
 }
 
-/// A pinhole camera, its film, and how long its paths may be.
+/// A pinhole camera with y up, its film and the longest path.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
-    /// Where it stands.
+    /// Position.
     pub origin: DVec3,
-    /// What is in the middle of the picture.
+    /// Point in the middle of the image.
     pub target: DVec3,
-    /// Angle of view across the picture's width, in degrees.
+    /// Horizontal field of view in degrees.
     pub fov_x: f64,
-    /// Pixels across and down.
+    /// Width and height of the image in pixels.
     pub size: [u32; 2],
-    /// Edges of the longest path.
+    /// Number of edges of the longest path.
     pub max_depth: u32,
 }
 
-/// Index of a material of a scene.
+/// Index into [`Scene::materials`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct MaterialId(pub usize);
 
-/// Index of a mesh of a scene.
+/// Index into [`Scene::meshes`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MeshId(pub usize);
 
-/// A placed surface.
+/// A shape with its pose, material and emission.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Shape {
-    /// Unlike that of any other shape.
+pub struct PlacedShape {
+    /// Name, unique in the scene.
     pub name: String,
-    /// Surface in its own space.
-    pub geometry: Geometry,
-    /// Where it stands.
+    /// Shape in object space.
+    pub kind: ShapeKind,
+    /// Transform from object space to the scene.
     pub pose: Pose,
-    /// What it is made of.
+    /// Material.
     pub material: MaterialId,
-    /// Radiance that it emits on its outer side.
-    pub emission: Option<Rgb>,
+    /// Emitted radiance on the outer side.
+    pub emission: Option<LinearRgb>,
 }
 
-/// The surface of a shape.
+/// A shape in object space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Geometry {
+pub enum ShapeKind {
     /// A mesh of the scene.
     Mesh(MeshId),
-    /// From -1 to 1 in x and y, facing z.
+    /// The square from -1 to 1 in x and y, facing +z.
     Rectangle,
-    /// Radius 1 about the origin.
+    /// The unit sphere about the origin.
     Sphere,
 }
 
-/// A cone of light from a point.
+/// A point light that emits into a cone.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Spot {
-    /// Where from.
+pub struct SpotLight {
+    /// Position.
     pub origin: DVec3,
-    /// A point on its axis.
+    /// A point on the axis of the cone.
     pub target: DVec3,
     /// Radiant intensity on the axis.
-    pub intensity: Rgb,
-    /// Half angle of the cone, in degrees.
+    pub intensity: LinearRgb,
+    /// Half angle of the cone in degrees.
     pub cutoff: f64,
-    /// Half angle within which it is at its full intensity, in degrees.
+    /// Half angle, in degrees, up to which the intensity is constant.
     pub beam: f64,
 }
 
@@ -106,110 +106,116 @@ impl Scene {
             camera,
             materials: Vec::new(),
             meshes: Vec::new(),
-            pictures: Vec::new(),
+            textures: Vec::new(),
             shapes: Vec::new(),
             spots: Vec::new(),
         }
     }
 
     /// Adds a material.
-    pub fn material(&mut self, name: &str, material: Material) -> MaterialId {
+    pub fn add_material(&mut self, name: &str, material: Material) -> MaterialId {
         self.materials.push((name.to_owned(), material));
         MaterialId(self.materials.len() - 1)
     }
 
     /// Adds a mesh without placing it.
-    pub fn mesh(&mut self, name: &str, mesh: Mesh) -> MeshId {
+    pub fn add_mesh(&mut self, name: &str, mesh: Mesh) -> MeshId {
         self.meshes.push((name.to_owned(), mesh));
         MeshId(self.meshes.len() - 1)
     }
 
-    /// Adds a picture.
-    pub fn picture(&mut self, name: &'static str, picture: Picture) {
-        self.pictures.push((name, picture));
+    /// Adds a texture.
+    pub fn add_texture(&mut self, name: &'static str, image: PngImage) {
+        self.textures.push((name, image));
     }
 
-    /// Places a surface.
-    pub fn place(&mut self, name: &str, geometry: Geometry, pose: Pose, material: MaterialId) {
-        self.shapes.push(Shape {
+    /// Adds the meshes of an assembly, named `NAME_MATERIAL`, without placing them.
+    pub fn add_meshes(&mut self, name: &str, assembly: Assembly) -> Vec<(MaterialId, MeshId)> {
+        let mut added = Vec::new();
+        for (material, mesh) in assembly.parts {
+            let name = format!("{name}_{}", self.materials[material.0].0);
+            added.push((material, self.add_mesh(&name, mesh)));
+        }
+        added
+    }
+
+    /// Places a shape that does not emit.
+    pub fn place(&mut self, name: &str, kind: ShapeKind, pose: Pose, material: MaterialId) {
+        self.shapes.push(PlacedShape {
             name: name.to_owned(),
-            geometry,
+            kind,
             pose,
             material,
             emission: None,
         });
     }
 
-    /// Adds a mesh and places it as it is.
-    pub fn add(&mut self, name: &str, mesh: Mesh, material: MaterialId) {
-        let id = self.mesh(name, mesh);
-        self.place(name, Geometry::Mesh(id), Pose::identity(), material);
+    /// Places a shape that emits `radiance` on its outer side.
+    pub fn place_emitter(
+        &mut self,
+        name: &str,
+        kind: ShapeKind,
+        pose: Pose,
+        material: MaterialId,
+        radiance: LinearRgb,
+    ) {
+        self.shapes.push(PlacedShape {
+            name: name.to_owned(),
+            kind,
+            pose,
+            material,
+            emission: Some(radiance),
+        });
     }
 
-    /// Places one mesh in many poses; the shapes' names are numbered.
-    pub fn place_all(&mut self, name: &str, mesh: MeshId, poses: &[Pose], material: MaterialId) {
-        for (i, &pose) in poses.iter().enumerate() {
-            self.place(&format!("{name}_{i}"), Geometry::Mesh(mesh), pose, material);
+    /// Adds a mesh and places it without a transform.
+    pub fn place_mesh(&mut self, name: &str, mesh: Mesh, material: MaterialId) {
+        let id = self.add_mesh(name, mesh);
+        self.place(name, ShapeKind::Mesh(id), Pose::identity(), material);
+    }
+
+    /// Adds the meshes of an assembly, named `NAME_MATERIAL`, and places each without a transform.
+    pub fn place_assembly(&mut self, name: &str, assembly: Assembly) {
+        for (material, mesh) in assembly.parts {
+            let name = format!("{name}_{}", self.materials[material.0].0);
+            self.place_mesh(&name, mesh, material);
         }
     }
 
-    /// Places a batch in many poses; its meshes are shared.
-    pub fn place_batch(&mut self, name: &str, batch: &Batch, poses: &[Pose]) {
-        for (material, mesh) in self.batch_meshes(name, batch) {
-            let part = self.meshes[mesh.0].0.clone();
-            self.place_all(&part, mesh, poses, material);
+    /// Adds the meshes of an assembly and places each in every pose, named `NAME_MATERIAL_INDEX`.
+    pub fn place_copies(&mut self, name: &str, assembly: Assembly, poses: &[Pose]) {
+        for (material, mesh) in self.add_meshes(name, assembly) {
+            let name = self.meshes[mesh.0].0.clone();
+            for (i, &pose) in poses.iter().enumerate() {
+                self.place(
+                    &format!("{name}_{i}"),
+                    ShapeKind::Mesh(mesh),
+                    pose,
+                    material,
+                );
+            }
         }
     }
 
-    /// Lets the shape that was placed last emit light.
-    pub fn emitting(&mut self, radiance: Rgb) {
-        if let Some(shape) = self.shapes.last_mut() {
-            shape.emission = Some(radiance);
-        }
-    }
-
-    /// Adds each material's meshes of a batch as one without placing it.
-    pub fn batch_meshes(&mut self, name: &str, batch: &Batch) -> Vec<(MaterialId, MeshId)> {
-        let name_of = |scene: &Scene, id: MaterialId| format!("{name}_{}", scene.materials[id.0].0);
-        batch
-            .parts
-            .iter()
-            .map(|(material, mesh)| {
-                (
-                    *material,
-                    self.mesh(&name_of(self, *material), mesh.clone()),
-                )
-            })
-            .collect()
-    }
-
-    /// Adds each material's meshes of a batch as one, and places them as they are.
-    pub fn add_batch(&mut self, name: &str, batch: Batch) {
-        for (material, mesh) in batch.parts {
-            let of = self.materials[material.0].0.clone();
-            self.add(&format!("{name}_{of}"), mesh, material);
-        }
-    }
-
-    /// Triangles of all shapes, each counted as often as it is placed. Shapes without a mesh do not count.
-    pub fn triangles(&self) -> usize {
+    /// Number of triangles of all mesh shapes; a shared mesh counts once for each shape.
+    pub fn triangle_count(&self) -> usize {
         self.shapes
             .iter()
-            .map(|shape| match shape.geometry {
-                Geometry::Mesh(MeshId(i)) => self.meshes[i].1.triangles.len(),
-                _ => 0,
+            .map(|shape| match shape.kind {
+                ShapeKind::Mesh(MeshId(i)) => self.meshes[i].1.triangles.len(),
+                ShapeKind::Rectangle | ShapeKind::Sphere => 0,
             })
             .sum()
     }
 }
 
-/// Meshes gathered by material, so that a thing of many parts becomes few shapes.
+/// Parts of an object, merged into one mesh for each material so that the object becomes few shapes.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Batch {
+pub struct Assembly {
     parts: Vec<(MaterialId, Mesh)>,
 }
 
-impl Batch {
+impl Assembly {
     /// Adds a part.
     pub fn add(&mut self, material: MaterialId, mesh: &Mesh) {
         match self.parts.iter_mut().find(|part| part.0 == material) {
@@ -218,10 +224,17 @@ impl Batch {
         }
     }
 
-    /// Adds all parts of another batch, moved to a pose.
-    pub fn add_placed(&mut self, other: &Batch, pose: Pose) {
+    /// Adds all parts of another assembly, transformed by `pose`.
+    pub fn add_placed(&mut self, other: &Assembly, pose: Pose) {
         for (material, mesh) in &other.parts {
             self.add(*material, &mesh.placed(pose));
         }
+    }
+
+    /// The assembly, transformed by `pose`.
+    pub fn placed(&self, pose: Pose) -> Assembly {
+        let mut placed = Assembly::default();
+        placed.add_placed(self, pose);
+        placed
     }
 }

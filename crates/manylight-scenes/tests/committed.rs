@@ -1,8 +1,8 @@
-//! The scenes that the repository holds are what the generators write.
+//! The scenes in the repository equal the output of the generators, and the output is valid.
 
 use manylight_scenes::files;
 use manylight_scenes::scene::Scene;
-use manylight_scenes::scenes::{ALL, Detail};
+use manylight_scenes::scenes::{Detail, GENERATORS};
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,23 +13,24 @@ fn folder_of(name: &str) -> PathBuf {
         .join(name)
 }
 
-/// All scenes at the detail of the repository.
+/// All scenes at the level of detail of the repository.
 fn scenes() -> impl Iterator<Item = (&'static str, Scene)> {
-    ALL.iter()
+    GENERATORS
+        .iter()
         .map(|generator| (generator.name, (generator.generate)(Detail::default())))
 }
 
 #[test]
-fn files_are_the_same_bytes() {
+fn committed_files_equal_generated_files() {
     for (name, scene) in scenes() {
         let folder = folder_of(name);
         let mut expected = BTreeSet::new();
         for (path, bytes) in files::of(&scene).unwrap() {
             let path = folder.join(path);
-            let held = fs::read(&path).unwrap_or_default();
+            let committed = fs::read(&path).unwrap_or_default();
             assert!(
-                held == bytes,
-                "{} is not what is generated: cargo run --release -p manylight-scenes -- {name} -o scenes/{name}",
+                committed == bytes,
+                "{} differs from the generated file; to write it again: cargo run --release -p manylight-scenes -- {name} -o scenes/{name}",
                 path.display()
             );
             expected.insert(path);
@@ -48,7 +49,7 @@ fn files_are_the_same_bytes() {
 }
 
 #[test]
-fn documents_parse_and_names_are_unique() {
+fn scene_files_parse_and_their_ids_resolve() {
     for (name, scene) in scenes() {
         let text = manylight_scenes::mitsuba::encode(&scene);
         let document = roxmltree::Document::parse(&text).unwrap();
@@ -58,7 +59,7 @@ fn documents_parse_and_names_are_unique() {
             .filter(|node| !node.has_tag_name("ref"))
         {
             if let Some(id) = node.attribute("id") {
-                assert!(ids.insert(id), "{name} has two of '{id}'");
+                assert!(ids.insert(id), "{name} defines '{id}' twice");
             }
         }
         for node in document
@@ -66,13 +67,13 @@ fn documents_parse_and_names_are_unique() {
             .filter(|node| node.has_tag_name("ref"))
         {
             let id = node.attribute("id").unwrap();
-            assert!(ids.contains(id), "{name} refers to '{id}'");
+            assert!(ids.contains(id), "{name} refers to the undefined '{id}'");
         }
     }
 }
 
 #[test]
-fn meshes_are_sound() {
+fn meshes_are_finite_with_unit_normals() {
     for (name, scene) in scenes() {
         for (mesh_name, mesh) in &scene.meshes {
             let finite = mesh
@@ -80,11 +81,11 @@ fn meshes_are_sound() {
                 .iter()
                 .chain(&mesh.normals)
                 .all(|v| v.is_finite());
-            assert!(finite, "{name}: {mesh_name} has a number that is none");
+            assert!(finite, "{name}: {mesh_name} has a value that is not finite");
             let unit = mesh.normals.iter().all(|n| (n.length() - 1.0).abs() < 1e-6);
             assert!(
                 unit,
-                "{name}: {mesh_name} has a normal that is not of length one"
+                "{name}: {mesh_name} has a normal that is not a unit vector"
             );
         }
     }
@@ -92,10 +93,10 @@ fn meshes_are_sound() {
 
 #[test]
 fn detail_adds_triangles() {
-    for generator in ALL {
+    for generator in GENERATORS {
         let triangles = |level: u32| {
             let detail = Detail::new(level).unwrap();
-            (generator.generate)(detail).triangles()
+            (generator.generate)(detail).triangle_count()
         };
         assert!(2 * triangles(3) > 3 * triangles(1), "{}", generator.name);
     }

@@ -1,8 +1,8 @@
-//! Curves as lists of points, and tables of numbers read between their entries.
+//! Curves as lists of points, and interpolated tables.
 
 use glam::{DVec2, DVec3};
 
-/// A smooth curve through `points`, in `steps` pieces between each two of them.
+/// A Catmull-Rom spline through `points`, with `steps` segments between neighbours.
 pub fn catmull_rom(points: &[DVec3], steps: usize) -> Vec<DVec3> {
     let last = points.len() - 1;
     let mut curve = Vec::with_capacity(last * steps + 1);
@@ -17,6 +17,7 @@ pub fn catmull_rom(points: &[DVec3], steps: usize) -> Vec<DVec3> {
     curve
 }
 
+/// Cubic Hermite interpolation at `t` in [0, 1]; `out` and `into` are the tangents at the ends.
 fn hermite(from: DVec3, out: DVec3, to: DVec3, into: DVec3, t: f64) -> DVec3 {
     let (t2, t3) = (t * t, t * t * t);
     from * (2.0 * t3 - 3.0 * t2 + 1.0)
@@ -25,17 +26,19 @@ fn hermite(from: DVec3, out: DVec3, to: DVec3, into: DVec3, t: f64) -> DVec3 {
         + into * (t3 - t2)
 }
 
-/// Points of a circle's arc in the plane, both ends among them; angles in degrees from the first axis.
-pub fn arc(center: DVec2, radius: f64, from: f64, to: f64, pieces: usize) -> Vec<DVec2> {
-    (0..=pieces)
+/// Points of a circular arc, `segments` + 1 with both ends. Angles are in degrees from the first axis.
+pub fn arc(center: DVec2, radius: f64, from: f64, to: f64, segments: usize) -> Vec<DVec2> {
+    (0..=segments)
         .map(|i| {
-            let angle = (from + (to - from) * i as f64 / pieces as f64).to_radians();
+            let angle = (from + (to - from) * i as f64 / segments as f64).to_radians();
             center + radius * DVec2::from_angle(angle)
         })
         .collect()
 }
 
-/// The value at `x` of a table of (x, value): cubic between entries, without overshoot, constant beyond them.
+/// Monotone cubic interpolation at `x` of a table of (x, value) with rising x. Constant outside the table.
+///
+/// Source: Fritsch and Butland, "A Method for Constructing Local Monotone Piecewise Cubic Interpolants", 1984.
 pub fn smooth_table(table: &[(f64, f64)], x: f64) -> f64 {
     let (i, t) = table_interval(table, x);
     let next = (i + 1).min(table.len() - 1);
@@ -52,7 +55,7 @@ pub fn smooth_table(table: &[(f64, f64)], x: f64) -> f64 {
         + into * (t3 - t2)
 }
 
-/// The entry before `x`, and how far x is on its way to the next.
+/// The index of the entry before `x`, and the position of x between it and the next entry, in [0, 1).
 fn table_interval(table: &[(f64, f64)], x: f64) -> (usize, f64) {
     let after = table.partition_point(|entry| entry.0 <= x);
     if after == 0 || after == table.len() {
@@ -62,7 +65,7 @@ fn table_interval(table: &[(f64, f64)], x: f64) -> (usize, f64) {
     (after - 1, (x - from) / (to - from))
 }
 
-/// Slope at an entry: the harmonic mean of its neighbours' (Fritsch and Butland), zero at peaks and ends.
+/// Slope at an entry: the harmonic mean of the two adjacent secants; zero at extrema and at the ends.
 fn table_slope(table: &[(f64, f64)], i: usize) -> f64 {
     if i == 0 || i + 1 == table.len() {
         return 0.0;

@@ -1,4 +1,5 @@
-//! Builders of meshes: solids, surfaces of revolution, tubes and profiles along curves, patches.
+//! Mesh builders: solids, surfaces of revolution, sweeps along curves, patches. Lengths are in meters, angles in
+//! degrees.
 
 mod curve;
 mod patch;

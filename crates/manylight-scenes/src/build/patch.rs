@@ -1,24 +1,29 @@
-//! Surfaces through rows of points, and flat polygons.
+//! Surfaces through rows of points, and triangulation of flat polygons.
 
 use crate::mesh::Mesh;
 use glam::{DVec2, DVec3};
 
-/// What becomes of the two ends of each row of a grid.
+/// Relative difference of squared lengths that counts as a tie between two diagonals.
+const TIE: f64 = 1e-9;
+/// Twice the area, in square meters, of the smallest triangle that counts as an ear.
+const MIN_DOUBLED_EAR_AREA: f64 = 1e-12;
+
+/// How the two ends of each row of a grid connect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Edges {
-    /// They stay apart.
+    /// Not at all.
     Open,
-    /// The last point of a row joins its first.
+    /// The last point of a row is adjacent to the first.
     Joined,
 }
 
-/// Triangles between neighbours of rows of equally many points. Outside is where (along the row) x (to the next row)
-/// points.
+/// A surface through rows with the same number of points. It faces the direction of (along a row) x (to the next row).
+/// Edges sharper than `crease` degrees stay sharp.
 pub fn grid(rows: &[Vec<DVec3>], edges: Edges, crease: f64) -> Mesh {
     Mesh::shaded(rows.concat(), grid_triangles(rows, edges), crease)
 }
 
-/// A closed body through rings of points, one polygon at each end.
+/// A closed solid through rings with the same number of points, capped by a polygon at each end.
 pub fn loft(rings: &[Vec<DVec3>], crease: f64) -> Mesh {
     let mut triangles = grid_triangles(rings, Edges::Joined);
     let count = rings[0].len() as u32;
@@ -44,9 +49,9 @@ fn grid_triangles(rows: &[Vec<DVec3>], edges: Edges) -> Vec<[u32; 3]> {
             let next = (i + 1) % count;
             let (here, above) = (row * count, (row + 1) * count);
             let [a, b, c, d] = [here + i, here + next, above + next, above + i];
-            // The shorter diagonal bends a curved surface less.
+            // The shorter diagonal follows a curved surface better; the factor decides ties the same way everywhere.
             let at = |i: u32| rows[(i / count) as usize][(i % count) as usize];
-            if at(a).distance_squared(at(c)) <= at(b).distance_squared(at(d)) * (1.0 + 1e-9) {
+            if at(a).distance_squared(at(c)) <= at(b).distance_squared(at(d)) * (1.0 + TIE) {
                 triangles.extend([[a, b, c], [a, c, d]]);
             } else {
                 triangles.extend([[a, b, d], [b, c, d]]);
@@ -56,7 +61,7 @@ fn grid_triangles(rows: &[Vec<DVec3>], edges: Edges) -> Vec<[u32; 3]> {
     triangles
 }
 
-/// A ring's points in the plane that its own area vector is normal to.
+/// A ring projected to the plane across its area vector.
 fn flattened(ring: &[DVec3]) -> Vec<DVec2> {
     let area: DVec3 = (0..ring.len())
         .map(|i| (ring[i] - ring[0]).cross(ring[(i + 1) % ring.len()] - ring[0]))
@@ -67,13 +72,13 @@ fn flattened(ring: &[DVec3]) -> Vec<DVec2> {
         .collect()
 }
 
-/// Triangles that fill a polygon without holes, by cutting ears.
+/// Triangulates a counterclockwise polygon without holes by ear clipping.
 pub fn polygon_triangles(polygon: &[DVec2]) -> Vec<[u32; 3]> {
     let mut left: Vec<u32> = (0..polygon.len() as u32).collect();
     let mut triangles = Vec::new();
     while left.len() > 3 {
         let ear = (0..left.len()).find(|&i| is_ear(polygon, &left, i));
-        // Without an ear the rest is a line or crosses itself; any corner will do then.
+        // A polygon without an ear is degenerate or intersects itself; then any corner is clipped.
         let i = ear.unwrap_or(0);
         triangles.push(corners_at(&left, i));
         left.remove(i);
@@ -84,16 +89,18 @@ pub fn polygon_triangles(polygon: &[DVec2]) -> Vec<[u32; 3]> {
     triangles
 }
 
+/// The corner `i` of the remaining polygon between its neighbours.
 fn corners_at(left: &[u32], i: usize) -> [u32; 3] {
     let n = left.len();
     [left[(i + n - 1) % n], left[i], left[(i + 1) % n]]
 }
 
+/// Whether the corner `i` is convex and its triangle contains no other remaining corner.
 fn is_ear(polygon: &[DVec2], left: &[u32], i: usize) -> bool {
     let corners = corners_at(left, i);
     let [a, b, c] = corners.map(|k| polygon[k as usize]);
     let side = |p: DVec2, q: DVec2, r: DVec2| (q - p).perp_dot(r - p);
-    if side(a, b, c) <= 1e-12 {
+    if side(a, b, c) <= MIN_DOUBLED_EAR_AREA {
         return false;
     }
     left.iter().filter(|k| !corners.contains(k)).all(|&k| {

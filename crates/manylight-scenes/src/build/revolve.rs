@@ -6,11 +6,12 @@ use crate::mesh::Mesh;
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 
-/// Angle between faces, in degrees, from which an edge of a turned body is sharp.
+/// Angle between faces, in degrees, from which an edge is sharp.
 const CREASE: f64 = 40.0;
 
-/// A profile of (radius, height) turned about the y axis. Outside is to the right of the way along the profile: bottom to
-/// top makes a body. A body is closed where the profile begins and ends on the axis, or where it began.
+/// A profile of (radius, height) revolved about the y axis. The surface faces right of the direction along the profile,
+/// so a profile from bottom to top faces outwards. It is closed if the profile starts and ends on the axis, or is a
+/// loop.
 pub fn lathe(profile: &[DVec2], segments: usize) -> Mesh {
     let rows: Vec<Vec<DVec3>> = profile
         .iter()
@@ -32,7 +33,7 @@ pub fn cylinder(radius: f64, height: f64, segments: usize) -> Mesh {
     lathe(&profile.map(DVec2::from), segments)
 }
 
-/// A closed cylinder on the plane y = 0 whose rims are cut by `bevel`.
+/// A closed cylinder on the plane y = 0 with bevelled rims.
 pub fn bevelled_cylinder(radius: f64, height: f64, bevel: f64, segments: usize) -> Mesh {
     let inner = radius - bevel;
     let profile = [
@@ -46,16 +47,16 @@ pub fn bevelled_cylinder(radius: f64, height: f64, bevel: f64, segments: usize) 
     lathe(&profile.map(DVec2::from), segments)
 }
 
-/// A sphere about the origin with its poles on the y axis.
+/// A sphere about the origin with poles on the y axis.
 pub fn ball(radius: f64, segments: usize) -> Mesh {
     let mut profile = arc(DVec2::ZERO, radius, -90.0, 90.0, segments / 2);
-    // The poles lie on the axis exactly, so that the fans about them close.
+    // Exactly on the axis, so that the points of each pole merge.
     profile[0].x = 0.0;
     profile[segments / 2].x = 0.0;
     lathe(&profile, segments)
 }
 
-/// A ring about the y axis whose cross-section is a circle of `radius` at `distance` from the axis.
+/// A torus about the y axis: a circle of `radius`, with `around` segments, at `distance` from the axis.
 pub fn torus(distance: f64, radius: f64, segments: usize, around: usize) -> Mesh {
     let mut profile = arc(DVec2::new(distance, 0.0), radius, 0.0, 360.0, around);
     profile[around] = profile[0];

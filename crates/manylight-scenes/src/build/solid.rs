@@ -5,6 +5,11 @@ use crate::mesh::Mesh;
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
+/// Largest bevel, as a fraction of the smallest half extent of a box.
+const MAX_BEVEL: f64 = 0.9;
+/// Angle between faces, in degrees, from which an edge of a superellipsoid is sharp.
+const CREASE: f64 = 60.0;
+
 /// A box between two corners with sharp edges.
 pub fn boxed(low: [f64; 3], high: [f64; 3]) -> Mesh {
     let (low, high) = (DVec3::from(low), DVec3::from(high));
@@ -25,7 +30,7 @@ pub fn boxed(low: [f64; 3], high: [f64; 3]) -> Mesh {
     mesh
 }
 
-/// A point of the face at `level` of `axis`, u and v from 0 to 1 along the other two axes.
+/// A point of the face at `level` on `axis`; u and v, from 0 to 1, run along the other two axes.
 fn face_corner(axis: usize, level: f64, low: DVec3, high: DVec3, u: f64, v: f64) -> DVec3 {
     let mut corner = DVec3::ZERO;
     let (first, second) = ((axis + 1) % 3, (axis + 2) % 3);
@@ -35,7 +40,7 @@ fn face_corner(axis: usize, level: f64, low: DVec3, high: DVec3, u: f64, v: f64)
     corner
 }
 
-/// Two triangles over four corners in a ring, turned so that they face where the normals do.
+/// Adds two triangles over a ring of four corners, oriented as their normals.
 fn push_quad(mesh: &mut Mesh, ring: [DVec3; 4], normals: [DVec3; 4]) {
     let start = mesh.positions.len() as u32;
     mesh.positions.extend(ring);
@@ -50,15 +55,15 @@ fn push_quad(mesh: &mut Mesh, ring: [DVec3; 4], normals: [DVec3; 4]) {
         .extend(order.map(|t| t.map(|i: u32| i + start)));
 }
 
-/// A box between two corners whose edges are cut by `bevel` and shaded as if round: each corner of a face keeps the face's
-/// normal, and the cuts blend between them.
+/// A box between two corners with edges bevelled by `bevel`. Corners of a face keep its normal, so the bevels are
+/// shaded as if round. The bevel is at most 0.9 of the smallest half extent.
 pub fn bevelled_box(low: [f64; 3], high: [f64; 3], bevel: f64) -> Mesh {
     let (low, high) = (DVec3::from(low), DVec3::from(high));
     let center = (low + high) / 2.0;
     let half = (high - low) / 2.0;
-    let bevel = bevel.min(half.min_element() * 0.9);
+    let bevel = bevel.min(half.min_element() * MAX_BEVEL);
     let mut mesh = Mesh::default();
-    // Vertex 3 c + a belongs to the corner c, bits of x, y, z, and to the face of axis a there.
+    // Vertex 3 c + a belongs to corner c (bits: x, y, z) and to its face across axis a.
     for c in 0..8 {
         let sign = corner_sign(c);
         for axis in 0..3 {
@@ -74,7 +79,7 @@ pub fn bevelled_box(low: [f64; 3], high: [f64; 3], bevel: f64) -> Mesh {
             let ring = [end, end | first, end | first | second, end | second];
             push_facing(&mut mesh, &ring.map(|c| 3 * c + axis), center);
         }
-        // The four edges that run along this axis.
+        // The bevels of the four edges along this axis.
         let (other, another) = ((axis + 1) % 3, (axis + 2) % 3);
         for start in [0, first, second, first | second] {
             let end = start | 1 << axis;
@@ -93,12 +98,13 @@ pub fn bevelled_box(low: [f64; 3], high: [f64; 3], bevel: f64) -> Mesh {
     mesh
 }
 
+/// Signs of the coordinates of a corner given by bits.
 fn corner_sign(c: usize) -> DVec3 {
     let sign = |bit: usize| if c & (1 << bit) == 0 { -1.0 } else { 1.0 };
     DVec3::new(sign(0), sign(1), sign(2))
 }
 
-/// A convex polygon's triangles, turned away from `center`.
+/// Adds the triangles of a convex polygon, facing away from `center`.
 fn push_facing(mesh: &mut Mesh, ring: &[usize], center: DVec3) {
     let at = |i: usize| mesh.positions[i];
     let normal = (at(ring[1]) - at(ring[0])).cross(at(ring[2]) - at(ring[0]));
@@ -110,8 +116,8 @@ fn push_facing(mesh: &mut Mesh, ring: &[usize], center: DVec3) {
     }
 }
 
-/// A superellipsoid about the origin: exponents of 1 make an ellipsoid, smaller ones make it boxier. `upright` shapes the
-/// outline seen from the side, `around` the one seen from above.
+/// A superellipsoid about the origin. Exponents of 1 give an ellipsoid; smaller ones are closer to a box. `upright` is
+/// the exponent of the outline seen from the side, `around` of the one seen from above.
 pub fn superellipsoid(radii: [f64; 3], upright: f64, around: f64, segments: usize) -> Mesh {
     let power = |x: f64, exponent: f64| x.abs().powf(exponent) * x.signum();
     let rows: Vec<Vec<DVec3>> = (0..=segments / 2)
@@ -135,5 +141,5 @@ pub fn superellipsoid(radii: [f64; 3], upright: f64, around: f64, segments: usiz
                 .collect()
         })
         .collect();
-    grid(&rows, Edges::Joined, 60.0)
+    grid(&rows, Edges::Joined, CREASE)
 }

@@ -1,19 +1,24 @@
-//! Bodies swept along a path or a straight line.
+//! Solids swept along a path or a straight line.
 
 use super::patch::{Edges, grid, loft, polygon_triangles};
 use crate::mesh::Mesh;
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 
-/// A round tube along a path, closed at its ends, or in itself where the path ends at its beginning. `radius` is asked
-/// with the share of the path's points passed.
+/// Angle between faces, in degrees, from which an edge of a tube is sharp.
+const TUBE_CREASE: f64 = 60.0;
+/// Distance in meters below which the ends of a path are the same point.
+const SAME_POINT: f64 = 1e-9;
+
+/// A round tube along a path. Its ends are capped, or joined if the path ends where it starts. `radius` is a function
+/// of the position along the path, from 0 to 1 by index of the point.
 pub fn tube(path: &[DVec3], segments: usize, radius: impl Fn(f64) -> f64) -> Mesh {
     let last = path.len() - 1;
-    let loops = path[0].distance(path[last]) < 1e-9;
+    let loops = is_loop(path);
     let mut side = tangent(path, 0, loops).any_orthonormal_vector();
     let rings: Vec<Vec<DVec3>> = (0..=last)
         .map(|i| {
-            // Carried along without twist: only what is no longer across the path is taken away.
+            // Projecting the previous side vector keeps the tube free of twist.
             let along = tangent(path, i, loops);
             side = (side - along * along.dot(side)).normalize();
             let up = along.cross(side);
@@ -29,12 +34,18 @@ pub fn tube(path: &[DVec3], segments: usize, radius: impl Fn(f64) -> f64) -> Mes
     if loops {
         let mut rings = rings;
         rings[last] = rings[0].clone();
-        grid(&rings, Edges::Joined, 60.0)
+        grid(&rings, Edges::Joined, TUBE_CREASE)
     } else {
-        loft(&rings, 60.0)
+        loft(&rings, TUBE_CREASE)
     }
 }
 
+/// Whether a path ends where it starts.
+fn is_loop(path: &[DVec3]) -> bool {
+    path[0].distance(path[path.len() - 1]) < SAME_POINT
+}
+
+/// Unit direction of a path at point `i`, from its neighbours.
 fn tangent(path: &[DVec3], i: usize, loops: bool) -> DVec3 {
     let last = path.len() - 1;
     let (before, after) = match (i, loops) {
@@ -45,7 +56,7 @@ fn tangent(path: &[DVec3], i: usize, loops: bool) -> DVec3 {
     (path[after] - path[before]).normalize()
 }
 
-/// A polygon in x and y, counterclockwise, given a thickness along z about the plane z = 0.
+/// A counterclockwise polygon in x and y, extruded along z by `thickness` about the plane z = 0.
 pub fn extrude(polygon: &[DVec2], thickness: f64, crease: f64) -> Mesh {
     let n = polygon.len() as u32;
     let at = |z: f64| polygon.iter().map(move |p| p.extend(z));
@@ -61,11 +72,11 @@ pub fn extrude(polygon: &[DVec2], thickness: f64, crease: f64) -> Mesh {
     Mesh::shaded(positions, triangles, crease)
 }
 
-/// A profile along a level path with mitred corners. The profile is counterclockwise; its x points to the right of the
-/// path, its y up. A path that ends at its beginning closes.
+/// A profile swept along a level path with mitred corners. The profile is counterclockwise; its x axis points right of
+/// the path, its y axis up. Ends are capped, or joined if the path ends where it starts.
 pub fn moulding(profile: &[DVec2], path: &[DVec3], crease: f64) -> Mesh {
     let last = path.len() - 1;
-    let loops = path[0].distance(path[last]) < 1e-9;
+    let loops = is_loop(path);
     let direction = |i: usize| (path[i + 1] - path[i]).normalize();
     let rings: Vec<Vec<DVec3>> = (0..=last)
         .map(|i| {
@@ -80,7 +91,7 @@ pub fn moulding(profile: &[DVec2], path: &[DVec3], crease: f64) -> Mesh {
                 _ => direction(i),
             };
             let right = (into.cross(DVec3::Y) + out.cross(DVec3::Y)).normalize();
-            // The mitre is longer than the profile by the cosine of half the turn.
+            // The section along the mitre is wider than the profile by 1 / cos(half the turning angle).
             let stretch = 1.0 / right.dot(into.cross(DVec3::Y).normalize());
             profile
                 .iter()

@@ -1,4 +1,4 @@
-//! The scenes.
+//! The generators of all scenes.
 
 mod disco;
 mod garage;
@@ -8,28 +8,29 @@ mod u_shape;
 
 use crate::scene::Scene;
 
-/// How fine a scene is: 1 is the one that the repository holds; each step up doubles what it can.
+/// Level of detail. Level 1 is the scene in the repository; each level above about doubles the number of triangles, or
+/// of lights.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Detail(u32);
 
 impl Detail {
-    /// The finest.
+    /// The highest level.
     pub const MAX: u32 = 6;
 
-    /// The detail of this number, from 1 to [`Detail::MAX`].
+    /// The level, or `None` if it is not from 1 to [`Detail::MAX`].
     pub fn new(level: u32) -> Option<Detail> {
         (1..=Self::MAX).contains(&level).then_some(Detail(level))
     }
 
-    /// `pieces` of a curve at detail 1, finer with each level. Two directions of a surface grow together, so triangles
-    /// double.
-    pub fn pieces(self, pieces: usize) -> usize {
-        let finer = pieces as f64 * 2.0_f64.sqrt().powi(self.0 as i32 - 1);
-        // Even, so that halves of circles are whole pieces.
+    /// The number of segments of a curve that has `base` segments at level 1. It grows by sqrt(2) a level, so that the
+    /// number of triangles of a surface doubles.
+    pub fn segments(self, base: usize) -> usize {
+        let finer = base as f64 * 2.0_f64.sqrt().powi(self.0 as i32 - 1);
+        // An even number, so that half a circle has a whole number of segments.
         (finer / 2.0).round() as usize * 2
     }
 
-    /// `count` of things at detail 1, doubled with each level.
+    /// The number of objects that is `count` at level 1 and doubles with each level.
     pub fn count(self, count: usize) -> usize {
         count << (self.0 - 1)
     }
@@ -41,35 +42,35 @@ impl Default for Detail {
     }
 }
 
-/// A scene that can be generated.
-pub struct Generator {
-    /// Name, that of its folder.
+/// A generator with its name.
+pub struct SceneGenerator {
+    /// Name of the scene and of its folder in `scenes/`.
     pub name: &'static str,
-    /// Makes the scene.
+    /// Generates the scene.
     pub generate: fn(Detail) -> Scene,
 }
 
-/// All scenes.
-pub const ALL: &[Generator] = &[
-    Generator {
+/// All generators.
+pub const GENERATORS: &[SceneGenerator] = &[
+    SceneGenerator {
         name: "u-shape",
         generate: u_shape::scene,
     },
-    Generator {
+    SceneGenerator {
         name: "kitchen",
         generate: kitchen::scene,
     },
-    Generator {
+    SceneGenerator {
         name: "garage",
         generate: garage::scene,
     },
-    Generator {
+    SceneGenerator {
         name: "disco",
         generate: disco::scene,
     },
 ];
 
-/// The scene of this name.
-pub fn named(name: &str) -> Option<&'static Generator> {
-    ALL.iter().find(|generator| generator.name == name)
+/// The generator of this name.
+pub fn generator_named(name: &str) -> Option<&'static SceneGenerator> {
+    GENERATORS.iter().find(|generator| generator.name == name)
 }

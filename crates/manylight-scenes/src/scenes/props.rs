@@ -1,18 +1,21 @@
-//! Things that more than one scene needs, standing on y = 0 about the y axis.
+//! Objects of more than one scene. Each stands on the plane y = 0 about the y axis.
 
 use super::Detail;
 use crate::build::{Edges, bevelled_box, grid, lathe};
 use crate::mesh::Mesh;
-use crate::pcg::Pcg;
+use crate::pcg::Pcg32;
 use crate::pose::Pose;
 use glam::{DVec2, DVec3};
 
-/// A surface of revolution through points of a profile, smoothed into a curve; corners are points given twice.
+/// Fractional part of the golden ratio. Successive leaves are turned by this fraction of a full turn.
+const GOLDEN_FRACTION: f64 = 0.618_034;
+
+/// A surface of revolution of a [smoothed] profile of (radius, height), with `steps` segments between its points.
 pub(super) fn turned(profile: &[(f64, f64)], steps: usize, segments: usize) -> Mesh {
     lathe(&smoothed(profile, steps), segments)
 }
 
-/// A curve through the points of a profile, with corners where a point is repeated.
+/// A smooth curve through the points of a profile, with a corner wherever a point occurs twice in a row.
 pub(super) fn smoothed(profile: &[(f64, f64)], steps: usize) -> Vec<DVec2> {
     let mut curve: Vec<DVec2> = Vec::new();
     for run in runs(profile) {
@@ -22,14 +25,14 @@ pub(super) fn smoothed(profile: &[(f64, f64)], steps: usize) -> Vec<DVec2> {
         }
         let points: Vec<DVec3> = run.iter().map(|&(r, y)| DVec3::new(r, y, 0.0)).collect();
         let smooth = crate::build::catmull_rom(&points, steps);
-        // On the axis stays on the axis, and nothing overshoots it.
+        // The spline must not overshoot the axis.
         curve.extend(smooth.iter().map(|p| DVec2::new(p.x.max(0.0), p.y)));
     }
     curve.dedup_by(|a, b| a.distance(*b) < 1e-9);
     curve
 }
 
-/// The parts of a profile between repeated points, both ends in each.
+/// The parts of a profile between repeated points, with both ends.
 fn runs(profile: &[(f64, f64)]) -> Vec<&[(f64, f64)]> {
     let mut runs = Vec::new();
     let mut start = 0;
@@ -45,8 +48,7 @@ fn runs(profile: &[(f64, f64)]) -> Vec<&[(f64, f64)]> {
     runs
 }
 
-/// A bellied pot with a wall, open at the top: radius 0.17 and height 0.36 where `scale` is 1. Soil goes at 0.9 of its
-/// height.
+/// A pot with a wall, open at the top: radius 0.17, height 0.36, inner floor at height 0.3.
 pub(super) fn pot(detail: Detail) -> Mesh {
     let profile = [
         (0.0, 0.0),
@@ -63,14 +65,14 @@ pub(super) fn pot(detail: Detail) -> Mesh {
         (0.142, 0.31),
         (0.0, 0.3),
     ];
-    turned(&profile, 4, detail.pieces(28))
+    turned(&profile, 4, detail.segments(28))
 }
 
-/// A tuft of strap leaves that grow from the origin; with `spread` 1 the outer ones arch to the ground, with 0 all stand.
-pub(super) fn strap_plant(leaves: usize, height: f64, spread: f64, rng: &mut Pcg) -> Mesh {
+/// A tuft of strap leaves from the origin. With `spread` 0 all leaves stand; with 1 the outer ones arch to the ground.
+pub(super) fn strap_plant(leaves: usize, height: f64, spread: f64, rng: &mut Pcg32) -> Mesh {
     let mut plant = Mesh::default();
     for i in 0..leaves {
-        let turn = 360.0 * (i as f64 * 0.618_034) + rng.jitter(12.0);
+        let turn = 360.0 * (i as f64 * GOLDEN_FRACTION) + rng.jitter(12.0);
         let outer = i as f64 / leaves as f64;
         let length = height * rng.range(0.8, 1.1);
         let leaf = strap_leaf(length, spread * (0.2 + 0.8 * outer) + rng.jitter(0.08));
@@ -79,7 +81,7 @@ pub(super) fn strap_plant(leaves: usize, height: f64, spread: f64, rng: &mut Pcg
     plant
 }
 
-/// A leaf that rises along y and bends towards x, folded along its middle. `bend` is how far it droops.
+/// A leaf that rises along y, bends towards x by `bend` and is folded along its middle.
 fn strap_leaf(length: f64, bend: f64) -> Mesh {
     const ROWS: usize = 10;
     let width = 0.055 * length;
@@ -125,7 +127,7 @@ pub(super) fn vase(detail: Detail) -> Mesh {
         (0.026, 0.26),
         (0.0, 0.24),
     ];
-    turned(&profile, 4, detail.pieces(28))
+    turned(&profile, 4, detail.segments(28))
 }
 
 /// A wide bowl: radius 0.15, height 0.09.
@@ -144,11 +146,11 @@ pub(super) fn bowl(detail: Detail) -> Mesh {
         (0.05, 0.02),
         (0.0, 0.015),
     ];
-    turned(&profile, 4, detail.pieces(32))
+    turned(&profile, 4, detail.segments(32))
 }
 
-/// Books that lie on each other, each with its own size and angle: (cover, its top's height) pairs of meshes.
-pub(super) fn lying_books(count: usize, rng: &mut Pcg) -> Vec<Mesh> {
+/// Books of random size and angle, stacked from y = 0.
+pub(super) fn lying_books(count: usize, rng: &mut Pcg32) -> Vec<Mesh> {
     let mut height = 0.0;
     (0..count)
         .map(|_| {

@@ -1,4 +1,4 @@
-//! A dance floor under colored spots.
+//! The disco: a dance floor under colored spot lights.
 
 mod bar;
 mod floor;
@@ -8,20 +8,24 @@ mod stage;
 use super::Detail;
 use crate::build::boxed;
 use crate::material::{Material, Metal, coated, glass, matte, metal, tinted_metal};
-use crate::scene::{About, Batch, Camera, MaterialId, Scene};
+use crate::scene::{About, Assembly, Camera, MaterialId, Scene};
 use glam::DVec3;
 
-/// The room: half its width, its back wall, the wall behind the camera, its ceiling.
+/// Half the width of the room.
 const HALF_WIDTH: f64 = 5.4;
+/// z of the back wall.
 const BACK: f64 = -4.9;
+/// z of the wall behind the camera.
 const FRONT: f64 = 5.2;
 const HEIGHT: f64 = 4.2;
-/// Middle of the dance floor, its radius, and its height above the room's floor.
+/// Center of the dance floor.
 const CENTER: DVec3 = DVec3::new(-0.3, 0.0, -0.5);
+/// Radius of the dance floor.
 const RADIUS: f64 = 2.9;
+/// Height of the dance floor above the floor of the room.
 const DAIS: f64 = 0.14;
 
-/// The scene.
+/// Generates the disco.
 pub(super) fn scene(detail: Detail) -> Scene {
     let mut scene = Scene::new(
         About {
@@ -45,17 +49,17 @@ pub(super) fn scene(detail: Detail) -> Scene {
             max_depth: 12,
         },
     );
-    let look = Look::new(&mut scene);
-    shell(&mut scene, &look);
-    floor::add(&mut scene, &look, detail);
-    stage::add(&mut scene, &look, detail);
-    bar::add(&mut scene, &look, detail);
-    lights::add(&mut scene, &look, detail);
+    let materials = DiscoMaterials::new(&mut scene);
+    shell(&mut scene, &materials);
+    floor::add(&mut scene, &materials, detail);
+    stage::add(&mut scene, &materials, detail);
+    bar::add(&mut scene, &materials, detail);
+    lights::add(&mut scene, &materials, detail);
     scene
 }
 
-/// The materials.
-struct Look {
+/// Materials of the disco.
+struct DiscoMaterials {
     plaster: MaterialId,
     ceiling: MaterialId,
     carpet: MaterialId,
@@ -80,10 +84,10 @@ struct Look {
     lamp: MaterialId,
 }
 
-impl Look {
-    fn new(scene: &mut Scene) -> Look {
-        let mut add = |name: &str, material: Material| scene.material(name, material);
-        Look {
+impl DiscoMaterials {
+    fn new(scene: &mut Scene) -> DiscoMaterials {
+        let mut add = |name: &str, material: Material| scene.add_material(name, material);
+        DiscoMaterials {
             plaster: add("plaster", matte([0.55, 0.53, 0.52])),
             ceiling: add("ceiling_paint", matte([0.3, 0.3, 0.32])),
             carpet: add("carpet", matte([0.13, 0.06, 0.085])),
@@ -113,15 +117,16 @@ impl Look {
     }
 }
 
-fn shell(scene: &mut Scene, look: &Look) {
+/// Floor, ceiling and walls.
+fn shell(scene: &mut Scene, materials: &DiscoMaterials) {
     let w = HALF_WIDTH;
-    let mut batch = Batch::default();
-    batch.add(
-        look.carpet,
+    let mut assembly = Assembly::default();
+    assembly.add(
+        materials.carpet,
         &boxed([-w - 0.1, -0.1, BACK - 0.1], [w + 0.1, 0.0, FRONT + 0.1]),
     );
-    batch.add(
-        look.ceiling,
+    assembly.add(
+        materials.ceiling,
         &boxed(
             [-w - 0.1, HEIGHT, BACK - 0.1],
             [w + 0.1, HEIGHT + 0.1, FRONT + 0.1],
@@ -133,7 +138,7 @@ fn shell(scene: &mut Scene, look: &Look) {
         ([-w - 0.1, 0.0, BACK], [-w, HEIGHT, FRONT]),
         ([w, 0.0, BACK], [w + 0.1, HEIGHT, FRONT]),
     ] {
-        batch.add(look.plaster, &boxed(low, high));
+        assembly.add(materials.plaster, &boxed(low, high));
     }
-    scene.add_batch("room", batch);
+    scene.place_assembly("room", assembly);
 }

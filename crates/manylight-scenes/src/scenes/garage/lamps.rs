@@ -1,24 +1,24 @@
-//! Hundreds of lights: tubes in troughs under the ceiling, strings of bulbs, a sign.
+//! Hundreds of area lights: fluorescent tubes in troughs, strings of bulbs, and a sign.
 
-use super::{BACK, HEIGHT, LEFT, Look, RIGHT};
+use super::{BACK, GarageMaterials, HEIGHT, LEFT, RIGHT};
 use crate::build::{bevelled_box, cylinder, extrude, tube};
 use crate::pose::Pose;
-use crate::scene::{Batch, Geometry, Scene};
+use crate::scene::{Assembly, Scene, ShapeKind};
 use crate::scenes::Detail;
 use glam::{DVec2, DVec3};
 
-pub(super) fn add(scene: &mut Scene, look: &Look, detail: Detail) {
-    troughs(scene, look, detail);
-    strings(scene, look, detail);
-    sign(scene, look, detail);
+pub(super) fn add(scene: &mut Scene, materials: &GarageMaterials, detail: Detail) {
+    troughs(scene, materials, detail);
+    strings(scene, materials, detail);
+    sign(scene, materials, detail);
 }
 
-/// Length of a trough, which holds two rows of tubes.
+/// Length of a trough and of its two rows of tubes.
 const TROUGH: f64 = 1.3;
 
-/// Steel troughs that hang between the beams, open to the ceiling. The finer the scene, the more and the shorter tubes.
-fn troughs(scene: &mut Scene, look: &Look, detail: Detail) {
-    let mut batch = Batch::default();
+/// Steel troughs between the beams, open at the top. Finer scenes have more and shorter tubes of the same total length.
+fn troughs(scene: &mut Scene, materials: &GarageMaterials, detail: Detail) {
+    let mut assembly = Assembly::default();
     let bent = [
         (-0.12, 0.09),
         (-0.07, 0.0),
@@ -32,19 +32,19 @@ fn troughs(scene: &mut Scene, look: &Look, detail: Detail) {
     let trough = extrude(&bent.map(DVec2::from), TROUGH + 0.06, 25.0);
     let tubes = detail.count(2);
     let length = TROUGH / tubes as f64;
-    let lamp = scene.mesh("tube", cylinder(0.013, length - 0.012, 8));
+    let lamp = scene.add_mesh("tube", cylinder(0.013, length - 0.012, 8));
     let mut lamps = Vec::new();
     for x in [-4.4, -2.2, -0.3, 1.5, 2.9] {
         for row in 0..5 {
             let z = -3.3 + 1.75 * f64::from(row);
             let y = HEIGHT - 0.36;
-            batch.add(look.galvanized, &trough.placed(Pose::at(x, y, z)));
+            assembly.add(materials.galvanized, &trough.placed(Pose::at(x, y, z)));
             for end in [-0.5, 0.5] {
                 let rod = [
                     DVec3::new(x, y + 0.002, z + end),
                     DVec3::new(x, HEIGHT, z + end),
                 ];
-                batch.add(look.iron, &tube(&rod, 6, |_| 0.004));
+                assembly.add(materials.iron, &tube(&rod, 6, |_| 0.004));
             }
             for side in [-0.04, 0.04] {
                 for i in 0..tubes {
@@ -55,20 +55,25 @@ fn troughs(scene: &mut Scene, look: &Look, detail: Detail) {
         }
     }
     for (i, pose) in lamps.into_iter().enumerate() {
-        scene.place(&format!("tube_{i}"), Geometry::Mesh(lamp), pose, look.lamp);
-        scene.emitting([112.0, 122.0, 117.0]);
+        scene.place_emitter(
+            &format!("tube_{i}"),
+            ShapeKind::Mesh(lamp),
+            pose,
+            materials.lamp,
+            [112.0, 122.0, 117.0],
+        );
     }
-    scene.add_batch("trough", batch);
+    scene.place_assembly("trough", assembly);
 }
 
-/// Radius of a bulb: the more there are, the smaller, so that together they shine alike.
+/// `radius` at level 1, reduced at higher levels so that the total area of the bulbs stays the same.
 fn shrunk(radius: f64, detail: Detail) -> f64 {
     radius / (detail.count(1) as f64).sqrt()
 }
 
-/// Bulbs on cables that sag between hooks.
-fn strings(scene: &mut Scene, look: &Look, detail: Detail) {
-    let mut batch = Batch::default();
+/// Strings of bulbs on sagging cables.
+fn strings(scene: &mut Scene, materials: &GarageMaterials, detail: Detail) {
+    let mut assembly = Assembly::default();
     let socket = cylinder(0.014, 0.04, 8);
     let count = detail.count(16);
     let bulb_radius = shrunk(0.022, detail);
@@ -81,25 +86,30 @@ fn strings(scene: &mut Scene, look: &Look, detail: Detail) {
     ] {
         let at = |t: f64| from.lerp(to, t) - DVec3::Y * (1.1 * t * (1.0 - t));
         let cable: Vec<DVec3> = (0..=20).map(|i| at(f64::from(i) / 20.0)).collect();
-        batch.add(look.dark, &tube(&cable, 6, |_| 0.006));
+        assembly.add(materials.dark, &tube(&cable, 6, |_| 0.006));
         for i in 0..count {
             let hang = at((i as f64 + 0.5) / count as f64);
-            batch.add(
-                look.dark,
+            assembly.add(
+                materials.dark,
                 &socket.placed(Pose::at(hang.x, hang.y - 0.04, hang.z)),
             );
             let pose =
                 Pose::at(hang.x, hang.y - 0.04 - 0.7 * bulb_radius, hang.z).scaled(bulb_radius);
-            scene.place(&format!("bulb_{bulb}"), Geometry::Sphere, pose, look.lamp);
-            scene.emitting([20.0, 12.0, 5.5]);
+            scene.place_emitter(
+                &format!("bulb_{bulb}"),
+                ShapeKind::Sphere,
+                pose,
+                materials.lamp,
+                [20.0, 12.0, 5.5],
+            );
             bulb += 1;
         }
     }
-    scene.add_batch("string", batch);
+    scene.place_assembly("string", assembly);
 }
 
-/// An arrow edged with bulbs on the back wall.
-fn sign(scene: &mut Scene, look: &Look, detail: Detail) {
+/// An arrow on the back wall with bulbs along its edge.
+fn sign(scene: &mut Scene, materials: &GarageMaterials, detail: Detail) {
     let outline = [
         (-0.85, -0.17),
         (0.25, -0.17),
@@ -111,19 +121,19 @@ fn sign(scene: &mut Scene, look: &Look, detail: Detail) {
     ]
     .map(DVec2::from);
     let center = DVec3::new(-0.75, 1.95, BACK + 0.09);
-    let mut batch = Batch::default();
-    batch.add(
-        look.red,
+    let mut assembly = Assembly::default();
+    assembly.add(
+        materials.red,
         &extrude(&outline, 0.1, 30.0).placed(Pose::at(center.x, center.y, center.z)),
     );
     let smaller = outline.map(|p| DVec2::new(p.x * 0.9 + 0.005, p.y * 0.78));
-    batch.add(
-        look.cream,
+    assembly.add(
+        materials.cream,
         &extrude(&smaller, 0.02, 30.0).placed(Pose::at(center.x, center.y, center.z + 0.05)),
     );
     for x in [-0.6, 0.0] {
-        batch.add(
-            look.iron,
+        assembly.add(
+            materials.iron,
             &bevelled_box(
                 [center.x + x, center.y - 0.04, BACK],
                 [center.x + x + 0.05, center.y + 0.04, center.z - 0.03],
@@ -142,20 +152,20 @@ fn sign(scene: &mut Scene, look: &Look, detail: Detail) {
             let p = from.lerp(to, k as f64 / count as f64);
             let on_edge = DVec2::new(p.x * 0.95, p.y * 0.89);
             let at = center + on_edge.extend(0.05);
-            batch.add(
-                look.brass,
+            assembly.add(
+                materials.brass,
                 &socket.placed(Pose::at(at.x, at.y, at.z).tilted(90.0)),
             );
             let pose = Pose::at(at.x, at.y, at.z + 0.018 + 0.6 * bulb_radius).scaled(bulb_radius);
-            scene.place(
+            scene.place_emitter(
                 &format!("sign_bulb_{bulb}"),
-                Geometry::Sphere,
+                ShapeKind::Sphere,
                 pose,
-                look.lamp,
+                materials.lamp,
+                [18.0, 9.5, 3.8],
             );
-            scene.emitting([18.0, 9.5, 3.8]);
             bulb += 1;
         }
     }
-    scene.add_batch("sign", batch);
+    scene.place_assembly("sign", assembly);
 }

@@ -1,26 +1,33 @@
-//! A sports car in an underground garage.
+//! The garage: a sports car in an underground hall.
 
 mod car;
 mod hall;
 mod lamps;
+mod pipes;
 mod wheel;
 mod workshop;
 
 use super::Detail;
-use crate::material::{Color, Material, Metal, coated, coated_picture, matte, metal, tinted_metal};
-use crate::picture::{Picture, fractal_noise};
+use crate::material::{
+    Material, Metal, Reflectance, coated, coated_texture, matte, metal, tinted_metal,
+};
+use crate::noise::fractal_noise;
+use crate::png::PngImage;
 use crate::pose::Pose;
 use crate::scene::{About, Camera, MaterialId, Scene};
 use glam::DVec3;
 
-/// The hall, from the wall on the left to that on the right, and from the back wall to that behind the camera.
+/// x of the left wall.
 const LEFT: f64 = -5.6;
+/// x of the right wall.
 const RIGHT: f64 = 5.2;
+/// z of the back wall.
 const BACK: f64 = -4.2;
+/// z of the wall behind the camera.
 const FRONT: f64 = 5.0;
 const HEIGHT: f64 = 3.1;
 
-/// The scene.
+/// Generates the garage.
 pub(super) fn scene(detail: Detail) -> Scene {
     let mut scene = Scene::new(
         About {
@@ -43,20 +50,20 @@ pub(super) fn scene(detail: Detail) -> Scene {
             max_depth: 12,
         },
     );
-    scene.picture("concrete", concrete());
-    scene.picture("puddles", puddles());
-    let look = Look::new(&mut scene);
-    hall::add(&mut scene, &look, detail);
-    lamps::add(&mut scene, &look, detail);
+    scene.add_texture("concrete", concrete());
+    scene.add_texture("puddles", puddles());
+    let materials = GarageMaterials::new(&mut scene);
+    hall::add(&mut scene, &materials, detail);
+    lamps::add(&mut scene, &materials, detail);
     let parked = Pose::at(-0.1, 0.0, 0.1).turned(-18.0);
-    car::add(&mut scene, &look, detail, parked);
-    wheel::add(&mut scene, &look, detail, parked);
-    workshop::add(&mut scene, &look, detail);
+    car::add(&mut scene, &materials, detail, parked);
+    wheel::add(&mut scene, &materials, detail, parked);
+    workshop::add(&mut scene, &materials, detail);
     scene
 }
 
-/// The materials.
-struct Look {
+/// Materials of the garage.
+struct GarageMaterials {
     concrete: MaterialId,
     floor: MaterialId,
     dado: MaterialId,
@@ -82,18 +89,21 @@ struct Look {
     lamp: MaterialId,
 }
 
-impl Look {
-    fn new(scene: &mut Scene) -> Look {
-        let mut add = |name: &str, material: Material| scene.material(name, material);
-        let dry = coated_picture("concrete", 0.3);
-        // Water darkens the stone beneath it.
+impl GarageMaterials {
+    fn new(scene: &mut Scene) -> GarageMaterials {
+        let mut add = |name: &str, material: Material| scene.add_material(name, material);
+        let dry = coated_texture("concrete", 0.3);
+        // Wet concrete is darker than dry.
         let wet = Material::Coated {
-            base: Color::Flat([0.045, 0.042, 0.038]),
+            base: Reflectance::Uniform([0.045, 0.042, 0.038]),
             alpha: 0.04,
             ior: 1.33,
         };
-        Look {
-            concrete: add("concrete", Material::Diffuse(Color::Picture("concrete"))),
+        GarageMaterials {
+            concrete: add(
+                "concrete",
+                Material::Diffuse(Reflectance::Texture("concrete")),
+            ),
             floor: add(
                 "wet_floor",
                 Material::Mixed {
@@ -133,22 +143,23 @@ impl Look {
     }
 }
 
-/// Concrete: clouds of gray, pores, and the seams of its shuttering.
-fn concrete() -> Picture {
-    Picture::of_colors([192, 192], |u, v| {
+/// Concrete: gray clouds, pores and seams.
+fn concrete() -> PngImage {
+    /// Number of shades between black and white. Few shades keep the file small.
+    const SHADES: f64 = 40.0;
+    PngImage::from_colors([192, 192], |u, v| {
         let clouds = fractal_noise(u, v, [3, 3], 4, 5);
         let pore = fractal_noise(u, v, [48, 48], 1, 90);
+        let pores = if pore > 0.9 { 0.8 } else { 1.0 };
         let seam = if (v * 2.0).fract() < 0.012 { 0.82 } else { 1.0 };
-        let shade = ((0.24 + 0.22 * clouds) * seam * if pore > 0.9 { 0.8 } else { 1.0 } * 40.0)
-            .round()
-            / 40.0;
+        let shade = ((0.24 + 0.22 * clouds) * seam * pores * SHADES).round() / SHADES;
         [shade * 1.03, shade, shade * 0.94]
     })
 }
 
-/// Where the floor is wet: white.
-fn puddles() -> Picture {
-    Picture::of_weights([256, 256], |u, v| {
+/// Wetness of the floor, from 0.12 to 1.
+fn puddles() -> PngImage {
+    PngImage::from_weights([256, 256], |u, v| {
         let depth = fractal_noise(u, v, [5, 4], 4, 31);
         ((depth - 0.5) * 13.0 + 0.7).clamp(0.12, 1.0)
     })

@@ -1,23 +1,24 @@
-//! The car's wheels, and tires that lie about.
+//! The wheels of the car, and a stack of tires.
 
-use super::Look;
+use super::GarageMaterials;
 use super::car::{AXLE, WHEEL};
-use crate::build::{bevelled_cylinder, cylinder, loft};
+use crate::build::{bevelled_cylinder, cylinder, lathe, loft};
 use crate::mesh::Mesh;
 use crate::pose::Pose;
-use crate::scene::{Batch, Geometry, MeshId, Scene};
+use crate::scene::{Assembly, MeshId, Scene, ShapeKind};
 use crate::scenes::{Detail, props};
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 use std::f64::consts::TAU;
 
 /// Half the width of a tire.
-const HALF: f64 = 0.095;
+const HALF_WIDTH: f64 = 0.095;
 
-pub(super) fn add(scene: &mut Scene, look: &Look, detail: Detail, parked: Pose) {
-    let tire = scene.mesh("tire", tire(detail));
-    let mut parts = Batch::default();
-    rim(&mut parts, look, detail);
-    let parts = scene.batch_meshes("wheel", &parts);
+/// Adds the four wheels of the car at the pose `parked`, and the stack.
+pub(super) fn add(scene: &mut Scene, materials: &GarageMaterials, detail: Detail, parked: Pose) {
+    let tire = scene.add_mesh("tire", tire(detail));
+    let mut parts = Assembly::default();
+    rim(&mut parts, materials, detail);
+    let parts = scene.add_meshes("wheel", parts);
     for (i, (x, side)) in [(AXLE, 1.0), (AXLE, -1.0), (-AXLE, 1.0), (-AXLE, -1.0)]
         .into_iter()
         .enumerate()
@@ -26,33 +27,38 @@ pub(super) fn add(scene: &mut Scene, look: &Look, detail: Detail, parked: Pose) 
             .matrix()
             .transform_point3(DVec3::new(x, WHEEL, side * 0.7));
         let away = if side > 0.0 { 0.0 } else { 180.0 };
-        // The axle along z, the outer side away from the car; no two wheels stopped alike.
+        // The axle lies along z of the car, the outer side away from it.
         let pose = Pose {
             turn: parked.turn + away,
             ..Pose::at(center.x, center.y, center.z).tilted(90.0)
         };
         scene.place(
             &format!("tire_{i}"),
-            Geometry::Mesh(tire),
+            ShapeKind::Mesh(tire),
             pose,
-            look.rubber,
+            materials.rubber,
         );
         for (k, &(material, mesh)) in parts.iter().enumerate() {
             scene.place(
                 &format!("wheel_{i}_{k}"),
-                Geometry::Mesh(mesh),
+                ShapeKind::Mesh(mesh),
                 pose,
                 material,
             );
         }
     }
-    spares(scene, look, tire);
+    spares(scene, materials, tire);
 }
 
-/// A stack of old tires in the corner, and one that leans on it.
-fn spares(scene: &mut Scene, look: &Look, tire: MeshId) {
+/// A stack of four tires by the left wall.
+fn spares(scene: &mut Scene, materials: &GarageMaterials, tire: MeshId) {
     let stack = |i: usize, dx: f64, dz: f64| {
-        Pose::at(-4.75 + dx, HALF + 2.0 * HALF * i as f64, 1.15 + dz).turned(40.0 * i as f64)
+        Pose::at(
+            -4.75 + dx,
+            HALF_WIDTH + 2.0 * HALF_WIDTH * i as f64,
+            1.15 + dz,
+        )
+        .turned(40.0 * i as f64)
     };
     for (i, (dx, dz)) in [(0.0, 0.0), (0.03, -0.02), (-0.02, 0.01), (0.025, 0.03)]
         .into_iter()
@@ -60,21 +66,21 @@ fn spares(scene: &mut Scene, look: &Look, tire: MeshId) {
     {
         scene.place(
             &format!("spare_{i}"),
-            Geometry::Mesh(tire),
+            ShapeKind::Mesh(tire),
             stack(i, dx, dz),
-            look.rubber,
+            materials.rubber,
         );
     }
 }
 
-/// A tire about the y axis: walls, shoulders, a tread with grooves.
+/// A tire about the y axis with a grooved tread.
 fn tire(detail: Detail) -> Mesh {
     let r = WHEEL;
     let half = [
         (0.205, 0.06),
         (0.205, 0.075),
         (0.225, 0.09),
-        (0.265, HALF),
+        (0.265, HALF_WIDTH),
         (0.298, 0.088),
         (r - 0.004, 0.07),
         (r - 0.001, 0.06),
@@ -88,13 +94,13 @@ fn tire(detail: Detail) -> Mesh {
     let mut profile: Vec<_> = half.iter().map(|&(x, y)| (x, -y)).collect();
     profile.extend(half.iter().rev());
     profile.push(profile[0]);
-    let points: Vec<_> = profile.into_iter().map(glam::DVec2::from).collect();
-    crate::build::lathe(&points, detail.pieces(44))
+    let points: Vec<_> = profile.into_iter().map(DVec2::from).collect();
+    lathe(&points, detail.segments(44))
 }
 
-/// A rim with five double spokes, its outer side at +y; the brake shows behind it.
-fn rim(batch: &mut Batch, look: &Look, detail: Detail) {
-    let round = detail.pieces(36);
+/// A rim about the y axis with its outer side at +y, and the brake disk behind it.
+fn rim(assembly: &mut Assembly, materials: &GarageMaterials, detail: Detail) {
+    let round = detail.segments(36);
     let well = [
         (0.2, -0.075),
         (0.212, -0.08),
@@ -110,10 +116,7 @@ fn rim(batch: &mut Batch, look: &Look, detail: Detail) {
         (0.18, -0.045),
         (0.2, -0.075),
     ];
-    batch.add(
-        look.rim,
-        &crate::build::lathe(&well.map(glam::DVec2::from), round),
-    );
+    assembly.add(materials.rim, &lathe(&well.map(DVec2::from), round));
     let hub = props::turned(
         &[
             (0.0, -0.03),
@@ -127,12 +130,26 @@ fn rim(batch: &mut Batch, look: &Look, detail: Detail) {
             (0.0, 0.058),
         ],
         2,
-        detail.pieces(24),
+        detail.segments(24),
     );
-    batch.add(look.rim, &hub);
+    assembly.add(materials.rim, &hub);
+    spokes(assembly, materials);
+    nuts(assembly, materials);
+    assembly.add(
+        materials.iron,
+        &cylinder(0.155, 0.02, round).placed(Pose::at(0.0, -0.03, 0.0)),
+    );
+    assembly.add(
+        materials.dark,
+        &cylinder(0.185, 0.02, round).placed(Pose::at(0.0, -0.07, 0.0)),
+    );
+}
+
+/// Five pairs of spokes.
+fn spokes(assembly: &mut Assembly, materials: &GarageMaterials) {
     for i in 0..10 {
-        // Spokes stand in pairs.
-        let angle = TAU * (f64::from(i / 2) + if i % 2 == 0 { 0.14 } else { -0.14 }) / 5.0;
+        let aside = if i % 2 == 0 { 0.14 } else { -0.14 };
+        let angle = TAU * (f64::from(i / 2) + aside) / 5.0;
         let turn = DMat3::from_rotation_y(angle);
         let ring = |r: f64, y: f64, half: f64, thick: f64| {
             [
@@ -150,22 +167,18 @@ fn rim(batch: &mut Batch, look: &Look, detail: Detail) {
             ring(0.16, 0.038, 0.013, 0.01),
             ring(0.193, 0.03, 0.017, 0.012),
         ];
-        batch.add(look.rim, &loft(&spoke, 50.0));
+        assembly.add(materials.rim, &loft(&spoke, 50.0));
     }
+}
+
+/// Five wheel nuts.
+fn nuts(assembly: &mut Assembly, materials: &GarageMaterials) {
     for i in 0..5 {
         let angle = TAU * (f64::from(i) + 0.5) / 5.0;
         let nut = bevelled_cylinder(0.009, 0.016, 0.002, 6);
-        batch.add(
-            look.chrome,
+        assembly.add(
+            materials.chrome,
             &nut.placed(Pose::at(0.04 * angle.cos(), 0.03, 0.04 * angle.sin())),
         );
     }
-    batch.add(
-        look.iron,
-        &cylinder(0.155, 0.02, round).placed(Pose::at(0.0, -0.03, 0.0)),
-    );
-    batch.add(
-        look.dark,
-        &cylinder(0.185, 0.02, round).placed(Pose::at(0.0, -0.07, 0.0)),
-    );
 }

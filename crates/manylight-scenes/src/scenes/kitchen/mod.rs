@@ -1,29 +1,38 @@
-//! A kitchen late in the day.
+//! The kitchen: a furnished room late in the day.
 
+mod cabinets;
+mod cookware;
+mod food;
+mod fridge;
 mod room;
+mod shelves;
+mod sink;
 mod stove;
 mod table;
-mod units;
 mod vessels;
 
 use super::Detail;
-use crate::material::{Material, Metal, coated, coated_picture, glass, matte, metal, tinted_metal};
+use crate::material::{Material, Metal, coated, coated_texture, glass, matte, metal, tinted_metal};
 use crate::mesh::Mesh;
-use crate::pcg::Pcg;
-use crate::picture::{Picture, fractal_noise};
-use crate::scene::{About, Camera, MaterialId, Scene};
+use crate::noise::fractal_noise;
+use crate::pcg::Pcg32;
+use crate::png::PngImage;
+use crate::scene::{About, Assembly, Camera, MaterialId, Scene};
 use glam::DVec3;
 
-/// Half the room's width; its back wall, and the wall behind the camera.
+/// Half the width of the room.
 const HALF_WIDTH: f64 = 2.4;
+/// z of the back wall.
 const BACK: f64 = -2.0;
+/// z of the wall behind the camera.
 const FRONT: f64 = 3.2;
 const HEIGHT: f64 = 2.6;
-/// Height of the worktops and their front edge.
+/// Height of the worktops.
 const WORKTOP: f64 = 0.91;
+/// z of the front edge of the worktop at the back wall.
 const WORKTOP_FRONT: f64 = BACK + 0.63;
 
-/// The scene.
+/// Generates the kitchen.
 pub(super) fn scene(detail: Detail) -> Scene {
     let mut scene = Scene::new(
         About {
@@ -46,18 +55,28 @@ pub(super) fn scene(detail: Detail) -> Scene {
             max_depth: 16,
         },
     );
-    scene.picture("oak", oak());
-    let look = Look::new(&mut scene);
-    room::add(&mut scene, &look);
-    units::add(&mut scene, &look, detail);
-    stove::add(&mut scene, &look, detail);
-    vessels::add(&mut scene, &look, detail);
-    table::add(&mut scene, &look, detail);
+    scene.add_texture("oak", oak());
+    let materials = KitchenMaterials::new(&mut scene);
+    room::add(&mut scene, &materials);
+    cabinets::add(&mut scene, &materials, detail);
+    fittings(&mut scene, &materials, detail);
+    stove::add(&mut scene, &materials, detail);
+    vessels::add(&mut scene, &materials, detail);
+    table::add(&mut scene, &materials, detail);
     scene
 }
 
-/// The materials.
-struct Look {
+/// Shelves, sink and fridge.
+fn fittings(scene: &mut Scene, materials: &KitchenMaterials, detail: Detail) {
+    let mut assembly = Assembly::default();
+    shelves::add(&mut assembly, materials);
+    sink::add(&mut assembly, materials, detail);
+    fridge::add(&mut assembly, materials, detail);
+    scene.place_assembly("fitting", assembly);
+}
+
+/// Materials of the kitchen.
+struct KitchenMaterials {
     plaster: MaterialId,
     floor: [MaterialId; 3],
     oak: MaterialId,
@@ -91,17 +110,17 @@ struct Look {
     lamp: MaterialId,
 }
 
-impl Look {
-    fn new(scene: &mut Scene) -> Look {
-        let mut add = |name: &str, material: Material| scene.material(name, material);
-        Look {
+impl KitchenMaterials {
+    fn new(scene: &mut Scene) -> KitchenMaterials {
+        let mut add = |name: &str, material: Material| scene.add_material(name, material);
+        KitchenMaterials {
             plaster: add("plaster", matte([0.8, 0.75, 0.66])),
             floor: [
                 add("terracotta", coated([0.34, 0.15, 0.085], 0.17)),
                 add("dark_terracotta", coated([0.28, 0.12, 0.07], 0.14)),
                 add("pale_terracotta", coated([0.4, 0.19, 0.11], 0.2)),
             ],
-            oak: add("oak", coated_picture("oak", 0.22)),
+            oak: add("oak", coated_texture("oak", 0.22)),
             oak_plain: add("plain_oak", coated([0.45, 0.28, 0.13], 0.3)),
             walnut: add("walnut", coated([0.2, 0.095, 0.045], 0.18)),
             crust: add("crust", coated([0.42, 0.19, 0.065], 0.4)),
@@ -138,23 +157,25 @@ impl Look {
     }
 }
 
-/// Oak: long grain along v, with the darker pores of a few growth rings.
-fn oak() -> Picture {
-    Picture::of_colors([128, 256], |u, v| {
+/// Oak with its grain along v and darker growth rings.
+fn oak() -> PngImage {
+    /// Number of shades between dark and pale. Few shades keep the file small.
+    const SHADES: f64 = 14.0;
+    PngImage::from_colors([128, 256], |u, v| {
         let drift = fractal_noise(u, v, [3, 2], 2, 40) - 0.5;
         let across = (u + 0.06 * drift).rem_euclid(1.0);
         let rings = fractal_noise(across, v, [22, 1], 2, 51);
         let pores = fractal_noise(across, v, [64, 6], 1, 77);
-        // Few distinct shades keep the file small.
-        let shade = ((0.7 * rings + 0.3 * pores) * 14.0).round() / 14.0;
+        let shade = ((0.7 * rings + 0.3 * pores) * SHADES).round() / SHADES;
         let dark = [0.25, 0.125, 0.05];
         let pale = [0.52, 0.33, 0.165];
         [0, 1, 2].map(|c| dark[c] + (pale[c] - dark[c]) * shade)
     })
 }
 
-/// A glazed tile that faces z and stands 8 mm proud: a face and its rounded edge, no back.
+/// A glazed tile that faces +z, `depth` above the plane z = 0: a face with a bevelled edge, without a back.
 fn tile(width: f64, height: f64, depth: f64) -> Mesh {
+    /// Width of the bevel.
     const EDGE: f64 = 0.003;
     let mut mesh = Mesh::default();
     for (inset, z) in [(EDGE, depth), (0.0, depth - 1.5 * EDGE)] {
@@ -178,7 +199,7 @@ fn tile(width: f64, height: f64, depth: f64) -> Mesh {
     mesh
 }
 
-/// One of three kinds, the first most often.
-fn pick(kinds: [MaterialId; 3], rng: &mut Pcg) -> MaterialId {
+/// One of three materials at random, with probabilities 1/2, 1/3 and 1/6.
+fn pick(kinds: [MaterialId; 3], rng: &mut Pcg32) -> MaterialId {
     kinds[[0, 0, 0, 1, 1, 2][rng.index(6)]]
 }

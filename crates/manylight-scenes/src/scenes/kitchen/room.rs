@@ -1,31 +1,36 @@
-//! Walls, floor, ceiling, tiles, the window and its light.
+//! Walls, floor, ceiling, tiles, window, daylight and lamps.
 
-use super::{BACK, FRONT, HALF_WIDTH, HEIGHT, Look, WORKTOP, pick, tile};
+use super::{BACK, FRONT, HALF_WIDTH, HEIGHT, KitchenMaterials, WORKTOP, pick, tile};
 use crate::build::{bevelled_box, boxed};
-use crate::pcg::Pcg;
+use crate::pcg::Pcg32;
 use crate::pose::Pose;
-use crate::scene::{Batch, Geometry, Scene, Spot};
+use crate::scene::{Assembly, Scene, ShapeKind, SpotLight};
 use glam::DVec3;
 
-/// The window's opening in the back wall.
+/// The window in the back wall: lowest and highest x, lowest and highest y.
 const WINDOW: [f64; 4] = [-1.75, -0.6, 1.08, 2.16];
+/// Thickness of the back wall.
 const WALL: f64 = 0.22;
-/// A window without glass in the right wall, out of sight, where the sun comes in: z, z, y, y.
+/// An opening in the right wall for the sun, outside the image: lowest and highest z, lowest and highest y.
 const SIDE: [f64; 4] = [1.55, 2.35, 0.95, 2.05];
 
-pub(super) fn add(scene: &mut Scene, look: &Look) {
-    shell(scene, look);
-    floor(scene, look);
-    backsplash(scene, look);
-    window(scene, look);
-    daylight(scene, look);
+/// Size of a wall tile with its joint.
+const TILE: f64 = 0.105;
+
+pub(super) fn add(scene: &mut Scene, materials: &KitchenMaterials) {
+    shell(scene, materials);
+    floor(scene, materials);
+    backsplash(scene, materials);
+    window(scene, materials);
+    daylight(scene, materials);
+    lamps(scene, materials);
 }
 
-/// Plastered walls with an opening, and oak beams under the ceiling.
-fn shell(scene: &mut Scene, look: &Look) {
+/// Walls with two openings, the ceiling, oak beams and the window sill.
+fn shell(scene: &mut Scene, materials: &KitchenMaterials) {
     let [left, right, sill, top] = WINDOW;
     let (outside, w) = (BACK - WALL, HALF_WIDTH);
-    let mut batch = Batch::default();
+    let mut assembly = Assembly::default();
     for (low, high) in [
         ([-w - 0.1, 0.0, outside], [left, HEIGHT, BACK]),
         ([right, 0.0, outside], [w + 0.1, HEIGHT, BACK]),
@@ -42,7 +47,7 @@ fn shell(scene: &mut Scene, look: &Look) {
             [w + 0.1, HEIGHT + 0.1, FRONT + 0.1],
         ),
     ] {
-        batch.add(look.plaster, &boxed(low, high));
+        assembly.add(materials.plaster, &boxed(low, high));
     }
     for z in [-1.1, 0.35, 1.8] {
         let beam = bevelled_box(
@@ -50,10 +55,10 @@ fn shell(scene: &mut Scene, look: &Look) {
             [w + 0.02, HEIGHT + 0.01, z + 0.08],
             0.01,
         );
-        batch.add(look.oak, &beam.box_mapped(0.6));
+        assembly.add(materials.oak, &beam.box_mapped(0.6));
     }
-    batch.add(
-        look.oak,
+    assembly.add(
+        materials.oak,
         &bevelled_box(
             [left - 0.03, sill - 0.03, outside],
             [right + 0.03, sill + 0.004, BACK + 0.03],
@@ -61,16 +66,16 @@ fn shell(scene: &mut Scene, look: &Look) {
         )
         .box_mapped(0.6),
     );
-    scene.add_batch("room", batch);
+    scene.place_assembly("room", assembly);
 }
 
-/// Square quarry tiles, laid a little unevenly.
-fn floor(scene: &mut Scene, look: &Look) {
+/// Square floor tiles, tilted slightly at random.
+fn floor(scene: &mut Scene, materials: &KitchenMaterials) {
+    /// Size of a floor tile with its joint.
     const SIZE: f64 = 0.3;
-    let mut rng = Pcg::new(21);
-    let mut batch = Batch::default();
+    let mut rng = Pcg32::new(21);
+    let mut assembly = Assembly::default();
     let slab = tile(SIZE - 0.005, SIZE - 0.005, 0.006);
-    // Nothing is seen of what lies far behind the camera.
     let rows = ((FRONT - BACK) / SIZE).ceil() as i32;
     for row in 0..rows {
         for column in -8..8 {
@@ -80,104 +85,109 @@ fn floor(scene: &mut Scene, look: &Look) {
                 BACK + SIZE * (f64::from(row) + 0.5),
             )
             .tilted(-90.0 + rng.jitter(0.15));
-            batch.add(pick(look.floor, &mut rng), &slab.placed(pose));
+            assembly.add(pick(materials.floor, &mut rng), &slab.placed(pose));
         }
     }
     let (w, bed) = (HALF_WIDTH + 0.1, -0.0035);
-    batch.add(
-        look.grout,
+    assembly.add(
+        materials.grout,
         &boxed([-w, -0.1, BACK - WALL], [w, bed, FRONT + 0.1]),
     );
-    scene.add_batch("floor", batch);
+    scene.place_assembly("floor", assembly);
 }
 
-/// Hand-made tiles on the wall behind the worktop, higher behind the stove, and along the left wall.
-fn backsplash(scene: &mut Scene, look: &Look) {
-    const SIZE: f64 = 0.105;
-    let mut rng = Pcg::new(8);
-    let mut batch = Batch::default();
-    let glazed = tile(SIZE - 0.003, SIZE - 0.003, 0.008);
-    let mut lay = |at: Pose, rng: &mut Pcg| {
+/// Tiles on the back wall and the left wall above the worktop, tilted slightly at random.
+fn backsplash(scene: &mut Scene, materials: &KitchenMaterials) {
+    let mut rng = Pcg32::new(8);
+    let mut assembly = Assembly::default();
+    let glazed = tile(TILE - 0.003, TILE - 0.003, 0.008);
+    let mut lay = |at: Pose, rng: &mut Pcg32| {
         let uneven = at.rolled(rng.jitter(0.5)).tilted(rng.jitter(0.7));
         let pose = Pose {
             turn: at.turn + rng.jitter(0.7),
             ..uneven
         };
-        batch.add(pick(look.tiles, rng), &glazed.placed(pose));
+        assembly.add(pick(materials.tiles, rng), &glazed.placed(pose));
     };
     for row in 0..16 {
-        let y = WORKTOP + SIZE * (f64::from(row) + 0.5);
+        let y = WORKTOP + TILE * (f64::from(row) + 0.5);
         for column in 0..38 {
-            let x = -HALF_WIDTH + SIZE * (f64::from(column) + 0.5);
-            let beside_window = x > WINDOW[0] - 0.11 && x < WINDOW[1] + 0.11;
-            let rows = if beside_window {
-                1
-            } else if x < -1.0 {
-                5
-            } else if x < 1.02 {
-                16
-            } else {
-                5
-            };
-            if row < rows {
+            let x = -HALF_WIDTH + TILE * (f64::from(column) + 0.5);
+            if row < tile_rows(x) {
                 lay(Pose::at(x, y, BACK), &mut rng);
             }
         }
         for column in 0..26 {
             if row < 5 {
-                let z = BACK + SIZE * (f64::from(column) + 0.5);
+                let z = BACK + TILE * (f64::from(column) + 0.5);
                 lay(Pose::at(-HALF_WIDTH, y, z).turned(90.0), &mut rng);
             }
         }
     }
-    let h = WORKTOP + 5.0 * SIZE;
-    batch.add(
-        look.grout,
+    grout(&mut assembly, materials);
+    scene.place_assembly("backsplash", assembly);
+}
+
+/// Number of rows of tiles on the back wall at `x`: 1 below the window, 16 between window and shelves, 5 elsewhere.
+fn tile_rows(x: f64) -> u32 {
+    if x > WINDOW[0] - 0.11 && x < WINDOW[1] + 0.11 {
+        1
+    } else if (-1.0..1.02).contains(&x) {
+        16
+    } else {
+        5
+    }
+}
+
+/// Grout between the tiles.
+fn grout(assembly: &mut Assembly, materials: &KitchenMaterials) {
+    let h = WORKTOP + 5.0 * TILE;
+    assembly.add(
+        materials.grout,
         &boxed(
             [-HALF_WIDTH, WORKTOP, BACK - 0.01],
             [WINDOW[0] - 0.1, h, BACK + 0.0045],
         ),
     );
-    batch.add(
-        look.grout,
+    assembly.add(
+        materials.grout,
         &boxed(
             [WINDOW[0] - 0.11, WORKTOP, BACK - 0.01],
-            [WINDOW[1] + 0.1, WORKTOP + SIZE, BACK + 0.0045],
+            [WINDOW[1] + 0.1, WORKTOP + TILE, BACK + 0.0045],
         ),
     );
-    batch.add(
-        look.grout,
+    assembly.add(
+        materials.grout,
         &boxed(
             [WINDOW[1] + 0.1, WORKTOP, BACK - 0.01],
             [1.02, HEIGHT, BACK + 0.0045],
         ),
     );
-    batch.add(
-        look.grout,
+    assembly.add(
+        materials.grout,
         &boxed([1.02, WORKTOP, BACK - 0.01], [1.6, h, BACK + 0.0045]),
     );
-    batch.add(
-        look.grout,
+    assembly.add(
+        materials.grout,
         &boxed(
             [-HALF_WIDTH - 0.01, WORKTOP, BACK],
-            [-HALF_WIDTH + 0.0045, h, BACK + 26.0 * SIZE],
+            [-HALF_WIDTH + 0.0045, h, BACK + 26.0 * TILE],
         ),
     );
-    scene.add_batch("backsplash", batch);
 }
 
-/// A painted frame with two casements and their bars.
-fn window(scene: &mut Scene, look: &Look) {
+/// A painted window frame with bars.
+fn window(scene: &mut Scene, materials: &KitchenMaterials) {
     let [left, right, sill, top] = WINDOW;
     let z = BACK - 0.13;
-    let mut batch = Batch::default();
+    let mut assembly = Assembly::default();
     let mut bar = |low: [f64; 2], high: [f64; 2], depth: f64| {
         let solid = bevelled_box(
             [low[0], low[1], z - depth],
             [high[0], high[1], z + depth],
             0.004,
         );
-        batch.add(look.plaster, &solid);
+        assembly.add(materials.plaster, &solid);
     };
     let middle = (left + right) / 2.0;
     for x in [left, middle - 0.03, right - 0.06] {
@@ -198,33 +208,37 @@ fn window(scene: &mut Scene, look: &Look) {
         let y = sill + (top - sill) * part / 3.0;
         bar([left + 0.01, y - 0.011], [right - 0.01, y + 0.011], 0.013);
     }
-    scene.add_batch("window", batch);
+    scene.place_assembly("window", assembly);
 }
 
-/// The sky before the window, low sun through it, the lamps under shelf and cabinets, and those on top.
-fn daylight(scene: &mut Scene, look: &Look) {
+/// The sky outside the window, and the sun through the opening in the right wall.
+fn daylight(scene: &mut Scene, materials: &KitchenMaterials) {
     let [left, right, sill, top] = WINDOW;
     let (x, y) = ((left + right) / 2.0, (sill + top) / 2.0);
     let (half_x, half_y) = ((right - left) / 2.0, (top - sill) / 2.0);
-    scene.place(
+    scene.place_emitter(
         "sky",
-        Geometry::Rectangle,
+        ShapeKind::Rectangle,
         Pose::at(x, y, BACK - WALL - 0.05).stretched(half_x + 0.25, half_y + 0.25, 1.0),
-        look.lamp,
+        materials.lamp,
+        [1.0, 0.9, 0.78],
     );
-    scene.emitting([1.0, 0.9, 0.78]);
-    let way_in = DVec3::new(
+    let opening = DVec3::new(
         HALF_WIDTH,
         (SIDE[2] + SIDE[3]) / 2.0,
         (SIDE[0] + SIDE[1]) / 2.0,
     );
-    scene.spots.push(Spot {
-        origin: way_in + DVec3::new(7.0, 1.15, 2.9),
-        target: way_in,
+    scene.spots.push(SpotLight {
+        origin: opening + DVec3::new(7.0, 1.15, 2.9),
+        target: opening,
         intensity: [2600.0, 1600.0, 760.0],
         cutoff: 7.0,
         beam: 6.5,
     });
+}
+
+/// Lamps under the shelf, the cabinets and the hood, and on top of the tall cabinets.
+fn lamps(scene: &mut Scene, materials: &KitchenMaterials) {
     for (name, pose) in [
         (
             "shelf_lamp",
@@ -241,10 +255,15 @@ fn daylight(scene: &mut Scene, look: &Look) {
             Pose::at(0.4, 1.618, BACK + 0.25).stretched(0.16, 0.05, 1.0),
         ),
     ] {
-        scene.place(name, Geometry::Rectangle, pose.tilted(90.0), look.lamp);
-        scene.emitting([46.0, 31.0, 17.0]);
+        scene.place_emitter(
+            name,
+            ShapeKind::Rectangle,
+            pose.tilted(90.0),
+            materials.lamp,
+            [46.0, 31.0, 17.0],
+        );
     }
-    // On top of the tall cabinets, towards the ceiling.
+    // Towards the ceiling.
     for (name, pose) in [
         (
             "left_cove",
@@ -257,7 +276,12 @@ fn daylight(scene: &mut Scene, look: &Look) {
             Pose::at(2.0, 2.42, BACK + 0.35).stretched(0.33, 0.03, 1.0),
         ),
     ] {
-        scene.place(name, Geometry::Rectangle, pose.tilted(-90.0), look.lamp);
-        scene.emitting([105.0, 80.0, 54.0]);
+        scene.place_emitter(
+            name,
+            ShapeKind::Rectangle,
+            pose.tilted(-90.0),
+            materials.lamp,
+            [105.0, 80.0, 54.0],
+        );
     }
 }
