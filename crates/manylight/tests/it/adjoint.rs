@@ -1,4 +1,4 @@
-//! The light tracer is the adjoint of the path tracer: whatever differs between the directions must cancel.
+//! The light tracer is the adjoint of the path tracer: all differences between the two directions must cancel.
 
 use crate::common::film;
 use manylight::color::Rgb;
@@ -13,7 +13,7 @@ fn check(scene: &Scene, path_passes: u32, light_passes: u32) {
     let path = film(scene, MethodKind::Path, path_passes, 1);
     let light = film(scene, MethodKind::LightTracer, light_passes, 2);
     for ((a, se_a), (b, se_b)) in channel_means(&path).into_iter().zip(channel_means(&light)) {
-        // Pixels of the light tracer are correlated along paths; 2 % covers what the pixel variances leave out.
+        // Pixels of the light tracer are correlated along paths: 2 % covers that beside the pixel variances.
         assert!(
             (a - b).abs() < 4.0 * (se_a + se_b) + 0.02 * a,
             "means {a} and {b}, standard errors {se_a}, {se_b}"
@@ -33,7 +33,7 @@ fn glossy_room() {
     check(&glossy_box(32).build(), 256, 512);
 }
 
-/// A coarse sphere with smooth normals: shading and geometric normals differ by up to 20 degrees.
+/// A coarse sphere with interpolated normals: shading and geometric normals differ by up to 20 degrees.
 #[test]
 fn shading_normals() {
     let mut b = glossy_box(32);

@@ -44,10 +44,10 @@ fn photon_map(photon_paths: u32) -> MethodKind {
     })
 }
 
-/// The lamp covers few pixels, and few passes find them by chance: the emission is held to this share of the beauty.
+/// Tolerance of the emission layer, relative to the mean of the beauty: the lamp covers few pixels, so that few passes have noise there.
 const EMISSION_TOLERANCE: f64 = 0.06;
 
-/// Each term within `tolerance` of the beauty's mean.
+/// Asserts that each term differs by at most `tolerance` times the mean of the beauty.
 fn check(scene: &Scene, method: MethodKind, passes: u32, tolerance: f64) {
     let (truth, ours) = (reference(scene), film(scene, method, passes, 5));
     let beauty = layer_mean(&truth, Layer::Beauty);
@@ -70,7 +70,7 @@ fn rich_vpl_in_a_glossy_room() {
     check(&glossy_box(32).build(), rich(), 8, 1e-2);
 }
 
-/// The sky through a slit in the ceiling: directions are drawn from the surfaces, from the sky, and from where photons come from.
+/// The sky through a slit in the ceiling: directions are sampled from the surfaces, from the sky, and from the guide.
 fn room_under_a_window() -> Scene {
     let mut b = Builder::new(
         Vec3::new(0.0, 0.1, -0.98),
@@ -104,7 +104,7 @@ fn rich_vpl_under_a_window() {
     check(&room_under_a_window(), rich(), 8, 1e-2);
 }
 
-/// Mirrors, glass and near-delta metal: all rows of the partition are at work.
+/// Mirrors, glass and near-delta metal: all rows of the path partition occur.
 fn room_with_specular_objects() -> Scene {
     let mut b = glossy_box(32);
     let (ball, mirror) = (b.material(glass()), b.material(rough_metal(0.03)));
@@ -129,7 +129,7 @@ fn rich_vpl_with_specular_objects() {
     check(&room_with_specular_objects(), rich(), 12, 1.5e-2);
 }
 
-/// A metal floor before a mirror: its glossy lobes find lit walls by way of the mirror, its photons bring the lamp from there.
+/// A metal floor before a mirror: specular chains see lit walls in the mirror, and photons estimate the reflected lamp.
 #[test]
 fn rich_vpl_with_a_mirror_over_a_glossy_floor() {
     let mut b = Builder::new(
@@ -204,7 +204,7 @@ fn photon_map_in_a_glossy_room() {
 
 #[test]
 fn photon_map_under_a_window() {
-    // Few photons come through the slit.
+    // Few photons pass through the slit.
     check(&room_under_a_window(), photon_map(100_000), 16, 1e-2);
 }
 
@@ -213,7 +213,7 @@ fn photon_map_with_specular_objects() {
     check(&room_with_specular_objects(), photon_map(20_000), 24, 1e-2);
 }
 
-/// Wide lobes that transmit gather from both sides.
+/// High-roughness lobes that transmit gather from both sides.
 #[test]
 fn photon_map_through_frosted_glass() {
     check(
@@ -244,8 +244,7 @@ fn the_terms_sum_to_the_beauty() {
     }
 }
 
-/// Each way of giving lights flux, seeing them and placing them, in a room where none of them is far off: within what the
-/// documentation says of it.
+/// Every value of every axis, in a room where each has a small bias: within the bias that the documentation states.
 #[test]
 fn all_axes_give_nearly_the_same_room() {
     let scene = glossy_box(32).build();

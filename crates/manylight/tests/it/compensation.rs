@@ -1,4 +1,4 @@
-//! Clamp and compensation together are the whole: in corners and at contacts, with so few lights that the clamp takes a lot.
+//! Clamping and its compensation add up to the path tracer, in corners and at contacts, with few lights and a strong clamp.
 
 use crate::common::film;
 use manylight::bsdf::Material;
@@ -37,7 +37,7 @@ fn corner(size: u32, plate: Material) -> Scene {
     b.build()
 }
 
-/// Most passes share 8 times as many.
+/// 4 lights per pass. Groups of 8 passes have 8 times as many.
 fn few_lights() -> ManyLight {
     ManyLight {
         photon_paths: 1000,
@@ -48,12 +48,12 @@ fn few_lights() -> ManyLight {
     }
 }
 
-/// Mean of the virtual lights' layer.
+/// Mean of the layer of virtual lights.
 fn mean(scene: &Scene, kind: MethodKind, passes: u32) -> f64 {
     layer_mean(&film(scene, kind, passes, 5), Layer::VirtualLights)
 }
 
-/// The clamp takes a lot, and all of it comes back but for `tolerance`.
+/// The clamp removes much light, and compensation restores it up to `tolerance`.
 fn assert_whole(scene: &Scene, truth_passes: u32, tolerance: f64) {
     let truth = mean(scene, MethodKind::Path, truth_passes);
     let ratio = |method| mean(scene, MethodKind::ManyLight(method), 256) / truth;
@@ -62,7 +62,7 @@ fn assert_whole(scene: &Scene, truth_passes: u32, tolerance: f64) {
         ..few_lights()
     };
     let (without, with) = (ratio(lossy), ratio(few_lights()));
-    assert!(without < 0.992, "the clamp takes little here: {without}");
+    assert!(without < 0.992, "the clamp removes little here: {without}");
     assert!(
         (with - 1.0).abs() < tolerance,
         "{with}, without compensation {without}"
@@ -70,19 +70,19 @@ fn assert_whole(scene: &Scene, truth_passes: u32, tolerance: f64) {
 }
 
 #[test]
-fn nothing_is_lost_in_corners() {
+fn no_light_is_lost_in_corners() {
     assert_whole(&corner(24, diffuse(0.8, 0.8, 0.8)), 2048, 4e-3);
 }
 
-/// Directions leave what narrow lobes reflect from the lamp to photons: both together are all of it.
+/// Of the lamp light that low-roughness lobes reflect, directions and photons each account for a part: the sum is complete.
 #[test]
-fn nothing_that_metal_throws_nearby_is_lost() {
+fn light_that_metal_reflects_nearby_is_not_lost() {
     assert_whole(&corner(24, rough_metal(0.1)), 4096, 6e-3);
 }
 
-/// Without a compensation, what is lost vanishes as lights become finer: the squared radius by half on average over 64 passes.
+/// Without compensation, the lost light decreases with progressive refinement.
 #[test]
-fn finer_lights_lose_less() {
+fn refined_lights_lose_less() {
     let scene = corner(24, diffuse(0.8, 0.8, 0.8));
     let truth = mean(&scene, MethodKind::Path, 2048);
     let loss = |resampling| {
@@ -94,11 +94,11 @@ fn finer_lights_lose_less() {
         1.0 - mean(&scene, MethodKind::ManyLight(method), 512) / truth
     };
     let (coarse, fine) = (loss(Resampling::New), loss(Resampling::Progressive));
-    assert!(coarse > 0.008, "the clamp takes little here: {coarse}");
+    assert!(coarse > 0.008, "the clamp removes little here: {coarse}");
     assert!(fine < 0.7 * coarse, "{fine} of {coarse}");
 }
 
-/// A hard clamp of the geometry term takes other light away, and its compensation knows.
+/// Each kind of clamp removes other light, and compensation restores it.
 #[test]
 fn any_clamp_has_its_complement() {
     let scene = furnace(0.6, 16).build();

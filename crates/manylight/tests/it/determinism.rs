@@ -1,4 +1,4 @@
-//! The same bits for any number of threads; the same picture at any scale.
+//! The same bits for any number of threads; the same image at any scale.
 
 use crate::common::film;
 use manylight::film::Layer;
@@ -72,7 +72,7 @@ fn any_unit_of_length_gives_the_same_picture() {
                 .unwrap()
         };
         let meters = render(1.0);
-        // Millimeters and more. A power of two keeps every rounding, so the pictures agree almost everywhere.
+        // Millimeters and more. A power of two keeps every rounding, so that the images agree almost everywhere.
         for scale in [1024.0, 1.0 / 64.0] {
             let scaled = render(scale);
             let differing = meters

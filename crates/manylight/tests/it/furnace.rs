@@ -1,4 +1,4 @@
-//! Closed rooms whose answer is known: radiance 1 / (1 - albedo) everywhere.
+//! Closed rooms with a known answer: radiance 1 / (1 - albedo) everywhere.
 
 use crate::common::film;
 use manylight::film::Layer;
@@ -43,7 +43,7 @@ fn rich_vpl() {
 
 #[test]
 fn vpl() {
-    // Unclamped, so unbiased; the lights are many because the singularity makes them noisy.
+    // Without a clamp, the lights are unbiased; many of them, since the singularity makes them noisy.
     let clamp = manylight::integrators::many_light::ClampRule::None;
     let vpl = ManyLight {
         photon_paths: 20_000,

@@ -1,5 +1,5 @@
 //! Emitters that the camera must not see, by Mitsuba's rule (radiances measured with Mitsuba 3.9.1's `path`): they are not
-//! there up to the first other surface, and are seen behind it; the surroundings show after the first scattering event.
+//! there up to the first other surface, and are seen behind it; the environment is seen after the first scattering event.
 
 use crate::common::film;
 use manylight::bsdf::Material;
@@ -82,7 +82,7 @@ fn methods() -> [(MethodKind, u32); 5] {
 
 fn check(name: &str, scene: &Scene, expected: f64) {
     for (kind, passes) in methods() {
-        // The light tracer sees no surroundings and nothing by delta reflection.
+        // The light tracer has neither the environment nor delta reflection.
         if kind == MethodKind::LightTracer && name.contains("glass") {
             continue;
         }
@@ -119,7 +119,7 @@ fn emitters_hide_up_to_the_first_other_surface() {
         0.0,
     );
     check(
-        "surroundings behind nothing",
+        "environment behind a null surface",
         &tower(&[], &[(5.0, Material::Null)], None).build(),
         0.0,
     );
@@ -144,7 +144,7 @@ fn what_lies_behind_hidden_emitters_is_seen() {
         depth.data
     );
     let (mean, error) = channel_means(&film)[0];
-    // Mitsuba: 0.11427, of the constant surroundings around the emitters' edges.
+    // Mitsuba: 0.11427, of the constant environment around the emitters' edges.
     assert!(
         (mean - 0.1143).abs() < 4.0 * error + 3e-4,
         "{mean} +- {error}"

@@ -1,4 +1,4 @@
-//! The interim maps: where there is importance, and where lights stand.
+//! The interim maps: importance, irradiance, and the positions of lights.
 
 use manylight::color::Rgb;
 use manylight::integrators::many_light::Placement;
@@ -31,7 +31,7 @@ fn small(placement: Placement) -> ManyLight {
     }
 }
 
-/// A floor and a wall that see each other, and before them a plate that turns its back to both.
+/// A floor and a wall that face each other, and before them a plate that faces away from both.
 fn floor_wall_and_plate() -> Scene {
     let mut b = Builder::new(
         Vec3::new(0.0, 2.5, 3.0),
@@ -55,7 +55,7 @@ fn floor_wall_and_plate() -> Scene {
     b.build()
 }
 
-/// Position and normal towards the camera of what the pixel sees.
+/// Position of the surface that a pixel sees, and its normal towards the camera.
 fn seen_at(scene: &Scene, film_position: Vec2) -> Option<(Vec3, Vec3)> {
     let ray = scene.sensor.ray(film_position, Vec2::splat(0.5)).ray;
     let (_, x) = scene.intersect(&ray)?;
@@ -82,7 +82,7 @@ fn importance_arrives_where_what_is_seen_looks() {
     let mean = |values: &[f32]| values.iter().sum::<f32>() / values.len() as f32;
     assert!(near.len() > 20 && far.len() > 20 && plate.len() > 20 && nothing.len() > 20);
     assert!(plate.iter().all(|&v| v == 0.0), "{plate:?}");
-    // By the wall the floor sees half of what there is, a metre off much less.
+    // By the wall, half of the directions from the floor meet it; a metre off, far fewer.
     assert!(
         mean(&near) > 2.0 * mean(&far),
         "{} {}",
@@ -106,7 +106,7 @@ fn irradiance_is_that_of_the_lamp() {
     let maps = maps(&scene, small(Placement::Importance));
     let middle = scene.sensor.connect(Vec3::ZERO, Vec2::splat(0.5)).unwrap();
     let at = middle.film_position.floor().as_uvec2();
-    // L A cos² / d², from a lamp of 1 m² that is 4 m above and 1.5 m before, and some more by way of the wall.
+    // L A cos² / d² of a lamp of 1 m² that is 4 m above and 1.5 m before, and some light reflected by the wall.
     let d2 = 4.0f32 * 4.0 + 1.5 * 1.5;
     let direct = 10.0 * 16.0 / (d2 * d2);
     let found = maps.irradiance[(at.y * SIZE + at.x) as usize].g;
@@ -138,14 +138,14 @@ fn lights_are_as_many_as_asked_and_shown_where_they_are_seen() {
         // Some are behind the plate, on its back, or out of the film.
         assert!((200..600).contains(&shown), "{placement:?}: {shown}");
     }
-    // Of the floor's lights by the wall none is behind the plate: the camera sees them all.
+    // No light of the floor by the wall is behind the plate: the camera sees all of them.
     let maps = maps(&scene, small(Placement::Importance));
     let by_wall = |l: &&PlacedLight| l.p.y == 0.0 && l.n.y > 0.5 && l.p.z < -0.3 && l.p.x > 0.2;
     let by_wall: Vec<_> = maps.placed.iter().filter(by_wall).collect();
     assert!(by_wall.len() > 5 && by_wall.iter().all(|l| l.film_position.is_some()));
 }
 
-/// Mean distance from a light to the nearest other one that faces alike, in m.
+/// Mean distance from a light to the nearest light with a similar normal, in m.
 fn spacing(lights: &[PlacedLight]) -> f32 {
     let nearest = |a: &PlacedLight| {
         let alike = lights.iter().filter(|b| a.n.dot(b.n) > 0.9);

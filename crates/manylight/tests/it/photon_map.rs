@@ -1,4 +1,4 @@
-//! What is biased in photon maps, and what becomes of it.
+//! The bias of photon maps, and its convergence.
 
 use crate::common::film;
 use manylight::color::Rgb;
@@ -9,8 +9,7 @@ use manylight::scene::Scene;
 use manylight::testing::scenes::{Builder, diffuse, glossy_box};
 use manylight::testing::statistics::layer_mean;
 
-/// A floor under a small lamp, with a screen between them that throws a shadow on half of it; seen from above through the open
-/// ceiling.
+/// A floor under a small lamp, with a screen between them that shadows half of the floor, seen from above.
 fn floor_in_half_shadow() -> Scene {
     let mut b = Builder::new(Vec3::new(0.0, 4.0, -0.1), Vec3::ZERO, 22.0, 48);
     let grey = b.material(diffuse(0.5, 0.5, 0.5));
@@ -55,7 +54,7 @@ fn photon_map(method: PhotonMap, photon_paths: u32) -> MethodKind {
     })
 }
 
-/// The mean is right, edges of the floor included; the edge of the shadow is blurred, and less so with more photons.
+/// The mean is right, at the edges of the floor as well. The edge of the shadow is blurred, less so with more photons.
 #[test]
 fn the_direct_photon_map_blurs_and_keeps_the_mean() {
     let scene = floor_in_half_shadow();
@@ -73,7 +72,7 @@ fn the_direct_photon_map_blurs_and_keeps_the_mean() {
     assert!(blur[1] < 0.6 * blur[0], "{blur:?}");
 }
 
-/// Errors by blur and by noise both fall with the passes: by about n^(-1/3).
+/// Squared errors by blur and by noise both fall with the number n of passes, by about n^(-1/3).
 #[test]
 fn the_progressive_photon_map_converges() {
     let scene = glossy_box(32).build();
