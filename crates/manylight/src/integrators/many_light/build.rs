@@ -1,12 +1,9 @@
 //! Stage 4: the outgoing radiance distribution of every light, and what the sum over lights needs.
 
 use super::axes::{ClampRule, Compensation, EmissionKind};
-use super::schedule::{LightSubsets, PassGroup};
-use super::settings::ManyLight;
+use super::schedule::{GroupContext, LightSubsets};
 use crate::gather::{Clamp, Gather, LightIndex, Strategy};
-use crate::integrators::context::PassContext;
 use crate::particles::Photon;
-use crate::scene::{PathLimits, Scene};
 use crate::stats::Stats;
 use crate::virtual_lights::{PhotonClusters, VirtualLights};
 
@@ -16,21 +13,19 @@ const COMPENSATED_CLAMP: f32 = 4.0;
 
 /// The virtual lights of the clusters. Lights that no pass shades with keep their position and flux alone.
 pub(super) fn lights<'s>(
-    method: &ManyLight,
-    scene: &'s Scene,
-    limits: PathLimits,
-    (photons, clusters): (&[Photon], &PhotonClusters),
+    cx: &GroupContext<'_, 's>,
+    photons: &[Photon],
+    clusters: &PhotonClusters,
     subsets: &LightSubsets,
-    run: &PassContext,
 ) -> VirtualLights<'s> {
-    let stats = run.stats;
-    let form = match method.emission {
+    let stats = cx.run.stats;
+    let form = match cx.method.emission {
         EmissionKind::Single => None,
         EmissionKind::Rich(form) => Some(form),
     };
     let is_shaded = |k| subsets.is_shaded(k);
     let lights = stats.time("lights", || {
-        VirtualLights::build(scene, limits, photons, clusters, form, is_shaded)
+        VirtualLights::build(cx.scene, cx.limits, photons, clusters, form, is_shaded)
     });
     Stats::count(&stats.lights, lights.lights().len() as u64);
     Stats::count(&stats.light_bytes, lights.bytes() as u64);
@@ -38,28 +33,20 @@ pub(super) fn lights<'s>(
 }
 
 /// The lights with what the strategy needs to evaluate them: for cuts, a tree.
-pub(super) fn index<'s>(
-    method: &ManyLight,
-    lights: VirtualLights<'s>,
-    run: &PassContext,
-) -> LightIndex<'s> {
+pub(super) fn index<'s>(cx: &GroupContext, lights: VirtualLights<'s>) -> LightIndex<'s> {
     let lights = LightIndex::new(lights);
-    match method.strategy {
+    match cx.method.strategy {
         Strategy::All => lights,
-        Strategy::Cuts(_) => run.stats.time("tree", || lights.with_tree()),
+        Strategy::Cuts(_) => cx.run.stats.time("tree", || lights.with_tree()),
     }
 }
 
 /// How the lights are summed.
-pub(super) fn gather(
-    method: &ManyLight,
-    group: &PassGroup,
-    lights: &VirtualLights,
-    subsets: &LightSubsets,
-) -> Gather {
+pub(super) fn gather(cx: &GroupContext, lights: &VirtualLights, subsets: &LightSubsets) -> Gather {
+    let method = cx.method;
     // With compensation, the sum is complete whatever is clamped. A cut is through all lights: refined ones are more.
     let refinement = match (method.compensation, method.strategy) {
-        (Compensation::None, Strategy::All) => group.refinement,
+        (Compensation::None, Strategy::All) => cx.group.refinement,
         _ => 1.0,
     };
     let clamp = match method.clamp {

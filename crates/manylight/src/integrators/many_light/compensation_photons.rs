@@ -16,7 +16,6 @@ use super::axes::Compensation;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::gather::{Assignment, ClampReceiver, Gather, LightIndex, Subset};
-use crate::integrators::context::PassContext;
 use crate::maps::{KdTree, Located};
 use crate::math::Vec3;
 use crate::particles::{Photon, parent};
@@ -82,7 +81,6 @@ pub(super) fn reflected(
     scene: &Scene,
     photons: &[Photon],
     compensation: Compensation,
-    run: &PassContext,
 ) -> Vec<ReflectedPhoton> {
     let reflected = |j: usize| {
         let before = &photons[parent(photons, j)?];
@@ -94,10 +92,10 @@ pub(super) fn reflected(
     };
     match compensation {
         Compensation::None => Vec::new(),
-        Compensation::KolligKeller => run.stats.time("maps", || {
+        Compensation::KolligKeller => {
             let indices = (0..photons.len()).into_par_iter();
             indices.filter_map(reflected).collect()
-        }),
+        }
     }
 }
 

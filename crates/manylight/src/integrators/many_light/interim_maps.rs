@@ -3,7 +3,7 @@
 
 use super::axes::Placement;
 use super::place::{selected_sites, thinned_candidates};
-use super::schedule::PassGroup;
+use super::schedule::GroupContext;
 use super::settings::ManyLight;
 use super::specular_chains::MAX_CHAIN;
 use super::trace;
@@ -74,9 +74,15 @@ impl ManyLight {
         limits: PathLimits,
         run: &PassContext,
     ) -> Option<InterimMaps> {
-        let group = &self.single_pass_group(run.pass.index);
-        let photons = light_carriers(limits, trace::photons(scene, limits, group, run));
-        let importons = trace::importons(scene, limits, group, run);
+        let cx = &GroupContext {
+            method: self,
+            scene,
+            limits,
+            group: &self.single_pass_group(run.pass.index),
+            run: *run,
+        };
+        let photons = light_carriers(limits, trace::photons(cx));
+        let importons = trace::importons(cx);
         let photon_map = (run.stats).time("maps", || KdTree::build_ordered(photons.clone()));
         let camera = MapCamera {
             scene,
@@ -91,7 +97,7 @@ impl ManyLight {
         if run.cancelled() {
             return None;
         }
-        let (placed, relaxed) = self.placed_lights(group, &camera, photons, run);
+        let (placed, relaxed) = placed_lights(cx, &camera, photons);
         Some(InterimMaps {
             size: scene.sensor.desc().film.crop_size,
             importance: pixels.iter().map(|p| p.importance).collect(),
@@ -104,32 +110,31 @@ impl ManyLight {
             relaxed,
         })
     }
+}
 
-    /// The lights before and after relaxation.
-    fn placed_lights(
-        &self,
-        group: &PassGroup,
-        camera: &MapCamera,
-        photons: Vec<Photon>,
-        run: &PassContext,
-    ) -> (Vec<PlacedLight>, Vec<PlacedLight>) {
-        let weights = match self.placement {
-            Placement::Uniform => luminances(&photons),
-            Placement::Importance | Placement::Relaxed => (run.stats).time("importance", || {
-                importance_times_flux(camera.importons, &photons)
-            }),
-        };
-        run.stats.time("lights", || {
-            let candidates = thinned_candidates(self, group, photons, weights, run.pass);
-            let sites = selected_sites(self.placement, group, &candidates);
-            let photons = &candidates.photons;
-            let relaxed = relax(camera.scene, photons, &sites);
-            (
-                camera.lights(photons, &sites),
-                camera.lights(photons, &relaxed),
-            )
-        })
-    }
+/// The lights before and after relaxation.
+fn placed_lights(
+    cx: &GroupContext,
+    camera: &MapCamera,
+    photons: Vec<Photon>,
+) -> (Vec<PlacedLight>, Vec<PlacedLight>) {
+    let stats = cx.run.stats;
+    let weights = match cx.method.placement {
+        Placement::Uniform => luminances(&photons),
+        Placement::Importance | Placement::Relaxed => stats.time("importance", || {
+            importance_times_flux(camera.importons, &photons)
+        }),
+    };
+    stats.time("lights", || {
+        let candidates = thinned_candidates(cx, photons, weights);
+        let sites = selected_sites(cx, &candidates);
+        let photons = &candidates.photons;
+        let relaxed = relax(cx.scene, photons, &sites);
+        (
+            camera.lights(photons, &sites),
+            camera.lights(photons, &relaxed),
+        )
+    })
 }
 
 /// The values of a pixel.

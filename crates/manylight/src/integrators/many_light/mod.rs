@@ -46,13 +46,12 @@ pub use settings::ManyLight;
 
 use super::context::PassContext;
 use crate::film::Film;
-use crate::sampling::Stream;
 use crate::scene::{PathLimits, Scene};
-use prepared::PixelFootprint;
-use schedule::LightSubsets;
+use schedule::{GroupContext, LightSubsets};
+use trace::PhotonMaps;
 
 impl ManyLight {
-    /// Everything that the passes of `group` shade with: the method up to shading.
+    /// The method up to shading: everything that the passes of `group` shade with.
     pub fn prepare<'s>(
         &self,
         scene: &'s Scene,
@@ -60,49 +59,28 @@ impl ManyLight {
         group: &PassGroup,
         run: &PassContext,
     ) -> PreparedPasses<'s> {
-        let run = &run.at_pass(group.passes.start);
-
-        // 1. Trace photons. Some of them serve by themselves: those of the environment guide directions, those of caustics
-        //    are looked up at gather points, and some that were reflected compensate clamping.
-        let photons = trace::photons(scene, limits, group, run);
-        let (incident, caustics) = trace::maps(scene, &photons, run);
-        let reflected = compensation_photons::reflected(scene, &photons, self.compensation, run);
-
-        // 2. Place lights on photons, by importance times flux.
-        let candidates = place::candidates(self, scene, limits, group, photons, run);
-        let sites = place::sites(self, scene, group, &candidates, run);
-
-        // 3. Assign the flux of the photons to the lights.
-        let (clusters, nearest) = assign::clusters(self, scene, group, &candidates, &sites, run);
-
-        // 4. Build the emission of the lights that the passes divide among them.
-        let u = run.pass.sampler(Stream::Selection, 1).next_1d();
-        let subsets = LightSubsets::divide(self, group, clusters.len(), u);
-        let made_of = (candidates.photons.as_slice(), &clusters);
-        let lights = build::lights(self, scene, limits, made_of, &subsets, run);
-        let gather = build::gather(self, group, &lights, &subsets);
-        let lights = build::index(self, lights, run);
-
-        // 5. Shade: see [`PreparedPasses::shade_tile`].
-        let subset = subsets.of_pass(group.passes.start);
-        let compensation_photons = run.stats.time("maps", || {
-            compensation_photons::assign(scene, &gather, &lights, &nearest, subset, reflected)
-        });
-        PreparedPasses {
-            tolerance: cut_tolerance::tolerance(scene, &gather, &lights, run.pass),
-            pixel: PixelFootprint::of(scene),
-            group: group.clone(),
-            compensation: self.compensation,
+        let cx = &GroupContext {
+            method: self,
             scene,
             limits,
-            gather,
-            lights,
-            subsets,
-            nearest,
-            incident,
-            caustics,
-            compensation_photons,
-        }
+            group,
+            run: run.at_pass(group.passes.start),
+        };
+        // 1. Trace photons from the emitters.
+        let photons = trace::photons(cx);
+        let maps = PhotonMaps::of(cx, &photons);
+        // 2. Place lights on photons, with probability by importance times flux: importons from the camera.
+        let candidates = place::candidates(cx, photons);
+        let sites = place::sites(cx, &candidates);
+        // 3. Assign the flux of all photons to the lights.
+        let (clusters, nearest) = assign::clusters(cx, &candidates, &sites);
+        // 4. Build the emission of the lights that the passes divide among them.
+        let subsets = LightSubsets::divide(cx, clusters.len());
+        let lights = build::lights(cx, &candidates.photons, &clusters, &subsets);
+        let gather = build::gather(cx, &lights, &subsets);
+        let lights = build::index(cx, lights);
+        // 5. Shade: [`PreparedPasses::shade_tile`].
+        PreparedPasses::new(cx, gather, lights, subsets, nearest, maps)
     }
 
     /// One sample per pixel with the lights of one pass. `prepared` holds those of its group and is made where it is

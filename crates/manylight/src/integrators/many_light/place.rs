@@ -1,13 +1,10 @@
 //! Stage 2: photons are kept as sites of virtual lights, with probability proportional to importance times flux.
 
 use super::axes::{FluxRule, Placement};
-use super::schedule::PassGroup;
-use super::settings::ManyLight;
+use super::schedule::GroupContext;
 use super::trace;
-use crate::integrators::context::PassContext;
 use crate::particles::Photon;
-use crate::sampling::{Pass, Stream};
-use crate::scene::{PathLimits, Scene};
+use crate::sampling::Stream;
 use crate::virtual_lights::candidates::{
     importance_times_flux, light_carriers, luminances, thin_photons,
 };
@@ -35,45 +32,35 @@ pub(super) struct Candidates {
 }
 
 /// The candidates among `photons`. Importons are traced if placement follows importance.
-pub(super) fn candidates(
-    method: &ManyLight,
-    scene: &Scene,
-    limits: PathLimits,
-    group: &PassGroup,
-    photons: Vec<Photon>,
-    run: &PassContext,
-) -> Candidates {
-    let photons = (run.stats).time("lights", || light_carriers(limits, photons));
-    let weights: Vec<f32> = match method.placement {
+pub(super) fn candidates(cx: &GroupContext, photons: Vec<Photon>) -> Candidates {
+    let stats = cx.run.stats;
+    let photons = stats.time("lights", || light_carriers(cx.limits, photons));
+    let weights: Vec<f32> = match cx.method.placement {
         Placement::Uniform => luminances(&photons),
         Placement::Importance | Placement::Relaxed => {
-            let importons = trace::importons(scene, limits, group, run);
-            (run.stats).time("importance", || importance_times_flux(&importons, &photons))
+            let importons = trace::importons(cx);
+            stats.time("importance", || importance_times_flux(&importons, &photons))
         }
     };
-    run.stats.time("lights", || {
-        thinned_candidates(method, group, photons, weights, run.pass)
-    })
+    stats.time("lights", || thinned_candidates(cx, photons, weights))
 }
 
 /// Under the partition rule, keeps no more photons than the lights of `group` need. Refined lights need fewer, until every
 /// photon is a light.
 pub(super) fn thinned_candidates(
-    method: &ManyLight,
-    group: &PassGroup,
+    cx: &GroupContext,
     photons: Vec<Photon>,
     weights: Vec<f32>,
-    pass: Pass,
 ) -> Candidates {
-    let mut sampler = pass.sampler(Stream::Selection, 0);
+    let mut sampler = cx.run.pass.sampler(Stream::Selection, 0);
     let (u_thinned, u_sites, u_unassigned) =
         (sampler.next_1d(), sampler.next_1d(), sampler.next_1d());
-    let (photons, weights) = match method.flux {
+    let (photons, weights) = match cx.method.flux {
         FluxRule::Density => (photons, weights),
         FluxRule::Partition => {
-            let refinement2 = group.refinement * group.refinement;
+            let refinement2 = cx.group.refinement * cx.group.refinement;
             let per_light = (PHOTONS_PER_LIGHT as f32 / refinement2).max(1.0);
-            let most = (per_light * group.placed_lights as f32) as usize;
+            let most = (per_light * cx.group.placed_lights as f32) as usize;
             thin_photons(photons, weights, most, u_thinned)
         }
     };
@@ -85,34 +72,24 @@ pub(super) fn thinned_candidates(
     }
 }
 
-/// The sites of the lights of `group`, along the space-filling curve.
-pub(super) fn sites(
-    method: &ManyLight,
-    scene: &Scene,
-    group: &PassGroup,
-    candidates: &Candidates,
-    run: &PassContext,
-) -> Vec<Site> {
-    run.stats.time("lights", || {
-        let selected = selected_sites(method.placement, group, candidates);
-        match method.placement {
+/// The sites of the lights of a group, along the space-filling curve.
+pub(super) fn sites(cx: &GroupContext, candidates: &Candidates) -> Vec<Site> {
+    cx.run.stats.time("lights", || {
+        let selected = selected_sites(cx, candidates);
+        match cx.method.placement {
             Placement::Uniform | Placement::Importance => selected,
-            Placement::Relaxed => relax(scene, &candidates.photons, &selected),
+            Placement::Relaxed => relax(cx.scene, &candidates.photons, &selected),
         }
     })
 }
 
 /// The sites before relaxation.
-pub(super) fn selected_sites(
-    placement: Placement,
-    group: &PassGroup,
-    candidates: &Candidates,
-) -> Vec<Site> {
+pub(super) fn selected_sites(cx: &GroupContext, candidates: &Candidates) -> Vec<Site> {
     let Candidates {
         photons, weights, ..
     } = candidates;
-    let count = group.placed_lights as usize;
-    match placement {
+    let count = cx.group.placed_lights as usize;
+    match cx.method.placement {
         Placement::Uniform => select(photons, weights, count, candidates.u_sites),
         Placement::Importance | Placement::Relaxed => {
             let mixed = defensive_weights(weights, &luminances(photons), PLACED_BY_FLUX);

@@ -1,8 +1,10 @@
 //! Everything that the passes of a group shade with.
 
 use super::axes::Compensation;
-use super::compensation_photons::CompensationPhoton;
-use super::schedule::{LightSubsets, PassGroup};
+use super::compensation_photons::{CompensationPhoton, assign};
+use super::cut_tolerance::tolerance;
+use super::schedule::{GroupContext, LightSubsets, PassGroup};
+use super::trace::PhotonMaps;
 use crate::gather::{Gather, LightIndex};
 use crate::maps::{IncidentMap, KdTree};
 use crate::math::Vec2;
@@ -31,6 +33,39 @@ pub struct PreparedPasses<'s> {
     /// Radiance by which a cluster of lights may be off in any pixel, luminance in W/(m² sr); 0 without cuts.
     pub(super) tolerance: f32,
     pub(super) pixel: PixelFootprint,
+}
+
+impl<'s> PreparedPasses<'s> {
+    /// Assigns the compensation photons, and estimates the tolerance of cuts.
+    pub(super) fn new(
+        cx: &GroupContext<'_, 's>,
+        gather: Gather,
+        lights: LightIndex<'s>,
+        subsets: LightSubsets,
+        nearest: NearestLights,
+        maps: PhotonMaps,
+    ) -> Self {
+        let scene = cx.scene;
+        let subset = subsets.of_pass(cx.group.passes.start);
+        let compensation_photons = (cx.run.stats).time("maps", || {
+            assign(scene, &gather, &lights, &nearest, subset, maps.reflected)
+        });
+        PreparedPasses {
+            scene,
+            limits: cx.limits,
+            group: cx.group.clone(),
+            compensation: cx.method.compensation,
+            tolerance: tolerance(scene, &gather, &lights, cx.run.pass),
+            pixel: PixelFootprint::of(scene),
+            gather,
+            lights,
+            subsets,
+            nearest,
+            incident: maps.incident,
+            caustics: maps.caustics,
+            compensation_photons,
+        }
+    }
 }
 
 /// Width of a pixel in the middle of the film, as a function of the distance from the camera.

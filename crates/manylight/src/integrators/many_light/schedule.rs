@@ -11,6 +11,9 @@
 use super::axes::Resampling;
 use super::settings::ManyLight;
 use crate::gather::{Strategy, Subset};
+use crate::integrators::context::PassContext;
+use crate::sampling::Stream;
+use crate::scene::{PathLimits, Scene};
 use std::ops::Range;
 
 /// Most passes that share one set of lights. Unmeasured: memory grows with it, and the gain over half of it is small.
@@ -93,6 +96,17 @@ impl ManyLight {
     }
 }
 
+/// What the stages of the method work with to make the lights of a group.
+#[derive(Clone, Copy)]
+pub(super) struct GroupContext<'a, 's> {
+    pub(super) method: &'a ManyLight,
+    pub(super) scene: &'s Scene,
+    pub(super) limits: PathLimits,
+    pub(super) group: &'a PassGroup,
+    /// Of the first pass of the group.
+    pub(super) run: PassContext<'a>,
+}
+
 /// The division of a group's lights among its passes.
 #[derive(Clone, Debug)]
 pub(super) struct LightSubsets {
@@ -104,9 +118,10 @@ pub(super) struct LightSubsets {
 }
 
 impl LightSubsets {
-    /// Divides `lights` lights among the passes of `group`, with the random number `u` in [0, 1). Where few photons arrive,
-    /// there are fewer lights than were asked for, and some passes share a subset.
-    pub(super) fn divide(method: &ManyLight, group: &PassGroup, lights: usize, u: f32) -> Self {
+    /// Divides `lights` lights among the passes of a group. Where few photons arrive, there are fewer lights than were asked
+    /// for, and some passes share a subset.
+    pub(super) fn divide(cx: &GroupContext, lights: usize) -> Self {
+        let GroupContext { method, group, .. } = *cx;
         let passes = group.passes.len() as u32;
         let count = match method.strategy {
             Strategy::Cuts(_) => 1,
@@ -117,6 +132,7 @@ impl LightSubsets {
                 fewest.unwrap_or(by_size.clamp(passes, passes * group.placed_per_shaded))
             }
         };
+        let u = cx.run.pass.sampler(Stream::Selection, 1).next_1d();
         LightSubsets {
             passes: group.passes.clone(),
             count,
