@@ -30,7 +30,7 @@ use crate::math::{Frame, Vec2, Vec3};
 use crate::sampling::alias::Alias;
 use crate::sampling::warp;
 use crate::texture::{ColorInput, Texture};
-pub use distant::DistantPlan;
+pub use distant::InfiniteLightPlan;
 use distant::{Arrival, BoundingSphere, Distant, EmissionPoint, Guides};
 use light_tree::LightTree;
 use part_list::PartList;
@@ -86,7 +86,7 @@ pub struct DirectSample {
 
 /// A direct sample as far as its numbers alone decide about it.
 #[derive(Clone, Copy, Debug)]
-pub enum DirectPlan {
+pub enum EmitterPlan {
     /// An emitter at some place in the scene.
     Local {
         /// Chooses it.
@@ -95,7 +95,7 @@ pub enum DirectPlan {
         u: Vec2,
     },
     /// An emitter at infinity.
-    Distant(DistantPlan),
+    Distant(InfiniteLightPlan),
 }
 
 /// All emitters of a scene, with what is needed to choose among 10^5 of them.
@@ -296,42 +296,42 @@ impl Emitters {
         u_choice: f32,
         u: Vec2,
     ) -> Option<DirectSample> {
-        self.sample_planned(geometry, textures, p, n, &self.plan_direct(u_choice, u))
+        self.sample(geometry, textures, p, n, &self.plan(u_choice, u))
     }
 
     /// The first half of [`Emitters::sample_direct`]: what the numbers decide by themselves. Asks for the memory that the second
     /// half will read.
     #[inline]
-    pub fn plan_direct(&self, u_choice: f32, u: Vec2) -> DirectPlan {
+    pub fn plan(&self, u_choice: f32, u: Vec2) -> EmitterPlan {
         let (is_distant, u_choice) = split(u_choice, self.distant_share);
         if is_distant {
-            DirectPlan::Distant(self.distant.plan(u_choice, u))
+            EmitterPlan::Distant(self.distant.plan(u_choice, u))
         } else {
-            DirectPlan::Local { u_choice, u }
+            EmitterPlan::Local { u_choice, u }
         }
     }
 
-    /// Takes a plan one step on: asks for memory that the next step, or [`Emitters::sample_planned`], will read. After three steps
+    /// Takes a plan one step on: asks for memory that the next step, or [`Emitters::sample`], will read. After three steps
     /// pictures have nothing left to do. Optional.
     #[inline]
-    pub fn refine_plan(&self, plan: &mut DirectPlan) {
-        if let DirectPlan::Distant(plan) = plan {
+    pub fn prefetch_step(&self, plan: &mut EmitterPlan) {
+        if let EmitterPlan::Distant(plan) = plan {
             self.distant.refine(plan);
         }
     }
 
     /// The second half of [`Emitters::sample_direct`].
-    pub fn sample_planned(
+    pub fn sample(
         &self,
         geometry: &Geometry,
         textures: &[Texture],
         p: Vec3,
         n: Option<Vec3>,
-        plan: &DirectPlan,
+        plan: &EmitterPlan,
     ) -> Option<DirectSample> {
         let (u_choice, u) = match plan {
-            DirectPlan::Distant(plan) => return self.sample_distant(p, n, plan),
-            DirectPlan::Local { u_choice, u } => (*u_choice, *u),
+            EmitterPlan::Distant(plan) => return self.sample_distant(p, n, plan),
+            EmitterPlan::Local { u_choice, u } => (*u_choice, *u),
         };
         let (index, pmf) = self.tree.sample(p, n, u_choice)?;
         let part = self.parts.part(index);
@@ -369,7 +369,7 @@ impl Emitters {
         }
     }
 
-    fn sample_distant(&self, p: Vec3, n: Option<Vec3>, plan: &DistantPlan) -> Option<DirectSample> {
+    fn sample_distant(&self, p: Vec3, n: Option<Vec3>, plan: &InfiniteLightPlan) -> Option<DirectSample> {
         let sample = self.distant.sample(n, plan);
         let (weight, pdf) = match sample.parallel {
             Some(irradiance) => (irradiance / self.distant_share, 0.0),
