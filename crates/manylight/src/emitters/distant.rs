@@ -99,7 +99,7 @@ pub(super) struct Distant {
 
 /// What the numbers of a direct sample decide about distant emitters.
 #[derive(Clone, Copy, Debug)]
-pub struct DistantPlan {
+pub struct InfiniteLightPlan {
     source: usize,
     u_left: f32,
     aim: Aim,
@@ -187,13 +187,13 @@ impl Distant {
 
     /// The emitter that `u_choice` names, and what else the numbers decide before the receiver is known.
     #[inline]
-    pub(super) fn plan(&self, u_choice: f32, u: Vec2) -> DistantPlan {
+    pub(super) fn plan(&self, u_choice: f32, u: Vec2) -> InfiniteLightPlan {
         let (source, u_left) = self.choose(u_choice);
         let aim = match &self.sources[source].kind {
             Kind::Environment(sampler) => Aim::Numbers(u).refined(sampler),
             _ => Aim::Numbers(u),
         };
-        DistantPlan {
+        InfiniteLightPlan {
             source,
             u_left,
             aim,
@@ -202,14 +202,14 @@ impl Distant {
 
     /// Takes a plan one step on, with memory that the step before has asked for.
     #[inline]
-    pub(super) fn refine(&self, plan: &mut DistantPlan) {
+    pub(super) fn refine(&self, plan: &mut InfiniteLightPlan) {
         if let Kind::Environment(sampler) = &self.sources[plan.source].kind {
             plan.aim = plan.aim.refined(sampler);
         }
     }
 
     /// A direction for direct light at a receiver with normal `n`.
-    pub(super) fn sample(&self, n: Option<Vec3>, plan: &DistantPlan) -> DistantSample {
+    pub(super) fn sample(&self, n: Option<Vec3>, plan: &InfiniteLightPlan) -> DistantSample {
         let source = &self.sources[plan.source];
         let emitter = source.emitter;
         let wi = match &source.kind {

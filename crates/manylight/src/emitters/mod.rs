@@ -30,7 +30,7 @@ use crate::math::{Frame, Vec2, Vec3};
 use crate::sampling::alias::Alias;
 use crate::sampling::warp;
 use crate::texture::{ColorInput, Texture};
-pub use distant::DistantPlan;
+pub use distant::InfiniteLightPlan;
 use distant::{Arrival, BoundingSphere, Distant, EmissionPoint, Guides};
 use light_tree::LightTree;
 use part_list::PartList;
@@ -39,7 +39,6 @@ use pilot::Pilot;
 use point::cone_direction;
 use rayon::prelude::*;
 use std::f32::consts::PI;
-use std::sync::OnceLock;
 use strength::Strength;
 use warp_within::split;
 
@@ -87,7 +86,7 @@ pub struct DirectSample {
 
 /// A direct sample as far as its numbers alone decide about it.
 #[derive(Clone, Copy, Debug)]
-pub enum DirectPlan {
+pub enum EmitterPlan {
     /// An emitter at some place in the scene.
     Local {
         /// Chooses it.
@@ -96,7 +95,7 @@ pub enum DirectPlan {
         u: Vec2,
     },
     /// An emitter at infinity.
-    Distant(DistantPlan),
+    Distant(InfiniteLightPlan),
 }
 
 /// All emitters of a scene, with what is needed to choose among 10^5 of them.
@@ -106,8 +105,6 @@ pub struct Emitters {
     powers: Vec<Rgb>,
     /// Chooses an emitter for a photon, by power.
     emission: Option<Alias>,
-    /// Once the pilot has found out.
-    guided: OnceLock<GuidedEmission>,
     parts: PartList,
     /// Chooses a part for direct light.
     tree: LightTree,
@@ -116,11 +113,18 @@ pub struct Emitters {
     distant_share: f32,
 }
 
-/// What the pilot has found out about photons of distant emitters.
+/// Densities for the emission of photons that are concentrated on the part of the scene that the camera sees.
+/// A guide changes densities only: the expected value of every estimate stays the same.
+/// The default guide is unguided emission: emitters are chosen by power.
+#[derive(Debug, Default)]
+pub struct EmissionGuide(Option<GuidedEmission>);
+
 #[derive(Debug)]
 struct GuidedEmission {
+    /// Densities over the emission of each infinite light.
     guides: Guides,
-    /// Replaces [`Emitters::emission`]: a photon of a guided emitter carries less flux, so that fewer of them are as good.
+    /// Replaces [`Emitters::emission`]. Infinite lights are chosen in proportion to power over gain, because a guided photon
+    /// carries less flux by the gain.
     choice: Option<Alias>,
 }
 
@@ -153,7 +157,6 @@ impl Emitters {
         Emitters {
             powers,
             emission: Alias::new(&strengths),
-            guided: OnceLock::new(),
             parts,
             tree,
             distant,
@@ -167,14 +170,16 @@ impl Emitters {
         &self.emitters
     }
 
-    /// Starts a photon: emitter by power, then position and direction. `None` if this sample carries nothing.
+    /// Starts a photon: chooses an emitter by power (see [`EmissionGuide`]), then a position and a direction.
+    /// `None` if the sample has no flux.
     pub fn sample_emission(
         &self,
         geometry: &Geometry,
         textures: &[Texture],
+        guide: &EmissionGuide,
         u: EmissionNumbers,
     ) -> Option<EmissionSample> {
-        let guided = self.guided.get();
+        let guided = guide.0.as_ref();
         let choice = guided.map_or(&self.emission, |guided| &guided.choice);
         let (index, pmf) = choice.as_ref()?.sample(u.emitter);
         let emitter = EmitterId::from(index);
@@ -220,20 +225,19 @@ impl Emitters {
         })
     }
 
-    /// Teaches the photons of distant emitters where they are useful: a pilot walks diffusely from `rays` (of the camera) and
-    /// asks at each of its points for light from afar. Without it an interior gets few photons through its windows.
-    /// `see_through` names surfaces that the pilot ignores: glass in windows.
+    /// A guide for the photons of infinite lights, made by a guiding pre-pass: diffuse walks start along the camera's `rays` and
+    /// sample the infinite lights at each of their vertices. Unguided, few photons of the sun or sky reach an interior
+    /// through its windows. The walks pass through the surfaces for which `see_through` is true: glass in windows.
     ///
-    /// Changes only densities, never what is estimated; the same rays give the same guide. Without distant emitters, or once
-    /// they are taught, nothing happens.
-    pub fn guide_emission(
+    /// The same rays give the same guide. Without infinite lights the guide is the default one, and `rays` is not called.
+    pub fn emission_guide(
         &self,
         geometry: &Geometry,
         rays: impl FnOnce() -> Vec<Ray>,
         see_through: impl Fn(PrimitiveId) -> bool + Sync,
-    ) {
-        if self.distant.is_empty() || self.guided.get().is_some() {
-            return;
+    ) -> EmissionGuide {
+        if self.distant.is_empty() {
+            return EmissionGuide::default();
         }
         let pilot = Pilot {
             geometry,
@@ -251,8 +255,7 @@ impl Emitters {
             strengths[emitter.index()] /= gain;
         }
         let choice = Alias::new(&strengths);
-        // Two threads may come here at once: both find the same, and neither waits, which a task of a pool must not.
-        let _ = self.guided.set(GuidedEmission { guides, choice });
+        EmissionGuide(Some(GuidedEmission { guides, choice }))
     }
 
     /// A photon from an area emitter, before the choice of the emitter is divided out.
@@ -293,42 +296,42 @@ impl Emitters {
         u_choice: f32,
         u: Vec2,
     ) -> Option<DirectSample> {
-        self.sample_planned(geometry, textures, p, n, &self.plan_direct(u_choice, u))
+        self.sample(geometry, textures, p, n, &self.plan(u_choice, u))
     }
 
     /// The first half of [`Emitters::sample_direct`]: what the numbers decide by themselves. Asks for the memory that the second
     /// half will read.
     #[inline]
-    pub fn plan_direct(&self, u_choice: f32, u: Vec2) -> DirectPlan {
+    pub fn plan(&self, u_choice: f32, u: Vec2) -> EmitterPlan {
         let (is_distant, u_choice) = split(u_choice, self.distant_share);
         if is_distant {
-            DirectPlan::Distant(self.distant.plan(u_choice, u))
+            EmitterPlan::Distant(self.distant.plan(u_choice, u))
         } else {
-            DirectPlan::Local { u_choice, u }
+            EmitterPlan::Local { u_choice, u }
         }
     }
 
-    /// Takes a plan one step on: asks for memory that the next step, or [`Emitters::sample_planned`], will read. After three steps
+    /// Takes a plan one step on: asks for memory that the next step, or [`Emitters::sample`], will read. After three steps
     /// pictures have nothing left to do. Optional.
     #[inline]
-    pub fn refine_plan(&self, plan: &mut DirectPlan) {
-        if let DirectPlan::Distant(plan) = plan {
+    pub fn prefetch_step(&self, plan: &mut EmitterPlan) {
+        if let EmitterPlan::Distant(plan) = plan {
             self.distant.refine(plan);
         }
     }
 
     /// The second half of [`Emitters::sample_direct`].
-    pub fn sample_planned(
+    pub fn sample(
         &self,
         geometry: &Geometry,
         textures: &[Texture],
         p: Vec3,
         n: Option<Vec3>,
-        plan: &DirectPlan,
+        plan: &EmitterPlan,
     ) -> Option<DirectSample> {
         let (u_choice, u) = match plan {
-            DirectPlan::Distant(plan) => return self.sample_distant(p, n, plan),
-            DirectPlan::Local { u_choice, u } => (*u_choice, *u),
+            EmitterPlan::Distant(plan) => return self.sample_distant(p, n, plan),
+            EmitterPlan::Local { u_choice, u } => (*u_choice, *u),
         };
         let (index, pmf) = self.tree.sample(p, n, u_choice)?;
         let part = self.parts.part(index);
@@ -366,7 +369,7 @@ impl Emitters {
         }
     }
 
-    fn sample_distant(&self, p: Vec3, n: Option<Vec3>, plan: &DistantPlan) -> Option<DirectSample> {
+    fn sample_distant(&self, p: Vec3, n: Option<Vec3>, plan: &InfiniteLightPlan) -> Option<DirectSample> {
         let sample = self.distant.sample(n, plan);
         let (weight, pdf) = match sample.parallel {
             Some(irradiance) => (irradiance / self.distant_share, 0.0),

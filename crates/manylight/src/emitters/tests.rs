@@ -533,6 +533,7 @@ struct World {
     geometry: Geometry,
     textures: Vec<Texture>,
     emitters: Emitters,
+    guide: EmissionGuide,
 }
 
 struct Placed {
@@ -612,6 +613,7 @@ fn world(placed: Vec<Placed>, others: Vec<Emitter>) -> World {
         geometry,
         textures,
         emitters,
+        guide: EmissionGuide::default(),
     }
 }
 
@@ -885,7 +887,7 @@ fn emit(world: &World, numbers: &mut Sampler) -> Option<EmissionSample> {
     };
     world
         .emitters
-        .sample_emission(&world.geometry, &world.textures, u)
+        .sample_emission(&world.geometry, &world.textures, &world.guide, u)
 }
 
 /// Flux through the square of half-width `half` around `center` in a plane z = const from above or below, by photons and by
@@ -1028,15 +1030,15 @@ fn photons_inside(world: &World) -> f64 {
 
 #[test]
 fn the_guide_brings_photons_through_windows_and_changes_no_flux() {
-    let world = room();
+    let mut world = room();
     let before = photons_inside(&world);
     let mut numbers = Sampler::new(16, 0, Stream::Test, 0);
     let rays: Vec<Ray> = (0..4000)
         .map(|_| Ray::new(Vec3::ZERO, warp::sphere(numbers.next_2d())))
         .collect();
-    world
+    world.guide = world
         .emitters
-        .guide_emission(&world.geometry, || rays, |_| false);
+        .emission_guide(&world.geometry, || rays, |_| false);
     let after = photons_inside(&world);
     assert!(
         after > 100.0 * before && after > 0.1,

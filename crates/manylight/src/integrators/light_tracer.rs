@@ -6,6 +6,7 @@
 use super::context::PassContext;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
+use crate::emitters::EmissionGuide;
 use crate::film::Film;
 use crate::geometry::{Ray, Segment, SurfacePoint};
 use crate::math::Vec3;
@@ -36,13 +37,14 @@ pub(super) fn render_pass(
     let path_count = u64::from(size.x) * u64::from(size.y);
     let mut frame = vec![Rgb::BLACK; path_count as usize];
     run.stats.time("shade", || {
-        scene.guide_emission();
+        let guide = scene.emission_guide();
         // Tasks splat in parallel into lists of their own, which are added in order: any thread count gives the same sums.
         let lists: Vec<Vec<Splat>> = (0..path_count.div_ceil(PATHS_PER_TASK))
             .into_par_iter()
             .map(|task| {
                 let mut tracer = LightTracer {
                     scene,
+                    guide: &guide,
                     limits,
                     width: size.x,
                     height: size.y,
@@ -72,6 +74,7 @@ pub(super) fn render_pass(
 
 struct LightTracer<'s> {
     scene: &'s Scene,
+    guide: &'s EmissionGuide,
     limits: PathLimits,
     width: u32,
     height: u32,
@@ -84,6 +87,7 @@ impl LightTracer<'_> {
         let Some(start) = scene.emitters.sample_emission(
             &scene.geometry,
             &scene.textures,
+            self.guide,
             sampler.next_emission(),
         ) else {
             return;

@@ -2,6 +2,7 @@
 
 use crate::bsdf::{Bsdf, Lobes};
 use crate::color::Rgb;
+use crate::emitters::EmissionGuide;
 use crate::geometry::SurfaceRef;
 use crate::math::Vec3;
 use crate::sampling::{Pass, Sampler, Stream};
@@ -77,7 +78,7 @@ pub fn trace_photons(
     pass: Pass,
     segments_added: impl Fn(&Bsdf, Lobes) -> Option<u32> + Sync,
 ) -> Vec<Photon> {
-    scene.guide_emission();
+    let guide = scene.emission_guide();
     let tasks: Vec<Vec<Photon>> = (0..path_count.div_ceil(PATHS_PER_TASK))
         .into_par_iter()
         .map(|task| {
@@ -86,6 +87,7 @@ pub fn trace_photons(
                 let mut sampler = pass.sampler(Stream::Photon, u64::from(index));
                 trace_path(
                     scene,
+                    &guide,
                     limits,
                     1.0 / path_count as f32,
                     &mut sampler,
@@ -105,16 +107,19 @@ pub fn trace_photons(
 /// One path; its photons are appended.
 fn trace_path(
     scene: &Scene,
+    guide: &EmissionGuide,
     limits: PathLimits,
     share: f32,
     sampler: &mut Sampler,
     segments_added: &impl Fn(&Bsdf, Lobes) -> Option<u32>,
     photons: &mut Vec<Photon>,
 ) {
-    let start =
-        scene
-            .emitters
-            .sample_emission(&scene.geometry, &scene.textures, sampler.next_emission());
+    let start = scene.emitters.sample_emission(
+        &scene.geometry,
+        &scene.textures,
+        guide,
+        sampler.next_emission(),
+    );
     let Some(start) = start else {
         return;
     };

@@ -11,7 +11,7 @@ pub use error::SceneError;
 
 use crate::bsdf::{Bsdf, Material, Materials};
 use crate::color::Rgb;
-use crate::emitters::Emitters;
+use crate::emitters::{EmissionGuide, Emitters};
 use crate::geometry::{Geometry, Hit, Ray, Segment, SurfacePoint, SurfaceRef};
 use crate::ids::PrimitiveId;
 use crate::math::{Vec2, Vec3};
@@ -19,7 +19,7 @@ use crate::sampling::{Pass, Stream};
 use crate::sensors::Sensor;
 use crate::texture::Texture;
 
-/// Camera rays that teach photons from afar.
+/// Camera rays of the guiding pre-pass, see [`Scene::emission_guide`].
 const GUIDE_RAYS: u64 = 16_384;
 
 /// The world that transport works in. Immutable; shared by all threads.
@@ -49,9 +49,9 @@ impl Scene {
         build::build(desc, sensor)
     }
 
-    /// Teaches photons from afar which windows the camera's surroundings are lit through; to be called before any is emitted.
-    /// Methods without photons never need it, and all calls but the first do nothing.
-    pub fn guide_emission(&self) {
+    /// The guide for photons of infinite lights, for [`Emitters::sample_emission`]: it concentrates them on the part of the scene
+    /// that the camera sees. Depends on the scene alone, and takes a pre-pass to compute, so make it once per render.
+    pub fn emission_guide(&self) -> EmissionGuide {
         let rays = || {
             let film = self.sensor.desc().film.crop_size.as_vec2();
             let pass = Pass { seed: 0, index: 0 };
@@ -70,7 +70,7 @@ impl Scene {
                     Material::Dielectric { .. }
                 )
         };
-        self.emitters.guide_emission(&self.geometry, rays, is_glass);
+        self.emitters.emission_guide(&self.geometry, rays, is_glass)
     }
 
     /// The nearest surface.
