@@ -369,7 +369,12 @@ impl Emitters {
         }
     }
 
-    fn sample_distant(&self, p: Vec3, n: Option<Vec3>, plan: &InfiniteLightPlan) -> Option<DirectSample> {
+    fn sample_distant(
+        &self,
+        p: Vec3,
+        n: Option<Vec3>,
+        plan: &InfiniteLightPlan,
+    ) -> Option<DirectSample> {
         let sample = self.distant.sample(n, plan);
         let (weight, pdf) = match sample.parallel {
             Some(irradiance) => (irradiance / self.distant_share, 0.0),

@@ -11,12 +11,13 @@ use super::first_surface::add_sampled_first_surface;
 use super::partition::PathStage;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
+use crate::emitters::EmitterPlan;
 use crate::film::{Film, Layer, TileSamples};
 use crate::math::UVec2;
 use crate::sampling::{Sampler, Stream};
 use crate::scene::{PathLimits, Scene};
 use crate::stats::Stats;
-use crate::transport::direct::{EmitterPlan, EmitterSample};
+use crate::transport::direct::{EmitterSample, draw_emitter_plan};
 use crate::transport::{Arrival, SegmentEnd, Vertex, Walk, roulette};
 
 /// One sample per pixel. `false` if cancelled.
@@ -86,9 +87,11 @@ fn trace(
 
 /// Plans one emitter sample for each path.
 fn plan_emitters(scene: &Scene, paths: &mut [TracedPath], plans: &mut Vec<EmitterPlan>) {
-    let draw = |path: &mut TracedPath| EmitterPlan::draw(scene, &mut path.sampler);
+    let draw = |path: &mut TracedPath| draw_emitter_plan(scene, &mut path.sampler);
     plans.extend(paths.iter_mut().map(draw));
-    plans.iter_mut().for_each(|plan| plan.refine(scene));
+    plans
+        .iter_mut()
+        .for_each(|plan| scene.emitters.prefetch_step(plan));
 }
 
 /// Intersects the rays of all paths, and prefetches what is there and what the emitter samples need.
@@ -105,10 +108,12 @@ fn follow_rays(
         }
         arrivals.push(arrival);
     }
-    plans.iter_mut().for_each(|plan| plan.refine(scene));
+    plans
+        .iter_mut()
+        .for_each(|plan| scene.emitters.prefetch_step(plan));
     for (arrival, plan) in arrivals.iter().zip(plans) {
         if let Arrival::Hit(..) = arrival {
-            plan.refine(scene);
+            scene.emitters.prefetch_step(plan);
         }
     }
     for arrival in arrivals {
@@ -215,7 +220,7 @@ impl TracedPath<'_> {
             return None;
         }
         let n = v.bsdf.receiving_normal(v.w_prev);
-        let light = EmitterSample::planned(scene, &v.x, n, plan)?;
+        let light = EmitterSample::new(scene, &v.x, n, plan)?;
         let seen = v.bsdf.seen_by_width(light.wi, v.w_prev)?;
         let scale = self.walk.throughput() * light.weight * light.mis_weight(seen.pdf);
         let term = |event, value| (self.stage.after(event).layer(), scale * value);

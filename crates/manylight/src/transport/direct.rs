@@ -3,35 +3,16 @@
 use super::walk::Previous;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
-use crate::emitters::DirectPlan;
+use crate::emitters::EmitterPlan;
 use crate::geometry::{Segment, SurfacePoint};
-use crate::math::{Vec2, Vec3};
+use crate::math::Vec3;
 use crate::sampling::{Sampler, mis};
 use crate::scene::Scene;
 
-/// The part of an emitter sample that random numbers decide before the receiver is known. It is made early so that the
-/// memory that it needs can be prefetched.
-#[derive(Clone, Copy, Debug)]
-pub struct EmitterPlan(DirectPlan);
-
-impl EmitterPlan {
-    /// Draws the random numbers.
-    #[inline]
-    pub fn draw(scene: &Scene, sampler: &mut Sampler) -> Self {
-        EmitterPlan::new(scene, sampler.next_1d(), sampler.next_2d())
-    }
-
-    /// From random numbers in [0, 1).
-    #[inline]
-    pub fn new(scene: &Scene, u_choice: f32, u: Vec2) -> Self {
-        EmitterPlan(scene.emitters.plan_direct(u_choice, u))
-    }
-
-    /// Prefetches memory for the sample. Optional; up to three calls help, each of which reads what the one before prefetched.
-    #[inline]
-    pub fn refine(&mut self, scene: &Scene) {
-        scene.emitters.refine_plan(&mut self.0);
-    }
+/// A plan of an emitter sample with random numbers from `sampler`.
+#[inline]
+pub fn draw_emitter_plan(scene: &Scene, sampler: &mut Sampler) -> EmitterPlan {
+    scene.emitters.plan(sampler.next_1d(), sampler.next_2d())
 }
 
 /// A direction from a point to an emitter, visibility not yet tested.
@@ -48,7 +29,7 @@ pub struct EmitterSample {
 
 impl EmitterSample {
     /// A direction from `x` to an emitter; `n` as in [`crate::bsdf::Bsdf::receiving_normal`].
-    pub fn planned(
+    pub fn new(
         scene: &Scene,
         x: &SurfacePoint,
         n: Option<Vec3>,
@@ -56,7 +37,7 @@ impl EmitterSample {
     ) -> Option<Self> {
         let s = scene
             .emitters
-            .sample_planned(&scene.geometry, &scene.textures, x.p, n, &plan.0)?;
+            .sample(&scene.geometry, &scene.textures, x.p, n, plan)?;
         let segment = Segment {
             from: x.offset_towards(s.wi),
             to: s.target,

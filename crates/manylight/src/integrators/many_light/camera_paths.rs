@@ -15,7 +15,7 @@ use crate::integrators::first_surface::add_first_surface;
 use crate::integrators::partition::PathStage;
 use crate::math::UVec2;
 use crate::sampling::Stream;
-use crate::transport::direct::EmitterPlan;
+use crate::transport::direct::draw_emitter_plan;
 use crate::transport::{Vertex, Walk, next_scattering_vertex};
 
 /// Camera paths that a pixel starts with in a pass, among which its lights and directions are divided. With one path, edges
@@ -176,7 +176,7 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
     /// half of MIS.
     fn add_low_roughness_emission(&mut self, path: &SpecularPrefix, v: &Vertex) {
         if v.bsdf.lobes().has(Lobes::NEAR_DELTA) {
-            let plan = EmitterPlan::draw(self.prepared.scene, self.sampler);
+            let plan = draw_emitter_plan(self.prepared.scene, self.sampler);
             let pdf_walk = |wi| v.bsdf.pdf_wi(wi, v.w_prev, Lobes::SPECULAR);
             let light = EmitterLight {
                 lobes: Lobes::NEAR_DELTA,

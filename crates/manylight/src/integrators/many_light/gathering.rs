@@ -16,13 +16,13 @@ use super::gather_points::{GatherPoint, PixelGather, PixelNumbers};
 use super::next_event::EmitterLight;
 use crate::bsdf::{BsdfNumbers, BsdfSample, Lobes};
 use crate::color::Rgb;
+use crate::emitters::EmitterPlan;
 use crate::gather::{ShadingPoint, Subset};
 use crate::integrators::guiding::{environment_guide, guided_pdf, sample_direction};
 use crate::integrators::partition::PathStage;
 use crate::maps::IncidentGuide;
 use crate::math::Vec3;
 use crate::sampling::{Sampler, Spread};
-use crate::transport::direct::EmitterPlan;
 use crate::transport::{Vertex, Walk, next_scattering_vertex};
 
 /// Directions, and emitter samples, at the first gather points of the camera paths of a pixel, together. Unmeasured: they cost
@@ -156,7 +156,7 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
         path.walk.scale(1.0 / numbers.count as f32);
         for i in 0..numbers.count {
             let (u_choice, u) = numbers.emitters.triple(numbers.first + i);
-            let plan = EmitterPlan::new(self.prepared.scene, u_choice, u);
+            let plan = self.prepared.scene.emitters.plan(u_choice, u);
             self.add_emitter(v, &path, role, guide.as_ref(), &plan);
             let (lobe, direction) = numbers.directions.triple(numbers.first + i);
             let bsdf_numbers = BsdfNumbers { lobe, direction };

@@ -4,9 +4,10 @@ use super::compensation_photons::direction_fraction;
 use super::gather_points::PixelGather;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
+use crate::emitters::EmitterPlan;
 use crate::math::Vec3;
 use crate::transport::Vertex;
-use crate::transport::direct::{EmitterPlan, EmitterSample};
+use crate::transport::direct::EmitterSample;
 
 /// The light of emitters that is estimated at a vertex.
 #[derive(Clone, Copy)]
@@ -30,7 +31,7 @@ impl PixelGather<'_, '_, '_, '_> {
         pdf_walk: impl FnOnce(Vec3) -> f32,
     ) -> Option<Rgb> {
         let (scene, wo) = (self.prepared.scene, v.w_prev);
-        let sample = EmitterSample::planned(scene, &v.x, v.bsdf.receiving_normal(wo), plan)?;
+        let sample = EmitterSample::new(scene, &v.x, v.bsdf.receiving_normal(wo), plan)?;
         let f_cos = v.bsdf.f_cos_wi(sample.wi, wo, light.lobes);
         if f_cos.is_black() || light.lit_from.is_some_and(|n| sample.wi.dot(n) <= 0.0) {
             return None;
