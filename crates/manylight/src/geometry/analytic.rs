@@ -14,7 +14,7 @@ use std::f64::consts::{PI, TAU};
 
 /// A unit shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum UnitShape {
     /// Parameters (azimuth / 2π, polar angle / π).
     Sphere,
     /// In z = 0. Parameters (x, y).
@@ -26,7 +26,7 @@ pub(super) enum Kind {
 /// A placed unit shape.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Analytic {
-    kind: Kind,
+    kind: UnitShape,
     world_from_unit: DAffine3,
     unit_from_world: DAffine3,
 }
@@ -48,11 +48,11 @@ impl Analytic {
             Shape::Sphere { center, radius } => {
                 let scale = DMat3::from_diagonal(DVec3::splat(radius.into()));
                 (
-                    Kind::Sphere,
+                    UnitShape::Sphere,
                     DAffine3::from_mat3_translation(scale, center.as_dvec3()),
                 )
             }
-            Shape::Disk => (Kind::Disk, DAffine3::IDENTITY),
+            Shape::Disk => (UnitShape::Disk, DAffine3::IDENTITY),
             Shape::Cylinder { p0, p1, radius } => {
                 let axis = p1 - p0;
                 let frame = Frame::from_normal(axis.normalize());
@@ -63,7 +63,7 @@ impl Analytic {
                     axis.as_dvec3(),
                 );
                 (
-                    Kind::Cylinder,
+                    UnitShape::Cylinder,
                     DAffine3::from_mat3_translation(columns, p0.as_dvec3()),
                 )
             }
@@ -91,9 +91,9 @@ impl Analytic {
             }
         };
         match self.kind {
-            Kind::Sphere => around(center, round(x, y, z)),
-            Kind::Disk => around(center, round(x, y, DVec3::ZERO)),
-            Kind::Cylinder => {
+            UnitShape::Sphere => around(center, round(x, y, z)),
+            UnitShape::Disk => around(center, round(x, y, DVec3::ZERO)),
+            UnitShape::Cylinder => {
                 let half = round(x, y, DVec3::ZERO);
                 around(center, half).union(around(center + z, half))
             }
@@ -142,9 +142,9 @@ impl Analytic {
             azimuth
         };
         match self.kind {
-            Kind::Sphere => DVec2::new(turn, q.truncate().length().atan2(q.z) / PI),
-            Kind::Disk => q.truncate(),
-            Kind::Cylinder => DVec2::new(turn, q.z),
+            UnitShape::Sphere => DVec2::new(turn, q.truncate().length().atan2(q.z) / PI),
+            UnitShape::Disk => q.truncate(),
+            UnitShape::Cylinder => DVec2::new(turn, q.z),
         }
         .as_vec2()
     }
@@ -154,13 +154,13 @@ impl Analytic {
         let a = parameters.as_dvec2();
         let (sin, cos) = (a.x * TAU).sin_cos();
         let (q, n, uv, dq_du, dq_dv) = match self.kind {
-            Kind::Sphere => {
+            UnitShape::Sphere => {
                 let (sin_theta, cos_theta) = (a.y * PI).sin_cos();
                 let q = DVec3::new(cos * sin_theta, sin * sin_theta, cos_theta);
                 let dq_dv = DVec3::new(cos * cos_theta, sin * cos_theta, -sin_theta) * PI;
                 (q, q, parameters, DVec3::new(-q.y, q.x, 0.0) * TAU, dq_dv)
             }
-            Kind::Disk => {
+            UnitShape::Disk => {
                 let r = a.length();
                 let radial = if r > 0.0 { a / r } else { DVec2::X };
                 let turn = a.y.atan2(a.x) / TAU;
@@ -173,7 +173,7 @@ impl Analytic {
                     DVec3::new(-a.y, a.x, 0.0) * TAU,
                 )
             }
-            Kind::Cylinder => {
+            UnitShape::Cylinder => {
                 let n = DVec3::new(cos, sin, 0.0);
                 (
                     n + DVec3::Z * a.y,
@@ -186,7 +186,7 @@ impl Analytic {
         };
         let m = &self.world_from_unit.matrix3;
         // Mitsuba turns the normal of a mirrored sphere inwards, but not that of other mirrored shapes.
-        let side = if self.kind == Kind::Sphere && m.determinant() < 0.0 {
+        let side = if self.kind == UnitShape::Sphere && m.determinant() < 0.0 {
             -1.0
         } else {
             1.0
@@ -230,18 +230,18 @@ impl Analytic {
 
     fn unit_area(&self) -> f64 {
         match self.kind {
-            Kind::Sphere => 2.0 * TAU,
-            Kind::Disk => PI,
-            Kind::Cylinder => TAU,
+            UnitShape::Sphere => 2.0 * TAU,
+            UnitShape::Disk => PI,
+            UnitShape::Cylinder => TAU,
         }
     }
 
     /// The unit square onto the parameters, preserving area on the unit shape.
     fn parameters_by_area(&self, u: DVec2) -> DVec2 {
         match self.kind {
-            Kind::Sphere => DVec2::new(u.x, (1.0 - 2.0 * u.y).acos() / PI),
-            Kind::Disk => warp::disc(u.as_vec2()).as_dvec2(),
-            Kind::Cylinder => u,
+            UnitShape::Sphere => DVec2::new(u.x, (1.0 - 2.0 * u.y).acos() / PI),
+            UnitShape::Disk => warp::disc(u.as_vec2()).as_dvec2(),
+            UnitShape::Cylinder => u,
         }
     }
 
@@ -249,12 +249,12 @@ impl Analytic {
     fn stretch(&self, parameters: DVec2) -> f64 {
         let (sin, cos) = (parameters.x * TAU).sin_cos();
         let n = match self.kind {
-            Kind::Sphere => {
+            UnitShape::Sphere => {
                 let (sin_theta, cos_theta) = (parameters.y * PI).sin_cos();
                 DVec3::new(cos * sin_theta, sin * sin_theta, cos_theta)
             }
-            Kind::Disk => DVec3::Z,
-            Kind::Cylinder => DVec3::new(cos, sin, 0.0),
+            UnitShape::Disk => DVec3::Z,
+            UnitShape::Cylinder => DVec3::new(cos, sin, 0.0),
         };
         let normal = self.unit_from_world.matrix3.transpose() * n;
         self.world_from_unit.matrix3.determinant().abs() * normal.length()
@@ -273,14 +273,16 @@ pub(super) fn affine_f64(m: &Affine3A) -> DAffine3 {
     }
 }
 
-impl Kind {
+impl UnitShape {
     /// Where a line meets the surface that the unit shape is a part of; not a number where it does not.
     #[inline(always)]
     pub(super) fn meets(self, o: DVec3, d: DVec3) -> [f64; 2] {
         match self {
-            Kind::Disk => [-o.z / d.z; 2],
-            Kind::Sphere => line_and_unit_sphere(o, d),
-            Kind::Cylinder => line_and_unit_sphere(DVec3 { z: 0.0, ..o }, DVec3 { z: 0.0, ..d }),
+            UnitShape::Disk => [-o.z / d.z; 2],
+            UnitShape::Sphere => line_and_unit_sphere(o, d),
+            UnitShape::Cylinder => {
+                line_and_unit_sphere(DVec3 { z: 0.0, ..o }, DVec3 { z: 0.0, ..d })
+            }
         }
     }
 
@@ -289,9 +291,9 @@ impl Kind {
     pub(super) fn is_hit(self, o: DVec3, d: DVec3, t: f64, t_max: f32) -> bool {
         let q = o + d * t;
         let inside = match self {
-            Kind::Sphere => true,
-            Kind::Disk => q.x * q.x + q.y * q.y <= 1.0,
-            Kind::Cylinder => (q.z >= 0.0) & (q.z <= 1.0),
+            UnitShape::Sphere => true,
+            UnitShape::Disk => q.x * q.x + q.y * q.y <= 1.0,
+            UnitShape::Cylinder => (q.z >= 0.0) & (q.z <= 1.0),
         };
         // Without branches, so that many are computed at a time.
         (t > 0.0) & ((t as f32) < t_max) & inside

@@ -1,7 +1,7 @@
 //! Visibility between two groups of points, through surfaces of all kinds.
 
 use super::Shaft;
-use super::layer::{Layer, Member};
+use super::surface_set::{Object, SurfaceSet};
 use super::world::{Class, Geometry};
 use crate::math::{Aabb, Vec3};
 
@@ -10,7 +10,7 @@ pub const BLOCK: usize = 64;
 
 /// The two groups.
 #[derive(Clone, Copy)]
-struct Ends<'a> {
+struct SegmentEnds<'a> {
     origins: &'a [Vec3],
     targets: &'a [Vec3],
 }
@@ -47,38 +47,38 @@ impl Geometry {
     ) -> [u64; BLOCK] {
         let mut cut = [0; BLOCK];
         cut[..wanted.len()].copy_from_slice(wanted);
-        let ends = Ends { origins, targets };
-        let open = self.open_in_layer(class, self.world.layer(class), ends, cut);
+        let ends = SegmentEnds { origins, targets };
+        let open = self.open_in_set(class, self.world.surfaces(class), ends, cut);
         for (cut, open) in cut.iter_mut().zip(open) {
             *cut &= !open;
         }
         cut
     }
 
-    /// Those of the segments in `open` that nothing in the layer cuts.
-    fn open_in_layer(
+    /// Those of the segments in `open` that nothing in the surfaces cuts.
+    fn open_in_set(
         &self,
         class: Class,
-        layer: &Layer,
-        ends: Ends,
+        surfaces: &SurfaceSet,
+        ends: SegmentEnds,
         open: [u64; BLOCK],
     ) -> [u64; BLOCK] {
         let rows = ends.origins.len();
-        let mut open = layer.open_of_triangles(ends.origins, ends.targets, &open[..rows]);
-        if !layer.has_objects() || open == [0; BLOCK] {
+        let mut open = surfaces.open_of_triangles(ends.origins, ends.targets, &open[..rows]);
+        if !surfaces.has_objects() || open == [0; BLOCK] {
             return open;
         }
         let between = Shaft::new(
             Aabb::from_points(ends.origins.iter().copied()),
             Aabb::from_points(ends.targets.iter().copied()),
         );
-        layer.visit_objects_between(&between, |member| match member {
-            Member::Analytic(primitive) => {
+        surfaces.visit_objects_between(&between, |object| match object {
+            Object::Analytic(primitive) => {
                 if let Some(shape) = self.placements[primitive.index()].analytic() {
-                    shape.cut_block(layer.isa(), ends.origins, ends.targets, &mut open);
+                    shape.cut_block(surfaces.isa(), ends.origins, ends.targets, &mut open);
                 }
             }
-            Member::Instance(index) => {
+            Object::Instance(index) => {
                 let instance = &self.instances[index];
                 let in_group = |points: &[Vec3]| {
                     let mut moved = [Vec3::ZERO; BLOCK];
@@ -88,12 +88,12 @@ impl Geometry {
                     moved
                 };
                 let (origins, targets) = (in_group(ends.origins), in_group(ends.targets));
-                let ends = Ends {
+                let ends = SegmentEnds {
                     origins: &origins[..ends.origins.len()],
                     targets: &targets[..ends.targets.len()],
                 };
-                let group = self.groups[instance.group()].layer(class);
-                open = self.open_in_layer(class, group, ends, open);
+                let group = self.groups[instance.group()].surfaces(class);
+                open = self.open_in_set(class, group, ends, open);
             }
         });
         open

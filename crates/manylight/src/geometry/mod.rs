@@ -3,13 +3,13 @@
 mod analytic;
 mod block;
 mod bvh;
-mod layer;
 pub mod mesh;
 mod occluder;
 mod placement;
 pub mod ray;
 pub mod shape;
 pub mod surface_point;
+mod surface_set;
 #[cfg(test)]
 mod tests;
 mod unit_rows;

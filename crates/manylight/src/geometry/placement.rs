@@ -23,7 +23,7 @@ const MAX_SLENDERNESS: f32 = 1000.0;
 
 /// A shape under its transform.
 #[derive(Debug)]
-pub(super) enum Placement {
+pub(super) enum PlacedShape {
     /// Triangles, baked into the world (or the group).
     Mesh {
         /// In the order of the mesh.
@@ -192,10 +192,10 @@ impl Surface {
     }
 }
 
-impl Placement {
+impl PlacedShape {
     pub(super) fn new(shape: &Shape, world_from_object: &Affine3A) -> Self {
         if let Some(shape) = Analytic::new(shape, world_from_object) {
-            return Placement::Analytic {
+            return PlacedShape::Analytic {
                 shape,
                 area: shape.area(),
             };
@@ -208,7 +208,7 @@ impl Placement {
         let area: f64 = triangles.iter().map(PlacedTriangle::twice_area).sum();
         let normals = NormalTransform::new(world_from_object);
         let normals = (!normals.is_idle(mesh, &triangles)).then_some(normals);
-        Placement::Mesh {
+        PlacedShape::Mesh {
             triangles,
             normals,
             area: (0.5 * area) as f32,
@@ -219,14 +219,14 @@ impl Placement {
     /// The shape, if it is not a mesh.
     pub(super) fn analytic(&self) -> Option<&Analytic> {
         match self {
-            Placement::Mesh { .. } => None,
-            Placement::Analytic { shape, .. } => Some(shape),
+            PlacedShape::Mesh { .. } => None,
+            PlacedShape::Analytic { shape, .. } => Some(shape),
         }
     }
 
     /// Appends the triangles of a mesh in the space that the transform leads to.
     pub(super) fn bake(&self, out: &mut Vec<[Vec3; 3]>) {
-        if let Placement::Mesh { triangles, .. } = self {
+        if let PlacedShape::Mesh { triangles, .. } = self {
             // Small meshes are copied before another thread could come to help.
             const SMALL: usize = 1 << 14;
             let corners = triangles.par_iter().with_min_len(SMALL);
@@ -236,7 +236,7 @@ impl Placement {
 
     /// The nearest hit on an analytic shape.
     pub(super) fn intersect_analytic(&self, primitive: PrimitiveId, ray: &Ray) -> Option<Hit> {
-        let Placement::Analytic { shape, .. } = self else {
+        let PlacedShape::Analytic { shape, .. } = self else {
             return None;
         };
         let (t, coordinates) = shape.intersect(ray.o, ray.d, ray.t_max)?;
@@ -251,7 +251,7 @@ impl Placement {
 
     /// Whether an analytic shape cuts the segment.
     pub(super) fn blocks(&self, segment: &Segment) -> bool {
-        let Placement::Analytic { shape, .. } = self else {
+        let PlacedShape::Analytic { shape, .. } = self else {
             return false;
         };
         shape
@@ -263,8 +263,8 @@ impl Placement {
     #[inline]
     pub(super) fn surface(&self, shape: &Shape, element: u32, coordinates: Vec2) -> Surface {
         match self {
-            Placement::Analytic { shape, .. } => analytic_surface(shape, coordinates),
-            Placement::Mesh {
+            PlacedShape::Analytic { shape, .. } => analytic_surface(shape, coordinates),
+            PlacedShape::Mesh {
                 triangles, normals, ..
             } => {
                 let element = element as usize;
@@ -273,30 +273,30 @@ impl Placement {
         }
     }
 
-    /// The texture coordinates of [`Placement::surface`].
+    /// The texture coordinates of [`PlacedShape::surface`].
     #[inline]
     pub(super) fn uv(&self, shape: &Shape, element: u32, coordinates: Vec2) -> Vec2 {
         match self {
-            Placement::Analytic { shape, .. } => analytic_surface(shape, coordinates).uv,
-            Placement::Mesh { .. } => {
+            PlacedShape::Analytic { shape, .. } => analytic_surface(shape, coordinates).uv,
+            PlacedShape::Mesh { .. } => {
                 texture_coordinates(mesh_of(shape), element as usize, coordinates)
             }
         }
     }
 
-    /// Asks for the memory of a triangle that [`Placement::surface`] will read.
+    /// Asks for the memory of a triangle that [`PlacedShape::surface`] will read.
     #[inline]
     pub(super) fn prefetch(&self, shape: &Shape, element: u32) {
-        if let Placement::Mesh { triangles, .. } = self {
+        if let PlacedShape::Mesh { triangles, .. } = self {
             prefetch(&triangles[element as usize]);
             prefetch(&mesh_of(shape).triangles[element as usize]);
         }
     }
 
-    /// The same for the triangle's vertices, once [`Placement::expect`] has had its time.
+    /// The same for the triangle's vertices, once [`PlacedShape::expect`] has had its time.
     #[inline]
     pub(super) fn prefetch_vertices(&self, shape: &Shape, element: u32) {
-        if let Placement::Mesh { normals, .. } = self {
+        if let PlacedShape::Mesh { normals, .. } = self {
             let mesh = mesh_of(shape);
             for i in mesh.triangles[element as usize] {
                 if normals.is_some() {
@@ -312,19 +312,19 @@ impl Placement {
     /// Area where the transform leads to.
     pub(super) fn area(&self) -> f32 {
         match self {
-            Placement::Mesh { area, .. } | Placement::Analytic { area, .. } => *area,
+            PlacedShape::Mesh { area, .. } | PlacedShape::Analytic { area, .. } => *area,
         }
     }
 
     /// Element, coordinates and density of a point drawn by area; `None` without area.
     pub(super) fn sample(&self, u: Vec2) -> Option<(u32, Vec2, f32)> {
         match self {
-            Placement::Analytic { area, .. } if *area <= 0.0 => None,
-            Placement::Analytic { shape, .. } => {
+            PlacedShape::Analytic { area, .. } if *area <= 0.0 => None,
+            PlacedShape::Analytic { shape, .. } => {
                 let (coordinates, pdf_area) = shape.sample(u);
                 Some((0, coordinates, pdf_area))
             }
-            Placement::Mesh {
+            PlacedShape::Mesh {
                 triangles,
                 area,
                 cumulative,

@@ -3,7 +3,7 @@
 //! Most pass it by. So sixteen at a time are held to a ball or a cylinder around it first, in `f32` with a margin for the rounding; only
 //! where one comes near does the test in `f64` follow.
 
-use super::analytic::Kind;
+use super::analytic::UnitShape;
 use super::block::BLOCK;
 use crate::lanes::LaneMask;
 use crate::lanes::vectors::{add3, dot, load3, scale3, splat3, sub3};
@@ -45,7 +45,7 @@ impl UnitPoints {
 
 /// The segments from `origin` to the targets that a unit shape cuts, as bits; of those in `open` alone.
 pub(super) struct CutRow<'a> {
-    pub(super) kind: Kind,
+    pub(super) kind: UnitShape,
     pub(super) origin: DVec3,
     pub(super) targets: &'a UnitPoints,
     pub(super) open: u64,
@@ -59,16 +59,16 @@ impl SimdKernel for CutRow<'_> {
         let w = s.wide();
         // Each kind by its own loops.
         match self.kind {
-            Kind::Sphere => self.cut(w, Kind::Sphere),
-            Kind::Disk => self.cut(w, Kind::Disk),
-            Kind::Cylinder => self.cut(w, Kind::Cylinder),
+            UnitShape::Sphere => self.cut(w, UnitShape::Sphere),
+            UnitShape::Disk => self.cut(w, UnitShape::Disk),
+            UnitShape::Cylinder => self.cut(w, UnitShape::Cylinder),
         }
     }
 }
 
 impl CutRow<'_> {
     #[inline(always)]
-    fn cut<W: Wide>(&self, w: W, kind: Kind) -> u64 {
+    fn cut<W: Wide>(&self, w: W, kind: UnitShape) -> u64 {
         let mut cut = 0;
         for group in 0..GROUPS {
             let open = (self.open >> (group * WIDE)) as LaneMask;
@@ -81,7 +81,7 @@ impl CutRow<'_> {
 
     /// Those of sixteen segments that may come near enough.
     #[inline(always)]
-    fn near<W: Wide>(&self, w: W, kind: Kind, group: usize) -> LaneMask {
+    fn near<W: Wide>(&self, w: W, kind: UnitShape, group: usize) -> LaneMask {
         let origin = self.origin.as_vec3();
         let margin = ROUNDING * (origin.length() + self.targets.farthest);
         let (zero, one) = (w.splat(0.0), w.splat(1.0));
@@ -93,11 +93,11 @@ impl CutRow<'_> {
             w.bits(w.and(above, below)) as LaneMask
         };
         let level = match kind {
-            Kind::Sphere => LaneMask::MAX,
-            Kind::Disk => between(0.0, 0.0),
-            Kind::Cylinder => between(0.0, 1.0),
+            UnitShape::Sphere => LaneMask::MAX,
+            UnitShape::Disk => between(0.0, 0.0),
+            UnitShape::Cylinder => between(0.0, 1.0),
         };
-        if kind == Kind::Cylinder {
+        if kind == UnitShape::Cylinder {
             (o[2], to[2]) = (zero, zero);
         }
         let d = sub3(w, to, o);
@@ -111,7 +111,7 @@ impl CutRow<'_> {
 
     /// Those of sixteen segments that are cut: plain loops, which are vectors of `f64` once compiled.
     #[inline(always)]
-    fn cut_exactly(&self, kind: Kind, group: usize) -> LaneMask {
+    fn cut_exactly(&self, kind: UnitShape, group: usize) -> LaneMask {
         let [x, y, z] = &self.targets.exact[group];
         let mut cut = [0; WIDE];
         for (j, cut) in cut.iter_mut().enumerate() {
@@ -152,16 +152,16 @@ mod tests {
         let mut random = Pcg::new(3);
         let mut number = || f64::from(random.next_f32()) * 2.0 - 1.0;
         let mut vector = || DVec3::new(number(), number(), number());
-        for kind in [Kind::Sphere, Kind::Disk, Kind::Cylinder] {
+        for kind in [UnitShape::Sphere, UnitShape::Disk, UnitShape::Cylinder] {
             let mut some = [0; 2];
             for trial in 0..600 {
                 let far = 10f64.powi(trial % 8);
                 let origin = vector() * far;
                 // To a point of the rim or the surface, a little more or less, and beyond.
                 let through = |v: DVec3| match kind {
-                    Kind::Sphere => v.normalize(),
-                    Kind::Disk => v.with_z(0.0).normalize(),
-                    Kind::Cylinder => v.with_z(0.0).normalize().with_z(v.z.abs()),
+                    UnitShape::Sphere => v.normalize(),
+                    UnitShape::Disk => v.with_z(0.0).normalize(),
+                    UnitShape::Cylinder => v.with_z(0.0).normalize().with_z(v.z.abs()),
                 };
                 let targets = (0..BLOCK).map(|j| {
                     let grazed = through(vector()) * (1.0 + 1e-4 * vector().x);

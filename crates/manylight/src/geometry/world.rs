@@ -1,7 +1,7 @@
 //! All surfaces of a scene: nearest hit, visibility, and points by area.
 
-use super::layer::{Layer, LayerBuilder, Member};
-use super::placement::{PlacedInstance, Placement};
+use super::placement::{PlacedInstance, PlacedShape};
+use super::surface_set::{Object, SurfaceSet, SurfaceSetBuilder};
 use super::{Ray, Segment, Shape, SurfacePoint, SurfaceRef};
 use crate::ids::{EmitterId, MaterialId, PrimitiveId, ShapeId};
 use crate::math::{Aabb, Affine3A, Vec2, Vec3};
@@ -60,7 +60,7 @@ pub struct Geometry {
     shapes: Vec<Shape>,
     primitives: Vec<Primitive>,
     /// One per primitive.
-    pub(super) placements: Vec<Placement>,
+    pub(super) placements: Vec<PlacedShape>,
     pub(super) world: Level,
     pub(super) groups: Vec<Level>,
     pub(super) instances: Vec<PlacedInstance>,
@@ -71,12 +71,12 @@ pub struct Geometry {
 /// opaque ones never pays for them.
 #[derive(Debug)]
 pub(super) struct Level {
-    opaque: Layer,
-    transparent: Layer,
+    opaque: SurfaceSet,
+    transparent: SurfaceSet,
 }
 
 impl Level {
-    pub(super) fn layer(&self, class: Class) -> &Layer {
+    pub(super) fn surfaces(&self, class: Class) -> &SurfaceSet {
         match class {
             Class::Opaque => &self.opaque,
             Class::Transparent => &self.transparent,
@@ -99,16 +99,16 @@ impl Geometry {
         groups: Vec<Range<usize>>,
         instances: Vec<Instance>,
     ) -> Self {
-        let placements: Vec<Placement> = primitives
+        let placements: Vec<PlacedShape> = primitives
             .par_iter()
-            .map(|p| Placement::new(&shapes[p.shape.index()], &p.world_from_object))
+            .map(|p| PlacedShape::new(&shapes[p.shape.index()], &p.world_from_object))
             .collect();
         let level = |range: Range<usize>, instances: &[(usize, Aabb, Aabb)]| {
-            let layer = |class: Class| {
+            let surfaces = |class: Class| {
                 let members = range
                     .clone()
                     .filter(|&i| primitives[i].transparent == (class == Class::Transparent));
-                let mut builder = LayerBuilder::default();
+                let mut builder = SurfaceSetBuilder::default();
                 for i in members {
                     builder.add_primitive(PrimitiveId::from(i), &placements[i]);
                 }
@@ -125,8 +125,8 @@ impl Geometry {
                 builder.build()
             };
             Level {
-                opaque: layer(Class::Opaque),
-                transparent: layer(Class::Transparent),
+                opaque: surfaces(Class::Opaque),
+                transparent: surfaces(Class::Transparent),
             }
         };
         let world_end = groups
@@ -181,12 +181,12 @@ impl Geometry {
 
     /// Number of triangles stored (instances not multiplied).
     pub fn triangle_count(&self) -> usize {
-        self.layers().map(Layer::triangle_count).sum()
+        self.surface_sets().map(SurfaceSet::triangle_count).sum()
     }
 
     /// Memory of the acceleration structures over triangles, in bytes.
     pub fn acceleration_bytes(&self) -> usize {
-        self.layers().map(Layer::bytes).sum()
+        self.surface_sets().map(SurfaceSet::bytes).sum()
     }
 
     /// Restricts the kernels to these instructions.
@@ -196,12 +196,12 @@ impl Geometry {
     #[cfg(any(test, feature = "testing"))]
     pub fn use_instructions(&mut self, instructions: Instructions) {
         let levels = std::iter::once(&mut self.world).chain(&mut self.groups);
-        for layer in levels.flat_map(|level| [&mut level.opaque, &mut level.transparent]) {
-            layer.use_instructions(instructions);
+        for surfaces in levels.flat_map(|level| [&mut level.opaque, &mut level.transparent]) {
+            surfaces.use_instructions(instructions);
         }
     }
 
-    fn layers(&self) -> impl Iterator<Item = &Layer> {
+    fn surface_sets(&self) -> impl Iterator<Item = &SurfaceSet> {
         std::iter::once(&self.world)
             .chain(&self.groups)
             .flat_map(|level| [&level.opaque, &level.transparent])
@@ -222,18 +222,19 @@ impl Geometry {
 
     /// Whether an opaque surface lies on the segment.
     pub fn occluded(&self, segment: &Segment) -> bool {
-        let layer = &self.world.opaque;
-        layer.any_triangle(segment) || (layer.has_objects() && self.any_object(layer, segment))
+        let surfaces = &self.world.opaque;
+        surfaces.any_triangle(segment)
+            || (surfaces.has_objects() && self.any_object(surfaces, segment))
     }
 
     /// Visibility from one point to up to 64 others at once: bit `i` is set when an opaque surface lies between `from` and `to[i]`.
     /// Bits beyond `to.len()` are 0. Equal to single [`Geometry::occluded`] calls, only faster.
     pub fn occluded_packet(&self, from: Vec3, to: &[Vec3]) -> u64 {
-        let layer = &self.world.opaque;
-        let mut blocked = layer.any_triangle_packet(from, to);
-        if layer.has_objects() {
+        let surfaces = &self.world.opaque;
+        let mut blocked = surfaces.any_triangle_packet(from, to);
+        if surfaces.has_objects() {
             for (i, &to) in to.iter().enumerate() {
-                if blocked >> i & 1 == 0 && self.any_object(layer, &Segment { from, to }) {
+                if blocked >> i & 1 == 0 && self.any_object(surfaces, &Segment { from, to }) {
                     blocked |= 1 << i;
                 }
             }
@@ -248,32 +249,32 @@ impl Geometry {
 
     /// Calls `visit` for the hits of the segment with transparent surfaces, in no order, until it returns true.
     pub fn visit_transparent(&self, segment: &Segment, mut visit: impl FnMut(Hit) -> bool) {
-        self.visit_in_layer(&self.world.transparent, segment, &mut visit);
+        self.visit_in_set(&self.world.transparent, segment, &mut visit);
     }
 
     /// Whether `visit` ended it.
-    fn visit_in_layer(
+    fn visit_in_set(
         &self,
-        layer: &Layer,
+        surfaces: &SurfaceSet,
         segment: &Segment,
         visit: &mut dyn FnMut(Hit) -> bool,
     ) -> bool {
-        if layer.visit_triangles(segment, &mut *visit) {
+        if surfaces.visit_triangles(segment, &mut *visit) {
             return true;
         }
-        if !layer.has_objects() {
+        if !surfaces.has_objects() {
             return false;
         }
         let mut ended = false;
         let whole = segment.ray();
-        layer.visit_objects(&whole, whole.t_max, |member, t_max| {
-            ended = match member {
-                Member::Analytic(primitive) => self.visit_analytic(primitive, segment, visit),
-                Member::Instance(index) => {
+        surfaces.visit_objects(&whole, whole.t_max, |object, t_max| {
+            ended = match object {
+                Object::Analytic(primitive) => self.visit_analytic(primitive, segment, visit),
+                Object::Instance(index) => {
                     let instance = &self.instances[index];
                     let group = &self.groups[instance.group()].transparent;
                     let segment = instance.segment_in_group(segment);
-                    self.visit_in_layer(group, &segment, &mut |mut hit| {
+                    self.visit_in_set(group, &segment, &mut |mut hit| {
                         hit.at.instance = index as u32;
                         visit(hit)
                     })
@@ -310,22 +311,22 @@ impl Geometry {
     }
 
     fn nearest(&self, class: Class, ray: &Ray) -> Option<Hit> {
-        let layer = self.world.layer(class);
-        let mut best = layer.nearest_triangle(ray);
-        if !layer.has_objects() {
+        let surfaces = self.world.surfaces(class);
+        let mut best = surfaces.nearest_triangle(ray);
+        if !surfaces.has_objects() {
             return best;
         }
         let mut rest = Ray {
             t_max: best.map_or(ray.t_max, |hit| hit.t),
             ..*ray
         };
-        layer.visit_objects(ray, rest.t_max, |member, t_max| {
+        surfaces.visit_objects(ray, rest.t_max, |object, t_max| {
             rest.t_max = t_max;
-            let hit = match member {
-                Member::Analytic(primitive) => {
+            let hit = match object {
+                Object::Analytic(primitive) => {
                     self.placements[primitive.index()].intersect_analytic(primitive, &rest)
                 }
-                Member::Instance(index) => self.nearest_in_instance(class, index, &rest),
+                Object::Instance(index) => self.nearest_in_instance(class, index, &rest),
             };
             best = hit.or(best);
             hit.map_or(t_max, |hit| hit.t)
@@ -335,18 +336,18 @@ impl Geometry {
 
     fn nearest_in_instance(&self, class: Class, index: usize, ray: &Ray) -> Option<Hit> {
         let instance = &self.instances[index];
-        let layer = self.groups[instance.group()].layer(class);
+        let surfaces = self.groups[instance.group()].surfaces(class);
         let mut rest = instance.ray_in_group(ray);
-        let mut best = layer.nearest_triangle(&rest);
+        let mut best = surfaces.nearest_triangle(&rest);
         rest.t_max = best.map_or(ray.t_max, |hit| hit.t);
         let start = rest;
-        layer.visit_objects(&start, start.t_max, |member, t_max| {
+        surfaces.visit_objects(&start, start.t_max, |object, t_max| {
             rest.t_max = t_max;
-            let hit = match member {
-                Member::Analytic(primitive) => {
+            let hit = match object {
+                Object::Analytic(primitive) => {
                     self.placements[primitive.index()].intersect_analytic(primitive, &rest)
                 }
-                Member::Instance(_) => None,
+                Object::Instance(_) => None,
             };
             best = hit.or(best);
             hit.map_or(t_max, |hit| hit.t)
@@ -360,10 +361,10 @@ impl Geometry {
         })
     }
 
-    fn any_object(&self, layer: &Layer, segment: &Segment) -> bool {
-        layer.any_object(segment, |member| match member {
-            Member::Analytic(primitive) => self.placements[primitive.index()].blocks(segment),
-            Member::Instance(index) => {
+    fn any_object(&self, surfaces: &SurfaceSet, segment: &Segment) -> bool {
+        surfaces.any_object(segment, |object| match object {
+            Object::Analytic(primitive) => self.placements[primitive.index()].blocks(segment),
+            Object::Instance(index) => {
                 let instance = &self.instances[index];
                 let group = &self.groups[instance.group()].opaque;
                 let segment = instance.segment_in_group(segment);
@@ -387,7 +388,7 @@ impl Geometry {
     }
 
     #[inline]
-    fn placed(&self, primitive: PrimitiveId) -> (&Shape, &Placement) {
+    fn placed(&self, primitive: PrimitiveId) -> (&Shape, &PlacedShape) {
         let shape = self.primitives[primitive.index()].shape;
         (
             &self.shapes[shape.index()],

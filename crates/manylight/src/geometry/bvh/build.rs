@@ -27,17 +27,17 @@ const LEAF_COST: f32 = 1.2;
 /// Eight boxes and what is in them, in four cache lines.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
-pub(super) struct Node {
+pub(super) struct WideNode {
     /// Lower x, y, z, upper x, y, z of the children. Empty places have lower = +∞ and upper = -∞.
     pub(super) bounds: [[f32; NARROW]; 6],
     /// See [`LEAF`].
     pub(super) children: [u32; NARROW],
     /// For each octant of directions (bit a set: component a is negative) the children from far to near, three bits each.
-    /// The eight bits that are left belong to one child each, see [`Node::items_below`].
+    /// The eight bits that are left belong to one child each, see [`WideNode::items_below`].
     pub(super) order: [u32; NARROW],
 }
 
-impl Node {
+impl WideNode {
     /// Items below a child, rounded up to a power of two.
     #[inline(always)]
     pub(super) fn items_below(&self, lane: usize) -> f32 {
@@ -56,9 +56,9 @@ impl Node {
 
 /// The nodes over a list of items.
 #[derive(Debug, Default)]
-pub(super) struct Tree {
+pub(super) struct WideTree {
     /// The root is the first, if there is any.
-    pub(super) nodes: Vec<Node>,
+    pub(super) nodes: Vec<WideNode>,
     /// The items in leaf order.
     pub(super) items: Vec<u32>,
     /// Leaf `i` holds `items[leaves[i]..leaves[i + 1]]`.
@@ -67,16 +67,16 @@ pub(super) struct Tree {
     pub(super) bounds: Option<Aabb>,
 }
 
-impl Tree {
+impl WideTree {
     /// Builds a tree with at most `max_leaf` items per leaf. All boxes must be finite and not empty.
     pub(super) fn new(boxes: &[Aabb], max_leaf: usize) -> Self {
         if boxes.is_empty() {
-            return Tree::default();
+            return WideTree::default();
         }
         let binary = binary_tree(boxes);
-        let emitter = Emitter {
+        let emitter = TreeWriter {
             binary: &binary,
-            plan: Plan::new(&binary, max_leaf),
+            plan: CollapsePlan::new(&binary, max_leaf),
             boxes,
             max_leaf,
         };
@@ -94,7 +94,7 @@ impl Tree {
     }
 
     /// Appends a subtree, and says where its root stands now.
-    fn append(&mut self, mut part: Tree) -> u32 {
+    fn append(&mut self, mut part: WideTree) -> u32 {
         let (nodes, leaves) = (self.nodes.len() as u32, self.leaves.len() as u32);
         let items = self.items.len() as u32;
         for word in part.nodes.iter_mut().flat_map(|node| &mut node.children) {
@@ -137,7 +137,7 @@ impl Tree {
 
 /// For each binary node the cheapest way to represent it by up to `i` wide subtrees, for `i` = 1 to 8: words of [`Choices`],
 /// atomic because several threads write, each to nodes of its own.
-struct Plan(Vec<AtomicU32>);
+struct CollapsePlan(Vec<AtomicU32>);
 
 /// The choices at a binary node, in one word.
 #[derive(Clone, Copy)]
@@ -173,11 +173,11 @@ impl Choices {
     }
 }
 
-impl Plan {
+impl CollapsePlan {
     fn new(binary: &[BinaryNode], max_leaf: usize) -> Self {
         let leaf = Choices::new([0; NARROW], u32::from(u8::MAX));
         let words = binary.par_iter().map(|_| AtomicU32::new(leaf.0));
-        let plan = Plan(words.collect());
+        let plan = CollapsePlan(words.collect());
         let subtrees = subtrees(binary);
         let below: HashMap<usize, Priced> = subtrees
             .into_par_iter()
@@ -303,9 +303,9 @@ fn subtrees(binary: &[BinaryNode]) -> Vec<usize> {
 }
 
 /// Writes the wide nodes.
-struct Emitter<'a> {
+struct TreeWriter<'a> {
     binary: &'a [BinaryNode],
-    plan: Plan,
+    plan: CollapsePlan,
     boxes: &'a [Aabb],
     max_leaf: usize,
 }
@@ -321,9 +321,9 @@ struct Cut {
     root: usize,
 }
 
-impl Emitter<'_> {
-    fn tree(&self) -> Tree {
-        let mut tree = Tree::default();
+impl TreeWriter<'_> {
+    fn tree(&self) -> WideTree {
+        let mut tree = WideTree::default();
         // The root is always a node, even over a single leaf: traversal has one case less.
         let children = if self.binary[0].item().is_some() {
             vec![0]
@@ -333,7 +333,7 @@ impl Emitter<'_> {
         let mut cuts = Vec::new();
         tree.nodes.push(empty_node());
         self.fill_node(&mut tree, 0, &children, 1, &mut cuts);
-        let parts: Vec<Tree> = cuts.par_iter().map(|cut| self.part(cut)).collect();
+        let parts: Vec<WideTree> = cuts.par_iter().map(|cut| self.part(cut)).collect();
         for (cut, part) in cuts.iter().zip(parts) {
             let root = tree.append(part);
             tree.nodes[cut.slot].children[cut.lane] = root;
@@ -341,8 +341,8 @@ impl Emitter<'_> {
         tree
     }
 
-    fn part(&self, cut: &Cut) -> Tree {
-        let mut part = Tree::default();
+    fn part(&self, cut: &Cut) -> WideTree {
+        let mut part = WideTree::default();
         let children = self.plan.children(self.binary, cut.root);
         part.nodes.push(empty_node());
         self.fill_node(&mut part, 0, &children, CUT_DEPTH + 1, &mut Vec::new());
@@ -351,7 +351,7 @@ impl Emitter<'_> {
 
     fn fill_node(
         &self,
-        tree: &mut Tree,
+        tree: &mut WideTree,
         slot: usize,
         children: &[usize],
         depth: usize,
@@ -393,7 +393,7 @@ impl Emitter<'_> {
     }
 
     /// Bounds the depth where the binary tree is pathologically deep (coincident or nested items).
-    fn fill_balanced(&self, tree: &mut Tree, slot: usize, items: &[u32]) {
+    fn fill_balanced(&self, tree: &mut WideTree, slot: usize, items: &[u32]) {
         let mut node = empty_node();
         let chunk = items.len().div_ceil(NARROW).max(self.max_leaf);
         let mut count = 0;
@@ -418,7 +418,7 @@ impl Emitter<'_> {
         tree.nodes[slot] = node;
     }
 
-    fn add_leaf(&self, tree: &mut Tree, index: usize) -> u32 {
+    fn add_leaf(&self, tree: &mut WideTree, index: usize) -> u32 {
         let word = tree.begin_leaf();
         self.collect_items(index, &mut tree.items);
         word
@@ -435,24 +435,24 @@ impl Emitter<'_> {
     }
 }
 
-fn empty_node() -> Node {
+fn empty_node() -> WideNode {
     let mut bounds = [[f32::INFINITY; NARROW]; 6];
     bounds[3..].fill([f32::NEG_INFINITY; NARROW]);
-    Node {
+    WideNode {
         bounds,
         children: [0; NARROW],
         order: [0; NARROW],
     }
 }
 
-fn set_child(node: &mut Node, lane: usize, bounds: Aabb) {
+fn set_child(node: &mut WideNode, lane: usize, bounds: Aabb) {
     for axis in 0..3 {
         node.bounds[axis][lane] = bounds.min[axis];
         node.bounds[axis + 3][lane] = bounds.max[axis];
     }
 }
 
-fn set_order(node: &mut Node, count: usize) {
+fn set_order(node: &mut WideNode, count: usize) {
     let center = |i: usize| {
         Vec3::from_array(std::array::from_fn(|a| {
             0.5 * node.bounds[a][i] + 0.5 * node.bounds[a + 3][i]

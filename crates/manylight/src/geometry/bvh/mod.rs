@@ -25,19 +25,19 @@ use crate::math::{Aabb, Vec3};
 #[cfg(any(test, feature = "testing"))]
 use crate::simd::Instructions;
 use crate::simd::{Isa, NARROW, Simd, SimdKernel};
-use build::{LEAF, Node, Tree};
+use build::{LEAF, WideNode, WideTree};
 use packet::{EMPTY_STACK, Packet, RAYS, Targets};
 use rayon::prelude::*;
 use stack::WordStack;
-use tile::{SIDE, Tile};
+use tile::{SIDE, VisibilityTile};
 use traverse::{AnyLeaves, Leaves, NearestLeaves};
-use triangles::{AnyTriangle, Block, EachTriangle, NearestTriangle};
+use triangles::{AnyTriangle, EachTriangle, NearestTriangle, TriangleBlock};
 
 /// A hierarchy over triangles.
 #[derive(Debug)]
 pub(super) struct TriangleBvh {
-    tree: Tree,
-    blocks: Vec<Block>,
+    tree: WideTree,
+    blocks: Vec<TriangleBlock>,
     isa: Isa,
 }
 
@@ -52,7 +52,7 @@ impl TriangleBvh {
             .par_iter()
             .map(|&id| Aabb::from_points(triangles[id as usize]))
             .collect();
-        let mut tree = Tree::new(&boxes, NARROW);
+        let mut tree = WideTree::new(&boxes, NARROW);
         let blocks = tree
             .leaves
             .par_windows(2)
@@ -62,7 +62,7 @@ impl TriangleBvh {
                 for (lane, &item) in lanes.iter_mut().zip(items) {
                     *lane = ids[item as usize];
                 }
-                Block::new(&lanes[..items.len()], triangles)
+                TriangleBlock::new(&lanes[..items.len()], triangles)
             })
             .collect();
         // The blocks hold what the leaves named.
@@ -104,14 +104,14 @@ impl TriangleBvh {
         if self.is_empty() {
             None
         } else {
-            self.isa.run(Nearest { bvh: self, ray })
+            self.isa.run(NearestQuery { bvh: self, ray })
         }
     }
 
     /// Calls `visit` for all triangles with `0 < t < ray.t_max` until it returns true; returns whether it did.
     pub(super) fn visit(&self, ray: &Ray, visit: impl FnMut(TriangleHit) -> bool) -> bool {
         !self.is_empty()
-            && self.isa.run(Each {
+            && self.isa.run(EachQuery {
                 bvh: self,
                 ray,
                 visit,
@@ -122,7 +122,7 @@ impl TriangleBvh {
     #[inline]
     pub(super) fn any(&self, from: Vec3, to: Vec3) -> bool {
         !self.is_empty()
-            && self.isa.run(Any {
+            && self.isa.run(AnyQuery {
                 bvh: self,
                 from,
                 d: to - from,
@@ -135,7 +135,7 @@ impl TriangleBvh {
         if self.is_empty() || to.is_empty() {
             0
         } else {
-            self.isa.run(AnyOfPacket {
+            self.isa.run(PacketQuery {
                 bvh: self,
                 from,
                 to,
@@ -154,7 +154,7 @@ impl TriangleBvh {
         let mut open = [0; SIDE];
         open[..wanted.len()].copy_from_slice(wanted);
         if !self.is_empty() && wanted.iter().any(|&lights| lights != 0) {
-            open = self.isa.run(OpenInTile {
+            open = self.isa.run(TileQuery {
                 bvh: self,
                 points,
                 lights,
@@ -164,7 +164,7 @@ impl TriangleBvh {
         open
     }
 
-    fn parts(&self) -> (&[Node], &[Block]) {
+    fn parts(&self) -> (&[WideNode], &[TriangleBlock]) {
         (&self.tree.nodes, &self.blocks)
     }
 }
@@ -174,12 +174,12 @@ fn can_be_hit([a, b, c]: &[Vec3; 3]) -> bool {
     a.is_finite() && b.is_finite() && c.is_finite() && normal.length_squared() > 0.0
 }
 
-struct Nearest<'a> {
+struct NearestQuery<'a> {
     bvh: &'a TriangleBvh,
     ray: &'a Ray,
 }
 
-impl SimdKernel for Nearest<'_> {
+impl SimdKernel for NearestQuery<'_> {
     type Output = Option<TriangleHit>;
 
     #[inline(always)]
@@ -190,13 +190,13 @@ impl SimdKernel for Nearest<'_> {
     }
 }
 
-struct Each<'a, V> {
+struct EachQuery<'a, V> {
     bvh: &'a TriangleBvh,
     ray: &'a Ray,
     visit: V,
 }
 
-impl<V: FnMut(TriangleHit) -> bool> SimdKernel for Each<'_, V> {
+impl<V: FnMut(TriangleHit) -> bool> SimdKernel for EachQuery<'_, V> {
     type Output = bool;
 
     #[inline(always)]
@@ -207,13 +207,13 @@ impl<V: FnMut(TriangleHit) -> bool> SimdKernel for Each<'_, V> {
     }
 }
 
-struct Any<'a> {
+struct AnyQuery<'a> {
     bvh: &'a TriangleBvh,
     from: Vec3,
     d: Vec3,
 }
 
-impl SimdKernel for Any<'_> {
+impl SimdKernel for AnyQuery<'_> {
     type Output = bool;
 
     #[inline(always)]
@@ -224,13 +224,13 @@ impl SimdKernel for Any<'_> {
     }
 }
 
-struct AnyOfPacket<'a> {
+struct PacketQuery<'a> {
     bvh: &'a TriangleBvh,
     from: Vec3,
     to: &'a [Vec3],
 }
 
-impl SimdKernel for AnyOfPacket<'_> {
+impl SimdKernel for PacketQuery<'_> {
     type Output = u64;
 
     #[inline(always)]
@@ -244,26 +244,26 @@ impl SimdKernel for AnyOfPacket<'_> {
     }
 }
 
-struct OpenInTile<'a> {
+struct TileQuery<'a> {
     bvh: &'a TriangleBvh,
     points: &'a [Vec3],
     lights: &'a [Vec3],
     wanted: &'a [u64],
 }
 
-impl SimdKernel for OpenInTile<'_> {
+impl SimdKernel for TileQuery<'_> {
     type Output = [u64; SIDE];
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> [u64; SIDE] {
-        Tile::new(s, self.bvh.parts(), (self.points, self.lights), self.wanted).trace(s)
+        VisibilityTile::new(s, self.bvh.parts(), (self.points, self.lights), self.wanted).trace(s)
     }
 }
 
 /// A hierarchy over anything with a box.
 #[derive(Debug)]
 pub(super) struct ObjectBvh {
-    tree: Tree,
+    tree: WideTree,
     isa: Isa,
 }
 
@@ -271,7 +271,7 @@ impl ObjectBvh {
     /// Builds over finite boxes.
     pub(super) fn new(boxes: &[Aabb]) -> Self {
         ObjectBvh {
-            tree: Tree::new(boxes, 1),
+            tree: WideTree::new(boxes, 1),
             isa: Isa::best(),
         }
     }
@@ -368,7 +368,7 @@ impl<V: FnMut(usize, f32) -> f32, S: Simd> NearestLeaves<S> for NearestObject<'_
 }
 
 struct ObjectsBetween<'a, V> {
-    tree: &'a Tree,
+    tree: &'a WideTree,
     shaft: &'a Shaft,
     visit: V,
 }

@@ -4,10 +4,10 @@
 //! the targets is passed by together; what is left is tested against sixteen rays at a time. Rays that are blocked leave the
 //! packet; when few are left, they go on alone.
 
-use super::build::{LEAF, MAX_DEPTH, Node};
+use super::build::{LEAF, MAX_DEPTH, WideNode};
 use super::shaft::{Shaft, middle_and_half};
 use super::traverse::{self, FAR_MARGIN};
-use super::triangles::{AnyTriangle, Block, Directions, EdgeVolumes};
+use super::triangles::{AnyTriangle, EdgeVolumes, SegmentDirections, TriangleBlock};
 use crate::lanes::vectors::{load3, splat3, spread3, store3, sub3};
 use crate::math::{Aabb, Vec3};
 use crate::simd::{Floats, NARROW, Simd, WIDE, Wide};
@@ -46,8 +46,8 @@ impl<'a> Targets<'a> {
 
 /// Segments with a common origin.
 pub(super) struct Packet<'a> {
-    nodes: &'a [Node],
-    blocks: &'a [Block],
+    nodes: &'a [WideNode],
+    blocks: &'a [TriangleBlock],
     from: Vec3,
     to: &'a [Vec3],
     /// Group, axis, lane. Lanes without a ray hold anything, groups without one are zero.
@@ -73,7 +73,7 @@ impl<'a> Packet<'a> {
     #[inline(always)]
     pub(super) fn new<S: Simd>(
         s: S,
-        (nodes, blocks): (&'a [Node], &'a [Block]),
+        (nodes, blocks): (&'a [WideNode], &'a [TriangleBlock]),
         from: Vec3,
         targets: &Targets<'a>,
         rays: u64,
@@ -252,7 +252,7 @@ impl<'a> Packet<'a> {
                 if rays >> (group * WIDE) & ALL == 0 {
                     continue;
                 }
-                let segments = Directions {
+                let segments = SegmentDirections {
                     d: load3(w, &self.d[group]),
                     size: w.load(&self.size[group]),
                 };

@@ -76,7 +76,7 @@ struct Move {
 }
 
 /// The search for a new place.
-struct Search {
+struct ReinsertionSearch {
     moved: Aabb,
     /// Its area.
     least: f32,
@@ -89,7 +89,7 @@ struct Below {
     children: [usize; 2],
 }
 
-impl Search {
+impl ReinsertionSearch {
     /// Tries a place; what is below it, if that is promising.
     #[inline(always)]
     fn consider(&mut self, nodes: &[BinaryNode], place: usize, budget: f32) -> Option<Below> {
@@ -168,7 +168,7 @@ impl Reinsertion<'_> {
     /// the node, keeping the area `saved` below the common ancestor, and looks on the other side of each ancestor for
     /// the cheapest place. There, no new parent is smaller than the node, which bounds what a subtree can offer.
     fn best_move(&self, node: usize, levels: usize) -> Option<Move> {
-        let mut search = Search {
+        let mut search = ReinsertionSearch {
             moved: self.nodes[node].bounds,
             least: self.nodes[node].half_area(),
             best: Move {

@@ -8,7 +8,7 @@
 
 use super::shaft::middle_and_half;
 use super::tile::SIDE;
-use super::triangles::{Block, ROUNDINGS};
+use super::triangles::{ROUNDINGS, TriangleBlock};
 use crate::lanes::vectors::{
     abs3, add3, cross, dot, dot_add, load3, scale3, splat3, spread3, store3, sub3,
 };
@@ -20,7 +20,7 @@ pub(super) const GROUPS: usize = SIDE / WIDE;
 const SHAFTS: usize = GROUPS * GROUPS;
 
 /// Points or lights in groups.
-pub(super) struct Ends {
+pub(super) struct EndGroups {
     /// Group, axis, lane. Places that are not used hold a point of the group that is.
     p: [[[f32; WIDE]; 3]; GROUPS],
     /// Around those that are used.
@@ -28,11 +28,11 @@ pub(super) struct Ends {
     pub(super) all: Aabb,
 }
 
-impl Ends {
+impl EndGroups {
     #[inline(always)]
     pub(super) fn new(points: &[Vec3], used: u64) -> Self {
         let any = points[used.trailing_zeros() as usize % SIDE];
-        let mut ends = Ends {
+        let mut ends = EndGroups {
             p: [[[0.0; WIDE]; 3]; GROUPS],
             bounds: [Aabb::EMPTY; GROUPS],
             all: Aabb::EMPTY,
@@ -92,7 +92,7 @@ pub(super) struct LeafTriangles {
 
 impl LeafTriangles {
     #[inline(always)]
-    pub(super) fn new<S: Simd>(s: S, block: &Block, origin: Vec3) -> Self {
+    pub(super) fn new<S: Simd>(s: S, block: &TriangleBlock, origin: Vec3) -> Self {
         let o = splat3(s, origin);
         let [a, b, c] = [
             load3(s, &block.corners[0]),
@@ -112,8 +112,8 @@ impl LeafTriangles {
 /// Which segments are open, and what is needed to close them. Coordinates are relative to `origin`.
 pub(super) struct Rows {
     pub(super) origin: Vec3,
-    points: Ends,
-    lights: Ends,
+    points: EndGroups,
+    lights: EndGroups,
     /// All points, and all lights.
     all: [(Vec3, Vec3); 2],
     /// The groups of each shaft.
@@ -131,7 +131,12 @@ pub(super) struct Rows {
 
 impl Rows {
     #[inline(always)]
-    pub(super) fn new<S: Simd>(s: S, mut points: Ends, mut lights: Ends, wanted: &[u64]) -> Self {
+    pub(super) fn new<S: Simd>(
+        s: S,
+        mut points: EndGroups,
+        mut lights: EndGroups,
+        wanted: &[u64],
+    ) -> Self {
         let both = points.all.union(lights.all);
         let origin = both.center();
         let mut open = [[0; WIDE]; SHAFTS];
@@ -360,7 +365,7 @@ impl Rows {
     }
 }
 
-fn boxes(ends: &Ends, origin: Vec3, group: impl Fn(usize) -> usize) -> Boxes<WIDE> {
+fn boxes(ends: &EndGroups, origin: Vec3, group: impl Fn(usize) -> usize) -> Boxes<WIDE> {
     let mut boxes = Boxes {
         middle: [[0.0; WIDE]; 3],
         half: [[0.0; WIDE]; 3],

@@ -445,14 +445,14 @@ fn the_balanced_split_holds_every_item() {
             max: Vec3::splat(1.5f32.powi(i - 60)),
         })
         .collect();
-    let tree = Tree::new(&boxes, 1);
+    let tree = WideTree::new(&boxes, 1);
     let mut seen: Vec<u32> = tree.items.clone();
     seen.sort_unstable();
     assert!(seen.into_iter().eq(0..120));
     assert!(depth(&tree, 0) <= build::MAX_DEPTH);
 }
 
-fn depth(tree: &Tree, node: usize) -> usize {
+fn depth(tree: &WideTree, node: usize) -> usize {
     let children = tree.nodes[node]
         .children
         .iter()

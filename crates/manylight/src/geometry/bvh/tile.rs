@@ -5,11 +5,11 @@
 //! A subtree of many triangles that is smaller than the shafts would be tested by all of them: such subtrees wait, and packets
 //! from the points or from the lights, whichever are narrower there, deal with the segments that are still open then.
 
-use super::build::{LEAF, MAX_DEPTH, Node};
+use super::build::{LEAF, MAX_DEPTH, WideNode};
 use super::packet::{EMPTY_STACK, Packet, Targets};
-use super::rows::{Ends, GROUPS, LeafTriangles, Rows};
+use super::rows::{EndGroups, GROUPS, LeafTriangles, Rows};
 use super::shaft::{Shaft, Shafts};
-use super::triangles::Block;
+use super::triangles::TriangleBlock;
 use crate::math::bits::transpose;
 use crate::math::{Aabb, Vec3};
 use crate::simd::{NARROW, Simd, WIDE};
@@ -35,9 +35,9 @@ struct Waiting {
 }
 
 /// The segments between points and lights.
-pub(super) struct Tile<'a> {
-    nodes: &'a [Node],
-    blocks: &'a [Block],
+pub(super) struct VisibilityTile<'a> {
+    nodes: &'a [WideNode],
+    blocks: &'a [TriangleBlock],
     points: &'a [Vec3],
     lights: &'a [Vec3],
     shaft: Shaft,
@@ -51,12 +51,12 @@ pub(super) struct Tile<'a> {
     waiting: [Waiting; 2],
 }
 
-impl<'a> Tile<'a> {
+impl<'a> VisibilityTile<'a> {
     /// `wanted` has one mask of lights per point, at least one of them not zero.
     #[inline(always)]
     pub(super) fn new<S: Simd>(
         s: S,
-        (nodes, blocks): (&'a [Node], &'a [Block]),
+        (nodes, blocks): (&'a [WideNode], &'a [TriangleBlock]),
         (points, lights): (&'a [Vec3], &'a [Vec3]),
         wanted: &[u64],
     ) -> Self {
@@ -66,14 +66,14 @@ impl<'a> Tile<'a> {
             used_lights |= mask;
         }
         let (p, l) = (
-            Ends::new(points, used_points),
-            Ends::new(lights, used_lights),
+            EndGroups::new(points, used_points),
+            EndGroups::new(lights, used_lights),
         );
         let waiting = || Waiting {
             len: 0,
             subtrees: [(0, 0); WAITING],
         };
-        Tile {
+        VisibilityTile {
             nodes,
             blocks,
             points,
@@ -240,7 +240,7 @@ fn groups_of(shafts: u32, group: usize, role: usize) -> u64 {
 }
 
 #[inline(always)]
-fn block_bounds<S: Simd>(s: S, block: &Block) -> [[f32; NARROW]; 6] {
+fn block_bounds<S: Simd>(s: S, block: &TriangleBlock) -> [[f32; NARROW]; 6] {
     let mut bounds = [[0.0; NARROW]; 6];
     for axis in 0..3 {
         let a = s.load(&block.corners[0][axis]);

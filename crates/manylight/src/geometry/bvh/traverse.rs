@@ -1,6 +1,6 @@
 //! Walks of one ray through a tree: nearest hit in order, and any hit with early out.
 
-use super::build::{LEAF, Node};
+use super::build::{LEAF, WideNode};
 use super::stack::{Stack, WordStack};
 use crate::geometry::Ray;
 use crate::math::Vec3;
@@ -17,14 +17,14 @@ pub(super) trait Leaves {
 
 /// Asks for the memory of what is visited after this leaf.
 #[inline(always)]
-fn prefetch_next(nodes: &[Node], leaves: &impl Leaves, next: Option<u32>) {
+fn prefetch_next(nodes: &[WideNode], leaves: &impl Leaves, next: Option<u32>) {
     if let Some(word) = next {
         let leaf = (leaves.all().as_ptr()).wrapping_add((word & !LEAF) as usize);
         let node = nodes.as_ptr().wrapping_add(word as usize).cast();
         // Without branches: which it is cannot be predicted.
         prefetch_at(
             if word & LEAF == 0 { node } else { leaf.cast() },
-            size_of::<Node>(),
+            size_of::<WideNode>(),
         );
     }
 }
@@ -79,15 +79,15 @@ impl BoxRay {
         }
     }
 
-    /// The word of [`Node::order`] for this ray.
+    /// The word of [`WideNode::order`] for this ray.
     #[inline(always)]
-    fn order(&self, node: &Node) -> u32 {
+    fn order(&self, node: &WideNode) -> u32 {
         node.order[self.octant % NARROW]
     }
 
     /// Where the ray enters the children, and where it leaves them or `t_max` ends it; it meets those with near <= far.
     #[inline(always)]
-    fn cut<S: Simd>(&self, s: S, node: &Node, t_max: f32) -> (S::F, S::F) {
+    fn cut<S: Simd>(&self, s: S, node: &WideNode, t_max: f32) -> (S::F, S::F) {
         // The six planes are lower x, y, z, upper x, y, z. The margin of the far ones is applied once, to the nearest.
         let near = |axis: usize| {
             let plane = s.load(&node.bounds[axis + 3 * (self.octant >> axis & 1)]);
@@ -113,7 +113,7 @@ impl BoxRay {
 
     /// The children that the ray meets before `t` = 1, as bits.
     #[inline(always)]
-    fn meets<S: Simd>(&self, s: S, node: &Node) -> u32 {
+    fn meets<S: Simd>(&self, s: S, node: &WideNode) -> u32 {
         let (near, far) = self.cut(s, node, 1.0);
         s.bits(s.le(near, far))
     }
@@ -123,7 +123,7 @@ impl BoxRay {
 #[inline(always)]
 pub(super) fn nearest<S: Simd>(
     s: S,
-    nodes: &[Node],
+    nodes: &[WideNode],
     ray: &Ray,
     leaves: &mut impl NearestLeaves<S>,
 ) {
@@ -155,7 +155,7 @@ pub(super) fn nearest<S: Simd>(
 #[inline(always)]
 pub(super) fn any<S: Simd>(
     s: S,
-    nodes: &[Node],
+    nodes: &[WideNode],
     root: u32,
     o: Vec3,
     scale: Vec3,

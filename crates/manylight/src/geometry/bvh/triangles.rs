@@ -15,16 +15,16 @@ use crate::simd::{Floats, NARROW, Simd, set_bits};
 /// Up to eight triangles. Unused lanes are degenerate, which no ray hits.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
-pub(super) struct Block {
+pub(super) struct TriangleBlock {
     /// Corner, axis, lane.
     pub(super) corners: [[[f32; NARROW]; 3]; 3],
     /// Index of the triangle in the list that the structure was built over.
     pub(super) ids: [u32; NARROW],
 }
 
-impl Block {
+impl TriangleBlock {
     pub(super) fn new(ids: &[u32], triangles: &[[Vec3; 3]]) -> Self {
-        let mut block = Block {
+        let mut block = TriangleBlock {
             corners: [[[0.0; NARROW]; 3]; 3],
             ids: [0; NARROW],
         };
@@ -104,7 +104,7 @@ impl Sheared {
     }
 
     #[inline(always)]
-    fn cross<S: Simd>(&self, s: S, block: &Block, t_max: f32) -> Crossing<S> {
+    fn cross<S: Simd>(&self, s: S, block: &TriangleBlock, t_max: f32) -> Crossing<S> {
         let a = self.corner(s, &block.corners[0]);
         let b = self.corner(s, &block.corners[1]);
         let c = self.corner(s, &block.corners[2]);
@@ -132,7 +132,7 @@ impl Sheared {
 
     /// The nearest hit among the triangles of a block, if there is one below `t_max`.
     #[inline(always)]
-    fn nearest<S: Simd>(&self, s: S, block: &Block, t_max: f32) -> Option<TriangleHit> {
+    fn nearest<S: Simd>(&self, s: S, block: &TriangleBlock, t_max: f32) -> Option<TriangleHit> {
         let crossing = self.cross(s, block, t_max);
         let mut bits = s.bits(crossing.hit);
         if bits == 0 {
@@ -158,7 +158,7 @@ impl Sheared {
 
     /// Whether a triangle of a block lies before `t` = 1.
     #[inline(always)]
-    fn any<S: Simd>(&self, s: S, block: &Block) -> bool {
+    fn any<S: Simd>(&self, s: S, block: &TriangleBlock) -> bool {
         s.bits(self.cross(s, block, 1.0).hit) != 0
     }
 }
@@ -182,14 +182,14 @@ const NEXT: [usize; 3] = [1, 2, 0];
 
 /// The nearest-hit test for one ray.
 pub(super) struct NearestTriangle<'a> {
-    blocks: &'a [Block],
+    blocks: &'a [TriangleBlock],
     ray: Sheared,
     pub(super) best: Option<TriangleHit>,
 }
 
 impl<'a> NearestTriangle<'a> {
     #[inline(always)]
-    pub(super) fn new(blocks: &'a [Block], ray: &Ray) -> Self {
+    pub(super) fn new(blocks: &'a [TriangleBlock], ray: &Ray) -> Self {
         NearestTriangle {
             blocks,
             ray: Sheared::new(ray.o, ray.d),
@@ -199,10 +199,10 @@ impl<'a> NearestTriangle<'a> {
 }
 
 impl Leaves for NearestTriangle<'_> {
-    type Leaf = Block;
+    type Leaf = TriangleBlock;
 
     #[inline(always)]
-    fn all(&self) -> &[Block] {
+    fn all(&self) -> &[TriangleBlock] {
         self.blocks
     }
 }
@@ -222,7 +222,7 @@ impl<S: Simd> NearestLeaves<S> for NearestTriangle<'_> {
 
 /// Calls a function for all hits of one ray.
 pub(super) struct EachTriangle<'a, V> {
-    blocks: &'a [Block],
+    blocks: &'a [TriangleBlock],
     ray: Sheared,
     visit: V,
     /// Whether the function asked for an end.
@@ -231,7 +231,7 @@ pub(super) struct EachTriangle<'a, V> {
 
 impl<'a, V> EachTriangle<'a, V> {
     #[inline(always)]
-    pub(super) fn new(blocks: &'a [Block], ray: &Ray, visit: V) -> Self {
+    pub(super) fn new(blocks: &'a [TriangleBlock], ray: &Ray, visit: V) -> Self {
         EachTriangle {
             blocks,
             ray: Sheared::new(ray.o, ray.d),
@@ -242,10 +242,10 @@ impl<'a, V> EachTriangle<'a, V> {
 }
 
 impl<V> Leaves for EachTriangle<'_, V> {
-    type Leaf = Block;
+    type Leaf = TriangleBlock;
 
     #[inline(always)]
-    fn all(&self) -> &[Block] {
+    fn all(&self) -> &[TriangleBlock] {
         self.blocks
     }
 }
@@ -288,7 +288,7 @@ pub(super) struct EdgeVolumes<V> {
 }
 
 /// Directions of eight segments from one origin, or one for all lanes.
-pub(super) struct Directions<V> {
+pub(super) struct SegmentDirections<V> {
     pub(super) d: [V; 3],
     /// The largest component.
     pub(super) size: V,
@@ -296,7 +296,7 @@ pub(super) struct Directions<V> {
 
 impl<V: Copy> EdgeVolumes<V> {
     #[inline(always)]
-    pub(super) fn new<L: Floats<NARROW, F = V>>(s: L, block: &Block, o: [V; 3]) -> Self {
+    pub(super) fn new<L: Floats<NARROW, F = V>>(s: L, block: &TriangleBlock, o: [V; 3]) -> Self {
         let [a, b, c] = [
             load3(s, &block.corners[0]),
             load3(s, &block.corners[1]),
@@ -331,7 +331,7 @@ impl<V: Copy> EdgeVolumes<V> {
     pub(super) fn hit_by<const N: usize, L: Floats<N, F = V>>(
         &self,
         s: L,
-        segments: &Directions<V>,
+        segments: &SegmentDirections<V>,
     ) -> L::M {
         let facing = dot(s, self.normal, segments.d);
         let [u, v, w] = [
@@ -353,7 +353,7 @@ impl<V: Copy> EdgeVolumes<V> {
         &self,
         s: L,
         edge: usize,
-        segments: &Directions<V>,
+        segments: &SegmentDirections<V>,
         facing: V,
     ) -> V {
         let value = s.mul_sign(dot(s, self.edges[edge], segments.d), facing);
@@ -400,13 +400,13 @@ pub(super) const ROUNDINGS: f32 = 2.0 * f32::EPSILON;
 
 /// The any-hit test for one segment.
 pub(super) struct AnyTriangle<'a> {
-    blocks: &'a [Block],
+    blocks: &'a [TriangleBlock],
     segment: Sheared,
 }
 
 impl<'a> AnyTriangle<'a> {
     #[inline(always)]
-    pub(super) fn new(blocks: &'a [Block], o: Vec3, d: Vec3) -> Self {
+    pub(super) fn new(blocks: &'a [TriangleBlock], o: Vec3, d: Vec3) -> Self {
         AnyTriangle {
             blocks,
             segment: Sheared::new(o, d),
@@ -415,10 +415,10 @@ impl<'a> AnyTriangle<'a> {
 }
 
 impl Leaves for AnyTriangle<'_> {
-    type Leaf = Block;
+    type Leaf = TriangleBlock;
 
     #[inline(always)]
-    fn all(&self) -> &[Block] {
+    fn all(&self) -> &[TriangleBlock] {
         self.blocks
     }
 }

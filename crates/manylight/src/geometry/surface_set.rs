@@ -2,7 +2,7 @@
 //! what is not triangles.
 
 use super::bvh::{ObjectBvh, Shaft, TriangleBvh, TriangleHit};
-use super::placement::Placement;
+use super::placement::PlacedShape;
 use super::{Hit, Ray, Segment, SurfaceRef};
 use crate::ids::PrimitiveId;
 use crate::math::{Aabb, Vec3};
@@ -12,7 +12,7 @@ use crate::simd::Isa;
 
 /// What is not triangles.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Member {
+pub(super) enum Object {
     /// A sphere, disk or cylinder.
     Analytic(PrimitiveId),
     /// A copy of a group; its index.
@@ -21,29 +21,29 @@ pub(super) enum Member {
 
 /// See the module.
 #[derive(Debug)]
-pub(super) struct Layer {
+pub(super) struct SurfaceSet {
     triangles: TriangleBvh,
     numbering: Numbering,
-    objects: ObjectBvh,
-    members: Vec<Member>,
+    object_bvh: ObjectBvh,
+    objects: Vec<Object>,
 }
 
-impl Layer {
+impl SurfaceSet {
     pub(super) fn is_empty(&self) -> bool {
-        self.triangles.is_empty() && self.objects.is_empty()
+        self.triangles.is_empty() && self.object_bvh.is_empty()
     }
 
     pub(super) fn has_objects(&self) -> bool {
-        !self.objects.is_empty()
+        !self.object_bvh.is_empty()
     }
 
     /// What its kernels are compiled for.
     pub(super) fn isa(&self) -> Isa {
-        self.objects.isa()
+        self.object_bvh.isa()
     }
 
     pub(super) fn bounds(&self) -> Aabb {
-        self.triangles.bounds().union(self.objects.bounds())
+        self.triangles.bounds().union(self.object_bvh.bounds())
     }
 
     pub(super) fn triangle_count(&self) -> usize {
@@ -57,7 +57,7 @@ impl Layer {
     #[cfg(any(test, feature = "testing"))]
     pub(super) fn use_instructions(&mut self, instructions: Instructions) {
         self.triangles.use_instructions(instructions);
-        self.objects.use_instructions(instructions);
+        self.object_bvh.use_instructions(instructions);
     }
 
     #[inline]
@@ -112,40 +112,39 @@ impl Layer {
         &self,
         ray: &Ray,
         t_max: f32,
-        mut visit: impl FnMut(Member, f32) -> f32,
+        mut visit: impl FnMut(Object, f32) -> f32,
     ) {
         let ray = Ray { t_max, ..*ray };
-        self.objects
-            .nearest(&ray, |object, t_max| visit(self.members[object], t_max));
+        self.object_bvh
+            .nearest(&ray, |index, t_max| visit(self.objects[index], t_max));
     }
 
     /// See [`ObjectBvh::visit_between`].
-    pub(super) fn visit_objects_between(&self, shaft: &Shaft, mut visit: impl FnMut(Member)) {
-        self.objects
-            .visit_between(shaft, |object| visit(self.members[object]));
+    pub(super) fn visit_objects_between(&self, shaft: &Shaft, mut visit: impl FnMut(Object)) {
+        self.object_bvh
+            .visit_between(shaft, |index| visit(self.objects[index]));
     }
 
     /// See [`ObjectBvh::any`].
-    pub(super) fn any_object(&self, segment: &Segment, visit: impl Fn(Member) -> bool) -> bool {
-        self.objects.any(segment.from, segment.to, |object| {
-            visit(self.members[object])
-        })
+    pub(super) fn any_object(&self, segment: &Segment, visit: impl Fn(Object) -> bool) -> bool {
+        self.object_bvh
+            .any(segment.from, segment.to, |index| visit(self.objects[index]))
     }
 }
 
 /// Collects what a layer holds.
 #[derive(Default)]
-pub(super) struct LayerBuilder {
+pub(super) struct SurfaceSetBuilder {
     triangles: Vec<[Vec3; 3]>,
     runs: Vec<(u32, PrimitiveId)>,
     boxes: Vec<Aabb>,
-    members: Vec<Member>,
+    objects: Vec<Object>,
 }
 
-impl LayerBuilder {
-    pub(super) fn add_primitive(&mut self, primitive: PrimitiveId, placement: &Placement) {
+impl SurfaceSetBuilder {
+    pub(super) fn add_primitive(&mut self, primitive: PrimitiveId, placement: &PlacedShape) {
         match placement.analytic() {
-            Some(shape) => self.add_member(Member::Analytic(primitive), shape.bounds()),
+            Some(shape) => self.add_object(Object::Analytic(primitive), shape.bounds()),
             None => {
                 self.runs.push((self.triangles.len() as u32, primitive));
                 placement.bake(&mut self.triangles);
@@ -154,22 +153,22 @@ impl LayerBuilder {
     }
 
     pub(super) fn add_instance(&mut self, index: usize, bounds: Aabb) {
-        self.add_member(Member::Instance(index), bounds);
+        self.add_object(Object::Instance(index), bounds);
     }
 
-    fn add_member(&mut self, member: Member, bounds: Aabb) {
+    fn add_object(&mut self, object: Object, bounds: Aabb) {
         if bounds.min.is_finite() && bounds.max.is_finite() && !bounds.is_empty() {
             self.boxes.push(bounds);
-            self.members.push(member);
+            self.objects.push(object);
         }
     }
 
-    pub(super) fn build(self) -> Layer {
-        Layer {
+    pub(super) fn build(self) -> SurfaceSet {
+        SurfaceSet {
             numbering: Numbering::new(self.runs, self.triangles.len() as u32),
             triangles: TriangleBvh::new(&self.triangles),
-            objects: ObjectBvh::new(&self.boxes),
-            members: self.members,
+            object_bvh: ObjectBvh::new(&self.boxes),
+            objects: self.objects,
         }
     }
 }
