@@ -1,14 +1,15 @@
-//! Visibility between two groups of points, through surfaces of all kinds.
+//! Visibility between two groups of points, among surfaces of all kinds.
 
+use super::Geometry;
 use super::Shaft;
+use super::level::SurfaceClass;
 use super::surface_set::{Object, SurfaceSet};
-use super::world::{Class, Geometry};
 use crate::math::{Aabb, Vec3};
 
-/// Most origins and most targets of a block.
+/// Largest number of origins, and of targets, in a block: the bits of a mask.
 pub const BLOCK: usize = 64;
 
-/// The two groups.
+/// Both ends of the segments of a block.
 #[derive(Clone, Copy)]
 struct SegmentEnds<'a> {
     origins: &'a [Vec3],
@@ -16,31 +17,33 @@ struct SegmentEnds<'a> {
 }
 
 impl Geometry {
-    /// Visibility between up to 64 origins and up to 64 targets: bit `j` of element `i` is set when bit `j` of `wanted[i]` is and an
-    /// opaque surface lies between `origins[i]` and `targets[j]`. As many `wanted` as origins. Fast where both ends are compact and
-    /// neighbors stand side by side. Equal to single [`Geometry::occluded`] calls but for segments that graze an edge.
+    /// Visibility between up to [`BLOCK`] origins and up to [`BLOCK`] targets.
+    ///
+    /// `wanted[i]` has one bit per target and one element per origin. Bit `j` of element `i` of the result is set if bit `j` of `wanted[i]`
+    /// is set and an opaque surface lies between `origins[i]` and `targets[j]`. Fastest if both groups are compact and neighbors
+    /// in space are neighbors in the lists. Equal to single calls of [`Geometry::occluded`], except for segments that graze an edge.
     pub fn occluded_block(
         &self,
         origins: &[Vec3],
         targets: &[Vec3],
         wanted: &[u64],
     ) -> [u64; BLOCK] {
-        self.cut_block(Class::Opaque, origins, targets, wanted)
+        self.cut_block(SurfaceClass::Opaque, origins, targets, wanted)
     }
 
-    /// The same for surfaces that let light straight through: the segments on which there is one.
+    /// [`Geometry::occluded_block`] for transparent surfaces: the segments that cross at least one.
     pub fn crossing_block(
         &self,
         origins: &[Vec3],
         targets: &[Vec3],
         wanted: &[u64],
     ) -> [u64; BLOCK] {
-        self.cut_block(Class::Transparent, origins, targets, wanted)
+        self.cut_block(SurfaceClass::Transparent, origins, targets, wanted)
     }
 
     fn cut_block(
         &self,
-        class: Class,
+        class: SurfaceClass,
         origins: &[Vec3],
         targets: &[Vec3],
         wanted: &[u64],
@@ -55,10 +58,10 @@ impl Geometry {
         cut
     }
 
-    /// Those of the segments in `open` that nothing in the surfaces cuts.
+    /// The segments in `open` that no surface of the set cuts.
     fn open_in_set(
         &self,
-        class: Class,
+        class: SurfaceClass,
         surfaces: &SurfaceSet,
         ends: SegmentEnds,
         open: [u64; BLOCK],

@@ -1,5 +1,4 @@
-//! The surfaces of one space that are alike to visibility: a hierarchy over all baked triangles, and one over
-//! what is not triangles.
+//! The surfaces of one class in one space: a hierarchy over all baked triangles, and one over analytic shapes and instances.
 
 use super::bvh::{ObjectBvh, Shaft, TriangleBvh, TriangleHit};
 use super::placement::PlacedShape;
@@ -10,16 +9,16 @@ use crate::math::{Aabb, Vec3};
 use crate::simd::Instructions;
 use crate::simd::Isa;
 
-/// What is not triangles.
+/// An element of the hierarchy over boxes.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Object {
     /// A sphere, disk or cylinder.
     Analytic(PrimitiveId),
-    /// A copy of a group; its index.
+    /// An instance of a group, by index.
     Instance(usize),
 }
 
-/// See the module.
+/// The surfaces of one class in one space.
 #[derive(Debug)]
 pub(super) struct SurfaceSet {
     triangles: TriangleBvh,
@@ -37,7 +36,7 @@ impl SurfaceSet {
         !self.object_bvh.is_empty()
     }
 
-    /// What its kernels are compiled for.
+    /// Instruction set of the kernels.
     pub(super) fn isa(&self) -> Isa {
         self.object_bvh.isa()
     }
@@ -62,21 +61,21 @@ impl SurfaceSet {
 
     #[inline]
     pub(super) fn nearest_triangle(&self, ray: &Ray) -> Option<Hit> {
-        self.triangles.nearest(ray).map(|hit| self.named(hit))
+        self.triangles.nearest(ray).map(|hit| self.hit(hit))
     }
 
-    /// Calls `visit` for all hits with triangles until it returns true; returns whether it did.
+    /// Calls `visit` for all hits with triangles until it returns true; returns whether it has.
     pub(super) fn visit_triangles(
         &self,
         segment: &Segment,
         mut visit: impl FnMut(Hit) -> bool,
     ) -> bool {
         self.triangles
-            .visit(&segment.ray(), |hit| visit(self.named(hit)))
+            .visit(&segment.ray(), |hit| visit(self.hit(hit)))
     }
 
     #[inline]
-    fn named(&self, hit: TriangleHit) -> Hit {
+    fn hit(&self, hit: TriangleHit) -> Hit {
         let (primitive, element) = self.numbering.locate(hit.id);
         let at = SurfaceRef {
             primitive,
@@ -132,7 +131,7 @@ impl SurfaceSet {
     }
 }
 
-/// Collects what a layer holds.
+/// Collects the surfaces of a set.
 #[derive(Default)]
 pub(super) struct SurfaceSetBuilder {
     triangles: Vec<[Vec3; 3]>,
@@ -173,16 +172,19 @@ impl SurfaceSetBuilder {
     }
 }
 
-/// Which triangle of which primitive a number stands for. Every primitive has a run of numbers.
+/// Maps the index of a triangle in the hierarchy to a primitive and its triangle. Each primitive has a run of consecutive indices.
 #[derive(Debug)]
 struct Numbering {
+    /// First index of each run, and its primitive; ascending.
     runs: Vec<(u32, PrimitiveId)>,
-    /// For each multiple of [`Numbering::BUCKET`] the run that holds it: lookups search among a few runs only.
+    /// Run of each multiple of [`Numbering::BUCKET`], so that a lookup searches few runs.
     buckets: Vec<u32>,
+    /// Number of triangles.
     count: u32,
 }
 
 impl Numbering {
+    /// Triangles per bucket. Smaller buckets take more memory, larger ones longer searches among small primitives.
     const BUCKET: u32 = 16;
 
     fn new(runs: Vec<(u32, PrimitiveId)>, count: u32) -> Self {
