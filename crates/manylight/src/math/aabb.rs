@@ -18,6 +18,12 @@ impl Aabb {
         max: Vec3::NEG_INFINITY,
     };
 
+    /// The box that holds `p` alone.
+    #[inline]
+    pub const fn from_point(p: Vec3) -> Self {
+        Aabb { min: p, max: p }
+    }
+
     /// The smallest box around `points`.
     pub fn from_points(points: impl IntoIterator<Item = Vec3>) -> Self {
         points.into_iter().fold(Aabb::EMPTY, Aabb::include)
