@@ -33,7 +33,7 @@ impl Default for Resolution {
 
 /// What a test found.
 #[derive(Clone, Copy, Debug)]
-pub struct Outcome {
+pub struct ChiSquareResult {
     /// The statistic.
     pub chi_square: f64,
     /// Its degrees of freedom.
@@ -54,7 +54,7 @@ pub fn test_directions(
     resolution: Resolution,
     mut sample: impl FnMut(u32) -> Option<Vec3>,
     pdf: impl Fn(Vec3) -> f32,
-) -> Outcome {
+) -> ChiSquareResult {
     let cells = Cells {
         frame: Frame::from_normal(axis),
         resolution,
@@ -71,7 +71,7 @@ pub fn test_directions(
         observed[sample(i).map_or(cells.count(), |w| cells.find(w))] += 1.0;
     }
     let (chi_square, freedom) = statistic(&observed, &expected);
-    Outcome {
+    ChiSquareResult {
         chi_square,
         freedom,
         p_value: upper_gamma(0.5 * freedom as f64, 0.5 * chi_square),

@@ -10,7 +10,7 @@ use super::shaft::{Shaft, middle_and_half};
 use super::traverse::{self, FAR_MARGIN};
 use super::triangle_block::TriangleBlock;
 use super::watertight::AnyTriangle;
-use crate::lanes::vectors::{load3, splat3, spread3, store3, sub3};
+use crate::lanes::vectors::{broadcast3, load3, splat3, store3, sub3};
 use crate::math::{Aabb, Vec3};
 use crate::simd::{Floats, NARROW, Simd, WIDE, Wide};
 use glam::BVec3;
@@ -238,12 +238,12 @@ impl<'a> Packet<'a> {
             triangles &= triangles - 1;
             let triangle = EdgeVolumes {
                 edges: [
-                    spread3(w, &edges[0], lane),
-                    spread3(w, &edges[1], lane),
-                    spread3(w, &edges[2], lane),
+                    broadcast3(w, &edges[0], lane),
+                    broadcast3(w, &edges[1], lane),
+                    broadcast3(w, &edges[2], lane),
                 ],
-                tolerances: spread3(w, &tolerances, lane),
-                normal: spread3(w, &normal, lane),
+                tolerances: broadcast3(w, &tolerances, lane),
+                normal: broadcast3(w, &normal, lane),
                 height: w.splat(height[lane]),
             };
             for group in 0..GROUPS {

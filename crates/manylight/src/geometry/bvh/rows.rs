@@ -14,7 +14,7 @@ use super::end_groups::{Boxes, EndGroups, GROUPS, boxes};
 use super::shaft::middle_and_half;
 use super::tile::SIDE;
 use super::tile_triangle::{EdgePlanes, LeafTriangles, Triangle, sum_of_sizes};
-use crate::lanes::vectors::{abs3, cross, dot, dot_add, load3, splat3, spread3, sub3};
+use crate::lanes::vectors::{abs3, broadcast3, cross, dot, dot_add, load3, splat3, sub3};
 use crate::math::{Aabb, Vec3};
 use crate::simd::{Floats, Simd, WIDE};
 
@@ -255,8 +255,8 @@ impl Rows {
         planes: &[EdgePlanes; 3],
         shaft: usize,
     ) -> (u32, u32) {
-        let middle = spread3(w, &self.light_boxes.middle, shaft);
-        let half = spread3(w, &self.light_boxes.half, shaft);
+        let middle = broadcast3(w, &self.light_boxes.middle, shaft);
+        let half = broadcast3(w, &self.light_boxes.half, shaft);
         let zero = w.splat(0.0);
         let (mut possible, mut certain) = (0xffff, 0xffff);
         for plane in planes {

@@ -3,7 +3,7 @@
 use super::edge_volumes::ROUNDINGS;
 use super::triangle_block::TriangleBlock;
 use crate::lanes::vectors::{
-    abs3, add3, cross, dot, dot_add, load3, scale3, splat3, spread3, store3, sub3,
+    abs3, add3, broadcast3, cross, dot, dot_add, load3, scale3, splat3, store3, sub3,
 };
 use crate::math::Vec3;
 use crate::simd::{Floats, NARROW, Simd, WIDE};
@@ -50,13 +50,13 @@ impl<W: Floats<16>> Triangle<W> {
     #[inline(always)]
     pub(super) fn new(w: W, triangles: &LeafTriangles, lane: usize) -> Self {
         let [a, b, c] = [
-            spread3(w, &triangles.corners[0], lane),
-            spread3(w, &triangles.corners[1], lane),
-            spread3(w, &triangles.corners[2], lane),
+            broadcast3(w, &triangles.corners[0], lane),
+            broadcast3(w, &triangles.corners[1], lane),
+            broadcast3(w, &triangles.corners[2], lane),
         ];
         Triangle {
             edges: [edge(w, a, b), edge(w, b, c), edge(w, c, a)],
-            normal: spread3(w, &triangles.normal, lane),
+            normal: broadcast3(w, &triangles.normal, lane),
             height: w.splat(triangles.height[lane]),
         }
     }
@@ -100,7 +100,7 @@ impl EdgePlanes {
 
     #[inline(always)]
     pub(super) fn inside<W: Floats<16>>(&self, w: W, row: usize, l: [W::F; 3]) -> u32 {
-        let n = spread3(w, &self.normal, row);
+        let n = broadcast3(w, &self.normal, row);
         let value = dot_add(w, n, l, w.splat(self.offset[row]));
         w.bits(w.le(w.splat(0.0), value))
     }
