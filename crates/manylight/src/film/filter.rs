@@ -92,9 +92,12 @@ fn mitchell(x: f32, b: f32, c: f32) -> f32 {
     sixfold / 6.0
 }
 
+/// sin(πx) / (πx).
 fn sinc(x: f32) -> f32 {
+    /// Argument below which the quotient rounds to its limit 1.
+    const LIMIT: f32 = 1e-4;
     let a = std::f32::consts::PI * x;
-    if a.abs() < 1e-4 { 1.0 } else { a.sin() / a }
+    if a.abs() < LIMIT { 1.0 } else { a.sin() / a }
 }
 
 /// Draws offsets from a pixel's center with a density proportional to the absolute value of the filter.

@@ -30,7 +30,7 @@ impl Mesh {
         }
     }
 
-    /// The cube [-1, 1]³ with outward faceted normals and uv [0,1]² on each face.
+    /// The cube [-1, 1]³ with outward faceted normals and uv from (0,0) to (1,1) on each face.
     pub fn cube() -> Self {
         // Corners of each face in the order of the uvs (0,1), (1,1), (1,0), (0,0), as in Mitsuba.
         const FACES: [(Vec3, [[i8; 3]; 4]); 6] = [

@@ -85,6 +85,7 @@ impl Geometry {
         ended
     }
 
+    /// Visits the hits with an analytic shape; returns whether `visit` returned true.
     fn visit_analytic(
         &self,
         primitive: PrimitiveId,
@@ -95,8 +96,8 @@ impl Geometry {
         const MOST: usize = 2;
         let (mut rest, mut start) = (*segment, 0.0);
         for _ in 0..MOST {
-            let placement = &self.placements[primitive.index()];
-            let Some(mut hit) = placement.intersect_analytic(primitive, &rest.ray()) else {
+            let shape = &self.placements[primitive.index()];
+            let Some(mut hit) = shape.intersect_analytic(primitive, &rest.ray()) else {
                 return false;
             };
             hit.t = start + (1.0 - start) * hit.t;
@@ -110,6 +111,7 @@ impl Geometry {
         false
     }
 
+    /// The nearest hit with surfaces of one class.
     fn nearest(&self, class: SurfaceClass, ray: &Ray) -> Option<Hit> {
         let surfaces = self.world.surfaces(class);
         let mut best = surfaces.nearest_triangle(ray);
@@ -134,6 +136,7 @@ impl Geometry {
         best
     }
 
+    /// The nearest hit with surfaces of one class in an instance.
     fn nearest_in_instance(&self, class: SurfaceClass, index: usize, ray: &Ray) -> Option<Hit> {
         let instance = &self.instances[index];
         let surfaces = self.groups[instance.group()].surfaces(class);
@@ -161,6 +164,7 @@ impl Geometry {
         })
     }
 
+    /// Whether an analytic shape or an instance blocks the segment.
     fn any_object(&self, surfaces: &SurfaceSet, segment: &Segment) -> bool {
         surfaces.any_object(segment, |object| match object {
             Object::Analytic(primitive) => self.placements[primitive.index()].blocks(segment),

@@ -104,13 +104,15 @@ pub fn statistic(observed: &[f64], expected: &[f64]) -> (f64, usize) {
 ///
 /// Source: Press et al., "Numerical Recipes", section 6.2: the series below a + 1, Lentz's continued fraction above.
 pub fn upper_gamma(a: f64, x: f64) -> f64 {
+    /// Relative size of a term at which the series and the fraction end.
+    const CONVERGED: f64 = 1e-14;
     if x <= 0.0 {
         return 1.0;
     }
     let scale = (a * x.ln() - x - ln_gamma(a)).exp();
     if x < a + 1.0 {
         let (mut term, mut sum, mut n) = (1.0 / a, 1.0 / a, a);
-        while term > sum * 1e-14 {
+        while term > sum * CONVERGED {
             n += 1.0;
             term *= x / n;
             sum += term;
@@ -127,7 +129,7 @@ pub fn upper_gamma(a: f64, x: f64) -> f64 {
         d = 1.0 / (an * d + b);
         c = b + an / c;
         h *= d * c;
-        if (d * c - 1.0).abs() < 1e-14 {
+        if (d * c - 1.0).abs() < CONVERGED {
             break;
         }
     }

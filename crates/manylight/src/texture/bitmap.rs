@@ -42,8 +42,8 @@ pub struct Bitmap {
     pub uv_transform: Mat3,
 }
 
-/// Largest coordinate of a lookup in texels; larger ones are clamped. From 2²² ≈ 4.2e6 on `f32` resolves no half texels and [`floor`] is not
-/// defined.
+/// Largest coordinate of a lookup in texels; larger ones are clamped. From 2²² ≈ 4.2e6 on, `f32` resolves half texels at
+/// best, and [`floor`] is not defined.
 const FARTHEST_TEXEL: f32 = 4e6;
 
 impl Bitmap {

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// Cost of testing a leaf, in units of the cost of testing a node. Larger values give fewer, fuller leaves.
+/// Cost of testing a leaf, in units of the cost of testing a node. Larger values add nodes to save leaf tests.
 const LEAF_COST: f32 = 1.2;
 
 /// For each binary node the cheapest representation by up to `i` wide subtrees, for `i` = 1 to 8. The elements are words of [`Choices`];
@@ -39,20 +39,24 @@ impl Choices {
         Choices(shares | fewer)
     }
 
+    /// Whether the node becomes a leaf.
     pub(super) fn is_leaf(self) -> bool {
         self.0 & 1 != 0
     }
 
+    /// Whether `slots - 1` subtrees cost no more than `slots`.
     fn takes_fewer(self, slots: usize) -> bool {
         self.0 >> (slots - 1) & 1 != 0
     }
 
+    /// Number of subtrees of the left child, of `slots`.
     fn share(self, slots: usize) -> usize {
         (self.0 >> (3 * slots + 2) & 7) as usize
     }
 }
 
 impl CollapsePlan {
+    /// The plan for a tree with at most `max_leaf` items per leaf.
     pub(super) fn new(binary: &[BinaryNode], max_leaf: usize) -> Self {
         let leaf = Choices::new([0; NARROW], u32::from(u8::MAX));
         let words = binary.par_iter().map(|_| AtomicU32::new(leaf.0));
@@ -126,6 +130,7 @@ impl CollapsePlan {
         children
     }
 
+    /// Both children of an inner node, with their numbers of subtrees.
     fn halves(&self, binary: &[BinaryNode], index: usize, slots: usize) -> [(usize, usize); 2] {
         let share = self.at(index).share(slots);
         let [left, right] = binary[index]
@@ -135,6 +140,7 @@ impl CollapsePlan {
     }
 }
 
+/// Costs and choices of an inner node from the costs of its children.
 fn choose(node: &BinaryNode, left: &Priced, right: &Priced, max_leaf: usize) -> (Priced, Choices) {
     let (area, items) = (node.half_area(), left.items.saturating_add(right.items));
     let mut cost = [f32::INFINITY; NARROW];

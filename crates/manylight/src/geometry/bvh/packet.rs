@@ -168,6 +168,7 @@ impl<'a> Packet<'a> {
         }
     }
 
+    /// Traces `rays` one by one below the child word `word`.
     #[inline(always)]
     fn trace_alone<S: Simd>(&mut self, s: S, word: u32, mut rays: u64) {
         while rays != 0 {
@@ -216,6 +217,7 @@ impl<'a> Packet<'a> {
         entering & rays
     }
 
+    /// Removes from the open rays those of `rays` that the triangles of a leaf block.
     #[inline(always)]
     fn test_leaf<S: Simd>(&mut self, s: S, leaf: usize, mut rays: u64) {
         let tested = rays;

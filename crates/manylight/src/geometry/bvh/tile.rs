@@ -96,7 +96,7 @@ impl<'a> VisibilityTile<'a> {
     /// For each point the wanted lights that are not blocked.
     #[inline(always)]
     pub(super) fn trace<S: Simd>(mut self, s: S) -> [u64; SIDE] {
-        self.walk(s);
+        self.traverse(s);
         let mut open = self.rows.open_by_point();
         if self.deferred[0].len > 0 {
             self.trace_packets(s, 0, &mut open);
@@ -109,8 +109,9 @@ impl<'a> VisibilityTile<'a> {
         open
     }
 
+    /// Traverses the tree; closes blocked segments, defers dense subtrees.
     #[inline(always)]
-    fn walk<S: Simd>(&mut self, s: S) {
+    fn traverse<S: Simd>(&mut self, s: S) {
         let mut stack = [(0u32, 0u32); CAPACITY];
         let mut top = 1;
         stack[0] = (0, u32::MAX);
@@ -171,6 +172,7 @@ impl<'a> VisibilityTile<'a> {
         area(half) * CROWD < area(shaft) * triangles
     }
 
+    /// Closes the segments of `shafts` that the triangles of a leaf block.
     #[inline(always)]
     fn test_leaf<S: Simd>(&mut self, s: S, leaf: usize, shafts: u32) {
         let block = &self.blocks[leaf];
@@ -245,6 +247,7 @@ fn groups_of(shafts: u32, group: usize, role: usize) -> u64 {
     rays
 }
 
+/// Bounds of the triangles of a block, in the layout of [`WideNode::bounds`].
 #[inline(always)]
 fn block_bounds<S: Simd>(s: S, block: &TriangleBlock) -> [[f32; NARROW]; 6] {
     let mut bounds = [[0.0; NARROW]; 6];

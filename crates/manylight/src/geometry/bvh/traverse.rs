@@ -45,6 +45,9 @@ pub(super) trait AnyLeaves<S: Simd>: Leaves {
 /// Source: Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013.
 pub(super) const FAR_MARGIN: f32 = 1.0 + 8.0 * f32::EPSILON;
 
+/// Margin for the rounding of `o / d` in a slab test, relative to it.
+const ORIGIN_MARGIN: f32 = 2.0 * f32::EPSILON;
+
 /// Smallest magnitude of a direction's component in slab tests, relative to the largest component. Far below rounding.
 pub(super) const NEGLIGIBLE: f32 = 1e-12;
 
@@ -69,7 +72,7 @@ impl BoxRay {
     #[inline(always)]
     fn new(o: Vec3, scale: Vec3) -> Self {
         let shift = o * scale;
-        let margin = shift.abs() * (2.0 * f32::EPSILON);
+        let margin = shift.abs() * ORIGIN_MARGIN;
         let negative = |x: f32| usize::from(x.is_sign_negative());
         BoxRay {
             scale: scale.to_array(),

@@ -6,6 +6,9 @@ use crate::geometry::{Ray, Segment};
 use crate::math::{Aabb, Affine3A, Frame, Vec3};
 use glam::DAffine3;
 
+/// Margin of the bounds of instances for the rounding of rays that enter, relative to the terms of the transform.
+const ENTRY_ROUNDING: f32 = 4.0 * f32::EPSILON;
+
 /// An instance: a group under a transform.
 #[derive(Debug)]
 pub(in crate::geometry) struct PlacedInstance {
@@ -24,6 +27,7 @@ impl PlacedInstance {
         }
     }
 
+    /// Index of the group.
     pub(in crate::geometry) fn group(&self) -> usize {
         self.group
     }
@@ -39,7 +43,7 @@ impl PlacedInstance {
                 .as_vec3()
         }));
         // Rays are rounded on entering the group, so that hits may lie a little outside of the exact box.
-        let margin = 4.0 * f32::EPSILON * self.magnitude(group.min.abs().max(group.max.abs()));
+        let margin = ENTRY_ROUNDING * self.magnitude(group.min.abs().max(group.max.abs()));
         Aabb {
             min: b.min - margin,
             max: b.max + margin,
@@ -71,6 +75,7 @@ impl PlacedInstance {
             .as_vec3()
     }
 
+    /// The world-space point of a point in the space of the group.
     pub(in crate::geometry) fn surface_in_world(&self, surface: &Surface) -> Surface {
         let vector = |v: Vec3| {
             self.world_from_group

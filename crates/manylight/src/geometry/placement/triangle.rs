@@ -9,15 +9,20 @@ use glam::Mat3A;
 /// the scene.
 const MAX_SLENDERNESS: f32 = 1000.0;
 
+/// Weight of the product of longest edge and slenderness in the offset. The rounding of the normal grows with the slenderness and moves the
+/// plane in proportion to the longest edge. Larger weights are safer, smaller ones leak less light at contacts.
+const EXTENT_WEIGHT: f32 = 0.25;
+
 /// The constants of a triangle in one cache line, so that a hit reads no corners from the mesh.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub(in crate::geometry) struct PlacedTriangle {
     pub(super) corners: [Vec3; 3],
+    /// Unit geometric normal.
     ng: Vec3,
     /// Unit vector along `dp_du`.
     tangent: Vec3,
-    /// See [`Surface::offset`].
+    /// Distance of ray origins from the surface; see [`SurfacePoint::offset`](crate::geometry::SurfacePoint::offset).
     offset: f32,
 }
 
@@ -39,15 +44,17 @@ impl PlacedTriangle {
             corners,
             ng,
             tangent: Frame::from_normal_and_tangent(ng, dp_du).s,
-            offset: OFFSET_ROUNDINGS * 0.5 * f32::EPSILON * (magnitude + 0.25 * extent),
+            offset: OFFSET_ROUNDINGS * 0.5 * f32::EPSILON * (magnitude + EXTENT_WEIGHT * extent),
         }
     }
 
+    /// Twice the area of the triangle.
     pub(super) fn twice_area(&self) -> f64 {
         let [a, b, c] = self.corners.map(Vec3::as_dvec3);
         (b - a).cross(c - a).length()
     }
 
+    /// The point with the barycentric coordinates `at` of the second and third corner.
     #[inline]
     pub(super) fn surface(
         &self,
@@ -93,11 +100,13 @@ pub(in crate::geometry) struct NormalTransform {
 
 impl NormalTransform {
     pub(super) fn new(transform: &Affine3A) -> Self {
+        /// Relative difference of squared scales that counts as equal.
+        const SIMILARITY: f32 = 1e-5;
         let m = transform.matrix3;
         let scale = m.x_axis.length_squared();
         let gram = m.transpose() * m;
         let is_similarity =
-            gram.abs_diff_eq(Mat3A::from_diagonal(Vec3::splat(scale)), 1e-5 * scale);
+            gram.abs_diff_eq(Mat3A::from_diagonal(Vec3::splat(scale)), SIMILARITY * scale);
         NormalTransform {
             matrix: m.inverse().transpose().into(),
             is_similarity,
