@@ -63,7 +63,7 @@ fn means_over_pixels_vary_from_batch_to_batch() {
     };
     for light in [0.0, 1.0, 2.0, 3.0] {
         film.begin_batch();
-        // What pixels have in common stays for a batch; their own cancels, in pairs of pixels and in pairs of passes.
+        // The common value of all pixels changes by batch; the noise of single pixels cancels over pairs of pixels and of passes.
         add(&mut film, |p| 5.0 + light + noise(p), false);
         add(&mut film, |p| 5.0 + light - noise(p), false);
     }
@@ -85,7 +85,7 @@ fn means_over_pixels_vary_from_batch_to_batch() {
 }
 
 #[test]
-fn nothing_is_known_of_one_batch() {
+fn one_batch_gives_no_variance() {
     let mut film = film();
     film.begin_batch();
     for _ in 0..2 {

@@ -10,7 +10,7 @@ pub enum Shape {
     Mesh(Mesh),
     /// A sphere; normals point outwards.
     Sphere {
-        /// Centre.
+        /// Center.
         center: Vec3,
         /// Radius, > 0.
         radius: f32,

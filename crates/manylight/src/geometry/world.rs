@@ -144,7 +144,7 @@ impl Geometry {
     /// Runs all kernels in this instruction set.
     ///
     /// # Panics
-    /// If the machine lacks them.
+    /// If the machine lacks the instruction set.
     #[cfg(any(test, feature = "testing"))]
     pub fn use_instructions(&mut self, instructions: Instructions) {
         let levels = std::iter::once(&mut self.world).chain(&mut self.groups);

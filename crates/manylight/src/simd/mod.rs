@@ -19,10 +19,10 @@ mod tests;
 use portable::Portable;
 use std::mem::MaybeUninit;
 
-/// Lanes of the narrow vectors.
+/// Number of lanes of narrow vectors.
 pub(crate) const NARROW: usize = 8;
 
-/// Lanes of the wide vectors.
+/// Number of lanes of wide vectors.
 pub(crate) const WIDE: usize = 16;
 
 /// Operations on vectors of `N` floats. Comparisons with NaN are false. If an argument is NaN, minimum and maximum are the second argument.

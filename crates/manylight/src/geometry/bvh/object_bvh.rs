@@ -40,7 +40,7 @@ impl ObjectBvh {
     /// Runs the kernels in this instruction set.
     ///
     /// # Panics
-    /// If the machine lacks them.
+    /// If the machine lacks the instruction set.
     #[cfg(any(test, feature = "testing"))]
     pub(in crate::geometry) fn use_instructions(&mut self, instructions: Instructions) {
         self.isa = Isa::new(instructions).expect("the machine lacks these instructions");

@@ -63,7 +63,7 @@ impl TriangleBvh {
     /// Runs the kernels in this instruction set.
     ///
     /// # Panics
-    /// If the machine lacks them.
+    /// If the machine lacks the instruction set.
     #[cfg(any(test, feature = "testing"))]
     pub(in crate::geometry) fn use_instructions(&mut self, instructions: Instructions) {
         self.isa = Isa::new(instructions).expect("the machine lacks these instructions");

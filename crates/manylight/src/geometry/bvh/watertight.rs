@@ -22,7 +22,7 @@ struct Sheared {
 struct Crossing<S: Simd> {
     /// Edge functions opposite to each corner: barycentric coordinates times `det`.
     edges: [S::F; 3],
-    /// Their sum.
+    /// Sum of the edge functions.
     det: S::F,
     /// Ray parameter times `|det|`: positive in front of the origin.
     height: S::F,

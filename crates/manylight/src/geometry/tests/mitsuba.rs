@@ -55,7 +55,7 @@ fn meshes_match_mitsuba() {
     let (p, uv) = ([0.694976, -2.47038, 0.404471], [0.329057, 0.418055]);
     let target = [1.1, -1.8, 0.6];
     check(&alone(rectangle(), enlarged()), target, (p, n, n, s, uv, du, dv));
-    // A reflection turns the triangles over, but not the normals that come with the vertices.
+    // A reflection reverses the geometric normals of triangles, not the vertex normals.
     let uv = [0.670944, 0.418054];
     check(&alone(rectangle(), mirrored()), target, (p, back, n, mirrored_s, uv, mirrored_du, dv));
     check(&flipped(rectangle(), mirrored()), target, (p, n, back, mirrored_s, uv, mirrored_du, dv));
@@ -105,7 +105,7 @@ fn analytic_shapes_match_mitsuba() {
         [1.95348, -0.941445, 0.787248], n, n, [-0.849059, 0.134325, 0.510936], [0.112752, 0.495088],
         [-6.40099, 1.01266, 3.8519], [-1.54189, 1.67773, -3.00334],
     ));
-    // Of all shapes only the sphere turns its normal inwards in a mirror.
+    // Under a reflection only the normal of the sphere points inwards.
     let (n, back) = ([-0.642106, -0.762781, -0.0765829], [0.642106, 0.762781, 0.0765829]);
     let (p, s, uv) = ([1.60134, -1.61964, 0.578573], [0.644438, -0.482966, -0.592826], [0.453368, 0.500545]);
     let (du, dv) = ([4.85894, -3.64147, -4.4698], [-1.5653, 1.6211, -3.02227]);
