@@ -12,7 +12,7 @@ use crate::film::{Layer, TileSamples};
 use crate::gather::{ShadingPoint, Strategy, Subset};
 use crate::maps::{INCIDENT_NEIGHBORS, Neighbors};
 use crate::math::Vec3;
-use crate::sampling::{Pass, Sampler, Spread, Stream};
+use crate::sampling::{LowDiscrepancySequence, Pass, Sampler, Stream};
 use crate::transport::direct::{
     EmitterPlan, EmitterSample, emitted_with_mis, environment_with_mis,
 };
@@ -117,17 +117,17 @@ pub(super) fn starts(strategy: Strategy) -> u32 {
 /// The random numbers that the eye paths of a pixel share, so that all together fill their domains evenly.
 #[derive(Clone, Copy)]
 pub(super) struct PixelNumbers {
-    events: Spread,
-    pub(super) emitters: Spread,
-    pub(super) directions: Spread,
+    events: LowDiscrepancySequence,
+    pub(super) emitters: LowDiscrepancySequence,
+    pub(super) directions: LowDiscrepancySequence,
 }
 
 impl PixelNumbers {
     pub(super) fn draw(sampler: &mut Sampler) -> Self {
         PixelNumbers {
-            events: sampler.next_spread(),
-            emitters: sampler.next_spread(),
-            directions: sampler.next_spread(),
+            events: sampler.next_sequence(),
+            emitters: sampler.next_sequence(),
+            directions: sampler.next_sequence(),
         }
     }
 }

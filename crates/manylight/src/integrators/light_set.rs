@@ -175,7 +175,8 @@ impl<'s> PreparedPasses<'s> {
             for index in 0..starts {
                 // Few passes must do: their positions in the pixel are spread, so that edges are smooth.
                 let number = positions.index(pixel);
-                let u = (run.pass).spread_2d_in_parts(Stream::Pixel, number, index, starts);
+                let u =
+                    (run.pass).low_discrepancy_2d_in_parts(Stream::Pixel, number, index, starts);
                 let film = positions.sample(pixel, u);
                 let camera = self.scene.sensor.ray(film.position, sampler.next_2d());
                 let weight = camera.weight * film.weight / starts as f32;

@@ -118,7 +118,7 @@ impl PhotonMap {
                 Estimate::Progressive => shrinking(run.pass.index + 1),
                 Estimate::Direct => 1.0,
             },
-            eye_paths: self.eye_paths(film.picture_size()),
+            eye_paths: self.eye_paths(film.image_size()),
         };
         let positions = film.desc().sampler();
         run.shade(film, UVec2::ZERO, |samples| {
@@ -198,7 +198,7 @@ impl View<'_> {
             for (index, pixel) in paths.out.tile().pixels().enumerate() {
                 let number = positions.index(pixel);
                 let mut sampler = pass.sampler(Stream::Pixel, number);
-                let film = positions.sample(pixel, pass.spread_2d(Stream::Pixel, number));
+                let film = positions.sample(pixel, pass.low_discrepancy_2d(Stream::Pixel, number));
                 let camera = self.scene.sensor.ray(film.position, sampler.next_2d());
                 let weight = Rgb::splat(camera.weight * film.weight);
                 let eye_path = EyePath {

@@ -25,7 +25,7 @@ use crate::color::Rgb;
 use crate::gather::{Assignment, ShadingPoint, Subset};
 use crate::maps::IncidentGuide;
 use crate::math::Vec3;
-use crate::sampling::{Sampler, Spread};
+use crate::sampling::{LowDiscrepancySequence, Sampler};
 use crate::transport::direct::{EmitterPlan, emitted_with_mis, environment_with_mis};
 use crate::transport::{Step, Vertex, Walk};
 use crate::virtual_lights::SurfaceLocation;
@@ -74,8 +74,8 @@ pub(super) struct Directions {
     count: u32,
     /// Numbers for emitters and for lobes are those from this index on.
     first: u32,
-    emitters: Spread,
-    lobes: Spread,
+    emitters: LowDiscrepancySequence,
+    lobes: LowDiscrepancySequence,
 }
 
 impl Directions {
@@ -93,8 +93,8 @@ impl Directions {
         Directions {
             count: 1,
             first: 0,
-            emitters: sampler.next_spread(),
-            lobes: sampler.next_spread(),
+            emitters: sampler.next_sequence(),
+            lobes: sampler.next_sequence(),
         }
     }
 }
