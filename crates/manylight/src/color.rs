@@ -1,4 +1,4 @@
-//! Linear Rec. 709 colour.
+//! Linear Rec. 709 color.
 
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
@@ -15,12 +15,12 @@ pub struct Rgb {
 }
 
 impl Rgb {
-    /// No light.
+    /// Zero in every channel.
     pub const BLACK: Rgb = Rgb::splat(0.0);
     /// One in every channel.
     pub const WHITE: Rgb = Rgb::splat(1.0);
 
-    /// A colour from its three channels.
+    /// A color from its three channels.
     #[inline]
     pub const fn new(r: f32, g: f32, b: f32) -> Self {
         Rgb { r, g, b }
@@ -32,10 +32,10 @@ impl Rgb {
         Rgb { r: v, g: v, b: v }
     }
 
-    /// Weights of the channels in luminance.
+    /// Weights of the channels in the relative luminance of linear Rec. 709.
     pub const LUMINANCE: [f32; 3] = [0.212_671, 0.715_160, 0.072_169];
 
-    /// Relative luminance of linear Rec. 709.
+    /// Relative luminance.
     #[inline]
     pub fn luminance(self) -> f32 {
         let [r, g, b] = Self::LUMINANCE;
@@ -60,7 +60,7 @@ impl Rgb {
         self.r == 0.0 && self.g == 0.0 && self.b == 0.0
     }
 
-    /// Whether no channel is NaN or infinite.
+    /// Whether every channel is finite.
     #[inline]
     pub fn is_finite(self) -> bool {
         self.r.is_finite() && self.g.is_finite() && self.b.is_finite()
@@ -78,7 +78,7 @@ impl Rgb {
         Rgb::new(f(self.r, other.r), f(self.g, other.g), f(self.b, other.b))
     }
 
-    /// `self` at `t = 0`, `other` at `t = 1`.
+    /// Linear interpolation: `self` at `t = 0`, `other` at `t = 1`.
     #[inline]
     pub fn lerp(self, other: Rgb, t: f32) -> Self {
         self * (1.0 - t) + other * t

@@ -1,4 +1,4 @@
-//! Typed indices into the arrays of a [`Scene`](crate::scene::Scene), so that two of them are never confused.
+//! Typed indices into the arrays of a [`Scene`](crate::scene::Scene).
 
 macro_rules! ids {
     ($($(#[$doc:meta])* $name:ident),* $(,)?) => {$(
@@ -17,23 +17,23 @@ macro_rules! ids {
 
         impl From<usize> for $name {
             fn from(index: usize) -> Self {
-                $name(u32::try_from(index).expect("an array of the scene has fewer than 2^32 elements"))
+                $name(u32::try_from(index).expect("arrays of a scene have fewer than 2^32 elements"))
             }
         }
     )*};
 }
 
 ids! {
-    /// A shape in object space.
+    /// Index of a shape in object space.
     ShapeId,
-    /// A placed shape: what a ray can hit.
+    /// Index of a primitive: a shape with transform, material and emitter.
     PrimitiveId,
-    /// A material.
+    /// Index of a material.
     MaterialId,
-    /// A texture.
+    /// Index of a texture.
     TextureId,
-    /// An emitter of the scene file.
+    /// Index of an emitter of the scene file.
     EmitterId,
-    /// A virtual light.
+    /// Index of a virtual light.
     LightId,
 }

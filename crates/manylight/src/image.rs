@@ -1,15 +1,15 @@
-//! A plain raster of `f32` values: the currency between textures, film and files.
+//! Raster images of `f32` values, shared by textures, film and files.
 
 use crate::color::Rgb;
 
-/// `height` rows of `width` pixels of `channels` values, rows from top to bottom, channels interleaved.
+/// An image: `height` rows of `width` pixels with `channels` values each. Rows from top to bottom, channels interleaved.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Image {
-    /// Pixels in a row.
+    /// Number of pixels in a row.
     pub width: usize,
-    /// Rows.
+    /// Number of rows.
     pub height: usize,
-    /// Values in a pixel.
+    /// Number of values in a pixel.
     pub channels: usize,
     /// `width * height * channels` values.
     pub data: Vec<f32>,
@@ -26,14 +26,14 @@ impl Image {
         }
     }
 
-    /// The values of the pixel in column `x`, row `y` (row 0 on top).
+    /// The values of the pixel in column `x`, row `y`. Row 0 is the top.
     #[inline]
     pub fn pixel(&self, x: usize, y: usize) -> &[f32] {
         let start = (y * self.width + x) * self.channels;
         &self.data[start..start + self.channels]
     }
 
-    /// The pixel as a colour; a one-channel image is grey. Two-channel images ignore the second (alpha).
+    /// The pixel as a color. Images of one or two channels give gray; a second channel, alpha, is ignored.
     #[inline]
     pub fn rgb(&self, x: usize, y: usize) -> Rgb {
         match *self.pixel(x, y) {

@@ -1,4 +1,4 @@
-//! What a render did: stage times and counts. Written by many threads, read by progress displays at any time.
+//! Statistics of a render: stage times and counters. Written by many threads; readable at any time, by progress displays.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -8,38 +8,38 @@ use std::time::{Duration, Instant};
 #[derive(Debug, Default)]
 pub struct Stats {
     stages: Mutex<Vec<(&'static str, Duration)>>,
-    /// Camera paths started.
+    /// Number of camera paths traced.
     pub camera_paths: AtomicU64,
-    /// Photon paths started.
+    /// Number of photon paths traced.
     pub photon_paths: AtomicU64,
-    /// Photons stored.
+    /// Number of photons stored.
     pub photons: AtomicU64,
-    /// Importons stored.
+    /// Number of importons stored.
     pub importons: AtomicU64,
-    /// Virtual lights made.
+    /// Number of virtual lights created.
     pub lights: AtomicU64,
-    /// Their bytes, tables included.
+    /// Memory of the virtual lights in bytes, tables included.
     pub light_bytes: AtomicU64,
-    /// (shading point, virtual light) pairs evaluated.
+    /// Number of connections: pairs of a shading point and a virtual light that are evaluated.
     pub connections: AtomicU64,
-    /// Visibility tests of connections and of direct light.
+    /// Number of shadow rays, for connections and for direct light.
     pub shadow_rays: AtomicU64,
-    /// Pixels of a pass dropped for a non-finite value.
+    /// Number of pixel samples dropped for a non-finite value.
     pub dropped_samples: AtomicU64,
-    /// Virtual-light radiance removed by the clamp, and all of it, in units of 1e-6 of pixel luminance.
+    /// Radiance of virtual lights that clamping removes, summed over pixels, in units of 1e-6 of luminance.
     pub clamped: AtomicU64,
-    /// See `clamped`.
+    /// Radiance of virtual lights before clamping, in the units of [`Stats::clamped`].
     pub unclamped: AtomicU64,
-    /// Tiles done in the current pass, for progress displays.
+    /// Number of complete tiles in the current pass.
     pub tiles_done: AtomicU64,
-    /// Tiles of a pass.
+    /// Number of tiles in the current pass.
     pub tiles: AtomicU64,
-    /// Passes done.
+    /// Number of complete passes.
     pub passes: AtomicU64,
 }
 
 impl Stats {
-    /// Runs `work` and adds its duration to the stage `name`.
+    /// Runs `work` and adds its wall time to the stage `name`.
     pub fn time<T>(&self, name: &'static str, work: impl FnOnce() -> T) -> T {
         let start = Instant::now();
         let result = work();
@@ -47,7 +47,7 @@ impl Stats {
         result
     }
 
-    /// Adds to the stage `name`; stages keep the order of their first mention.
+    /// Adds a duration to the stage `name`. Stages are ordered by their first use.
     pub fn add_time(&self, name: &'static str, duration: Duration) {
         let mut stages = self
             .stages
@@ -59,7 +59,7 @@ impl Stats {
         }
     }
 
-    /// Stage names with their total times.
+    /// All stages with their total times.
     pub fn stages(&self) -> Vec<(&'static str, Duration)> {
         self.stages
             .lock()

@@ -5,7 +5,7 @@ use super::fresnel;
 use super::microfacet::Microfacets;
 use super::principled::{ggx_masking, gtr1, schlick_weight};
 use crate::color::Rgb;
-use crate::lanes::{LANES, Lanes, Lanes3, spread};
+use crate::lanes::{LANES, Lanes, Lanes3, broadcast};
 use crate::math::Vec3;
 
 /// The roughness that the clear coat is masked with.
@@ -193,7 +193,7 @@ impl Fronts {
     }
 
     /// Lane 0 in all lanes.
-    pub(super) fn spread(&mut self) {
+    pub(super) fn broadcast(&mut self) {
         for numbers in [
             &mut self.eta,
             &mut self.inv_eta,
@@ -205,10 +205,10 @@ impl Fronts {
             &mut self.clearcoat_excess,
             &mut self.clearcoat_norm,
         ] {
-            spread(numbers);
+            broadcast(numbers);
         }
         for colors in [&mut self.schlick_r0, &mut self.base, &mut self.sheen] {
-            colors.spread();
+            colors.broadcast();
         }
     }
 

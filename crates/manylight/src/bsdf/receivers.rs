@@ -19,7 +19,7 @@ use super::principled_front::Fronts;
 use super::{Bsdf, Lobes, Receiver};
 use crate::color::Rgb;
 use crate::lanes::vectors::{dot, scale3};
-use crate::lanes::{LANES, LaneMask, Lanes, Lanes3, lanes_of, spread};
+use crate::lanes::{LANES, LaneMask, Lanes, Lanes3, broadcast, lanes_of};
 use crate::math::{Spread, Vec2, Vec3};
 use crate::simd::Wide;
 use std::f32::consts::FRAC_1_PI;
@@ -127,16 +127,16 @@ impl<'b, 's> Receivers<'b, 's> {
     pub(super) fn alike(form: Form, lobes: Lobes, bsdf: &'b Bsdf<'s>, wo: Vec3) -> Self {
         debug_assert!(form != Form::Any);
         let mut all = Receivers::new(form, lobes, std::iter::once((bsdf, wo)));
-        all.frame.iter_mut().for_each(Lanes3::spread);
-        all.wo.spread();
-        all.roughness.iter_mut().flatten().for_each(spread);
-        spread(&mut all.eta);
-        spread(&mut all.inv_eta);
-        all.metal.iter_mut().for_each(Lanes3::spread);
-        all.specular.spread();
-        all.base.spread();
-        spread(&mut all.transmittance);
-        all.fronts.spread();
+        all.frame.iter_mut().for_each(Lanes3::broadcast);
+        all.wo.broadcast();
+        all.roughness.iter_mut().flatten().for_each(broadcast);
+        broadcast(&mut all.eta);
+        broadcast(&mut all.inv_eta);
+        all.metal.iter_mut().for_each(Lanes3::broadcast);
+        all.specular.broadcast();
+        all.base.broadcast();
+        broadcast(&mut all.transmittance);
+        all.fronts.broadcast();
         all
     }
 

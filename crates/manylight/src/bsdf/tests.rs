@@ -574,7 +574,7 @@ fn samplers_follow_their_densities() {
     assert!(failures.is_empty(), "{failures:#?}");
 }
 
-fn test_sampler(bsdf: &Bsdf, end: Given, given: Vec3, mask: Lobes) -> chi_square::Outcome {
+fn test_sampler(bsdf: &Bsdf, end: Given, given: Vec3, mask: Lobes) -> chi_square::ChiSquareResult {
     let draw = |i: u32| {
         let u = numbers(&mut sampler(u64::from(i)));
         let local = bsdf.frame.to_local(given);

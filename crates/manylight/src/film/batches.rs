@@ -1,13 +1,14 @@
-//! How far means over many pixels may be off, from the spread over batches of passes.
+//! Variance of means over many pixels, from batches of passes.
 //!
-//! The mean over all passes is a ratio of sums over batches, of values and of passes; its variance is that of ratio estimators
-//! (Cochran, "Sampling Techniques", 3rd ed., sections 6.4 and 9A.1), corrected so that it is exact for passes that are independent after all:
+//! Passes of one batch may be correlated, batches are independent. `S_b` is the sum of a value over the `n_b` passes of batch `b`. The mean
+//! over all passes is the ratio `Σ S_b / Σ n_b`; its variance is that of ratio estimators (Cochran, "Sampling Techniques", 3rd ed.,
+//! sections 6.4 and 9A.1) with a correction that makes it unbiased for independent passes:
 //!
 //! ```text
 //! var m ≈ Σ_b (S_b - n_b m)² / (n² - Σ_b n_b²),   m = Σ S_b / n,   n = Σ n_b
 //! ```
 
-/// The batches that are over.
+/// Number and sizes of the completed batches.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct BatchCounts {
     count: u32,
@@ -16,7 +17,7 @@ pub(super) struct BatchCounts {
     squares: f64,
 }
 
-/// Sums over batches, per channel; `S_b` is the sum over the passes of a batch.
+/// Sums over batches, per channel.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct BatchMoments {
     /// Σ S_b
@@ -28,17 +29,17 @@ pub(super) struct BatchMoments {
 }
 
 impl BatchCounts {
-    /// How many.
+    /// Number of batches.
     pub(super) fn count(self) -> u32 {
         self.count
     }
 
-    /// Passes of all of them.
+    /// Number of passes in all batches.
     pub(super) fn passes(self) -> u32 {
         self.passes
     }
 
-    /// One more, of so many passes.
+    /// Adds a batch of `passes` passes.
     pub(super) fn add(&mut self, passes: u32) {
         self.count += 1;
         self.passes += passes;
@@ -60,7 +61,7 @@ impl BatchCounts {
 }
 
 impl BatchMoments {
-    /// A batch of `passes` with this sum over them.
+    /// Adds a batch of `passes` passes; `sum` is the sum of the values over them.
     pub(super) fn add(&mut self, passes: u32, sum: [f64; 3]) {
         for (c, s) in sum.into_iter().enumerate() {
             self.sum[c] += s;
@@ -75,13 +76,13 @@ mod tests {
     use super::*;
     use crate::sampling::rng::Pcg;
 
-    /// Batches of the sizes that sets of lights have, of independent passes: the variance is right on average.
+    /// The estimate is unbiased for independent passes in batches of growing size.
     #[test]
     fn exact_for_independent_passes_in_batches_of_any_size() {
         let sizes = [1, 1, 2, 4, 8, 8];
         let mut rng = Pcg::new(21);
         let trials = 40_000;
-        let (mut told, mut seen) = (0.0, 0.0);
+        let (mut estimated, mut actual) = (0.0, 0.0);
         for _ in 0..trials {
             let (mut counts, mut moments) = (BatchCounts::default(), BatchMoments::default());
             let mut total = 0.0;
@@ -91,14 +92,17 @@ mod tests {
                 moments.add(passes, [sum; 3]);
                 total += sum;
             }
-            told += counts.variance_of_mean(&moments)[1];
-            seen += (total / 24.0 - 0.5).powi(2);
+            estimated += counts.variance_of_mean(&moments)[1];
+            actual += (total / 24.0 - 0.5).powi(2);
         }
-        assert!((told / seen - 1.0).abs() < 0.03, "{told} for {seen}");
+        assert!(
+            (estimated / actual - 1.0).abs() < 0.03,
+            "{estimated} for {actual}"
+        );
         let expected = f64::from(trials) / (12.0 * 24.0);
         assert!(
-            (told / expected - 1.0).abs() < 0.02,
-            "{told} for {expected}"
+            (estimated / expected - 1.0).abs() < 0.02,
+            "{estimated} for {expected}"
         );
     }
 }

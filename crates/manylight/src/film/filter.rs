@@ -1,40 +1,40 @@
-//! Reconstruction filters, by importance sampling: a sample is drawn around the center of one pixel and counts for that pixel alone.
+//! Reconstruction filters by importance sampling. A sample is drawn around the center of one pixel and contributes to that pixel only.
 
 use crate::math::{Vec2, float::find_interval};
 
-/// A reconstruction filter as files name it. Radii and deviations in pixels.
+/// A reconstruction filter, as scene files name it. Radii and deviations are in pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Filter {
-    /// Constant over the pixel's square.
+    /// Constant over the square of the pixel.
     Box,
     /// Falls linearly to 0 at `radius`.
     Tent {
-        /// Radius.
+        /// Radius in pixels.
         radius: f32,
     },
-    /// Gaussian, cut at 4 deviations and lowered to reach 0 there, as Mitsuba does.
+    /// Gaussian, cut at 4 deviations and lowered to 0 there, as in Mitsuba.
     Gaussian {
-        /// Standard deviation.
+        /// Standard deviation in pixels.
         stddev: f32,
     },
     /// Mitchell-Netravali, radius 2.
     Mitchell {
-        /// B.
+        /// Parameter B of Mitchell and Netravali.
         b: f32,
-        /// C.
+        /// Parameter C of Mitchell and Netravali.
         c: f32,
     },
     /// Catmull-Rom, radius 2.
     CatmullRom,
     /// Windowed sinc.
     Lanczos {
-        /// Number of lobes: the radius.
+        /// Number of lobes; equal to the radius in pixels.
         lobes: f32,
     },
 }
 
 impl Filter {
-    /// Half the edge of the square outside of which the filter is 0, in pixels.
+    /// Half the edge of the support of the filter, a square, in pixels.
     pub fn radius(&self) -> f32 {
         match *self {
             Filter::Box => 0.5,
@@ -45,7 +45,7 @@ impl Filter {
         }
     }
 
-    /// The filter's profile at distance `x` pixels from the center along one axis, not normalized; filters are separable.
+    /// Profile of the filter along one axis at `x` pixels from the center, not normalized. Filters are separable.
     pub fn eval(&self, x: f32) -> f32 {
         let x = x.abs();
         if x > self.radius() {
@@ -64,18 +64,20 @@ impl Filter {
         }
     }
 
-    /// Prepares importance sampling.
+    /// Tabulates the filter for importance sampling.
     pub fn sampler(&self) -> FilterSampler {
         FilterSampler::new(self)
     }
 }
 
-/// Where Mitsuba cuts a Gaussian.
+/// Support radius of a Gaussian in standard deviations, as in Mitsuba.
 const GAUSSIAN_RADIUS_IN_DEVIATIONS: f32 = 4.0;
 
-/// Cells of the table across the filter. Cells are about 1/128 of a pixel: far below what an image can show.
+/// Number of cells of the table across the filter. For a radius of 2 pixels a cell is 1/128 pixel, far below what an image resolves.
 const TABLE_CELLS: usize = 512;
 
+/// Profile of the Mitchell-Netravali filters for `0 <= x <= 2`.
+///
 /// Source: Mitchell and Netravali, "Reconstruction Filters in Computer Graphics", 1988, eq. (8).
 fn mitchell(x: f32, b: f32, c: f32) -> f32 {
     let (x2, x3) = (x * x, x * x * x);
@@ -90,28 +92,32 @@ fn mitchell(x: f32, b: f32, c: f32) -> f32 {
     sixfold / 6.0
 }
 
+/// sin(πx) / (πx).
 fn sinc(x: f32) -> f32 {
+    /// Argument below which the quotient rounds to its limit 1.
+    const LIMIT: f32 = 1e-4;
     let a = std::f32::consts::PI * x;
-    if a.abs() < 1e-4 { 1.0 } else { a.sin() / a }
+    if a.abs() < LIMIT { 1.0 } else { a.sin() / a }
 }
 
-/// Draws positions around a pixel's center in proportion to the absolute value of a filter.
+/// Draws offsets from a pixel's center with a density proportional to the absolute value of the filter.
 #[derive(Clone, Debug)]
 pub struct FilterSampler {
     radius: f32,
-    /// Sum of the absolute values of the cells up to here, over their total; empty for a box, which needs no table.
+    /// Cumulative sum of the absolute values of the cells, normalized to end at 1; empty for a box, which needs no table.
     cdf: Vec<f32>,
-    /// Sign of each cell times (integral of the absolute value / integral).
+    /// Sample weight by cell: the sign of the filter times the integral of its absolute value over its integral.
     weights: Vec<f32>,
 }
 
-/// The part of a filter that a sample may come from, along one axis.
+/// An interval of a filter along one axis from which samples are drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window {
-    /// What the table's cumulated share is at the beginning of the part, and by how much it grows.
+    /// Value of the CDF at the start of the interval.
     start: f32,
+    /// Increase of the CDF over the interval.
     share: f32,
-    /// What brings the mean weight back to 1.
+    /// Factor on sample weights that makes their mean 1.
     gain: f32,
 }
 
@@ -154,7 +160,7 @@ impl FilterSampler {
         }
     }
 
-    /// The part of the filter between two offsets from the pixel's center, in pixels.
+    /// The interval of the filter between two offsets from the pixel's center, in pixels.
     pub fn window(&self, from: f32, to: f32) -> Window {
         if from <= -self.radius && to >= self.radius {
             return Window::WHOLE;
@@ -181,8 +187,8 @@ impl FilterSampler {
         }
     }
 
-    /// An offset from the pixel's center in pixels, and the weight of the sample there. The mean weight is 1:
-    /// a pixel is the plain mean of weight times radiance.
+    /// Offset from the pixel's center in pixels, and weight of the sample. The mean weight is 1: the pixel value is the mean of
+    /// weight times radiance.
     #[inline]
     pub fn sample(&self, windows: [Window; 2], u: Vec2) -> (Vec2, f32) {
         let ((x, weight_x), (y, weight_y)) = (

@@ -1,28 +1,28 @@
-//! Where on the film the samples of a pixel lie: drawn from its reconstruction filter.
+//! Film positions of samples, drawn from the reconstruction filter of their pixel.
 
 use super::{FilmDesc, FilterSampler, Window};
 use crate::math::{UVec2, Vec2};
 
-/// A film position and what a sample taken there counts.
+/// A film position with the weight of a sample there.
 #[derive(Clone, Copy, Debug)]
 pub struct FilmSample {
-    /// In pixels from the upper left of the crop window.
+    /// In pixels from the upper left corner of the crop window.
     pub position: Vec2,
-    /// 1 in the mean; negative on negative lobes of the filter.
+    /// Weight with mean 1; negative on negative lobes of the filter.
     pub weight: f32,
 }
 
-/// Draws film positions; made once per pass.
+/// Draws film positions. Built once per pass.
 #[derive(Clone, Debug)]
 pub struct FilmSampler {
     filter: FilterSampler,
-    /// Per column and per row: the part of the filter that lies on the film.
+    /// By column, and by row: the part of the filter inside the crop window.
     windows: [Vec<Window>; 2],
 }
 
 impl FilmDesc {
-    /// Prepares the reconstruction filter for sampling. Positions lie within the crop window, as Mitsuba's do: at its border
-    /// filters count only what they have inside.
+    /// Prepares the reconstruction filter for sampling. Positions lie within the crop window, as in Mitsuba: at the border filters
+    /// are cut and normalized to their part inside.
     pub fn sampler(&self) -> FilmSampler {
         let filter = self.filter.sampler();
         let windows = self.crop_size.to_array().map(|count| {
@@ -48,7 +48,7 @@ impl FilmSampler {
         }
     }
 
-    /// Index of a pixel in row order: names its random numbers.
+    /// Index of a pixel in row order, to seed its random numbers.
     #[inline]
     pub fn index(&self, pixel: UVec2) -> u64 {
         u64::from(pixel.y) * self.windows[0].len() as u64 + u64::from(pixel.x)

@@ -1,8 +1,8 @@
-//! The parts of the picture that are rendered at once.
+//! Tiles: the rectangles of pixels that are rendered together.
 
 use crate::math::UVec2;
 
-/// Edge of a tile in pixels.
+/// Edge of a tile in pixels. A tile has at most 64 of them: one bit each in the masks of visibility blocks.
 pub const TILE_SIZE: u32 = 8;
 
 /// A rectangle of pixels within the crop window.
@@ -10,7 +10,7 @@ pub const TILE_SIZE: u32 = 8;
 pub struct Tile {
     /// Upper left pixel.
     pub origin: UVec2,
-    /// At most [`TILE_SIZE`] squared.
+    /// Width and height, each from 1 to [`TILE_SIZE`].
     pub size: UVec2,
 }
 
@@ -21,7 +21,7 @@ impl Tile {
             .flat_map(move |y| (0..self.size.x).map(move |x| self.origin + UVec2::new(x, y)))
     }
 
-    /// How many there are.
+    /// Number of pixels.
     pub fn count(self) -> usize {
         (self.size.x * self.size.y) as usize
     }
@@ -30,14 +30,14 @@ impl Tile {
 /// The crop window divided into tiles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct TileGrid {
-    /// Of the window.
+    /// Size of the window in pixels.
     size: UVec2,
-    /// How far the first tile begins left of and above the window; less than [`TILE_SIZE`].
+    /// Offset of the first tile to the left of and above the window, in pixels; less than [`TILE_SIZE`].
     shift: UVec2,
 }
 
 impl TileGrid {
-    /// For a window of `size` pixels, moved up and to the left by so many pixels, which count modulo [`TILE_SIZE`].
+    /// Tiles over a window of `size` pixels, moved up and left by `shift` pixels modulo [`TILE_SIZE`].
     pub(super) fn new(size: UVec2, shift: UVec2) -> Self {
         TileGrid {
             size,
@@ -45,13 +45,13 @@ impl TileGrid {
         }
     }
 
-    /// Tiles across and down.
+    /// Number of tiles across and down.
     fn counts(self) -> UVec2 {
         let reach = self.size + self.shift + (TILE_SIZE - 1);
         reach / TILE_SIZE
     }
 
-    /// How many tiles there are.
+    /// Number of tiles.
     pub(super) fn count(self) -> usize {
         (self.counts().x * self.counts().y) as usize
     }
@@ -62,7 +62,7 @@ impl TileGrid {
         (0..counts.y).flat_map(move |y| (0..counts.x).map(move |x| self.tile(UVec2::new(x, y))))
     }
 
-    /// The one so many tiles across and down.
+    /// The tile in column `place.x`, row `place.y`.
     fn tile(self, place: UVec2) -> Tile {
         let start = place * TILE_SIZE;
         let origin = start.max(self.shift) - self.shift;
@@ -73,7 +73,7 @@ impl TileGrid {
         }
     }
 
-    /// The tile of a pixel, and which of its pixels that is; both count row by row.
+    /// Index of the tile that holds a pixel, and index of the pixel in that tile; both in row order.
     pub(super) fn locate(self, pixel: UVec2) -> (usize, usize) {
         let place = (pixel + self.shift) / TILE_SIZE;
         let tile = self.tile(place);

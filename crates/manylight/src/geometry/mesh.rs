@@ -2,16 +2,16 @@
 
 use crate::math::{Aabb, Vec2, Vec3};
 
-/// Triangles over shared vertices. The geometric normal follows the right-hand rule over the three corners.
+/// Triangles over shared vertices. The geometric normal follows from the order of the three corners by the right-hand rule.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
-    /// One per vertex.
+    /// Position of each vertex.
     pub positions: Vec<Vec3>,
-    /// One unit shading normal per vertex, or empty for faceted shading.
+    /// Unit shading normal of each vertex; empty for faceted shading.
     pub normals: Vec<Vec3>,
-    /// One per vertex, or empty: then each triangle has (0,0), (1,0), (0,1), as Mitsuba does.
+    /// Texture coordinates of each vertex. If empty, the corners of each triangle have (0,0), (1,0), (0,1), as in Mitsuba.
     pub uvs: Vec<Vec2>,
-    /// Vertex indices; all smaller than `positions.len()`.
+    /// Indices of the three vertices; all smaller than `positions.len()`.
     pub triangles: Vec<[u32; 3]>,
 }
 
@@ -30,9 +30,9 @@ impl Mesh {
         }
     }
 
-    /// The cube [-1, 1]³ with outward faceted normals and uv [0,1]² on each face.
+    /// The cube [-1, 1]³ with outward faceted normals and uv from (0,0) to (1,1) on each face.
     pub fn cube() -> Self {
-        // Corners of each face in the order of the uvs (0,1), (1,1), (1,0), (0,0): how the faces are turned is Mitsuba's.
+        // Corners of each face in the order of the uvs (0,1), (1,1), (1,0), (0,0), as in Mitsuba.
         const FACES: [(Vec3, [[i8; 3]; 4]); 6] = [
             (
                 Vec3::NEG_Y,
@@ -63,7 +63,7 @@ impl Mesh {
         }
     }
 
-    /// The smallest box around the vertices that triangles use.
+    /// Bounding box of the vertices that triangles use.
     pub fn bounds(&self) -> Aabb {
         Aabb::from_points(
             self.triangles

@@ -1,15 +1,17 @@
-//! Where things are: shapes, the acceleration structure over them, and the points that rays find.
+//! Shapes, instances and the acceleration structures over them; intersection, visibility, surface points and sampling by area.
 
 mod analytic;
 mod block;
 mod bvh;
-mod layer;
+mod level;
 pub mod mesh;
 mod occluder;
 mod placement;
+mod queries;
 pub mod ray;
 pub mod shape;
 pub mod surface_point;
+mod surface_set;
 #[cfg(test)]
 mod tests;
 mod unit_rows;

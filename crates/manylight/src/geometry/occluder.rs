@@ -1,26 +1,27 @@
-//! Flat pieces of opaque surface: large ones hide whole regions from each other.
+//! Flat convex pieces of opaque surface, to prove that whole regions are hidden from each other.
 
 use super::{Geometry, Shape, SurfaceRef};
 use crate::math::{Vec2, Vec3};
 
-/// Corners that are so far off a plane, in parts of the longest edge, still lie in it.
+/// Largest distance of a corner from the plane and from convexity, in units of the longest edge. Admits rounding of `f32` corners.
 const FLAT: f32 = 1e-6;
-/// What is nearer to the rim than this, in parts of the longest edge, does not count as part of the piece.
+/// Width of the rim that is excluded from the piece, in units of the longest edge. Keeps the test conservative under rounding.
 const RIM: f32 = 1e-4;
 
-/// A convex piece of a plane that light does not pass.
+/// A convex piece of a plane that blocks light.
 #[derive(Clone, Copy, Debug)]
 pub struct Occluder {
     /// Unit normal of the plane.
     pub n: Vec3,
-    /// `n·x` for its points `x`.
+    /// `n·x` of the points `x` of the plane.
     pub offset: f32,
-    /// For each edge a unit vector `e` in the plane; points of the piece have `e·x` of at least the number beside it.
+    /// For each edge a unit vector `e` in the plane and a bound `b`: the piece is where `e·x >= b` for all edges.
     pub edges: [(Vec3, f32); 4],
 }
 
 impl Geometry {
-    /// The triangle of an opaque mesh at `at`, with the one before or after it if both make a convex quadrilateral. `None` for other shapes.
+    /// The triangle of an opaque mesh at `at`, or the convex quadrilateral that it forms with the triangle before or after it in the mesh.
+    /// `None` for other shapes, transparent surfaces and degenerate triangles.
     pub fn occluder(&self, at: SurfaceRef) -> Option<Occluder> {
         let primitive = &self.primitives()[at.primitive.index()];
         let Shape::Mesh(mesh) = &self.shapes()[primitive.shape.index()] else {
@@ -63,7 +64,8 @@ impl Geometry {
 }
 
 impl Occluder {
-    /// The convex piece with these corners in turn, the last of which may be there twice; `None` if they make no such thing.
+    /// The convex polygon with these corners in order; a triangle repeats its last corner. `None` if the corners are degenerate, not
+    /// convex or not coplanar.
     fn new(corners: [Vec3; 4]) -> Option<Self> {
         let [a, b, c, d] = corners;
         let n = (c - a)
@@ -74,7 +76,7 @@ impl Occluder {
         let longest = (0..4).map(|k| edge(k).length()).fold(0.0, f32::max);
         let mut edges = [(Vec3::ZERO, 0.0); 4];
         for (k, bound) in edges.iter_mut().enumerate() {
-            // A corner that is there twice has no edge; the one before bounds as well.
+            // A repeated corner has no edge: take the edge before it.
             let k = if edge(k) == Vec3::ZERO { k - 1 } else { k };
             let inwards = n.cross(edge(k)).try_normalize()?;
             let along = inwards.dot(corners[k]);

@@ -2,15 +2,15 @@
 
 use crate::math::Vec3;
 
-/// A half-line, or its part up to `t_max`. Origins are moved off their surface by whoever spawns the ray
-/// ([`SurfacePoint::spawn`](super::SurfacePoint::spawn)), so hits count from `t = 0`.
+/// A half-line, or its part up to `t_max`. Hits count from `t = 0` on: [`SurfacePoint::spawn`](super::SurfacePoint::spawn) moves the
+/// origin off the surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray {
     /// Origin.
     pub o: Vec3,
     /// Direction; unit in world space.
     pub d: Vec3,
-    /// Hits count up to here, exclusively.
+    /// Upper bound of the ray parameter of hits, exclusive.
     pub t_max: f32,
 }
 
@@ -32,7 +32,7 @@ impl Ray {
     }
 }
 
-/// The open line between two points, both already moved off their surfaces. What lies on it blocks the view.
+/// The open segment between two points, both moved off their surfaces.
 #[derive(Clone, Copy, Debug)]
 pub struct Segment {
     /// One end.
@@ -42,7 +42,7 @@ pub struct Segment {
 }
 
 impl Segment {
-    /// From one end to the other, which is at 1.
+    /// The ray from `from` that reaches `to` at parameter 1 and ends there.
     pub fn ray(&self) -> Ray {
         Ray {
             o: self.from,

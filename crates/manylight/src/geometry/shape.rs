@@ -1,4 +1,4 @@
-//! What a scene file can place.
+//! Shapes of scene files.
 
 use super::Mesh;
 use crate::math::Vec3;
@@ -6,11 +6,11 @@ use crate::math::Vec3;
 /// A surface in object space. Rectangles and cubes are meshes.
 #[derive(Clone, Debug)]
 pub enum Shape {
-    /// Triangles.
+    /// Indexed triangles.
     Mesh(Mesh),
     /// A sphere; normals point outwards.
     Sphere {
-        /// Centre.
+        /// Center.
         center: Vec3,
         /// Radius, > 0.
         radius: f32,

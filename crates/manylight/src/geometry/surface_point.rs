@@ -1,11 +1,11 @@
-//! A point on a surface, as transport sees it.
+//! Points on surfaces: full, and as compact references.
 
 use super::{Ray, Segment};
 use crate::ids::PrimitiveId;
 use crate::math::{Frame, Vec2, Vec3};
 
-/// Names a point on a surface in 24 bytes, so that particles can be stored by the million and looked at again.
-/// See [`Geometry::surface_point`](super::Geometry::surface_point).
+/// Reference to a point on a surface, 20 bytes: small enough to store with every particle.
+/// [`Geometry::surface_point`](super::Geometry::surface_point) restores the point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceRef {
     /// The primitive.
@@ -14,12 +14,13 @@ pub struct SurfaceRef {
     pub element: u32,
     /// The instance through which the primitive was hit, or [`SurfaceRef::NO_INSTANCE`].
     pub instance: u32,
-    /// Barycentric coordinates of the second and third corner for meshes; the shape's own parameters otherwise.
+    /// Meshes: barycentric coordinates of the second and third corner. Other shapes: the parameters of the surface, each in a domain
+    /// that the shape defines.
     pub coordinates: Vec2,
 }
 
 impl SurfaceRef {
-    /// Not seen through an instance.
+    /// Value of `instance` for a primitive of the world.
     pub const NO_INSTANCE: u32 = u32::MAX;
 }
 
@@ -28,24 +29,24 @@ impl SurfaceRef {
 pub struct SurfacePoint {
     /// Position.
     pub p: Vec3,
-    /// Geometric normal, unit, on the side that the shape calls outside (after `flip_normals`); never turned to the viewer.
+    /// Geometric normal, unit, on the outer side of the shape after `flip_normals`; never turned to the viewer.
     pub ng: Vec3,
-    /// Shading frame: z is the (interpolated) shading normal, x follows `dp_du`.
+    /// Shading frame: z is the interpolated shading normal, x the direction of `dp_du` made orthogonal to z.
     pub frame: Frame,
-    /// Texture coordinates, v upwards as in the mesh file.
+    /// Texture coordinates, as in the mesh file.
     pub uv: Vec2,
-    /// Derivative of the position by u; for tangent space and bump maps.
+    /// Derivative of the position by u, for tangent spaces and bump maps.
     pub dp_du: Vec3,
     /// Derivative of the position by v.
     pub dp_dv: Vec3,
-    /// Where this point is, compactly.
+    /// Compact reference to this point.
     pub at: SurfaceRef,
-    /// How far a ray must start off the surface to be safe from rounding, in world units.
+    /// Distance of ray origins from the surface that outweighs rounding, in the scene's unit.
     pub offset: f32,
 }
 
 impl SurfacePoint {
-    /// The position moved off the surface to the side of `w`.
+    /// The position moved off the surface by `offset`, to the side of `w`.
     #[inline]
     pub fn offset_towards(&self, w: Vec3) -> Vec3 {
         self.p + self.ng * self.offset.copysign(self.ng.dot(w))
@@ -57,7 +58,7 @@ impl SurfacePoint {
         self.ng * 1.0f32.copysign(self.ng.dot(w))
     }
 
-    /// A ray that leaves along the unit vector `w`.
+    /// A ray from this point along the unit vector `w`.
     #[inline]
     pub fn spawn(&self, w: Vec3) -> Ray {
         Ray::new(self.offset_towards(w), w)

@@ -1,31 +1,32 @@
-//! The segments from one point to many that a unit shape cuts.
+//! Segments from one point to many targets against a unit shape.
 //!
-//! Most pass it by. So sixteen at a time are held to a ball or a cylinder around it first, in `f32` with a margin for the rounding; only
-//! where one comes near does the test in `f64` follow.
+//! Most segments miss. A conservative test of sixteen segments in `f32` against a ball or cylinder around the shape comes first. The
+//! exact test in `f64` runs only for groups with a possible hit.
 
-use super::analytic::Kind;
+use super::analytic::UnitShape;
 use super::block::BLOCK;
 use crate::lanes::LaneMask;
 use crate::lanes::vectors::{add3, dot, load3, scale3, splat3, sub3};
 use crate::simd::{Simd, SimdKernel, WIDE, Wide};
 use glam::DVec3;
 
-/// Rounding of a segment's distance from the shape, relative to that of its ends: many times what it can be.
+/// Margin for rounding in the distance of a segment from the shape, relative to the distance of its ends. Several times the largest
+/// rounding error, which is a few epsilon.
 const ROUNDING: f32 = 32.0 * f32::EPSILON;
 
-/// Points go through in so many groups of sixteen.
+/// Number of groups of [`WIDE`] targets.
 const GROUPS: usize = BLOCK / WIDE;
 
-/// Points in the space of a unit shape, by group and coordinate.
+/// Points in the space of a unit shape. Indices: group, axis, lane.
 pub(super) struct UnitPoints {
     exact: [[[f64; WIDE]; 3]; GROUPS],
     rounded: [[[f32; WIDE]; 3]; GROUPS],
-    /// Largest distance of any from the origin, about.
+    /// Largest distance of a point from the origin, rounded to `f32`.
     farthest: f32,
 }
 
 impl UnitPoints {
-    /// Of up to [`BLOCK`] points; the rest is at the origin.
+    /// Up to [`BLOCK`] points; unused lanes are at the origin.
     pub(super) fn new(points: impl Iterator<Item = DVec3>) -> Self {
         let mut all = UnitPoints {
             exact: [[[0.0; WIDE]; 3]; GROUPS],
@@ -43,9 +44,9 @@ impl UnitPoints {
     }
 }
 
-/// The segments from `origin` to the targets that a unit shape cuts, as bits; of those in `open` alone.
+/// Kernel: the segments from `origin` to the targets that a unit shape cuts, as a subset of the bits of `open`.
 pub(super) struct CutRow<'a> {
-    pub(super) kind: Kind,
+    pub(super) shape: UnitShape,
     pub(super) origin: DVec3,
     pub(super) targets: &'a UnitPoints,
     pub(super) open: u64,
@@ -57,31 +58,31 @@ impl SimdKernel for CutRow<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> u64 {
         let w = s.wide();
-        // Each kind by its own loops.
-        match self.kind {
-            Kind::Sphere => self.cut(w, Kind::Sphere),
-            Kind::Disk => self.cut(w, Kind::Disk),
-            Kind::Cylinder => self.cut(w, Kind::Cylinder),
+        // One specialized loop per shape.
+        match self.shape {
+            UnitShape::Sphere => self.cut(w, UnitShape::Sphere),
+            UnitShape::Disk => self.cut(w, UnitShape::Disk),
+            UnitShape::Cylinder => self.cut(w, UnitShape::Cylinder),
         }
     }
 }
 
 impl CutRow<'_> {
     #[inline(always)]
-    fn cut<W: Wide>(&self, w: W, kind: Kind) -> u64 {
+    fn cut<W: Wide>(&self, w: W, shape: UnitShape) -> u64 {
         let mut cut = 0;
         for group in 0..GROUPS {
             let open = (self.open >> (group * WIDE)) as LaneMask;
-            if open != 0 && open & self.near(w, kind, group) != 0 {
-                cut |= u64::from(self.cut_exactly(kind, group)) << (group * WIDE);
+            if open != 0 && open & self.near(w, shape, group) != 0 {
+                cut |= u64::from(self.cut_exactly(shape, group)) << (group * WIDE);
             }
         }
         cut & self.open
     }
 
-    /// Those of sixteen segments that may come near enough.
+    /// The segments of a group that may cut the shape: a conservative test.
     #[inline(always)]
-    fn near<W: Wide>(&self, w: W, kind: Kind, group: usize) -> LaneMask {
+    fn near<W: Wide>(&self, w: W, shape: UnitShape, group: usize) -> LaneMask {
         let origin = self.origin.as_vec3();
         let margin = ROUNDING * (origin.length() + self.targets.farthest);
         let (zero, one) = (w.splat(0.0), w.splat(1.0));
@@ -92,12 +93,12 @@ impl CutRow<'_> {
             let below = w.le(w.min(o[2], to[2]), w.splat(high + margin));
             w.bits(w.and(above, below)) as LaneMask
         };
-        let level = match kind {
-            Kind::Sphere => LaneMask::MAX,
-            Kind::Disk => between(0.0, 0.0),
-            Kind::Cylinder => between(0.0, 1.0),
+        let level = match shape {
+            UnitShape::Sphere => LaneMask::MAX,
+            UnitShape::Disk => between(0.0, 0.0),
+            UnitShape::Cylinder => between(0.0, 1.0),
         };
-        if kind == Kind::Cylinder {
+        if shape == UnitShape::Cylinder {
             (o[2], to[2]) = (zero, zero);
         }
         let d = sub3(w, to, o);
@@ -109,17 +110,17 @@ impl CutRow<'_> {
         level & w.bits(w.le(dot(w, nearest, nearest), reach)) as LaneMask
     }
 
-    /// Those of sixteen segments that are cut: plain loops, which are vectors of `f64` once compiled.
+    /// The segments of a group that the shape cuts. A plain loop that the compiler vectorizes.
     #[inline(always)]
-    fn cut_exactly(&self, kind: Kind, group: usize) -> LaneMask {
+    fn cut_exactly(&self, shape: UnitShape, group: usize) -> LaneMask {
         let [x, y, z] = &self.targets.exact[group];
         let mut cut = [0; WIDE];
         for (j, cut) in cut.iter_mut().enumerate() {
             let target = DVec3::new(x[j], y[j], z[j]);
             let d = target - self.origin;
-            let [near, far] = kind.meets(self.origin, d);
+            let [near, far] = shape.meets(self.origin, d);
             let is_cut =
-                kind.is_hit(self.origin, d, near, 1.0) | kind.is_hit(self.origin, d, far, 1.0);
+                shape.is_hit(self.origin, d, near, 1.0) | shape.is_hit(self.origin, d, far, 1.0);
             *cut = LaneMask::from(is_cut) << j;
         }
         cut.iter().fold(0, |bits, cut| bits | cut)
@@ -132,7 +133,7 @@ mod tests {
     use crate::sampling::rng::Pcg;
     use crate::simd::{Instructions, Isa};
 
-    /// What looks at all segments in `f64`.
+    /// Kernel that tests all segments in `f64`.
     struct Exactly<'a>(CutRow<'a>);
 
     impl SimdKernel for Exactly<'_> {
@@ -141,27 +142,27 @@ mod tests {
         #[inline(always)]
         fn run<S: Simd>(self, _: S) -> u64 {
             let all = (0..GROUPS)
-                .map(|group| u64::from(self.0.cut_exactly(self.0.kind, group)) << (group * WIDE));
+                .map(|group| u64::from(self.0.cut_exactly(self.0.shape, group)) << (group * WIDE));
             all.sum::<u64>() & self.0.open
         }
     }
 
-    /// Segments at all distances that graze the shapes: the first look never says no where the exact test says yes.
+    /// Segments at all distances that graze the shapes: the conservative test never excludes a segment that the exact test finds.
     #[test]
-    fn nothing_that_is_cut_is_left_out() {
+    fn the_conservative_test_misses_no_hit() {
         let mut random = Pcg::new(3);
         let mut number = || f64::from(random.next_f32()) * 2.0 - 1.0;
         let mut vector = || DVec3::new(number(), number(), number());
-        for kind in [Kind::Sphere, Kind::Disk, Kind::Cylinder] {
+        for shape in [UnitShape::Sphere, UnitShape::Disk, UnitShape::Cylinder] {
             let mut some = [0; 2];
             for trial in 0..600 {
                 let far = 10f64.powi(trial % 8);
                 let origin = vector() * far;
-                // To a point of the rim or the surface, a little more or less, and beyond.
-                let through = |v: DVec3| match kind {
-                    Kind::Sphere => v.normalize(),
-                    Kind::Disk => v.with_z(0.0).normalize(),
-                    Kind::Cylinder => v.with_z(0.0).normalize().with_z(v.z.abs()),
+                // Segments through points near the rim or the surface, and beyond them.
+                let through = |v: DVec3| match shape {
+                    UnitShape::Sphere => v.normalize(),
+                    UnitShape::Disk => v.with_z(0.0).normalize(),
+                    UnitShape::Cylinder => v.with_z(0.0).normalize().with_z(v.z.abs()),
                 };
                 let targets = (0..BLOCK).map(|j| {
                     let grazed = through(vector()) * (1.0 + 1e-4 * vector().x);
@@ -169,7 +170,7 @@ mod tests {
                 });
                 let targets = UnitPoints::new(targets);
                 let row = CutRow {
-                    kind,
+                    shape,
                     origin,
                     targets: &targets,
                     open: u64::MAX,
@@ -177,12 +178,12 @@ mod tests {
                 for isa in Instructions::available().into_iter().filter_map(Isa::new) {
                     let exact = isa.run(Exactly(CutRow { ..row }));
                     let cut = isa.run(CutRow { ..row });
-                    assert_eq!(cut, exact, "{kind:?} from {origin}");
+                    assert_eq!(cut, exact, "{shape:?} from {origin}");
                     some[0] += cut.count_ones();
                     some[1] += cut.count_zeros();
                 }
             }
-            assert!(some.iter().all(|&count| count > 1000), "{kind:?} {some:?}");
+            assert!(some.iter().all(|&count| count > 1000), "{shape:?} {some:?}");
         }
     }
 }

@@ -1,157 +1,109 @@
-//! All surfaces of a scene: nearest hit, visibility, and points by area.
+//! All surfaces of a scene: primitives, instances, surface points and sampling by area.
 
-use super::layer::{Layer, LayerBuilder, Member};
-use super::placement::{PlacedInstance, Placement};
-use super::{Ray, Segment, Shape, SurfacePoint, SurfaceRef};
+use super::level::{InstanceBounds, Level};
+use super::placement::{PlacedInstance, PlacedShape};
+use super::surface_set::SurfaceSet;
+use super::{Shape, SurfacePoint, SurfaceRef};
 use crate::ids::{EmitterId, MaterialId, PrimitiveId, ShapeId};
-use crate::math::{Aabb, Affine3A, Vec2, Vec3};
+use crate::math::{Aabb, Affine3A, Vec2};
 #[cfg(any(test, feature = "testing"))]
 use crate::simd::Instructions;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// One placed surface: what a ray can hit.
+/// A shape with a transform, a material and an optional emitter.
 #[derive(Clone, Debug)]
 pub struct Primitive {
     /// The shape, in object space.
     pub shape: ShapeId,
-    /// Places the shape in the world (or in its group).
+    /// Transform of the shape into the world, or into the space of its group.
     pub world_from_object: Affine3A,
-    /// Turn both normals round.
+    /// Whether the geometric and the shading normal are reversed.
     pub flip_normals: bool,
-    /// How it scatters.
+    /// Scattering material.
     pub material: MaterialId,
-    /// What it emits.
+    /// Emitter of the surface, if any.
     pub emitter: Option<EmitterId>,
-    /// Whether light can pass straight through (masks, null, thin glass): such surfaces do not block [`Geometry::occluded`].
+    /// Whether light can pass straight through (masks, null, thin glass). Such a surface does not count in [`Geometry::occluded`].
     pub transparent: bool,
 }
 
-/// A copy of a group of primitives somewhere else.
+/// A copy of a group of primitives under another transform.
 #[derive(Clone, Debug)]
 pub struct Instance {
     /// Index of the group.
     pub group: u32,
-    /// Places the group in the world.
+    /// Transform of the group into the world.
     pub world_from_group: Affine3A,
 }
 
 /// The nearest surface along a ray.
 #[derive(Clone, Copy, Debug)]
 pub struct Hit {
-    /// Distance along the ray in units of its direction.
+    /// Ray parameter: distance in units of the length of the direction.
     pub t: f32,
-    /// Where.
+    /// Hit point.
     pub at: SurfaceRef,
 }
 
-/// A point drawn uniformly by area.
+/// A surface point drawn uniformly by area.
 #[derive(Clone, Copy, Debug)]
 pub struct AreaSample {
     /// The point.
     pub point: SurfacePoint,
-    /// 1 / area of the primitive, in 1/m².
+    /// Density of the point by area in the world, in 1/m².
     pub pdf_area: f32,
 }
 
-/// Shapes, primitives, instances and the acceleration structure over them. Immutable once built.
+/// Shapes, primitives, instances and the acceleration structures over them. Immutable once built.
 #[derive(Debug)]
 pub struct Geometry {
     shapes: Vec<Shape>,
     primitives: Vec<Primitive>,
     /// One per primitive.
-    pub(super) placements: Vec<Placement>,
+    pub(super) placements: Vec<PlacedShape>,
     pub(super) world: Level,
     pub(super) groups: Vec<Level>,
     pub(super) instances: Vec<PlacedInstance>,
     bounds: Aabb,
 }
 
-/// What a ray can meet in one space: the world or a group. Transparent surfaces stand apart, so that visibility among
-/// opaque ones never pays for them.
-#[derive(Debug)]
-pub(super) struct Level {
-    opaque: Layer,
-    transparent: Layer,
-}
-
-impl Level {
-    pub(super) fn layer(&self, class: Class) -> &Layer {
-        match class {
-            Class::Opaque => &self.opaque,
-            Class::Transparent => &self.transparent,
-        }
-    }
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Class {
-    Opaque,
-    Transparent,
-}
-
 impl Geometry {
-    /// Builds the acceleration structures. `primitives` holds the world's own first and then, group by group, those of
-    /// the groups: `groups[g]` is the range of group `g`. Ids must be in range; degenerate triangles are allowed and never hit.
+    /// Builds the acceleration structures.
+    ///
+    /// `primitives` holds first the primitives of the world and then, group by group, those of the groups: `groups[g]` is the range of
+    /// group `g`. Degenerate triangles are allowed and never hit.
+    ///
+    /// # Panics
+    /// If an id or index is out of range.
     pub fn build(
         shapes: Vec<Shape>,
         primitives: Vec<Primitive>,
         groups: Vec<Range<usize>>,
         instances: Vec<Instance>,
     ) -> Self {
-        let placements: Vec<Placement> = primitives
+        let placements: Vec<PlacedShape> = primitives
             .par_iter()
-            .map(|p| Placement::new(&shapes[p.shape.index()], &p.world_from_object))
+            .map(|p| PlacedShape::new(&shapes[p.shape.index()], &p.world_from_object))
             .collect();
-        let level = |range: Range<usize>, instances: &[(usize, Aabb, Aabb)]| {
-            let layer = |class: Class| {
-                let members = range
-                    .clone()
-                    .filter(|&i| primitives[i].transparent == (class == Class::Transparent));
-                let mut builder = LayerBuilder::default();
-                for i in members {
-                    builder.add_primitive(PrimitiveId::from(i), &placements[i]);
-                }
-                for &(index, opaque, transparent) in instances {
-                    builder.add_instance(
-                        index,
-                        if class == Class::Opaque {
-                            opaque
-                        } else {
-                            transparent
-                        },
-                    );
-                }
-                builder.build()
-            };
-            Level {
-                opaque: layer(Class::Opaque),
-                transparent: layer(Class::Transparent),
-            }
-        };
         let world_end = groups
             .iter()
             .map(|g| g.start)
             .min()
             .unwrap_or(primitives.len());
-        let groups: Vec<Level> = groups.into_iter().map(|range| level(range, &[])).collect();
+        let groups: Vec<Level> = groups
+            .into_iter()
+            .map(|range| Level::build(&primitives, &placements, range, &[]))
+            .collect();
         let instances: Vec<PlacedInstance> = instances
             .iter()
             .map(|i| PlacedInstance::new(i.group, &i.world_from_group))
             .collect();
-        let instance_bounds: Vec<(usize, Aabb, Aabb)> = instances
+        let instance_bounds: Vec<InstanceBounds> = instances
             .iter()
-            .map(|i| (i, &groups[i.group()]))
-            .map(|(i, group)| {
-                (
-                    i.bounds(group.opaque.bounds()),
-                    i.bounds(group.transparent.bounds()),
-                )
-            })
-            .enumerate()
-            .map(|(index, (opaque, transparent))| (index, opaque, transparent))
+            .map(|i| InstanceBounds::new(i, &groups[i.group()]))
             .collect();
-        let world = level(0..world_end, &instance_bounds);
+        let world = Level::build(&primitives, &placements, 0..world_end, &instance_bounds);
         let bounds = world.opaque.bounds().union(world.transparent.bounds());
         Geometry {
             shapes,
@@ -164,222 +116,58 @@ impl Geometry {
         }
     }
 
-    /// The placed surfaces; index by [`PrimitiveId`].
+    /// All primitives, by [`PrimitiveId`].
     pub fn primitives(&self) -> &[Primitive] {
         &self.primitives
     }
 
-    /// The shapes in object space; index by [`ShapeId`].
+    /// All shapes in object space, by [`ShapeId`].
     pub fn shapes(&self) -> &[Shape] {
         &self.shapes
     }
 
-    /// Box around everything, instances included; empty for an empty scene.
+    /// Bounding box of the scene, instances included; empty for an empty scene.
     pub fn bounds(&self) -> Aabb {
         self.bounds
     }
 
-    /// Number of triangles stored (instances not multiplied).
+    /// Number of stored triangles. Triangles of instanced groups count once.
     pub fn triangle_count(&self) -> usize {
-        self.layers().map(Layer::triangle_count).sum()
+        self.surface_sets().map(SurfaceSet::triangle_count).sum()
     }
 
     /// Memory of the acceleration structures over triangles, in bytes.
     pub fn acceleration_bytes(&self) -> usize {
-        self.layers().map(Layer::bytes).sum()
+        self.surface_sets().map(SurfaceSet::bytes).sum()
     }
 
-    /// Restricts the kernels to these instructions.
+    /// Runs all kernels in this instruction set.
     ///
     /// # Panics
-    /// If the machine lacks them.
+    /// If the machine lacks the instruction set.
     #[cfg(any(test, feature = "testing"))]
     pub fn use_instructions(&mut self, instructions: Instructions) {
         let levels = std::iter::once(&mut self.world).chain(&mut self.groups);
-        for layer in levels.flat_map(|level| [&mut level.opaque, &mut level.transparent]) {
-            layer.use_instructions(instructions);
+        for surfaces in levels.flat_map(|level| [&mut level.opaque, &mut level.transparent]) {
+            surfaces.use_instructions(instructions);
         }
     }
 
-    fn layers(&self) -> impl Iterator<Item = &Layer> {
+    fn surface_sets(&self) -> impl Iterator<Item = &SurfaceSet> {
         std::iter::once(&self.world)
             .chain(&self.groups)
             .flat_map(|level| [&level.opaque, &level.transparent])
     }
 
-    /// The nearest surface with `0 < t < ray.t_max`, opaque or transparent.
-    pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
-        let opaque = self.nearest(Class::Opaque, ray);
-        if !self.has_transparent() {
-            return opaque;
-        }
-        let rest = Ray {
-            t_max: opaque.map_or(ray.t_max, |hit| hit.t),
-            ..*ray
-        };
-        self.nearest(Class::Transparent, &rest).or(opaque)
-    }
-
-    /// Whether an opaque surface lies on the segment.
-    pub fn occluded(&self, segment: &Segment) -> bool {
-        let layer = &self.world.opaque;
-        layer.any_triangle(segment) || (layer.has_objects() && self.any_object(layer, segment))
-    }
-
-    /// Visibility from one point to up to 64 others at once: bit `i` is set when an opaque surface lies between `from` and `to[i]`.
-    /// Bits beyond `to.len()` are 0. Equal to single [`Geometry::occluded`] calls, only faster.
-    pub fn occluded_packet(&self, from: Vec3, to: &[Vec3]) -> u64 {
-        let layer = &self.world.opaque;
-        let mut blocked = layer.any_triangle_packet(from, to);
-        if layer.has_objects() {
-            for (i, &to) in to.iter().enumerate() {
-                if blocked >> i & 1 == 0 && self.any_object(layer, &Segment { from, to }) {
-                    blocked |= 1 << i;
-                }
-            }
-        }
-        blocked
-    }
-
-    /// Whether any surface lets light straight through; if not, [`Geometry::occluded`] is the whole story.
-    pub fn has_transparent(&self) -> bool {
-        !self.world.transparent.is_empty()
-    }
-
-    /// Calls `visit` for the hits of the segment with transparent surfaces, in no order, until it returns true.
-    pub fn visit_transparent(&self, segment: &Segment, mut visit: impl FnMut(Hit) -> bool) {
-        self.visit_in_layer(&self.world.transparent, segment, &mut visit);
-    }
-
-    /// Whether `visit` ended it.
-    fn visit_in_layer(
-        &self,
-        layer: &Layer,
-        segment: &Segment,
-        visit: &mut dyn FnMut(Hit) -> bool,
-    ) -> bool {
-        if layer.visit_triangles(segment, &mut *visit) {
-            return true;
-        }
-        if !layer.has_objects() {
-            return false;
-        }
-        let mut ended = false;
-        let whole = segment.ray();
-        layer.visit_objects(&whole, whole.t_max, |member, t_max| {
-            ended = match member {
-                Member::Analytic(primitive) => self.visit_analytic(primitive, segment, visit),
-                Member::Instance(index) => {
-                    let instance = &self.instances[index];
-                    let group = &self.groups[instance.group()].transparent;
-                    let segment = instance.segment_in_group(segment);
-                    self.visit_in_layer(group, &segment, &mut |mut hit| {
-                        hit.at.instance = index as u32;
-                        visit(hit)
-                    })
-                }
-            };
-            if ended { 0.0 } else { t_max }
-        });
-        ended
-    }
-
-    fn visit_analytic(
-        &self,
-        primitive: PrimitiveId,
-        segment: &Segment,
-        visit: &mut dyn FnMut(Hit) -> bool,
-    ) -> bool {
-        /// A line meets a quadric twice at most.
-        const MOST: usize = 2;
-        let (mut rest, mut start) = (*segment, 0.0);
-        for _ in 0..MOST {
-            let placement = &self.placements[primitive.index()];
-            let Some(mut hit) = placement.intersect_analytic(primitive, &rest.ray()) else {
-                return false;
-            };
-            hit.t = start + (1.0 - start) * hit.t;
-            if visit(hit) {
-                return true;
-            }
-            let x = self.surface_point(hit.at);
-            rest.from = x.offset_towards(rest.to - rest.from);
-            start = hit.t;
-        }
-        false
-    }
-
-    fn nearest(&self, class: Class, ray: &Ray) -> Option<Hit> {
-        let layer = self.world.layer(class);
-        let mut best = layer.nearest_triangle(ray);
-        if !layer.has_objects() {
-            return best;
-        }
-        let mut rest = Ray {
-            t_max: best.map_or(ray.t_max, |hit| hit.t),
-            ..*ray
-        };
-        layer.visit_objects(ray, rest.t_max, |member, t_max| {
-            rest.t_max = t_max;
-            let hit = match member {
-                Member::Analytic(primitive) => {
-                    self.placements[primitive.index()].intersect_analytic(primitive, &rest)
-                }
-                Member::Instance(index) => self.nearest_in_instance(class, index, &rest),
-            };
-            best = hit.or(best);
-            hit.map_or(t_max, |hit| hit.t)
-        });
-        best
-    }
-
-    fn nearest_in_instance(&self, class: Class, index: usize, ray: &Ray) -> Option<Hit> {
-        let instance = &self.instances[index];
-        let layer = self.groups[instance.group()].layer(class);
-        let mut rest = instance.ray_in_group(ray);
-        let mut best = layer.nearest_triangle(&rest);
-        rest.t_max = best.map_or(ray.t_max, |hit| hit.t);
-        let start = rest;
-        layer.visit_objects(&start, start.t_max, |member, t_max| {
-            rest.t_max = t_max;
-            let hit = match member {
-                Member::Analytic(primitive) => {
-                    self.placements[primitive.index()].intersect_analytic(primitive, &rest)
-                }
-                Member::Instance(_) => None,
-            };
-            best = hit.or(best);
-            hit.map_or(t_max, |hit| hit.t)
-        });
-        best.map(|hit| Hit {
-            at: SurfaceRef {
-                instance: index as u32,
-                ..hit.at
-            },
-            ..hit
-        })
-    }
-
-    fn any_object(&self, layer: &Layer, segment: &Segment) -> bool {
-        layer.any_object(segment, |member| match member {
-            Member::Analytic(primitive) => self.placements[primitive.index()].blocks(segment),
-            Member::Instance(index) => {
-                let instance = &self.instances[index];
-                let group = &self.groups[instance.group()].opaque;
-                let segment = instance.segment_in_group(segment);
-                group.any_triangle(&segment) || self.any_object(group, &segment)
-            }
-        })
-    }
-
-    /// Asks for the memory that [`Geometry::surface_point`] will read first.
+    /// Prefetches the memory that [`Geometry::surface_point`] reads first.
     #[inline]
     pub fn prefetch(&self, at: SurfaceRef) {
         let (shape, placement) = self.placed(at.primitive);
         placement.prefetch(shape, at.element);
     }
 
-    /// The same for what it reads next.
+    /// Prefetches the vertex attributes that [`Geometry::surface_point`] reads. Call after the memory of [`Geometry::prefetch`] has
+    /// arrived.
     #[inline]
     pub fn prefetch_vertices(&self, at: SurfaceRef) {
         let (shape, placement) = self.placed(at.primitive);
@@ -387,7 +175,7 @@ impl Geometry {
     }
 
     #[inline]
-    fn placed(&self, primitive: PrimitiveId) -> (&Shape, &Placement) {
+    fn placed(&self, primitive: PrimitiveId) -> (&Shape, &PlacedShape) {
         let shape = self.primitives[primitive.index()].shape;
         (
             &self.shapes[shape.index()],
@@ -395,7 +183,7 @@ impl Geometry {
         )
     }
 
-    /// The full description of a hit or stored reference. Needs no ray.
+    /// The surface point that a reference names, in world space.
     #[inline]
     pub fn surface_point(&self, at: SurfaceRef) -> SurfacePoint {
         let primitive = &self.primitives[at.primitive.index()];
@@ -420,22 +208,21 @@ impl Geometry {
         }
     }
 
-    /// [`SurfacePoint::uv`] of a reference.
+    /// Texture coordinates of a reference: [`SurfacePoint::uv`].
     #[inline]
     pub fn uv(&self, at: SurfaceRef) -> Vec2 {
         let (shape, placement) = self.placed(at.primitive);
         placement.uv(shape, at.element, at.coordinates)
     }
 
-    /// Area of a primitive in the world, instances ignored, in m².
+    /// Area of a primitive under its transform, in m². Instances are ignored.
     pub fn area(&self, primitive: PrimitiveId) -> f32 {
         self.placements[primitive.index()].area()
     }
 
-    /// A point of the primitive, uniform by area. `None` if its area is 0.
+    /// A point of the primitive, uniform by area. `None` if the area is 0.
     ///
-    /// Under a transform that is no similarity the points of a sphere or cylinder are only nearly uniform; `pdf_area` is
-    /// always the density with which they are drawn.
+    /// On spheres and cylinders under a transform that is not a similarity the density is not quite uniform; `pdf_area` is exact.
     pub fn sample_area(&self, primitive: PrimitiveId, u: Vec2) -> Option<AreaSample> {
         let (element, coordinates, pdf_area) = self.placements[primitive.index()].sample(u)?;
         let at = SurfaceRef {

@@ -33,7 +33,7 @@ pub(super) fn render_pass(
     run: &PassContext,
     film: &mut Film,
 ) -> bool {
-    let size = film.picture_size();
+    let size = film.image_size();
     let path_count = u64::from(size.x) * u64::from(size.y);
     let mut frame = vec![Rgb::BLACK; path_count as usize];
     run.stats.time("shade", || {

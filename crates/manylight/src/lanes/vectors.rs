@@ -1,17 +1,18 @@
-//! Vectors of three components in lanes.
+//! Arithmetic of vectors with three components in lanes.
 
 use crate::color::Rgb;
 use crate::math::Vec3;
 use crate::simd::Floats;
 
+/// `v` in all lanes.
 #[inline(always)]
 pub(crate) fn splat3<const N: usize, L: Floats<N>>(s: L, v: Vec3) -> [L::F; 3] {
     [s.splat(v.x), s.splat(v.y), s.splat(v.z)]
 }
 
-/// The vector in one lane of `v`, in all lanes.
+/// The vector in one lane of `v`, broadcast to all lanes.
 #[inline(always)]
-pub(crate) fn spread3<const N: usize, const M: usize, L: Floats<N>>(
+pub(crate) fn broadcast3<const N: usize, const M: usize, L: Floats<N>>(
     s: L,
     v: &[[f32; M]; 3],
     lane: usize,
@@ -33,6 +34,7 @@ pub(crate) fn store3<const N: usize, L: Floats<N>>(s: L, v: [L::F; 3]) -> [[f32;
     [s.store(v[0]), s.store(v[1]), s.store(v[2])]
 }
 
+/// Magnitude of each component.
 #[inline(always)]
 pub(crate) fn abs3<const N: usize, L: Floats<N>>(s: L, v: [L::F; 3]) -> [L::F; 3] {
     [s.abs(v[0]), s.abs(v[1]), s.abs(v[2])]
@@ -53,6 +55,7 @@ pub(crate) fn scale3<const N: usize, L: Floats<N>>(s: L, a: [L::F; 3], b: L::F) 
     [s.mul(a[0], b), s.mul(a[1], b), s.mul(a[2], b)]
 }
 
+/// Product by components.
 #[inline(always)]
 pub(crate) fn mul3<const N: usize, L: Floats<N>>(s: L, a: [L::F; 3], b: [L::F; 3]) -> [L::F; 3] {
     [s.mul(a[0], b[0]), s.mul(a[1], b[1]), s.mul(a[2], b[2])]
@@ -83,7 +86,7 @@ pub(crate) fn dot_add<const N: usize, L: Floats<N>>(
     s.mul_add(a[0], b[0], s.mul_add(a[1], b[1], s.mul_add(a[2], b[2], c)))
 }
 
-/// Of colours; see [`Rgb::luminance`].
+/// Luminance of colors: see [`Rgb::luminance`].
 #[inline(always)]
 pub(crate) fn luminance<const N: usize, L: Floats<N>>(s: L, color: [L::F; 3]) -> L::F {
     dot(s, color, splat3(s, Vec3::from(Rgb::LUMINANCE)))

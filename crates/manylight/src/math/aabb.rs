@@ -2,7 +2,7 @@
 
 use super::{Affine3A, Vec3};
 
-/// An axis-aligned box. The empty box has `min > max`.
+/// An axis-aligned box; empty if `min > max` in any coordinate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aabb {
     /// Lower corner.
@@ -12,11 +12,17 @@ pub struct Aabb {
 }
 
 impl Aabb {
-    /// The box that holds nothing; the neutral element of [`Aabb::union`].
+    /// The empty box: the neutral element of [`Aabb::union`].
     pub const EMPTY: Aabb = Aabb {
         min: Vec3::INFINITY,
         max: Vec3::NEG_INFINITY,
     };
+
+    /// The box that holds `p` alone.
+    #[inline]
+    pub const fn from_point(p: Vec3) -> Self {
+        Aabb { min: p, max: p }
+    }
 
     /// The smallest box around `points`.
     pub fn from_points(points: impl IntoIterator<Item = Vec3>) -> Self {
@@ -33,7 +39,7 @@ impl Aabb {
         }
     }
 
-    /// The smallest box around both.
+    /// The smallest box around both boxes.
     #[inline]
     #[must_use]
     pub fn union(self, o: Aabb) -> Self {
@@ -43,7 +49,7 @@ impl Aabb {
         }
     }
 
-    /// The box with all points that are so near to it in each coordinate.
+    /// The box enlarged by `by` on each side.
     #[inline]
     #[must_use]
     pub fn grown(self, by: f32) -> Self {
@@ -59,7 +65,7 @@ impl Aabb {
         self.min.cmpgt(self.max).any()
     }
 
-    /// The middle of the box.
+    /// Center of the box.
     #[inline]
     pub fn center(&self) -> Vec3 {
         (self.min + self.max) * 0.5
@@ -102,7 +108,7 @@ impl Aabb {
         })
     }
 
-    /// The box around this box after `transform`.
+    /// The smallest box around the transformed box.
     pub fn transformed(&self, transform: &Affine3A) -> Self {
         if self.is_empty() {
             return *self;

@@ -1,6 +1,8 @@
-//! Words of 64 bits, and square arrays of them.
+//! Matrices of bits.
 
-/// Rows to columns: bit `j` of word `i` becomes bit `i` of word `j`. Source: Warren, "Hacker's Delight", section 7-3.
+/// Transposes a matrix of 64 x 64 bits in place: bit `j` of word `i` becomes bit `i` of word `j`.
+///
+/// Source: Warren, "Hacker's Delight", section 7-3.
 pub fn transpose(bits: &mut [u64; 64]) {
     let (mut width, mut mask) = (32, 0xffff_ffffu64);
     while width != 0 {

@@ -1,10 +1,10 @@
-//! Bounding cones of directions.
+//! Bounding cones of directions, and bounds of angles with their cosines.
 
 use super::Vec3;
 use super::float::safe_sqrt;
 use std::f32::consts::{FRAC_PI_2, PI};
 
-/// Spreads are wider by this than they must be, in radians: cosines near 1 know an angle no better.
+/// Margin added to the half angle of a [`Spread`], in radians. The cosine of an angle near 0 does not resolve smaller angles in `f32`.
 const ROUNDING: f32 = 1e-3;
 
 /// All unit directions within `half_angle` of `axis`.
@@ -12,17 +12,17 @@ const ROUNDING: f32 = 1e-3;
 pub struct Cone {
     /// Unit axis.
     pub axis: Vec3,
-    /// In radians, from 0 to π. Negative for the empty cone.
+    /// Half angle in radians, from 0 to π; negative for the empty cone.
     pub half_angle: f32,
 }
 
 impl Cone {
-    /// Holds no direction; the neutral element of [`Cone::union`].
+    /// The empty cone: the neutral element of [`Cone::union`].
     pub const EMPTY: Cone = Cone {
         axis: Vec3::Z,
         half_angle: -1.0,
     };
-    /// Holds every direction.
+    /// The cone of all directions.
     pub const FULL: Cone = Cone {
         axis: Vec3::Z,
         half_angle: std::f32::consts::PI,
@@ -41,7 +41,7 @@ impl Cone {
         self.half_angle < 0.0
     }
 
-    /// A small cone around both.
+    /// A bounding cone of both cones.
     ///
     /// Source: Conty Estevez and Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", 2018, algorithm 1.
     #[must_use]
@@ -65,7 +65,7 @@ impl Cone {
         if half_angle >= std::f32::consts::PI {
             return Cone::FULL;
         }
-        // Turn the wide axis towards the narrow one until the new cone touches the wide cone's far rim.
+        // Rotate the wide axis towards the narrow one until the new cone touches the far rim of the wide cone.
         let Some(side) = (narrow.axis - wide.axis * wide.axis.dot(narrow.axis)).try_normalize()
         else {
             return Cone::FULL;
@@ -85,27 +85,27 @@ impl Cone {
     }
 }
 
-/// How far the directions of a cone lie from its axis, at most; with the terms that bounds ask for. None of the functions has a call or a choice that loops
-/// over many cones could not make as vectors, but for the first.
+/// An upper bound of the angle between a set of directions and an axis, with its cosine and sine. All functions but [`Spread::new`] are
+/// free of calls and branches, so that loops over them vectorize.
 #[derive(Clone, Copy, Debug)]
 pub struct Spread {
-    /// In radians, up to π; no less than the exact one.
+    /// Upper bound of the angle in radians, up to π.
     pub half_angle: f32,
-    /// Its cosine.
+    /// Cosine of the bound.
     pub cos: f32,
-    /// Its sine.
+    /// Sine of the bound.
     pub sin: f32,
 }
 
 impl Spread {
-    /// Of all directions.
+    /// The bound of all directions.
     pub const EVERYWHERE: Spread = Spread {
         half_angle: PI,
         cos: -1.0,
         sin: 0.0,
     };
 
-    /// Of a cone with this half angle in radians, a little widened.
+    /// The bound of a cone with this half angle in radians, plus a margin of 1e-3.
     pub fn new(half_angle: f32) -> Self {
         let half_angle = (half_angle + ROUNDING).min(PI);
         let (sin, cos) = half_angle.sin_cos();
@@ -116,7 +116,8 @@ impl Spread {
         }
     }
 
-    /// Of the directions to a ball, a little widened; everywhere within the ball.
+    /// The bound of the directions to a ball around the axis, plus a margin of about 1e-3. `distance` is that of the ball's center; inside
+    /// of the ball the bound is π.
     #[inline(always)]
     pub fn to_ball(radius: f32, distance: f32) -> Self {
         let sin = radius / distance + ROUNDING;
@@ -124,7 +125,7 @@ impl Spread {
         let sin = if outside { sin } else { 0.0 };
         let cos = (1.0 - sin * sin).sqrt();
         Spread {
-            // asin x <= x + (π/2 - 1) x³, as both are x³ times a series with positive terms beside x, and equal at 1.
+            // asin x <= x + (π/2 - 1) x³ on [0, 1]: (asin x - x) / x³ is a series with positive terms, largest at x = 1.
             half_angle: if outside {
                 sin + (FRAC_PI_2 - 1.0) * sin * sin * sin
             } else {
@@ -135,7 +136,7 @@ impl Spread {
         }
     }
 
-    /// Of all directions that lie so far from some direction with the other spread.
+    /// The bound of the sum of both angles: of directions within `self` of an axis that is within `o` of another axis.
     #[inline(always)]
     pub fn plus(self, o: Spread) -> Self {
         let everywhere = self.cos <= -o.cos;
@@ -150,7 +151,7 @@ impl Spread {
         }
     }
 
-    /// Smallest and largest cosine between directions so far from an axis and a unit vector at the cosine `cos` to that.
+    /// Bounds of the cosine between the directions and a unit vector; `cos` is the cosine between that vector and the axis.
     #[inline(always)]
     pub fn cosines(&self, cos: f32) -> [f32; 2] {
         let across = safe_sqrt(1.0 - cos * cos) * self.sin;

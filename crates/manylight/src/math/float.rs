@@ -1,15 +1,15 @@
-//! Small numeric helpers.
+//! Scalar helpers: roots, rounding, the exponential function.
 
-/// `sqrt(max(x, 0))`: for values that are negative by rounding alone.
+/// `sqrt(max(x, 0))`, for values that only rounding makes negative.
 #[inline]
 pub fn safe_sqrt(x: f32) -> f32 {
     x.max(0.0).sqrt()
 }
 
-/// Adding and taking this away rounds to the nearest integer, which is then in the last bits of the sum; for |x| < 2²².
+/// 1.5 · 2²³. Adding it to |x| < 2²² rounds x to the nearest integer, which the last bits of the sum then hold.
 const ROUNDING: f32 = 12_582_912.0;
 
-/// `floor(x)` as a float and as an integer, for |x| < 2²²: without calls, so that loops over it vectorise.
+/// `floor(x)` as a float and as an integer, for |x| < 2²². Free of calls, so that loops over it vectorize.
 #[inline(always)]
 pub fn floor(x: f32) -> (f32, i32) {
     let sum = x + ROUNDING;
@@ -22,12 +22,12 @@ pub fn floor(x: f32) -> (f32, i32) {
     }
 }
 
-/// `eˣ` without calls, so that loops over it vectorise; relative error below 2e-7 for |x| < 87, 0 below.
+/// `eˣ` with a relative error below 2e-7 for |x| < 87; 0 for x < -87, finite for x > 87. Free of calls, so that loops over it vectorize.
 ///
-/// `eˣ = 2ⁿ e^r` with |r| <= ln 2 / 2, and Taylor's polynomial of degree 7 for the rest.
+/// `eˣ = 2ⁿ eʳ` with |r| <= ln 2 / 2, and the Taylor polynomial of degree 7 for eʳ.
 #[inline(always)]
 pub fn exp(x: f32) -> f32 {
-    // ln 2 in two parts, so that n ln 2 keeps its digits.
+    // ln 2 as a sum of two terms, so that n ln 2 keeps its precision.
     const LN2_HIGH: f32 = 0.693_359_4;
     const LN2_LOW: f32 = -2.121_944_4e-4;
     let within = if x > -87.0 { x } else { -87.0 };
@@ -47,7 +47,7 @@ pub fn exp(x: f32) -> f32 {
 }
 
 /// Real roots of `a t² + b t + c = 0`, the smaller first; `None` without real roots.
-/// Works in `f64`, so that spheres far from the origin keep their precision.
+/// In `f64`, so that distant spheres keep their precision.
 pub fn quadratic_roots(a: f64, b: f64, c: f64) -> Option<(f64, f64)> {
     if a == 0.0 {
         return (b != 0.0).then(|| (-c / b, -c / b));

@@ -14,7 +14,7 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// A frame around the unit vector `n`, continuous but for the sign of `n.z`.
+    /// A frame with the unit normal `n`; continuous in `n` except where `n.z` changes its sign.
     ///
     /// Source: Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017.
     #[inline]
@@ -29,8 +29,8 @@ impl Frame {
         }
     }
 
-    /// A frame around the unit vector `n` whose x axis is `tangent` made orthogonal to `n`.
-    /// Falls back to [`Frame::from_normal`] when the two are parallel.
+    /// A frame with the unit normal `n`; its x axis is `tangent` made orthogonal to `n`. If both are parallel, the result is that of
+    /// [`Frame::from_normal`].
     #[inline]
     pub fn from_normal_and_tangent(n: Vec3, tangent: Vec3) -> Self {
         match (tangent - n * n.dot(tangent)).try_normalize() {
@@ -43,13 +43,13 @@ impl Frame {
         }
     }
 
-    /// World to local.
+    /// From world to local coordinates.
     #[inline]
     pub fn to_local(&self, w: Vec3) -> Vec3 {
         Vec3::new(self.s.dot(w), self.t.dot(w), self.n.dot(w))
     }
 
-    /// Local to world.
+    /// From local to world coordinates.
     #[inline]
     pub fn to_world(&self, w: Vec3) -> Vec3 {
         self.s * w.x + self.t * w.y + self.n * w.z

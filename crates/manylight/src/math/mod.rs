@@ -1,4 +1,4 @@
-//! Vectors (from `glam`) and the handful of helpers that every layer shares.
+//! Vectors (from `glam`), boxes, frames, cones, octahedral maps and small numeric helpers.
 
 pub mod aabb;
 pub mod bits;

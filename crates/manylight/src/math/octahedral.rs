@@ -5,7 +5,7 @@
 use super::float::floor;
 use super::{Vec2, Vec3};
 
-/// Unit direction → the square [0, 1]². The upper hemisphere (z > 0) fills the inner diamond.
+/// Maps a unit direction to the square [0, 1]². The hemisphere z > 0 maps to the inner diamond.
 #[inline(always)]
 pub fn square_from_direction(w: Vec3) -> Vec2 {
     let p = w * (w.x.abs() + w.y.abs() + w.z.abs()).recip();
@@ -20,7 +20,7 @@ pub fn square_from_direction(w: Vec3) -> Vec2 {
     q * 0.5 + Vec2::splat(0.5)
 }
 
-/// The square [0, 1]² → unit direction. Inverse of [`square_from_direction`].
+/// Maps the square [0, 1]² to a unit direction: the inverse of [`square_from_direction`].
 #[inline]
 pub fn direction_from_square(uv: Vec2) -> Vec3 {
     let q = uv * 2.0 - Vec2::ONE;
@@ -37,39 +37,39 @@ pub fn direction_from_square(uv: Vec2) -> Vec3 {
 }
 
 /// Texel indices (row-major, `row * side + column`) and weights of the bilinear lookup at `w` in a `side`² table
-/// whose texel centres stand at `(i + 1/2) / side`. Wraps over the edges of the map, so the function is continuous.
+/// with texel centers at `(i + 1/2) / side`. Wraps over the edges of the map, so that the interpolant is continuous.
 #[inline(always)]
 pub fn bilinear(w: Vec3, side: usize) -> [(usize, f32); 4] {
-    let place = Place::of(w, side as i32);
-    let (texels, weights) = (place.texels(side as i32), place.weights());
+    let lookup = BilinearLookup::of(w, side as i32);
+    let (texels, weights) = (lookup.texels(side as i32), lookup.weights());
     std::array::from_fn(|k| (texels[k] as usize, weights[k]))
 }
 
-/// Where a direction falls between the centres of four texels, in the narrow integers that loops over lanes want.
+/// The four texels of a bilinear lookup. Indices are `i32`, so that loops over lanes vectorize.
 #[derive(Clone, Copy, Debug)]
-pub struct Place {
-    /// Column and row of the first of them, each from -1 to the side less 1.
+pub struct BilinearLookup {
+    /// Column of the first texel, from -1 to `side - 1`.
     pub column: i32,
-    /// See [`Place::column`].
+    /// Row of the first texel, from -1 to `side - 1`.
     pub row: i32,
-    /// From there to the next ones, in [0, 1).
+    /// Position between the centers of the first texel and of the next column and row, in [0, 1).
     pub fraction: Vec2,
 }
 
-impl Place {
-    /// The place of the direction `w` in a `side`² table.
+impl BilinearLookup {
+    /// The lookup of the direction `w` in a `side`² table.
     #[inline(always)]
     pub fn of(w: Vec3, side: i32) -> Self {
         let uv = square_from_direction(w) * side as f32 - Vec2::splat(0.5);
         let ((left, column), (top, row)) = (floor(uv.x), floor(uv.y));
-        Place {
+        BilinearLookup {
             column,
             row,
             fraction: Vec2::new(uv.x - left, uv.y - top),
         }
     }
 
-    /// The four texels: two of one row, two of the next.
+    /// Indices of the four texels: two of the row, two of the next row.
     #[inline(always)]
     pub fn texels(self, side: i32) -> [i32; 4] {
         let (i, j) = (self.column, self.row);
@@ -81,7 +81,7 @@ impl Place {
         ]
     }
 
-    /// The weights of the four.
+    /// Weights of the four texels.
     #[inline(always)]
     pub fn weights(self) -> [f32; 4] {
         let Vec2 { x, y } = self.fraction;
@@ -89,7 +89,7 @@ impl Place {
     }
 }
 
-/// The texel that stands for column `i`, row `j`, each from -1 to `n`, the side: stepping over an edge mirrors the other axis.
+/// Index of the texel in column `i`, row `j` of an `n`² table, with `i` and `j` from -1 to `n`. Beyond an edge the other coordinate is mirrored.
 #[inline(always)]
 pub fn wrapped_texel(i: i32, j: i32, n: i32) -> i32 {
     let beyond = i < 0 || i >= n;
@@ -107,7 +107,7 @@ pub fn wrapped_texel(i: i32, j: i32, n: i32) -> i32 {
     j * n + i
 }
 
-/// Direction through the centre of texel `index` of a `side`² table.
+/// Direction through the center of texel `index` of a `side`² table.
 #[inline]
 pub fn texel_direction(index: usize, side: usize) -> Vec3 {
     let (row, column) = (index / side, index % side);

@@ -1,24 +1,22 @@
-//! Hints to the memory system.
-#![expect(
-    unsafe_code,
-    reason = "the only way to ask for a cache line without waiting for it"
-)]
+//! Prefetching of memory.
+#![expect(unsafe_code, reason = "prefetching a cache line needs an intrinsic")]
 
-/// Asks for the memory of `x`, if the machine can, so that a later look finds it near. Changes nothing else.
+/// Prefetches the memory of `x` into the cache. No effect on machines without the instruction.
 #[inline]
 pub fn prefetch<T>(x: &T) {
     prefetch_at(std::ptr::from_ref(x).cast(), size_of::<T>());
 }
 
-/// The same for `bytes` bytes from `start` on, which may be anywhere.
+/// Prefetches `bytes` bytes from `start` on. Any address is allowed.
 #[inline(always)]
 pub fn prefetch_at(start: *const u8, bytes: usize) {
     #[cfg(target_arch = "x86_64")]
     {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        /// Bytes of a cache line.
         const LINE: usize = 64;
         for offset in (0..bytes).step_by(LINE) {
-            // SAFETY: all x86-64 has SSE, and prefetching has no effect on memory and cannot fault, whatever the address.
+            // SAFETY: all x86-64 machines have SSE; prefetching never changes memory and never faults.
             unsafe { _mm_prefetch::<_MM_HINT_T0>(start.wrapping_add(offset).cast()) };
         }
     }
@@ -31,7 +29,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn values_of_any_size_are_left_alone() {
+    fn prefetching_changes_no_values() {
         prefetch(&());
         prefetch(&7u8);
         let many = [3u64; 100];

@@ -1,15 +1,18 @@
-//! Discrete choice in constant time.
+//! Discrete sampling in constant time: alias tables.
 
 use crate::math::prefetch::prefetch;
 use rayon::prelude::*;
 
-/// Walker's alias table. Source: Vose, "A Linear Algorithm for Generating Random Numbers with a Given Distribution", 1991.
+/// An alias table, after Walker.
+///
+/// Source: Vose, "A Linear Algorithm for Generating Random Numbers with a Given Distribution", 1991.
 #[derive(Clone, Debug, Default)]
 pub struct Alias {
     slots: Vec<Slot>,
     pmf: Vec<f32>,
 }
 
+/// One column of the table: item `i` below the fraction `keep`, item `other` above.
 #[derive(Clone, Copy, Debug)]
 struct Slot {
     keep: f32,
@@ -17,8 +20,8 @@ struct Slot {
 }
 
 impl Alias {
-    /// A table that chooses item `i` with probability proportional to `weights[i] >= 0`.
-    /// `None` if no weight is positive and finite in sum.
+    /// A table that samples item `i` with probability proportional to `weights[i] >= 0`. `None` if the sum of the weights is not positive
+    /// and finite.
     pub fn new(weights: &[f32]) -> Option<Self> {
         let total: f64 = weights.iter().map(|&w| f64::from(w)).sum();
         if !(total.is_finite() && total > 0.0) {
@@ -53,7 +56,7 @@ impl Alias {
                 small.push(l);
             }
         }
-        // What rounding left over keeps its slot, but without weight nothing may ever be chosen.
+        // Rounding may leave small items over: they keep their slots, unless their weight is 0.
         for s in small.into_iter().filter(|&s| weights[s] == 0.0) {
             slots[s].keep = 0.0;
         }
@@ -72,7 +75,7 @@ impl Alias {
         self.slots.len()
     }
 
-    /// The chosen item and its probability.
+    /// A sampled item and its probability, for `u` in [0, 1). The table must not be empty.
     #[inline]
     pub fn sample(&self, u: f32) -> (usize, f32) {
         let x = u * self.slots.len() as f32;
@@ -86,7 +89,7 @@ impl Alias {
         (chosen, self.pmf[chosen])
     }
 
-    /// The chosen item and what is left of `u`: uniform again. Reads one place of memory only. The table must not be empty.
+    /// A sampled item and a new uniform number, the part of `u` that the choice leaves. Reads one cache line. The table must not be empty.
     #[inline]
     pub fn sample_reusing(&self, u: f32) -> (usize, f32) {
         choose(&self.slots, u)
@@ -99,9 +102,10 @@ impl Alias {
     }
 }
 
-/// The item that `u` names and what is left of `u`.
+/// The item for `u`, and the position of `u` within the interval of that item, uniform in [0, 1).
 #[inline]
 fn choose(slots: &[Slot], u: f32) -> (usize, f32) {
+    /// The largest number below 1.
     const LARGEST: f32 = 1.0 - f32::EPSILON / 2.0;
     let x = u * slots.len() as f32;
     let i = (x as usize).min(slots.len() - 1);
@@ -116,7 +120,7 @@ fn choose(slots: &[Slot], u: f32) -> (usize, f32) {
     }
 }
 
-/// Alias tables over the rows of a matrix, in one piece of memory.
+/// Alias tables over the rows of a matrix, in contiguous memory.
 #[derive(Clone, Debug)]
 pub struct AliasRows {
     width: usize,
@@ -124,8 +128,9 @@ pub struct AliasRows {
 }
 
 impl AliasRows {
-    /// One table for each `width` weights. Rows without weight must never be asked.
+    /// One table per row of `width` weights. A row without positive weights must not be sampled.
     pub fn new(weights: &[f32], width: usize) -> Self {
+        /// Slot of a row without weight.
         const NOTHING: Slot = Slot {
             keep: 1.0,
             other: 0,
@@ -139,13 +144,13 @@ impl AliasRows {
         AliasRows { width, slots }
     }
 
-    /// As [`Alias::sample_reusing`] with the table of a row.
+    /// [`Alias::sample_reusing`] with the table of a row.
     #[inline]
     pub fn sample_reusing(&self, row: usize, u: f32) -> (usize, f32) {
         choose(&self.slots[row * self.width..][..self.width], u)
     }
 
-    /// Asks for the memory that [`AliasRows::sample_reusing`] will read.
+    /// Prefetches the memory that [`AliasRows::sample_reusing`] reads.
     #[inline]
     pub fn prefetch(&self, row: usize, u: f32) {
         let column = ((u * self.width as f32) as usize).min(self.width - 1);
@@ -183,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_are_tables_of_their_own() {
+    fn rows_equal_single_tables() {
         let weights = [1.0, 2.0, 5.0, 0.0, 0.0, 0.0, 3.0, 0.0, 1.0];
         let rows = AliasRows::new(&weights, 3);
         for row in [0, 2] {

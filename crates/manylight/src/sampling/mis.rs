@@ -1,14 +1,15 @@
-//! Multiple importance sampling: weights, nothing else.
+//! Weights of multiple importance sampling.
 //!
 //! Source: Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, section 9.2.
 
-/// Balance heuristic for one sample each: `a / (a + b)`.
+/// Weight of the balance heuristic for one sample of each of two techniques: `a / (a + b)` for the densities `a`, `b`; 0 for `a = 0`.
 #[inline]
 pub fn balance(a: f32, b: f32) -> f32 {
     if a > 0.0 { a / (a + b) } else { 0.0 }
 }
 
-/// Power heuristic with exponent 2. Divides by the larger pdf first, so that infinite squares cannot occur.
+/// Weight of the power heuristic with exponent 2: `a² / (a² + b²)`; 0 for `a = 0`. The larger density is divided out first, so that
+/// squares do not overflow.
 #[inline]
 pub fn power(a: f32, b: f32) -> f32 {
     if a <= 0.0 {

@@ -1,4 +1,4 @@
-//! Random numbers and what is made of them: warps, discrete choice, MIS weights.
+//! Random numbers, warps to other domains, discrete sampling and MIS weights.
 
 pub mod alias;
 pub mod mis;
@@ -7,4 +7,4 @@ pub mod sampler;
 pub mod systematic;
 pub mod warp;
 
-pub use sampler::{Pass, Sampler, Spread, Stream};
+pub use sampler::{LowDiscrepancySequence, Pass, Sampler, Stream};

@@ -1,6 +1,6 @@
-//! A small counter-seeded generator: any path can be traced again from its name alone.
+//! A small keyed generator: each path has a key, from which its numbers can be generated again.
 
-/// Mixes a 64-bit word until every input bit affects every output bit.
+/// Mixes a 64-bit word: every input bit affects every output bit.
 ///
 /// Source: the finaliser of SplitMix64, Steele et al., OOPSLA 2014.
 #[inline]
@@ -10,14 +10,14 @@ pub const fn mix(mut z: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// A word named by three numbers, a direction for instance: every bit of these affects every bit of it.
+/// Hash of three numbers, for example a direction: every input bit affects every output bit.
 #[inline]
 pub fn key(numbers: [f32; 3]) -> u64 {
     let [x, y, z] = numbers.map(|x| u64::from(x.to_bits()));
     mix(x ^ mix(y ^ (z << 32)))
 }
 
-/// The leading bits of a word as a number in [0, 1).
+/// The leading 24 bits of a word as a number in [0, 1).
 #[inline]
 pub fn unit(word: u64) -> f32 {
     (word >> 40) as f32 * (1.0 / 16_777_216.0)
@@ -31,7 +31,7 @@ pub struct Pcg {
 }
 
 impl Pcg {
-    /// The generator named by `key`; different keys give unrelated sequences.
+    /// The generator with this key. Different keys give independent sequences.
     pub fn new(key: u64) -> Self {
         let mut rng = Pcg {
             state: mix(key),
@@ -52,7 +52,7 @@ impl Pcg {
         shifted.rotate_right((old >> 59) as u32)
     }
 
-    /// Uniform in [0, 1).
+    /// A uniform number in [0, 1).
     #[inline]
     pub fn next_f32(&mut self) -> f32 {
         (self.next_u32() >> 8) as f32 * (1.0 / 16_777_216.0)

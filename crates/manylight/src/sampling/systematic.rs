@@ -1,8 +1,8 @@
-//! Keep a fixed number of weighted items with a single random offset.
+//! Systematic sampling: a subset of nearly fixed size of weighted items, from one random offset.
 
-/// Inclusion probabilities `a_i = min(1, w_i / τ)` with τ such that they sum to `target` (or to the number of items with
-/// positive weight, if that is smaller). Weights below `floor_share` of the mean weight are raised to it first, so that
-/// no item that carries light has a vanishing probability. Items of weight 0 keep probability 0.
+/// Inclusion probabilities `a_i = min(1, w_i / τ)`. The threshold τ is chosen such that they sum to `target`, or to the number of items
+/// with positive weight, if that is smaller. Positive weights below `floor_share` times the mean weight are raised to this floor
+/// first, so that no positive item has a vanishing probability. Items of weight 0 have probability 0.
 pub fn inclusion_probabilities(weights: &[f32], target: usize, floor_share: f32) -> Vec<f32> {
     let positive = weights.iter().filter(|&&w| w > 0.0).count();
     if positive <= target {
@@ -20,8 +20,8 @@ pub fn inclusion_probabilities(weights: &[f32], target: usize, floor_share: f32)
             0.0
         }
     };
-    // Items with w >= τ are certain; the others share what is left of the target. Each step makes τ smaller or leaves it,
-    // so more items become certain until none is added.
+    // Items with w >= τ have probability 1; the others share the rest of the target. No step enlarges τ, so that the number of such items
+    // grows until it is stable.
     let mut tau = weights.iter().map(|&w| raised(w)).sum::<f64>() / target as f64;
     loop {
         let (mut certain, mut rest) = (0, 0.0);
@@ -44,21 +44,23 @@ pub fn inclusion_probabilities(weights: &[f32], target: usize, floor_share: f32)
         .collect()
 }
 
-/// Indices of the kept items: item `i` with probability `probabilities[i]`, their number within one of the sum.
-/// `u` in [0, 1) is the one random offset. Items near each other in the list rarely both stay, so sort along a
-/// space-filling curve first. Source: systematic sampling, e.g. Madow 1949; prefix sums in `f64`.
+/// Indices of the selected items, ascending. Item `i` is selected with probability `probabilities[i]`; the number of selected items differs
+/// from the sum of the probabilities by less than one. `u` in [0, 1) is the random offset. Neighbors in the list are rarely
+/// selected together: items sorted along a space-filling curve give a stratified subset.
+///
+/// Source: Madow, "On the Theory of Systematic Sampling, II", 1949. Prefix sums in `f64`.
 pub fn systematic(probabilities: &[f32], u: f32) -> Vec<usize> {
-    let mut kept = Vec::new();
+    let mut selected = Vec::new();
     let mut sum = 0.0f64;
     let mut next = f64::from(u);
     for (i, &p) in probabilities.iter().enumerate() {
         sum += f64::from(p);
         if sum > next {
-            kept.push(i);
+            selected.push(i);
             next += 1.0;
         }
     }
-    kept
+    selected
 }
 
 #[cfg(test)]
@@ -87,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn every_item_is_kept_with_its_probability() {
+    fn items_are_selected_with_their_probabilities() {
         let a = [0.3f32, 0.9, 0.05, 0.75];
         let trials = 10_000;
         let mut counts = [0; 4];

@@ -1,4 +1,4 @@
-//! The kernels' operations in AVX2 and FMA.
+//! Vector operations in AVX2 and FMA.
 #![allow(
     unsafe_code,
     reason = "vendor intrinsics; every kernel is tested against the portable path"
@@ -8,12 +8,12 @@ use super::{Floats, NARROW, Simd, SimdKernel, WIDE, Wide};
 use std::arch::x86_64::*;
 use std::mem::MaybeUninit;
 
-/// Proof that the machine has AVX2, FMA and the bit counting of the same age: [`Avx2::detect`] is the only way to get one.
+/// Proof that the machine has AVX2, FMA, BMI1 and POPCNT. Only [`Avx2::detect`] creates one.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Avx2(());
 
 impl Avx2 {
-    /// The proof, if it can be had.
+    /// The proof; `None` if the machine lacks an instruction set.
     pub(super) fn detect() -> Option<Self> {
         let vectors = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
         let bits = is_x86_feature_detected!("bmi1") && is_x86_feature_detected!("popcnt");
@@ -33,7 +33,7 @@ fn run<K: SimdKernel>(avx2: Avx2, kernel: K) -> K::Output {
     kernel.run(avx2)
 }
 
-/// For each mask of eight bits, the positions of its set bits in rising order.
+/// For each mask of eight bits, the positions of its set bits, ascending.
 static SET_BITS: [[u8; NARROW]; 256] = set_bits();
 
 const fn set_bits() -> [[u8; NARROW]; 256] {
@@ -53,7 +53,7 @@ const fn set_bits() -> [[u8; NARROW]; 256] {
     table
 }
 
-/// The words whose bits are set, in rising order.
+/// The words with set bits, in ascending order of lanes.
 #[inline(always)]
 fn pack(_: Avx2, bits: u32, words: __m256i) -> __m256i {
     let row = &SET_BITS[bits as usize & 0xff];

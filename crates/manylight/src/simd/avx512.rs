@@ -1,4 +1,4 @@
-//! The kernels' operations in AVX-512.
+//! Vector operations in AVX-512.
 #![allow(
     unsafe_code,
     reason = "vendor intrinsics; every kernel is tested against the portable path"
@@ -8,12 +8,12 @@ use super::{Floats, NARROW, Simd, SimdKernel, WIDE, Wide};
 use std::arch::x86_64::*;
 use std::mem::MaybeUninit;
 
-/// Proof that the machine has AVX-512 (F, VL, DQ, BW) and what is older: [`Avx512::detect`] is the only way to get one.
+/// Proof that the machine has AVX-512 (F, VL, DQ, BW) and the older sets that kernels enable. Only [`Avx512::detect`] creates one.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Avx512(());
 
 impl Avx512 {
-    /// The proof, if it can be had.
+    /// The proof; `None` if the machine lacks an instruction set.
     pub(super) fn detect() -> Option<Self> {
         let older = is_x86_feature_detected!("avx2")
             && is_x86_feature_detected!("fma")

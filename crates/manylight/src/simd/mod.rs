@@ -1,13 +1,12 @@
-//! Eight or sixteen floats at a time, with one implementation per instruction set.
+//! Vectors of eight or sixteen floats, with one implementation per instruction set.
 //!
-//! Kernels are generic over [`Simd`] and written once; [`Isa::run`] compiles them for each instruction set and calls the
-//! one that was chosen. The value of an implementing type is the proof that the machine has the instructions, so that
-//! the operations themselves are safe to call. Everything here and in the kernels is `inline(always)`, because only what
-//! is inlined into the function with `target_feature` is compiled for it. A kernel may also ignore the value, and be made
-//! of plain loops that the compiler turns into these instructions.
+//! Kernels are generic over [`Simd`] and written once. [`Isa::run`] compiles them for each instruction set and calls the selected version. A
+//! value of an implementing type proves that the machine has the instructions, so that its operations are safe to call. All
+//! operations and kernels are `inline(always)`: only code inlined into a function with `target_feature` is compiled for the feature.
+//! A kernel may also ignore the value and consist of plain loops, which the compiler then vectorizes.
 //!
-//! [`Floats::mul_add`] and [`Floats::mul_sub`] are all that rounds differently in different instruction sets. Kernels
-//! without them give the same bits in all.
+//! Only [`Floats::mul_add`] and [`Floats::mul_sub`] round differently between instruction sets. Kernels without them give the same bits in
+//! all instruction sets.
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -20,20 +19,20 @@ mod tests;
 use portable::Portable;
 use std::mem::MaybeUninit;
 
-/// Lanes of the narrow vectors.
+/// Number of lanes of narrow vectors.
 pub(crate) const NARROW: usize = 8;
 
-/// Lanes of the wide vectors.
+/// Number of lanes of wide vectors.
 pub(crate) const WIDE: usize = 16;
 
-/// Operations on `N` floats. Comparisons with NaN are false; where either is NaN, minimum and maximum are the second argument.
-/// Bit `i` of bits is lane `i`.
+/// Operations on vectors of `N` floats. Comparisons with NaN are false. If an argument is NaN, minimum and maximum are the second argument.
+/// In masks of bits, bit `i` is lane `i`.
 pub(crate) trait Floats<const N: usize>: Copy {
-    /// The floats.
+    /// Vector of `N` floats.
     type F: Copy;
-    /// As many truth values.
+    /// Mask of `N` lanes.
     type M: Copy;
-    /// As many words.
+    /// Vector of `N` 32-bit words.
     type U: Copy;
 
     fn splat(self, x: f32) -> Self::F;
@@ -48,30 +47,30 @@ pub(crate) trait Floats<const N: usize>: Copy {
     fn max(self, a: Self::F, b: Self::F) -> Self::F;
     fn abs(self, a: Self::F) -> Self::F;
     fn sqrt(self, a: Self::F) -> Self::F;
-    /// `a b + c`, with one rounding where the machine has it.
+    /// `a b + c`, rounded once if the instruction set has fused operations, else twice.
     fn mul_add(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F;
     /// `a b - c`, rounded like [`Floats::mul_add`].
     fn mul_sub(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F;
-    /// `a` with its sign turned where `b` is negative.
+    /// `a` with the sign bit inverted in lanes with a set sign bit of `b`.
     fn mul_sign(self, a: Self::F, b: Self::F) -> Self::F;
     fn le(self, a: Self::F, b: Self::F) -> Self::M;
     fn lt(self, a: Self::F, b: Self::F) -> Self::M;
     fn and(self, a: Self::M, b: Self::M) -> Self::M;
     fn or(self, a: Self::M, b: Self::M) -> Self::M;
     fn bits(self, m: Self::M) -> u32;
-    /// The opposite of [`Floats::bits`].
+    /// The inverse of [`Floats::bits`].
     fn lanes(self, bits: u32) -> Self::M;
-    /// `a` where `m` is true, else `b`.
+    /// `a` in the lanes of `m`, `b` elsewhere.
     fn select(self, m: Self::M, a: Self::F, b: Self::F) -> Self::F;
-    /// The lanes whose bits are set, in rising order; what follows them is unspecified.
+    /// The lanes with set bits, in ascending order; the rest is unspecified.
     fn compress(self, bits: u32, x: Self::F) -> [f32; N];
-    /// The same for words.
+    /// [`Floats::compress`] for words.
     fn compress_words(self, bits: u32, x: Self::U) -> [u32; N];
 }
 
 /// Operations on wide vectors.
 pub(crate) trait Wide: Floats<16> {
-    /// The first lane with the lowest value among those whose bits are set, which is one at least.
+    /// The first lane with the lowest value among those with set bits. At least one bit must be set.
     fn lowest(self, bits: u32, x: Self::F) -> u32;
 }
 
@@ -82,8 +81,8 @@ pub(crate) trait Simd: Floats<8> {
 
     /// Operations on wide vectors.
     fn wide(self) -> Self::Wide;
-    /// Writes the words and near values of the lanes whose `span` has near <= far, in the order of `order` (three bits per
-    /// place), and returns which places these are: as many entries are initialized.
+    /// Selects the lanes with near <= far, `span` being (near, far). Writes their words and near values in the order `order`, three bits per
+    /// place. Returns the selected places as bits; as many entries are initialized as bits are set.
     fn compress_ordered(
         self,
         order: u32,
@@ -94,7 +93,7 @@ pub(crate) trait Simd: Floats<8> {
     ) -> u32;
 }
 
-/// The positions of the set bits, lowest first.
+/// Positions of the set bits, ascending.
 #[inline(always)]
 pub(crate) fn set_bits(bits: impl Into<u64>) -> impl Iterator<Item = usize> {
     let mut bits: u64 = bits.into();
@@ -105,18 +104,18 @@ pub(crate) fn set_bits(bits: impl Into<u64>) -> impl Iterator<Item = usize> {
     })
 }
 
-/// Code that is compiled once per instruction set.
+/// Code that is compiled for each instruction set.
 pub(crate) trait SimdKernel {
-    /// What it computes.
+    /// Result of the kernel.
     type Output;
-    /// The body; must be `inline(always)`, like all it calls with `s`.
+    /// The body. Must be `inline(always)`, like all functions that get `s`.
     fn run<S: Simd>(self, s: S) -> Self::Output;
 }
 
-/// Sets of instructions that kernels are compiled for.
+/// Instruction sets for which kernels are compiled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Instructions {
-    /// What every machine has.
+    /// Instructions of every machine of the target.
     Portable,
     /// AVX2 and FMA.
     Avx2,
@@ -125,7 +124,7 @@ pub enum Instructions {
 }
 
 impl Instructions {
-    /// All that this machine has, the best first.
+    /// The instruction sets of this machine, the best first.
     pub fn available() -> Vec<Instructions> {
         let all = [
             Instructions::Avx512,
@@ -138,7 +137,7 @@ impl Instructions {
     }
 }
 
-/// The instructions to use, with the proof that the machine has them.
+/// A selected instruction set, with the proof that the machine has it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Isa {
     Portable,
@@ -149,7 +148,7 @@ pub(crate) enum Isa {
 }
 
 impl Isa {
-    /// `None` if the machine lacks them.
+    /// `None` if the machine lacks the instructions.
     pub(crate) fn new(instructions: Instructions) -> Option<Isa> {
         match instructions {
             Instructions::Portable => Some(Isa::Portable),
@@ -162,7 +161,7 @@ impl Isa {
         }
     }
 
-    /// The best that this machine can run. Cheap: the machine is asked only once.
+    /// The best instruction set of this machine. Cheap: the detection is cached.
     pub(crate) fn best() -> Isa {
         Isa::new(Instructions::Avx512)
             .or_else(|| Isa::new(Instructions::Avx2))

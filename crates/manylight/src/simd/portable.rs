@@ -1,9 +1,9 @@
-//! The kernels' operations in plain Rust on arrays, for the compiler to vectorize as far as the target allows.
+//! Vector operations in plain Rust on arrays, which the compiler vectorizes as far as the target allows.
 
 use super::{Floats, NARROW, Simd, WIDE, Wide, set_bits};
 use std::mem::MaybeUninit;
 
-/// Needs nothing of the machine.
+/// The portable instruction set, available on all machines.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Portable;
 

@@ -1,5 +1,5 @@
-//! The operations of all instruction sets against those of the portable one.
-#![expect(unsafe_code, reason = "what an operation has written is read")]
+//! All instruction sets against the portable one.
+#![expect(unsafe_code, reason = "reads the output of `compress_ordered`")]
 
 use super::*;
 use crate::sampling::rng::Pcg;
@@ -12,7 +12,7 @@ fn set_bits_are_found_in_order() {
     assert_eq!(found(u64::MAX).len(), 64);
 }
 
-/// Operands in every lane.
+/// Operands of the tested operations.
 struct Operands<const N: usize> {
     a: [f32; N],
     b: [f32; N],
@@ -20,7 +20,7 @@ struct Operands<const N: usize> {
 }
 
 impl<const N: usize> Operands<N> {
-    /// Thirds, often equal, and an infinity.
+    /// Multiples of a third, often equal, and one infinity.
     fn new(rng: &mut Pcg, bits: u32) -> Self {
         let mut number = || (8.0 * rng.next_f32()).round() / 3.0 - 1.0;
         let mut a: [f32; N] = std::array::from_fn(|_| number());
@@ -29,7 +29,7 @@ impl<const N: usize> Operands<N> {
         Operands { a, b, bits }
     }
 
-    /// Bits of everything that gives the same in all instruction sets.
+    /// Results of all operations that agree between instruction sets, as bits.
     #[inline(always)]
     fn results<V: Floats<N>>(&self, v: V) -> Vec<u32> {
         let (a, b) = (v.load(&self.a), v.load(&self.b));
@@ -73,7 +73,7 @@ impl SimdKernel for AllNarrow<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> Vec<u32> {
         let mut results = self.0.results(s);
-        // Any bits will do as an order.
+        // An arbitrary order.
         let order = self.0.bits.wrapping_mul(0x9e37_79b9);
         let words = std::array::from_fn(|i| 10 + i as u32);
         let span = (s.load(&self.0.a), s.load(&self.0.b));
@@ -83,7 +83,7 @@ impl SimdKernel for AllNarrow<'_> {
         results.push(places);
         let count = places.count_ones() as usize;
         for (kept, near) in kept.into_iter().zip(near).take(count) {
-            // SAFETY: both were made with a value.
+            // SAFETY: both arrays were initialized.
             let (kept, near): (u32, f32) = unsafe { (kept.assume_init(), near.assume_init()) };
             results.extend([kept, near.to_bits()]);
         }
@@ -142,7 +142,7 @@ impl SimdKernel for Fused {
     }
 }
 
-/// Small integers are not rounded.
+/// Results are small integers, which are exact with one or two roundings.
 #[test]
 fn fused_operations_are_products_and_sums() {
     for isa in isas() {

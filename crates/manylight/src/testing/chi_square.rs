@@ -1,20 +1,20 @@
 //! Pearson's χ² test of samplers of directions against their densities.
 //!
-//! The sphere is cut into cells of equal solid angle; samples are counted in them and compared with the integral of the
-//! density over each. Samples that the sampler does not give (absorbed, Dirac lobes) are counted in one more cell, which expects
-//! what the density leaves to one: the test also checks the density's integral.
+//! The sphere is divided into cells of equal solid angle. The number of samples in each cell is compared with the integral of the density
+//! over the cell. Samples without a direction (absorption, Dirac lobes) fall into an additional cell with the expected probability
+//! of one minus the integral of the density, so that the test checks this integral too.
 
 use crate::math::{Frame, Vec3};
 use std::f64::consts::{PI, TAU};
 
-/// How finely a sampler is tested.
+/// Resolution of a test.
 #[derive(Clone, Copy, Debug)]
 pub struct Resolution {
-    /// Bands of equal height along the axis.
+    /// Number of bands of equal height along the axis.
     pub bands: usize,
-    /// Cells around the axis.
+    /// Number of cells around the axis in each band.
     pub sectors: usize,
-    /// Points per cell and dimension at which the density is evaluated.
+    /// Number of evaluations of the density per cell and dimension.
     pub points: usize,
     /// Number of samples.
     pub samples: u32,
@@ -31,30 +31,30 @@ impl Default for Resolution {
     }
 }
 
-/// What a test found.
+/// Result of a test.
 #[derive(Clone, Copy, Debug)]
-pub struct Outcome {
-    /// The statistic.
+pub struct ChiSquareResult {
+    /// Pearson's statistic.
     pub chi_square: f64,
-    /// Its degrees of freedom.
+    /// Degrees of freedom.
     pub freedom: usize,
-    /// How likely a right sampler gives a statistic this large.
+    /// Probability that a correct sampler gives a statistic at least as large.
     pub p_value: f64,
-    /// The integral of the density over the sphere.
+    /// Integral of the density over the sphere.
     pub mass: f64,
 }
 
-/// Fewest samples that a cell may expect; smaller ones are thrown together.
+/// Smallest expected number of samples of a cell, the usual limit of the test's approximation; cells below are merged.
 const MIN_EXPECTED: f64 = 5.0;
 
-/// Tests `sample(i)`, the i-th independent sample, against `pdf`, its density per solid angle. The cells stand about `axis`
-/// (unit): put it where the density has a symmetry or a horizon.
+/// Tests samples against their density. `sample(i)` is the i-th independent sample, `pdf` its density per solid angle. The cells are arranged
+/// around the unit vector `axis`, which should be an axis of symmetry of the density or the normal of its horizon.
 pub fn test_directions(
     axis: Vec3,
     resolution: Resolution,
     mut sample: impl FnMut(u32) -> Option<Vec3>,
     pdf: impl Fn(Vec3) -> f32,
-) -> Outcome {
+) -> ChiSquareResult {
     let cells = Cells {
         frame: Frame::from_normal(axis),
         resolution,
@@ -71,7 +71,7 @@ pub fn test_directions(
         observed[sample(i).map_or(cells.count(), |w| cells.find(w))] += 1.0;
     }
     let (chi_square, freedom) = statistic(&observed, &expected);
-    Outcome {
+    ChiSquareResult {
         chi_square,
         freedom,
         p_value: upper_gamma(0.5 * freedom as f64, 0.5 * chi_square),
@@ -79,7 +79,7 @@ pub fn test_directions(
     }
 }
 
-/// Pearson's statistic and its degrees of freedom. Cells that expect little are thrown together.
+/// Pearson's statistic and its degrees of freedom. Cells with an expected count below 5 are merged.
 pub fn statistic(observed: &[f64], expected: &[f64]) -> (f64, usize) {
     let (mut sum, mut count) = (0.0, 0);
     let (mut rest_observed, mut rest_expected) = (0.0, 0.0);
@@ -92,7 +92,7 @@ pub fn statistic(observed: &[f64], expected: &[f64]) -> (f64, usize) {
             count += 1;
         }
     }
-    // What is thrown together may still expect little: then it counts as if it expected the least.
+    // The expected count of the merged cell may still be below the limit: then the limit replaces it.
     if rest_observed > 0.0 || rest_expected > 0.0 {
         sum += (rest_observed - rest_expected).powi(2) / rest_expected.max(MIN_EXPECTED);
         count += 1;
@@ -100,17 +100,19 @@ pub fn statistic(observed: &[f64], expected: &[f64]) -> (f64, usize) {
     (sum, count.max(2) - 1)
 }
 
-/// Regularised upper incomplete gamma function Q(a, x).
+/// Regularized upper incomplete gamma function Q(a, x).
 ///
 /// Source: Press et al., "Numerical Recipes", section 6.2: the series below a + 1, Lentz's continued fraction above.
 pub fn upper_gamma(a: f64, x: f64) -> f64 {
+    /// Relative size of a term at which the series and the fraction end.
+    const CONVERGED: f64 = 1e-14;
     if x <= 0.0 {
         return 1.0;
     }
     let scale = (a * x.ln() - x - ln_gamma(a)).exp();
     if x < a + 1.0 {
         let (mut term, mut sum, mut n) = (1.0 / a, 1.0 / a, a);
-        while term > sum * 1e-14 {
+        while term > sum * CONVERGED {
             n += 1.0;
             term *= x / n;
             sum += term;
@@ -127,14 +129,14 @@ pub fn upper_gamma(a: f64, x: f64) -> f64 {
         d = 1.0 / (an * d + b);
         c = b + an / c;
         h *= d * c;
-        if (d * c - 1.0).abs() < 1e-14 {
+        if (d * c - 1.0).abs() < CONVERGED {
             break;
         }
     }
     scale * h
 }
 
-/// Stirling's series, after the argument has been raised to where it is exact.
+/// Logarithm of the gamma function: Stirling's series, with the argument raised to at least 15 by recurrence.
 fn ln_gamma(mut x: f64) -> f64 {
     let mut shift = 0.0;
     while x < 15.0 {
@@ -147,6 +149,7 @@ fn ln_gamma(mut x: f64) -> f64 {
         + (1.0 / 12.0 - (1.0 / 360.0 - 1.0 / (1260.0 * x2)) / x2) / x
 }
 
+/// Cells of equal solid angle on the sphere.
 struct Cells {
     frame: Frame,
     resolution: Resolution,
@@ -165,7 +168,7 @@ impl Cells {
         part(0.5 * (local.z + 1.0), bands) * sectors + part(turn.rem_euclid(1.0), sectors)
     }
 
-    /// By the midpoint rule.
+    /// Integral of `pdf` over a cell by the midpoint rule.
     fn integrate(&self, cell: usize, pdf: &impl Fn(Vec3) -> f32) -> f64 {
         let Resolution {
             bands,
@@ -219,7 +222,7 @@ mod tests {
             outcome.p_value > 0.01 && (outcome.mass - 1.0).abs() < 1e-3,
             "{outcome:?}"
         );
-        // A tilt of eleven degrees, and two percent too little.
+        // Densities that are wrong: tilted by eleven degrees, and two percent too small.
         let tilted =
             |w: Vec3| warp::cosine_hemisphere_pdf(w.dot(Vec3::new(0.2, 0.0, 1.0).normalize()));
         assert!(test_directions(Vec3::Z, Resolution::default(), sample, tilted).p_value < 1e-6);

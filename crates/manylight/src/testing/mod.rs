@@ -1,4 +1,4 @@
-//! Analytic scenes and statistics for tests.
+//! Scenes with known solutions, and statistical tests.
 
 pub mod chi_square;
 pub mod scenes;

@@ -1,4 +1,4 @@
-//! Small scenes built in code.
+//! Small scenes for tests, and a builder for them.
 
 use crate::bsdf::Material;
 use crate::bsdf::material::{Distribution, Roughness};
@@ -12,14 +12,14 @@ use crate::scene::{PathLimits, PrimitiveDesc, Scene, SceneDesc};
 use crate::sensors::{FovAxis, SensorDesc, SensorKind};
 use crate::texture::{ColorInput, FloatInput};
 
-/// Lambertian with the given albedo.
+/// A Lambertian material with this albedo.
 pub fn diffuse(r: f32, g: f32, b: f32) -> Material {
     Material::Diffuse {
         reflectance: ColorInput::Constant(Rgb::new(r, g, b)),
     }
 }
 
-/// GGX metal of the given roughness that reflects about 70 %.
+/// A GGX metal of roughness `alpha` with an albedo of about 0.7.
 pub fn rough_metal(alpha: f32) -> Material {
     Material::Conductor {
         eta: ColorInput::Constant(Rgb::new(1.66, 0.88, 0.52)),
@@ -38,7 +38,7 @@ fn ggx(alpha: f32) -> Roughness {
     }
 }
 
-/// A rough coat over a diffuse base.
+/// A rough dielectric coat of roughness `alpha` over a diffuse base.
 pub fn rough_plastic(alpha: f32, base: Rgb) -> Material {
     Material::Plastic {
         eta: 1.5,
@@ -54,7 +54,7 @@ pub fn glass() -> Material {
     dielectric(None)
 }
 
-/// Frosted glass.
+/// Rough glass of roughness `alpha`.
 pub fn rough_glass(alpha: f32) -> Material {
     dielectric(Some(ggx(alpha)))
 }
@@ -68,15 +68,16 @@ fn dielectric(roughness: Option<Roughness>) -> Material {
     }
 }
 
-/// Collects a scene piece by piece.
+/// Builds a scene description step by step.
 #[derive(Clone, Debug)]
 pub struct Builder {
-    /// What has been collected.
+    /// The description built so far.
     pub desc: SceneDesc,
 }
 
 impl Builder {
-    /// An empty scene seen by a pinhole at `eye` that looks at `target`, with a square film.
+    /// An empty scene with a pinhole camera at `eye` that looks at `target`: horizontal field of view `fov` in degrees, square film of
+    /// `size`² pixels.
     pub fn new(eye: Vec3, target: Vec3, fov: f32, size: u32) -> Self {
         let z = (target - eye).normalize();
         let x = Vec3::Y.cross(z).normalize();
@@ -115,7 +116,7 @@ impl Builder {
         MaterialId::from(self.desc.materials.len() - 1)
     }
 
-    /// Adds an area emitter to be named by primitives.
+    /// Adds an area emitter, to be referenced by primitives.
     pub fn area_light(&mut self, radiance: Rgb) -> EmitterId {
         self.emitter(Emitter::Area {
             radiance: ColorInput::Constant(radiance),
@@ -128,7 +129,7 @@ impl Builder {
         EmitterId::from(self.desc.emitters.len() - 1)
     }
 
-    /// Places a shape.
+    /// Adds a shape and a primitive of it.
     pub fn place(
         &mut self,
         shape: Shape,
@@ -147,7 +148,7 @@ impl Builder {
         });
     }
 
-    /// Places a rectangle around `center`, spanned by the half edges `a` and `b`; its normal is along `a x b`.
+    /// Adds a rectangle around `center` with the half edges `a` and `b`; the normal is along `a x b`.
     pub fn rectangle(
         &mut self,
         center: Vec3,
@@ -161,7 +162,7 @@ impl Builder {
         self.place(Shape::Mesh(Mesh::rectangle()), to_world, material, emitter);
     }
 
-    /// The six inward faces of the cube [-1, 1]³: materials for -x, +x, -y, +y, -z, +z.
+    /// Adds the six faces of the cube [-1, 1]³ with inward normals. Order of `materials`: -x, +x, -y, +y, -z, +z.
     pub fn room(&mut self, materials: [MaterialId; 6], emitter: Option<EmitterId>) {
         let (x, y, z) = (Vec3::X, Vec3::Y, Vec3::Z);
         let faces = [
@@ -177,13 +178,16 @@ impl Builder {
         }
     }
 
-    /// The finished scene.
+    /// The scene.
+    ///
+    /// # Panics
+    /// If the description is not valid.
     pub fn build(self) -> Scene {
-        Scene::build(self.desc, 0).expect("a test scene is well-formed")
+        Scene::build(self.desc, 0).expect("the scene description must be valid")
     }
 }
 
-/// A closed room of albedo `rho` whose walls all emit 1: radiance 1 / (1 - rho) everywhere.
+/// A furnace: a closed room with albedo `rho` and emitted radiance 1 on all walls. The radiance is 1 / (1 - rho) everywhere.
 pub fn furnace(rho: f32, size: u32) -> Builder {
     let mut b = Builder::new(
         Vec3::new(0.1, 0.2, -0.7),
@@ -197,7 +201,7 @@ pub fn furnace(rho: f32, size: u32) -> Builder {
     b
 }
 
-/// A room with coloured walls, a lamp under the ceiling, a glossy floor, a metal and a plastic block.
+/// A room with colored walls, an area light under the ceiling, a glossy floor, a metal block and a plastic block.
 pub fn glossy_box(size: u32) -> Builder {
     let mut b = Builder::new(
         Vec3::new(0.0, 0.1, -0.98),

@@ -1,14 +1,17 @@
-//! Comparisons that know about noise.
+//! Statistics of noisy images.
 
 use crate::film::{Film, Layer};
 
 /// Mean of a layer over all pixels and channels.
+///
+/// # Panics
+/// If the film does not record the layer.
 pub fn layer_mean(film: &Film, layer: Layer) -> f64 {
     let image = film.image(layer).expect("the film records this layer");
     image.data.iter().map(|&v| f64::from(v)).sum::<f64>() / image.data.len() as f64
 }
 
-/// Mean of the beauty per channel, and the standard error of that mean if pixels are independent.
+/// Mean of the beauty over pixels by channel, with its standard error for independent pixels.
 pub fn channel_means(film: &Film) -> [(f64, f64); 3] {
     let (image, variance) = (
         film.image(Layer::Beauty)
@@ -28,8 +31,8 @@ pub fn channel_means(film: &Film) -> [(f64, f64); 3] {
     })
 }
 
-/// The z-scores of `size` x `size` blocks of the beauty, all channels: difference of means over its standard error.
-/// Holds for films whose pixels are independent of each other.
+/// z-scores of the beauty between two films, by block of `size` x `size` pixels and channel: the difference of the means over its standard
+/// error. Valid for independent pixels.
 pub fn block_z_scores(a: &Film, b: &Film, size: usize) -> Vec<f64> {
     let (image_a, image_b) = (
         a.image(Layer::Beauty).unwrap_or_default(),

@@ -1,4 +1,4 @@
-//! Images as textures. Conventions are those of Mitsuba 3.9.1's `bitmap`, measured by evaluating it.
+//! Image textures. Conventions are those of Mitsuba 3.9.1's `bitmap`, verified against its values.
 
 use crate::color::Rgb;
 use crate::image::Image;
@@ -6,60 +6,61 @@ use crate::math::float::floor;
 use crate::math::prefetch::prefetch;
 use crate::math::{Mat3, Vec2};
 
-/// How texels are blended.
+/// Interpolation between texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Filtering {
-    /// The texel that holds the point.
+    /// Value of the texel that contains the point.
     Nearest,
-    /// The four texels around the point.
+    /// Bilinear interpolation between the four nearest texels.
     Bilinear,
 }
 
-/// What lies outside [0, 1]².
+/// Continuation of the image outside of [0, 1]².
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wrap {
-    /// The image again.
+    /// Periodic repetition.
     Repeat,
-    /// The image mirrored.
+    /// Repetition, mirrored in every other period.
     Mirror,
-    /// The nearest edge texel.
+    /// Value of the nearest edge texel.
     Clamp,
 }
 
-/// An image over the uv square. Values are linear (decoded by the loader).
+/// An image over the uv square. Values are linear: the loader decodes them.
 ///
-/// The image's top row is at v = 0, as in Mitsuba 3: there the v axis is turned round by mesh loaders
-/// (`flip_tex_coords`, on for OBJ), never by the texture. Texel centers are at half-integers.
+/// The top row is at v = 0, as in Mitsuba 3. There the mesh loaders flip the v axis (`flip_tex_coords`, on for OBJ), never the texture. Texel
+/// centers are at half-integers.
 #[derive(Clone, Debug)]
 pub struct Bitmap {
     /// One or three channels, linear.
     pub image: Image,
-    /// How texels are blended.
+    /// Interpolation between texels.
     pub filtering: Filtering,
-    /// What lies outside.
+    /// Continuation outside of the unit square.
     pub wrap: Wrap,
-    /// Applied to (u, v, 1).
+    /// Transform of (u, v, 1).
     pub uv_transform: Mat3,
 }
 
-/// Coordinates beyond this many texels are cut: so far out single precision cannot tell the parts of a texel apart.
+/// Largest coordinate of a lookup in texels; larger ones are clamped. From 2²² ≈ 4.2e6 on, `f32` resolves half texels at
+/// best, and [`floor`] is not defined.
 const FARTHEST_TEXEL: f32 = 4e6;
 
 impl Bitmap {
-    /// Color at `uv`.
+    /// Filtered color at `uv`.
     pub(super) fn eval(&self, uv: Vec2) -> Rgb {
         self.filter(uv, |x, y| self.image.rgb(x, y))
     }
 
-    /// Luminance at `uv`; of one-channel images the value.
+    /// Filtered luminance at `uv`; for images of one channel their value.
     pub(super) fn eval_float(&self, uv: Vec2) -> f32 {
         self.filter(uv, |x, y| self.value(x, y))
     }
 
-    /// Derivatives of [`Bitmap::eval_float`] by u and v; zero without blending, as in Mitsuba.
+    /// Derivatives of [`Bitmap::eval_float`] by u and by v; zero for [`Filtering::Nearest`], as in Mitsuba.
     ///
-    /// With a rotation in `uv_transform` and a non-square image, Mitsuba's `eval_1_grad` multiplies by the resolution after
-    /// the transform and not before. Bump maps must look as there, so this does the same.
+    /// Like Mitsuba's `eval_1_grad`, this multiplies by the resolution after the transform, not before. This differs for a non-square image
+    /// with a rotation in `uv_transform`, and makes bump maps look alike.
     pub(super) fn gradient(&self, uv: Vec2) -> Vec2 {
         if self.filtering == Filtering::Nearest {
             return Vec2::ZERO;
@@ -78,7 +79,7 @@ impl Bitmap {
             )
     }
 
-    /// Asks for the memory that evaluation at `uv` will read.
+    /// Prefetches the memory that evaluation at `uv` reads.
     #[inline]
     pub(super) fn prefetch(&self, uv: Vec2) {
         let (x, y, _) = self.locate(uv);
@@ -90,7 +91,7 @@ impl Bitmap {
         }
     }
 
-    /// Largest luminance of any texel.
+    /// Largest luminance of a texel.
     pub(super) fn max_luminance(&self) -> f32 {
         let pixels =
             (0..self.image.height).flat_map(|y| (0..self.image.width).map(move |x| (x, y)));
@@ -112,7 +113,7 @@ impl Bitmap {
         top * (1.0 - f.y) + bottom * f.y
     }
 
-    /// The (unwrapped) texel at the upper left of the point, and where the point lies between its neighbors.
+    /// Column and row, not wrapped, of the upper left texel of the lookup, and the position between it and its neighbors in [0, 1)².
     fn locate(&self, uv: Vec2) -> (i32, i32, Vec2) {
         let half = if self.filtering == Filtering::Nearest {
             0.0
@@ -144,11 +145,11 @@ impl Bitmap {
 }
 
 impl Wrap {
-    /// The texel that stands for texel `i` of a line of `n` texels.
+    /// Index, from 0 to `n - 1`, of texel `i` of a line of `n` texels.
     #[inline]
     fn index(self, i: i32, n: usize) -> usize {
         if (i as u32 as usize) < n {
-            // Within the image all agree, without a division.
+            // Inside of the image no mode changes the index; saves a division.
             return i as usize;
         }
         let n = n as i32;

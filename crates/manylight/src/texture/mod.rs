@@ -1,4 +1,4 @@
-//! What is painted on surfaces.
+//! Textures, and material inputs that are constant or textured.
 
 mod bitmap;
 #[cfg(test)]
@@ -10,24 +10,24 @@ use crate::color::Rgb;
 use crate::ids::TextureId;
 use crate::math::{Mat3, Vec2};
 
-/// A function of the surface's uv coordinates.
+/// A color as a function of texture coordinates.
 #[derive(Clone, Debug)]
 pub enum Texture {
     /// An image.
     Bitmap(Bitmap),
-    /// Two colors in a checker pattern: one period per unit of (transformed) uv.
+    /// A checkerboard of two colors, with one period per unit of transformed uv.
     Checkerboard {
-        /// Where the fractions of u and v are both up to 1/2 or both above. Nested textures see the surface's uv.
+        /// Color of the cells in which the fractions of u and v are both up to 1/2 or both above. Nested textures get the untransformed uv.
         color0: ColorInput,
-        /// On the other cells.
+        /// Color of the other cells.
         color1: ColorInput,
-        /// Applied to (u, v, 1).
+        /// Transform of (u, v, 1).
         uv_transform: Mat3,
     },
 }
 
 impl Texture {
-    /// Color at `uv`, filtered. `textures` are those of the scene, among which nested ones are found.
+    /// Filtered color at `uv`. `textures` are all textures of the scene, for nested ones.
     pub fn eval(&self, uv: Vec2, textures: &[Texture]) -> Rgb {
         match self {
             Texture::Bitmap(bitmap) => bitmap.eval(uv),
@@ -46,7 +46,7 @@ impl Texture {
         }
     }
 
-    /// Asks for the memory that evaluation at `uv` will read; nested textures are left out.
+    /// Prefetches the memory that evaluation at `uv` reads, without nested textures.
     #[inline]
     pub fn prefetch(&self, uv: Vec2) {
         if let Texture::Bitmap(bitmap) = self {
@@ -54,9 +54,9 @@ impl Texture {
         }
     }
 
-    /// Luminance at `uv`, filtered: what float parameters see.
+    /// Filtered luminance at `uv`, for float parameters.
     ///
-    /// As Mitsuba 3.9.1's `eval_1`, which lays the two values of a checkerboard the other way round than `eval` does.
+    /// As in Mitsuba 3.9.1's `eval_1`, the cells of a checkerboard are swapped against [`Texture::eval`].
     pub fn eval_float(&self, uv: Vec2, textures: &[Texture]) -> f32 {
         match self {
             Texture::Bitmap(bitmap) => bitmap.eval_float(uv),
@@ -75,7 +75,8 @@ impl Texture {
         }
     }
 
-    /// Derivatives of [`Texture::eval_float`] by u and v at `uv`, for bump maps; texel-wise as Mitsuba's `eval_1_grad`.
+    /// Derivatives of [`Texture::eval_float`] by u and by v at `uv`, for bump maps. As in Mitsuba's `eval_1_grad`, from the four texels of the
+    /// lookup; 0 for checkerboards.
     pub fn gradient(&self, uv: Vec2) -> Vec2 {
         match self {
             Texture::Bitmap(bitmap) => bitmap.gradient(uv),
@@ -83,7 +84,7 @@ impl Texture {
         }
     }
 
-    /// An upper bound of the luminance anywhere.
+    /// Upper bound of the luminance over all uv.
     pub fn max_luminance(&self, textures: &[Texture]) -> f32 {
         match self {
             Texture::Bitmap(bitmap) => bitmap.max_luminance(),
@@ -94,7 +95,7 @@ impl Texture {
         }
     }
 
-    /// The textures that this one is made of.
+    /// Ids of the nested textures.
     pub(crate) fn nested(&self) -> impl Iterator<Item = TextureId> {
         let inputs = match self {
             Texture::Bitmap(_) => [None, None],
@@ -110,6 +111,7 @@ impl Texture {
     }
 }
 
+/// Whether `uv` lies in a cell of `color0`.
 fn is_main_cell(uv_transform: Mat3, uv: Vec2) -> bool {
     let p = uv_transform.transform_point2(uv);
     let upper = (p - p.floor()).cmpgt(Vec2::splat(0.5));
@@ -119,16 +121,16 @@ fn is_main_cell(uv_transform: Mat3, uv: Vec2) -> bool {
 /// A color that may vary over the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ColorInput {
-    /// The same everywhere.
+    /// Constant value.
     Constant(Rgb),
     /// A texture.
     Texture(TextureId),
 }
 
-/// A number that may vary over the surface; a texture gives its luminance, as Mitsuba's `eval_1` does.
+/// A number that may vary over the surface. A texture gives its luminance, as in Mitsuba's `eval_1`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FloatInput {
-    /// The same everywhere.
+    /// Constant value.
     Constant(f32),
     /// A texture.
     Texture(TextureId),
@@ -144,7 +146,7 @@ impl ColorInput {
         }
     }
 
-    /// As [`Texture::expect`].
+    /// [`Texture::prefetch`] of a textured input.
     #[inline]
     pub fn prefetch(&self, uv: Vec2, textures: &[Texture]) {
         if let ColorInput::Texture(id) = self {
@@ -152,7 +154,7 @@ impl ColorInput {
         }
     }
 
-    /// Luminance at `uv`: what float parameters see.
+    /// Luminance at `uv`, for float parameters.
     fn eval_float(&self, uv: Vec2, textures: &[Texture]) -> f32 {
         match *self {
             ColorInput::Constant(c) => c.luminance(),

@@ -13,7 +13,7 @@ use crate::color::Rgb;
 use crate::ids::LightId;
 use crate::lanes::vectors::{add3, dot, mul3, scale3, splat3};
 use crate::lanes::{LANES, LaneMask, Lanes, Lanes3, exp};
-use crate::math::octahedral::Place;
+use crate::math::octahedral::BilinearLookup;
 use crate::math::{Vec2, Vec3};
 use crate::simd::Wide;
 use std::f32::consts::FRAC_1_PI;
@@ -177,11 +177,11 @@ impl Corners {
         let (mut columns, mut rows) = ([0; LANES], [0; LANES]);
         let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
         for i in 0..LANES {
-            let place = Place::of(-wi.vec(i), side);
+            let place = BilinearLookup::of(-wi.vec(i), side);
             (columns[i], rows[i]) = (place.column, place.row);
             (x[i], y[i]) = (place.fraction.x, place.fraction.y);
         }
-        let place = |i: usize| Place {
+        let place = |i: usize| BilinearLookup {
             column: columns[i],
             row: rows[i],
             fraction: Vec2::new(x[i], y[i]),

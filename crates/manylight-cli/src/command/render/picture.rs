@@ -12,7 +12,7 @@ const RGB: &[&str] = &["R", "G", "B"];
 
 /// All layers of `film`: the beauty first, then its variances, then the others.
 pub(super) fn from_film(film: &Film, mut metadata: Vec<(String, String)>) -> Picture {
-    let size = film.picture_size();
+    let size = film.image_size();
     let mut layers = Vec::new();
     for &layer in film.layers() {
         let Some(image) = film.image(layer) else {

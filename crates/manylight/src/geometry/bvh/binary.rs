@@ -1,15 +1,15 @@
-//! Binary trees over boxes.
+//! Binary bounding volume hierarchies over boxes.
 
 use super::reinsert::reinsert;
 use crate::math::Aabb;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use rayon::prelude::*;
 
-/// A node of a binary tree: an item, or two children that stand side by side.
+/// A node of a binary tree: a leaf with one item, or an inner node with two adjacent children.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BinaryNode {
     pub(super) bounds: Aabb,
-    /// The place of the first child, or the item of a leaf.
+    /// Index of the first child, or item of a leaf.
     first: u32,
     is_leaf: bool,
 }
@@ -46,29 +46,31 @@ impl BinaryNode {
     }
 }
 
-/// Of a box that is not empty.
+/// Half the surface area of a box that is not empty.
 #[inline(always)]
 pub(super) fn half_area(b: &Aabb) -> f32 {
     let d = b.max - b.min;
     d.x * d.y + d.y * d.z + d.z * d.x
 }
 
-/// A tree with one item per leaf. The root has place 0; place 1 is empty, so that siblings differ in the last bit only.
+/// A tree with one item per leaf. The root has index 0, index 1 is unused: the indices of siblings differ in the last bit only.
 ///
-/// Clusters of neighbors are merged from the leaves up: Meister and Bittner, "Parallel Locally-Ordered Clustering for Bounding
-/// Volume Hierarchy Construction", TVCG 24(3), 2018. Reinsertion mends what that cannot see.
+/// Built bottom-up by Meister and Bittner, "Parallel Locally-Ordered Clustering for Bounding Volume Hierarchy Construction",
+/// TVCG 24(3), 2018, then improved by [`reinsert`].
 pub(super) fn binary_tree(boxes: &[Aabb]) -> Vec<BinaryNode> {
     let boxes: Vec<obvhs::aabb::Aabb> = boxes
         .par_iter()
         .map(|b| obvhs::aabb::Aabb::new(b.min.to_vec3a(), b.max.to_vec3a()))
         .collect();
+    /// Iterations of the clustering with a search distance of 1 before the medium one. The value of obvhs for its medium builds.
+    const SEARCH_DEPTH_THRESHOLD: usize = 3;
     let indices = (0..boxes.len() as u32).collect();
     let clustered = PlocBuilder::with_capacity(boxes.len()).build(
         PlocSearchDistance::Medium,
         &boxes,
         indices,
         SortPrecision::U64,
-        3,
+        SEARCH_DEPTH_THRESHOLD,
     );
     let convert = |index: usize| {
         let node = &clustered.nodes[index];

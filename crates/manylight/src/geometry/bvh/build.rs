@@ -1,82 +1,43 @@
-//! From boxes to a tree of eight-wide nodes.
+//! Construction of the tree of eight-wide nodes from boxes.
 //!
-//! Which nodes of a binary tree become wide nodes and which leaves is decided by dynamic programming over the surface area
-//! heuristic: Ylitie et al., "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", HPG 2017, section 3.1.
-//! A leaf costs the same for one item as for eight.
-//! Subtrees are decided and written in parallel; where they are cut off does not depend on the number of threads.
+//! Subtrees are written in parallel. The division into subtrees does not depend on the number of threads.
 
 use super::binary::{BinaryNode, binary_tree};
-use crate::math::{Aabb, Vec3};
+use super::collapse::CollapsePlan;
+use super::node::{LEAF, WideNode, empty_node, set_child, set_order};
+use crate::math::Aabb;
 use crate::simd::NARROW;
 use rayon::prelude::*;
-use std::collections::HashMap;
-use std::sync::atomic::{AtomicU32, Ordering};
 
-/// A child word with this bit names a leaf, without it a node. 0 is no child: the root is nobody's child.
-pub(super) const LEAF: u32 = 1 << 31;
-
-/// Most levels of nodes; the size of the traversal stack follows from it.
+/// Largest number of levels of nodes. Determines the size of the traversal stacks.
 pub(super) const MAX_DEPTH: usize = 36;
 
-/// Below this depth subtrees are split evenly: eleven more levels hold 2^33 items.
+/// Depth from which subtrees are split evenly by number of items: the eleven levels below hold 2^33 items.
 const BALANCED_DEPTH: usize = MAX_DEPTH - 11;
 
-/// Cost of testing a leaf in units of the cost of testing a node.
-const LEAF_COST: f32 = 1.2;
-
-/// Eight boxes and what is in them, in four cache lines.
-#[derive(Clone, Debug)]
-#[repr(C, align(64))]
-pub(super) struct Node {
-    /// Lower x, y, z, upper x, y, z of the children. Empty places have lower = +∞ and upper = -∞.
-    pub(super) bounds: [[f32; NARROW]; 6],
-    /// See [`LEAF`].
-    pub(super) children: [u32; NARROW],
-    /// For each octant of directions (bit a set: component a is negative) the children from far to near, three bits each.
-    /// The eight bits that are left belong to one child each, see [`Node::items_below`].
-    pub(super) order: [u32; NARROW],
-}
-
-impl Node {
-    /// Items below a child, rounded up to a power of two.
-    #[inline(always)]
-    pub(super) fn items_below(&self, lane: usize) -> f32 {
-        (1u64 << (self.order[lane] >> 24)) as f32
-    }
-
-    #[inline(always)]
-    pub(super) fn child_bounds(&self, lane: usize) -> Aabb {
-        let b = &self.bounds;
-        Aabb {
-            min: Vec3::new(b[0][lane], b[1][lane], b[2][lane]),
-            max: Vec3::new(b[3][lane], b[4][lane], b[5][lane]),
-        }
-    }
-}
-
-/// The nodes over a list of items.
+/// A tree of wide nodes over a list of items.
 #[derive(Debug, Default)]
-pub(super) struct Tree {
-    /// The root is the first, if there is any.
-    pub(super) nodes: Vec<Node>,
+pub(super) struct WideTree {
+    /// The root comes first. Empty without items.
+    pub(super) nodes: Vec<WideNode>,
     /// The items in leaf order.
     pub(super) items: Vec<u32>,
     /// Leaf `i` holds `items[leaves[i]..leaves[i + 1]]`.
     pub(super) leaves: Vec<u32>,
-    /// Box around everything.
+    /// Bounding box of all items.
     pub(super) bounds: Option<Aabb>,
 }
 
-impl Tree {
+impl WideTree {
     /// Builds a tree with at most `max_leaf` items per leaf. All boxes must be finite and not empty.
     pub(super) fn new(boxes: &[Aabb], max_leaf: usize) -> Self {
         if boxes.is_empty() {
-            return Tree::default();
+            return WideTree::default();
         }
         let binary = binary_tree(boxes);
-        let emitter = Emitter {
+        let emitter = TreeWriter {
             binary: &binary,
-            plan: Plan::new(&binary, max_leaf),
+            plan: CollapsePlan::new(&binary, max_leaf),
             boxes,
             max_leaf,
         };
@@ -87,14 +48,14 @@ impl Tree {
         tree
     }
 
-    /// The word for a leaf that holds the items added from now on.
+    /// Begins a leaf, which holds the items appended next; returns its child word.
     fn begin_leaf(&mut self) -> u32 {
         self.leaves.push(self.items.len() as u32);
         LEAF | (self.leaves.len() - 1) as u32
     }
 
-    /// Appends a subtree, and says where its root stands now.
-    fn append(&mut self, mut part: Tree) -> u32 {
+    /// Appends a subtree; returns the new index of its root.
+    fn append(&mut self, mut part: WideTree) -> u32 {
         let (nodes, leaves) = (self.nodes.len() as u32, self.leaves.len() as u32);
         let items = self.items.len() as u32;
         for word in part.nodes.iter_mut().flat_map(|node| &mut node.children) {
@@ -111,7 +72,8 @@ impl Tree {
         nodes
     }
 
-    /// Children stand behind their parents, so one walk from the end counts all.
+    /// Stores the number of items below each child, for [`WideNode::items_below`]. Children come after their parents, so that one pass
+    /// from the end suffices.
     fn note_items_below(&mut self) {
         let mut counts = vec![0u32; self.nodes.len()];
         for index in (0..self.nodes.len()).rev() {
@@ -129,202 +91,37 @@ impl Tree {
         }
     }
 
-    /// Bytes used.
+    /// Memory of the nodes in bytes.
     pub(super) fn bytes(&self) -> usize {
         size_of_val(&*self.nodes)
     }
 }
 
-/// For each binary node the cheapest way to represent it by up to `i` wide subtrees, for `i` = 1 to 8: words of [`Choices`],
-/// atomic because several threads write, each to nodes of its own.
-struct Plan(Vec<AtomicU32>);
-
-/// The choices at a binary node, in one word.
-#[derive(Clone, Copy)]
-struct Choices(u32);
-
-/// What a parent must know of a subtree to choose.
-#[derive(Clone, Copy)]
-struct Priced {
-    /// At `i - 1`: cost of up to `i` wide subtrees.
-    cost: [f32; NARROW],
-    items: u32,
-}
-
-impl Choices {
-    /// `share[i - 1]` of the `i` subtrees go to the left child. Bit `i - 1` of `fewer`: `i - 1` subtrees are no dearer than
-    /// `i`. Its bit 0: this node becomes a leaf.
-    fn new(share: [u32; NARROW], fewer: u32) -> Self {
-        // One subtree has nothing to share: the first place is that of `fewer`.
-        let shares = (1..NARROW).fold(0, |word, i| word | share[i] << (3 * i + 5));
-        Choices(shares | fewer)
-    }
-
-    fn is_leaf(self) -> bool {
-        self.0 & 1 != 0
-    }
-
-    fn takes_fewer(self, slots: usize) -> bool {
-        self.0 >> (slots - 1) & 1 != 0
-    }
-
-    fn share(self, slots: usize) -> usize {
-        (self.0 >> (3 * slots + 2) & 7) as usize
-    }
-}
-
-impl Plan {
-    fn new(binary: &[BinaryNode], max_leaf: usize) -> Self {
-        let leaf = Choices::new([0; NARROW], u32::from(u8::MAX));
-        let words = binary.par_iter().map(|_| AtomicU32::new(leaf.0));
-        let plan = Plan(words.collect());
-        let subtrees = subtrees(binary);
-        let below: HashMap<usize, Priced> = subtrees
-            .into_par_iter()
-            .map(|root| (root, plan.price(binary, root, max_leaf, |_| None)))
-            .collect();
-        plan.price(binary, 0, max_leaf, |index| below.get(&index).copied());
-        plan
-    }
-
-    /// Chooses at all nodes below `root`, down to those that are `known`.
-    fn price(
-        &self,
-        binary: &[BinaryNode],
-        root: usize,
-        max_leaf: usize,
-        known: impl Fn(usize) -> Option<Priced>,
-    ) -> Priced {
-        // Each node, its right subtree, its left subtree: from the end, both children come right before their parent.
-        let (mut order, mut pending) = (Vec::new(), vec![root]);
-        while let Some(index) = pending.pop() {
-            order.push(index);
-            let children = binary[index].children().into_iter().flatten();
-            pending.extend(children.filter(|_| known(index).is_none()));
-        }
-        let mut priced: Vec<Priced> = Vec::new();
-        for index in order.into_iter().rev() {
-            let node = &binary[index];
-            let price = if let Some(price) = known(index) {
-                price
-            } else if node.item().is_some() {
-                Priced {
-                    cost: [node.half_area() * LEAF_COST; NARROW],
-                    items: 1,
-                }
-            } else {
-                let [.., left, right] = &priced[..] else {
-                    unreachable!("invariant: children come before their parent")
-                };
-                let (price, choices) = choose(node, left, right, max_leaf);
-                self.0[index].store(choices.0, Ordering::Relaxed);
-                priced.truncate(priced.len() - 2);
-                price
-            };
-            priced.push(price);
-        }
-        priced[0]
-    }
-
-    fn at(&self, index: usize) -> Choices {
-        Choices(self.0[index].load(Ordering::Relaxed))
-    }
-
-    /// The binary nodes that become the children of the wide node at the inner binary node `index`.
-    fn children(&self, binary: &[BinaryNode], index: usize) -> Vec<usize> {
-        let mut children = Vec::with_capacity(NARROW);
-        let mut pending = self.halves(binary, index, NARROW).to_vec();
-        while let Some((node, mut slots)) = pending.pop() {
-            while slots > 1 && self.at(node).takes_fewer(slots) {
-                slots -= 1;
-            }
-            if slots == 1 {
-                children.push(node);
-            } else {
-                pending.extend(self.halves(binary, node, slots));
-            }
-        }
-        children
-    }
-
-    fn halves(&self, binary: &[BinaryNode], index: usize, slots: usize) -> [(usize, usize); 2] {
-        let share = self.at(index).share(slots);
-        let [left, right] = binary[index]
-            .children()
-            .expect("invariant: only inner nodes take several slots");
-        [(left, share), (right, slots - share)]
-    }
-}
-
-fn choose(node: &BinaryNode, left: &Priced, right: &Priced, max_leaf: usize) -> (Priced, Choices) {
-    let (area, items) = (node.half_area(), left.items.saturating_add(right.items));
-    let mut cost = [f32::INFINITY; NARROW];
-    let (mut share, mut fewer) = ([0; NARROW], 0);
-    for k in 1..NARROW {
-        for i in k..NARROW {
-            let c = left.cost[k - 1] + right.cost[i - k];
-            if c < cost[i] {
-                (cost[i], share[i]) = (c, k as u32);
-            }
-        }
-    }
-    // A node around the best eight, or a leaf.
-    cost[0] = area + cost[NARROW - 1];
-    if items as usize <= max_leaf && area * LEAF_COST <= cost[0] {
-        cost[0] = area * LEAF_COST;
-        fewer |= 1;
-    }
-    for i in 1..NARROW {
-        if cost[i - 1] <= cost[i] {
-            cost[i] = cost[i - 1];
-            fewer |= 1 << i;
-        }
-    }
-    (Priced { cost, items }, Choices::new(share, fewer))
-}
-
-/// Roots of disjoint subtrees that hold all leaves, enough of them to keep many threads busy.
-fn subtrees(binary: &[BinaryNode]) -> Vec<usize> {
-    const ENOUGH: usize = 1024;
-    /// Bounds the effort where the tree is more of a list.
-    const LEVELS: usize = 16;
-    let mut level = vec![0];
-    for _ in 0..LEVELS {
-        if level.len() >= ENOUGH {
-            break;
-        }
-        let below = level.iter().flat_map(|&index| {
-            let [left, right] = binary[index].children().unwrap_or([index; 2]);
-            left..=right
-        });
-        level = below.collect();
-    }
-    level
-}
-
-/// Writes the wide nodes.
-struct Emitter<'a> {
+/// Writes the wide nodes of a collapsed binary tree.
+struct TreeWriter<'a> {
     binary: &'a [BinaryNode],
-    plan: Plan,
+    plan: CollapsePlan,
     boxes: &'a [Aabb],
     max_leaf: usize,
 }
 
-/// Subtrees below nodes of this depth are written in parallel.
+/// Depth of the wide nodes below which subtrees are written in parallel: up to 8³ tasks.
 const CUT_DEPTH: usize = 3;
 
-/// A place in the upper part of the tree for a subtree that is written apart.
+/// The reference in the upper part of the tree to a subtree that is written separately.
 struct Cut {
+    /// Index of the parent node.
     slot: usize,
+    /// Lane of the child in it.
     lane: usize,
-    /// The binary node of its root.
+    /// Binary node of the subtree's root.
     root: usize,
 }
 
-impl Emitter<'_> {
-    fn tree(&self) -> Tree {
-        let mut tree = Tree::default();
-        // The root is always a node, even over a single leaf: traversal has one case less.
+impl TreeWriter<'_> {
+    fn tree(&self) -> WideTree {
+        let mut tree = WideTree::default();
+        // The root is a node even over a single leaf, which saves traversal a special case.
         let children = if self.binary[0].item().is_some() {
             vec![0]
         } else {
@@ -333,7 +130,7 @@ impl Emitter<'_> {
         let mut cuts = Vec::new();
         tree.nodes.push(empty_node());
         self.fill_node(&mut tree, 0, &children, 1, &mut cuts);
-        let parts: Vec<Tree> = cuts.par_iter().map(|cut| self.part(cut)).collect();
+        let parts: Vec<WideTree> = cuts.par_iter().map(|cut| self.part(cut)).collect();
         for (cut, part) in cuts.iter().zip(parts) {
             let root = tree.append(part);
             tree.nodes[cut.slot].children[cut.lane] = root;
@@ -341,8 +138,8 @@ impl Emitter<'_> {
         tree
     }
 
-    fn part(&self, cut: &Cut) -> Tree {
-        let mut part = Tree::default();
+    fn part(&self, cut: &Cut) -> WideTree {
+        let mut part = WideTree::default();
         let children = self.plan.children(self.binary, cut.root);
         part.nodes.push(empty_node());
         self.fill_node(&mut part, 0, &children, CUT_DEPTH + 1, &mut Vec::new());
@@ -351,7 +148,7 @@ impl Emitter<'_> {
 
     fn fill_node(
         &self,
-        tree: &mut Tree,
+        tree: &mut WideTree,
         slot: usize,
         children: &[usize],
         depth: usize,
@@ -362,7 +159,7 @@ impl Emitter<'_> {
             set_child(&mut node, lane, self.binary[child].bounds);
         }
         set_order(&mut node, children.len());
-        // Siblings stand side by side, so the words of all are known before any is filled.
+        // Siblings are adjacent: allocate all of them before any is filled.
         for (lane, &child) in children.iter().enumerate() {
             node.children[lane] = if self.plan.at(child).is_leaf() {
                 self.add_leaf(tree, child)
@@ -392,8 +189,8 @@ impl Emitter<'_> {
         tree.nodes[slot] = node;
     }
 
-    /// Bounds the depth where the binary tree is pathologically deep (coincident or nested items).
-    fn fill_balanced(&self, tree: &mut Tree, slot: usize, items: &[u32]) {
+    /// Splits items evenly by number, to bound the depth of pathological trees over coincident or nested items.
+    fn fill_balanced(&self, tree: &mut WideTree, slot: usize, items: &[u32]) {
         let mut node = empty_node();
         let chunk = items.len().div_ceil(NARROW).max(self.max_leaf);
         let mut count = 0;
@@ -418,7 +215,7 @@ impl Emitter<'_> {
         tree.nodes[slot] = node;
     }
 
-    fn add_leaf(&self, tree: &mut Tree, index: usize) -> u32 {
+    fn add_leaf(&self, tree: &mut WideTree, index: usize) -> u32 {
         let word = tree.begin_leaf();
         self.collect_items(index, &mut tree.items);
         word
@@ -433,42 +230,4 @@ impl Emitter<'_> {
             pending.extend(node.children().into_iter().flatten());
         }
     }
-}
-
-fn empty_node() -> Node {
-    let mut bounds = [[f32::INFINITY; NARROW]; 6];
-    bounds[3..].fill([f32::NEG_INFINITY; NARROW]);
-    Node {
-        bounds,
-        children: [0; NARROW],
-        order: [0; NARROW],
-    }
-}
-
-fn set_child(node: &mut Node, lane: usize, bounds: Aabb) {
-    for axis in 0..3 {
-        node.bounds[axis][lane] = bounds.min[axis];
-        node.bounds[axis + 3][lane] = bounds.max[axis];
-    }
-}
-
-fn set_order(node: &mut Node, count: usize) {
-    let center = |i: usize| {
-        Vec3::from_array(std::array::from_fn(|a| {
-            0.5 * node.bounds[a][i] + 0.5 * node.bounds[a + 3][i]
-        }))
-    };
-    let centers: [Vec3; NARROW] = std::array::from_fn(center);
-    node.order = std::array::from_fn(|octant| {
-        let direction = Vec3::from_array(std::array::from_fn(|a| {
-            if octant >> a & 1 == 0 { 1.0 } else { -1.0 }
-        }));
-        let distances = centers.map(|center| center.dot(direction));
-        let mut lanes: [usize; NARROW] = std::array::from_fn(|i| i);
-        lanes[..count].sort_by(|&i, &j| distances[j].total_cmp(&distances[i]));
-        lanes
-            .iter()
-            .rev()
-            .fold(0, |word, &lane| word << 3 | lane as u32)
-    });
 }

@@ -1,34 +1,38 @@
 //! Visibility from one origin to up to 64 targets at once.
 //!
-//! Relative to the common origin, boxes and edge volumes are the same for all rays. What lies outside of the pyramid over
-//! the targets is passed by together; what is left is tested against sixteen rays at a time. Rays that are blocked leave the
-//! packet; when few are left, they go on alone.
+//! Boxes and edge functions relative to the common origin serve all rays. Nodes outside of the pyramid over the targets are culled for the
+//! whole packet, the others are tested against sixteen rays at a time. Blocked rays leave the packet. The last rays are traced singly.
 
-use super::build::{LEAF, MAX_DEPTH, Node};
+use super::build::MAX_DEPTH;
+use super::edge_volumes::{EdgeVolumes, SegmentDirections};
+use super::node::{LEAF, WideNode};
 use super::shaft::{Shaft, middle_and_half};
 use super::traverse::{self, FAR_MARGIN};
-use super::triangles::{AnyTriangle, Block, Directions, EdgeVolumes};
-use crate::lanes::vectors::{load3, splat3, spread3, store3, sub3};
+use super::triangle_block::TriangleBlock;
+use super::watertight::AnyTriangle;
+use crate::lanes::vectors::{broadcast3, load3, splat3, store3, sub3};
 use crate::math::{Aabb, Vec3};
 use crate::simd::{Floats, NARROW, Simd, WIDE, Wide};
 use glam::BVec3;
 
-/// Rays in a packet.
+/// Largest number of rays in a packet.
 pub(super) const RAYS: usize = 64;
+/// Number of groups of [`WIDE`] rays.
 const GROUPS: usize = RAYS / WIDE;
+/// Mask of all rays of a group.
 const ALL: u64 = (1 << WIDE) - 1;
 
-/// With this many rays left, eight boxes per ray are cheaper than sixteen rays per box.
+/// Largest number of rays that are traced singly: for few rays, testing eight boxes per ray costs less than sixteen rays per box.
 const FEW: u32 = 4;
 
-/// Nodes still to visit with their rays. Clearing it costs more than some walks do, so that it serves many.
+/// Child words to visit, with their rays. Reused over packets, because initializing it costs more than many traversals.
 pub(super) type PacketStack = [(u32, u64); (NARROW - 1) * MAX_DEPTH + 1];
 pub(super) const EMPTY_STACK: PacketStack = [(0, 0); (NARROW - 1) * MAX_DEPTH + 1];
 
-/// Up to 64 points for rays to lead to.
+/// Up to 64 targets of rays.
 pub(super) struct Targets<'a> {
     points: &'a [Vec3],
-    /// Group, axis, lane. Places without a point are zero.
+    /// Indices: group, axis, lane. Unused lanes are zero.
     lanes: [[[f32; WIDE]; 3]; GROUPS],
 }
 
@@ -46,22 +50,25 @@ impl<'a> Targets<'a> {
 
 /// Segments with a common origin.
 pub(super) struct Packet<'a> {
-    nodes: &'a [Node],
-    blocks: &'a [Block],
+    nodes: &'a [WideNode],
+    blocks: &'a [TriangleBlock],
     from: Vec3,
     to: &'a [Vec3],
-    /// Group, axis, lane. Lanes without a ray hold anything, groups without one are zero.
+    /// Directions. Indices: group, axis, lane. Lanes without a ray are arbitrary, groups without one zero.
     d: [[[f32; WIDE]; 3]; GROUPS],
+    /// Reciprocals of `d`, for slab tests.
     reciprocal: [[[f32; WIDE]; 3]; GROUPS],
-    /// Largest component of `d`.
+    /// Magnitude of the largest component of `d`.
     size: [[f32; WIDE]; GROUPS],
+    /// Largest `size` of any ray.
     largest: f32,
-    /// The axes along which all rays fall.
+    /// The axes along which all directions are negative.
     falling: BVec3,
-    /// The axes along which some may fall and others rise.
+    /// The axes along which directions may have both signs.
     mixed: [bool; 3],
+    /// Shaft from the origin to the box of the targets.
     pyramid: Shaft,
-    /// The box of the directions.
+    /// Center and half extents of the box of the directions.
     middle: Vec3,
     half: Vec3,
     /// Rays not blocked so far.
@@ -69,11 +76,11 @@ pub(super) struct Packet<'a> {
 }
 
 impl<'a> Packet<'a> {
-    /// To those targets whose bits are set in `rays`.
+    /// The rays to the targets with set bits in `rays`.
     #[inline(always)]
     pub(super) fn new<S: Simd>(
         s: S,
-        (nodes, blocks): (&'a [Node], &'a [Block]),
+        (nodes, blocks): (&'a [WideNode], &'a [TriangleBlock]),
         from: Vec3,
         targets: &Targets<'a>,
         rays: u64,
@@ -84,7 +91,7 @@ impl<'a> Packet<'a> {
         let mut size = [[0.0; WIDE]; GROUPS];
         let origin = splat3(w, from);
         let nowhere = w.splat(f32::INFINITY);
-        // The lower bounds of the targets, and of their negatives.
+        // Minima of the targets, and of their negatives.
         let (mut lower, mut upper) = ([nowhere; 3], [nowhere; 3]);
         for group in 0..GROUPS {
             let members = (rays >> (group * WIDE) & ALL) as u32;
@@ -102,21 +109,12 @@ impl<'a> Packet<'a> {
             let [x, y, z] = sub3(w, target, origin);
             d[group] = store3(w, [x, y, z]);
             let largest = w.max(w.max(w.abs(x), w.abs(y)), w.abs(z));
-            let inverses = [
-                inverse(w, x, largest),
-                inverse(w, y, largest),
-                inverse(w, z, largest),
-            ];
-            reciprocal[group] = store3(w, inverses);
+            reciprocal[group] = store3(w, inverse3(w, [x, y, z], largest));
             size[group] = w.store(largest);
         }
         let bounds = Aabb {
             min: lowest3(w, lower),
             max: -lowest3(w, upper),
-        };
-        let origin = Aabb {
-            min: from,
-            max: from,
         };
         let (middle, half) = middle_and_half(&bounds);
         let farthest = (bounds.min - from).abs().max((bounds.max - from).abs());
@@ -131,14 +129,14 @@ impl<'a> Packet<'a> {
             largest: farthest.max_element(),
             falling: bounds.max.cmplt(from),
             mixed: (bounds.min.cmple(from) & bounds.max.cmpge(from)).into(),
-            pyramid: Shaft::new(origin, bounds),
+            pyramid: Shaft::new(Aabb::from_point(from), bounds),
             middle: middle - from,
             half,
             open: rays,
         }
     }
 
-    /// Takes from the open rays those of `rays` that something below the node `root` blocks.
+    /// Removes from the open rays those of `rays` that a triangle below the node `root` blocks.
     #[inline(always)]
     pub(super) fn trace<S: Simd>(&mut self, s: S, stack: &mut PacketStack, root: u32, rays: u64) {
         let mut top = 1;
@@ -170,6 +168,7 @@ impl<'a> Packet<'a> {
         }
     }
 
+    /// Traces `rays` one by one below the child word `word`.
     #[inline(always)]
     fn trace_alone<S: Simd>(&mut self, s: S, word: u32, mut rays: u64) {
         while rays != 0 {
@@ -186,11 +185,11 @@ impl<'a> Packet<'a> {
         }
     }
 
-    /// Those of `rays` that enter a box.
+    /// The subset of `rays` that enters a box.
     #[inline(always)]
     fn enter<S: Simd>(&self, s: S, bounds: Aabb, rays: u64) -> u64 {
         let w = s.wide();
-        // The planes that come first and last, where all rays agree about that.
+        // Near and far planes, for axes along which all directions have the same sign.
         let (lower, upper) = (bounds.min - self.from, bounds.max - self.from);
         let first = splat3(w, Vec3::select(self.falling, upper, lower));
         let last = splat3(w, Vec3::select(self.falling, lower, upper));
@@ -218,6 +217,7 @@ impl<'a> Packet<'a> {
         entering & rays
     }
 
+    /// Removes from the open rays those of `rays` that the triangles of a leaf block.
     #[inline(always)]
     fn test_leaf<S: Simd>(&mut self, s: S, leaf: usize, mut rays: u64) {
         let tested = rays;
@@ -240,19 +240,19 @@ impl<'a> Packet<'a> {
             triangles &= triangles - 1;
             let triangle = EdgeVolumes {
                 edges: [
-                    spread3(w, &edges[0], lane),
-                    spread3(w, &edges[1], lane),
-                    spread3(w, &edges[2], lane),
+                    broadcast3(w, &edges[0], lane),
+                    broadcast3(w, &edges[1], lane),
+                    broadcast3(w, &edges[2], lane),
                 ],
-                tolerances: spread3(w, &tolerances, lane),
-                normal: spread3(w, &normal, lane),
+                tolerances: broadcast3(w, &tolerances, lane),
+                normal: broadcast3(w, &normal, lane),
                 height: w.splat(height[lane]),
             };
             for group in 0..GROUPS {
                 if rays >> (group * WIDE) & ALL == 0 {
                     continue;
                 }
-                let segments = Directions {
+                let segments = SegmentDirections {
                     d: load3(w, &self.d[group]),
                     size: w.load(&self.size[group]),
                 };
@@ -276,7 +276,17 @@ fn lowest<W: Wide>(w: W, x: W::F) -> f32 {
     w.store(x)[lane % WIDE]
 }
 
-/// `1 / x`. As for single rays, zeros are replaced by something far below the rounding of the `largest` component.
+/// [`inverse`] of each component.
+#[inline(always)]
+fn inverse3<W: Wide>(w: W, [x, y, z]: [W::F; 3], largest: W::F) -> [W::F; 3] {
+    [
+        inverse(w, x, largest),
+        inverse(w, y, largest),
+        inverse(w, z, largest),
+    ]
+}
+
+/// `1 / x`. As in [`traverse::slab_reciprocal`], components far below the rounding of the `largest` count as a tiny value of their sign.
 #[inline(always)]
 fn inverse<W: Wide>(w: W, x: W::F, largest: W::F) -> W::F {
     let negligible = w.mul(largest, w.splat(traverse::NEGLIGIBLE));

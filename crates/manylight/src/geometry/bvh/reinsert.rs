@@ -1,23 +1,23 @@
-//! Moves subtrees of a binary tree to where they add less surface area.
+//! Reinsertion: moves subtrees of a binary tree to positions where they add less surface area.
 //!
 //! Source: Meister and Bittner, "Parallel Reinsertion for Bounding Volume Hierarchy Optimization", Computer Graphics Forum 37(2),
-//! 2018. Searches run in parallel over an unchanged tree. Moves are then made one by one, the best first, and those are
-//! left out whose surroundings have changed since the search.
+//! 2018. Searches run in parallel over an unchanged tree. The moves are then made one by one, the best first; a move is skipped if an
+//! earlier one has changed the nodes around it.
 
 use super::binary::{BinaryNode, half_area};
 use crate::math::Aabb;
 use rayon::prelude::*;
 
-/// Which nodes move in one go.
+/// One round of parallel searches and moves.
 struct Round {
-    /// The largest nodes, as a share of all.
+    /// Fraction of the nodes, the largest ones, for which a new position is searched.
     share: f32,
-    /// How far up the search for a new place goes.
+    /// Number of levels that the search goes up from the node.
     levels: usize,
 }
 
-/// What is wrong at the top is found in several rounds over few nodes. After that, one round over many nodes with a search
-/// nearby is worth nearly as much as many rounds with a full one.
+/// Schedule of the rounds. Several rounds with few nodes and a full search repair the top of the tree. After them a round with many nodes
+/// and a local search gains nearly as much as many rounds with a full search.
 const ROUNDS: [Round; 10] = [
     Round::thorough(0.02),
     Round::thorough(0.02 / 3.0),
@@ -44,10 +44,10 @@ impl Round {
     }
 }
 
-/// Makes the tree better. The root has place 0, siblings differ in the last bit of their places only. Large nodes must stand
-/// before small ones by and large.
+/// Reduces the total surface area of the inner nodes. The root has index 0, and the indices of siblings differ in the last bit only. Large
+/// nodes should come before small ones.
 pub(super) fn reinsert(nodes: &mut [BinaryNode]) {
-    /// Below this there is nothing that could move.
+    /// Smallest number of nodes of a tree in which a node can move.
     const FEWEST: usize = 8;
     if nodes.len() < FEWEST {
         return;
@@ -57,46 +57,47 @@ pub(super) fn reinsert(nodes: &mut [BinaryNode]) {
         touched: vec![false; nodes.len()],
         nodes,
     };
-    // From the end, so that the root comes after whatever fills place 1.
-    for place in (0..reinsertion.nodes.len()).rev() {
-        reinsertion.adopt(place);
+    // From the end, so that the root comes after the copy of it at index 1.
+    for index in (0..reinsertion.nodes.len()).rev() {
+        reinsertion.adopt(index);
     }
     for round in &ROUNDS {
         reinsertion.run(round);
     }
 }
 
-/// The node becomes the sibling of the one in the other place.
+/// A reinsertion: `node` becomes the sibling of `beside`.
 #[derive(Clone, Copy)]
 struct Move {
     node: usize,
     beside: usize,
-    /// Area that it saves.
+    /// Saved area.
     gain: f32,
 }
 
-/// The search for a new place.
-struct Search {
+/// The search for the best new position of a node.
+struct ReinsertionSearch {
+    /// Box of the node.
     moved: Aabb,
-    /// Its area.
+    /// Half the area of that box, a lower bound for the area of the new parent.
     least: f32,
     best: Move,
 }
 
-/// Children to be considered, and the area saved if their parent grows.
+/// Children to be searched, and the area saved if their parent grows to hold the node.
 struct Below {
     budget: f32,
     children: [usize; 2],
 }
 
-impl Search {
-    /// Tries a place; what is below it, if that is promising.
+impl ReinsertionSearch {
+    /// Evaluates a position; returns its children if they may be better.
     #[inline(always)]
-    fn consider(&mut self, nodes: &[BinaryNode], place: usize, budget: f32) -> Option<Below> {
-        let other = &nodes[place];
+    fn consider(&mut self, nodes: &[BinaryNode], index: usize, budget: f32) -> Option<Below> {
+        let other = &nodes[index];
         let gain = budget - half_area(&other.bounds.union(self.moved));
         if gain > self.best.gain {
-            (self.best.beside, self.best.gain) = (place, gain);
+            (self.best.beside, self.best.gain) = (index, gain);
         }
         let budget = gain + other.half_area();
         let children = other.children().filter(|_| self.can_gain(budget))?;
@@ -112,7 +113,7 @@ impl Search {
 struct Reinsertion<'a> {
     nodes: &'a mut [BinaryNode],
     parents: Vec<u32>,
-    /// Places that a move of this round has changed.
+    /// Nodes that a move of this round has changed.
     touched: Vec<bool>,
 }
 
@@ -134,41 +135,41 @@ impl Reinsertion<'_> {
                 beside,
                 self.parent(beside),
             ];
-            if around.iter().any(|&place| self.touched[place]) || self.is_below(beside, node) {
+            if around.iter().any(|&index| self.touched[index]) || self.is_below(beside, node) {
                 continue;
             }
-            for place in around {
-                self.touched[place] = true;
+            for index in around {
+                self.touched[index] = true;
             }
             self.relocate(node, beside);
         }
     }
 
-    /// The largest nodes in the order of their places: neighbors have their surroundings in common.
+    /// Indices of the largest nodes, ascending: neighbors in the list share memory during the search.
     fn largest(&self, share: f32) -> Vec<u32> {
-        // Looking among twice as many saves the sorting of all, and finds nearly the same.
+        // Selects among the first nodes, twice the count: cheaper than among all, with nearly the same result.
         let count = ((self.nodes.len() as f32 * share) as usize).max(1);
         let end = (2 + 2 * count).min(self.nodes.len());
         let mut nodes: Vec<(f32, u32)> = (2..end)
-            .map(|place| (self.nodes[place].half_area(), place as u32))
+            .map(|index| (self.nodes[index].half_area(), index as u32))
             .collect();
         if count < nodes.len() {
             nodes.select_nth_unstable_by(count, |a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
             nodes.truncate(count);
         }
-        let mut places: Vec<u32> = nodes.into_iter().map(|(_, place)| place).collect();
-        places.sort_unstable();
-        places
+        let mut indices: Vec<u32> = nodes.into_iter().map(|(_, index)| index).collect();
+        indices.sort_unstable();
+        indices
     }
 
-    /// The move of a node that saves most area, if any saves some.
+    /// The move of a node that saves most area; `None` if no move saves area.
     ///
-    /// Without the node its parent vanishes and its other ancestors shrink. Where it comes back there is a new parent around it
-    /// and its new sibling, and the ancestors of that grow, up to the first that they have in common. So the search goes up from
-    /// the node, keeping the area `saved` below the common ancestor, and looks on the other side of each ancestor for
-    /// the cheapest place. There, no new parent is smaller than the node, which bounds what a subtree can offer.
+    /// Removal deletes the parent and shrinks the other ancestors. Insertion adds a parent of the node and its new sibling, and enlarges the
+    /// ancestors of the sibling up to the common ancestor. The search goes up from the node. It keeps the area `saved` below the common
+    /// ancestor, and searches the other side of each ancestor for the cheapest position. A new parent is at least as large as the
+    /// node, which bounds the gain in a subtree.
     fn best_move(&self, node: usize, levels: usize) -> Option<Move> {
-        let mut search = Search {
+        let mut search = ReinsertionSearch {
             moved: self.nodes[node].bounds,
             least: self.nodes[node].half_area(),
             best: Move {
@@ -180,7 +181,7 @@ impl Reinsertion<'_> {
         let mut pending: Vec<Below> = Vec::new();
         let (mut from, mut ancestor) = (node, self.parent(node));
         let mut saved = self.nodes[ancestor].half_area();
-        // What the ancestor holds without the node.
+        // Box of the ancestor without the node.
         let mut rest = self.nodes[node ^ 1].bounds;
         for _ in 0..levels {
             pending.extend(search.consider(self.nodes, from ^ 1, saved));
@@ -209,51 +210,51 @@ impl Reinsertion<'_> {
         (search.best.beside != 0).then_some(search.best)
     }
 
-    /// Moves a node; `beside` must not be below it.
+    /// Moves `node`; `beside` must not be in its subtree.
     fn relocate(&mut self, node: usize, beside: usize) {
         let (sibling, parent) = (node ^ 1, self.parent(node));
         let old_neighbor = self.nodes[beside];
-        // The sibling takes the parent's place, and leaves its own to the new one.
+        // The sibling replaces the parent; `beside` replaces the sibling.
         self.nodes[parent] = self.nodes[sibling];
         self.nodes[sibling] = old_neighbor;
         self.nodes[beside] = BinaryNode::parent(old_neighbor.bounds, node & !1);
-        for place in [parent, sibling, beside] {
-            self.adopt(place);
+        for index in [parent, sibling, beside] {
+            self.adopt(index);
         }
         self.refit(beside);
         self.refit(self.parent(parent));
     }
 
-    fn parent(&self, place: usize) -> usize {
-        self.parents[place] as usize
+    fn parent(&self, index: usize) -> usize {
+        self.parents[index] as usize
     }
 
-    /// Tells the children in a place who their parent is.
-    fn adopt(&mut self, place: usize) {
-        for child in self.nodes[place].children().into_iter().flatten() {
-            self.parents[child] = place as u32;
+    /// Updates the parents of the children of a node.
+    fn adopt(&mut self, index: usize) {
+        for child in self.nodes[index].children().into_iter().flatten() {
+            self.parents[child] = index as u32;
         }
     }
 
-    fn is_below(&self, mut place: usize, ancestor: usize) -> bool {
-        while place != 0 && place != ancestor {
-            place = self.parent(place);
+    fn is_below(&self, mut index: usize, ancestor: usize) -> bool {
+        while index != 0 && index != ancestor {
+            index = self.parent(index);
         }
-        place == ancestor
+        index == ancestor
     }
 
-    /// Makes boxes fit from a place upwards, until one does already.
-    fn refit(&mut self, mut place: usize) {
-        while let Some([left, right]) = self.nodes[place].children() {
+    /// Recomputes boxes from a node upwards, until one does not change.
+    fn refit(&mut self, mut index: usize) {
+        while let Some([left, right]) = self.nodes[index].children() {
             let bounds = self.nodes[left].bounds.union(self.nodes[right].bounds);
-            if bounds == self.nodes[place].bounds {
+            if bounds == self.nodes[index].bounds {
                 return;
             }
-            self.nodes[place].bounds = bounds;
-            if place == 0 {
+            self.nodes[index].bounds = bounds;
+            if index == 0 {
                 return;
             }
-            place = self.parent(place);
+            index = self.parent(index);
         }
     }
 }
@@ -264,7 +265,7 @@ mod tests {
     use crate::math::Vec3;
     use crate::sampling::{Sampler, Stream};
 
-    /// Pairs of a leaf and the rest: the worst tree over boxes in random order.
+    /// A tree of pairs of a leaf and the rest, over boxes in random order: the worst tree.
     fn list(count: usize) -> Vec<BinaryNode> {
         let mut numbers = Sampler::new(1, 0, Stream::Test, 0);
         let boxes: Vec<Aabb> = (0..count)
@@ -294,12 +295,12 @@ mod tests {
         nodes
     }
 
-    /// Checks the boxes, collects the items, adds up the area of all inner nodes.
+    /// Checks the boxes; returns all items and the total half area of the inner nodes.
     fn inspect(nodes: &[BinaryNode]) -> (Vec<u32>, f32) {
         let (mut items, mut area) = (Vec::new(), 0.0);
         let mut pending = vec![0];
-        while let Some(place) = pending.pop() {
-            let node = &nodes[place];
+        while let Some(index) = pending.pop() {
+            let node = &nodes[index];
             items.extend(node.item());
             if let Some([left, right]) = node.children() {
                 area += node.half_area();

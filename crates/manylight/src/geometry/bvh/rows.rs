@@ -1,137 +1,54 @@
-//! Triangles against blocks of segments.
+//! Triangles against the segments of a visibility tile.
 //!
-//! For a point p, a light l and the edge of a triangle with direction e through m, the sign of `(e × (p - m)) · (l - p)` says on
-//! which side of the edge the segment passes. It is linear in l and in p: its range over the boxes of a group of points and
-//! a group of lights settles most shafts, for a single point its range over the box of the lights settles most rows, and the
-//! rest are evaluated, sixteen lights at a time. On which sides of the plane the ends lie is one bit each.
-//! Edge functions compare like those of packets ([`EdgeVolumes`](super::triangles::EdgeVolumes)).
+//! Let p be a point, l a light, and e and m the direction and midpoint of an edge. The sign of `(e × (p - m)) · (l - p)` tells on which side
+//! of the edge the segment passes. The function is linear in p and in l. Three tests follow, each for the segments left by the one before:
+//! 1. a whole shaft, by the range of the function over the boxes of a group of points and a group of lights;
+//! 2. a row, all segments of one point to a group of lights, by its range over the box of the lights;
+//! 3. single segments, sixteen lights at a time.
+//!
+//! One bit per point and light tells on which side of the triangle's plane it lies. Tolerances are those of
+//! [`EdgeVolumes`](super::edge_volumes::EdgeVolumes).
 
+use super::edge_volumes::ROUNDINGS;
+use super::end_groups::{Boxes, EndGroups, GROUPS, boxes};
 use super::shaft::middle_and_half;
 use super::tile::SIDE;
-use super::triangles::{Block, ROUNDINGS};
-use crate::lanes::vectors::{
-    abs3, add3, cross, dot, dot_add, load3, scale3, splat3, spread3, store3, sub3,
-};
-use crate::math::{Aabb, Vec3, Vec3A};
-use crate::simd::{Floats, NARROW, Simd, WIDE};
+use super::tile_triangle::{EdgePlanes, LeafTriangles, Triangle, sum_of_sizes};
+use crate::lanes::vectors::{abs3, broadcast3, cross, dot, dot_add, load3, splat3, sub3};
+use crate::math::{Aabb, Vec3};
+use crate::simd::{Floats, Simd, WIDE};
 
-/// Groups of sixteen among 64.
-pub(super) const GROUPS: usize = SIDE / WIDE;
+/// Number of shafts: pairs of a group of points and a group of lights.
 const SHAFTS: usize = GROUPS * GROUPS;
 
-/// Points or lights in groups.
-pub(super) struct Ends {
-    /// Group, axis, lane. Places that are not used hold a point of the group that is.
-    p: [[[f32; WIDE]; 3]; GROUPS],
-    /// Around those that are used.
-    pub(super) bounds: [Aabb; GROUPS],
-    pub(super) all: Aabb,
-}
-
-impl Ends {
-    #[inline(always)]
-    pub(super) fn new(points: &[Vec3], used: u64) -> Self {
-        let any = points[used.trailing_zeros() as usize % SIDE];
-        let mut ends = Ends {
-            p: [[[0.0; WIDE]; 3]; GROUPS],
-            bounds: [Aabb::EMPTY; GROUPS],
-            all: Aabb::EMPTY,
-        };
-        for group in 0..GROUPS {
-            let used = used >> (WIDE * group) & 0xffff;
-            let members = &points[(WIDE * group).min(points.len())..];
-            let some = if used == 0 {
-                any
-            } else {
-                members[used.trailing_zeros() as usize % WIDE]
-            };
-            let (mut min, mut max) = (Vec3A::from(some), Vec3A::from(some));
-            for lane in 0..WIDE {
-                let member = members.get(lane).filter(|_| used >> lane & 1 == 1);
-                let p = member.copied().unwrap_or(some);
-                (min, max) = (min.min(p.into()), max.max(p.into()));
-                let [x, y, z] = &mut ends.p[group];
-                (x[lane], y[lane], z[lane]) = (p.x, p.y, p.z);
-            }
-            ends.bounds[group] = Aabb {
-                min: min.into(),
-                max: max.into(),
-            };
-            ends.all = ends.all.union(ends.bounds[group]);
-        }
-        ends
-    }
-
-    pub(super) fn mean_half(&self) -> Vec3 {
-        let sum = |sum: Vec3, b: &Aabb| sum + b.extent();
-        self.bounds.iter().fold(Vec3::ZERO, sum) * (0.5 / GROUPS as f32)
-    }
-
-    #[inline(always)]
-    fn move_by<W: Floats<16>>(&mut self, w: W, by: Vec3) {
-        for group in &mut self.p {
-            *group = store3(w, add3(w, load3(w, group), splat3(w, by)));
-        }
-    }
-}
-
-/// Middles and half extents of boxes, in lanes.
-struct Boxes<const N: usize> {
-    middle: [[f32; N]; 3],
-    half: [[f32; N]; 3],
-}
-
-/// Eight triangles, relative to the middle of a tile.
-pub(super) struct LeafTriangles {
-    /// Corner, axis, lane.
-    corners: [[[f32; NARROW]; 3]; 3],
-    normal: [[f32; NARROW]; 3],
-    /// Normal times a corner.
-    height: [f32; NARROW],
-}
-
-impl LeafTriangles {
-    #[inline(always)]
-    pub(super) fn new<S: Simd>(s: S, block: &Block, origin: Vec3) -> Self {
-        let o = splat3(s, origin);
-        let [a, b, c] = [
-            load3(s, &block.corners[0]),
-            load3(s, &block.corners[1]),
-            load3(s, &block.corners[2]),
-        ];
-        let normal = cross(s, sub3(s, c, a), sub3(s, a, b));
-        let [a, b, c] = [sub3(s, a, o), sub3(s, b, o), sub3(s, c, o)];
-        LeafTriangles {
-            corners: [store3(s, a), store3(s, b), store3(s, c)],
-            normal: store3(s, normal),
-            height: s.store(dot(s, normal, a)),
-        }
-    }
-}
-
-/// Which segments are open, and what is needed to close them. Coordinates are relative to `origin`.
+/// The open segments of a tile, by row. Coordinates are relative to `origin`.
 pub(super) struct Rows {
     pub(super) origin: Vec3,
-    points: Ends,
-    lights: Ends,
-    /// All points, and all lights.
+    points: EndGroups,
+    lights: EndGroups,
+    /// Center and half extents of the box of all points, and of all lights.
     all: [(Vec3, Vec3); 2],
-    /// The groups of each shaft.
+    /// Boxes of the points, and of the lights, of each shaft.
     point_boxes: Boxes<WIDE>,
     light_boxes: Boxes<WIDE>,
-    /// Bounds the components of all segments.
+    /// Upper bound of the components of all segments.
     size: f32,
-    /// Shaft, point: a mask of lights.
+    /// Mask of the open lights, by shaft and point.
     open: [[u16; WIDE]; SHAFTS],
-    /// Per shaft the points whose masks are not zero.
+    /// By shaft, the points with a mask that is not zero.
     open_rows: [u32; SHAFTS],
-    /// The shafts with such points.
+    /// The shafts with open segments.
     pub(super) active: u32,
 }
 
 impl Rows {
     #[inline(always)]
-    pub(super) fn new<S: Simd>(s: S, mut points: Ends, mut lights: Ends, wanted: &[u64]) -> Self {
+    pub(super) fn new<S: Simd>(
+        s: S,
+        mut points: EndGroups,
+        mut lights: EndGroups,
+        wanted: &[u64],
+    ) -> Self {
         let both = points.all.union(lights.all);
         let origin = both.center();
         let mut open = [[0; WIDE]; SHAFTS];
@@ -170,7 +87,7 @@ impl Rows {
         }
     }
 
-    /// The triangles whose plane may lie between some point and some light.
+    /// The triangles with a plane that may separate some point from some light; conservative.
     #[inline(always)]
     pub(super) fn crossed<S: Simd>(&self, s: S, triangles: &LeafTriangles) -> u32 {
         let n = load3(s, &triangles.normal);
@@ -214,6 +131,7 @@ impl Rows {
         }
     }
 
+    /// Closes all segments of `shafts`.
     fn close(&mut self, shafts: u32) {
         let mut left = shafts;
         while left != 0 {
@@ -225,7 +143,7 @@ impl Rows {
         self.active &= !shafts;
     }
 
-    /// The shafts that the triangle may block in part, and those that it blocks as a whole.
+    /// The shafts that the triangle may block, and among them those that it blocks completely.
     #[inline(always)]
     fn classify<W: Floats<16>>(&self, w: W, triangle: &Triangle<W>) -> (u32, u32) {
         let zero = w.splat(0.0);
@@ -239,7 +157,7 @@ impl Rows {
         let (p_reach, l_reach) = (dot(w, size, p_half), dot(w, size, l_half));
         let (p_least, p_greatest) = (w.sub(at_p, p_reach), w.add(at_p, p_reach));
         let (l_least, l_greatest) = (w.sub(at_l, l_reach), w.add(at_l, l_reach));
-        // Upwards is along the normal.
+        // Upwards means along the normal.
         let mut up = w.and(w.lt(p_least, zero), w.lt(zero, l_greatest));
         let mut down = w.and(w.lt(zero, p_greatest), w.lt(l_least, zero));
         let mut all_up = w.and(w.lt(p_greatest, zero), w.lt(zero, l_least));
@@ -268,7 +186,7 @@ impl Rows {
         (w.bits(w.or(up, down)), w.bits(w.or(all_up, all_down)))
     }
 
-    /// Against the rows of one group of points: `with` are the groups of lights.
+    /// Closes the blocked segments between one group of points and the groups of lights in `with`.
     #[inline(always)]
     fn block_rows<W: Floats<16>>(
         &mut self,
@@ -281,7 +199,7 @@ impl Rows {
         let zero = w.splat(0.0);
         let at_p = w.sub(dot(w, triangle.normal, p), triangle.height);
         let (below, above) = (w.bits(w.lt(at_p, zero)), w.bits(w.lt(zero, at_p)));
-        // Turned so that inside is positive, whichever way the segments pass.
+        // Oriented so that inside is positive in either direction of the segments.
         let upwards = w.sub(zero, at_p);
         let planes = [
             EdgePlanes::new(w, triangle.edges[0], p, upwards, self.size),
@@ -329,7 +247,7 @@ impl Rows {
         }
     }
 
-    /// The rows in which some light may be inside of all edges, and those in which all are.
+    /// The rows in which some light may be inside of all edges, and those in which all lights are.
     #[inline(always)]
     fn rows_inside<W: Floats<16>>(
         &self,
@@ -337,8 +255,8 @@ impl Rows {
         planes: &[EdgePlanes; 3],
         shaft: usize,
     ) -> (u32, u32) {
-        let middle = spread3(w, &self.light_boxes.middle, shaft);
-        let half = spread3(w, &self.light_boxes.half, shaft);
+        let middle = broadcast3(w, &self.light_boxes.middle, shaft);
+        let half = broadcast3(w, &self.light_boxes.half, shaft);
         let zero = w.splat(0.0);
         let (mut possible, mut certain) = (0xffff, 0xffff);
         for plane in planes {
@@ -351,103 +269,11 @@ impl Rows {
         (possible, certain)
     }
 
-    /// For each point the lights that are open.
+    /// For each point the mask of its open lights.
     pub(super) fn open_by_point(&self) -> [u64; SIDE] {
         std::array::from_fn(|i| {
             let row = |j: usize| u64::from(self.open[GROUPS * (i / WIDE) + j][i % WIDE]);
             row(0) | row(1) << 16 | row(2) << 32 | row(3) << 48
         })
     }
-}
-
-fn boxes(ends: &Ends, origin: Vec3, group: impl Fn(usize) -> usize) -> Boxes<WIDE> {
-    let mut boxes = Boxes {
-        middle: [[0.0; WIDE]; 3],
-        half: [[0.0; WIDE]; 3],
-    };
-    for lane in 0..WIDE {
-        let (middle, half) = middle_and_half(&ends.bounds[group(lane)]);
-        let middle = middle - origin;
-        for axis in 0..3 {
-            boxes.middle[axis][lane] = middle[axis];
-            boxes.half[axis][lane] = half[axis];
-        }
-    }
-    boxes
-}
-
-/// Direction and middle of an edge.
-type Edge<V> = ([V; 3], [V; 3]);
-
-/// One triangle in all lanes.
-struct Triangle<W: Floats<16>> {
-    edges: [Edge<W::F>; 3],
-    normal: [W::F; 3],
-    height: W::F,
-}
-
-impl<W: Floats<16>> Triangle<W> {
-    #[inline(always)]
-    fn new(w: W, triangles: &LeafTriangles, lane: usize) -> Self {
-        let [a, b, c] = [
-            spread3(w, &triangles.corners[0], lane),
-            spread3(w, &triangles.corners[1], lane),
-            spread3(w, &triangles.corners[2], lane),
-        ];
-        Triangle {
-            edges: [edge(w, a, b), edge(w, b, c), edge(w, c, a)],
-            normal: spread3(w, &triangles.normal, lane),
-            height: w.splat(triangles.height[lane]),
-        }
-    }
-}
-
-/// The middle of an edge loses less than its ends, and is the same for both triangles at it.
-#[inline(always)]
-fn edge<W: Floats<16>>(w: W, a: [W::F; 3], b: [W::F; 3]) -> Edge<W::F> {
-    let half = w.splat(0.5);
-    (sub3(w, b, a), scale3(w, add3(w, a, b), half))
-}
-
-/// The planes through sixteen points and one edge; inside is where `normal · l + offset >= 0`.
-struct EdgePlanes {
-    normal: [[f32; WIDE]; 3],
-    offset: [f32; WIDE],
-}
-
-impl EdgePlanes {
-    #[inline(always)]
-    fn new<W: Floats<16>>(
-        w: W,
-        (e, m): Edge<W::F>,
-        p: [W::F; 3],
-        upwards: W::F,
-        size: f32,
-    ) -> Self {
-        let n = cross(w, e, sub3(w, p, m));
-        let n = [
-            w.mul_sign(n[0], upwards),
-            w.mul_sign(n[1], upwards),
-            w.mul_sign(n[2], upwards),
-        ];
-        let slack = w.mul(sum_of_sizes(w, n), w.splat(ROUNDINGS * size));
-        let offset = w.sub(slack, dot(w, n, p));
-        EdgePlanes {
-            normal: store3(w, n),
-            offset: w.store(offset),
-        }
-    }
-
-    #[inline(always)]
-    fn inside<W: Floats<16>>(&self, w: W, row: usize, l: [W::F; 3]) -> u32 {
-        let n = spread3(w, &self.normal, row);
-        let value = dot_add(w, n, l, w.splat(self.offset[row]));
-        w.bits(w.le(w.splat(0.0), value))
-    }
-}
-
-#[inline(always)]
-fn sum_of_sizes<W: Floats<16>>(w: W, n: [W::F; 3]) -> W::F {
-    let [x, y, z] = abs3(w, n);
-    w.add(w.add(x, y), z)
 }

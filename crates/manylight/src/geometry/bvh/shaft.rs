@@ -1,28 +1,29 @@
-//! Boxes against shafts: what lies between two boxes.
+//! Intersection of boxes with shafts, the convex hulls of two boxes.
 //!
-//! The hull of two boxes A and B is made of the boxes `(1 - t) A + t B`. So a third box meets the hull if for some `t` in [0, 1]
-//! it overlaps that box along each axis, and each of the six conditions bounds `t` from one side: this is the slab test of a
-//! ray, with two lines per axis instead of one. Derived; exact for boxes.
+//! The hull of the boxes A and B is the union of the boxes `(1 - t) A + t B` over `t` in [0, 1]. A third box meets the hull if for some `t` it
+//! overlaps that box along each axis. Each of the six conditions bounds `t` on one side. This is the slab test of a ray with two
+//! lines per axis in place of one. Own derivation; exact for boxes.
 
 use crate::math::{Aabb, Vec3};
 use crate::simd::{Floats, NARROW, Simd, WIDE};
 
-/// Differences smaller than this, relative to coordinates, count as this: far below rounding, yet no reciprocal overflows.
+/// Smallest difference between two planes, relative to the largest coordinate. Far below rounding; keeps reciprocals finite.
 const NEGLIGIBLE: f32 = 1e-10;
 
-/// Outweighs the rounding of bounds on `t`, which matter between 0 and 1.
+/// Margin for the rounding of bounds on `t`, absolute, since only bounds from 0 to 1 matter.
 const SLACK: f32 = 8.0 * f32::EPSILON;
 
-/// Outweighs the rounding of the shift, relative to it.
+/// Margin for the rounding of the shift, relative to it.
 const SHIFT_MARGIN: f32 = 2.0 * f32::EPSILON;
 
-/// One shaft, to test eight boxes at once.
+/// One shaft, tested against eight boxes at once.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::geometry) struct Shaft {
-    /// By plane of the third box, in the order of a node's bounds: `t` is bounded by `plane * scale - shift`.
+    /// By plane of the third box, in the order of [`WideNode::bounds`](super::node::WideNode::bounds): the bound on `t` is
+    /// `plane * scale - shift`.
     scale: [f32; 6],
     shift: [f32; 6],
-    /// Whether the bound is a lower one.
+    /// Whether the bound is a lower bound.
     is_near: [bool; 6],
 }
 
@@ -36,7 +37,7 @@ impl Shaft {
             is_near: [false; 6],
         };
         for axis in 0..3 {
-            // The upper side of the hull must not stay below the lower plane, nor its lower side above the upper plane.
+            // The upper side of the hull must reach the lower plane of the box, the lower side of the hull its upper plane.
             shaft.bound(axis, a.max[axis], b.max[axis], tiny, true);
             shaft.bound(axis + 3, a.min[axis], b.min[axis], tiny, false);
         }
@@ -58,7 +59,7 @@ impl Shaft {
         self.is_near[plane] = is_near;
     }
 
-    /// The part of [0, 1] where the shaft may meet the boxes, and the boxes that it does meet: never an empty place of a node.
+    /// For each box the bounds on `t` within [0, 1], and the boxes that meet the shaft, as bits. Unused lanes of a node never do.
     #[inline(always)]
     pub(super) fn cut<S: Simd>(&self, s: S, bounds: &[[f32; NARROW]; 6]) -> (S::F, S::F, u32) {
         let (mut near, mut far) = (s.splat(0.0), s.splat(1.0));
@@ -85,17 +86,17 @@ fn negligible(a: Aabb, b: Aabb) -> f32 {
     (size * NEGLIGIBLE).max(f32::MIN_POSITIVE)
 }
 
-/// Sixteen shafts, to test one box against all.
+/// Sixteen shafts, tested against one box at once.
 pub(super) struct Shafts {
     scale: [[f32; WIDE]; 6],
-    /// Infinite where the bound is an upper one, so that it never counts as a lower one.
+    /// Shift of lower bounds; infinite for upper bounds, which then have no effect.
     near_shift: [[f32; WIDE]; 6],
-    /// The other way round.
+    /// Shift of upper bounds; infinite for lower bounds.
     far_shift: [[f32; WIDE]; 6],
 }
 
 impl Shafts {
-    /// Between `a[i]` and `b[j]` in lane `4 i + j`.
+    /// The shaft between `a[i]` and `b[j]` is in lane `4 i + j`. `all` are the bounds of all `a`, and of all `b`.
     #[inline(always)]
     pub(super) fn new<S: Simd>(s: S, a: &[Aabb; 4], b: &[Aabb; 4], all: (Aabb, Aabb)) -> Self {
         let w = s.wide();
@@ -142,7 +143,7 @@ impl Shafts {
         shafts
     }
 
-    /// The shafts that meet a box: its lower x, y, z, upper x, y, z.
+    /// The shafts that meet the box with these lower x, y, z, upper x, y, z.
     #[inline(always)]
     pub(super) fn meeting<S: Simd>(&self, s: S, bounds: [f32; 6]) -> u32 {
         let w = s.wide();
@@ -159,7 +160,7 @@ impl Shafts {
     }
 }
 
-/// Middle and half the extent.
+/// Center and half extents of a box. The half extents cover the box despite the rounding of the center.
 #[inline(always)]
 pub(super) fn middle_and_half(b: &Aabb) -> (Vec3, Vec3) {
     let middle = b.center();

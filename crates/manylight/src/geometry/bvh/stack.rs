@@ -1,17 +1,17 @@
-//! The traversal stack.
+//! Traversal stacks.
 #![allow(
     unsafe_code,
-    reason = "clearing two kilobytes per ray would cost more than some rays do"
+    reason = "initializing two kilobytes per ray would cost more than many traversals"
 )]
 
 use super::build::MAX_DEPTH;
 use crate::simd::{NARROW, Simd};
 use std::mem::MaybeUninit;
 
-/// Each level pops one entry and pushes at most eight; the rest is room for whole-vector stores beyond the top.
+/// Entries of a stack. Each level pops one entry and pushes at most eight; eight more leave room for vector stores beyond the top.
 const CAPACITY: usize = (NARROW - 1) * MAX_DEPTH + 1 + NARROW;
 
-/// Subtrees still to visit, with the distance at which the ray enters them. The first `len` entries are initialized.
+/// Subtrees to visit, with the ray parameters of entry. The first `len` entries are initialized.
 pub(super) struct Stack {
     len: usize,
     children: [MaybeUninit<u32>; CAPACITY],
@@ -28,7 +28,7 @@ impl Stack {
         }
     }
 
-    /// The last subtree that the ray enters before `t_max`; those above it are dropped.
+    /// Pops entries until one with entry before `t_max`, and returns its subtree.
     #[inline(always)]
     pub(super) fn pop_before(&mut self, t_max: f32) -> Option<u32> {
         while let Some(top) = self.len.checked_sub(1) {
@@ -55,8 +55,8 @@ impl Stack {
         Some(unsafe { self.children[top].assume_init() })
     }
 
-    /// Adds the children with near <= far, in the order of `order` (three bits per place), but for the last, which is returned:
-    /// it is known long before it could be written and read again.
+    /// Pushes the children with near <= far in the order `order` (three bits per place), except for the last, which is returned: this
+    /// avoids a store and a load.
     #[inline(always)]
     pub(super) fn push_but_last<S: Simd>(
         &mut self,
@@ -67,7 +67,7 @@ impl Stack {
     ) -> Option<u32> {
         let met = s.bits(s.le(span.0, span.1));
         if met & met.wrapping_sub(1) == 0 {
-            // One or none, as in most nodes: nothing to put in order.
+            // At most one child, as in most nodes: no order needed.
             return met
                 .checked_ilog2()
                 .map(|only| children[only as usize % NARROW]);
@@ -83,7 +83,7 @@ impl Stack {
     }
 }
 
-/// Subtrees still to visit, in any order. The first `len` entries are initialized.
+/// Subtrees to visit, in any order. The first `len` entries are initialized.
 pub(super) struct WordStack {
     len: usize,
     words: [MaybeUninit<u32>; CAPACITY],
@@ -112,7 +112,7 @@ impl WordStack {
         Some(unsafe { self.words[top].assume_init() })
     }
 
-    /// Adds the words whose bits are set.
+    /// Pushes the words with set `bits`.
     #[inline(always)]
     pub(super) fn push<S: Simd>(&mut self, s: S, words: &[u32; NARROW], bits: u32) {
         let words = s.compress_words(bits, s.load_words(words));

@@ -1,8 +1,11 @@
-//! Every kernel in every instruction set against a plain loop over the triangles in `f64`.
+//! All kernels in all instruction sets against a loop over the triangles in `f64`.
 
-use super::*;
-use crate::math::Vec2;
+use super::build::{self, WideTree};
+use super::{TriangleBvh, node};
+use crate::geometry::Ray;
+use crate::math::{Aabb, Vec2, Vec3};
 use crate::sampling::rng::Pcg;
+use crate::simd::Instructions;
 use glam::DVec3;
 
 struct Random(Pcg);
@@ -23,7 +26,7 @@ impl Random {
     }
 }
 
-/// Triangles of all sizes in a box of half-extent 1.
+/// Random triangles of various sizes in a box of half extent 1.
 fn soup(count: usize, size: f32, seed: u64) -> Vec<[Vec3; 3]> {
     let mut random = Random::new(seed);
     (0..count)
@@ -66,7 +69,7 @@ fn structures(triangles: &[[Vec3; 3]]) -> Vec<TriangleBvh> {
         .collect()
 }
 
-/// Distance and margin: how far (in barycentric coordinates) the ray passes inside the triangle; negative outside.
+/// Ray parameter, and margin: the least barycentric coordinate, negative outside. `None` for parallel rays.
 fn exact(ray: &Ray, [a, b, c]: &[Vec3; 3]) -> Option<(f64, f64)> {
     let (o, d) = (ray.o.as_dvec3(), ray.d.as_dvec3());
     let [a, b, c]: [DVec3; 3] = [a.as_dvec3() - o, b.as_dvec3() - o, c.as_dvec3() - o];
@@ -81,7 +84,7 @@ fn exact(ray: &Ray, [a, b, c]: &[Vec3; 3]) -> Option<(f64, f64)> {
     })
 }
 
-/// Smallest distance among hits by more than `margin`, `None` without one.
+/// Smallest ray parameter of hits with more than this margin.
 fn brute_force(triangles: &[[Vec3; 3]], ray: &Ray, margin: f64) -> Option<f64> {
     let hits = triangles.iter().filter_map(|t| exact(ray, t));
     hits.filter(|&(t, m)| m > margin && t > 0.0 && t < f64::from(ray.t_max))
@@ -91,13 +94,13 @@ fn brute_force(triangles: &[[Vec3; 3]], ray: &Ray, margin: f64) -> Option<f64> {
 
 fn check_nearest(bvh: &TriangleBvh, triangles: &[[Vec3; 3]], ray: &Ray, tolerance: f64) {
     let hit = bvh.nearest(ray);
-    // What is hit for certain, and what may be hit.
+    // Hits despite rounding, and hits that rounding may produce.
     let certain = brute_force(triangles, ray, 1e-4);
     let possible = brute_force(triangles, ray, -1e-4);
     match hit {
         None => assert!(
             certain.is_none(),
-            "{:?}: {ray:?} misses {certain:?}",
+            "{:?}: {ray:?} misses the hit at {certain:?}",
             bvh.isa
         ),
         Some(hit) => {
@@ -105,12 +108,12 @@ fn check_nearest(bvh: &TriangleBvh, triangles: &[[Vec3; 3]], ray: &Ray, toleranc
             let slack = tolerance * (1.0 + t);
             assert!(
                 possible.is_some_and(|p| p <= t + slack),
-                "{:?}: {ray:?} invents {hit:?}, {possible:?}",
+                "{:?}: {ray:?} reports {hit:?} in front of {possible:?}",
                 bvh.isa
             );
             assert!(
                 certain.is_none_or(|c| t <= c + slack),
-                "{:?}: {ray:?} passes {certain:?} for {t}",
+                "{:?}: {ray:?} misses the hit at {certain:?} before {t}",
                 bvh.isa
             );
             let [a, b, c] = triangles[hit.id as usize];
@@ -236,7 +239,7 @@ fn no_ray_slips_through_a_closed_surface() {
     for bvh in structures(&triangles) {
         for i in 0..6000 {
             let o = random.point(0.9).with_z(random.within(3.0, 9.0));
-            // Steeply from above, where the surface has no outline: at corners, at points of edges, and anywhere.
+            // Steep rays from above, away from silhouettes: through corners, through points of edges, through centers.
             let [a, b, c] = triangles[(i * 37) % triangles.len()];
             let target = match i % 3 {
                 0 => a,
@@ -307,15 +310,21 @@ fn packets_equal_single_segments() {
             }
             let blocked = bvh.any_packet(from, &to);
             for (j, &p) in to.iter().enumerate() {
-                check_alike(&bvh, &triangles, from, p, blocked >> j & 1 == 1);
+                check_equal_or_grazing(&bvh, &triangles, from, p, blocked >> j & 1 == 1);
             }
             assert!(to.len() == 64 || blocked >> to.len() == 0);
         }
     }
 }
 
-/// Where `blocked` is not what a single segment finds, the segment grazes an edge or ends on a triangle.
-fn check_alike(bvh: &TriangleBvh, triangles: &[[Vec3; 3]], from: Vec3, to: Vec3, blocked: bool) {
+/// If `blocked` differs from the result for a single segment, the segment must graze an edge or end on a triangle.
+fn check_equal_or_grazing(
+    bvh: &TriangleBvh,
+    triangles: &[[Vec3; 3]],
+    from: Vec3,
+    to: Vec3,
+    blocked: bool,
+) {
     if bvh.any(from, to) == blocked {
         return;
     }
@@ -350,7 +359,7 @@ fn tiles_equal_single_segments() {
         let mut random = Random::new(62);
         for bvh in structures(&triangles) {
             for i in 0..24 {
-                // Some compact, some wide, some around each other, and of all sizes.
+                // Groups of all sizes: compact, wide, and overlapping.
                 let (a, b) = (random.point(1.3), random.point(1.3));
                 let spread = [0.003, 0.05, 0.3, 2.0];
                 let mut group = |middle: Vec3, spread: f32, count: usize| -> Vec<Vec3> {
@@ -378,7 +387,13 @@ fn tiles_equal_single_segments() {
                     assert_eq!(open[k] & !wanted[k], 0);
                     for (j, &to) in lights.iter().enumerate() {
                         if wanted[k] >> j & 1 == 1 {
-                            check_alike(&bvh, &triangles, from, to, open[k] >> j & 1 == 0);
+                            check_equal_or_grazing(
+                                &bvh,
+                                &triangles,
+                                from,
+                                to,
+                                open[k] >> j & 1 == 0,
+                            );
                         }
                     }
                 }
@@ -411,7 +426,7 @@ fn degenerate_triangles_are_never_hit() {
             .unwrap();
         assert_eq!((hit.id, hit.t), (4, 1.0));
         assert!((hit.coordinates - Vec2::new(0.375, 0.25)).length() < 1e-6);
-        // In the plane of the triangle there is nothing to hit.
+        // A ray in the plane of the triangle has no hit.
         assert!(
             bvh.nearest(&Ray::new(Vec3::new(-5.0, 0.25, 0.0), Vec3::X))
                 .is_none()
@@ -438,25 +453,25 @@ fn piles_of_coincident_triangles_keep_the_depth_bounded() {
 
 #[test]
 fn the_balanced_split_holds_every_item() {
-    // A chain in which each box holds all smaller ones, which a surface area heuristic peels one by one.
+    // Nested boxes, which the surface area heuristic splits off one by one.
     let boxes: Vec<Aabb> = (0..120)
         .map(|i| Aabb {
             min: Vec3::ZERO,
             max: Vec3::splat(1.5f32.powi(i - 60)),
         })
         .collect();
-    let tree = Tree::new(&boxes, 1);
+    let tree = WideTree::new(&boxes, 1);
     let mut seen: Vec<u32> = tree.items.clone();
     seen.sort_unstable();
     assert!(seen.into_iter().eq(0..120));
     assert!(depth(&tree, 0) <= build::MAX_DEPTH);
 }
 
-fn depth(tree: &Tree, node: usize) -> usize {
+fn depth(tree: &WideTree, node: usize) -> usize {
     let children = tree.nodes[node]
         .children
         .iter()
-        .filter(|&&word| word != 0 && word & build::LEAF == 0);
+        .filter(|&&word| word != 0 && word & node::LEAF == 0);
     1 + children
         .map(|&word| depth(tree, word as usize))
         .max()

@@ -1,62 +1,68 @@
-//! Visibility between up to 64 points and up to 64 lights: 4096 segments at once.
+//! Visibility between up to 64 points and up to 64 lights: up to 4096 segments at once.
 //!
-//! Four by four groups of sixteen span sixteen shafts, one per lane of a wide vector. A walk through the tree keeps for each
-//! subtree the shafts that meet it, and settles triangles against whole shafts, rows and single segments in turn ([`Rows`]).
-//! A subtree of many triangles that is smaller than the shafts would be tested by all of them: such subtrees wait, and packets
-//! from the points or from the lights, whichever are narrower there, deal with the segments that are still open then.
+//! Four groups of sixteen points and four groups of sixteen lights define sixteen shafts, one per lane of a wide vector. The traversal
+//! keeps for each subtree the shafts that meet it. Triangles are tested against whole shafts, rows and single segments ([`Rows`]).
+//! A subtree with many triangles that is small against the shafts' cross-section would be tested by all of them. Such subtrees
+//! are deferred. Packets trace the segments that are still open through them afterwards, starting from the points or from the
+//! lights: the packets that are narrower at the subtree.
 
-use super::build::{LEAF, MAX_DEPTH, Node};
+use super::build::MAX_DEPTH;
+use super::end_groups::{EndGroups, GROUPS};
+use super::node::{LEAF, WideNode};
 use super::packet::{EMPTY_STACK, Packet, Targets};
-use super::rows::{Ends, GROUPS, LeafTriangles, Rows};
+use super::rows::Rows;
 use super::shaft::{Shaft, Shafts};
-use super::triangles::Block;
+use super::tile_triangle::LeafTriangles;
+use super::triangle_block::TriangleBlock;
 use crate::math::bits::transpose;
 use crate::math::{Aabb, Vec3};
 use crate::simd::{NARROW, Simd, WIDE};
 
-/// Points, and lights.
+/// Largest number of points, and of lights, in a tile.
 pub(super) const SIDE: usize = 64;
 
-/// Room for the subtrees that wait; more of them do not.
-const WAITING: usize = 128;
+/// Largest number of deferred subtrees per direction of packets; further ones are traversed at once.
+const DEFERRED: usize = 128;
 
-/// A subtree waits only if it holds so many triangles,
+/// Smallest number of triangles of a deferred subtree. Measured.
 const MANY: f32 = 16.0;
 
-/// and its share of the shafts' cross-section is smaller than its number of triangles over this. Both measured.
+/// Density of triangles at which a subtree is deferred: its number of triangles, times the cross-section of the shaft, over its own
+/// cross-section. Measured.
 const CROWD: f32 = 128.0;
 
+/// Entries of the traversal stack: each level pops one and pushes at most eight.
 const CAPACITY: usize = (NARROW - 1) * MAX_DEPTH + 1;
 
-/// Subtrees with the shafts that meet them.
-struct Waiting {
+/// Deferred subtrees, with the shafts that meet them.
+struct DeferredSubtrees {
     len: usize,
-    subtrees: [(u32, u32); WAITING],
+    subtrees: [(u32, u32); DEFERRED],
 }
 
-/// The segments between points and lights.
-pub(super) struct Tile<'a> {
-    nodes: &'a [Node],
-    blocks: &'a [Block],
+/// The segments between the points and lights of a tile.
+pub(super) struct VisibilityTile<'a> {
+    nodes: &'a [WideNode],
+    blocks: &'a [TriangleBlock],
     points: &'a [Vec3],
     lights: &'a [Vec3],
     shaft: Shaft,
     shafts: Shafts,
     rows: Rows,
-    /// Mean half extents of the groups, at the points and at the lights.
+    /// Mean half extents of the groups of points, and of lights.
     half: [Vec3; 2],
-    /// Extents of all points, and of all lights.
+    /// Diagonals of the boxes of all points, and of all lights.
     spread: [f32; 2],
-    /// By whether the packets start at the lights.
-    waiting: [Waiting; 2],
+    /// Deferred subtrees for packets from the points (0) and from the lights (1).
+    deferred: [DeferredSubtrees; 2],
 }
 
-impl<'a> Tile<'a> {
-    /// `wanted` has one mask of lights per point, at least one of them not zero.
+impl<'a> VisibilityTile<'a> {
+    /// `wanted` has one mask of lights per point; at least one mask is not zero.
     #[inline(always)]
     pub(super) fn new<S: Simd>(
         s: S,
-        (nodes, blocks): (&'a [Node], &'a [Block]),
+        (nodes, blocks): (&'a [WideNode], &'a [TriangleBlock]),
         (points, lights): (&'a [Vec3], &'a [Vec3]),
         wanted: &[u64],
     ) -> Self {
@@ -66,14 +72,14 @@ impl<'a> Tile<'a> {
             used_lights |= mask;
         }
         let (p, l) = (
-            Ends::new(points, used_points),
-            Ends::new(lights, used_lights),
+            EndGroups::new(points, used_points),
+            EndGroups::new(lights, used_lights),
         );
-        let waiting = || Waiting {
+        let deferred = || DeferredSubtrees {
             len: 0,
-            subtrees: [(0, 0); WAITING],
+            subtrees: [(0, 0); DEFERRED],
         };
-        Tile {
+        VisibilityTile {
             nodes,
             blocks,
             points,
@@ -83,19 +89,19 @@ impl<'a> Tile<'a> {
             half: [p.mean_half(), l.mean_half()],
             spread: [p.all.diagonal(), l.all.diagonal()],
             rows: Rows::new(s, p, l, wanted),
-            waiting: [waiting(), waiting()],
+            deferred: [deferred(), deferred()],
         }
     }
 
-    /// For each point the lights among the wanted ones that are not blocked.
+    /// For each point the wanted lights that are not blocked.
     #[inline(always)]
     pub(super) fn trace<S: Simd>(mut self, s: S) -> [u64; SIDE] {
-        self.walk(s);
+        self.traverse(s);
         let mut open = self.rows.open_by_point();
-        if self.waiting[0].len > 0 {
+        if self.deferred[0].len > 0 {
             self.trace_packets(s, 0, &mut open);
         }
-        if self.waiting[1].len > 0 {
+        if self.deferred[1].len > 0 {
             transpose(&mut open);
             self.trace_packets(s, 1, &mut open);
             transpose(&mut open);
@@ -103,8 +109,9 @@ impl<'a> Tile<'a> {
         open
     }
 
+    /// Traverses the tree; closes blocked segments, defers dense subtrees.
     #[inline(always)]
-    fn walk<S: Simd>(&mut self, s: S) {
+    fn traverse<S: Simd>(&mut self, s: S) {
         let mut stack = [(0u32, 0u32); CAPACITY];
         let mut top = 1;
         stack[0] = (0, u32::MAX);
@@ -138,12 +145,12 @@ impl<'a> Tile<'a> {
                 if child & LEAF == 0
                     && self.is_dense(node.items_below(lane), node.child_bounds(lane), t)
                 {
-                    // Packets are as narrow there as the ends that they lead to, times the distance from where they start.
+                    // The width of a packet at the subtree: the extent of its targets times the relative distance from its origin.
                     let from_lights = (1.0 - t) * self.spread[0] < t * self.spread[1];
-                    let waiting = &mut self.waiting[usize::from(from_lights)];
-                    if waiting.len < WAITING {
-                        waiting.subtrees[waiting.len] = (child, shafts);
-                        waiting.len += 1;
+                    let deferred = &mut self.deferred[usize::from(from_lights)];
+                    if deferred.len < DEFERRED {
+                        deferred.subtrees[deferred.len] = (child, shafts);
+                        deferred.len += 1;
                         continue;
                     }
                 }
@@ -153,7 +160,7 @@ impl<'a> Tile<'a> {
         }
     }
 
-    /// Whether many triangles stand in a small part of a shaft's cross-section.
+    /// Whether the subtree is dense: many triangles in a small part of the cross-section of the mean shaft at `t`.
     #[inline(always)]
     fn is_dense(&self, triangles: f32, bounds: Aabb, t: f32) -> bool {
         if triangles < MANY {
@@ -165,6 +172,7 @@ impl<'a> Tile<'a> {
         area(half) * CROWD < area(shaft) * triangles
     }
 
+    /// Closes the segments of `shafts` that the triangles of a leaf block.
     #[inline(always)]
     fn test_leaf<S: Simd>(&mut self, s: S, leaf: usize, shafts: u32) {
         let block = &self.blocks[leaf];
@@ -196,7 +204,7 @@ impl<'a> Tile<'a> {
         }
     }
 
-    /// One packet per point, or per light with `role` 1: `open` has one mask for each of them.
+    /// Traces one packet per point, or per light with `role` 1, through the deferred subtrees. `open` has one mask per packet.
     #[inline(always)]
     fn trace_packets<S: Simd>(&self, s: S, role: usize, open: &mut [u64; SIDE]) {
         let (from, to) = if role == 0 {
@@ -204,7 +212,7 @@ impl<'a> Tile<'a> {
         } else {
             (self.lights, self.points)
         };
-        let waiting = &self.waiting[role];
+        let deferred = &self.deferred[role];
         let targets = Targets::new(to);
         let mut stack = EMPTY_STACK;
         for (i, (&from, open)) in from.iter().zip(open).enumerate() {
@@ -213,7 +221,7 @@ impl<'a> Tile<'a> {
             }
             let tree = (self.nodes, self.blocks);
             let mut packet = Packet::new(s, tree, from, &targets, *open);
-            for &(word, shafts) in &waiting.subtrees[..waiting.len] {
+            for &(word, shafts) in &deferred.subtrees[..deferred.len] {
                 let rays = groups_of(shafts, i / WIDE, role) & packet.open;
                 if rays != 0 {
                     packet.trace(s, &mut stack, word, rays);
@@ -224,7 +232,7 @@ impl<'a> Tile<'a> {
     }
 }
 
-/// The rays of the shafts from `group`, as bits over the other ends.
+/// The rays of `shafts` that start in `group`, as bits over their targets.
 #[inline(always)]
 fn groups_of(shafts: u32, group: usize, role: usize) -> u64 {
     let mut rays = 0;
@@ -239,8 +247,9 @@ fn groups_of(shafts: u32, group: usize, role: usize) -> u64 {
     rays
 }
 
+/// Bounds of the triangles of a block, in the layout of [`WideNode::bounds`].
 #[inline(always)]
-fn block_bounds<S: Simd>(s: S, block: &Block) -> [[f32; NARROW]; 6] {
+fn block_bounds<S: Simd>(s: S, block: &TriangleBlock) -> [[f32; NARROW]; 6] {
     let mut bounds = [[0.0; NARROW]; 6];
     for axis in 0..3 {
         let a = s.load(&block.corners[0][axis]);

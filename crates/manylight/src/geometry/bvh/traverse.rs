@@ -1,54 +1,57 @@
-//! Walks of one ray through a tree: nearest hit in order, and any hit with early out.
+//! Traversal with single rays: nearest hit, front to back, and any hit with early termination.
 
-use super::build::{LEAF, Node};
+use super::node::{LEAF, WideNode};
 use super::stack::{Stack, WordStack};
 use crate::geometry::Ray;
 use crate::math::Vec3;
 use crate::math::prefetch::prefetch_at;
 use crate::simd::{NARROW, Simd};
 
-/// Where leaves are.
+/// The leaves of a tree in memory, for prefetching.
 pub(super) trait Leaves {
-    /// What a visit of a leaf reads first.
+    /// Element that a visit of a leaf reads first.
     type Leaf;
-    /// One for each leaf.
+    /// All elements, one per leaf.
     fn all(&self) -> &[Self::Leaf];
 }
 
-/// Asks for the memory of what is visited after this leaf.
+/// Prefetches the node or leaf that is visited after the current leaf.
 #[inline(always)]
-fn prefetch_next(nodes: &[Node], leaves: &impl Leaves, next: Option<u32>) {
+fn prefetch_next(nodes: &[WideNode], leaves: &impl Leaves, next: Option<u32>) {
     if let Some(word) = next {
         let leaf = (leaves.all().as_ptr()).wrapping_add((word & !LEAF) as usize);
         let node = nodes.as_ptr().wrapping_add(word as usize).cast();
-        // Without branches: which it is cannot be predicted.
+        // Without a branch: it would be mispredicted often.
         prefetch_at(
             if word & LEAF == 0 { node } else { leaf.cast() },
-            size_of::<Node>(),
+            size_of::<WideNode>(),
         );
     }
 }
 
-/// Tests a leaf for the nearest hit.
+/// Leaves that are tested for the nearest hit.
 pub(super) trait NearestLeaves<S: Simd>: Leaves {
-    /// Notes the nearest hit below `t_max` in the leaf, and returns its distance, or `t_max` without one.
+    /// Records the nearest hit in the leaf below `t_max`; returns its ray parameter, or `t_max` without a hit.
     fn visit(&mut self, s: S, leaf: usize, t_max: f32) -> f32;
 }
 
-/// Tests a leaf for any hit.
+/// Leaves that are tested for any hit.
 pub(super) trait AnyLeaves<S: Simd>: Leaves {
     /// Whether the ray hits something in the leaf.
     fn visit(&self, s: S, leaf: usize) -> bool;
 }
 
-/// Factor on the far distance that outweighs the roundings of a slab test.
+/// Factor on the exit parameter that outweighs the rounding of a slab test.
 /// Source: Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013.
 pub(super) const FAR_MARGIN: f32 = 1.0 + 8.0 * f32::EPSILON;
 
-/// Components smaller than this, relative to the largest, count as this: far below rounding.
+/// Margin for the rounding of `o / d` in a slab test, relative to it.
+const ORIGIN_MARGIN: f32 = 2.0 * f32::EPSILON;
+
+/// Smallest magnitude of a direction's component in slab tests, relative to the largest component. Far below rounding.
 pub(super) const NEGLIGIBLE: f32 = 1e-12;
 
-/// Reciprocal of a direction for slab tests: finite, with zeros replaced by something far below rounding.
+/// Reciprocal of a direction for slab tests. Components below [`NEGLIGIBLE`] are raised to it, so that the result is finite.
 #[inline(always)]
 pub(super) fn slab_reciprocal(d: Vec3) -> Vec3 {
     let tiny = (d.abs().max_element() * NEGLIGIBLE).max(f32::MIN_POSITIVE);
@@ -56,8 +59,8 @@ pub(super) fn slab_reciprocal(d: Vec3) -> Vec3 {
     Vec3::new(reciprocal(d.x), reciprocal(d.y), reciprocal(d.z))
 }
 
-/// A ray prepared for slab tests `t = b / d - o / d`, one fused operation per plane. The rounding of `o / d` is as if
-/// the origin moved by an ulp; the near and the far planes are moved apart by more than that.
+/// A ray prepared for slab tests `t = b / d - o / d`, one fused operation per plane. The rounding of `o / d` has the effect of a moved
+/// origin, by one unit in the last place; near and far planes are moved apart by more.
 struct BoxRay {
     scale: [f32; 3],
     near_shift: [f32; 3],
@@ -69,7 +72,7 @@ impl BoxRay {
     #[inline(always)]
     fn new(o: Vec3, scale: Vec3) -> Self {
         let shift = o * scale;
-        let margin = shift.abs() * (2.0 * f32::EPSILON);
+        let margin = shift.abs() * ORIGIN_MARGIN;
         let negative = |x: f32| usize::from(x.is_sign_negative());
         BoxRay {
             scale: scale.to_array(),
@@ -79,16 +82,16 @@ impl BoxRay {
         }
     }
 
-    /// The word of [`Node::order`] for this ray.
+    /// The word of [`WideNode::order`] for this ray.
     #[inline(always)]
-    fn order(&self, node: &Node) -> u32 {
+    fn order(&self, node: &WideNode) -> u32 {
         node.order[self.octant % NARROW]
     }
 
-    /// Where the ray enters the children, and where it leaves them or `t_max` ends it; it meets those with near <= far.
+    /// Ray parameters of entry into the children, and of exit or `t_max`. The ray meets the children with entry <= exit.
     #[inline(always)]
-    fn cut<S: Simd>(&self, s: S, node: &Node, t_max: f32) -> (S::F, S::F) {
-        // The six planes are lower x, y, z, upper x, y, z. The margin of the far ones is applied once, to the nearest.
+    fn cut<S: Simd>(&self, s: S, node: &WideNode, t_max: f32) -> (S::F, S::F) {
+        // The planes are lower x, y, z, upper x, y, z. The margin of the far planes is applied once, to the nearest of them.
         let near = |axis: usize| {
             let plane = s.load(&node.bounds[axis + 3 * (self.octant >> axis & 1)]);
             s.mul_sub(
@@ -111,19 +114,19 @@ impl BoxRay {
         (enter, leave)
     }
 
-    /// The children that the ray meets before `t` = 1, as bits.
+    /// The children that the ray meets before parameter 1, as bits.
     #[inline(always)]
-    fn meets<S: Simd>(&self, s: S, node: &Node) -> u32 {
+    fn meets<S: Simd>(&self, s: S, node: &WideNode) -> u32 {
         let (near, far) = self.cut(s, node, 1.0);
         s.bits(s.le(near, far))
     }
 }
 
-/// Visits the leaves that the ray may hit, nearest first as far as the boxes tell.
+/// Visits the leaves that the ray may hit, approximately front to back.
 #[inline(always)]
 pub(super) fn nearest<S: Simd>(
     s: S,
-    nodes: &[Node],
+    nodes: &[WideNode],
     ray: &Ray,
     leaves: &mut impl NearestLeaves<S>,
 ) {
@@ -151,11 +154,12 @@ pub(super) fn nearest<S: Simd>(
     }
 }
 
-/// Whether the segment from `o` on hits a leaf below the child word `root`; `scale` is the [`slab_reciprocal`] of its direction.
+/// Whether a segment hits a leaf below the child word `root`. The segment starts at `o`; `scale` is the [`slab_reciprocal`] of its
+/// direction.
 #[inline(always)]
 pub(super) fn any<S: Simd>(
     s: S,
-    nodes: &[Node],
+    nodes: &[WideNode],
     root: u32,
     o: Vec3,
     scale: Vec3,

@@ -68,7 +68,7 @@ impl<'s> PreparedPasses<'s> {
         let starts = starts(self.gather.strategy);
         for start in 0..starts {
             // A render has few passes. Positions in the pixel are stratified over them, so that edges are smooth.
-            let u = (run.pass).spread_2d_in_parts(Stream::Pixel, number, start, starts);
+            let u = (run.pass).low_discrepancy_2d_in_parts(Stream::Pixel, number, start, starts);
             let film = positions.sample(pixel, u);
             let camera = self.scene.sensor.ray(film.position, sampler.next_2d());
             let weight = Rgb::splat(camera.weight * film.weight / starts as f32);

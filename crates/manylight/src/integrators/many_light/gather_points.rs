@@ -7,7 +7,7 @@ use crate::gather::{ShadingPoint, Strategy, Subset};
 use crate::integrators::partition::PathStage;
 use crate::maps::{INCIDENT_NEIGHBORS, Neighbors};
 use crate::math::Vec3;
-use crate::sampling::{Pass, Sampler, Spread, Stream};
+use crate::sampling::{LowDiscrepancySequence, Pass, Sampler, Stream};
 use crate::transport::Walk;
 
 /// Beyond the first gather point of a camera path, one light in this many is summed. Unmeasured: such points add a small part
@@ -99,17 +99,17 @@ impl SparseSubsets {
 /// Random numbers that the camera paths of a pixel share, so that together they fill their domains evenly.
 #[derive(Clone, Copy)]
 pub(super) struct PixelNumbers {
-    pub(super) events: Spread,
-    pub(super) emitters: Spread,
-    pub(super) directions: Spread,
+    pub(super) events: LowDiscrepancySequence,
+    pub(super) emitters: LowDiscrepancySequence,
+    pub(super) directions: LowDiscrepancySequence,
 }
 
 impl PixelNumbers {
     pub(super) fn draw(sampler: &mut Sampler) -> Self {
         PixelNumbers {
-            events: sampler.next_spread(),
-            emitters: sampler.next_spread(),
-            directions: sampler.next_spread(),
+            events: sampler.next_sequence(),
+            emitters: sampler.next_sequence(),
+            directions: sampler.next_sequence(),
         }
     }
 }

@@ -22,7 +22,7 @@ use crate::integrators::guiding::{environment_guide, guided_pdf, sample_directio
 use crate::integrators::partition::PathStage;
 use crate::maps::IncidentGuide;
 use crate::math::Vec3;
-use crate::sampling::{Sampler, Spread};
+use crate::sampling::{LowDiscrepancySequence, Sampler};
 use crate::transport::{Vertex, Walk, next_scattering_vertex};
 
 /// Directions, and emitter samples, at the first gather points of the camera paths of a pixel, together. Unmeasured: they cost
@@ -89,8 +89,8 @@ pub(super) struct DirectionNumbers {
     count: u32,
     /// Index of the first direction in the sequences.
     first: u32,
-    emitters: Spread,
-    directions: Spread,
+    emitters: LowDiscrepancySequence,
+    directions: LowDiscrepancySequence,
 }
 
 impl DirectionNumbers {
@@ -109,8 +109,8 @@ impl DirectionNumbers {
         DirectionNumbers {
             count: 1,
             first: 0,
-            emitters: sampler.next_spread(),
-            directions: sampler.next_spread(),
+            emitters: sampler.next_sequence(),
+            directions: sampler.next_sequence(),
         }
     }
 }

@@ -29,7 +29,7 @@ pub(super) fn tile_shift(strategy: Strategy, pass: Pass) -> UVec2 {
     match strategy {
         Strategy::All => UVec2::ZERO,
         Strategy::Cuts(_) => {
-            let u = pass.spread_2d(Stream::Selection, 4);
+            let u = pass.low_discrepancy_2d(Stream::Selection, 4);
             (u * TILE_SIZE as f32).as_uvec2()
         }
     }

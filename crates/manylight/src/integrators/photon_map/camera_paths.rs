@@ -63,7 +63,7 @@ impl PhotonMapPass<'_> {
             for (index, pixel) in paths.out.tile().pixels().enumerate() {
                 let number = positions.index(pixel);
                 let mut sampler = pass.sampler(Stream::Pixel, number);
-                let film = positions.sample(pixel, pass.spread_2d(Stream::Pixel, number));
+                let film = positions.sample(pixel, pass.low_discrepancy_2d(Stream::Pixel, number));
                 let camera = self.scene.sensor.ray(film.position, sampler.next_2d());
                 let weight = Rgb::splat(camera.weight * film.weight);
                 paths.trace(PhotonMapPath {

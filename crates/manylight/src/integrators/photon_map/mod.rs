@@ -112,7 +112,7 @@ impl PhotonMap {
                 Estimate::Progressive => shrinking(run.pass.index + 1),
                 Estimate::Direct => 1.0,
             },
-            camera_paths: self.camera_paths(film.picture_size()),
+            camera_paths: self.camera_paths(film.image_size()),
         };
         let positions = film.desc().sampler();
         run.shade(film, UVec2::ZERO, |samples| {

@@ -1,8 +1,7 @@
-//! The surfaces of one space that are alike to visibility: a hierarchy over all baked triangles, and one over
-//! what is not triangles.
+//! The surfaces of one class in one space: a hierarchy over all baked triangles, and one over analytic shapes and instances.
 
 use super::bvh::{ObjectBvh, Shaft, TriangleBvh, TriangleHit};
-use super::placement::Placement;
+use super::placement::PlacedShape;
 use super::{Hit, Ray, Segment, SurfaceRef};
 use crate::ids::PrimitiveId;
 use crate::math::{Aabb, Vec3};
@@ -10,40 +9,40 @@ use crate::math::{Aabb, Vec3};
 use crate::simd::Instructions;
 use crate::simd::Isa;
 
-/// What is not triangles.
+/// An element of the hierarchy over boxes.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Member {
+pub(super) enum Object {
     /// A sphere, disk or cylinder.
     Analytic(PrimitiveId),
-    /// A copy of a group; its index.
+    /// An instance of a group, by index.
     Instance(usize),
 }
 
-/// See the module.
+/// The surfaces of one class in one space.
 #[derive(Debug)]
-pub(super) struct Layer {
+pub(super) struct SurfaceSet {
     triangles: TriangleBvh,
     numbering: Numbering,
-    objects: ObjectBvh,
-    members: Vec<Member>,
+    object_bvh: ObjectBvh,
+    objects: Vec<Object>,
 }
 
-impl Layer {
+impl SurfaceSet {
     pub(super) fn is_empty(&self) -> bool {
-        self.triangles.is_empty() && self.objects.is_empty()
+        self.triangles.is_empty() && self.object_bvh.is_empty()
     }
 
     pub(super) fn has_objects(&self) -> bool {
-        !self.objects.is_empty()
+        !self.object_bvh.is_empty()
     }
 
-    /// What its kernels are compiled for.
+    /// Instruction set of the kernels.
     pub(super) fn isa(&self) -> Isa {
-        self.objects.isa()
+        self.object_bvh.isa()
     }
 
     pub(super) fn bounds(&self) -> Aabb {
-        self.triangles.bounds().union(self.objects.bounds())
+        self.triangles.bounds().union(self.object_bvh.bounds())
     }
 
     pub(super) fn triangle_count(&self) -> usize {
@@ -57,26 +56,26 @@ impl Layer {
     #[cfg(any(test, feature = "testing"))]
     pub(super) fn use_instructions(&mut self, instructions: Instructions) {
         self.triangles.use_instructions(instructions);
-        self.objects.use_instructions(instructions);
+        self.object_bvh.use_instructions(instructions);
     }
 
     #[inline]
     pub(super) fn nearest_triangle(&self, ray: &Ray) -> Option<Hit> {
-        self.triangles.nearest(ray).map(|hit| self.named(hit))
+        self.triangles.nearest(ray).map(|hit| self.hit(hit))
     }
 
-    /// Calls `visit` for all hits with triangles until it returns true; returns whether it did.
+    /// Calls `visit` for all hits with triangles until it returns true; returns whether it has.
     pub(super) fn visit_triangles(
         &self,
         segment: &Segment,
         mut visit: impl FnMut(Hit) -> bool,
     ) -> bool {
         self.triangles
-            .visit(&segment.ray(), |hit| visit(self.named(hit)))
+            .visit(&segment.ray(), |hit| visit(self.hit(hit)))
     }
 
     #[inline]
-    fn named(&self, hit: TriangleHit) -> Hit {
+    fn hit(&self, hit: TriangleHit) -> Hit {
         let (primitive, element) = self.numbering.locate(hit.id);
         let at = SurfaceRef {
             primitive,
@@ -112,40 +111,39 @@ impl Layer {
         &self,
         ray: &Ray,
         t_max: f32,
-        mut visit: impl FnMut(Member, f32) -> f32,
+        mut visit: impl FnMut(Object, f32) -> f32,
     ) {
         let ray = Ray { t_max, ..*ray };
-        self.objects
-            .nearest(&ray, |object, t_max| visit(self.members[object], t_max));
+        self.object_bvh
+            .nearest(&ray, |index, t_max| visit(self.objects[index], t_max));
     }
 
     /// See [`ObjectBvh::visit_between`].
-    pub(super) fn visit_objects_between(&self, shaft: &Shaft, mut visit: impl FnMut(Member)) {
-        self.objects
-            .visit_between(shaft, |object| visit(self.members[object]));
+    pub(super) fn visit_objects_between(&self, shaft: &Shaft, mut visit: impl FnMut(Object)) {
+        self.object_bvh
+            .visit_between(shaft, |index| visit(self.objects[index]));
     }
 
     /// See [`ObjectBvh::any`].
-    pub(super) fn any_object(&self, segment: &Segment, visit: impl Fn(Member) -> bool) -> bool {
-        self.objects.any(segment.from, segment.to, |object| {
-            visit(self.members[object])
-        })
+    pub(super) fn any_object(&self, segment: &Segment, visit: impl Fn(Object) -> bool) -> bool {
+        self.object_bvh
+            .any(segment.from, segment.to, |index| visit(self.objects[index]))
     }
 }
 
-/// Collects what a layer holds.
+/// Collects the surfaces of a set.
 #[derive(Default)]
-pub(super) struct LayerBuilder {
+pub(super) struct SurfaceSetBuilder {
     triangles: Vec<[Vec3; 3]>,
     runs: Vec<(u32, PrimitiveId)>,
     boxes: Vec<Aabb>,
-    members: Vec<Member>,
+    objects: Vec<Object>,
 }
 
-impl LayerBuilder {
-    pub(super) fn add_primitive(&mut self, primitive: PrimitiveId, placement: &Placement) {
+impl SurfaceSetBuilder {
+    pub(super) fn add_primitive(&mut self, primitive: PrimitiveId, placement: &PlacedShape) {
         match placement.analytic() {
-            Some(shape) => self.add_member(Member::Analytic(primitive), shape.bounds()),
+            Some(shape) => self.add_object(Object::Analytic(primitive), shape.bounds()),
             None => {
                 self.runs.push((self.triangles.len() as u32, primitive));
                 placement.bake(&mut self.triangles);
@@ -154,36 +152,39 @@ impl LayerBuilder {
     }
 
     pub(super) fn add_instance(&mut self, index: usize, bounds: Aabb) {
-        self.add_member(Member::Instance(index), bounds);
+        self.add_object(Object::Instance(index), bounds);
     }
 
-    fn add_member(&mut self, member: Member, bounds: Aabb) {
+    fn add_object(&mut self, object: Object, bounds: Aabb) {
         if bounds.min.is_finite() && bounds.max.is_finite() && !bounds.is_empty() {
             self.boxes.push(bounds);
-            self.members.push(member);
+            self.objects.push(object);
         }
     }
 
-    pub(super) fn build(self) -> Layer {
-        Layer {
+    pub(super) fn build(self) -> SurfaceSet {
+        SurfaceSet {
             numbering: Numbering::new(self.runs, self.triangles.len() as u32),
             triangles: TriangleBvh::new(&self.triangles),
-            objects: ObjectBvh::new(&self.boxes),
-            members: self.members,
+            object_bvh: ObjectBvh::new(&self.boxes),
+            objects: self.objects,
         }
     }
 }
 
-/// Which triangle of which primitive a number stands for. Every primitive has a run of numbers.
+/// Maps the index of a triangle in the hierarchy to a primitive and its triangle. Each primitive has a run of consecutive indices.
 #[derive(Debug)]
 struct Numbering {
+    /// First index of each run, and its primitive; ascending.
     runs: Vec<(u32, PrimitiveId)>,
-    /// For each multiple of [`Numbering::BUCKET`] the run that holds it: lookups search among a few runs only.
+    /// Run of each multiple of [`Numbering::BUCKET`], so that a lookup searches few runs.
     buckets: Vec<u32>,
+    /// Number of triangles.
     count: u32,
 }
 
 impl Numbering {
+    /// Triangles per bucket. Smaller buckets take more memory, larger ones longer searches among small primitives.
     const BUCKET: u32 = 16;
 
     fn new(runs: Vec<(u32, PrimitiveId)>, count: u32) -> Self {

@@ -1,0 +1,95 @@
+//! Images and their errors from the sums of a film.
+
+use super::batches::BatchMoments;
+use super::{Film, Layer, TileSums};
+use crate::image::Image;
+
+/// Floor of the squared pixel value in the relative error, in units of the squared mean of the image. A larger floor
+/// gives dark pixels less weight.
+const DARK_FLOOR: f64 = 0.01;
+
+impl Film {
+    /// Mean of one layer over passes, three channels; `None` if the film does not record the layer.
+    pub fn image(&self, layer: Layer) -> Option<Image> {
+        let l = self.layers.iter().position(|&x| x == layer)?;
+        let n = f64::from(self.passes.max(1));
+        Some(self.collect(|sums, i| sums.sums[i * self.layers.len() + l].map(|v| (v / n) as f32)))
+    }
+
+    /// Variance of the mean of the beauty over passes, per pixel and channel: the sample variance over passes, divided by their number.
+    /// Treats passes as independent. Infinite with fewer than two passes.
+    pub fn variance(&self) -> Image {
+        let n = f64::from(self.passes);
+        self.collect(|sums, i| {
+            std::array::from_fn(|c| {
+                if self.passes < 2 {
+                    return f32::INFINITY;
+                }
+                let mean = sums.sums[i * self.layers.len()][c] / n;
+                ((sums.squares[i][c] / n - mean * mean).max(0.0) / (n - 1.0)) as f32
+            })
+        })
+    }
+
+    /// Variance of the mean of the beauty over each tile, per channel, from completed batches. All pixels of a tile hold the
+    /// variance of that tile. Infinite with fewer than two completed batches.
+    pub fn block_variance(&self) -> Image {
+        self.collect(|sums, _| {
+            let pixels = sums.tile.count() as f64;
+            let of_sum = self.batches.variance_of_mean(&sums.moments);
+            of_sum.map(|v| (v / (pixels * pixels)) as f32)
+        })
+    }
+
+    /// Variance of the mean of the beauty over the image, per channel, from completed batches. Infinite with fewer than two.
+    pub fn mean_variance(&self) -> [f64; 3] {
+        self.variance_of_image_mean(&self.image_moments[0])
+    }
+
+    /// [`Film::mean_variance`] of the beauty without [`Layer::Emission`].
+    pub fn mean_variance_without_emission(&self) -> [f64; 3] {
+        self.variance_of_image_mean(&self.image_moments[1])
+    }
+
+    fn variance_of_image_mean(&self, moments: &BatchMoments) -> [f64; 3] {
+        let size = self.image_size().as_dvec2();
+        let pixels = size.x * size.y;
+        let of_sum = self.batches.variance_of_mean(moments);
+        of_sum.map(|v| v / (pixels * pixels))
+    }
+
+    /// Estimated relative error of the beauty: the root of the mean over pixels and channels of `variance / (value² + 0.01 m²)`
+    /// with `m` the mean of the image. Infinite with fewer than two passes.
+    pub fn relative_error(&self) -> f32 {
+        if self.passes < 2 {
+            return f32::INFINITY;
+        }
+        let (mean, variance) = (
+            self.image(Layer::Beauty).unwrap_or_default(),
+            self.variance(),
+        );
+        let count = mean.data.len().max(1) as f64;
+        let m = mean.data.iter().map(|&v| f64::from(v)).sum::<f64>() / count;
+        let sum: f64 = mean
+            .data
+            .iter()
+            .zip(&variance.data)
+            .map(|(&v, &var)| {
+                f64::from(var) / (f64::from(v).powi(2) + DARK_FLOOR * m * m).max(f64::MIN_POSITIVE)
+            })
+            .sum();
+        (sum / count).sqrt() as f32
+    }
+
+    fn collect(&self, value: impl Fn(&TileSums, usize) -> [f32; 3]) -> Image {
+        let size = self.image_size();
+        let mut image = Image::new(size.x as usize, size.y as usize, 3);
+        for sums in &self.tiles {
+            for (i, pixel) in sums.tile.pixels().enumerate() {
+                let start = (pixel.y as usize * image.width + pixel.x as usize) * 3;
+                image.data[start..start + 3].copy_from_slice(&value(sums, i));
+            }
+        }
+        image
+    }
+}

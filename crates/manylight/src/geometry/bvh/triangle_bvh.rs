@@ -1,0 +1,251 @@
+//! The hierarchy over triangles, and the kernels that query it.
+
+use super::build::WideTree;
+use super::node::WideNode;
+use super::packet::{EMPTY_STACK, Packet, RAYS, Targets};
+use super::tile::{SIDE, VisibilityTile};
+use super::traverse;
+use super::triangle_block::{TriangleBlock, TriangleHit};
+use super::watertight::{AnyTriangle, EachTriangle, NearestTriangle};
+use crate::geometry::Ray;
+use crate::math::{Aabb, Vec3};
+#[cfg(any(test, feature = "testing"))]
+use crate::simd::Instructions;
+use crate::simd::{Isa, NARROW, Simd, SimdKernel};
+use rayon::prelude::*;
+
+/// A bounding volume hierarchy over triangles.
+#[derive(Debug)]
+pub(in crate::geometry) struct TriangleBvh {
+    tree: WideTree,
+    blocks: Vec<TriangleBlock>,
+    pub(super) isa: Isa,
+}
+
+impl TriangleBvh {
+    /// Builds the hierarchy over triangles, given by their corners. Degenerate and non-finite ones are left out.
+    pub(in crate::geometry) fn new(triangles: &[[Vec3; 3]]) -> Self {
+        let ids: Vec<u32> = (0..triangles.len() as u32)
+            .into_par_iter()
+            .filter(|&id| can_be_hit(&triangles[id as usize]))
+            .collect();
+        let boxes: Vec<Aabb> = ids
+            .par_iter()
+            .map(|&id| Aabb::from_points(triangles[id as usize]))
+            .collect();
+        let mut tree = WideTree::new(&boxes, NARROW);
+        let blocks = tree
+            .leaves
+            .par_windows(2)
+            .map(|leaf| {
+                let items = &tree.items[leaf[0] as usize..leaf[1] as usize];
+                let mut lanes = [0; NARROW];
+                for (lane, &item) in lanes.iter_mut().zip(items) {
+                    *lane = ids[item as usize];
+                }
+                TriangleBlock::new(&lanes[..items.len()], triangles)
+            })
+            .collect();
+        // The blocks replace the leaves.
+        (tree.items, tree.leaves) = (Vec::new(), Vec::new());
+        TriangleBvh {
+            tree,
+            blocks,
+            isa: Isa::best(),
+        }
+    }
+
+    /// Whether no triangle can be hit.
+    pub(in crate::geometry) fn is_empty(&self) -> bool {
+        self.blocks.is_empty()
+    }
+
+    /// Runs the kernels in this instruction set.
+    ///
+    /// # Panics
+    /// If the machine lacks the instruction set.
+    #[cfg(any(test, feature = "testing"))]
+    pub(in crate::geometry) fn use_instructions(&mut self, instructions: Instructions) {
+        self.isa = Isa::new(instructions).expect("the machine lacks these instructions");
+    }
+
+    /// Bounding box of all triangles.
+    pub(in crate::geometry) fn bounds(&self) -> Aabb {
+        self.tree.bounds.unwrap_or(Aabb::EMPTY)
+    }
+
+    /// Memory in bytes.
+    pub(in crate::geometry) fn bytes(&self) -> usize {
+        self.tree.bytes() + size_of_val(&*self.blocks)
+    }
+
+    /// The nearest hit with `0 < t < ray.t_max`.
+    #[inline]
+    pub(in crate::geometry) fn nearest(&self, ray: &Ray) -> Option<TriangleHit> {
+        if self.is_empty() {
+            None
+        } else {
+            self.isa.run(NearestQuery { bvh: self, ray })
+        }
+    }
+
+    /// Calls `visit` for all hits with `0 < t < ray.t_max` until it returns true; returns whether it has.
+    pub(in crate::geometry) fn visit(
+        &self,
+        ray: &Ray,
+        visit: impl FnMut(TriangleHit) -> bool,
+    ) -> bool {
+        !self.is_empty()
+            && self.isa.run(EachQuery {
+                bvh: self,
+                ray,
+                visit,
+            })
+    }
+
+    /// Whether a triangle cuts the open segment.
+    #[inline]
+    pub(in crate::geometry) fn any(&self, from: Vec3, to: Vec3) -> bool {
+        !self.is_empty()
+            && self.isa.run(AnyQuery {
+                bvh: self,
+                from,
+                d: to - from,
+            })
+    }
+
+    /// [`TriangleBvh::any`] for up to 64 targets: bit `i` is the answer for `to[i]`.
+    #[inline]
+    pub(in crate::geometry) fn any_packet(&self, from: Vec3, to: &[Vec3]) -> u64 {
+        if self.is_empty() || to.is_empty() {
+            0
+        } else {
+            self.isa.run(PacketQuery {
+                bvh: self,
+                from,
+                to,
+            })
+        }
+    }
+
+    /// The segments between `points` and `lights`, up to 64 each, that no triangle cuts: for each point a subset of its mask in `wanted`.
+    /// The masks have no bits beyond the lights.
+    pub(in crate::geometry) fn open_in_tile(
+        &self,
+        points: &[Vec3],
+        lights: &[Vec3],
+        wanted: &[u64],
+    ) -> [u64; SIDE] {
+        let mut open = [0; SIDE];
+        open[..wanted.len()].copy_from_slice(wanted);
+        if !self.is_empty() && wanted.iter().any(|&lights| lights != 0) {
+            open = self.isa.run(TileQuery {
+                bvh: self,
+                points,
+                lights,
+                wanted,
+            });
+        }
+        open
+    }
+
+    fn parts(&self) -> (&[WideNode], &[TriangleBlock]) {
+        (&self.tree.nodes, &self.blocks)
+    }
+}
+
+fn can_be_hit([a, b, c]: &[Vec3; 3]) -> bool {
+    let normal = (b.as_dvec3() - a.as_dvec3()).cross(c.as_dvec3() - a.as_dvec3());
+    a.is_finite() && b.is_finite() && c.is_finite() && normal.length_squared() > 0.0
+}
+
+/// Kernel of [`TriangleBvh::nearest`].
+struct NearestQuery<'a> {
+    bvh: &'a TriangleBvh,
+    ray: &'a Ray,
+}
+
+impl SimdKernel for NearestQuery<'_> {
+    type Output = Option<TriangleHit>;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) -> Self::Output {
+        let mut leaves = NearestTriangle::new(&self.bvh.blocks, self.ray);
+        traverse::nearest(s, &self.bvh.tree.nodes, self.ray, &mut leaves);
+        leaves.best
+    }
+}
+
+/// Kernel of [`TriangleBvh::visit`].
+struct EachQuery<'a, V> {
+    bvh: &'a TriangleBvh,
+    ray: &'a Ray,
+    visit: V,
+}
+
+impl<V: FnMut(TriangleHit) -> bool> SimdKernel for EachQuery<'_, V> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) -> bool {
+        let mut leaves = EachTriangle::new(&self.bvh.blocks, self.ray, self.visit);
+        traverse::nearest(s, &self.bvh.tree.nodes, self.ray, &mut leaves);
+        leaves.ended
+    }
+}
+
+/// Kernel of [`TriangleBvh::any`].
+struct AnyQuery<'a> {
+    bvh: &'a TriangleBvh,
+    from: Vec3,
+    d: Vec3,
+}
+
+impl SimdKernel for AnyQuery<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) -> bool {
+        let leaves = AnyTriangle::new(&self.bvh.blocks, self.from, self.d);
+        let scale = traverse::slab_reciprocal(self.d);
+        traverse::any(s, &self.bvh.tree.nodes, 0, self.from, scale, &leaves)
+    }
+}
+
+/// Kernel of [`TriangleBvh::any_packet`].
+struct PacketQuery<'a> {
+    bvh: &'a TriangleBvh,
+    from: Vec3,
+    to: &'a [Vec3],
+}
+
+impl SimdKernel for PacketQuery<'_> {
+    type Output = u64;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) -> u64 {
+        let rays = u64::MAX >> (RAYS - self.to.len());
+        let targets = Targets::new(self.to);
+        let mut packet = Packet::new(s, self.bvh.parts(), self.from, &targets, rays);
+        let mut stack = EMPTY_STACK;
+        packet.trace(s, &mut stack, 0, rays);
+        rays & !packet.open
+    }
+}
+
+/// Kernel of [`TriangleBvh::open_in_tile`].
+struct TileQuery<'a> {
+    bvh: &'a TriangleBvh,
+    points: &'a [Vec3],
+    lights: &'a [Vec3],
+    wanted: &'a [u64],
+}
+
+impl SimdKernel for TileQuery<'_> {
+    type Output = [u64; SIDE];
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) -> [u64; SIDE] {
+        VisibilityTile::new(s, self.bvh.parts(), (self.points, self.lights), self.wanted).trace(s)
+    }
+}

@@ -1,0 +1,179 @@
+//! Queries along rays and segments: the nearest hit, visibility, and transparent surfaces.
+
+use super::level::SurfaceClass;
+use super::surface_set::{Object, SurfaceSet};
+use super::{Geometry, Hit, Ray, Segment, SurfaceRef};
+use crate::ids::PrimitiveId;
+use crate::math::Vec3;
+
+impl Geometry {
+    /// The nearest hit with `0 < t < ray.t_max`, opaque or transparent.
+    pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        let opaque = self.nearest(SurfaceClass::Opaque, ray);
+        if !self.has_transparent() {
+            return opaque;
+        }
+        let rest = Ray {
+            t_max: opaque.map_or(ray.t_max, |hit| hit.t),
+            ..*ray
+        };
+        self.nearest(SurfaceClass::Transparent, &rest).or(opaque)
+    }
+
+    /// Whether an opaque surface lies on the segment.
+    pub fn occluded(&self, segment: &Segment) -> bool {
+        let surfaces = &self.world.opaque;
+        surfaces.any_triangle(segment)
+            || (surfaces.has_objects() && self.any_object(surfaces, segment))
+    }
+
+    /// Visibility from one point to up to 64 targets: bit `i` is set if an opaque surface lies between `from` and `to[i]`.
+    /// Bits from `to.len()` on are 0. Faster than single calls of [`Geometry::occluded`], and equal to them.
+    pub fn occluded_packet(&self, from: Vec3, to: &[Vec3]) -> u64 {
+        let surfaces = &self.world.opaque;
+        let mut blocked = surfaces.any_triangle_packet(from, to);
+        if surfaces.has_objects() {
+            for (i, &to) in to.iter().enumerate() {
+                if blocked >> i & 1 == 0 && self.any_object(surfaces, &Segment { from, to }) {
+                    blocked |= 1 << i;
+                }
+            }
+        }
+        blocked
+    }
+
+    /// Whether any surface is transparent. If none is, [`Geometry::occluded`] decides visibility completely.
+    pub fn has_transparent(&self) -> bool {
+        !self.world.transparent.is_empty()
+    }
+
+    /// Calls `visit` for all hits of the segment with transparent surfaces, in any order, until `visit` returns true.
+    pub fn visit_transparent(&self, segment: &Segment, mut visit: impl FnMut(Hit) -> bool) {
+        self.visit_in_set(&self.world.transparent, segment, &mut visit);
+    }
+
+    /// Visits the hits in `surfaces`; returns whether `visit` returned true.
+    fn visit_in_set(
+        &self,
+        surfaces: &SurfaceSet,
+        segment: &Segment,
+        visit: &mut dyn FnMut(Hit) -> bool,
+    ) -> bool {
+        if surfaces.visit_triangles(segment, &mut *visit) {
+            return true;
+        }
+        if !surfaces.has_objects() {
+            return false;
+        }
+        let mut ended = false;
+        let whole = segment.ray();
+        surfaces.visit_objects(&whole, whole.t_max, |object, t_max| {
+            ended = match object {
+                Object::Analytic(primitive) => self.visit_analytic(primitive, segment, visit),
+                Object::Instance(index) => {
+                    let instance = &self.instances[index];
+                    let group = &self.groups[instance.group()].transparent;
+                    let segment = instance.segment_in_group(segment);
+                    self.visit_in_set(group, &segment, &mut |mut hit| {
+                        hit.at.instance = index as u32;
+                        visit(hit)
+                    })
+                }
+            };
+            if ended { 0.0 } else { t_max }
+        });
+        ended
+    }
+
+    /// Visits the hits with an analytic shape; returns whether `visit` returned true.
+    fn visit_analytic(
+        &self,
+        primitive: PrimitiveId,
+        segment: &Segment,
+        visit: &mut dyn FnMut(Hit) -> bool,
+    ) -> bool {
+        /// Largest number of intersections of a line with a quadric.
+        const MOST: usize = 2;
+        let (mut rest, mut start) = (*segment, 0.0);
+        for _ in 0..MOST {
+            let shape = &self.placements[primitive.index()];
+            let Some(mut hit) = shape.intersect_analytic(primitive, &rest.ray()) else {
+                return false;
+            };
+            hit.t = start + (1.0 - start) * hit.t;
+            if visit(hit) {
+                return true;
+            }
+            let x = self.surface_point(hit.at);
+            rest.from = x.offset_towards(rest.to - rest.from);
+            start = hit.t;
+        }
+        false
+    }
+
+    /// The nearest hit with surfaces of one class.
+    fn nearest(&self, class: SurfaceClass, ray: &Ray) -> Option<Hit> {
+        let surfaces = self.world.surfaces(class);
+        let mut best = surfaces.nearest_triangle(ray);
+        if !surfaces.has_objects() {
+            return best;
+        }
+        let mut rest = Ray {
+            t_max: best.map_or(ray.t_max, |hit| hit.t),
+            ..*ray
+        };
+        surfaces.visit_objects(ray, rest.t_max, |object, t_max| {
+            rest.t_max = t_max;
+            let hit = match object {
+                Object::Analytic(primitive) => {
+                    self.placements[primitive.index()].intersect_analytic(primitive, &rest)
+                }
+                Object::Instance(index) => self.nearest_in_instance(class, index, &rest),
+            };
+            best = hit.or(best);
+            hit.map_or(t_max, |hit| hit.t)
+        });
+        best
+    }
+
+    /// The nearest hit with surfaces of one class in an instance.
+    fn nearest_in_instance(&self, class: SurfaceClass, index: usize, ray: &Ray) -> Option<Hit> {
+        let instance = &self.instances[index];
+        let surfaces = self.groups[instance.group()].surfaces(class);
+        let mut rest = instance.ray_in_group(ray);
+        let mut best = surfaces.nearest_triangle(&rest);
+        rest.t_max = best.map_or(ray.t_max, |hit| hit.t);
+        let start = rest;
+        surfaces.visit_objects(&start, start.t_max, |object, t_max| {
+            rest.t_max = t_max;
+            let hit = match object {
+                Object::Analytic(primitive) => {
+                    self.placements[primitive.index()].intersect_analytic(primitive, &rest)
+                }
+                Object::Instance(_) => None,
+            };
+            best = hit.or(best);
+            hit.map_or(t_max, |hit| hit.t)
+        });
+        best.map(|hit| Hit {
+            at: SurfaceRef {
+                instance: index as u32,
+                ..hit.at
+            },
+            ..hit
+        })
+    }
+
+    /// Whether an analytic shape or an instance blocks the segment.
+    fn any_object(&self, surfaces: &SurfaceSet, segment: &Segment) -> bool {
+        surfaces.any_object(segment, |object| match object {
+            Object::Analytic(primitive) => self.placements[primitive.index()].blocks(segment),
+            Object::Instance(index) => {
+                let instance = &self.instances[index];
+                let group = &self.groups[instance.group()].opaque;
+                let segment = instance.segment_in_group(segment);
+                group.any_triangle(&segment) || self.any_object(group, &segment)
+            }
+        })
+    }
+}
