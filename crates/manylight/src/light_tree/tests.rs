@@ -95,30 +95,30 @@ fn lights_are_drawn_with_the_probability_reported() {
         let mut rng = Pcg::new(7);
         let count = set.lights().len();
         let mut drawn = vec![0u32; count];
-        let mut told = vec![0.0; count];
-        let mut told_below = [vec![0.0; count], vec![0.0; count]];
+        let mut reported = vec![0.0; count];
+        let mut reported_below = [vec![0.0; count], vec![0.0; count]];
         for _ in 0..trials {
             let one = tree.draw(&set, 0, p, &mut rng);
             let (k, own) = tree.inherit(&set, tree.children(0).unwrap(), one, p);
             let id = one.id.index();
             drawn[id] += 1;
-            told[id] = f64::from(one.probability);
-            told_below[k][id] = f64::from(own.probability);
+            reported[id] = f64::from(one.probability);
+            reported_below[k][id] = f64::from(own.probability);
         }
         let mut unevenness = 0.0f64;
-        for (&drawn, &told) in drawn.iter().zip(&told) {
-            let expected = told * f64::from(trials);
+        for (&drawn, &reported) in drawn.iter().zip(&reported) {
+            let expected = reported * f64::from(trials);
             let deviation = (f64::from(drawn) - expected).abs();
             assert!(
                 deviation < 5.0 * expected.sqrt() + 1.0,
                 "{drawn} for {expected}"
             );
-            unevenness = unevenness.max((told * count as f64).ln().abs());
+            unevenness = unevenness.max((reported * count as f64).ln().abs());
         }
         assert!(unevenness > 0.5, "some lights are nearer");
-        let [below_first, below_second] = &told_below;
-        for told in [&told, below_first, below_second] {
-            let sum: f64 = told.iter().sum();
+        let [below_first, below_second] = &reported_below;
+        for reported in [&reported, below_first, below_second] {
+            let sum: f64 = reported.iter().sum();
             assert!((sum - 1.0).abs() < 5e-3, "{sum}");
         }
     }

@@ -101,7 +101,7 @@ impl Grid {
         (0..half * half).map(move |b| 2 * (b / half) * side + 2 * (b % half))
     }
 
-    /// The four texels of the block whose first is `corner`.
+    /// The four texels of the block with the first texel `corner`.
     pub(super) fn block(&self, corner: usize) -> [usize; 4] {
         [
             corner,
@@ -164,12 +164,12 @@ impl SimdKernel for BelowHorizon<'_> {
                 continue;
             }
             let (i, j) = (t as i32 % side, t as i32 / side);
-            let shares = neighbor_shares(&grid.fine[t], n);
-            for (k, share) in shares.into_iter().enumerate() {
+            let solid_angles = neighbor_solid_angles(&grid.fine[t], n);
+            for (k, solid_angle) in solid_angles.into_iter().enumerate() {
                 let (di, dj) = (k as i32 % 3 - 1, k as i32 / 3 - 1);
                 let texel = texels[wrapped_texel(i + di, j + dj, side) as usize];
                 for (s, v) in sum.iter_mut().zip(texel.to_array()) {
-                    *s += f64::from(v * share);
+                    *s += f64::from(v * solid_angle);
                 }
             }
         }
@@ -179,7 +179,7 @@ impl SimdKernel for BelowHorizon<'_> {
 
 /// Solid angle, in sr, of a texel below the horizon of `n`, divided among the 3 x 3 texels around it by their bilinear weights.
 #[inline(always)]
-fn neighbor_shares(samples: &SubSamples<{ FINE * FINE }>, n: Vec3) -> [f32; 9] {
+fn neighbor_solid_angles(samples: &SubSamples<{ FINE * FINE }>, n: Vec3) -> [f32; 9] {
     let mut below = [0.0; FINE * FINE];
     for (s, below) in below.iter_mut().enumerate() {
         let cos = samples.w[0][s] * n.x + samples.w[1][s] * n.y + samples.w[2][s] * n.z;

@@ -40,8 +40,8 @@ struct MovingSite {
 /// within the tangent plane, then to the nearest photon of its surface that no other site occupies; repeats both up to
 /// [`ITERATIONS`] times.
 ///
-/// Returns as many sites as given, in the order of the space-filling curve. Their probabilities are those of the selection and no longer
-/// describe the density of sites: the flux of lights must come from a rule that does not use them, such as
+/// Returns the moved sites in the order of the space-filling curve. Their probabilities are those of the selection and do not describe the
+/// density of the moved sites: the flux of lights must come from a rule that does not use them, such as
 /// [`assign`](super::assign::assign).
 pub fn relax(surfaces: &impl Surfaces, photons: &[Photon], sites: &[Site]) -> Vec<Site> {
     let positions: Vec<Vec3> = photons.iter().map(|photon| photon.p).collect();

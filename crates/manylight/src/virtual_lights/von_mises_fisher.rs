@@ -268,13 +268,13 @@ mod tests {
     use crate::math::{Frame, Vec2};
     use crate::sampling::warp::von_mises_fisher;
 
-    /// Rings around the axis, the part of each above the plane in closed form, in so many steps that nothing is missed.
-    fn share_by_rings(kappa: f64, cos: f64) -> f64 {
+    /// Quadrature over rings around the axis, with the fraction of each ring above the plane in closed form.
+    fn fraction_by_rings(kappa: f64, cos: f64) -> f64 {
         let sin = (1.0 - cos * cos).sqrt();
         let count = 400_000;
         let mut sum = 0.0;
         for i in 0..count {
-            // Over equal shares of the lobe.
+            // Rings of equal integrals of the lobe.
             let u = (i as f64 + 0.5) / count as f64;
             let t = 1.0 + (u + (1.0 - u) * (-2.0 * kappa).exp()).ln() / kappa;
             let t = t.clamp(-1.0, 1.0);
@@ -298,7 +298,7 @@ mod tests {
                 // Closer together where narrow lobes cross the plane.
                 let elevation = FRAC_PI_2 * (f64::from(i) / 24.0).powi(3);
                 let cos = elevation.sin();
-                let (share, expected) = (fraction_above(kappa, cos), share_by_rings(kappa, cos));
+                let (share, expected) = (fraction_above(kappa, cos), fraction_by_rings(kappa, cos));
                 assert!(
                     (share - expected).abs() < 2e-5,
                     "kappa {kappa}, {elevation} rad: {share}, not {expected}"
@@ -312,7 +312,7 @@ mod tests {
 
     #[test]
     fn parts_below_a_plane_agree_with_quadrature() {
-        // The shares are told by whole rows of samples.
+        // The horizon is resolved by whole rows of samples only.
         for kappa in [0.05f32, 1.0, 7.0, 300.0] {
             for elevation in [-1.5f32, -0.4, -0.05, 0.0, 0.02, 0.3, 1.2] {
                 let axis = Vec3::new(elevation.cos(), 0.0, elevation.sin());

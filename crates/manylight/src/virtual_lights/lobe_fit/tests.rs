@@ -103,7 +103,7 @@ fn few_samples_give_bounded_lobes() {
         all: vec![(Vec3::Z, Rgb::BLACK); 20],
     };
     assert!(black.fit(5, 100.0, None, &mut rng).is_empty());
-    // All in one direction: one lobe, however many are asked for.
+    // All in one direction: one lobe, although the limit is 5.
     let one = WeightedDirections {
         all: vec![(Vec3::Z, Rgb::WHITE); 20],
     };

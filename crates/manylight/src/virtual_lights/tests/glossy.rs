@@ -1,4 +1,4 @@
-//! Glossy parts: exact flux in all forms, and how much of the shape each keeps.
+//! Glossy parts: exact flux in all forms, and the accuracy of their shape.
 
 use super::*;
 use crate::bsdf::Lobes;
