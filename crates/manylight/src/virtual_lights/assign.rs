@@ -19,7 +19,7 @@ const MAX_UNASSIGNED_WEIGHT: f64 = 10.0;
 /// Number of additional lights per light, where [`MAX_UNASSIGNED_WEIGHT`] allows. Limits the time of a pass; not tuned by a measurement.
 const UNASSIGNED_PER_LIGHT: f64 = 0.25;
 /// Surface represented by an additional light, in units of the surface per light around it. It represents many unassigned photons
-/// like its own; with the factor 1 the clamp treats it as a small bright light, which makes dark halos beside thin objects.
+/// around it; with the factor 1 the clamp treats it as a small bright light, which makes dark halos beside thin objects.
 const UNASSIGNED_SURFACE: f32 = 16.0;
 
 /// Assigns every photon to the nearest light, and thins unassigned photons into lights of one photon.

@@ -23,17 +23,19 @@ use rayon::prelude::*;
 /// Number of photons of a cluster that make a glossy profile, for lobes of roughness [`NARROW`] and more. Other photons are drawn for every
 /// light and pass, so that the mean over lights converges to all photons. Fewer are faster and noisier; not tuned by a measurement.
 const PATHS_OF_WIDE_LOBES: usize = 8;
-/// The same for narrower lobes: these take less time each, and more of them must overlap for a smooth profile.
+/// Number of photons of a cluster that make a glossy profile, for narrower lobes: each takes less time, and more must overlap for a smooth profile.
+/// Not tuned by a measurement.
 const PATHS_OF_NARROW_LOBES: usize = 16;
-/// Roughness below which lobes count as narrow.
+/// Roughness below which lobes count as narrow. Not tuned by a measurement.
 const NARROW: f32 = 0.3;
 /// Largest ratio `|wi·ns| / |wi·ng|` of a photon in a glossy profile; the flux of photons beyond is reduced to it. The ratio is unbounded
 /// where light grazes the geometric surface under a tilted shading normal: a rare photon would make a profile of many times its flux.
 const MAX_TILT: f32 = 2.0;
 /// Number of lights that are made at a time: profiles that are not stored yet take memory, too.
 const BATCH: usize = 4096;
-/// Purposes of random numbers; see [`LightBuilder::numbers`].
+/// Key of the random numbers for points; see [`LightBuilder::numbers`].
 const POINT_NUMBERS: u64 = 1;
+/// Key of the random numbers for glossy profiles; see [`LightBuilder::numbers`].
 const PROFILE_NUMBERS: u64 = 2;
 
 impl<'s> VirtualLights<'s> {

@@ -5,7 +5,7 @@ use crate::bsdf::ExitTransmittance;
 use crate::color::Rgb;
 use crate::math::Vec3;
 
-/// A light that represents the light leaving one cluster of photons.
+/// A light that represents the reflection of one cluster of photons.
 #[derive(Clone, Copy, Debug)]
 pub struct VirtualLight<'s> {
     /// Position: that of the site's photon.

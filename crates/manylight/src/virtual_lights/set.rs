@@ -1,4 +1,4 @@
-//! The set of virtual lights of a pass, with their emission, ready to be gathered. Made by [`VirtualLights::build`].
+//! A set of virtual lights with their emission, ready to be gathered. Made by [`VirtualLights::build`].
 
 use super::areas::LightAreas;
 use super::depth_limits::DepthFractions;
@@ -10,7 +10,7 @@ use crate::ids::LightId;
 use crate::math::Vec3;
 use crate::scene::PathLimits;
 
-/// All virtual lights of one pass in the order of their clusters, that is along the space-filling curve.
+/// A set of virtual lights in the order of their clusters, that is along the space-filling curve.
 #[derive(Debug)]
 pub struct VirtualLights<'s> {
     pub(super) lights: Vec<VirtualLight<'s>>,

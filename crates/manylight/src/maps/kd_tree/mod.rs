@@ -1,6 +1,6 @@
 //! A kd-tree over particles: the K nearest neighbors, all within a radius, and the cheapest by a metric.
 //!
-//! `index` builds the tree, `search` traverses it, `neighbors` selects the K nearest. All kernels use [`simd`](crate::simd) with the best
+//! `index` builds the tree, `search` traverses it, `neighbors` selects the K nearest. All kernels use `simd` with the best
 //! instruction set of the machine. Memory: 16 bytes per particle for position and index, and about 2 for the boxes.
 //!
 //! Results depend on the points only, bit for bit, for any number of threads and instruction set: ties are broken by index.
