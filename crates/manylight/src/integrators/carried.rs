@@ -92,7 +92,7 @@ pub(super) fn carried(
         };
         Some(ReflectedPhoton {
             photon: photons[j],
-            from: SurfaceLocation::of(before, scene),
+            from: SurfaceLocation::of_photon(before, scene),
             f_cos,
         })
     };

@@ -8,8 +8,12 @@ use super::light_set::PreparedPasses;
 use super::partition::Stage;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
-use crate::maps::density::{Bandwidth, Receiver, estimate, shrinking};
-use crate::maps::{FEW_PROBES, KdTree, Located, Neighbors, PROBES, covered};
+use crate::maps::density::{
+    Bandwidth, DensityReceiver, density_estimate, progressive_radius_scale,
+};
+use crate::maps::{
+    COVERAGE_PROBES, COVERAGE_PROBES_INDIRECT, KdTree, Located, Neighbors, covered_fraction,
+};
 use crate::particles::Photon;
 use crate::sampling::rng;
 
@@ -25,7 +29,7 @@ fn bandwidth(set: &PreparedPasses, point: &GatherPoint) -> Bandwidth {
     let largest = CAUSTIC_RADIUS * set.scene.geometry.bounds().diagonal();
     Bandwidth {
         largest: point.reach.min(largest),
-        share: shrinking(set.passes.end),
+        share: progressive_radius_scale(set.passes.end),
     }
 }
 
@@ -56,10 +60,10 @@ impl PreparedPasses<'_> {
         }
         let x = &point.at.x;
         let n = point.at.lit_from.unwrap_or(x.normal_towards(point.at.wo));
-        let receiver = Receiver { p: x.p, n };
+        let receiver = DensityReceiver { p: x.p, n };
         let mut sum = Rgb::BLACK;
         let bandwidth = bandwidth(self, point);
-        let radius = estimate(photons, receiver, bandwidth, found, |item, kernel| {
+        let radius = density_estimate(photons, receiver, bandwidth, found, |item, kernel| {
             let photon: &Photon = item.as_ref();
             if self.limits.allow(point.segments + u32::from(photon.depth)) {
                 sum += photon.flux * f(item) * kernel;
@@ -71,10 +75,11 @@ impl PreparedPasses<'_> {
         // The view names the turn of the probes: it differs in every pass, and not with the scene's unit of length.
         let turn = rng::unit(rng::key(point.at.wo.to_array()));
         let probes = match point.stage {
-            Stage::BeforeX => PROBES,
-            Stage::AfterX | Stage::Decided(_) => FEW_PROBES,
+            Stage::BeforeX => COVERAGE_PROBES,
+            Stage::AfterX | Stage::Decided(_) => COVERAGE_PROBES_INDIRECT,
         };
-        sum * (point.photons / covered(&self.scene.geometry, receiver, radius, probes, turn))
+        sum * (point.photons
+            / covered_fraction(&self.scene.geometry, receiver, radius, probes, turn))
     }
 
     /// Largest radius of an estimate at the end of an eye path of the given length, in m: some pixels.

@@ -10,7 +10,9 @@ use super::many_light::ManyLight;
 use crate::bsdf::{BsdfNumbers, Lobes};
 use crate::color::Rgb;
 use crate::geometry::Segment;
-use crate::maps::density::{Bandwidth, IMPORTANCE_NEIGHBORS, Receiver, estimate, importance_at};
+use crate::maps::density::{
+    Bandwidth, DensityReceiver, IMPORTANCE_NEIGHBORS, density_estimate, importance_at,
+};
 use crate::maps::{KdTree, Neighbors};
 use crate::math::{UVec2, Vec2, Vec3};
 use crate::particles::{Importon, Photon};
@@ -188,8 +190,8 @@ impl See<'_> {
             share: 1.0,
         };
         let mut irradiance = Rgb::BLACK;
-        let receiver = Receiver { p, n };
-        estimate(
+        let receiver = DensityReceiver { p, n };
+        density_estimate(
             self.photons,
             receiver,
             whole,

@@ -14,7 +14,9 @@ pub use crate::gather::{CutLimits, Kernel, ShareOf, Strategy};
 use crate::gather::{Gather, LightIndex, Subset};
 use crate::maps::{IncidentMap, KdTree};
 use crate::math::UVec2;
-use crate::particles::{Importon, Photon, for_lights, trace_importons, trace_photons};
+use crate::particles::{
+    Importon, Photon, trace_importons, trace_photons, usable_by_virtual_lights,
+};
 use crate::sampling::{Pass, Stream};
 use crate::scene::{PathLimits, Scene};
 use crate::stats::Stats;
@@ -152,7 +154,7 @@ impl ManyLight {
         let (incident, caustics) = run.stats.time("maps", || {
             let caustics = photons.iter().filter(|p| p.event.has(Lobes::SPECULAR));
             (
-                IncidentMap::from_afar(scene, &photons),
+                IncidentMap::of_environment(scene, &photons),
                 KdTree::build_ordered(caustics.copied().collect()),
             )
         });
@@ -244,7 +246,13 @@ impl ManyLight {
     ) -> Vec<Photon> {
         let stats = run.stats;
         let photons = stats.time("photons", || {
-            trace_photons(scene, limits, self.photon_paths, run.pass, for_lights)
+            trace_photons(
+                scene,
+                limits,
+                self.photon_paths,
+                run.pass,
+                usable_by_virtual_lights,
+            )
         });
         Stats::count(&stats.photon_paths, u64::from(self.photon_paths));
         Stats::count(&stats.photons, photons.len() as u64);
@@ -283,12 +291,13 @@ impl ManyLight {
             let neighbors = self.neighbors as usize;
             let (shares, claims) = match (self.flux, self.emission) {
                 // What single photons shine needs no others, but the extent of a disc does.
-                (FluxRule::Density, EmissionKind::Single) if self.kernel != Kernel::Disc => {
-                    (PhotonClusters::own(&sites), NearestLights::none())
-                }
+                (FluxRule::Density, EmissionKind::Single) if self.kernel != Kernel::Disc => (
+                    PhotonClusters::single_photons(&sites),
+                    NearestLights::empty(),
+                ),
                 (FluxRule::Density, _) => (
                     by_density(scene, &photons, &sites, neighbors),
-                    NearestLights::none(),
+                    NearestLights::empty(),
                 ),
                 (FluxRule::Partition, _) => assign(scene, &photons, &sites, &weights, u_residual),
             };

@@ -5,7 +5,7 @@ use super::{ManyLight, Method, MethodKind, PhotonMap};
 use crate::bsdf::Lobes;
 use crate::film::Film;
 use crate::light_tree::LightTree;
-use crate::particles::{Importon, Photon, for_lights, trace_photons};
+use crate::particles::{Importon, Photon, trace_photons, usable_by_virtual_lights};
 use crate::sampling::Pass;
 use crate::scene::{PathLimits, Scene};
 use crate::virtual_lights::VirtualLights;
@@ -55,7 +55,13 @@ impl ManyLight {
         let largest = self.passes_with(last);
         let dark = f64::from(self.placed_per_summed(&largest) - 1);
         let sets = f64::from(self.set_size(&largest));
-        let probes = trace_photons(scene, limits, PROBES, Pass { seed, index: 0 }, for_lights);
+        let probes = trace_photons(
+            scene,
+            limits,
+            PROBES,
+            Pass { seed, index: 0 },
+            usable_by_virtual_lights,
+        );
         let is_glossy = |photon: &&Photon| {
             let bsdf = scene.bsdf(&scene.surface_point(photon.at));
             bsdf.lobes().has(Lobes::GLOSSY)

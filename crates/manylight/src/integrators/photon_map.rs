@@ -11,7 +11,7 @@
 //! surface and on events alone, so that every path has one place where it is counted.
 //!
 //! Source: Jensen, "Global Illumination using Photon Maps", EGWR 1996; Hachisuka, Ogaki, Jensen, "Progressive Photon Mapping", ACM
-//! TOG 2008; Hachisuka, Jensen, "Stochastic Progressive Photon Mapping", ACM TOG 2009; radii as in [`shrinking`].
+//! TOG 2008; Hachisuka, Jensen, "Stochastic Progressive Photon Mapping", ACM TOG 2009; radii as in [`progressive_radius_scale`].
 
 use super::guided::{draw_direction, guide_at, guided_pdf};
 use super::partition::Stage;
@@ -19,9 +19,12 @@ use super::{PassContext, first_surface};
 use crate::bsdf::{Bsdf, Lobes};
 use crate::color::Rgb;
 use crate::film::{Film, FilmSampler, Layer, TileSamples};
-use crate::maps::density::{Bandwidth, Receiver, estimate, shrinking};
+use crate::maps::density::{
+    Bandwidth, DensityReceiver, density_estimate, progressive_radius_scale,
+};
 use crate::maps::{
-    INCIDENT_NEIGHBORS, IncidentGuide, IncidentMap, KdTree, Neighbors, PROBES, covered,
+    COVERAGE_PROBES, INCIDENT_NEIGHBORS, IncidentGuide, IncidentMap, KdTree, Neighbors,
+    covered_fraction,
 };
 use crate::math::{UVec2, Vec3};
 use crate::particles::{Photon, trace_photons};
@@ -101,7 +104,7 @@ impl PhotonMap {
         Stats::count(&stats.photons, photons.len() as u64);
         let (incident, photons) = stats.time("maps", || {
             let incident = match self.estimate {
-                Estimate::Progressive => IncidentMap::from_afar(scene, &photons),
+                Estimate::Progressive => IncidentMap::of_environment(scene, &photons),
                 Estimate::Direct => IncidentMap::new(&[]),
             };
             let counts = |photon: &Photon| self.counts(photon.event);
@@ -115,7 +118,7 @@ impl PhotonMap {
             photons,
             incident,
             share: match self.estimate {
-                Estimate::Progressive => shrinking(run.pass.index + 1),
+                Estimate::Progressive => progressive_radius_scale(run.pass.index + 1),
                 Estimate::Direct => 1.0,
             },
             eye_paths: self.eye_paths(film.picture_size()),
@@ -394,7 +397,7 @@ impl<'s> EyePaths<'_, 's, '_, '_> {
     /// kernel, in the layers of the photons' last events.
     fn gather_from(&mut self, path: &EyePath, v: &Vertex, gathering: Lobes, n: Vec3) {
         let view = self.view;
-        let receiver = Receiver { p: v.x.p, n };
+        let receiver = DensityReceiver { p: v.x.p, n };
         let bandwidth = Bandwidth {
             largest: f32::INFINITY,
             share: view.share,
@@ -423,13 +426,19 @@ impl<'s> EyePaths<'_, 's, '_, '_> {
             };
             terms[term].1 += photon.flux * v.bsdf.f(photon.wi, v.w_prev, lobes) * kernel;
         };
-        let radius = estimate(&view.photons, receiver, bandwidth, &mut self.found, visit);
+        let radius = density_estimate(&view.photons, receiver, bandwidth, &mut self.found, visit);
         if terms.iter().all(|(_, sum)| sum.is_black()) {
             return;
         }
         // The view names the turn of the probes: it differs in every pass, and not with the scene's unit of length.
         let turn = rng::unit(rng::key(v.w_prev.to_array()));
-        let covered = covered(&view.scene.geometry, receiver, radius, PROBES, turn);
+        let covered = covered_fraction(
+            &view.scene.geometry,
+            receiver,
+            radius,
+            COVERAGE_PROBES,
+            turn,
+        );
         for (layer, sum) in terms {
             self.add(path, layer, sum / covered);
         }

@@ -244,7 +244,7 @@ impl<'s> CameraPath<'_, 's, '_, '_> {
             seen
         };
         branch.lit_from = transmits.then_some(lit_from);
-        let spot = SurfaceLocation::on(self.set.scene, &y.x, lit_from);
+        let spot = SurfaceLocation::on_surface(self.set.scene, &y.x, lit_from);
         let asked = from.surface.map_or(1.0, |area| {
             let likely = self.missing(from, &spot, Assignment::Unassigned { area });
             likely.clamp(LEAST_ASKED, 1.0)
