@@ -15,7 +15,7 @@
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use manylight::maps::{KdTree, Neighbors};
 use manylight::math::{Aabb, Vec3};
-use manylight::particles::{for_lights, trace_photons};
+use manylight::particles::{trace_photons, usable_by_virtual_lights};
 use manylight::sampling::{Pass, rng::Pcg};
 use manylight::scene::Scene;
 use rayon::prelude::*;
@@ -54,7 +54,13 @@ fn photons(count: usize) -> Vec<Vec3> {
     let scene = Scene::build(desc, 0).unwrap();
     let mut points = Vec::with_capacity(count);
     for index in 0.. {
-        let photons = trace_photons(&scene, limits, 1 << 18, Pass { seed: 0, index }, for_lights);
+        let photons = trace_photons(
+            &scene,
+            limits,
+            1 << 18,
+            Pass { seed: 0, index },
+            usable_by_virtual_lights,
+        );
         points.extend(
             photons
                 .iter()

@@ -10,7 +10,7 @@ use super::points::{BATCHES, Batch};
 use super::{Gather, Gathered, LightIndex};
 use crate::lanes::vectors::luminance;
 use crate::lanes::{LANES, LaneMask, Lanes, Lanes3, lanes_of};
-use crate::light_tree::{Drawn, LightTree, Sent};
+use crate::light_tree::{DrawnLight, LightTree, Sent};
 use crate::math::Vec3;
 use crate::sampling::rng::{self, Pcg};
 use crate::scene::Scene;
@@ -63,7 +63,7 @@ struct CutNode {
     /// Slot of the light of its representative.
     slot: usize,
     /// Its representative: a light below the node.
-    drawn: Drawn,
+    drawn: DrawnLight,
     /// Bounds of the light of all its lights at each point; 0 for single lights, which are exact.
     sent: [Sent; BATCHES],
 }
@@ -174,7 +174,7 @@ impl simd::SimdKernel for AddCut<'_> {
 
 impl AddCut<'_> {
     /// Samples a representative of a node.
-    fn draw(&mut self, node: usize) -> Drawn {
+    fn draw(&mut self, node: usize) -> DrawnLight {
         (self.tree).draw(&self.lights.set, node, self.middle, &mut self.rng)
     }
 
@@ -200,7 +200,7 @@ impl AddCut<'_> {
     fn put<W: Wide>(
         &mut self,
         w: W,
-        inherited: Option<(usize, Drawn)>,
+        inherited: Option<(usize, DrawnLight)>,
         node: usize,
         cut: &mut Vec<CutNode>,
         sum: &mut BatchSums,

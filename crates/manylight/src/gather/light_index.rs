@@ -53,7 +53,7 @@ impl<'s> LightIndex<'s> {
         match light {
             Some(id) => Assignment::Light(id),
             None => Assignment::Unassigned {
-                area: self.set.stray_area(y.p),
+                area: self.set.unassigned_area(y.p),
             },
         }
     }

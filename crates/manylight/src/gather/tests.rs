@@ -8,7 +8,7 @@ use crate::geometry::Segment;
 use crate::ids::LightId;
 use crate::lanes::{LANES, LaneMask, Lanes3};
 use crate::math::{Vec2, Vec3};
-use crate::particles::{for_lights, trace_photons};
+use crate::particles::{trace_photons, usable_by_virtual_lights};
 use crate::sampling::{Pass, warp};
 use crate::scene::PathLimits;
 use crate::simd::{self, Isa, Simd};
@@ -33,11 +33,16 @@ fn table(side: u32) -> Option<GlossyForm> {
 
 /// Lights of 2000 photon paths: with glossy parts of this form, or plain ones.
 fn lights(scene: &Scene, form: Option<GlossyForm>, limits: PathLimits) -> LightIndex<'_> {
-    let photons = trace_photons(scene, limits, 2000, PASS, for_lights);
+    let photons = trace_photons(scene, limits, 2000, PASS, usable_by_virtual_lights);
     let fluxes: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
     let sites = select(&photons, &fluxes, 90, 0.4);
     LightIndex::new(match form {
-        None => VirtualLights::single(scene, limits, &photons, &PhotonClusters::own(&sites)),
+        None => VirtualLights::single(
+            scene,
+            limits,
+            &photons,
+            &PhotonClusters::single_photons(&sites),
+        ),
         Some(form) => {
             let (shares, _) = assign(scene, &photons, &sites, &fluxes, 0.7);
             VirtualLights::rich(scene, limits, &photons, &shares, form)
@@ -429,11 +434,16 @@ fn spheres_are_integrals_over_their_directions() {
 
 /// A few hundred lights with their tree.
 fn many_lights(scene: &Scene, form: Option<GlossyForm>) -> LightIndex<'_> {
-    let photons = trace_photons(scene, UNLIMITED, 8000, PASS, for_lights);
+    let photons = trace_photons(scene, UNLIMITED, 8000, PASS, usable_by_virtual_lights);
     let fluxes: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
     let sites = select(&photons, &fluxes, 1500, 0.4);
     let field = match form {
-        None => VirtualLights::single(scene, UNLIMITED, &photons, &PhotonClusters::own(&sites)),
+        None => VirtualLights::single(
+            scene,
+            UNLIMITED,
+            &photons,
+            &PhotonClusters::single_photons(&sites),
+        ),
         Some(form) => {
             let (shares, _) = assign(scene, &photons, &sites, &fluxes, 0.7);
             VirtualLights::rich(scene, UNLIMITED, &photons, &shares, form)

@@ -6,7 +6,7 @@ use super::photon_map::PhotonMap;
 use crate::bsdf::Lobes;
 use crate::film::Film;
 use crate::light_tree::LightTree;
-use crate::particles::{Importon, Photon, for_lights, trace_photons};
+use crate::particles::{Importon, Photon, trace_photons, usable_by_virtual_lights};
 use crate::sampling::Pass;
 use crate::scene::{PathLimits, Scene};
 use crate::virtual_lights::VirtualLights;
@@ -63,7 +63,13 @@ fn of_many_light(
     let group = method.pass_group(last);
     let unshaded = f64::from(group.placed_per_shaded - 1);
     let shaded = f64::from(method.light_count) * group.passes.len() as f64;
-    let probes = trace_photons(scene, limits, PROBES, Pass { seed, index: 0 }, for_lights);
+    let probes = trace_photons(
+        scene,
+        limits,
+        PROBES,
+        Pass { seed, index: 0 },
+        usable_by_virtual_lights,
+    );
     let is_glossy = |photon: &&Photon| {
         let bsdf = scene.bsdf(&scene.surface_point(photon.at));
         bsdf.lobes().has(Lobes::GLOSSY)

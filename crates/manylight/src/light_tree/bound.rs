@@ -1,16 +1,16 @@
-//! Upper bounds of what the lights of a node send by way of receivers.
+//! Upper bounds of the light reflected at receivers from the lights of a node.
 
-use super::Node;
+use super::LightNode;
 use crate::bsdf::Receivers;
 use crate::lanes::{LANES, LaneMask, Lanes, Lanes3};
 use crate::math::{Spread, Vec3};
 
-/// What the lights of a node may send to some points, luminance; lane by lane.
+/// Luminance of the light of a node reflected at receivers, lane by lane.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sent {
     /// Upper bounds.
     pub(crate) bounds: Lanes,
-    /// About as much, if the lights are spread over the node: what is near is not all at the nearest point.
+    /// Heuristic estimates for the order of refinement: with lights spread over the node instead of all at its nearest point.
     pub(crate) likely: Lanes,
 }
 
@@ -21,10 +21,12 @@ impl Sent {
     };
 }
 
-impl Node {
-    /// For an inner node: upper bounds of the luminance of `Σ f |w·n| I(-w) V / d²` over the lights below, for receivers at `p`, in each active lane; other lanes
-    /// hold anything. The receivers' and the lights' bounds over the cone of directions to the bounding sphere, at the nearest point of the
-    /// box; infinite within the box.
+impl LightNode {
+    /// Upper bounds of the luminance of `Σ f |w·n| I(-w) V / d²` over the lights of an inner node, for receivers at `p`; inactive lanes hold
+    /// any value.
+    ///
+    /// The product of the maxima of `f |w·n|` and `Σ I` over the cone of directions to the bounding sphere, with `V = 1` and the
+    /// distance to the nearest point of the box (Walter et al. 2005, section 4). Infinite for receivers in the box.
     #[inline(always)]
     pub(crate) fn sent(&self, p: &Lanes3, receivers: &Receivers, active: LaneMask) -> Sent {
         let (center, radius) = (self.bounds.center(), 0.5 * self.bounds.diagonal());
@@ -50,7 +52,7 @@ impl Node {
         let intensities = self.intensity.luminances(&back, &spreads);
         let mut sent = Sent::NOTHING;
         for i in 0..LANES {
-            // Either may be infinite.
+            // Avoids 0 · ∞.
             if reflected[i] > 0.0 && intensities[i] > 0.0 {
                 let product = reflected[i] * intensities[i];
                 sent.bounds[i] = product / nearest2[i];

@@ -1,48 +1,49 @@
-//! From the top down: a set of lights is divided where its two parts are tightest in place and normal.
+//! Top-down construction: sets of lights are split at the plane, in position or normal, at which the two parts cost least.
 
-use super::{Content, LightTree, Node};
+use super::{LightNode, LightTree, NodeContent};
 use crate::ids::LightId;
 use crate::math::{Aabb, Cone};
 use crate::virtual_lights::{IntensityBound, VirtualLight, VirtualLights};
 
-/// Normals count as places at this part of the diagonal of all lights.
+/// Distance that corresponds to a unit distance between normals, relative to the diagonal of all lights; the factor `c` of
+/// Walter et al. 2005, section 3.1. Larger values group lights by orientation rather than by position. Not tuned by a measurement.
 const NORMAL_SCALE: f32 = 0.25;
-/// Candidate planes across the widest extent.
+/// Number of bins along the longest axis; the planes between them are the candidates.
 const BINS: usize = 16;
-/// Below this depth sets are halved, so that no input makes the recursion deep.
-const HALVED_BELOW: u32 = 48;
-/// Sets larger than this are built by two threads.
+/// Depth below which sets are split at the median, which bounds the depth of recursion for any input.
+const MEDIAN_SPLIT_DEPTH: u32 = 48;
+/// Number of lights above which the two parts are built in parallel.
 const PARALLEL: usize = 512;
 
-/// A light on its way into the tree.
+/// A light during construction.
 #[derive(Clone, Copy, Debug)]
-struct Item {
+struct TreeItem {
     id: LightId,
     flux: f32,
     bounds: Aabb,
-    /// See [`Node::normals`] and [`Node::offset`].
+    /// See [`LightNode::normals`] and [`LightNode::offset`].
     normals: Cone,
     offset: f32,
-    /// Place and scaled normal.
+    /// Position, in m, and normal scaled by [`NORMAL_SCALE`] times the diagonal.
     at: [f32; 6],
 }
 
-/// A box in the space of places and normals.
+/// Bounding box in the space of positions and normals, with the flux inside.
 #[derive(Clone, Copy, Debug)]
-struct Extent {
+struct BinBounds {
     low: [f32; 6],
     high: [f32; 6],
     flux: f32,
 }
 
-impl Extent {
-    const EMPTY: Extent = Extent {
+impl BinBounds {
+    const EMPTY: BinBounds = BinBounds {
         low: [f32::INFINITY; 6],
         high: [f32::NEG_INFINITY; 6],
         flux: 0.0,
     };
 
-    fn including(mut self, item: &Item) -> Self {
+    fn including(mut self, item: &TreeItem) -> Self {
         for (k, &x) in item.at.iter().enumerate() {
             self.low[k] = self.low[k].min(x);
             self.high[k] = self.high[k].max(x);
@@ -51,7 +52,7 @@ impl Extent {
         self
     }
 
-    fn union(mut self, o: &Extent) -> Self {
+    fn union(mut self, o: &BinBounds) -> Self {
         for k in 0..6 {
             self.low[k] = self.low[k].min(o.low[k]);
             self.high[k] = self.high[k].max(o.high[k]);
@@ -64,7 +65,7 @@ impl Extent {
         (self.high[axis] - self.low[axis]).max(0.0)
     }
 
-    /// Flux times the squared diagonal: the metric of the source, section 3.1, with the chord between normals for their angle.
+    /// Flux times the squared diagonal: the metric of Walter et al. 2005, section 3.1, with the chord between normals instead of their angle.
     fn cost(&self) -> f32 {
         let diagonal2: f32 = (0..6).map(|axis| self.size(axis).powi(2)).sum();
         self.flux * diagonal2
@@ -72,9 +73,9 @@ impl Extent {
 }
 
 impl LightTree {
-    /// The tree over those of the lights that `is_used` names and that have flux.
-    pub fn new(field: &VirtualLights, is_used: impl Fn(LightId) -> bool) -> Self {
-        let lights = field.lights();
+    /// The tree over the lights with flux for which `is_used` is true.
+    pub fn new(set: &VirtualLights, is_used: impl Fn(LightId) -> bool) -> Self {
+        let lights = set.lights();
         let used = (0..lights.len() as u32).map(LightId).filter(|&id| {
             let flux = lights[id.index()].flux.luminance();
             flux > 0.0 && is_used(id)
@@ -83,20 +84,20 @@ impl LightTree {
         if ids.is_empty() {
             return LightTree::default();
         }
-        let places = Aabb::from_points(ids.iter().map(|id| lights[id.index()].p));
-        let scale = NORMAL_SCALE * places.diagonal();
-        let item = |&id: &LightId| Item::new(id, &lights[id.index()], scale);
-        let mut items: Vec<Item> = ids.iter().map(item).collect();
-        let mut nodes = vec![Node::EMPTY; 2 * items.len() - 1];
-        build(field, &mut items, &mut nodes, 0, 0);
+        let bounds = Aabb::from_points(ids.iter().map(|id| lights[id.index()].p));
+        let scale = NORMAL_SCALE * bounds.diagonal();
+        let item = |&id: &LightId| TreeItem::new(id, &lights[id.index()], scale);
+        let mut items: Vec<TreeItem> = ids.iter().map(item).collect();
+        let mut nodes = vec![LightNode::EMPTY; 2 * items.len() - 1];
+        build(set, &mut items, &mut nodes, 0, 0);
         LightTree { nodes }
     }
 }
 
-impl Item {
+impl TreeItem {
     fn new(id: LightId, light: &VirtualLight, normal_scale: f32) -> Self {
         let (p, n) = (light.p, light.n * normal_scale);
-        Item {
+        TreeItem {
             id,
             flux: light.flux.luminance(),
             bounds: Aabb::from_points(light.points).include(p),
@@ -111,44 +112,44 @@ impl Item {
     }
 }
 
-impl Node {
-    const EMPTY: Node = Node {
+impl LightNode {
+    const EMPTY: LightNode = LightNode {
         bounds: Aabb::EMPTY,
         normals: Cone::EMPTY,
         offset: 0.0,
         flux: 0.0,
         intensity: IntensityBound::NONE,
-        content: Content::Light(LightId(0)),
+        content: NodeContent::Light(LightId(0)),
     };
 }
 
-/// Fills `nodes`, of which the first has index `first`; returns what the lights shine.
+/// Builds the tree over `items` into `nodes`, the first of which has the index `first` in the tree. Returns the bound of its intensity.
 fn build(
-    field: &VirtualLights,
-    items: &mut [Item],
-    nodes: &mut [Node],
+    lights: &VirtualLights,
+    items: &mut [TreeItem],
+    nodes: &mut [LightNode],
     first: u32,
     depth: u32,
 ) -> IntensityBound {
     if let [item] = items {
-        nodes[0] = Node {
+        nodes[0] = LightNode {
             bounds: item.bounds,
             normals: item.normals,
             offset: item.offset,
             flux: item.flux,
-            content: Content::Light(item.id),
-            ..Node::EMPTY
+            content: NodeContent::Light(item.id),
+            ..LightNode::EMPTY
         };
-        return field.intensity_bound(item.id);
+        return lights.intensity_bound(item.id);
     }
-    let middle = divide(items, depth);
+    let middle = split(items, depth);
     let (left, right) = items.split_at_mut(middle);
     let (node, below) = nodes.split_at_mut(1);
     let (left_nodes, right_nodes) = below.split_at_mut(2 * left.len() - 1);
     let second = first + 1 + left_nodes.len() as u32;
     let is_large = left.len() + right.len() > PARALLEL;
-    let mut build_left = || build(field, left, left_nodes, first + 1, depth + 1);
-    let mut build_right = || build(field, right, right_nodes, second, depth + 1);
+    let mut build_left = || build(lights, left, left_nodes, first + 1, depth + 1);
+    let mut build_right = || build(lights, right, right_nodes, second, depth + 1);
     let (mut intensity, other) = if is_large {
         rayon::join(build_left, build_right)
     } else {
@@ -156,30 +157,30 @@ fn build(
     };
     intensity.add(&other);
     let [a, b] = [&left_nodes[0], &right_nodes[0]];
-    node[0] = Node {
+    node[0] = LightNode {
         bounds: a.bounds.union(b.bounds),
         normals: a.normals.union(b.normals),
         offset: a.offset.max(b.offset),
         flux: a.flux + b.flux,
         intensity: intensity.clone(),
-        content: Content::Nodes { second },
+        content: NodeContent::Nodes { second },
     };
     intensity
 }
 
-/// Sorts the items into two sets that are not empty; returns the length of the first.
-fn divide(items: &mut [Item], depth: u32) -> usize {
+/// Partitions the items in place into two non-empty sets; returns the size of the first.
+fn split(items: &mut [TreeItem], depth: u32) -> usize {
     let half = items.len() / 2;
-    let whole = items.iter().fold(Extent::EMPTY, Extent::including);
+    let whole = items.iter().fold(BinBounds::EMPTY, BinBounds::including);
     let axis = (0..6).max_by(|&a, &b| whole.size(a).total_cmp(&whole.size(b)));
     let axis = axis.unwrap_or(0);
     let (low, size) = (whole.low[axis], whole.size(axis));
-    if items.len() > 2 && size > 0.0 && depth < HALVED_BELOW {
-        let bin_of = |item: &Item| {
+    if items.len() > 2 && size > 0.0 && depth < MEDIAN_SPLIT_DEPTH {
+        let bin_of = |item: &TreeItem| {
             let along = (item.at[axis] - low) / size;
             ((along * BINS as f32) as usize).min(BINS - 1)
         };
-        let mut bins = [Extent::EMPTY; BINS];
+        let mut bins = [BinBounds::EMPTY; BINS];
         for item in items.iter() {
             let bin = &mut bins[bin_of(item)];
             *bin = bin.including(item);
@@ -202,15 +203,15 @@ fn divide(items: &mut [Item], depth: u32) -> usize {
     half
 }
 
-/// The last bin before the plane at which both sides cost least.
-fn best_plane(bins: &[Extent; BINS]) -> usize {
-    let mut beyond = [Extent::EMPTY; BINS];
-    let mut sum = Extent::EMPTY;
+/// The last bin before the plane with the least sum of the costs of both sides.
+fn best_plane(bins: &[BinBounds; BINS]) -> usize {
+    let mut beyond = [BinBounds::EMPTY; BINS];
+    let mut sum = BinBounds::EMPTY;
     for (k, bin) in bins.iter().enumerate().rev() {
         beyond[k] = sum;
         sum = sum.union(bin);
     }
-    let (mut best, mut least, mut sum) = (BINS / 2 - 1, f32::INFINITY, Extent::EMPTY);
+    let (mut best, mut least, mut sum) = (BINS / 2 - 1, f32::INFINITY, BinBounds::EMPTY);
     for (k, bin) in bins[..BINS - 1].iter().enumerate() {
         sum = sum.union(bin);
         if sum.flux == 0.0 || beyond[k].flux == 0.0 {
@@ -230,8 +231,8 @@ mod tests {
     use crate::math::Vec3;
 
     #[test]
-    fn sets_fall_apart_at_gaps() {
-        let item = |k: u32, x: f32| Item {
+    fn sets_are_split_at_gaps() {
+        let item = |k: u32, x: f32| TreeItem {
             id: LightId(k),
             flux: 1.0,
             bounds: Aabb::from_points([Vec3::X * x]),
@@ -239,7 +240,7 @@ mod tests {
             offset: 0.0,
             at: [x, 0.0, 0.0, 0.0, 0.0, 0.0],
         };
-        let mut items: Vec<Item> = (0..30)
+        let mut items: Vec<TreeItem> = (0..30)
             .map(|k| {
                 item(
                     k,
@@ -247,10 +248,10 @@ mod tests {
                 )
             })
             .collect();
-        assert_eq!(divide(&mut items, 0), 10);
+        assert_eq!(split(&mut items, 0), 10);
         assert!(items[..10].iter().all(|item| item.at[0] < 1.0));
-        // All in one place.
-        let mut items: Vec<Item> = (0..5).map(|k| item(k, 1.0)).collect();
-        assert_eq!(divide(&mut items, 0), 2);
+        // All at one position.
+        let mut items: Vec<TreeItem> = (0..5).map(|k| item(k, 1.0)).collect();
+        assert_eq!(split(&mut items, 0), 2);
     }
 }

@@ -1,6 +1,7 @@
-//! Binary trees over virtual lights: one over those that reflect, one over those on emitters, one over those beyond the scene. Every node bounds what is below it, and any of its lights may be drawn to stand for all.
+//! The light tree: a binary tree over virtual lights, for lightcuts. Every node bounds the lights below it, and one of these may be drawn
+//! to represent the node.
 //!
-//! Source: Walter et al., "Lightcuts: A Scalable Approach to Illumination", SIGGRAPH 2005; here the lights of a cluster shine as they like, within
+//! Source: Walter et al., "Lightcuts: A Scalable Approach to Illumination", SIGGRAPH 2005; here with lights of any radiant intensity, bounded by
 //! [`IntensityBound`].
 
 mod bound;
@@ -10,39 +11,39 @@ mod draw;
 mod tests;
 
 pub(crate) use bound::Sent;
-pub use draw::Drawn;
+pub use draw::DrawnLight;
 
 use crate::ids::LightId;
 use crate::math::{Aabb, Cone};
 use crate::virtual_lights::IntensityBound;
 
-/// See the module. Lights without flux are left out.
+/// A binary tree over the virtual lights that have flux.
 #[derive(Clone, Debug, Default)]
 pub struct LightTree {
-    /// From the root on: the first child of an inner node comes next, then all that is below that, then the second child.
-    nodes: Vec<Node>,
+    /// In depth-first order: an inner node is followed by its first child with all descendants, then by its second child.
+    nodes: Vec<LightNode>,
 }
 
-/// One light, or the lights below two nodes.
+/// A leaf with one light, or an inner node with two children.
 #[derive(Clone, Debug)]
-pub struct Node {
-    /// Holds every point of its lights.
+pub struct LightNode {
+    /// Bounding box of the positions and points of the lights.
     pub bounds: Aabb,
-    /// Holds the geometric normals of all its lights, on the side of which alone they shine; full if some shine on both sides.
+    /// Bounding cone of the geometric normals on the lit sides; full if a light emits on both sides.
     pub normals: Cone,
-    /// Shadow rays end at most so far from these points, in m.
+    /// Largest distance in m by which shadow rays to the points end before the surface.
     pub offset: f32,
-    /// Luminance of the flux of its lights, in W.
+    /// Luminance of the flux of the lights, in W.
     pub flux: f32,
-    /// What its lights shine; nothing for a leaf, which needs no bound.
+    /// Bound of the radiant intensity of the lights of an inner node; not set for a leaf.
     intensity: IntensityBound,
-    content: Content,
+    content: NodeContent,
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Content {
+enum NodeContent {
     Light(LightId),
-    /// The first child comes next.
+    /// The first child is the next node.
     Nodes {
         second: u32,
     },
@@ -55,20 +56,20 @@ impl LightTree {
     }
 
     /// All nodes; see [`LightTree::children`].
-    pub fn nodes(&self) -> &[Node] {
+    pub fn nodes(&self) -> &[LightNode] {
         &self.nodes
     }
 
-    /// The indices of the children of the node with the given index, unless that is a leaf.
+    /// Indices of the children of the given node; `None` for a leaf.
     #[inline]
     pub fn children(&self, node: usize) -> Option<[usize; 2]> {
         match self.nodes[node].content {
-            Content::Light(_) => None,
-            Content::Nodes { second } => Some([node + 1, second as usize]),
+            NodeContent::Light(_) => None,
+            NodeContent::Nodes { second } => Some([node + 1, second as usize]),
         }
     }
 
-    /// Every bound becomes that of all directions together.
+    /// Replaces every bound of intensity by its maximum over all directions.
     #[cfg(any(test, feature = "testing"))]
     pub fn forget_directions(&mut self) {
         for node in &mut self.nodes {
@@ -76,8 +77,8 @@ impl LightTree {
         }
     }
 
-    /// Bytes for each light, where a share `glossy` of the inner nodes bounds what is not diffuse.
+    /// Expected bytes per light, if a fraction `glossy` of the inner nodes has lights that are not diffuse.
     pub fn bytes_per_light(glossy: f64) -> f64 {
-        (2 * size_of::<Node>()) as f64 + glossy * IntensityBound::GLOSSY_BYTES as f64
+        (2 * size_of::<LightNode>()) as f64 + glossy * IntensityBound::GLOSSY_BYTES as f64
     }
 }

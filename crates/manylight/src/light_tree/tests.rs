@@ -1,10 +1,10 @@
-//! What is below a node is within its bounds, and nothing is lost.
+//! Nodes bound their lights, all lights are leaves, and draws have the probabilities reported.
 
 use super::*;
 use crate::bsdf::{Lobes, Receivers};
 use crate::lanes::Lanes3;
 use crate::math::{Vec2, Vec3};
-use crate::particles::{Photon, for_lights, trace_photons};
+use crate::particles::{Photon, trace_photons, usable_by_virtual_lights};
 use crate::sampling::rng::Pcg;
 use crate::sampling::{Pass, warp};
 use crate::scene::{PathLimits, Scene};
@@ -24,24 +24,29 @@ const TABLES: GlossyForm = GlossyForm::Table {
 fn lit(scene: &Scene, count: usize, form: Option<GlossyForm>) -> (Vec<Photon>, VirtualLights<'_>) {
     let limits = PathLimits::default();
     let pass = Pass { seed: 3, index: 1 };
-    let photons = trace_photons(scene, limits, 4000, pass, for_lights);
+    let photons = trace_photons(scene, limits, 4000, pass, usable_by_virtual_lights);
     let fluxes: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
     let sites = select(&photons, &fluxes, count, 0.4);
-    let field = match form {
-        None => VirtualLights::single(scene, limits, &photons, &PhotonClusters::own(&sites)),
+    let set = match form {
+        None => VirtualLights::single(
+            scene,
+            limits,
+            &photons,
+            &PhotonClusters::single_photons(&sites),
+        ),
         Some(form) => {
-            let (shares, _) = assign(scene, &photons, &sites, &fluxes, 0.7);
-            VirtualLights::rich(scene, limits, &photons, &shares, form)
+            let (clusters, _) = assign(scene, &photons, &sites, &fluxes, 0.7);
+            VirtualLights::rich(scene, limits, &photons, &clusters, form)
         }
     };
-    (photons, field)
+    (photons, set)
 }
 
 /// The lights below a node.
 fn below(tree: &LightTree, node: usize) -> Vec<LightId> {
     match tree.nodes[node].content {
-        Content::Light(id) => vec![id],
-        Content::Nodes { second } => [node + 1, second as usize]
+        NodeContent::Light(id) => vec![id],
+        NodeContent::Nodes { second } => [node + 1, second as usize]
             .into_iter()
             .flat_map(|child| below(tree, child))
             .collect(),
@@ -51,10 +56,10 @@ fn below(tree: &LightTree, node: usize) -> Vec<LightId> {
 #[test]
 fn every_light_is_a_leaf() {
     let scene = glossy_box(8).build();
-    let (_, field) = lit(&scene, 1500, Some(TABLES));
+    let (_, set) = lit(&scene, 1500, Some(TABLES));
     let is_used = |id: LightId| !id.0.is_multiple_of(3);
-    let tree = LightTree::new(&field, is_used);
-    let lights = field.lights();
+    let tree = LightTree::new(&set, is_used);
+    let lights = set.lights();
     let mut leaves = below(&tree, 0);
     leaves.sort();
     let expected: Vec<LightId> = (0..lights.len() as u32)
@@ -73,58 +78,58 @@ fn every_light_is_a_leaf() {
             assert_eq!(node.bounds.distance_squared(p), 0.0);
         }
     }
-    // Of as many nodes at least as hold the lights twice, half are leaves.
+    // A binary tree of n leaves has 2n - 1 nodes.
     assert_eq!(tree.nodes().len(), 2 * expected.len() - 1);
-    assert!(LightTree::new(&field, |_| false).root().is_none());
+    assert!(LightTree::new(&set, |_| false).root().is_none());
 }
 
-/// Drawn from the root, and from a child by way of the root: as often as is said, whatever the lights shine.
+/// Draws from the root, and draws converted to a child of the root, have the frequencies reported, for all forms of emission.
 #[test]
-fn lights_are_drawn_with_the_probability_that_is_told() {
+fn lights_are_drawn_with_the_probability_reported() {
     let scene = glossy_box(8).build();
-    let place = Vec3::new(0.3, -0.7, 0.2);
+    let p = Vec3::new(0.3, -0.7, 0.2);
     let trials = 40_000;
     for form in [None, Some(TABLES), Some(GlossyForm::Lobes { count: 3 })] {
-        let (_, field) = lit(&scene, 24, form);
-        let tree = LightTree::new(&field, |_| true);
+        let (_, set) = lit(&scene, 24, form);
+        let tree = LightTree::new(&set, |_| true);
         let mut rng = Pcg::new(7);
-        let count = field.lights().len();
+        let count = set.lights().len();
         let mut drawn = vec![0u32; count];
-        let mut told = vec![0.0; count];
-        let mut told_below = [vec![0.0; count], vec![0.0; count]];
+        let mut reported = vec![0.0; count];
+        let mut reported_below = [vec![0.0; count], vec![0.0; count]];
         for _ in 0..trials {
-            let one = tree.draw(&field, 0, place, &mut rng);
-            let (k, own) = tree.inherit(&field, tree.children(0).unwrap(), one, place);
+            let one = tree.draw(&set, 0, p, &mut rng);
+            let (k, own) = tree.inherit(&set, tree.children(0).unwrap(), one, p);
             let id = one.id.index();
             drawn[id] += 1;
-            told[id] = f64::from(one.probability);
-            told_below[k][id] = f64::from(own.probability);
+            reported[id] = f64::from(one.probability);
+            reported_below[k][id] = f64::from(own.probability);
         }
         let mut unevenness = 0.0f64;
-        for (&drawn, &told) in drawn.iter().zip(&told) {
-            let expected = told * f64::from(trials);
+        for (&drawn, &reported) in drawn.iter().zip(&reported) {
+            let expected = reported * f64::from(trials);
             let deviation = (f64::from(drawn) - expected).abs();
             assert!(
                 deviation < 5.0 * expected.sqrt() + 1.0,
                 "{drawn} for {expected}"
             );
-            unevenness = unevenness.max((told * count as f64).ln().abs());
+            unevenness = unevenness.max((reported * count as f64).ln().abs());
         }
         assert!(unevenness > 0.5, "some lights are nearer");
-        let [below_first, below_second] = &told_below;
-        for told in [&told, below_first, below_second] {
-            let sum: f64 = told.iter().sum();
+        let [below_first, below_second] = &reported_below;
+        for reported in [&reported, below_first, below_second] {
+            let sum: f64 = reported.iter().sum();
             assert!((sum - 1.0).abs() < 5e-3, "{sum}");
         }
     }
 }
 
-/// So many random receivers, each with a random node: what the lights below send, each from one of its points, is within the bound. Returns the
-/// bound over the sum, on average by its logarithm, and the number of connections.
+/// For `count` random receivers with a random inner node each: the sum over the lights of the node, each from one of its points, is within the
+/// bound. Returns the geometric mean of bound over sum, and the number of connections.
 fn hold_bounds(form: Option<GlossyForm>, count: u32) -> (f64, u64) {
     let scene = glossy_box(8).build();
-    let (photons, field) = lit(&scene, 400, form);
-    let tree = LightTree::new(&field, |_| true);
+    let (photons, set) = lit(&scene, 400, form);
+    let tree = LightTree::new(&set, |_| true);
     let mut rng = Pcg::new(9);
     let (mut looseness, mut lit, mut connections) = (0.0, 0u64, 0);
     for _ in 0..count {
@@ -134,7 +139,7 @@ fn hold_bounds(form: Option<GlossyForm>, count: u32) -> (f64, u64) {
         let wo = warp::sphere(Vec2::new(rng.next_f32(), rng.next_f32()));
         let mut node = 0;
         while let Some(children) = tree.children(node) {
-            // Every size as often.
+            // Nodes of all depths.
             if rng.next_f32() < 0.1 {
                 break;
             }
@@ -149,13 +154,13 @@ fn hold_bounds(form: Option<GlossyForm>, count: u32) -> (f64, u64) {
         let mut sum = 0.0;
         for id in below(&tree, node) {
             let point = (rng.next_f32() * POINTS as f32) as usize;
-            let to = field.lights()[id.index()].points[point] - x.p;
+            let to = set.lights()[id.index()].points[point] - x.p;
             let d2 = to.length_squared();
             if d2 == 0.0 {
                 continue;
             }
             let w = to / d2.sqrt();
-            let value = bsdf.f_cos_wi(w, wo, Lobes::NON_SPECULAR) * field.intensity(id, -w);
+            let value = bsdf.f_cos_wi(w, wo, Lobes::NON_SPECULAR) * set.intensity(id, -w);
             sum += value.luminance() / d2;
             connections += 1;
         }

@@ -1,33 +1,34 @@
-//! Which photons may speak for which light: same material, same side, similar normal, same surface.
+//! The compatibility test between a photon and a light: same material, same side, similar normal, near the tangent plane.
 
 use crate::ids::MaterialId;
 use crate::math::Vec3;
 
-/// Normals within 25° for diffuse surfaces.
+/// Smallest cosine between compatible normals on diffuse surfaces: 25°. Smaller angles separate facets of smooth objects, larger ones mix
+/// orientations. Not tuned by a measurement.
 const MIN_COS: f32 = 0.906_308;
-/// Normals within this many times the roughness for glossy ones. Tables hold every photon's lobe about its own normal,
-/// so this bounds parallax and not the directions themselves.
+/// Largest angle between compatible normals on glossy surfaces, in rad per unit of roughness. Profiles evaluate the lobe of every photon about
+/// the photon's normal, so this limits the error of position and not that of direction. Not tuned by a measurement.
 const ANGLE_PER_ALPHA: f32 = 2.0;
-/// Offset from the tangent plane over distance.
+/// Largest offset from the tangent plane relative to the distance. Not tuned by a measurement.
 const MAX_SLOPE: f32 = 0.15;
-/// How much farther a step along the normal counts than one along the surface.
+/// Factor on distances along the normal in the metric of [`Patch::distance_squared`]. Not tuned by a measurement.
 const NORMAL_STRETCH: f32 = 5.0;
 
-/// A small piece of surface, as far as it decides which photons belong to it.
+/// A small piece of surface, for the compatibility test.
 #[derive(Clone, Copy, Debug)]
 pub struct Patch {
     /// Center.
     pub p: Vec3,
     /// Geometric normal on the lit side, unit.
     pub n: Vec3,
-    /// What it is made of.
+    /// Material.
     pub material: MaterialId,
-    /// Least cosine between normals.
+    /// Smallest cosine between compatible normals.
     pub min_cos: f32,
 }
 
 impl Patch {
-    /// The patch around a point whose narrowest glossy lobe has roughness `glossy_width` (1 without any).
+    /// The patch around `p` with unit normal `n`; `glossy_width` is the roughness of the narrowest glossy lobe, 1 without glossy lobes.
     pub fn new(p: Vec3, n: Vec3, material: MaterialId, glossy_width: f32) -> Self {
         let angle = (ANGLE_PER_ALPHA * glossy_width).min(std::f32::consts::FRAC_PI_2);
         Patch {
@@ -38,8 +39,8 @@ impl Patch {
         }
     }
 
-    /// Squared distance at which something at `p` with normal `n` on the same side counts, in a metric that is stretched
-    /// along the normals; never below the Euclidean one. `None` when it belongs to another surface.
+    /// Squared distance in m² to the location `p` with unit normal `n`, in a metric stretched along the normals; never below the Euclidean
+    /// one. `None` if the location is not compatible.
     #[inline]
     pub fn distance_squared(&self, p: Vec3, n: Vec3, material: MaterialId) -> Option<f32> {
         if material != self.material || n.dot(self.n) < self.min_cos {
@@ -47,7 +48,7 @@ impl Patch {
         }
         let step = p - self.p;
         let d2 = step.x * step.x + step.y * step.y + step.z * step.z;
-        // On a smooth surface the offsets from both tangent planes are small, so both normals are asked.
+        // On a smooth surface the offsets from both tangent planes are small.
         let (h0, h1) = (self.n.dot(step), n.dot(step));
         let h2 = (h0 * h0).max(h1 * h1);
         (h0 * h0 <= MAX_SLOPE * MAX_SLOPE * d2)

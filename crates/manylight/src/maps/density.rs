@@ -1,32 +1,39 @@
-//! Density estimates over importons and photons.
+//! Density estimates: importance from importons, reflected radiance from photons.
 //!
-//! The bandwidth is the distance of the K-th particle of any kind; only particles of the same side and surface are
-//! summed. So the search never runs far where all particles near are strangers, and the sum stays unbiased.
+//! The bandwidth is the distance of the K-th particle on any surface; only particles on the receiver's side and surface are summed. So the search
+//! stays local where other surfaces have all nearby particles, and the sum is unbiased.
 
 use super::{DensityKernel, KdTree, Located, Neighbors};
 use crate::math::Vec3;
 use crate::particles::{Importon, Photon};
 
-/// Neighbors in the importance estimate. Its noise only affects variance.
+/// K, the number of neighbors in an estimate of importance. Its noise affects the variance of the image, not its mean; fewer neighbors take less
+/// time. Not tuned by a measurement.
 pub const IMPORTANCE_NEIGHBORS: usize = 32;
 
-/// Importons count up to 60° from the normal: wide, because facets of one smooth object must see each other,
-/// yet closed against the other side of a wall.
+/// Largest distance from the position of an estimate at which it is reused, relative to its bandwidth.
+const REUSE_RADIUS: f32 = 0.2;
+/// Smallest cosine between the normals of an estimate and its reuse: 8°.
+const REUSE_MIN_COS: f32 = 0.99;
+/// Smallest cosine between normals of importons on one surface: 60°. Wide enough for facets of one smooth object, and it excludes the other
+/// side of a wall.
 const IMPORTON_MIN_COS: f32 = 0.5;
-/// Importons farther off the tangent plane than this share of the bandwidth lie on another surface.
+/// Largest distance of importons from the tangent plane relative to the bandwidth. Not tuned by a measurement.
 const IMPORTON_SLAB: f32 = 0.5;
-/// Photons are summed as radiance, where a stranger is an error: cos 25°.
+/// Smallest cosine between normals of photons on one surface: 25°, stricter because photons of other surfaces bias the image. Not tuned by a
+/// measurement.
 const PHOTON_MIN_COS: f32 = 0.906_308;
-/// As [`IMPORTON_SLAB`], for photons.
+/// Largest distance of photons from the tangent plane relative to the bandwidth. Not tuned by a measurement.
 const PHOTON_SLAB: f32 = 0.2;
 
-/// Importance that arrives per area at `p` with normal `n` (lit side), in 1/m²; never negative.
+/// Incident importance per area at `p` on the side of the unit normal `n`, in 1/m²; never negative. Estimated from the K nearest importons with
+/// importance `Ψ_i` at distance `d_i` (Simon et al. 2015):
 ///
 /// ```text
 /// Ŵ(x) = 2/(π d_K²) Σ_i Ψ_i (1 − d_i²/d_K²)
 /// ```
 ///
-/// `found` holds K and the memory; see [`IMPORTANCE_NEIGHBORS`].
+/// K is the size of `found`, usually [`IMPORTANCE_NEIGHBORS`].
 pub fn importance_at(importons: &KdTree<Importon>, p: Vec3, n: Vec3, found: &mut Neighbors) -> f32 {
     importons.nearest(p, f32::INFINITY, found);
     let r2 = found.radius_squared();
@@ -43,23 +50,20 @@ pub fn importance_at(importons: &KdTree<Importon>, p: Vec3, n: Vec3, found: &mut
     sum.max(0.0)
 }
 
-/// [`importance_at`] at places that follow each other: an estimate also serves places that are near beside its bandwidth.
+/// [`importance_at`] for a sequence of nearby positions: the last estimate is reused within a small part of its bandwidth.
 ///
-/// Photons are many times as dense as importons where that matters, so that most searches would give the same.
+/// Where lights are placed, photons are many times as dense as importons, so that most searches would find the same importons. Takes a fifth of the
+/// time of separate estimates.
 #[derive(Debug)]
 pub struct NearbyImportance<'m> {
     importons: &'m KdTree<Importon>,
     found: Neighbors,
+    /// Position, normal and result of the last estimate.
     last: Option<(Vec3, Vec3, f32)>,
 }
 
-/// How far an estimate serves, in parts of its bandwidth,
-const SERVED_RADIUS: f32 = 0.2;
-/// and for normals up to acos of this from its own: 8°.
-const SERVED_MIN_COS: f32 = 0.99;
-
 impl<'m> NearbyImportance<'m> {
-    /// Nothing is known yet.
+    /// No estimate yet.
     pub fn new(importons: &'m KdTree<Importon>) -> Self {
         NearbyImportance {
             importons,
@@ -68,13 +72,13 @@ impl<'m> NearbyImportance<'m> {
         }
     }
 
-    /// Importance that arrives per area at `p` with normal `n` or near there, in 1/m².
+    /// Incident importance per area at `p` on the side of the unit normal `n`, or nearby, in 1/m².
     pub fn at(&mut self, p: Vec3, n: Vec3) -> f32 {
-        let served = self.last.filter(|&(place, normal, _)| {
-            let radius2 = SERVED_RADIUS * SERVED_RADIUS * self.found.radius_squared();
-            place.distance_squared(p) <= radius2 && normal.dot(n) >= SERVED_MIN_COS
+        let reused = self.last.filter(|&(position, normal, _)| {
+            let radius2 = REUSE_RADIUS * REUSE_RADIUS * self.found.radius_squared();
+            position.distance_squared(p) <= radius2 && normal.dot(n) >= REUSE_MIN_COS
         });
-        if let Some((_, _, importance)) = served {
+        if let Some((_, _, importance)) = reused {
             return importance;
         }
         let importance = importance_at(self.importons, p, n, &mut self.found);
@@ -83,51 +87,51 @@ impl<'m> NearbyImportance<'m> {
     }
 }
 
-/// How far an estimate looks.
+/// Radius of the kernel of a density estimate: `share · min(largest, d_K)`.
 #[derive(Clone, Copy, Debug)]
 pub struct Bandwidth {
-    /// At most so far, in m.
+    /// Largest radius of the search for the K-th neighbor, in m.
     pub largest: f32,
-    /// Of that, or of the distance of the K-th neighbor if that is nearer, this share in (0, 1].
+    /// Factor in (0, 1].
     pub share: f32,
 }
 
-/// The share of the bandwidth in pass number `pass`, counted from 1: radii shrink as the passes go on, so that their mean goes to
-/// the right picture. Squared radii by n^(-1/3), where the errors by blur and by noise fall alike.
+/// Factor on the bandwidth in pass `pass` >= 1: `pass^(-1/6)`. Radii shrink so that the mean over passes is consistent; with squared radii in
+/// proportion to `pass^(-1/3)`, bias and standard deviation of the mean converge at the same rate.
 ///
 /// Source: Knaus, Zwicker, "Progressive Photon Mapping: A Probabilistic Approach", ACM TOG 2011, with alpha = 2/3.
-pub fn shrinking(pass: u32) -> f32 {
+pub fn progressive_radius_scale(pass: u32) -> f32 {
     (pass as f32).powf(-1.0 / 6.0)
 }
 
-/// Where radiance is estimated.
+/// The surface point at which a density is estimated.
 #[derive(Clone, Copy, Debug)]
-pub struct Receiver {
+pub struct DensityReceiver {
     /// Position.
     pub p: Vec3,
     /// Geometric normal on the lit side, unit.
     pub n: Vec3,
 }
 
-impl Receiver {
-    /// How far off the tangent plane a point within `radius` may be.
+impl DensityReceiver {
+    /// Largest distance from the tangent plane, in m, of points on the receiver's surface within `radius`.
     #[inline]
     pub fn slab(&self, radius: f32) -> f32 {
         PHOTON_SLAB * radius
     }
 
-    /// Whether a point within `radius` with the given normal on its lit side is on the receiver's own surface.
+    /// Whether the point `p` within `radius`, with unit normal `n` on its lit side, is on the receiver's surface.
     #[inline]
     pub fn shares_surface(&self, p: Vec3, n: Vec3, radius: f32) -> bool {
         self.n.dot(n) >= PHOTON_MIN_COS && self.n.dot(p - self.p).abs() <= self.slab(radius)
     }
 }
 
-/// Shows `visit` the nearest photons within the `bandwidth` that lie on the receiver's surface and arrive from its side, each
-/// with its kernel weight in 1/m²: `Σ weight · flux · f` estimates reflected radiance. Returns the radius of the kernel in m.
-pub fn estimate<'m, P: Located + AsRef<Photon> + Sync>(
+/// Calls `visit` with each of the nearest photons on the receiver's side and surface and its kernel weight in 1/m²: `Σ weight · flux · f` estimates
+/// reflected radiance. K is the size of `found`. Returns the radius of the kernel in m.
+pub fn density_estimate<'m, P: Located + AsRef<Photon> + Sync>(
     photons: &'m KdTree<P>,
-    receiver: Receiver,
+    receiver: DensityReceiver,
     bandwidth: Bandwidth,
     found: &mut Neighbors,
     mut visit: impl FnMut(&'m P, f32),
@@ -215,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn estimates_serve_their_neighborhood_alone() {
+    fn estimates_are_reused_nearby_only() {
         let mut rng = Pcg::new(5);
         // Twice as dense on the right.
         let place = |rng: &mut Pcg| {
@@ -227,26 +231,26 @@ mod tests {
             .map(|_| importon(place(&mut rng), Vec3::Z))
             .collect();
         let tree = KdTree::build(floor);
-        let mut served = NearbyImportance::new(&tree);
+        let mut reused = NearbyImportance::new(&tree);
         let mut found = Neighbors::new(IMPORTANCE_NEIGHBORS);
-        let (mut sum, mut sum_served, mut searches) = (0.0, 0.0, 0);
+        let (mut sum, mut sum_reused, mut searches) = (0.0, 0.0, 0);
         for i in 0..40_000 {
             let p = Vec3::new((i / 200) as f32 / 200.0, (i % 200) as f32 / 200.0, 0.0);
             let own = importance_at(&tree, p, Vec3::Z, &mut found);
-            let near = served.at(p, Vec3::Z);
+            let near = reused.at(p, Vec3::Z);
             assert!((near / own).ln().abs() < 1.5, "{near} for {own} at {p}");
             searches += u32::from(near == own);
             sum += f64::from(own);
-            sum_served += f64::from(near);
+            sum_reused += f64::from(near);
         }
         assert!(
-            (sum_served / sum - 1.0).abs() < 0.01,
-            "{sum_served} for {sum}"
+            (sum_reused / sum - 1.0).abs() < 0.01,
+            "{sum_reused} for {sum}"
         );
         assert!(searches < 20_000, "{searches}");
         let p = Vec3::new(0.5, 0.5, 0.0);
-        assert!(served.at(p, Vec3::Z) > 0.0);
-        assert_eq!(served.at(p, -Vec3::Z), 0.0);
+        assert!(reused.at(p, Vec3::Z) > 0.0);
+        assert_eq!(reused.at(p, -Vec3::Z), 0.0);
     }
 
     #[test]

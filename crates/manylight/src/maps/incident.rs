@@ -1,6 +1,6 @@
-//! Where light from afar comes from: a density over directions at a point, made of the photons that arrive around it.
+//! Directional density of the light from the environment at a point, from the photons around it: guides directions through windows.
 //!
-//! A window is small beside the sky, so that few directions to the sky lead through it; photons have found those that do.
+//! Few directions to the sky lead through a small window. Photons from the environment have found such directions.
 //! Source: Jensen, "Importance Driven Path Tracing Using the Photon Map", EGWR 1995; here with von Mises-Fisher lobes.
 
 use super::{KdTree, Located, Neighbors};
@@ -10,25 +10,26 @@ use crate::particles::Photon;
 use crate::sampling::warp::{von_mises_fisher, von_mises_fisher_pdf};
 use crate::scene::Scene;
 
-/// Photons asked around a point.
+/// Largest number of photons, and of lobes, of a density. More make it smoother and slower to evaluate. Not tuned by a measurement.
 pub const INCIDENT_NEIGHBORS: usize = 32;
-/// Fewer than this say nothing.
-const LEAST_PHOTONS: usize = 4;
-/// Photons of the point's own surface have normals within this: cos 25°.
+/// Smallest number of photons for a density.
+const MIN_PHOTONS: usize = 4;
+/// Smallest cosine between the normals of the point and of photons on its surface: 25°.
 const MIN_COS: f32 = 0.906_308;
-/// Photons kept, about: directions change slowly from place to place.
-const MOST_PHOTONS: usize = 1 << 18;
-/// Bounds of the variance of a lobe, in rad² along each of two axes.
+/// Number of photons above which only a regular subset is stored. Directions vary slowly over a surface; fewer photons save memory and time. Not
+/// tuned by a measurement.
+const MAX_PHOTONS: usize = 1 << 18;
+/// Smallest and largest variance `1/κ` of a lobe along each of two axes, in rad². Not tuned by a measurement.
 const VARIANCE: [f32; 2] = [4e-4, 0.25];
 
-/// Where a photon came from.
+/// Position and direction of an arriving photon.
 #[derive(Clone, Copy, Debug)]
 pub struct Incident {
-    /// Where it arrives.
+    /// Position.
     pub p: Vec3,
-    /// Geometric normal there, on its side; unit.
+    /// Geometric normal on the side from which the photon arrives, unit.
     pub n: Vec3,
-    /// Unit direction that it comes from.
+    /// Unit direction to its origin.
     pub wi: Vec3,
 }
 
@@ -39,26 +40,26 @@ impl Located for Incident {
     }
 }
 
-/// Where photons come from, all over the scene.
+/// Arriving photons of a scene, found by position.
 #[derive(Debug)]
 pub struct IncidentMap {
     photons: KdTree<Incident>,
 }
 
 impl IncidentMap {
-    /// Of so many photons that some of them are enough, only some are kept.
+    /// A map of the photons, or of a regular subset if these are very many.
     pub fn new(photons: &[Incident]) -> Self {
-        let step = photons.len().div_ceil(MOST_PHOTONS).max(1);
+        let step = photons.len().div_ceil(MAX_PHOTONS).max(1);
         IncidentMap {
             photons: KdTree::build_ordered(photons.iter().copied().step_by(step).collect()),
         }
     }
 
-    /// Of the photons straight from emitters beyond the scene, if these fill a solid angle. Emitters within it are found by their
-    /// area.
-    pub fn from_afar(scene: &Scene, photons: &[Photon]) -> Self {
+    /// A map of the photons that arrive straight from the environment; empty if the scene has only directional infinite lights or none. (Emitters
+    /// inside the scene are sampled by area.)
+    pub fn of_environment(scene: &Scene, photons: &[Photon]) -> Self {
         let bounds = scene.geometry.bounds();
-        let is_from_afar = |photon: &&Photon| {
+        let is_from_environment = |photon: &&Photon| {
             photon.event == Lobes::NONE
                 && scene.emitters.has_environment()
                 && bounds.distance_squared(photon.prev) > 0.0
@@ -68,12 +69,16 @@ impl IncidentMap {
             n: photon.n,
             wi: photon.wi,
         };
-        let incidents: Vec<Incident> = photons.iter().filter(is_from_afar).map(incident).collect();
+        let incidents: Vec<Incident> = photons
+            .iter()
+            .filter(is_from_environment)
+            .map(incident)
+            .collect();
         IncidentMap::new(&incidents)
     }
 
-    /// The directions around `p` on the side of the unit normal `n`; `None` if too few photons are known there. `found` asks for
-    /// [`INCIDENT_NEIGHBORS`] at most.
+    /// The density at `p` on the side of the unit normal `n`; `None` with fewer than 4 photons there. The size of `found` is at most
+    /// [`INCIDENT_NEIGHBORS`].
     pub fn around(&self, p: Vec3, n: Vec3, found: &mut Neighbors) -> Option<IncidentGuide> {
         if self.photons.items().is_empty() {
             return None;
@@ -93,10 +98,10 @@ impl IncidentMap {
                 sum += photon.wi;
             }
         }
-        if guide.count < LEAST_PHOTONS {
+        if guide.count < MIN_PHOTONS {
             return None;
         }
-        // Scott's rule for kernels of n samples in two dimensions: n^(-1/3) of the variance.
+        // Scott's rule for n samples in two dimensions: the kernel has n^(-1/3) of their variance.
         let n = guide.count as f32;
         let variance = (1.0 - sum.length() / n) * n.powf(-1.0 / 3.0);
         guide.kappa = variance.clamp(VARIANCE[0], VARIANCE[1]).recip();
@@ -104,7 +109,7 @@ impl IncidentMap {
     }
 }
 
-/// A mixture of equal lobes.
+/// A density over directions: a mixture of von Mises-Fisher lobes of equal weight and concentration, one for each photon.
 #[derive(Clone, Debug)]
 pub struct IncidentGuide {
     axes: [Vec3; INCIDENT_NEIGHBORS],
@@ -113,7 +118,7 @@ pub struct IncidentGuide {
 }
 
 impl IncidentGuide {
-    /// A unit direction with the density [`IncidentGuide::pdf`].
+    /// Samples a unit direction with the density [`IncidentGuide::pdf`]; `u_lobe` and `u` are uniform in [0, 1).
     pub fn sample(&self, u_lobe: f32, u: Vec2) -> Vec3 {
         let lobe = ((u_lobe * self.count as f32) as usize).min(self.count - 1);
         Frame::from_normal(self.axes[lobe])
@@ -121,7 +126,7 @@ impl IncidentGuide {
             .normalize()
     }
 
-    /// Per solid angle.
+    /// Density of the unit direction `w` by solid angle, in 1/sr.
     pub fn pdf(&self, w: Vec3) -> f32 {
         let lobes = &self.axes[..self.count];
         let sum: f32 = lobes
@@ -156,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_follow_the_density_and_look_where_photons_come_from() {
+    fn samples_follow_the_density_and_the_photons() {
         let mut found = Neighbors::new(INCIDENT_NEIGHBORS);
         let p = Vec3::new(0.4, 0.6, 0.0);
         let guide = map().around(p, Vec3::Z, &mut found).unwrap();
@@ -180,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn strangers_say_nothing() {
+    fn other_surfaces_and_empty_maps_have_no_density() {
         let mut found = Neighbors::new(INCIDENT_NEIGHBORS);
         assert!(
             map()

@@ -1,18 +1,18 @@
-//! Kernels of density estimates on surfaces, normalized over the disc.
+//! Kernels of density estimates on surfaces, normalized over a disc.
 
 use std::f32::consts::FRAC_1_PI;
 
-/// How neighbors at distance `d` count within the bandwidth `r`.
+/// Weight of neighbors at distance `d` within the bandwidth `r`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DensityKernel {
-    /// `1 / (π r²)`. With `r` the distance of the K-th neighbor the density comes out K/(K-1) too high.
+    /// `1 / (π r²)`. If `r` is the distance of the K-th neighbor, the density is overestimated by the factor K/(K-1).
     Constant,
-    /// `2 / (π r²) (1 - d²/r²)`. Unbiased for homogeneous particles with `r` fixed or the distance of the K-th neighbor.
+    /// `2 / (π r²) (1 - d²/r²)`. Unbiased for homogeneous particles, both for a fixed `r` and for the distance of the K-th neighbor.
     Epanechnikov,
 }
 
 impl DensityKernel {
-    /// Weight in 1/m² at the squared distance `d2`, which must not exceed `r2 = r²`; 0 for the empty disc.
+    /// Weight in 1/m² at the squared distance `d2`, at most `r2 = r²`; 0 for an empty disc.
     #[inline]
     pub fn weight(self, d2: f32, r2: f32) -> f32 {
         if r2 <= 0.0 {

@@ -1,4 +1,4 @@
-//! Particles found by position: nearest neighbors, densities, and which particles belong together.
+//! Particles found by position: nearest neighbors, density estimates, and the compatibility test of surfaces.
 
 pub mod compatible;
 pub mod coverage;
@@ -8,7 +8,7 @@ pub mod kd_tree;
 pub mod kernel;
 
 pub use compatible::Patch;
-pub use coverage::{FEW_PROBES, PROBES, covered};
+pub use coverage::{COVERAGE_PROBES, COVERAGE_PROBES_INDIRECT, covered_fraction};
 pub use incident::{INCIDENT_NEIGHBORS, Incident, IncidentGuide, IncidentMap};
 pub use kd_tree::{KdTree, Located, Neighbors};
 pub use kernel::DensityKernel;

@@ -1,4 +1,4 @@
-//! Importons: importance that arrives at surfaces from the points that will sum virtual lights.
+//! Importons: importance incident at surfaces, traced from the camera by way of the points at which virtual lights are summed.
 
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
@@ -8,25 +8,28 @@ use crate::scene::{PathLimits, Scene};
 use crate::transport::Walk;
 use rayon::prelude::*;
 
-/// Importance that arrives at `p` from the shading point that would sum lights standing here.
+/// Importance incident at `p` from a gather point: the weight of a virtual light at `p` in the image.
 #[derive(Clone, Copy, Debug)]
 pub struct Importon {
     /// Position.
     pub p: Vec3,
-    /// Geometric normal, turned to the side from which the importon arrives; of the twin on a transmitting surface, to the other.
+    /// Geometric normal on the side from which the importon arrives; for the copy on a transmitting surface, on the other side.
     pub n: Vec3,
-    /// Unit direction to the shading point.
+    /// Unit direction to the gather point.
     pub wo: Vec3,
-    /// Importance, already divided by the number of importon paths.
+    /// Importance `Ψ`, already divided by the number of importon paths.
     pub importance: f32,
 }
 
-/// Paths traced by one task.
+/// Largest number of segments of a specular chain; longer ones contribute little.
+const MAX_SPECULAR_SEGMENTS: u32 = 64;
+/// Number of paths traced by one task.
 const PATHS_PER_TASK: u32 = 1024;
 
-/// Traces `path_count` camera paths through uniform film positions. Each follows specular events to a vertex `x` with a
-/// smooth event (the same walk as shading) and deposits an importon at the surfaces that this event sees: a virtual light
-/// there is seen from `x`. Deeper bounces deposit nothing; their transport is the photons'.
+/// Traces `path_count` camera paths through uniform film positions.
+///
+/// Each path follows specular events to a gather point, samples a non-specular event there, and deposits an importon at the next surface: a
+/// virtual light there illuminates the gather point (`Ŵ(x3)` in Simon et al. 2015). It ends there, as photons cover the rest of the transport.
 pub fn trace_importons(
     scene: &Scene,
     limits: PathLimits,
@@ -53,6 +56,7 @@ pub fn trace_importons(
     tasks.concat()
 }
 
+/// Traces one path with the fraction `share` of the importance of the sensor and appends its importons.
 fn trace_path(
     scene: &Scene,
     limits: PathLimits,
@@ -75,7 +79,7 @@ fn trace_path(
             };
             importons.push(importon);
             if v.bsdf.transmits() {
-                // Lights on the far side shine through.
+                // Lights on the far side emit through the surface.
                 importons.push(Importon {
                     n: -importon.n,
                     ..importon
@@ -99,6 +103,3 @@ fn trace_path(
         }
     }
 }
-
-/// Chains of mirrors longer than this matter to nobody.
-const MAX_SPECULAR_SEGMENTS: u32 = 64;

@@ -4,4 +4,4 @@ pub mod importons;
 pub mod photons;
 
 pub use importons::{Importon, trace_importons};
-pub use photons::{Photon, for_lights, parent, trace_photons};
+pub use photons::{Photon, parent, trace_photons, usable_by_virtual_lights};

@@ -1,4 +1,4 @@
-//! Photons: flux that arrives at surfaces.
+//! Photons: flux incident at surfaces, traced from the emitters.
 
 use crate::bsdf::{Bsdf, Lobes};
 use crate::color::Rgb;
@@ -10,8 +10,11 @@ use crate::scene::{PathLimits, Scene};
 use crate::transport::{Walk, roulette};
 use rayon::prelude::*;
 
-/// Flux that arrives at `p` from direction `wi`, already divided by the number of emitted paths:
-/// `E[Σ flux h(p, wi)] = ∫∫ L_i(p, w) |n·w| h(p, w) dw dA` for any `h`.
+/// Flux incident at `p` from direction `wi`, already divided by the number of photon paths: for any function `h`
+///
+/// ```text
+/// E[Σ_j Φ_j h(p_j, wi_j)] = ∫∫ L_i(p, w) |n·w| h(p, w) dw dA
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Photon {
     /// Position.
@@ -20,20 +23,20 @@ pub struct Photon {
     pub n: Vec3,
     /// Unit direction to the previous vertex.
     pub wi: Vec3,
-    /// W.
+    /// Flux `Φ`, in W.
     pub flux: Rgb,
-    /// Flux times [`Bsdf::diffuse_weight`](crate::bsdf::Bsdf::diffuse_weight) at `wi`: what the diffuse lobes send out, before
-    /// their exit term. W.
+    /// Flux times [`Bsdf::diffuse_weight`](crate::bsdf::Bsdf::diffuse_weight) at `wi`, in W: the flux of the diffuse lobes before the exit
+    /// transmittance.
     pub diffuse_flux: Rgb,
-    /// Position of the previous vertex; for distant emitters a point outside the scene.
+    /// Position of the previous vertex; for infinite lights a point outside of the scene.
     pub prev: Vec3,
-    /// Where on the surface; the scattering function is rebuilt from here.
+    /// The surface and coordinates on it, from which the scattering function is evaluated.
     pub at: SurfaceRef,
-    /// Segments from the emitter: 1 is direct light.
+    /// Number of segments from the emitter; 1 for direct light.
     pub depth: u16,
     /// Class of the scattering event at `prev`; [`Lobes::NONE`] at an emitter.
     pub event: Lobes,
-    /// Class of the last event that was not specular; [`Lobes::NONE`] if there was none since the emitter.
+    /// Class of the last non-specular scattering event; [`Lobes::NONE`] without one since the emitter.
     pub origin: Lobes,
 }
 
@@ -43,34 +46,34 @@ impl AsRef<Photon> for Photon {
     }
 }
 
-/// Index of the photon at the vertex from which photon `j` was scattered by smooth lobes, in a list from [`trace_photons`].
+/// Index of the photon at the vertex from which photon `j` was scattered by non-specular lobes, in a list from [`trace_photons`]; `None` if it came
+/// from an emitter or a specular event.
 pub fn parent(photons: &[Photon], j: usize) -> Option<usize> {
     let child = &photons[j];
     if !child.event.has(Lobes::NON_SPECULAR) {
         return None;
     }
-    // What lies between is transparent, and of the same path.
+    // Photons in between are of the same path, on transparent surfaces that it passed through.
     (0..j)
         .rev()
         .take_while(|&i| photons[i].depth < child.depth)
         .find(|&i| photons[i].p == child.prev)
 }
 
-/// Paths traced by one task.
+/// Number of paths traced by one task.
 const PATHS_PER_TASK: u32 = 1024;
 
-/// The use of a photon on a surface with smooth lobes that comes from a scattering event of the given class, in the many-light
-/// methods: a virtual light at depth m makes paths of m + 2 segments, a caustic photon of m + 1. See [`trace_photons`].
-pub fn for_lights(bsdf: &Bsdf, event: Lobes) -> Option<u32> {
+/// For [`trace_photons`]: the smallest number of segments by which a many-light method extends a photon after an event of the given class; `None` on
+/// surfaces without non-specular lobes. A virtual light at depth m makes paths of at least m + 2 segments, a caustic photon of m + 1.
+pub fn usable_by_virtual_lights(bsdf: &Bsdf, event: Lobes) -> Option<u32> {
     let segments = if event.has(Lobes::SPECULAR) { 1 } else { 2 };
     bsdf.lobes().has(Lobes::NON_SPECULAR).then_some(segments)
 }
 
-/// Traces `path_count` photon paths and stores a photon wherever it is of use: `segments_added` tells for the surface and the
-/// class of the event that the photon comes from how many segments an eye path adds at least, or `None` if it is of no use.
+/// Traces `path_count` photon paths and stores a photon at every vertex where it is useful: `segments_added` returns, for a surface and the class of
+/// the previous event, the smallest number of segments that a camera path adds, or `None` for a useless photon.
 ///
-/// The list is in path order, the same for any number of threads. Photons that no eye path within `limits` can use are
-/// left out.
+/// Photons of which every extended path would exceed `limits` are left out. The list is in path order, the same for any number of threads.
 pub fn trace_photons(
     scene: &Scene,
     limits: PathLimits,
@@ -98,13 +101,13 @@ pub fn trace_photons(
             photons
         })
         .collect();
-    // Not `concat`: each task's own list is freed on the way.
+    // Not `concat`: frees the list of each task while copying.
     let mut photons = Vec::with_capacity(tasks.iter().map(Vec::len).sum());
     photons.extend(tasks.into_iter().flatten());
     photons
 }
 
-/// One path; its photons are appended.
+/// Traces one path and appends its photons.
 fn trace_path(
     scene: &Scene,
     guide: &EmissionGuide,

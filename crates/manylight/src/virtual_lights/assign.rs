@@ -1,27 +1,32 @@
-//! Flux: which photons each light speaks for, by a partition.
+//! Flux, rule 1: a partition of the photons among the lights.
 //!
-//! Every photon is given to the nearest light of its own surface, or divided among the nearest few, so all flux is represented, wherever the
-//! lights stand. Photons that no light may take are thinned into lights of their own.
+//! Every photon gives all of its flux to the nearest light of its own surface, so that `Σ F_k = Σ Φ_j` in every realization and for any
+//! placement. (The paper estimates densities instead: see [`density`](super::density).) Photons without such a light are unassigned;
+//! they are thinned without bias into additional lights of one photon each.
 
+use super::clusters::PhotonClusters;
 use super::curve::Curve;
-use super::nearest_light::{NearestLights, SurfaceLocation, Surfaces, UNASSIGNED};
-use super::select::{WEIGHT_FLOOR, defensive_weights};
-use super::{PhotonClusters, Site};
+use super::nearest_light::{NearestLights, UNASSIGNED};
+use super::select::{Site, WEIGHT_FLOOR, defensive_weights};
+use super::surfaces::{SurfaceLocation, Surfaces};
 use crate::particles::Photon;
 use crate::sampling::systematic::{inclusion_probabilities, systematic};
 use rayon::prelude::*;
 
-/// Residual lights carry at most about this many times the weight of a median light.
-const MAX_RESIDUAL_WEIGHT: f64 = 10.0;
-/// Residual lights per light, while the weight limit allows.
-const RESIDUAL_SHARE: f64 = 0.25;
-/// A residual light stands for many photons like its own, and so for this many times the surface of a light that has its place to
-/// itself: the clamp must not take it for a small bright one.
-const RESIDUAL_SURFACE: f32 = 16.0;
+/// Largest selection weight (importance times flux) of an additional light, in units of the median light's. Smaller values bound
+/// the noise of additional lights and make more of them. Not tuned by a measurement.
+const MAX_UNASSIGNED_WEIGHT: f64 = 10.0;
+/// Number of additional lights per light, where [`MAX_UNASSIGNED_WEIGHT`] allows. Limits the time of a pass; not tuned by a measurement.
+const UNASSIGNED_PER_LIGHT: f64 = 0.25;
+/// Surface represented by an additional light, in units of the surface per light around it. It represents many unassigned photons
+/// around it; with the factor 1 the clamp treats it as a small bright light, which makes dark halos beside thin objects.
+const UNASSIGNED_SURFACE: f32 = 16.0;
 
-/// The partition rule. Lights that stand nearer to no photon than others vanish; photons that no light may take are thinned
-/// without bias, by weight and flux, into lights of one photon with the random number `u`. The claims tell later whose a
-/// photon anywhere would be.
+/// Assigns every photon to the nearest light, and thins unassigned photons into lights of one photon.
+///
+/// `weights[j] >= 0` is the selection weight of `photons[j]`; `u` in [0, 1) is the random number for the thinning. Sites to which no
+/// photon is assigned make no light. Lights and additional lights are sorted along the [`Curve`]. Also returns the cells of the
+/// lights, for any other location.
 pub fn assign(
     surfaces: &impl Surfaces,
     photons: &[Photon],
@@ -29,89 +34,94 @@ pub fn assign(
     weights: &[f32],
     u: f32,
 ) -> (PhotonClusters, NearestLights) {
-    let mut claims = NearestLights::new(surfaces, photons, sites);
-    let mut owners = vec![UNASSIGNED; photons.len()];
-    owners
+    let mut nearest = NearestLights::new(surfaces, photons, sites);
+    let mut sites_of = vec![UNASSIGNED; photons.len()];
+    sites_of
         .par_iter_mut()
         .with_min_len(256)
         .zip(photons)
-        .for_each(|(owner, photon)| {
-            *owner = claims.site(surfaces, &SurfaceLocation::of(photon, surfaces));
+        .for_each(|(site, photon)| {
+            *site = nearest.site(surfaces, &SurfaceLocation::of_photon(photon, surfaces));
         });
-    let mut residual = [0.0; 3];
-    for photon in orphans(&owners).map(|j| &photons[j]) {
-        for (sum, f) in residual.iter_mut().zip(photon.flux.to_array()) {
+    let mut unassigned_flux = [0.0; 3];
+    for photon in unassigned(&sites_of).map(|j| &photons[j]) {
+        for (sum, f) in unassigned_flux.iter_mut().zip(photon.flux.to_array()) {
             *sum += f64::from(f);
         }
     }
-    let extras = thin_residual(photons, &owners, sites.len(), weights, u);
-    let (shares, lights) = gather_shares(photons, sites, &owners, &extras);
-    claims.name_lights(lights);
-    (PhotonClusters { residual, ..shares }, claims)
+    let additional = thin_unassigned(photons, &sites_of, sites.len(), weights, u);
+    let (clusters, lights) = collect_clusters(photons, sites, &sites_of, &additional);
+    nearest.set_lights(lights);
+    let clusters = PhotonClusters {
+        unassigned_flux,
+        ..clusters
+    };
+    (clusters, nearest)
 }
 
-/// The photons that have a site, each with that.
-fn owned(owners: &[u32]) -> impl Iterator<Item = (usize, usize)> {
-    let owners = owners.iter().enumerate();
-    owners
+/// The assigned photons, each with its site.
+fn assigned(sites_of: &[u32]) -> impl Iterator<Item = (usize, usize)> {
+    let sites_of = sites_of.iter().enumerate();
+    sites_of
         .filter(|(_, site)| **site != UNASSIGNED)
         .map(|(j, &site)| (j, site as usize))
 }
 
-/// The photons that nobody takes.
-fn orphans(owners: &[u32]) -> impl Iterator<Item = usize> {
-    let owners = owners.iter().enumerate();
-    owners
+/// The unassigned photons.
+fn unassigned(sites_of: &[u32]) -> impl Iterator<Item = usize> {
+    let sites_of = sites_of.iter().enumerate();
+    sites_of
         .filter(|(_, site)| **site == UNASSIGNED)
         .map(|(j, _)| j)
 }
 
-/// Chooses among the photons that nobody took. Half of the probability goes by weight (importance), half by flux, which
-/// bounds the flux of the lights.
-fn thin_residual(
+/// Selects unassigned photons as additional lights. Half of the probability is in proportion to `weights`, half to flux, which
+/// bounds the flux of these lights.
+fn thin_unassigned(
     photons: &[Photon],
-    owners: &[u32],
+    sites_of: &[u32],
     light_count: usize,
     weights: &[f32],
     u: f32,
 ) -> Vec<Site> {
     let mut light_weights = vec![0.0f64; light_count];
-    for (j, site) in owned(owners) {
+    for (j, site) in assigned(sites_of) {
         light_weights[site] += f64::from(weights[j]);
     }
-    let mut residual: Vec<u32> = orphans(owners)
+    let mut candidates: Vec<u32> = unassigned(sites_of)
         .filter(|&j| !photons[j].flux.is_black())
         .map(|j| j as u32)
         .collect();
-    if residual.is_empty() {
+    if candidates.is_empty() {
         return Vec::new();
     }
     let curve = Curve::around(photons);
-    residual.sort_by_cached_key(|&j| curve.key(photons[j as usize].p, photons[j as usize].n));
+    candidates.sort_by_cached_key(|&j| curve.key(photons[j as usize].p, photons[j as usize].n));
 
     let of = |value: &dyn Fn(usize) -> f32| -> Vec<f32> {
-        residual.iter().map(|&j| value(j as usize)).collect()
+        candidates.iter().map(|&j| value(j as usize)).collect()
     };
-    let its_weights = of(&|j| weights[j]);
+    let candidate_weights = of(&|j| weights[j]);
     let fluxes = of(&|j| photons[j].flux.luminance());
-    let mixed: Vec<f32> = defensive_weights(&its_weights, &fluxes, 1.0)
+    let mixed: Vec<f32> = defensive_weights(&candidate_weights, &fluxes, 1.0)
         .into_iter()
         .map(|w| w.max(f32::MIN_POSITIVE))
         .collect();
-    let total_weight = its_weights.iter().map(|&w| f64::from(w)).sum();
-    let count = residual_count(total_weight, &mut light_weights);
+    let total_weight = candidate_weights.iter().map(|&w| f64::from(w)).sum();
+    let count = additional_light_count(total_weight, &mut light_weights);
     let probabilities = inclusion_probabilities(&mixed, count, WEIGHT_FLOOR);
     systematic(&probabilities, u)
         .into_iter()
         .map(|i| Site {
-            photon: residual[i],
+            photon: candidates[i],
             probability: probabilities[i],
         })
         .collect()
 }
 
-/// How many lights the residual becomes: as important as the median light if that needs few, else more so up to a limit.
-fn residual_count(residual_weight: f64, light_weights: &mut Vec<f64>) -> usize {
+/// Number of additional lights: each gets the weight of the median light, or a larger one, up to [`MAX_UNASSIGNED_WEIGHT`], if there
+/// would be more than [`UNASSIGNED_PER_LIGHT`].
+fn additional_light_count(unassigned_weight: f64, light_weights: &mut Vec<f64>) -> usize {
     let lights = light_weights.len() as f64;
     light_weights.retain(|&w| w > 0.0);
     if light_weights.is_empty() {
@@ -119,95 +129,82 @@ fn residual_count(residual_weight: f64, light_weights: &mut Vec<f64>) -> usize {
     }
     let middle = light_weights.len() / 2;
     let (_, &mut median, _) = light_weights.select_nth_unstable_by(middle, f64::total_cmp);
-    let even = residual_weight / median;
-    // Half of the probability goes by weight, hence the 2.
-    let fewest = 2.0 * even / MAX_RESIDUAL_WEIGHT;
-    even.min(lights * RESIDUAL_SHARE)
+    let even = unassigned_weight / median;
+    // Half of the probability is in proportion to weight, hence the 2.
+    let fewest = 2.0 * even / MAX_UNASSIGNED_WEIGHT;
+    even.min(lights * UNASSIGNED_PER_LIGHT)
         .max(fewest)
         .min(lights)
         .ceil()
         .max(1.0) as usize
 }
 
-/// Lists each light's photons, and sorts lights and extra lights along the curve. Also for each site the index of its light, or
-/// [`UNASSIGNED`] if that vanished.
-fn gather_shares(
+/// The clusters of all lights along the curve; and for each site the index of its light, or [`UNASSIGNED`] if it has no photons.
+fn collect_clusters(
     photons: &[Photon],
     sites: &[Site],
-    owners: &[u32],
-    extras: &[Site],
+    sites_of: &[u32],
+    additional: &[Site],
 ) -> (PhotonClusters, Vec<u32>) {
     let mut counts = vec![0u32; sites.len()];
-    for (_, site) in owned(owners) {
+    for (_, site) in assigned(sites_of) {
         counts[site] += 1;
     }
-    let curve = Curve::around(photons);
-    let key = |site: &Site| {
-        curve.key(
-            photons[site.photon as usize].p,
-            photons[site.photon as usize].n,
-        )
-    };
-    let of_sites = sites
-        .iter()
-        .zip(&counts)
-        .enumerate()
-        .filter(|(_, (_, count))| **count > 0);
-    let mut order: Vec<(u64, u32)> = of_sites
-        .map(|(k, (site, _))| (key(site), k as u32))
-        .collect();
-    order.extend(
-        extras
-            .iter()
-            .enumerate()
-            .map(|(e, site)| (key(site), (sites.len() + e) as u32)),
-    );
-    order.sort_unstable();
+    let order = order_along_curve(photons, sites, &counts, additional);
 
-    let mut shares = PhotonClusters {
+    let mut clusters = PhotonClusters {
         offsets: vec![0],
-        stray_surface: RESIDUAL_SURFACE,
+        unassigned_surface: UNASSIGNED_SURFACE,
         ..PhotonClusters::default()
     };
     let mut next = vec![0u32; sites.len()];
-    for &(_, k) in &order {
-        let k = k as usize;
-        let end = shares.offsets[shares.sites.len()];
-        match sites.get(k) {
+    let mut lights = vec![UNASSIGNED; sites.len()];
+    for (l, &k) in order.iter().enumerate() {
+        let start = clusters.offsets[l];
+        let (site, count, surface) = match sites.get(k) {
             Some(&site) => {
-                next[k] = end;
-                shares.sites.push(site);
-                shares.surfaces.push(1.0);
-                shares.offsets.push(end + counts[k]);
+                (next[k], lights[k]) = (start, l as u32);
+                (site, counts[k], 1.0)
             }
-            None => {
-                let site = extras[k - sites.len()];
-                shares.sites.push(site);
-                shares.surfaces.push(RESIDUAL_SURFACE);
-                shares.offsets.push(end + 1);
-            }
-        }
+            None => (additional[k - sites.len()], 1, UNASSIGNED_SURFACE),
+        };
+        clusters.sites.push(site);
+        clusters.surfaces.push(surface);
+        clusters.offsets.push(start + count);
     }
-    let entries = shares.offsets[shares.sites.len()] as usize;
-    (shares.photons, shares.weights) = (vec![0; entries], vec![0.0; entries]);
-    for (j, site) in owned(owners) {
+    let entries = clusters.offsets[order.len()] as usize;
+    (clusters.photons, clusters.weights) = (vec![0; entries], vec![1.0; entries]);
+    for (j, site) in assigned(sites_of) {
         let slot = &mut next[site];
-        shares.photons[*slot as usize] = j as u32;
-        shares.weights[*slot as usize] = 1.0;
+        clusters.photons[*slot as usize] = j as u32;
         *slot += 1;
     }
-    let mut lights = vec![UNASSIGNED; sites.len()];
-    for (l, &(_, k)) in order.iter().enumerate() {
-        match lights.get_mut(k as usize) {
-            Some(light) => *light = l as u32,
-            None => {
-                let (slot, site) = (shares.offsets[l] as usize, &shares.sites[l]);
-                shares.photons[slot] = site.photon;
-                shares.weights[slot] = 1.0 / site.probability;
-            }
-        }
+    for l in (0..order.len()).filter(|&l| order[l] >= sites.len()) {
+        let (slot, site) = (clusters.offsets[l] as usize, clusters.sites[l]);
+        clusters.photons[slot] = site.photon;
+        clusters.weights[slot] = 1.0 / site.probability;
     }
-    (shares, lights)
+    (clusters, lights)
+}
+
+/// Sites with photons, by index, and additional lights, counted on from the number of sites, sorted along the curve.
+fn order_along_curve(
+    photons: &[Photon],
+    sites: &[Site],
+    counts: &[u32],
+    additional: &[Site],
+) -> Vec<usize> {
+    let curve = Curve::around(photons);
+    let key = |site: &Site| {
+        let photon = &photons[site.photon as usize];
+        curve.key(photon.p, photon.n)
+    };
+    let with_photons = (sites.iter().zip(counts).enumerate()).filter(|(_, (_, count))| **count > 0);
+    let mut order: Vec<(u64, usize)> = with_photons.map(|(k, (site, _))| (key(site), k)).collect();
+    let additional = additional.iter().enumerate();
+    order.extend(additional.map(|(e, site)| (key(site), sites.len() + e)));
+    order.sort_unstable();
+    order.into_iter().map(|(_, k)| k).collect()
 }
 
 #[cfg(test)]
@@ -223,8 +220,8 @@ mod tests {
     }
 
     /// The factor on the first photon of a light.
-    fn weight(shares: &PhotonClusters, k: usize) -> f32 {
-        shares.of(k).next().unwrap().1
+    fn weight(clusters: &PhotonClusters, k: usize) -> f32 {
+        clusters.of(k).next().unwrap().1
     }
 
     fn flux(photons: &[Photon], indices: impl Iterator<Item = u32>) -> [f64; 3] {
@@ -237,9 +234,9 @@ mod tests {
     }
 
     #[test]
-    fn no_flux_is_lost() {
+    fn the_partition_conserves_flux() {
         let mut photons = photons_on_square(20_000, 1);
-        // A few photons of another material and some on the other side: residual unless they have sites.
+        // A few photons have another material, some the other side: unassigned unless they have sites.
         for photon in photons.iter_mut().skip(5).step_by(997) {
             photon.at.primitive = PrimitiveId(1);
         }
@@ -248,23 +245,23 @@ mod tests {
         }
         let weights = luminances(&photons);
         let sites = select(&photons, &weights, 300, 0.4);
-        let (shares, _) = assign(&OPEN, &photons, &sites, &weights, 0.7);
-        assert!(shares.residual()[0] > 0.0);
+        let (clusters, _) = assign(&OPEN, &photons, &sites, &weights, 0.7);
+        assert!(clusters.unassigned_flux()[0] > 0.0);
         let mut assigned = [0.0; 3];
-        for k in (0..shares.len()).filter(|&k| weight(&shares, k) == 1.0) {
-            let f = flux(&photons, shares.of(k).map(|(j, _)| j));
+        for k in (0..clusters.len()).filter(|&k| weight(&clusters, k) == 1.0) {
+            let f = flux(&photons, clusters.of(k).map(|(j, _)| j));
             (0..3).for_each(|c| assigned[c] += f[c]);
         }
         let total = flux(&photons, 0..photons.len() as u32);
-        // Residual photons that were kept with certainty are lights of scale 1 as well.
-        let certain: Vec<u32> = (0..shares.len())
-            .filter(|&k| weight(&shares, k) == 1.0 && shares.of(k).len() == 1)
-            .map(|k| shares.sites()[k].photon)
+        // Unassigned photons selected with probability 1 are lights of weight 1 as well.
+        let certain: Vec<u32> = (0..clusters.len())
+            .filter(|&k| weight(&clusters, k) == 1.0 && clusters.of(k).len() == 1)
+            .map(|k| clusters.sites()[k].photon)
             .filter(|j| sites.iter().all(|s| s.photon != *j))
             .collect();
         let certain = flux(&photons, certain.into_iter());
         for c in 0..3 {
-            let sum = assigned[c] - certain[c] + shares.residual()[c];
+            let sum = assigned[c] - certain[c] + clusters.unassigned_flux()[c];
             assert!((sum / total[c] - 1.0).abs() < 1e-6, "{sum} of {}", total[c]);
         }
     }
@@ -274,14 +271,14 @@ mod tests {
         let photons = photons_on_square(3000, 2);
         let weights = luminances(&photons);
         let sites = select(&photons, &weights, 100, 0.4);
-        let (shares, _) = assign(&OPEN, &photons, &sites, &weights, 0.7);
+        let (clusters, _) = assign(&OPEN, &photons, &sites, &weights, 0.7);
         let mut seen = vec![false; photons.len()];
-        for k in 0..shares.len() {
-            let p = photons[shares.sites()[k].photon as usize].p;
-            for (j, _) in shares.of(k) {
+        for k in 0..clusters.len() {
+            let p = photons[clusters.sites()[k].photon as usize].p;
+            for (j, _) in clusters.of(k) {
                 assert!(
                     !std::mem::replace(&mut seen[j as usize], true),
-                    "photon {j} was given away twice"
+                    "photon {j} is in two clusters"
                 );
                 let q = photons[j as usize].p;
                 let nearest = sites
@@ -295,25 +292,28 @@ mod tests {
     }
 
     #[test]
-    fn claims_name_the_lights_that_took_the_photons() {
+    fn cells_hold_the_photons_of_their_lights() {
         let photons = photons_on_square(3000, 5);
         let weights = luminances(&photons);
         let sites = select(&photons, &weights, 100, 0.2);
-        let (shares, claims) = assign(&OPEN, &photons, &sites, &weights, 0.7);
-        for k in 0..shares.len() {
-            for (j, _) in shares.of(k) {
-                let spot = SurfaceLocation::of(&photons[j as usize], &OPEN);
-                assert_eq!(claims.light(&OPEN, &spot).map(|id| id.index()), Some(k));
+        let (clusters, nearest) = assign(&OPEN, &photons, &sites, &weights, 0.7);
+        for k in 0..clusters.len() {
+            for (j, _) in clusters.of(k) {
+                let location = SurfaceLocation::of_photon(&photons[j as usize], &OPEN);
+                assert_eq!(
+                    nearest.light(&OPEN, &location).map(|id| id.index()),
+                    Some(k)
+                );
             }
         }
         let elsewhere = SurfaceLocation {
             material: MaterialId(7),
-            ..SurfaceLocation::of(&photons[0], &OPEN)
+            ..SurfaceLocation::of_photon(&photons[0], &OPEN)
         };
-        assert!(claims.light(&OPEN, &elsewhere).is_none());
+        assert!(nearest.light(&OPEN, &elsewhere).is_none());
         assert!(
-            NearestLights::none()
-                .light(&OPEN, &SurfaceLocation::of(&photons[0], &OPEN))
+            NearestLights::empty()
+                .light(&OPEN, &SurfaceLocation::of_photon(&photons[0], &OPEN))
                 .is_none()
         );
     }
@@ -330,11 +330,11 @@ mod tests {
             })
             .collect();
         let weights = luminances(&photons);
-        let (shares, _) = assign(&Room { wall: Some(0.5) }, &photons, &sites, &weights, 0.1);
-        for k in 0..shares.len() {
-            let x = photons[shares.sites()[k].photon as usize].p.x;
+        let (clusters, _) = assign(&Room { wall: Some(0.5) }, &photons, &sites, &weights, 0.1);
+        for k in 0..clusters.len() {
+            let x = photons[clusters.sites()[k].photon as usize].p.x;
             assert!(
-                shares
+                clusters
                     .of(k)
                     .all(|(j, _)| (photons[j as usize].p.x < 0.5) == (x < 0.5))
             );
@@ -342,7 +342,7 @@ mod tests {
     }
 
     #[test]
-    fn residual_flux_is_right_on_average_and_bounded() {
+    fn unassigned_flux_is_unbiased_and_bounded() {
         let mut photons = photons_on_square(10_000, 4);
         for i in 0..200 {
             photons[i * 50].at.primitive = PrimitiveId(1);
@@ -356,33 +356,37 @@ mod tests {
         let weights = luminances(&photons);
         let median = 100.0 * 0.6;
         let (mut mean, trials) = (0.0, 50);
-        let mut residual = 0.0;
+        let mut unassigned = 0.0;
         for t in 0..trials {
-            let (shares, _) = assign(
+            let (clusters, _) = assign(
                 &OPEN,
                 &photons,
                 &sites,
                 &weights,
                 (t as f32 + 0.5) / trials as f32,
             );
-            residual = shares.residual()[1];
-            for k in (0..shares.len()).filter(|&k| weight(&shares, k) > 1.0) {
-                let light = photons[shares.sites()[k].photon as usize].flux * weight(&shares, k);
+            unassigned = clusters.unassigned_flux()[1];
+            for k in (0..clusters.len()).filter(|&k| weight(&clusters, k) > 1.0) {
+                let light =
+                    photons[clusters.sites()[k].photon as usize].flux * weight(&clusters, k);
                 assert!(light.luminance() < 10.0 * median);
                 mean += f64::from(light.g) / f64::from(trials);
             }
         }
-        assert!(residual > 100.0);
-        assert!((mean / residual - 1.0).abs() < 0.02, "{mean} of {residual}");
+        assert!(unassigned > 100.0);
+        assert!(
+            (mean / unassigned - 1.0).abs() < 0.02,
+            "{mean} of {unassigned}"
+        );
     }
 
     #[test]
-    fn there_may_be_nothing_to_assign() {
+    fn no_photons_or_no_sites() {
         assert!(assign(&OPEN, &[], &[], &[], 0.5).0.is_empty());
         let photons = [photon(Vec3::ZERO, Vec3::Z)];
-        let (shares, _) = assign(&OPEN, &photons, &[], &[1.0], 0.5);
-        assert_eq!((shares.len(), weight(&shares, 0)), (1, 1.0));
-        let own = PhotonClusters::own(&[Site {
+        let (clusters, _) = assign(&OPEN, &photons, &[], &[1.0], 0.5);
+        assert_eq!((clusters.len(), weight(&clusters, 0)), (1, 1.0));
+        let own = PhotonClusters::single_photons(&[Site {
             photon: 0,
             probability: 0.25,
         }]);

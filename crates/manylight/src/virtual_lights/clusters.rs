@@ -1,55 +1,55 @@
-//! What each light speaks for: photons with weights.
+//! Photon clusters: the photons that each light represents, with weights on their flux. Both flux rules result in this.
 
-use super::Site;
+use super::select::Site;
 use rayon::prelude::*;
 
-/// Lights to be, in the order of the space-filling curve, and the photons that each speaks for.
+/// The future lights, in the order of the space-filling curve, each with its photons and their weights.
 #[derive(Clone, Debug, Default)]
 pub struct PhotonClusters {
     pub(super) sites: Vec<Site>,
-    /// Share `k` is `offsets[k]..offsets[k + 1]` of the photons and weights.
+    /// Cluster `k` is `offsets[k]..offsets[k + 1]` of `photons` and `weights`.
     pub(super) offsets: Vec<u32>,
     pub(super) photons: Vec<u32>,
     /// Factors on the flux of the photons.
     pub(super) weights: Vec<f32>,
     /// See [`PhotonClusters::surface`].
     pub(super) surfaces: Vec<f32>,
-    pub(super) stray_surface: f32,
-    /// Flux of the photons that no light took, before thinning; W per channel.
-    pub(super) residual: [f64; 3],
+    pub(super) unassigned_surface: f32,
+    /// Flux of the unassigned photons, before thinning; W per channel.
+    pub(super) unassigned_flux: [f64; 3],
 }
 
 impl PhotonClusters {
-    /// Each site speaks for its own photon, over the probability with which it was kept.
-    pub fn own(sites: &[Site]) -> Self {
+    /// Each site represents its own photon, with flux divided by the selection probability.
+    pub fn single_photons(sites: &[Site]) -> Self {
         PhotonClusters::of_sites(sites, |site| vec![(site.photon, 1.0 / site.probability)])
     }
 
-    /// Each site speaks for the photons that `share` lists with their weights; at least one.
+    /// Each site represents the photons, at least one, that `photons_of` lists with their weights.
     pub(super) fn of_sites(
         sites: &[Site],
-        share: impl Fn(&Site) -> Vec<(u32, f32)> + Sync + Send,
+        photons_of: impl Fn(&Site) -> Vec<(u32, f32)> + Sync + Send,
     ) -> Self {
-        let lists: Vec<Vec<(u32, f32)>> = sites.par_iter().map(share).collect();
-        let mut shares = PhotonClusters {
+        let lists: Vec<Vec<(u32, f32)>> = sites.par_iter().map(photons_of).collect();
+        let mut clusters = PhotonClusters {
             sites: sites.to_vec(),
             offsets: vec![0],
             surfaces: vec![1.0; sites.len()],
-            stray_surface: 1.0,
+            unassigned_surface: 1.0,
             ..PhotonClusters::default()
         };
         for (photon, weight) in lists.iter().flatten() {
-            shares.photons.push(*photon);
-            shares.weights.push(*weight);
+            clusters.photons.push(*photon);
+            clusters.weights.push(*weight);
         }
-        shares.offsets.extend(lists.iter().scan(0, |end, list| {
+        clusters.offsets.extend(lists.iter().scan(0, |end, list| {
             *end += list.len() as u32;
             Some(*end)
         }));
-        shares
+        clusters
     }
 
-    /// The photons that the lights stand on.
+    /// The photon at the position of each light.
     pub fn sites(&self) -> &[Site] {
         &self.sites
     }
@@ -59,12 +59,12 @@ impl PhotonClusters {
         self.sites.len()
     }
 
-    /// Whether there is no light.
+    /// Whether there are no lights.
     pub fn is_empty(&self) -> bool {
         self.sites.is_empty()
     }
 
-    /// Indices of the photons of light `k`, never none, with the factors on their flux.
+    /// The photons of light `k`, at least one: index and factor on the flux.
     #[inline]
     pub fn of(&self, k: usize) -> impl ExactSizeIterator<Item = (u32, f32)> + Clone {
         let range = self.offsets[k] as usize..self.offsets[k + 1] as usize;
@@ -72,19 +72,19 @@ impl PhotonClusters {
         photons.zip(self.weights[range].iter().copied())
     }
 
-    /// For how many times the surface per light around it light `k` stands.
+    /// Surface represented by light `k`, in units of the surface per light around it.
     #[inline]
     pub fn surface(&self, k: usize) -> f32 {
         self.surfaces[k]
     }
 
-    /// The same for a light of its own that a photon might be whom no other light takes.
-    pub fn stray_surface(&self) -> f32 {
-        self.stray_surface
+    /// Surface represented by the light that an unassigned photon becomes, in the same unit as [`PhotonClusters::surface`].
+    pub fn unassigned_surface(&self) -> f32 {
+        self.unassigned_surface
     }
 
-    /// Flux of the photons that no light took, before thinning; W per channel.
-    pub fn residual(&self) -> [f64; 3] {
-        self.residual
+    /// Flux of the unassigned photons, before thinning; W per channel.
+    pub fn unassigned_flux(&self) -> [f64; 3] {
+        self.unassigned_flux
     }
 }

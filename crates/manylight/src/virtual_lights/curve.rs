@@ -1,26 +1,28 @@
-//! The order of lights: a Hilbert curve through space, with surfaces that face different ways kept apart.
+//! The order of virtual lights: a Hilbert curve through the scene, interrupted so that opposite facing surfaces are apart.
 //!
-//! Neighbors in this order stand close together and face the same way. So thinning along it spreads lights evenly over
-//! each surface, and a batch of consecutive lights is compact and tends to be lit or culled together.
+//! Consecutive lights stand close together and face the same way. Systematic selection in this order spreads sites evenly over each
+//! surface, and a batch of consecutive lights is compact and is visible or culled as a whole.
 
 use crate::math::{Aabb, Vec3};
 use crate::particles::Photon;
 use rayon::prelude::*;
 
-/// Bits per axis: 4096 steps along the longest edge of the scene.
+/// Bits per axis of a position: 4096 steps along the longest edge of the scene.
 const BITS: u32 = 12;
-/// Bits per axis above the facing, fixed so that a batch of some dozens of lights neither mixes facings nor spans the scene.
+/// Bits per axis that precede the facing in a key. More bits mix fewer facings within a batch of some dozens of lights, fewer bits let a
+/// batch extend over less of the scene. Not tuned by a measurement.
 const COARSE_BITS: u32 = 2;
 
-/// A curve through a box.
+/// A Hilbert curve through a cube.
 #[derive(Clone, Copy, Debug)]
 pub struct Curve {
     origin: Vec3,
+    /// Steps per m.
     scale: f32,
 }
 
 impl Curve {
-    /// The curve through the box around all photons.
+    /// The curve through the bounding box of all photons.
     pub fn around(photons: &[Photon]) -> Self {
         let bounds = photons
             .par_iter()
@@ -33,7 +35,8 @@ impl Curve {
         }
     }
 
-    /// Place on the curve of a surface at `p` that faces `n`.
+    /// Sort key of the position `p` on a surface with unit normal `n`: the coarse part of the Hilbert index, then one of six facings, then
+    /// the rest of the index. Positions outside of the box are moved onto its boundary.
     pub fn key(&self, p: Vec3, n: Vec3) -> u64 {
         let last = ((1 << BITS) - 1) as f32;
         let q = ((p - self.origin) * self.scale).clamp(Vec3::ZERO, Vec3::splat(last));
@@ -42,7 +45,7 @@ impl Curve {
         (h >> fine) << (fine + 3) | facing(n) << fine | h & ((1 << fine) - 1)
     }
 
-    /// The photons in the order of the curve through all of them. What then goes through them finds neighbors near in memory.
+    /// The photons in the order of the curve around them, so that neighbors in space are neighbors in memory.
     pub fn sorted(photons: &[Photon]) -> Vec<Photon> {
         let curve = Curve::around(photons);
         let mut keyed: Vec<(u64, u32)> = photons
@@ -56,15 +59,15 @@ impl Curve {
     }
 }
 
-/// Which of the six axis directions `n` is nearest to.
+/// Index, 0 to 5, of the axis direction nearest to `n`.
 fn facing(n: Vec3) -> u64 {
     let axis = n.abs().max_position();
     2 * axis as u64 + u64::from(n[axis] < 0.0)
 }
 
-/// Index along the three-dimensional Hilbert curve. Source: Skilling, "Programming the Hilbert curve", AIP 707, 2004.
+/// Index of the cell `x` along the three-dimensional Hilbert curve. Source: Skilling, "Programming the Hilbert curve", AIP 707, 2004.
 fn hilbert(mut x: [u32; 3]) -> u64 {
-    // Undo the rotations and reflections, from the coarsest level down.
+    // Undo the rotations and reflections, from the coarsest level to the finest.
     for level in (1..BITS).rev() {
         let (bit, below) = (1 << level, (1 << level) - 1);
         for i in 0..3 {

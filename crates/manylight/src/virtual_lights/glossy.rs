@@ -1,46 +1,49 @@
-//! The glossy part of lights: every form that it can be kept in, told apart here alone.
+//! Glossy part of the emission: one interface to its forms, tables and mixtures of lobes. No other file tells the forms apart, but for
+//! the bounds in [`intensity_bound`](super::intensity_bound).
 
-use super::lobe_fit::{MAX_LOBES, mixture};
+use super::lobe_fit::{MAX_LOBES, fit_mixture};
 use super::octahedral_grid::Grid;
-use super::sources::{Range, Source, reflected};
-use super::tables::{PackedTable, Table, TableStorage, Tables};
-use super::von_mises_fisher::{Lobe, Mixture, Mixtures};
+use super::reflection::{EmissionDomain, Reflection, scattered_flux};
+use super::tables::{OctahedralTable, OctahedralTables, PackedTable, TableStorage};
+use super::von_mises_fisher::{VmfLobe, VmfMixture, VmfMixtures};
 use crate::color::Rgb;
 use crate::lanes::{LaneMask, Lanes3};
 use crate::math::Vec3;
 use crate::sampling::rng::Pcg;
 use crate::simd::Wide;
 
-/// In what form a light keeps the radiant intensity of its glossy part.
+/// The form in which a light stores the radiant intensity of its glossy part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GlossyForm {
     /// Octahedral table.
     Table {
         /// Texels along an edge, even.
         side: u32,
-        /// What a texel is.
+        /// Format of a texel.
         storage: TableStorage,
     },
     /// Mixture of von Mises-Fisher lobes.
     Lobes {
-        /// How many, from 1 to [`GlossyForm::MAX_LOBES`].
+        /// Number of lobes, from 1 to [`GlossyForm::MAX_LOBES`].
         count: u32,
     },
 }
 
 impl GlossyForm {
-    /// Most lobes of a mixture.
+    /// Largest number of lobes of a mixture.
     pub const MAX_LOBES: u32 = MAX_LOBES as u32;
 
     /// Bytes of the glossy part of one light.
     pub(super) fn bytes(self) -> usize {
         match self {
-            GlossyForm::Table { side, storage } => Tables::bytes_per_table(side as usize, storage),
-            GlossyForm::Lobes { count } => Mixtures::bytes_per_mixture(count as usize),
+            GlossyForm::Table { side, storage } => {
+                OctahedralTables::bytes_per_table(side as usize, storage)
+            }
+            GlossyForm::Lobes { count } => VmfMixtures::bytes_per_mixture(count as usize),
         }
     }
 
-    /// What makes profiles of this form.
+    /// A maker of profiles of this form.
     pub(super) fn maker(self) -> ProfileMaker {
         match self {
             GlossyForm::Table { side, storage } => {
@@ -49,43 +52,43 @@ impl GlossyForm {
             GlossyForm::Lobes { count } => {
                 assert!(
                     (1..=GlossyForm::MAX_LOBES).contains(&count),
-                    "a mixture has some lobes"
+                    "a mixture has 1 to 8 lobes"
                 );
                 ProfileMaker::Lobes(count as usize)
             }
         }
     }
 
-    /// No profiles of this form yet.
+    /// An empty store of profiles of this form.
     pub(super) fn store(self) -> Profiles {
         match self {
             GlossyForm::Table { side, storage } => {
-                Profiles::Tables(Tables::new(side as usize, storage))
+                Profiles::Tables(OctahedralTables::new(side as usize, storage))
             }
-            GlossyForm::Lobes { count } => Profiles::Lobes(Mixtures::new(count as usize)),
+            GlossyForm::Lobes { count } => Profiles::Lobes(VmfMixtures::new(count as usize)),
         }
     }
 }
 
-/// The glossy part of a light on its way into the field.
+/// The glossy part of one light before it is stored.
 #[derive(Clone, Debug)]
 pub(super) struct Profile {
-    shape: Shape,
-    pub(super) range: Range,
-    /// Flux that it should hold, in W.
+    data: ProfileData,
+    pub(super) domain: EmissionDomain,
+    /// Flux scattered by the paths, in W: what the profile should integrate to.
     pub(super) target: Rgb,
-    /// Flux that it holds.
+    /// Integral of the profile over its domain, in W.
     pub(super) flux: Rgb,
 }
 
 /// Radiant intensity, in W/sr.
 #[derive(Clone, Debug)]
-enum Shape {
+enum ProfileData {
     Table(PackedTable),
-    Lobes(Vec<Lobe>),
+    Lobes(Vec<VmfLobe>),
 }
 
-/// Makes profiles.
+/// Makes profiles of one form.
 #[derive(Debug)]
 pub(super) enum ProfileMaker {
     Table(Grid, TableStorage),
@@ -93,23 +96,23 @@ pub(super) enum ProfileMaker {
 }
 
 impl ProfileMaker {
-    /// The profile of `sources`, whose narrowest lobe has roughness `width`, on a surface with normal `n`: the integral of what is
-    /// looked up above its horizon is the flux that they reflect.
-    pub(super) fn make(&self, sources: &[Source], width: f32, n: Vec3, rng: &mut Pcg) -> Profile {
-        let (range, target) = reflected(sources, n, rng);
-        let (shape, flux) = match self {
+    /// The profile of `paths` on a surface with unit normal `n`, scaled so that its integral over the domain is the scattered flux.
+    /// `width` is the smallest roughness of the lobes.
+    pub(super) fn make(&self, paths: &[Reflection], width: f32, n: Vec3, rng: &mut Pcg) -> Profile {
+        let (domain, target) = scattered_flux(paths, n, rng);
+        let (data, flux) = match self {
             ProfileMaker::Table(grid, storage) => {
-                let (texels, flux) = grid.fill(sources, width, range, target, rng);
-                (Shape::Table(storage.pack(&texels, grid)), flux)
+                let (texels, flux) = grid.fill(paths, width, domain, target, rng);
+                (ProfileData::Table(storage.pack(&texels, grid)), flux)
             }
             ProfileMaker::Lobes(count) => {
-                let (lobes, flux) = mixture(*count, sources, width, range, target, rng);
-                (Shape::Lobes(lobes), flux)
+                let (lobes, flux) = fit_mixture(*count, paths, width, domain, target, rng);
+                (ProfileData::Lobes(lobes), flux)
             }
         };
         Profile {
-            shape,
-            range,
+            data,
+            domain,
             target,
             flux,
         }
@@ -119,18 +122,18 @@ impl ProfileMaker {
 /// The profiles of all lights.
 #[derive(Clone, Debug)]
 pub(super) enum Profiles {
-    Tables(Tables),
-    Lobes(Mixtures),
+    Tables(OctahedralTables),
+    Lobes(VmfMixtures),
 }
 
 impl Default for Profiles {
     fn default() -> Self {
-        Profiles::Tables(Tables::default())
+        Profiles::Tables(OctahedralTables::default())
     }
 }
 
 impl Profiles {
-    /// Makes room for exactly so many profiles.
+    /// Reserves memory for exactly `count` more profiles.
     pub(super) fn reserve(&mut self, count: usize) {
         match self {
             Profiles::Tables(tables) => tables.reserve(count),
@@ -140,10 +143,10 @@ impl Profiles {
 
     /// Appends a profile and returns its index.
     pub(super) fn push(&mut self, profile: &Profile) -> u32 {
-        match (self, &profile.shape) {
-            (Profiles::Tables(tables), Shape::Table(table)) => tables.push(table),
-            (Profiles::Lobes(mixtures), Shape::Lobes(lobes)) => mixtures.push(lobes),
-            _ => unreachable!("invariant: one form makes the profiles and their store"),
+        match (self, &profile.data) {
+            (Profiles::Tables(tables), ProfileData::Table(table)) => tables.push(table),
+            (Profiles::Lobes(mixtures), ProfileData::Lobes(lobes)) => mixtures.push(lobes),
+            _ => unreachable!("invariant: profiles and their store have one form"),
         }
     }
 
@@ -164,15 +167,15 @@ impl Profiles {
     }
 }
 
-/// The glossy part of one light.
+/// The stored glossy part of one light.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Glossy<'f> {
-    Table(Table<'f>),
-    Lobes(Mixture<'f>),
+    Table(OctahedralTable<'f>),
+    Lobes(VmfMixture<'f>),
 }
 
 impl Glossy<'_> {
-    /// Radiant intensity towards the unit vector `w`, horizon not counted, in W/sr.
+    /// Radiant intensity towards the unit vector `w`, in W/sr, also below the horizon.
     pub(super) fn lookup(&self, w: Vec3) -> Rgb {
         match self {
             Glossy::Table(table) => table.lookup(w),
@@ -180,7 +183,7 @@ impl Glossy<'_> {
         }
     }
 
-    /// The same in the directions opposite to `wi`; of lanes that are not active, anything.
+    /// [`Glossy::lookup`] in the directions `-wi`, lane by lane; inactive lanes hold any value.
     #[inline(always)]
     pub(super) fn lookups<W: Wide>(&self, w: W, wi: &Lanes3, active: LaneMask) -> Lanes3 {
         match self {

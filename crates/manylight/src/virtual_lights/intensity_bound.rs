@@ -1,30 +1,32 @@
-//! Upper bounds of what a light, or several, shine into a cone of directions: the other half of a cluster's bound. Every form of emission has
-//! its own beside its value.
+//! Upper bounds of the radiant intensity of a set of lights within a cone of directions, for lightcuts. Each form of emission has one.
 
 use super::glossy::Glossy;
+use super::light::Emission;
 use super::max_mips::{MaxMips, TEXEL_CONES, largest_in_texels};
-use super::tables::Table;
-use super::von_mises_fisher::{Lobe, Mixture};
-use super::{Emission, Reflection, VirtualLights};
+use super::reflection::Reflection;
+use super::set::VirtualLights;
+use super::tables::OctahedralTable;
+use super::von_mises_fisher::{VmfLobe, VmfMixture};
 use crate::ids::LightId;
 use crate::lanes::{LANES, Lanes, Lanes3};
 use crate::math::{Cone, Spread, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
-/// Bounds of the luminance of radiant intensity, in W/sr; those of several lights add up.
+/// Bounds of the luminance of the summed radiant intensity of a set of lights, in W/sr, with another direction for each light.
 #[derive(Clone, Debug)]
 pub struct IntensityBound {
-    /// Of the diffuse parts along their normals.
+    /// Sum of the diffuse parts, each along its normal.
     diffuse: f32,
-    /// Holds the normals of all diffuse parts.
+    /// Bounding cone of the normals of the diffuse parts.
     normals: Cone,
-    /// How far those are from their axis; kept, as every draw through a tree asks for its sine and cosine.
+    /// Spread of that cone, cached because every draw of a light needs its sine and cosine.
     spread: Spread,
+    /// Sum of the bounds of all other emission; `None` without any.
     glossy: Option<Box<MaxMips>>,
 }
 
 impl IntensityBound {
-    /// Of no light.
+    /// The bound of no lights: 0.
     pub const NONE: IntensityBound = IntensityBound {
         diffuse: 0.0,
         normals: Cone::EMPTY,
@@ -32,7 +34,7 @@ impl IntensityBound {
         glossy: None,
     };
 
-    /// Adds the bounds of other lights.
+    /// Adds the bound of other lights.
     pub fn add(&mut self, other: &IntensityBound) {
         self.diffuse += other.diffuse;
         self.normals = self.normals.union(other.normals);
@@ -44,7 +46,7 @@ impl IntensityBound {
         }
     }
 
-    /// Becomes one number for all directions.
+    /// Replaces the bound by its maximum over all directions.
     #[cfg(any(test, feature = "testing"))]
     pub fn forget_directions(&mut self) {
         self.normals = Cone::FULL;
@@ -54,10 +56,10 @@ impl IntensityBound {
         }
     }
 
-    /// Bytes beside its own where some light is not diffuse.
+    /// Heap bytes of a bound of lights that are not all diffuse.
     pub const GLOSSY_BYTES: usize = size_of::<MaxMips>();
 
-    /// About the luminance of what all lights shine along the unit vector `axis`: a bound, as if all stood at one place.
+    /// The bound in W/sr for the single unit direction `axis`, common to all lights.
     #[inline(always)]
     pub(crate) fn luminance(&self, axis: Vec3) -> f32 {
         let [_, cos] = self.spread.cosines(axis.dot(self.normals.axis));
@@ -65,8 +67,7 @@ impl IntensityBound {
         self.diffuse * cos.max(0.0) + glossy
     }
 
-    /// Upper bounds of the sum over lights of the luminance that each shines in some direction so far from the unit vector in `axes`,
-    /// another for each; lane by lane.
+    /// The bounds in W/sr, lane by lane, for directions within the angle of `spreads` from the unit vectors `axes`.
     #[inline(always)]
     pub(crate) fn luminances(&self, axes: &Lanes3, spreads: &[Spread; LANES]) -> Lanes {
         let n = self.normals.axis;
@@ -86,7 +87,7 @@ impl IntensityBound {
 }
 
 impl VirtualLights<'_> {
-    /// Bounds of [`VirtualLights::intensity`] of light `id`.
+    /// The bound of [`VirtualLights::intensity`] of light `id`.
     pub fn intensity_bound(&self, id: LightId) -> IntensityBound {
         let light = &self.lights()[id.index()];
         match &light.emission {
@@ -111,20 +112,20 @@ impl VirtualLights<'_> {
     }
 }
 
-impl Table<'_> {
-    /// Bounds of [`Table::lookup`].
+impl OctahedralTable<'_> {
+    /// The bound of [`OctahedralTable::lookup`].
     fn max_mips(&self) -> MaxMips {
         let luminance = |t: usize| (self.texels.get(t) * self.scale).luminance();
         MaxMips::new(largest_in_texels(self.side, luminance))
     }
 }
 
-impl Mixture<'_> {
-    /// Bounds of [`Mixture::lookup`].
+impl VmfMixture<'_> {
+    /// The bound of [`VmfMixture::lookup`].
     fn max_mips(&self) -> MaxMips {
         MaxMips::new(std::array::from_fn(|t| {
             let cone = &TEXEL_CONES[t];
-            let of_lobe = |lobe: &Lobe| {
+            let of_lobe = |lobe: &VmfLobe| {
                 let nearest = (cone.angle_to_axis(lobe.axis()) - cone.half_angle).max(0.0);
                 lobe.peak().luminance() * (lobe.kappa() * (nearest.cos() - 1.0)).exp()
             };
@@ -134,7 +135,7 @@ impl Mixture<'_> {
 }
 
 impl Reflection<'_> {
-    /// Bounds of [`Reflection::intensity`].
+    /// The bound of [`Reflection::intensity`].
     fn max_mips(&self) -> MaxMips {
         MaxMips::new(std::array::from_fn(|t| {
             self.bsdf.bound_f_cos_wo(self.wi, &TEXEL_CONES[t]) * self.flux.luminance()

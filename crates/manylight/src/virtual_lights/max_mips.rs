@@ -1,7 +1,7 @@
 //! Upper bounds of radiant intensity over cones of directions, as small tables on the octahedral map.
 //!
-//! A receiver sees the lights of a cluster in directions that differ, so that the bound of a sum is the sum of each light's own bounds, and never
-//! that of the summed intensity.
+//! A receiver sees the lights of a cluster in different directions. So the bound of a cluster is the sum over its lights of the maximum of
+//! each, and not the maximum of the summed intensity.
 
 use crate::lanes::{LANES, Lanes, Lanes3};
 use crate::math::float::floor;
@@ -10,31 +10,33 @@ use crate::math::{Cone, Spread, Vec2, Vec3};
 use std::f32::consts::{FRAC_1_SQRT_2, SQRT_2};
 use std::sync::LazyLock;
 
-/// Texels along an edge of the finest level, and of the next.
+/// Texels along an edge of the finest level. More texels give tighter bounds and larger nodes; 8 x 8 with the coarse level take 290 bytes.
 const SIDE: usize = 8;
+/// Texels along an edge of the coarse level.
 const COARSE_SIDE: usize = 4;
-/// Texels of the finest level.
+/// Number of texels of the finest level.
 pub(super) const TEXELS: usize = SIDE * SIDE;
 
-/// Sums over lights of the largest luminance of each within sets of directions, in W/sr.
+/// Sums over lights of the maximum luminance of each light within sets of directions, in W/sr.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct MaxMips {
-    /// Within each of 8 x 8 texels.
-    texels: [Above; TEXELS],
-    /// Within a texel and its eight neighbors.
-    around: [Above; TEXELS],
-    /// The same on a map of 4 x 4 texels.
-    coarse: [Above; COARSE_SIDE * COARSE_SIDE],
-    everywhere: Above,
+    /// Within each texel of the finest level.
+    texels: [RoundedUp; TEXELS],
+    /// Within each texel of the finest level and its eight neighbors.
+    dilated: [RoundedUp; TEXELS],
+    /// Within each texel of the coarse level and its eight neighbors.
+    coarse: [RoundedUp; COARSE_SIDE * COARSE_SIDE],
+    /// Over all directions.
+    everywhere: RoundedUp,
 }
 
-/// The upper half of a float that is not negative, rounded up: by 1/128 at most.
+/// A non-negative number in 16 bits: the upper half of an f32, rounded up by at most 1/128.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Above(u16);
+struct RoundedUp(u16);
 
-impl Above {
+impl RoundedUp {
     fn new(x: f32) -> Self {
-        Above(((x.to_bits() + 0xffff) >> 16) as u16)
+        RoundedUp(((x.to_bits() + 0xffff) >> 16) as u16)
     }
 
     #[inline]
@@ -43,8 +45,8 @@ impl Above {
     }
 }
 
-/// The largest value of each texel and its neighbors on a map of `side`² texels.
-fn dilated<const N: usize>(values: &[f32; N], side: usize) -> [f32; N] {
+/// For each texel of an octahedral map of `side`² texels the maximum over itself and its eight neighbors.
+fn dilate<const N: usize>(values: &[f32; N], side: usize) -> [f32; N] {
     let side = side as i32;
     std::array::from_fn(|t| {
         let (i, j) = (t as i32 % side, t as i32 / side);
@@ -53,7 +55,7 @@ fn dilated<const N: usize>(values: &[f32; N], side: usize) -> [f32; N] {
     })
 }
 
-/// The texel that the point `uv` of the unit square lies in.
+/// Index of the texel that contains the point `uv` of the unit square.
 #[inline(always)]
 fn texel_at(uv: Vec2, side: usize) -> usize {
     let at = uv * side as f32;
@@ -62,45 +64,46 @@ fn texel_at(uv: Vec2, side: usize) -> usize {
 }
 
 impl MaxMips {
-    /// Of one light, from an upper bound of its luminance within each texel.
+    /// The bounds of one light, from upper bounds of its luminance within each texel of the finest level.
     pub(super) fn new(texels: [f32; TEXELS]) -> Self {
-        let mut pairs = [0.0f32; COARSE_SIDE * COARSE_SIDE];
+        let mut blocks = [0.0f32; COARSE_SIDE * COARSE_SIDE];
         for (t, &value) in texels.iter().enumerate() {
-            let pair = t / SIDE / 2 * COARSE_SIDE + t % SIDE / 2;
-            pairs[pair] = pairs[pair].max(value);
+            let block = t / SIDE / 2 * COARSE_SIDE + t % SIDE / 2;
+            blocks[block] = blocks[block].max(value);
         }
         MaxMips {
-            around: dilated(&texels, SIDE).map(Above::new),
-            coarse: dilated(&pairs, COARSE_SIDE).map(Above::new),
-            everywhere: Above::new(texels.into_iter().fold(0.0, f32::max)),
-            texels: texels.map(Above::new),
+            dilated: dilate(&texels, SIDE).map(RoundedUp::new),
+            coarse: dilate(&blocks, COARSE_SIDE).map(RoundedUp::new),
+            everywhere: RoundedUp::new(texels.into_iter().fold(0.0, f32::max)),
+            texels: texels.map(RoundedUp::new),
         }
     }
 
     /// Adds the bounds of other lights.
     pub(super) fn add(&mut self, other: &MaxMips) {
-        let own = self.texels.iter_mut().chain(&mut self.around);
+        let own = self.texels.iter_mut().chain(&mut self.dilated);
         let own = own.chain(&mut self.coarse).chain([&mut self.everywhere]);
-        let others = other.texels.iter().chain(&other.around);
+        let others = other.texels.iter().chain(&other.dilated);
         let others = others.chain(&other.coarse).chain([&other.everywhere]);
         for (sum, value) in own.zip(others) {
-            *sum = Above::new(sum.get() + value.get());
+            *sum = RoundedUp::new(sum.get() + value.get());
         }
     }
 
-    /// Every texel becomes the bound of all directions.
+    /// Replaces every bound by the one over all directions.
     #[cfg(any(test, feature = "testing"))]
     pub(super) fn forget_directions(&mut self) {
         let most = self.everywhere;
         self.texels.fill(most);
-        self.around.fill(most);
+        self.dilated.fill(most);
         self.coarse.fill(most);
     }
 
-    /// Upper bounds of the summed luminance towards one direction for each light, all of them so far from the unit vector in `axes`; lane by lane.
+    /// Upper bounds of the summed luminance, lane by lane, with a direction for each light within the angle of `spreads` from the unit
+    /// vectors `axes`.
     ///
-    /// Per radian, a direction moves by no more than `1/√2` of the unit square in either coordinate (measured: 0.7068 near ±x and ±y). So
-    /// a cone whose half angle is `√2` texels of `1/side` stays within the texel of its axis and the neighbors of that.
+    /// A rotation by one radian moves a direction by at most `1/√2` of the unit square in each coordinate (measured: 0.7068 near ±x and
+    /// ±y). So a cone with half angle `√2 / side` lies within the texel of its axis and the eight neighbors.
     #[inline(always)]
     pub(super) fn bounds(&self, axes: &Lanes3, spreads: &[Spread; LANES]) -> Lanes {
         let (mut u, mut v) = ([0.0; LANES], [0.0; LANES]);
@@ -115,13 +118,13 @@ impl MaxMips {
         bounds
     }
 
-    /// The same for one direction for all lights.
+    /// The upper bound for one unit direction, common to all lights.
     #[inline(always)]
     pub(super) fn along(&self, axis: Vec3) -> f32 {
         self.texels[texel_at(square_from_direction(axis), SIDE)].get()
     }
 
-    /// The same for one direction, given by its place in the unit square.
+    /// [`MaxMips::bounds`] of one cone, its axis given as a point of the unit square.
     #[inline(always)]
     fn bound(&self, uv: Vec2, half_angle: f32) -> f32 {
         if half_angle > SQRT_2 / COARSE_SIDE as f32 {
@@ -131,17 +134,17 @@ impl MaxMips {
         if half_angle > SQRT_2 / SIDE as f32 {
             return coarse;
         }
-        let bound = coarse.min(self.around[texel_at(uv, SIDE)].get());
+        let bound = coarse.min(self.dilated[texel_at(uv, SIDE)].get());
         let reach = half_angle * FRAC_1_SQRT_2 * SIDE as f32;
         if reach > 0.5 {
             return bound;
         }
-        bound.min(self.touched(uv * SIDE as f32, reach))
+        bound.min(self.overlapped(uv * SIDE as f32, reach))
     }
 
-    /// The sum over the texels, four at most, that a square of half the edge `reach` about `at` touches, both in texels.
+    /// Sum over the at most four texels that overlap the square with center `at` and half edge `reach`, both in texels.
     #[inline(always)]
-    fn touched(&self, at: Vec2, reach: f32) -> f32 {
+    fn overlapped(&self, at: Vec2, reach: f32) -> f32 {
         let (left, right) = (floor(at.x - reach).1, floor(at.x + reach).1);
         let (top, bottom) = (floor(at.y - reach).1, floor(at.y + reach).1);
         let mut sum = 0.0;
@@ -154,7 +157,7 @@ impl MaxMips {
     }
 }
 
-/// For each texel the largest bilinear value of a table of `side`² `values` within it.
+/// For each texel of the finest level the maximum of the bilinear function of `side`² texels with the given `values`.
 pub(super) fn largest_in_texels(side: usize, values: impl Fn(usize) -> f32) -> [f32; TEXELS] {
     let mut texels = [0.0f32; TEXELS];
     let values: Vec<f32> = (0..side * side).map(values).collect();
@@ -162,7 +165,7 @@ pub(super) fn largest_in_texels(side: usize, values: impl Fn(usize) -> f32) -> [
     let last = |k: usize| ((k + 1) * SIDE - 1) / side;
     for j in 0..side {
         for i in 0..side {
-            // Within this texel of the table, values are between those of the nine around.
+            // Within this texel of the table the bilinear function is at most the maximum of the 3 x 3 texels around.
             let around = (0..9).map(|k| {
                 let (i, j) = (i as i32 + k % 3 - 1, j as i32 + k / 3 - 1);
                 values[wrapped_texel(i, j, side as i32) as usize]
@@ -179,23 +182,23 @@ pub(super) fn largest_in_texels(side: usize, values: impl Fn(usize) -> f32) -> [
     texels
 }
 
-/// For each texel a cone that holds its directions.
+/// For each texel of the finest level a cone that contains its directions.
 pub(super) static TEXEL_CONES: LazyLock<[Cone; TEXELS]> = LazyLock::new(|| {
-    /// Places along an edge of a texel that are asked.
-    const PLACES: usize = 17;
-    /// No place of the texel is farther from one of these, in radians: half a step in both coordinates, where directions move
-    /// at most by `√18` per unit of the square that has the edge 2.
-    const BETWEEN: f32 = 4.25 / (SIDE * (PLACES - 1)) as f32;
+    /// Number of sample points along an edge of a texel.
+    const SAMPLES: usize = 17;
+    /// Largest angle from a point of the texel to the nearest sample, in rad: half a step in both coordinates, with at most `√18`
+    /// rad per unit of the square of edge 2.
+    const SAMPLE_DISTANCE: f32 = 4.25 / (SIDE * (SAMPLES - 1)) as f32;
     std::array::from_fn(|t| {
         let corner = Vec2::new((t % SIDE) as f32, (t / SIDE) as f32);
         let at = |within: Vec2| direction_from_square((corner + within) / SIDE as f32);
         let cone = Cone::from_axis(at(Vec2::splat(0.5)));
-        let angles = (0..PLACES * PLACES).map(|k| {
-            let within = Vec2::new((k % PLACES) as f32, (k / PLACES) as f32);
-            cone.angle_to_axis(at(within / (PLACES - 1) as f32))
+        let angles = (0..SAMPLES * SAMPLES).map(|k| {
+            let within = Vec2::new((k % SAMPLES) as f32, (k / SAMPLES) as f32);
+            cone.angle_to_axis(at(within / (SAMPLES - 1) as f32))
         });
         Cone {
-            half_angle: angles.fold(0.0, f32::max) + BETWEEN,
+            half_angle: angles.fold(0.0, f32::max) + SAMPLE_DISTANCE,
             ..cone
         }
     })
@@ -250,12 +253,12 @@ mod tests {
     fn rounding_goes_up() {
         let mut rng = Pcg::new(5);
         for x in [0.0, 1.0, f32::MIN_POSITIVE, 1e30, f32::INFINITY] {
-            assert!(Above::new(x).get() >= x);
+            assert!(RoundedUp::new(x).get() >= x);
         }
-        assert_eq!(Above::new(0.0).get(), 0.0);
+        assert_eq!(RoundedUp::new(0.0).get(), 0.0);
         for _ in 0..10_000 {
             let x = (60.0 * rng.next_f32() - 30.0).exp();
-            let above = Above::new(x).get();
+            let above = RoundedUp::new(x).get();
             assert!((x..=1.0079 * x).contains(&above), "{x} -> {above}");
         }
     }

@@ -1,113 +1,68 @@
-//! Virtual lights: where they stand, how much flux each carries, and what it shines.
+//! Virtual lights: from photons to lights that can be gathered. The heart of the method of Simon, Hanika, Dachsbacher, "Rich-VPLs for
+//! Improving the Versatility of Many-Light Methods", Eurographics 2015.
 //!
-//! select, relax (placement) → assign, neighborhood (flux, as [`PhotonClusters`]) → moments (extent) → glossy (emission) → [`VirtualLights`]. The
-//! steps are independent: any placement goes with any flux rule and with any emission.
+//! | stage | input → output | modules |
+//! |---|---|---|
+//! | basis | order of photons along a space-filling curve, surfaces | [`curve`], [`surfaces`] |
+//! | placement | photons, importance → [`Site`]s | [`select()`], [`relax`] |
+//! | flux | photons, sites → [`PhotonClusters`] | [`nearest_light`], [`assign()`] (partition) or [`density`] |
+//! | extent | cluster → radius and points | [`moments`] |
+//! | emission | cluster → diffuse flux, glossy profile | `reflection`; `glossy`: `octahedral_*`, `tables` and `table_lookup`, or `lobe_fit` and `von_mises_fisher` |
+//! | set | clusters → [`VirtualLights`] | `build`, with `areas`, `depth_limits` and `energy` |
+//! | evaluation | light, direction → radiant intensity or its bound | `emission_view`; `intensity_bound`, `max_mips` |
+//!
+//! The stages are independent: any placement goes with any flux rule (but the density rule expects sites where selection placed them),
+//! and with any form of emission. Modules import only from the rows above and from their own row.
+
+pub mod curve;
+pub mod surfaces;
+
+pub mod relax;
+pub mod select;
 
 pub mod assign;
 pub(crate) mod candidates;
 mod clusters;
-pub mod curve;
 pub mod density;
-mod emission_view;
-mod glossy;
-mod intensity_bound;
-mod lobe_fit;
-mod max_mips;
-pub mod moments;
 pub mod nearest_light;
+
+pub mod moments;
+
+mod glossy;
+mod light;
+mod lobe_fit;
 mod octahedral_grid;
 mod octahedral_profile;
-pub mod relax;
-pub mod select;
-mod set;
-mod sources;
+mod reflection;
+mod table_lookup;
 mod tables;
+mod von_mises_fisher;
+
+mod areas;
+mod build;
+mod depth_limits;
+mod energy;
+mod set;
+
+mod emission_view;
+mod intensity_bound;
+mod max_mips;
+
 #[cfg(test)]
 pub(crate) mod testing;
 #[cfg(test)]
 mod tests;
-mod von_mises_fisher;
 
 pub use assign::assign;
 pub use clusters::PhotonClusters;
 pub(crate) use emission_view::EmissionView;
+pub use energy::EnergyAccount;
 pub use glossy::GlossyForm;
 pub use intensity_bound::IntensityBound;
-pub use nearest_light::{NearestLights, SurfaceLocation};
-pub use select::select;
-pub use set::{EnergyAccount, VirtualLights};
+pub use light::{Emission, VirtualLight};
+pub use nearest_light::NearestLights;
+pub use reflection::Reflection;
+pub use select::{Site, select};
+pub use set::VirtualLights;
+pub use surfaces::SurfaceLocation;
 pub use tables::TableStorage;
-
-use crate::bsdf::{Bsdf, ExitTransmittance, Lobes};
-use crate::color::Rgb;
-use crate::math::Vec3;
-use moments::POINTS;
-
-/// A photon that was chosen to become a light.
-#[derive(Clone, Copy, Debug)]
-pub struct Site {
-    /// Index of the photon.
-    pub photon: u32,
-    /// Probability with which it was kept.
-    pub probability: f32,
-}
-
-/// A source that stands for light leaving a small piece of surface.
-#[derive(Clone, Copy, Debug)]
-pub struct VirtualLight<'s> {
-    /// The photon that the light stands on.
-    pub p: Vec3,
-    /// Positions of photons of the light, drawn in proportion to flux and spread over the disc; see [`moments::spread_points`].
-    pub points: [Vec3; POINTS],
-    /// Geometric normal on the lit side, unit.
-    pub n: Vec3,
-    /// Shading normal on the lit side, unit: the axis of the diffuse emission.
-    pub ns: Vec3,
-    /// Radius of the disc with the same second moment, in m; 0 for a point.
-    pub radius: f32,
-    /// Surface that it stands for, in m², from the spacing of lights around it: what bounds the geometry term of points. 0 for a lone light.
-    pub area: f32,
-    /// Distance by which shadow rays start off the surface, in m.
-    pub offset: f32,
-    /// Flux represented, in W.
-    pub flux: Rgb,
-    /// Whether nothing leaves on the side that `n` points away from.
-    pub one_sided: bool,
-    /// What it shines.
-    pub emission: Emission<'s>,
-}
-
-/// What a virtual light shines.
-#[derive(Clone, Copy, Debug)]
-pub enum Emission<'s> {
-    /// One light path: the index of a [`Reflection`].
-    Single(u32),
-    /// Many light paths: `I(w) = diffuse b(|w·ns|) |w·n| / π` on the lit side, plus the glossy part.
-    Rich {
-        /// Σ Φ a(wi) over its photons. W.
-        diffuse: Rgb,
-        /// b.
-        exit: ExitTransmittance<'s>,
-        /// Which profile, if the surface has glossy lobes.
-        glossy: Option<u32>,
-    },
-}
-
-/// One light path: `I(w) = Φ f(wi → w) |w·n|` over the smooth lobes.
-#[derive(Clone, Copy, Debug)]
-pub struct Reflection<'s> {
-    /// Unit direction of incidence.
-    pub wi: Vec3,
-    /// W.
-    pub flux: Rgb,
-    /// Scattering function.
-    pub bsdf: Bsdf<'s>,
-}
-
-impl Reflection<'_> {
-    /// Radiant intensity towards the unit vector `w`, in W/sr.
-    #[inline]
-    fn intensity(&self, w: Vec3) -> Rgb {
-        self.bsdf.f_cos_wo(self.wi, w, Lobes::NON_SPECULAR) * self.flux
-    }
-}

@@ -1,32 +1,31 @@
-//! Extent: how far the photons of a light lie apart, as a disc with their second moment, and the points
-//! that stand for it.
+//! Extent of a light: the second moment of its photons as a disc, and the points from which the light is seen.
 
 use crate::math::{Frame, Vec2, Vec3};
 use crate::particles::Photon;
 
-/// Points that stand for a light.
+/// Number of points of a light.
 pub const POINTS: usize = 16;
-/// Strips that they are spread over.
+/// Number of strips over which the points are spread.
 const STRIPS: usize = 4;
 
-/// Center and second moment of flux on a tangent plane.
+/// Center and second moment of the flux of photons in a tangent plane.
 #[derive(Clone, Copy, Debug)]
 pub struct Extent {
-    /// Flux-weighted mean position; on curved surfaces not on the surface.
+    /// Flux-weighted mean position; not on the surface if that is curved.
     pub centroid: Vec3,
-    /// Principal axes in the tangent plane, each of the length of its standard deviation, in m.
+    /// Principal axes in the tangent plane; the length of each is the standard deviation along it, in m.
     pub axes: [Vec3; 2],
     /// Radius of the uniform disc with the same second moment, in m.
     pub radius: f32,
 }
 
-/// What a photon with a weight counts: luminance, in W.
+/// Luminance of the flux of a photon with a weight, in W.
 fn flux((photon, weight): (&Photon, f32)) -> f64 {
     f64::from(photon.flux.luminance() * weight)
 }
 
 impl Extent {
-    /// The moments of photons near the tangent plane with normal `n`. There must be at least one with flux.
+    /// The moments of photons, given with their weights, in the tangent plane with unit normal `n`. At least one must have flux.
     pub fn of<'p>(photons: impl Iterator<Item = (&'p Photon, f32)> + Clone, n: Vec3) -> Self {
         let frame = Frame::from_normal(n);
         let total: f64 = photons.clone().map(flux).sum();
@@ -55,18 +54,20 @@ impl Extent {
                 axis(major * cos, major * sin),
                 axis(-minor * sin, minor * cos),
             ],
-            // A uniform disc has E|δ|² = r²/2.
+            // A uniform disc of radius r has E|δ|² = r²/2.
             radius: (2.0 * (a + c)).sqrt() as f32,
         }
     }
 }
 
-/// [`POINTS`] positions of photons, drawn with probability proportional to flux and spread over the disc: strips along the
-/// major axis, swept to and fro, cut into pieces of equal flux with the first of the random numbers `u` in [0, 1).
-/// The second decides about their order: the first point is any of them, and every fourth are one from each strip.
+/// [`POINTS`] positions of photons, each drawn with probability proportional to flux, spread over the extent.
 ///
-/// The mean over `u` of a sum over the points is the sum over the photons, for whatever function: with the photons the
-/// points avoid what lies in the shade of a chair's leg or beyond a wall, where points constructed from the moments would stand.
+/// Strips along the major axis, traversed in alternating direction, are cut into [`POINTS`] pieces of equal flux; `u[0]` in [0, 1) places
+/// one point in each piece. `u[1]` rotates the order, so that the first point is any of them with equal probability; points `i`, `i + 4`,
+/// `i + 8` and `i + 12` lie in different strips.
+///
+/// The expectation over `u` of a mean over the points is the flux-weighted mean over the photons, for any function. Points constructed from
+/// the moments instead may lie under a chair or behind a wall, where no photon arrives.
 pub fn spread_points<'p>(
     photons: impl Iterator<Item = (&'p Photon, f32)>,
     extent: &Extent,

@@ -1,4 +1,4 @@
-//! What does not depend on the light about an octahedral grid, and integrals over it.
+//! The octahedral grid of all tables of one size: texel directions, solid angles, and integrals of bilinear functions.
 
 use crate::color::Rgb;
 use crate::math::octahedral::{
@@ -7,22 +7,22 @@ use crate::math::octahedral::{
 use crate::math::{Vec2, Vec3};
 use crate::simd::{Isa, Simd, SimdKernel};
 
-/// Sub-samples along an edge of a texel in integrals that end at the horizon.
+/// Number of sub-samples along an edge of a texel in integrals cut at the horizon. The integral then is exact to about 1e-4 (see the tests).
 const FINE: usize = 6;
-/// Sub-samples along an edge of a texel for the mean of narrow lobes.
+/// Number of sub-samples along an edge of a texel in the mean of narrow lobes.
 const COARSE: usize = 2;
 
-/// Sub-samples of a texel, row by row.
+/// Sub-samples of one texel, row by row.
 #[derive(Clone, Debug)]
 struct SubSamples<const COUNT: usize> {
-    /// Directions by component.
+    /// Unit directions, by component.
     w: [[f32; COUNT]; 3],
-    /// In sr.
+    /// Solid angles, in sr.
     solid_angle: [f32; COUNT],
 }
 
 impl<const COUNT: usize> SubSamples<COUNT> {
-    /// Of texel `t` in a grid of `side`² texels.
+    /// The sub-samples of texel `t` in a grid of `side`² texels.
     fn new(t: usize, side: usize) -> Self {
         let mut all = SubSamples {
             w: [[0.0; COUNT]; 3],
@@ -46,13 +46,13 @@ impl<const COUNT: usize> SubSamples<COUNT> {
     }
 }
 
-/// See the module.
+/// An octahedral grid of `side`² texels.
 #[derive(Debug)]
 pub(super) struct Grid {
     side: usize,
-    /// Texel centers.
+    /// Directions of the texel centers, unit.
     centers: Vec<Vec3>,
-    /// Integrals of the bilinear hat functions over the sphere, in sr.
+    /// Integrals of the bilinear hat functions of the texels over the sphere, in sr.
     pub(super) hats: Vec<f32>,
     fine: Vec<SubSamples<{ FINE * FINE }>>,
     coarse: Vec<SubSamples<{ COARSE * COARSE }>>,
@@ -63,7 +63,7 @@ impl Grid {
     pub(super) fn new(side: usize) -> Self {
         assert!(
             side >= 2 && side.is_multiple_of(2),
-            "tables are made of blocks of 2 x 2 texels"
+            "the side of a table is even: it has blocks of 2 x 2 texels"
         );
         let mut hats = vec![0.0; side * side];
         for t in 0..side * side {
@@ -101,7 +101,7 @@ impl Grid {
         (0..half * half).map(move |b| 2 * (b / half) * side + 2 * (b % half))
     }
 
-    /// The four texels of the block whose first is `corner`.
+    /// The four texels of the block with the first texel `corner`.
     pub(super) fn block(&self, corner: usize) -> [usize; 4] {
         [
             corner,
@@ -111,14 +111,15 @@ impl Grid {
         ]
     }
 
-    /// Some directions within a texel, with their shares of its solid angle.
+    /// Directions within a texel, each with its fraction of the texel's solid angle.
     pub(super) fn within_texel(&self, t: usize) -> impl Iterator<Item = (Vec3, f32)> {
         let samples = &self.coarse[t];
         let total: f32 = samples.solid_angle.iter().sum();
         (0..COARSE * COARSE).map(move |s| (samples.direction(s), samples.solid_angle[s] / total))
     }
 
-    /// Integral of the bilinear function over the sphere, or above the horizon of `n`: all hats, less what leaks below.
+    /// Integral of the bilinear function over the sphere, or above the horizon of the unit normal `n`: that of all hats minus the part below
+    /// the horizon.
     pub(super) fn integral(&self, texels: &[Rgb], n: Option<Vec3>) -> Rgb {
         let mut sum = [0.0f64; 3];
         for (texel, &hat) in texels.iter().zip(&self.hats) {
@@ -140,7 +141,7 @@ impl Grid {
     }
 }
 
-/// Integral of the bilinear function below the horizon of `n`, of a table that is black in all texels whose centers are below.
+/// Integral below the horizon of `n` of the bilinear function of `texels`, of which those with centers below the horizon are black.
 struct BelowHorizon<'a> {
     grid: &'a Grid,
     texels: &'a [Rgb],
@@ -154,7 +155,7 @@ impl SimdKernel for BelowHorizon<'_> {
     fn run<S: Simd>(self, _s: S) -> [f64; 3] {
         let BelowHorizon { grid, texels, n } = self;
         let side = grid.side as i32;
-        // Texels that reach below the horizon, and those next to one above: a texel measures at most 4.3 / side from
+        // Only texels that extend below the horizon and have a neighbor with its center above: a texel measures at most 4.3 / side rad from
         // center to corner.
         let (above, below) = (4.5 / side as f32, -9.5 / side as f32);
         let mut sum = [0.0f64; 3];
@@ -163,12 +164,12 @@ impl SimdKernel for BelowHorizon<'_> {
                 continue;
             }
             let (i, j) = (t as i32 % side, t as i32 / side);
-            let shares = neighbor_shares(&grid.fine[t], n);
-            for (k, share) in shares.into_iter().enumerate() {
+            let solid_angles = neighbor_solid_angles(&grid.fine[t], n);
+            for (k, solid_angle) in solid_angles.into_iter().enumerate() {
                 let (di, dj) = (k as i32 % 3 - 1, k as i32 / 3 - 1);
                 let texel = texels[wrapped_texel(i + di, j + dj, side) as usize];
                 for (s, v) in sum.iter_mut().zip(texel.to_array()) {
-                    *s += f64::from(v * share);
+                    *s += f64::from(v * solid_angle);
                 }
             }
         }
@@ -176,18 +177,17 @@ impl SimdKernel for BelowHorizon<'_> {
     }
 }
 
-/// How much of a texel's solid angle is below the horizon of `n`, divided among the nine texels around it as the bilinear function
-/// weighs them.
+/// Solid angle, in sr, of a texel below the horizon of `n`, divided among the 3 x 3 texels around it by their bilinear weights.
 #[inline(always)]
-fn neighbor_shares(samples: &SubSamples<{ FINE * FINE }>, n: Vec3) -> [f32; 9] {
+fn neighbor_solid_angles(samples: &SubSamples<{ FINE * FINE }>, n: Vec3) -> [f32; 9] {
     let mut below = [0.0; FINE * FINE];
     for (s, below) in below.iter_mut().enumerate() {
         let cos = samples.w[0][s] * n.x + samples.w[1][s] * n.y + samples.w[2][s] * n.z;
-        // A sub-sample on the horizon counts by the part of it that is below.
+        // A sub-sample on the horizon counts by its fraction below.
         let solid_angle = samples.solid_angle[s];
         *below = (0.5 - cos / solid_angle.sqrt()).clamp(0.0, 1.0) * solid_angle;
     }
-    // By rows first, then by columns.
+    // Weighted sums over rows first, then over columns.
     let mut columns = [[0.0; FINE]; 3];
     for (row, below) in below.chunks_exact(FINE).enumerate() {
         for (dj, column) in columns.iter_mut().enumerate() {
@@ -202,7 +202,7 @@ fn neighbor_shares(samples: &SubSamples<{ FINE * FINE }>, n: Vec3) -> [f32; 9] {
     })
 }
 
-/// For each sub-sample along an edge the weights of the texel before, the own and the next one.
+/// Bilinear weights, along one axis, of the previous, the own and the next texel at each sub-sample.
 const HATS: [[f32; FINE]; 3] = hats();
 
 const fn hats() -> [[f32; FINE]; 3] {

@@ -1,60 +1,66 @@
-//! Emission: the glossy radiant intensity of a light in an octahedral table.
+//! Glossy form 1: radiant intensity of a light in an octahedral table, cosine included.
 //!
-//! Some photons are drawn from the light's own in proportion to flux, and their lobes are evaluated, each about its own normal.
-//! Then the table is scaled so that the integral of what is looked up (bilinear, cut at the horizon) is the flux that
-//! these photons reflect, which importance sampling of their lobes tells.
+//! The lobes of the paths are evaluated on the grid, each about its own normal. Then the table is scaled per channel so that the integral
+//! of its bilinear interpolation, over the domain of emission, is the flux scattered by the paths.
 
 use super::octahedral_grid::Grid;
-use super::sources::{Range, Source};
+use super::reflection::{EmissionDomain, Reflection};
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::math::Vec3;
 use crate::math::octahedral::bilinear;
 use crate::sampling::rng::Pcg;
 
-/// Lobes narrower than this are averaged over a texel, wider ones taken at its center.
+/// Roughness below which lobes are averaged over each texel; wider lobes are evaluated at the texel's center. Not tuned by a measurement.
 const NARROW: f32 = 0.3;
-/// A block of 2 x 2 texels is looked at closely if it shines with this share of the brightest: narrow lobes.
+/// Value of a block of 2 x 2 texels, relative to the brightest block, from which its texels are evaluated separately; for lobes
+/// narrower than [`NARROW`]. Smaller values are slower and keep more of the shape. Not tuned by a measurement.
 const NARROW_BRIGHT_SHARE: f32 = 0.05;
-/// And wide ones, which hardly change over a block.
+/// Value of a block of 2 x 2 texels, relative to the brightest block, from which its texels are evaluated separately; for wider lobes,
+/// which vary little within a block. Not tuned by a measurement.
 const WIDE_BRIGHT_SHARE: f32 = 0.3;
-/// Directions drawn from each lobe when the table has to be made of them.
+/// Number of directions sampled from each lobe for a table made of samples. Not tuned by a measurement.
 const SPLAT_SAMPLES: u32 = 128;
-/// Correction by more than this, or less than its inverse, means that the lobe fell between the texels.
+/// Largest factor, or inverse factor, that corrects the flux of an evaluated table. A larger one shows that the lobes fall between the
+/// texels, and the table is made of sampled directions instead. Not tuned by a measurement.
 const MAX_CORRECTION: f32 = 2.0;
 
 impl Grid {
-    /// The texels of the table of `sources`, whose narrowest lobe has roughness `width` and which reflect `target`; and the flux that
-    /// they hold.
+    /// The texels of the table of `paths`, in W/sr, and the flux of the table, in W, which is `target` unless no texel or sample has found
+    /// the lobes. `width` is the smallest roughness of the lobes.
     pub(super) fn fill(
         &self,
-        sources: &[Source],
+        paths: &[Reflection],
         width: f32,
-        range: Range,
+        domain: EmissionDomain,
         target: Rgb,
         rng: &mut Pcg,
     ) -> (Vec<Rgb>, Rgb) {
         let mut texels = vec![Rgb::BLACK; self.side() * self.side()];
-        self.evaluate(sources, width, range, &mut texels);
-        let mut flux = self.integral(&texels, range.horizon());
+        self.evaluate(paths, width, domain, &mut texels);
+        let mut flux = self.integral(&texels, domain.horizon());
         let mut scale = correction(flux, target);
         if scale.is_none() {
             texels.fill(Rgb::BLACK);
-            for source in sources {
-                self.splat(source, range, rng, &mut texels);
+            for path in paths {
+                self.splat(path, domain, rng, &mut texels);
             }
-            flux = self.integral(&texels, range.horizon());
+            flux = self.integral(&texels, domain.horizon());
             scale = correction(flux, target);
         }
-        // No more than what the samples say can be known of a lobe that escapes both.
         let scale = scale.unwrap_or(Rgb::WHITE);
         texels.iter_mut().for_each(|texel| *texel *= scale);
         (texels, flux * scale)
     }
 
-    /// Adds the intensity of the sources: one value for each block of 2 x 2 texels first, then the texels of the blocks that
-    /// matter.
-    fn evaluate(&self, sources: &[Source], width: f32, range: Range, texels: &mut [Rgb]) {
+    /// Adds the intensity of the paths: first one value for each block of 2 x 2 texels, then the separate texels of bright blocks.
+    fn evaluate(
+        &self,
+        paths: &[Reflection],
+        width: f32,
+        domain: EmissionDomain,
+        texels: &mut [Rgb],
+    ) {
         let narrow = width < NARROW;
         let bright_share = if narrow {
             NARROW_BRIGHT_SHARE
@@ -63,7 +69,7 @@ impl Grid {
         };
         let inside = |corner: usize| {
             let texels = self.block(corner).into_iter();
-            texels.filter(move |&t| range.contains(self.center(t)))
+            texels.filter(move |&t| domain.contains(self.center(t)))
         };
         let (mut corners, mut middles) = (Vec::new(), Vec::new());
         for corner in self.blocks() {
@@ -73,43 +79,43 @@ impl Grid {
                 middles.push(middle.normalize());
             }
         }
-        let (mut values, mut closer) = (Vec::new(), Vec::new());
-        let (mut parts, mut directions) = (Vec::new(), Vec::new());
-        for source in sources {
-            let outgoing = source.bsdf.outgoing(source.wi, Lobes::GLOSSY);
-            outgoing.f_cos_wo(&middles, &mut values);
-            let luminance = |value: &Rgb| (*value * source.flux).luminance();
-            let bright = bright_share * values.iter().map(luminance).fold(0.0, f32::max);
-            parts.clear();
+        let (mut block_values, mut values) = (Vec::new(), Vec::new());
+        let (mut samples, mut directions) = (Vec::new(), Vec::new());
+        for path in paths {
+            let outgoing = path.bsdf.outgoing(path.wi, Lobes::GLOSSY);
+            outgoing.f_cos_wo(&middles, &mut block_values);
+            let luminance = |value: &Rgb| (*value * path.flux).luminance();
+            let bright = bright_share * block_values.iter().map(luminance).fold(0.0, f32::max);
+            samples.clear();
             directions.clear();
-            let mut look_at = |t: usize, share: f32, w: Vec3| {
-                parts.push((t, share));
+            let mut add_sample = |t: usize, share: f32, w: Vec3| {
+                samples.push((t, share));
                 directions.push(w);
             };
-            for (&corner, value) in corners.iter().zip(&values) {
+            for (&corner, value) in corners.iter().zip(&block_values) {
                 for t in inside(corner) {
                     if luminance(value) < bright {
-                        texels[t] += *value * source.flux;
+                        texels[t] += *value * path.flux;
                     } else if narrow {
                         for (w, share) in self.within_texel(t) {
-                            look_at(t, share, w);
+                            add_sample(t, share, w);
                         }
                     } else {
-                        look_at(t, 1.0, self.center(t));
+                        add_sample(t, 1.0, self.center(t));
                     }
                 }
             }
-            outgoing.f_cos_wo(&directions, &mut closer);
-            for (&(t, share), value) in parts.iter().zip(&closer) {
-                texels[t] += *value * source.flux * share;
+            outgoing.f_cos_wo(&directions, &mut values);
+            for (&(t, share), value) in samples.iter().zip(&values) {
+                texels[t] += *value * path.flux * share;
             }
         }
     }
 
-    /// Adds directions drawn from the lobes of one source, each as a hat function of its flux.
-    fn splat(&self, source: &Source, range: Range, rng: &mut Pcg, texels: &mut [Rgb]) {
-        source.scatter(SPLAT_SAMPLES, rng, |w, flux, _| {
-            if range.contains(w) {
+    /// Adds directions sampled from the lobes of one path, each as a hat function of its flux.
+    fn splat(&self, path: &Reflection, domain: EmissionDomain, rng: &mut Pcg, texels: &mut [Rgb]) {
+        path.scatter(SPLAT_SAMPLES, rng, |w, flux, _| {
+            if domain.contains(w) {
                 for (t, weight) in bilinear(w, self.side()) {
                     texels[t] += flux * (weight / self.hats[t]);
                 }
@@ -118,7 +124,8 @@ impl Grid {
     }
 }
 
-/// Factor per channel from the flux of a table to `target`; `None` if it is too far from 1 to be a mere correction.
+/// Factor per channel from the flux of a table to `target`; `None` if the luminances differ by more than [`MAX_CORRECTION`] or a channel
+/// is black that should not be.
 fn correction(flux: Rgb, target: Rgb) -> Option<Rgb> {
     let ratio = |target: f32, flux: f32| match (target > 0.0, flux > 0.0) {
         (true, true) => target / flux,

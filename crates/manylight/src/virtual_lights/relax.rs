@@ -1,71 +1,79 @@
-//! Placement: relaxation, which pushes lights apart until they are evenly spread.
+//! Placement, step 2 (optional): relaxation moves sites apart until they are evenly spread over each surface.
 //!
-//! Source: Simon, Hanika, Dachsbacher 2015, after Spencer, Jones, "Into the Blue: Better Caustics through Photon Relaxation", 2009.
+//! Source: Simon, Hanika, Dachsbacher, "Rich-VPLs", Eurographics 2015, after Spencer, Jones, "Into the Blue: Better Caustics through
+//! Photon Relaxation", Computer Graphics Forum 2009.
 
-use super::Site;
 use super::curve::Curve;
-use super::nearest_light::Surfaces;
+use super::select::Site;
+use super::surfaces::Surfaces;
 use crate::maps::{KdTree, Neighbors, Patch};
 use crate::math::Vec3;
 use crate::particles::Photon;
 use rayon::prelude::*;
 
-/// Rounds of repulsion, at most.
+/// Largest number of iterations: the paper's 20.
 pub const ITERATIONS: usize = 20;
-/// Neighbors that push a light.
-const PUSHING: usize = 12;
-/// Lights that are looked at for them: some are on other surfaces.
-const LOOKED_AT: usize = 2 * PUSHING;
-/// Lights rest when they move by less than this share of their spacing on average.
-const AT_REST: f32 = 0.05;
+/// K, the number of neighbors on the same surface in the sum of displacements. More neighbors make a smoother, slower relaxation. Not
+/// tuned by a measurement.
+const NEIGHBORS: usize = 12;
+/// Number of neighbors searched to find [`NEIGHBORS`] on the same surface: the others lie on other surfaces.
+const NEIGHBORS_SEARCHED: usize = 2 * NEIGHBORS;
+/// Mean displacement per iteration, relative to the mean spacing of sites, below which the iteration stops. Trades evenness for time;
+/// not tuned by a measurement.
+const STOPPING_DISPLACEMENT: f32 = 0.05;
 
-/// A light on its way.
+/// The current position of a site.
 #[derive(Clone, Copy)]
-struct Mover {
+struct MovingSite {
     patch: Patch,
     photon: u32,
-    /// Distance of the farthest neighbor that pushes it, in m.
-    spacing: f32,
+    /// Distance d_K to the K-th neighbor on the same surface, in m.
+    reach: f32,
 }
 
-/// Pushes lights away from their nearest neighbors on the same surface,
+/// Moves every site `x` away from its `K` nearest neighbors `x_k` on the same surface,
 ///
 /// ```text
-/// Δx = 1/K Σ_k (x - x_k) (d_K / d_k - 1)
+/// Δx = 1/K Σ_k (x - x_k) (d_K / d_k - 1),   d_k = |x - x_k|,
 /// ```
 ///
-/// along the surface, and lets each return to the nearest photon of its surface that no other light stands on. The probabilities
-/// of the sites no longer say how densely they stand: flux must come from a rule that does not ask them. The sites follow the
-/// space-filling curve.
+/// within the tangent plane, then to the nearest photon of its surface that no other site occupies; repeats both up to
+/// [`ITERATIONS`] times.
+///
+/// Returns the moved sites in the order of the space-filling curve. Their probabilities are those of the selection and do not describe the
+/// density of the moved sites: the flux of lights must come from a rule that does not use them, such as
+/// [`assign`](super::assign::assign).
 pub fn relax(surfaces: &impl Surfaces, photons: &[Photon], sites: &[Site]) -> Vec<Site> {
-    let places: Vec<Vec3> = photons.iter().map(|photon| photon.p).collect();
-    let photon_tree = KdTree::build(places);
-    let mut movers: Vec<Mover> = sites
+    let positions: Vec<Vec3> = photons.iter().map(|photon| photon.p).collect();
+    let photon_tree = KdTree::build(positions);
+    let mut moving: Vec<MovingSite> = sites
         .par_iter()
-        .map(|site| Mover {
+        .map(|site| MovingSite {
             patch: surfaces.patch(&photons[site.photon as usize]),
             photon: site.photon,
-            spacing: 0.0,
+            reach: 0.0,
         })
         .collect();
     for _ in 0..ITERATIONS {
-        let before: Vec<Vec3> = movers.iter().map(|mover| mover.patch.p).collect();
-        push(&mut movers);
-        settle(surfaces, photons, &photon_tree, &mut movers);
-        let moved = |(mover, before): (&Mover, &Vec3)| f64::from(mover.patch.p.distance(*before));
-        let way: f64 = movers.iter().zip(&before).map(moved).sum();
-        // K lights share the disc that reaches to the K-th.
-        let spacing = |mover: &Mover| f64::from(mover.spacing / (PUSHING as f32).sqrt());
-        if way < f64::from(AT_REST) * movers.iter().map(spacing).sum::<f64>() {
+        let before: Vec<Vec3> = moving.iter().map(|site| site.patch.p).collect();
+        displace(&mut moving);
+        snap(surfaces, photons, &photon_tree, &mut moving);
+        let distance =
+            |(site, before): (&MovingSite, &Vec3)| f64::from(site.patch.p.distance(*before));
+        let displacement: f64 = moving.iter().zip(&before).map(distance).sum();
+        // A disc of radius d_K holds K sites, so that one site has the area of a disc of radius d_K/√K.
+        let spacing = |site: &MovingSite| f64::from(site.reach / (NEIGHBORS as f32).sqrt());
+        if displacement < f64::from(STOPPING_DISPLACEMENT) * moving.iter().map(spacing).sum::<f64>()
+        {
             break;
         }
     }
     let curve = Curve::around(photons);
     let mut relaxed: Vec<Site> = sites
         .iter()
-        .zip(&movers)
-        .map(|(&site, mover)| Site {
-            photon: mover.photon,
+        .zip(&moving)
+        .map(|(&site, moved)| Site {
+            photon: moved.photon,
             ..site
         })
         .collect();
@@ -76,29 +84,35 @@ pub fn relax(surfaces: &impl Surfaces, photons: &[Photon], sites: &[Site]) -> Ve
     relaxed
 }
 
-/// One round of repulsion, within the tangent planes.
-fn push(movers: &mut [Mover]) {
-    let places: Vec<Vec3> = movers.iter().map(|mover| mover.patch.p).collect();
-    let tree = KdTree::build(places);
-    let pushed: Vec<Mover> = movers
+/// Displaces every site once.
+fn displace(sites: &mut [MovingSite]) {
+    let positions: Vec<Vec3> = sites.iter().map(|site| site.patch.p).collect();
+    let tree = KdTree::build(positions);
+    let displaced: Vec<MovingSite> = sites
         .par_iter()
         .map_init(
-            || Neighbors::new(LOOKED_AT + 1),
-            |found, mover| pushed(movers, &tree, mover, found),
+            || Neighbors::new(NEIGHBORS_SEARCHED + 1),
+            |found, site| displaced_site(sites, &tree, site, found),
         )
         .collect();
-    movers.copy_from_slice(&pushed);
+    sites.copy_from_slice(&displaced);
 }
 
-fn pushed(movers: &[Mover], tree: &KdTree<Vec3>, mover: &Mover, found: &mut Neighbors) -> Mover {
-    let Patch { p, n, material, .. } = mover.patch;
+/// `site` after one displacement; unchanged without neighbors on its surface.
+fn displaced_site(
+    sites: &[MovingSite],
+    tree: &KdTree<Vec3>,
+    site: &MovingSite,
+    found: &mut Neighbors,
+) -> MovingSite {
+    let Patch { p, n, material, .. } = site.patch;
     tree.nearest(p, f32::INFINITY, found);
     let mut near: Vec<(f32, Vec3)> = found
         .iter()
-        .map(|(k, d2)| (d2, &movers[k as usize].patch))
+        .map(|(k, d2)| (d2, &sites[k as usize].patch))
         .filter(|(d2, other)| {
             *d2 > 0.0
-                && mover
+                && site
                     .patch
                     .distance_squared(other.p, other.n, material)
                     .is_some()
@@ -107,53 +121,57 @@ fn pushed(movers: &[Mover], tree: &KdTree<Vec3>, mover: &Mover, found: &mut Neig
         .map(|(d2, other)| (d2.sqrt(), p - other.p))
         .collect();
     near.sort_by(|a, b| a.0.total_cmp(&b.0));
-    near.truncate(PUSHING);
+    near.truncate(NEIGHBORS);
     let Some(&(farthest, _)) = near.last() else {
-        return *mover;
+        return *site;
     };
     let step: Vec3 = near
         .iter()
         .map(|&(d, away)| away * (farthest / d - 1.0))
         .sum();
     let step = step / near.len() as f32;
-    let mut moved = Mover {
-        spacing: farthest,
-        ..*mover
+    let mut moved = MovingSite {
+        reach: farthest,
+        ..*site
     };
     moved.patch.p += step - n * n.dot(step);
     moved
 }
 
-/// Lets every light return to the nearest photon of its surface; to its last one if there is none free.
-fn settle(surfaces: &impl Surfaces, photons: &[Photon], tree: &KdTree<Vec3>, movers: &mut [Mover]) {
-    let nearest: Vec<u32> = movers
+/// Moves every site to the nearest free photon with flux of its surface within d_K; back to its previous photon if none is free.
+fn snap(
+    surfaces: &impl Surfaces,
+    photons: &[Photon],
+    tree: &KdTree<Vec3>,
+    sites: &mut [MovingSite],
+) {
+    let nearest: Vec<u32> = sites
         .par_iter()
-        .map(|mover| {
+        .map(|site| {
             let cost = |j: u32| {
                 let photon = &photons[j as usize];
                 if photon.flux.is_black() {
                     return None;
                 }
-                mover
-                    .patch
+                site.patch
                     .distance_squared(photon.p, photon.n, surfaces.material(photon))
             };
-            let reach = (mover.spacing * mover.spacing).max(f32::MIN_POSITIVE);
-            let found = tree.cheapest(mover.patch.p, reach, |j, _| cost(j));
-            found.map_or(mover.photon, |(j, _)| j)
+            let limit = (site.reach * site.reach).max(f32::MIN_POSITIVE);
+            let found = tree.cheapest(site.patch.p, limit, |j, _| cost(j));
+            found.map_or(site.photon, |(j, _)| j)
         })
         .collect();
-    let mut taken = vec![false; photons.len()];
-    for mover in movers.iter() {
-        taken[mover.photon as usize] = true;
+    let mut occupied = vec![false; photons.len()];
+    for site in sites.iter() {
+        occupied[site.photon as usize] = true;
     }
-    for (mover, &photon) in movers.iter_mut().zip(&nearest) {
-        if !taken[photon as usize] {
-            taken[mover.photon as usize] = false;
-            taken[photon as usize] = true;
-            mover.photon = photon;
+    for (site, &photon) in sites.iter_mut().zip(&nearest) {
+        if !occupied[photon as usize] {
+            occupied[site.photon as usize] = false;
+            occupied[photon as usize] = true;
+            site.photon = photon;
         }
-        mover.patch = surfaces.patch(&photons[mover.photon as usize]);
+        site.patch = surfaces.patch(&photons[site.photon as usize]);
     }
 }
 
@@ -188,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn lights_move_apart() {
+    fn sites_move_apart() {
         let (photons, sites) = placed();
         // Random points are at 0.5 on average, a hexagonal grid at 1.07.
         let before = mean_distance(&photons, &sites);
@@ -198,13 +216,13 @@ mod tests {
         let mut own: Vec<u32> = relaxed.iter().map(|site| site.photon).collect();
         own.sort_unstable();
         own.dedup();
-        assert_eq!(own.len(), sites.len(), "two lights on one photon");
+        assert_eq!(own.len(), sites.len(), "two sites on one photon");
         let after = mean_distance(&photons, &relaxed);
         assert!(after > 0.65, "{after} after {before}");
     }
 
     #[test]
-    fn lights_stay_on_their_surface() {
+    fn sites_stay_on_their_surface() {
         let (mut photons, sites) = placed();
         for photon in photons.iter_mut().skip(1).step_by(2) {
             photon.n = -photon.n;
@@ -221,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lone_light_stays() {
+    fn a_lone_site_stays() {
         let photons = photons_on_square(100, 4);
         let sites = select(&photons, &[1.0; 100], 1, 0.5);
         let relaxed = relax(&OPEN, &photons, &sites);

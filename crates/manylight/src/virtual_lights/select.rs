@@ -1,15 +1,30 @@
-//! Placement: which photons become lights.
+//! Placement, step 1: the choice of the photons that become virtual lights.
+//!
+//! Source: Simon, Hanika, Dachsbacher, "Rich-VPLs for Improving the Versatility of Many-Light Methods", Eurographics 2015: a photon
+//! is accepted with probability `min(1, W_j / (q W̄))`. Here the number of lights is given instead of the ratio `q`.
 
-use super::Site;
 use crate::particles::Photon;
 use crate::sampling::systematic::{inclusion_probabilities, systematic};
 
-/// Weights below this share of their mean are raised to it: estimates of importance miss what matters now and then, and
-/// the flux of a light is divided by its probability.
+/// Smallest weight in a selection, relative to the mean weight. A photon's flux is divided by its probability, so that a photon of
+/// underestimated importance would become a very bright light. A higher floor bounds that flux further, and spends more lights where
+/// little importance arrives. Not tuned by a measurement.
 pub(super) const WEIGHT_FLOOR: f32 = 1e-3;
 
-/// PhotonClusters of the sum of `weights`, plus `by_flux` times those of the sum of `fluxes`: what is kept by these has bounded flux, however
-/// wrong the weights are. Source: Hesterberg, "Weighted Average Importance Sampling and Defensive Mixture Distributions", 1995.
+/// A photon that was chosen to become a virtual light.
+#[derive(Clone, Copy, Debug)]
+pub struct Site {
+    /// Index of the photon.
+    pub photon: u32,
+    /// Probability of the choice, in (0, 1].
+    pub probability: f32,
+}
+
+/// Mixture of two selection densities, `w_j / Σw + by_flux · Φ_j / ΣΦ`: the second term bounds the flux over probability of every
+/// photon, whatever the errors of `weights`.
+///
+/// `weights[j] >= 0` and `fluxes[j] >= 0` belong to photon `j`; both have any unit. Source: Hesterberg, "Weighted Average Importance
+/// Sampling and Defensive Mixture Distributions", 1995.
 pub(crate) fn defensive_weights(weights: &[f32], fluxes: &[f32], by_flux: f32) -> Vec<f32> {
     let sum = |values: &[f32]| values.iter().map(|&v| f64::from(v)).sum::<f64>();
     let share = |part: f32, all: f64| {
@@ -27,12 +42,12 @@ pub(crate) fn defensive_weights(weights: &[f32], fluxes: &[f32], by_flux: f32) -
         .collect()
 }
 
-/// Keeps `count` photons (or all, if fewer carry flux), each with probability proportional to its weight as far as that is
-/// below 1, with the one random number `u` in [0, 1). Any photon with flux may be kept, whatever its weight.
-/// The sites have the order of the photons: if that is the curve's ([`Curve::sorted`](super::curve::Curve::sorted)), they are spread evenly
-/// over each surface.
+/// Selects `count` photons, or all photons with flux if these are fewer. Photon `j` is chosen with probability
+/// `a_j = min(1, w_j / τ)`, with the `τ` for which `Σ a_j = count`; `Φ_j / a_j` is then an unbiased estimate of all flux.
 ///
-/// `weights[j] >= 0` belongs to `photons[j]`: luminance of the flux, or that times importance.
+/// `weights[j] >= 0` is the luminance of the flux of `photons[j]`, optionally times importance; photons with flux and weight 0 keep a
+/// small probability. `u` in [0, 1) is the only random number (systematic sampling). Sites keep the order of the photons: in the order
+/// of [`Curve::sorted`](super::curve::Curve::sorted) they are spread evenly over each surface.
 pub fn select(photons: &[Photon], weights: &[f32], count: usize, u: f32) -> Vec<Site> {
     assert_eq!(photons.len(), weights.len(), "one weight per photon");
     let weight = |(photon, &weight): (&Photon, &f32)| match photon.flux.is_black() {
@@ -58,7 +73,7 @@ mod tests {
     use crate::color::Rgb;
 
     #[test]
-    fn the_count_is_fixed_and_flux_is_kept_on_average() {
+    fn the_count_is_fixed_and_flux_is_unbiased() {
         let photons = photons_on_square(4000, 1);
         let weights: Vec<f32> = photons
             .iter()
@@ -78,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn sites_follow_the_curve_and_black_photons_are_no_lights() {
+    fn sites_follow_the_curve_and_black_photons_are_left_out() {
         let mut photons = Curve::sorted(&photons_on_square(3000, 2));
         for photon in photons.iter_mut().step_by(2) {
             photon.flux = Rgb::BLACK;
@@ -110,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn asking_for_more_than_there_is_keeps_everything() {
+    fn more_lights_than_photons_select_every_photon() {
         let photons = photons_on_square(50, 3);
         let sites = select(&photons, &[1.0; 50], 100, 0.3);
         assert_eq!(sites.len(), 50);

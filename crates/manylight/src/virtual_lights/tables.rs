@@ -1,4 +1,4 @@
-//! Octahedral tables and how their texels are stored.
+//! Storage of octahedral tables: texel formats, and all tables of a set one after the other.
 
 use super::octahedral_grid::Grid;
 use crate::color::Rgb;
@@ -6,12 +6,12 @@ use crate::math::Vec3;
 use crate::math::octahedral::bilinear;
 use bytemuck::{Pod, Zeroable};
 
-/// How the texels of a table are stored.
+/// Format of the texels of a table.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TableStorage {
     /// Three floats: 12 bytes.
     Float,
-    /// Three mantissas with a common exponent: 4 bytes.
+    /// Three mantissas with a shared exponent: 4 bytes.
     #[default]
     Shared,
 }
@@ -21,27 +21,27 @@ impl TableStorage {
     pub const fn texel_bytes(self) -> usize {
         match self {
             TableStorage::Float => size_of::<Rgb>(),
-            TableStorage::Shared => size_of::<Packed>(),
+            TableStorage::Shared => size_of::<SharedExponent>(),
         }
     }
 
-    /// The texels of a table on `grid`, chosen with its scale so that rounding does not change the sum weighted by the hats.
+    /// The texels of a table on `grid` in this format, with the scale that keeps their sum weighted by the hat functions.
     pub(super) fn pack(self, texels: &[Rgb], grid: &Grid) -> PackedTable {
         match self {
             TableStorage::Float => pack::<Rgb>(texels, &grid.hats),
-            TableStorage::Shared => pack::<Packed>(texels, &grid.hats),
+            TableStorage::Shared => pack::<SharedExponent>(texels, &grid.hats),
         }
     }
 }
 
-/// A colour as a texel.
+/// A stored color.
 pub(crate) trait Texel: Pod {
     /// Rounds to the nearest. Channels must be at most [`BRIGHTEST`].
     fn new(color: Rgb) -> Self;
     fn rgb(self) -> Rgb;
 }
 
-/// The brightest texel of a table is stored as this: close to the largest number in four bytes.
+/// Value to which the brightest texel of a table is scaled: close to the largest number of [`SharedExponent`].
 const BRIGHTEST: f32 = 32_768.0;
 
 impl Texel for Rgb {
@@ -55,20 +55,20 @@ impl Texel for Rgb {
     }
 }
 
-/// Three numbers that are not negative: mantissas of nine bits with a common exponent of five. A channel is off by at most 1/512 of
-/// the largest. Source: the OpenGL extension EXT_texture_shared_exponent.
+/// Three non-negative numbers: mantissas of 9 bits with a shared exponent of 5 bits. The error of a channel is at most 1/512 of the
+/// largest channel. Source: the OpenGL extension EXT_texture_shared_exponent.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(transparent)]
-pub(crate) struct Packed(u32);
+pub(crate) struct SharedExponent(u32);
 
 /// The largest mantissa plus one.
 const MANTISSAS: f32 = 512.0;
-/// Exponent of the unit of a mantissa whose exponent is stored as zero.
+/// Binary exponent of the unit of a mantissa for the stored exponent 0.
 const UNIT: i32 = -24;
-/// Of a float.
+/// Exponent bias of an f32.
 const BIAS: i32 = 127;
 
-impl Texel for Packed {
+impl Texel for SharedExponent {
     fn new(color: Rgb) -> Self {
         let color = color.map(|x| x.max(0.0));
         let exponent_of = |x: f32| (x.to_bits() >> 23) as i32 - BIAS;
@@ -78,7 +78,7 @@ impl Texel for Packed {
             stored += 1;
         }
         let [r, g, b] = color.to_array().map(|x| (x / unit(stored)).round() as u32);
-        Packed(r | g << 9 | b << 18 | (stored as u32) << 27)
+        SharedExponent(r | g << 9 | b << 18 | (stored as u32) << 27)
     }
 
     #[inline(always)]
@@ -93,7 +93,7 @@ impl Texel for Packed {
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Texels<'a> {
     Float(&'a [Rgb]),
-    Shared(&'a [Packed]),
+    Shared(&'a [SharedExponent]),
 }
 
 impl<'a> Texels<'a> {
@@ -113,18 +113,18 @@ impl<'a> Texels<'a> {
     }
 }
 
-/// A table of `side`² values, row by row.
+/// A table of `side`² colors on the octahedral map, row by row.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Table<'a> {
+pub(crate) struct OctahedralTable<'a> {
     /// In units of `scale`.
     pub(crate) texels: Texels<'a>,
-    /// By channel.
+    /// Value of one unit, per channel.
     pub(crate) scale: Rgb,
     pub(super) side: usize,
 }
 
-impl Table<'_> {
-    /// The bilinear value in direction `w`, horizon not counted.
+impl OctahedralTable<'_> {
+    /// Bilinear interpolation in the unit direction `w`, also below the horizon.
     pub(super) fn lookup(&self, w: Vec3) -> Rgb {
         let sum: Rgb = bilinear(w, self.side)
             .into_iter()
@@ -134,18 +134,18 @@ impl Table<'_> {
     }
 }
 
-/// A table on its way into [`Tables`].
+/// One table before it is stored in [`OctahedralTables`].
 #[derive(Clone, Debug)]
 pub(super) struct PackedTable {
     /// The bytes of the texels.
     words: Vec<u32>,
-    /// By channel.
+    /// Value of one unit, per channel.
     scale: Rgb,
 }
 
-/// Tables of one size, one after the other.
+/// Tables of one size and format, one after the other.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Tables {
+pub(super) struct OctahedralTables {
     side: usize,
     storage: TableStorage,
     /// The bytes of the texels.
@@ -154,22 +154,22 @@ pub(super) struct Tables {
     scales: Vec<Rgb>,
 }
 
-/// Words of the texels of one table; `side` is even, so that they are whole.
+/// Number of words of the texels of one table; an integer because `side` is even.
 const fn words_of(side: usize, storage: TableStorage) -> usize {
     side * side * storage.texel_bytes() / size_of::<u32>()
 }
 
-impl Tables {
-    /// No tables so far; they will have `side`² texels.
+impl OctahedralTables {
+    /// An empty store of tables of `side`² texels.
     pub(super) fn new(side: usize, storage: TableStorage) -> Self {
-        Tables {
+        OctahedralTables {
             side,
             storage,
-            ..Tables::default()
+            ..OctahedralTables::default()
         }
     }
 
-    /// Makes room for exactly so many tables.
+    /// Reserves memory for exactly this many more tables.
     pub(super) fn reserve(&mut self, tables: usize) {
         self.words
             .reserve_exact(tables * words_of(self.side, self.storage));
@@ -185,10 +185,10 @@ impl Tables {
 
     /// The table with the given index.
     #[inline(always)]
-    pub(super) fn get(&self, index: u32) -> Table<'_> {
+    pub(super) fn get(&self, index: u32) -> OctahedralTable<'_> {
         let words = words_of(self.side, self.storage);
         let own = &self.words[index as usize * words..][..words];
-        Table {
+        OctahedralTable {
             texels: Texels::new(self.storage, own),
             scale: self.scales[index as usize],
             side: self.side,
@@ -205,7 +205,7 @@ impl Tables {
     }
 }
 
-/// The texels in units of the scale that is returned with them, chosen so that rounding does not change the sum weighted by `weights`.
+/// Rounds the texels to the format `T`, with a scale per channel that keeps their sum weighted by `weights`.
 fn pack<T: Texel>(texels: &[Rgb], weights: &[f32]) -> PackedTable {
     let brightest = texels.iter().map(|t| t.max_channel()).fold(0.0, f32::max);
     let unit = if brightest > 0.0 {
@@ -243,11 +243,11 @@ mod tests {
     fn packed_colors_are_near() {
         let mut rng = Pcg::new(1);
         let exact = [0.0, 1.0, 255.5, 511.0, BRIGHTEST].map(Rgb::splat);
-        assert_eq!(exact.map(|x| Packed::new(x).rgb()), exact);
+        assert_eq!(exact.map(|x| SharedExponent::new(x).rgb()), exact);
         for _ in 0..10_000 {
             let size = 2f32.powf(30.0 * rng.next_f32() - 15.0);
             let color = Rgb::new(rng.next_f32(), rng.next_f32(), rng.next_f32()) * size;
-            let (got, most) = (Packed::new(color).rgb(), color.max_channel());
+            let (got, most) = (SharedExponent::new(color).rgb(), color.max_channel());
             for (a, b) in got.to_array().into_iter().zip(color.to_array()) {
                 let unit = 2f32.powi(UNIT);
                 assert!((a - b).abs() <= most / 512.0 + 0.5 * unit, "{a} {b}");
@@ -287,6 +287,6 @@ mod tests {
     #[test]
     fn packing_keeps_the_sum() {
         packing_keeps_the_sum_of::<Rgb>(1e-6);
-        packing_keeps_the_sum_of::<Packed>(1.0 / 256.0);
+        packing_keeps_the_sum_of::<SharedExponent>(1.0 / 256.0);
     }
 }

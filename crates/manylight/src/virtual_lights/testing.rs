@@ -1,6 +1,6 @@
-//! Photons for the tests of this folder.
+//! Photons and surfaces for unit tests.
 
-use super::nearest_light::{SurfaceLocation, Surfaces};
+use super::surfaces::{SurfaceLocation, Surfaces};
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::geometry::SurfaceRef;
@@ -10,7 +10,7 @@ use crate::math::{Vec2, Vec3};
 use crate::particles::Photon;
 use crate::sampling::rng::Pcg;
 
-/// A photon of 1 W that falls straight onto `p`, on primitive 0.
+/// A photon of 1 W with normal incidence at `p`, on primitive 0.
 pub(super) fn photon(p: Vec3, n: Vec3) -> Photon {
     Photon {
         p,
@@ -31,7 +31,7 @@ pub(super) fn photon(p: Vec3, n: Vec3) -> Photon {
     }
 }
 
-/// Photons of random color on the unit square z = 0, facing up.
+/// Photons of random color on the unit square z = 0 with normal +z.
 pub(crate) fn photons_on_square(count: usize, key: u64) -> Vec<Photon> {
     let mut rng = Pcg::new(key);
     (0..count)
@@ -48,7 +48,7 @@ pub(crate) fn photons_on_square(count: usize, key: u64) -> Vec<Photon> {
         .collect()
 }
 
-/// Material = primitive; nothing in the way but a wall at x = 0.5 below z = 0.01, if `wall`.
+/// Surfaces with the primitive as material, and without obstacles but for a wall at x = `wall`.
 pub(super) struct Room {
     pub(super) wall: Option<f32>,
 }
@@ -60,8 +60,9 @@ impl Surfaces for Room {
     fn material(&self, photon: &Photon) -> MaterialId {
         MaterialId(photon.at.primitive.0)
     }
-    fn connected(&self, spot: &SurfaceLocation, patch: &Patch) -> bool {
-        self.wall.is_none_or(|x| (spot.p.x < x) == (patch.p.x < x))
+    fn connected(&self, location: &SurfaceLocation, patch: &Patch) -> bool {
+        self.wall
+            .is_none_or(|x| (location.p.x < x) == (patch.p.x < x))
     }
 }
 

@@ -1,12 +1,15 @@
-//! Von Mises-Fisher lobes: `peak · exp(κ (μ·w - 1))` around a unit axis `μ`, and mixtures of them as they are stored.
+//! Von Mises-Fisher lobes `peak · exp(κ (μ·w - 1))` with unit axis `μ` and concentration `κ`, their integrals, and stored mixtures.
 //!
-//! A light on a surface shines above its horizon alone, so the flux of a lobe is its integral over a half-space: the share of the
-//! lobe above a plane times its integral over the sphere.
+//! A light on a surface emits above its horizon only, so the flux of a lobe is its integral over a hemisphere: the integral over the
+//! sphere times the fraction of the lobe above a plane.
 
 use crate::color::Rgb;
+use crate::lanes::vectors::{add3, dot, splat3};
+use crate::lanes::{Lanes3, exp as exp_lanes};
 use crate::math::Vec3;
 use crate::math::float::exp;
 use crate::math::octahedral::{direction_from_square, square_from_direction};
+use crate::simd::Wide;
 use bytemuck::{Pod, Zeroable};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -15,9 +18,9 @@ pub(super) fn solid_angle(kappa: f64) -> f64 {
     TAU * -(-2.0 * kappa).exp_m1() / kappa
 }
 
-/// Points of the Gauss-Legendre rule on [-1, 1], those above 0, and their weights.
+/// The positive half of the 16 points of the Gauss-Legendre rule on [-1, 1], with weights.
 /// Source: Abramowitz, Stegun, "Handbook of Mathematical Functions", 1964, table 25.4.
-const RULE: [(f64, f64); 8] = [
+const GAUSS_LEGENDRE: [(f64, f64); 8] = [
     (0.095_012_509_837_637_44, 0.189_450_610_455_068_5),
     (0.281_603_550_779_258_9, 0.182_603_415_044_923_6),
     (0.458_016_777_657_227_4, 0.169_156_519_395_002_5),
@@ -28,51 +31,57 @@ const RULE: [(f64, f64); 8] = [
     (0.989_400_934_991_649_9, 0.027_152_459_411_754_1),
 ];
 
-/// Beyond so many standard deviations a lobe holds nothing.
-const REACH: f64 = 6.5;
+/// Distance from the axis, in standard deviations `1/√κ`, beyond which a lobe is taken as 0: the density there is e^-21 of the peak.
+const CUTOFF: f64 = 6.5;
 
-/// The share of a lobe of concentration `kappa` > 0 that lies above a plane, at the cosine between its axis and the plane's normal.
+/// Fraction of a lobe with concentration `kappa` > 0 above a plane, for the cosine `cos` between the axis and the normal of the plane.
 ///
-/// As the axis rises from the plane by `dα`, the horizon sweeps a lune that is `|cos φ| dα` wide, in which the lobe is
-/// `exp(κ (cos α cos φ - 1))`. Its integral along the horizon is a Bessel function: the share is
-/// `1/2 + 2π / solid_angle ∫₀^α e^-κ I₁(κ cos α') dα'`, of something like a Gaussian of width `1/√κ`.
-pub(super) fn share_above(kappa: f64, cos: f64) -> f64 {
+/// With the axis at elevation `α`, the fraction is
+///
+/// ```text
+/// 1/2 + 2π / solid_angle(κ) ∫₀^α e^-κ I₁(κ cos α') dα'
+/// ```
+///
+/// Derivation: as the axis rises by `dα`, the horizon sweeps a lune of width `|cos φ| dα`, in which the lobe is
+/// `exp(κ (cos α cos φ - 1))`; the integral along the horizon is the Bessel function. The integrand is close to a Gaussian of
+/// width `1/√κ`.
+pub(super) fn fraction_above(kappa: f64, cos: f64) -> f64 {
     let elevation = FRAC_PI_2 - cos.abs().min(1.0).acos();
-    let half = 0.5 * elevation.min(REACH / kappa.sqrt());
-    let sum: f64 = RULE
+    let half = 0.5 * elevation.min(CUTOFF / kappa.sqrt());
+    let sum: f64 = GAUSS_LEGENDRE
         .iter()
         .flat_map(|&(x, weight)| [(half * (1.0 - x), weight), (half * (1.0 + x), weight)])
-        .map(|(angle, weight)| weight * swept(kappa, angle))
+        .map(|(angle, weight)| weight * fraction_derivative(kappa, angle))
         .sum();
     0.5 + (half * sum).min(0.5).copysign(cos)
 }
 
-/// What the share above a plane grows by per radian, as the axis rises, at the angle `elevation` between axis and plane.
-fn swept(kappa: f64, elevation: f64) -> f64 {
+/// Derivative of [`fraction_above`] by the elevation of the axis, per radian, at the angle `elevation` between axis and plane.
+fn fraction_derivative(kappa: f64, elevation: f64) -> f64 {
     let (sin, cos) = (0.5 * elevation).sin_cos();
-    // 1 - cos of the angle, without loss of digits.
+    // 1 - cos(elevation), without cancellation.
     let versine = 2.0 * sin * sin;
     let horizon = (-kappa * versine).exp() * bessel_i1_scaled(kappa * (2.0 * cos * cos - 1.0));
     TAU / solid_angle(kappa) * horizon
 }
 
-/// The share of a lobe below the plane with normal `n`, and the integral of the direction over that part.
+/// Fraction of a lobe below the plane with unit normal `n`, and the integral of the direction over that part of the normalized lobe.
 ///
-/// The integral over the part above, of the unscaled lobe with parameter `κ μ`, has the integral of the direction as its gradient.
+/// The latter follows from a derivative: the gradient by `κ μ` of the integral of `exp(κ μ·w)` is the integral of `w exp(κ μ·w)`.
 pub(super) fn part_below(axis: Vec3, kappa: f64, n: Vec3) -> (f64, Vec3) {
     let sin = f64::from(axis.dot(n).clamp(-1.0, 1.0));
     let elevation = sin.asin();
-    if elevation * kappa.sqrt() > REACH {
+    if elevation * kappa.sqrt() > CUTOFF {
         return (0.0, Vec3::ZERO);
     }
     const STEP: f64 = 0.01;
-    let at = |kappa: f64| share_above(kappa, sin);
+    let at = |kappa: f64| fraction_above(kappa, sin);
     let below = 1.0 - at(kappa);
     let by_kappa = (at(kappa * (1.0 + STEP)) - at(kappa * (1.0 - STEP))) / (2.0 * STEP * kappa);
     let mean = 1.0 / kappa.tanh() - 1.0 / kappa;
     let rise = (n - axis * sin as f32).normalize_or_zero();
     let along = below * mean - by_kappa;
-    let down = swept(kappa, elevation.abs()) / kappa;
+    let down = fraction_derivative(kappa, elevation.abs()) / kappa;
     (below, axis * along as f32 - rise * down as f32)
 }
 
@@ -107,11 +116,11 @@ fn bessel_i1_scaled(x: f64) -> f64 {
     }
 }
 
-/// A lobe as it is stored, in 20 bytes.
+/// A stored lobe, 20 bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-pub(crate) struct Lobe {
-    /// Place of the axis on the octahedral map, in units that divide its edge into 65535: good to 8e-5 rad.
+pub(crate) struct VmfLobe {
+    /// Position of the axis on the octahedral map, in units of 1/65535 of its edge: exact to 8e-5 rad.
     axis: [u16; 2],
     /// `κ`.
     kappa: f32,
@@ -119,29 +128,32 @@ pub(crate) struct Lobe {
     peak: Rgb,
 }
 
+/// Units of [`VmfLobe::axis`] along an edge of the octahedral map.
 const UNITS: f32 = u16::MAX as f32;
 
-impl Lobe {
-    /// A lobe that holds `flux` W over the sphere.
+impl VmfLobe {
+    /// A lobe with the integral `flux`, in W, over the sphere.
     pub(super) fn new(axis: Vec3, kappa: f32, flux: Rgb) -> Self {
         let place = square_from_direction(axis).to_array();
-        Lobe {
+        VmfLobe {
             axis: place.map(|x| (x * UNITS).round() as u16),
             kappa,
             peak: flux / solid_angle(f64::from(kappa)) as f32,
         }
     }
 
-    /// Flux above the horizon of `n`, or all, in W.
+    /// Flux above the horizon of the unit normal `n`, or over the sphere, in W.
     pub(super) fn flux(&self, n: Option<Vec3>) -> Rgb {
         let kappa = f64::from(self.kappa);
-        let share = n.map_or(1.0, |n| share_above(kappa, f64::from(self.axis().dot(n))));
-        self.peak * (share * solid_angle(kappa)) as f32
+        let fraction = n.map_or(1.0, |n| {
+            fraction_above(kappa, f64::from(self.axis().dot(n)))
+        });
+        self.peak * (fraction * solid_angle(kappa)) as f32
     }
 
-    /// Its colour times `factor`.
+    /// The lobe with its intensity times `factor`, per channel.
     pub(super) fn scaled(self, factor: Rgb) -> Self {
-        Lobe {
+        VmfLobe {
             peak: self.peak * factor,
             ..self
         }
@@ -165,68 +177,84 @@ impl Lobe {
         self.peak
     }
 
-    /// Radiant intensity towards the unit vector `w`, in W/sr.
-    ///
-    /// Half the square of the distance is `1 - μ·w` without loss of digits near the axis.
+    /// Radiant intensity in the unit direction `w`, in W/sr. Computes `1 - μ·w` as `|w - μ|²/2`, without cancellation near the axis.
     fn intensity(&self, w: Vec3) -> Rgb {
         let apart = (w - self.axis()).length_squared();
         self.peak * exp(-0.5 * self.kappa * apart)
     }
 }
 
-/// The sum of some lobes.
+/// A sum of lobes.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Mixture<'a> {
-    pub(crate) lobes: &'a [Lobe],
+pub(crate) struct VmfMixture<'a> {
+    pub(crate) lobes: &'a [VmfLobe],
 }
 
-impl Mixture<'_> {
-    /// Radiant intensity towards the unit vector `w`, horizon not counted, in W/sr.
+impl VmfMixture<'_> {
+    /// Radiant intensity in the unit direction `w`, in W/sr, also below the horizon.
     pub(super) fn lookup(&self, w: Vec3) -> Rgb {
         self.lobes.iter().map(|lobe| lobe.intensity(w)).sum()
     }
+
+    /// [`VmfMixture::lookup`] in the directions `-wi`, lane by lane.
+    #[inline(always)]
+    pub(super) fn lookups<W: Wide>(&self, w: W, wi: &Lanes3) -> Lanes3 {
+        let wi = wi.load(w);
+        let mut sum = [w.splat(0.0); 3];
+        for lobe in self.lobes {
+            let apart = add3(w, wi, splat3(w, lobe.axis()));
+            let exponent = w.mul(dot(w, apart, apart), w.splat(-0.5 * lobe.kappa()));
+            let value = exp_lanes(w, exponent);
+            let peak = splat3(w, Vec3::from(lobe.peak().to_array()));
+            for (sum, peak) in sum.iter_mut().zip(peak) {
+                *sum = w.mul_add(peak, value, *sum);
+            }
+        }
+        Lanes3::store(w, sum)
+    }
 }
 
-/// Mixtures of as many lobes each, one after the other.
+/// Mixtures with one number of lobes, one after the other; missing lobes are black.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Mixtures {
+pub(super) struct VmfMixtures {
     count: usize,
-    lobes: Vec<Lobe>,
+    lobes: Vec<VmfLobe>,
 }
 
-impl Mixtures {
-    /// No mixtures so far; they will have `count` lobes each.
+impl VmfMixtures {
+    /// An empty store of mixtures of `count` lobes.
     pub(super) fn new(count: usize) -> Self {
-        Mixtures {
+        VmfMixtures {
             count,
             lobes: Vec::new(),
         }
     }
 
-    /// Makes room for exactly so many mixtures.
+    /// Reserves memory for exactly this many more mixtures.
     pub(super) fn reserve(&mut self, mixtures: usize) {
         self.lobes.reserve_exact(mixtures * self.count);
     }
 
-    /// Appends a mixture and returns its index.
-    pub(super) fn push(&mut self, lobes: &[Lobe]) -> u32 {
+    /// Appends a mixture of at most `count` lobes and returns its index.
+    pub(super) fn push(&mut self, lobes: &[VmfLobe]) -> u32 {
         let index = self.lobes.len() / self.count;
         self.lobes.extend_from_slice(lobes);
-        self.lobes.resize((index + 1) * self.count, Lobe::default());
+        self.lobes
+            .resize((index + 1) * self.count, VmfLobe::default());
         index as u32
     }
 
     /// The mixture with the given index.
     #[inline(always)]
-    pub(super) fn get(&self, index: u32) -> Mixture<'_> {
-        Mixture {
+    pub(super) fn get(&self, index: u32) -> VmfMixture<'_> {
+        VmfMixture {
             lobes: &self.lobes[index as usize * self.count..][..self.count],
         }
     }
 
     /// Bytes of one mixture.
     pub(super) fn bytes_per_mixture(count: usize) -> usize {
-        count * size_of::<Lobe>()
+        count * size_of::<VmfLobe>()
     }
 
     pub(super) fn bytes(&self) -> usize {
@@ -240,13 +268,13 @@ mod tests {
     use crate::math::{Frame, Vec2};
     use crate::sampling::warp::von_mises_fisher;
 
-    /// Rings around the axis, the part of each above the plane in closed form, in so many steps that nothing is missed.
-    fn share_by_rings(kappa: f64, cos: f64) -> f64 {
+    /// Quadrature over rings around the axis, with the fraction of each ring above the plane in closed form.
+    fn fraction_by_rings(kappa: f64, cos: f64) -> f64 {
         let sin = (1.0 - cos * cos).sqrt();
         let count = 400_000;
         let mut sum = 0.0;
         for i in 0..count {
-            // Over equal shares of the lobe.
+            // Rings of equal integrals of the lobe.
             let u = (i as f64 + 0.5) / count as f64;
             let t = 1.0 + (u + (1.0 - u) * (-2.0 * kappa).exp()).ln() / kappa;
             let t = t.clamp(-1.0, 1.0);
@@ -264,27 +292,27 @@ mod tests {
     }
 
     #[test]
-    fn shares_above_a_plane_are_those_of_quadrature() {
+    fn fractions_above_a_plane_agree_with_quadrature() {
         for kappa in [0.1, 0.5, 1.0, 3.0, 10.0, 50.0, 200.0, 1e3, 1e4] {
             for i in -24..=24 {
                 // Closer together where narrow lobes cross the plane.
                 let elevation = FRAC_PI_2 * (f64::from(i) / 24.0).powi(3);
                 let cos = elevation.sin();
-                let (share, expected) = (share_above(kappa, cos), share_by_rings(kappa, cos));
+                let (share, expected) = (fraction_above(kappa, cos), fraction_by_rings(kappa, cos));
                 assert!(
                     (share - expected).abs() < 2e-5,
                     "kappa {kappa}, {elevation} rad: {share}, not {expected}"
                 );
             }
             let upright = 1.0 / (1.0 + (-kappa).exp());
-            assert!((share_above(kappa, 1.0) - upright).abs() < 2e-6);
-            assert_eq!(share_above(kappa, 0.0), 0.5);
+            assert!((fraction_above(kappa, 1.0) - upright).abs() < 2e-6);
+            assert_eq!(fraction_above(kappa, 0.0), 0.5);
         }
     }
 
     #[test]
-    fn parts_below_a_plane_are_those_of_quadrature() {
-        // The shares are told by whole rows of samples.
+    fn parts_below_a_plane_agree_with_quadrature() {
+        // The horizon is resolved by whole rows of samples only.
         for kappa in [0.05f32, 1.0, 7.0, 300.0] {
             for elevation in [-1.5f32, -0.4, -0.05, 0.0, 0.02, 0.3, 1.2] {
                 let axis = Vec3::new(elevation.cos(), 0.0, elevation.sin());
@@ -318,16 +346,16 @@ mod tests {
     }
 
     #[test]
-    fn lobes_are_stored_closely() {
+    fn stored_lobes_are_close() {
         let mut rng = crate::sampling::rng::Pcg::new(3);
         for _ in 0..10_000 {
             let u = crate::math::Vec2::new(rng.next_f32(), rng.next_f32());
             let axis = crate::sampling::warp::sphere(u);
-            let lobe = Lobe::new(axis, 50.0, Rgb::new(1.0, 2.0, 3.0));
+            let lobe = VmfLobe::new(axis, 50.0, Rgb::new(1.0, 2.0, 3.0));
             assert!((lobe.axis() - axis).length() < 8e-5, "{axis}");
             let flux = lobe.flux(None);
             assert!((flux - Rgb::new(1.0, 2.0, 3.0)).max_channel().abs() < 1e-5);
         }
-        assert_eq!(size_of::<Lobe>(), 20);
+        assert_eq!(size_of::<VmfLobe>(), 20);
     }
 }

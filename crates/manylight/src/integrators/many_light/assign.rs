@@ -26,11 +26,11 @@ pub(super) fn clusters(
             let is_single =
                 method.emission == EmissionKind::Single && method.kernel != Kernel::Disc;
             let clusters = if is_single {
-                PhotonClusters::own(sites)
+                PhotonClusters::single_photons(sites)
             } else {
                 by_density(cx.scene, photons, sites, cx.group.neighbors as usize)
             };
-            (clusters, NearestLights::none())
+            (clusters, NearestLights::empty())
         }
     })
 }

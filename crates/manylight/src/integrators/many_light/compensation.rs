@@ -42,7 +42,7 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
         } else {
             visible_side
         };
-        let location = SurfaceLocation::on(self.prepared.scene, &y.x, lit_side);
+        let location = SurfaceLocation::on_surface(self.prepared.scene, &y.x, lit_side);
         let searched = from.area_per_light.map_or(1.0, |area| {
             let area = ESTIMATED_AREAS * area;
             let estimate = self.clamped_fraction(from, &location, Assignment::Unassigned { area });

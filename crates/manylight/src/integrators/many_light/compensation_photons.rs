@@ -87,7 +87,7 @@ pub(super) fn reflected(
         let before = &photons[parent(photons, j)?];
         Some(ReflectedPhoton {
             photon: photons[j],
-            from: SurfaceLocation::of(before, scene),
+            from: SurfaceLocation::of_photon(before, scene),
             f_cos: low_roughness_reflection(scene, before, -photons[j].wi)?,
         })
     };

@@ -8,8 +8,12 @@ use super::prepared::PreparedPasses;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::integrators::partition::PathStage;
-use crate::maps::density::{Bandwidth, Receiver, estimate, shrinking};
-use crate::maps::{FEW_PROBES, KdTree, Located, Neighbors, PROBES, covered};
+use crate::maps::density::{
+    Bandwidth, DensityReceiver, density_estimate, progressive_radius_scale,
+};
+use crate::maps::{
+    COVERAGE_PROBES, COVERAGE_PROBES_INDIRECT, KdTree, Located, Neighbors, covered_fraction,
+};
 use crate::particles::Photon;
 use crate::sampling::rng;
 
@@ -79,10 +83,10 @@ impl PreparedPasses<'_> {
         }
         let x = &point.at.x;
         let n = point.at.lit_from.unwrap_or(x.normal_towards(point.at.wo));
-        let receiver = Receiver { p: x.p, n };
+        let receiver = DensityReceiver { p: x.p, n };
         let mut sum = Rgb::BLACK;
         let bandwidth = self.bandwidth(point);
-        let radius = estimate(photons, receiver, bandwidth, found, |item, kernel| {
+        let radius = density_estimate(photons, receiver, bandwidth, found, |item, kernel| {
             let photon: &Photon = item.as_ref();
             if self.limits.allow(point.segments + u32::from(photon.depth)) {
                 sum += photon.flux * f(item) * kernel;
@@ -94,17 +98,18 @@ impl PreparedPasses<'_> {
         // A turn of the probe pattern by a hash of the view: it differs in every pass, and not with the unit of length.
         let turn = rng::unit(rng::key(point.at.wo.to_array()));
         let probes = match point.stage {
-            PathStage::BeforeX => PROBES,
-            PathStage::AfterX | PathStage::Decided(_) => FEW_PROBES,
+            PathStage::BeforeX => COVERAGE_PROBES,
+            PathStage::AfterX | PathStage::Decided(_) => COVERAGE_PROBES_INDIRECT,
         };
-        sum * (point.photon_weight / covered(&self.scene.geometry, receiver, radius, probes, turn))
+        sum * (point.photon_weight
+            / covered_fraction(&self.scene.geometry, receiver, radius, probes, turn))
     }
 
     fn bandwidth(&self, point: &GatherPoint) -> Bandwidth {
         let largest = MAX_RADIUS_FRACTION * self.scene.geometry.bounds().diagonal();
         Bandwidth {
             largest: point.max_photon_radius.min(largest),
-            share: shrinking(self.group.passes.end),
+            share: progressive_radius_scale(self.group.passes.end),
         }
     }
 

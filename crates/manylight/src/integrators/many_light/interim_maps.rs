@@ -12,7 +12,9 @@ use crate::color::Rgb;
 use crate::geometry::Segment;
 use crate::integrators::context::PassContext;
 use crate::integrators::light_tracer::line_of_sight;
-use crate::maps::density::{Bandwidth, IMPORTANCE_NEIGHBORS, Receiver, estimate, importance_at};
+use crate::maps::density::{
+    Bandwidth, DensityReceiver, IMPORTANCE_NEIGHBORS, density_estimate, importance_at,
+};
 use crate::maps::{KdTree, Neighbors};
 use crate::math::{UVec2, Vec2, Vec3};
 use crate::particles::{Importon, Photon};
@@ -208,9 +210,9 @@ impl MapCamera<'_> {
             share: 1.0,
         };
         let mut irradiance = Rgb::BLACK;
-        let receiver = Receiver { p, n };
+        let receiver = DensityReceiver { p, n };
         let mut add = |photon: &Photon, weight| irradiance += photon.flux * weight;
-        estimate(self.photons, receiver, unbounded, near_photons, &mut add);
+        density_estimate(self.photons, receiver, unbounded, near_photons, &mut add);
         let reflected = v.bsdf.sample_wi(v.w_prev, LIKELIEST, Lobes::ALL);
         let albedo = reflected.map_or(0.0, |sample| sample.weight.luminance());
         MapPixel {

@@ -4,14 +4,22 @@ use super::compensation_photons::{ReflectedPhoton, reflected};
 use super::schedule::GroupContext;
 use crate::bsdf::Lobes;
 use crate::maps::{IncidentMap, KdTree};
-use crate::particles::{Importon, Photon, for_lights, trace_importons, trace_photons};
+use crate::particles::{
+    Importon, Photon, trace_importons, trace_photons, usable_by_virtual_lights,
+};
 use crate::stats::Stats;
 
 /// The photons of a group: on every surface with non-specular lobes, in path order.
 pub(super) fn photons(cx: &GroupContext) -> Vec<Photon> {
     let (stats, paths) = (cx.run.stats, cx.group.photon_paths);
     let photons = stats.time("photons", || {
-        trace_photons(cx.scene, cx.limits, paths, cx.run.pass, for_lights)
+        trace_photons(
+            cx.scene,
+            cx.limits,
+            paths,
+            cx.run.pass,
+            usable_by_virtual_lights,
+        )
     });
     Stats::count(&stats.photon_paths, u64::from(paths));
     Stats::count(&stats.photons, photons.len() as u64);
@@ -44,7 +52,7 @@ impl PhotonMaps {
         cx.run.stats.time("maps", || {
             let caustics = photons.iter().filter(|p| p.event.has(Lobes::SPECULAR));
             PhotonMaps {
-                incident: IncidentMap::from_afar(cx.scene, photons),
+                incident: IncidentMap::of_environment(cx.scene, photons),
                 caustics: KdTree::build_ordered(caustics.copied().collect()),
                 reflected: reflected(cx.scene, photons, cx.method.compensation),
             }

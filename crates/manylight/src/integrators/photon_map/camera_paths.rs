@@ -8,9 +8,10 @@ use crate::integrators::context::PassContext;
 use crate::integrators::first_surface::add_first_surface;
 use crate::integrators::guiding::{environment_guide, guided_pdf, sample_direction};
 use crate::integrators::partition::PathStage;
-use crate::maps::density::{Bandwidth, Receiver, estimate};
+use crate::maps::density::{Bandwidth, DensityReceiver, density_estimate};
 use crate::maps::{
-    INCIDENT_NEIGHBORS, IncidentGuide, IncidentMap, KdTree, Neighbors, PROBES, covered,
+    COVERAGE_PROBES, INCIDENT_NEIGHBORS, IncidentGuide, IncidentMap, KdTree, Neighbors,
+    covered_fraction,
 };
 use crate::math::Vec3;
 use crate::particles::Photon;
@@ -265,7 +266,7 @@ impl<'s> TilePaths<'_, 's, '_, '_> {
     /// covered fraction of the kernel, in the layers of the photons' last events.
     fn gather_from(&mut self, path: &PhotonMapPath, v: &Vertex, gathering: Lobes, n: Vec3) {
         let pass = self.pass;
-        let receiver = Receiver { p: v.x.p, n };
+        let receiver = DensityReceiver { p: v.x.p, n };
         let bandwidth = Bandwidth {
             largest: f32::INFINITY,
             share: pass.radius_scale,
@@ -294,13 +295,19 @@ impl<'s> TilePaths<'_, 's, '_, '_> {
             };
             terms[term].1 += photon.flux * v.bsdf.f(photon.wi, v.w_prev, lobes) * kernel;
         };
-        let radius = estimate(&pass.photons, receiver, bandwidth, &mut self.found, visit);
+        let radius = density_estimate(&pass.photons, receiver, bandwidth, &mut self.found, visit);
         if terms.iter().all(|(_, sum)| sum.is_black()) {
             return;
         }
         // A turn of the probe pattern by a hash of the view: it differs in every pass, and not with the unit of length.
         let turn = rng::unit(rng::key(v.w_prev.to_array()));
-        let covered = covered(&pass.scene.geometry, receiver, radius, PROBES, turn);
+        let covered = covered_fraction(
+            &pass.scene.geometry,
+            receiver,
+            radius,
+            COVERAGE_PROBES,
+            turn,
+        );
         for (layer, sum) in terms {
             self.add(path, layer, sum / covered);
         }

@@ -14,7 +14,7 @@
 //! depends on the surface and on events alone, so that every path is counted once.
 //!
 //! Source: Jensen, "Global Illumination using Photon Maps", EGWR 1996; Hachisuka, Ogaki, Jensen, "Progressive Photon Mapping", ACM
-//! TOG 2008; Hachisuka, Jensen, "Stochastic Progressive Photon Mapping", ACM TOG 2009; radii as in [`shrinking`].
+//! TOG 2008; Hachisuka, Jensen, "Stochastic Progressive Photon Mapping", ACM TOG 2009; radii as in [`progressive_radius_scale`].
 
 mod camera_paths;
 
@@ -22,7 +22,7 @@ use super::context::PassContext;
 use super::partition::PathStage;
 use crate::bsdf::{Bsdf, Lobes};
 use crate::film::Film;
-use crate::maps::density::shrinking;
+use crate::maps::density::progressive_radius_scale;
 use crate::maps::{IncidentMap, KdTree};
 use crate::math::UVec2;
 use crate::particles::{Photon, trace_photons};
@@ -95,7 +95,7 @@ impl PhotonMap {
         Stats::count(&stats.photons, photons.len() as u64);
         let (incident, photons) = stats.time("maps", || {
             let incident = match self.estimate {
-                Estimate::Progressive => IncidentMap::from_afar(scene, &photons),
+                Estimate::Progressive => IncidentMap::of_environment(scene, &photons),
                 Estimate::Direct => IncidentMap::new(&[]),
             };
             let counts = |photon: &Photon| self.counts(photon.event);
@@ -109,7 +109,7 @@ impl PhotonMap {
             photons,
             incident,
             radius_scale: match self.estimate {
-                Estimate::Progressive => shrinking(run.pass.index + 1),
+                Estimate::Progressive => progressive_radius_scale(run.pass.index + 1),
                 Estimate::Direct => 1.0,
             },
             camera_paths: self.camera_paths(film.image_size()),

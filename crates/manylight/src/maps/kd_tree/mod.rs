@@ -1,31 +1,29 @@
-//! A kd-tree over particles: nearest neighbors and everything within a radius.
+//! A kd-tree over particles: the K nearest neighbors, all within a radius, and the cheapest by a metric.
 //!
-//! [`tree`] builds the index, [`search`] walks it, [`neighbors`] picks the K nearest. All kernels are written over
-//! [`simd`](crate::simd), and run in the best instruction set that the machine has. Costs 16 bytes per particle for positions and indices and
-//! about 2 for the boxes.
+//! `index` builds the tree, `search` traverses it, `neighbors` selects the K nearest. All kernels use `simd` with the best
+//! instruction set of the machine. Memory: 16 bytes per particle for position and index, and about 2 for the boxes.
 //!
-//! All answers are functions of the points alone, the same to the bit for any thread count and instruction set: ties are
-//! broken by index.
+//! Results depend on the points only, bit for bit, for any number of threads and instruction set: ties are broken by index.
 
+mod index;
 mod neighbors;
 mod search;
 #[cfg(test)]
 mod tests;
-mod tree;
 
 pub use neighbors::Neighbors;
 
 use crate::math::Vec3;
 use crate::particles::{Importon, Photon};
 use crate::simd::{Simd, SimdKernel, Wide, set_bits};
-use neighbors::Nearest;
+use index::{KdBlock, KdIndex};
+use neighbors::NearestQuery;
 use rayon::prelude::*;
-use search::{Visit, search};
-use tree::{Block, Tree};
+use search::{KdVisitor, search};
 
-/// Something that has a place.
+/// A particle with a position.
 pub trait Located {
-    /// Where it is; must be finite.
+    /// Position; must be finite.
     fn position(&self) -> Vec3;
 }
 
@@ -54,23 +52,23 @@ impl Located for Importon {
 #[derive(Clone, Debug)]
 pub struct KdTree<T> {
     items: Vec<T>,
-    tree: Tree,
+    tree: KdIndex,
 }
 
 impl<T: Located + Sync> KdTree<T> {
     /// Builds the tree in parallel. Items keep their indices.
     pub fn build(items: Vec<T>) -> Self {
-        let tree = Tree::build(items.len(), |i| items[i].position());
+        let tree = KdIndex::build(items.len(), |i| items[i].position());
         KdTree { items, tree }
     }
 
-    /// Builds the tree in parallel and puts the items in the order of its leaves, which their indices then count: whoever
-    /// reads all neighbors finds them close together in memory.
+    /// Builds the tree in parallel and sorts the items, with their indices, in the order of its leaves, so that neighbors in space are neighbors in
+    /// memory.
     pub fn build_ordered(items: Vec<T>) -> Self
     where
         T: Copy + Send,
     {
-        let mut tree = Tree::build(items.len(), |i| items[i].position());
+        let mut tree = KdIndex::build(items.len(), |i| items[i].position());
         let items = tree
             .renumber()
             .into_par_iter()
@@ -91,25 +89,25 @@ impl<T> KdTree<T> {
         self.items.len()
     }
 
-    /// Whether there are none.
+    /// Whether there are no particles.
     pub fn is_empty(&self) -> bool {
         self.items.is_empty()
     }
 
-    /// Bytes of particles and tree.
+    /// Bytes of the particles and the tree.
     pub fn bytes(&self) -> usize {
         size_of_val(self.items.as_slice()) + self.tree.bytes()
     }
 
-    /// Takes the particles out.
+    /// The particles, in the order of their indices, without the tree.
     pub fn into_items(self) -> Vec<T> {
         self.items
     }
 
-    /// Finds the nearest particles within `max_radius` (which may be infinite) of `p`, as many as `found` keeps.
+    /// Finds the K nearest particles within `max_radius` of `p`, in m and possibly infinite; K is the size of `found`.
     #[inline]
     pub fn nearest(&self, p: Vec3, max_radius: f32, found: &mut Neighbors) {
-        self.tree.isa.run(Nearest {
+        self.tree.isa.run(NearestQuery {
             tree: &self.tree,
             p,
             max_radius,
@@ -120,7 +118,7 @@ impl<T> KdTree<T> {
     /// Calls `visit` with index and squared distance of every particle within `radius` of `p`.
     #[inline]
     pub fn within(&self, p: Vec3, radius: f32, mut visit: impl FnMut(u32, f32)) {
-        self.tree.isa.run(Search {
+        self.tree.isa.run(BoundedQuery {
             tree: &self.tree,
             p,
             bound: radius * radius,
@@ -131,8 +129,8 @@ impl<T> KdTree<T> {
         });
     }
 
-    /// The particle with the lowest cost, and that cost. `cost` gets index and squared distance; it must return no less
-    /// than the squared distance, or `None` for a particle that must not be taken. Costs above `max_cost` do not count.
+    /// Index and cost of the particle with the lowest cost, at most `max_cost`. `cost` receives index and squared distance; it returns at least
+    /// the squared distance, or `None` for a particle to exclude.
     #[inline]
     pub fn cheapest(
         &self,
@@ -141,7 +139,7 @@ impl<T> KdTree<T> {
         mut cost: impl FnMut(u32, f32) -> Option<f32>,
     ) -> Option<(u32, f32)> {
         let mut best: Option<(u32, f32)> = None;
-        self.tree.isa.run(Search {
+        self.tree.isa.run(BoundedQuery {
             tree: &self.tree,
             p,
             bound: max_cost,
@@ -159,15 +157,16 @@ impl<T> KdTree<T> {
     }
 }
 
-/// Calls `visit` with index, squared distance and bound of every point within the bound, which becomes what `visit` returns.
-struct Search<'a, V> {
-    tree: &'a Tree,
+/// Calls `visit` with index, squared distance and current bound for every point with a squared distance within the bound; `visit` returns the new
+/// bound.
+struct BoundedQuery<'a, V> {
+    tree: &'a KdIndex,
     p: Vec3,
     bound: f32,
     visit: V,
 }
 
-impl<V: FnMut(u32, f32, f32) -> f32> SimdKernel for Search<'_, V> {
+impl<V: FnMut(u32, f32, f32) -> f32> SimdKernel for BoundedQuery<'_, V> {
     type Output = ();
 
     #[inline(always)]
@@ -178,16 +177,17 @@ impl<V: FnMut(u32, f32, f32) -> f32> SimdKernel for Search<'_, V> {
             self.tree,
             self.p,
             bound,
-            &mut EachPoint(self.visit),
+            &mut PointVisitor(self.visit),
         );
     }
 }
 
-struct EachPoint<V>(V);
+/// Calls a function for each point of a block within the bound.
+struct PointVisitor<V>(V);
 
-impl<V: FnMut(u32, f32, f32) -> f32> Visit for EachPoint<V> {
+impl<V: FnMut(u32, f32, f32) -> f32> KdVisitor for PointVisitor<V> {
     #[inline(always)]
-    fn block<W: Wide>(&mut self, w: W, block: &Block, d2: W::F, mut bound: f32) -> f32 {
+    fn block<W: Wide>(&mut self, w: W, block: &KdBlock, d2: W::F, mut bound: f32) -> f32 {
         let near = w.bits(w.le(d2, w.splat(bound)));
         if near != 0 {
             let d2 = w.store(d2);

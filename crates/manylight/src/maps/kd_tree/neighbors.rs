@@ -1,39 +1,41 @@
-//! The K nearest: candidates are collected up to twice too many, then cut back.
+//! The K nearest neighbors: up to about 2 K candidates are collected, then reduced to the K nearest by counting.
 
-use super::search::{Visit, search};
-use super::tree::{Block, Tree};
+use super::index::{KdBlock, KdIndex};
+use super::search::{KdVisitor, search};
 use crate::math::Vec3;
 use crate::simd::{Simd, SimdKernel, WIDE, Wide, set_bits};
 
-/// Candidates around the K-th that are put in order one by one.
-const CLOSE: usize = 2 * WIDE;
-/// Guesses at the distance of the K-th; points on surfaces need three or four.
+/// Number of candidates around the K-th below which they are sorted instead of counted.
+const SORTED: usize = 2 * WIDE;
+/// Largest number of guesses of the distance of the K-th candidate; points on surfaces need three or four.
 const MAX_GUESSES: usize = 12;
 
-/// The answer to [`KdTree::nearest`](super::KdTree::nearest), and its working memory: make one per thread and use it again.
-/// Searches in the same tree for points near each other help each other.
+/// Result and working memory of [`KdTree::nearest`](super::KdTree::nearest). Reuse one per thread: in the same tree, a search near the last one begins
+/// with a tight bound.
 #[derive(Clone, Debug)]
 pub struct Neighbors {
     k: usize,
     count: usize,
-    /// Squared distances of the first `count` candidates, then room for two blocks.
+    /// Squared distances of `count` candidates, followed by space for two blocks.
     d2: Vec<f32>,
+    /// Indices of the candidates.
     index: Vec<u32>,
-    close: Vec<u64>,
+    /// Memory for [`key`]s.
+    keys: Vec<u64>,
     radius_squared: f32,
-    last: Option<Last>,
+    last: Option<LastSearch>,
 }
 
-/// A search that found all that it was asked for.
+/// The last search, if it found K neighbors.
 #[derive(Clone, Copy, Debug)]
-struct Last {
+struct LastSearch {
     tree: u64,
     p: Vec3,
     radius_squared: f32,
 }
 
-impl Last {
-    /// A squared distance from `p` within which there are as many points as the last search found: its sphere lies inside.
+impl LastSearch {
+    /// A squared distance from `p` within which there are at least K points: that sphere contains the one of the last search.
     fn bound(&self, p: Vec3) -> f32 {
         let radius = (self.radius_squared.sqrt() + self.p.distance(p)) * (1.0 + 1e-5);
         radius * radius + f32::MIN_POSITIVE
@@ -43,14 +45,14 @@ impl Last {
 impl Neighbors {
     /// Keeps at most `k >= 1` neighbors.
     pub fn new(k: usize) -> Self {
-        assert!(k >= 1, "at least one neighbor is asked for");
+        assert!(k >= 1, "k must be at least 1");
         let room = 2 * k + 4 * WIDE;
         Neighbors {
             k,
             count: 0,
             d2: vec![f32::INFINITY; room],
             index: vec![0; room],
-            close: Vec::new(),
+            keys: Vec::new(),
             radius_squared: 0.0,
             last: None,
         }
@@ -68,28 +70,28 @@ impl Neighbors {
         self.count
     }
 
-    /// Whether none was found.
+    /// Whether no neighbor was found.
     pub fn is_empty(&self) -> bool {
         self.count == 0
     }
 
-    /// Squared distance of the `k`-th neighbor, if there are as many; otherwise the square of the radius that was
-    /// searched, or of the farthest neighbor if that was infinite.
+    /// Squared distance of the K-th neighbor, in m². With fewer neighbors, the square of the search radius; with an infinite one, the squared distance
+    /// of the farthest neighbor.
     #[inline]
     pub fn radius_squared(&self) -> f32 {
         self.radius_squared
     }
 }
 
-/// Finds the nearest points of `tree` within `max_radius` of `p`.
-pub(super) struct Nearest<'a> {
-    pub(super) tree: &'a Tree,
+/// Finds the K nearest points of `tree` within `max_radius` of `p`.
+pub(super) struct NearestQuery<'a> {
+    pub(super) tree: &'a KdIndex,
     pub(super) p: Vec3,
     pub(super) max_radius: f32,
     pub(super) found: &'a mut Neighbors,
 }
 
-impl SimdKernel for Nearest<'_> {
+impl SimdKernel for NearestQuery<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -98,9 +100,9 @@ impl SimdKernel for Nearest<'_> {
         let limit = (self.max_radius * self.max_radius).min(f32::MAX);
         let last = self.found.last.filter(|last| last.tree == self.tree.id);
         let bound = last.map_or(limit, |last| last.bound(self.p).min(limit));
-        let mut collect = Collect {
-            // The first bound is worth having early.
-            enough: if bound < f32::MAX {
+        let mut collect = CandidateCollector {
+            // Without a bound, reduce early to get one.
+            limit: if bound < f32::MAX {
                 2 * self.found.k
             } else {
                 self.found.k
@@ -117,7 +119,7 @@ impl SimdKernel for Nearest<'_> {
         } else {
             found.highest(w)
         };
-        found.last = (found.count == found.k).then_some(Last {
+        found.last = (found.count == found.k).then_some(LastSearch {
             tree: self.tree.id,
             p: self.p,
             radius_squared: found.radius_squared,
@@ -125,33 +127,33 @@ impl SimdKernel for Nearest<'_> {
     }
 }
 
-/// Collects candidates.
-struct Collect<'a> {
+/// Collects candidates and reduces them when there are too many.
+struct CandidateCollector<'a> {
     found: &'a mut Neighbors,
-    /// So many candidates are cut back.
-    enough: usize,
+    /// Number of candidates at which they are reduced to K.
+    limit: usize,
 }
 
-impl Visit for Collect<'_> {
+impl KdVisitor for CandidateCollector<'_> {
     #[inline(always)]
-    fn block<W: Wide>(&mut self, w: W, block: &Block, d2: W::F, bound: f32) -> f32 {
+    fn block<W: Wide>(&mut self, w: W, block: &KdBlock, d2: W::F, bound: f32) -> f32 {
         let found = &mut *self.found;
         let near = w.bits(w.le(d2, w.splat(bound)));
         let place = found.count..found.count + WIDE;
         found.d2[place.clone()].copy_from_slice(&w.compress(near, d2));
         found.index[place].copy_from_slice(&w.compress_words(near, w.load_words(&block.index)));
         found.count += near.count_ones() as usize;
-        if found.count < self.enough {
+        if found.count < self.limit {
             return bound;
         }
-        // From now on, cutting back only when twice too many have come costs constant time per candidate.
-        self.enough = 2 * found.k + WIDE;
+        // Reducing 2 K candidates costs constant time per candidate.
+        self.limit = 2 * found.k + WIDE;
         found.keep_nearest(w)
     }
 }
 
 impl Neighbors {
-    /// Drops all but the `k` nearest, of which there are at least as many, and returns the squared distance of the last.
+    /// Keeps the K nearest of at least K candidates, and returns the squared distance of the K-th.
     #[inline(always)]
     fn keep_nearest<W: Wide>(&mut self, w: W) -> f32 {
         if self.count == self.k {
@@ -166,7 +168,7 @@ impl Neighbors {
             let tied = near & w.bits(w.le(limit, d2));
             let dropped = set_bits(tied).filter(|&i| index[i] > last_index);
             let near = near & !dropped.fold(0, |mask, i| mask | 1 << i);
-            // Never ahead of what has been read.
+            // Writes never pass the position that has been read.
             self.d2[kept..kept + WIDE].copy_from_slice(&w.compress(near, d2));
             self.index[kept..kept + WIDE]
                 .copy_from_slice(&w.compress_words(near, w.load_words(&index)));
@@ -176,21 +178,21 @@ impl Neighbors {
         last
     }
 
-    /// Squared distance and index of the `k`-th of the candidates; equal distances are ordered by index.
+    /// Squared distance and index of the K-th candidate; equal distances are ordered by index.
     ///
-    /// Narrows an interval of distances around it by counting. On surfaces the squared distances are spread evenly, so
-    /// interpolation is good at guessing.
+    /// Narrows an interval of squared distances around it by counting, with linear interpolation for the next guess: on surfaces squared distances
+    /// are uniformly distributed.
     #[inline(always)]
     fn kth<W: Wide>(&mut self, w: W) -> (f32, u32) {
         let k = self.k;
-        // `below < k` candidates are at most at `low`, `within >= k` at most at `high`.
+        // Invariant: `below < k` candidates have squared distances up to `low`, `within >= k` up to `high`.
         let (mut low, mut below) = (-1.0f32, 0);
         let (mut high, mut within) = (self.highest(w), self.count);
         for _ in 0..MAX_GUESSES {
-            if within - below <= CLOSE {
+            if within - below <= SORTED {
                 break;
             }
-            // The farther end is drawn near: a little past the goal.
+            // Aims a little past the K-th, so that the farther end of the interval moves.
             let (above, under) = (within - k, k - below);
             let goal = if above > under {
                 under + (above / 8).min(WIDE / 2)
@@ -206,20 +208,20 @@ impl Neighbors {
                 (low, below) = (guess, count);
             }
         }
-        let mut close = std::mem::take(&mut self.close);
-        close.clear();
+        let mut keys = std::mem::take(&mut self.keys);
+        keys.clear();
         for start in (0..self.count).step_by(WIDE) {
             let (d2, index) = self.block(w, start);
             let near = w.bits(w.le(d2, w.splat(high))) & !w.bits(w.le(d2, w.splat(low)));
             let d2 = w.store(d2);
-            close.extend(set_bits(near).map(|i| key(d2[i], index[i])));
+            keys.extend(set_bits(near).map(|i| key(d2[i], index[i])));
         }
-        let (_, &mut kth, _) = close.select_nth_unstable(k - below - 1);
-        self.close = close;
+        let (_, &mut kth, _) = keys.select_nth_unstable(k - below - 1);
+        self.keys = keys;
         (f32::from_bits((kth >> 32) as u32), kth as u32)
     }
 
-    /// Candidates at most at squared distance `bound`.
+    /// Number of candidates with squared distances up to `bound`.
     #[inline(always)]
     fn count_within<W: Wide>(&self, w: W, bound: f32) -> usize {
         let bound = w.splat(bound);
@@ -230,7 +232,7 @@ impl Neighbors {
         count as usize
     }
 
-    /// The highest squared distance of all candidates, 0 without any.
+    /// The largest squared distance of the candidates; 0 without candidates.
     #[inline(always)]
     fn highest<W: Wide>(&mut self, w: W) -> f32 {
         self.end_candidates();
@@ -241,13 +243,13 @@ impl Neighbors {
         w.store(highest).into_iter().fold(0.0, f32::max)
     }
 
-    /// Fills the last block of candidates up with what is in no interval.
+    /// Fills the last block of candidates with NaN, which is in no interval.
     #[inline(always)]
     fn end_candidates(&mut self) {
         self.d2[self.count..self.count + WIDE].fill(f32::NAN);
     }
 
-    /// Sixteen candidates.
+    /// The block of candidates from index `start`.
     #[inline(always)]
     fn block<W: Wide>(&self, w: W, start: usize) -> (W::F, [u32; WIDE]) {
         let mut d2 = [0.0; WIDE];
@@ -258,7 +260,7 @@ impl Neighbors {
     }
 }
 
-/// Bits of the squared distance above the index: integer order is distance order with ties by index.
+/// The bits of the squared distance followed by the index: integers ordered by distance, ties by index.
 #[inline(always)]
 fn key(d2: f32, index: u32) -> u64 {
     u64::from(d2.to_bits()) << 32 | u64::from(index)

@@ -1,33 +1,38 @@
-//! The walk from the root to all leaves that are near enough, nearest boxes first.
+//! Traversal from the root to all leaves within a bound, nearest boxes first.
 
-use super::tree::{Block, LEAF_BLOCKS, MAX_LEVELS, Tree};
+use super::index::{KdBlock, KdIndex, LEAF_BLOCKS, MAX_LEVELS};
 use crate::math::Vec3;
 use crate::simd::{WIDE, Wide};
 
-/// What is done with the points found.
-pub(super) trait Visit {
-    /// Gets a block with the squared distances of its points, of which any may exceed `bound`; returns the bound on the
-    /// squared distance from then on.
-    fn block<W: Wide>(&mut self, w: W, block: &Block, d2: W::F, bound: f32) -> f32;
+/// Processes the points found.
+pub(super) trait KdVisitor {
+    /// Receives a block and the squared distances of its points, some of which may exceed `bound`; returns the new bound of the squared distance.
+    fn block<W: Wide>(&mut self, w: W, block: &KdBlock, d2: W::F, bound: f32) -> f32;
 }
 
-/// A node on the way down, with the children that are still to be visited.
+/// An ancestor of the current node, with the children still to visit as a mask of lanes.
 #[derive(Clone, Copy, Default)]
-struct Pending {
+struct PendingNode {
     d2: [f32; WIDE],
     children: u32,
     node: u32,
 }
 
-/// Shows `visit` every block that may hold points with a squared distance from `p` of at most `bound`, which is finite.
+/// Calls `visit` with every block that may have points within the squared distance `bound`, finite, from `p`.
 #[inline(always)]
-pub(super) fn search<W: Wide>(w: W, tree: &Tree, p: Vec3, mut bound: f32, visit: &mut impl Visit) {
+pub(super) fn search<W: Wide>(
+    w: W,
+    tree: &KdIndex,
+    p: Vec3,
+    mut bound: f32,
+    visit: &mut impl KdVisitor,
+) {
     if tree.nodes.is_empty() {
         return;
     }
     let p = [w.splat(p.x), w.splat(p.y), w.splat(p.z)];
     let last = tree.levels.len() - 1;
-    let mut path = [Pending::default(); MAX_LEVELS];
+    let mut path = [PendingNode::default(); MAX_LEVELS];
     let (mut level, mut node) = (0, 0);
     let mut d2 = tree.nodes[0].distances_squared(w, &p);
     let mut children = u32::MAX;
@@ -47,7 +52,7 @@ pub(super) fn search<W: Wide>(w: W, tree: &Tree, p: Vec3, mut bound: f32, visit:
             }
         } else if children != 0 {
             let lane = w.lowest(children, d2);
-            path[level] = Pending {
+            path[level] = PendingNode {
                 d2: w.store(d2),
                 children: children & !(1 << lane),
                 node,

@@ -1,39 +1,38 @@
-//! The index: points in blocks of sixteen under a sixteen-wide tree of boxes.
+//! The index of a [`KdTree`](super::KdTree): points in blocks of sixteen under a tree of boxes with sixteen children per node.
 //!
-//! The leaves are full runs of blocks, and every node but the last of its level has all its children, so that places follow
-//! from counting. Nodes keep the tight boxes of their children: particles lie on surfaces, where boxes prune far better than
-//! splitting planes.
+//! All leaves are full, and every node except the last of its level has all its children, so that positions in memory follow from counting. Nodes
+//! store the tight boxes of their children: particles lie on surfaces, where boxes prune better than splitting planes.
 
 use crate::math::{Aabb, Vec3};
 use crate::simd::{Isa, WIDE, Wide};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Blocks in a leaf.
+/// Number of blocks in a leaf.
 pub(super) const LEAF_BLOCKS: usize = 1;
-/// Points in a leaf.
+/// Number of points in a leaf.
 const LEAF: usize = LEAF_BLOCKS * WIDE;
-/// Levels of nodes that 2^32 points need at most.
+/// Largest number of levels of nodes, sufficient for 2^32 points.
 pub(super) const MAX_LEVELS: usize = 8;
-/// Points below which a range is arranged by one thread.
+/// Number of points below which a range is sorted by one thread.
 const SEQUENTIAL: usize = 16_384;
 
-/// Sixteen points; the last blocks are filled up with points infinitely far away.
+/// Sixteen points; the last block is filled with points at infinity.
 #[derive(Clone, Debug)]
 #[repr(align(64))]
-pub(super) struct Block {
+pub(super) struct KdBlock {
     position: [[f32; WIDE]; 3],
     pub(super) index: [u32; WIDE],
 }
 
-impl Block {
-    const EMPTY: Block = Block {
+impl KdBlock {
+    const EMPTY: KdBlock = KdBlock {
         position: [[f32::INFINITY; WIDE]; 3],
         index: [u32::MAX; WIDE],
     };
 
-    fn of(entries: &[Entry]) -> Self {
-        let mut block = Block::EMPTY;
+    fn of(entries: &[KdEntry]) -> Self {
+        let mut block = KdBlock::EMPTY;
         for (i, e) in entries.iter().enumerate() {
             for axis in 0..3 {
                 block.position[axis][i] = e.p[axis];
@@ -43,7 +42,7 @@ impl Block {
         block
     }
 
-    /// Box around the points.
+    /// Bounding box of the points.
     fn bounds(&self) -> Aabb {
         let count = self.index.iter().filter(|&&i| i != u32::MAX).count();
         let [x, y, z] = &self.position;
@@ -63,17 +62,17 @@ impl Block {
     }
 }
 
-/// The boxes of sixteen children.
+/// The bounding boxes of sixteen children.
 #[derive(Clone, Debug)]
 #[repr(align(64))]
-pub(super) struct Node {
+pub(super) struct KdNode {
     min: [[f32; WIDE]; 3],
     max: [[f32; WIDE]; 3],
 }
 
-impl Node {
+impl KdNode {
     fn of(children: impl Iterator<Item = Aabb>) -> Self {
-        let mut node = Node {
+        let mut node = KdNode {
             min: [[f32::INFINITY; WIDE]; 3],
             max: [[f32::NEG_INFINITY; WIDE]; 3],
         };
@@ -86,7 +85,7 @@ impl Node {
         node
     }
 
-    /// Box around all children.
+    /// Bounding box of all children.
     fn bounds(&self) -> Aabb {
         let lowest = |x: &[f32; WIDE]| x.iter().copied().fold(f32::INFINITY, f32::min);
         let highest = |x: &[f32; WIDE]| x.iter().copied().fold(f32::NEG_INFINITY, f32::max);
@@ -96,9 +95,9 @@ impl Node {
         }
     }
 
-    /// Squared distances of the boxes from `p`, infinite where there is no child.
+    /// Squared distances of the boxes from `p`, infinite for missing children.
     ///
-    /// The same sums of the same rounded differences as for points, so rounding never prunes a point.
+    /// Rounded like the distances of points, so that rounding never prunes a point.
     #[inline(always)]
     pub(super) fn distances_squared<W: Wide>(&self, w: W, p: &[W::F; 3]) -> W::F {
         length_squared(
@@ -109,7 +108,7 @@ impl Node {
         )
     }
 
-    /// Distances along an axis.
+    /// Distances of the boxes from `p` along one axis.
     #[inline(always)]
     fn step<W: Wide>(&self, w: W, p: &[W::F; 3], axis: usize) -> W::F {
         let below = w.sub(w.load(&self.min[axis]), p[axis]);
@@ -124,44 +123,45 @@ fn length_squared<W: Wide>(w: W, x: W::F, y: W::F, z: W::F) -> W::F {
     w.add(w.add(x, y), z)
 }
 
-/// A point on its way into a leaf.
+/// A point during construction.
 #[derive(Clone, Copy)]
-struct Entry {
+struct KdEntry {
     p: [f32; 3],
     index: u32,
 }
 
 /// An index over points.
 #[derive(Clone, Debug)]
-pub(super) struct Tree {
-    /// Blocks of each leaf one after the other.
-    pub(super) blocks: Vec<Block>,
-    /// Level after level from the root; child `c` of the `n`-th node of a level is the `16 n + c`-th of the next, or leaf.
-    pub(super) nodes: Vec<Node>,
-    /// Where each level begins in `nodes`; the children of the last are the leaves.
+pub(super) struct KdIndex {
+    /// Blocks, leaf by leaf.
+    pub(super) blocks: Vec<KdBlock>,
+    /// Nodes level by level from the root; child `c` of node `n` of a level is node, or leaf, `16 n + c` of the next level.
+    pub(super) nodes: Vec<KdNode>,
+    /// Index in `nodes` of the first node of each level; the children of the last level are the leaves.
     pub(super) levels: Vec<u32>,
+    /// Instruction set of the searches.
     pub(super) isa: Isa,
-    /// No two trees of different points have the same.
+    /// Number of the tree; only clones share it.
     pub(super) id: u64,
 }
 
-impl Tree {
+impl KdIndex {
     /// Builds in parallel; `position(i)` must be finite.
     pub(super) fn build(count: usize, position: impl Fn(usize) -> Vec3 + Sync) -> Self {
         assert!(count < u32::MAX as usize, "indices have 32 bits");
-        let mut entries: Vec<Entry> = (0..count)
+        let mut entries: Vec<KdEntry> = (0..count)
             .into_par_iter()
-            .map(|i| Entry {
+            .map(|i| KdEntry {
                 p: position(i).to_array(),
                 index: i as u32,
             })
             .collect();
         arrange(&mut entries);
-        let blocks: Vec<Block> = entries.par_chunks(WIDE).map(Block::of).collect();
+        let blocks: Vec<KdBlock> = entries.par_chunks(WIDE).map(KdBlock::of).collect();
         drop(entries);
         let (nodes, levels) = nodes_over(&blocks);
         static TREES: AtomicU64 = AtomicU64::new(0);
-        Tree {
+        KdIndex {
             blocks,
             nodes,
             levels,
@@ -170,13 +170,13 @@ impl Tree {
         }
     }
 
-    /// A node by its place in its level.
+    /// The node with the given index in its level.
     #[inline(always)]
-    pub(super) fn node(&self, level: usize, place: u32) -> &Node {
-        &self.nodes[(self.levels[level] + place) as usize]
+    pub(super) fn node(&self, level: usize, index: u32) -> &KdNode {
+        &self.nodes[(self.levels[level] + index) as usize]
     }
 
-    /// Makes indices count the points in the order of the leaves; returns what they were.
+    /// Renumbers the points in the order of the leaves; returns the old index of each.
     pub(super) fn renumber(&mut self) -> Vec<u32> {
         let mut old = Vec::with_capacity(self.blocks.len() * WIDE);
         for index in self.blocks.iter_mut().flat_map(|block| &mut block.index) {
@@ -193,9 +193,9 @@ impl Tree {
     }
 }
 
-/// Orders the points such that the leaves, and the groups of 16, 256, ... leaves, are compact runs: splits along the
-/// longest edge of the box, as near to the middle as full groups allow.
-fn arrange(entries: &mut [Entry]) {
+/// Sorts the points so that leaves, and groups of 16, 256, ... leaves, are compact: recursive splits along the longest edge of the bounding box, as
+/// near to the middle as full groups allow.
+fn arrange(entries: &mut [KdEntry]) {
     if entries.len() <= LEAF {
         return;
     }
@@ -219,7 +219,8 @@ fn arrange(entries: &mut [Entry]) {
     }
 }
 
-fn select<const AXIS: usize>(entries: &mut [Entry], middle: usize) {
+/// Moves the `middle` points that are lowest along an axis to the front.
+fn select<const AXIS: usize>(entries: &mut [KdEntry], middle: usize) {
     entries.select_nth_unstable_by(middle, |a, b| {
         // Finite coordinates have an order.
         a.p[AXIS]
@@ -228,7 +229,7 @@ fn select<const AXIS: usize>(entries: &mut [Entry], middle: usize) {
     });
 }
 
-fn longest_axis(entries: &[Entry]) -> usize {
+fn longest_axis(entries: &[KdEntry]) -> usize {
     let (mut min, mut max) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
     for e in entries {
         for axis in 0..3 {
@@ -247,19 +248,19 @@ fn longest_axis(entries: &[Entry]) -> usize {
     (Vec3::from(max) - Vec3::from(min)).max_position()
 }
 
-/// The boxes over the leaves, level by level.
-fn nodes_over(blocks: &[Block]) -> (Vec<Node>, Vec<u32>) {
-    let leaf_bounds = |leaf: &[Block]| leaf.iter().map(Block::bounds).reduce(Aabb::union);
-    let mut levels: Vec<Vec<Node>> = vec![
+/// The nodes over the leaves, level by level from the root, and the index of the first node of each level.
+fn nodes_over(blocks: &[KdBlock]) -> (Vec<KdNode>, Vec<u32>) {
+    let leaf_bounds = |leaf: &[KdBlock]| leaf.iter().map(KdBlock::bounds).reduce(Aabb::union);
+    let mut levels: Vec<Vec<KdNode>> = vec![
         blocks
             .par_chunks(LEAF_BLOCKS * WIDE)
-            .map(|leaves| Node::of(leaves.chunks(LEAF_BLOCKS).filter_map(leaf_bounds)))
+            .map(|leaves| KdNode::of(leaves.chunks(LEAF_BLOCKS).filter_map(leaf_bounds)))
             .collect(),
     ];
     while let Some(below) = levels.last().filter(|level| level.len() > 1) {
         let above = below
             .par_chunks(WIDE)
-            .map(|children| Node::of(children.iter().map(Node::bounds)))
+            .map(|children| KdNode::of(children.iter().map(KdNode::bounds)))
             .collect();
         levels.push(above);
     }

@@ -1,0 +1,135 @@
+//! One reflected light path, and directions sampled from its glossy lobes: the input of all glossy forms.
+
+use crate::bsdf::{Bsdf, BsdfNumbers, Lobes};
+use crate::color::Rgb;
+use crate::math::{Vec2, Vec3};
+use crate::sampling::rng::Pcg;
+
+/// Number of directions, over all paths of a light, from which the reflected flux is estimated; its error is part of the noise of a
+/// pass. Not tuned by a measurement.
+const FLUX_SAMPLES: u32 = 256;
+/// Smallest number of such directions for each path.
+const MIN_FLUX_SAMPLES: u32 = 16;
+/// Sine of the largest depth below the horizon at which a sampled direction counts as reflected about a tilted shading normal, not as
+/// transmitted.
+const MAX_REFLECTION_DEPTH: f32 = 0.5;
+/// Steps of an additive recurrence in three dimensions.
+/// Source: Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018.
+const STEPS: [f32; 3] = [0.819_172_5, 0.671_043_6, 0.549_700_5];
+/// The largest number below 1.
+const LARGEST: f32 = 1.0 - f32::EPSILON / 2.0;
+
+/// One light path at a surface: `I(w) = Φ f(wi → w) |w·n|` over the non-specular lobes.
+#[derive(Clone, Copy, Debug)]
+pub struct Reflection<'s> {
+    /// Unit direction of incidence.
+    pub wi: Vec3,
+    /// Incident flux, in W.
+    pub flux: Rgb,
+    /// Scattering function.
+    pub bsdf: Bsdf<'s>,
+}
+
+impl Reflection<'_> {
+    /// Radiant intensity towards the unit vector `w`, in W/sr.
+    #[inline]
+    pub(super) fn intensity(&self, w: Vec3) -> Rgb {
+        self.bsdf.f_cos_wo(self.wi, w, Lobes::NON_SPECULAR) * self.flux
+    }
+
+    /// Direction `i` of the sequence that begins at `shift`, sampled from the glossy lobes, with its flux in W and the relative index of
+    /// refraction of the event; `None` if no direction is sampled.
+    fn sample_glossy(&self, shift: [f32; 3], i: u32) -> Option<(Vec3, Rgb, f32)> {
+        let u: [f32; 3] =
+            std::array::from_fn(|c| (shift[c] + STEPS[c] * i as f32).fract().min(LARGEST));
+        let numbers = BsdfNumbers {
+            lobe: u[0],
+            direction: Vec2::new(u[1], u[2]),
+        };
+        let sample = self.bsdf.sample_wo(self.wi, numbers, Lobes::GLOSSY)?;
+        Some((sample.w, self.flux * sample.weight, sample.eta))
+    }
+
+    /// Samples `count` directions from the glossy lobes: calls `visit` with each, its flux in W, and the relative index of refraction.
+    pub(super) fn scatter(&self, count: u32, rng: &mut Pcg, mut visit: impl FnMut(Vec3, Rgb, f32)) {
+        let shift = [rng.next_f32(), rng.next_f32(), rng.next_f32()];
+        for i in 1..=count {
+            if let Some((w, flux, eta)) = self.sample_glossy(shift, i) {
+                visit(w, flux / count as f32, eta);
+            }
+        }
+    }
+}
+
+/// Samples at least `count` directions from the glossy lobes of all `paths`, each path equally often: calls `visit` with each and its flux in
+/// W. One low-discrepancy sequence serves all paths, so that the directions of similar paths are stratified together.
+pub(super) fn scatter_all(
+    paths: &[Reflection],
+    count: u32,
+    rng: &mut Pcg,
+    mut visit: impl FnMut(Vec3, Rgb),
+) {
+    let shift = [rng.next_f32(), rng.next_f32(), rng.next_f32()];
+    let each = count.div_ceil(paths.len().max(1) as u32);
+    let numbers = (1..=each).flat_map(|_| paths).zip(1..);
+    for (path, i) in numbers {
+        if let Some((w, flux, _)) = path.sample_glossy(shift, i) {
+            visit(w, flux / each as f32);
+        }
+    }
+}
+
+/// The directions into which a light emits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum EmissionDomain {
+    /// Above the horizon of a unit normal.
+    Hemisphere(Vec3),
+    /// All: the surface also transmits.
+    Sphere,
+}
+
+impl EmissionDomain {
+    #[inline]
+    pub(super) fn contains(self, w: Vec3) -> bool {
+        match self {
+            EmissionDomain::Hemisphere(n) => w.dot(n) > 0.0,
+            EmissionDomain::Sphere => true,
+        }
+    }
+
+    /// The normal of the horizon, if there is one.
+    pub(super) fn horizon(self) -> Option<Vec3> {
+        match self {
+            EmissionDomain::Hemisphere(n) => Some(n),
+            EmissionDomain::Sphere => None,
+        }
+    }
+}
+
+/// The domain of the glossy emission of `paths` on a surface with unit normal `n`, and the flux scattered into it, in W: Monte Carlo
+/// estimates from directions sampled from the lobes.
+pub(super) fn scattered_flux(
+    paths: &[Reflection],
+    n: Vec3,
+    rng: &mut Pcg,
+) -> (EmissionDomain, Rgb) {
+    let count = (FLUX_SAMPLES / paths.len().max(1) as u32).max(MIN_FLUX_SAMPLES);
+    let (mut above, mut all, mut transmits) = ([0.0f64; 3], [0.0f64; 3], false);
+    for path in paths {
+        path.scatter(count, rng, |w, flux, eta| {
+            let is_above = w.dot(n) > 0.0;
+            // Reflection about a tilted shading normal also passes below the horizon, but not far.
+            transmits |= !is_above && (eta != 1.0 || w.dot(n) < -MAX_REFLECTION_DEPTH);
+            for (c, f) in flux.to_array().into_iter().enumerate() {
+                all[c] += f64::from(f);
+                above[c] += if is_above { f64::from(f) } else { 0.0 };
+            }
+        });
+    }
+    let rgb = |v: [f64; 3]| Rgb::new(v[0] as f32, v[1] as f32, v[2] as f32);
+    if transmits {
+        (EmissionDomain::Sphere, rgb(all))
+    } else {
+        (EmissionDomain::Hemisphere(n), rgb(above))
+    }
+}
