@@ -58,7 +58,9 @@ pub(crate) fn run(args: &MapsArgs) -> Result<ExitCode, Failure> {
         seed: request.seed,
         index: 0,
     };
+    let guide = pool.install(|| scene.emission_guide());
     let run = PassContext {
+        guide: &guide,
         pass,
         stats: &stats,
         cancel: interrupt.cancel(),

@@ -33,7 +33,14 @@ fn table(side: u32) -> Option<GlossyForm> {
 
 /// Lights of 2000 photon paths: with glossy parts of this form, or plain ones.
 fn lights(scene: &Scene, form: Option<GlossyForm>, limits: PathLimits) -> LightIndex<'_> {
-    let photons = trace_photons(scene, limits, 2000, PASS, usable_by_virtual_lights);
+    let photons = trace_photons(
+        scene,
+        &scene.emission_guide(),
+        limits,
+        2000,
+        PASS,
+        usable_by_virtual_lights,
+    );
     let fluxes: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
     let sites = select(&photons, &fluxes, 90, 0.4);
     LightIndex::new(match form {
@@ -434,7 +441,14 @@ fn spheres_are_integrals_over_their_directions() {
 
 /// A few hundred lights with their tree.
 fn many_lights(scene: &Scene, form: Option<GlossyForm>) -> LightIndex<'_> {
-    let photons = trace_photons(scene, UNLIMITED, 8000, PASS, usable_by_virtual_lights);
+    let photons = trace_photons(
+        scene,
+        &scene.emission_guide(),
+        UNLIMITED,
+        8000,
+        PASS,
+        usable_by_virtual_lights,
+    );
     let fluxes: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
     let sites = select(&photons, &fluxes, 1500, 0.4);
     let field = match form {

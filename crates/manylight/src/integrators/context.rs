@@ -1,5 +1,6 @@
 //! What a pass works with, besides the scene.
 
+use crate::emitters::EmissionGuide;
 use crate::film::{Film, TileSamples};
 use crate::math::UVec2;
 use crate::sampling::Pass;
@@ -11,6 +12,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub struct PassContext<'a> {
     /// Names the random numbers.
     pub pass: Pass,
+    /// Guides the emission of photons; made once per render, by methods that emit them.
+    pub guide: &'a EmissionGuide,
     /// Counters and stage times.
     pub stats: &'a Stats,
     /// Checked before each tile; `true` cancels the pass.

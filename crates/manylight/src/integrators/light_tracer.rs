@@ -37,14 +37,13 @@ pub(super) fn render_pass(
     let path_count = u64::from(size.x) * u64::from(size.y);
     let mut frame = vec![Rgb::BLACK; path_count as usize];
     run.stats.time("shade", || {
-        let guide = scene.emission_guide();
         // Tasks splat in parallel into lists of their own, which are added in order: any thread count gives the same sums.
         let lists: Vec<Vec<Splat>> = (0..path_count.div_ceil(PATHS_PER_TASK))
             .into_par_iter()
             .map(|task| {
                 let mut tracer = LightTracer {
                     scene,
-                    guide: &guide,
+                    guide: run.guide,
                     limits,
                     width: size.x,
                     height: size.y,

@@ -65,6 +65,7 @@ fn of_many_light(
     let shaded = f64::from(method.light_count) * group.passes.len() as f64;
     let probes = trace_photons(
         scene,
+        &scene.emission_guide(),
         limits,
         PROBES,
         Pass { seed, index: 0 },
@@ -100,7 +101,13 @@ fn of_many_light(
 
 /// Of the photons of one pass.
 fn of_photon_map(method: &PhotonMap, scene: &Scene, limits: PathLimits, seed: u64) -> StageMemory {
-    let probes = method.trace_photons(scene, limits, PROBES, Pass { seed, index: 0 });
+    let probes = method.trace_photons(
+        scene,
+        &scene.emission_guide(),
+        limits,
+        PROBES,
+        Pass { seed, index: 0 },
+    );
     photon_memory(&probes, f64::from(method.photon_paths))
 }
 

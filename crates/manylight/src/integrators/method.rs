@@ -33,6 +33,14 @@ pub enum MethodKind {
 }
 
 impl Method {
+    /// Whether the method emits photons.
+    pub fn emits_photons(&self) -> bool {
+        match self.kind {
+            MethodKind::Path | MethodKind::Direct | MethodKind::Aov => false,
+            MethodKind::LightTracer | MethodKind::ManyLight(_) | MethodKind::PhotonMap(_) => true,
+        }
+    }
+
     /// The layers that this method fills, beauty first.
     pub fn layers(&self) -> Vec<Layer> {
         let mut layers = vec![Layer::Beauty];

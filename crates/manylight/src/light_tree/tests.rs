@@ -24,7 +24,14 @@ const TABLES: GlossyForm = GlossyForm::Table {
 fn lit(scene: &Scene, count: usize, form: Option<GlossyForm>) -> (Vec<Photon>, VirtualLights<'_>) {
     let limits = PathLimits::default();
     let pass = Pass { seed: 3, index: 1 };
-    let photons = trace_photons(scene, limits, 4000, pass, usable_by_virtual_lights);
+    let photons = trace_photons(
+        scene,
+        &scene.emission_guide(),
+        limits,
+        4000,
+        pass,
+        usable_by_virtual_lights,
+    );
     let fluxes: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
     let sites = select(&photons, &fluxes, count, 0.4);
     let set = match form {

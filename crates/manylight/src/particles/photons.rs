@@ -73,30 +73,30 @@ pub fn usable_by_virtual_lights(bsdf: &Bsdf, event: Lobes) -> Option<u32> {
 /// Traces `path_count` photon paths and stores a photon at every vertex where it is useful: `segments_added` returns, for a surface and the class of
 /// the previous event, the smallest number of segments that a camera path adds, or `None` for a useless photon.
 ///
-/// Photons of which every extended path would exceed `limits` are left out. The list is in path order, the same for any number of threads.
+/// `guide` concentrates photons on what the camera sees; it changes no expected value. Photons of which every extended path would exceed `limits`
+/// are left out. The list is in path order, the same for any number of threads.
 pub fn trace_photons(
     scene: &Scene,
+    guide: &EmissionGuide,
     limits: PathLimits,
     path_count: u32,
     pass: Pass,
     segments_added: impl Fn(&Bsdf, Lobes) -> Option<u32> + Sync,
 ) -> Vec<Photon> {
-    let guide = scene.emission_guide();
+    let tracer = PathTracer {
+        scene,
+        guide,
+        limits,
+        path_fraction: 1.0 / path_count as f32,
+        segments_added,
+    };
     let tasks: Vec<Vec<Photon>> = (0..path_count.div_ceil(PATHS_PER_TASK))
         .into_par_iter()
         .map(|task| {
             let mut photons = Vec::new();
             for index in task * PATHS_PER_TASK..((task + 1) * PATHS_PER_TASK).min(path_count) {
                 let mut sampler = pass.sampler(Stream::Photon, u64::from(index));
-                trace_path(
-                    scene,
-                    &guide,
-                    limits,
-                    1.0 / path_count as f32,
-                    &mut sampler,
-                    &segments_added,
-                    &mut photons,
-                );
+                tracer.trace(&mut sampler, &mut photons);
             }
             photons
         })
@@ -107,61 +107,66 @@ pub fn trace_photons(
     photons
 }
 
-/// Traces one path and appends its photons.
-fn trace_path(
-    scene: &Scene,
-    guide: &EmissionGuide,
+/// The arguments of [`trace_photons`] that all paths share.
+struct PathTracer<'a, F> {
+    scene: &'a Scene,
+    guide: &'a EmissionGuide,
     limits: PathLimits,
-    share: f32,
-    sampler: &mut Sampler,
-    segments_added: &impl Fn(&Bsdf, Lobes) -> Option<u32>,
-    photons: &mut Vec<Photon>,
-) {
-    let start = scene.emitters.sample_emission(
-        &scene.geometry,
-        &scene.textures,
-        guide,
-        sampler.next_emission(),
-    );
-    let Some(start) = start else {
-        return;
-    };
-    let mut walk = Walk::from_emitter(scene, start.ray, start.flux * share);
-    let mut origin = Lobes::NONE;
-    while let Some(v) = walk.advance() {
-        let event = walk.previous().event;
-        if !event.has(Lobes::SPECULAR) {
-            origin = event;
-        }
-        let is_useful = |added| limits.allow(v.segments + added);
-        if segments_added(&v.bsdf, event).is_some_and(is_useful) {
-            photons.push(Photon {
-                p: v.x.p,
-                n: v.x.normal_towards(v.w_prev),
-                wi: v.w_prev,
-                flux: walk.throughput(),
-                diffuse_flux: walk.throughput() * v.bsdf.diffuse_weight(v.w_prev),
-                prev: walk.previous().p,
-                at: v.x.at,
-                depth: v.segments.min(u32::from(u16::MAX)) as u16,
-                event,
-                origin,
-            });
-        }
-        if !limits.allow(v.segments + 2) {
+    /// One over the number of paths.
+    path_fraction: f32,
+    segments_added: F,
+}
+
+impl<F: Fn(&Bsdf, Lobes) -> Option<u32>> PathTracer<'_, F> {
+    /// Traces one path and appends its photons.
+    fn trace(&self, sampler: &mut Sampler, photons: &mut Vec<Photon>) {
+        let (scene, limits) = (self.scene, self.limits);
+        let start = scene.emitters.sample_emission(
+            &scene.geometry,
+            &scene.textures,
+            self.guide,
+            sampler.next_emission(),
+        );
+        let Some(start) = start else {
             return;
-        }
-        if walk.pass_through(&v, sampler.next_1d()) {
-            continue;
-        }
-        let before = walk.throughput();
-        if !walk.scatter(&v, sampler.next_bsdf(), Lobes::ALL)
-            || !walk.survive(
-                roulette::photon_survival(before, walk.throughput()),
-                sampler.next_1d(),
-            )
-        {
-            return;
+        };
+        let mut walk = Walk::from_emitter(scene, start.ray, start.flux * self.path_fraction);
+        let mut origin = Lobes::NONE;
+        while let Some(v) = walk.advance() {
+            let event = walk.previous().event;
+            if !event.has(Lobes::SPECULAR) {
+                origin = event;
+            }
+            let is_useful = |added| limits.allow(v.segments + added);
+            if (self.segments_added)(&v.bsdf, event).is_some_and(is_useful) {
+                photons.push(Photon {
+                    p: v.x.p,
+                    n: v.x.normal_towards(v.w_prev),
+                    wi: v.w_prev,
+                    flux: walk.throughput(),
+                    diffuse_flux: walk.throughput() * v.bsdf.diffuse_weight(v.w_prev),
+                    prev: walk.previous().p,
+                    at: v.x.at,
+                    depth: v.segments.min(u32::from(u16::MAX)) as u16,
+                    event,
+                    origin,
+                });
+            }
+            if !limits.allow(v.segments + 2) {
+                return;
+            }
+            if walk.pass_through(&v, sampler.next_1d()) {
+                continue;
+            }
+            let before = walk.throughput();
+            if !walk.scatter(&v, sampler.next_bsdf(), Lobes::ALL)
+                || !walk.survive(
+                    roulette::photon_survival(before, walk.throughput()),
+                    sampler.next_1d(),
+                )
+            {
+                return;
+            }
         }
     }
 }

@@ -1,5 +1,6 @@
 //! The pass loop: passes are rendered until the budget is spent.
 
+use crate::emitters::EmissionGuide;
 use crate::film::Film;
 use crate::integrators::{Method, MethodKind, PassContext, Renderer};
 use crate::sampling::Pass;
@@ -93,6 +94,11 @@ pub fn render(
     let mut film = Film::new(job.scene.sensor.desc().film.clone(), &job.method.layers());
     let mut renderer = Renderer::new(job.scene, job.method.clone());
     let never = AtomicBool::new(false);
+    let guide = if job.method.emits_photons() {
+        stats.time("photons", || job.scene.emission_guide())
+    } else {
+        EmissionGuide::default()
+    };
     let stop = loop {
         let index = film.passes();
         let cancel_pass = if index == 0 { &never } else { cancel };
@@ -101,6 +107,7 @@ pub fn render(
                 seed: job.seed,
                 index,
             },
+            guide: &guide,
             stats,
             cancel: cancel_pass,
         };

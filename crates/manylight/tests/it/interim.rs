@@ -1,6 +1,7 @@
 //! The interim maps: importance, irradiance, and the positions of lights.
 
 use manylight::color::Rgb;
+use manylight::emitters::EmissionGuide;
 use manylight::integrators::many_light::Placement;
 use manylight::integrators::{InterimMaps, ManyLight, PassContext, PlacedLight};
 use manylight::math::{UVec2, Vec2, Vec3};
@@ -14,6 +15,7 @@ const SIZE: u32 = 48;
 
 fn maps(scene: &Scene, method: ManyLight) -> InterimMaps {
     let run = PassContext {
+        guide: &scene.emission_guide(),
         pass: Pass { seed: 5, index: 0 },
         stats: &Stats::default(),
         cancel: &AtomicBool::new(false),
@@ -186,6 +188,7 @@ fn one_and_two_threads_give_the_same_bits() {
 #[test]
 fn a_cancelled_pass_leaves_nothing() {
     let run = PassContext {
+        guide: &EmissionGuide::default(),
         pass: Pass { seed: 5, index: 0 },
         stats: &Stats::default(),
         cancel: &AtomicBool::new(true),

@@ -15,6 +15,7 @@ pub(super) fn photons(cx: &GroupContext) -> Vec<Photon> {
     let photons = stats.time("photons", || {
         trace_photons(
             cx.scene,
+            cx.run.guide,
             cx.limits,
             paths,
             cx.run.pass,

@@ -21,6 +21,7 @@ mod camera_paths;
 use super::context::PassContext;
 use super::partition::PathStage;
 use crate::bsdf::{Bsdf, Lobes};
+use crate::emitters::EmissionGuide;
 use crate::film::Film;
 use crate::maps::density::progressive_radius_scale;
 use crate::maps::{IncidentMap, KdTree};
@@ -89,7 +90,7 @@ impl PhotonMap {
         }
         let stats = run.stats;
         let photons = stats.time("photons", || {
-            self.trace_photons(scene, limits, self.photon_paths, run.pass)
+            self.trace_photons(scene, run.guide, limits, self.photon_paths, run.pass)
         });
         Stats::count(&stats.photon_paths, u64::from(self.photon_paths));
         Stats::count(&stats.photons, photons.len() as u64);
@@ -124,11 +125,12 @@ impl PhotonMap {
     pub(super) fn trace_photons(
         &self,
         scene: &Scene,
+        guide: &EmissionGuide,
         limits: PathLimits,
         paths: u32,
         pass: Pass,
     ) -> Vec<Photon> {
-        trace_photons(scene, limits, paths, pass, |bsdf, event| {
+        trace_photons(scene, guide, limits, paths, pass, |bsdf, event| {
             // After a non-specular event, all non-specular lobes gather. Photons of the environment guide directions.
             let is_useful = self.counts(event) || scene.emitters.has_environment();
             (bsdf.lobes().has(Lobes::NON_SPECULAR) && is_useful).then_some(1)

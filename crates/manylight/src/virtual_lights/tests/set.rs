@@ -133,6 +133,7 @@ fn the_energy_account_of_a_room_balances() {
     let scene = crate::testing::scenes::glossy_box(8).build();
     let photons = trace_photons(
         &scene,
+        &scene.emission_guide(),
         unlimited(),
         4000,
         Pass { index: 0, seed: 1 },
