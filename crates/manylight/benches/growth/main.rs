@@ -1,13 +1,17 @@
-//! How the time of a pass of Rich-VPLs grows with lights, pixels, triangles and threads:
-//! `cargo bench -p manylight-io --bench growth [-- FOLDER]` writes `growth-*.svg` there, or only prints.
+//! Growth of the time of one Rich-VPL pass with the numbers of lights, threads, pixels and triangles.
 //!
-//! The scene is `scenes/glossy-room`, or the file that `MANYLIGHT_BENCH_SCENE` names. Triangles grow by division in four, which changes no
-//! picture.
+//! `cargo bench -p manylight --bench growth [-- FOLDER]` prints the seconds of each stage, and writes `growth-*.svg` to FOLDER.
+//!
+//! The scene is `scenes/glossy-room`, or the file that `MANYLIGHT_BENCH_SCENE` names. The number of triangles grows by
+//! splitting each triangle into four, which leaves the image unchanged.
 #![allow(
     clippy::print_stdout,
-    reason = "reporting is all that this program does"
+    reason = "a benchmark reports on standard output"
 )]
 
+#[path = "../shared/default_scene.rs"]
+mod default_scene;
+#[path = "../shared/plot.rs"]
 mod plot;
 
 use manylight::film::Film;
@@ -18,7 +22,7 @@ use manylight::math::UVec2;
 use manylight::render::{Budget, Observer, RenderJob, Stats, render};
 use manylight::scene::{Scene, SceneDesc};
 use manylight_io::{LoadOptions, load_scene};
-use plot::Line;
+use plot::PlotLine;
 use rayon::ThreadPoolBuilder;
 use std::collections::HashMap;
 use std::error::Error;
@@ -27,20 +31,25 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
+/// Runs per measurement; the median is reported.
 const REPEATS: usize = 3;
-/// Width of the picture, and lights, where these do not grow.
+/// Width of the image in pixels, except in the series over pixels.
 const WIDTH: u32 = 256;
+/// Number of virtual lights, except in the series over lights.
 const LIGHTS: u32 = 512;
 
-/// One setting, what grows along the other axis, and the seconds of each stage.
+/// One measurement of a series.
 struct Point {
+    /// The quantity that grows.
     x: f64,
+    /// Name and seconds of each stage.
     seconds: Vec<(&'static str, f64)>,
 }
 
-struct Unassigned;
+/// An observer that does nothing.
+struct Silent;
 
-impl Observer for Unassigned {
+impl Observer for Silent {
     fn pass_done(&mut self, _: &Film, _: &Stats, _: Duration) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }
@@ -49,56 +58,71 @@ impl Observer for Unassigned {
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = std::env::args().skip(1).find(|a| a != "--bench");
     let folder = folder.map(PathBuf::from);
-    let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/glossy-room/scene.xml");
-    let path = std::env::var_os("MANYLIGHT_BENCH_SCENE").map_or(own, PathBuf::from);
-    let desc = load_scene(&path, &LoadOptions::default())?.desc;
-    let all = std::thread::available_parallelism()?.get();
+    let desc = load_scene(&default_scene::default_scene(), &LoadOptions::default())?.desc;
+    let all_threads = std::thread::available_parallelism()?.get();
     let show = |name: &str, points: &[Point]| show(folder.as_deref(), name, points);
 
     let scene = Scene::build(with_width(&desc, WIDTH), 0)?;
-    let by_lights = (8..=14).step_by(2).map(|log| Point {
-        x: f64::from(1u32 << log),
-        seconds: stages(&scene, 1 << log, all),
-    });
-    show("lights", &by_lights.collect::<Vec<_>>())?;
-    let by_threads = (0..)
-        .map(|log| 1 << log)
-        .take_while(|&threads| threads <= all)
-        .map(|threads| Point {
-            x: threads as f64,
+    show("lights", &over_lights(&scene, all_threads))?;
+    show("threads", &over_threads(&scene, all_threads))?;
+    show("pixels", &over_pixels(&desc, all_threads)?)?;
+    show("triangles", &over_triangles(&desc, all_threads)?)
+}
+
+fn over_lights(scene: &Scene, threads: usize) -> Vec<Point> {
+    let counts = (8..=14).step_by(2).map(|log| 1 << log);
+    let point = |lights: u32| Point {
+        x: f64::from(lights),
+        seconds: stages(scene, lights, threads),
+    };
+    counts.map(point).collect()
+}
+
+fn over_threads(scene: &Scene, all_threads: usize) -> Vec<Point> {
+    let counts = (0..).map(|log| 1 << log);
+    let counts = counts.take_while(|&threads| threads <= all_threads);
+    let point = |threads: usize| Point {
+        x: threads as f64,
+        seconds: stages(scene, LIGHTS, threads),
+    };
+    counts.map(point).collect()
+}
+
+fn over_pixels(desc: &SceneDesc, threads: usize) -> Result<Vec<Point>, Box<dyn Error>> {
+    let mut points = Vec::new();
+    for width in [64, 128, 256, 512] {
+        let scene = Scene::build(with_width(desc, width), 0)?;
+        let size = scene.sensor.desc().film.size;
+        points.push(Point {
+            x: f64::from(size.x * size.y),
             seconds: stages(&scene, LIGHTS, threads),
         });
-    show("threads", &by_threads.collect::<Vec<_>>())?;
-    let mut by_pixels = Vec::new();
-    for width in [64, 128, 256, 512] {
-        let scene = Scene::build(with_width(&desc, width), 0)?;
-        let size = scene.sensor.desc().film.size;
-        by_pixels.push(Point {
-            x: f64::from(size.x * size.y),
-            seconds: stages(&scene, LIGHTS, all),
-        });
     }
-    show("pixels", &by_pixels)?;
-    let mut by_triangles = Vec::new();
-    let mut desc = with_width(&desc, WIDTH);
+    Ok(points)
+}
+
+fn over_triangles(desc: &SceneDesc, threads: usize) -> Result<Vec<Point>, Box<dyn Error>> {
+    let mut points = Vec::new();
+    let mut desc = with_width(desc, WIDTH);
     for _ in 0..4 {
         let start = Instant::now();
         let scene = Scene::build(desc.clone(), 0)?;
         let mut seconds = vec![("build", start.elapsed().as_secs_f64())];
-        seconds.extend(stages(&scene, LIGHTS, all));
-        by_triangles.push(Point {
+        seconds.extend(stages(&scene, LIGHTS, threads));
+        points.push(Point {
             x: scene.geometry.triangle_count() as f64,
             seconds,
         });
         for shape in &mut desc.shapes {
             if let Shape::Mesh(mesh) = shape {
-                *mesh = divided(mesh);
+                *mesh = subdivided(mesh);
             }
         }
     }
-    show("triangles", &by_triangles)
+    Ok(points)
 }
 
+/// The scene with an image of this width and about the same aspect ratio.
 fn with_width(desc: &SceneDesc, width: u32) -> SceneDesc {
     let mut desc = desc.clone();
     let film = &mut desc.sensors[0].film;
@@ -107,7 +131,7 @@ fn with_width(desc: &SceneDesc, width: u32) -> SceneDesc {
     desc
 }
 
-/// Median seconds of the stages of one pass.
+/// Median seconds of each stage of one pass.
 fn stages(scene: &Scene, lights: u32, threads: usize) -> Vec<(&'static str, f64)> {
     let preset = ManyLight::rich_vpl();
     let job = RenderJob {
@@ -130,12 +154,12 @@ fn stages(scene: &Scene, lights: u32, threads: usize) -> Vec<(&'static str, f64)
     let pool = ThreadPoolBuilder::new()
         .num_threads(threads)
         .build()
-        .unwrap_or_else(|error| panic!("no threads: {error}"));
+        .unwrap_or_else(|error| panic!("cannot start {threads} threads: {error}"));
     let mut seconds: HashMap<&'static str, Vec<f64>> = HashMap::new();
     let mut order = Vec::new();
     for _ in 0..REPEATS {
         let stats = Stats::default();
-        pool.install(|| render(&job, &stats, &AtomicBool::new(false), &mut Unassigned));
+        pool.install(|| render(&job, &stats, &AtomicBool::new(false), &mut Silent));
         for (stage, time) in stats.stages() {
             if !order.contains(&stage) {
                 order.push(stage);
@@ -151,17 +175,17 @@ fn stages(scene: &Scene, lights: u32, threads: usize) -> Vec<(&'static str, f64)
     order.into_iter().map(median).collect()
 }
 
-/// Each triangle as four.
-fn divided(mesh: &Mesh) -> Mesh {
+/// The mesh with each triangle split at the midpoints of its edges.
+fn subdivided(mesh: &Mesh) -> Mesh {
     let mut out = Mesh {
         positions: mesh.positions.clone(),
         normals: mesh.normals.clone(),
         uvs: mesh.uvs.clone(),
         triangles: Vec::with_capacity(4 * mesh.triangles.len()),
     };
-    let mut middles: HashMap<(u32, u32), u32> = HashMap::new();
-    let mut middle = |a: u32, b: u32| {
-        *middles.entry((a.min(b), a.max(b))).or_insert_with(|| {
+    let mut midpoints: HashMap<(u32, u32), u32> = HashMap::new();
+    let mut midpoint = |a: u32, b: u32| {
+        *midpoints.entry((a.min(b), a.max(b))).or_insert_with(|| {
             let (i, j) = (a as usize, b as usize);
             out.positions
                 .push((out.positions[i] + out.positions[j]) * 0.5);
@@ -176,14 +200,14 @@ fn divided(mesh: &Mesh) -> Mesh {
         })
     };
     for &[a, b, c] in &mesh.triangles {
-        let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
+        let (ab, bc, ca) = (midpoint(a, b), midpoint(b, c), midpoint(c, a));
         out.triangles
             .extend([[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]);
     }
     out
 }
 
-/// Prints the seconds, and draws them if there is a folder.
+/// Prints a series, and plots it to `folder/growth-NAME.svg` if there is a folder.
 fn show(folder: Option<&Path>, name: &str, points: &[Point]) -> Result<(), Box<dyn Error>> {
     println!("\n{name}");
     for point in points {
@@ -201,7 +225,7 @@ fn show(folder: Option<&Path>, name: &str, points: &[Point]) -> Result<(), Box<d
             let found = point.seconds.iter().find(|s| s.0 == stage);
             found.map(|s| (point.x, s.1))
         };
-        Line {
+        PlotLine {
             name: stage.into(),
             points: points.iter().filter_map(at).collect(),
         }

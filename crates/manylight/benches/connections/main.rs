@@ -1,17 +1,20 @@
-//! Whole connections per second and thread: visibility, scattering function and table look-up.
-//! `MANYLIGHT_BENCH_SCENES=a.xml:b.xml cargo bench -p manylight-io --bench connections [-- LIGHTS...]`, by default 4096, 32768
-//! and 262144 lights.
+//! Rate of whole connections between surface points and Rich-VPLs (visibility, BSDF and table look-up), per second and thread.
 //!
-//! Tiles of 8 x 8 pixels of a picture of 512 x 512, drawn at random, are shaded by all Rich-VPLs of the scene. A connection is a pair of a
-//! pixel and a piece of a light whose visibility must be tested, because both sides face each other; pairs are all pixels
-//! times all lights.
+//! `MANYLIGHT_BENCH_SCENES=a.xml:b.xml cargo bench -p manylight --bench connections [-- LIGHTS...]`; by default 4096, 32768
+//! and 262144 virtual lights.
+//!
+//! Random tiles of 8 x 8 pixels of a 512 x 512 image gather all lights. "Pairs" counts pixels times lights; "connections"
+//! counts pairs of a pixel and a light that face each other, which need a shadow ray.
 #![allow(
     clippy::print_stdout,
-    reason = "reporting is all that this program does"
+    reason = "a benchmark reports on standard output"
 )]
 
-#[path = "../visibility/clock.rs"]
+#[path = "../shared/clock.rs"]
 mod clock;
+#[path = "../shared/scene_list.rs"]
+mod scene_list;
+#[path = "../shared/tiles.rs"]
 mod tiles;
 
 use manylight::gather::{Clamp, Gather, Gathered, Kernel, LightIndex, ShadingPoint, Strategy};
@@ -19,14 +22,18 @@ use manylight::integrators::many_light::ManyLight;
 use manylight::scene::Scene;
 use tiles::{TILE, prepare, tiles};
 
+/// Runs per measurement; the median is reported.
 const REPEATS: usize = 5;
-/// Pairs of pixels and lights in a measurement, about.
+/// Approximate number of pairs of a pixel and a light in one run.
 const PAIRS: usize = 1 << 26;
 
 fn main() {
     let counts = std::env::args().filter_map(|a| a.parse().ok()).collect();
     let counts = tiles::counts_or_default(counts);
-    tiles::for_all(|_, scene| counts.iter().for_each(|&count| bench(scene, count)));
+    scene_list::for_each_scene(|path| {
+        let scene = tiles::load(path);
+        counts.iter().for_each(|&count| bench(&scene, count));
+    });
 }
 
 fn bench(scene: &Scene, count: u32) {

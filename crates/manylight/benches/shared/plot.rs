@@ -1,28 +1,36 @@
-//! Lines over a common axis, both axes logarithmic.
+//! Line plots with two logarithmic axes, as SVG files.
 
 use plotters::prelude::*;
 use std::error::Error;
 use std::path::Path;
 
-/// One line.
-pub(crate) struct Line {
-    /// In the legend.
+/// One line of a plot.
+pub(crate) struct PlotLine {
+    /// Name in the legend.
     pub(crate) name: String,
-    /// From left to right, above 0.
+    /// (x, y), x increasing, both positive.
     pub(crate) points: Vec<(f64, f64)>,
 }
 
-/// Writes `file`, an SVG; values below a thousandth count as that.
-pub(crate) fn draw(file: &Path, x: &str, y: &str, lines: &[Line]) -> Result<(), Box<dyn Error>> {
+/// Lower limit of the y axis; smaller values are drawn at the bottom edge.
+const LEAST_Y: f64 = 1e-3;
+
+/// Writes the plot to `file` with the axis titles `x` and `y`.
+pub(crate) fn draw(
+    file: &Path,
+    x: &str,
+    y: &str,
+    lines: &[PlotLine],
+) -> Result<(), Box<dyn Error>> {
     let area = SVGBackend::new(&file, (640, 420)).into_drawing_area();
     area.fill(&WHITE)?;
     let points = || lines.iter().flat_map(|line| &line.points);
     let first = points().fold(f64::INFINITY, |least, p| least.min(p.0));
     let last = points().fold(0.0, |most: f64, p| most.max(p.0));
     let least = points().fold(f64::INFINITY, |least, p| least.min(p.1));
-    let least = least.max(1e-3);
+    let least = least.max(LEAST_Y);
     let most = points().fold(least, |most, p| most.max(p.1));
-    // Room for the names of the lines on the right.
+    // Space for the legend on the right.
     let right = last * (last / first).powf(0.4);
     let mut chart = ChartBuilder::on(&area)
         .margin(12)

@@ -1,4 +1,4 @@
-//! What is summed, and where: lights, and tiles of a picture, drawn at random.
+//! Inputs of a gather: virtual lights of a scene, and the surface points of random image tiles.
 
 use manylight::gather::{ShadingPoint, Subset};
 use manylight::integrators::many_light::{Compensation, ManyLight};
@@ -11,11 +11,12 @@ use manylight_io::{LoadOptions, load_scene};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-/// Width and height of the picture, and of a tile.
+/// Width and height of the image in pixels.
 const SIDE: usize = 512;
+/// Width and height of a tile in pixels.
 pub(crate) const TILE: usize = 8;
 
-/// The numbers of lights that are asked for; without any 4096, 32768 and 262144.
+/// `counts` of virtual lights, or 4096, 32768 and 262144 if it is empty.
 pub(crate) fn counts_or_default(counts: Vec<u32>) -> Vec<u32> {
     if counts.is_empty() {
         return vec![1 << 12, 1 << 15, 1 << 18];
@@ -23,20 +24,8 @@ pub(crate) fn counts_or_default(counts: Vec<u32>) -> Vec<u32> {
     counts
 }
 
-/// Calls `bench` for every scene that `MANYLIGHT_BENCH_SCENES` names.
-pub(crate) fn for_all(mut bench: impl FnMut(&Path, &Scene)) {
-    let Some(scenes) = std::env::var_os("MANYLIGHT_BENCH_SCENES") else {
-        println!("MANYLIGHT_BENCH_SCENES names no scene files (separated by colons)");
-        return;
-    };
-    for path in std::env::split_paths(&scenes) {
-        println!("\n# {}", path.display());
-        bench(&path, &load(&path));
-    }
-}
-
-/// The scene of a file, seen by its first camera.
-fn load(path: &Path) -> Scene {
+/// The scene of a file with a [`SIDE`] x [`SIDE`] image of its first sensor.
+pub(crate) fn load(path: &Path) -> Scene {
     let mut desc = load_scene(path, &LoadOptions::default())
         .unwrap_or_else(|error| panic!("{}: {error}", path.display()))
         .desc;
@@ -45,7 +34,7 @@ fn load(path: &Path) -> Scene {
     Scene::build(desc, 0).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// About `count` lights as `method` makes them, and how long that took.
+/// About `count` virtual lights made by `method` without compensation, and the times of the stages.
 pub(crate) fn prepare(scene: &Scene, count: u32, method: ManyLight) -> (PreparedPasses<'_>, Stats) {
     let (stats, cancel) = (Stats::default(), AtomicBool::new(false));
     let run = PassContext {
@@ -63,7 +52,7 @@ pub(crate) fn prepare(scene: &Scene, count: u32, method: ManyLight) -> (Prepared
     (set, stats)
 }
 
-/// What the camera sees in random tiles, as far as it sees anything.
+/// The surface points seen through the pixel centers of `count` random tiles that see at least one surface.
 pub(crate) fn tiles(scene: &Scene, count: usize) -> Vec<Vec<ShadingPoint<'_>>> {
     let mut random = Pcg::new(4);
     let mut below = |n: usize| random.next_u32() as usize % n * TILE;
@@ -71,7 +60,9 @@ pub(crate) fn tiles(scene: &Scene, count: usize) -> Vec<Vec<ShadingPoint<'_>>> {
     while tiles.len() < count {
         let corner = (below(SIDE / TILE), below(SIDE / TILE));
         let pixels = (0..TILE * TILE).map(|i| (corner.0 + i % TILE, corner.1 + i / TILE));
-        let points: Vec<_> = pixels.filter_map(|(x, y)| seen(scene, x, y)).collect();
+        let points: Vec<_> = pixels
+            .filter_map(|(x, y)| visible_point(scene, x, y))
+            .collect();
         if !points.is_empty() {
             tiles.push(points);
         }
@@ -79,7 +70,7 @@ pub(crate) fn tiles(scene: &Scene, count: usize) -> Vec<Vec<ShadingPoint<'_>>> {
     tiles
 }
 
-fn seen(scene: &Scene, x: usize, y: usize) -> Option<ShadingPoint<'_>> {
+fn visible_point(scene: &Scene, x: usize, y: usize) -> Option<ShadingPoint<'_>> {
     let center = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
     let ray = scene.sensor.ray(center, Vec2::splat(0.5)).ray;
     let (_, x) = scene.intersect(&ray)?;

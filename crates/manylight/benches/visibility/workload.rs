@@ -1,4 +1,4 @@
-//! What is traced: a scene's triangles, and rays and segments as rendering makes them.
+//! Ray sets: the triangles of a scene, and rays and segments as a renderer traces them.
 
 use manylight::geometry::{Geometry, Primitive, Ray, Segment, Shape, SurfacePoint};
 use manylight::math::{Aabb, UVec2, Vec2, Vec3};
@@ -8,30 +8,36 @@ use manylight::sensors::{Sensor, SensorDesc};
 use manylight_io::{LoadOptions, load_scene};
 use std::path::Path;
 
-/// Width and height of the picture.
+/// Width and height of the image in pixels.
 const SIDE: usize = 512;
 
-/// Width and height of a tile; tiles and clusters have 64 members.
+/// Width and height of a tile in pixels.
 const TILE: usize = 8;
+/// Number of points of a tile, and of lights of a cluster.
 pub(crate) const BLOCK: usize = TILE * TILE;
 
-/// Pairs of a tile and a cluster.
+/// Number of pairs of a tile and a cluster in a set.
 const PAIRS: usize = 128;
 
-/// The triangles of a scene, all opaque, and its camera.
+/// The triangles of a scene, all opaque, and its first camera.
 pub(crate) struct Workload {
     pub(crate) geometry: Geometry,
-    /// The same triangles in the world.
+    /// The triangles of `geometry` in world space.
     pub(crate) triangles: Vec<[Vec3; 3]>,
+    /// Median time of a build.
     pub(crate) build_seconds: f64,
     sensor: Sensor,
+    /// For each pixel, the surface point seen and the direction towards the camera.
     hits: Vec<Option<(SurfacePoint, Vec3)>>,
 }
 
-/// A tile of points, a cluster of lights, and for each point the lights that may shine on it.
-pub(crate) struct Block {
+/// The segments between a tile of points and a cluster of lights.
+pub(crate) struct RayBlock {
+    /// The points of the tile.
     pub(crate) origins: Vec<Vec3>,
+    /// The positions of the lights.
     pub(crate) targets: Vec<Vec3>,
+    /// For each point, the lights to test as bits: point and light face each other.
     pub(crate) wanted: Vec<u64>,
 }
 
@@ -78,7 +84,7 @@ impl Workload {
         workload
     }
 
-    /// One ray through every pixel.
+    /// One ray through the center of every pixel.
     pub(crate) fn camera(&self) -> Vec<Ray> {
         let pixels = (0..SIDE * SIDE).map(|i| Vec2::new((i % SIDE) as f32, (i / SIDE) as f32));
         pixels
@@ -86,19 +92,21 @@ impl Workload {
             .collect()
     }
 
-    /// From the hits of the camera rays, distributed by the cosine.
+    /// Cosine-distributed rays from the hits of the camera rays.
     pub(crate) fn bounce(&self) -> Vec<Ray> {
         let mut random = Pcg::new(1);
         let hits = self.hits.iter().flatten();
         hits.map(|(x, wo)| spawn(x, *wo, &mut random)).collect()
     }
 
-    /// Between the hits of random pixels.
+    /// Segments between the hits of random pixels.
     pub(crate) fn random_segments(&self) -> Vec<Segment> {
         let mut random = Pcg::new(2);
-        let seen: Vec<&SurfacePoint> = self.hits.iter().flatten().map(|hit| &hit.0).collect();
-        let mut any = || seen[random.next_u32() as usize % seen.len()];
-        (0..SIDE * SIDE).map(|_| any().segment_to(any())).collect()
+        let hits: Vec<&SurfacePoint> = self.hits.iter().flatten().map(|hit| &hit.0).collect();
+        let mut random_hit = || hits[random.next_u32() as usize % hits.len()];
+        (0..SIDE * SIDE)
+            .map(|_| random_hit().segment_to(random_hit()))
+            .collect()
     }
 
     fn hit(&self, ray: &Ray) -> Option<(SurfacePoint, Vec3)> {
@@ -106,7 +114,8 @@ impl Workload {
         Some((self.geometry.surface_point(hit.at), -ray.d))
     }
 
-    /// `count` hits of paths of three bounces, each on the side where it was hit, in clusters.
+    /// Positions and normals of `count` lights: the hits of camera paths of three bounces, on the side that was hit, sorted in
+    /// clusters of [`BLOCK`].
     pub(crate) fn lights(&self, count: usize) -> Vec<(Vec3, Vec3)> {
         let mut random = Pcg::new(3);
         let mut lights = Vec::with_capacity(count);
@@ -125,8 +134,8 @@ impl Workload {
         lights
     }
 
-    /// Random pairs of tiles and clusters with something to test.
-    pub(crate) fn blocks(&self, lights: usize) -> Vec<Block> {
+    /// Random pairs of a tile and a cluster with at least one segment to test.
+    pub(crate) fn blocks(&self, lights: usize) -> Vec<RayBlock> {
         let lights = self.lights(lights);
         let mut random = Pcg::new(4);
         let tiles = SIDE / TILE;
@@ -143,7 +152,7 @@ impl Workload {
         blocks
     }
 
-    fn block(&self, corner: (usize, usize), lights: &[(Vec3, Vec3)]) -> Block {
+    fn block(&self, corner: (usize, usize), lights: &[(Vec3, Vec3)]) -> RayBlock {
         let pixels = (0..BLOCK).map(|i| {
             let (x, y) = along_z_curve(i);
             (corner.1 + y) * SIDE + corner.0 + x
@@ -152,14 +161,16 @@ impl Workload {
             .filter_map(|i| self.hits[i].as_ref())
             .map(|(x, wo)| facing(x, *wo))
             .collect();
-        let sees = |(p, n): &(Vec3, Vec3), (q, m): &(Vec3, Vec3)| {
+        let face_each_other = |(p, n): &(Vec3, Vec3), (q, m): &(Vec3, Vec3)| {
             n.dot(*q - *p) > 0.0 && m.dot(*p - *q) > 0.0
         };
         let wanted = points.iter().map(|point| {
             let lights = lights.iter().rev();
-            lights.fold(0, |bits, light| bits << 1 | u64::from(sees(point, light)))
+            lights.fold(0, |bits, light| {
+                bits << 1 | u64::from(face_each_other(point, light))
+            })
         });
-        Block {
+        RayBlock {
             wanted: wanted.collect(),
             origins: points.iter().map(|point| point.0).collect(),
             targets: lights.iter().map(|light| light.0).collect(),
@@ -167,7 +178,7 @@ impl Workload {
     }
 }
 
-impl Block {
+impl RayBlock {
     pub(crate) fn segments(&self) -> impl Iterator<Item = Segment> {
         let pairs = self.origins.iter().zip(&self.wanted);
         pairs.flat_map(move |(&from, &lights)| {
@@ -212,12 +223,12 @@ fn spawn(x: &SurfacePoint, wo: Vec3, random: &mut Pcg) -> Ray {
     x.spawn(manylight::math::Frame::from_normal(x.ng * side).to_world(w))
 }
 
-/// Position off the surface and normal, on the side of `wo`.
+/// Position offset from the surface, and normal, both on the side of `wo`.
 fn facing(x: &SurfacePoint, wo: Vec3) -> (Vec3, Vec3) {
     (x.offset_towards(wo), x.ng * 1.0f32.copysign(x.ng.dot(wo)))
 }
 
-/// So that runs of 64 are compact, and their parts too: halves along the longest axis.
+/// Sorts such that aligned runs of [`BLOCK`] lights are compact: recursive median splits along the longest axis.
 fn sort_in_clusters(lights: &mut [(Vec3, Vec3)]) {
     if lights.len() < 3 {
         return;
@@ -235,6 +246,7 @@ fn sort_in_clusters(lights: &mut [(Vec3, Vec3)]) {
     sort_in_clusters(high);
 }
 
+/// The pixel of a tile at index `i` along the Morton curve.
 fn along_z_curve(i: usize) -> (usize, usize) {
     let bit = |from: usize, to: usize| (i >> from & 1) << to;
     (

@@ -1,24 +1,31 @@
-//! Rays per second and thread, as ratios to other kernels on the same rays:
-//! `MANYLIGHT_BENCH_SCENES=a.xml:b.xml cargo bench --bench visibility [-- WHAT]`, where WHAT is a part of the name of a set.
+//! Rays per second and thread of single-ray, packet and block queries, compared with other kernels on the same rays.
 //!
-//! The variable `MANYLIGHT_EMBREE` may name the shared library of Embree 4, which is then compared with.
+//! `MANYLIGHT_BENCH_SCENES=a.xml:b.xml cargo bench -p manylight --bench visibility [-- SET...]`, where SET is part of the name
+//! of a ray set: `camera`, `bounce`, `random`, `tile`, `block` or a number of lights such as `32k`.
+//!
+//! If `MANYLIGHT_EMBREE` names the shared library of Embree 4, its kernels are the reference.
 #![allow(
     clippy::print_stdout,
-    reason = "reporting is all that this program does"
+    reason = "a benchmark reports on standard output"
 )]
 
+#[path = "../shared/clock.rs"]
 mod clock;
 mod embree;
+#[path = "../shared/scene_list.rs"]
+mod scene_list;
 mod workload;
 
-use embree::Embree;
+use embree::{Coherence, Embree};
 use manylight::geometry::{Geometry, Instructions, Ray, Segment};
 use manylight::math::Vec3;
 use std::hint::black_box;
 use std::path::Path;
-use workload::{Block, Workload};
+use workload::{RayBlock, Workload};
 
+/// Timed runs per kernel; the median is reported.
 const REPEATS: usize = 9;
+/// Numbers of lights in the sets `tile` and `block`.
 const LIGHTS: [usize; 4] = [1 << 12, 1 << 15, 1 << 18, 1 << 20];
 
 fn main() {
@@ -28,28 +35,22 @@ fn main() {
         .collect();
     let is_wanted =
         |set: &str| wanted.is_empty() || wanted.iter().any(|part| set.contains(part.as_str()));
-    let Some(scenes) = std::env::var_os("MANYLIGHT_BENCH_SCENES") else {
-        println!("MANYLIGHT_BENCH_SCENES names no scene files (separated by colons)");
-        return;
-    };
-    for path in std::env::split_paths(&scenes) {
-        bench_scene(&path, &is_wanted);
-    }
+    scene_list::for_each_scene(|path| bench_scene(path, &is_wanted));
 }
 
 fn bench_scene(path: &Path, is_wanted: &dyn Fn(&str) -> bool) {
     let mut work = Workload::load(path);
     let count = work.triangles.len() as f64;
-    println!("\n# {}: {count} triangles", path.display());
     let embree = Embree::new(&work.triangles, 0);
     let bytes = work.geometry.acceleration_bytes() as f64 / count;
+    println!("{count} triangles");
     println!(
         "build: own {:.3} s, {bytes:.0} B/triangle",
         work.build_seconds
     );
     if let Some(embree) = &embree {
         println!(
-            "       Embree {:.3} s, {:.0} B/triangle (with vertices and indices, 48)",
+            "       Embree {:.3} s, {:.0} B/triangle (48 of them vertices and indices)",
             embree.seconds,
             embree.bytes as f64 / count
         );
@@ -71,7 +72,7 @@ fn bench_scene(path: &Path, is_wanted: &dyn Fn(&str) -> bool) {
         if is_wanted(&set) || is_wanted("tile") || is_wanted("block") {
             let blocks = work.blocks(lights);
             if is_wanted("tile") {
-                let segments: Vec<Segment> = blocks.iter().flat_map(Block::segments).collect();
+                let segments: Vec<Segment> = blocks.iter().flat_map(RayBlock::segments).collect();
                 let name = format!("tile, {set}");
                 occlusion(&mut work.geometry, embree.as_ref(), &name, &segments);
             }
@@ -82,91 +83,105 @@ fn bench_scene(path: &Path, is_wanted: &dyn Fn(&str) -> bool) {
     }
 }
 
-/// One way to trace a set, and what it finds.
-struct Way<'a> {
+/// A kernel that traces a whole ray set and returns the number of hits.
+struct RayKernel<'a> {
     name: String,
     trace: Box<dyn Fn(&Geometry) -> u64 + 'a>,
     instructions: Instructions,
 }
 
-/// Ways of the same name in all instruction sets that the machine has.
-fn own<'a>(name: &str, trace: impl Fn(&Geometry) -> u64 + Clone + 'a) -> Vec<Way<'a>> {
+/// A kernel of this project, once for each instruction set of the machine.
+fn own_kernels<'a>(
+    name: &str,
+    trace: impl Fn(&Geometry) -> u64 + Clone + 'a,
+) -> impl Iterator<Item = RayKernel<'a>> {
     let all = Instructions::available().into_iter();
-    all.map(|instructions| Way {
+    all.map(move |instructions| RayKernel {
         name: format!("{name} {instructions:?}"),
         trace: Box::new(trace.clone()),
         instructions,
     })
-    .collect()
 }
 
-fn foreign<'a>(name: &str, trace: impl Fn() -> u64 + 'a) -> Way<'a> {
-    Way {
+/// A kernel of Embree.
+fn embree_kernel<'a>(name: &str, trace: impl Fn() -> u64 + 'a) -> RayKernel<'a> {
+    RayKernel {
         name: name.to_owned(),
         trace: Box::new(move |_| trace()),
         instructions: Instructions::Portable,
     }
 }
 
-/// Traces in turns and prints the median rates, as ratios to the best of the first `opponents` or to the last.
-fn compare(geometry: &mut Geometry, set: &str, rays: usize, opponents: usize, ways: &[Way]) {
-    let mut seconds = vec![Vec::new(); ways.len()];
-    let mut found = vec![0; ways.len()];
-    for _ in 0..=REPEATS {
-        for (i, way) in ways.iter().enumerate() {
-            geometry.use_instructions(way.instructions);
-            let start = clock::thread_seconds();
-            found[i] = black_box((way.trace)(geometry));
-            seconds[i].push(clock::thread_seconds() - start);
+/// A ray set and the kernels that trace it. The first `references` kernels are Embree's.
+struct Comparison<'a> {
+    set: String,
+    rays: usize,
+    references: usize,
+    kernels: Vec<RayKernel<'a>>,
+}
+
+impl Comparison<'_> {
+    /// Times the kernels alternately and prints their median rates, as ratios to the fastest reference, or to the last kernel
+    /// if there is no reference.
+    fn run(&self, geometry: &mut Geometry) {
+        let mut seconds = vec![Vec::new(); self.kernels.len()];
+        let mut hits = vec![0; self.kernels.len()];
+        for _ in 0..=REPEATS {
+            for (i, kernel) in self.kernels.iter().enumerate() {
+                geometry.use_instructions(kernel.instructions);
+                let start = clock::thread_seconds();
+                hits[i] = black_box((kernel.trace)(geometry));
+                seconds[i].push(clock::thread_seconds() - start);
+            }
         }
-    }
-    let medians: Vec<f64> = seconds
-        .iter_mut()
-        .map(|times| {
-            // The first round is for the caches.
-            times.remove(0);
-            times.sort_by(f64::total_cmp);
-            times[times.len() / 2]
-        })
-        .collect();
-    let reference = medians[..opponents]
-        .iter()
-        .copied()
-        .min_by(f64::total_cmp)
-        .unwrap_or(medians[medians.len() - 1]);
-    println!("{set}: {rays} rays");
-    for ((way, median), found) in ways.iter().zip(&medians).zip(&found) {
-        let rate = rays as f64 / median * 1e-6;
-        println!(
-            "  {:32} {rate:8.2} M/s {:6.2}x  {found} hits",
-            way.name,
-            reference / median
-        );
+        let medians: Vec<f64> = seconds
+            .iter_mut()
+            .map(|times| {
+                // The first run only warms the caches.
+                times.remove(0);
+                times.sort_by(f64::total_cmp);
+                times[times.len() / 2]
+            })
+            .collect();
+        let reference = medians[..self.references]
+            .iter()
+            .copied()
+            .min_by(f64::total_cmp)
+            .unwrap_or(medians[medians.len() - 1]);
+        println!("{}: {} rays", self.set, self.rays);
+        for ((kernel, median), hits) in self.kernels.iter().zip(&medians).zip(&hits) {
+            let rate = self.rays as f64 / median * 1e-6;
+            println!(
+                "  {:32} {rate:8.2} M/s {:6.2}x  {hits} hits",
+                kernel.name,
+                reference / median
+            );
+        }
     }
 }
 
 fn nearest(geometry: &mut Geometry, embree: Option<&Embree>, set: &str, rays: &[Ray]) {
-    let mut ways = Vec::new();
+    let mut kernels = Vec::new();
     if let Some(embree) = embree {
-        ways.push(foreign("Embree single", move || {
+        kernels.push(embree_kernel("Embree single", move || {
             rays.iter()
                 .filter(|ray| embree.intersect(ray) < f32::INFINITY)
                 .count() as u64
         }));
     }
-    let opponents = ways.len();
-    ways.extend(own("own", |geometry: &Geometry| {
+    let references = kernels.len();
+    kernels.extend(own_kernels("own", |geometry: &Geometry| {
         rays.iter()
             .filter(|ray| geometry.intersect(ray).is_some())
             .count() as u64
     }));
-    compare(
-        geometry,
-        &format!("{set}, nearest"),
-        rays.len(),
-        opponents,
-        &ways,
-    );
+    let comparison = Comparison {
+        set: format!("{set}, nearest"),
+        rays: rays.len(),
+        references,
+        kernels,
+    };
+    comparison.run(geometry);
     if let Some(embree) = embree {
         let differing = rays.iter().filter(|ray| {
             let (t, e) = (
@@ -180,29 +195,29 @@ fn nearest(geometry: &mut Geometry, embree: Option<&Embree>, set: &str, rays: &[
 }
 
 fn occlusion(geometry: &mut Geometry, embree: Option<&Embree>, set: &str, segments: &[Segment]) {
-    let mut ways = Vec::new();
+    let mut kernels = Vec::new();
     if let Some(embree) = embree {
-        ways.push(foreign("Embree single", move || {
+        kernels.push(embree_kernel("Embree single", move || {
             segments
                 .iter()
                 .filter(|segment| embree.occluded(segment))
                 .count() as u64
         }));
     }
-    let opponents = ways.len();
-    ways.extend(own("own", |geometry: &Geometry| {
+    let references = kernels.len();
+    kernels.extend(own_kernels("own", |geometry: &Geometry| {
         segments
             .iter()
             .filter(|segment| geometry.occluded(segment))
             .count() as u64
     }));
-    compare(
-        geometry,
-        &format!("{set}, any"),
-        segments.len(),
-        opponents,
-        &ways,
-    );
+    let comparison = Comparison {
+        set: format!("{set}, any"),
+        rays: segments.len(),
+        references,
+        kernels,
+    };
+    comparison.run(geometry);
     if let Some(embree) = embree {
         let differing = segments
             .iter()
@@ -211,25 +226,40 @@ fn occlusion(geometry: &mut Geometry, embree: Option<&Embree>, set: &str, segmen
     }
 }
 
-fn block_visibility(geometry: &mut Geometry, embree: Option<&Embree>, set: &str, blocks: &[Block]) {
-    let mut ways = Vec::new();
+fn block_visibility(
+    geometry: &mut Geometry,
+    embree: Option<&Embree>,
+    set: &str,
+    blocks: &[RayBlock],
+) {
+    let mut kernels = Vec::new();
     if let Some(embree) = embree {
-        for coherent in [true, false] {
-            ways.extend(embree_packets::<8>(embree, blocks, coherent));
-            ways.extend(embree_packets::<16>(embree, blocks, coherent));
+        for coherence in [Coherence::Coherent, Coherence::Incoherent] {
+            kernels.extend(embree_packets::<8>(embree, blocks, coherence));
+            kernels.extend(embree_packets::<16>(embree, blocks, coherence));
         }
     }
-    let opponents = ways.len();
-    ways.extend(own("own block", |geometry: &Geometry| {
+    let references = kernels.len();
+    kernels.extend(own_kernels("own block", |geometry: &Geometry| {
         let masks = blocks.iter().map(|block| own_block(geometry, block));
         masks.flatten().map(|m| u64::from(m.count_ones())).sum()
     }));
-    ways.extend(own("own packet", |geometry: &Geometry| {
+    kernels.extend(own_kernels("own packet", |geometry: &Geometry| {
         let masks = blocks.iter().map(|block| own_packets(geometry, block));
         masks.flatten().map(|m| u64::from(m.count_ones())).sum()
     }));
-    let rays = blocks.iter().map(Block::count).sum();
-    compare(geometry, &format!("block, {set}"), rays, opponents, &ways);
+    let comparison = Comparison {
+        set: format!("block, {set}"),
+        rays: blocks.iter().map(RayBlock::count).sum(),
+        references,
+        kernels,
+    };
+    comparison.run(geometry);
+    count_block_differences(geometry, embree, blocks);
+}
+
+/// Compares block queries with single rays and with Embree, and prints how many segments differ.
+fn count_block_differences(geometry: &mut Geometry, embree: Option<&Embree>, blocks: &[RayBlock]) {
     for instructions in Instructions::available() {
         geometry.use_instructions(instructions);
         let (mut from_single, mut from_embree) = (0, 0);
@@ -241,7 +271,7 @@ fn block_visibility(geometry: &mut Geometry, embree: Option<&Embree>, set: &str,
             };
             let mut other = [0; workload::BLOCK];
             if let Some(embree) = embree {
-                other = by_point::<16>(embree, block, false);
+                other = by_point::<16>(embree, block, Coherence::Incoherent);
             }
             for (p, &from) in block.origins.iter().enumerate() {
                 from_embree += (masks[p] ^ other[p]).count_ones();
@@ -251,16 +281,16 @@ fn block_visibility(geometry: &mut Geometry, embree: Option<&Embree>, set: &str,
             }
         }
         println!(
-            "  {instructions:?}: {from_single} of single rays differ, {from_embree} of Embree"
+            "  {instructions:?}: {from_single} segments differ from single rays, {from_embree} from Embree"
         );
     }
 }
 
-fn own_block(geometry: &Geometry, block: &Block) -> [u64; workload::BLOCK] {
+fn own_block(geometry: &Geometry, block: &RayBlock) -> [u64; workload::BLOCK] {
     geometry.occluded_block(&block.origins, &block.targets, &block.wanted)
 }
 
-fn own_packets(geometry: &Geometry, block: &Block) -> [u64; workload::BLOCK] {
+fn own_packets(geometry: &Geometry, block: &RayBlock) -> [u64; workload::BLOCK] {
     let mut blocked = [0; workload::BLOCK];
     for ((&from, &wanted), blocked) in block.origins.iter().zip(&block.wanted).zip(&mut blocked) {
         let mut targets = [Vec3::ZERO; workload::BLOCK];
@@ -269,32 +299,31 @@ fn own_packets(geometry: &Geometry, block: &Block) -> [u64; workload::BLOCK] {
             targets[count] = block.targets[i];
             count += 1;
         }
-        // Which bit is which does not matter here.
+        // The bits are in packet order; only their number is used.
         *blocked = geometry.occluded_packet(from, &targets[..count]);
     }
     blocked
 }
 
-/// Packets of `N` rays from common points, and to common lights.
+/// Packets of `N` rays: from one light to `N` points, and from one point to `N` lights.
 fn embree_packets<'a, const N: usize>(
     embree: &'a Embree,
-    blocks: &'a [Block],
-    coherent: bool,
-) -> [Way<'a>; 2] {
-    let kind = if coherent { "coherent" } else { "incoherent" };
+    blocks: &'a [RayBlock],
+    coherence: Coherence,
+) -> [RayKernel<'a>; 2] {
     [
-        foreign(&format!("Embree x{N} {kind}, by light"), move || {
-            let masks = blocks.iter().map(|b| by_light::<N>(embree, b, coherent));
+        embree_kernel(&format!("Embree x{N} {coherence:?}, by light"), move || {
+            let masks = blocks.iter().map(|b| by_light::<N>(embree, b, coherence));
             masks.flatten().map(|m| u64::from(m.count_ones())).sum()
         }),
-        foreign(&format!("Embree x{N} {kind}, by point"), move || {
-            let masks = blocks.iter().map(|b| by_point::<N>(embree, b, coherent));
+        embree_kernel(&format!("Embree x{N} {coherence:?}, by point"), move || {
+            let masks = blocks.iter().map(|b| by_point::<N>(embree, b, coherence));
             masks.flatten().map(|m| u64::from(m.count_ones())).sum()
         }),
     ]
 }
 
-/// Groups of `N` points, coordinate by coordinate; the last point stands in for those that lack.
+/// Groups of `N` points in structure-of-arrays form; missing points repeat the last one.
 fn columns<const N: usize>(points: &[Vec3]) -> Vec<[[f32; N]; 3]> {
     let last = points.len() - 1;
     let at = |i: usize| points[i.min(last)];
@@ -302,10 +331,11 @@ fn columns<const N: usize>(points: &[Vec3]) -> Vec<[[f32; N]; 3]> {
     (0..workload::BLOCK).step_by(N).map(group).collect()
 }
 
+/// Occlusion bits per point, from packets of one point and `N` lights.
 fn by_point<const N: usize>(
     embree: &Embree,
-    block: &Block,
-    coherent: bool,
+    block: &RayBlock,
+    coherence: Coherence,
 ) -> [u64; workload::BLOCK] {
     let targets = columns::<N>(&block.targets);
     let mut blocked = [0; workload::BLOCK];
@@ -313,7 +343,7 @@ fn by_point<const N: usize>(
         for (group, to) in targets.iter().enumerate() {
             let wanted = (wanted >> (N * group)) as u32 & ((1 << N) - 1);
             if wanted != 0 {
-                let found = embree.occluded_packet(from, to, wanted, coherent);
+                let found = embree.occluded_packet(from, to, wanted, coherence);
                 *blocked |= u64::from(found) << (N * group);
             }
         }
@@ -321,10 +351,11 @@ fn by_point<const N: usize>(
     blocked
 }
 
+/// Occlusion bits per point, from packets of one light and `N` points.
 fn by_light<const N: usize>(
     embree: &Embree,
-    block: &Block,
-    coherent: bool,
+    block: &RayBlock,
+    coherence: Coherence,
 ) -> [u64; workload::BLOCK] {
     let points = columns::<N>(&block.origins);
     let mut blocked = [0u64; workload::BLOCK];
@@ -333,7 +364,7 @@ fn by_light<const N: usize>(
             let rows = block.wanted.iter().skip(N * group).take(N).rev();
             let wanted = rows.fold(0, |bits, row| bits << 1 | (row >> light & 1) as u32);
             if wanted != 0 {
-                let found = embree.occluded_packet(from, to, wanted, coherent);
+                let found = embree.occluded_packet(from, to, wanted, coherence);
                 for i in (0..N).filter(|i| found >> i & 1 == 1) {
                     blocked[N * group + i] |= 1 << light;
                 }

@@ -1,7 +1,7 @@
-//! Time that this thread spent on a core, so that other work on the machine disturbs little.
-#![allow(unsafe_code, reason = "the standard library has no clock of this kind")]
+//! Processor time of the calling thread, in seconds: other load on the machine hardly changes it.
+#![allow(unsafe_code, reason = "the standard library has no per-thread clock")]
 
-/// In seconds, from some start.
+/// Processor time of this thread in seconds, from an arbitrary origin.
 #[cfg(all(target_os = "linux", target_pointer_width = "64"))]
 pub(crate) fn thread_seconds() -> f64 {
     #[repr(C)]
@@ -12,17 +12,18 @@ pub(crate) fn thread_seconds() -> f64 {
     unsafe extern "C" {
         fn clock_gettime(clock: std::ffi::c_int, time: *mut Time) -> std::ffi::c_int;
     }
-    const THREAD: std::ffi::c_int = 3;
+    /// `CLOCK_THREAD_CPUTIME_ID` of Linux.
+    const THREAD_CLOCK: std::ffi::c_int = 3;
     let mut time = Time {
         seconds: 0,
         nanoseconds: 0,
     };
-    // SAFETY: the declaration is that of the C library, and the structure outlives the call.
-    unsafe { clock_gettime(THREAD, &mut time) };
+    // SAFETY: the declaration matches the C library on 64-bit Linux, and `time` outlives the call.
+    unsafe { clock_gettime(THREAD_CLOCK, &mut time) };
     time.seconds as f64 + 1e-9 * time.nanoseconds as f64
 }
 
-/// In seconds, from the first call on.
+/// Wall-clock time in seconds since the first call; the fallback where no per-thread clock is declared.
 #[cfg(not(all(target_os = "linux", target_pointer_width = "64")))]
 pub(crate) fn thread_seconds() -> f64 {
     static START: std::sync::LazyLock<std::time::Instant> =
