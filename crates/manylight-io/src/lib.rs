@@ -4,7 +4,7 @@ pub mod error;
 pub mod file_error;
 pub mod image;
 pub mod mesh;
-pub mod resolve;
+mod resolve;
 pub mod scene;
 pub mod sky;
 pub mod spectra;

@@ -72,7 +72,7 @@ pub fn load_scene(path: &Path, options: &LoadOptions) -> Result<LoadedScene, Loa
     })
 }
 
-/// Every error and warning of the scene in `path`: first by file in the order of inclusion, then by place.
+/// Every error and warning of the scene in `path`: first by file in the order of inclusion, then by span.
 pub fn check_scene(path: &Path, options: &LoadOptions) -> Vec<Diagnostic> {
     let sink = Sink::default();
     load(path, options, &sink);
@@ -105,9 +105,9 @@ fn load(path: &Path, options: &LoadOptions, sink: &Sink) -> Option<SceneDesc> {
     let text: Arc<str> = match String::from_utf8(bytes) {
         Ok(text) => text.into(),
         Err(error) => {
-            let place = error.utf8_error().valid_up_to();
+            let span = error.utf8_error().valid_up_to();
             let message = format!(
-                "`{}` is not UTF-8 text: byte {place} is damaged",
+                "`{}` is not UTF-8 text: byte {span} is damaged",
                 path.display()
             );
             sink.report(whole_file(

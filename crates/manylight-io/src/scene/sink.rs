@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 /// A range of bytes in one of the files of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Place {
+pub(super) struct FileSpan {
     /// Index of the file in the [`Sink`].
     pub(super) file: u32,
     /// First byte.
@@ -17,23 +17,23 @@ pub(super) struct Place {
     pub(super) end: u32,
 }
 
-/// A problem at a place.
+/// A problem at a span.
 #[derive(Clone, Debug)]
-pub(super) struct Report {
+pub(super) struct Problem {
     code: &'static str,
-    place: Place,
+    span: FileSpan,
     message: String,
     label: String,
-    second: Option<(Place, String)>,
+    second: Option<(FileSpan, String)>,
     help: Option<String>,
     kind: LoadErrorKind,
 }
 
-impl Report {
-    pub(super) fn new(code: &'static str, place: Place, message: impl Into<String>) -> Self {
-        Report {
+impl Problem {
+    pub(super) fn new(code: &'static str, span: FileSpan, message: impl Into<String>) -> Self {
+        Problem {
             code,
-            place,
+            span,
             message: message.into(),
             label: String::new(),
             second: None,
@@ -42,15 +42,15 @@ impl Report {
         }
     }
 
-    /// A remark at the place.
+    /// A remark at the span.
     pub(super) fn label(mut self, label: impl Into<String>) -> Self {
         self.label = label.into();
         self
     }
 
-    /// Another place that matters.
-    pub(super) fn second(mut self, place: Place, label: impl Into<String>) -> Self {
-        self.second = Some((place, label.into()));
+    /// Another span that matters.
+    pub(super) fn second(mut self, span: FileSpan, label: impl Into<String>) -> Self {
+        self.second = Some((span, label.into()));
         self
     }
 
@@ -82,7 +82,7 @@ struct SourceFile {
 #[derive(Default)]
 pub(super) struct Sink {
     files: RefCell<Vec<SourceFile>>,
-    found: RefCell<Vec<(Option<Place>, Diagnostic)>>,
+    found: RefCell<Vec<(Option<FileSpan>, Diagnostic)>>,
     warned: RefCell<HashSet<String>>,
 }
 
@@ -97,40 +97,40 @@ impl Sink {
         files.len() as u32 - 1
     }
 
-    /// A problem without a place.
+    /// A problem without a span.
     pub(super) fn report(&self, diagnostic: Diagnostic) {
         self.found.borrow_mut().push((None, diagnostic));
     }
 
     /// The scene cannot be used.
-    pub(super) fn error(&self, report: Report) {
+    pub(super) fn error(&self, report: Problem) {
         self.add(Severity::Error, report);
     }
 
     /// Something is left out or replaced.
-    pub(super) fn warn(&self, report: Report) {
+    pub(super) fn warn(&self, report: Problem) {
         self.add(Severity::Warning, report);
     }
 
     /// As [`Sink::warn`], but only the first time for this `subject`.
-    pub(super) fn warn_once(&self, subject: impl Into<String>, report: Report) {
+    pub(super) fn warn_once(&self, subject: impl Into<String>, report: Problem) {
         if self.warned.borrow_mut().insert(subject.into()) {
             self.warn(report);
         }
     }
 
-    fn add(&self, severity: Severity, report: Report) {
+    fn add(&self, severity: Severity, report: Problem) {
         let location = self.locate(&report);
-        let Report {
+        let Problem {
             code,
-            place,
+            span,
             message,
             second,
             mut help,
             kind,
             ..
         } = report;
-        if let Some((second, label)) = second.filter(|(second, _)| second.file != place.file) {
+        if let Some((second, label)) = second.filter(|(second, _)| second.file != span.file) {
             let path = self.files.borrow()[second.file as usize].path.clone();
             help.get_or_insert(format!("{label}: `{}`", path.display()));
         }
@@ -142,22 +142,22 @@ impl Sink {
             location: Some(location),
             help,
         };
-        self.found.borrow_mut().push((Some(place), diagnostic));
+        self.found.borrow_mut().push((Some(span), diagnostic));
     }
 
-    fn locate(&self, report: &Report) -> Location {
+    fn locate(&self, report: &Problem) -> Location {
         let files = self.files.borrow();
-        let range = |place: Place| place.start as usize..place.end as usize;
-        let file = &files[report.place.file as usize];
+        let range = |span: FileSpan| span.start as usize..span.end as usize;
+        let file = &files[report.span.file as usize];
         let mut location = Location::new(
             &file.path,
             &file.text,
-            range(report.place),
+            range(report.span),
             report.label.clone(),
         );
         match &report.second {
-            Some((place, label)) if place.file == report.place.file => {
-                location.add_label(range(*place), label.clone())
+            Some((span, label)) if span.file == report.span.file => {
+                location.add_label(range(*span), label.clone())
             }
             _ => {}
         }
@@ -172,10 +172,10 @@ impl Sink {
             .any(|(_, diagnostic)| diagnostic.severity == Severity::Error)
     }
 
-    /// Everything found, by file and place; what has no place comes first.
+    /// Everything found, by file and span; what has no span comes first.
     pub(super) fn into_diagnostics(self) -> Vec<Diagnostic> {
         let mut found = self.found.into_inner();
-        found.sort_by_key(|(place, _)| *place);
+        found.sort_by_key(|(span, _)| *span);
         found
             .into_iter()
             .map(|(_, diagnostic)| diagnostic)

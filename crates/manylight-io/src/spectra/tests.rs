@@ -128,10 +128,10 @@ fn spectrum_files() {
     );
     assert_eq!(
         parse("400 1\n400 2").unwrap_err(),
-        "f:2:1: the wavelength 400 does not increase"
+        "f:2:1: the wavelength 400 is not larger than the one before; expected increasing wavelengths"
     );
     assert_eq!(
         parse("# nothing\n").unwrap_err(),
-        "f: the file holds no wavelength and value"
+        "f: expected lines with a wavelength and a value, found none"
     );
 }

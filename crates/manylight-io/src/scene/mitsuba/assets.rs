@@ -1,8 +1,8 @@
 //! Meshes and images that a scene names: collected while the tree is read, then read in parallel, each file once.
 
-use super::super::sink::{Place, Report, Sink};
+use super::super::sink::{FileSpan, Problem, Sink};
 use crate::file_error::{FileError, FileErrorKind};
-use crate::image::{Transfer, read_image, read_picture};
+use crate::image::{Transfer, read_image, read_layered_image};
 use crate::mesh::{MeshFormat, read_stored, smooth_normals_placed};
 use manylight::emitters::Emitter;
 use manylight::geometry::{Mesh, Shape};
@@ -70,7 +70,7 @@ enum Decode {
 struct ImageRequest {
     path: PathBuf,
     decode: Decode,
-    place: Place,
+    span: FileSpan,
     targets: Vec<ImageTarget>,
 }
 
@@ -82,7 +82,7 @@ enum ImageTarget {
 /// What has to be read for a scene.
 #[derive(Default)]
 pub(super) struct Assets {
-    meshes: Vec<(MeshRequest, ShapeId, Place)>,
+    meshes: Vec<(MeshRequest, ShapeId, FileSpan)>,
     mesh_ids: HashMap<(PathBuf, String), ShapeId>,
     images: Vec<ImageRequest>,
     image_ids: HashMap<(PathBuf, String), usize>,
@@ -93,7 +93,7 @@ impl Assets {
     pub(super) fn mesh(
         &mut self,
         request: MeshRequest,
-        place: Place,
+        span: FileSpan,
         add: impl FnOnce() -> ShapeId,
     ) -> ShapeId {
         let key = (
@@ -105,7 +105,7 @@ impl Assets {
         );
         *self.mesh_ids.entry(key).or_insert_with(|| {
             let shape = add();
-            self.meshes.push((request, shape, place));
+            self.meshes.push((request, shape, span));
             shape
         })
     }
@@ -116,37 +116,37 @@ impl Assets {
         path: PathBuf,
         transfer: Transfer,
         channel: Channel,
-        place: Place,
+        span: FileSpan,
     ) {
         let decode = if channel == Channel::Alpha {
             Decode::Alpha
         } else {
             Decode::Color(transfer)
         };
-        self.add_image(path, decode, place, ImageTarget::Texture(texture, channel));
+        self.add_image(path, decode, span, ImageTarget::Texture(texture, channel));
     }
 
     pub(super) fn add_environment_image(
         &mut self,
         emitter: EmitterId,
         path: PathBuf,
-        place: Place,
+        span: FileSpan,
     ) {
         self.add_image(
             path,
             Decode::Color(Transfer::Auto),
-            place,
+            span,
             ImageTarget::Environment(emitter),
         );
     }
 
-    fn add_image(&mut self, path: PathBuf, decode: Decode, place: Place, target: ImageTarget) {
+    fn add_image(&mut self, path: PathBuf, decode: Decode, span: FileSpan, target: ImageTarget) {
         let key = (path.clone(), format!("{decode:?}"));
         let index = *self.image_ids.entry(key).or_insert_with(|| {
             self.images.push(ImageRequest {
                 path,
                 decode,
-                place,
+                span,
                 targets: Vec::new(),
             });
             self.images.len() - 1
@@ -166,16 +166,16 @@ impl Assets {
             },
             || images.par_iter().map(read_pixels).collect(),
         );
-        for ((_, shape, place), mesh) in meshes.iter().zip(read_meshes) {
+        for ((_, shape, span), mesh) in meshes.iter().zip(read_meshes) {
             match mesh {
                 Ok(mesh) => desc.shapes[shape.index()] = Shape::Mesh(mesh),
-                Err(error) => report(sink, *place, &error, "mesh"),
+                Err(error) => report(sink, *span, &error, "mesh"),
             }
         }
         for (request, image) in images.into_iter().zip(read_images) {
             match image {
                 Ok(image) => distribute(desc, request.targets, image),
-                Err(error) => report(sink, request.place, &error, "image"),
+                Err(error) => report(sink, request.span, &error, "image"),
             }
         }
     }
@@ -200,7 +200,7 @@ fn read_pixels(request: &ImageRequest) -> Result<Image, FileError> {
     match request.decode {
         Decode::Color(transfer) => read_image(&request.path, transfer),
         Decode::Alpha => {
-            let picture = read_picture(&request.path)?;
+            let picture = read_layered_image(&request.path)?;
             let (width, height) = (picture.width, picture.height);
             let data = picture
                 .channel("A")
@@ -215,9 +215,9 @@ fn read_pixels(request: &ImageRequest) -> Result<Image, FileError> {
     }
 }
 
-fn report(sink: &Sink, place: Place, error: &FileError, what: &str) {
+fn report(sink: &Sink, span: FileSpan, error: &FileError, what: &str) {
     let message = format!("cannot use the {what} {error}");
-    let report = Report::new("scene::broken_file", place, message).label(format!("this {what}"));
+    let report = Problem::new("scene::broken_file", span, message).label(format!("this {what}"));
     sink.error(match error.kind {
         FileErrorKind::Unreadable(_) => report.file_system(),
         _ => report,

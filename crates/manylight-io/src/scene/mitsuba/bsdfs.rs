@@ -1,11 +1,11 @@
 //! BSDFs.
 
-use super::super::sink::Report;
+use super::super::sink::Problem;
 use super::colors::ColorUse;
-use super::object::{Family, ObjectId};
+use super::object::{ObjectId, PluginFamily};
 use super::props::Props;
 use super::values::Value;
-use super::{Builder, Substitute};
+use super::{DescBuilder, Substitute};
 use crate::resolve::similar;
 use crate::spectra;
 use manylight::bsdf::Material;
@@ -71,7 +71,7 @@ pub(super) enum PlainMaterial {
     Null,
 }
 
-impl Builder<'_> {
+impl DescBuilder<'_> {
     pub(super) fn add_material(&mut self, material: Material) -> MaterialId {
         self.desc.materials.push(material);
         MaterialId::from(self.desc.materials.len() - 1)
@@ -116,7 +116,7 @@ impl Builder<'_> {
             .iter()
             .find(|(name, _)| *name == props.plugin().value)
             .map(|(_, what)| *what);
-        match (substitute, props.objects(Family::Bsdf).first()) {
+        match (substitute, props.objects(PluginFamily::Bsdf).first()) {
             (Some(NESTED), Some((inner, _))) => self.material(*inner),
             (Some(CLEAR), _) => self.plain_material(PlainMaterial::Null),
             _ => self.plain_material(PlainMaterial::Grey),
@@ -191,7 +191,7 @@ impl Builder<'_> {
             );
             self.sink.warn_once(
                 format!("distribution {}", text.value),
-                Report::new("scene::unsupported", text.place, message),
+                Problem::new("scene::unsupported", text.span, message),
             );
             return Distribution::Beckmann;
         }
@@ -275,7 +275,7 @@ impl Builder<'_> {
         if let (Some(text), true) = (&given, props.has("eta") || props.has("k")) {
             let message = format!("{} has both `material` and `eta`, `k`", props.describe());
             self.sink.error(
-                Report::new("scene::bad_value", text.place, message).help("give one of them"),
+                Problem::new("scene::bad_value", text.span, message).help("give one of them"),
             );
         }
         let metal = spectra::metal(name);
@@ -288,9 +288,9 @@ impl Builder<'_> {
                 ),
             };
             self.sink.error(
-                Report::new(
+                Problem::new(
                     "scene::bad_value",
-                    text.place,
+                    text.span,
                     format!("unknown metal `{name}`"),
                 )
                 .help(help),
@@ -319,7 +319,7 @@ impl Builder<'_> {
             };
             let message = format!("unknown material `{material}`");
             self.sink
-                .error(Report::new("scene::bad_value", param.place, message).help(help));
+                .error(Problem::new("scene::bad_value", param.span, message).help(help));
             default
         })
     }
@@ -400,7 +400,7 @@ impl Builder<'_> {
             if props.has("specular") {
                 let message = format!("{} has both `eta` and `specular`", props.describe());
                 self.sink.error(
-                    Report::new("scene::bad_value", param.place, message).help("give one of them"),
+                    Problem::new("scene::bad_value", param.span, message).help("give one of them"),
                 );
                 props.ignore(&["specular"]);
             }
@@ -419,7 +419,7 @@ impl Builder<'_> {
 
     /// The one nested bsdf.
     fn inner(&mut self, props: &Props<'_>) -> MaterialId {
-        match props.single(Family::Bsdf) {
+        match props.single(PluginFamily::Bsdf) {
             Some(inner) => self.material(inner),
             None => {
                 self.report_count(props, "one bsdf");
@@ -434,7 +434,7 @@ impl Builder<'_> {
         }
         let message = format!("{} needs {expected} inside of it", props.describe());
         self.sink
-            .error(Report::new("scene::missing_object", props.place(), message));
+            .error(Problem::new("scene::missing_object", props.span(), message));
     }
 
     fn blend(&mut self, props: &Props<'_>) -> Material {
@@ -442,7 +442,7 @@ impl Builder<'_> {
             props.missing("weight");
         }
         let weight = self.float_input(props, "weight", 0.5);
-        let inner = props.objects(Family::Bsdf);
+        let inner = props.objects(PluginFamily::Bsdf);
         let &[(first, _), (second, _)] = inner.as_slice() else {
             self.report_count(props, "two bsdfs");
             return Material::default();
@@ -456,7 +456,7 @@ impl Builder<'_> {
 
     fn two_sided(&mut self, props: &Props<'_>) -> Material {
         props.ignore(&["allow_transmission"]);
-        let inner = props.objects(Family::Bsdf);
+        let inner = props.objects(PluginFamily::Bsdf);
         if inner.is_empty() || inner.len() > 2 {
             self.report_count(props, "one or two bsdfs");
             return Material::default();
@@ -468,7 +468,7 @@ impl Builder<'_> {
                     "{} lets light through, so it cannot stand in twosided",
                     self.props(*id).describe()
                 );
-                let report = Report::new("scene::transmission_in_twosided", param.place, message);
+                let report = Problem::new("scene::transmission_in_twosided", param.span, message);
                 self.sink
                     .error(report.help(
                         "materials that transmit have two sides already: leave out twosided",
@@ -509,7 +509,7 @@ impl Builder<'_> {
         props.ignore(&["flip_invalid_normals", "use_shadowing_function"]);
         let inner = self.inner(props);
         let scale = props.float("scale", 1.0);
-        let Some(texture) = props.single(Family::Texture) else {
+        let Some(texture) = props.single(PluginFamily::Texture) else {
             self.report_count(props, "one texture");
             return Material::default();
         };
@@ -527,7 +527,7 @@ impl Builder<'_> {
     /// In 0.x, the height of bumps is set by a `scale` texture around the map.
     fn unscaled(&self, texture: ObjectId) -> (ObjectId, f32) {
         let props = self.props(texture);
-        match props.single(Family::Texture) {
+        match props.single(PluginFamily::Texture) {
             Some(inner) if props.plugin().value == "scale" => {
                 let scale = props.float("scale", 1.0);
                 props.finish();
@@ -543,7 +543,7 @@ impl Builder<'_> {
         // Version 3 insists on the name, 0.x takes any texture.
         let texture = match props.get("normalmap").map(|param| &param.value) {
             Some(Value::Object(id)) => Some(*id),
-            _ if props.is_v0() => props.single(Family::Texture),
+            _ if props.is_v0() => props.single(PluginFamily::Texture),
             _ => None,
         };
         let Some(texture) = texture else {

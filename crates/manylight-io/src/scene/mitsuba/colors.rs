@@ -1,8 +1,8 @@
 //! Colour parameters: what a value means as a reflectance, a coefficient or an emission.
 
-use super::super::sink::Report;
-use super::Builder;
-use super::object::{Family, ObjectId, Param};
+use super::super::sink::Problem;
+use super::DescBuilder;
+use super::object::{ObjectId, Param, PluginFamily};
 use super::props::Props;
 use super::values::{Spectrum, Value};
 use crate::spectra;
@@ -53,7 +53,7 @@ const SPECTRA: &[&str] = &[
     "uniform",
 ];
 
-impl Builder<'_> {
+impl DescBuilder<'_> {
     /// A colour or a texture.
     pub(super) fn color_input(
         &mut self,
@@ -66,7 +66,7 @@ impl Builder<'_> {
             return ColorInput::Constant(Rgb::splat(default));
         };
         if let Value::Object(id) = param.value
-            && self.tree.get(id).family == Family::Texture
+            && self.tree.get(id).family == PluginFamily::Texture
         {
             return match self.texture(id) {
                 Some(texture) => ColorInput::Texture(texture),
@@ -102,7 +102,7 @@ impl Builder<'_> {
             return FloatInput::Constant(default);
         };
         match param.value {
-            Value::Object(id) if self.tree.get(id).family == Family::Texture => {
+            Value::Object(id) if self.tree.get(id).family == PluginFamily::Texture => {
                 match self.texture(id) {
                     Some(texture) => FloatInput::Texture(texture),
                     None => FloatInput::Constant(default),
@@ -136,7 +136,7 @@ impl Builder<'_> {
                 }
                 color
             }
-            Value::Object(id) if self.tree.get(*id).family == Family::Spectrum => {
+            Value::Object(id) if self.tree.get(*id).family == PluginFamily::Spectrum => {
                 self.spectrum_plugin(*id, color_use)
             }
             _ => {
@@ -169,7 +169,7 @@ impl Builder<'_> {
         );
         self.sink.warn_once(
             "reflectance range",
-            Report::new("scene::clamped", param.place, message),
+            Problem::new("scene::clamped", param.span, message),
         );
         Some(color.map(|v| v.clamp(0.0, 1.0)))
     }

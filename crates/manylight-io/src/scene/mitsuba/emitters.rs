@@ -1,13 +1,13 @@
 //! Emitters.
 
-use super::super::sink::Report;
+use super::super::sink::Problem;
 use super::colors::ColorUse;
-use super::object::{Family, ObjectId};
+use super::object::{ObjectId, PluginFamily};
 use super::props::Props;
-use super::skies::Parts;
+use super::skies::SkyParts;
 use super::values::Value;
 use super::xml::find_file;
-use super::{Builder, Substitute};
+use super::{DescBuilder, Substitute};
 use glam::{DMat4, DVec3};
 use manylight::emitters::{Emitter, Environment, ProjectorTexture};
 use manylight::ids::EmitterId;
@@ -39,7 +39,7 @@ const SUBSTITUTES: &[Substitute] = &[
 /// Parameters that weigh an emitter in Mitsuba's choice among them; ours is by its light.
 const IGNORED: &[&str] = &["id", "sampling_weight", "samples", "mis_compensation"];
 
-impl Builder<'_> {
+impl DescBuilder<'_> {
     pub(super) fn add_emitter(&mut self, emitter: Emitter) -> EmitterId {
         self.desc.emitters.push(emitter);
         EmitterId::from(self.desc.emitters.len() - 1)
@@ -47,7 +47,7 @@ impl Builder<'_> {
 
     /// The area emitter of a shape, made at its first use.
     pub(super) fn area_emitter(&mut self, shape: &Props<'_>) -> Option<EmitterId> {
-        let id = shape.single(Family::Emitter)?;
+        let id = shape.single(PluginFamily::Emitter)?;
         if let Some(emitter) = self.area_emitters.get(&id) {
             return Some(*emitter);
         }
@@ -58,9 +58,9 @@ impl Builder<'_> {
                     "{} cannot stand in a shape: only `area` can",
                     props.describe()
                 );
-                self.sink.error(Report::new(
+                self.sink.error(Problem::new(
                     "scene::unexpected_object",
-                    props.place(),
+                    props.span(),
                     message,
                 ));
             } else {
@@ -82,9 +82,9 @@ impl Builder<'_> {
         match props.plugin().value.as_str() {
             "area" => {
                 let message = "an area emitter must stand in the shape that shines";
-                self.sink.error(Report::new(
+                self.sink.error(Problem::new(
                     "scene::unexpected_object",
-                    props.place(),
+                    props.span(),
                     message,
                 ));
                 return;
@@ -94,13 +94,13 @@ impl Builder<'_> {
             "directional" => self.directional(&props),
             "constant" => self.constant_environment(&props),
             "envmap" => self.environment_map(&props),
-            "sunsky" => self.sun_and_sky(&props, Parts::Both),
+            "sunsky" => self.sun_and_sky(&props, SkyParts::Both),
             "sky" | "sun" => {
                 self.require_v0(&props, "use `sunsky`");
                 let parts = if props.plugin().value == "sky" {
-                    Parts::Sky
+                    SkyParts::Sky
                 } else {
-                    Parts::Sun
+                    SkyParts::Sun
                 };
                 self.sun_and_sky(&props, parts);
             }
@@ -165,7 +165,9 @@ impl Builder<'_> {
     fn slide(&mut self, props: &Props<'_>, world_from_emitter: Mat3) -> Option<ProjectorTexture> {
         let param = props.get("texture")?;
         let texture = match param.value {
-            Value::Object(id) if self.tree.get(id).family == Family::Texture => self.texture(id)?,
+            Value::Object(id) if self.tree.get(id).family == PluginFamily::Texture => {
+                self.texture(id)?
+            }
             _ => {
                 props.mismatch(param, "a texture");
                 return None;
@@ -215,7 +217,7 @@ impl Builder<'_> {
             world_from_emitter,
         };
         let emitter = self.add_emitter(Emitter::Environment(environment));
-        self.assets.add_environment_image(emitter, path, name.place);
+        self.assets.add_environment_image(emitter, path, name.span);
     }
 }
 

@@ -1,8 +1,8 @@
 //! Integrators: only their limits on path lengths matter, the method is the caller's choice.
 
-use super::super::sink::Report;
-use super::Builder;
-use super::object::Family;
+use super::super::sink::Problem;
+use super::DescBuilder;
+use super::object::PluginFamily;
 use super::props::Props;
 use manylight::scene::PathLimits;
 
@@ -37,9 +37,9 @@ const IGNORED: &[&str] = &[
 ];
 
 /// The limits that the file asks for.
-pub(super) fn limits(props: &Props<'_>, builder: &Builder<'_>) -> PathLimits {
+pub(super) fn limits(props: &Props<'_>, builder: &DescBuilder<'_>) -> PathLimits {
     let plugin = props.plugin().value.as_str();
-    let nested = props.objects(Family::Integrator);
+    let nested = props.objects(PluginFamily::Integrator);
     if WRAPPERS.contains(&plugin)
         && let Some((inner, _)) = nested.first()
     {
@@ -49,7 +49,7 @@ pub(super) fn limits(props: &Props<'_>, builder: &Builder<'_>) -> PathLimits {
         let message = format!(
             "integrator `{plugin}` is not known; only its `max_depth`, `rr_depth` and `hide_emitters` are used"
         );
-        let report = Report::new("scene::unsupported", props.place(), message);
+        let report = Problem::new("scene::unsupported", props.span(), message);
         builder
             .sink
             .warn_once(format!("integrator {plugin}"), report);

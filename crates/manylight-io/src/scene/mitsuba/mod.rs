@@ -20,13 +20,13 @@ mod upgrade;
 mod values;
 mod xml;
 
-use super::sink::{Report, Sink};
+use super::sink::{Problem, Sink};
 use super::{LoadOptions, SupportedFamily};
 use crate::resolve::similar;
 use assets::Assets;
 use manylight::ids::{EmitterId, MaterialId, ShapeId, TextureId};
 use manylight::scene::SceneDesc;
-use object::{Family, ObjectId, ObjectTree};
+use object::{ObjectId, ObjectTree, PluginFamily};
 use props::Props;
 use std::collections::HashMap;
 use std::path::Path;
@@ -73,7 +73,7 @@ pub(super) fn load(
 ) -> Option<SceneDesc> {
     let root = xml::read_tree(path, text, &options.defines, sink)?;
     let tree = ObjectTree::new(&root, sink)?;
-    let mut builder = Builder {
+    let mut builder = DescBuilder {
         tree: &tree,
         sink,
         desc: SceneDesc::default(),
@@ -87,7 +87,7 @@ pub(super) fn load(
         assets: Assets::default(),
     };
     builder.scene();
-    let Builder {
+    let DescBuilder {
         mut desc, assets, ..
     } = builder;
     assets.load(&mut desc, sink);
@@ -98,7 +98,7 @@ pub(super) fn load(
 type Substitute = (&'static str, &'static str);
 
 /// Fills a description from a tree of objects. Objects that are used several times are made once.
-struct Builder<'a> {
+struct DescBuilder<'a> {
     tree: &'a ObjectTree,
     sink: &'a Sink,
     desc: SceneDesc,
@@ -112,7 +112,7 @@ struct Builder<'a> {
     assets: Assets,
 }
 
-impl<'a> Builder<'a> {
+impl<'a> DescBuilder<'a> {
     fn props(&self, id: ObjectId) -> Props<'a> {
         Props::new(self.tree, id, self.sink)
     }
@@ -120,35 +120,35 @@ impl<'a> Builder<'a> {
     /// Everything that stands directly in <scene>, in order.
     fn scene(&mut self) {
         let root = self.props(ObjectTree::ROOT);
-        for (id, _) in root.objects(Family::Bsdf) {
+        for (id, _) in root.objects(PluginFamily::Bsdf) {
             self.material(id);
         }
-        for (id, _) in root.objects(Family::Shape) {
+        for (id, _) in root.objects(PluginFamily::Shape) {
             self.shape(id);
         }
-        for (id, _) in root.objects(Family::Emitter) {
+        for (id, _) in root.objects(PluginFamily::Emitter) {
             self.emitter(id);
         }
-        for (id, _) in root.objects(Family::Sensor) {
+        for (id, _) in root.objects(PluginFamily::Sensor) {
             self.sensor(id);
         }
-        for (id, _) in root.objects(Family::Texture) {
+        for (id, _) in root.objects(PluginFamily::Texture) {
             self.texture(id);
         }
-        if let Some(id) = root.single(Family::Integrator) {
+        if let Some(id) = root.single(PluginFamily::Integrator) {
             self.desc.limits = integrators::limits(&self.props(id), self);
         }
         for family in [
-            Family::Medium,
-            Family::Phase,
-            Family::Volume,
-            Family::Subsurface,
+            PluginFamily::Medium,
+            PluginFamily::Phase,
+            PluginFamily::Volume,
+            PluginFamily::Subsurface,
         ] {
             for (id, _) in root.objects(family) {
                 self.ignore_medium(id);
             }
         }
-        root.objects(Family::Spectrum);
+        root.objects(PluginFamily::Spectrum);
         // Settings of acceleration structures.
         for prefix in ["kd_", "embree_"] {
             root.ignore_prefix(prefix);
@@ -159,21 +159,21 @@ impl<'a> Builder<'a> {
     }
 
     fn check_whole(&self, root: &Props<'_>) {
-        let no_sensor = root.objects(Family::Sensor).is_empty();
+        let no_sensor = root.objects(PluginFamily::Sensor).is_empty();
         if no_sensor || self.desc.sensors.is_empty() && !self.sink.has_errors() {
             let message = if no_sensor {
                 "the scene has no sensor"
             } else {
                 "the scene has no sensor that is supported"
             };
-            let report = Report::new("scene::no_sensor", root.place(), message);
+            let report = Problem::new("scene::no_sensor", root.span(), message);
             self.sink
                 .error(report.help("add for instance <sensor type=\"perspective\"/>"));
         }
-        if !self.tree.has(Family::Emitter) {
+        if !self.tree.has(PluginFamily::Emitter) {
             let message = "the scene has no emitter: its image will be black";
             self.sink
-                .warn(Report::new("scene::no_emitter", root.place(), message));
+                .warn(Problem::new("scene::no_emitter", root.span(), message));
         }
     }
 
@@ -186,7 +186,7 @@ impl<'a> Builder<'a> {
         );
         self.sink.warn_once(
             "participating media",
-            Report::new("scene::unsupported", props.place(), message),
+            Problem::new("scene::unsupported", props.span(), message),
         );
     }
 
@@ -202,7 +202,7 @@ impl<'a> Builder<'a> {
         if let Some((_, substitute)) = substitutes.iter().find(|(name, _)| *name == plugin.value) {
             let message = format!("{} is not supported; {substitute}", props.describe());
             let report =
-                Report::new("scene::unsupported", plugin.place, message).label("not supported");
+                Problem::new("scene::unsupported", plugin.span, message).label("not supported");
             self.sink.warn_once(props.describe(), report);
         } else if !plugin.value.is_empty() && !plugin.value.contains('$') {
             let known = supported
@@ -215,7 +215,7 @@ impl<'a> Builder<'a> {
                 None => list,
             };
             let message = format!("unknown {tag} type `{}`", plugin.value);
-            let report = Report::new("scene::unknown_plugin", plugin.place, message);
+            let report = Problem::new("scene::unknown_plugin", plugin.span, message);
             self.sink.error(
                 report
                     .label(format!("no {tag} plugin has this name"))
@@ -230,7 +230,7 @@ impl<'a> Builder<'a> {
             let message = format!("{} exists only in files of version 0.x", props.describe());
             let help = format!("{advice}, or write `version=\"0.6.0\"` in <scene>");
             self.sink
-                .error(Report::new("scene::unknown_plugin", props.place(), message).help(help));
+                .error(Problem::new("scene::unknown_plugin", props.span(), message).help(help));
         }
     }
 
@@ -241,7 +241,7 @@ impl<'a> Builder<'a> {
             let message = format!("`{name}` of {} {what}", props.describe());
             self.sink.warn_once(
                 subject,
-                Report::new("scene::unsupported", param.name.place, message),
+                Problem::new("scene::unsupported", param.name.span, message),
             );
         }
     }

@@ -1,9 +1,9 @@
 //! The tree of elements as objects (plugins) with parameters, references resolved.
 
-use super::super::sink::{Place, Report, Sink};
+use super::super::sink::{FileSpan, Problem, Sink};
 use super::upgrade;
 use super::values::{self, Value};
-use super::xml::{Dialect, Element, Text};
+use super::xml::{Dialect, Text, XmlElement};
 use crate::resolve::similar;
 use std::collections::HashMap;
 use std::path::PathBuf;
@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 /// What kind of plugin an object is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) enum Family {
+pub(super) enum PluginFamily {
     Scene,
     Integrator,
     Sensor,
@@ -30,29 +30,29 @@ pub(super) enum Family {
 }
 
 /// Tags of objects; some families have other tags in old files.
-const FAMILY_TAGS: [(&str, Family); 17] = [
-    ("scene", Family::Scene),
-    ("integrator", Family::Integrator),
-    ("sensor", Family::Sensor),
-    ("camera", Family::Sensor),
-    ("film", Family::Film),
-    ("rfilter", Family::Filter),
-    ("sampler", Family::Sampler),
-    ("emitter", Family::Emitter),
-    ("luminaire", Family::Emitter),
-    ("shape", Family::Shape),
-    ("bsdf", Family::Bsdf),
-    ("texture", Family::Texture),
-    ("spectrum", Family::Spectrum),
-    ("medium", Family::Medium),
-    ("phase", Family::Phase),
-    ("volume", Family::Volume),
-    ("subsurface", Family::Subsurface),
+const FAMILY_TAGS: [(&str, PluginFamily); 17] = [
+    ("scene", PluginFamily::Scene),
+    ("integrator", PluginFamily::Integrator),
+    ("sensor", PluginFamily::Sensor),
+    ("camera", PluginFamily::Sensor),
+    ("film", PluginFamily::Film),
+    ("rfilter", PluginFamily::Filter),
+    ("sampler", PluginFamily::Sampler),
+    ("emitter", PluginFamily::Emitter),
+    ("luminaire", PluginFamily::Emitter),
+    ("shape", PluginFamily::Shape),
+    ("bsdf", PluginFamily::Bsdf),
+    ("texture", PluginFamily::Texture),
+    ("spectrum", PluginFamily::Spectrum),
+    ("medium", PluginFamily::Medium),
+    ("phase", PluginFamily::Phase),
+    ("volume", PluginFamily::Volume),
+    ("subsurface", PluginFamily::Subsurface),
 ];
 
-impl Family {
+impl PluginFamily {
     /// The family whose objects are written with `tag`.
-    pub(super) fn of_tag(tag: &str) -> Option<Family> {
+    pub(super) fn of_tag(tag: &str) -> Option<PluginFamily> {
         FAMILY_TAGS
             .iter()
             .find(|(name, _)| *name == tag)
@@ -78,13 +78,13 @@ pub(super) struct Param {
     pub(super) name: Text,
     pub(super) value: Value,
     /// The value as it is written, or the tag of a nested object.
-    pub(super) place: Place,
+    pub(super) span: FileSpan,
 }
 
 /// A plugin with its parameters.
 #[derive(Clone, Debug)]
 pub(super) struct Object {
-    pub(super) family: Family,
+    pub(super) family: PluginFamily,
     pub(super) plugin: Text,
     pub(super) id: String,
     pub(super) dialect: Dialect,
@@ -104,32 +104,32 @@ impl ObjectTree {
     pub(super) const ROOT: ObjectId = ObjectId(0);
 
     /// Makes objects of elements. `None` if the root is no scene.
-    pub(super) fn new(root: &Element, sink: &Sink) -> Option<Self> {
-        if Family::of_tag(&root.tag.value) != Some(Family::Scene) {
+    pub(super) fn new(root: &XmlElement, sink: &Sink) -> Option<Self> {
+        if PluginFamily::of_tag(&root.tag.value) != Some(PluginFamily::Scene) {
             let message = format!("the file is a <{}>, not a <scene>", root.tag.value);
-            sink.error(Report::new(
+            sink.error(Problem::new(
                 "scene::unknown_element",
-                root.tag.place,
+                root.tag.span,
                 message,
             ));
             return None;
         }
-        let mut maker = Maker {
+        let mut builder = ObjectTreeBuilder {
             sink,
             objects: Vec::new(),
             ids: HashMap::new(),
             pending: Vec::new(),
         };
-        maker.object(root, Family::Scene);
-        maker.resolve();
-        maker.upgrade();
+        builder.object(root, PluginFamily::Scene);
+        builder.resolve();
+        builder.upgrade();
         Some(ObjectTree {
-            objects: maker.objects,
+            objects: builder.objects,
         })
     }
 
     /// Whether any object is of the family.
-    pub(super) fn has(&self, family: Family) -> bool {
+    pub(super) fn has(&self, family: PluginFamily) -> bool {
         self.objects.iter().any(|object| object.family == family)
     }
 
@@ -145,29 +145,29 @@ struct Reference {
     id: Text,
 }
 
-struct Maker<'a> {
+struct ObjectTreeBuilder<'a> {
     sink: &'a Sink,
     objects: Vec<Object>,
-    ids: HashMap<String, (ObjectId, Place)>,
+    ids: HashMap<String, (ObjectId, FileSpan)>,
     pending: Vec<Reference>,
 }
 
-impl Maker<'_> {
-    fn object(&mut self, element: &Element, family: Family) -> ObjectId {
+impl ObjectTreeBuilder<'_> {
+    fn object(&mut self, element: &XmlElement, family: PluginFamily) -> ObjectId {
         let this = ObjectId(self.objects.len());
         let plugin = match element.attribute("type") {
             Some(plugin) => plugin.clone(),
-            None if family == Family::Scene => element.tag.clone(),
+            None if family == PluginFamily::Scene => element.tag.clone(),
             None => {
                 let message = format!("<{}> needs the attribute `type`", element.tag.value);
-                self.sink.error(Report::new(
+                self.sink.error(Problem::new(
                     "scene::missing_attribute",
-                    element.tag.place,
+                    element.tag.span,
                     message,
                 ));
                 Text {
                     value: String::new(),
-                    place: element.tag.place,
+                    span: element.tag.span,
                 }
             }
         };
@@ -194,38 +194,38 @@ impl Maker<'_> {
 
     fn register(&mut self, id: &Text, object: ObjectId) {
         if let Some((_, first)) = self.ids.get(&id.value) {
-            let report = Report::new(
+            let report = Problem::new(
                 "scene::duplicate_id",
-                id.place,
+                id.span,
                 format!("the id `{}` is used twice", id.value),
             );
             self.sink
                 .error(report.label("again here").second(*first, "first here"));
         } else {
-            self.ids.insert(id.value.clone(), (object, id.place));
+            self.ids.insert(id.value.clone(), (object, id.span));
         }
     }
 
-    fn child(&mut self, owner: ObjectId, element: &Element) {
+    fn child(&mut self, owner: ObjectId, element: &XmlElement) {
         let nameless = Text {
             value: String::new(),
-            place: element.tag.place,
+            span: element.tag.span,
         };
         let name = element.attribute("name").cloned().unwrap_or(nameless);
         let tag = element.tag.value.as_str();
         let is_object = match tag {
             // A <spectrum> without a type is a value.
             "spectrum" => element.attribute("type").is_some(),
-            _ => Family::of_tag(tag).is_some(),
+            _ => PluginFamily::of_tag(tag).is_some(),
         };
         match tag {
             _ if is_object => {
-                let family = Family::of_tag(tag).expect("objects have a family");
+                let family = PluginFamily::of_tag(tag).expect("objects have a family");
                 let object = self.object(element, family);
                 let param = Param {
                     name,
                     value: Value::Object(object),
-                    place: element.tag.place,
+                    span: element.tag.span,
                 };
                 self.objects[owner.0].params.push(param);
             }
@@ -233,20 +233,20 @@ impl Maker<'_> {
             "alias" => self.alias(element),
             _ => {
                 if let Some(value) = values::parse(self.sink, element) {
-                    let place = element
+                    let span = element
                         .attribute("value")
-                        .map_or(element.tag.place, |value| value.place);
+                        .map_or(element.tag.span, |value| value.span);
                     if values::required_attribute(self.sink, element, "name").is_some() {
                         self.objects[owner.0]
                             .params
-                            .push(Param { name, value, place });
+                            .push(Param { name, value, span });
                     }
                 }
             }
         }
     }
 
-    fn reference(&mut self, owner: ObjectId, name: Text, element: &Element) {
+    fn reference(&mut self, owner: ObjectId, name: Text, element: &XmlElement) {
         values::check_attributes(self.sink, element, &["id", "name"]);
         let Some(id) = values::required_attribute(self.sink, element, "id") else {
             return;
@@ -260,11 +260,11 @@ impl Maker<'_> {
         params.push(Param {
             name,
             value: Value::Broken,
-            place: id.place,
+            span: id.span,
         });
     }
 
-    fn alias(&mut self, element: &Element) {
+    fn alias(&mut self, element: &XmlElement) {
         let (Some(id), Some(alias)) = (
             values::required_attribute(self.sink, element, "id"),
             values::required_attribute(self.sink, element, "as"),
@@ -285,15 +285,15 @@ impl Maker<'_> {
     }
 
     fn check_duplicates(&self, owner: ObjectId) {
-        let mut seen: HashMap<&str, Place> = HashMap::new();
+        let mut seen: HashMap<&str, FileSpan> = HashMap::new();
         for param in &self.objects[owner.0].params {
             let name = param.name.value.as_str();
             if name.is_empty() {
                 continue;
             }
-            if let Some(first) = seen.insert(name, param.name.place) {
+            if let Some(first) = seen.insert(name, param.name.span) {
                 let message = format!("the parameter `{name}` is given twice");
-                let report = Report::new("scene::duplicate_parameter", param.name.place, message);
+                let report = Problem::new("scene::duplicate_parameter", param.name.span, message);
                 self.sink
                     .error(report.label("again here").second(first, "first here"));
             }
@@ -319,7 +319,7 @@ impl Maker<'_> {
         let help = similar(&id.value, known).map(|similar| format!("did you mean `{similar}`?"));
         let message = format!("no object has the id `{}`", id.value);
         self.sink.error(
-            Report::new("scene::unresolved_reference", id.place, message)
+            Problem::new("scene::unresolved_reference", id.span, message)
                 .label("nothing to refer to")
                 .maybe_help(help),
         );
@@ -355,7 +355,7 @@ impl Maker<'_> {
                     let message =
                         format!("the object `{}` refers to itself", self.objects[child].id);
                     self.sink.error(
-                        Report::new("scene::circular_reference", param.place, message)
+                        Problem::new("scene::circular_reference", param.span, message)
                             .label("closes the circle"),
                     );
                     self.objects[object].params[next].value = Value::Broken;

@@ -1,7 +1,7 @@
 //! Reading the parameters of one object: each is asked for by name, and what nobody asked for is an error.
 
-use super::super::sink::{Place, Report, Sink};
-use super::object::{Family, Object, ObjectId, ObjectTree, Param};
+use super::super::sink::{FileSpan, Problem, Sink};
+use super::object::{Object, ObjectId, ObjectTree, Param, PluginFamily};
 use super::values::Value;
 use super::xml::{Dialect, Text};
 use crate::resolve::similar;
@@ -38,14 +38,14 @@ impl<'a> Props<'a> {
         self.tree.get(self.id)
     }
 
-    /// The plugin's name, with its place.
+    /// The plugin's name, with its span.
     pub(super) fn plugin(&self) -> &'a Text {
         &self.object().plugin
     }
 
     /// Where the object is named.
-    pub(super) fn place(&self) -> Place {
-        self.plugin().place
+    pub(super) fn span(&self) -> FileSpan {
+        self.plugin().span
     }
 
     pub(super) fn is_v0(&self) -> bool {
@@ -56,7 +56,7 @@ impl<'a> Props<'a> {
     pub(super) fn describe(&self) -> String {
         let object = self.object();
         match object.family {
-            Family::Scene => "the scene".to_owned(),
+            PluginFamily::Scene => "the scene".to_owned(),
             family => format!("{} `{}`", family.tag(), object.plugin.value),
         }
     }
@@ -100,7 +100,7 @@ impl<'a> Props<'a> {
     }
 
     /// Objects of a family, whatever their parameter names.
-    pub(super) fn objects(&self, family: Family) -> Vec<(ObjectId, &'a Param)> {
+    pub(super) fn objects(&self, family: PluginFamily) -> Vec<(ObjectId, &'a Param)> {
         let mut found = Vec::new();
         for (param, used) in self.object().params.iter().zip(&self.used) {
             if let Value::Object(id) = param.value
@@ -114,12 +114,12 @@ impl<'a> Props<'a> {
     }
 
     /// The only object of a family, if there is one; more are an error.
-    pub(super) fn single(&self, family: Family) -> Option<ObjectId> {
+    pub(super) fn single(&self, family: PluginFamily) -> Option<ObjectId> {
         let found = self.objects(family);
         if let Some((_, second)) = found.get(1) {
             let message = format!("{} can have only one {}", self.describe(), family.tag());
             self.sink
-                .error(Report::new("scene::too_many", second.place, message).label("one too many"));
+                .error(Problem::new("scene::too_many", second.span, message).label("one too many"));
         }
         found.first().map(|(id, _)| *id)
     }
@@ -134,7 +134,7 @@ impl<'a> Props<'a> {
                 param.value.describe()
             );
             self.sink.error(
-                Report::new("scene::wrong_type", param.place, message)
+                Problem::new("scene::wrong_type", param.span, message)
                     .label(format!("expected {expected}")),
             );
         }
@@ -145,7 +145,7 @@ impl<'a> Props<'a> {
         let name = &param.name.value;
         let message = format!("`{name}` of {} must be {expected}", self.describe());
         self.sink.error(
-            Report::new("scene::bad_value", param.place, message)
+            Problem::new("scene::bad_value", param.span, message)
                 .label(format!("expected {expected}")),
         );
     }
@@ -229,7 +229,7 @@ impl<'a> Props<'a> {
         match &param.value {
             Value::String(value) => Some(Text {
                 value: value.clone(),
-                place: param.place,
+                span: param.span,
             }),
             _ => {
                 self.mismatch(param, "a string");
@@ -261,9 +261,9 @@ impl<'a> Props<'a> {
             return;
         }
         let message = format!("{} needs the parameter `{name}`", self.describe());
-        self.sink.error(Report::new(
+        self.sink.error(Problem::new(
             "scene::missing_parameter",
-            self.place(),
+            self.span(),
             message,
         ));
     }
@@ -288,7 +288,7 @@ impl<'a> Props<'a> {
                 };
                 let message = format!("`{}` is no {name} of {}", text.value, self.describe());
                 self.sink
-                    .error(Report::new("scene::bad_value", text.place, message).help(help));
+                    .error(Problem::new("scene::bad_value", text.span, message).help(help));
                 default
             }
         }
@@ -352,7 +352,7 @@ impl<'a> Props<'a> {
                         self.describe(),
                         self.tree.get(id).family.tag()
                     );
-                    Report::new("scene::unexpected_object", param.place, message)
+                    Problem::new("scene::unexpected_object", param.span, message)
                 }
                 _ => {
                     let mut names: Vec<&str> = known.clone();
@@ -363,7 +363,7 @@ impl<'a> Props<'a> {
                         (None, false) => format!("its parameters are {}", names.join(", ")),
                     };
                     let message = format!("{} has no parameter `{name}`", self.describe());
-                    Report::new("scene::unknown_parameter", param.name.place, message)
+                    Problem::new("scene::unknown_parameter", param.name.span, message)
                         .label("unknown")
                         .help(help)
                 }
@@ -374,6 +374,10 @@ impl<'a> Props<'a> {
 
     /// Textures and spectra with a name are parameters; everything else that is nested is a part.
     fn is_unnamed_or_nested(&self, name: &str, id: ObjectId) -> bool {
-        name.is_empty() || !matches!(self.tree.get(id).family, Family::Texture | Family::Spectrum)
+        name.is_empty()
+            || !matches!(
+                self.tree.get(id).family,
+                PluginFamily::Texture | PluginFamily::Spectrum
+            )
     }
 }

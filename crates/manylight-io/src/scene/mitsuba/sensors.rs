@@ -1,10 +1,10 @@
 //! Sensors with their films and filters. Samplers are checked and then ignored.
 
-use super::super::sink::Report;
-use super::object::{Family, ObjectId};
+use super::super::sink::Problem;
+use super::object::{ObjectId, PluginFamily};
 use super::props::Props;
 use super::shapes::affine;
-use super::{Builder, Substitute};
+use super::{DescBuilder, Substitute};
 use manylight::film::{FilmDesc, Filter};
 use manylight::math::{UVec2, Vec2};
 use manylight::sensors::{FovAxis, SensorDesc, SensorKind};
@@ -83,7 +83,7 @@ const SAMPLER_IGNORED: &[&str] = &[
     "max_dimension",
 ];
 
-impl Builder<'_> {
+impl DescBuilder<'_> {
     pub(super) fn sensor(&mut self, id: ObjectId) {
         let props = self.props(id);
         let plugin = props.plugin().value.as_str();
@@ -101,14 +101,14 @@ impl Builder<'_> {
         let world_from_camera = affine(props.to_world());
         let (near_clip, far_clip) = clipping(&props);
         let (kind, principal_point_offset) = self.projection(&props, far_clip);
-        let film = match props.single(Family::Film) {
+        let film = match props.single(PluginFamily::Film) {
             Some(film) => self.film(film),
             None => self.film_of_size(UVec2::new(DEFAULT_SIZE.0, DEFAULT_SIZE.1)),
         };
-        if let Some(sampler) = props.single(Family::Sampler) {
+        if let Some(sampler) = props.single(PluginFamily::Sampler) {
             self.sampler(sampler);
         }
-        for (medium, _) in props.objects(Family::Medium) {
+        for (medium, _) in props.objects(PluginFamily::Medium) {
             self.ignore_medium(medium);
         }
         props.finish();
@@ -220,7 +220,7 @@ impl Builder<'_> {
             crop_offset: UVec2::new(offset("crop_offset_x"), offset("crop_offset_y")),
             crop_size: UVec2::new(extent("crop_width", size.x), extent("crop_height", size.y)),
             filter: props
-                .single(Family::Filter)
+                .single(PluginFamily::Filter)
                 .map_or(DEFAULT_FILTER, |filter| self.filter(filter)),
         };
         if (film.crop_offset + film.crop_size).cmpgt(film.size).any() {
@@ -234,7 +234,7 @@ impl Builder<'_> {
             props.ignore_prefix("metadata[");
         }
         if plugin == "specfilm" {
-            props.objects(Family::Spectrum);
+            props.objects(PluginFamily::Spectrum);
         }
         props.finish();
         film
@@ -256,12 +256,12 @@ impl Builder<'_> {
             "crop_offset_x",
             "crop_offset_y",
         ];
-        let place = names
+        let span = names
             .iter()
             .find_map(|name| props.get(name))
-            .map_or(props.place(), |param| param.place);
+            .map_or(props.span(), |param| param.span);
         self.sink
-            .error(Report::new("scene::bad_value", place, message));
+            .error(Problem::new("scene::bad_value", span, message));
     }
 
     fn filter(&mut self, id: ObjectId) -> Filter {

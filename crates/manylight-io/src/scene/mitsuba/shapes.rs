@@ -1,12 +1,12 @@
 //! Shapes, groups and instances.
 
-use super::super::sink::Report;
+use super::super::sink::Problem;
 use super::assets::{MeshRequest, Normals};
 use super::bsdfs::PlainMaterial;
-use super::object::{Family, ObjectId};
+use super::object::{ObjectId, PluginFamily};
 use super::props::Props;
 use super::xml::find_file;
-use super::{Builder, Substitute};
+use super::{DescBuilder, Substitute};
 use crate::mesh::MeshFormat;
 use glam::{DMat3, DMat4, DVec3};
 use manylight::geometry::{Mesh, Shape};
@@ -48,7 +48,7 @@ pub(super) fn affine(matrix: DMat4) -> Affine3A {
     Affine3A::from_mat4(matrix.as_mat4())
 }
 
-impl Builder<'_> {
+impl DescBuilder<'_> {
     /// A shape that stands directly in the scene.
     pub(super) fn shape(&mut self, id: ObjectId) {
         let props = self.props(id);
@@ -71,19 +71,19 @@ impl Builder<'_> {
         }
         let props = self.props(id);
         let mut primitives = Vec::new();
-        for (child, param) in props.objects(Family::Shape) {
+        for (child, param) in props.objects(PluginFamily::Shape) {
             let child = self.props(child);
             if matches!(child.plugin().value.as_str(), "shapegroup" | "instance") {
                 let message = format!("{} cannot stand in a shapegroup", child.describe());
                 self.sink
-                    .error(Report::new("scene::nested_group", param.place, message));
+                    .error(Problem::new("scene::nested_group", param.span, message));
                 continue;
             }
-            if let Some((_, emitter)) = child.objects(Family::Emitter).first() {
+            if let Some((_, emitter)) = child.objects(PluginFamily::Emitter).first() {
                 let message = "a shape in a shapegroup cannot have an emitter";
-                let report = Report::new("scene::emitter_in_group", emitter.place, message);
+                let report = Problem::new("scene::emitter_in_group", emitter.span, message);
                 self.sink
-                    .error(report.help("place shapes that shine directly in the scene"));
+                    .error(report.help("span shapes that shine directly in the scene"));
                 continue;
             }
             primitives.extend(self.primitive(&child));
@@ -98,12 +98,12 @@ impl Builder<'_> {
 
     fn instance(&mut self, props: &Props<'_>) {
         let world_from_group = affine(props.to_world());
-        let target = props.single(Family::Shape);
+        let target = props.single(PluginFamily::Shape);
         props.ignore(&["id"]);
         props.finish();
         let Some(target) = target else {
             let message = "an instance needs a reference to a shapegroup";
-            let report = Report::new("scene::missing_object", props.place(), message);
+            let report = Problem::new("scene::missing_object", props.span(), message);
             if !props.is_broken() {
                 self.sink
                     .error(report.help("for instance <ref id=\"...\"/>"));
@@ -116,7 +116,7 @@ impl Builder<'_> {
                 self.props(target).describe()
             );
             self.sink
-                .error(Report::new("scene::bad_value", props.place(), message));
+                .error(Problem::new("scene::bad_value", props.span(), message));
             return;
         }
         let group = self.group(target);
@@ -153,22 +153,22 @@ impl Builder<'_> {
         })
     }
 
-    /// Parts of shapes that are left out.
+    /// SkyParts of shapes that are left out.
     fn ignore_parts(&self, props: &Props<'_>) {
         // Attributes, which only textures that are not supported can read.
-        props.objects(Family::Texture);
-        for (medium, _) in props.objects(Family::Medium) {
+        props.objects(PluginFamily::Texture);
+        for (medium, _) in props.objects(PluginFamily::Medium) {
             self.ignore_medium(medium);
         }
-        for (subsurface, _) in props.objects(Family::Subsurface) {
+        for (subsurface, _) in props.objects(PluginFamily::Subsurface) {
             let inner = self.props(subsurface);
             let message = format!("{} is not supported and is ignored", inner.describe());
             self.sink.warn_once(
                 "subsurface",
-                Report::new("scene::unsupported", inner.place(), message),
+                Problem::new("scene::unsupported", inner.span(), message),
             );
         }
-        for (sensor, _) in props.objects(Family::Sensor) {
+        for (sensor, _) in props.objects(PluginFamily::Sensor) {
             let inner = self.props(sensor);
             let message = format!(
                 "{} on a shape is not supported and is ignored",
@@ -176,17 +176,17 @@ impl Builder<'_> {
             );
             self.sink.warn_once(
                 "sensor on shape",
-                Report::new("scene::unsupported", inner.place(), message),
+                Problem::new("scene::unsupported", inner.span(), message),
             );
         }
     }
 
     fn surface(&mut self, props: &Props<'_>, emitter: Option<EmitterId>) -> MaterialId {
-        match props.single(Family::Bsdf) {
+        match props.single(PluginFamily::Bsdf) {
             Some(bsdf) => self.material(bsdf),
             None if emitter.is_some() => self.plain_material(PlainMaterial::Black),
             // 0.x: the border of a medium without a surface of its own.
-            None if props.is_v0() && !props.objects(Family::Medium).is_empty() => {
+            None if props.is_v0() && !props.objects(PluginFamily::Medium).is_empty() => {
                 self.plain_material(PlainMaterial::Null)
             }
             None => self.plain_material(PlainMaterial::Grey),
@@ -226,7 +226,7 @@ impl Builder<'_> {
                 if p0 == p1 {
                     let message = "`p0` and `p1` of a cylinder must differ";
                     self.sink
-                        .error(Report::new("scene::bad_value", props.place(), message));
+                        .error(Problem::new("scene::bad_value", props.span(), message));
                 }
                 let shape = Shape::Cylinder {
                     p0: p0.as_vec3(),
@@ -265,12 +265,12 @@ impl Builder<'_> {
                 "`to_world` of {} distorts it, which is not exact",
                 props.describe()
             );
-            let place = props
+            let span = props
                 .get("to_world")
-                .map_or(props.place(), |param| param.name.place);
+                .map_or(props.span(), |param| param.name.span);
             self.sink.warn_once(
                 "distorted quadric",
-                Report::new("scene::distorted", place, message),
+                Problem::new("scene::distorted", span, message),
             );
         }
     }
@@ -309,7 +309,7 @@ impl Builder<'_> {
             normals,
         };
         let shapes = &mut self.desc.shapes;
-        Some(self.assets.mesh(request, name.place, || {
+        Some(self.assets.mesh(request, name.span, || {
             shapes.push(Shape::Mesh(Mesh::default()));
             ShapeId::from(shapes.len() - 1)
         }))

@@ -1,6 +1,6 @@
 //! Sun and sky: baked into an environment map. Version 3 has z up; in 0.x, y is up, x east and z south.
 
-use super::Builder;
+use super::DescBuilder;
 use super::colors::ColorUse;
 use super::emitters::rotation;
 use super::props::Props;
@@ -12,7 +12,7 @@ use manylight::math::Vec3;
 /// Columns of the map: the sun's disc is three of them wide.
 const MAP_WIDTH: usize = 2048;
 
-/// Parameters that give the sun's place by time.
+/// Parameters that give the sun's span by time.
 const TIME: [&str; 9] = [
     "latitude",
     "longitude",
@@ -27,14 +27,14 @@ const TIME: [&str; 9] = [
 
 /// Which of the two shine.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Parts {
+pub(super) enum SkyParts {
     Both,
     Sky,
     Sun,
 }
 
-impl Builder<'_> {
-    pub(super) fn sun_and_sky(&mut self, props: &Props<'_>, parts: Parts) {
+impl DescBuilder<'_> {
+    pub(super) fn sun_and_sky(&mut self, props: &Props<'_>, parts: SkyParts) {
         let defaults = SunSky::default();
         let to_world = props.to_world();
         let z_up = DMat4::from_rotation_x(-std::f64::consts::FRAC_PI_2);
@@ -62,8 +62,16 @@ impl Builder<'_> {
                 "in [1, 10]",
             ),
             albedo: self.color(props, "albedo", defaults.albedo.r, ColorUse::Reflectance),
-            sun_scale: if parts == Parts::Sky { 0.0 } else { sun_scale },
-            sky_scale: if parts == Parts::Sun { 0.0 } else { sky_scale },
+            sun_scale: if parts == SkyParts::Sky {
+                0.0
+            } else {
+                sun_scale
+            },
+            sky_scale: if parts == SkyParts::Sun {
+                0.0
+            } else {
+                sky_scale
+            },
             sun_aperture: self.sun_aperture(props, defaults.sun_aperture),
         };
         self.warn_feature(

@@ -1,13 +1,13 @@
 //! Textures.
 
-use super::super::sink::Report;
+use super::super::sink::Problem;
 use super::assets::Channel;
 use super::colors::ColorUse;
 use super::object::ObjectId;
 use super::props::Props;
 use super::values::Value;
 use super::xml::find_file;
-use super::{Builder, Substitute};
+use super::{DescBuilder, Substitute};
 use crate::image::Transfer;
 use glam::DMat4;
 use manylight::ids::TextureId;
@@ -35,7 +35,7 @@ pub(super) struct BitmapKey {
     settings: String,
 }
 
-impl Builder<'_> {
+impl DescBuilder<'_> {
     /// The texture, made at its first use. `None` if it is replaced by the default of the parameter.
     pub(super) fn texture(&mut self, id: ObjectId) -> Option<TextureId> {
         if let Some(texture) = self.textures.get(&id) {
@@ -85,7 +85,7 @@ impl Builder<'_> {
         };
         let texture = self.add_texture(Texture::Bitmap(bitmap));
         self.assets
-            .add_texture_image(texture, path, transfer, channel, name.place);
+            .add_texture_image(texture, path, transfer, channel, name.span);
         self.bitmaps.insert(key, texture);
         Some(texture)
     }
@@ -101,7 +101,7 @@ impl Builder<'_> {
             );
             self.sink.warn_once(
                 format!("filter {}", text.value),
-                Report::new("scene::unsupported", text.place, message),
+                Problem::new("scene::unsupported", text.span, message),
             );
             return Filtering::Bilinear;
         }
@@ -147,7 +147,7 @@ impl Builder<'_> {
                 );
                 self.sink.warn_once(
                     "wrap constant",
-                    Report::new("scene::unsupported", text.place, message),
+                    Problem::new("scene::unsupported", text.span, message),
                 );
             }
         }
@@ -155,7 +155,7 @@ impl Builder<'_> {
             let message = "different wrap modes along u and v are not supported; that of u is used";
             self.sink.warn_once(
                 "wrap uv",
-                Report::new("scene::unsupported", props.place(), message),
+                Problem::new("scene::unsupported", props.span(), message),
             );
         }
         u

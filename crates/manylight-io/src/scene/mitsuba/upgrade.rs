@@ -1,44 +1,49 @@
 //! Files of versions 0.x in the names of version 3: camelCase becomes snake_case, renamed plugins and parameters get
 //! their new names, and the four numbers of a texture's placement become a transform.
 
-use super::object::{Family, Object, Param};
+use super::object::{Object, Param, PluginFamily};
 use super::values::Value;
 use super::xml::{Dialect, Text};
 use glam::{DMat4, DVec3};
 
 /// Plugins with another name today.
-const PLUGINS: [(Family, &str, &str); 9] = [
-    (Family::Bsdf, "lambertian", "diffuse"),
-    (Family::Bsdf, "bump", "bumpmap"),
-    (Family::Bsdf, "roughglass", "roughdielectric"),
-    (Family::Bsdf, "roughmetal", "roughconductor"),
-    (Family::Film, "exrfilm", "hdrfilm"),
-    (Family::Film, "pngfilm", "ldrfilm"),
-    (Family::Texture, "ldrtexture", "bitmap"),
-    (Family::Texture, "exrtexture", "bitmap"),
-    (Family::Integrator, "pathtracer", "path"),
+const PLUGINS: [(PluginFamily, &str, &str); 9] = [
+    (PluginFamily::Bsdf, "lambertian", "diffuse"),
+    (PluginFamily::Bsdf, "bump", "bumpmap"),
+    (PluginFamily::Bsdf, "roughglass", "roughdielectric"),
+    (PluginFamily::Bsdf, "roughmetal", "roughconductor"),
+    (PluginFamily::Film, "exrfilm", "hdrfilm"),
+    (PluginFamily::Film, "pngfilm", "ldrfilm"),
+    (PluginFamily::Texture, "ldrtexture", "bitmap"),
+    (PluginFamily::Texture, "exrtexture", "bitmap"),
+    (PluginFamily::Integrator, "pathtracer", "path"),
 ];
 
 /// Parameters (after the change to snake_case) with another name today.
-const PARAMETERS: [(Family, &str, &str, &str); 8] = [
+const PARAMETERS: [(PluginFamily, &str, &str, &str); 8] = [
     (
-        Family::Bsdf,
+        PluginFamily::Bsdf,
         "diffuse",
         "diffuse_reflectance",
         "reflectance",
     ),
     (
-        Family::Bsdf,
+        PluginFamily::Bsdf,
         "roughdiffuse",
         "diffuse_reflectance",
         "reflectance",
     ),
-    (Family::Emitter, "area", "intensity", "radiance"),
-    (Family::Emitter, "constant", "intensity", "radiance"),
-    (Family::Emitter, "directional", "intensity", "irradiance"),
-    (Family::Emitter, "envmap", "intensity_scale", "scale"),
-    (Family::Filter, "mitchell", "b", "B"),
-    (Family::Filter, "mitchell", "c", "C"),
+    (PluginFamily::Emitter, "area", "intensity", "radiance"),
+    (PluginFamily::Emitter, "constant", "intensity", "radiance"),
+    (
+        PluginFamily::Emitter,
+        "directional",
+        "intensity",
+        "irradiance",
+    ),
+    (PluginFamily::Emitter, "envmap", "intensity_scale", "scale"),
+    (PluginFamily::Filter, "mitchell", "b", "B"),
+    (PluginFamily::Filter, "mitchell", "c", "C"),
 ];
 
 /// Brings an object of a 0.x file to the names of version 3.
@@ -61,7 +66,7 @@ pub(super) fn upgrade(object: &mut Object) {
             param.name.value = (*new).to_owned();
         }
     }
-    if object.family == Family::Texture {
+    if object.family == PluginFamily::Texture {
         place_texture(object);
     }
 }
@@ -90,7 +95,7 @@ fn snake_case(name: &str) -> String {
 fn place_texture(object: &mut Object) {
     let mut offset = DVec3::ZERO;
     let mut scale = DVec3::ONE;
-    let mut place = None;
+    let mut span = None;
     object.params.retain(|param| {
         let target = match param.name.value.as_str() {
             "uoffset" => &mut offset.x,
@@ -104,18 +109,18 @@ fn place_texture(object: &mut Object) {
             Value::Integer(value) => *target = value as f64,
             _ => return true,
         }
-        place = Some(param.place);
+        span = Some(param.span);
         false
     });
-    if let Some(place) = place {
+    if let Some(span) = span {
         let value = Value::Transform(DMat4::from_scale(scale) * DMat4::from_translation(offset));
         object.params.push(Param {
             name: Text {
                 value: "to_uv".to_owned(),
-                place,
+                span,
             },
             value,
-            place,
+            span,
         });
     }
 }

@@ -1,8 +1,8 @@
 //! What parameters hold: numbers, colours, spectra, transforms. The text forms and their errors.
 
-use super::super::sink::{Report, Sink};
-use super::object::{Family, ObjectId};
-use super::xml::{Dialect, Element, Text, find_file};
+use super::super::sink::{Problem, Sink};
+use super::object::{ObjectId, PluginFamily};
+use super::xml::{Dialect, Text, XmlElement, find_file};
 use crate::resolve::similar;
 use crate::spectra::read_spectrum;
 use glam::{DMat3, DMat4, DVec3, DVec4};
@@ -72,7 +72,7 @@ const VALUE_TAGS: [&str; 14] = [
 const STEP_TAGS: [&str; 5] = ["translate", "rotate", "scale", "lookat", "matrix"];
 
 /// The value in an element, or `None` if the element is no value; a broken one is reported and [`Value::Broken`].
-pub(super) fn parse(sink: &Sink, element: &Element) -> Option<Value> {
+pub(super) fn parse(sink: &Sink, element: &XmlElement) -> Option<Value> {
     let tag = element.tag.value.as_str();
     let value = match tag {
         "float" => number(sink, required_value(sink, element)?).map(Value::Float),
@@ -92,7 +92,7 @@ pub(super) fn parse(sink: &Sink, element: &Element) -> Option<Value> {
             let message = "<animation> is not supported; its first transform is used";
             sink.warn_once(
                 "animation",
-                Report::new("scene::unsupported", element.tag.place, message),
+                Problem::new("scene::unsupported", element.tag.span, message),
             );
             element
                 .children
@@ -109,9 +109,9 @@ pub(super) fn parse(sink: &Sink, element: &Element) -> Option<Value> {
     if !matches!(tag, "transform" | "animation") {
         for child in &element.children {
             let message = format!("<{}> cannot stand inside of <{tag}>", child.tag.value);
-            sink.error(Report::new(
+            sink.error(Problem::new(
                 "scene::unexpected_element",
-                child.tag.place,
+                child.tag.span,
                 message,
             ));
         }
@@ -131,30 +131,30 @@ fn value_attributes(tag: &str) -> &'static [&'static str] {
     }
 }
 
-fn unknown_element(sink: &Sink, element: &Element) {
+fn unknown_element(sink: &Sink, element: &XmlElement) {
     let tag = element.tag.value.as_str();
     if STEP_TAGS.contains(&tag.to_lowercase().as_str()) {
         let message = format!("<{tag}> can only stand inside of <transform>");
-        sink.error(Report::new(
+        sink.error(Problem::new(
             "scene::unexpected_element",
-            element.tag.place,
+            element.tag.span,
             message,
         ));
         return;
     }
     let families = [
-        Family::Integrator,
-        Family::Sensor,
-        Family::Film,
-        Family::Filter,
-        Family::Sampler,
-        Family::Emitter,
-        Family::Shape,
-        Family::Bsdf,
-        Family::Texture,
-        Family::Medium,
-        Family::Phase,
-        Family::Volume,
+        PluginFamily::Integrator,
+        PluginFamily::Sensor,
+        PluginFamily::Film,
+        PluginFamily::Filter,
+        PluginFamily::Sampler,
+        PluginFamily::Emitter,
+        PluginFamily::Shape,
+        PluginFamily::Bsdf,
+        PluginFamily::Texture,
+        PluginFamily::Medium,
+        PluginFamily::Phase,
+        PluginFamily::Volume,
     ];
     let known = VALUE_TAGS
         .iter()
@@ -162,11 +162,11 @@ fn unknown_element(sink: &Sink, element: &Element) {
         .chain(families.iter().map(|family| family.tag()));
     let help = similar(tag, known).map(|similar| format!("did you mean <{similar}>?"));
     let message = format!("unknown element <{tag}>");
-    sink.error(Report::new("scene::unknown_element", element.tag.place, message).maybe_help(help));
+    sink.error(Problem::new("scene::unknown_element", element.tag.span, message).maybe_help(help));
 }
 
 /// Reports attributes that are not `known`.
-pub(super) fn check_attributes(sink: &Sink, element: &Element, known: &[&str]) {
+pub(super) fn check_attributes(sink: &Sink, element: &XmlElement, known: &[&str]) {
     for attribute in &element.attributes {
         let name = attribute.name.value.as_str();
         if !known.contains(&name) {
@@ -176,7 +176,7 @@ pub(super) fn check_attributes(sink: &Sink, element: &Element, known: &[&str]) {
             };
             let message = format!("<{}> has no attribute `{name}`", element.tag.value);
             sink.error(
-                Report::new("scene::unknown_attribute", attribute.name.place, message).help(help),
+                Problem::new("scene::unknown_attribute", attribute.name.span, message).help(help),
             );
         }
     }
@@ -185,33 +185,33 @@ pub(super) fn check_attributes(sink: &Sink, element: &Element, known: &[&str]) {
 /// An attribute that must be there.
 pub(super) fn required_attribute<'e>(
     sink: &Sink,
-    element: &'e Element,
+    element: &'e XmlElement,
     name: &str,
 ) -> Option<&'e Text> {
     let found = element.attribute(name);
     if found.is_none() {
         let message = format!("<{}> needs the attribute `{name}`", element.tag.value);
         sink.error(
-            Report::new("scene::missing_attribute", element.tag.place, message)
+            Problem::new("scene::missing_attribute", element.tag.span, message)
                 .label("in this element"),
         );
     }
     found
 }
 
-fn required_value<'e>(sink: &Sink, element: &'e Element) -> Option<&'e Text> {
+fn required_value<'e>(sink: &Sink, element: &'e XmlElement) -> Option<&'e Text> {
     required_attribute(sink, element, "value")
 }
 
 fn bad_value(sink: &Sink, text: &Text, expected: &str) {
-    // Whoever left `$name` in place has reported it.
+    // Whoever left `$name` in span has reported it.
     if text.value.contains('$') {
         return;
     }
     sink.error(
-        Report::new(
+        Problem::new(
             "scene::bad_value",
-            text.place,
+            text.span,
             format!("found `{}`, expected {expected}", text.value),
         )
         .label(format!("not {expected}")),
@@ -267,14 +267,14 @@ fn boolean(sink: &Sink, text: &Text) -> Option<Value> {
 }
 
 /// From `value` (one or three numbers) or `x`, `y`, `z`; those that are absent are `missing`, or an error.
-fn vector(sink: &Sink, element: &Element, missing: Option<f64>) -> Option<DVec3> {
+fn vector(sink: &Sink, element: &XmlElement, missing: Option<f64>) -> Option<DVec3> {
     if let Some(value) = element.attribute("value") {
         if let Some(mixed) = ["x", "y", "z"]
             .iter()
             .find_map(|name| element.attribute(name))
         {
             let message = "`value` and `x`, `y`, `z` exclude each other";
-            sink.error(Report::new("scene::bad_value", mixed.place, message));
+            sink.error(Problem::new("scene::bad_value", mixed.span, message));
         }
         let values = numbers(sink, value, &[1, 3], "one or three numbers")?;
         return Some(if values.len() == 1 {
@@ -297,7 +297,7 @@ fn vector(sink: &Sink, element: &Element, missing: Option<f64>) -> Option<DVec3>
     Some(vector)
 }
 
-fn rgb(sink: &Sink, element: &Element) -> Option<Value> {
+fn rgb(sink: &Sink, element: &XmlElement) -> Option<Value> {
     let text = required_value(sink, element)?;
     let encoded = element.tag.value == "srgb";
     let expected = "one or three numbers, or `#rrggbb`";
@@ -334,15 +334,15 @@ fn linear_from_srgb(v: f64) -> f64 {
     }
 }
 
-fn spectrum(sink: &Sink, element: &Element) -> Option<Value> {
+fn spectrum(sink: &Sink, element: &XmlElement) -> Option<Value> {
     let text = match (element.attribute("value"), element.attribute("filename")) {
         (Some(value), None) => value.clone(),
         (None, Some(name)) => return spectrum_file(sink, element, name).map(Value::Spectrum),
         _ => {
             let message = "<spectrum> needs either `value` or `filename`";
-            sink.error(Report::new(
+            sink.error(Problem::new(
                 "scene::missing_attribute",
-                element.tag.place,
+                element.tag.span,
                 message,
             ));
             return None;
@@ -382,14 +382,14 @@ fn growing(samples: &[(f32, f32)]) -> bool {
     !samples.is_empty() && samples.windows(2).all(|pair| pair[0].0 < pair[1].0)
 }
 
-fn spectrum_file(sink: &Sink, element: &Element, name: &Text) -> Option<Spectrum> {
+fn spectrum_file(sink: &Sink, element: &XmlElement, name: &Text) -> Option<Spectrum> {
     let path = find_file(sink, &element.folders, name, "spectrum")?;
     match read_spectrum(&path) {
         Ok(samples) => Some(Spectrum::Sampled(samples)),
         Err(error) => {
-            let report = Report::new(
+            let report = Problem::new(
                 "scene::broken_file",
-                name.place,
+                name.span,
                 format!("cannot use the spectrum {error}"),
             );
             sink.error(report.label("this spectrum"));
@@ -398,7 +398,7 @@ fn spectrum_file(sink: &Sink, element: &Element, name: &Text) -> Option<Spectrum
     }
 }
 
-fn blackbody(sink: &Sink, element: &Element) -> Option<Value> {
+fn blackbody(sink: &Sink, element: &XmlElement) -> Option<Value> {
     let text = required_attribute(sink, element, "temperature")?;
     let temperature = parse_finite(text.value.trim().trim_end_matches(['K', 'k']).trim_end());
     let Some(temperature) = temperature.filter(|temperature| *temperature > 0.0) else {
@@ -416,7 +416,7 @@ fn blackbody(sink: &Sink, element: &Element) -> Option<Value> {
 }
 
 /// The steps of a transform, the first applied first.
-fn transform(sink: &Sink, element: &Element) -> Option<DMat4> {
+fn transform(sink: &Sink, element: &XmlElement) -> Option<DMat4> {
     let mut result = Some(DMat4::IDENTITY);
     for step in &element.children {
         let matrix = transform_step(sink, step);
@@ -425,7 +425,7 @@ fn transform(sink: &Sink, element: &Element) -> Option<DMat4> {
     result
 }
 
-fn transform_step(sink: &Sink, step: &Element) -> Option<DMat4> {
+fn transform_step(sink: &Sink, step: &XmlElement) -> Option<DMat4> {
     let name = step.tag.value.to_lowercase();
     let attributes: &[&str] = match name.as_str() {
         "rotate" => &["angle", "value", "x", "y", "z"],
@@ -444,7 +444,7 @@ fn transform_step(sink: &Sink, step: &Element) -> Option<DMat4> {
                 similar(&name, STEP_TAGS).map(|similar| format!("did you mean <{similar}>?"));
             let message = format!("<{}> is no step of a transform", step.tag.value);
             sink.error(
-                Report::new("scene::unknown_element", step.tag.place, message).maybe_help(help),
+                Problem::new("scene::unknown_element", step.tag.span, message).maybe_help(help),
             );
             return None;
         }
@@ -453,13 +453,13 @@ fn transform_step(sink: &Sink, step: &Element) -> Option<DMat4> {
     matrix
 }
 
-fn rotation(sink: &Sink, step: &Element) -> Option<DMat4> {
+fn rotation(sink: &Sink, step: &XmlElement) -> Option<DMat4> {
     let axis = vector(sink, step, Some(0.0))?;
     let angle = number(sink, required_attribute(sink, step, "angle")?)?;
     if axis == DVec3::ZERO {
         let message = "the axis of a rotation must not be zero";
         sink.error(
-            Report::new("scene::bad_value", step.tag.place, message)
+            Problem::new("scene::bad_value", step.tag.span, message)
                 .help("expected for instance `y=\"1\"`"),
         );
         return None;
@@ -474,13 +474,13 @@ fn rotation(sink: &Sink, step: &Element) -> Option<DMat4> {
 }
 
 /// Version 3 takes the axis as it stands, so that another length than 1 also scales and shears.
-fn warn_unless_unit(sink: &Sink, step: &Element, axis: DVec3) {
+fn warn_unless_unit(sink: &Sink, step: &XmlElement, axis: DVec3) {
     const TOLERANCE: f64 = 0.01;
     let length = axis.length();
     if (length - 1.0).abs() > TOLERANCE {
         let message = format!("the axis of this rotation has length {length:.3}, not 1");
         sink.warn(
-            Report::new("scene::axis_length", step.tag.place, message)
+            Problem::new("scene::axis_length", step.tag.span, message)
                 .help("as in Mitsuba 3 it is used as it stands, and the result is no rotation"),
         );
     }
@@ -498,7 +498,7 @@ fn rodrigues(axis: DVec3, angle: f64) -> DMat4 {
     ))
 }
 
-fn look_at(sink: &Sink, step: &Element) -> Option<DMat4> {
+fn look_at(sink: &Sink, step: &XmlElement) -> Option<DMat4> {
     let point = |text: &Text| {
         numbers(sink, text, &[3], "three numbers").map(|values| DVec3::from_slice(&values))
     };
@@ -518,7 +518,7 @@ fn look_at(sink: &Sink, step: &Element) -> Option<DMat4> {
     if forward == DVec3::ZERO || left == DVec3::ZERO {
         let message = "lookat needs a `target` apart from `origin`, and an `up` across the view";
         sink.error(
-            Report::new("scene::bad_value", step.tag.place, message).label("no view is defined"),
+            Problem::new("scene::bad_value", step.tag.span, message).label("no view is defined"),
         );
         return None;
     }
@@ -531,7 +531,7 @@ fn look_at(sink: &Sink, step: &Element) -> Option<DMat4> {
     ))
 }
 
-fn matrix(sink: &Sink, step: &Element) -> Option<DMat4> {
+fn matrix(sink: &Sink, step: &XmlElement) -> Option<DMat4> {
     let text = required_value(sink, step)?;
     let values = numbers(sink, text, &[9, 16], "9 or 16 numbers")?;
     let size = if values.len() == 16 { 4 } else { 3 };
@@ -541,7 +541,7 @@ fn matrix(sink: &Sink, step: &Element) -> Option<DMat4> {
     }
     if result.row(3) != DVec4::W {
         let message = "the last row of the matrix must be `0 0 0 1`: projections are not supported";
-        sink.error(Report::new("scene::bad_value", text.place, message));
+        sink.error(Problem::new("scene::bad_value", text.span, message));
         return None;
     }
     Some(result)

@@ -1,7 +1,7 @@
-//! XML text into a tree whose every name and value knows its place, with `$name` replaced and `<include>` followed.
+//! XML text into a tree whose every name and value knows its span, with `$name` replaced and `<include>` followed.
 
-use super::super::sink::{Place, Report, Sink};
-use super::object::Family;
+use super::super::sink::{FileSpan, Problem, Sink};
+use super::object::PluginFamily;
 use crate::resolve::{resolve, similar};
 use roxmltree::{Document, Node, ParsingOptions};
 use std::ops::Range;
@@ -27,7 +27,7 @@ pub(super) enum Dialect {
 #[derive(Clone, Debug)]
 pub(super) struct Text {
     pub(super) value: String,
-    pub(super) place: Place,
+    pub(super) span: FileSpan,
 }
 
 /// An attribute with `$name` replaced.
@@ -37,18 +37,18 @@ pub(super) struct Attribute {
     pub(super) value: Text,
 }
 
-/// An element with included files in place.
+/// An element with included files in span.
 #[derive(Clone, Debug)]
-pub(super) struct Element {
+pub(super) struct XmlElement {
     pub(super) tag: Text,
     pub(super) attributes: Vec<Attribute>,
-    pub(super) children: Vec<Element>,
+    pub(super) children: Vec<XmlElement>,
     pub(super) dialect: Dialect,
     /// Where the files that it names are looked for.
     pub(super) folders: Arc<[PathBuf]>,
 }
 
-impl Element {
+impl XmlElement {
     /// The attribute called `name`.
     pub(super) fn attribute(&self, name: &str) -> Option<&Text> {
         self.attributes
@@ -87,7 +87,7 @@ pub(super) fn read_tree(
     text: Arc<str>,
     defines: &[(String, String)],
     sink: &Sink,
-) -> Option<Element> {
+) -> Option<XmlElement> {
     let parameters = defines
         .iter()
         .map(|(name, value)| Parameter {
@@ -120,7 +120,7 @@ impl TreeReader<'_> {
         text: Arc<str>,
         depth: usize,
         outer: &[PathBuf],
-    ) -> Option<Element> {
+    ) -> Option<XmlElement> {
         let index = self.sink.add_file(path, Arc::clone(&text));
         // A byte order mark is not part of the document; offsets count from after it.
         let skipped = if text.starts_with('\u{feff}') {
@@ -170,7 +170,7 @@ impl TreeReader<'_> {
             .char_indices()
             .nth(position.col as usize - 1)
             .map_or(line.len(), |(offset, _)| offset);
-        let place = Place {
+        let span = FileSpan {
             file,
             start: (line_start + column) as u32,
             end: (line_start + column) as u32,
@@ -178,9 +178,9 @@ impl TreeReader<'_> {
         let message = error.to_string();
         let message = message.split(" at ").next().unwrap_or(&message).to_owned();
         self.sink.error(
-            Report::new(
+            Problem::new(
                 "scene::malformed_xml",
-                place,
+                span,
                 format!("malformed XML: {message}"),
             )
             .label("here"),
@@ -188,10 +188,10 @@ impl TreeReader<'_> {
     }
 
     fn dialect(&self, root: Node<'_, '_>, file: u32, skipped: usize) -> Dialect {
-        let tag = place(file, tag_range(root), skipped);
+        let tag = span(file, tag_range(root), skipped);
         let Some(version) = root.attribute_node("version") else {
             self.sink.error(
-                Report::new(
+                Problem::new(
                     "scene::missing_version",
                     tag,
                     format!("<{}> has no `version`", root.tag_name().name()),
@@ -209,9 +209,9 @@ impl TreeReader<'_> {
             Some(0 | 1) => Dialect::V0,
             Some(_) => Dialect::V3,
             None => {
-                let at = place(file, version.range_value(), skipped);
+                let at = span(file, version.range_value(), skipped);
                 self.sink.error(
-                    Report::new(
+                    Problem::new(
                         "scene::bad_version",
                         at,
                         format!("`{}` is not a version", version.value()),
@@ -224,7 +224,12 @@ impl TreeReader<'_> {
     }
 
     /// The element, or `None` for those that only matter while reading (`default`, `path`) or that are broken.
-    fn element(&mut self, node: Node<'_, '_>, file: &mut File, skipped: usize) -> Option<Element> {
+    fn element(
+        &mut self,
+        node: Node<'_, '_>,
+        file: &mut File,
+        skipped: usize,
+    ) -> Option<XmlElement> {
         let mut element = self.start(node, file, skipped);
         match element.tag.value.as_str() {
             "default" => {
@@ -240,7 +245,7 @@ impl TreeReader<'_> {
         if self.nesting == MAX_NESTING {
             let message = format!("elements are nested more than {MAX_NESTING} deep");
             self.sink
-                .error(Report::new("scene::too_deep", element.tag.place, message));
+                .error(Problem::new("scene::too_deep", element.tag.span, message));
             return None;
         }
         self.nesting += 1;
@@ -250,28 +255,28 @@ impl TreeReader<'_> {
     }
 
     /// The element without its children.
-    fn start(&mut self, node: Node<'_, '_>, file: &File, skipped: usize) -> Element {
+    fn start(&mut self, node: Node<'_, '_>, file: &File, skipped: usize) -> XmlElement {
         let tag = Text {
             value: node.tag_name().name().to_owned(),
-            place: place(file.index, tag_range(node), skipped),
+            span: span(file.index, tag_range(node), skipped),
         };
         let attributes = node
             .attributes()
             .map(|attribute| {
-                let value_place = place(file.index, attribute.range_value(), skipped);
+                let value_place = span(file.index, attribute.range_value(), skipped);
                 Attribute {
                     name: Text {
                         value: attribute.name().to_owned(),
-                        place: place(file.index, attribute.range_qname(), skipped),
+                        span: span(file.index, attribute.range_qname(), skipped),
                     },
                     value: Text {
                         value: self.substitute(attribute.value(), value_place),
-                        place: value_place,
+                        span: value_place,
                     },
                 }
             })
             .collect();
-        Element {
+        XmlElement {
             tag,
             attributes,
             children: Vec::new(),
@@ -280,7 +285,7 @@ impl TreeReader<'_> {
         }
     }
 
-    fn children(&mut self, node: Node<'_, '_>, file: &mut File, skipped: usize) -> Vec<Element> {
+    fn children(&mut self, node: Node<'_, '_>, file: &mut File, skipped: usize) -> Vec<XmlElement> {
         let mut children = Vec::new();
         for child in node.children() {
             if child.is_element() && child.tag_name().name() == "include" {
@@ -304,18 +309,18 @@ impl TreeReader<'_> {
         let lead = text.len() - text.trim_start().len();
         let range = node.range();
         let start = range.start + lead;
-        let at = place(
+        let at = span(
             file,
             start..(start + text.trim().len()).min(range.end),
             skipped,
         );
         self.sink.error(
-            Report::new("scene::stray_text", at, "text between elements")
+            Problem::new("scene::stray_text", at, "text between elements")
                 .help("values belong into attributes; to leave something out, write <!-- ... -->"),
         );
     }
 
-    fn default(&mut self, element: &Element) {
+    fn default(&mut self, element: &XmlElement) {
         let (Some(name), Some(value)) = (
             self.required(element, "name"),
             self.required(element, "value"),
@@ -343,21 +348,21 @@ impl TreeReader<'_> {
         }
     }
 
-    fn required<'e>(&self, element: &'e Element, name: &str) -> Option<&'e Text> {
+    fn required<'e>(&self, element: &'e XmlElement, name: &str) -> Option<&'e Text> {
         let found = element.attribute(name);
         if found.is_none() {
             let tag = &element.tag.value;
             let message = format!("<{tag}> needs the attribute `{name}`");
-            self.sink.error(Report::new(
+            self.sink.error(Problem::new(
                 "scene::missing_attribute",
-                element.tag.place,
+                element.tag.span,
                 message,
             ));
         }
         found
     }
 
-    fn search_path(&mut self, element: &Element, file: &mut File) {
+    fn search_path(&mut self, element: &XmlElement, file: &mut File) {
         let Some(value) = self.required(element, "value") else {
             return;
         };
@@ -367,9 +372,9 @@ impl TreeReader<'_> {
                 file.folders = folders.collect();
             }
             None => self.sink.error(
-                Report::new(
+                Problem::new(
                     "scene::missing_file",
-                    value.place,
+                    value.span,
                     format!("the folder `{}` does not exist", value.value),
                 )
                 .label("not found"),
@@ -377,14 +382,14 @@ impl TreeReader<'_> {
         }
     }
 
-    fn include(&mut self, element: &Element, file: &File) -> Vec<Element> {
+    fn include(&mut self, element: &XmlElement, file: &File) -> Vec<XmlElement> {
         let Some(name) = self.required(element, "filename") else {
             return Vec::new();
         };
         if file.depth >= MAX_INCLUDE_DEPTH {
             let message = format!("files include each other more than {MAX_INCLUDE_DEPTH} deep");
             self.sink.error(
-                Report::new("scene::include_depth", name.place, message).help("is there a cycle?"),
+                Problem::new("scene::include_depth", name.span, message).help("is there a cycle?"),
             );
             return Vec::new();
         }
@@ -396,14 +401,14 @@ impl TreeReader<'_> {
             Err(error) => {
                 let message = format!("cannot read `{}`: {error}", found.display());
                 self.sink
-                    .error(Report::new("scene::unreadable", name.place, message).file_system());
+                    .error(Problem::new("scene::unreadable", name.span, message).file_system());
                 return Vec::new();
             }
         };
         let Some(root) = self.file(&found, text.into(), file.depth + 1, &file.folders) else {
             return Vec::new();
         };
-        if Family::of_tag(&root.tag.value) == Some(Family::Scene) {
+        if PluginFamily::of_tag(&root.tag.value) == Some(PluginFamily::Scene) {
             root.children
         } else {
             vec![root]
@@ -411,7 +416,7 @@ impl TreeReader<'_> {
     }
 
     /// Replaces each `$name`, the longest name that is defined.
-    fn substitute(&mut self, text: &str, at: Place) -> String {
+    fn substitute(&mut self, text: &str, at: FileSpan) -> String {
         let mut result = String::new();
         let mut rest = text;
         while let Some(dollar) = rest.find('$') {
@@ -443,7 +448,7 @@ impl TreeReader<'_> {
         result
     }
 
-    fn undefined(&self, name: &str, at: Place) {
+    fn undefined(&self, name: &str, at: FileSpan) {
         let known = self
             .parameters
             .iter()
@@ -455,7 +460,7 @@ impl TreeReader<'_> {
             ),
         };
         self.sink.error(
-            Report::new(
+            Problem::new(
                 "scene::undefined_parameter",
                 at,
                 format!("the parameter `${name}` is not defined"),
@@ -516,7 +521,7 @@ pub(super) fn find_file(
                 );
                 sink.warn_once(
                     format!("spelling of {}", name.value),
-                    Report::new("scene::file_name", name.place, message),
+                    Problem::new("scene::file_name", name.span, message),
                 );
             }
             Some(found.path)
@@ -531,9 +536,9 @@ pub(super) fn find_file(
                 None => format!("looked for `{}`", path.display()),
             };
             sink.error(
-                Report::new(
+                Problem::new(
                     "scene::missing_file",
-                    name.place,
+                    name.span,
                     format!("the {what} `{}` does not exist", name.value),
                 )
                 .label("not found")
@@ -550,8 +555,8 @@ fn tag_range(node: Node<'_, '_>) -> Range<usize> {
     start..start + node.tag_name().name().len()
 }
 
-fn place(file: u32, range: Range<usize>, skipped: usize) -> Place {
-    Place {
+fn span(file: u32, range: Range<usize>, skipped: usize) -> FileSpan {
+    FileSpan {
         file,
         start: (range.start + skipped) as u32,
         end: (range.end + skipped) as u32,

@@ -1,33 +1,33 @@
-//! Pictures: named channels in layers, with metadata.
+//! Images with named channels in layers, and metadata.
 
-use super::{Content, Transfer, decode, exr_file};
+use super::{SourceFormat, Transfer, decode, exr_file};
 use crate::file_error::{FileError, read_bytes};
 use manylight::image::Image;
 use std::path::Path;
 
-/// Channels that belong together.
+/// A group of channels.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Layer {
-    /// Empty for the beauty layer, else the part of the channels' names before the last dot.
+pub struct ImageLayer {
+    /// Empty for the beauty layer, else the part of the channel names before the last dot.
     pub name: String,
-    /// Full name, such as `R`, `variance.R` or `depth.Z`, and `width * height` values, rows from top to bottom.
+    /// Full name, such as `R`, `variance.R` or `depth.Z`, and `width * height` values in rows from top to bottom.
     pub channels: Vec<(String, Vec<f32>)>,
 }
 
-/// An image as a renderer makes it.
+/// A rendered image: named channels of equal size, and metadata.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Picture {
-    /// Pixels in a row.
+pub struct LayeredImage {
+    /// Width in pixels.
     pub width: usize,
-    /// Rows.
+    /// Height in pixels.
     pub height: usize,
-    /// Layers; channel names differ throughout.
-    pub layers: Vec<Layer>,
-    /// Names and values to be kept in the file.
+    /// Layers. All channel names differ.
+    pub layers: Vec<ImageLayer>,
+    /// Pairs of name and value. Only OpenEXR files store them.
     pub metadata: Vec<(String, String)>,
 }
 
-impl Picture {
+impl LayeredImage {
     /// The values of the channel with this full name.
     pub fn channel(&self, name: &str) -> Option<&[f32]> {
         self.layers
@@ -45,7 +45,7 @@ impl Picture {
             .map(|(_, value)| value.as_str())
     }
 
-    /// The beauty layer: `R`, `G`, `B`, or `Y` alone.
+    /// The beauty layer: the channels `R`, `G` and `B`, or `Y`.
     pub(super) fn beauty(&self) -> Option<Image> {
         let names: &[&str] = if self.channel("R").is_some() {
             &["R", "G", "B"]
@@ -56,20 +56,21 @@ impl Picture {
         Some(interleave(self.width, self.height, &planes?))
     }
 
-    /// Sorts channels into layers by the part of their names before the last dot; layers in order of appearance.
+    /// Groups channels into layers by the part of their names before the last dot. Layers are in the order of their first
+    /// channels.
     pub(super) fn from_channels(
         width: usize,
         height: usize,
         channels: Vec<(String, Vec<f32>)>,
-    ) -> Picture {
-        let mut layers: Vec<Layer> = Vec::new();
+    ) -> LayeredImage {
+        let mut layers: Vec<ImageLayer> = Vec::new();
         for (name, values) in channels {
             let layer_name = name.rsplit_once('.').map_or("", |(layer, _)| layer);
             let index = layers
                 .iter()
                 .position(|l| l.name == layer_name)
                 .unwrap_or_else(|| {
-                    layers.push(Layer {
+                    layers.push(ImageLayer {
                         name: layer_name.to_owned(),
                         channels: Vec::new(),
                     });
@@ -77,7 +78,7 @@ impl Picture {
                 });
             layers[index].channels.push((name, values));
         }
-        Picture {
+        LayeredImage {
             width,
             height,
             layers,
@@ -86,7 +87,7 @@ impl Picture {
     }
 }
 
-/// One image from planes of equal size.
+/// One image from `planes`, each of `width * height` values.
 pub(super) fn interleave(width: usize, height: usize, planes: &[&[f32]]) -> Image {
     let data = (0..width * height)
         .flat_map(|i| planes.iter().map(move |plane| plane[i]))
@@ -99,18 +100,23 @@ pub(super) fn interleave(width: usize, height: usize, planes: &[&[f32]]) -> Imag
     }
 }
 
-/// Every channel of an EXR file with its metadata. Other formats give linear `R`, `G`, `B` or `Y`.
-pub fn read_picture(path: &Path) -> Result<Picture, FileError> {
+/// Reads all channels of an OpenEXR file and its metadata. Files of other formats have the linear channels `R`, `G`, `B`, or
+/// `Y`.
+///
+/// # Errors
+/// The file cannot be read, is damaged, or has an unsupported format.
+pub fn read_layered_image(path: &Path) -> Result<LayeredImage, FileError> {
     let bytes = read_bytes(path)?;
-    let picture = if Content::of(&bytes) == Content::Exr {
+    let image = if SourceFormat::of(&bytes) == SourceFormat::Exr {
         exr_file::read_channels(&bytes)
     } else {
         decode(&bytes, path, Transfer::Auto).map(|image| split(&image))
     };
-    picture.map_err(|fault| fault.in_file(path))
+    image.map_err(|fault| fault.in_file(path))
 }
 
-fn split(image: &Image) -> Picture {
+/// The channels of an image, as layers.
+fn split(image: &Image) -> LayeredImage {
     let names: &[&str] = if image.channels == 3 {
         &["R", "G", "B"]
     } else {
@@ -130,5 +136,5 @@ fn split(image: &Image) -> Picture {
         .enumerate()
         .map(|(c, name)| ((*name).to_owned(), plane(c)))
         .collect();
-    Picture::from_channels(image.width, image.height, channels)
+    LayeredImage::from_channels(image.width, image.height, channels)
 }
