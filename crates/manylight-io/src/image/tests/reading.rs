@@ -248,7 +248,7 @@ fn random_damage_never_panics() {
 }
 
 #[test]
-fn pfm_rows_run_from_bottom_to_top_in_either_byte_order() {
+fn big_endian_pfm_rows_run_from_bottom_to_top() {
     let big_endian = b"Pf 1 2 1.0\n\x3F\x80\0\0\x40\0\0\0";
     assert_eq!(
         decoded(big_endian, Transfer::Auto).unwrap(),
