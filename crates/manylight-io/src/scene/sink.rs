@@ -1,4 +1,4 @@
-//! Where loaders put what is wrong. Loading goes on after an error, so that one run finds everything.
+//! Collection of errors and warnings. Loading continues after an error, so that one run finds all problems.
 
 use crate::error::{Diagnostic, LoadErrorKind, Location, Severity};
 use std::cell::RefCell;
@@ -11,13 +11,13 @@ use std::sync::Arc;
 pub(super) struct FileSpan {
     /// Index of the file in the [`Sink`].
     pub(super) file: u32,
-    /// First byte.
+    /// Offset of the first byte.
     pub(super) start: u32,
-    /// After the last byte.
+    /// Offset after the last byte.
     pub(super) end: u32,
 }
 
-/// A problem at a span.
+/// An error or warning at a location, before its file is looked up.
 #[derive(Clone, Debug)]
 pub(super) struct Problem {
     code: &'static str,
@@ -42,31 +42,31 @@ impl Problem {
         }
     }
 
-    /// A remark at the span.
+    /// Sets the label of the location in the excerpt.
     pub(super) fn label(mut self, label: impl Into<String>) -> Self {
         self.label = label.into();
         self
     }
 
-    /// Another span that matters.
+    /// Sets a second location with its label.
     pub(super) fn second(mut self, span: FileSpan, label: impl Into<String>) -> Self {
         self.second = Some((span, label.into()));
         self
     }
 
-    /// What was expected, and a suggestion.
+    /// Sets what was expected, or a suggestion.
     pub(super) fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self
     }
 
-    /// A suggestion, if there is one.
+    /// Sets a suggestion if there is one.
     pub(super) fn maybe_help(mut self, help: Option<String>) -> Self {
         self.help = help;
         self
     }
 
-    /// The file system is to blame.
+    /// Marks the problem as one of the file system.
     pub(super) fn file_system(mut self) -> Self {
         self.kind = LoadErrorKind::FileSystem;
         self
@@ -78,16 +78,17 @@ struct SourceFile {
     text: Arc<str>,
 }
 
-/// The files of a scene and what is wrong with them.
+/// The files of a scene, and the problems found so far.
 #[derive(Default)]
 pub(super) struct Sink {
     files: RefCell<Vec<SourceFile>>,
     found: RefCell<Vec<(Option<FileSpan>, Diagnostic)>>,
+    /// Subjects of [`Sink::warn_once`].
     warned: RefCell<HashSet<String>>,
 }
 
 impl Sink {
-    /// Adds a file, so that places can refer to it.
+    /// Adds a file and returns its index for [`FileSpan::file`].
     pub(super) fn add_file(&self, path: &Path, text: Arc<str>) -> u32 {
         let mut files = self.files.borrow_mut();
         files.push(SourceFile {
@@ -97,30 +98,30 @@ impl Sink {
         files.len() as u32 - 1
     }
 
-    /// A problem without a span.
+    /// Adds a problem without a location.
     pub(super) fn report(&self, diagnostic: Diagnostic) {
         self.found.borrow_mut().push((None, diagnostic));
     }
 
-    /// The scene cannot be used.
-    pub(super) fn error(&self, report: Problem) {
-        self.add(Severity::Error, report);
+    /// Adds an error: the scene cannot be used.
+    pub(super) fn error(&self, problem: Problem) {
+        self.add(Severity::Error, problem);
     }
 
-    /// Something is left out or replaced.
-    pub(super) fn warn(&self, report: Problem) {
-        self.add(Severity::Warning, report);
+    /// Adds a warning: a part of the scene is ignored or replaced.
+    pub(super) fn warn(&self, problem: Problem) {
+        self.add(Severity::Warning, problem);
     }
 
-    /// As [`Sink::warn`], but only the first time for this `subject`.
-    pub(super) fn warn_once(&self, subject: impl Into<String>, report: Problem) {
+    /// Like [`Sink::warn`], but only for the first problem of a `subject`.
+    pub(super) fn warn_once(&self, subject: impl Into<String>, problem: Problem) {
         if self.warned.borrow_mut().insert(subject.into()) {
-            self.warn(report);
+            self.warn(problem);
         }
     }
 
-    fn add(&self, severity: Severity, report: Problem) {
-        let location = self.locate(&report);
+    fn add(&self, severity: Severity, problem: Problem) {
+        let location = self.locate(&problem);
         let Problem {
             code,
             span,
@@ -129,7 +130,7 @@ impl Sink {
             mut help,
             kind,
             ..
-        } = report;
+        } = problem;
         if let Some((second, label)) = second.filter(|(second, _)| second.file != span.file) {
             let path = self.files.borrow()[second.file as usize].path.clone();
             help.get_or_insert(format!("{label}: `{}`", path.display()));
@@ -145,18 +146,18 @@ impl Sink {
         self.found.borrow_mut().push((Some(span), diagnostic));
     }
 
-    fn locate(&self, report: &Problem) -> Location {
+    fn locate(&self, problem: &Problem) -> Location {
         let files = self.files.borrow();
         let range = |span: FileSpan| span.start as usize..span.end as usize;
-        let file = &files[report.span.file as usize];
+        let file = &files[problem.span.file as usize];
         let mut location = Location::new(
             &file.path,
             &file.text,
-            range(report.span),
-            report.label.clone(),
+            range(problem.span),
+            problem.label.clone(),
         );
-        match &report.second {
-            Some((span, label)) if span.file == report.span.file => {
+        match &problem.second {
+            Some((span, label)) if span.file == problem.span.file => {
                 location.add_label(range(*span), label.clone())
             }
             _ => {}
@@ -164,7 +165,7 @@ impl Sink {
         location
     }
 
-    /// Whether the scene cannot be used.
+    /// Whether an error has been added.
     pub(super) fn has_errors(&self) -> bool {
         self.found
             .borrow()
@@ -172,7 +173,7 @@ impl Sink {
             .any(|(_, diagnostic)| diagnostic.severity == Severity::Error)
     }
 
-    /// Everything found, by file and span; what has no span comes first.
+    /// All problems, sorted by file and location; those without a location first.
     pub(super) fn into_diagnostics(self) -> Vec<Diagnostic> {
         let mut found = self.found.into_inner();
         found.sort_by_key(|(span, _)| *span);

@@ -1,4 +1,4 @@
-//! Colour parameters: what a value means as a reflectance, a coefficient or an emission.
+//! Color parameters: conversion of values and textures to the inputs of materials and emitters.
 
 use super::super::sink::Problem;
 use super::DescBuilder;
@@ -9,18 +9,19 @@ use crate::spectra;
 use manylight::color::Rgb;
 use manylight::texture::{ColorInput, FloatInput};
 
-/// What a colour is used for: it decides how spectra become colours, and which values are allowed.
+/// The use of a color. It determines how spectra are converted, and which values are allowed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ColorUse {
-    /// In [0, 1].
+    /// Reflectance or transmittance, in [0, 1].
     Reflectance,
     /// Index of refraction or absorption.
     Coefficient,
-    /// Of an emitter.
+    /// Radiance, intensity or irradiance of an emitter.
     Emission,
 }
 
 impl Spectrum {
+    /// The color of a spectrum. `None` for a black body that is not an emission.
     fn to_rgb(&self, color_use: ColorUse) -> Option<Rgb> {
         Some(match (self, color_use) {
             (Spectrum::Uniform(value), ColorUse::Emission) => {
@@ -42,7 +43,7 @@ impl Spectrum {
     }
 }
 
-/// The spectra that can be written as plugins.
+/// The supported spectrum plugins.
 const SPECTRA: &[&str] = &[
     "blackbody",
     "d65",
@@ -54,7 +55,7 @@ const SPECTRA: &[&str] = &[
 ];
 
 impl DescBuilder<'_> {
-    /// A colour or a texture.
+    /// The parameter `name` as a color or a texture. `default` is gray.
     pub(super) fn color_input(
         &mut self,
         props: &Props<'_>,
@@ -77,7 +78,7 @@ impl DescBuilder<'_> {
         ColorInput::Constant(color.unwrap_or(Rgb::splat(default)))
     }
 
-    /// A colour that does not vary.
+    /// The parameter `name` as a constant color. `default` is gray.
     pub(super) fn color(
         &mut self,
         props: &Props<'_>,
@@ -91,7 +92,7 @@ impl DescBuilder<'_> {
         constant.unwrap_or(Rgb::splat(default))
     }
 
-    /// A number or a texture.
+    /// The parameter `name` as a number or a texture.
     pub(super) fn float_input(
         &mut self,
         props: &Props<'_>,
@@ -111,11 +112,12 @@ impl DescBuilder<'_> {
             _ => {
                 let color =
                     self.constant(props, param, ColorUse::Coefficient, "a number or a texture");
-                FloatInput::Constant(color.map_or(default, grey))
+                FloatInput::Constant(color.map_or(default, gray))
             }
         }
     }
 
+    /// The color of a value. A value of another type is reported, with `expected`.
     fn constant(
         &mut self,
         props: &Props<'_>,
@@ -146,7 +148,7 @@ impl DescBuilder<'_> {
         }
     }
 
-    /// Reflectances must be in [0, 1]; files of versions 0.x were clamped, with a warning.
+    /// Checks that a reflectance is in [0, 1]. In files of version 0.x it is clamped with a warning.
     fn checked_rgb(
         &self,
         props: &Props<'_>,
@@ -163,7 +165,7 @@ impl DescBuilder<'_> {
             return None;
         }
         let message = format!(
-            "`{}` of {} is outside of [0, 1] and is clamped",
+            "`{}` of {} is outside of [0, 1]; it is clamped",
             param.name.value,
             props.describe()
         );
@@ -174,6 +176,7 @@ impl DescBuilder<'_> {
         Some(color.map(|v| v.clamp(0.0, 1.0)))
     }
 
+    /// The color of a `<spectrum type="...">`.
     fn spectrum_plugin(&mut self, id: ObjectId, color_use: ColorUse) -> Option<Rgb> {
         let props = self.props(id);
         let color = match props.plugin().value.as_str() {
@@ -216,7 +219,7 @@ impl DescBuilder<'_> {
     }
 }
 
-/// Numbers written as a string.
+/// A list of numbers in a string.
 fn number_list(props: &Props<'_>, name: &'static str) -> Option<Vec<f32>> {
     let text = props.required_string(name)?;
     let parts = text
@@ -232,6 +235,7 @@ fn number_list(props: &Props<'_>, name: &'static str) -> Option<Vec<f32>> {
     numbers
 }
 
+/// The color of samples at increasing wavelengths in nm.
 fn sampled(
     props: &Props<'_>,
     wavelengths: &[f32],
@@ -243,19 +247,19 @@ fn sampled(
         .copied()
         .zip(values.iter().copied())
         .collect();
-    let growing = samples.windows(2).all(|pair| pair[0].0 < pair[1].0);
-    if wavelengths.len() != values.len() || samples.is_empty() || !growing {
+    let increasing = samples.windows(2).all(|pair| pair[0].0 < pair[1].0);
+    if wavelengths.len() != values.len() || samples.is_empty() || !increasing {
         props.refuse(
             props.get("values")?,
-            "as many as the wavelengths, which must grow",
+            "one number for each wavelength, with increasing wavelengths",
         );
         return None;
     }
     Spectrum::Sampled(samples).to_rgb(color_use)
 }
 
-/// The one number that a colour stands for: exactly its value if it is grey, else its luminance.
-fn grey(color: Rgb) -> f32 {
+/// The number of a color: exactly its value if it is gray, else its luminance.
+fn gray(color: Rgb) -> f32 {
     if color.r == color.g && color.g == color.b {
         color.r
     } else {

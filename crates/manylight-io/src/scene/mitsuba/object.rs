@@ -1,4 +1,4 @@
-//! The tree of elements as objects (plugins) with parameters, references resolved.
+//! The tree of objects (plugins with parameters) of a scene, made from XML elements. References are resolved.
 
 use super::super::sink::{FileSpan, Problem, Sink};
 use super::upgrade;
@@ -9,7 +9,7 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// What kind of plugin an object is.
+/// The family of a plugin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum PluginFamily {
     Scene,
@@ -29,7 +29,7 @@ pub(super) enum PluginFamily {
     Subsurface,
 }
 
-/// Tags of objects; some families have other tags in old files.
+/// Tags of objects, the current tag of a family first. `camera` and `luminaire` occur in old files.
 const FAMILY_TAGS: [(&str, PluginFamily); 17] = [
     ("scene", PluginFamily::Scene),
     ("integrator", PluginFamily::Integrator),
@@ -51,7 +51,7 @@ const FAMILY_TAGS: [(&str, PluginFamily); 17] = [
 ];
 
 impl PluginFamily {
-    /// The family whose objects are written with `tag`.
+    /// The family of objects with this tag.
     pub(super) fn of_tag(tag: &str) -> Option<PluginFamily> {
         FAMILY_TAGS
             .iter()
@@ -59,7 +59,7 @@ impl PluginFamily {
             .map(|(_, family)| *family)
     }
 
-    /// The tag of the family.
+    /// The current tag of the family.
     pub(super) fn tag(self) -> &'static str {
         FAMILY_TAGS
             .iter()
@@ -72,12 +72,12 @@ impl PluginFamily {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(super) struct ObjectId(pub(super) usize);
 
-/// A parameter or a nested object (then the name may be empty).
+/// A parameter or a nested object. The name of a nested object may be empty.
 #[derive(Clone, Debug)]
 pub(super) struct Param {
     pub(super) name: Text,
     pub(super) value: Value,
-    /// The value as it is written, or the tag of a nested object.
+    /// Location of the value, or of the tag of a nested object.
     pub(super) span: FileSpan,
 }
 
@@ -88,12 +88,12 @@ pub(super) struct Object {
     pub(super) plugin: Text,
     pub(super) id: String,
     pub(super) dialect: Dialect,
-    /// Where the files that it names are looked for.
+    /// Search path of the files that the object names.
     pub(super) folders: Arc<[PathBuf]>,
     pub(super) params: Vec<Param>,
 }
 
-/// All objects of a scene. The first is the scene itself.
+/// All objects of a scene. The first one is the scene itself.
 #[derive(Debug)]
 pub(super) struct ObjectTree {
     objects: Vec<Object>,
@@ -103,10 +103,13 @@ impl ObjectTree {
     /// The scene.
     pub(super) const ROOT: ObjectId = ObjectId(0);
 
-    /// Makes objects of elements. `None` if the root is no scene.
+    /// Builds the objects of `root`. `None` if `root` is not a scene, which is reported.
     pub(super) fn new(root: &XmlElement, sink: &Sink) -> Option<Self> {
         if PluginFamily::of_tag(&root.tag.value) != Some(PluginFamily::Scene) {
-            let message = format!("the file is a <{}>, not a <scene>", root.tag.value);
+            let message = format!(
+                "found the root element <{}>, expected <scene>",
+                root.tag.value
+            );
             sink.error(Problem::new(
                 "scene::unknown_element",
                 root.tag.span,
@@ -128,7 +131,7 @@ impl ObjectTree {
         })
     }
 
-    /// Whether any object is of the family.
+    /// Whether any object belongs to the family.
     pub(super) fn has(&self, family: PluginFamily) -> bool {
         self.objects.iter().any(|object| object.family == family)
     }
@@ -138,17 +141,21 @@ impl ObjectTree {
     }
 }
 
-/// A `<ref>` whose target is looked up when all ids are known.
+/// A `<ref>`. It is resolved when all ids are known.
 struct Reference {
     owner: ObjectId,
+    /// Index of the parameter of `owner`.
     param: usize,
     id: Text,
 }
 
+/// Builds an [`ObjectTree`].
 struct ObjectTreeBuilder<'a> {
     sink: &'a Sink,
     objects: Vec<Object>,
+    /// Objects by id, with the location of the id.
     ids: HashMap<String, (ObjectId, FileSpan)>,
+    /// References that are not resolved yet.
     pending: Vec<Reference>,
 }
 
@@ -159,19 +166,14 @@ impl ObjectTreeBuilder<'_> {
             Some(plugin) => plugin.clone(),
             None if family == PluginFamily::Scene => element.tag.clone(),
             None => {
-                let message = format!("<{}> needs the attribute `type`", element.tag.value);
-                self.sink.error(Problem::new(
-                    "scene::missing_attribute",
-                    element.tag.span,
-                    message,
-                ));
+                element.required(self.sink, "type");
                 Text {
                     value: String::new(),
                     span: element.tag.span,
                 }
             }
         };
-        values::check_attributes(self.sink, element, &["type", "id", "name", "version"]);
+        element.check_attributes(self.sink, &["type", "id", "name", "version"]);
         let id = element
             .attribute("id")
             .map_or(String::new(), |id| id.value.clone());
@@ -192,20 +194,25 @@ impl ObjectTreeBuilder<'_> {
         this
     }
 
+    /// Defines the id of an object.
     fn register(&mut self, id: &Text, object: ObjectId) {
         if let Some((_, first)) = self.ids.get(&id.value) {
-            let report = Problem::new(
+            let problem = Problem::new(
                 "scene::duplicate_id",
                 id.span,
                 format!("the id `{}` is used twice", id.value),
             );
-            self.sink
-                .error(report.label("again here").second(*first, "first here"));
+            self.sink.error(
+                problem
+                    .label("second definition")
+                    .second(*first, "first definition"),
+            );
         } else {
             self.ids.insert(id.value.clone(), (object, id.span));
         }
     }
 
+    /// Adds a nested element to an object: an object, a reference, an alias or a value.
     fn child(&mut self, owner: ObjectId, element: &XmlElement) {
         let nameless = Text {
             value: String::new(),
@@ -214,7 +221,7 @@ impl ObjectTreeBuilder<'_> {
         let name = element.attribute("name").cloned().unwrap_or(nameless);
         let tag = element.tag.value.as_str();
         let is_object = match tag {
-            // A <spectrum> without a type is a value.
+            // A <spectrum> without `type` is a value.
             "spectrum" => element.attribute("type").is_some(),
             _ => PluginFamily::of_tag(tag).is_some(),
         };
@@ -236,7 +243,7 @@ impl ObjectTreeBuilder<'_> {
                     let span = element
                         .attribute("value")
                         .map_or(element.tag.span, |value| value.span);
-                    if values::required_attribute(self.sink, element, "name").is_some() {
+                    if element.required(self.sink, "name").is_some() {
                         self.objects[owner.0]
                             .params
                             .push(Param { name, value, span });
@@ -247,8 +254,8 @@ impl ObjectTreeBuilder<'_> {
     }
 
     fn reference(&mut self, owner: ObjectId, name: Text, element: &XmlElement) {
-        values::check_attributes(self.sink, element, &["id", "name"]);
-        let Some(id) = values::required_attribute(self.sink, element, "id") else {
+        element.check_attributes(self.sink, &["id", "name"]);
+        let Some(id) = element.required(self.sink, "id") else {
             return;
         };
         let params = &mut self.objects[owner.0].params;
@@ -266,8 +273,8 @@ impl ObjectTreeBuilder<'_> {
 
     fn alias(&mut self, element: &XmlElement) {
         let (Some(id), Some(alias)) = (
-            values::required_attribute(self.sink, element, "id"),
-            values::required_attribute(self.sink, element, "as"),
+            element.required(self.sink, "id"),
+            element.required(self.sink, "as"),
         ) else {
             return;
         };
@@ -277,6 +284,7 @@ impl ObjectTreeBuilder<'_> {
         }
     }
 
+    /// Renames the objects and parameters of old files, and reports duplicate parameters.
     fn upgrade(&mut self) {
         for index in 0..self.objects.len() {
             upgrade::upgrade(&mut self.objects[index]);
@@ -293,9 +301,9 @@ impl ObjectTreeBuilder<'_> {
             }
             if let Some(first) = seen.insert(name, param.name.span) {
                 let message = format!("the parameter `{name}` is given twice");
-                let report = Problem::new("scene::duplicate_parameter", param.name.span, message);
+                let problem = Problem::new("scene::duplicate_parameter", param.name.span, message);
                 self.sink
-                    .error(report.label("again here").second(first, "first here"));
+                    .error(problem.label("second value").second(first, "first value"));
             }
         }
     }
@@ -320,20 +328,21 @@ impl ObjectTreeBuilder<'_> {
         let message = format!("no object has the id `{}`", id.value);
         self.sink.error(
             Problem::new("scene::unresolved_reference", id.span, message)
-                .label("nothing to refer to")
+                .label("unknown id")
                 .maybe_help(help),
         );
     }
 
-    /// Reports every reference that leads back to an object that holds it, and removes it.
+    /// Reports and removes every reference that closes a cycle, by depth-first search.
     fn break_cycles(&mut self) {
         #[derive(Clone, Copy, PartialEq)]
         enum Mark {
-            New,
+            Unvisited,
+            /// On the path from the root to the current object.
             Open,
             Done,
         }
-        let mut marks = vec![Mark::New; self.objects.len()];
+        let mut marks = vec![Mark::Unvisited; self.objects.len()];
         let mut stack = vec![(0, 0)];
         marks[0] = Mark::Open;
         while let Some((object, next)) = stack.pop() {
@@ -346,17 +355,17 @@ impl ObjectTreeBuilder<'_> {
                 continue;
             };
             match marks[child] {
-                Mark::New => {
+                Mark::Unvisited => {
                     marks[child] = Mark::Open;
                     stack.push((child, 0));
                 }
                 Mark::Done => {}
                 Mark::Open => {
                     let message =
-                        format!("the object `{}` refers to itself", self.objects[child].id);
+                        format!("the object `{}` contains itself", self.objects[child].id);
                     self.sink.error(
                         Problem::new("scene::circular_reference", param.span, message)
-                            .label("closes the circle"),
+                            .label("this reference closes the cycle"),
                     );
                     self.objects[object].params[next].value = Value::Broken;
                 }

@@ -1,4 +1,4 @@
-//! Sun and sky: baked into an environment map. Version 3 has z up; in 0.x, y is up, x east and z south.
+//! The emitter plugins of sun and sky, baked into environment maps. Version 3 has z up; in 0.x, y is up, x east and z south.
 
 use super::DescBuilder;
 use super::colors::ColorUse;
@@ -9,10 +9,10 @@ use glam::{DMat4, DVec3};
 use manylight::emitters::{Emitter, Environment};
 use manylight::math::Vec3;
 
-/// Columns of the map: the sun's disc is three of them wide.
+/// Width of the map in texels. The disc of the sun is three texels wide.
 const MAP_WIDTH: usize = 2048;
 
-/// Parameters that give the sun's span by time.
+/// Parameters of place and time, which determine the direction to the sun.
 const TIME: [&str; 9] = [
     "latitude",
     "longitude",
@@ -25,7 +25,7 @@ const TIME: [&str; 9] = [
     "second",
 ];
 
-/// Which of the two shine.
+/// The parts of the model that emit light.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum SkyParts {
     Both,
@@ -34,6 +34,7 @@ pub(super) enum SkyParts {
 }
 
 impl DescBuilder<'_> {
+    /// Adds an emitter of sun and sky.
     pub(super) fn sun_and_sky(&mut self, props: &Props<'_>, parts: SkyParts) {
         let defaults = SunSky::default();
         let to_world = props.to_world();
@@ -77,10 +78,10 @@ impl DescBuilder<'_> {
         self.warn_feature(
             props,
             "complex_sun",
-            "is not supported: the sun is a uniform disc",
+            "is not supported; the sun is a uniform disc",
         );
         if props.is_v0() {
-            self.warn_feature(props, "stretch", "is not supported and is ignored");
+            self.warn_feature(props, "stretch", "is not supported; it is ignored");
             props.ignore(&["resolution", "extend", "sun_samples"]);
         }
         let image = bake_sunsky(&parameters, MAP_WIDTH);
@@ -92,6 +93,7 @@ impl DescBuilder<'_> {
         }));
     }
 
+    /// Angular diameter of the sun in degrees.
     fn sun_aperture(&self, props: &Props<'_>, default: f32) -> f32 {
         if props.is_v0() {
             default * props.float_where("sun_radius_scale", 1.0, |scale| scale >= 0.0, "at least 0")
@@ -105,7 +107,8 @@ impl DescBuilder<'_> {
         }
     }
 
-    /// In the frame of the sky. A given direction is one of the world; a time gives one of the emitter.
+    /// Unit vector to the sun in the frame of the sky. The parameter `sun_direction` is in world space; place and time determine
+    /// a direction in the frame of the emitter.
     fn sun_direction(&self, props: &Props<'_>, to_world: DMat4, frame: DMat4) -> Vec3 {
         let into_frame = |world: DVec3| {
             frame
@@ -117,8 +120,10 @@ impl DescBuilder<'_> {
         if let Some(direction) = props.vector("sun_direction") {
             if let Some(time) = TIME.iter().find(|name| props.has(name)) {
                 props.refuse(
-                    props.get("sun_direction").expect("it was just read"),
-                    &format!("absent where `{time}` is given"),
+                    props
+                        .get("sun_direction")
+                        .expect("invariant: the direction has a value"),
+                    &format!("absent if `{time}` is given"),
                 );
             }
             props.ignore(&TIME);

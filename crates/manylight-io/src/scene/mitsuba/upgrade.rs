@@ -1,12 +1,12 @@
-//! Files of versions 0.x in the names of version 3: camelCase becomes snake_case, renamed plugins and parameters get
-//! their new names, and the four numbers of a texture's placement become a transform.
+//! Renaming of objects in files of version 0.x to the names of version 3: camelCase becomes snake_case, renamed plugins and
+//! parameters get their current names, and offset and scale of a texture become a transform.
 
 use super::object::{Object, Param, PluginFamily};
 use super::values::Value;
 use super::xml::{Dialect, Text};
 use glam::{DMat4, DVec3};
 
-/// Plugins with another name today.
+/// Renamed plugins: family, old name, current name.
 const PLUGINS: [(PluginFamily, &str, &str); 9] = [
     (PluginFamily::Bsdf, "lambertian", "diffuse"),
     (PluginFamily::Bsdf, "bump", "bumpmap"),
@@ -19,7 +19,7 @@ const PLUGINS: [(PluginFamily, &str, &str); 9] = [
     (PluginFamily::Integrator, "pathtracer", "path"),
 ];
 
-/// Parameters (after the change to snake_case) with another name today.
+/// Renamed parameters: family, current plugin, old name in snake_case, current name.
 const PARAMETERS: [(PluginFamily, &str, &str, &str); 8] = [
     (
         PluginFamily::Bsdf,
@@ -46,7 +46,7 @@ const PARAMETERS: [(PluginFamily, &str, &str, &str); 8] = [
     (PluginFamily::Filter, "mitchell", "c", "C"),
 ];
 
-/// Brings an object of a 0.x file to the names of version 3.
+/// Renames an object of a 0.x file; objects of later versions are unchanged.
 pub(super) fn upgrade(object: &mut Object) {
     if object.dialect != Dialect::V0 {
         return;
@@ -67,7 +67,7 @@ pub(super) fn upgrade(object: &mut Object) {
         }
     }
     if object.family == PluginFamily::Texture {
-        place_texture(object);
+        combine_uv_transform(object);
     }
 }
 
@@ -91,8 +91,9 @@ fn snake_case(name: &str) -> String {
     result
 }
 
-/// `uoffset`, `voffset`, `uscale` and `vscale` become `to_uv`; the offset counts before the scale, as in Mitsuba's own upgrade.
-fn place_texture(object: &mut Object) {
+/// Replaces `uoffset`, `voffset`, `uscale` and `vscale` by `to_uv`. The offset is applied before the scale, as in Mitsuba's own
+/// upgrade.
+fn combine_uv_transform(object: &mut Object) {
     let mut offset = DVec3::ZERO;
     let mut scale = DVec3::ONE;
     let mut span = None;
