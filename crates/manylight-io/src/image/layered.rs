@@ -56,9 +56,33 @@ impl LayeredImage {
         Some(interleave(self.width, self.height, &planes?))
     }
 
+    /// The image as its beauty layer: the channels `R`, `G` and `B` if it has three channels, else its first channel as `Y`.
+    pub fn from_image(image: &Image) -> LayeredImage {
+        let names: &[&str] = if image.channels == 3 {
+            &["R", "G", "B"]
+        } else {
+            &["Y"]
+        };
+        let plane = |c: usize| {
+            image
+                .data
+                .iter()
+                .skip(c)
+                .step_by(image.channels)
+                .copied()
+                .collect()
+        };
+        let channels = names
+            .iter()
+            .enumerate()
+            .map(|(c, name)| ((*name).to_owned(), plane(c)))
+            .collect();
+        LayeredImage::from_channels(image.width, image.height, channels)
+    }
+
     /// Groups channels into layers by the part of their names before the last dot. Layers are in the order of their first
     /// channels.
-    pub(super) fn from_channels(
+    pub fn from_channels(
         width: usize,
         height: usize,
         channels: Vec<(String, Vec<f32>)>,
@@ -110,31 +134,7 @@ pub fn read_layered_image(path: &Path) -> Result<LayeredImage, FileError> {
     let image = if SourceFormat::of(&bytes) == SourceFormat::Exr {
         exr_file::read_channels(&bytes)
     } else {
-        decode(&bytes, path, Transfer::Auto).map(|image| split(&image))
+        decode(&bytes, path, Transfer::Auto).map(|image| LayeredImage::from_image(&image))
     };
     image.map_err(|fault| fault.in_file(path))
-}
-
-/// The channels of an image, as layers.
-fn split(image: &Image) -> LayeredImage {
-    let names: &[&str] = if image.channels == 3 {
-        &["R", "G", "B"]
-    } else {
-        &["Y"]
-    };
-    let plane = |c: usize| {
-        image
-            .data
-            .iter()
-            .skip(c)
-            .step_by(image.channels)
-            .copied()
-            .collect()
-    };
-    let channels = names
-        .iter()
-        .enumerate()
-        .map(|(c, name)| ((*name).to_owned(), plane(c)))
-        .collect();
-    LayeredImage::from_channels(image.width, image.height, channels)
 }

@@ -7,6 +7,7 @@
 )]
 
 mod errors;
+mod materials;
 mod shared_scenes;
 mod skies;
 mod upgrade;
