@@ -216,7 +216,7 @@ impl Embree {
             16 => self.occluded16,
             _ => panic!("packets have 8 or 16 rays"),
         };
-        // SAFETY: as in `intersect`; the function takes `N` rays, and the alignment of masks and rays is the one that Embree requires.
+        // SAFETY: as in `intersect`; the function takes `N` rays, and masks and rays have the alignment that Embree requires.
         unsafe {
             let rays = (&raw mut rays).cast();
             trace(valid.0.as_ptr(), self.scene, rays, &mut arguments);

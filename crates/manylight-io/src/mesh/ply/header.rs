@@ -11,6 +11,9 @@ pub(super) enum Encoding {
     BigEndian,
 }
 
+/// Names of the number types, for messages.
+const NUMBER_NAMES: &str = "char, uchar, short, ushort, int, uint, float or double";
+
 /// The type of a stored number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Number {
@@ -159,8 +162,11 @@ fn parse_element(name: &str, count: &str, cursor: Cursor) -> Result<PlyElement, 
 
 fn parse_property(words: &[&str], cursor: Cursor) -> Result<Property, Fault> {
     let number = |name: &str| {
-        Number::from_name(name)
-            .ok_or_else(|| cursor.fault(format!("unknown property type '{name}'; expected char, uchar, short, ushort, int, uint, float or double")))
+        Number::from_name(name).ok_or_else(|| {
+            cursor.fault(format!(
+                "unknown property type '{name}'; expected {NUMBER_NAMES}"
+            ))
+        })
     };
     match *words {
         ["property", "list", length, item, name] => Ok(Property {

@@ -50,8 +50,8 @@ impl DescBuilder<'_> {
         metal
     }
 
-    /// The parameter `name`, an index of refraction as a number or the name of a dielectric. `default` is the name of a dielectric;
-    /// without it, the default is 1.
+    /// The parameter `name`, an index of refraction as a number or as the name of a dielectric. `default` is the name of the
+    /// default dielectric; without it, the default is 1.
     pub(super) fn ior(&self, props: &Props<'_>, name: &'static str, default: Option<&str>) -> f32 {
         let default = default.and_then(spectra::dielectric_ior).unwrap_or(1.0);
         let Some(param) = props.get(name) else {

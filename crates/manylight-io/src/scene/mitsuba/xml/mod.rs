@@ -1,12 +1,16 @@
 //! Parsing of XML text into a tree of [`XmlElement`]s with source spans. `$name` parameters are replaced by their values, and
 //! `<include>` by the content of the included file.
 
+mod element;
 mod parameters;
+
+pub(super) use element::{Dialect, Text, XmlElement};
 
 use super::super::sink::{FileSpan, Problem, Sink};
 use super::files::find_file;
 use super::object::PluginFamily;
-use crate::resolve::{resolve, similar};
+use crate::resolve::resolve;
+use element::Attribute;
 use parameters::Parameters;
 use roxmltree::{Document, Node, ParsingOptions};
 use std::ops::Range;
@@ -18,80 +22,6 @@ const MAX_INCLUDE_DEPTH: usize = 15;
 
 /// Largest nesting of elements: far above any scene, and few enough stack frames for recursion.
 const MAX_NESTING: usize = 100;
-
-/// The generation of the scene format of a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Dialect {
-    /// Versions 0.x and 1.x: camelCase names, other defaults, y up for the sky.
-    V0,
-    /// Versions 2 and 3.
-    V3,
-}
-
-/// A piece of text with its location.
-#[derive(Clone, Debug)]
-pub(super) struct Text {
-    pub(super) value: String,
-    pub(super) span: FileSpan,
-}
-
-/// An attribute. Parameters in its value are replaced.
-#[derive(Clone, Debug)]
-pub(super) struct Attribute {
-    pub(super) name: Text,
-    pub(super) value: Text,
-}
-
-/// An element. Included files are part of the children.
-#[derive(Clone, Debug)]
-pub(super) struct XmlElement {
-    pub(super) tag: Text,
-    pub(super) attributes: Vec<Attribute>,
-    pub(super) children: Vec<XmlElement>,
-    pub(super) dialect: Dialect,
-    /// Search path of the files that the element names.
-    pub(super) folders: Arc<[PathBuf]>,
-}
-
-impl XmlElement {
-    /// The value of the attribute `name`.
-    pub(super) fn attribute(&self, name: &str) -> Option<&Text> {
-        self.attributes
-            .iter()
-            .find(|attribute| attribute.name.value == name)
-            .map(|attribute| &attribute.value)
-    }
-    /// The value of the attribute `name`; its absence is reported.
-    pub(super) fn required(&self, sink: &Sink, name: &str) -> Option<&Text> {
-        let found = self.attribute(name);
-        if found.is_none() {
-            let message = format!("<{}> needs the attribute `{name}`", self.tag.value);
-            sink.error(
-                Problem::new("scene::missing_attribute", self.tag.span, message)
-                    .label("in this element"),
-            );
-        }
-        found
-    }
-
-    /// Reports the attributes that are not in `known`.
-    pub(super) fn check_attributes(&self, sink: &Sink, known: &[&str]) {
-        for attribute in &self.attributes {
-            let name = attribute.name.value.as_str();
-            if known.contains(&name) {
-                continue;
-            }
-            let help = match similar(name, known.iter().copied()) {
-                Some(similar) => format!("did you mean `{similar}`?"),
-                None => format!("expected one of {}", known.join(", ")),
-            };
-            let message = format!("<{}> has no attribute `{name}`", self.tag.value);
-            sink.error(
-                Problem::new("scene::unknown_attribute", attribute.name.span, message).help(help),
-            );
-        }
-    }
-}
 
 /// The file that is being parsed.
 struct FileContext {
