@@ -1,4 +1,4 @@
-//! Why a scene file cannot be loaded, with the place in the file: what the command prints and a program can read.
+//! Errors of scene files, with their locations. A program reads the fields; [`miette`] prints them with an excerpt of the file.
 
 use miette::{LabeledSpan, NamedSource, SourceCode, SourceSpan};
 use std::fmt;
@@ -6,27 +6,27 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// How much a [`Diagnostic`] matters.
+/// How severe a [`Diagnostic`] is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Severity {
     /// The scene cannot be used.
     Error,
-    /// The scene loads, but something of it is left out or replaced.
+    /// The scene loads, but a part of it is ignored or replaced.
     Warning,
 }
 
-/// What a problem is about; it decides the exit code of the command.
+/// The class of a problem. It determines the exit code of the command line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LoadErrorKind {
-    /// The content of the scene: exit code 3.
+    /// The content of the scene is invalid: exit code 3.
     Scene,
-    /// The file system refuses: exit code 4.
+    /// A file cannot be read: exit code 4.
     FileSystem,
-    /// A warning that the caller asked to treat as an error: exit code 6.
+    /// A warning that [`LoadOptions::strict`](crate::LoadOptions::strict) turned into an error: exit code 6.
     Strict,
 }
 
-/// Where in which file.
+/// A location in a file.
 #[derive(Clone)]
 pub struct Location {
     path: PathBuf,
@@ -37,14 +37,14 @@ pub struct Location {
 }
 
 impl Location {
-    /// The place of `span` in `text`, the content of `path`, with a remark on it.
+    /// The location of the bytes `span` of `text`, which is the content of `path`; `label` is printed at the excerpt.
     pub(crate) fn new(path: &Path, text: &Arc<str>, span: Range<usize>, label: String) -> Self {
         let before = &text[..span.start.min(text.len())];
         let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
         let line = before.matches('\n').count() as u32 + 1;
-        // A byte order mark is not shown, so it has no column.
-        let shown = before[line_start..].trim_start_matches('\u{feff}');
-        let column = shown.chars().count() as u32 + 1;
+        // Editors do not show a byte order mark, so it has no column.
+        let visible = before[line_start..].trim_start_matches('\u{feff}');
+        let column = visible.chars().count() as u32 + 1;
         let source = NamedSource::new(path.display().to_string(), Arc::clone(text));
         Location {
             path: path.to_owned(),
@@ -55,12 +55,12 @@ impl Location {
         }
     }
 
-    /// A second remark in the same file.
+    /// Adds a label at another span of the same file.
     pub(crate) fn add_label(&mut self, span: Range<usize>, label: String) {
         self.labels.push((span, label));
     }
 
-    /// The file.
+    /// Path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -75,7 +75,7 @@ impl Location {
         self.column
     }
 
-    /// The bytes of the file that the problem is about.
+    /// Range of bytes in the file.
     pub fn span(&self) -> Range<usize> {
         self.labels[0].0.clone()
     }
@@ -93,18 +93,18 @@ impl fmt::Display for Location {
     }
 }
 
-/// One problem of a scene file. As a [`miette::Diagnostic`] it prints itself with an excerpt of the file.
+/// One problem of a scene. Printed as a [`miette::Diagnostic`], it shows an excerpt of the file.
 #[derive(Clone, Debug)]
 pub struct Diagnostic {
-    /// How much it matters.
+    /// How severe it is.
     pub severity: Severity,
-    /// What it is about.
+    /// The class of the problem.
     pub kind: LoadErrorKind,
-    /// A stable name, such as `scene::unknown_plugin`.
+    /// Stable identifier, such as `scene::unknown_plugin`.
     pub code: &'static str,
     /// What was found.
     pub message: String,
-    /// Where; `None` if the problem is the whole file or not in a file.
+    /// Where it was found; `None` if it concerns a file as a whole or no file.
     pub location: Option<Location>,
     /// What was expected, and a suggestion.
     pub help: Option<String>,
@@ -151,15 +151,15 @@ impl miette::Diagnostic for Diagnostic {
     }
 }
 
-/// Why a scene cannot be loaded. Its `Display` is the message alone; printing it as a [`miette::Diagnostic`]
-/// adds place, excerpt and help.
+/// The error that prevents loading a scene. `Display` gives the message alone; printed as a [`miette::Diagnostic`], it also
+/// shows location, excerpt and help.
 #[derive(Clone, Debug)]
 pub struct LoadError {
     diagnostic: Box<Diagnostic>,
 }
 
 impl LoadError {
-    /// The problem.
+    /// Severity, class, message, location and help.
     pub fn diagnostic(&self) -> &Diagnostic {
         &self.diagnostic
     }
@@ -188,7 +188,7 @@ impl std::error::Error for LoadError {}
 
 crate::error::delegate_diagnostic!(LoadError, diagnostic);
 
-/// Implements `miette::Diagnostic` for a type by its field that is one.
+/// Implements `miette::Diagnostic` for a type by delegating to the field `$field`.
 macro_rules! delegate_diagnostic {
     ($type:ty, $field:ident) => {
         impl miette::Diagnostic for $type {

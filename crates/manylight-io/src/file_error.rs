@@ -1,19 +1,19 @@
-//! What can be wrong with a file that a scene names: a mesh, an image, a spectrum.
+//! Errors of mesh, image and spectrum files.
 //!
-//! Parsers work on bytes and report a [`Fault`]; the public functions add the path and return a [`FileError`].
+//! Parsers work on bytes and return a [`Fault`]; public functions add the path and return a [`FileError`].
 
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// What is wrong with a file that a scene names.
+/// An error of a mesh, image, spectrum or output file.
 #[derive(Debug)]
 pub struct FileError {
-    /// The file.
+    /// Path of the file.
     pub path: PathBuf,
-    /// Line, counted from 1, for text files.
+    /// Line of a text file, counted from 1.
     pub line: Option<u32>,
-    /// Column in bytes, counted from 1, for text files.
+    /// Column of a text file in bytes, counted from 1.
     pub column: Option<u32>,
     /// What was found and what was expected.
     pub message: String,
@@ -21,29 +21,29 @@ pub struct FileError {
     pub kind: FileErrorKind,
 }
 
-/// The classes of problems with files.
+/// The class of a [`FileError`].
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum FileErrorKind {
-    /// There is no such file.
+    /// The file does not exist.
     NotFound,
-    /// The file system refuses to read it.
+    /// The file exists but cannot be read.
     Unreadable(io::Error),
-    /// The file system refuses to write it.
+    /// The file cannot be written.
     Unwritable(io::Error),
-    /// The content is damaged, or of a form that is not supported.
+    /// The content is damaged or not supported.
     Malformed,
-    /// The extension names no format that can be written.
+    /// The extension is not that of a format that can be written.
     UnknownFormat,
 }
 
 impl FileError {
-    /// A problem with the content of `path` as a whole.
+    /// An error about the content of `path` as a whole.
     pub fn malformed(path: &Path, message: impl Into<String>) -> Self {
         Fault::new(message).in_file(path)
     }
 
-    /// The file system refused to read `path`.
+    /// Reading `path` failed with `error`.
     pub fn unreadable(path: &Path, error: io::Error) -> Self {
         let (message, kind) = match error.kind() {
             io::ErrorKind::NotFound => (
@@ -64,7 +64,7 @@ impl FileError {
         }
     }
 
-    /// The file system refused to write `path`.
+    /// Writing `path` failed with `error`.
     pub fn unwritable(path: &Path, error: io::Error) -> Self {
         let message = match error.kind() {
             io::ErrorKind::NotFound => "cannot be written: the folder does not exist".to_owned(),
@@ -101,7 +101,7 @@ impl std::error::Error for FileError {
     }
 }
 
-/// A problem found in bytes whose file is not known here.
+/// An error in the content of a file, before its path is added.
 #[derive(Debug)]
 pub(crate) struct Fault {
     line: Option<u32>,
@@ -110,7 +110,7 @@ pub(crate) struct Fault {
 }
 
 impl Fault {
-    /// A problem without a place.
+    /// An error without a location.
     pub(crate) fn new(message: impl Into<String>) -> Self {
         Fault {
             line: None,
@@ -119,7 +119,7 @@ impl Fault {
         }
     }
 
-    /// A problem at a line and column, both counted from 1.
+    /// An error at a line and column, both counted from 1.
     pub(crate) fn at(line: u32, column: u32, message: impl Into<String>) -> Self {
         Fault {
             line: Some(line),
@@ -128,7 +128,7 @@ impl Fault {
         }
     }
 
-    /// The same problem with its file.
+    /// The error with the path of its file.
     pub(crate) fn in_file(self, path: &Path) -> FileError {
         FileError {
             path: path.to_owned(),
@@ -140,7 +140,7 @@ impl Fault {
     }
 }
 
-/// The whole file.
+/// The content of a file.
 pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, FileError> {
     std::fs::read(path).map_err(|error| FileError::unreadable(path, error))
 }

@@ -1,10 +1,69 @@
-//! Files in and out: scenes, meshes, images, spectra.
+//! Files of the many-light renderer `manylight`: scenes, meshes, images, spectra and skies.
+//!
+//! [`load_scene`] turns a scene file (Mitsuba XML, versions 0.4 to 3) into a [`SceneDesc`](manylight::scene::SceneDesc), the
+//! description that [`manylight`] renders. [`image::write_image`] writes the result. Names, defaults and meanings of scene files
+//! are those of Mitsuba 3.9; [`supported`] lists the plugins.
+//!
+//! # Promises
+//!
+//! * **All problems at once.** An error does not end loading: [`check_scene`] returns every error and warning of a scene.
+//! * **Located messages.** A [`Diagnostic`] says what was found, where (file, line, column), what was expected, and often the
+//!   most similar valid name. Printed by [`miette`], it shows an excerpt of the file.
+//! * **No silent differences.** Unknown elements and parameters are errors. Unsupported features of Mitsuba are warnings, which
+//!   [`LoadOptions::strict`] turns into errors. Only settings without effect on the converged image, such as samplers, are
+//!   accepted silently.
+//! * **Damaged files are errors.** Parsers neither panic nor allocate more than a file can contain.
+//! * **Atomic writing.** A written file is complete or unchanged.
+//!
+//! # Example
+//!
+//! ```
+//! use manylight_io::image::{LayeredImage, Transfer, read_image, write_image};
+//! use manylight_io::{LoadOptions, load_scene};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let folder = tempfile::tempdir()?;
+//! let file = folder.path().join("scene.xml");
+//! std::fs::write(
+//!     &file,
+//!     r#"<scene version="3.0.0">
+//!         <sensor type="perspective">
+//!             <transform name="to_world"><lookat origin="0 0 4" target="0 0 0" up="0 1 0"/></transform>
+//!             <film type="hdrfilm"><integer name="width" value="8"/><integer name="height" value="8"/></film>
+//!         </sensor>
+//!         <emitter type="constant"/>
+//!         <shape type="sphere"/>
+//!     </scene>"#,
+//! )?;
+//! let loaded = load_scene(&file, &LoadOptions::default())?;
+//! assert!(loaded.warnings.is_empty());
+//! let size = loaded.desc.sensors[0].film.size;
+//!
+//! // A renderer fills the image from `loaded.desc`; here it stays black.
+//! let rendered = manylight::image::Image::new(size.x as usize, size.y as usize, 3);
+//! let output = folder.path().join("image.exr");
+//! write_image(&output, &LayeredImage::from_image(&rendered), 0.0)?;
+//! assert_eq!(read_image(&output, Transfer::Auto)?, rendered);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # Layers
+//!
+//! A module uses only modules with smaller numbers.
+//!
+//! ```text
+//! 3 scene               scene files to descriptions
+//! 2 mesh image spectra  file formats; sky: computed environment maps
+//! 1 warning             warnings of a scene
+//! 0 error file_error    diagnostics of scene files, errors of other files; resolve: file lookup
+//! ```
 
 pub mod error;
 pub mod file_error;
 pub mod image;
 pub mod mesh;
-pub mod resolve;
+mod resolve;
 pub mod scene;
 pub mod sky;
 pub mod spectra;

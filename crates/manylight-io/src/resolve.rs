@@ -1,18 +1,18 @@
-//! Finding the files that a scene names: relative to the file that names them, and leniently about what other systems allow.
+//! File lookup for scenes, tolerant of names written on other systems, and suggestions for misspelled names.
 
 use std::path::{Path, PathBuf};
 
-/// A file that was found.
+/// The result of a successful lookup.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Resolved {
-    /// The file.
-    pub path: PathBuf,
-    /// In what way the name in the scene differs from the name in the file system, if it does.
-    pub remark: Option<&'static str>,
+pub(crate) struct Resolved {
+    /// Path of the file or folder.
+    pub(crate) path: PathBuf,
+    /// How the name in the scene differs from the name in the file system, if it does.
+    pub(crate) remark: Option<&'static str>,
 }
 
-/// The file called `name` in the first of `folders` that has it. A name with backslashes, or of other case, is found with a remark.
-pub fn resolve(name: &str, folders: &[PathBuf]) -> Option<Resolved> {
+/// Looks for `name` in `folders`, in this order: as written, then with `\` replaced by `/`, then ignoring case.
+pub(crate) fn resolve(name: &str, folders: &[PathBuf]) -> Option<Resolved> {
     let candidates = |name: &str| {
         folders
             .iter()
@@ -28,7 +28,7 @@ pub fn resolve(name: &str, folders: &[PathBuf]) -> Option<Resolved> {
     {
         return Some(Resolved {
             path,
-            remark: Some("uses `\\` between folders"),
+            remark: Some("uses `\\` as the folder separator"),
         });
     }
     let path = folders
@@ -36,11 +36,11 @@ pub fn resolve(name: &str, folders: &[PathBuf]) -> Option<Resolved> {
         .find_map(|folder| ignoring_case(folder, Path::new(&slashes)))?;
     Some(Resolved {
         path,
-        remark: Some("differs in case from the file's name"),
+        remark: Some("differs from the name of the file in upper and lower case"),
     })
 }
 
-/// `folder/name`, each part of `name` compared without regard to case.
+/// An existing path `folder/name`, with each component of `name` compared ignoring case.
 fn ignoring_case(folder: &Path, name: &Path) -> Option<PathBuf> {
     let mut path = if name.is_absolute() {
         PathBuf::from("/")
@@ -68,8 +68,8 @@ fn ignoring_case(folder: &Path, name: &Path) -> Option<PathBuf> {
     path.exists().then_some(path)
 }
 
-/// The name of an existing file in the folder of `path` that is most like its name, for a suggestion.
-pub fn similar_file(path: &Path) -> Option<String> {
+/// The file name most similar to that of `path` in the same folder, if one is similar enough to suggest.
+pub(crate) fn similar_file(path: &Path) -> Option<String> {
     let wanted = path.file_name()?.to_string_lossy().into_owned();
     let names: Vec<String> = entries(path.parent()?)?
         .map(|entry| entry.file_name().to_string_lossy().into_owned())
@@ -79,7 +79,7 @@ pub fn similar_file(path: &Path) -> Option<String> {
     similar(&wanted, names.iter().copied()).map(str::to_owned)
 }
 
-/// What is in `folder`; the empty path, parent of a bare name, stands for the current folder.
+/// The entries of `folder`. The empty path, which is the parent of a bare file name, means the current folder.
 fn entries(folder: &Path) -> Option<impl Iterator<Item = std::fs::DirEntry>> {
     let folder = if folder.as_os_str().is_empty() {
         Path::new(".")
@@ -89,15 +89,18 @@ fn entries(folder: &Path) -> Option<impl Iterator<Item = std::fs::DirEntry>> {
     Some(std::fs::read_dir(folder).ok()?.flatten())
 }
 
-/// The name among `known` that `found` was probably meant to be.
-pub fn similar<'a>(found: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    // Below 0.75, suggestions are more often silly than right; measured by Jaro-Winkler similarity.
-    const PLAUSIBLE: f64 = 0.75;
+/// The name in `known` most similar to `found`, if one is similar enough to suggest. Case is ignored.
+pub(crate) fn similar<'a>(
+    found: &str,
+    known: impl IntoIterator<Item = &'a str>,
+) -> Option<&'a str> {
+    /// Least Jaro-Winkler similarity of a suggestion. A lower value suggests unrelated names.
+    const MIN_SIMILARITY: f64 = 0.75;
     let lower = found.to_lowercase();
     known
         .into_iter()
         .map(|name| (strsim::jaro_winkler(&lower, &name.to_lowercase()), name))
-        .filter(|(score, _)| *score >= PLAUSIBLE)
+        .filter(|(score, _)| *score >= MIN_SIMILARITY)
         .max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(a.1)))
         .map(|(_, name)| name)
 }
@@ -107,7 +110,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_of_other_systems_are_found_with_a_remark() {
+    fn backslashes_and_other_case_are_found_with_a_remark() {
         let folder = tempfile::tempdir().unwrap();
         std::fs::create_dir(folder.path().join("Textures")).unwrap();
         std::fs::write(folder.path().join("Textures/Wood.png"), "").unwrap();
@@ -120,8 +123,8 @@ mod tests {
     }
 
     #[test]
-    fn bare_names_are_looked_up_in_the_current_folder() {
-        // Tests run in the folder of their package.
+    fn bare_file_names_refer_to_the_current_folder() {
+        // The working directory of a test is the folder of its package.
         assert_eq!(
             similar_file(Path::new("Cargo.tml")).as_deref(),
             Some("Cargo.toml")
@@ -132,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn suggestions_are_near_or_absent() {
+    fn only_similar_names_are_suggested() {
         let known = ["diffuse", "dielectric", "roughconductor"];
         assert_eq!(similar("difuse", known), Some("diffuse"));
         assert_eq!(similar("Dielektric", known), Some("dielectric"));

@@ -1,16 +1,16 @@
-//! What of a scene file is left out or replaced although the scene loads.
+//! Warnings of a scene that loads.
 
 use crate::error::{Diagnostic, Location, delegate_diagnostic};
 use std::fmt;
 
-/// Something of a scene file that is left out or replaced. Its `Display` is `path:line:column: message`.
+/// A part of a scene file that is ignored or replaced. `Display` gives `path:line:column: message`.
 #[derive(Clone, Debug)]
 pub struct Warning {
     diagnostic: Box<Diagnostic>,
 }
 
 impl Warning {
-    /// The problem.
+    /// Severity, class, message, location and help.
     pub fn diagnostic(&self) -> &Diagnostic {
         &self.diagnostic
     }
@@ -20,7 +20,7 @@ impl Warning {
         &self.diagnostic.message
     }
 
-    /// Where.
+    /// Where it was found; `None` if it concerns no single place of a file.
     pub fn location(&self) -> Option<&Location> {
         self.diagnostic.location.as_ref()
     }

@@ -1,16 +1,21 @@
-//! K-nearest queries over the photons of a scene, beside those of the crate kiddo:
-//! `cargo bench -p manylight --bench knn [-- PHOTONS...]`, by default one and ten million.
+//! Rate of k-nearest-neighbor queries among the photons of a scene, compared with the crate kiddo.
 //!
-//! The scene is `scenes/glossy-room`, or the file that `MANYLIGHT_BENCH_SCENE` names. Both trees hold the same points and
-//! answer the same queries in turn, part by part; a ratio is the median over the parts of the shortest of some runs, which other work
-//! on the machine moves little. kiddo answers sorted (its default) and unsorted (as here); the unsorted time is the measure. Every answer
-//! is compared: the same distance of the K-th neighbor, and the same neighbors, but for those at exactly that distance.
+//! `cargo bench -p manylight --bench knn [-- PHOTONS...]`; by default one and ten million photons. The scene is
+//! `scenes/glossy-room`, or the file that `MANYLIGHT_BENCH_SCENE` names.
+//!
+//! Both trees hold the same points and answer the same queries, in alternating parts. A reported ratio is the median over the
+//! parts; the time of a part is the shortest of several runs, which other load on the machine hardly changes. kiddo answers
+//! sorted (its default) and unsorted; the unsorted time is the comparable one. Every answer is checked: the distance of the
+//! k-th neighbor is the same, and so are all nearer neighbors.
 #![allow(
     clippy::print_stdout,
     clippy::unwrap_used,
-    reason = "reporting is all that this program does, and it may fail"
+    reason = "a benchmark reports on standard output and may panic"
 )]
 #![allow(missing_docs, reason = "a program")]
+
+#[path = "shared/default_scene.rs"]
+mod default_scene;
 
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use manylight::maps::{KdTree, Neighbors};
@@ -20,14 +25,15 @@ use manylight::sampling::{Pass, rng::Pcg};
 use manylight::scene::Scene;
 use rayon::prelude::*;
 use std::num::NonZero;
-use std::path::PathBuf;
 use std::time::Instant;
 
 type Kiddo = ImmutableKdTree<f32, 3>;
 
+/// Number of query points.
 const QUERIES: usize = 16_384;
-/// Queries that one tree answers before it is the other's turn.
+/// Queries per thread that one tree answers before the trees alternate.
 const PART: usize = 512;
+/// Runs of a part; the shortest time is used.
 const RUNS: usize = 3;
 
 fn main() {
@@ -43,10 +49,9 @@ fn main() {
     }
 }
 
-/// Where the photons of many passes lie.
+/// Positions of the first `count` photons of successive passes.
 fn photons(count: usize) -> Vec<Vec3> {
-    let own = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../scenes/glossy-room/scene.xml");
-    let path = std::env::var_os("MANYLIGHT_BENCH_SCENE").map_or(own, PathBuf::from);
+    let path = default_scene::default_scene();
     let desc = manylight_io::load_scene(&path, &Default::default())
         .unwrap()
         .desc;
@@ -97,12 +102,12 @@ fn compare(points: &[Vec3]) {
     let own = KdTree::build(points.to_vec());
     let bytes = own.bytes() - size_of_val(points);
     println!(
-        "{:.2} bytes beside each photon",
+        "{:.2} bytes per photon in addition to the photons",
         bytes as f64 / points.len() as f64
     );
     let kiddo = Kiddo::new_from_slice(&arrays).unwrap();
 
-    // Places a little off the surfaces and off the photons, as shading points are.
+    // Shading points lie near surfaces but not on photons: jitter photon positions a little.
     let mut rng = Pcg::new(1);
     let jitter = 1e-4 * Aabb::from_points(points.iter().copied()).diagonal();
     let random: Vec<Vec3> = (0..QUERIES)
@@ -120,14 +125,16 @@ fn compare(points: &[Vec3]) {
                     .num_threads(threads)
                     .build()
                     .unwrap();
-                pool.install(|| report(&own, &kiddo, queries, k, &format!("{order:8} {threads}T")));
+                pool.install(|| {
+                    measure(&own, &kiddo, queries, k, &format!("{order:8} {threads}T"))
+                });
             }
         }
     }
 }
 
-/// One line of the table.
-fn report(own: &KdTree<Vec3>, kiddo: &Kiddo, queries: &[Vec3], k: usize, name: &str) {
+/// Measures both trees with the same queries, checks the answers and prints one line.
+fn measure(own: &KdTree<Vec3>, kiddo: &Kiddo, queries: &[Vec3], k: usize, name: &str) {
     let threads = rayon::current_num_threads();
     let (mut times, mut sorted_times, mut own_times) = (Vec::new(), Vec::new(), Vec::new());
     for part in queries.chunks(PART * threads) {
@@ -183,7 +190,7 @@ fn report(own: &KdTree<Vec3>, kiddo: &Kiddo, queries: &[Vec3], k: usize, name: &
     );
 }
 
-/// The shortest of some runs: what else the machine does only ever adds, and more to the slower tree.
+/// The shortest time of [`RUNS`] runs in seconds, and the result. Other load only adds time, and more to the slower tree.
 fn seconds<T>(work: impl Fn() -> T) -> (f64, T) {
     let run = || {
         let start = Instant::now();

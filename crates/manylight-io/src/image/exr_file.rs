@@ -1,6 +1,6 @@
-//! OpenEXR: any channels in, one part of 32-bit floats out.
+//! OpenEXR. Files with any channels are read; written files have one part with 32-bit float channels.
 
-use super::picture::{Picture, interleave};
+use super::layered::{LayeredImage, interleave};
 use crate::file_error::Fault;
 use exr::image::read::read;
 use exr::image::write::WritableImage;
@@ -14,26 +14,27 @@ use exr::prelude::{Compression, IntegerBounds, ReadChannels, ReadLayers, Vec2};
 use manylight::image::Image;
 use std::io::Cursor;
 
-/// The color channels of the file: `R G B`, else a luminance, else the only layer that has R, G and B.
+/// The color of an EXR file: the channels `R`, `G`, `B`, else `Y`, else those of the first layer that has them, else the only
+/// channel.
 pub(super) fn read_color(bytes: &[u8]) -> Result<Image, Fault> {
-    let picture = read_channels(bytes)?;
-    if let Some(image) = picture.beauty() {
+    let layered = read_channels(bytes)?;
+    if let Some(image) = layered.beauty() {
         return Ok(image);
     }
-    let names: Vec<&str> = picture
+    let names: Vec<&str> = layered
         .layers
         .iter()
         .flat_map(|l| &l.channels)
         .map(|(name, _)| name.as_str())
         .collect();
     let find = |layer: &str, suffix: &str| {
-        picture.channel(&if layer.is_empty() {
+        layered.channel(&if layer.is_empty() {
             suffix.to_owned()
         } else {
             format!("{layer}.{suffix}")
         })
     };
-    for layer in &picture.layers {
+    for layer in &layered.layers {
         for suffixes in [
             &["R", "G", "B"][..],
             &["r", "g", "b"],
@@ -45,15 +46,15 @@ pub(super) fn read_color(bytes: &[u8]) -> Result<Image, Fault> {
                 .map(|suffix| find(&layer.name, suffix))
                 .collect();
             if let Some(planes) = planes {
-                return Ok(interleave(picture.width, picture.height, &planes));
+                return Ok(interleave(layered.width, layered.height, &planes));
             }
         }
     }
     match names[..] {
         [only] => Ok(interleave(
-            picture.width,
-            picture.height,
-            &[picture.channel(only).unwrap_or_default()],
+            layered.width,
+            layered.height,
+            &[layered.channel(only).unwrap_or_default()],
         )),
         _ => Err(Fault::new(format!(
             "expected the channels R, G, B or Y, found {}",
@@ -62,8 +63,9 @@ pub(super) fn read_color(bytes: &[u8]) -> Result<Image, Fault> {
     }
 }
 
-/// Every channel of every part that has the size of the first. Parts after the first lend their names to their channels.
-pub(super) fn read_channels(bytes: &[u8]) -> Result<Picture, Fault> {
+/// All channels of all parts that have the size of the first part. The name of a part becomes the layer of a channel whose name
+/// is already taken.
+pub(super) fn read_channels(bytes: &[u8]) -> Result<LayeredImage, Fault> {
     check_size(bytes)?;
     let reader = read()
         .no_deep_data()
@@ -73,7 +75,7 @@ pub(super) fn read_channels(bytes: &[u8]) -> Result<Picture, Fault> {
         .all_attributes();
     let image: FlatImage = reader.from_buffered(Cursor::new(bytes)).map_err(damaged)?;
     let Some(first) = image.layer_data.first() else {
-        return Err(Fault::new("the file holds no image"));
+        return Err(Fault::new("the EXR file contains no image"));
     };
     let size = first.size;
     let mut channels: Vec<(String, Vec<f32>)> = Vec::new();
@@ -89,24 +91,24 @@ pub(super) fn read_channels(bytes: &[u8]) -> Result<Picture, Fault> {
         }
     }
     let metadata = metadata_of(&first.attributes);
-    Ok(Picture {
+    Ok(LayeredImage {
         metadata,
-        ..Picture::from_channels(size.width(), size.height(), channels)
+        ..LayeredImage::from_channels(size.width(), size.height(), channels)
     })
 }
 
-/// Refuses headers that claim more pixels than any compression could have put into the file, before memory is taken.
+/// Rejects headers that declare more samples than the file can contain, before anything is allocated.
 fn check_size(bytes: &[u8]) -> Result<(), Fault> {
-    /// Far above what the format's methods reach on an image of one color.
-    const BEST_COMPRESSION: u128 = 20_000;
+    /// Bound on samples per byte of the file; far above the compression of an image of one color.
+    const MAX_SAMPLES_PER_BYTE: u128 = 20_000;
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(damaged)?;
     for header in &meta.headers {
         let (size, channels) = (header.layer_size, header.channels.list.len());
         let samples = size.width() as u128 * size.height() as u128 * channels as u128;
-        if samples > bytes.len() as u128 * BEST_COMPRESSION {
+        if samples > bytes.len() as u128 * MAX_SAMPLES_PER_BYTE {
             let (width, height) = (size.width(), size.height());
             return Err(Fault::new(format!(
-                "the header claims {width} x {height} pixels of {channels} channels, more than the file can hold"
+                "the header declares {width} x {height} pixels of {channels} channels, more than fit into the file"
             )));
         }
     }
@@ -121,7 +123,7 @@ fn text(text: &Text) -> String {
     String::from_utf8_lossy(text.as_slice()).into_owned()
 }
 
-/// All attributes that are text, sorted by name.
+/// All text attributes, sorted by name.
 fn metadata_of(attributes: &LayerAttributes) -> Vec<(String, String)> {
     let standard = [
         (SOFTWARE, &attributes.software_name),
@@ -144,15 +146,15 @@ fn metadata_of(attributes: &LayerAttributes) -> Vec<(String, String)> {
     metadata
 }
 
-/// Attributes with a place of their own in the format.
+/// Names of the text attributes that OpenEXR standardizes.
 const SOFTWARE: &str = "software";
 const COMMENTS: &str = "comments";
 const OWNER: &str = "owner";
 const CAPTURE_DATE: &str = "capDate";
 
-/// The file for a picture: one part, every channel in 32-bit floats, ZIP compression, metadata as text attributes.
-pub(super) fn encode(picture: &Picture) -> Result<Vec<u8>, Fault> {
-    let channels = picture.layers.iter().flat_map(|layer| &layer.channels);
+/// The file content for an image: one part with ZIP compression and 32-bit float channels, metadata as text attributes.
+pub(super) fn encode(image: &LayeredImage) -> Result<Vec<u8>, Fault> {
+    let channels = image.layers.iter().flat_map(|layer| &layer.channels);
     let channels = channels
         .map(|(name, values)| AnyChannel::new(utf8(name), FlatSamples::F32(values.clone())))
         .collect();
@@ -161,10 +163,10 @@ pub(super) fn encode(picture: &Picture) -> Result<Vec<u8>, Fault> {
         blocks: Blocks::ScanLines,
         line_order: LineOrder::Increasing,
     };
-    let size = Vec2(picture.width, picture.height);
+    let size = Vec2(image.width, image.height);
     let part = Part::new(
         size,
-        attributes_for(&picture.metadata),
+        attributes_for(&image.metadata),
         encoding,
         AnyChannels::sort(channels),
     );
@@ -179,6 +181,7 @@ pub(super) fn encode(picture: &Picture) -> Result<Vec<u8>, Fault> {
     Ok(bytes.into_inner())
 }
 
+/// Primaries and white point of Rec. 709.
 const REC_709: Chromaticities = Chromaticities {
     red: Vec2(0.64, 0.33),
     green: Vec2(0.3, 0.6),
@@ -205,7 +208,8 @@ fn attributes_for(metadata: &[(String, String)]) -> LayerAttributes {
     attributes
 }
 
-/// The crate's own conversion refuses what is not Latin-1; the format stores bytes, and readers take them for UTF-8.
+/// `text` as UTF-8. The conversion of the `exr` crate rejects everything but Latin-1, although the format stores bytes and
+/// readers assume UTF-8.
 fn utf8(text: &str) -> Text {
     Text::from_slice_unchecked(text.as_bytes())
 }

@@ -1,29 +1,31 @@
-//! JPEG, decoded by the `jpeg-decoder` crate, which interpolates chroma nearly as libjpeg does: on photographs it stays
-//! within 0.12 of 255 of libjpeg's mean in each channel, on noisy ones with a quarter of the bias of the decoder within
-//! `image`. Such a bias tints every wall with a photograph on it, and interreflection amplifies it.
+//! JPEG, decoded by the `jpeg-decoder` crate.
+//!
+//! Its interpolation of chroma is close to that of libjpeg: on photographs, the mean of each channel differs by at most 0.12 of
+//! 255. On noisy photographs, the bias is a quarter of that of the decoder in the `image` crate. Bias matters because
+//! interreflection amplifies the tint of a textured wall.
 
-use super::low_range::{MOST_BYTES, bytes_to_linear};
+use super::low_range::{MAX_DECODED_BYTES, bytes_to_linear};
 use super::transfer::Transfer;
 use crate::file_error::Fault;
 use jpeg_decoder::{Decoder, PixelFormat};
 use manylight::image::Image;
 
-/// The image in `bytes`.
+/// The image in the file content `bytes`.
 pub(super) fn decode(bytes: &[u8], transfer: Transfer) -> Result<Image, Fault> {
     let mut decoder = Decoder::new(bytes);
-    decoder.set_max_decoding_buffer_size(MOST_BYTES as usize);
+    decoder.set_max_decoding_buffer_size(MAX_DECODED_BYTES as usize);
     let values = decoder
         .decode()
         .map_err(|error| Fault::new(format!("the JPEG image cannot be decoded: {error}")))?;
     let info = decoder
         .info()
-        .ok_or_else(|| Fault::new("the JPEG image has no header"))?;
+        .ok_or_else(|| Fault::new("the JPEG image cannot be decoded: it has no header"))?;
     let channels = match info.pixel_format {
         PixelFormat::L8 => 1,
         PixelFormat::RGB24 => 3,
         other => {
             return Err(Fault::new(format!(
-                "JPEG images with pixels of the kind {other:?} are not supported; expected gray or RGB"
+                "found a JPEG image with {other:?} pixels, expected gray or RGB"
             )));
         }
     };

@@ -8,34 +8,34 @@ use std::borrow::Cow;
 use std::io::Cursor;
 use std::path::Path;
 
-/// Decoders may take this much memory: enough for 16k × 16k float RGB, too little to bring a machine down.
-pub(super) const MOST_BYTES: u64 = 4 << 30;
+/// Memory limit of a decoder in bytes: enough for 16k x 16k float RGB, and a bound for damaged headers.
+pub(super) const MAX_DECODED_BYTES: u64 = 4 << 30;
 
-/// Decodes `bytes`; the extension of `path` is asked where they do not tell their format.
+/// Decodes the file content `bytes`. If it does not show the format, the extension of `path` decides.
 pub(super) fn decode(bytes: &[u8], path: &Path, transfer: Transfer) -> Result<Image, Fault> {
-    let cannot =
+    let undecodable =
         |error: image::ImageError| Fault::new(format!("the image cannot be decoded: {error}"));
     let bytes = with_known_signature(bytes);
     let mut reader = ImageReader::new(Cursor::new(bytes.as_ref()))
         .with_guessed_format()
-        .map_err(|e| cannot(e.into()))?;
+        .map_err(|e| undecodable(e.into()))?;
     if reader.format().is_none() {
         match image::ImageFormat::from_path(path) {
             Ok(format) => reader.set_format(format),
             Err(_) => {
                 return Err(Fault::new(
-                    "not an image of a known format: expected PNG, JPEG, TGA, BMP, HDR, EXR or PFM",
+                    "unknown image format; expected PNG, JPEG, TGA, BMP, HDR, EXR or PFM",
                 ));
             }
         }
     }
     let mut limits = Limits::default();
-    limits.max_alloc = Some(MOST_BYTES);
+    limits.max_alloc = Some(MAX_DECODED_BYTES);
     reader.limits(limits);
-    Ok(linear(reader.decode().map_err(cannot)?, transfer))
+    Ok(linear(reader.decode().map_err(undecodable)?, transfer))
 }
 
-/// Radiance files begin with the name of the program or that of the format; the decoder knows only the first.
+/// Radiance files start with `#?RADIANCE` or `#?RGBE`; the decoder accepts only the first, so the second is replaced.
 fn with_known_signature(bytes: &[u8]) -> Cow<'_, [u8]> {
     match bytes.strip_prefix(b"#?RGBE") {
         Some(rest) => Cow::Owned([b"#?RADIANCE", rest].concat()),
@@ -43,7 +43,7 @@ fn with_known_signature(bytes: &[u8]) -> Cow<'_, [u8]> {
     }
 }
 
-/// Drops alpha and applies the transfer function.
+/// Drops alpha and applies the transfer function. Gray images have one channel, others three.
 fn linear(decoded: DynamicImage, transfer: Transfer) -> Image {
     let (width, height) = (decoded.width() as usize, decoded.height() as usize);
     let integer = transfer.curve(Depth::Integer);

@@ -1,20 +1,20 @@
-//! Image files: textures and environment maps in, pictures out and in again.
+//! Image files: textures and environment maps, and rendered images with layers.
 //!
-//! [`read_image`] gives what a texture needs: one or three linear channels. [`read_picture`] and [`write_image`] keep every
-//! channel by its name, and metadata.
+//! [`read_image`] returns one or three linear channels, as a texture needs. [`read_layered_image`] and [`write_image`] keep all
+//! named channels and the metadata.
 
 mod exr_file;
 mod jpeg;
+mod layered;
 mod low_range;
 mod pfm;
-mod picture;
 mod transfer;
 mod write;
 
 #[cfg(test)]
 mod tests;
 
-pub use picture::{Layer, Picture, read_picture};
+pub use layered::{ImageLayer, LayeredImage, read_layered_image};
 pub use transfer::{Transfer, linear_from_srgb, srgb_from_linear};
 pub use write::{ImageFormat, check_writable, write_file, write_image};
 
@@ -23,41 +23,46 @@ use manylight::image::Image;
 use std::path::Path;
 use transfer::Depth;
 
-/// The image as one linear gray channel or three linear Rec. 709 channels, as Mitsuba's `bitmap` texture sees it: alpha is
-/// dropped without multiplying by it, 8 and 16 bit values are divided by their maximum.
-/// PNG, JPEG, TGA, BMP, Radiance HDR, OpenEXR and PFM; known by content, TGA by its extension.
+/// Reads an image as one linear gray channel or three linear Rec. 709 channels, as Mitsuba's `bitmap` texture does: alpha is
+/// dropped (colors are not multiplied by it), and 8 and 16 bit values are divided by their maximum before `transfer` applies.
+///
+/// Formats are PNG, JPEG, TGA, BMP, Radiance HDR, OpenEXR and PFM, recognized by content (TGA by extension).
+///
+/// # Errors
+/// The file cannot be read, is damaged, or has an unsupported format.
 pub fn read_image(path: &Path, transfer: Transfer) -> Result<Image, FileError> {
     let bytes = read_bytes(path)?;
     decode(&bytes, path, transfer).map_err(|fault| fault.in_file(path))
 }
 
 fn decode(bytes: &[u8], path: &Path, transfer: Transfer) -> Result<Image, Fault> {
-    match Content::of(bytes) {
-        Content::Exr => {
+    match SourceFormat::of(bytes) {
+        SourceFormat::Exr => {
             exr_file::read_color(bytes).map(|image| transfer.apply(image, Depth::Float))
         }
-        Content::Pfm => pfm::parse(bytes).map(|image| transfer.apply(image, Depth::Float)),
-        Content::Jpeg => jpeg::decode(bytes, transfer),
-        Content::Other => low_range::decode(bytes, path, transfer),
+        SourceFormat::Pfm => pfm::parse(bytes).map(|image| transfer.apply(image, Depth::Float)),
+        SourceFormat::Jpeg => jpeg::decode(bytes, transfer),
+        SourceFormat::Other => low_range::decode(bytes, path, transfer),
     }
 }
 
-/// What the first bytes of an image say.
+/// The format of an image file, from its first bytes.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Content {
+enum SourceFormat {
     Exr,
     Pfm,
     Jpeg,
+    /// The formats of the `image` crate.
     Other,
 }
 
-impl Content {
-    fn of(bytes: &[u8]) -> Content {
+impl SourceFormat {
+    fn of(bytes: &[u8]) -> SourceFormat {
         match bytes {
-            [0x76, 0x2F, 0x31, 0x01, ..] => Content::Exr,
-            [b'P', b'F' | b'f', b'\n' | b' ' | b'\r' | b'\t', ..] => Content::Pfm,
-            [0xFF, 0xD8, 0xFF, ..] => Content::Jpeg,
-            _ => Content::Other,
+            [0x76, 0x2F, 0x31, 0x01, ..] => SourceFormat::Exr,
+            [b'P', b'F' | b'f', b'\n' | b' ' | b'\r' | b'\t', ..] => SourceFormat::Pfm,
+            [0xFF, 0xD8, 0xFF, ..] => SourceFormat::Jpeg,
+            _ => SourceFormat::Other,
         }
     }
 }

@@ -1,27 +1,33 @@
-//! Portable float maps: `PF` (RGB) or `Pf` (gray), width, height, a scale whose sign gives the byte order, then rows of
-//! `f32` from bottom to top.
+//! Portable float maps: a header of `PF` (RGB) or `Pf` (gray), width, height and scale, then rows of `f32` from bottom to top. A
+//! negative scale means little endian; its magnitude is ignored.
 
 use crate::file_error::Fault;
 use manylight::image::Image;
 
-/// The image in `bytes`.
+/// The image in the file content `bytes`.
 pub(super) fn parse(bytes: &[u8]) -> Result<Image, Fault> {
     let (words, start) = header(bytes)?;
     let channels = if words[0] == "PF" { 3 } else { 1 };
     let size = |word: &str| {
-        word.parse::<usize>()
-            .map_err(|_| Fault::new(format!("'{word}' is not a size of a PFM image")))
+        word.parse::<usize>().map_err(|_| {
+            Fault::new(format!(
+                "expected the width or height of a PFM image, found '{word}'"
+            ))
+        })
     };
     let (width, height) = (size(&words[1])?, size(&words[2])?);
-    let scale: f32 = words[3]
-        .parse()
-        .map_err(|_| Fault::new(format!("'{}' is not the scale of a PFM image", words[3])))?;
+    let scale: f32 = words[3].parse().map_err(|_| {
+        Fault::new(format!(
+            "expected the scale of a PFM image, found '{}'",
+            words[3]
+        ))
+    })?;
     let value_count = width
         .checked_mul(height)
         .and_then(|n| n.checked_mul(channels));
     let content = value_count.and_then(|n| bytes[start..].get(..n.checked_mul(4)?));
     let content = content.ok_or_else(|| {
-        Fault::new(format!("the file ends at byte {}, too early for {width} x {height} pixels of {channels} values", bytes.len()))
+        Fault::new(format!("the file ends at byte {}, before the end of {width} x {height} pixels of {channels} values", bytes.len()))
     })?;
     let value = |b: &[u8]| {
         if scale < 0.0 {
@@ -44,7 +50,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Image, Fault> {
     })
 }
 
-/// The four words of the header and where the values start: one white space behind the last word.
+/// The four words of the header, and the offset of the values, which start after one white-space byte.
 fn header(bytes: &[u8]) -> Result<([String; 4], usize), Fault> {
     let mut words: [String; 4] = Default::default();
     let mut at = 0;
@@ -63,11 +69,13 @@ fn header(bytes: &[u8]) -> Result<([String; 4], usize), Fault> {
     if at < bytes.len() {
         Ok((words, at + 1))
     } else {
-        Err(Fault::new("the file ends within the header of a PFM image"))
+        Err(Fault::new(
+            "the file ends before the end of the header of a PFM image",
+        ))
     }
 }
 
-/// The file for `image`, which has one or three channels.
+/// The file content for `image`, which has one or three channels.
 pub(super) fn encode(image: &Image) -> Vec<u8> {
     let kind = if image.channels == 3 { "PF" } else { "Pf" };
     let mut bytes = format!("{kind}\n{} {}\n-1.0\n", image.width, image.height).into_bytes();

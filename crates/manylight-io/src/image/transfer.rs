@@ -1,32 +1,32 @@
-//! From stored to linear values and back.
+//! Transfer functions between stored and linear values.
 
 use manylight::image::Image;
 
-/// How the values of an image file become linear ones.
+/// The transfer function from the values of an image file to linear values.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Transfer {
-    /// The sRGB curve for 8 and 16 bit integers; float values are linear already.
+    /// The sRGB curve for 8 and 16 bit integers, the identity for floating point.
     #[default]
     Auto,
     /// The sRGB curve.
     Srgb,
-    /// Values are data, not colors.
+    /// The identity: values are linear, or not colors.
     Raw,
-    /// Values are raised to this power.
+    /// Raises values to this power; negative values become 0.
     Gamma(f32),
 }
 
 /// How a file stores its values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Depth {
-    /// Integers, here divided by their maximum.
+    /// Integers, divided by their maximum.
     Integer,
     /// Floating point.
     Float,
 }
 
 impl Transfer {
-    /// The function from stored to linear values.
+    /// The function from a stored to a linear value.
     pub(super) fn curve(self, depth: Depth) -> impl Fn(f32) -> f32 {
         let transfer = match (self, depth) {
             (Transfer::Auto, Depth::Integer) => Transfer::Srgb,
@@ -40,7 +40,7 @@ impl Transfer {
         }
     }
 
-    /// The image with its values made linear.
+    /// The image with linear values.
     pub(super) fn apply(self, mut image: Image, depth: Depth) -> Image {
         let curve = self.curve(depth);
         for v in &mut image.data {
@@ -50,7 +50,7 @@ impl Transfer {
     }
 }
 
-/// The linear value that sRGB stores as `v`. Source: IEC 61966-2-1.
+/// The linear value of the sRGB value `v`. Source: IEC 61966-2-1.
 pub fn linear_from_srgb(v: f32) -> f32 {
     if v <= 0.040_45 {
         v / 12.92
@@ -59,7 +59,7 @@ pub fn linear_from_srgb(v: f32) -> f32 {
     }
 }
 
-/// What sRGB stores for a linear value. Source: IEC 61966-2-1.
+/// The sRGB value of the linear value `v`. Source: IEC 61966-2-1.
 pub fn srgb_from_linear(v: f32) -> f32 {
     if v <= 0.003_130_8 {
         v * 12.92

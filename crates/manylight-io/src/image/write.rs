@@ -1,6 +1,6 @@
-//! Pictures into files. A file appears complete under its name or not at all.
+//! Writing of images. Files are replaced atomically: a file is complete or does not change.
 
-use super::picture::Picture;
+use super::layered::LayeredImage;
 use super::transfer::srgb_from_linear;
 use super::{exr_file, pfm};
 use crate::file_error::{Fault, FileError, FileErrorKind};
@@ -13,10 +13,10 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
-/// The formats that can be written.
+/// Format of a written image file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ImageFormat {
-    /// OpenEXR: all channels as 32-bit floats, with metadata.
+    /// OpenEXR: all channels as 32-bit floats, and metadata.
     Exr,
     /// PNG: 8 bit sRGB.
     Png,
@@ -29,7 +29,10 @@ pub enum ImageFormat {
 }
 
 impl ImageFormat {
-    /// The format that the extension of `path` names; the error lists the known ones.
+    /// The format of the extension of `path`.
+    ///
+    /// # Errors
+    /// The extension is missing or unknown. The message lists the supported ones.
     pub fn from_path(path: &Path) -> Result<ImageFormat, FileError> {
         let extension = path
             .extension()
@@ -45,8 +48,7 @@ impl ImageFormat {
                     || "no extension".to_owned(),
                     |e| format!("the extension '.{e}'"),
                 );
-                let message =
-                    format!("found {found}; images are written as .exr, .png, .jpg, .hdr or .pfm");
+                let message = format!("found {found}, expected .exr, .png, .jpg, .hdr or .pfm");
                 Err(FileError {
                     kind: FileErrorKind::UnknownFormat,
                     ..FileError::malformed(path, message)
@@ -56,29 +58,38 @@ impl ImageFormat {
     }
 }
 
-/// Writes `picture` in the format that the extension names. PNG and JPEG show the beauty layer times 2^`exposure_ev`;
-/// the other formats keep linear values as they are. The file is written under another name in the same folder, brought to
-/// the disk and renamed.
-pub fn write_image(path: &Path, picture: &Picture, exposure_ev: f32) -> Result<(), FileError> {
+/// Writes `image` in the format of the extension of `path`. OpenEXR stores all channels, the other formats the beauty layer.
+/// PNG and JPEG store it times 2^`exposure_ev` with the sRGB curve, HDR and PFM linear and without exposure.
+///
+/// The data is written to a temporary file in the same folder, flushed to disk, and renamed to `path`.
+///
+/// # Errors
+/// The extension is unknown, the channels are inconsistent or missing, or the file cannot be written.
+pub fn write_image(path: &Path, image: &LayeredImage, exposure_ev: f32) -> Result<(), FileError> {
     let format = ImageFormat::from_path(path)?;
-    let bytes = check_channels(picture)
-        .and_then(|()| encode(format, picture, exposure_ev))
+    let bytes = check_channels(image)
+        .and_then(|()| encode(format, image, exposure_ev))
         .map_err(|fault| fault.in_file(path))?;
     write_file(path, &bytes)
 }
 
-/// Writes a file of these bytes as [`write_image`] does: under another name, brought to the disk, renamed.
+/// Writes `bytes` to `path` as [`write_image`] does: to a temporary file in the same folder, flushed to disk, and renamed.
+///
+/// # Errors
+/// The file cannot be written.
 pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     replace(path, bytes).map_err(|error| FileError::unwritable(path, error))
 }
 
-/// Whether [`write_image`] can write `path`: the format is known and the folder takes files. To be asked before a long
-/// computation.
+/// Checks before a long computation that [`write_image`] can write `path`: the format is known and the folder is writable.
+///
+/// # Errors
+/// The extension is unknown, or the file cannot be written.
 pub fn check_writable(path: &Path) -> Result<(), FileError> {
     ImageFormat::from_path(path)?;
     let target = target_of(path);
     let open = || match std::fs::metadata(&target) {
-        Ok(metadata) if metadata.is_dir() => Err(std::io::Error::other("it is a folder")),
+        Ok(metadata) if metadata.is_dir() => Err(std::io::Error::other("the path is a folder")),
         Ok(metadata) if !metadata.is_file() => std::fs::OpenOptions::new()
             .write(true)
             .open(&target)
@@ -88,38 +99,42 @@ pub fn check_writable(path: &Path) -> Result<(), FileError> {
     open().map_err(|error| FileError::unwritable(path, error))
 }
 
-fn check_channels(picture: &Picture) -> Result<(), Fault> {
-    let count = picture.width * picture.height;
+fn check_channels(image: &LayeredImage) -> Result<(), Fault> {
+    let count = image.width * image.height;
     if count == 0 {
-        return Err(Fault::new("an image without pixels cannot be written"));
+        return Err(Fault::new("the image has no pixels; expected at least one"));
     }
     let mut names: Vec<&str> = Vec::new();
-    for (name, values) in picture.layers.iter().flat_map(|layer| &layer.channels) {
+    for (name, values) in image.layers.iter().flat_map(|layer| &layer.channels) {
         if values.len() != count {
             return Err(Fault::new(format!(
-                "the channel {name} has {} values, the image {count} pixels",
+                "the channel {name} has {} values, expected {count}, the number of pixels",
                 values.len()
             )));
         }
         if names.contains(&name.as_str()) {
-            return Err(Fault::new(format!("there are two channels {name}")));
+            return Err(Fault::new(format!(
+                "two channels have the name {name}; expected distinct names"
+            )));
         }
         names.push(name);
     }
     if names.is_empty() {
-        Err(Fault::new("an image without channels cannot be written"))
+        Err(Fault::new(
+            "the image has no channels; expected at least one",
+        ))
     } else {
         Ok(())
     }
 }
 
-fn encode(format: ImageFormat, picture: &Picture, exposure_ev: f32) -> Result<Vec<u8>, Fault> {
+fn encode(format: ImageFormat, image: &LayeredImage, exposure_ev: f32) -> Result<Vec<u8>, Fault> {
     if format == ImageFormat::Exr {
-        return exr_file::encode(picture);
+        return exr_file::encode(image);
     }
-    let beauty = picture
+    let beauty = image
         .beauty()
-        .ok_or_else(|| Fault::new("this format needs the channels R, G, B or Y"))?;
+        .ok_or_else(|| Fault::new("the image has no channels R, G, B or Y, which this format requires; use .exr for other channels"))?;
     let mut bytes = Vec::new();
     let encoded = match format {
         ImageFormat::Exr | ImageFormat::Pfm => {
@@ -133,6 +148,7 @@ fn encode(format: ImageFormat, picture: &Picture, exposure_ev: f32) -> Result<Ve
         ),
         ImageFormat::Png => encode_display(PngEncoder::new(&mut bytes), &beauty, exposure_ev),
         ImageFormat::Jpg => {
+            /// JPEG quality in percent; trades file size against artifacts.
             const QUALITY: u8 = 95;
             encode_display(
                 JpegEncoder::new_with_quality(&mut bytes, QUALITY),
@@ -146,6 +162,7 @@ fn encode(format: ImageFormat, picture: &Picture, exposure_ev: f32) -> Result<Ve
         .map_err(|error| Fault::new(format!("the image cannot be encoded: {error}")))
 }
 
+/// Encodes 8 bit sRGB values of the image times 2^`exposure_ev`.
 fn encode_display(
     encoder: impl ImageEncoder,
     image: &Image,
@@ -162,7 +179,7 @@ fn encode_display(
     encoder.write_image(&bytes, image.width as u32, image.height as u32, color)
 }
 
-/// RGBE has neither negative values nor NaN.
+/// Pixels for RGBE, which stores neither negative values nor NaN: both become 0.
 fn radiance_pixels(image: &Image) -> Vec<image::Rgb<f32>> {
     let positive = |v: f32| if v > 0.0 { v.min(f32::MAX) } else { 0.0 };
     (0..image.width * image.height)
@@ -171,15 +188,16 @@ fn radiance_pixels(image: &Image) -> Vec<image::Rgb<f32>> {
         .collect()
 }
 
-/// Where the bytes go: the file behind a symbolic link, so that the link survives.
+/// The file to write: the target if `path` is a symbolic link, so that the link is kept.
 fn target_of(path: &Path) -> PathBuf {
     std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned())
 }
 
+/// Writes `bytes` to `path` atomically.
 fn replace(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     let target = target_of(path);
     if std::fs::metadata(&target).is_ok_and(|m| !m.is_file()) {
-        // Devices and pipes are written to; renaming would replace them by a file.
+        // A device or pipe must be written directly: renaming would replace it by a file.
         return std::fs::OpenOptions::new()
             .write(true)
             .open(&target)?
@@ -202,7 +220,7 @@ fn temporary_beside(target: &Path) -> std::io::Result<NamedTempFile> {
     builder.prefix(".manylight-");
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    // The error names the temporary file, which means nothing to anybody; the kind says the rest.
+    // Only the kind of the error is kept, because its message names the temporary file.
     builder
         .tempfile_in(folder)
         .map_err(|error| std::io::Error::from(error.kind()))

@@ -1,10 +1,11 @@
 //! Mesh files: OBJ, PLY and Mitsuba's serialized format.
 //!
-//! Positions and texture coordinates are passed on as they stand in the file. Mitsuba's textures have v = 0 in the top row;
-//! its `flip_tex_coords` replaces v by 1 - v and is on by default for OBJ and off for PLY and serialized meshes.
-//! Where a file stores no normals, Mitsuba computes smooth ones after placing the mesh in the world, unless `face_normals`
-//! is set. [`read_obj`], [`read_ply`] and [`read_serialized`] compute them in object space; [`read_stored`] followed by
-//! [`smooth_normals_placed`] also agrees for placements that mirror or distort.
+//! Positions and texture coordinates are those of the file. Note that v = 0 is the top row of an image: Mitsuba replaces v by
+//! 1 - v (`flip_tex_coords`) by default for OBJ, but not for PLY and serialized meshes.
+//!
+//! If a file has no normals, Mitsuba computes smooth normals in world space, unless `face_normals` is set. [`read_obj`],
+//! [`read_ply`] and [`read_serialized`] compute them in object space, which is the same for transforms that preserve angles
+//! and orientation. For other transforms, call [`read_stored`] and [`smooth_normals_placed`].
 
 mod normals;
 mod obj;
@@ -21,37 +22,50 @@ use crate::file_error::{Fault, FileError, read_bytes};
 use manylight::geometry::Mesh;
 use std::path::Path;
 
-/// The formats of mesh files.
+/// Format of a mesh file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MeshFormat {
     /// Wavefront OBJ. Groups and materials are ignored.
     Obj,
     /// Stanford PLY.
     Ply,
-    /// Mitsuba's compressed meshes, several in a file.
+    /// Mitsuba's compressed format, with several meshes per file.
     Serialized {
-        /// Which of them, from 0.
+        /// Index of the mesh in the file, from 0.
         shape_index: usize,
     },
 }
 
-/// The one mesh of an OBJ file; polygons become fans. Normals are smooth where the file has none.
+/// Reads all faces of an OBJ file as one mesh. Polygons are triangulated as fans. Missing normals are smooth.
+///
+/// # Errors
+/// The file cannot be read or is malformed; the error gives line and column.
 pub fn read_obj(path: &Path) -> Result<Mesh, FileError> {
     read(path, MeshFormat::Obj)
 }
 
-/// The mesh of an ASCII or binary PLY file; polygons become fans, unknown elements and properties are skipped.
-/// Normals are smooth where the file has none.
+/// Reads an ASCII or binary PLY file. Polygons are triangulated as fans, unknown elements and properties are skipped. Missing
+/// normals are smooth.
+///
+/// # Errors
+/// The file cannot be read or is malformed.
 pub fn read_ply(path: &Path) -> Result<Mesh, FileError> {
     read(path, MeshFormat::Ply)
 }
 
-/// Mesh number `shape_index` of a serialized file, version 3 or 4. Normals are smooth where the file has none.
+/// Reads the mesh `shape_index` (from 0) of a serialized file of version 3 or 4. Missing normals are smooth.
+///
+/// # Errors
+/// The file cannot be read, is malformed, or has no mesh of this index.
 pub fn read_serialized(path: &Path, shape_index: usize) -> Result<Mesh, FileError> {
     read(path, MeshFormat::Serialized { shape_index })
 }
 
-/// The mesh with the normals that the file stores, made unit; `normals` is empty if it stores none.
+/// Reads a mesh with the normals of the file, normalized. `normals` is empty if the file has none; if only some vertices
+/// have one, the others get smooth normals.
+///
+/// # Errors
+/// The file cannot be read or is malformed.
 pub fn read_stored(path: &Path, format: MeshFormat) -> Result<Mesh, FileError> {
     let bytes = read_bytes(path)?;
     let mut mesh = parse(&bytes, format).map_err(|fault| fault.in_file(path))?;

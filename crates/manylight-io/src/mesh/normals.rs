@@ -1,22 +1,22 @@
-//! Smooth vertex normals for meshes that store none.
+//! Smooth vertex normals for meshes without normals.
 
 use glam::{Affine3A, Vec3A};
 use manylight::geometry::Mesh;
 use manylight::math::Vec3;
 
-/// Where no triangle with an area touches a vertex, as Mitsuba has it.
+/// Normal of a vertex without a triangle of positive area, as in Mitsuba.
 const FALLBACK: Vec3 = Vec3::X;
 
-/// Gives every vertex the mean of its triangles' normals, weighted by the angle at the vertex (Thürmer and Wüthrich 1998),
-/// as Mitsuba does for meshes that store no normals. Existing normals are replaced. Vertices that lie at one place but are
-/// stored twice, as along uv seams, are not joined.
+/// Sets every vertex normal to the mean of the adjacent triangle normals, weighted by the angle at the vertex (Thürmer and
+/// Wüthrich 1998), as Mitsuba does for meshes without normals. Vertices with equal positions (for instance along uv seams)
+/// are not merged.
 pub fn smooth_normals(mesh: &mut Mesh) {
     mesh.normals = angle_weighted(mesh);
 }
 
-/// The same for a mesh that is placed in the world: the weights are the angles in world space, where Mitsuba takes them.
-/// The normals are stored in object space, such that the inverse transpose of `world_from_object` gives the world normals.
-/// The result differs from [`smooth_normals`] if the placement distorts angles or mirrors.
+/// Like [`smooth_normals`], but weighted by the angles in world space, as in Mitsuba. The normals are stored in object space:
+/// the inverse transpose of `world_from_object` maps them to the world-space normals. The result differs from that of
+/// [`smooth_normals`] only if the transform changes angles or mirrors.
 pub fn smooth_normals_placed(mesh: &mut Mesh, world_from_object: &Affine3A) {
     let object_positions = mesh.positions.clone();
     for p in &mut mesh.positions {
@@ -24,8 +24,8 @@ pub fn smooth_normals_placed(mesh: &mut Mesh, world_from_object: &Affine3A) {
     }
     let world = angle_weighted(mesh);
     mesh.positions = object_positions;
-    // Normals are placed by the inverse transpose, so the transpose leads back. Mitsuba's world normals follow the winding of
-    // the placed triangles, also when the placement mirrors; no sign is changed here.
+    // The inverse transpose maps normals to world space, so the transpose maps them back. Mitsuba's world-space normals follow
+    // the winding order of the transformed triangles even if the transform mirrors, so no sign is changed.
     let object_from_world = world_from_object.matrix3.transpose();
     mesh.normals = world
         .into_iter()
@@ -33,7 +33,7 @@ pub fn smooth_normals_placed(mesh: &mut Mesh, world_from_object: &Affine3A) {
         .collect();
 }
 
-/// Replaces only the normals that are zero: vertices that a file left without a normal.
+/// Replaces the normals that are zero, which mark vertices without a normal in the file, by smooth ones.
 pub(super) fn complete_normals(mesh: &mut Mesh) {
     if mesh.normals.iter().all(|&n| n != Vec3::ZERO) {
         return;
@@ -68,7 +68,7 @@ fn angle_weighted(mesh: &Mesh) -> Vec<Vec3> {
         .collect()
 }
 
-/// Stable for all angles, unlike the arc cosine: the half-angle follows from the chord (Kahan).
+/// Angle between unit vectors from the length of their chord, which is accurate for all angles, unlike the arc cosine (Kahan).
 fn angle_between_units(a: Vec3, b: Vec3) -> f32 {
     if a.dot(b) < 0.0 {
         std::f32::consts::PI - 2.0 * (0.5 * (a + b).length()).min(1.0).asin()

@@ -1,19 +1,21 @@
-//! Wavefront OBJ: `v`, `vt`, `vn` and `f` lines; groups, materials and everything else is skipped, so a file is one mesh.
+//! Wavefront OBJ. `v`, `vt`, `vn` and `f` lines are read; groups, materials and all other lines are skipped, so that a file is
+//! one mesh.
 //!
-//! A reader of our own, because scenes hold hundreds of megabytes of this text, and because general readers split a file by
-//! groups, which has to be undone here, and report damage without a line. Vertices are split and numbered as Mitsuba does:
-//! one per distinct triple of position, texture coordinate and normal, in the order of their first use. Indices may point
-//! forwards in the file and may be negative (counted back from the latest element), which Mitsuba refuses.
+//! Vertices are split and numbered as in Mitsuba: one per distinct triple of position, texture coordinate and normal, in the
+//! order of first use. Beyond Mitsuba, indices may refer to later lines and may be negative (relative to the last element).
+//!
+//! The parser is written here because scenes contain hundreds of megabytes of OBJ text, and because existing crates split a
+//! file into groups and report errors without a line.
 
 use super::text::Cursor;
 use crate::file_error::Fault;
 use manylight::geometry::Mesh;
 use manylight::math::{Vec2, Vec3};
 
-/// Marks an absent index and the end of a list.
+/// An absent index, or the end of a linked list.
 const NONE: u32 = u32::MAX;
 
-/// The mesh in `bytes`. Vertices without a usable normal get a zero normal if others have one.
+/// The mesh in the file content `bytes`. If some vertices have a normal, the others get a zero normal.
 pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
     let mut reader = Reader::new(bytes);
     while !reader.cursor.at_end() {
@@ -23,35 +25,39 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
     Ok(reader.into_mesh())
 }
 
-/// The three kinds of elements that a corner of a face refers to, in the order of the file's `v/vt/vn`.
+/// The elements that a face corner `v/vt/vn` refers to, in this order.
 #[derive(Clone, Copy)]
-enum Element {
+enum ObjElement {
     Position = 0,
     Uv = 1,
     Normal = 2,
 }
 
-const ELEMENTS: [Element; 3] = [Element::Position, Element::Uv, Element::Normal];
+const ELEMENTS: [ObjElement; 3] = [ObjElement::Position, ObjElement::Uv, ObjElement::Normal];
 
-impl Element {
+impl ObjElement {
     fn name(self) -> &'static str {
         match self {
-            Element::Position => "vertex",
-            Element::Uv => "texture coordinate",
-            Element::Normal => "normal",
+            ObjElement::Position => "vertex",
+            ObjElement::Uv => "texture coordinate",
+            ObjElement::Normal => "normal",
         }
     }
 }
 
-/// A vertex of the mesh: what it refers to, and the next one with the same position.
+/// A vertex of the mesh.
 struct Corner {
+    /// Indices of position, texture coordinate and normal.
     indices: [u32; 3],
+    /// The next corner with the same position.
     next: u32,
 }
 
-/// The largest index of one kind and where it stands, to be compared with the count when the whole file is known.
+/// The largest index to one kind of element, and its location. It is checked at the end of the file, because indices may refer
+/// to later lines.
 #[derive(Clone, Copy, Default)]
-struct Furthest {
+struct LargestIndex {
+    /// The index plus 1.
     count: u32,
     line: u32,
     column: u32,
@@ -59,30 +65,32 @@ struct Furthest {
 
 struct Reader<'a> {
     cursor: Cursor<'a>,
-    largest_index: usize,
+    /// Upper bound of valid indices from the size of the file.
+    index_bound: usize,
     positions: Vec<Vec3>,
     uvs: Vec<Vec2>,
     normals: Vec<Vec3>,
     corners: Vec<Corner>,
+    /// For each position, the first corner that uses it.
     first_corner: Vec<u32>,
     triangles: Vec<[u32; 3]>,
-    furthest: [Furthest; 3],
+    largest: [LargestIndex; 3],
 }
 
 impl<'a> Reader<'a> {
     fn new(bytes: &'a [u8]) -> Self {
-        // The shortest element is "vt 0\n".
+        /// Bytes of the shortest element, "vt 0\n".
         const SHORTEST_ELEMENT: usize = 5;
         Reader {
             cursor: Cursor::new(bytes, 1),
-            largest_index: bytes.len() / SHORTEST_ELEMENT + 1,
+            index_bound: bytes.len() / SHORTEST_ELEMENT + 1,
             positions: Vec::new(),
             uvs: Vec::new(),
             normals: Vec::new(),
             corners: Vec::new(),
             first_corner: Vec::new(),
             triangles: Vec::new(),
-            furthest: [Furthest::default(); 3],
+            largest: [LargestIndex::default(); 3],
         }
     }
 
@@ -115,7 +123,7 @@ impl<'a> Reader<'a> {
         if v.is_finite() {
             Ok(v)
         } else {
-            Err(start.complaint(format!("this {what} is not finite")))
+            Err(start.fault(format!("this {what} is not finite")))
         }
     }
 
@@ -131,13 +139,13 @@ impl<'a> Reader<'a> {
             self.cursor.number()? as f32
         };
         if !(u.is_finite() && v.is_finite()) {
-            return Err(start.complaint("this texture coordinate is not finite"));
+            return Err(start.fault("this texture coordinate is not finite"));
         }
         self.uvs.push(Vec2::new(u, v));
         Ok(())
     }
 
-    /// Polygons become fans around their first corner. Faces of fewer than three corners have no area and are skipped.
+    /// Triangulates a polygon as a fan around its first corner. Faces with fewer than three corners are skipped.
     #[inline]
     fn face(&mut self) -> Result<(), Fault> {
         self.cursor.skip(1);
@@ -164,8 +172,8 @@ impl<'a> Reader<'a> {
     #[inline]
     fn corner(&mut self) -> Result<[u32; 3], Fault> {
         let mut indices = [NONE; 3];
-        indices[0] = self.index(Element::Position)?;
-        for element in [Element::Uv, Element::Normal] {
+        indices[0] = self.index(ObjElement::Position)?;
+        for element in [ObjElement::Uv, ObjElement::Normal] {
             if self.cursor.peek() != b'/' {
                 break;
             }
@@ -177,15 +185,15 @@ impl<'a> Reader<'a> {
         if self.cursor.peek().is_ascii_whitespace() {
             Ok(indices)
         } else {
-            Err(self.cursor.fault("a face corner such as 1/2/3"))
+            Err(self.cursor.expected("a face corner such as 1/2/3"))
         }
     }
 
     #[inline]
-    fn index(&mut self, element: Element) -> Result<u32, Fault> {
+    fn index(&mut self, element: ObjElement) -> Result<u32, Fault> {
         let start = self.cursor;
         let Some(number) = self.cursor.integer() else {
-            return Err(start.fault(&format!("the index of a {}", element.name())));
+            return Err(start.expected(&format!("the index of a {}", element.name())));
         };
         let known = self.count(element);
         let index = if number > 0 {
@@ -193,7 +201,7 @@ impl<'a> Reader<'a> {
         } else {
             known as i64 + number
         };
-        if number == 0 || index < 0 || index as usize >= self.largest_index {
+        if number == 0 || index < 0 || index as usize >= self.index_bound {
             return Err(out_of_range(
                 element,
                 number,
@@ -202,9 +210,9 @@ impl<'a> Reader<'a> {
                 start.column(),
             ));
         }
-        let furthest = &mut self.furthest[element as usize];
-        if index as u32 >= furthest.count {
-            *furthest = Furthest {
+        let largest = &mut self.largest[element as usize];
+        if index as u32 >= largest.count {
+            *largest = LargestIndex {
                 count: index as u32 + 1,
                 line: start.line(),
                 column: start.column(),
@@ -213,15 +221,15 @@ impl<'a> Reader<'a> {
         Ok(index as u32)
     }
 
-    fn count(&self, element: Element) -> usize {
+    fn count(&self, element: ObjElement) -> usize {
         match element {
-            Element::Position => self.positions.len(),
-            Element::Uv => self.uvs.len(),
-            Element::Normal => self.normals.len(),
+            ObjElement::Position => self.positions.len(),
+            ObjElement::Uv => self.uvs.len(),
+            ObjElement::Normal => self.normals.len(),
         }
     }
 
-    /// The number of the vertex that refers to `indices`.
+    /// The vertex with these indices of position, texture coordinate and normal; a new one at first use.
     #[inline]
     fn vertex(&mut self, indices: [u32; 3]) -> u32 {
         let position = indices[0] as usize;
@@ -254,15 +262,15 @@ impl<'a> Reader<'a> {
 
     fn check_references(&self) -> Result<(), Fault> {
         for element in ELEMENTS {
-            let furthest = self.furthest[element as usize];
+            let largest = self.largest[element as usize];
             let known = self.count(element);
-            if furthest.count as usize > known {
+            if largest.count as usize > known {
                 return Err(out_of_range(
                     element,
-                    i64::from(furthest.count),
+                    i64::from(largest.count),
                     known,
-                    furthest.line,
-                    furthest.column,
+                    largest.line,
+                    largest.column,
                 ));
             }
         }
@@ -270,7 +278,7 @@ impl<'a> Reader<'a> {
     }
 
     fn into_mesh(self) -> Mesh {
-        let uses = |element: Element| {
+        let uses = |element: ObjElement| {
             self.corners
                 .iter()
                 .any(|c| c.indices[element as usize] != NONE)
@@ -280,7 +288,7 @@ impl<'a> Reader<'a> {
             .iter()
             .map(|c| self.positions[c.indices[0] as usize])
             .collect();
-        let uvs = if uses(Element::Uv) {
+        let uvs = if uses(ObjElement::Uv) {
             self.corners
                 .iter()
                 .map(|c| pick(&self.uvs, c.indices[1]))
@@ -288,7 +296,7 @@ impl<'a> Reader<'a> {
         } else {
             Vec::new()
         };
-        let normals = if uses(Element::Normal) {
+        let normals = if uses(ObjElement::Normal) {
             self.corners
                 .iter()
                 .map(|c| pick(&self.normals, c.indices[2]))
@@ -305,7 +313,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The element, or zero where the file gives none.
+/// The element, or zero if the index is absent.
 fn pick<T: Copy + Default>(elements: &[T], index: u32) -> T {
     if index == NONE {
         T::default()
@@ -315,7 +323,7 @@ fn pick<T: Copy + Default>(elements: &[T], index: u32) -> T {
 }
 
 #[cold]
-fn out_of_range(element: Element, number: i64, known: usize, line: u32, column: u32) -> Fault {
+fn out_of_range(element: ObjElement, number: i64, known: usize, line: u32, column: u32) -> Fault {
     let name = element.name();
     Fault::at(
         line,

@@ -1,8 +1,8 @@
-//! Mitsuba's serialized meshes: zlib streams one behind the other, and a table of their offsets at the end of the file.
+//! Mitsuba's serialized meshes: consecutive zlib streams, and a table of their offsets at the end of the file.
 //!
-//! The format is described in Mitsuba's documentation of the `serialized` plugin: little endian throughout; a stream is
-//! preceded by the number 0x041C and the version, and holds flags, a name (version 4), counts, positions, normals, uvs,
-//! colors and triangles.
+//! All numbers are little endian. Each stream is preceded by the number 0x041C and the version. A stream contains flags, a name
+//! (version 4), counts, positions, normals, texture coordinates, colors and triangles. Source: the documentation of Mitsuba's
+//! `serialized` plugin.
 
 use crate::file_error::Fault;
 use flate2::read::ZlibDecoder;
@@ -10,13 +10,15 @@ use manylight::geometry::Mesh;
 use manylight::math::{Vec2, Vec3};
 use std::io::Read;
 
+/// The number at the start of the file and of each mesh.
 const MAGIC: u16 = 0x041C;
+/// Flags of a mesh.
 const HAS_NORMALS: u32 = 0x0001;
 const HAS_UVS: u32 = 0x0002;
 const HAS_COLORS: u32 = 0x0008;
 const DOUBLE_PRECISION: u32 = 0x2000;
 
-/// Mesh `shape_index` of the file `bytes`.
+/// The mesh `shape_index` in the file content `bytes`.
 pub(super) fn parse(bytes: &[u8], shape_index: usize) -> Result<Mesh, Fault> {
     check_magic(bytes, 0)?;
     let version = u16_at(bytes, 2).ok_or_else(truncated)?;
@@ -25,28 +27,29 @@ pub(super) fn parse(bytes: &[u8], shape_index: usize) -> Result<Mesh, Fault> {
         4 => 8,
         _ => {
             return Err(Fault::new(format!(
-                "version {version} of the serialized format is unknown; expected 3 or 4"
+                "found version {version} of the serialized format, expected 3 or 4"
             )));
         }
     };
     let start = stream_start(bytes, shape_index, offset_size)?;
     check_magic(bytes, start)?;
+    /// Bytes before a stream: magic number and version.
     const HEADER: usize = 4;
     let compressed = bytes.get(start + HEADER..).ok_or_else(truncated)?;
-    Stream::new(compressed).mesh(version)
+    MeshStream::new(compressed).mesh(version)
 }
 
 fn check_magic(bytes: &[u8], offset: usize) -> Result<(), Fault> {
     match u16_at(bytes, offset) {
         Some(MAGIC) => Ok(()),
         Some(other) => Err(Fault::new(format!(
-            "expected the mark 0x041C of a serialized mesh at byte {offset}, found 0x{other:04X}"
+            "expected 0x041C, the start of a serialized mesh, at byte {offset}, found 0x{other:04X}"
         ))),
         None => Err(truncated()),
     }
 }
 
-/// The offset of a mesh, from the table that ends the file.
+/// The offset of a mesh in bytes, from the table at the end of the file. `offset_size` is the size of a table entry in bytes.
 fn stream_start(bytes: &[u8], shape_index: usize, offset_size: usize) -> Result<usize, Fault> {
     let table_end = bytes.len().checked_sub(4).ok_or_else(truncated)?;
     let count = u32::from_le_bytes(array_at(bytes, table_end).ok_or_else(truncated)?) as usize;
@@ -55,7 +58,7 @@ fn stream_start(bytes: &[u8], shape_index: usize, offset_size: usize) -> Result<
         .and_then(|size| table_end.checked_sub(size));
     let table_start = table_start.ok_or_else(|| {
         Fault::new(format!(
-            "the table at the end claims {count} meshes, more than the file can hold"
+            "the table at the end of the file declares {count} meshes, more than fit into the file"
         ))
     })?;
     if shape_index >= count {
@@ -73,7 +76,7 @@ fn stream_start(bytes: &[u8], shape_index: usize, offset_size: usize) -> Result<
         .filter(|&o| o < table_start);
     offset.ok_or_else(|| {
         Fault::new(format!(
-            "the offset of shape {shape_index} points behind the end of the file"
+            "the offset of shape {shape_index} is beyond the end of the file"
         ))
     })
 }
@@ -87,22 +90,30 @@ fn u16_at(bytes: &[u8], offset: usize) -> Option<u16> {
 }
 
 fn truncated() -> Fault {
-    Fault::new("the file ends too early for a serialized mesh")
+    Fault::new("the file ends before the end of a serialized mesh")
 }
 
-/// The decompressed content of one mesh.
-struct Stream<'a> {
+/// How the numbers of a mesh are stored.
+#[derive(Clone, Copy)]
+enum Precision {
+    Single,
+    Double,
+}
+
+/// A reader of the decompressed content of one mesh.
+struct MeshStream<'a> {
     decoder: ZlibDecoder<&'a [u8]>,
-    most_bytes: u64,
+    /// Upper bound of the decompressed size.
+    max_bytes: u64,
 }
 
-impl<'a> Stream<'a> {
+impl<'a> MeshStream<'a> {
     fn new(compressed: &'a [u8]) -> Self {
-        // Deflate cannot do better than 1032 : 1.
-        const BEST_COMPRESSION: u64 = 1032;
-        Stream {
+        /// Upper bound of the compression ratio of deflate.
+        const MAX_COMPRESSION: u64 = 1032;
+        MeshStream {
             decoder: ZlibDecoder::new(compressed),
-            most_bytes: compressed.len() as u64 * BEST_COMPRESSION,
+            max_bytes: compressed.len() as u64 * MAX_COMPRESSION,
         }
     }
 
@@ -112,20 +123,24 @@ impl<'a> Stream<'a> {
             self.skip_name()?;
         }
         let (vertex_count, triangle_count) = (self.u64()?, self.u64()?);
-        let precise = flags & DOUBLE_PRECISION != 0;
-        let positions = self.vectors(vertex_count, precise)?;
+        let precision = if flags & DOUBLE_PRECISION == 0 {
+            Precision::Single
+        } else {
+            Precision::Double
+        };
+        let positions = self.vectors(vertex_count, precision)?;
         let mut normals = if flags & HAS_NORMALS != 0 {
-            self.vectors(vertex_count, precise)?
+            self.vectors(vertex_count, precision)?
         } else {
             Vec::new()
         };
         let uvs = if flags & HAS_UVS != 0 {
-            self.reals::<2>(vertex_count, precise)?
+            self.reals::<2>(vertex_count, precision)?
         } else {
             Vec::new()
         };
         if flags & HAS_COLORS != 0 {
-            self.reals::<3>(vertex_count, precise)?;
+            self.reals::<3>(vertex_count, precision)?;
         }
         let triangles = self.triangles(triangle_count, vertex_count)?;
         if let Some(i) = positions.iter().position(|p| !p.is_finite()) {
@@ -158,17 +173,24 @@ impl<'a> Stream<'a> {
         }
     }
 
-    fn vectors(&mut self, count: u64, precise: bool) -> Result<Vec<Vec3>, Fault> {
+    fn vectors(&mut self, count: u64, precision: Precision) -> Result<Vec<Vec3>, Fault> {
         Ok(self
-            .reals::<3>(count, precise)?
+            .reals::<3>(count, precision)?
             .into_iter()
             .map(Vec3::from)
             .collect())
     }
 
-    /// `count` vectors of `N` numbers, stored as double (`precise`) or single precision.
-    fn reals<const N: usize>(&mut self, count: u64, precise: bool) -> Result<Vec<[f32; N]>, Fault> {
-        let size = if precise { 8 } else { 4 };
+    /// `count` vectors of `N` numbers.
+    fn reals<const N: usize>(
+        &mut self,
+        count: u64,
+        precision: Precision,
+    ) -> Result<Vec<[f32; N]>, Fault> {
+        let size = match precision {
+            Precision::Single => 4,
+            Precision::Double => 8,
+        };
         let bytes = self.block(count, N * size)?;
         let real = |b: &[u8]| match *b {
             [a, b, c, d] => f32::from_le_bytes([a, b, c, d]),
@@ -201,20 +223,20 @@ impl<'a> Stream<'a> {
             .find(|(_, t)| t.iter().any(|&i| u64::from(i) >= vertex_count))
         {
             Some((i, t)) => Err(Fault::new(format!(
-                "triangle {i} refers to the vertices {t:?}, but there are only {vertex_count}"
+                "triangle {i} refers to the vertices {t:?}, but the mesh has {vertex_count}, counted from 0"
             ))),
             None => Ok(triangles),
         }
     }
 
-    /// The next `count * size` bytes. Counts that the compressed data cannot hold are refused before memory is taken.
+    /// The next `count * size` bytes. A count that the compressed data cannot contain is an error before anything is allocated.
     fn block(&mut self, count: u64, size: usize) -> Result<Vec<u8>, Fault> {
         let length = count
             .checked_mul(size as u64)
-            .filter(|&l| l <= self.most_bytes);
+            .filter(|&l| l <= self.max_bytes);
         let length = length.ok_or_else(|| {
             Fault::new(format!(
-                "the mesh claims {count} elements, more than the file can hold"
+                "the mesh declares {count} elements, more than fit into the file"
             ))
         })?;
         let mut bytes = Vec::new();

@@ -1,8 +1,8 @@
-//! Walking through a text file: lines, tokens, numbers, and where a problem is.
+//! A cursor over the bytes of a text file: lines, numbers, and errors with their location.
 
 use crate::file_error::Fault;
 
-/// A position in a text file.
+/// A position in a text file, with line and column.
 #[derive(Clone, Copy)]
 pub(super) struct Cursor<'a> {
     bytes: &'a [u8],
@@ -11,11 +11,11 @@ pub(super) struct Cursor<'a> {
     line_start: usize,
 }
 
-/// What was wrong with the number at the cursor.
+/// Description of a number in error messages.
 const NUMBER_EXPECTED: &str = "a number";
 
 impl<'a> Cursor<'a> {
-    /// At the start of `bytes`, which is line `line`.
+    /// A cursor at the start of `bytes`, which is line number `line`.
     pub(super) fn new(bytes: &'a [u8], line: u32) -> Self {
         Cursor {
             bytes,
@@ -25,37 +25,37 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// Whether the file ends here.
+    /// Whether the cursor is at the end of the file.
     #[inline]
     pub(super) fn at_end(&self) -> bool {
         self.position >= self.bytes.len()
     }
 
-    /// The line of the cursor, from 1.
+    /// Line of the cursor, from 1.
     #[inline]
     pub(super) fn line(&self) -> u32 {
         self.line
     }
 
-    /// The column of the cursor, from 1.
+    /// Column of the cursor in bytes, from 1.
     #[inline]
     pub(super) fn column(&self) -> u32 {
         (self.position - self.line_start) as u32 + 1
     }
 
-    /// The byte under the cursor; a line feed at the end of the file.
+    /// The byte at the cursor; a line feed at the end of the file.
     #[inline]
     pub(super) fn peek(&self) -> u8 {
         self.bytes.get(self.position).copied().unwrap_or(b'\n')
     }
 
-    /// Moves on by `count` bytes of the same line.
+    /// Advances by `count` bytes of the same line.
     #[inline]
     pub(super) fn skip(&mut self, count: usize) {
         self.position += count;
     }
 
-    /// Skips spaces within the line.
+    /// Skips white space within the line.
     #[inline]
     pub(super) fn skip_spaces(&mut self) {
         while matches!(self.peek(), b' ' | b'\t' | b'\r') && !self.at_end() {
@@ -63,7 +63,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// Skips spaces and line ends.
+    /// Skips white space and line ends.
     pub(super) fn skip_white(&mut self) {
         while !self.at_end() {
             match self.bytes[self.position] {
@@ -85,33 +85,33 @@ impl<'a> Cursor<'a> {
         self.line_start = self.position;
     }
 
-    /// Whether nothing follows on this line.
+    /// Whether the cursor is at the end of the line.
     #[inline]
     pub(super) fn at_line_end(&self) -> bool {
         self.peek() == b'\n'
     }
 
-    /// The rest of the line, from the cursor.
+    /// The bytes from the cursor to the end of the file.
     #[inline]
     pub(super) fn rest(&self) -> &'a [u8] {
         &self.bytes[self.position.min(self.bytes.len())..]
     }
 
-    /// The text up to the next white space, for messages.
+    /// The text from the cursor to the next white space, at most 40 bytes, for messages.
     pub(super) fn word(&self) -> String {
-        const LONGEST: usize = 40;
+        const MAX_LENGTH: usize = 40;
         let rest = self.rest();
         let length = rest
             .iter()
-            .take(LONGEST)
+            .take(MAX_LENGTH)
             .take_while(|b| !b.is_ascii_whitespace())
             .count();
         String::from_utf8_lossy(&rest[..length]).into_owned()
     }
 
-    /// A problem at the cursor: `expected` in words.
+    /// The error "expected ..., found ..." at the cursor.
     #[cold]
-    pub(super) fn fault(&self, expected: &str) -> Fault {
+    pub(super) fn expected(&self, expected: &str) -> Fault {
         let found = match (self.word(), self.at_end()) {
             (_, true) => "the end of the file".to_owned(),
             (word, _) if word.is_empty() => "the end of the line".to_owned(),
@@ -124,31 +124,31 @@ impl<'a> Cursor<'a> {
         )
     }
 
-    /// A problem at the cursor in free words.
+    /// An error at the cursor.
     #[cold]
-    pub(super) fn complaint(&self, message: impl Into<String>) -> Fault {
+    pub(super) fn fault(&self, message: impl Into<String>) -> Fault {
         Fault::at(self.line, self.column(), message)
     }
 
-    /// Reads a number on this line, after spaces. The number must end at white space or the file's end.
+    /// Reads a number on this line, after white space. The number must be followed by white space or the end of the file.
     #[inline]
     pub(super) fn number(&mut self) -> Result<f64, Fault> {
         self.skip_spaces();
         let (value, length) =
-            parse_number(self.rest()).ok_or_else(|| self.fault(NUMBER_EXPECTED))?;
+            parse_number(self.rest()).ok_or_else(|| self.expected(NUMBER_EXPECTED))?;
         let end = self
             .bytes
             .get(self.position + length)
             .copied()
             .unwrap_or(b'\n');
         if !end.is_ascii_whitespace() {
-            return Err(self.fault(NUMBER_EXPECTED));
+            return Err(self.expected(NUMBER_EXPECTED));
         }
         self.position += length;
         Ok(value)
     }
 
-    /// Reads a decimal integer under the cursor; what follows it is not looked at. `None` if there is none or it is too large.
+    /// Reads a decimal integer at the cursor, followed by anything. `None` if there is none or it overflows.
     #[inline]
     pub(super) fn integer(&mut self) -> Option<i64> {
         let negative = self.peek() == b'-';
@@ -174,15 +174,15 @@ impl<'a> Cursor<'a> {
 
 /// The number at the start of `text` and its length in bytes.
 ///
-/// Numbers with at most 15 significant digits and a small exponent, that is nearly all, are one exact product or quotient of
-/// doubles; the rest goes to the standard library.
+/// A number with at most 15 digits and no exponent is the correctly rounded quotient of two exact doubles. Other numbers are
+/// parsed by the standard library, which is slower.
 #[inline]
 pub(super) fn parse_number(text: &[u8]) -> Option<(f64, usize)> {
     const POWERS: [f64; 23] = [
         1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
         1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
     ];
-    // 10^15 < 2^53: such mantissas are exact.
+    /// Decimal digits of a mantissa that is exact in a double: 10^15 < 2^53.
     const EXACT_DIGITS: usize = 15;
     let negative = text.first() == Some(&b'-');
     let mut at = usize::from(matches!(text.first(), Some(b'-' | b'+')));
@@ -216,7 +216,7 @@ pub(super) fn parse_number(text: &[u8]) -> Option<(f64, usize)> {
     Some((if negative { -magnitude } else { magnitude }, at))
 }
 
-/// As [`parse_number`], for exponents, many digits, `inf` and `nan`.
+/// Like [`parse_number`], for exponents, more digits, `inf` and `nan`.
 #[cold]
 fn parse_any_number(text: &[u8]) -> Option<(f64, usize)> {
     let is_part = |b: &u8| b.is_ascii_alphanumeric() || matches!(b, b'.' | b'-' | b'+');

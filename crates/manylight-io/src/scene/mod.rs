@@ -1,4 +1,4 @@
-//! Scene files: which format a file has, and its way into a [`SceneDesc`].
+//! Scene files. [`load_scene`] returns a [`SceneDesc`], [`check_scene`] all problems of a file.
 
 mod mitsuba;
 mod sink;
@@ -10,42 +10,42 @@ use sink::Sink;
 use std::path::Path;
 use std::sync::Arc;
 
-/// How a scene is loaded.
+/// Options of loading.
 #[derive(Clone, Debug, Default)]
 pub struct LoadOptions {
-    /// Values of the file's `$name` parameters; they win over its `<default>`s.
+    /// Values of `$name` parameters, as pairs of name and value. They override the `<default>`s of the file.
     pub defines: Vec<(String, String)>,
-    /// Treat the first warning as an error.
+    /// Whether the first warning is an error.
     pub strict: bool,
 }
 
-/// A scene as its file describes it, and what was left out or replaced.
+/// The description of a scene, and the warnings of loading it.
 #[derive(Clone, Debug)]
 pub struct LoadedScene {
-    /// The scene.
+    /// The description of the scene.
     pub desc: SceneDesc,
-    /// In the order of the file, each subject once.
+    /// In the order of the file; repeated subjects are reported once.
     pub warnings: Vec<Warning>,
 }
 
-/// The plugins that can be used in a scene file, for one family.
+/// The supported plugins of one family.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SupportedFamily {
-    /// Plural, as in `manylight list bsdfs`.
+    /// Plural name of the family, such as `bsdfs`.
     pub name: &'static str,
-    /// Names of the plugins, sorted.
+    /// Sorted names of the plugins.
     pub plugins: &'static [&'static str],
 }
 
-/// All plugins that scene files can use, by family.
+/// The supported plugins of scene files, by family.
 pub fn supported() -> &'static [SupportedFamily] {
     mitsuba::SUPPORTED
 }
 
-/// Reads the scene in `path` with everything that it names.
+/// Loads the scene in the file `path`, with all included files, meshes and images.
 ///
 /// # Errors
-/// The first error in the order of the file; with [`LoadOptions::strict`] and no error, the first warning.
+/// The first error in the order of the file. With [`LoadOptions::strict`], the first warning if there is no error.
 pub fn load_scene(path: &Path, options: &LoadOptions) -> Result<LoadedScene, LoadError> {
     let sink = Sink::default();
     let desc = load(path, options, &sink);
@@ -65,26 +65,26 @@ pub fn load_scene(path: &Path, options: &LoadOptions) -> Result<LoadedScene, Loa
         }
         .into());
     }
-    let desc = desc.expect("a scene without a description has an error");
+    let desc = desc.expect("invariant: an error is reported where no scene is returned");
     Ok(LoadedScene {
         desc,
         warnings: warnings.into_iter().map(Warning::from).collect(),
     })
 }
 
-/// Every error and warning of the scene in `path`: first by file in the order of inclusion, then by place.
+/// All errors and warnings of the scene in the file `path`, sorted by file (in the order of inclusion) and location.
 pub fn check_scene(path: &Path, options: &LoadOptions) -> Vec<Diagnostic> {
     let sink = Sink::default();
     load(path, options, &sink);
     sink.into_diagnostics()
 }
 
-/// The formats of scene files.
+/// Format of a scene file.
 enum Format {
     MitsubaXml,
 }
 
-/// The scene, as far as it can be understood; `None` only if an error was reported.
+/// The scene without its invalid parts. `None` only if an error has been reported.
 fn load(path: &Path, options: &LoadOptions, sink: &Sink) -> Option<SceneDesc> {
     let bytes = match std::fs::read(path) {
         Ok(bytes) => bytes,
@@ -105,9 +105,9 @@ fn load(path: &Path, options: &LoadOptions, sink: &Sink) -> Option<SceneDesc> {
     let text: Arc<str> = match String::from_utf8(bytes) {
         Ok(text) => text.into(),
         Err(error) => {
-            let place = error.utf8_error().valid_up_to();
+            let offset = error.utf8_error().valid_up_to();
             let message = format!(
-                "`{}` is not UTF-8 text: byte {place} is damaged",
+                "the scene file `{}` is not UTF-8 text: invalid byte at offset {offset}",
                 path.display()
             );
             sink.report(whole_file(
@@ -124,7 +124,7 @@ fn load(path: &Path, options: &LoadOptions, sink: &Sink) -> Option<SceneDesc> {
     }
 }
 
-/// Chosen by content, and where that says nothing, by extension.
+/// The format, by content or else by extension. An unknown format is reported.
 fn detect_format(path: &Path, bytes: &[u8], sink: &Sink) -> Option<Format> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let first = bytes
@@ -137,11 +137,8 @@ fn detect_format(path: &Path, bytes: &[u8], sink: &Sink) -> Option<Format> {
     if first == Some(b'<') || extension.as_deref() == Some("xml") {
         return Some(Format::MitsubaXml);
     }
-    let message = format!(
-        "`{}` is in no scene format that is supported",
-        path.display()
-    );
-    let help = Some("supported: Mitsuba XML (`.xml`), versions 0.4 to 3".to_owned());
+    let message = format!("the scene file `{}` has an unknown format", path.display());
+    let help = Some("expected Mitsuba XML (`.xml`), versions 0.4 to 3".to_owned());
     sink.report(whole_file(
         "scene::unknown_format",
         message,

@@ -1,4 +1,4 @@
-//! Where loaders put what is wrong. Loading goes on after an error, so that one run finds everything.
+//! Collection of errors and warnings. Loading continues after an error, so that one run finds all problems.
 
 use crate::error::{Diagnostic, LoadErrorKind, Location, Severity};
 use std::cell::RefCell;
@@ -8,32 +8,32 @@ use std::sync::Arc;
 
 /// A range of bytes in one of the files of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Place {
+pub(super) struct FileSpan {
     /// Index of the file in the [`Sink`].
     pub(super) file: u32,
-    /// First byte.
+    /// Offset of the first byte.
     pub(super) start: u32,
-    /// After the last byte.
+    /// Offset after the last byte.
     pub(super) end: u32,
 }
 
-/// A problem at a place.
+/// An error or warning at a location, before its file is looked up.
 #[derive(Clone, Debug)]
-pub(super) struct Report {
+pub(super) struct Problem {
     code: &'static str,
-    place: Place,
+    span: FileSpan,
     message: String,
     label: String,
-    second: Option<(Place, String)>,
+    second: Option<(FileSpan, String)>,
     help: Option<String>,
     kind: LoadErrorKind,
 }
 
-impl Report {
-    pub(super) fn new(code: &'static str, place: Place, message: impl Into<String>) -> Self {
-        Report {
+impl Problem {
+    pub(super) fn new(code: &'static str, span: FileSpan, message: impl Into<String>) -> Self {
+        Problem {
             code,
-            place,
+            span,
             message: message.into(),
             label: String::new(),
             second: None,
@@ -42,31 +42,31 @@ impl Report {
         }
     }
 
-    /// A remark at the place.
+    /// Sets the label of the location in the excerpt.
     pub(super) fn label(mut self, label: impl Into<String>) -> Self {
         self.label = label.into();
         self
     }
 
-    /// Another place that matters.
-    pub(super) fn second(mut self, place: Place, label: impl Into<String>) -> Self {
-        self.second = Some((place, label.into()));
+    /// Sets a second location with its label.
+    pub(super) fn second(mut self, span: FileSpan, label: impl Into<String>) -> Self {
+        self.second = Some((span, label.into()));
         self
     }
 
-    /// What was expected, and a suggestion.
+    /// Sets what was expected, or a suggestion.
     pub(super) fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self
     }
 
-    /// A suggestion, if there is one.
+    /// Sets a suggestion if there is one.
     pub(super) fn maybe_help(mut self, help: Option<String>) -> Self {
         self.help = help;
         self
     }
 
-    /// The file system is to blame.
+    /// Marks the problem as one of the file system.
     pub(super) fn file_system(mut self) -> Self {
         self.kind = LoadErrorKind::FileSystem;
         self
@@ -78,16 +78,17 @@ struct SourceFile {
     text: Arc<str>,
 }
 
-/// The files of a scene and what is wrong with them.
+/// The files of a scene, and the problems found so far.
 #[derive(Default)]
 pub(super) struct Sink {
     files: RefCell<Vec<SourceFile>>,
-    found: RefCell<Vec<(Option<Place>, Diagnostic)>>,
+    found: RefCell<Vec<(Option<FileSpan>, Diagnostic)>>,
+    /// Subjects of [`Sink::warn_once`].
     warned: RefCell<HashSet<String>>,
 }
 
 impl Sink {
-    /// Adds a file, so that places can refer to it.
+    /// Adds a file and returns its index for [`FileSpan::file`].
     pub(super) fn add_file(&self, path: &Path, text: Arc<str>) -> u32 {
         let mut files = self.files.borrow_mut();
         files.push(SourceFile {
@@ -97,40 +98,40 @@ impl Sink {
         files.len() as u32 - 1
     }
 
-    /// A problem without a place.
+    /// Adds a problem without a location.
     pub(super) fn report(&self, diagnostic: Diagnostic) {
         self.found.borrow_mut().push((None, diagnostic));
     }
 
-    /// The scene cannot be used.
-    pub(super) fn error(&self, report: Report) {
-        self.add(Severity::Error, report);
+    /// Adds an error: the scene cannot be used.
+    pub(super) fn error(&self, problem: Problem) {
+        self.add(Severity::Error, problem);
     }
 
-    /// Something is left out or replaced.
-    pub(super) fn warn(&self, report: Report) {
-        self.add(Severity::Warning, report);
+    /// Adds a warning: a part of the scene is ignored or replaced.
+    pub(super) fn warn(&self, problem: Problem) {
+        self.add(Severity::Warning, problem);
     }
 
-    /// As [`Sink::warn`], but only the first time for this `subject`.
-    pub(super) fn warn_once(&self, subject: impl Into<String>, report: Report) {
+    /// Like [`Sink::warn`], but only for the first problem of a `subject`.
+    pub(super) fn warn_once(&self, subject: impl Into<String>, problem: Problem) {
         if self.warned.borrow_mut().insert(subject.into()) {
-            self.warn(report);
+            self.warn(problem);
         }
     }
 
-    fn add(&self, severity: Severity, report: Report) {
-        let location = self.locate(&report);
-        let Report {
+    fn add(&self, severity: Severity, problem: Problem) {
+        let location = self.locate(&problem);
+        let Problem {
             code,
-            place,
+            span,
             message,
             second,
             mut help,
             kind,
             ..
-        } = report;
-        if let Some((second, label)) = second.filter(|(second, _)| second.file != place.file) {
+        } = problem;
+        if let Some((second, label)) = second.filter(|(second, _)| second.file != span.file) {
             let path = self.files.borrow()[second.file as usize].path.clone();
             help.get_or_insert(format!("{label}: `{}`", path.display()));
         }
@@ -142,29 +143,29 @@ impl Sink {
             location: Some(location),
             help,
         };
-        self.found.borrow_mut().push((Some(place), diagnostic));
+        self.found.borrow_mut().push((Some(span), diagnostic));
     }
 
-    fn locate(&self, report: &Report) -> Location {
+    fn locate(&self, problem: &Problem) -> Location {
         let files = self.files.borrow();
-        let range = |place: Place| place.start as usize..place.end as usize;
-        let file = &files[report.place.file as usize];
+        let range = |span: FileSpan| span.start as usize..span.end as usize;
+        let file = &files[problem.span.file as usize];
         let mut location = Location::new(
             &file.path,
             &file.text,
-            range(report.place),
-            report.label.clone(),
+            range(problem.span),
+            problem.label.clone(),
         );
-        match &report.second {
-            Some((place, label)) if place.file == report.place.file => {
-                location.add_label(range(*place), label.clone())
+        match &problem.second {
+            Some((span, label)) if span.file == problem.span.file => {
+                location.add_label(range(*span), label.clone())
             }
             _ => {}
         }
         location
     }
 
-    /// Whether the scene cannot be used.
+    /// Whether an error has been added.
     pub(super) fn has_errors(&self) -> bool {
         self.found
             .borrow()
@@ -172,10 +173,10 @@ impl Sink {
             .any(|(_, diagnostic)| diagnostic.severity == Severity::Error)
     }
 
-    /// Everything found, by file and place; what has no place comes first.
+    /// All problems, sorted by file and location; those without a location first.
     pub(super) fn into_diagnostics(self) -> Vec<Diagnostic> {
         let mut found = self.found.into_inner();
-        found.sort_by_key(|(place, _)| *place);
+        found.sort_by_key(|(span, _)| *span);
         found
             .into_iter()
             .map(|(_, diagnostic)| diagnostic)

@@ -1,14 +1,14 @@
-//! Radiance of the sun's disc through the atmosphere.
+//! Radiance of the sun's disc after attenuation by the atmosphere.
 
 use manylight::color::Rgb;
 
-/// Elevation of the first column of the table in degrees.
+/// Elevation of the sun of the first column of the table, in degrees.
 const FIRST: f32 = 2.0;
-/// Distance of the columns in degrees.
+/// Step of the elevation between columns, in degrees.
 const STEP: f32 = 3.0;
 
-/// Mean radiance of the disc in the units of the sky model, for a turbidity from 1 to 10 and the sun's elevation in degrees;
-/// linear between the entries of the table. Outside the columns it is that of the nearest.
+/// Mean radiance of the disc in the unit of the sky model, for a turbidity in [1, 10] and an elevation of the sun in degrees.
+/// The table is linearly interpolated; elevations outside of it are clamped.
 pub(super) fn disc_radiance(turbidity: f32, elevation: f32) -> Rgb {
     let row = ((turbidity - 1.0) as usize).min(DISC.len() - 2);
     let t = turbidity - 1.0 - row as f32;
@@ -19,8 +19,8 @@ pub(super) fn disc_radiance(turbidity: f32, elevation: f32) -> Rgb {
     along(row).lerp(along(row + 1), t).map(|v| v.max(0.0))
 }
 
-/// The solar radiance function of Hosek and Wilkie 2013 in linear Rec. 709 as Mitsuba 3 evaluates it: rows for turbidity 1 to
-/// 10, columns every 3 degrees of elevation from 2 to 89. Saturated colors of a low sun lie outside Rec. 709.
+/// The solar radiance function of Hosek and Wilkie 2013 in linear Rec. 709, as evaluated by Mitsuba 3: rows for turbidity 1 to
+/// 10, columns for elevations from 2 to 89 degrees in steps of 3. Negative channels are colors of a low sun outside Rec. 709.
 #[rustfmt::skip]
 const DISC: [[[f32; 3]; 30]; 10] = [
     [

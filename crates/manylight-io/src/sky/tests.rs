@@ -1,4 +1,4 @@
-//! Values of Mitsuba 3.9.1's `sunsky`.
+//! Comparison with values of Mitsuba 3.9.1's `sunsky`.
 
 use super::*;
 
@@ -9,6 +9,7 @@ fn assert_near(actual: Rgb, expected: [f32; 3], tolerance: f32) {
     assert!(error <= tolerance, "{actual:?} is not {expected:?}");
 }
 
+/// A sky of turbidity 4 with the sun in the west at this elevation.
 fn elevated(radians: f32) -> SunSky {
     let sun_direction = Vec3::new(0.0, radians.cos(), radians.sin());
     SunSky {
@@ -18,7 +19,7 @@ fn elevated(radians: f32) -> SunSky {
     }
 }
 
-/// Radiance over all directions, as bilinear lookup gives it.
+/// Integral of the bilinearly interpolated map over the sphere.
 fn total(image: &Image) -> Rgb {
     (0..image.height)
         .flat_map(|row| (0..image.width).map(move |column| (column, row)))
@@ -64,8 +65,8 @@ fn sun_radiance_agrees_with_mitsuba() {
 }
 
 #[test]
-fn the_sun_is_where_mitsuba_has_it() {
-    // Mitsuba counts days in single precision, which is worth 20 seconds.
+fn sun_positions_agree_with_mitsuba() {
+    // Mitsuba computes days in single precision, an error of up to 20 seconds.
     let at = |place: PlaceAndTime, expected: [f32; 3]| {
         let d = place.sun_direction();
         assert!(
@@ -133,7 +134,7 @@ fn baked_flux_agrees_with_mitsuba() {
             5e-4,
         );
     }
-    // Single precision in the size of the disc is worth 0.2 %.
+    // Mitsuba computes the size of the disc in single precision, an error of 0.2 %.
     assert_near(
         total(&bake_sunsky(
             &SunSky {
@@ -168,7 +169,7 @@ fn the_sun_keeps_its_flux_at_the_zenith_and_across_the_seam() {
 }
 
 #[test]
-fn the_map_is_turned_as_documented() {
+fn the_frame_of_the_map_is_as_documented() {
     let sun_direction = Vec3::new(0.48, 0.64, 0.6);
     let image = bake_sunsky(
         &SunSky {
@@ -183,7 +184,7 @@ fn the_map_is_turned_as_documented() {
     let (column, row) = texels
         .max_by(|a, b| brightest(a).total_cmp(&brightest(b)))
         .unwrap();
-    // As `Environment` has it: u = atan2(d.x, -d.z) / 2π, rows from pole to pole.
+    // The parametrization of `Environment`: u = atan2(d.x, -d.z) / 2π, rows from pole to pole.
     let (phi, theta) = ((column as f32 + 0.5) / 512.0 * TAU, row as f32 / 256.0 * PI);
     let d = Vec3::new(
         phi.sin() * theta.sin(),
@@ -210,7 +211,7 @@ fn there_is_no_light_from_below_or_at_night() {
 }
 
 #[test]
-fn parameters_out_of_range_are_limited() {
+fn parameters_out_of_range_are_clamped() {
     let hazy = SunSky {
         turbidity: 50.0,
         albedo: Rgb::splat(2.0),

@@ -1,40 +1,41 @@
-//! Standard tables of the CIE, every 5 nm from 360 nm to 830 nm.
+//! CIE standard tables from 360 nm to 830 nm in steps of 5 nm, linearly interpolated.
 
 /// Wavelength of the first entry in nm.
 pub(super) const FIRST: f64 = 360.0;
 /// Wavelength of the last entry in nm.
 pub(super) const LAST: f64 = 830.0;
-/// Distance of the entries in nm.
+/// Step between the entries in nm.
 const STEP: f64 = 5.0;
+/// Number of entries.
 const COUNT: usize = 95;
 
-/// Color matching functions of the standard observer of 1931 (2 degrees) at a wavelength in nm between [`FIRST`] and [`LAST`].
+/// Color matching functions x, y, z of the CIE 1931 2 degree observer, at a wavelength in [[`FIRST`], [`LAST`]] nm.
 pub(super) fn observer(wavelength: f64) -> [f64; 3] {
     let (i, t) = place(wavelength);
     std::array::from_fn(|c| OBSERVER[i][c] * (1.0 - t) + OBSERVER[i + 1][c] * t)
 }
 
-/// Daylight D65 at a wavelength in nm, relative to its mean under the luminosity function, so that D65 has the luminance of
-/// the equal-energy spectrum 1.
+/// Relative power of illuminant D65 at a wavelength in [[`FIRST`], [`LAST`]] nm, scaled to the luminance of the equal-energy
+/// spectrum of value 1.
 pub(super) fn daylight(wavelength: f64) -> f64 {
     let (i, t) = place(wavelength);
     (D65[i] * (1.0 - t) + D65[i + 1] * t) / D65_MEAN
 }
 
-/// Index of the entry before a wavelength and the fraction of the way to the next.
+/// Index of the entry at or before a wavelength, and the interpolation weight of the next entry.
 fn place(wavelength: f64) -> (usize, f64) {
     let t = (wavelength - FIRST) / STEP;
     let i = (t as usize).min(COUNT - 2);
     (i, t - i as f64)
 }
 
-/// The integral of the luminosity function in nm.
+/// Integral of the luminosity function in nm.
 pub(super) const LUMINOSITY_INTEGRAL: f64 = 106.750_259_399_414_06;
 
-/// D65's mean weighted by the luminosity function.
+/// Mean of the D65 table, weighted by the luminosity function.
 const D65_MEAN: f64 = 98.997_417_518_762_55;
 
-/// CIE 015: x, y and z.
+/// x, y, z of the 1931 observer. Source: CIE 015.
 const OBSERVER: [[f64; 3]; COUNT] = [
     [0.0001299, 3.917e-6, 0.0006061],
     [0.0002321, 6.965e-6, 0.001086],
@@ -133,7 +134,7 @@ const OBSERVER: [[f64; 3]; COUNT] = [
     [1.251141e-6, 4.5181e-7, 0.0],
 ];
 
-/// CIE 015: relative power of daylight D65.
+/// Relative power of illuminant D65. Source: CIE 015.
 const D65: [f64; COUNT] = [
     46.6383, 49.3637, 52.0891, 51.0323, 49.9755, 52.3118, 54.6482, 68.7015, 82.7549, 87.1204,
     91.486, 92.4589, 93.4318, 90.057, 86.6823, 95.7736, 104.865, 110.936, 117.008, 117.41, 117.812,

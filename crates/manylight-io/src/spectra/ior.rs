@@ -1,6 +1,6 @@
-//! Dielectrics that scene files call by name.
+//! Indices of refraction of named dielectrics.
 
-/// The index of refraction of the dielectric that Mitsuba calls `name`; upper and lower case do not matter.
+/// Index of refraction of the dielectric with Mitsuba's `name`, ignoring case.
 pub fn dielectric_ior(name: &str) -> Option<f32> {
     DIELECTRICS
         .iter()
@@ -8,11 +8,12 @@ pub fn dielectric_ior(name: &str) -> Option<f32> {
         .map(|&(_, ior)| ior)
 }
 
-/// The names that [`dielectric_ior`] knows.
+/// All names that [`dielectric_ior`] accepts.
 pub fn dielectric_names() -> impl Iterator<Item = &'static str> {
     DIELECTRICS.iter().map(|&(name, _)| name)
 }
 
+/// Name and index of refraction, as in Mitsuba's `ior.h`.
 const DIELECTRICS: [(&str, f32); 23] = [
     ("vacuum", 1.0),
     ("helium", 1.000_036),

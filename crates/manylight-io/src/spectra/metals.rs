@@ -1,9 +1,9 @@
-//! Conductors that scene files call by name.
+//! Complex indices of refraction of named conductors.
 
 use manylight::color::Rgb;
 
-/// The complex index of refraction of the conductor that Mitsuba calls `name`: real part, absorption.
-/// `none` is a perfect mirror, with index 0 and absorption 1.
+/// Complex index of refraction eta + i k of the conductor with Mitsuba's `name`, as (eta, k). `none` is a perfect mirror,
+/// with eta = 0 and k = 1.
 pub fn metal(name: &str) -> Option<(Rgb, Rgb)> {
     if name == "none" {
         return Some((Rgb::BLACK, Rgb::WHITE));
@@ -14,13 +14,13 @@ pub fn metal(name: &str) -> Option<(Rgb, Rgb)> {
         .map(|&(_, eta, k)| (eta.into(), k.into()))
 }
 
-/// The names that [`metal`] knows.
+/// All names that [`metal`] accepts.
 pub fn metal_names() -> impl Iterator<Item = &'static str> {
     METALS.iter().map(|&(name, ..)| name).chain(["none"])
 }
 
-/// Name, eta, k: the measured spectra that Mitsuba 3 ships, converted without D65 as
-/// [`emission_rgb`](super::emission_rgb) does.
+/// Name, eta, k. Source: the measured spectra shipped with Mitsuba 3, converted without D65 as by
+/// [`emission_rgb`](super::emission_rgb).
 const METALS: [(&str, [f32; 3], [f32; 3]); 37] = [
     (
         "a-C",

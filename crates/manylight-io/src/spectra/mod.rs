@@ -1,8 +1,9 @@
-//! Spectra as linear Rec. 709 colors, as Mitsuba's RGB variants convert them.
+//! Conversion of spectra to linear Rec. 709 colors, equal to that of Mitsuba's RGB variants.
 //!
-//! A spectrum is a list of (wavelength in nm, value) in increasing order, linear in between and zero outside. It is weighted
-//! with the CIE 1931 2 degree observer from 360 nm to 830 nm. Reflectances and coefficients are seen under D65, emission is
-//! not: a reflectance of 1 becomes white, a constant emission becomes the color of equal energy, (1.205, 0.948, 0.909).
+//! A spectrum is a list of (wavelength in nm, value) with increasing wavelengths, linearly interpolated and zero outside. It is
+//! integrated with the CIE 1931 2 degree observer from 360 nm to 830 nm. Reflectances and coefficients are multiplied by
+//! illuminant D65, so that a reflectance of 1 becomes white. Emission is not, so that a constant emission of 1 becomes the
+//! color of the equal-energy spectrum, (1.205, 0.948, 0.909).
 
 mod cie;
 mod ior;
@@ -18,33 +19,36 @@ use crate::file_error::{Fault, FileError, read_bytes};
 use manylight::color::Rgb;
 use std::path::Path;
 
-/// Reflectance or transmittance: under D65, every channel limited to [0, 1].
+/// Color of a reflectance or transmittance under D65, clamped to [0, 1].
 pub fn reflectance_rgb(spectrum: &[(f32, f32)]) -> Rgb {
     let daylight = integrate(|x| interpolate(spectrum, x) * cie::daylight(x));
     daylight.map(|v| v.clamp(0.0, 1.0))
 }
 
-/// Indices of refraction and absorption coefficients: under D65, no channel below 0.
+/// Color of an index of refraction or absorption coefficient under D65, clamped to at least 0.
 pub fn coefficient_rgb(spectrum: &[(f32, f32)]) -> Rgb {
     integrate(|x| interpolate(spectrum, x) * cie::daylight(x)).map(|v| v.max(0.0))
 }
 
-/// Emission: the spectrum itself, no channel below 0.
+/// Color of an emission spectrum, clamped to at least 0.
 pub fn emission_rgb(spectrum: &[(f32, f32)]) -> Rgb {
     integrate(|x| interpolate(spectrum, x)).map(|v| v.max(0.0))
 }
 
-/// Emission of the same value at all wavelengths, exactly: equal energy has X = Y = Z. A constant reflectance or coefficient needs no conversion: it is gray.
+/// Color of a constant emission spectrum (X = Y = Z = `value`), clamped to at least 0. A constant reflectance or coefficient
+/// needs no conversion, because its color is gray.
 pub fn constant_emission_rgb(value: f32) -> Rgb {
     rec709_from_xyz([f64::from(value); 3]).map(|v| v.max(0.0))
 }
 
-/// Radiance of a black body of `temperature` in kelvin, in W/(m² sr nm): Planck's law. Mitsuba's RGB variants lack this one;
-/// the unit is that of its spectral variants.
+/// Radiance in W/(m² sr nm) of a black body of `temperature` in kelvin, by Planck's law; black for temperatures up to 0. The
+/// unit is that of Mitsuba's spectral variants (its RGB variants do not support black bodies).
 pub fn blackbody_rgb(temperature: f32) -> Rgb {
-    /// Speed of light in m/s, Planck's constant in J s, Boltzmann's constant in J/K.
+    /// Speed of light in m/s.
     const C: f64 = 299_792_458.0;
+    /// Planck constant in J s.
     const H: f64 = 6.626_070_15e-34;
+    /// Boltzmann constant in J/K.
     const K: f64 = 1.380_649e-23;
     const METERS_PER_NM: f64 = 1e-9;
     let planck = |wavelength: f64| {
@@ -59,7 +63,10 @@ pub fn blackbody_rgb(temperature: f32) -> Rgb {
     }
 }
 
-/// A text file with a wavelength in nm and a value per line; empty lines and lines that start with `#` are skipped.
+/// Reads a text file with one wavelength in nm and one value per line. Empty lines and lines that start with `#` are skipped.
+///
+/// # Errors
+/// The file cannot be read, a line is not two finite numbers, the wavelengths do not increase, or there are none.
 pub fn read_spectrum(path: &Path) -> Result<Vec<(f32, f32)>, FileError> {
     let bytes = read_bytes(path)?;
     parse_spectrum(&bytes).map_err(|fault| fault.in_file(path))
@@ -88,19 +95,23 @@ fn parse_spectrum(bytes: &[u8]) -> Result<Vec<(f32, f32)>, Fault> {
             return Err(Fault::at(
                 number,
                 1,
-                format!("the wavelength {wavelength} does not increase"),
+                format!(
+                    "the wavelength {wavelength} is not larger than the one before; expected increasing wavelengths"
+                ),
             ));
         }
         spectrum.push((wavelength, value));
     }
     if spectrum.is_empty() {
-        Err(Fault::new("the file holds no wavelength and value"))
+        Err(Fault::new(
+            "expected lines with a wavelength and a value, found none",
+        ))
     } else {
         Ok(spectrum)
     }
 }
 
-/// Value at wavelength `x`.
+/// Value at the wavelength `x` in nm.
 fn interpolate(spectrum: &[(f32, f32)], x: f64) -> f64 {
     let after = spectrum.partition_point(|&(wavelength, _)| f64::from(wavelength) <= x);
     let before = after.checked_sub(1).map(|i| spectrum[i]);
@@ -114,8 +125,8 @@ fn interpolate(spectrum: &[(f32, f32)], x: f64) -> f64 {
     }
 }
 
-/// Rec. 709 color of a function of the wavelength in nm. The rule has the same nodes and weights as Mitsuba's
-/// `spectrum_list_to_srgb`, which for coarse spectra differ visibly from the exact integral.
+/// Rec. 709 color of `power`, a function of the wavelength in nm. The quadrature uses the nodes and weights of Mitsuba's
+/// `spectrum_list_to_srgb`, because they differ visibly from the exact integral for coarse spectra.
 fn integrate(power: impl Fn(f64) -> f64) -> Rgb {
     const STEPS: u32 = 1000;
     const RANGE: f64 = cie::LAST - cie::FIRST;
@@ -131,7 +142,7 @@ fn integrate(power: impl Fn(f64) -> f64) -> Rgb {
     rec709_from_xyz(xyz.map(|v| v * scale))
 }
 
-/// IEC 61966-2-1.
+/// Linear Rec. 709 from CIE XYZ (IEC 61966-2-1).
 fn rec709_from_xyz([x, y, z]: [f64; 3]) -> Rgb {
     Rgb::new(
         (3.240_479 * x - 1.537_150 * y - 0.498_535 * z) as f32,

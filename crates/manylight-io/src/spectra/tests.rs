@@ -1,4 +1,4 @@
-//! Values that Mitsuba 3.9.1 prints for the same spectra.
+//! Comparison with values of Mitsuba 3.9.1 for the same spectra.
 
 use super::*;
 
@@ -57,7 +57,7 @@ fn emission_agrees_with_mitsuba() {
 }
 
 #[test]
-fn coefficients_are_not_limited_above() {
+fn coefficients_have_no_upper_bound() {
     assert_near(
         coefficient_rgb(&[(400.0, 3.0), (700.0, 0.0)]),
         [0.573_581, 1.5699, 2.5766],
@@ -71,9 +71,9 @@ fn coefficients_are_not_limited_above() {
 }
 
 #[test]
-fn a_black_body_has_the_luminance_of_planck_s_law() {
+fn black_bodies_have_the_luminance_of_the_old_candela() {
     let per_lumen = 683.002 * 106.750_26;
-    // Luminance of a black body at the freezing point of platinum, 2041 K: once the definition of the candela, 60 cd/cm².
+    // The candela was once defined by a black body at the freezing point of platinum (2041 K), with 60 cd/cm².
     let luminance = blackbody_rgb(2041.4).luminance() * per_lumen;
     assert!((luminance / 6e5 - 1.0).abs() < 0.01, "{luminance}");
     let white = blackbody_rgb(6500.0);
@@ -128,10 +128,10 @@ fn spectrum_files() {
     );
     assert_eq!(
         parse("400 1\n400 2").unwrap_err(),
-        "f:2:1: the wavelength 400 does not increase"
+        "f:2:1: the wavelength 400 is not larger than the one before; expected increasing wavelengths"
     );
     assert_eq!(
         parse("# nothing\n").unwrap_err(),
-        "f: the file holds no wavelength and value"
+        "f: expected lines with a wavelength and a value, found none"
     );
 }

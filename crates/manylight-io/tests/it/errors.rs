@@ -1,15 +1,15 @@
-//! What is wrong with a scene file: exact messages with their places.
+//! Errors and warnings of invalid scene files: exact messages and locations.
 
 use crate::{Files, describe, document, problems};
 use manylight_io::{LoadErrorKind, LoadOptions, check_scene, load_scene};
 use std::path::Path;
 
-/// One wrong line of XML and what is said of it: `severity line:column message (help)`.
-const WRONG: &[(&str, &str)] = &[
+/// An invalid line of XML and its problem, as `severity line:column message (help)`.
+const INVALID: &[(&str, &str)] = &[
     (
         "<shape type='cyllinder'/>",
-        "error 2:14 unknown shape type `cyllinder` (did you mean `cylinder`? known are cube, cylinder, disk, instance, \
-         obj, ply, rectangle, serialized, shapegroup, sphere)",
+        "error 2:14 unknown shape type `cyllinder` (did you mean `cylinder`? supported types: cube, cylinder, disk, \
+         instance, obj, ply, rectangle, serialized, shapegroup, sphere)",
     ),
     (
         "<bsdf type='diffuse'><rgb name='reflectence' value='1'/></bsdf>",
@@ -17,7 +17,7 @@ const WRONG: &[(&str, &str)] = &[
     ),
     (
         "<bsdf type='null'><rgb name='xyz' value='1'/></bsdf>",
-        "error 2:30 bsdf `null` has no parameter `xyz` (its parameters are id)",
+        "error 2:30 bsdf `null` has no parameter `xyz` (expected one of id)",
     ),
     (
         "<shape type='sphere'><float name='radius' value='big'/></shape>",
@@ -65,7 +65,7 @@ const WRONG: &[(&str, &str)] = &[
     ),
     (
         "<shape type='sphere'><float name='radius' value='$size'/></shape>",
-        "error 2:50 the parameter `$size` is not defined (give it a value by `-D size=...` or \
+        "error 2:50 the parameter `$size` is not defined (define it by `-D size=...` or \
          `<default name=\"size\" value=\"...\"/>`)",
     ),
     (
@@ -93,16 +93,16 @@ const WRONG: &[(&str, &str)] = &[
     ("<shape/>", "error 2:2 <shape> needs the attribute `type`"),
     (
         "<bsdf type='twosided'/>",
-        "error 2:13 bsdf `twosided` needs one or two bsdfs inside of it",
+        "error 2:13 bsdf `twosided` needs one or two nested bsdfs",
     ),
     (
         "<bsdf type='twosided'><bsdf type='dielectric'/></bsdf>",
-        "error 2:24 bsdf `dielectric` lets light through, so it cannot stand in twosided (materials that transmit have \
-         two sides already: leave out twosided)",
+        "error 2:24 bsdf `dielectric` transmits light and cannot be nested in `twosided` (remove `twosided`: \
+         transmitting materials already have two sides)",
     ),
     (
         "<bsdf type='diffuse'><bsdf type='diffuse'/></bsdf>",
-        "error 2:23 bsdf `diffuse` cannot hold a bsdf",
+        "error 2:23 bsdf `diffuse` cannot contain a bsdf",
     ),
     (
         "<shape type='sphere'><bsdf type='diffuse'/><bsdf type='diffuse'/></shape>",
@@ -110,7 +110,7 @@ const WRONG: &[(&str, &str)] = &[
     ),
     (
         "<bsdf type='roughconductor'><string name='distribution' value='ggz'/></bsdf>",
-        "error 2:64 `ggz` is no distribution of bsdf `roughconductor` (did you mean `ggx`?)",
+        "error 2:64 unknown value `ggz` of `distribution` of bsdf `roughconductor` (did you mean `ggx`?)",
     ),
     (
         "<bsdf type='roughconductor'><float name='alpha_u' value='0.1'/></bsdf>",
@@ -118,27 +118,27 @@ const WRONG: &[(&str, &str)] = &[
     ),
     (
         "<bsdf type='conductor'><string name='material' value='CuO3'/></bsdf>",
-        "error 2:55 unknown metal `CuO3` (did you mean `CuO`?)",
+        "error 2:55 unknown conductor `CuO3` (did you mean `CuO`?)",
     ),
     (
         "<bsdf type='dielectric'><string name='int_ior' value='watr'/></bsdf>",
-        "error 2:55 unknown material `watr` (did you mean `water`?)",
+        "error 2:55 unknown dielectric `watr` (did you mean `water`?)",
     ),
     (
         "<emitter type='area'/>",
-        "error 2:16 an area emitter must stand in the shape that shines",
+        "error 2:16 emitter `area` must be nested in a shape (move it into the <shape> that emits light)",
     ),
     (
         "<shape type='sphere'><emitter type='point'/></shape>",
-        "error 2:37 emitter `point` cannot stand in a shape: only `area` can",
+        "error 2:37 emitter `point` cannot be nested in a shape; expected `area`",
     ),
     (
         "<shape type='shapegroup'><shape type='sphere'><emitter type='area'/></shape></shape>",
-        "error 2:48 a shape in a shapegroup cannot have an emitter (place shapes that shine directly in the scene)",
+        "error 2:48 a shape in a shapegroup cannot have an emitter (move the shape out of the shapegroup)",
     ),
     (
         "<shape type='instance'/>",
-        "error 2:14 an instance needs a reference to a shapegroup (for instance <ref id=\"...\"/>)",
+        "error 2:14 an instance needs a reference to a shapegroup (add for example <ref id=\"...\"/>)",
     ),
     (
         "<shape type='disk'><transform name='to_world'><scale value='0'/></transform></shape>",
@@ -146,11 +146,12 @@ const WRONG: &[(&str, &str)] = &[
     ),
     (
         "<shape type='disk'><transform name='to_world'><rotate angle='9'/></transform></shape>",
-        "error 2:48 the axis of a rotation must not be zero (expected for instance `y=\"1\"`)",
+        "error 2:48 the axis of this rotation is zero (expected a nonzero axis, for example `y=\"1\"`)",
     ),
     (
         "<shape type='disk'><transform name='to_world'><lookat origin='0 0 0' target='0 1 0' up='0 1 0'/></transform></shape>",
-        "error 2:48 lookat needs a `target` apart from `origin`, and an `up` across the view",
+        "error 2:48 this lookat defines no view (expected `target` different from `origin`, and `up` not parallel to the view \
+         direction)",
     ),
     (
         "<shape type='disk'><transform name='to_world'><matrix value='1 2 3'/></transform></shape>",
@@ -158,7 +159,7 @@ const WRONG: &[(&str, &str)] = &[
     ),
     (
         "<shape type='disk'><transform name='to_world'><rotat x='1'/></transform></shape>",
-        "error 2:48 <rotat> is no step of a transform (did you mean <rotate>?)",
+        "error 2:48 unknown element <rotat> in a transform (did you mean <rotate>?)",
     ),
     (
         "<flaot name='radius' value='1'/>",
@@ -170,56 +171,56 @@ const WRONG: &[(&str, &str)] = &[
     ),
     (
         "<shape type='disk'/> words",
-        "error 2:22 text between elements (values belong into attributes; to leave something out, write <!-- ... -->)",
+        "error 2:22 unexpected text between elements (expected values in attributes, and comments in <!-- ... -->)",
     ),
     (
         "<bsdf type='phong'/>",
-        "error 2:13 bsdf `phong` exists only in files of version 0.x (use `principled`, `roughconductor` or `diffuse`, \
-         or write `version=\"0.6.0\"` in <scene>)",
+        "error 2:13 bsdf `phong` is supported only in files of version 0.x (use `principled`, `roughconductor` or \
+         `diffuse`, or declare `<scene version=\"0.6.0\">`)",
     ),
     (
         "<bsdf type='mask' id='m'><ref id='m'/></bsdf>",
-        "error 2:35 the object `m` refers to itself",
+        "error 2:35 the object `m` contains itself",
     ),
     (
         "<bsdf type='principled'><float name='eta' value='1.5'/><float name='specular' value='1'/></bsdf>",
-        "error 2:50 bsdf `principled` has both `eta` and `specular` (give one of them)",
+        "error 2:50 bsdf `principled` has both `eta` and `specular` (expected one of them)",
     ),
     (
         "<bsdf type='diffuse'><spectrum name='reflectance' value='500:1, 400:2'/></bsdf>",
-        "error 2:58 found `500:1, 400:2`, expected one number, or pairs `wavelength:value` with growing wavelengths",
+        "error 2:58 found `500:1, 400:2`, expected one number, or pairs `wavelength:value` with increasing wavelengths",
     ),
     (
         "<sensor type='perspective'><film type='hdrfilm'><integer name='crop_width' value='900'/></film></sensor>",
-        "error 2:83 the crop window 900x576 at (0, 0) does not lie in the film of 768x576",
+        "error 2:83 the crop window 900x576 at (0, 0) exceeds the film of 768x576",
     ),
     (
         "<shape type='disk'><transform name='to_world'><rotate x='1' y='1' angle='9'/></transform></shape>",
-        "warning 2:48 the axis of this rotation has length 1.414, not 1 (as in Mitsuba 3 it is used as it stands, and the \
-         result is no rotation)",
+        "warning 2:48 the axis of this rotation has length 1.414, not 1 (as in Mitsuba 3, the axis is not normalized, so \
+         the transform is not a rotation)",
     ),
     (
         "<sensor type='perspective'><sampler type='independant'/></sensor>",
-        "error 2:43 unknown sampler type `independant` (did you mean `independent`? known are halton, hammersley, \
-         independent, ldsampler, multijitter, orthogonal, sobol, stratified)",
+        "error 2:43 unknown sampler type `independant` (did you mean `independent`? supported types: halton, \
+         hammersley, independent, ldsampler, multijitter, orthogonal, sobol, stratified)",
     ),
     (
         "<bsdf type='hair'/><bsdf type='hair'/>",
-        "warning 2:13 bsdf `hair` is not supported; replaced by grey diffuse",
+        "warning 2:13 bsdf `hair` is not supported; it is replaced by gray diffuse",
     ),
     (
         "<shape type='sphere'><medium name='interior' type='homogeneous'/></shape>",
-        "warning 2:52 medium `homogeneous`: participating media are not supported and are ignored",
+        "warning 2:52 medium `homogeneous` is ignored: participating media are not supported",
     ),
     (
         "<integrator type='mine'><integer name='max_depth' value='3'/><float name='x' value='1'/></integrator>",
-        "warning 2:19 integrator `mine` is not known; only its `max_depth`, `rr_depth` and `hide_emitters` are used",
+        "warning 2:19 unknown integrator type `mine`; only its `max_depth`, `rr_depth` and `hide_emitters` are used",
     ),
 ];
 
 #[test]
-fn every_mistake_is_one_message_at_its_place() {
-    let wrong: Vec<String> = WRONG
+fn each_mistake_gives_one_message_at_its_location() {
+    let wrong: Vec<String> = INVALID
         .iter()
         .filter_map(|(xml, expected)| {
             let found = problems("3.0.0", xml);
@@ -231,7 +232,7 @@ fn every_mistake_is_one_message_at_its_place() {
 }
 
 #[test]
-fn all_mistakes_are_found_in_the_order_of_the_file() {
+fn all_mistakes_are_reported_in_the_order_of_the_file() {
     let found = problems(
         "3.0.0",
         "<shape type='obj'><string name='filename' value='a.obj'/></shape>\n<bsdf type='hair'/>\n<bsdf type='difuse'/>",
@@ -243,7 +244,7 @@ fn all_mistakes_are_found_in_the_order_of_the_file() {
     assert_eq!(places, ["2:50", "3:13", "4:13"]);
 }
 
-/// The problems of a whole file.
+/// The problems of the scene file `scene`.
 fn whole(scene: &str) -> Vec<String> {
     let files = Files::new(scene, &[]);
     check_scene(&files.scene(), &LoadOptions::default())
@@ -253,31 +254,33 @@ fn whole(scene: &str) -> Vec<String> {
 }
 
 #[test]
-fn files_that_are_no_scenes_are_refused() {
+fn invalid_documents_are_rejected() {
     assert_eq!(
         whole("<scene version='3.0.0'>\n  <shape type='sphere'>\n</scene>"),
         ["error 3:1 malformed XML: expected 'shape' tag, not 'scene'"]
     );
     assert_eq!(
         whole("<bsdf version='3.0.0' type='diffuse'/>"),
-        ["error 1:2 the file is a <bsdf>, not a <scene>"]
+        ["error 1:2 found the root element <bsdf>, expected <scene>"]
     );
     assert_eq!(
         whole("<scene version='3.0.0'><emitter type='constant'/></scene>"),
-        ["error 1:2 the scene has no sensor (add for instance <sensor type=\"perspective\"/>)"]
+        ["error 1:2 the scene has no sensor (add for example <sensor type=\"perspective\"/>)"]
     );
     assert_eq!(
         whole("<scene><emitter type='constant'/><sensor type='perspective'/></scene>"),
-        ["error 1:2 <scene> has no `version` (expected for instance `<scene version=\"3.0.0\">`)"]
+        [
+            "error 1:2 <scene> needs the attribute `version` (expected for example `<scene version=\"3.0.0\">`)"
+        ]
     );
     assert_eq!(
         whole("<scene version='3.0.0'><sensor type='perspective'/></scene>"),
-        ["warning 1:2 the scene has no emitter: its image will be black"]
+        ["warning 1:2 the scene has no emitter; its image will be black"]
     );
 }
 
 #[test]
-fn places_count_characters_after_a_byte_order_mark() {
+fn columns_count_characters_after_a_byte_order_mark() {
     let found = whole(
         "\u{feff}<!-- \u{e4}\u{f6} --><scene version='3.0.0'><emitter type='constant'/><sensor type='perspektive'/></scene>",
     );
@@ -290,7 +293,7 @@ fn places_count_characters_after_a_byte_order_mark() {
 }
 
 #[test]
-fn deep_nesting_and_endless_inclusion_are_errors() {
+fn deep_nesting_and_cyclic_inclusion_are_errors() {
     let deep = document(
         "3.0.0",
         &format!(
@@ -310,14 +313,14 @@ fn deep_nesting_and_endless_inclusion_are_errors() {
     assert!(
         found
             .iter()
-            .any(|text| text.contains("files include each other more than 15 deep")),
+            .any(|text| text.contains("included files are nested more than 15 deep")),
         "{}",
         found.len()
     );
 }
 
 #[test]
-fn kinds_of_errors_are_told_apart() {
+fn errors_have_kinds() {
     let kind = |scene: &Path, strict| {
         let options = LoadOptions {
             strict,
@@ -341,7 +344,7 @@ fn kinds_of_errors_are_told_apart() {
 }
 
 #[test]
-fn values_for_parameters_that_the_scene_lacks_are_errors() {
+fn defines_that_the_scene_does_not_use_are_errors() {
     let files = Files::new(&document("3.0.0", "<default name='size' value='1'/>"), &[]);
     let options = LoadOptions {
         defines: vec![("sise".to_owned(), "2".to_owned())],
@@ -355,7 +358,7 @@ fn values_for_parameters_that_the_scene_lacks_are_errors() {
 }
 
 #[test]
-fn damaged_files_are_named_with_the_place_inside_and_out() {
+fn damaged_files_are_reported_with_both_locations() {
     let scene = document(
         "3.0.0",
         "<shape type='obj'><string name='filename' value='bad.obj'/></shape>",
@@ -384,7 +387,7 @@ fn errors_in_included_files_name_that_file() {
 }
 
 #[test]
-fn errors_print_themselves_with_an_excerpt() {
+fn printed_errors_have_an_excerpt() {
     let files = Files::new(&document("3.0.0", "<bsdf type='difuse'/>"), &[]);
     let error = load_scene(&files.scene(), &LoadOptions::default()).unwrap_err();
     let mut text = String::new();
@@ -402,7 +405,7 @@ fn errors_print_themselves_with_an_excerpt() {
 }
 
 #[test]
-fn names_from_other_systems_are_found_with_a_warning() {
+fn backslashes_and_other_case_in_file_names_give_a_warning() {
     let scene = document(
         "3.0.0",
         "<shape type='obj'><string name='filename' value='.\\Part.OBJ'/></shape>",

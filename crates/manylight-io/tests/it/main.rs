@@ -1,12 +1,13 @@
-//! Scene files in, descriptions or exact messages out.
+//! Loading of scene files: descriptions, and exact messages.
 
 #![expect(
     clippy::unwrap_used,
     clippy::print_stdout,
-    reason = "helpers of tests fail and tell loudly"
+    reason = "test helpers may panic and print"
 )]
 
 mod errors;
+mod materials;
 mod shared_scenes;
 mod skies;
 mod upgrade;
@@ -16,13 +17,13 @@ use manylight::scene::SceneDesc;
 use manylight_io::{Diagnostic, LoadOptions, LoadedScene, Severity, check_scene, load_scene};
 use std::path::PathBuf;
 
-/// A folder with the files of a scene.
+/// A temporary folder with the files of a scene.
 struct Files {
     folder: tempfile::TempDir,
 }
 
 impl Files {
-    /// A folder with `scene.xml` and others.
+    /// Writes `scene` to `scene.xml`, and `others` as pairs of name and content.
     fn new(scene: &str, others: &[(&str, &str)]) -> Self {
         let folder = tempfile::tempdir().unwrap();
         for (name, content) in others.iter().chain(&[("scene.xml", scene)]) {
@@ -49,7 +50,7 @@ fn document(version: &str, content: &str) -> String {
     )
 }
 
-/// The description of a version 3 scene with `content`, which must load without a warning.
+/// The description of a scene of version 3 with `content`, which must load without a warning.
 fn load(content: &str) -> SceneDesc {
     load_version("3.0.0", content)
 }
@@ -60,7 +61,7 @@ fn load_version(version: &str, content: &str) -> SceneDesc {
     loaded.desc
 }
 
-/// All problems of a scene, as `severity line:column message (help)`; line 1 of `content` is line 2.
+/// All problems of a scene with `content`, as `severity line:column message (help)`. Line 1 of `content` is line 2 of the file.
 fn problems(version: &str, content: &str) -> Vec<String> {
     let files = Files::new(&document(version, content), &[]);
     let folder = files.folder.path().display().to_string();

@@ -1,4 +1,4 @@
-//! Scenes made by others, where they are at hand: the folder that the variable `MANYLIGHT_SCENES` names.
+//! Well-known scenes of other projects, in the folder that `MANYLIGHT_SCENES` names. Without it, the tests are skipped.
 
 use manylight::geometry::Shape;
 use manylight_io::{LoadOptions, check_scene, load_scene};
@@ -7,12 +7,12 @@ use std::path::{Path, PathBuf};
 fn scenes() -> Option<PathBuf> {
     let folder = std::env::var_os("MANYLIGHT_SCENES").map(PathBuf::from);
     if folder.is_none() {
-        println!("skipped: MANYLIGHT_SCENES names no folder with scenes");
+        println!("skipped: MANYLIGHT_SCENES is not set to a folder of scenes");
     }
     folder
 }
 
-/// Primitives, triangles and emitters, as Mitsuba 3.9.1 counts them for the same file.
+/// File, and the numbers of primitives, triangles and emitters that Mitsuba 3.9.1 loads.
 const COUNTS: [(&str, usize, usize, usize); 11] = [
     ("cbox-many-lights/cbox_many_lights.xml", 20, 62, 13),
     ("classroom/scene.xml", 79, 103_832, 1),
@@ -27,7 +27,8 @@ const COUNTS: [(&str, usize, usize, usize); 11] = [
     ("veach-mis/scene.xml", 9, 52, 3),
 ];
 
-fn triangles(path: &Path) -> (usize, usize, usize) {
+/// Numbers of primitives, triangles and emitters.
+fn counts(path: &Path) -> (usize, usize, usize) {
     let desc = load_scene(path, &LoadOptions::default()).unwrap().desc;
     let count =
         |primitive: &manylight::scene::PrimitiveDesc| match &desc.shapes[primitive.shape.index()] {
@@ -42,11 +43,11 @@ fn triangles(path: &Path) -> (usize, usize, usize) {
 }
 
 #[test]
-fn scenes_made_by_others_load_completely() {
+fn well_known_scenes_load_completely() {
     let Some(folder) = scenes() else { return };
     for (name, primitives, triangle_count, emitters) in COUNTS {
         assert_eq!(
-            triangles(&folder.join(name)),
+            counts(&folder.join(name)),
             (primitives, triangle_count, emitters),
             "{name}"
         );
@@ -54,7 +55,7 @@ fn scenes_made_by_others_load_completely() {
 }
 
 #[test]
-fn all_absent_meshes_are_named_at_once() {
+fn all_missing_meshes_are_reported() {
     let Some(folder) = scenes() else { return };
     let path = folder.join("kitchen/kitchen.xml");
     let missing: Vec<_> = check_scene(&path, &LoadOptions::default())

@@ -43,7 +43,7 @@ fn camel_case_names_and_old_tags_are_understood() {
 }
 
 #[test]
-fn textures_are_placed_by_scale_after_offset() {
+fn texture_offsets_are_applied_before_scales() {
     let desc = load_version(
         "0.6.0",
         "<texture type='checkerboard'><float name='uscale' value='2'/><float name='uoffset' value='0.5'/>
@@ -56,7 +56,7 @@ fn textures_are_placed_by_scale_after_offset() {
 }
 
 #[test]
-fn models_of_old_files_are_kept() {
+fn bsdf_models_of_old_files_are_supported() {
     let desc = load_version(
         "0.6.0",
         "<bsdf type='roughdiffuse'><spectrum name='reflectance' value='0.1, 0.2, 0.3'/><float name='alpha' value='1'/></bsdf>
@@ -97,10 +97,10 @@ fn models_of_old_files_are_kept() {
 }
 
 #[test]
-fn reflectance_above_one_is_clamped_in_old_files_and_refused_in_new_ones() {
+fn reflectance_above_one_is_clamped_in_old_files_and_an_error_in_new_ones() {
     let xml = "<bsdf type='diffuse'><rgb name='reflectance' value='2'/></bsdf>";
     let message =
-        "warning 2:53 `reflectance` of bsdf `diffuse` is outside of [0, 1] and is clamped";
+        "warning 2:53 `reflectance` of bsdf `diffuse` is outside of [0, 1]; it is clamped";
     assert_eq!(problems("0.6.0", xml), [message]);
     assert_eq!(
         problems("3.0.0", xml),
@@ -119,7 +119,7 @@ fn old_names_in_new_files_are_errors_with_a_suggestion() {
 }
 
 #[test]
-fn references_survive_the_removal_of_old_parameters() {
+fn references_are_resolved_after_old_parameters_are_removed() {
     let desc = load_version(
         "0.6.0",
         "<spectrum type='srgb' id='red'><rgb name='color' value='1 0 0'/></spectrum>

@@ -1,9 +1,9 @@
-//! What parameters mean: defaults, kinds of values, transforms. The numbers are those that Mitsuba 3.9.1 prints for the
-//! same text.
+//! Shapes, transforms, sensors, emitters, textures, references and parameters. The numbers are those that Mitsuba 3.9.1 prints
+//! for the same text.
 
-use crate::{Files, document, load, load_version};
+use crate::materials::constant;
+use crate::{Files, document, load};
 use manylight::bsdf::Material;
-use manylight::bsdf::material::Distribution;
 use manylight::color::Rgb;
 use manylight::emitters::Emitter;
 use manylight::film::Filter;
@@ -12,177 +12,8 @@ use manylight::ids::TextureId;
 use manylight::math::{UVec2, Vec2, Vec3, Vec3A};
 use manylight::scene::PathLimits;
 use manylight::sensors::{FovAxis, SensorKind};
-use manylight::texture::{ColorInput, Filtering, FloatInput, Texture, Wrap};
+use manylight::texture::{ColorInput, Filtering, Texture, Wrap};
 use manylight_io::{LoadOptions, load_scene};
-
-fn near(a: Rgb, b: [f32; 3]) -> bool {
-    a.to_array()
-        .iter()
-        .zip(b)
-        .all(|(a, b)| (a - b).abs() <= 1e-3 * b.abs().max(1.0))
-}
-
-/// The last material of a scene with this one bsdf.
-fn material(xml: &str) -> Material {
-    load(xml).materials.last().unwrap().clone()
-}
-
-fn constant(input: &ColorInput) -> Rgb {
-    match input {
-        ColorInput::Constant(color) => *color,
-        ColorInput::Texture(_) => panic!("a texture"),
-    }
-}
-
-#[test]
-fn defaults_of_materials_are_mitsubas() {
-    let Material::Diffuse { reflectance } = material("<bsdf type='diffuse'/>") else {
-        panic!()
-    };
-    assert_eq!(constant(&reflectance), Rgb::splat(0.5));
-    let Material::Dielectric { eta, .. } = material("<bsdf type='dielectric'/>") else {
-        panic!()
-    };
-    assert!((eta - 1.504_183_3).abs() < 1e-6);
-    let Material::Plastic {
-        eta,
-        nonlinear,
-        roughness,
-        ..
-    } = material("<bsdf type='roughplastic'/>")
-    else {
-        panic!()
-    };
-    assert!((eta - 1.489_587_3).abs() < 1e-6 && !nonlinear);
-    assert_eq!(roughness, Some((Distribution::Beckmann, 0.1)));
-    let Material::Conductor {
-        eta, k, roughness, ..
-    } = material("<bsdf type='roughconductor'/>")
-    else {
-        panic!()
-    };
-    assert_eq!((constant(&eta), constant(&k)), (Rgb::BLACK, Rgb::WHITE));
-    assert_eq!(roughness.unwrap().alpha_u, FloatInput::Constant(0.1));
-    let copper = material("<bsdf type='conductor'><string name='material' value='Cu'/></bsdf>");
-    let Material::Conductor { eta, .. } = copper else {
-        panic!()
-    };
-    assert!(near(constant(&eta), [0.201_005, 0.923_75, 1.102_215]));
-    let mask = material("<bsdf type='mask'><bsdf type='diffuse'/></bsdf>");
-    assert!(matches!(
-        mask,
-        Material::Mask {
-            opacity: FloatInput::Constant(0.5),
-            ..
-        }
-    ));
-}
-
-#[test]
-fn principled_takes_eta_or_specular() {
-    let eta = |xml: &str| match material(&format!("<bsdf type='principled'>{xml}</bsdf>")) {
-        Material::Principled(principled) => principled.eta,
-        other => panic!("{other:?}"),
-    };
-    assert!((eta("") - 1.5).abs() < 1e-6);
-    assert!((eta("<float name='specular' value='1'/>") - 1.788_788_5).abs() < 1e-5);
-    assert_eq!(eta("<float name='specular' value='0'/>"), 1.0);
-    assert_eq!(eta("<float name='eta' value='1.3'/>"), 1.3);
-    assert_eq!(
-        eta("<float name='eta' value='1'/><float name='spec_trans' value='0.5'/>"),
-        1.001
-    );
-}
-
-#[test]
-fn spectra_of_emitters_and_surfaces_differ() {
-    let radiance = |xml: &str| {
-        let desc = load(&format!("<emitter type='constant'>{xml}</emitter>"));
-        match desc.emitters.last() {
-            Some(Emitter::Constant { radiance }) => *radiance,
-            other => panic!("{other:?}"),
-        }
-    };
-    assert_eq!(radiance(""), Rgb::WHITE);
-    assert_eq!(
-        radiance("<rgb name='radiance' value='5'/>"),
-        Rgb::splat(5.0)
-    );
-    assert_eq!(
-        radiance("<float name='radiance' value='5'/>"),
-        Rgb::splat(5.0)
-    );
-    assert!(near(
-        radiance("<spectrum name='radiance' value='5'/>"),
-        [6.023_97, 4.741_455, 4.544_58]
-    ));
-    let light = "400:0, 500:8, 600:15.6, 700:18.4";
-    assert!(near(
-        radiance(&format!("<spectrum name='radiance' value='{light}'/>")),
-        [20.710_8, 10.854_6, 2.771_15]
-    ));
-    let d65 = "<spectrum name='radiance' type='d65'><float name='scale' value='2'/></spectrum>";
-    assert_eq!(radiance(d65), Rgb::splat(2.0));
-
-    let reflectance = |xml: &str| match material(&format!("<bsdf type='diffuse'>{xml}</bsdf>")) {
-        Material::Diffuse { reflectance } => constant(&reflectance),
-        other => panic!("{other:?}"),
-    };
-    assert_eq!(
-        reflectance("<spectrum name='reflectance' value='0.7'/>"),
-        Rgb::splat(0.7)
-    );
-    assert_eq!(
-        reflectance("<rgb name='reflectance' value='0.1 0.2, 0.3'/>"),
-        Rgb::new(0.1, 0.2, 0.3)
-    );
-    let grey = "400:0.78, 500:0.78, 600:0.78, 700:0.78";
-    let color = reflectance(&format!("<spectrum name='reflectance' value='{grey}'/>"));
-    assert!(near(color, [0.776_367, 0.779_81, 0.776_029]));
-}
-
-#[test]
-fn spectra_are_read_from_files() {
-    let scene = crate::document(
-        "3.0.0",
-        "<bsdf type='diffuse'><spectrum name='reflectance' filename='grey.spd'/></bsdf>",
-    );
-    let desc = Files::new(
-        &scene,
-        &[(
-            "grey.spd",
-            "# grey\n400 0.78\n500 0.78\n600 0.78\n700 0.78\n",
-        )],
-    )
-    .load()
-    .desc;
-    let Material::Diffuse { reflectance } = &desc.materials[0] else {
-        panic!()
-    };
-    assert!(near(
-        constant(reflectance),
-        [0.776_367, 0.779_81, 0.776_029]
-    ));
-}
-
-#[test]
-fn shapes_without_bsdf_are_grey_or_black() {
-    let desc = load(
-        "<shape type='sphere'/><shape type='sphere'><emitter type='area'/></shape><shape type='sphere'/>",
-    );
-    let albedo = |index: usize| match &desc.materials[desc.primitives[index].material.index()] {
-        Material::Diffuse { reflectance } => constant(reflectance),
-        other => panic!("{other:?}"),
-    };
-    assert_eq!(albedo(0), Rgb::splat(0.5));
-    assert_eq!(albedo(1), Rgb::BLACK);
-    assert_eq!(desc.primitives[0].material, desc.primitives[2].material);
-    let emitter = desc.primitives[1].emitter.unwrap();
-    assert!(matches!(
-        desc.emitters[emitter.index()],
-        Emitter::Area { .. }
-    ));
-}
 
 #[test]
 fn steps_of_transforms_apply_in_order() {
@@ -199,21 +30,21 @@ fn steps_of_transforms_apply_in_order() {
 }
 
 #[test]
-fn axes_of_rotations_are_used_as_they_stand_since_version_3() {
+fn rotation_axes_are_not_normalized_since_version_3() {
     let turned = |version| {
         let shape = "<shape type='disk'><transform name='to_world'><rotate z='2' angle='30'/></transform></shape>";
         let loaded = Files::new(&document(version, shape), &[]).load();
         loaded.desc.primitives[0].world_from_object.matrix3
     };
     // What `mi.ScalarTransform4f().rotate([0, 0, 2], 30)` of Mitsuba 3.9.1 prints.
-    let as_it_stands = turned("3.0.0");
+    let unnormalized = turned("3.0.0");
     assert!(
-        as_it_stands
+        unnormalized
             .x_axis
             .abs_diff_eq(Vec3A::new(0.866_025, 1.0, 0.0), 1e-5)
     );
     assert!(
-        as_it_stands
+        unnormalized
             .z_axis
             .abs_diff_eq(Vec3A::new(0.0, 0.0, 1.401_92), 1e-5)
     );
@@ -263,7 +94,7 @@ fn cameras_look_along_z_with_x_to_the_left() {
 }
 
 #[test]
-fn a_sensor_without_parameters_has_mitsubas() {
+fn a_sensor_without_parameters_has_the_defaults_of_mitsuba() {
     let desc = load("");
     let sensor = &desc.sensors[0];
     // The diagonal of a 50 mm lens on 36 mm x 24 mm: 38.18 degrees horizontally on 768 x 576.
@@ -332,7 +163,7 @@ fn emitters_are_placed_by_position_or_transform() {
 }
 
 #[test]
-fn integrators_give_only_limits() {
+fn integrators_determine_path_limits() {
     let limits = |xml: &str| load(xml).limits;
     let path = limits(
         "<integrator type='path'><integer name='max_depth' value='7'/><integer name='rr_depth' value='3'/>
@@ -356,7 +187,7 @@ fn integrators_give_only_limits() {
 }
 
 #[test]
-fn objects_can_be_shared_and_named_anew() {
+fn objects_can_be_shared_and_have_aliases() {
     let desc = load(
         "<shape type='sphere'><ref id='later'/></shape>
         <bsdf type='twosided' id='later'><bsdf type='diffuse' id='inner'/></bsdf><alias id='inner' as='other'/>
@@ -372,7 +203,7 @@ fn objects_can_be_shared_and_named_anew() {
 }
 
 #[test]
-fn groups_are_made_once_and_shown_often() {
+fn groups_are_shared_by_instances() {
     let desc = load(
         "<shape type='shapegroup' id='pair'><shape type='sphere'/><shape type='cube' id='box'/></shape>
         <shape type='instance'><ref id='pair'/><transform name='to_world'><translate z='2'/></transform></shape>
@@ -399,7 +230,7 @@ fn groups_are_made_once_and_shown_often() {
 const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0.25\nvt 1 0.25\nvt 0 1\nf 1/1 2/2 3/3\n";
 
 #[test]
-fn a_mesh_file_is_stored_once_per_use() {
+fn equal_mesh_files_are_shared() {
     let scene = crate::document(
         "3.0.0",
         "<shape type='obj'><string name='filename' value='a.obj'/></shape>
@@ -419,7 +250,7 @@ fn a_mesh_file_is_stored_once_per_use() {
         Shape::Mesh(mesh) => mesh,
         other => panic!("{other:?}"),
     };
-    // OBJ files have v upwards, images downwards.
+    // v points up in OBJ files, down in images.
     assert_eq!(mesh(0).uvs[0], Vec2::new(0.0, 0.75));
     assert_eq!(mesh(2).uvs[0], Vec2::new(0.0, 0.25));
     assert_eq!(mesh(0).normals, [Vec3::Z; 3]);
@@ -427,7 +258,7 @@ fn a_mesh_file_is_stored_once_per_use() {
 }
 
 #[test]
-fn an_image_is_one_texture_for_equal_settings() {
+fn bitmaps_with_equal_settings_are_shared() {
     let texture = |extra: &str| {
         format!(
             "<bsdf type='diffuse'><texture name='reflectance' type='bitmap'><string name='filename' value='a.pfm'/>{extra}</texture></bsdf>"
@@ -441,7 +272,7 @@ fn an_image_is_one_texture_for_equal_settings() {
             .to_owned(),
     ]
     .concat();
-    // A grey image of two pixels, little endian.
+    // A gray image of two pixels, little endian.
     let pixels = "Pf\n2 1\n-1\n\0\0\0?\0\0\0?";
     let desc = Files::new(&crate::document("3.0.0", &content), &[("a.pfm", pixels)])
         .load()
@@ -472,7 +303,7 @@ fn an_image_is_one_texture_for_equal_settings() {
 }
 
 #[test]
-fn textures_stand_in_checkerboards_and_spots() {
+fn checkerboards_and_spots_accept_textures() {
     let desc = load(
         "<emitter type='spot'>
           <transform name='to_world'><rotate z='1' angle='90'/><scale value='2'/></transform>
@@ -497,7 +328,7 @@ fn textures_stand_in_checkerboards_and_spots() {
 }
 
 #[test]
-fn parameters_come_from_the_caller_before_the_file() {
+fn defines_override_defaults() {
     let scene = crate::document(
         "3.0.0",
         "<default name='size' value='3'/><default name='sizes' value='$size'/><default name='kind' value='sphere'/>
@@ -513,7 +344,7 @@ fn parameters_come_from_the_caller_before_the_file() {
 }
 
 #[test]
-fn included_files_are_found_beside_the_file_that_names_them() {
+fn included_files_are_found_in_the_folder_of_the_scene() {
     let scene = crate::document(
         "3.0.0",
         "<include filename='parts.xml'/><shape type='sphere'><ref id='red'/></shape>",
@@ -536,32 +367,4 @@ fn included_files_are_found_beside_the_file_that_names_them() {
         }
     ));
     assert_eq!(desc.primitives[1].material.0, 0);
-}
-
-#[test]
-fn two_sided_materials_have_one_or_two_parts() {
-    let desc = load("<bsdf type='twosided'><bsdf type='diffuse'/><bsdf type='conductor'/></bsdf>");
-    let Material::TwoSided { front, back } = desc.materials[2] else {
-        panic!()
-    };
-    assert!(matches!(
-        desc.materials[front.index()],
-        Material::Diffuse { .. }
-    ));
-    assert!(matches!(
-        desc.materials[back.index()],
-        Material::Conductor { .. }
-    ));
-}
-
-#[test]
-fn old_and_new_conductors_have_different_defaults() {
-    let desc = load_version(
-        "0.5.0",
-        "<bsdf type='conductor'><float name='extEta' value='2'/></bsdf>",
-    );
-    let Material::Conductor { eta, .. } = &desc.materials[0] else {
-        panic!()
-    };
-    assert!(near(constant(eta), [0.100_502, 0.461_875, 0.551_108]));
 }

@@ -1,5 +1,5 @@
-//! The project's own scenes with known answers: every file under `scenes/furnace` and `scenes/analytic` states what it
-//! expects (format: `scenes/README.md`), and every method is held to it.
+//! Rendering of the project's scenes with known answers. Every file in `scenes/furnace` and `scenes/analytic` states its expected
+//! values (format: `scenes/README.md`); the path tracer and Rich-VPLs must reproduce them.
 
 #![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
 
@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
+/// An observer that does nothing.
 struct Silent;
 
 impl Observer for Silent {
@@ -21,16 +22,18 @@ impl Observer for Silent {
     }
 }
 
-/// One `expect:` line.
+/// An `expect:` line of a scene file.
 #[derive(Clone, Copy, Debug)]
 struct Expectation {
-    whom: Whom,
+    pixels: Pixels,
     rgb: [f64; 3],
     tolerance: f64,
 }
 
+/// The pixels of an expectation.
 #[derive(Clone, Copy, Debug)]
-enum Whom {
+enum Pixels {
+    /// Each pixel, and the mean.
     All,
     Mean,
     Pixel(usize, usize),
@@ -49,24 +52,24 @@ fn numbers(text: &str) -> Vec<f64> {
 }
 
 fn parse(line: &str) -> Expectation {
-    let (whom, rest) = line
+    let (pixels, rest) = line
         .trim()
         .split_once(" rgb=")
         .expect("`rgb=` in an expectation");
     let (rgb, tolerance) = rest
         .split_once(" tolerance=")
         .expect("`tolerance=` in an expectation");
-    let whom = match whom {
-        "all" => Whom::All,
-        "mean" => Whom::Mean,
+    let pixels = match pixels {
+        "all" => Pixels::All,
+        "mean" => Pixels::Mean,
         pixel => {
             let xy = numbers(pixel);
-            Whom::Pixel(xy[0] as usize, xy[1] as usize)
+            Pixels::Pixel(xy[0] as usize, xy[1] as usize)
         }
     };
     let rgb = numbers(rgb);
     Expectation {
-        whom,
+        pixels,
         rgb: [rgb[0], rgb[1], rgb[2]],
         tolerance: tolerance.trim().parse().expect("a tolerance"),
     }
@@ -79,8 +82,8 @@ fn expectations(text: &str) -> Vec<Expectation> {
         .collect()
 }
 
-/// Value and standard error of what an expectation speaks of; for all pixels, their mean as well.
-fn measure(film: &Film, whom: Whom) -> Vec<([f64; 3], [f64; 3])> {
+/// Values and standard errors of the pixels of an expectation.
+fn measure(film: &Film, selection: Pixels) -> Vec<([f64; 3], [f64; 3])> {
     let (image, variance) = (film.image(Layer::Beauty).unwrap(), film.variance());
     let at = |x: usize, y: usize| {
         let value = std::array::from_fn(|c| f64::from(image.pixel(x, y)[c]));
@@ -92,8 +95,8 @@ fn measure(film: &Film, whom: Whom) -> Vec<([f64; 3], [f64; 3])> {
     let all = (0..image.height).flat_map(|y| (0..image.width).map(move |x| (x, y)));
     let pixels: Vec<_> = all.map(|(x, y)| at(x, y)).collect();
     let (value, error) = mean(&pixels);
-    // Few passes tell a pixel's own error badly, and one that missed a rare event shows none: it is at least the typical
-    // relative error of the picture.
+    // A few passes estimate the error of a pixel poorly, and a pixel that missed a rare event has none. Therefore the error is at
+    // least the root mean square relative error of the image.
     let relative: [f64; 3] = std::array::from_fn(|c| {
         let squares = pixels
             .iter()
@@ -103,19 +106,19 @@ fn measure(film: &Film, whom: Whom) -> Vec<([f64; 3], [f64; 3])> {
     });
     let widened =
         |(v, e): ([f64; 3], [f64; 3])| (v, std::array::from_fn(|c| e[c].max(relative[c] * v[c])));
-    match whom {
-        Whom::Pixel(x, y) => vec![widened(at(x, y))],
-        Whom::All => pixels
+    match selection {
+        Pixels::Pixel(x, y) => vec![widened(at(x, y))],
+        Pixels::All => pixels
             .iter()
             .copied()
             .map(widened)
             .chain([(value, error)])
             .collect(),
-        Whom::Mean => vec![(value, error)],
+        Pixels::Mean => vec![(value, error)],
     }
 }
 
-/// Mean over pixels, with its standard error.
+/// Mean over pixels and its standard error.
 fn mean(pixels: &[([f64; 3], [f64; 3])]) -> ([f64; 3], [f64; 3]) {
     let n = pixels.len() as f64;
     let (mut value, mut squares) = ([0.0; 3], [0.0; 3]);
@@ -128,21 +131,27 @@ fn mean(pixels: &[([f64; 3], [f64; 3])]) -> ([f64; 3], [f64; 3]) {
     (value, squares.map(f64::sqrt))
 }
 
-/// Standard errors that chance may bring: some thousand values are compared.
+/// Tolerance in standard errors, because some thousand values are compared.
 const SIGMAS: f64 = 5.0;
 
+/// A method to test.
 struct Check {
     kind: MethodKind,
     passes: u32,
-    /// Systematic error of the method on top of the file's tolerance, relative.
+    /// Relative systematic error of the method, in addition to the tolerance of the file.
     bias: f64,
 }
 
 impl Check {
+    /// Descriptions of at most three failed expectations of a scene.
     fn failures(&self, path: &Path) -> Vec<String> {
         let text = std::fs::read_to_string(path).unwrap();
         let expected = expectations(&text);
-        assert!(!expected.is_empty(), "{}: no expectation", path.display());
+        assert!(
+            !expected.is_empty(),
+            "{}: found no line `expect:`",
+            path.display()
+        );
         let loaded = load_scene(path, &LoadOptions::default())
             .unwrap_or_else(|e| panic!("{}: {e}", path.display()));
         let scene = Scene::build(loaded.desc, 0).unwrap();
@@ -170,7 +179,7 @@ impl Check {
         .film;
         let mut failures = Vec::new();
         for e in expected {
-            for (value, error) in measure(&film, e.whom) {
+            for (value, error) in measure(&film, e.pixels) {
                 for c in 0..3 {
                     let scale = if e.rgb[c] == 0.0 { 1.0 } else { e.rgb[c] };
                     let allowed = (e.tolerance + self.bias) * scale + SIGMAS * error[c] + 1e-6;
@@ -178,7 +187,7 @@ impl Check {
                         let name = path.file_name().unwrap_or_default().to_string_lossy();
                         failures.push(format!(
                             "{name} {:?}: {value:?} +- {error:?}, expected {:?}",
-                            e.whom, e.rgb
+                            e.pixels, e.rgb
                         ));
                     }
                 }
@@ -198,7 +207,7 @@ impl Check {
             .collect();
         files.retain(|f| f.extension().is_some_and(|e| e == "xml"));
         files.sort();
-        assert!(files.len() > 10, "the scenes have gone missing");
+        assert!(files.len() > 10, "expected more than 10 scenes");
         let failures: Vec<String> = files.iter().flat_map(|f| self.failures(f)).collect();
         assert!(
             failures.is_empty(),

@@ -1,8 +1,8 @@
-//! Meshes and images that a scene names: collected while the tree is read, then read in parallel, each file once.
+//! Meshes and images of a scene. Requests are collected first; then the files are read in parallel, each one once.
 
-use super::super::sink::{Place, Report, Sink};
+use super::super::sink::{FileSpan, Problem, Sink};
 use crate::file_error::{FileError, FileErrorKind};
-use crate::image::{Transfer, read_image, read_picture};
+use crate::image::{Transfer, read_image, read_layered_image};
 use crate::mesh::{MeshFormat, read_stored, smooth_normals_placed};
 use manylight::emitters::Emitter;
 use manylight::geometry::{Mesh, Shape};
@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use std::collections::HashMap;
 use std::path::PathBuf;
 
-/// Which channels of an image a texture uses.
+/// The channels of an image that a texture uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Channel {
     All,
@@ -24,6 +24,7 @@ pub(super) enum Channel {
 }
 
 impl Channel {
+    /// Values of the parameter `channel`.
     pub(super) const NAMES: [(&'static str, Channel); 8] = [
         ("r", Channel::Index(0)),
         ("g", Channel::Index(1)),
@@ -36,64 +37,66 @@ impl Channel {
     ];
 }
 
-/// A mesh file and what is done to it.
+/// A mesh file to read, and how to process it.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct MeshRequest {
     pub(super) path: PathBuf,
     pub(super) format: MeshFormat,
-    /// v becomes 1 - v.
+    /// Whether v is replaced by 1 - v.
     pub(super) flip_v: bool,
     pub(super) normals: Normals,
 }
 
-/// Which normals a mesh gets.
+/// The shading normals of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Normals {
-    /// None: faceted shading.
+    /// None: faces are flat.
     Faceted,
-    /// Those of the file, else smooth ones.
+    /// Those of the file, or smooth ones if it has none.
     Smooth {
-        /// The placement, where it distorts angles; otherwise the identity.
+        /// The transform to world space if it changes angles or mirrors, else the identity.
         placement: Affine3A,
     },
 }
 
-/// What is read of an image file.
+/// The part of an image file to read.
 #[derive(Clone, Copy, Debug)]
 enum Decode {
-    /// One or three colour channels.
+    /// One or three color channels.
     Color(Transfer),
-    /// Coverage; 1 where the file has none.
+    /// The alpha channel; 1 if the file has none.
     Alpha,
 }
 
+/// An image file to read, and its uses.
 struct ImageRequest {
     path: PathBuf,
     decode: Decode,
-    place: Place,
+    span: FileSpan,
     targets: Vec<ImageTarget>,
 }
 
+/// A use of an image.
 enum ImageTarget {
     Texture(TextureId, Channel),
     Environment(EmitterId),
 }
 
-/// What has to be read for a scene.
+/// The files to read for a scene. Equal requests share one entry.
 #[derive(Default)]
 pub(super) struct Assets {
-    meshes: Vec<(MeshRequest, ShapeId, Place)>,
+    meshes: Vec<(MeshRequest, ShapeId, FileSpan)>,
     mesh_ids: HashMap<(PathBuf, String), ShapeId>,
     images: Vec<ImageRequest>,
     image_ids: HashMap<(PathBuf, String), usize>,
 }
 
 impl Assets {
-    /// The shape that the mesh will be; `add` makes a new one.
+    /// Requests a mesh and returns its shape. `add` adds an empty shape; it is called for the first of equal requests.
     pub(super) fn mesh(
         &mut self,
         request: MeshRequest,
-        place: Place,
+        span: FileSpan,
         add: impl FnOnce() -> ShapeId,
     ) -> ShapeId {
         let key = (
@@ -105,48 +108,50 @@ impl Assets {
         );
         *self.mesh_ids.entry(key).or_insert_with(|| {
             let shape = add();
-            self.meshes.push((request, shape, place));
+            self.meshes.push((request, shape, span));
             shape
         })
     }
 
+    /// Requests the image of a bitmap texture.
     pub(super) fn add_texture_image(
         &mut self,
         texture: TextureId,
         path: PathBuf,
         transfer: Transfer,
         channel: Channel,
-        place: Place,
+        span: FileSpan,
     ) {
         let decode = if channel == Channel::Alpha {
             Decode::Alpha
         } else {
             Decode::Color(transfer)
         };
-        self.add_image(path, decode, place, ImageTarget::Texture(texture, channel));
+        self.add_image(path, decode, span, ImageTarget::Texture(texture, channel));
     }
 
+    /// Requests the image of an environment emitter.
     pub(super) fn add_environment_image(
         &mut self,
         emitter: EmitterId,
         path: PathBuf,
-        place: Place,
+        span: FileSpan,
     ) {
         self.add_image(
             path,
             Decode::Color(Transfer::Auto),
-            place,
+            span,
             ImageTarget::Environment(emitter),
         );
     }
 
-    fn add_image(&mut self, path: PathBuf, decode: Decode, place: Place, target: ImageTarget) {
+    fn add_image(&mut self, path: PathBuf, decode: Decode, span: FileSpan, target: ImageTarget) {
         let key = (path.clone(), format!("{decode:?}"));
         let index = *self.image_ids.entry(key).or_insert_with(|| {
             self.images.push(ImageRequest {
                 path,
                 decode,
-                place,
+                span,
                 targets: Vec::new(),
             });
             self.images.len() - 1
@@ -154,7 +159,7 @@ impl Assets {
         self.images[index].targets.push(target);
     }
 
-    /// Reads all files and puts them where they belong.
+    /// Reads all files and stores their content in `desc`. Errors are reported.
     pub(super) fn load(self, desc: &mut SceneDesc, sink: &Sink) {
         let Assets { meshes, images, .. } = self;
         let (read_meshes, read_images): (Vec<_>, Vec<_>) = rayon::join(
@@ -166,16 +171,16 @@ impl Assets {
             },
             || images.par_iter().map(read_pixels).collect(),
         );
-        for ((_, shape, place), mesh) in meshes.iter().zip(read_meshes) {
+        for ((_, shape, span), mesh) in meshes.iter().zip(read_meshes) {
             match mesh {
                 Ok(mesh) => desc.shapes[shape.index()] = Shape::Mesh(mesh),
-                Err(error) => report(sink, *place, &error, "mesh"),
+                Err(error) => report(sink, *span, &error, "mesh"),
             }
         }
         for (request, image) in images.into_iter().zip(read_images) {
             match image {
                 Ok(image) => distribute(desc, request.targets, image),
-                Err(error) => report(sink, request.place, &error, "image"),
+                Err(error) => report(sink, request.span, &error, "image"),
             }
         }
     }
@@ -200,9 +205,9 @@ fn read_pixels(request: &ImageRequest) -> Result<Image, FileError> {
     match request.decode {
         Decode::Color(transfer) => read_image(&request.path, transfer),
         Decode::Alpha => {
-            let picture = read_picture(&request.path)?;
-            let (width, height) = (picture.width, picture.height);
-            let data = picture
+            let image = read_layered_image(&request.path)?;
+            let (width, height) = (image.width, image.height);
+            let data = image
                 .channel("A")
                 .map_or_else(|| vec![1.0; width * height], <[f32]>::to_vec);
             Ok(Image {
@@ -215,27 +220,28 @@ fn read_pixels(request: &ImageRequest) -> Result<Image, FileError> {
     }
 }
 
-fn report(sink: &Sink, place: Place, error: &FileError, what: &str) {
-    let message = format!("cannot use the {what} {error}");
-    let report = Report::new("scene::broken_file", place, message).label(format!("this {what}"));
+fn report(sink: &Sink, span: FileSpan, error: &FileError, what: &str) {
+    let message = format!("cannot use the {what} file {error}");
+    let problem =
+        Problem::new("scene::broken_file", span, message).label(format!("this {what} file"));
     sink.error(match error.kind {
-        FileErrorKind::Unreadable(_) => report.file_system(),
-        _ => report,
+        FileErrorKind::Unreadable(_) => problem.file_system(),
+        _ => problem,
     });
 }
 
-/// Gives an image to all that use it; the last user gets the original.
+/// Stores an image for all of its uses, without copying it for the last one.
 fn distribute(desc: &mut SceneDesc, mut targets: Vec<ImageTarget>, image: Image) {
     let last = targets.pop();
     for target in targets {
-        place_image(desc, target, image.clone());
+        store_image(desc, target, image.clone());
     }
     if let Some(last) = last {
-        place_image(desc, last, image);
+        store_image(desc, last, image);
     }
 }
 
-fn place_image(desc: &mut SceneDesc, target: ImageTarget, image: Image) {
+fn store_image(desc: &mut SceneDesc, target: ImageTarget, image: Image) {
     match target {
         ImageTarget::Texture(texture, channel) => {
             if let Texture::Bitmap(bitmap) = &mut desc.textures[texture.index()] {
@@ -244,8 +250,8 @@ fn place_image(desc: &mut SceneDesc, target: ImageTarget, image: Image) {
         }
         ImageTarget::Environment(emitter) => {
             if let Emitter::Environment(environment) = &mut desc.emitters[emitter.index()] {
-                let grey = image.channels < 3;
-                environment.image = pick(&image, if grey { &[0, 0, 0] } else { &[0, 1, 2] });
+                let gray = image.channels < 3;
+                environment.image = pick(&image, if gray { &[0, 0, 0] } else { &[0, 1, 2] });
             }
         }
     }

@@ -1,26 +1,27 @@
-//! Colour parameters: what a value means as a reflectance, a coefficient or an emission.
+//! Color parameters: conversion of values and textures to the inputs of materials and emitters.
 
-use super::super::sink::Report;
-use super::Builder;
-use super::object::{Family, ObjectId, Param};
+use super::super::sink::Problem;
+use super::DescBuilder;
+use super::object::{ObjectId, Param, PluginFamily};
 use super::props::Props;
 use super::values::{Spectrum, Value};
 use crate::spectra;
 use manylight::color::Rgb;
 use manylight::texture::{ColorInput, FloatInput};
 
-/// What a colour is used for: it decides how spectra become colours, and which values are allowed.
+/// The use of a color. It determines how spectra are converted, and which values are allowed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ColorUse {
-    /// In [0, 1].
+    /// Reflectance or transmittance, in [0, 1].
     Reflectance,
     /// Index of refraction or absorption.
     Coefficient,
-    /// Of an emitter.
+    /// Radiance, intensity or irradiance of an emitter.
     Emission,
 }
 
 impl Spectrum {
+    /// The color of a spectrum. `None` for a black body that is not an emission.
     fn to_rgb(&self, color_use: ColorUse) -> Option<Rgb> {
         Some(match (self, color_use) {
             (Spectrum::Uniform(value), ColorUse::Emission) => {
@@ -42,7 +43,7 @@ impl Spectrum {
     }
 }
 
-/// The spectra that can be written as plugins.
+/// The supported spectrum plugins.
 const SPECTRA: &[&str] = &[
     "blackbody",
     "d65",
@@ -53,8 +54,8 @@ const SPECTRA: &[&str] = &[
     "uniform",
 ];
 
-impl Builder<'_> {
-    /// A colour or a texture.
+impl DescBuilder<'_> {
+    /// The parameter `name` as a color or a texture. `default` is gray.
     pub(super) fn color_input(
         &mut self,
         props: &Props<'_>,
@@ -66,7 +67,7 @@ impl Builder<'_> {
             return ColorInput::Constant(Rgb::splat(default));
         };
         if let Value::Object(id) = param.value
-            && self.tree.get(id).family == Family::Texture
+            && self.tree.get(id).family == PluginFamily::Texture
         {
             return match self.texture(id) {
                 Some(texture) => ColorInput::Texture(texture),
@@ -77,7 +78,7 @@ impl Builder<'_> {
         ColorInput::Constant(color.unwrap_or(Rgb::splat(default)))
     }
 
-    /// A colour that does not vary.
+    /// The parameter `name` as a constant color. `default` is gray.
     pub(super) fn color(
         &mut self,
         props: &Props<'_>,
@@ -91,7 +92,7 @@ impl Builder<'_> {
         constant.unwrap_or(Rgb::splat(default))
     }
 
-    /// A number or a texture.
+    /// The parameter `name` as a number or a texture.
     pub(super) fn float_input(
         &mut self,
         props: &Props<'_>,
@@ -102,7 +103,7 @@ impl Builder<'_> {
             return FloatInput::Constant(default);
         };
         match param.value {
-            Value::Object(id) if self.tree.get(id).family == Family::Texture => {
+            Value::Object(id) if self.tree.get(id).family == PluginFamily::Texture => {
                 match self.texture(id) {
                     Some(texture) => FloatInput::Texture(texture),
                     None => FloatInput::Constant(default),
@@ -111,11 +112,12 @@ impl Builder<'_> {
             _ => {
                 let color =
                     self.constant(props, param, ColorUse::Coefficient, "a number or a texture");
-                FloatInput::Constant(color.map_or(default, grey))
+                FloatInput::Constant(color.map_or(default, gray))
             }
         }
     }
 
+    /// The color of a value. A value of another type is reported, with `expected`.
     fn constant(
         &mut self,
         props: &Props<'_>,
@@ -136,7 +138,7 @@ impl Builder<'_> {
                 }
                 color
             }
-            Value::Object(id) if self.tree.get(*id).family == Family::Spectrum => {
+            Value::Object(id) if self.tree.get(*id).family == PluginFamily::Spectrum => {
                 self.spectrum_plugin(*id, color_use)
             }
             _ => {
@@ -146,7 +148,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Reflectances must be in [0, 1]; files of versions 0.x were clamped, with a warning.
+    /// Checks that a reflectance is in [0, 1]. In files of version 0.x it is clamped with a warning.
     fn checked_rgb(
         &self,
         props: &Props<'_>,
@@ -163,17 +165,18 @@ impl Builder<'_> {
             return None;
         }
         let message = format!(
-            "`{}` of {} is outside of [0, 1] and is clamped",
+            "`{}` of {} is outside of [0, 1]; it is clamped",
             param.name.value,
             props.describe()
         );
         self.sink.warn_once(
             "reflectance range",
-            Report::new("scene::clamped", param.place, message),
+            Problem::new("scene::clamped", param.span, message),
         );
         Some(color.map(|v| v.clamp(0.0, 1.0)))
     }
 
+    /// The color of a `<spectrum type="...">`.
     fn spectrum_plugin(&mut self, id: ObjectId, color_use: ColorUse) -> Option<Rgb> {
         let props = self.props(id);
         let color = match props.plugin().value.as_str() {
@@ -216,7 +219,7 @@ impl Builder<'_> {
     }
 }
 
-/// Numbers written as a string.
+/// A list of numbers in a string.
 fn number_list(props: &Props<'_>, name: &'static str) -> Option<Vec<f32>> {
     let text = props.required_string(name)?;
     let parts = text
@@ -232,6 +235,7 @@ fn number_list(props: &Props<'_>, name: &'static str) -> Option<Vec<f32>> {
     numbers
 }
 
+/// The color of samples at increasing wavelengths in nm.
 fn sampled(
     props: &Props<'_>,
     wavelengths: &[f32],
@@ -243,19 +247,19 @@ fn sampled(
         .copied()
         .zip(values.iter().copied())
         .collect();
-    let growing = samples.windows(2).all(|pair| pair[0].0 < pair[1].0);
-    if wavelengths.len() != values.len() || samples.is_empty() || !growing {
+    let increasing = samples.windows(2).all(|pair| pair[0].0 < pair[1].0);
+    if wavelengths.len() != values.len() || samples.is_empty() || !increasing {
         props.refuse(
             props.get("values")?,
-            "as many as the wavelengths, which must grow",
+            "one number for each wavelength, with increasing wavelengths",
         );
         return None;
     }
     Spectrum::Sampled(samples).to_rgb(color_use)
 }
 
-/// The one number that a colour stands for: exactly its value if it is grey, else its luminance.
-fn grey(color: Rgb) -> f32 {
+/// The number of a color: exactly its value if it is gray, else its luminance.
+fn gray(color: Rgb) -> f32 {
     if color.r == color.g && color.g == color.b {
         color.r
     } else {

@@ -1,13 +1,13 @@
-//! Emitters.
+//! Emitter plugins.
 
-use super::super::sink::Report;
+use super::super::sink::Problem;
 use super::colors::ColorUse;
-use super::object::{Family, ObjectId};
+use super::files::find_file;
+use super::object::{ObjectId, PluginFamily};
 use super::props::Props;
-use super::skies::Parts;
+use super::skies::SkyParts;
 use super::values::Value;
-use super::xml::find_file;
-use super::{Builder, Substitute};
+use super::{DescBuilder, IGNORED, Substitute};
 use glam::{DMat4, DVec3};
 use manylight::emitters::{Emitter, Environment, ProjectorTexture};
 use manylight::ids::EmitterId;
@@ -27,27 +27,25 @@ pub(super) const SUPPORTED: &[&str] = &[
     "sunsky",
 ];
 
-const LEFT_OUT: &str = "left out";
-
 const SUBSTITUTES: &[Substitute] = &[
-    ("directionalarea", LEFT_OUT),
-    ("projector", LEFT_OUT),
-    ("timed_sunsky", LEFT_OUT),
-    ("collimated", LEFT_OUT),
+    ("directionalarea", IGNORED),
+    ("projector", IGNORED),
+    ("timed_sunsky", IGNORED),
+    ("collimated", IGNORED),
 ];
 
-/// Parameters that weigh an emitter in Mitsuba's choice among them; ours is by its light.
-const IGNORED: &[&str] = &["id", "sampling_weight", "samples", "mis_compensation"];
+/// Parameters of Mitsuba's emitter sampling, which have no effect.
+const SAMPLING_PARAMETERS: &[&str] = &["id", "sampling_weight", "samples", "mis_compensation"];
 
-impl Builder<'_> {
+impl DescBuilder<'_> {
     pub(super) fn add_emitter(&mut self, emitter: Emitter) -> EmitterId {
         self.desc.emitters.push(emitter);
         EmitterId::from(self.desc.emitters.len() - 1)
     }
 
-    /// The area emitter of a shape, made at its first use.
+    /// The area emitter nested in a shape, added at its first use.
     pub(super) fn area_emitter(&mut self, shape: &Props<'_>) -> Option<EmitterId> {
-        let id = shape.single(Family::Emitter)?;
+        let id = shape.single(PluginFamily::Emitter)?;
         if let Some(emitter) = self.area_emitters.get(&id) {
             return Some(*emitter);
         }
@@ -55,12 +53,12 @@ impl Builder<'_> {
         if props.plugin().value != "area" {
             if SUPPORTED.contains(&props.plugin().value.as_str()) {
                 let message = format!(
-                    "{} cannot stand in a shape: only `area` can",
+                    "{} cannot be nested in a shape; expected `area`",
                     props.describe()
                 );
-                self.sink.error(Report::new(
+                self.sink.error(Problem::new(
                     "scene::unexpected_object",
-                    props.place(),
+                    props.span(),
                     message,
                 ));
             } else {
@@ -69,24 +67,23 @@ impl Builder<'_> {
             return None;
         }
         let radiance = self.color_input(&props, "radiance", 1.0, ColorUse::Emission);
-        props.ignore(IGNORED);
+        props.ignore(SAMPLING_PARAMETERS);
         props.finish();
         let emitter = self.add_emitter(Emitter::Area { radiance });
         self.area_emitters.insert(id, emitter);
         Some(emitter)
     }
 
-    /// An emitter that stands directly in the scene.
+    /// Adds an emitter that is nested in the scene.
     pub(super) fn emitter(&mut self, id: ObjectId) {
         let props = self.props(id);
         match props.plugin().value.as_str() {
             "area" => {
-                let message = "an area emitter must stand in the shape that shines";
-                self.sink.error(Report::new(
-                    "scene::unexpected_object",
-                    props.place(),
-                    message,
-                ));
+                let message = "emitter `area` must be nested in a shape";
+                self.sink.error(
+                    Problem::new("scene::unexpected_object", props.span(), message)
+                        .help("move it into the <shape> that emits light"),
+                );
                 return;
             }
             "point" => self.point(&props),
@@ -94,13 +91,13 @@ impl Builder<'_> {
             "directional" => self.directional(&props),
             "constant" => self.constant_environment(&props),
             "envmap" => self.environment_map(&props),
-            "sunsky" => self.sun_and_sky(&props, Parts::Both),
+            "sunsky" => self.sun_and_sky(&props, SkyParts::Both),
             "sky" | "sun" => {
                 self.require_v0(&props, "use `sunsky`");
                 let parts = if props.plugin().value == "sky" {
-                    Parts::Sky
+                    SkyParts::Sky
                 } else {
-                    Parts::Sun
+                    SkyParts::Sun
                 };
                 self.sun_and_sky(&props, parts);
             }
@@ -109,18 +106,19 @@ impl Builder<'_> {
                 return;
             }
         }
-        props.ignore(IGNORED);
+        props.ignore(SAMPLING_PARAMETERS);
         props.finish();
     }
 
+    /// The parameter `name` as an emission; 1 by default.
     fn emission(&mut self, props: &Props<'_>, name: &'static str) -> manylight::color::Rgb {
         self.color(props, name, 1.0, ColorUse::Emission)
     }
 
-    /// Two parameters that say the same in two ways.
+    /// Reports the parameter `name` if `other` is given as well.
     fn exclusive(&self, props: &Props<'_>, name: &'static str, other: &'static str) {
         if let (Some(first), true) = (props.get(name), props.has(other)) {
-            props.refuse(first, &format!("absent where `{other}` is given"));
+            props.refuse(first, &format!("absent if `{other}` is given"));
         }
     }
 
@@ -138,7 +136,7 @@ impl Builder<'_> {
     fn spot(&mut self, props: &Props<'_>) {
         let intensity = self.emission(props, "intensity");
         let to_world = props.to_world();
-        let slide = self.slide(props, rotation(to_world));
+        let slide = self.projector_texture(props, rotation(to_world));
         let cutoff = props.float_where(
             "cutoff_angle",
             20.0,
@@ -161,11 +159,17 @@ impl Builder<'_> {
         });
     }
 
-    /// The picture that a spot throws.
-    fn slide(&mut self, props: &Props<'_>, world_from_emitter: Mat3) -> Option<ProjectorTexture> {
+    /// The texture that a spot light projects.
+    fn projector_texture(
+        &mut self,
+        props: &Props<'_>,
+        world_from_emitter: Mat3,
+    ) -> Option<ProjectorTexture> {
         let param = props.get("texture")?;
         let texture = match param.value {
-            Value::Object(id) if self.tree.get(id).family == Family::Texture => self.texture(id)?,
+            Value::Object(id) if self.tree.get(id).family == PluginFamily::Texture => {
+                self.texture(id)?
+            }
             _ => {
                 props.mismatch(param, "a texture");
                 return None;
@@ -182,8 +186,10 @@ impl Builder<'_> {
         let direction = props.vector("direction").unwrap_or(forward);
         if direction == DVec3::ZERO {
             props.refuse(
-                props.get("direction").expect("a zero direction is given"),
-                "other than zero",
+                props
+                    .get("direction")
+                    .expect("invariant: the default direction is not zero"),
+                "nonzero",
             );
             return;
         }
@@ -215,11 +221,11 @@ impl Builder<'_> {
             world_from_emitter,
         };
         let emitter = self.add_emitter(Emitter::Environment(environment));
-        self.assets.add_environment_image(emitter, path, name.place);
+        self.assets.add_environment_image(emitter, path, name.span);
     }
 }
 
-/// The rotation of an emitter's frame.
+/// The normalized axes of a transform.
 pub(super) fn rotation(to_world: DMat4) -> Mat3 {
     let matrix = to_world.as_mat4();
     let column = |index: usize| matrix.col(index).truncate().normalize_or_zero();

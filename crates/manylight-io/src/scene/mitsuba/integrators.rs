@@ -1,8 +1,8 @@
-//! Integrators: only their limits on path lengths matter, the method is the caller's choice.
+//! Integrator plugins. Only their path limits are used; the caller chooses the rendering method.
 
-use super::super::sink::Report;
-use super::Builder;
-use super::object::Family;
+use super::super::sink::Problem;
+use super::DescBuilder;
+use super::object::PluginFamily;
 use super::props::Props;
 use manylight::scene::PathLimits;
 
@@ -21,10 +21,10 @@ pub(super) const SUPPORTED: &[&str] = &[
     "vpl",
 ];
 
-/// Integrators that hold the one that counts.
+/// Integrators that wrap the integrator with the path limits.
 const WRAPPERS: [&str; 4] = ["adaptive", "aov", "moment", "irrcache"];
 
-/// Whatever else the method has for settings.
+/// Parameters without effect.
 const IGNORED: &[&str] = &[
     "id",
     "samples_per_pass",
@@ -36,10 +36,10 @@ const IGNORED: &[&str] = &[
     "brute_force",
 ];
 
-/// The limits that the file asks for.
-pub(super) fn limits(props: &Props<'_>, builder: &Builder<'_>) -> PathLimits {
+/// The path limits of an integrator.
+pub(super) fn limits(props: &Props<'_>, builder: &DescBuilder<'_>) -> PathLimits {
     let plugin = props.plugin().value.as_str();
-    let nested = props.objects(Family::Integrator);
+    let nested = props.objects(PluginFamily::Integrator);
     if WRAPPERS.contains(&plugin)
         && let Some((inner, _)) = nested.first()
     {
@@ -47,12 +47,12 @@ pub(super) fn limits(props: &Props<'_>, builder: &Builder<'_>) -> PathLimits {
     }
     if !SUPPORTED.contains(&plugin) && !plugin.contains('$') {
         let message = format!(
-            "integrator `{plugin}` is not known; only its `max_depth`, `rr_depth` and `hide_emitters` are used"
+            "unknown integrator type `{plugin}`; only its `max_depth`, `rr_depth` and `hide_emitters` are used"
         );
-        let report = Report::new("scene::unsupported", props.place(), message);
+        let problem = Problem::new("scene::unsupported", props.span(), message);
         builder
             .sink
-            .warn_once(format!("integrator {plugin}"), report);
+            .warn_once(format!("integrator {plugin}"), problem);
     }
     let direct_only = plugin == "direct";
     let max_depth = match props.maybe_integer("max_depth") {
@@ -61,7 +61,9 @@ pub(super) fn limits(props: &Props<'_>, builder: &Builder<'_>) -> PathLimits {
         Some(depth) if (0..=i64::from(u32::MAX)).contains(&depth) => Some(depth as u32),
         Some(_) => {
             props.refuse(
-                props.get("max_depth").expect("a depth is given"),
+                props
+                    .get("max_depth")
+                    .expect("invariant: the depth has a value"),
                 "at least 0, or -1 for no limit",
             );
             None

@@ -1,14 +1,20 @@
 //! Mitsuba's XML scene format, versions 0.4 to 3.
 //!
-//! Stages: `xml` (text to a tree with places) → `object` (tree to plugins with parameters; `values`, `upgrade`) → the
-//! modules of the families, which read the parameters (`props`) and fill the description → `assets` (meshes and images,
-//! read in parallel). Names, defaults and meanings are those of Mitsuba 3.9; a plugin is an arm of its family's `match`
-//! and a name in [`SUPPORTED`].
+//! Names, defaults and meanings of plugins are those of Mitsuba 3.9. Loading has four stages:
+//!
+//! 1. `xml` parses text into a tree of elements with source spans.
+//! 2. `object` turns it into a tree of plugins with parameters; `values` parses the parameters, and `upgrade` renames those of
+//!    old files.
+//! 3. One module for each plugin family (`bsdfs`, `shapes`, ...) reads the parameters by `props` and fills a [`SceneDesc`].
+//! 4. `assets` reads meshes and images in parallel.
+//!
+//! To add a plugin, add its name to the `SUPPORTED` list of its family and an arm to the `match` there.
 
 mod assets;
 mod bsdfs;
 mod colors;
 mod emitters;
+mod files;
 mod integrators;
 mod object;
 mod props;
@@ -20,19 +26,19 @@ mod upgrade;
 mod values;
 mod xml;
 
-use super::sink::{Report, Sink};
+use super::sink::{Problem, Sink};
 use super::{LoadOptions, SupportedFamily};
 use crate::resolve::similar;
 use assets::Assets;
 use manylight::ids::{EmitterId, MaterialId, ShapeId, TextureId};
 use manylight::scene::SceneDesc;
-use object::{Family, ObjectId, ObjectTree};
+use object::{ObjectId, ObjectTree, PluginFamily};
 use props::Props;
 use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
-/// The plugins that have an effect here, by family, sorted.
+/// The supported plugins, by family.
 pub(super) const SUPPORTED: &[SupportedFamily] = &[
     SupportedFamily {
         name: "bsdfs",
@@ -64,7 +70,7 @@ pub(super) const SUPPORTED: &[SupportedFamily] = &[
     },
 ];
 
-/// The scene, as far as it can be understood.
+/// The scene in `text`, the content of `path`, without its invalid parts. `None` only if an error has been reported.
 pub(super) fn load(
     path: &Path,
     text: Arc<str>,
@@ -73,7 +79,7 @@ pub(super) fn load(
 ) -> Option<SceneDesc> {
     let root = xml::read_tree(path, text, &options.defines, sink)?;
     let tree = ObjectTree::new(&root, sink)?;
-    let mut builder = Builder {
+    let mut builder = DescBuilder {
         tree: &tree,
         sink,
         desc: SceneDesc::default(),
@@ -87,18 +93,21 @@ pub(super) fn load(
         assets: Assets::default(),
     };
     builder.scene();
-    let Builder {
+    let DescBuilder {
         mut desc, assets, ..
     } = builder;
     assets.load(&mut desc, sink);
     Some(desc)
 }
 
-/// A known plugin that is not supported, and what happens to objects that use it.
+/// A plugin of Mitsuba that is not supported, and the description of its replacement in messages.
 type Substitute = (&'static str, &'static str);
 
-/// Fills a description from a tree of objects. Objects that are used several times are made once.
-struct Builder<'a> {
+/// The description for plugins without a replacement.
+const IGNORED: &str = "it is ignored";
+
+/// Fills a [`SceneDesc`] from a tree of objects. The maps keep the ids of objects that are used several times.
+struct DescBuilder<'a> {
     tree: &'a ObjectTree,
     sink: &'a Sink,
     desc: SceneDesc,
@@ -112,44 +121,44 @@ struct Builder<'a> {
     assets: Assets,
 }
 
-impl<'a> Builder<'a> {
+impl<'a> DescBuilder<'a> {
     fn props(&self, id: ObjectId) -> Props<'a> {
         Props::new(self.tree, id, self.sink)
     }
 
-    /// Everything that stands directly in <scene>, in order.
+    /// Adds all objects of the scene.
     fn scene(&mut self) {
         let root = self.props(ObjectTree::ROOT);
-        for (id, _) in root.objects(Family::Bsdf) {
+        for (id, _) in root.objects(PluginFamily::Bsdf) {
             self.material(id);
         }
-        for (id, _) in root.objects(Family::Shape) {
+        for (id, _) in root.objects(PluginFamily::Shape) {
             self.shape(id);
         }
-        for (id, _) in root.objects(Family::Emitter) {
+        for (id, _) in root.objects(PluginFamily::Emitter) {
             self.emitter(id);
         }
-        for (id, _) in root.objects(Family::Sensor) {
+        for (id, _) in root.objects(PluginFamily::Sensor) {
             self.sensor(id);
         }
-        for (id, _) in root.objects(Family::Texture) {
+        for (id, _) in root.objects(PluginFamily::Texture) {
             self.texture(id);
         }
-        if let Some(id) = root.single(Family::Integrator) {
+        if let Some(id) = root.single(PluginFamily::Integrator) {
             self.desc.limits = integrators::limits(&self.props(id), self);
         }
         for family in [
-            Family::Medium,
-            Family::Phase,
-            Family::Volume,
-            Family::Subsurface,
+            PluginFamily::Medium,
+            PluginFamily::Phase,
+            PluginFamily::Volume,
+            PluginFamily::Subsurface,
         ] {
             for (id, _) in root.objects(family) {
                 self.ignore_medium(id);
             }
         }
-        root.objects(Family::Spectrum);
-        // Settings of acceleration structures.
+        root.objects(PluginFamily::Spectrum);
+        // Settings of acceleration structures have no effect.
         for prefix in ["kd_", "embree_"] {
             root.ignore_prefix(prefix);
         }
@@ -158,39 +167,40 @@ impl<'a> Builder<'a> {
         root.finish();
     }
 
+    /// Reports scenes without a sensor or an emitter.
     fn check_whole(&self, root: &Props<'_>) {
-        let no_sensor = root.objects(Family::Sensor).is_empty();
+        let no_sensor = root.objects(PluginFamily::Sensor).is_empty();
         if no_sensor || self.desc.sensors.is_empty() && !self.sink.has_errors() {
             let message = if no_sensor {
                 "the scene has no sensor"
             } else {
-                "the scene has no sensor that is supported"
+                "the scene has no supported sensor"
             };
-            let report = Report::new("scene::no_sensor", root.place(), message);
+            let problem = Problem::new("scene::no_sensor", root.span(), message);
             self.sink
-                .error(report.help("add for instance <sensor type=\"perspective\"/>"));
+                .error(problem.help("add for example <sensor type=\"perspective\"/>"));
         }
-        if !self.tree.has(Family::Emitter) {
-            let message = "the scene has no emitter: its image will be black";
+        if !self.tree.has(PluginFamily::Emitter) {
+            let message = "the scene has no emitter; its image will be black";
             self.sink
-                .warn(Report::new("scene::no_emitter", root.place(), message));
+                .warn(Problem::new("scene::no_emitter", root.span(), message));
         }
     }
 
-    /// One warning for all media, whatever their kind.
+    /// Warns once about participating media.
     fn ignore_medium(&self, id: ObjectId) {
         let props = self.props(id);
         let message = format!(
-            "{}: participating media are not supported and are ignored",
+            "{} is ignored: participating media are not supported",
             props.describe()
         );
         self.sink.warn_once(
             "participating media",
-            Report::new("scene::unsupported", props.place(), message),
+            Problem::new("scene::unsupported", props.span(), message),
         );
     }
 
-    /// The plugin is none that we have: a warning if Mitsuba knows it, an error otherwise.
+    /// Reports a plugin that is not in `supported`: a warning if it is in `substitutes`, else an error.
     fn unsupported(
         &self,
         props: &Props<'_>,
@@ -201,47 +211,50 @@ impl<'a> Builder<'a> {
         let tag = props.object().family.tag();
         if let Some((_, substitute)) = substitutes.iter().find(|(name, _)| *name == plugin.value) {
             let message = format!("{} is not supported; {substitute}", props.describe());
-            let report =
-                Report::new("scene::unsupported", plugin.place, message).label("not supported");
-            self.sink.warn_once(props.describe(), report);
+            let problem =
+                Problem::new("scene::unsupported", plugin.span, message).label("not supported");
+            self.sink.warn_once(props.describe(), problem);
         } else if !plugin.value.is_empty() && !plugin.value.contains('$') {
             let known = supported
                 .iter()
                 .chain(substitutes.iter().map(|(name, _)| name))
                 .copied();
-            let list = format!("known are {}", supported.join(", "));
+            let list = format!("supported types: {}", supported.join(", "));
             let help = match similar(&plugin.value, known) {
                 Some(similar) => format!("did you mean `{similar}`? {list}"),
                 None => list,
             };
             let message = format!("unknown {tag} type `{}`", plugin.value);
-            let report = Report::new("scene::unknown_plugin", plugin.place, message);
+            let problem = Problem::new("scene::unknown_plugin", plugin.span, message);
             self.sink.error(
-                report
+                problem
                     .label(format!("no {tag} plugin has this name"))
                     .help(help),
             );
         }
     }
 
-    /// The plugin is none of version 3.
+    /// Reports a plugin of 0.x in a file of a later version.
     fn require_v0(&self, props: &Props<'_>, advice: &str) {
         if !props.is_v0() {
-            let message = format!("{} exists only in files of version 0.x", props.describe());
-            let help = format!("{advice}, or write `version=\"0.6.0\"` in <scene>");
+            let message = format!(
+                "{} is supported only in files of version 0.x",
+                props.describe()
+            );
+            let help = format!("{advice}, or declare `<scene version=\"0.6.0\">`");
             self.sink
-                .error(Report::new("scene::unknown_plugin", props.place(), message).help(help));
+                .error(Problem::new("scene::unknown_plugin", props.span(), message).help(help));
         }
     }
 
-    /// A feature of a supported plugin that is left out.
+    /// Warns once about the parameter `name`, which is not supported. `what` completes the message.
     fn warn_feature(&self, props: &Props<'_>, name: &'static str, what: &str) {
         if let Some(param) = props.get(name) {
             let subject = format!("{} {name}", props.describe());
             let message = format!("`{name}` of {} {what}", props.describe());
             self.sink.warn_once(
                 subject,
-                Report::new("scene::unsupported", param.name.place, message),
+                Problem::new("scene::unsupported", param.name.span, message),
             );
         }
     }

@@ -1,17 +1,17 @@
-//! The tree of elements as objects (plugins) with parameters, references resolved.
+//! The tree of objects (plugins with parameters) of a scene, made from XML elements. References are resolved.
 
-use super::super::sink::{Place, Report, Sink};
+use super::super::sink::{FileSpan, Problem, Sink};
 use super::upgrade;
 use super::values::{self, Value};
-use super::xml::{Dialect, Element, Text};
+use super::xml::{Dialect, Text, XmlElement};
 use crate::resolve::similar;
 use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// What kind of plugin an object is.
+/// The family of a plugin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) enum Family {
+pub(super) enum PluginFamily {
     Scene,
     Integrator,
     Sensor,
@@ -29,37 +29,37 @@ pub(super) enum Family {
     Subsurface,
 }
 
-/// Tags of objects; some families have other tags in old files.
-const FAMILY_TAGS: [(&str, Family); 17] = [
-    ("scene", Family::Scene),
-    ("integrator", Family::Integrator),
-    ("sensor", Family::Sensor),
-    ("camera", Family::Sensor),
-    ("film", Family::Film),
-    ("rfilter", Family::Filter),
-    ("sampler", Family::Sampler),
-    ("emitter", Family::Emitter),
-    ("luminaire", Family::Emitter),
-    ("shape", Family::Shape),
-    ("bsdf", Family::Bsdf),
-    ("texture", Family::Texture),
-    ("spectrum", Family::Spectrum),
-    ("medium", Family::Medium),
-    ("phase", Family::Phase),
-    ("volume", Family::Volume),
-    ("subsurface", Family::Subsurface),
+/// Tags of objects, the current tag of a family first. `camera` and `luminaire` occur in old files.
+const FAMILY_TAGS: [(&str, PluginFamily); 17] = [
+    ("scene", PluginFamily::Scene),
+    ("integrator", PluginFamily::Integrator),
+    ("sensor", PluginFamily::Sensor),
+    ("camera", PluginFamily::Sensor),
+    ("film", PluginFamily::Film),
+    ("rfilter", PluginFamily::Filter),
+    ("sampler", PluginFamily::Sampler),
+    ("emitter", PluginFamily::Emitter),
+    ("luminaire", PluginFamily::Emitter),
+    ("shape", PluginFamily::Shape),
+    ("bsdf", PluginFamily::Bsdf),
+    ("texture", PluginFamily::Texture),
+    ("spectrum", PluginFamily::Spectrum),
+    ("medium", PluginFamily::Medium),
+    ("phase", PluginFamily::Phase),
+    ("volume", PluginFamily::Volume),
+    ("subsurface", PluginFamily::Subsurface),
 ];
 
-impl Family {
-    /// The family whose objects are written with `tag`.
-    pub(super) fn of_tag(tag: &str) -> Option<Family> {
+impl PluginFamily {
+    /// The family of objects with this tag.
+    pub(super) fn of_tag(tag: &str) -> Option<PluginFamily> {
         FAMILY_TAGS
             .iter()
             .find(|(name, _)| *name == tag)
             .map(|(_, family)| *family)
     }
 
-    /// The tag of the family.
+    /// The current tag of the family.
     pub(super) fn tag(self) -> &'static str {
         FAMILY_TAGS
             .iter()
@@ -72,28 +72,28 @@ impl Family {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(super) struct ObjectId(pub(super) usize);
 
-/// A parameter or a nested object (then the name may be empty).
+/// A parameter or a nested object. The name of a nested object may be empty.
 #[derive(Clone, Debug)]
 pub(super) struct Param {
     pub(super) name: Text,
     pub(super) value: Value,
-    /// The value as it is written, or the tag of a nested object.
-    pub(super) place: Place,
+    /// Location of the value, or of the tag of a nested object.
+    pub(super) span: FileSpan,
 }
 
 /// A plugin with its parameters.
 #[derive(Clone, Debug)]
 pub(super) struct Object {
-    pub(super) family: Family,
+    pub(super) family: PluginFamily,
     pub(super) plugin: Text,
     pub(super) id: String,
     pub(super) dialect: Dialect,
-    /// Where the files that it names are looked for.
+    /// Search path of the files that the object names.
     pub(super) folders: Arc<[PathBuf]>,
     pub(super) params: Vec<Param>,
 }
 
-/// All objects of a scene. The first is the scene itself.
+/// All objects of a scene. The first one is the scene itself.
 #[derive(Debug)]
 pub(super) struct ObjectTree {
     objects: Vec<Object>,
@@ -103,33 +103,36 @@ impl ObjectTree {
     /// The scene.
     pub(super) const ROOT: ObjectId = ObjectId(0);
 
-    /// Makes objects of elements. `None` if the root is no scene.
-    pub(super) fn new(root: &Element, sink: &Sink) -> Option<Self> {
-        if Family::of_tag(&root.tag.value) != Some(Family::Scene) {
-            let message = format!("the file is a <{}>, not a <scene>", root.tag.value);
-            sink.error(Report::new(
+    /// Builds the objects of `root`. `None` if `root` is not a scene, which is reported.
+    pub(super) fn new(root: &XmlElement, sink: &Sink) -> Option<Self> {
+        if PluginFamily::of_tag(&root.tag.value) != Some(PluginFamily::Scene) {
+            let message = format!(
+                "found the root element <{}>, expected <scene>",
+                root.tag.value
+            );
+            sink.error(Problem::new(
                 "scene::unknown_element",
-                root.tag.place,
+                root.tag.span,
                 message,
             ));
             return None;
         }
-        let mut maker = Maker {
+        let mut builder = ObjectTreeBuilder {
             sink,
             objects: Vec::new(),
             ids: HashMap::new(),
             pending: Vec::new(),
         };
-        maker.object(root, Family::Scene);
-        maker.resolve();
-        maker.upgrade();
+        builder.object(root, PluginFamily::Scene);
+        builder.resolve();
+        builder.upgrade();
         Some(ObjectTree {
-            objects: maker.objects,
+            objects: builder.objects,
         })
     }
 
-    /// Whether any object is of the family.
-    pub(super) fn has(&self, family: Family) -> bool {
+    /// Whether any object belongs to the family.
+    pub(super) fn has(&self, family: PluginFamily) -> bool {
         self.objects.iter().any(|object| object.family == family)
     }
 
@@ -138,40 +141,39 @@ impl ObjectTree {
     }
 }
 
-/// A `<ref>` whose target is looked up when all ids are known.
+/// A `<ref>`. It is resolved when all ids are known.
 struct Reference {
     owner: ObjectId,
+    /// Index of the parameter of `owner`.
     param: usize,
     id: Text,
 }
 
-struct Maker<'a> {
+/// Builds an [`ObjectTree`].
+struct ObjectTreeBuilder<'a> {
     sink: &'a Sink,
     objects: Vec<Object>,
-    ids: HashMap<String, (ObjectId, Place)>,
+    /// Objects by id, with the location of the id.
+    ids: HashMap<String, (ObjectId, FileSpan)>,
+    /// References that are not resolved yet.
     pending: Vec<Reference>,
 }
 
-impl Maker<'_> {
-    fn object(&mut self, element: &Element, family: Family) -> ObjectId {
+impl ObjectTreeBuilder<'_> {
+    fn object(&mut self, element: &XmlElement, family: PluginFamily) -> ObjectId {
         let this = ObjectId(self.objects.len());
         let plugin = match element.attribute("type") {
             Some(plugin) => plugin.clone(),
-            None if family == Family::Scene => element.tag.clone(),
+            None if family == PluginFamily::Scene => element.tag.clone(),
             None => {
-                let message = format!("<{}> needs the attribute `type`", element.tag.value);
-                self.sink.error(Report::new(
-                    "scene::missing_attribute",
-                    element.tag.place,
-                    message,
-                ));
+                element.required(self.sink, "type");
                 Text {
                     value: String::new(),
-                    place: element.tag.place,
+                    span: element.tag.span,
                 }
             }
         };
-        values::check_attributes(self.sink, element, &["type", "id", "name", "version"]);
+        element.check_attributes(self.sink, &["type", "id", "name", "version"]);
         let id = element
             .attribute("id")
             .map_or(String::new(), |id| id.value.clone());
@@ -192,40 +194,45 @@ impl Maker<'_> {
         this
     }
 
+    /// Defines the id of an object.
     fn register(&mut self, id: &Text, object: ObjectId) {
         if let Some((_, first)) = self.ids.get(&id.value) {
-            let report = Report::new(
+            let problem = Problem::new(
                 "scene::duplicate_id",
-                id.place,
+                id.span,
                 format!("the id `{}` is used twice", id.value),
             );
-            self.sink
-                .error(report.label("again here").second(*first, "first here"));
+            self.sink.error(
+                problem
+                    .label("second definition")
+                    .second(*first, "first definition"),
+            );
         } else {
-            self.ids.insert(id.value.clone(), (object, id.place));
+            self.ids.insert(id.value.clone(), (object, id.span));
         }
     }
 
-    fn child(&mut self, owner: ObjectId, element: &Element) {
+    /// Adds a nested element to an object: an object, a reference, an alias or a value.
+    fn child(&mut self, owner: ObjectId, element: &XmlElement) {
         let nameless = Text {
             value: String::new(),
-            place: element.tag.place,
+            span: element.tag.span,
         };
         let name = element.attribute("name").cloned().unwrap_or(nameless);
         let tag = element.tag.value.as_str();
         let is_object = match tag {
-            // A <spectrum> without a type is a value.
+            // A <spectrum> without `type` is a value.
             "spectrum" => element.attribute("type").is_some(),
-            _ => Family::of_tag(tag).is_some(),
+            _ => PluginFamily::of_tag(tag).is_some(),
         };
         match tag {
             _ if is_object => {
-                let family = Family::of_tag(tag).expect("objects have a family");
+                let family = PluginFamily::of_tag(tag).expect("objects have a family");
                 let object = self.object(element, family);
                 let param = Param {
                     name,
                     value: Value::Object(object),
-                    place: element.tag.place,
+                    span: element.tag.span,
                 };
                 self.objects[owner.0].params.push(param);
             }
@@ -233,22 +240,22 @@ impl Maker<'_> {
             "alias" => self.alias(element),
             _ => {
                 if let Some(value) = values::parse(self.sink, element) {
-                    let place = element
+                    let span = element
                         .attribute("value")
-                        .map_or(element.tag.place, |value| value.place);
-                    if values::required_attribute(self.sink, element, "name").is_some() {
+                        .map_or(element.tag.span, |value| value.span);
+                    if element.required(self.sink, "name").is_some() {
                         self.objects[owner.0]
                             .params
-                            .push(Param { name, value, place });
+                            .push(Param { name, value, span });
                     }
                 }
             }
         }
     }
 
-    fn reference(&mut self, owner: ObjectId, name: Text, element: &Element) {
-        values::check_attributes(self.sink, element, &["id", "name"]);
-        let Some(id) = values::required_attribute(self.sink, element, "id") else {
+    fn reference(&mut self, owner: ObjectId, name: Text, element: &XmlElement) {
+        element.check_attributes(self.sink, &["id", "name"]);
+        let Some(id) = element.required(self.sink, "id") else {
             return;
         };
         let params = &mut self.objects[owner.0].params;
@@ -260,14 +267,14 @@ impl Maker<'_> {
         params.push(Param {
             name,
             value: Value::Broken,
-            place: id.place,
+            span: id.span,
         });
     }
 
-    fn alias(&mut self, element: &Element) {
+    fn alias(&mut self, element: &XmlElement) {
         let (Some(id), Some(alias)) = (
-            values::required_attribute(self.sink, element, "id"),
-            values::required_attribute(self.sink, element, "as"),
+            element.required(self.sink, "id"),
+            element.required(self.sink, "as"),
         ) else {
             return;
         };
@@ -277,6 +284,7 @@ impl Maker<'_> {
         }
     }
 
+    /// Renames the objects and parameters of old files, and reports duplicate parameters.
     fn upgrade(&mut self) {
         for index in 0..self.objects.len() {
             upgrade::upgrade(&mut self.objects[index]);
@@ -285,17 +293,17 @@ impl Maker<'_> {
     }
 
     fn check_duplicates(&self, owner: ObjectId) {
-        let mut seen: HashMap<&str, Place> = HashMap::new();
+        let mut seen: HashMap<&str, FileSpan> = HashMap::new();
         for param in &self.objects[owner.0].params {
             let name = param.name.value.as_str();
             if name.is_empty() {
                 continue;
             }
-            if let Some(first) = seen.insert(name, param.name.place) {
+            if let Some(first) = seen.insert(name, param.name.span) {
                 let message = format!("the parameter `{name}` is given twice");
-                let report = Report::new("scene::duplicate_parameter", param.name.place, message);
+                let problem = Problem::new("scene::duplicate_parameter", param.name.span, message);
                 self.sink
-                    .error(report.label("again here").second(first, "first here"));
+                    .error(problem.label("second value").second(first, "first value"));
             }
         }
     }
@@ -319,21 +327,22 @@ impl Maker<'_> {
         let help = similar(&id.value, known).map(|similar| format!("did you mean `{similar}`?"));
         let message = format!("no object has the id `{}`", id.value);
         self.sink.error(
-            Report::new("scene::unresolved_reference", id.place, message)
-                .label("nothing to refer to")
+            Problem::new("scene::unresolved_reference", id.span, message)
+                .label("unknown id")
                 .maybe_help(help),
         );
     }
 
-    /// Reports every reference that leads back to an object that holds it, and removes it.
+    /// Reports and removes every reference that closes a cycle, by depth-first search.
     fn break_cycles(&mut self) {
         #[derive(Clone, Copy, PartialEq)]
         enum Mark {
-            New,
+            Unvisited,
+            /// On the path from the root to the current object.
             Open,
             Done,
         }
-        let mut marks = vec![Mark::New; self.objects.len()];
+        let mut marks = vec![Mark::Unvisited; self.objects.len()];
         let mut stack = vec![(0, 0)];
         marks[0] = Mark::Open;
         while let Some((object, next)) = stack.pop() {
@@ -346,17 +355,17 @@ impl Maker<'_> {
                 continue;
             };
             match marks[child] {
-                Mark::New => {
+                Mark::Unvisited => {
                     marks[child] = Mark::Open;
                     stack.push((child, 0));
                 }
                 Mark::Done => {}
                 Mark::Open => {
                     let message =
-                        format!("the object `{}` refers to itself", self.objects[child].id);
+                        format!("the object `{}` contains itself", self.objects[child].id);
                     self.sink.error(
-                        Report::new("scene::circular_reference", param.place, message)
-                            .label("closes the circle"),
+                        Problem::new("scene::circular_reference", param.span, message)
+                            .label("this reference closes the cycle"),
                     );
                     self.objects[object].params[next].value = Value::Broken;
                 }

@@ -1,19 +1,21 @@
-//! Reading the parameters of one object: each is asked for by name, and what nobody asked for is an error.
+//! Access to the parameters of one object. A parameter that is never read is reported as unknown.
 
-use super::super::sink::{Place, Report, Sink};
-use super::object::{Family, Object, ObjectId, ObjectTree, Param};
+use super::super::sink::{FileSpan, Problem, Sink};
+use super::object::{Object, ObjectId, ObjectTree, Param, PluginFamily};
 use super::values::Value;
 use super::xml::{Dialect, Text};
 use crate::resolve::similar;
 use glam::{DMat4, DVec3};
 use std::cell::{Cell, RefCell};
 
-/// The parameters of an object. Errors go to the sink, and the default is returned, so that reading goes on.
+/// The parameters of one object. An invalid value is reported, and the default is returned, so that all errors are found.
 pub(super) struct Props<'a> {
     pub(super) tree: &'a ObjectTree,
     pub(super) id: ObjectId,
     sink: &'a Sink,
+    /// Names that have been read.
     known: RefCell<Vec<&'static str>>,
+    /// For each parameter, whether it has been read.
     used: Vec<Cell<bool>>,
 }
 
@@ -38,30 +40,30 @@ impl<'a> Props<'a> {
         self.tree.get(self.id)
     }
 
-    /// The plugin's name, with its place.
+    /// Name of the plugin.
     pub(super) fn plugin(&self) -> &'a Text {
         &self.object().plugin
     }
 
-    /// Where the object is named.
-    pub(super) fn place(&self) -> Place {
-        self.plugin().place
+    /// Location of the name of the plugin.
+    pub(super) fn span(&self) -> FileSpan {
+        self.plugin().span
     }
 
     pub(super) fn is_v0(&self) -> bool {
         self.object().dialect == Dialect::V0
     }
 
-    /// "bsdf `diffuse`".
+    /// The object in messages, such as "bsdf `diffuse`".
     pub(super) fn describe(&self) -> String {
         let object = self.object();
         match object.family {
-            Family::Scene => "the scene".to_owned(),
+            PluginFamily::Scene => "the scene".to_owned(),
             family => format!("{} `{}`", family.tag(), object.plugin.value),
         }
     }
 
-    /// The parameter called `name`, marked as read.
+    /// The parameter `name`, marked as read.
     pub(super) fn get(&self, name: &'static str) -> Option<&'a Param> {
         if !self.known.borrow().contains(&name) {
             self.known.borrow_mut().push(name);
@@ -75,7 +77,7 @@ impl<'a> Props<'a> {
         Some(&self.object().params[index])
     }
 
-    /// Whether the parameter is given; does not count as reading it.
+    /// Whether the parameter `name` is given. It is not marked as read.
     pub(super) fn has(&self, name: &str) -> bool {
         self.object()
             .params
@@ -83,14 +85,14 @@ impl<'a> Props<'a> {
             .any(|param| param.name.value == name)
     }
 
-    /// These may be given and mean nothing to us.
+    /// Marks parameters as read that are valid but have no effect.
     pub(super) fn ignore(&self, names: &[&'static str]) {
         for name in names {
             self.get(name);
         }
     }
 
-    /// All parameters whose names begin so may be given and mean nothing to us.
+    /// Marks all parameters as read that start with `prefix`: valid, but without effect.
     pub(super) fn ignore_prefix(&self, prefix: &str) {
         for (param, used) in self.object().params.iter().zip(&self.used) {
             if param.name.value.starts_with(prefix) {
@@ -99,8 +101,8 @@ impl<'a> Props<'a> {
         }
     }
 
-    /// Objects of a family, whatever their parameter names.
-    pub(super) fn objects(&self, family: Family) -> Vec<(ObjectId, &'a Param)> {
+    /// All nested objects of a family, marked as read.
+    pub(super) fn objects(&self, family: PluginFamily) -> Vec<(ObjectId, &'a Param)> {
         let mut found = Vec::new();
         for (param, used) in self.object().params.iter().zip(&self.used) {
             if let Value::Object(id) = param.value
@@ -113,18 +115,20 @@ impl<'a> Props<'a> {
         found
     }
 
-    /// The only object of a family, if there is one; more are an error.
-    pub(super) fn single(&self, family: Family) -> Option<ObjectId> {
+    /// The nested object of a family, if there is one. More than one are reported.
+    pub(super) fn single(&self, family: PluginFamily) -> Option<ObjectId> {
         let found = self.objects(family);
         if let Some((_, second)) = found.get(1) {
             let message = format!("{} can have only one {}", self.describe(), family.tag());
-            self.sink
-                .error(Report::new("scene::too_many", second.place, message).label("one too many"));
+            self.sink.error(
+                Problem::new("scene::too_many", second.span, message)
+                    .label("unexpected second one"),
+            );
         }
         found.first().map(|(id, _)| *id)
     }
 
-    /// The value was something else.
+    /// Reports a value of the wrong type.
     pub(super) fn mismatch(&self, param: &Param, expected: &str) {
         if param.value != Value::Broken {
             let name = &param.name.value;
@@ -134,18 +138,18 @@ impl<'a> Props<'a> {
                 param.value.describe()
             );
             self.sink.error(
-                Report::new("scene::wrong_type", param.place, message)
+                Problem::new("scene::wrong_type", param.span, message)
                     .label(format!("expected {expected}")),
             );
         }
     }
 
-    /// The value is of the right type but not allowed.
+    /// Reports a value of the right type that is not allowed.
     pub(super) fn refuse(&self, param: &Param, expected: &str) {
         let name = &param.name.value;
         let message = format!("`{name}` of {} must be {expected}", self.describe());
         self.sink.error(
-            Report::new("scene::bad_value", param.place, message)
+            Problem::new("scene::bad_value", param.span, message)
                 .label(format!("expected {expected}")),
         );
     }
@@ -166,7 +170,7 @@ impl<'a> Props<'a> {
         self.maybe_float(name).unwrap_or(default)
     }
 
-    /// A number for which `allowed` holds; `expected` says what that is.
+    /// A number that satisfies `allowed`, which `expected` describes.
     pub(super) fn float_where(
         &self,
         name: &'static str,
@@ -198,7 +202,7 @@ impl<'a> Props<'a> {
         }
     }
 
-    /// An integer of at least `least`.
+    /// An integer in [`least`, `i32::MAX`].
     pub(super) fn integer(&self, name: &'static str, default: i64, least: i64) -> i64 {
         match self.maybe_integer(name) {
             Some(value) if value >= least && value <= i64::from(i32::MAX) => value,
@@ -229,7 +233,7 @@ impl<'a> Props<'a> {
         match &param.value {
             Value::String(value) => Some(Text {
                 value: value.clone(),
-                place: param.place,
+                span: param.span,
             }),
             _ => {
                 self.mismatch(param, "a string");
@@ -238,7 +242,7 @@ impl<'a> Props<'a> {
         }
     }
 
-    /// A string that must be there.
+    /// A string without a default. Its absence is reported.
     pub(super) fn required_string(&self, name: &'static str) -> Option<Text> {
         if !self.has(name) {
             self.missing(name);
@@ -247,7 +251,7 @@ impl<'a> Props<'a> {
         self.string(name)
     }
 
-    /// Whether a part has been reported as broken already, which explains why others are missing.
+    /// Whether any parameter is invalid and has been reported. Missing parameters are not reported in this case.
     pub(super) fn is_broken(&self) -> bool {
         self.object()
             .params
@@ -255,20 +259,20 @@ impl<'a> Props<'a> {
             .any(|param| param.value == Value::Broken)
     }
 
-    /// The object lacks a parameter that has no default.
+    /// Reports the absence of a parameter without a default.
     pub(super) fn missing(&self, name: &'static str) {
         if self.is_broken() {
             return;
         }
         let message = format!("{} needs the parameter `{name}`", self.describe());
-        self.sink.error(Report::new(
+        self.sink.error(Problem::new(
             "scene::missing_parameter",
-            self.place(),
+            self.span(),
             message,
         ));
     }
 
-    /// One of several names.
+    /// A string that is one of the names in `choices`.
     pub(super) fn choice<T: Copy>(
         &self,
         name: &'static str,
@@ -286,9 +290,10 @@ impl<'a> Props<'a> {
                     Some(similar) => format!("did you mean `{similar}`?"),
                     None => format!("expected one of {}", names.collect::<Vec<_>>().join(", ")),
                 };
-                let message = format!("`{}` is no {name} of {}", text.value, self.describe());
+                let object = self.describe();
+                let message = format!("unknown value `{}` of `{name}` of {object}", text.value);
                 self.sink
-                    .error(Report::new("scene::bad_value", text.place, message).help(help));
+                    .error(Problem::new("scene::bad_value", text.span, message).help(help));
                 default
             }
         }
@@ -316,7 +321,7 @@ impl<'a> Props<'a> {
         }
     }
 
-    /// `to_world`, or the identity; a singular one is an error.
+    /// The parameter `to_world`, or the identity. A singular matrix is reported.
     pub(super) fn to_world(&self) -> DMat4 {
         let Some(matrix) = self.transform("to_world") else {
             return DMat4::IDENTITY;
@@ -333,7 +338,7 @@ impl<'a> Props<'a> {
         matrix
     }
 
-    /// Reports whatever has not been read.
+    /// Reports the parameters that have not been read.
     pub(super) fn finish(&self) {
         let known = self.known.borrow();
         for (param, used) in self.object().params.iter().zip(&self.used) {
@@ -341,39 +346,43 @@ impl<'a> Props<'a> {
                 continue;
             }
             let name = param.name.value.as_str();
-            // A known name that was not read is a second one, which has been reported.
+            // A known name that was not read is a duplicate, which has been reported.
             if known.contains(&name) {
                 continue;
             }
-            let report = match param.value {
+            let problem = match param.value {
                 Value::Object(id) if self.is_unnamed_or_nested(name, id) => {
                     let message = format!(
-                        "{} cannot hold a {}",
+                        "{} cannot contain a {}",
                         self.describe(),
                         self.tree.get(id).family.tag()
                     );
-                    Report::new("scene::unexpected_object", param.place, message)
+                    Problem::new("scene::unexpected_object", param.span, message)
                 }
                 _ => {
                     let mut names: Vec<&str> = known.clone();
                     names.sort_unstable();
                     let help = match (similar(name, names.iter().copied()), names.is_empty()) {
                         (Some(similar), _) => format!("did you mean `{similar}`?"),
-                        (None, true) => "it has no parameters".to_owned(),
-                        (None, false) => format!("its parameters are {}", names.join(", ")),
+                        (None, true) => "expected no parameters".to_owned(),
+                        (None, false) => format!("expected one of {}", names.join(", ")),
                     };
                     let message = format!("{} has no parameter `{name}`", self.describe());
-                    Report::new("scene::unknown_parameter", param.name.place, message)
-                        .label("unknown")
+                    Problem::new("scene::unknown_parameter", param.name.span, message)
+                        .label("unknown parameter")
                         .help(help)
                 }
             };
-            self.sink.error(report);
+            self.sink.error(problem);
         }
     }
 
-    /// Textures and spectra with a name are parameters; everything else that is nested is a part.
+    /// Whether a nested object is reported as an object. Named textures and spectra are reported as parameters instead.
     fn is_unnamed_or_nested(&self, name: &str, id: ObjectId) -> bool {
-        name.is_empty() || !matches!(self.tree.get(id).family, Family::Texture | Family::Spectrum)
+        name.is_empty()
+            || !matches!(
+                self.tree.get(id).family,
+                PluginFamily::Texture | PluginFamily::Spectrum
+            )
     }
 }

@@ -1,27 +1,25 @@
-//! Sensors with their films and filters. Samplers are checked and then ignored.
+//! Sensor plugins with their films and reconstruction filters. Samplers are checked but have no effect.
 
-use super::super::sink::Report;
-use super::object::{Family, ObjectId};
+use super::super::sink::Problem;
+use super::object::{ObjectId, PluginFamily};
 use super::props::Props;
 use super::shapes::affine;
-use super::{Builder, Substitute};
+use super::{DescBuilder, IGNORED, Substitute};
 use manylight::film::{FilmDesc, Filter};
 use manylight::math::{UVec2, Vec2};
 use manylight::sensors::{FovAxis, SensorDesc, SensorKind};
 
 pub(super) const SUPPORTED: &[&str] = &["orthographic", "perspective", "thinlens"];
 
-const LEFT_OUT: &str = "left out";
-
 const SUBSTITUTES: &[Substitute] = &[
-    ("batch", LEFT_OUT),
-    ("distant", LEFT_OUT),
-    ("irradiancemeter", LEFT_OUT),
-    ("radiancemeter", LEFT_OUT),
-    ("fluencemeter", LEFT_OUT),
-    ("spherical", LEFT_OUT),
-    ("telecentric", LEFT_OUT),
-    ("perspective_rdist", LEFT_OUT),
+    ("batch", IGNORED),
+    ("distant", IGNORED),
+    ("irradiancemeter", IGNORED),
+    ("radiancemeter", IGNORED),
+    ("fluencemeter", IGNORED),
+    ("spherical", IGNORED),
+    ("telecentric", IGNORED),
+    ("perspective_rdist", IGNORED),
 ];
 
 pub(super) const FILTERS: &[&str] = &[
@@ -46,8 +44,8 @@ const SAMPLERS: &[&str] = &[
     "stratified",
 ];
 
-/// What films say about files, which is the caller's business here.
-const FILM_IGNORED: &[&str] = &[
+/// Parameters of films about output files, which have no effect.
+const FILM_PARAMETERS: &[&str] = &[
     "id",
     "banner",
     "compensate",
@@ -57,7 +55,8 @@ const FILM_IGNORED: &[&str] = &[
     "sample_border",
 ];
 
-const FILM_IGNORED_V0: &[&str] = &[
+/// The same for files of version 0.x.
+const FILM_PARAMETERS_V0: &[&str] = &[
     "attach_log",
     "burn",
     "digits",
@@ -72,7 +71,8 @@ const FILM_IGNORED_V0: &[&str] = &[
     "bloom_fov",
 ];
 
-const SAMPLER_IGNORED: &[&str] = &[
+/// Parameters of samplers, which have no effect.
+const SAMPLER_PARAMETERS: &[&str] = &[
     "id",
     "sample_count",
     "seed",
@@ -83,7 +83,8 @@ const SAMPLER_IGNORED: &[&str] = &[
     "max_dimension",
 ];
 
-impl Builder<'_> {
+impl DescBuilder<'_> {
+    /// Adds a sensor.
     pub(super) fn sensor(&mut self, id: ObjectId) {
         let props = self.props(id);
         let plugin = props.plugin().value.as_str();
@@ -101,14 +102,14 @@ impl Builder<'_> {
         let world_from_camera = affine(props.to_world());
         let (near_clip, far_clip) = clipping(&props);
         let (kind, principal_point_offset) = self.projection(&props, far_clip);
-        let film = match props.single(Family::Film) {
+        let film = match props.single(PluginFamily::Film) {
             Some(film) => self.film(film),
             None => self.film_of_size(UVec2::new(DEFAULT_SIZE.0, DEFAULT_SIZE.1)),
         };
-        if let Some(sampler) = props.single(Family::Sampler) {
+        if let Some(sampler) = props.single(PluginFamily::Sampler) {
             self.sampler(sampler);
         }
-        for (medium, _) in props.objects(Family::Medium) {
+        for (medium, _) in props.objects(PluginFamily::Medium) {
             self.ignore_medium(medium);
         }
         props.finish();
@@ -125,7 +126,7 @@ impl Builder<'_> {
         self.desc.sensors.push(sensor);
     }
 
-    /// The kind of the sensor and its principal point.
+    /// The projection, and the offset of the principal point.
     fn projection(&self, props: &Props<'_>, far_clip: f32) -> (SensorKind, Vec2) {
         let positive = |distance| distance > 0.0;
         let focus_distance = props.float_where("focus_distance", far_clip, positive, "positive");
@@ -153,6 +154,7 @@ impl Builder<'_> {
         (kind, Vec2::ZERO)
     }
 
+    /// The field of view in degrees from `fov` or `focal_length`, and the axis along which it is measured.
     fn field_of_view(&self, props: &Props<'_>) -> (f32, FovAxis) {
         let axes = [
             ("x", FovAxis::X),
@@ -164,7 +166,7 @@ impl Builder<'_> {
         let axis = props.choice("fov_axis", FovAxis::X, &axes);
         if let Some(param) = props.get("fov") {
             if props.has("focal_length") {
-                props.refuse(param, "absent where `focal_length` is given");
+                props.refuse(param, "absent if `focal_length` is given");
                 props.ignore(&["focal_length"]);
             }
             return (
@@ -186,7 +188,7 @@ impl Builder<'_> {
             }
             return (50.0, axis);
         };
-        // The diagonal of a 36 mm x 24 mm film spans the field of view.
+        // A focal length refers to the diagonal of 35 mm film, 36 mm x 24 mm.
         let half_diagonal = 0.5 * 36_f32.hypot(24.0);
         (
             2.0 * (half_diagonal / length).atan().to_degrees(),
@@ -220,21 +222,21 @@ impl Builder<'_> {
             crop_offset: UVec2::new(offset("crop_offset_x"), offset("crop_offset_y")),
             crop_size: UVec2::new(extent("crop_width", size.x), extent("crop_height", size.y)),
             filter: props
-                .single(Family::Filter)
+                .single(PluginFamily::Filter)
                 .map_or(DEFAULT_FILTER, |filter| self.filter(filter)),
         };
         if (film.crop_offset + film.crop_size).cmpgt(film.size).any() {
             self.report_crop(&props, &film);
             film = self.film_of_size(size);
         }
-        props.ignore(FILM_IGNORED);
+        props.ignore(FILM_PARAMETERS);
         if props.is_v0() {
-            props.ignore(FILM_IGNORED_V0);
+            props.ignore(FILM_PARAMETERS_V0);
             props.ignore_prefix("label[");
             props.ignore_prefix("metadata[");
         }
         if plugin == "specfilm" {
-            props.objects(Family::Spectrum);
+            props.objects(PluginFamily::Spectrum);
         }
         props.finish();
         film
@@ -242,7 +244,7 @@ impl Builder<'_> {
 
     fn report_crop(&self, props: &Props<'_>, film: &FilmDesc) {
         let message = format!(
-            "the crop window {}x{} at ({}, {}) does not lie in the film of {}x{}",
+            "the crop window {}x{} at ({}, {}) exceeds the film of {}x{}",
             film.crop_size.x,
             film.crop_size.y,
             film.crop_offset.x,
@@ -256,12 +258,12 @@ impl Builder<'_> {
             "crop_offset_x",
             "crop_offset_y",
         ];
-        let place = names
+        let span = names
             .iter()
             .find_map(|name| props.get(name))
-            .map_or(props.place(), |param| param.place);
+            .map_or(props.span(), |param| param.span);
         self.sink
-            .error(Report::new("scene::bad_value", place, message));
+            .error(Problem::new("scene::bad_value", span, message));
     }
 
     fn filter(&mut self, id: ObjectId) -> Filter {
@@ -303,15 +305,16 @@ impl Builder<'_> {
             return;
         }
         props.integer("sample_count", 4, 1);
-        props.ignore(SAMPLER_IGNORED);
+        props.ignore(SAMPLER_PARAMETERS);
         props.finish();
     }
 }
 
+/// Width and height of a film in pixels.
 const DEFAULT_SIZE: (u32, u32) = (768, 576);
 const DEFAULT_FILTER: Filter = Filter::Gaussian { stddev: 0.5 };
 
-/// `near_clip` and `far_clip`.
+/// The clip distances `near_clip` and `far_clip`.
 fn clipping(props: &Props<'_>) -> (f32, f32) {
     let near = props.float_where("near_clip", 1e-2, |near| near > 0.0, "positive");
     let far = props.float("far_clip", 1e4);
@@ -319,8 +322,11 @@ fn clipping(props: &Props<'_>) -> (f32, f32) {
         let param = props
             .get("near_clip")
             .or_else(|| props.get("far_clip"))
-            .expect("the defaults are in order");
-        props.refuse(param, "such that `near_clip` is less than `far_clip`");
+            .expect("invariant: the default distances are in order");
+        props.refuse(
+            param,
+            "a distance such that `near_clip` is less than `far_clip`",
+        );
         return (1e-2, 1e4);
     }
     (near, far)

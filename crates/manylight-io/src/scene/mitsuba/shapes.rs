@@ -1,12 +1,12 @@
-//! Shapes, groups and instances.
+//! Shape plugins, groups and instances.
 
-use super::super::sink::Report;
+use super::super::sink::Problem;
 use super::assets::{MeshRequest, Normals};
 use super::bsdfs::PlainMaterial;
-use super::object::{Family, ObjectId};
+use super::files::find_file;
+use super::object::{ObjectId, PluginFamily};
 use super::props::Props;
-use super::xml::find_file;
-use super::{Builder, Substitute};
+use super::{DescBuilder, IGNORED, Substitute};
 use crate::mesh::MeshFormat;
 use glam::{DMat3, DMat4, DVec3};
 use manylight::geometry::{Mesh, Shape};
@@ -27,29 +27,27 @@ pub(super) const SUPPORTED: &[&str] = &[
     "sphere",
 ];
 
-const LEFT_OUT: &str = "left out";
-
 const SUBSTITUTES: &[Substitute] = &[
-    ("bsplinecurve", LEFT_OUT),
-    ("linearcurve", LEFT_OUT),
-    ("sdfgrid", LEFT_OUT),
-    ("ellipsoids", LEFT_OUT),
-    ("ellipsoidsmesh", LEFT_OUT),
-    ("blender", LEFT_OUT),
-    ("merge", LEFT_OUT),
-    ("hair", LEFT_OUT),
-    ("heightfield", LEFT_OUT),
-    ("deformable", LEFT_OUT),
-    ("shapeinst", LEFT_OUT),
+    ("bsplinecurve", IGNORED),
+    ("linearcurve", IGNORED),
+    ("sdfgrid", IGNORED),
+    ("ellipsoids", IGNORED),
+    ("ellipsoidsmesh", IGNORED),
+    ("blender", IGNORED),
+    ("merge", IGNORED),
+    ("hair", IGNORED),
+    ("heightfield", IGNORED),
+    ("deformable", IGNORED),
+    ("shapeinst", IGNORED),
 ];
 
-/// Affine parts of a matrix in the precision of the core.
+/// The affine part of a matrix, in single precision.
 pub(super) fn affine(matrix: DMat4) -> Affine3A {
     Affine3A::from_mat4(matrix.as_mat4())
 }
 
-impl Builder<'_> {
-    /// A shape that stands directly in the scene.
+impl DescBuilder<'_> {
+    /// Adds a shape, group or instance that is nested in the scene.
     pub(super) fn shape(&mut self, id: ObjectId) {
         let props = self.props(id);
         match props.plugin().value.as_str() {
@@ -64,26 +62,26 @@ impl Builder<'_> {
         }
     }
 
-    /// The group, made at its first use.
+    /// Index of a shapegroup, added at its first use.
     fn group(&mut self, id: ObjectId) -> usize {
         if let Some(group) = self.groups.get(&id) {
             return *group;
         }
         let props = self.props(id);
         let mut primitives = Vec::new();
-        for (child, param) in props.objects(Family::Shape) {
+        for (child, param) in props.objects(PluginFamily::Shape) {
             let child = self.props(child);
             if matches!(child.plugin().value.as_str(), "shapegroup" | "instance") {
-                let message = format!("{} cannot stand in a shapegroup", child.describe());
+                let message = format!("{} cannot be nested in a shapegroup", child.describe());
                 self.sink
-                    .error(Report::new("scene::nested_group", param.place, message));
+                    .error(Problem::new("scene::nested_group", param.span, message));
                 continue;
             }
-            if let Some((_, emitter)) = child.objects(Family::Emitter).first() {
+            if let Some((_, emitter)) = child.objects(PluginFamily::Emitter).first() {
                 let message = "a shape in a shapegroup cannot have an emitter";
-                let report = Report::new("scene::emitter_in_group", emitter.place, message);
+                let problem = Problem::new("scene::emitter_in_group", emitter.span, message);
                 self.sink
-                    .error(report.help("place shapes that shine directly in the scene"));
+                    .error(problem.help("move the shape out of the shapegroup"));
                 continue;
             }
             primitives.extend(self.primitive(&child));
@@ -98,25 +96,25 @@ impl Builder<'_> {
 
     fn instance(&mut self, props: &Props<'_>) {
         let world_from_group = affine(props.to_world());
-        let target = props.single(Family::Shape);
+        let target = props.single(PluginFamily::Shape);
         props.ignore(&["id"]);
         props.finish();
         let Some(target) = target else {
             let message = "an instance needs a reference to a shapegroup";
-            let report = Report::new("scene::missing_object", props.place(), message);
+            let problem = Problem::new("scene::missing_object", props.span(), message);
             if !props.is_broken() {
                 self.sink
-                    .error(report.help("for instance <ref id=\"...\"/>"));
+                    .error(problem.help("add for example <ref id=\"...\"/>"));
             }
             return;
         };
         if self.tree.get(target).plugin.value != "shapegroup" {
             let message = format!(
-                "an instance shows a shapegroup, not {}",
+                "an instance refers to {}, expected a shapegroup",
                 self.props(target).describe()
             );
             self.sink
-                .error(Report::new("scene::bad_value", props.place(), message));
+                .error(Problem::new("scene::bad_value", props.span(), message));
             return;
         }
         let group = self.group(target);
@@ -126,7 +124,7 @@ impl Builder<'_> {
         });
     }
 
-    /// `None` if the shape is left out.
+    /// The primitive of a shape. `None` if it is ignored or its geometry is invalid.
     fn primitive(&mut self, props: &Props<'_>) -> Option<PrimitiveDesc> {
         let known = SUPPORTED.contains(&props.plugin().value.as_str());
         if !known {
@@ -139,7 +137,7 @@ impl Builder<'_> {
         let emitter = self.area_emitter(props);
         let material = self.surface(props, emitter);
         props.ignore(&["silhouette_sampling_weight", "id"]);
-        self.ignore_parts(props);
+        self.ignore_nested(props);
         props.finish();
         let name = props.object().id.clone();
         let world_from_object = affine(to_world);
@@ -153,43 +151,44 @@ impl Builder<'_> {
         })
     }
 
-    /// Parts of shapes that are left out.
-    fn ignore_parts(&self, props: &Props<'_>) {
-        // Attributes, which only textures that are not supported can read.
-        props.objects(Family::Texture);
-        for (medium, _) in props.objects(Family::Medium) {
+    /// Warns about nested objects that are not supported.
+    fn ignore_nested(&self, props: &Props<'_>) {
+        // Mesh attributes, which only unsupported textures read.
+        props.objects(PluginFamily::Texture);
+        for (medium, _) in props.objects(PluginFamily::Medium) {
             self.ignore_medium(medium);
         }
-        for (subsurface, _) in props.objects(Family::Subsurface) {
+        for (subsurface, _) in props.objects(PluginFamily::Subsurface) {
             let inner = self.props(subsurface);
-            let message = format!("{} is not supported and is ignored", inner.describe());
+            let message = format!("{} is not supported; it is ignored", inner.describe());
             self.sink.warn_once(
                 "subsurface",
-                Report::new("scene::unsupported", inner.place(), message),
+                Problem::new("scene::unsupported", inner.span(), message),
             );
         }
-        for (sensor, _) in props.objects(Family::Sensor) {
+        for (sensor, _) in props.objects(PluginFamily::Sensor) {
             let inner = self.props(sensor);
             let message = format!(
-                "{} on a shape is not supported and is ignored",
+                "{} on a shape is not supported; it is ignored",
                 inner.describe()
             );
             self.sink.warn_once(
                 "sensor on shape",
-                Report::new("scene::unsupported", inner.place(), message),
+                Problem::new("scene::unsupported", inner.span(), message),
             );
         }
     }
 
+    /// The material of a shape.
     fn surface(&mut self, props: &Props<'_>, emitter: Option<EmitterId>) -> MaterialId {
-        match props.single(Family::Bsdf) {
+        match props.single(PluginFamily::Bsdf) {
             Some(bsdf) => self.material(bsdf),
             None if emitter.is_some() => self.plain_material(PlainMaterial::Black),
-            // 0.x: the border of a medium without a surface of its own.
-            None if props.is_v0() && !props.objects(Family::Medium).is_empty() => {
+            // In 0.x, a medium without a bsdf has no surface.
+            None if props.is_v0() && !props.objects(PluginFamily::Medium).is_empty() => {
                 self.plain_material(PlainMaterial::Null)
             }
-            None => self.plain_material(PlainMaterial::Grey),
+            None => self.plain_material(PlainMaterial::Gray),
         }
     }
 
@@ -198,6 +197,7 @@ impl Builder<'_> {
         ShapeId::from(self.desc.shapes.len() - 1)
     }
 
+    /// The geometry of a supported shape. `None` if its mesh file is missing.
     fn geometry(&mut self, props: &Props<'_>, to_world: DMat4) -> Option<ShapeId> {
         let radius =
             |default| props.float_where("radius", default, |radius| radius > 0.0, "positive");
@@ -226,7 +226,7 @@ impl Builder<'_> {
                 if p0 == p1 {
                     let message = "`p0` and `p1` of a cylinder must differ";
                     self.sink
-                        .error(Report::new("scene::bad_value", props.place(), message));
+                        .error(Problem::new("scene::bad_value", props.span(), message));
                 }
                 let shape = Shape::Cylinder {
                     p0: p0.as_vec3(),
@@ -240,6 +240,7 @@ impl Builder<'_> {
         })
     }
 
+    /// A shape without parameters, added at its first use.
     fn builtin(
         &mut self,
         props: &Props<'_>,
@@ -247,7 +248,7 @@ impl Builder<'_> {
         make: impl FnOnce() -> Shape,
     ) -> ShapeId {
         if name != "disk" {
-            // Flat faces look the same either way.
+            // The faces are flat, so `face_normals` has no effect.
             props.ignore(&["face_normals"]);
         }
         if let Some(shape) = self.builtin_shapes.get(name) {
@@ -258,23 +259,24 @@ impl Builder<'_> {
         shape
     }
 
-    /// Spheres and, but for their length, cylinders stay what they are only under rotation, translation and uniform scale.
+    /// Warns if `to_world` is not a similarity, because Mitsuba does not define the shape in this case.
     fn warn_distorted(&self, props: &Props<'_>, to_world: DMat4) {
         if similarity_scale(to_world).is_none() {
             let message = format!(
-                "`to_world` of {} distorts it, which is not exact",
+                "`to_world` of {} scales it non-uniformly; the shape may differ from that in Mitsuba",
                 props.describe()
             );
-            let place = props
+            let span = props
                 .get("to_world")
-                .map_or(props.place(), |param| param.name.place);
+                .map_or(props.span(), |param| param.name.span);
             self.sink.warn_once(
                 "distorted quadric",
-                Report::new("scene::distorted", place, message),
+                Problem::new("scene::distorted", span, message),
             );
         }
     }
 
+    /// The shape of a mesh file.
     fn mesh_file(
         &mut self,
         props: &Props<'_>,
@@ -282,12 +284,12 @@ impl Builder<'_> {
         to_world: DMat4,
     ) -> Option<ShapeId> {
         let faceted = props.boolean("face_normals", false);
-        // Mitsuba turns v round for OBJ files, so that images stand upright.
+        // v points up in OBJ files, but down in images.
         let flip_v = props.boolean("flip_tex_coords", matches!(format, MeshFormat::Obj));
         if props.is_v0() {
             props.ignore(&["collapse", "srgb"]);
         }
-        self.warn_feature(props, "max_smooth_angle", "is not supported and is ignored");
+        self.warn_feature(props, "max_smooth_angle", "is not supported; it is ignored");
         let name = props.required_string("filename")?;
         let path = find_file(self.sink, &props.object().folders, &name, "mesh file")?;
         let normals = if faceted {
@@ -309,7 +311,7 @@ impl Builder<'_> {
             normals,
         };
         let shapes = &mut self.desc.shapes;
-        Some(self.assets.mesh(request, name.place, || {
+        Some(self.assets.mesh(request, name.span, || {
             shapes.push(Shape::Mesh(Mesh::default()));
             ShapeId::from(shapes.len() - 1)
         }))
@@ -323,7 +325,7 @@ fn linear_part(matrix: DMat4) -> Affine3A {
     }
 }
 
-/// `matrix` up to a rotation before it, with lengths along `axis` scaled like those across it.
+/// `matrix` after a rotation of z to `axis`, with the scale along `axis` set to the scale across it.
 fn without_stretch(matrix: DMat4, axis: DVec3) -> DMat4 {
     let along = axis.normalize_or(DVec3::Z);
     let (a, b) = along.any_orthonormal_pair();
@@ -332,9 +334,9 @@ fn without_stretch(matrix: DMat4, axis: DVec3) -> DMat4 {
     DMat4 { z_axis, ..turned }
 }
 
-/// The scale of a transform that keeps angles, negative if it mirrors; `None` if it distorts.
+/// The scale of a similarity, negative if it mirrors. `None` if `matrix` changes angles.
 fn similarity_scale(matrix: DMat4) -> Option<f64> {
-    // Matrices in files have about seven digits.
+    /// Relative tolerance; matrices in files have about seven digits.
     const TOLERANCE: f64 = 1e-5;
     let axes = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.truncate());
     let scale_squared = axes[0].length_squared();

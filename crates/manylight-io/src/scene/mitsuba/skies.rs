@@ -1,6 +1,6 @@
-//! Sun and sky: baked into an environment map. Version 3 has z up; in 0.x, y is up, x east and z south.
+//! The emitter plugins of sun and sky, baked into environment maps. Version 3 has z up; in 0.x, y is up, x east and z south.
 
-use super::Builder;
+use super::DescBuilder;
 use super::colors::ColorUse;
 use super::emitters::rotation;
 use super::props::Props;
@@ -9,10 +9,10 @@ use glam::{DMat4, DVec3};
 use manylight::emitters::{Emitter, Environment};
 use manylight::math::Vec3;
 
-/// Columns of the map: the sun's disc is three of them wide.
+/// Width of the map in texels. The disc of the sun is three texels wide.
 const MAP_WIDTH: usize = 2048;
 
-/// Parameters that give the sun's place by time.
+/// Parameters of place and time, which determine the direction to the sun.
 const TIME: [&str; 9] = [
     "latitude",
     "longitude",
@@ -25,16 +25,17 @@ const TIME: [&str; 9] = [
     "second",
 ];
 
-/// Which of the two shine.
+/// The parts of the model that emit light.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Parts {
+pub(super) enum SkyParts {
     Both,
     Sky,
     Sun,
 }
 
-impl Builder<'_> {
-    pub(super) fn sun_and_sky(&mut self, props: &Props<'_>, parts: Parts) {
+impl DescBuilder<'_> {
+    /// Adds an emitter of sun and sky.
+    pub(super) fn sun_and_sky(&mut self, props: &Props<'_>, parts: SkyParts) {
         let defaults = SunSky::default();
         let to_world = props.to_world();
         let z_up = DMat4::from_rotation_x(-std::f64::consts::FRAC_PI_2);
@@ -62,17 +63,25 @@ impl Builder<'_> {
                 "in [1, 10]",
             ),
             albedo: self.color(props, "albedo", defaults.albedo.r, ColorUse::Reflectance),
-            sun_scale: if parts == Parts::Sky { 0.0 } else { sun_scale },
-            sky_scale: if parts == Parts::Sun { 0.0 } else { sky_scale },
+            sun_scale: if parts == SkyParts::Sky {
+                0.0
+            } else {
+                sun_scale
+            },
+            sky_scale: if parts == SkyParts::Sun {
+                0.0
+            } else {
+                sky_scale
+            },
             sun_aperture: self.sun_aperture(props, defaults.sun_aperture),
         };
         self.warn_feature(
             props,
             "complex_sun",
-            "is not supported: the sun is a uniform disc",
+            "is not supported; the sun is a uniform disc",
         );
         if props.is_v0() {
-            self.warn_feature(props, "stretch", "is not supported and is ignored");
+            self.warn_feature(props, "stretch", "is not supported; it is ignored");
             props.ignore(&["resolution", "extend", "sun_samples"]);
         }
         let image = bake_sunsky(&parameters, MAP_WIDTH);
@@ -84,6 +93,7 @@ impl Builder<'_> {
         }));
     }
 
+    /// Angular diameter of the sun in degrees.
     fn sun_aperture(&self, props: &Props<'_>, default: f32) -> f32 {
         if props.is_v0() {
             default * props.float_where("sun_radius_scale", 1.0, |scale| scale >= 0.0, "at least 0")
@@ -97,7 +107,8 @@ impl Builder<'_> {
         }
     }
 
-    /// In the frame of the sky. A given direction is one of the world; a time gives one of the emitter.
+    /// Unit vector to the sun in the frame of the sky. The parameter `sun_direction` is in world space; place and time determine
+    /// a direction in the frame of the emitter.
     fn sun_direction(&self, props: &Props<'_>, to_world: DMat4, frame: DMat4) -> Vec3 {
         let into_frame = |world: DVec3| {
             frame
@@ -109,8 +120,10 @@ impl Builder<'_> {
         if let Some(direction) = props.vector("sun_direction") {
             if let Some(time) = TIME.iter().find(|name| props.has(name)) {
                 props.refuse(
-                    props.get("sun_direction").expect("it was just read"),
-                    &format!("absent where `{time}` is given"),
+                    props
+                        .get("sun_direction")
+                        .expect("invariant: the direction has a value"),
+                    &format!("absent if `{time}` is given"),
                 );
             }
             props.ignore(&TIME);

@@ -1,13 +1,13 @@
-//! Textures.
+//! Texture plugins.
 
-use super::super::sink::Report;
+use super::super::sink::Problem;
 use super::assets::Channel;
 use super::colors::ColorUse;
+use super::files::find_file;
 use super::object::ObjectId;
 use super::props::Props;
 use super::values::Value;
-use super::xml::find_file;
-use super::{Builder, Substitute};
+use super::{DescBuilder, Substitute};
 use crate::image::Transfer;
 use glam::DMat4;
 use manylight::ids::TextureId;
@@ -18,25 +18,27 @@ use std::path::PathBuf;
 
 pub(super) const SUPPORTED: &[&str] = &["bitmap", "checkerboard"];
 
+const REPLACED_BY_CONSTANT: &str = "it is replaced by a constant";
+
 const SUBSTITUTES: &[Substitute] = &[
-    ("mesh_attribute", "replaced by a constant"),
-    ("volume", "replaced by a constant"),
-    ("vertexcolors", "replaced by a constant"),
-    ("gridtexture", "replaced by a constant"),
-    ("wireframe", "replaced by a constant"),
-    ("curvature", "replaced by a constant"),
-    ("scale", "replaced by a constant"),
+    ("mesh_attribute", REPLACED_BY_CONSTANT),
+    ("volume", REPLACED_BY_CONSTANT),
+    ("vertexcolors", REPLACED_BY_CONSTANT),
+    ("gridtexture", REPLACED_BY_CONSTANT),
+    ("wireframe", REPLACED_BY_CONSTANT),
+    ("curvature", REPLACED_BY_CONSTANT),
+    ("scale", REPLACED_BY_CONSTANT),
 ];
 
-/// What makes two bitmap textures the same.
+/// Identity of a bitmap texture: textures with equal keys are shared.
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub(super) struct BitmapKey {
     path: PathBuf,
     settings: String,
 }
 
-impl Builder<'_> {
-    /// The texture, made at its first use. `None` if it is replaced by the default of the parameter.
+impl DescBuilder<'_> {
+    /// The texture, added at its first use. `None` if it is invalid or not supported: the default of the parameter replaces it.
     pub(super) fn texture(&mut self, id: ObjectId) -> Option<TextureId> {
         if let Some(texture) = self.textures.get(&id) {
             return Some(*texture);
@@ -85,7 +87,7 @@ impl Builder<'_> {
         };
         let texture = self.add_texture(Texture::Bitmap(bitmap));
         self.assets
-            .add_texture_image(texture, path, transfer, channel, name.place);
+            .add_texture_image(texture, path, transfer, channel, name.span);
         self.bitmaps.insert(key, texture);
         Some(texture)
     }
@@ -96,12 +98,12 @@ impl Builder<'_> {
         };
         if props.is_v0() && matches!(text.value.as_str(), "trilinear" | "ewa") {
             let message = format!(
-                "texture filter `{}` is not supported; replaced by bilinear",
+                "texture filter `{}` is not supported; it is replaced by `bilinear`",
                 text.value
             );
             self.sink.warn_once(
                 format!("filter {}", text.value),
-                Report::new("scene::unsupported", text.place, message),
+                Problem::new("scene::unsupported", text.span, message),
             );
             return Filtering::Bilinear;
         }
@@ -112,7 +114,7 @@ impl Builder<'_> {
         props.choice("filter_type", Filtering::Bilinear, &choices)
     }
 
-    /// `wrap_mode`, or in old files `wrap_mode_u` and `wrap_mode_v`.
+    /// The wrap mode: `wrap_mode`, or `wrap_mode_u` and `wrap_mode_v` in 0.x.
     fn wrap(&self, props: &Props<'_>) -> Wrap {
         if props.is_v0() {
             self.wrap_v0(props)
@@ -142,20 +144,20 @@ impl Builder<'_> {
                 && matches!(text.value.as_str(), "zero" | "one")
             {
                 let message = format!(
-                    "wrap mode `{}` is not supported; replaced by clamp",
+                    "wrap mode `{}` is not supported; it is replaced by `clamp`",
                     text.value
                 );
                 self.sink.warn_once(
                     "wrap constant",
-                    Report::new("scene::unsupported", text.place, message),
+                    Problem::new("scene::unsupported", text.span, message),
                 );
             }
         }
         if u != v {
-            let message = "different wrap modes along u and v are not supported; that of u is used";
+            let message = "different wrap modes along u and v are not supported; `wrap_mode_u` is used for both";
             self.sink.warn_once(
                 "wrap uv",
-                Report::new("scene::unsupported", props.place(), message),
+                Problem::new("scene::unsupported", props.span(), message),
             );
         }
         u
@@ -174,13 +176,13 @@ impl Builder<'_> {
     }
 }
 
-/// How the values in the file become linear.
+/// The transfer function of a bitmap.
 fn transfer(props: &Props<'_>) -> Transfer {
     let raw = props.boolean("raw", false);
     let gamma = if props.is_v0() { gamma(props) } else { None };
     match gamma {
         _ if raw => Transfer::Raw,
-        // 0.x: -1 stands for what the file's format implies.
+        // In 0.x, -1 means the default of the file format.
         Some(gamma) if gamma <= 0.0 => Transfer::Auto,
         Some(1.0) => Transfer::Raw,
         Some(gamma) => Transfer::Gamma(gamma),
@@ -188,7 +190,7 @@ fn transfer(props: &Props<'_>) -> Transfer {
     }
 }
 
-/// `gamma` of 0.x, a number or "srgb".
+/// The parameter `gamma` of 0.x, a number or `srgb` (`None`).
 fn gamma(props: &Props<'_>) -> Option<f32> {
     match &props.get("gamma")?.value {
         Value::String(name) if name.eq_ignore_ascii_case("srgb") => None,
@@ -196,7 +198,7 @@ fn gamma(props: &Props<'_>) -> Option<f32> {
     }
 }
 
-/// `to_uv` on (u, v, 1).
+/// The parameter `to_uv` as a transform of (u, v, 1).
 fn uv_transform(props: &Props<'_>) -> Mat3 {
     let matrix = props
         .transform("to_uv")

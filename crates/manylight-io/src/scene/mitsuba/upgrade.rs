@@ -1,47 +1,52 @@
-//! Files of versions 0.x in the names of version 3: camelCase becomes snake_case, renamed plugins and parameters get
-//! their new names, and the four numbers of a texture's placement become a transform.
+//! Renaming of objects in files of version 0.x to the names of version 3: camelCase becomes snake_case, renamed plugins and
+//! parameters get their current names, and offset and scale of a texture become a transform.
 
-use super::object::{Family, Object, Param};
+use super::object::{Object, Param, PluginFamily};
 use super::values::Value;
 use super::xml::{Dialect, Text};
 use glam::{DMat4, DVec3};
 
-/// Plugins with another name today.
-const PLUGINS: [(Family, &str, &str); 9] = [
-    (Family::Bsdf, "lambertian", "diffuse"),
-    (Family::Bsdf, "bump", "bumpmap"),
-    (Family::Bsdf, "roughglass", "roughdielectric"),
-    (Family::Bsdf, "roughmetal", "roughconductor"),
-    (Family::Film, "exrfilm", "hdrfilm"),
-    (Family::Film, "pngfilm", "ldrfilm"),
-    (Family::Texture, "ldrtexture", "bitmap"),
-    (Family::Texture, "exrtexture", "bitmap"),
-    (Family::Integrator, "pathtracer", "path"),
+/// Renamed plugins: family, old name, current name.
+const PLUGINS: [(PluginFamily, &str, &str); 9] = [
+    (PluginFamily::Bsdf, "lambertian", "diffuse"),
+    (PluginFamily::Bsdf, "bump", "bumpmap"),
+    (PluginFamily::Bsdf, "roughglass", "roughdielectric"),
+    (PluginFamily::Bsdf, "roughmetal", "roughconductor"),
+    (PluginFamily::Film, "exrfilm", "hdrfilm"),
+    (PluginFamily::Film, "pngfilm", "ldrfilm"),
+    (PluginFamily::Texture, "ldrtexture", "bitmap"),
+    (PluginFamily::Texture, "exrtexture", "bitmap"),
+    (PluginFamily::Integrator, "pathtracer", "path"),
 ];
 
-/// Parameters (after the change to snake_case) with another name today.
-const PARAMETERS: [(Family, &str, &str, &str); 8] = [
+/// Renamed parameters: family, current plugin, old name in snake_case, current name.
+const PARAMETERS: [(PluginFamily, &str, &str, &str); 8] = [
     (
-        Family::Bsdf,
+        PluginFamily::Bsdf,
         "diffuse",
         "diffuse_reflectance",
         "reflectance",
     ),
     (
-        Family::Bsdf,
+        PluginFamily::Bsdf,
         "roughdiffuse",
         "diffuse_reflectance",
         "reflectance",
     ),
-    (Family::Emitter, "area", "intensity", "radiance"),
-    (Family::Emitter, "constant", "intensity", "radiance"),
-    (Family::Emitter, "directional", "intensity", "irradiance"),
-    (Family::Emitter, "envmap", "intensity_scale", "scale"),
-    (Family::Filter, "mitchell", "b", "B"),
-    (Family::Filter, "mitchell", "c", "C"),
+    (PluginFamily::Emitter, "area", "intensity", "radiance"),
+    (PluginFamily::Emitter, "constant", "intensity", "radiance"),
+    (
+        PluginFamily::Emitter,
+        "directional",
+        "intensity",
+        "irradiance",
+    ),
+    (PluginFamily::Emitter, "envmap", "intensity_scale", "scale"),
+    (PluginFamily::Filter, "mitchell", "b", "B"),
+    (PluginFamily::Filter, "mitchell", "c", "C"),
 ];
 
-/// Brings an object of a 0.x file to the names of version 3.
+/// Renames an object of a 0.x file; objects of later versions are unchanged.
 pub(super) fn upgrade(object: &mut Object) {
     if object.dialect != Dialect::V0 {
         return;
@@ -61,8 +66,8 @@ pub(super) fn upgrade(object: &mut Object) {
             param.name.value = (*new).to_owned();
         }
     }
-    if object.family == Family::Texture {
-        place_texture(object);
+    if object.family == PluginFamily::Texture {
+        combine_uv_transform(object);
     }
 }
 
@@ -86,11 +91,12 @@ fn snake_case(name: &str) -> String {
     result
 }
 
-/// `uoffset`, `voffset`, `uscale` and `vscale` become `to_uv`; the offset counts before the scale, as in Mitsuba's own upgrade.
-fn place_texture(object: &mut Object) {
+/// Replaces `uoffset`, `voffset`, `uscale` and `vscale` by `to_uv`. The offset is applied before the scale, as in Mitsuba's own
+/// upgrade.
+fn combine_uv_transform(object: &mut Object) {
     let mut offset = DVec3::ZERO;
     let mut scale = DVec3::ONE;
-    let mut place = None;
+    let mut span = None;
     object.params.retain(|param| {
         let target = match param.name.value.as_str() {
             "uoffset" => &mut offset.x,
@@ -104,18 +110,18 @@ fn place_texture(object: &mut Object) {
             Value::Integer(value) => *target = value as f64,
             _ => return true,
         }
-        place = Some(param.place);
+        span = Some(param.span);
         false
     });
-    if let Some(place) = place {
+    if let Some(span) = span {
         let value = Value::Transform(DMat4::from_scale(scale) * DMat4::from_translation(offset));
         object.params.push(Param {
             name: Text {
                 value: "to_uv".to_owned(),
-                place,
+                span,
             },
             value,
-            place,
+            span,
         });
     }
 }

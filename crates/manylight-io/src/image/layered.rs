@@ -1,0 +1,140 @@
+//! Images with named channels in layers, and metadata.
+
+use super::{SourceFormat, Transfer, decode, exr_file};
+use crate::file_error::{FileError, read_bytes};
+use manylight::image::Image;
+use std::path::Path;
+
+/// A group of channels.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ImageLayer {
+    /// Empty for the beauty layer, else the part of the channel names before the last dot.
+    pub name: String,
+    /// Full name, such as `R`, `variance.R` or `depth.Z`, and `width * height` values in rows from top to bottom.
+    pub channels: Vec<(String, Vec<f32>)>,
+}
+
+/// A rendered image: named channels of equal size, and metadata.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LayeredImage {
+    /// Width in pixels.
+    pub width: usize,
+    /// Height in pixels.
+    pub height: usize,
+    /// Layers. All channel names differ.
+    pub layers: Vec<ImageLayer>,
+    /// Pairs of name and value. Only OpenEXR files store them.
+    pub metadata: Vec<(String, String)>,
+}
+
+impl LayeredImage {
+    /// The values of the channel with this full name.
+    pub fn channel(&self, name: &str) -> Option<&[f32]> {
+        self.layers
+            .iter()
+            .flat_map(|l| &l.channels)
+            .find(|(n, _)| n == name)
+            .map(|(_, values)| values.as_slice())
+    }
+
+    /// The value of a metadata entry.
+    pub fn metadata_value(&self, name: &str) -> Option<&str> {
+        self.metadata
+            .iter()
+            .find(|(n, _)| n == name)
+            .map(|(_, value)| value.as_str())
+    }
+
+    /// The beauty layer: the channels `R`, `G` and `B`, or `Y`.
+    pub(super) fn beauty(&self) -> Option<Image> {
+        let names: &[&str] = if self.channel("R").is_some() {
+            &["R", "G", "B"]
+        } else {
+            &["Y"]
+        };
+        let planes: Option<Vec<&[f32]>> = names.iter().map(|name| self.channel(name)).collect();
+        Some(interleave(self.width, self.height, &planes?))
+    }
+
+    /// The image as its beauty layer: the channels `R`, `G` and `B` if it has three channels, else its first channel as `Y`.
+    pub fn from_image(image: &Image) -> LayeredImage {
+        let names: &[&str] = if image.channels == 3 {
+            &["R", "G", "B"]
+        } else {
+            &["Y"]
+        };
+        let plane = |c: usize| {
+            image
+                .data
+                .iter()
+                .skip(c)
+                .step_by(image.channels)
+                .copied()
+                .collect()
+        };
+        let channels = names
+            .iter()
+            .enumerate()
+            .map(|(c, name)| ((*name).to_owned(), plane(c)))
+            .collect();
+        LayeredImage::from_channels(image.width, image.height, channels)
+    }
+
+    /// Groups channels into layers by the part of their names before the last dot. Layers are in the order of their first
+    /// channels.
+    pub fn from_channels(
+        width: usize,
+        height: usize,
+        channels: Vec<(String, Vec<f32>)>,
+    ) -> LayeredImage {
+        let mut layers: Vec<ImageLayer> = Vec::new();
+        for (name, values) in channels {
+            let layer_name = name.rsplit_once('.').map_or("", |(layer, _)| layer);
+            let index = layers
+                .iter()
+                .position(|l| l.name == layer_name)
+                .unwrap_or_else(|| {
+                    layers.push(ImageLayer {
+                        name: layer_name.to_owned(),
+                        channels: Vec::new(),
+                    });
+                    layers.len() - 1
+                });
+            layers[index].channels.push((name, values));
+        }
+        LayeredImage {
+            width,
+            height,
+            layers,
+            metadata: Vec::new(),
+        }
+    }
+}
+
+/// One image from `planes`, each of `width * height` values.
+pub(super) fn interleave(width: usize, height: usize, planes: &[&[f32]]) -> Image {
+    let data = (0..width * height)
+        .flat_map(|i| planes.iter().map(move |plane| plane[i]))
+        .collect();
+    Image {
+        width,
+        height,
+        channels: planes.len(),
+        data,
+    }
+}
+
+/// Reads all channels of an OpenEXR file and its metadata. Files of other formats have the linear channels `R`, `G`, `B`, or
+/// `Y`.
+///
+/// # Errors
+/// The file cannot be read, is damaged, or has an unsupported format.
+pub fn read_layered_image(path: &Path) -> Result<LayeredImage, FileError> {
+    let bytes = read_bytes(path)?;
+    let image = if SourceFormat::of(&bytes) == SourceFormat::Exr {
+        exr_file::read_channels(&bytes)
+    } else {
+        decode(&bytes, path, Transfer::Auto).map(|image| LayeredImage::from_image(&image))
+    };
+    image.map_err(|fault| fault.in_file(path))
+}

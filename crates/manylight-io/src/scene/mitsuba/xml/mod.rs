@@ -1,0 +1,345 @@
+//! Parsing of XML text into a tree of [`XmlElement`]s with source spans. `$name` parameters are replaced by their values, and
+//! `<include>` by the content of the included file.
+
+mod element;
+mod parameters;
+
+pub(super) use element::{Dialect, Text, XmlElement};
+
+use super::super::sink::{FileSpan, Problem, Sink};
+use super::files::find_file;
+use super::object::PluginFamily;
+use crate::resolve::resolve;
+use element::Attribute;
+use parameters::Parameters;
+use roxmltree::{Document, Node, ParsingOptions};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Largest nesting of included files; more is a cycle.
+const MAX_INCLUDE_DEPTH: usize = 15;
+
+/// Largest nesting of elements: far above any scene, and few enough stack frames for recursion.
+const MAX_NESTING: usize = 100;
+
+/// The file that is being parsed.
+struct FileContext {
+    /// Index of the file in the [`Sink`].
+    index: u32,
+    /// Bytes of the byte order mark, which the offsets of the XML parser exclude.
+    bom_length: usize,
+    dialect: Dialect,
+    folders: Arc<[PathBuf]>,
+    /// Number of files that include this one.
+    depth: usize,
+}
+
+impl FileContext {
+    /// The location of a range of offsets of the XML parser.
+    fn span(&self, range: Range<usize>) -> FileSpan {
+        FileSpan {
+            file: self.index,
+            start: (range.start + self.bom_length) as u32,
+            end: (range.end + self.bom_length) as u32,
+        }
+    }
+}
+
+/// Parses `text`, the content of `path`, and all included files. `None` if `text` is not well-formed XML.
+pub(super) fn read_tree(
+    path: &Path,
+    text: Arc<str>,
+    defines: &[(String, String)],
+    sink: &Sink,
+) -> Option<XmlElement> {
+    let mut reader = TreeReader {
+        sink,
+        parameters: Parameters::from_defines(defines),
+        nesting: 0,
+    };
+    let root = reader.file(path, text, 0, &[])?;
+    reader.parameters.report_unused(sink);
+    Some(root)
+}
+
+struct TreeReader<'a> {
+    sink: &'a Sink,
+    parameters: Parameters,
+    /// Number of elements around the current one.
+    nesting: usize,
+}
+
+impl TreeReader<'_> {
+    /// The root element of a file. `outer` is the search path of the including file, and `depth` the nesting of includes.
+    fn file(
+        &mut self,
+        path: &Path,
+        text: Arc<str>,
+        depth: usize,
+        outer: &[PathBuf],
+    ) -> Option<XmlElement> {
+        let index = self.sink.add_file(path, Arc::clone(&text));
+        let bom_length = if text.starts_with('\u{feff}') {
+            '\u{feff}'.len_utf8()
+        } else {
+            0
+        };
+        let options = ParsingOptions {
+            allow_dtd: true,
+            ..ParsingOptions::default()
+        };
+        let document = match Document::parse_with_options(&text[bom_length..], options) {
+            Ok(document) => document,
+            Err(error) => {
+                self.malformed(index, &text, &error);
+                return None;
+            }
+        };
+        let mut folders = vec![path.parent().map_or_else(PathBuf::new, Path::to_owned)];
+        folders.extend(
+            outer
+                .iter()
+                .filter(|folder| **folder != folders[0])
+                .cloned()
+                .collect::<Vec<_>>(),
+        );
+        let root = document.root_element();
+        let mut file = FileContext {
+            index,
+            bom_length,
+            dialect: Dialect::V3,
+            folders: folders.into(),
+            depth,
+        };
+        file.dialect = self.dialect(root, &file);
+        self.element(root, &mut file)
+    }
+
+    /// Reports that `text` is not well-formed.
+    fn malformed(&self, file: u32, text: &str, error: &roxmltree::Error) {
+        let position = error.pos();
+        let line_start: usize = text
+            .split_inclusive('\n')
+            .take(position.row as usize - 1)
+            .map(str::len)
+            .sum();
+        let line = text[line_start..].lines().next().unwrap_or("");
+        let column = line
+            .char_indices()
+            .nth(position.col as usize - 1)
+            .map_or(line.len(), |(offset, _)| offset);
+        let span = FileSpan {
+            file,
+            start: (line_start + column) as u32,
+            end: (line_start + column) as u32,
+        };
+        let message = error.to_string();
+        let message = message.split(" at ").next().unwrap_or(&message).to_owned();
+        self.sink.error(
+            Problem::new(
+                "scene::malformed_xml",
+                span,
+                format!("malformed XML: {message}"),
+            )
+            .label("here"),
+        );
+    }
+
+    fn dialect(&self, root: Node<'_, '_>, file: &FileContext) -> Dialect {
+        let tag = file.span(tag_range(root));
+        let Some(version) = root.attribute_node("version") else {
+            self.sink.error(
+                Problem::new(
+                    "scene::missing_version",
+                    tag,
+                    format!("<{}> needs the attribute `version`", root.tag_name().name()),
+                )
+                .help("expected for example `<scene version=\"3.0.0\">`"),
+            );
+            return Dialect::V3;
+        };
+        match version
+            .value()
+            .split('.')
+            .next()
+            .and_then(|major| major.trim().parse::<u32>().ok())
+        {
+            Some(0 | 1) => Dialect::V0,
+            Some(_) => Dialect::V3,
+            None => {
+                let at = file.span(version.range_value());
+                self.sink.error(
+                    Problem::new(
+                        "scene::bad_version",
+                        at,
+                        format!("found the version `{}`, expected a number", version.value()),
+                    )
+                    .help("expected for example `3.0.0`"),
+                );
+                Dialect::V3
+            }
+        }
+    }
+
+    /// The element with its children. `None` for `<default>` and `<path>`, which only affect parsing, and for invalid elements.
+    fn element(&mut self, node: Node<'_, '_>, file: &mut FileContext) -> Option<XmlElement> {
+        let mut element = self.start(node, file);
+        match element.tag.value.as_str() {
+            "default" => {
+                self.add_default(&element);
+                return None;
+            }
+            "path" => {
+                self.search_path(&element, file);
+                return None;
+            }
+            _ => {}
+        }
+        if self.nesting == MAX_NESTING {
+            let message = format!("elements are nested more than {MAX_NESTING} deep");
+            self.sink
+                .error(Problem::new("scene::too_deep", element.tag.span, message));
+            return None;
+        }
+        self.nesting += 1;
+        element.children = self.children(node, file);
+        self.nesting -= 1;
+        Some(element)
+    }
+
+    /// The element without its children.
+    fn start(&mut self, node: Node<'_, '_>, file: &FileContext) -> XmlElement {
+        let tag = Text {
+            value: node.tag_name().name().to_owned(),
+            span: file.span(tag_range(node)),
+        };
+        let attributes = node
+            .attributes()
+            .map(|attribute| {
+                let value_span = file.span(attribute.range_value());
+                Attribute {
+                    name: Text {
+                        value: attribute.name().to_owned(),
+                        span: file.span(attribute.range_qname()),
+                    },
+                    value: Text {
+                        value: self
+                            .parameters
+                            .substitute(attribute.value(), value_span, self.sink),
+                        span: value_span,
+                    },
+                }
+            })
+            .collect();
+        XmlElement {
+            tag,
+            attributes,
+            children: Vec::new(),
+            dialect: file.dialect,
+            folders: Arc::clone(&file.folders),
+        }
+    }
+
+    fn children(&mut self, node: Node<'_, '_>, file: &mut FileContext) -> Vec<XmlElement> {
+        let mut children = Vec::new();
+        for child in node.children() {
+            if child.is_element() && child.tag_name().name() == "include" {
+                let include = self.element(child, file);
+                children.extend(
+                    include
+                        .into_iter()
+                        .flat_map(|include| self.include(&include, file)),
+                );
+            } else if child.is_element() {
+                children.extend(self.element(child, file));
+            } else if child.is_text() && child.text().is_some_and(|text| !text.trim().is_empty()) {
+                self.report_text(child, file);
+            }
+        }
+        children
+    }
+
+    fn report_text(&self, node: Node<'_, '_>, file: &FileContext) {
+        let text = node.text().unwrap_or("");
+        let lead = text.len() - text.trim_start().len();
+        let range = node.range();
+        let start = range.start + lead;
+        let at = file.span(start..(start + text.trim().len()).min(range.end));
+        self.sink.error(
+            Problem::new("scene::stray_text", at, "unexpected text between elements")
+                .help("expected values in attributes, and comments in <!-- ... -->"),
+        );
+    }
+
+    /// `<default>`: defines a parameter.
+    fn add_default(&mut self, element: &XmlElement) {
+        let name = element.required(self.sink, "name");
+        let value = element.required(self.sink, "value");
+        if let (Some(name), Some(value)) = (name, value) {
+            self.parameters.add_default(&name.value, &value.value);
+        }
+    }
+
+    /// `<path>`: adds a folder to the search path of the file.
+    fn search_path(&mut self, element: &XmlElement, file: &mut FileContext) {
+        let Some(value) = element.required(self.sink, "value") else {
+            return;
+        };
+        match resolve(&value.value, &file.folders) {
+            Some(found) => {
+                let folders = std::iter::once(found.path).chain(file.folders.iter().cloned());
+                file.folders = folders.collect();
+            }
+            None => self.sink.error(
+                Problem::new(
+                    "scene::missing_file",
+                    value.span,
+                    format!("the folder `{}` does not exist", value.value),
+                )
+                .label("not found"),
+            ),
+        }
+    }
+
+    /// The content of the file that an `<include>` names: the children of a scene, else the root element.
+    fn include(&mut self, element: &XmlElement, file: &FileContext) -> Vec<XmlElement> {
+        let Some(name) = element.required(self.sink, "filename") else {
+            return Vec::new();
+        };
+        if file.depth >= MAX_INCLUDE_DEPTH {
+            let message = format!("included files are nested more than {MAX_INCLUDE_DEPTH} deep");
+            self.sink.error(
+                Problem::new("scene::include_depth", name.span, message)
+                    .help("expected no file that includes itself"),
+            );
+            return Vec::new();
+        }
+        let Some(found) = find_file(self.sink, &file.folders, name, "included file") else {
+            return Vec::new();
+        };
+        let text = match std::fs::read_to_string(&found) {
+            Ok(text) => text,
+            Err(error) => {
+                let message = format!("cannot read `{}`: {error}", found.display());
+                self.sink
+                    .error(Problem::new("scene::unreadable", name.span, message).file_system());
+                return Vec::new();
+            }
+        };
+        let Some(root) = self.file(&found, text.into(), file.depth + 1, &file.folders) else {
+            return Vec::new();
+        };
+        if PluginFamily::of_tag(&root.tag.value) == Some(PluginFamily::Scene) {
+            root.children
+        } else {
+            vec![root]
+        }
+    }
+}
+
+/// The range of the name of the start tag.
+fn tag_range(node: Node<'_, '_>) -> Range<usize> {
+    let start = node.range().start + 1;
+    start..start + node.tag_name().name().len()
+}

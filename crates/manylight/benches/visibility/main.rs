@@ -1,0 +1,375 @@
+//! Rays per second and thread of single-ray, packet and block queries, compared with other kernels on the same rays.
+//!
+//! `MANYLIGHT_BENCH_SCENES=a.xml:b.xml cargo bench -p manylight --bench visibility [-- SET...]`, where SET is part of the name
+//! of a ray set: `camera`, `bounce`, `random`, `tile`, `block` or a number of lights such as `32k`.
+//!
+//! If `MANYLIGHT_EMBREE` names the shared library of Embree 4, its kernels are the reference.
+#![allow(
+    clippy::print_stdout,
+    reason = "a benchmark reports on standard output"
+)]
+
+#[path = "../shared/clock.rs"]
+mod clock;
+mod embree;
+#[path = "../shared/scene_list.rs"]
+mod scene_list;
+mod workload;
+
+use embree::{Coherence, Embree};
+use manylight::geometry::{Geometry, Instructions, Ray, Segment};
+use manylight::math::Vec3;
+use std::hint::black_box;
+use std::path::Path;
+use workload::{RayBlock, Workload};
+
+/// Timed runs per kernel; the median is reported.
+const REPEATS: usize = 9;
+/// Numbers of lights in the sets `tile` and `block`.
+const LIGHTS: [usize; 4] = [1 << 12, 1 << 15, 1 << 18, 1 << 20];
+
+fn main() {
+    let wanted: Vec<String> = std::env::args()
+        .skip(1)
+        .filter(|argument| argument != "--bench")
+        .collect();
+    let is_wanted =
+        |set: &str| wanted.is_empty() || wanted.iter().any(|part| set.contains(part.as_str()));
+    scene_list::for_each_scene(|path| bench_scene(path, &is_wanted));
+}
+
+fn bench_scene(path: &Path, is_wanted: &dyn Fn(&str) -> bool) {
+    let mut work = Workload::load(path);
+    let count = work.triangles.len() as f64;
+    let embree = Embree::new(&work.triangles, 0);
+    let bytes = work.geometry.acceleration_bytes() as f64 / count;
+    println!("{count} triangles");
+    println!(
+        "build: own {:.3} s, {bytes:.0} B/triangle",
+        work.build_seconds
+    );
+    if let Some(embree) = &embree {
+        println!(
+            "       Embree {:.3} s, {:.0} B/triangle (48 of them vertices and indices)",
+            embree.seconds,
+            embree.bytes as f64 / count
+        );
+    }
+    if is_wanted("camera") {
+        let rays = work.camera();
+        nearest(&mut work.geometry, embree.as_ref(), "camera", &rays);
+    }
+    if is_wanted("bounce") {
+        let rays = work.bounce();
+        nearest(&mut work.geometry, embree.as_ref(), "bounce", &rays);
+    }
+    if is_wanted("random") {
+        let segments = work.random_segments();
+        occlusion(&mut work.geometry, embree.as_ref(), "random", &segments);
+    }
+    for lights in LIGHTS {
+        let set = format!("{}k lights", lights >> 10);
+        if is_wanted(&set) || is_wanted("tile") || is_wanted("block") {
+            let blocks = work.blocks(lights);
+            if is_wanted("tile") {
+                let segments: Vec<Segment> = blocks.iter().flat_map(RayBlock::segments).collect();
+                let name = format!("tile, {set}");
+                occlusion(&mut work.geometry, embree.as_ref(), &name, &segments);
+            }
+            if is_wanted("block") {
+                block_visibility(&mut work.geometry, embree.as_ref(), &set, &blocks);
+            }
+        }
+    }
+}
+
+/// A kernel that traces a whole ray set and returns the number of hits.
+struct RayKernel<'a> {
+    name: String,
+    trace: Box<dyn Fn(&Geometry) -> u64 + 'a>,
+    instructions: Instructions,
+}
+
+/// A kernel of this project, once for each instruction set of the machine.
+fn own_kernels<'a>(
+    name: &str,
+    trace: impl Fn(&Geometry) -> u64 + Clone + 'a,
+) -> impl Iterator<Item = RayKernel<'a>> {
+    let all = Instructions::available().into_iter();
+    all.map(move |instructions| RayKernel {
+        name: format!("{name} {instructions:?}"),
+        trace: Box::new(trace.clone()),
+        instructions,
+    })
+}
+
+/// A kernel of Embree.
+fn embree_kernel<'a>(name: &str, trace: impl Fn() -> u64 + 'a) -> RayKernel<'a> {
+    RayKernel {
+        name: name.to_owned(),
+        trace: Box::new(move |_| trace()),
+        instructions: Instructions::Portable,
+    }
+}
+
+/// A ray set and the kernels that trace it. The first `references` kernels are Embree's.
+struct Comparison<'a> {
+    set: String,
+    rays: usize,
+    references: usize,
+    kernels: Vec<RayKernel<'a>>,
+}
+
+impl Comparison<'_> {
+    /// Times the kernels alternately and prints their median rates, as ratios to the fastest reference, or to the last kernel
+    /// if there is no reference.
+    fn run(&self, geometry: &mut Geometry) {
+        let mut seconds = vec![Vec::new(); self.kernels.len()];
+        let mut hits = vec![0; self.kernels.len()];
+        for _ in 0..=REPEATS {
+            for (i, kernel) in self.kernels.iter().enumerate() {
+                geometry.use_instructions(kernel.instructions);
+                let start = clock::thread_seconds();
+                hits[i] = black_box((kernel.trace)(geometry));
+                seconds[i].push(clock::thread_seconds() - start);
+            }
+        }
+        let medians: Vec<f64> = seconds
+            .iter_mut()
+            .map(|times| {
+                // The first run only warms the caches.
+                times.remove(0);
+                times.sort_by(f64::total_cmp);
+                times[times.len() / 2]
+            })
+            .collect();
+        let reference = medians[..self.references]
+            .iter()
+            .copied()
+            .min_by(f64::total_cmp)
+            .unwrap_or(medians[medians.len() - 1]);
+        println!("{}: {} rays", self.set, self.rays);
+        for ((kernel, median), hits) in self.kernels.iter().zip(&medians).zip(&hits) {
+            let rate = self.rays as f64 / median * 1e-6;
+            println!(
+                "  {:32} {rate:8.2} M/s {:6.2}x  {hits} hits",
+                kernel.name,
+                reference / median
+            );
+        }
+    }
+}
+
+fn nearest(geometry: &mut Geometry, embree: Option<&Embree>, set: &str, rays: &[Ray]) {
+    let mut kernels = Vec::new();
+    if let Some(embree) = embree {
+        kernels.push(embree_kernel("Embree single", move || {
+            rays.iter()
+                .filter(|ray| embree.intersect(ray) < f32::INFINITY)
+                .count() as u64
+        }));
+    }
+    let references = kernels.len();
+    kernels.extend(own_kernels("own", |geometry: &Geometry| {
+        rays.iter()
+            .filter(|ray| geometry.intersect(ray).is_some())
+            .count() as u64
+    }));
+    let comparison = Comparison {
+        set: format!("{set}, nearest"),
+        rays: rays.len(),
+        references,
+        kernels,
+    };
+    comparison.run(geometry);
+    if let Some(embree) = embree {
+        let differing = rays.iter().filter(|ray| {
+            let (t, e) = (
+                geometry.intersect(ray).map(|hit| hit.t),
+                embree.intersect(ray),
+            );
+            t.map_or(e < f32::INFINITY, |t| (t - e).abs() > 1e-3 * t)
+        });
+        println!("  {} differ", differing.count());
+    }
+}
+
+fn occlusion(geometry: &mut Geometry, embree: Option<&Embree>, set: &str, segments: &[Segment]) {
+    let mut kernels = Vec::new();
+    if let Some(embree) = embree {
+        kernels.push(embree_kernel("Embree single", move || {
+            segments
+                .iter()
+                .filter(|segment| embree.occluded(segment))
+                .count() as u64
+        }));
+    }
+    let references = kernels.len();
+    kernels.extend(own_kernels("own", |geometry: &Geometry| {
+        segments
+            .iter()
+            .filter(|segment| geometry.occluded(segment))
+            .count() as u64
+    }));
+    let comparison = Comparison {
+        set: format!("{set}, any"),
+        rays: segments.len(),
+        references,
+        kernels,
+    };
+    comparison.run(geometry);
+    if let Some(embree) = embree {
+        let differing = segments
+            .iter()
+            .filter(|s| geometry.occluded(s) != embree.occluded(s));
+        println!("  {} differ", differing.count());
+    }
+}
+
+fn block_visibility(
+    geometry: &mut Geometry,
+    embree: Option<&Embree>,
+    set: &str,
+    blocks: &[RayBlock],
+) {
+    let mut kernels = Vec::new();
+    if let Some(embree) = embree {
+        for coherence in [Coherence::Coherent, Coherence::Incoherent] {
+            kernels.extend(embree_packets::<8>(embree, blocks, coherence));
+            kernels.extend(embree_packets::<16>(embree, blocks, coherence));
+        }
+    }
+    let references = kernels.len();
+    kernels.extend(own_kernels("own block", |geometry: &Geometry| {
+        let masks = blocks.iter().map(|block| own_block(geometry, block));
+        masks.flatten().map(|m| u64::from(m.count_ones())).sum()
+    }));
+    kernels.extend(own_kernels("own packet", |geometry: &Geometry| {
+        let masks = blocks.iter().map(|block| own_packets(geometry, block));
+        masks.flatten().map(|m| u64::from(m.count_ones())).sum()
+    }));
+    let comparison = Comparison {
+        set: format!("block, {set}"),
+        rays: blocks.iter().map(RayBlock::count).sum(),
+        references,
+        kernels,
+    };
+    comparison.run(geometry);
+    count_block_differences(geometry, embree, blocks);
+}
+
+/// Compares block queries with single rays and with Embree, and prints how many segments differ.
+fn count_block_differences(geometry: &mut Geometry, embree: Option<&Embree>, blocks: &[RayBlock]) {
+    for instructions in Instructions::available() {
+        geometry.use_instructions(instructions);
+        let (mut from_single, mut from_embree) = (0, 0);
+        for block in blocks {
+            let masks = own_block(geometry, block);
+            let single = |from: Vec3, i: usize| {
+                let to = block.targets[i];
+                geometry.occluded(&Segment { from, to })
+            };
+            let mut other = [0; workload::BLOCK];
+            if let Some(embree) = embree {
+                other = by_point::<16>(embree, block, Coherence::Incoherent);
+            }
+            for (p, &from) in block.origins.iter().enumerate() {
+                from_embree += (masks[p] ^ other[p]).count_ones();
+                for i in (0..block.targets.len()).filter(|&i| block.wanted[p] >> i & 1 == 1) {
+                    from_single += u32::from(single(from, i) != (masks[p] >> i & 1 == 1));
+                }
+            }
+        }
+        println!(
+            "  {instructions:?}: {from_single} segments differ from single rays, {from_embree} from Embree"
+        );
+    }
+}
+
+fn own_block(geometry: &Geometry, block: &RayBlock) -> [u64; workload::BLOCK] {
+    geometry.occluded_block(&block.origins, &block.targets, &block.wanted)
+}
+
+fn own_packets(geometry: &Geometry, block: &RayBlock) -> [u64; workload::BLOCK] {
+    let mut blocked = [0; workload::BLOCK];
+    for ((&from, &wanted), blocked) in block.origins.iter().zip(&block.wanted).zip(&mut blocked) {
+        let mut targets = [Vec3::ZERO; workload::BLOCK];
+        let mut count = 0;
+        for i in (0..block.targets.len()).filter(|i| wanted >> i & 1 == 1) {
+            targets[count] = block.targets[i];
+            count += 1;
+        }
+        // The bits are in packet order; only their number is used.
+        *blocked = geometry.occluded_packet(from, &targets[..count]);
+    }
+    blocked
+}
+
+/// Packets of `N` rays: from one light to `N` points, and from one point to `N` lights.
+fn embree_packets<'a, const N: usize>(
+    embree: &'a Embree,
+    blocks: &'a [RayBlock],
+    coherence: Coherence,
+) -> [RayKernel<'a>; 2] {
+    [
+        embree_kernel(&format!("Embree x{N} {coherence:?}, by light"), move || {
+            let masks = blocks.iter().map(|b| by_light::<N>(embree, b, coherence));
+            masks.flatten().map(|m| u64::from(m.count_ones())).sum()
+        }),
+        embree_kernel(&format!("Embree x{N} {coherence:?}, by point"), move || {
+            let masks = blocks.iter().map(|b| by_point::<N>(embree, b, coherence));
+            masks.flatten().map(|m| u64::from(m.count_ones())).sum()
+        }),
+    ]
+}
+
+/// Groups of `N` points in structure-of-arrays form; missing points repeat the last one.
+fn columns<const N: usize>(points: &[Vec3]) -> Vec<[[f32; N]; 3]> {
+    let last = points.len() - 1;
+    let at = |i: usize| points[i.min(last)];
+    let group = |first| std::array::from_fn(|axis| std::array::from_fn(|i| at(first + i)[axis]));
+    (0..workload::BLOCK).step_by(N).map(group).collect()
+}
+
+/// Occlusion bits per point, from packets of one point and `N` lights.
+fn by_point<const N: usize>(
+    embree: &Embree,
+    block: &RayBlock,
+    coherence: Coherence,
+) -> [u64; workload::BLOCK] {
+    let targets = columns::<N>(&block.targets);
+    let mut blocked = [0; workload::BLOCK];
+    for ((&from, &wanted), blocked) in block.origins.iter().zip(&block.wanted).zip(&mut blocked) {
+        for (group, to) in targets.iter().enumerate() {
+            let wanted = (wanted >> (N * group)) as u32 & ((1 << N) - 1);
+            if wanted != 0 {
+                let found = embree.occluded_packet(from, to, wanted, coherence);
+                *blocked |= u64::from(found) << (N * group);
+            }
+        }
+    }
+    blocked
+}
+
+/// Occlusion bits per point, from packets of one light and `N` points.
+fn by_light<const N: usize>(
+    embree: &Embree,
+    block: &RayBlock,
+    coherence: Coherence,
+) -> [u64; workload::BLOCK] {
+    let points = columns::<N>(&block.origins);
+    let mut blocked = [0u64; workload::BLOCK];
+    for (light, &from) in block.targets.iter().enumerate() {
+        for (group, to) in points.iter().enumerate() {
+            let rows = block.wanted.iter().skip(N * group).take(N).rev();
+            let wanted = rows.fold(0, |bits, row| bits << 1 | (row >> light & 1) as u32);
+            if wanted != 0 {
+                let found = embree.occluded_packet(from, to, wanted, coherence);
+                for i in (0..N).filter(|i| found >> i & 1 == 1) {
+                    blocked[N * group + i] |= 1 << light;
+                }
+            }
+        }
+    }
+    blocked
+}
