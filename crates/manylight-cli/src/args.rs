@@ -13,6 +13,7 @@ use manylight::integrators::many_light::{
     ClampRule, Compensation, FluxRule, GlossyForm, Kernel, Placement, Resampling, TableStorage,
 };
 use manylight::math::UVec2;
+use manylight_lab::text::parse_duration;
 use std::num::NonZeroU32;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -203,7 +204,7 @@ pub(crate) struct BudgetArgs {
     pub(crate) passes: Option<NonZeroU32>,
 
     /// Stop after the pass that ends nearest to this, such as 60s, 10m, 1h. Loading does not count.
-    #[arg(long, value_name = "TIME", value_parser = values::duration)]
+    #[arg(long, value_name = "TIME", value_parser = parse_duration)]
     pub(crate) time: Option<Duration>,
 
     /// Stop when the estimated relative error of the image is below this.

@@ -1,7 +1,8 @@
 //! Why the program ends without having done what was asked: one message, one exit code.
 
-use crate::study::PlanError;
 use manylight_io::{FileError, LoadError, LoadErrorKind};
+use manylight_lab::text::plural;
+use manylight_lab::{LabError, PlanError};
 use miette::{Diagnostic, MietteHandlerOpts, ReportHandler};
 use std::fmt;
 use std::io::{self, IsTerminal, Write};
@@ -112,6 +113,16 @@ impl From<LoadError> for Failure {
     }
 }
 
+impl From<LabError> for Failure {
+    fn from(error: LabError) -> Self {
+        match error {
+            LabError::Plan(error) => Failure::Plan(error),
+            LabError::File(error) => Failure::File(error),
+            LabError::Usage { message, help } => Failure::Usage { message, help },
+        }
+    }
+}
+
 impl From<FileError> for Failure {
     fn from(error: FileError) -> Self {
         Failure::File(Box::new(error))
@@ -130,9 +141,4 @@ impl fmt::Display for Rendered<'_> {
         }
         options.build().debug(self.0, f)
     }
-}
-
-/// "s" unless there is one.
-pub(crate) fn plural(count: usize) -> &'static str {
-    if count == 1 { "" } else { "s" }
 }

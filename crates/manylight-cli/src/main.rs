@@ -5,22 +5,17 @@
 
 mod args;
 mod command;
-mod compare;
-mod document;
 mod failure;
-mod figure;
 mod interrupt;
 mod method;
-mod noise;
 mod output;
 mod preset;
 mod progress;
 mod repeat;
 mod report;
 mod request;
-mod study;
+mod study_interface;
 mod values;
-mod viewer;
 
 use args::{Cli, Command};
 use clap::Parser;

@@ -5,6 +5,7 @@ use crate::request::RenderRequest;
 use crate::values::{FILTERS, filter_name, name_of};
 use manylight::film::FilmDesc;
 use manylight::integrators::{Method, MethodKind};
+use manylight_lab::text::quoted;
 use serde_json::{Map, Value, json};
 
 /// What a render was made with, defaults and the scene's own settings included.
@@ -124,15 +125,6 @@ pub(crate) fn command_line(request: &RenderRequest, passes: u32) -> String {
         .join(" ")
 }
 
-/// A word as a POSIX shell takes it.
-pub(crate) fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,=:+@%".contains(c);
-    if !word.is_empty() && word.chars().all(plain) {
-        return word.into();
-    }
-    format!("'{}'", word.replace('\'', "'\\''"))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -160,13 +152,5 @@ mod tests {
             let again = request(&line.split_whitespace().collect::<Vec<_>>());
             assert_eq!(asked, again, "{line}");
         }
-    }
-
-    #[test]
-    fn words_with_spaces_are_quoted() {
-        assert_eq!(quoted("a b"), "'a b'");
-        assert_eq!(quoted("it's"), r"'it'\''s'");
-        assert_eq!(quoted("a/b.xml"), "a/b.xml");
-        assert_eq!(quoted(""), "''");
     }
 }

@@ -11,6 +11,7 @@ use manylight::render::Budget;
 use manylight::scene::{PathLimits, SceneDesc};
 use manylight_io::LoadOptions;
 use manylight_io::image::ImageFormat;
+use manylight_lab::text::plural;
 use std::path::{Path, PathBuf};
 
 /// Passes where nothing else ends the render.
@@ -171,7 +172,7 @@ impl RenderRequest {
                 format!(
                     "--sensor {}: the scene has {count} camera{}",
                     self.sensor,
-                    crate::failure::plural(count)
+                    plural(count)
                 ),
                 "cameras are counted from 0; `manylight info` lists them",
             ));

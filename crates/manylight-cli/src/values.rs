@@ -7,7 +7,6 @@ use manylight::integrators::many_light::{
     ShareOf, Strategy, TableStorage,
 };
 use manylight::math::UVec2;
-use std::time::Duration;
 
 /// Names with what they mean.
 pub(crate) type Names<T> = [(&'static str, T)];
@@ -206,27 +205,6 @@ pub(crate) fn finite(text: &str) -> Result<f32, String> {
     }
 }
 
-/// A length of time such as `60s`, `1.5m`, `2h` or `500ms`; a bare number is seconds.
-pub(crate) fn duration(text: &str) -> Result<Duration, String> {
-    let expected = || "expected a length of time such as 60s, 10m, 1.5h or 500ms".to_string();
-    let split = text
-        .find(|c: char| c.is_ascii_alphabetic())
-        .unwrap_or(text.len());
-    let (number, unit) = text.split_at(split);
-    let seconds_per_unit = match unit {
-        "ms" => 1e-3,
-        "" | "s" => 1.0,
-        "m" | "min" => 60.0,
-        "h" => 3600.0,
-        _ => return Err(expected()),
-    };
-    let value = number.trim().parse::<f64>().map_err(|_| expected())?;
-    if value <= 0.0 {
-        return Err(expected());
-    }
-    Duration::try_from_secs_f64(value * seconds_per_unit).map_err(|_| expected())
-}
-
 /// Largest film edge in pixels: beyond it a typing error is likelier than a picture.
 const MAX_EDGE: u32 = 65_536;
 
@@ -308,18 +286,6 @@ pub(crate) fn bytes(word: &str) -> Result<u64, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn durations() {
-        assert_eq!(duration("60s"), Ok(Duration::from_secs(60)));
-        assert_eq!(duration("1.5m"), Ok(Duration::from_secs(90)));
-        assert_eq!(duration("1h"), Ok(Duration::from_secs(3600)));
-        assert_eq!(duration("500ms"), Ok(Duration::from_millis(500)));
-        assert_eq!(duration("7"), Ok(Duration::from_secs(7)));
-        for bad in ["", "s", "-1s", "0s", "5 days", "1e300h", "nan"] {
-            assert!(duration(bad).is_err(), "{bad}");
-        }
-    }
 
     #[test]
     fn sizes_in_bytes() {

@@ -3,7 +3,6 @@
 use super::render::{load, thread_pool};
 use crate::args::{DisplayArgs, MapsArgs};
 use crate::failure::Failure;
-use crate::figure::{Scale, dots, false_colors, gray_layer, rgb_layer};
 use crate::interrupt::Interrupt;
 use crate::output::print_message;
 use crate::preset;
@@ -15,6 +14,7 @@ use manylight::render::Stats;
 use manylight::sampling::Pass;
 use manylight_io::FileError;
 use manylight_io::image::{Picture, check_writable, write_image};
+use manylight_lab::false_color::{ColorScale, dots, false_colors, gray_layer, rgb_layer};
 use std::process::ExitCode;
 
 /// What is written, in the order of [`pictures`].
@@ -102,12 +102,12 @@ struct Shown {
     unit: &'static str,
     /// One per pixel.
     values: Vec<f32>,
-    scale: Option<Scale>,
+    scale: Option<ColorScale>,
 }
 
 impl Shown {
     fn new(name: &'static str, unit: &'static str, values: Vec<f32>) -> Self {
-        let scale = Scale::of(&values);
+        let scale = ColorScale::of(&values);
         Shown {
             name,
             unit,
@@ -119,7 +119,7 @@ impl Shown {
     /// What the colors mean.
     fn legend(&self) -> String {
         match self.scale {
-            Some(Scale { low, high }) => format!("{low:.3e} to {high:.3e} {}", self.unit),
+            Some(ColorScale { low, high }) => format!("{low:.3e} to {high:.3e} {}", self.unit),
             None => "0 everywhere".into(),
         }
     }

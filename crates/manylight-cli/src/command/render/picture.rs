@@ -3,10 +3,10 @@
 //! The variance of the mean is infinite where fewer than two passes were made: nothing is known then, and the file says so. The same holds for
 //! means over blocks, and batches.
 
-use crate::noise;
 use manylight::film::{Film, Layer};
 use manylight::image::Image;
 use manylight_io::image::{Layer as PictureLayer, Picture};
+use manylight_lab::noise;
 
 const RGB: &[&str] = &["R", "G", "B"];
 
