@@ -8,6 +8,7 @@ mod command;
 mod failure;
 mod interrupt;
 mod method;
+mod names;
 mod output;
 mod preset;
 mod progress;

@@ -2,8 +2,8 @@
 
 use crate::args::LightArgs;
 use crate::failure::Failure;
+use crate::names::{EMISSIONS, EmissionName, StrategyName, emission_name, name_of, strategy_name};
 use crate::preset::{self, Preset};
-use crate::values::{EMISSIONS, EmissionName, StrategyName, emission_name, name_of, strategy_name};
 use manylight::integrators::many_light::{
     ClampRule, Compensation, CutLimits, EmissionKind, FluxRule, GlossyForm, Kernel, ManyLight,
     Placement, ShareOf, Strategy, TableStorage,

@@ -1,9 +1,10 @@
 //! The methods by name. A name is a preset of the axes; this table is the only place that knows them.
 
-use crate::values::{
+use crate::names::{
     COMPENSATIONS, EMISSIONS, FLUX_RULES, KERNELS, PLACEMENTS, RESAMPLINGS, STRATEGIES,
-    TABLE_STORAGES, clamp_name, emission_name, name_of, strategy_name,
+    TABLE_STORAGES, emission_name, name_of, strategy_name,
 };
+use crate::values::clamp_name;
 use manylight::integrators::many_light::{EmissionKind, FluxRule, GlossyForm, Strategy};
 use manylight::integrators::{ManyLight, MethodKind, PhotonMap};
 

@@ -1,8 +1,8 @@
 //! The settings of a render as text: for the JSON report, for the metadata of images, and as a command that repeats it.
 
+use crate::names::{FILTERS, filter_name, name_of};
 use crate::preset;
 use crate::request::RenderRequest;
-use crate::values::{FILTERS, filter_name, name_of};
 use manylight::film::FilmDesc;
 use manylight::integrators::{Method, MethodKind};
 use manylight_lab::text::quoted;

@@ -2,8 +2,8 @@
 
 use crate::args::InfoArgs;
 use crate::failure::Failure;
+use crate::names::filter_name;
 use crate::output::{human_bytes, human_count, print_data, print_warnings};
-use crate::values::filter_name;
 use manylight::film::{Film, Layer};
 use manylight::geometry::Shape;
 use manylight::math::Aabb;
