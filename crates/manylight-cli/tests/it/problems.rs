@@ -16,7 +16,7 @@ fn usage_errors() {
         ("render scene.xml --time soon", "60s"),
         (
             "render scene.xml --flux density --placement relaxed",
-            "--flux area",
+            "--flux partition",
         ),
         ("render scene.xml -m path -n 5", "--lights"),
         ("render scene.xml --sensor 3", "1 camera"),

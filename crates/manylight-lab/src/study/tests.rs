@@ -148,89 +148,92 @@ fn a_plan_has_scales() {
     );
 }
 
+/// Changes of [`PLAN`] from one text to another, with the line and words of the resulting message.
+const MISTAKES: &[(&str, &str, &str, &str)] = &[
+    (
+        "\"title\": \"T\",\n        \"opt",
+        "\"titel\": \"T\",\n        \"opt",
+        ":2:",
+        "unknown field `titel`, expected one of `title`",
+    ),
+    (
+        "\"limit\": \"2m\"",
+        "\"limit\": \"soon\"",
+        ":10:",
+        "found `soon`, expected a length of time",
+    ),
+    (
+        "\"method\": \"path\"",
+        "\"method\": \"pth\"",
+        ":7:",
+        "unknown method `pth`; expected one of path",
+    ),
+    (
+        "\"methods\": [\"rich\"]",
+        "\"methods\": [\"rch\"]",
+        ":10:",
+        "the plan has no method `rch`",
+    ),
+    (
+        "\"methods\": [\"rich\"], ",
+        "",
+        ":10:",
+        "task work, method path: --lights has no meaning",
+    ),
+    (
+        "\"method\": \"path\"",
+        "\"method\": \"path\", \"program\": [\"python3\"]",
+        ":8:",
+        "not clear what renders `path`",
+    ),
+    (
+        ", \"method\": \"path\"",
+        "",
+        ":8:",
+        "not clear what renders `path`",
+    ),
+    (
+        "--passes 1",
+        "--pases 1",
+        ":10:",
+        "unexpected argument `--pases`",
+    ),
+    (
+        "time-16s",
+        "time-32s",
+        ":13:",
+        "the plan has no task `time-32s`",
+    ),
+    (
+        "\"label\": \"path\"",
+        "\"label\": \"rich\"",
+        ":13:",
+        "`rich` is there twice",
+    ),
+    (
+        "\"label\": \"path\"",
+        "\"label\": \"a.b\"",
+        ":7:",
+        "`a.b` cannot be part of a file's name",
+    ),
+    ("[\"8s\", \"16s\"]", "[]", ":11:", "have no values"),
+    (
+        "\"task\": \"time-16s\"",
+        "\"task\": \"time-16s\", \"figure\": \"stages\"",
+        ":13:",
+        "is not one number",
+    ),
+    (
+        "\"task\": \"time-16s\"}]",
+        "\"task\": \"time-16s\"",
+        ":14:",
+        "EOF while parsing a list",
+    ),
+];
+
 #[test]
 fn what_is_wrong_is_shown_at_its_place() {
-    for (from, to, place, words) in [
-        (
-            "\"title\": \"T\",\n        \"opt",
-            "\"titel\": \"T\",\n        \"opt",
-            ":2:",
-            "unknown field `titel`, expected one of `title`",
-        ),
-        (
-            "\"limit\": \"2m\"",
-            "\"limit\": \"soon\"",
-            ":10:",
-            "found `soon`, expected a length of time",
-        ),
-        (
-            "\"method\": \"path\"",
-            "\"method\": \"pth\"",
-            ":7:",
-            "unknown method `pth`; expected one of path",
-        ),
-        (
-            "\"methods\": [\"rich\"]",
-            "\"methods\": [\"rch\"]",
-            ":10:",
-            "the plan has no method `rch`",
-        ),
-        (
-            "\"methods\": [\"rich\"], ",
-            "",
-            ":10:",
-            "task work, method path: --lights has no meaning",
-        ),
-        (
-            "\"method\": \"path\"",
-            "\"method\": \"path\", \"program\": [\"python3\"]",
-            ":8:",
-            "not clear what renders `path`",
-        ),
-        (
-            ", \"method\": \"path\"",
-            "",
-            ":8:",
-            "not clear what renders `path`",
-        ),
-        (
-            "--passes 1",
-            "--pases 1",
-            ":10:",
-            "unexpected argument `--pases`",
-        ),
-        (
-            "time-16s",
-            "time-32s",
-            ":13:",
-            "the plan has no task `time-32s`",
-        ),
-        (
-            "\"label\": \"path\"",
-            "\"label\": \"rich\"",
-            ":13:",
-            "`rich` is there twice",
-        ),
-        (
-            "\"label\": \"path\"",
-            "\"label\": \"a.b\"",
-            ":7:",
-            "`a.b` cannot be part of a file's name",
-        ),
-        ("[\"8s\", \"16s\"]", "[]", ":11:", "have no values"),
-        (
-            "\"task\": \"time-16s\"",
-            "\"task\": \"time-16s\", \"figure\": \"stages\"",
-            ":13:",
-            "is not one number",
-        ),
-        (
-            "\"task\": \"time-16s\"}]",
-            "\"task\": \"time-16s\"",
-            ":14:",
-            "EOF while parsing a list",
-        ),
-    ] {
+    for &(from, to, place, words) in MISTAKES {
         assert!(PLAN.contains(from), "{from}");
         let failure = parse(&PLAN.replacen(from, to, 1)).unwrap_err();
         assert!(matches!(failure, LabError::Plan(_)), "{failure}");

@@ -1,7 +1,7 @@
-//! From a film to a picture with named layers.
+//! The layers and metadata of an image file, from a film.
 //!
-//! The variance of the mean is infinite where fewer than two passes were made: nothing is known then, and the file says so. The same holds for
-//! means over blocks, and batches.
+//! The variance of the mean is infinite, that is unknown, with fewer than two passes. The same holds for the variance of block means with fewer
+//! than two batches.
 
 use manylight::film::{Film, Layer};
 use manylight::image::Image;
@@ -10,7 +10,7 @@ use manylight_lab::noise;
 
 const RGB: &[&str] = &["R", "G", "B"];
 
-/// All layers of `film`: the beauty first, then its variances, then the others.
+/// All layers of `film`: the image, its variances, then the other layers.
 pub(super) fn from_film(film: &Film, mut metadata: Vec<(String, String)>) -> Picture {
     let size = film.picture_size();
     let mut layers = Vec::new();
