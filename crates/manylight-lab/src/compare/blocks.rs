@@ -59,11 +59,11 @@ struct PixelBlock {
 
 impl PixelBlock {
     /// The block with the upper left pixel `corner`.
-    fn new(frame: &ComparisonImage, corner: [usize; 2], kept: &[bool]) -> Self {
+    fn new(image: &ComparisonImage, corner: [usize; 2], kept: &[bool]) -> Self {
         let [x0, y0] = corner;
-        let rows = y0..(y0 + BLOCK_SIZE).min(frame.height);
-        let columns = x0..(x0 + BLOCK_SIZE).min(frame.width);
-        let all = rows.flat_map(|y| columns.clone().map(move |x| y * frame.width + x));
+        let rows = y0..(y0 + BLOCK_SIZE).min(image.height);
+        let columns = x0..(x0 + BLOCK_SIZE).min(image.width);
+        let all = rows.flat_map(|y| columns.clone().map(move |x| y * image.width + x));
         let (pixels, others): (Vec<usize>, Vec<usize>) = all.partition(|&i| kept[i]);
         PixelBlock {
             pixels,
@@ -88,8 +88,8 @@ struct Variance {
 }
 
 impl<'f> ImageNoise<'f> {
-    fn of(frame: &'f ComparisonImage) -> Option<Self> {
-        let blocks = match &frame.correlation {
+    fn of(image: &'f ComparisonImage) -> Option<Self> {
+        let blocks = match &image.correlation {
             NoiseCorrelation::Unknown => return None,
             NoiseCorrelation::None => None,
             NoiseCorrelation::Known { blocks, mean } => {
@@ -97,7 +97,7 @@ impl<'f> ImageNoise<'f> {
             }
         };
         Some(ImageNoise {
-            pixels: frame.variance.as_deref()?,
+            pixels: image.variance.as_deref()?,
             blocks,
         })
     }
@@ -120,7 +120,8 @@ impl<'f> ImageNoise<'f> {
 }
 
 impl Variance {
-    /// Variance of the difference of two independent values, with the effective degrees of freedom (Welch, "The generalization of `Student's' problem", Biometrika 1947).
+    /// Variance of the difference of two independent values, with the effective degrees of freedom (Welch, "The generalization of
+    /// `Student's' problem", Biometrika 1947).
     fn of_difference([a, b]: [Variance; 2]) -> Variance {
         let value = a.value + b.value;
         let spread = a.value.powi(2) / a.freedom + b.value.powi(2) / b.freedom;
@@ -154,7 +155,7 @@ fn score(
     c: usize,
 ) -> Option<f64> {
     let sum = |term: &dyn Fn(usize) -> f64| pixels.iter().map(|&i| term(i)).sum::<f64>();
-    let value = |frame: &ComparisonImage, i: usize| f64::from(frame.rgb[i][c]);
+    let value = |image: &ComparisonImage, i: usize| f64::from(image.rgb[i][c]);
     let difference = sum(&|i| value(image, i) - value(reference, i));
     let variance = Variance::of_difference(variances);
     // Pixels of the same value round in the same direction: rounding errors add up before they are squared.

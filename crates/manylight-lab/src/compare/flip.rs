@@ -43,11 +43,11 @@ const MIN_LUMINANCE: f32 = f32::EPSILON;
 pub fn flip_map(image: &ComparisonImage, reference: &ComparisonImage) -> Vec<f32> {
     let mut most = vec![0.0f32; reference.rgb.len()];
     for exposure in exposures(reference) {
-        let screen = |frame: &ComparisonImage| {
+        let screen = |image: &ComparisonImage| {
             let toned =
                 |v: [f32; 3]| v.map(|v| tone(displayable(v) * exposure.exp2()).clamp(0.0, 1.0));
-            let pixels = frame.rgb.iter().map(|&v| opponent(toned(v)));
-            ColorPlanes::new(frame.width, pixels)
+            let pixels = image.rgb.iter().map(|&v| opponent(toned(v)));
+            ColorPlanes::new(image.width, pixels)
         };
         let map = ldr_flip(&screen(image), &screen(reference));
         for (most, seen) in most.iter_mut().zip(map) {

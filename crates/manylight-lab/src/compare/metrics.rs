@@ -76,8 +76,8 @@ fn share(part: f64, whole: f64) -> f64 {
     if part == 0.0 { 0.0 } else { part / whole }
 }
 
-fn mean_of(frame: &ComparisonImage, kept: &[bool]) -> f64 {
-    average(values(kept).map(|(i, c)| f64::from(frame.rgb[i][c])))
+fn mean_of(image: &ComparisonImage, kept: &[bool]) -> f64 {
+    average(values(kept).map(|(i, c)| f64::from(image.rgb[i][c])))
 }
 
 /// The error measures over the kept pixels.
@@ -159,15 +159,15 @@ pub(super) fn means(
 
 /// Variance of the mean over the kept pixels; `None` if it is not known.
 fn variance_of_mean(
-    frame: &ComparisonImage,
+    image: &ComparisonImage,
     kept: &[bool],
     variance: fn(&MeanNoise) -> [f64; 3],
     c: usize,
 ) -> Option<f64> {
     let count = kept.iter().filter(|&&k| k).count().max(1) as f64;
-    match &frame.correlation {
+    match &image.correlation {
         NoiseCorrelation::Unknown => None,
-        NoiseCorrelation::None => Some(channel_mean(frame.variance.as_ref()?, kept, c) / count),
+        NoiseCorrelation::None => Some(channel_mean(image.variance.as_ref()?, kept, c) / count),
         NoiseCorrelation::Known { mean, .. } => {
             Some(variance(mean)[c] * (kept.len() as f64 / count).powi(2))
         }

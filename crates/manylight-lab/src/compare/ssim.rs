@@ -54,9 +54,9 @@ pub fn ssim(image: &ComparisonImage, reference: &ComparisonImage) -> Option<f64>
     Some(inside.map(at).sum::<f64>() / count as f64)
 }
 
-fn luma(frame: &ComparisonImage) -> Vec<f32> {
+fn luma(image: &ComparisonImage) -> Vec<f32> {
     let stored = |v: f32| srgb_from_linear(displayable(v).min(1.0));
-    let pixels = frame.rgb.iter();
+    let pixels = image.rgb.iter();
     pixels
         .map(|rgb| (0..3).map(|c| LUMA[c] * stored(rgb[c])).sum())
         .collect()

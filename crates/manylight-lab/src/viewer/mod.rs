@@ -105,14 +105,14 @@ impl ImageGroup {
     ) -> Self {
         let known = |metric: &MetricColumn| comparisons.iter().any(|c| (metric.value)(c).is_some());
         let metrics: Vec<MetricColumn> = METRICS.into_iter().filter(known).collect();
-        let shown = |(frame, comparison): (&ComparisonImage, &Comparison)| ViewerImage {
+        let shown = |(image, comparison): (&ComparisonImage, &Comparison)| ViewerImage {
             name: comparison.image.clone(),
             metrics: metrics
                 .iter()
                 .map(|metric| (metric.value)(comparison))
                 .collect(),
             pixels: Some(EncodedPixels {
-                rgb: halves(frame),
+                rgb: halves(image),
                 flip: Some(bytes(&comparison.flip_map)),
             }),
         };
@@ -195,8 +195,8 @@ fn html(title: &str, groups: &[ImageGroup], text: &[DocumentPart]) -> String {
 }
 
 /// RGB values as half floats, clamped to their range, in base64.
-fn halves(frame: &ComparisonImage) -> String {
-    let values = frame.rgb.iter().flatten();
+fn halves(image: &ComparisonImage) -> String {
+    let values = image.rgb.iter().flatten();
     let halves: Vec<u8> = values
         .flat_map(|&v| f16::from_f32(v.clamp(f16::MIN.to_f32(), f16::MAX.to_f32())).to_le_bytes())
         .collect();

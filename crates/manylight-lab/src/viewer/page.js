@@ -33,7 +33,7 @@
   }
   const floats = Float32Array.from({ length: 65536 }, (_, bits) => floatOfHalf(bits));
 
-  /** The image with its linear values, what is seen of its errors, and room for bitmaps. */
+  /** Decodes the pixels of an image: linear values, and HDR-FLIP as bytes. Adds an empty cache of bitmaps. */
   function decoded(image) {
     if (!image.values) {
       const bytes = bytesOf(image.rgb);
@@ -47,7 +47,7 @@
 
   const isLoaded = (group) => group.images[0].rgb !== undefined;
 
-  /** Asks for the pixels of a group; its file calls `manylight.put`. */
+  /** Starts to load the pixels of a group; their script calls `manylight.put`. */
   function load(group) {
     if (group.asked) return;
     group.asked = true;
@@ -80,11 +80,12 @@
     return image.mean;
   }
 
-  // What the reference of a group is asked for.
+  // Errors of pixels.
 
+  // Weight of the squared mean in the denominator, as in relMSE.
   const FLOOR = 0.01;
 
-  /** Root of a pixel's relMSE; `i` is the index of its first value. */
+  /** Square root of the relMSE of a pixel; `i` is the index of its first value, `mean` the mean of the reference. */
   function relativeError(x, r, mean, i) {
     let sum = 0;
     for (let c = 0; c < 3; c++) {
@@ -95,7 +96,7 @@
     return Math.sqrt(sum / 3);
   }
 
-  /** By how much of the reference a pixel is brighter. */
+  /** Difference in luminance relative to the reference, which counts as at least 0.1 of its mean. */
   function signedError(x, r, mean, i) {
     const own = luminance(r, i);
     return (luminance(x, i) - own) / Math.max(own, 0.1 * mean, 1e-20);
@@ -119,7 +120,7 @@
     [255, 150, 80],
   ];
 
-  /** Where `t` in [0, 1] is between colors. */
+  /** Color at `t` in [0, 1] on a scale of colors at even steps. */
   function between(colors, t) {
     const place = Math.min(Math.max(t, 0), 1) * (colors.length - 1);
     const k = Math.min(Math.floor(place), colors.length - 2);
@@ -130,7 +131,7 @@
   const encode = (v) => (v <= 0.0031308 ? 12.92 * v : 1.055 * v ** (1 / 2.4) - 0.055);
   const encoded = Uint8ClampedArray.from({ length: 4097 }, (_, i) => Math.round(255 * encode(i / 4096)));
 
-  /** Errors from 1 % to 100 % on a logarithmic scale. */
+  /** Relative error at the lower end of the logarithmic scale; the upper end is 1. */
   const LEAST_ERROR = 0.01;
   const MODES = {
     image: { label: "Image" },
@@ -156,7 +157,7 @@
 
   function bitmapOf(group, image, mode, exposure) {
     const reference = decoded(group.images.at(-1));
-    // There is no error of the reference: its picture helps more.
+    // The reference has no error: the image itself is displayed.
     const shown = decoded(image).seen ? mode : "image";
     const key = shown === "image" ? `image ${exposure}` : shown;
     if (!image.bitmaps.has(key)) {
@@ -178,7 +179,7 @@
         const v = Math.min(Math.max(rgb[i + c] * gain, 0), 1);
         out[o + c] = encoded[Math.round(4096 * v) || 0];
       }
-      // What is no number is seen.
+      // NaN is displayed in magenta.
       if (Number.isNaN(rgb[i] + rgb[i + 1] + rgb[i + 2])) out.set([255, 0, 255], o);
       out[o + 3] = 255;
     }
@@ -203,7 +204,7 @@
     mode: "image",
     exposure: 0,
     split: 0.5,
-    // Screen pixels per image pixel, and where the image's corner is in a view, in CSS pixels.
+    // CSS pixels per image pixel, and position of the upper left corner of the image in its view, in CSS pixels.
     scale: 1,
     x: 0,
     y: 0,
@@ -214,7 +215,7 @@
   // The page.
 
   const title = element("h1", {}, data.title);
-  const about = element("p", {}, `Made by manylight ${data.version}. Drag to move, wheel or pinch to zoom, number keys to choose the left image.`);
+  const about = element("p", {}, `Made by manylight ${data.version}. Drag to pan, wheel or pinch to zoom, number keys select the left image.`);
   const groupSelect = element("select", { "aria-label": "Scene", onchange: () => chooseGroup(groupSelect.selectedIndex) });
   const leftSelect = element("select", { id: "left", onchange: () => change({ left: leftSelect.selectedIndex }) });
   const rightSelect = element("select", { id: "right", onchange: () => change({ right: rightSelect.selectedIndex }) });
@@ -337,7 +338,7 @@
     noteView();
   }
 
-  // The view in the page's address, so that a link shows what was meant.
+  // The state in the address of the page, so that a link restores it.
 
   const center = () => ({
     x: (leftView.clientWidth / 2 - state.x) / state.scale,
@@ -346,7 +347,7 @@
 
   let noting = 0;
 
-  /** Browsers allow few changes of the address in a row. */
+  /** Stores the state with a delay, because browsers limit the rate of changes of the address. */
   function noteView() {
     clearTimeout(noting);
     noting = setTimeout(() => history.replaceState(null, "", `#${viewText()}`), 250);
@@ -359,7 +360,7 @@
     return new URLSearchParams(view).toString();
   }
 
-  /** Takes over what an address says and there is. */
+  /** Restores the state from the fragment of an address; unknown or missing parts are ignored. */
   function showView(text) {
     const view = new URLSearchParams(text);
     const group = data.groups.find((g) => g.title === view.get("scene"));
@@ -389,7 +390,7 @@
     draw();
     const zoom = number("zoom", LEAST_ZOOM, MOST_ZOOM, 0);
     if (zoom === 0) return;
-    // Only now, as the width of a view depends on the layout.
+    // After drawing, because the width of a view depends on the layout.
     const { width, height } = state.group;
     const [x, y] = [number("x", 0, width, width / 2), number("y", 0, height, height / 2)];
     Object.assign(state, {
@@ -401,7 +402,7 @@
     draw();
   }
 
-  /** Paints bitmaps into vertical strips of a view. */
+  /** Paints bitmaps into vertical strips [bitmap, left, right] of a view. */
   function paint(canvas, strips) {
     const ratio = devicePixelRatio;
     const [width, height] = [canvas.clientWidth, canvas.clientHeight];
@@ -420,7 +421,7 @@
     }
   }
 
-  /** Says what is under the pointer, and what colors mean. */
+  /** Displays the values under the pointer, and the color scale. */
   function read() {
     const { group, at, mode } = state;
     if (!isLoaded(group)) return;
@@ -445,7 +446,7 @@
     readout.textContent = `pixel ${column}, ${row}\n${line(group.images[state.left])}\n${line(group.images[state.right])}  `;
   }
 
-  // Moving.
+  // Pan and zoom.
 
   const LEAST_ZOOM = 0.1;
   const MOST_ZOOM = 64;
@@ -458,7 +459,7 @@
     draw();
   }
 
-  /** Place of a pointer in its view. */
+  /** Position of a pointer in its view, in CSS pixels. */
   function placeIn(view, event) {
     const box = view.getBoundingClientRect();
     return { x: event.clientX - box.left, y: event.clientY - box.top };
@@ -519,7 +520,7 @@
 
   // Text below.
 
-  /** Words with `code` and **bold** ones. */
+  /** Nodes of a text with `code` and **bold** words. */
   function words(text) {
     return text.split(/(`[^`]+`|\*\*[^*]+\*\*)/).map((part) => {
       if (part.startsWith("`")) return element("code", {}, part.slice(1, -1));
@@ -550,7 +551,7 @@
     return made;
   }
 
-  /** Lines over logarithmic axes, each with a name. */
+  /** An SVG diagram of lines over logarithmic axes. */
   function plot({ title, x, y, lines }) {
     const [width, height] = [460, 300];
     const box = { left: 62, right: 330, top: 30, bottom: 255 };
