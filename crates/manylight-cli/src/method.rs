@@ -10,8 +10,8 @@ use manylight::integrators::many_light::{
 };
 use manylight::integrators::{MethodKind, PhotonMap};
 
-/// Default lower bound of the photon paths per virtual light. Not measured here: more paths reduce the noise of the light fluxes and take
-/// longer.
+/// Default lower bound of the photon paths per virtual light. With this many, the noise of the photon fluxes is expected to be below the noise
+/// of the light positions; no measurement is recorded. More paths take longer.
 const PHOTONS_PER_LIGHT: u32 = 64;
 
 /// The method of `preset` with the settings of `options`.

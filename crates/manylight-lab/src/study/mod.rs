@@ -8,7 +8,7 @@
 //! * [`Runner`]: makes a run as a child process and compares its image with the reference.
 //! * [`Record`], [`Results`]: the result of a run, and one file per result.
 //! * [`TimeEstimate`]: the remaining time.
-//! * [`page`]: tables of the results, as a [`Document`](crate::document::Document).
+//! * [`page`](page()): tables of the results, as a [`Document`](crate::document::Document).
 //! * [`image_groups`]: the images of a study for the [viewer](crate::viewer).
 
 mod check;

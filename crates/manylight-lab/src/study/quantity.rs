@@ -8,7 +8,7 @@ use serde::Deserialize;
 pub enum Quantity {
     /// Mean relative squared error.
     Relmse,
-    /// Square root of relMSE; for unbiased methods it decreases with the square root of the number of samples.
+    /// Square root of relMSE; the error of an unbiased method decreases as n^(-1/2) with n samples.
     RootRelmse,
     /// Mean squared error.
     Mse,

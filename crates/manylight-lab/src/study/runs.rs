@@ -189,7 +189,7 @@ pub fn select_runs<'r, 'p>(
             known.sort_unstable();
             known.dedup();
             return Err(LabError::usage(
-                format!("--only {text}: no scene, method or task of the plan is called so"),
+                format!("--only {text}: no scene, method or task of the plan has this name"),
                 expected(text, known.into_iter()),
             ));
         }
