@@ -1,5 +1,6 @@
 //! The report of a render, as a JSON object and as metadata of its images.
 
+use crate::args::DisplayArgs;
 use crate::output::{human_time, print_message};
 use crate::repeat::{Settings, command_line};
 use manylight::render::Stats;
@@ -125,11 +126,11 @@ impl RenderReport<'_> {
         entries
     }
 
-    /// Prints one line with the total time and the times of the longest stages; of all stages if `verbose`.
-    pub(crate) fn print_times(&self, verbose: bool) {
+    /// Prints one line with the total time and the times of the longest stages; of all stages with `--verbose`.
+    pub(crate) fn print_times(&self, display: DisplayArgs) {
         let stages = self.stats.stages();
         let total: f64 = stages.iter().map(|(_, time)| time.as_secs_f64()).sum();
-        let is_listed = |time: &Duration| verbose || time.as_secs_f64() > 0.05 * total;
+        let is_listed = |time: &Duration| display.verbose || time.as_secs_f64() > 0.05 * total;
         let parts = stages.iter().filter(|(_, time)| is_listed(time));
         let parts: Vec<_> = parts
             .map(|(name, time)| format!("{name} {}", human_time(time.as_secs_f64())))

@@ -4,7 +4,8 @@ use manylight::color::Rgb;
 use manylight::math::{UVec2, Vec2};
 use manylight_io::image::{Layer, Picture, linear_from_srgb};
 
-/// The Viridis color map at nine even steps, in sRGB. It is perceptually uniform, also with color vision deficiency. Source: Smith, van der Walt, Matplotlib.
+/// The Viridis color map at nine even steps, in sRGB. It is perceptually uniform, also with color vision deficiency.
+/// Source: Smith, van der Walt, Matplotlib.
 const VIRIDIS: [[u8; 3]; 9] = [
     [68, 1, 84],
     [71, 45, 123],
@@ -187,7 +188,7 @@ mod tests {
                 .color(10f32.powf(step as f32 / 100.0 - 2.0))
                 .luminance();
             assert!(luminance > last, "step {step}");
-            // No step is to be seen: 1 in 400 of a range that ends near 0.77.
+            // No visible steps: 400 steps up to a luminance near 0.77.
             assert!(luminance - last < 0.02, "step {step}");
             last = luminance;
         }

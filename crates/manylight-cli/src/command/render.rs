@@ -168,7 +168,7 @@ fn finish(report: &RenderReport, display: DisplayArgs) -> Result<(), Failure> {
                 print_message(format_args!("  {name}: {value}"));
             }
         }
-        report.print_times(display.verbose);
+        report.print_times(display);
         for path in outputs {
             print_message(format_args!("wrote {}", path.display()));
         }

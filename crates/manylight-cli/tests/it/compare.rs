@@ -1,4 +1,4 @@
-//! `compare` on images whose figures are computed by hand.
+//! `compare` on images with errors computed by hand.
 
 use crate::support::{BOX, Folder};
 use manylight_io::image::{Layer, Picture, write_image};

@@ -1,4 +1,4 @@
-//! Signals: the first saves the image, the second ends at once.
+//! Signals: the first saves the image, the second ends the program at once.
 
 use crate::support::{BOX, Folder};
 use manylight_io::image::read_picture;

@@ -1,4 +1,4 @@
-//! What `maps` writes.
+//! The files of `maps`.
 
 use crate::support::{BOX, Folder};
 use manylight_io::image::read_picture;

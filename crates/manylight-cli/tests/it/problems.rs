@@ -1,4 +1,4 @@
-//! Everything that can be wrong: one message, the right exit code, no file.
+//! Wrong input: one message, the right exit code, no file.
 
 use crate::support::{BOX, Folder};
 

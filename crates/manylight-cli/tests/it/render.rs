@@ -1,4 +1,4 @@
-//! What `render` writes and reports.
+//! The files and the report of `render`.
 
 use crate::support::{BOX, Folder};
 use manylight_io::image::{Picture, read_picture};
@@ -46,7 +46,7 @@ fn the_report_has_the_keys_of_the_contract() {
         (&Value::from(192), &Value::from(2))
     );
     assert_eq!(counts["photons"], 4000);
-    // Two passes of 16 lights; photons that none of them may take get lights of their own.
+    // Two passes of 16 lights, and additional lights for unassigned photons.
     assert!(
         (32..64).contains(&counts["lights"].as_u64().unwrap()),
         "{counts}"

@@ -45,7 +45,8 @@ pub struct Means {
     pub ratio_standard_error: [Option<f64>; 3],
 }
 
-/// Expected contribution of noise to the error measures. If both images have the same expectation, it is all of their error. `v` is the variance of x - r, or of r alone.
+/// Expected contribution of noise to the error measures. If both images have the same expectation, it is all of their error.
+/// `v` is the variance of x - r, or of r alone.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct NoiseFloor {
     /// Expected MSE: average of v.
