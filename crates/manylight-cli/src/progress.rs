@@ -1,4 +1,4 @@
-//! ProgressDisplay of the progress of a render on standard error.
+//! Display of the progress of a render on standard error.
 //!
 //! The renderer only counts ([`Stats`]). A separate thread reads the counts several times a second and displays them.
 
@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
-/// Time between two readings of the counts. Not measured: shorter than the eye notices, and long against the cost of a display.
+/// Time between two readings of the counts. Shorter times make the display smoother and cost more processor time; not measured.
 const TICK: Duration = Duration::from_millis(100);
 
 /// Time between two lines of a display without a bar.

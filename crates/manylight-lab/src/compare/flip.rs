@@ -282,7 +282,7 @@ mod tests {
 
     /// Values of the authors' package `flip-evaluator` 1.7.
     #[test]
-    fn what_the_authors_program_says() {
+    fn values_of_the_program_of_the_authors() {
         let (image, reference) = (frame(ramp_and_spots), frame(ramp));
         let exposures = exposures(&reference);
         assert_eq!(exposures.len(), 6);

@@ -151,8 +151,8 @@ fn a_plan_has_scales() {
 /// Changes of [`PLAN`] from one text to another, with the line and words of the resulting message.
 const MISTAKES: &[(&str, &str, &str, &str)] = &[
     (
-        "\"title\": \"T\",\n        \"opt",
-        "\"titel\": \"T\",\n        \"opt",
+        "\"title\": \"T\",\n    \"opt",
+        "\"titel\": \"T\",\n    \"opt",
         ":2:",
         "unknown field `titel`, expected one of `title`",
     ),
