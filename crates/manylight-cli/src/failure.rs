@@ -1,28 +1,29 @@
-//! Why the program ends without having done what was asked: one message, one exit code.
+//! Failures of a command: one message and one exit code.
 
-use crate::study::PlanError;
 use manylight_io::{FileError, LoadError, LoadErrorKind};
+use manylight_lab::text::plural;
+use manylight_lab::{LabError, PlanError};
 use miette::{Diagnostic, MietteHandlerOpts, ReportHandler};
 use std::fmt;
 use std::io::{self, IsTerminal, Write};
 use std::path::PathBuf;
 use thiserror::Error;
 
-/// Exit code: something that should not happen.
+/// Exit code: internal error or failed render.
 pub(crate) const INTERNAL: u8 = 1;
-/// Exit code: what was typed cannot be done.
+/// Exit code: wrong arguments.
 pub(crate) const USAGE: u8 = 2;
-/// Exit code: the scene is wrong.
+/// Exit code: an error in the scene.
 pub(crate) const SCENE: u8 = 3;
 /// Exit code: a file cannot be read or written.
 pub(crate) const FILE_SYSTEM: u8 = 4;
-/// Exit code: `--strict` and a warning.
+/// Exit code: warnings under `--strict`.
 pub(crate) const STRICT: u8 = 6;
 
-/// Why the program ends.
+/// Why a command fails.
 #[derive(Debug, Error, Diagnostic)]
 pub(crate) enum Failure {
-    /// What was typed cannot be done.
+    /// The arguments do not fit each other or the scene.
     #[error("{message}")]
     #[diagnostic(code(manylight::usage))]
     Usage {
@@ -32,11 +33,11 @@ pub(crate) enum Failure {
         #[help]
         help: String,
     },
-    /// The scene file, or a file it names.
+    /// The scene file, or a file that it names, cannot be loaded.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Load(Box<LoadError>),
-    /// The scene's contents.
+    /// The content of the scene is invalid.
     #[error("{}: {message}", scene.display())]
     #[diagnostic(code(manylight::scene))]
     Scene {
@@ -45,7 +46,7 @@ pub(crate) enum Failure {
         /// What was found and what was expected.
         message: String,
     },
-    /// The plan of a study.
+    /// The plan of a study is invalid.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Plan(Box<PlanError>),
@@ -57,24 +58,24 @@ pub(crate) enum Failure {
     #[error("cannot write to standard output: {0}")]
     #[diagnostic(code(manylight::file))]
     Stdout(io::Error),
-    /// Whoever read standard output has gone; not an error.
+    /// The reader of standard output has closed it; not an error.
     #[error("standard output was closed")]
     ClosedPipe,
-    /// `--strict` and a warning.
+    /// There are warnings under `--strict`.
     #[error("{} warning{} under --strict", .0, plural(*.0))]
     #[diagnostic(
         code(manylight::strict),
-        help("each is printed above; without --strict they are not errors")
+        help("they are printed above; without --strict they are not errors")
     )]
     Strict(usize),
-    /// The system refuses threads or signal handlers.
+    /// The operating system refuses threads or signal handlers.
     #[error("{0}")]
     #[diagnostic(code(manylight::internal))]
     Internal(String),
 }
 
 impl Failure {
-    /// Something typed that cannot be done, and what can.
+    /// [`Failure::Usage`] from its two texts.
     pub(crate) fn usage(message: impl Into<String>, help: impl Into<String>) -> Self {
         Failure::Usage {
             message: message.into(),
@@ -82,7 +83,7 @@ impl Failure {
         }
     }
 
-    /// The process's exit code.
+    /// The exit code of the process.
     pub(crate) fn exit_code(&self) -> u8 {
         match self {
             Failure::ClosedPipe => 0,
@@ -101,7 +102,7 @@ impl Failure {
 
     /// Prints the message to standard error.
     pub(crate) fn print(&self) {
-        // Nothing can be said about a failing standard error.
+        // A failing standard error cannot be reported.
         let _ = write!(io::stderr().lock(), "{}", Rendered(self));
     }
 }
@@ -112,27 +113,32 @@ impl From<LoadError> for Failure {
     }
 }
 
+impl From<LabError> for Failure {
+    fn from(error: LabError) -> Self {
+        match error {
+            LabError::Plan(error) => Failure::Plan(error),
+            LabError::File(error) => Failure::File(error),
+            LabError::Usage { message, help } => Failure::Usage { message, help },
+        }
+    }
+}
+
 impl From<FileError> for Failure {
     fn from(error: FileError) -> Self {
         Failure::File(Box::new(error))
     }
 }
 
-/// A diagnostic with its code, place and source excerpt, in color where standard error wants it.
+/// A diagnostic with its code, place and source excerpt; in color if standard error is a terminal.
 pub(crate) struct Rendered<'d>(pub(crate) &'d dyn Diagnostic);
 
 impl fmt::Display for Rendered<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // Links would hide the code's text, and wrapping would cut paths that scripts read.
+        // Links would hide the code, and wrapped lines would break paths that scripts read.
         let mut options = MietteHandlerOpts::new().terminal_links(false);
         if !io::stderr().is_terminal() {
             options = options.wrap_lines(false).break_words(false);
         }
         options.build().debug(self.0, f)
     }
-}
-
-/// "s" unless there is one.
-pub(crate) fn plural(count: usize) -> &'static str {
-    if count == 1 { "" } else { "s" }
 }

@@ -1,11 +1,11 @@
-//! SIGINT and SIGTERM: the first asks the render to end with an image, the second ends the program at once.
+//! Handling of SIGINT and SIGTERM: the first signal ends the render with an image, the second ends the program at once.
 
 use crate::failure::Failure;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// What a signal asked for.
+/// The state of received signals.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Interrupt {
     cancel: Arc<AtomicBool>,
@@ -14,7 +14,7 @@ pub(crate) struct Interrupt {
 }
 
 impl Interrupt {
-    /// Listens for signals from now on.
+    /// Starts to listen for signals.
     pub(crate) fn install() -> Result<Self, Failure> {
         let interrupt = Interrupt::default();
         interrupt
@@ -54,7 +54,7 @@ impl Interrupt {
     #[cfg(unix)]
     fn receive(&self, signal: i32) {
         if self.cancel.load(Ordering::Relaxed) {
-            // A file that is being written is finished first: it takes a moment, and leaves no half file.
+            // Waits for a file that is being written, so that it is complete.
             let _writing = self.writing();
             std::process::exit(128 + signal);
         }
@@ -62,17 +62,17 @@ impl Interrupt {
         self.cancel.store(true, Ordering::Relaxed);
     }
 
-    /// Turns true with the first signal.
+    /// Becomes true with the first signal.
     pub(crate) fn cancel(&self) -> &AtomicBool {
         &self.cancel
     }
 
-    /// While the guard lives, a second signal waits.
+    /// Delays the second signal while the guard lives.
     pub(crate) fn writing(&self) -> MutexGuard<'_, ()> {
         self.writing.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The exit code that the first signal asks for.
+    /// The exit code of the first signal, 128 plus its number; `None` without a signal.
     pub(crate) fn exit_code(&self) -> Option<u8> {
         let signal = self.signal.load(Ordering::Relaxed);
         let code = u8::try_from(128 + signal).ok()?;

@@ -1,26 +1,22 @@
 //! The command `manylight`.
 //!
-//! `args` says what can be typed, `request` what it means, `command` does it. Standard output carries data only;
-//! everything else goes to standard error.
+//! `args` defines the command line, `request` gives the options of `render` their meaning, and `command` has one file per subcommand. Data goes to
+//! standard output, messages go to standard error.
 
 mod args;
 mod command;
-mod compare;
-mod document;
 mod failure;
-mod figure;
 mod interrupt;
 mod method;
-mod noise;
+mod names;
 mod output;
 mod preset;
 mod progress;
 mod repeat;
 mod report;
 mod request;
-mod study;
+mod study_interface;
 mod values;
-mod viewer;
 
 use args::{Cli, Command};
 use clap::Parser;
@@ -32,7 +28,7 @@ fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => {
-            // A closed stream is no reason to end otherwise than asked.
+            // A closed stream does not change the exit code.
             let _ = error.print();
             return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(failure::USAGE));
         }

@@ -1,22 +1,23 @@
-//! What the options about the method mean: a preset, with its axes replaced by what was typed, and every combination checked.
+//! The method of a render: a preset with the settings that options override. Contradictions are refused.
 
 use crate::args::LightArgs;
 use crate::failure::Failure;
+use crate::names::{EMISSIONS, EmissionName, StrategyName, emission_name, name_of, strategy_name};
 use crate::preset::{self, Preset};
-use crate::values::{EMISSIONS, EmissionName, StrategyName, emission_name, name_of, strategy_name};
 use manylight::integrators::many_light::{
     ClampRule, Compensation, CutLimits, EmissionKind, FluxRule, GlossyForm, Kernel, ManyLight,
     Placement, ShareOf, Strategy, TableStorage,
 };
 use manylight::integrators::{MethodKind, PhotonMap};
 
-/// Fewest photon paths per virtual light: the noise of the photons is then less than that of where the lights stand.
+/// Default lower bound of the photon paths per virtual light. With this many, the noise of the photon fluxes is expected to be below the noise
+/// of the light positions; no measurement is recorded. More paths take longer.
 const PHOTONS_PER_LIGHT: u32 = 64;
 
-/// The method that `preset` and `options` name.
+/// The method of `preset` with the settings of `options`.
 ///
 /// # Errors
-/// A combination that has no meaning.
+/// A combination of settings without a meaning.
 pub(crate) fn method_kind(preset: &Preset, options: &LightArgs) -> Result<MethodKind, Failure> {
     match (preset.kind)() {
         MethodKind::ManyLight(method) => Ok(MethodKind::ManyLight(many_light(method, options)?)),
@@ -34,7 +35,7 @@ pub(crate) fn method_kind(preset: &Preset, options: &LightArgs) -> Result<Method
     }
 }
 
-/// Refuses options about particles and virtual lights that are not among those `allowed`.
+/// Refuses options of particles and virtual lights other than `allowed`.
 fn refuse_others(preset: &Preset, options: &LightArgs, allowed: &[&str]) -> Result<(), Failure> {
     match first_given(options, allowed) {
         None => Ok(()),
@@ -45,7 +46,7 @@ fn refuse_others(preset: &Preset, options: &LightArgs, allowed: &[&str]) -> Resu
     }
 }
 
-/// The first option about particles and virtual lights that was typed and is not among those `allowed`.
+/// The first given option of particles and virtual lights other than `allowed`.
 fn first_given(options: &LightArgs, allowed: &[&str]) -> Option<&'static str> {
     let given = [
         ("lights", options.lights.is_some()),
@@ -172,26 +173,26 @@ fn emission(preset: EmissionKind, options: &LightArgs) -> Result<EmissionKind, F
     })
 }
 
-/// Side of emission tables where no preset says otherwise.
+/// Texels along an edge of emission tables for presets without tables. The size of the rich presets.
 const DEFAULT_TABLE_SIZE: u32 = 32;
 
-/// Lobes of mixtures: the paper's number.
+/// Default number of von Mises-Fisher lobes, as in the paper (Simon, Hanika, Dachsbacher 2015).
 const DEFAULT_LOBES: u32 = 5;
 
-/// Refuses combinations of axes that contradict each other.
+/// Refuses combinations of settings that contradict each other.
 fn check_axes(method: &ManyLight) -> Result<(), Failure> {
     let sphere = method.kernel == Kernel::Sphere;
     let relaxed = method.placement == Placement::Relaxed;
     let (problem, help) = if relaxed && method.flux == FluxRule::Density {
         (
             "--placement relaxed with --flux density",
-            "the density rule divides by the probability of having been placed, which lights that have moved do not have; \
+            "the flux by density needs the selection probability of each light, which is unknown after a relaxation; \
              use --flux partition",
         )
     } else if sphere && method.strategy != Strategy::All {
         (
             "--kernel sphere with --strategy lightcuts",
-            "clusters of spheres have no bounds; use --kernel disc or point",
+            "the contribution of a cluster of spheres has no bound; use --kernel disc or point",
         )
     } else if sphere && method.clamp != ClampRule::None {
         (
@@ -201,12 +202,12 @@ fn check_axes(method: &ManyLight) -> Result<(), Failure> {
     } else if sphere && method.compensation != Compensation::None {
         (
             "--kernel sphere with --compensation",
-            "nothing is clamped that could be given back; use --compensation none",
+            "without clamping there is no residual to compensate; use --compensation none",
         )
     } else if is_bidirectional(method) && method.compensation != Compensation::KolligKeller {
         (
             "--strategy bidirectional without --compensation kollig-keller",
-            "eye paths go on with what the clamp takes; use --strategy lightcuts",
+            "camera paths are extended by the clamped residual; use --strategy lightcuts",
         )
     } else {
         return Ok(());
@@ -276,7 +277,7 @@ mod tests {
     }
 
     #[test]
-    fn every_axis_combines_with_every_other() {
+    fn every_setting_combines_with_every_other() {
         let mut legal = 0;
         for placement in ["uniform", "importance", "relaxed"] {
             for flux in ["density", "partition"] {

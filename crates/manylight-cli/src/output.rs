@@ -1,4 +1,4 @@
-//! Standard output for data, standard error for people.
+//! Standard output for data, standard error for messages, and numbers as text for people.
 
 use crate::failure::Failure;
 use std::fmt;
@@ -16,18 +16,18 @@ pub(crate) fn print_data(data: impl fmt::Display) -> Result<(), Failure> {
 
 /// Writes `message` and a line end to standard error.
 pub(crate) fn print_message(message: impl fmt::Display) {
-    // A closed standard error is no reason to stop a render.
+    // A closed standard error does not stop a render.
     let _ = writeln!(io::stderr().lock(), "{message}");
 }
 
-/// Prints each warning once.
+/// Prints warnings to standard error.
 pub(crate) fn print_warnings(warnings: &[String]) {
     for warning in warnings {
         print_message(format_args!("warning: {warning}"));
     }
 }
 
-/// A length of time for people: `0.25 s`, `12.3 s`, `4 min 05 s`, `1 h 02 min`.
+/// A duration as text: `0.25 s`, `12.3 s`, `4 min 05 s`, `1 h 02 min`.
 pub(crate) fn human_time(seconds: f64) -> String {
     let whole = seconds.round() as u64;
     match seconds {
@@ -38,7 +38,7 @@ pub(crate) fn human_time(seconds: f64) -> String {
     }
 }
 
-/// A number of bytes for people.
+/// A number of bytes as text, with a decimal unit: `1.2 MB`.
 pub(crate) fn human_bytes(bytes: u64) -> String {
     const UNITS: [&str; 4] = ["kB", "MB", "GB", "TB"];
     let mut value = bytes as f64 / 1000.0;
@@ -50,7 +50,7 @@ pub(crate) fn human_bytes(bytes: u64) -> String {
     format!("{value:.1} {}", UNITS[unit])
 }
 
-/// A number with thin groups of three digits: `12 345 678`.
+/// A number with groups of three digits: `12 345 678`.
 pub(crate) fn human_count(count: u64) -> String {
     let digits = count.to_string();
     let mut text = String::new();
@@ -68,7 +68,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_for_people() {
+    fn numbers_as_text() {
         assert_eq!(human_time(0.254), "0.25 s");
         assert_eq!(human_time(12.34), "12.3 s");
         assert_eq!(human_time(245.2), "4 min 05 s");

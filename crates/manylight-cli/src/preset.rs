@@ -1,43 +1,44 @@
-//! The methods by name. A name is a preset of the axes; this table is the only place that knows them.
+//! Presets: the methods by name, with their settings.
 
-use crate::values::{
+use crate::names::{
     COMPENSATIONS, EMISSIONS, FLUX_RULES, KERNELS, PLACEMENTS, RESAMPLINGS, STRATEGIES,
-    TABLE_STORAGES, clamp_name, emission_name, name_of, strategy_name,
+    TABLE_STORAGES, emission_name, name_of, strategy_name,
 };
+use crate::values::clamp_name;
 use manylight::integrators::many_light::{EmissionKind, FluxRule, GlossyForm, Strategy};
 use manylight::integrators::{ManyLight, MethodKind, PhotonMap};
 
 /// A named method.
 #[derive(Debug)]
 pub(crate) struct Preset {
-    /// As `--method` takes it.
+    /// Name, as `--method` takes it.
     pub(crate) name: &'static str,
-    /// In one line.
+    /// Description in one line.
     pub(crate) summary: &'static str,
     /// Its settings.
     pub(crate) kind: fn() -> MethodKind,
 }
 
-/// Every method, the default first.
+/// All presets, the default first.
 pub(crate) const PRESETS: &[Preset] = &[
     Preset {
         name: "rich-vpl",
-        summary: "Rich virtual point lights: placed by importance, each carries all photons around it",
+        summary: "Rich virtual point lights: placed by importance, each represents all photons in its Voronoi cell",
         kind: || MethodKind::ManyLight(ManyLight::rich_vpl()),
     },
     Preset {
         name: "rich-vpl-paper",
-        summary: "Rich-VPLs as in the talk of 2015, as we read it: density rule, points, one clamp for all lights",
+        summary: "Rich-VPLs as presented in 2015, in our interpretation: density estimation, point lights, one clamping bound",
         kind: || MethodKind::ManyLight(ManyLight::rich_vpl_paper()),
     },
     Preset {
         name: "rich-vsl",
-        summary: "Rich virtual spherical lights: Rich-VPLs as spheres",
+        summary: "Rich virtual spherical lights: Rich-VPLs evaluated as spheres",
         kind: || MethodKind::ManyLight(ManyLight::rich_vsl()),
     },
     Preset {
         name: "vpl",
-        summary: "Classic virtual point lights: photons thinned at random",
+        summary: "Classic virtual point lights: a random subset of the photons (instant radiosity)",
         kind: || MethodKind::ManyLight(ManyLight::vpl()),
     },
     Preset {
@@ -47,47 +48,47 @@ pub(crate) const PRESETS: &[Preset] = &[
     },
     Preset {
         name: "vsl",
-        summary: "Virtual spherical lights: classic lights as spheres",
+        summary: "Virtual spherical lights: classic virtual lights evaluated as spheres",
         kind: || MethodKind::ManyLight(ManyLight::vsl()),
     },
     Preset {
         name: "lightcuts",
-        summary: "Lightcuts: many classic virtual point lights, few of which stand for the others",
+        summary: "Lightcuts: many classic virtual point lights, summed in clusters of a light tree",
         kind: || MethodKind::ManyLight(ManyLight::lightcuts()),
     },
     Preset {
         name: "rich-lightcuts",
-        summary: "Lightcuts through many Rich-VPLs",
+        summary: "Lightcuts with many Rich-VPLs",
         kind: || MethodKind::ManyLight(ManyLight::rich_lightcuts()),
     },
     Preset {
         name: "bidirectional-lightcuts",
-        summary: "Lightcuts from the ends of eye paths too, each as closely as its pixel needs",
+        summary: "Bidirectional lightcuts: cuts at all vertices of camera paths, with errors relative to the pixel",
         kind: || MethodKind::ManyLight(ManyLight::bidirectional_lightcuts()),
     },
     Preset {
         name: "photon-map",
-        summary: "Progressive photon mapping: photons for what wide lobes reflect, within radii that shrink",
+        summary: "Progressive photon mapping: density estimation on rough surfaces, with shrinking radii",
         kind: || MethodKind::PhotonMap(PhotonMap::progressive()),
     },
     Preset {
         name: "photon-map-direct",
-        summary: "The photon map shown directly: every estimate over the nearest photons",
+        summary: "Direct visualization of the photon map: density estimation from the nearest photons",
         kind: || MethodKind::PhotonMap(PhotonMap::direct()),
     },
     Preset {
         name: "path",
-        summary: "Path tracing with next-event estimation: the reference",
+        summary: "Path tracing with next-event estimation and MIS: the reference",
         kind: || MethodKind::Path,
     },
     Preset {
         name: "light-trace",
-        summary: "Light tracing: photons splatted on the film",
+        summary: "Light tracing: photon paths connected to the camera",
         kind: || MethodKind::LightTracer,
     },
     Preset {
         name: "direct",
-        summary: "Direct light alone",
+        summary: "Direct illumination only",
         kind: || MethodKind::Direct,
     },
     Preset {
@@ -97,15 +98,15 @@ pub(crate) const PRESETS: &[Preset] = &[
     },
 ];
 
-/// The method that is used when none is named.
+/// Name of the default method.
 pub(crate) const DEFAULT: &str = PRESETS[0].name;
 
-/// The preset called `name`.
+/// The preset with this name.
 pub(crate) fn find(name: &str) -> Option<&'static Preset> {
     PRESETS.iter().find(|preset| preset.name == name)
 }
 
-/// Names of the presets whose methods the option `--{option}` belongs to.
+/// Names of the presets with the setting `--{option}`.
 pub(crate) fn names_with(option: &str) -> Vec<&'static str> {
     let has_option = |preset: &&Preset| {
         settings(&(preset.kind)())
@@ -119,7 +120,7 @@ pub(crate) fn names_with(option: &str) -> Vec<&'static str> {
         .collect()
 }
 
-/// The settings of a method as (option, value), in the order of the help; none for methods without options.
+/// The settings of a method as (option, value), in the order of the help; empty for methods without settings.
 pub(crate) fn settings(kind: &MethodKind) -> Vec<(&'static str, String)> {
     match kind {
         MethodKind::ManyLight(method) => axes(method),
@@ -128,7 +129,7 @@ pub(crate) fn settings(kind: &MethodKind) -> Vec<(&'static str, String)> {
     }
 }
 
-/// The axes of a many-light method as (option, value), in the order of the help.
+/// The settings of a many-light method as (option, value).
 fn axes(method: &ManyLight) -> Vec<(&'static str, String)> {
     let word = |name: Option<&'static str>| name.unwrap_or("unnamed").to_string();
     let emission = emission_name(method.emission);
@@ -207,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn the_default_is_the_method_of_the_paper_with_our_flux_rule() {
+    fn the_default_has_the_flux_of_voronoi_cells() {
         let axes = settings(&(find(DEFAULT).unwrap().kind)());
         let value = |name| axes.iter().find(|(n, _)| *n == name).unwrap().1.clone();
         assert_eq!(value("placement"), "importance");

@@ -1,6 +1,6 @@
-//! How far a render has come, shown on standard error while it runs.
+//! Display of the progress of a render on standard error.
 //!
-//! The renderer only counts ([`Stats`]); a thread of its own looks at the counts a few times a second and draws.
+//! The renderer only counts ([`Stats`]). A separate thread reads the counts several times a second and displays them.
 
 use crate::args::{DisplayArgs, ProgressKind};
 use crate::output::{human_time, print_message};
@@ -14,29 +14,29 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
-/// Time between two looks at the counts.
+/// Time between two readings of the counts. Shorter times make the display smoother and cost more processor time; not measured.
 const TICK: Duration = Duration::from_millis(100);
 
-/// Time between two lines where there is no bar.
+/// Time between two lines of a display without a bar.
 const LINE_INTERVAL: Duration = Duration::from_secs(5);
 
-/// Shortest time between two error estimates.
+/// Shortest time between two error estimates, which read all pixels.
 const ESTIMATE_INTERVAL: Duration = Duration::from_secs(1);
 
-/// Steps of the bar.
+/// Number of steps of the bar.
 const BAR_STEPS: u64 = 10_000;
 
-/// What is being rendered, for displays.
+/// Limits of the render, and the kind of display.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Goal {
-    /// When it ends.
+pub(crate) struct ProgressGoal {
+    /// Limits of the render.
     pub(crate) budget: Budget,
-    /// How it is shown.
+    /// Kind of display.
     pub(crate) kind: ProgressKind,
 }
 
-impl Goal {
-    /// Resolves `auto` for this terminal.
+impl ProgressGoal {
+    /// Resolves [`ProgressKind::Auto`] for this terminal.
     pub(crate) fn new(budget: Budget, display: DisplayArgs) -> Self {
         let kind = match display.progress {
             ProgressKind::Auto if display.quiet => ProgressKind::None,
@@ -44,7 +44,7 @@ impl Goal {
             ProgressKind::Auto => ProgressKind::Plain,
             kind => kind,
         };
-        Goal { budget, kind }
+        ProgressGoal { budget, kind }
     }
 }
 
@@ -52,9 +52,9 @@ fn draws_bars() -> bool {
     io::stderr().is_terminal() && std::env::var_os("TERM").is_none_or(|term| term != "dumb")
 }
 
-/// Runs `work` while its progress is shown. `work` gets the observer to hand to the renderer.
+/// Runs `work` and displays its progress. `work` passes the observer to the renderer.
 pub(crate) fn show<T: Send>(
-    goal: Goal,
+    goal: ProgressGoal,
     stats: &Stats,
     cancel: &AtomicBool,
     work: impl FnOnce(&mut (dyn Observer + Send)) -> T,
@@ -83,16 +83,15 @@ pub(crate) fn show<T: Send>(
     })
 }
 
-/// Keeps a recent error estimate for the display.
+/// Observer that estimates the error of the image for the display.
 struct ErrorEstimate<'a> {
-    goal: Goal,
+    goal: ProgressGoal,
     error: &'a AtomicU32,
     last: Option<Instant>,
 }
 
 impl Observer for ErrorEstimate<'_> {
     fn pass_done(&mut self, film: &Film, _stats: &Stats, _elapsed: Duration) -> ControlFlow<()> {
-        // The estimate costs a look at every pixel: not for nothing, and not for every short pass.
         let due = self
             .last
             .is_none_or(|last| last.elapsed() >= ESTIMATE_INTERVAL);
@@ -105,7 +104,7 @@ impl Observer for ErrorEstimate<'_> {
     }
 }
 
-/// The counts at one moment.
+/// The counts at one point in time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Snapshot {
     passes: u64,
@@ -117,14 +116,14 @@ struct Snapshot {
 }
 
 impl Snapshot {
-    /// Passes, with the part of the current one that is done. The count of tiles stays full until the next pass is
-    /// shaded, so a full count is none.
+    /// Finished passes plus the finished fraction of the current one. After a pass, the count of tiles stays at its maximum until the next
+    /// pass is shaded; the maximum therefore counts as zero.
     fn fractional_passes(&self) -> f64 {
         let tiles = self.tiles.max(1);
         self.passes as f64 + (self.tiles_done % tiles) as f64 / tiles as f64
     }
 
-    /// How much of the budget is spent, from 0 to 1; `None` while only an error bound ends the render.
+    /// Used fraction of the budget, in [0, 1]; `None` if only an error bound ends the render.
     fn fraction(&self) -> Option<f64> {
         let by_passes = self
             .budget
@@ -141,7 +140,7 @@ impl Snapshot {
         Some(spent.clamp(0.0, 1.0))
     }
 
-    /// Seconds to go if all goes on as before; `None` while nothing is known.
+    /// Estimated remaining time in seconds, in proportion to the elapsed time; `None` if it is not known.
     fn remaining(&self) -> Option<f64> {
         let fraction = self.fraction()?;
         (fraction > 0.0).then(|| self.elapsed * (1.0 - fraction) / fraction)
@@ -189,9 +188,9 @@ impl Snapshot {
     }
 }
 
-/// What the drawing thread looks at.
+/// The state that the display thread reads.
 struct Watch<'a> {
-    goal: Goal,
+    goal: ProgressGoal,
     stats: &'a Stats,
     cancel: &'a AtomicBool,
     error: &'a AtomicU32,
@@ -211,13 +210,13 @@ impl Watch<'_> {
     }
 
     fn run(&self, until_done: Receiver<()>) {
-        let mut display = Display::new(self.goal.kind, self.start);
-        let mut told = false;
+        let mut display = ProgressDisplay::new(self.goal.kind, self.start);
+        let mut reported = false;
         while until_done.recv_timeout(TICK) == Err(RecvTimeoutError::Timeout) {
-            if !told && self.cancel.load(Ordering::Relaxed) {
-                told = true;
-                display.say(
-                    "interrupted: the image is written at the end of a pass; interrupt again to quit at once",
+            if !reported && self.cancel.load(Ordering::Relaxed) {
+                reported = true;
+                display.message(
+                    "interrupted: the image will be written after this pass; interrupt again to quit at once",
                 );
             }
             display.update(&self.snapshot());
@@ -226,62 +225,62 @@ impl Watch<'_> {
     }
 }
 
-/// A bar or lines.
-enum Display {
+/// A display: a bar or lines.
+enum ProgressDisplay {
     Bar(ProgressBar),
     Lines { kind: ProgressKind, last: Instant },
 }
 
-impl Display {
+impl ProgressDisplay {
     fn new(kind: ProgressKind, now: Instant) -> Self {
         if kind != ProgressKind::Bar {
-            return Display::Lines { kind, last: now };
+            return ProgressDisplay::Lines { kind, last: now };
         }
         let style =
             ProgressStyle::with_template("[{wide_bar}] {msg}").map(|s| s.progress_chars("=> "));
         let bar = ProgressBar::with_draw_target(Some(BAR_STEPS), ProgressDrawTarget::stderr());
-        Display::Bar(bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar())))
+        ProgressDisplay::Bar(bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar())))
     }
 
     fn update(&mut self, snapshot: &Snapshot) {
         match self {
-            Display::Bar(bar) => {
+            ProgressDisplay::Bar(bar) => {
                 let fraction = snapshot.fraction().unwrap_or(0.0);
                 bar.set_position((fraction * BAR_STEPS as f64) as u64);
                 bar.set_message(snapshot.line());
             }
-            Display::Lines { kind, last } if last.elapsed() >= LINE_INTERVAL => {
+            ProgressDisplay::Lines { kind, last } if last.elapsed() >= LINE_INTERVAL => {
                 *last = Instant::now();
                 match kind {
                     ProgressKind::Json => print_message(snapshot.json()),
                     _ => print_message(snapshot.line()),
                 }
             }
-            Display::Lines { .. } => {}
+            ProgressDisplay::Lines { .. } => {}
         }
     }
 
-    fn say(&self, message: &str) {
+    fn message(&self, message: &str) {
         match self {
-            Display::Bar(bar) => bar.suspend(|| print_message(message)),
-            Display::Lines {
+            ProgressDisplay::Bar(bar) => bar.suspend(|| print_message(message)),
+            ProgressDisplay::Lines {
                 kind: ProgressKind::Json,
                 ..
             } => {
                 print_message(json!({"event": "message", "message": message}));
             }
-            Display::Lines { .. } => print_message(message),
+            ProgressDisplay::Lines { .. } => print_message(message),
         }
     }
 
     fn finish(&self, snapshot: &Snapshot) {
         match self {
-            Display::Bar(bar) => bar.finish_and_clear(),
-            Display::Lines {
+            ProgressDisplay::Bar(bar) => bar.finish_and_clear(),
+            ProgressDisplay::Lines {
                 kind: ProgressKind::Json,
                 ..
             } => print_message(snapshot.json()),
-            Display::Lines { .. } => {}
+            ProgressDisplay::Lines { .. } => {}
         }
     }
 }
@@ -358,7 +357,7 @@ mod tests {
                 time: None,
                 relative_error: None,
             };
-            let goal = Goal { budget, kind };
+            let goal = ProgressGoal { budget, kind };
             let result = show(goal, &Stats::default(), &AtomicBool::new(false), |_| 42);
             assert_eq!(result, 42);
         }

@@ -1,27 +1,28 @@
-//! The settings of a render as text: for the JSON report, for the metadata of images, and as a command that repeats it.
+//! The settings of a render as text: for the JSON report, for the metadata of images, and as a command that repeats the render.
 
+use crate::names::{FILTERS, filter_name, name_of};
 use crate::preset;
 use crate::request::RenderRequest;
-use crate::values::{FILTERS, filter_name, name_of};
 use manylight::film::FilmDesc;
 use manylight::integrators::{Method, MethodKind};
+use manylight_lab::text::quoted;
 use serde_json::{Map, Value, json};
 
-/// What a render was made with, defaults and the scene's own settings included.
+/// All settings of a render, including defaults and settings of the scene.
 #[derive(Debug)]
 pub(crate) struct Settings<'r> {
-    /// As asked for.
+    /// The request.
     pub(crate) request: &'r RenderRequest,
-    /// With the path lengths that hold.
+    /// The method with the path limits in effect.
     pub(crate) method: &'r Method,
-    /// With the size, crop window and filter that hold.
+    /// The film in effect: size, crop window and filter.
     pub(crate) film: &'r FilmDesc,
-    /// Threads in use.
+    /// Number of threads.
     pub(crate) threads: usize,
 }
 
 impl Settings<'_> {
-    /// Every setting; keys are the names of the options with underscores.
+    /// All settings as JSON. Keys are the names of the options, with underscores.
     pub(crate) fn to_json(&self) -> Map<String, Value> {
         let request = self.request;
         let mut map = Map::new();
@@ -62,7 +63,7 @@ impl Settings<'_> {
         map
     }
 
-    /// Every setting as metadata of an image.
+    /// All settings as metadata of an image (name, value).
     pub(crate) fn metadata(&self) -> impl Iterator<Item = (String, String)> {
         let text = |value: Value| match value {
             Value::String(text) => text,
@@ -73,7 +74,7 @@ impl Settings<'_> {
     }
 }
 
-/// The command that makes the same bits again after `passes` passes, whatever ended them.
+/// The command that repeats a render of `passes` passes with identical bits, independent of what ended it.
 pub(crate) fn command_line(request: &RenderRequest, passes: u32) -> String {
     let mut words = vec![
         "manylight".to_string(),
@@ -124,15 +125,6 @@ pub(crate) fn command_line(request: &RenderRequest, passes: u32) -> String {
         .join(" ")
 }
 
-/// A word as a POSIX shell takes it.
-pub(crate) fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,=:+@%".contains(c);
-    if !word.is_empty() && word.chars().all(plain) {
-        return word.into();
-    }
-    format!("'{}'", word.replace('\'', "'\\''"))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -160,13 +152,5 @@ mod tests {
             let again = request(&line.split_whitespace().collect::<Vec<_>>());
             assert_eq!(asked, again, "{line}");
         }
-    }
-
-    #[test]
-    fn words_with_spaces_are_quoted() {
-        assert_eq!(quoted("a b"), "'a b'");
-        assert_eq!(quoted("it's"), r"'it'\''s'");
-        assert_eq!(quoted("a/b.xml"), "a/b.xml");
-        assert_eq!(quoted(""), "''");
     }
 }

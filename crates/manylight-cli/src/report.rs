@@ -1,28 +1,29 @@
-//! What a render did, as one JSON object and as metadata of its images.
+//! The report of a render, as a JSON object and as metadata of its images.
 
+use crate::args::DisplayArgs;
 use crate::output::{human_time, print_message};
 use crate::repeat::{Settings, command_line};
 use manylight::render::Stats;
 use serde_json::{Map, Value, json};
 use std::time::Duration;
 
-/// Version of the JSON object's shape.
+/// Version of the shape of the JSON object.
 const SCHEMA: &str = "manylight.render/1";
 
-/// Everything that the end of a render can tell.
+/// Settings, counts, times and warnings of a finished render.
 #[derive(Debug)]
-pub(crate) struct Report<'r> {
-    /// With what.
+pub(crate) struct RenderReport<'r> {
+    /// The settings.
     pub(crate) settings: Settings<'r>,
-    /// How much and how long.
+    /// Counts and times.
     pub(crate) stats: &'r Stats,
-    /// Complete passes.
+    /// Number of complete passes.
     pub(crate) passes: u32,
-    /// Each once.
+    /// Warnings without repetitions.
     pub(crate) warnings: &'r [String],
 }
 
-impl Report<'_> {
+impl RenderReport<'_> {
     /// The object that `--json` prints.
     pub(crate) fn to_json(&self) -> Value {
         let request = self.settings.request;
@@ -69,7 +70,7 @@ impl Report<'_> {
         })
     }
 
-    /// Each over its own stage; 0 where the stage was not run.
+    /// Each rate is a count over the time of its stage; 0 if the stage was not run.
     fn rates(&self) -> Value {
         let rate = |count: u64, stage: &str| {
             let seconds = self.stage(stage).as_secs_f64();
@@ -101,7 +102,7 @@ impl Report<'_> {
         )
     }
 
-    /// What an image file says about its making: enough to make it again. `write` is not in it: it is not over yet.
+    /// Metadata of the images (name, value), sufficient to repeat the render. The time of the stage `write` is not known yet.
     pub(crate) fn metadata(&self) -> Vec<(String, String)> {
         let request = self.settings.request;
         let mut entries = vec![
@@ -125,12 +126,12 @@ impl Report<'_> {
         entries
     }
 
-    /// One line with the total time and the stages that matter.
-    pub(crate) fn print_times(&self, verbose: bool) {
+    /// Prints one line with the total time and the times of the longest stages; of all stages with `--verbose`.
+    pub(crate) fn print_times(&self, display: DisplayArgs) {
         let stages = self.stats.stages();
         let total: f64 = stages.iter().map(|(_, time)| time.as_secs_f64()).sum();
-        let matters = |time: &Duration| verbose || time.as_secs_f64() > 0.05 * total;
-        let parts = stages.iter().filter(|(_, time)| matters(time));
+        let is_listed = |time: &Duration| display.verbose || time.as_secs_f64() > 0.05 * total;
+        let parts = stages.iter().filter(|(_, time)| is_listed(time));
         let parts: Vec<_> = parts
             .map(|(name, time)| format!("{name} {}", human_time(time.as_secs_f64())))
             .collect();
@@ -144,7 +145,7 @@ impl Report<'_> {
     }
 }
 
-/// `part / whole`, 0 of nothing.
+/// `part / whole`, or 0 if `whole` is 0.
 fn ratio(part: u64, whole: u64) -> f64 {
     if whole == 0 {
         0.0
@@ -153,16 +154,17 @@ fn ratio(part: u64, whole: u64) -> f64 {
     }
 }
 
-/// The largest memory that the process has held; 0 where the system does not say.
+/// Peak memory of the process in bytes; 0 if the system does not report it.
 fn peak_bytes() -> u64 {
     memory_status("VmHWM:")
 }
 
-/// The memory that the process holds; 0 where the system does not say.
-pub(crate) fn held_bytes() -> u64 {
+/// Present memory of the process in bytes; 0 if the system does not report it.
+pub(crate) fn resident_bytes() -> u64 {
     memory_status("VmRSS:")
 }
 
+/// A size in `/proc/self/status`, in bytes.
 fn memory_status(key: &str) -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix(key));

@@ -1,4 +1,4 @@
-//! What the options of `render` mean: every default filled in, every combination checked, nothing read yet.
+//! The request of a render: all options with their defaults, checked before any file is read.
 
 use crate::args::{CameraArgs, LightArgs, MapsArgs, PathArgs, RenderArgs};
 use crate::failure::Failure;
@@ -11,15 +11,16 @@ use manylight::render::Budget;
 use manylight::scene::{PathLimits, SceneDesc};
 use manylight_io::LoadOptions;
 use manylight_io::image::ImageFormat;
+use manylight_lab::text::plural;
 use std::path::{Path, PathBuf};
 
-/// Passes where nothing else ends the render.
+/// Default number of passes of a render without time or error limit.
 const DEFAULT_PASSES: u32 = 16;
 
-/// A render, as asked for.
+/// A request to render.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct RenderRequest {
-    /// The scene file as given.
+    /// Path of the scene file as given.
     pub(crate) scene: PathBuf,
     /// Image files, at least one.
     pub(crate) outputs: Vec<PathBuf>,
@@ -27,39 +28,39 @@ pub(crate) struct RenderRequest {
     pub(crate) method: &'static str,
     /// The method with its parameters.
     pub(crate) kind: MethodKind,
-    /// When to stop.
+    /// Limits of the render.
     pub(crate) budget: Budget,
-    /// Overrides the scene's longest path.
+    /// Longest path; `None` for the limit of the scene.
     pub(crate) max_depth: Option<MaxDepth>,
-    /// Emitters are not seen directly, whatever the scene says.
+    /// Whether emitters are hidden from the camera; the scene may hide them too.
     pub(crate) hide_emitters: bool,
-    /// Overrides the scene's film size.
+    /// Image size; `None` for the size in the scene.
     pub(crate) size: Option<UVec2>,
-    /// Overrides the scene's crop window.
+    /// Crop window; `None` for the window in the scene.
     pub(crate) crop: Option<Crop>,
-    /// Which camera.
+    /// Index of the camera.
     pub(crate) sensor: usize,
-    /// Overrides the scene's reconstruction filter.
+    /// Reconstruction filter; `None` for the filter in the scene.
     pub(crate) filter: Option<Filter>,
-    /// Scene parameters.
+    /// Parameters of the scene (name, value).
     pub(crate) defines: Vec<(String, String)>,
-    /// The same seed gives the same bits.
+    /// Seed of the random numbers.
     pub(crate) seed: u64,
-    /// Threads; `None` is one per processor.
+    /// Number of threads; `None` for one per processor.
     pub(crate) threads: Option<usize>,
-    /// Most memory to take, in bytes.
+    /// Largest estimated memory in bytes.
     pub(crate) memory_limit: Option<u64>,
-    /// Stops of brightness for files of 8 bits.
+    /// Exposure of 8-bit files in stops.
     pub(crate) exposure: f32,
-    /// Warnings are errors.
+    /// Whether warnings are errors.
     pub(crate) strict: bool,
 }
 
 impl RenderRequest {
-    /// Reads the options.
+    /// The request of the command `render`.
     ///
     /// # Errors
-    /// A combination that is not supported, or an output whose format is not.
+    /// A combination of options without a meaning, or an output with an unknown format.
     pub(crate) fn new(args: &RenderArgs) -> Result<Self, Failure> {
         let outputs = if args.outputs.is_empty() {
             default_outputs(&args.scene)
@@ -89,10 +90,10 @@ impl RenderRequest {
         })
     }
 
-    /// The render whose first pass is shown by `maps`, which writes `files` in the folder that was named.
+    /// The request of the command `maps`: one pass, and outputs with the names `files` in its folder.
     ///
     /// # Errors
-    /// A combination that is not supported.
+    /// A combination of options without a meaning.
     pub(crate) fn for_maps(args: &MapsArgs, files: &[&str]) -> Result<Self, Failure> {
         let outputs = files.iter().map(|file| args.output.join(file)).collect();
         Self::of(
@@ -104,7 +105,7 @@ impl RenderRequest {
         )
     }
 
-    /// One pass.
+    /// A request of one pass.
     fn of(
         scene: &Path,
         outputs: Vec<PathBuf>,
@@ -137,7 +138,7 @@ impl RenderRequest {
         })
     }
 
-    /// How the scene file is read.
+    /// Options for loading the scene file.
     pub(crate) fn load_options(&self) -> LoadOptions {
         LoadOptions {
             defines: self.defines.clone(),
@@ -145,7 +146,7 @@ impl RenderRequest {
         }
     }
 
-    /// The method in a scene that asks for `scene_limits`.
+    /// The method with its path limits; `scene_limits` are those of the scene.
     pub(crate) fn method(&self, scene_limits: PathLimits) -> Method {
         let limits = PathLimits {
             max_depth: self
@@ -160,10 +161,10 @@ impl RenderRequest {
         }
     }
 
-    /// Applies film options to the chosen camera.
+    /// Applies the options of the film to the selected camera.
     ///
     /// # Errors
-    /// The scene has no such camera.
+    /// The scene has no camera with this index.
     pub(crate) fn adjust_camera(&self, scene: &mut SceneDesc) -> Result<(), Failure> {
         let count = scene.sensors.len();
         let Some(sensor) = scene.sensors.get_mut(self.sensor) else {
@@ -171,7 +172,7 @@ impl RenderRequest {
                 format!(
                     "--sensor {}: the scene has {count} camera{}",
                     self.sensor,
-                    crate::failure::plural(count)
+                    plural(count)
                 ),
                 "cameras are counted from 0; `manylight info` lists them",
             ));
@@ -187,7 +188,7 @@ impl RenderRequest {
     }
 }
 
-/// The scene's folder name with `.exr` and `.png`, in the current folder.
+/// Default outputs: the name of the folder of the scene with `.exr` and `.png`, in the current folder.
 fn default_outputs(scene: &Path) -> Vec<PathBuf> {
     let absolute = std::path::absolute(scene).unwrap_or_else(|_| scene.into());
     let folder = absolute.parent().and_then(Path::file_name);
@@ -202,25 +203,26 @@ fn default_outputs(scene: &Path) -> Vec<PathBuf> {
         .into()
 }
 
+/// Refuses outputs with an unknown format, and repeated outputs.
 fn check_formats(outputs: &[PathBuf]) -> Result<(), Failure> {
     for (i, path) in outputs.iter().enumerate() {
         if let Err(error) = ImageFormat::from_path(path) {
             return Err(Failure::usage(
                 format!("--output {}: {}", path.display(), error.message),
-                "the extension chooses the format; -o may be given several times",
+                "the extension selects the format; -o may be given several times",
             ));
         }
         if outputs[..i].contains(path) {
             return Err(Failure::usage(
                 format!("--output {} is given twice", path.display()),
-                "each file is written once",
+                "give each file once",
             ));
         }
     }
     Ok(())
 }
 
-/// Scales the film and its crop window; the field of view follows the camera's own rule.
+/// Changes the image size and scales the crop window with it.
 fn resize(film: &mut FilmDesc, size: UVec2) {
     let scale = size.as_dvec2() / film.size.as_dvec2();
     let scaled = |pixels: UVec2| (pixels.as_dvec2() * scale).round().as_uvec2();
@@ -234,7 +236,7 @@ fn resize(film: &mut FilmDesc, size: UVec2) {
     };
 }
 
-/// Sets the crop window to whole pixels, at least one.
+/// Sets the crop window, rounded to whole pixels and at least one.
 fn set_crop(film: &mut FilmDesc, crop: Crop) {
     let scaled = |x: f32, y: f32| {
         (Vec2::new(x, y).as_dvec2() * film.size.as_dvec2())

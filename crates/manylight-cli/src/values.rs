@@ -1,114 +1,13 @@
-//! Words and numbers that options take: each list of names stands here once, for parsing, for help and for reports.
+//! Numbers and other values that options accept.
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
-use manylight::film::Filter;
-use manylight::integrators::many_light::{
-    ClampRule, Compensation, EmissionKind, FluxRule, GlossyForm, Kernel, Placement, Resampling,
-    ShareOf, Strategy, TableStorage,
-};
+use manylight::integrators::many_light::ClampRule;
 use manylight::math::UVec2;
-use std::time::Duration;
 
-/// Names with what they mean.
-pub(crate) type Names<T> = [(&'static str, T)];
-
-/// Where virtual lights stand.
-pub(crate) const PLACEMENTS: &Names<Placement> = &[
-    ("uniform", Placement::Uniform),
-    ("importance", Placement::Importance),
-    ("relaxed", Placement::Relaxed),
-];
-
-/// How much flux each carries.
-pub(crate) const FLUX_RULES: &Names<FluxRule> = &[
-    ("density", FluxRule::Density),
-    ("partition", FluxRule::Partition),
-];
-
-/// How one is evaluated.
-pub(crate) const KERNELS: &Names<Kernel> = &[
-    ("point", Kernel::Point),
-    ("sphere", Kernel::Sphere),
-    ("disc", Kernel::Disc),
-];
-
-/// Which lights the passes have.
-pub(crate) const RESAMPLINGS: &Names<Resampling> = &[
-    ("new", Resampling::New),
-    ("progressive", Resampling::Progressive),
-];
-
-/// How the light that the clamp takes away is given back.
-pub(crate) const COMPENSATIONS: &Names<Compensation> = &[
-    ("none", Compensation::None),
-    ("kollig-keller", Compensation::KolligKeller),
-];
-
-/// What each light shines, without sizes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum EmissionName {
-    /// The reflection of one photon.
-    Single,
-    /// An octahedral table.
-    Table,
-    /// Von Mises-Fisher lobes.
-    Vmf,
-}
-
-/// What each light shines.
-pub(crate) const EMISSIONS: &Names<EmissionName> = &[
-    ("single", EmissionName::Single),
-    ("table", EmissionName::Table),
-    ("vmf", EmissionName::Vmf),
-];
-
-/// The name of what a light shines.
-pub(crate) fn emission_name(kind: EmissionKind) -> EmissionName {
-    match kind {
-        EmissionKind::Single => EmissionName::Single,
-        EmissionKind::Rich(GlossyForm::Table { .. }) => EmissionName::Table,
-        EmissionKind::Rich(GlossyForm::Lobes { .. }) => EmissionName::Vmf,
-    }
-}
-
-/// How the texels of tables are stored.
-pub(crate) const TABLE_STORAGES: &Names<TableStorage> = &[
-    ("float", TableStorage::Float),
-    ("shared", TableStorage::Shared),
-];
-
-/// Which lights are evaluated, without how closely.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum StrategyName {
-    /// Every one.
-    All,
-    /// Some for all, by cuts through a tree.
-    Lightcuts,
-    /// The same, at the ends of longer eye paths as closely as the pixel needs it.
-    Bidirectional,
-}
-
-/// Which lights are evaluated.
-pub(crate) const STRATEGIES: &Names<StrategyName> = &[
-    ("all", StrategyName::All),
-    ("lightcuts", StrategyName::Lightcuts),
-    ("bidirectional", StrategyName::Bidirectional),
-];
-
-/// The name of which lights are evaluated.
-pub(crate) fn strategy_name(strategy: Strategy) -> StrategyName {
-    match strategy {
-        Strategy::All => StrategyName::All,
-        Strategy::Cuts(limits) => match limits.share_of {
-            ShareOf::Point => StrategyName::Lightcuts,
-            ShareOf::Pixel => StrategyName::Bidirectional,
-        },
-    }
-}
-
-/// Reads a share: a number between 0 and 1, or 0 itself.
-pub(crate) fn share(text: &str) -> Result<f32, String> {
-    let value: f32 = text.parse().map_err(|_| format!("`{text}` is no number"))?;
+/// A number from 0 to 1.
+pub(crate) fn fraction(text: &str) -> Result<f32, String> {
+    let value: f32 = text
+        .parse()
+        .map_err(|_| format!("`{text}` is not a number"))?;
     if (0.0..=1.0).contains(&value) {
         Ok(value)
     } else {
@@ -116,51 +15,7 @@ pub(crate) fn share(text: &str) -> Result<f32, String> {
     }
 }
 
-/// Reconstruction filters with Mitsuba's default parameters.
-pub(crate) const FILTERS: &Names<Filter> = &[
-    ("box", Filter::Box),
-    ("tent", Filter::Tent { radius: 1.0 }),
-    ("gaussian", Filter::Gaussian { stddev: 0.5 }),
-    (
-        "mitchell",
-        Filter::Mitchell {
-            b: 1.0 / 3.0,
-            c: 1.0 / 3.0,
-        },
-    ),
-    ("catmullrom", Filter::CatmullRom),
-    ("lanczos", Filter::Lanczos { lobes: 3.0 }),
-];
-
-/// Parses one of `names`; clap suggests the nearest one.
-pub(crate) fn one_of<T>(names: &'static Names<T>) -> impl TypedValueParser<Value = T>
-where
-    T: Copy + Send + Sync + 'static,
-{
-    PossibleValuesParser::new(names.iter().map(|&(name, _)| name)).map(|word| {
-        let found = names.iter().find(|&&(name, _)| name == word);
-        found
-            .expect("invariant: the parser accepts names of the list alone")
-            .1
-    })
-}
-
-/// The name of `value`.
-pub(crate) fn name_of<T: PartialEq>(names: &Names<T>, value: &T) -> Option<&'static str> {
-    names
-        .iter()
-        .find(|(_, v)| v == value)
-        .map(|&(name, _)| name)
-}
-
-/// The name of a filter, whatever its parameters.
-pub(crate) fn filter_name(filter: &Filter) -> &'static str {
-    let same = |other: &Filter| std::mem::discriminant(other) == std::mem::discriminant(filter);
-    let found = FILTERS.iter().find(|(_, f)| same(f));
-    found.expect("invariant: every filter has a name").0
-}
-
-/// The name of a clamp as `--clamp` takes it.
+/// A clamp as `--clamp` takes it.
 pub(crate) fn clamp_name(clamp: ClampRule) -> String {
     match clamp {
         ClampRule::None => "none".into(),
@@ -170,7 +25,7 @@ pub(crate) fn clamp_name(clamp: ClampRule) -> String {
     }
 }
 
-/// `none`, `auto`, `fixed` or a bound in 1/m².
+/// A clamp: `none`, `auto`, `fixed` or a bound of the geometry term in 1/m².
 pub(crate) fn clamp(text: &str) -> Result<ClampRule, String> {
     match text {
         "none" => Ok(ClampRule::None),
@@ -182,7 +37,7 @@ pub(crate) fn clamp(text: &str) -> Result<ClampRule, String> {
     }
 }
 
-/// Texels along an edge of a table, which is made of blocks of 2 x 2.
+/// Texels along an edge of an emission table: even, because tables consist of blocks of 2 x 2.
 pub(crate) fn table_size(text: &str) -> Result<u32, String> {
     match text.parse::<u32>() {
         Ok(n) if (8..=128).contains(&n) && n.is_multiple_of(2) => Ok(n),
@@ -206,31 +61,10 @@ pub(crate) fn finite(text: &str) -> Result<f32, String> {
     }
 }
 
-/// A length of time such as `60s`, `1.5m`, `2h` or `500ms`; a bare number is seconds.
-pub(crate) fn duration(text: &str) -> Result<Duration, String> {
-    let expected = || "expected a length of time such as 60s, 10m, 1.5h or 500ms".to_string();
-    let split = text
-        .find(|c: char| c.is_ascii_alphabetic())
-        .unwrap_or(text.len());
-    let (number, unit) = text.split_at(split);
-    let seconds_per_unit = match unit {
-        "ms" => 1e-3,
-        "" | "s" => 1.0,
-        "m" | "min" => 60.0,
-        "h" => 3600.0,
-        _ => return Err(expected()),
-    };
-    let value = number.trim().parse::<f64>().map_err(|_| expected())?;
-    if value <= 0.0 {
-        return Err(expected());
-    }
-    Duration::try_from_secs_f64(value * seconds_per_unit).map_err(|_| expected())
-}
-
-/// Largest film edge in pixels: beyond it a typing error is likelier than a picture.
+/// Largest width and height of an image in pixels. Larger values are rather typing errors.
 const MAX_EDGE: u32 = 65_536;
 
-/// A film size such as `640x360`.
+/// An image size such as `640x360`.
 pub(crate) fn size(text: &str) -> Result<UVec2, String> {
     let edge = |word: &str| {
         word.parse::<u32>()
@@ -242,12 +76,12 @@ pub(crate) fn size(text: &str) -> Result<UVec2, String> {
         .ok_or_else(|| format!("expected WIDTHxHEIGHT such as 640x360, each from 1 to {MAX_EDGE}"))
 }
 
-/// A part of the film in fractions of its size; y grows downwards.
+/// A part of the image in fractions of its width and height, from the upper left corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Crop {
-    /// Left and right edge.
+    /// Left and right edge, in [0, 1].
     pub(crate) x: [f32; 2],
-    /// Upper and lower edge.
+    /// Upper and lower edge, in [0, 1].
     pub(crate) y: [f32; 2],
 }
 
@@ -275,11 +109,11 @@ pub(crate) fn define(text: &str) -> Result<(String, String), String> {
     }
 }
 
-/// Longest path: `Some(n)`, or `None` for the word -1.
+/// Longest path, counted as in Mitsuba; `None` for no limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct MaxDepth(pub(crate) Option<u32>);
 
-/// A path length as Mitsuba counts; -1 is no limit.
+/// A longest path; -1 is no limit.
 pub(crate) fn max_depth(text: &str) -> Result<MaxDepth, String> {
     match text.parse::<i64>() {
         Ok(-1) => Ok(MaxDepth(None)),
@@ -308,18 +142,6 @@ pub(crate) fn bytes(word: &str) -> Result<u64, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn durations() {
-        assert_eq!(duration("60s"), Ok(Duration::from_secs(60)));
-        assert_eq!(duration("1.5m"), Ok(Duration::from_secs(90)));
-        assert_eq!(duration("1h"), Ok(Duration::from_secs(3600)));
-        assert_eq!(duration("500ms"), Ok(Duration::from_millis(500)));
-        assert_eq!(duration("7"), Ok(Duration::from_secs(7)));
-        for bad in ["", "s", "-1s", "0s", "5 days", "1e300h", "nan"] {
-            assert!(duration(bad).is_err(), "{bad}");
-        }
-    }
 
     #[test]
     fn sizes_in_bytes() {
@@ -374,10 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn every_name_reads_back() {
-        assert_eq!(name_of(KERNELS, &Kernel::Disc), Some("disc"));
-        assert_eq!(name_of(TABLE_STORAGES, &TableStorage::Float), Some("float"));
-        assert_eq!(filter_name(&Filter::Gaussian { stddev: 2.0 }), "gaussian");
+    fn every_clamp_reads_back() {
         for clamp_value in [
             ClampRule::None,
             ClampRule::Auto,

@@ -1,9 +1,10 @@
 //! `manylight check`.
 
 use crate::args::CheckArgs;
-use crate::failure::{FILE_SYSTEM, Failure, Rendered, SCENE, STRICT, plural};
+use crate::failure::{FILE_SYSTEM, Failure, Rendered, SCENE, STRICT};
 use crate::output::print_message;
 use manylight_io::{LoadErrorKind, LoadOptions, Severity, check_scene};
+use manylight_lab::text::plural;
 use std::process::ExitCode;
 
 /// Prints every error and warning of a scene.

@@ -2,8 +2,8 @@
 
 use crate::args::InfoArgs;
 use crate::failure::Failure;
+use crate::names::filter_name;
 use crate::output::{human_bytes, human_count, print_data, print_warnings};
-use crate::values::filter_name;
 use manylight::film::{Film, Layer};
 use manylight::geometry::Shape;
 use manylight::math::Aabb;
@@ -15,7 +15,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 use std::process::ExitCode;
 
-/// Version of the JSON object's shape.
+/// Version of the shape of the JSON object.
 const SCHEMA: &str = "manylight.info/1";
 
 /// Describes a scene.
@@ -31,7 +31,7 @@ pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode, Failure> {
     let sensors: Vec<Value> = loaded.desc.sensors.iter().map(sensor).collect();
     let memory = Memory::new(&loaded.desc);
     let limits = loaded.desc.limits;
-    // The box is found by building the scene, which checks it as well.
+    // Building the scene checks it and computes its bounds.
     let scene = Scene::build(loaded.desc, 0).map_err(|error| Failure::Scene {
         scene: args.scene.clone(),
         message: error.message,
@@ -59,12 +59,12 @@ pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// How much of everything there is.
+/// Numbers of the parts of a scene.
 #[derive(Debug, Default, PartialEq, Serialize)]
 struct Counts {
-    /// Of all primitives, each group once.
+    /// Triangles, with each group counted once.
     triangles: usize,
-    /// As seen: each group as often as it is placed.
+    /// Triangles, with each group counted once per instance.
     triangles_with_instances: usize,
     shapes: usize,
     primitives: usize,
@@ -73,7 +73,7 @@ struct Counts {
     materials: usize,
     textures: usize,
     emitters: usize,
-    /// Primitives that shine.
+    /// Primitives with an emitter.
     emitting_primitives: usize,
 }
 
@@ -118,7 +118,7 @@ fn triangles(shape: &Shape) -> usize {
     }
 }
 
-/// Bytes, estimated; particles and virtual lights of a render come on top.
+/// Estimated memory in bytes, without particles and virtual lights.
 #[derive(Debug, PartialEq, Serialize)]
 struct Memory {
     geometry: usize,
@@ -127,10 +127,10 @@ struct Memory {
     total: usize,
 }
 
-/// An estimate of the acceleration structure: nodes and packed vertices.
+/// Estimated size of nodes and packed vertices in the acceleration structure. Not measured.
 const BYTES_PER_TRIANGLE: usize = 100;
 
-/// Layers that a render records.
+/// Layers of a render.
 const LAYERS: [Layer; 8] = [
     Layer::Beauty,
     Layer::Emission,
@@ -194,7 +194,7 @@ fn sensor(desc: &SensorDesc) -> Value {
     })
 }
 
-/// `null` for a scene without surfaces.
+/// Corners of the bounding box; `null` for a scene without surfaces.
 fn corners(bounds: Aabb) -> Value {
     if bounds.is_empty() {
         return Value::Null;
@@ -218,7 +218,7 @@ fn describe(counts: &Counts, bounds: Aabb, sensors: &[Value], memory: &Memory) -
         format!("materials    {}", count(counts.materials)),
         format!("textures     {}", count(counts.textures)),
         format!(
-            "emitters     {} ({} emission_view primitives)",
+            "emitters     {} ({} emitting primitives)",
             count(counts.emitters),
             count(counts.emitting_primitives)
         ),
@@ -238,7 +238,7 @@ fn describe(counts: &Counts, bounds: Aabb, sensors: &[Value], memory: &Memory) -
         ));
     }
     lines.push(format!(
-        "memory       about {} (geometry {}, textures {}, film {}); virtual lights come on top",
+        "memory       about {} (geometry {}, textures {}, film {}); plus virtual lights",
         bytes(memory.total),
         bytes(memory.geometry),
         bytes(memory.textures),

@@ -7,7 +7,7 @@ use crate::preset::{PRESETS, Preset, settings};
 use clap::ValueEnum;
 use std::process::ExitCode;
 
-/// Prints what can be named.
+/// Prints a list of names.
 pub(crate) fn run(args: &ListArgs) -> Result<ExitCode, Failure> {
     let lines: Vec<String> = match args.what {
         Listing::Methods => PRESETS.iter().map(describe).collect(),
@@ -17,7 +17,7 @@ pub(crate) fn run(args: &ListArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// What scene files can use of one family, which is named as it is typed.
+/// The supported plugins of one family.
 fn plugins(family: Listing) -> &'static [&'static str] {
     let typed = family
         .to_possible_value()
@@ -29,7 +29,7 @@ fn plugins(family: Listing) -> &'static [&'static str] {
         .map_or(&[], |f| f.plugins)
 }
 
-/// A method with the options that it stands for.
+/// A preset with its settings as options.
 fn describe(preset: &Preset) -> String {
     let head = format!("{:<17} {}", preset.name, preset.summary);
     let settings = settings(&(preset.kind)());

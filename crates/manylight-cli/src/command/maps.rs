@@ -1,9 +1,8 @@
-//! `manylight maps`: what the placement of virtual lights follows, and where they stand, as pictures.
+//! `manylight maps`: maps of importance and incident flux, and the positions of virtual lights, as images.
 
 use super::render::{load, thread_pool};
 use crate::args::{DisplayArgs, MapsArgs};
 use crate::failure::Failure;
-use crate::figure::{Scale, dots, false_colors, gray_layer, rgb_layer};
 use crate::interrupt::Interrupt;
 use crate::output::print_message;
 use crate::preset;
@@ -14,10 +13,11 @@ use manylight::math::Vec2;
 use manylight::render::Stats;
 use manylight::sampling::Pass;
 use manylight_io::FileError;
-use manylight_io::image::{Picture, check_writable, write_image};
+use manylight_io::image::{LayeredImage, check_writable, write_image};
+use manylight_lab::false_color::{ColorScale, dots, false_colors, gray_layer, rgb_layer};
 use std::process::ExitCode;
 
-/// What is written, in the order of [`pictures`].
+/// File names, in the order of [`pictures`].
 const FILES: [&str; 6] = [
     "maps.exr",
     "importance.png",
@@ -54,43 +54,33 @@ pub(crate) fn run(args: &MapsArgs) -> Result<ExitCode, Failure> {
         .try_for_each(|path| check_writable(path))?;
 
     let method = request.method(scene.limits);
-    let pass = Pass {
-        seed: request.seed,
-        index: 0,
-    };
     let guide = pool.install(|| scene.emission_guide());
     let run = PassContext {
         guide: &guide,
-        pass,
+        pass: Pass {
+            seed: request.seed,
+            index: 0,
+        },
         stats: &stats,
         cancel: interrupt.cancel(),
     };
     let Some(maps) = pool.install(|| lights.interim_maps(&scene, method.limits, &run)) else {
         return Ok(ExitCode::from(interrupt.exit_code().unwrap_or_default()));
     };
-    let shown = shown(&maps);
-    let mut metadata = vec![
-        (
-            "software".to_string(),
-            format!("manylight {}", env!("CARGO_PKG_VERSION")),
-        ),
-        ("scene".into(), request.scene.display().to_string()),
-        ("method".into(), request.method.into()),
-    ];
     let settings = Settings {
         request: &request,
         method: &method,
         film: &scene.sensor.desc().film,
         threads: pool.current_num_threads(),
     };
-    metadata.extend(settings.metadata());
-    let pictures = pictures(&maps, &shown, metadata);
+    let color_maps = color_maps(&maps);
+    let pictures = pictures(&maps, &color_maps, metadata(&settings));
     for (path, picture) in request.outputs.iter().zip(&pictures) {
-        let _no_half_file = interrupt.writing();
+        let _complete_file = interrupt.writing();
         write_image(path, picture, request.exposure)?;
     }
     if !args.quiet {
-        report(&maps, &shown);
+        report(&maps, &color_maps);
         for path in &request.outputs {
             print_message(format_args!("wrote {}", path.display()));
         }
@@ -98,19 +88,32 @@ pub(crate) fn run(args: &MapsArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::from(interrupt.exit_code().unwrap_or_default()))
 }
 
-/// A map by its colors.
-struct Shown {
-    name: &'static str,
-    unit: &'static str,
-    /// One per pixel.
-    values: Vec<f32>,
-    scale: Option<Scale>,
+/// Metadata of `maps.exr` (name, value).
+fn metadata(settings: &Settings) -> Vec<(String, String)> {
+    let software = format!("manylight {}", env!("CARGO_PKG_VERSION"));
+    let scene = settings.request.scene.display().to_string();
+    let mut metadata = vec![
+        ("software".to_string(), software),
+        ("scene".into(), scene),
+        ("method".into(), settings.request.method.into()),
+    ];
+    metadata.extend(settings.metadata());
+    metadata
 }
 
-impl Shown {
+/// A map with its color scale.
+struct FalseColorMap {
+    name: &'static str,
+    unit: &'static str,
+    /// One value per pixel.
+    values: Vec<f32>,
+    scale: Option<ColorScale>,
+}
+
+impl FalseColorMap {
     fn new(name: &'static str, unit: &'static str, values: Vec<f32>) -> Self {
-        let scale = Scale::of(&values);
-        Shown {
+        let scale = ColorScale::of(&values);
+        FalseColorMap {
             name,
             unit,
             values,
@@ -118,77 +121,77 @@ impl Shown {
         }
     }
 
-    /// What the colors mean.
+    /// The range of the color scale with its unit.
     fn legend(&self) -> String {
         match self.scale {
-            Some(Scale { low, high }) => format!("{low:.3e} to {high:.3e} {}", self.unit),
+            Some(ColorScale { low, high }) => format!("{low:.3e} to {high:.3e} {}", self.unit),
             None => "0 everywhere".into(),
         }
     }
 }
 
-/// The maps in the order of [`FILES`].
-fn shown(maps: &InterimMaps) -> [Shown; 3] {
+/// The three maps, in the order of [`FILES`].
+fn color_maps(maps: &InterimMaps) -> [FalseColorMap; 3] {
     let luminance = maps.irradiance.iter().map(|e| e.luminance()).collect();
     [
-        Shown::new("importance", "1/m²", maps.importance.clone()),
-        Shown::new("radiance", "W/m²", luminance),
-        Shown::new("product", "W/m⁴", maps.product.clone()),
+        FalseColorMap::new("importance", "1/m²", maps.importance.clone()),
+        FalseColorMap::new("radiance", "W/m²", luminance),
+        FalseColorMap::new("product", "W/m⁴", maps.product.clone()),
     ]
 }
 
-/// In the order of [`FILES`].
+/// The images, in the order of [`FILES`].
 fn pictures(
     maps: &InterimMaps,
-    shown: &[Shown; 3],
+    color_maps: &[FalseColorMap; 3],
     mut metadata: Vec<(String, String)>,
-) -> Vec<Picture> {
+) -> Vec<LayeredImage> {
     metadata.extend(
-        shown
+        color_maps
             .iter()
             .map(|map| (format!("scale.{}", map.name), map.legend())),
     );
-    let gray = shown
+    let gray = color_maps
         .iter()
         .map(|map| gray_layer(map.name, map.values.clone()));
     let mut layers: Vec<_> = gray.collect();
-    // Its luminance is among its channels.
+    // The layer of irradiance has its luminance and its colors.
     layers[1]
         .channels
         .extend(rgb_layer("radiance", &maps.irradiance).channels);
-    let numbers = Picture {
+    let numbers = LayeredImage {
         width: maps.size.x as usize,
         height: maps.size.y as usize,
         layers,
         metadata,
     };
-    let colors = shown
+    let colors = color_maps
         .iter()
         .map(|map| false_colors(maps.size, &map.values, map.scale));
-    let lights =
-        [&maps.placed, &maps.relaxed].map(|lights| dots(maps.size, &maps.shading, &seen(lights)));
+    let lights = [&maps.placed, &maps.relaxed]
+        .map(|lights| dots(maps.size, &maps.shading, &visible_positions(lights)));
     std::iter::once(numbers)
         .chain(colors)
         .chain(lights)
         .collect()
 }
 
-/// Where on the film the lights are that the camera sees.
-fn seen(lights: &[PlacedLight]) -> Vec<Vec2> {
+/// Positions on the film of the lights that are directly visible to the camera.
+fn visible_positions(lights: &[PlacedLight]) -> Vec<Vec2> {
     lights
         .iter()
         .filter_map(|light| light.film_position)
         .collect()
 }
 
-fn report(maps: &InterimMaps, shown: &[Shown; 3]) {
-    for map in shown {
+fn report(maps: &InterimMaps, color_maps: &[FalseColorMap; 3]) {
+    for map in color_maps {
         print_message(format_args!("{:<11} {}", map.name, map.legend()));
     }
     for (name, lights) in [("placement", &maps.placed), ("relaxed", &maps.relaxed)] {
         print_message(format_args!(
-            "{name:<11} the camera sees {} of {} lights",
-            seen(lights).len(),
+            "{name:<11} {} of {} lights are directly visible",
+            visible_positions(lights).len(),
             lights.len()
         ));
     }

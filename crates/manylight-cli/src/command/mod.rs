@@ -3,7 +3,6 @@
 pub(crate) mod check;
 pub(crate) mod compare;
 pub(crate) mod completions;
-mod gallery;
 pub(crate) mod info;
 pub(crate) mod list;
 pub(crate) mod maps;

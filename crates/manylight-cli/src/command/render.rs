@@ -6,9 +6,9 @@ use crate::args::{DisplayArgs, RenderArgs};
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::output::{human_bytes, print_data, print_message, print_warnings};
-use crate::progress::{self, Goal};
+use crate::progress::{self, ProgressGoal};
 use crate::repeat::Settings;
-use crate::report::{Report, held_bytes};
+use crate::report::{RenderReport, resident_bytes};
 use crate::request::RenderRequest;
 use manylight::integrators::StageMemory;
 use manylight::render::{Outcome, RenderJob, Stats, render};
@@ -37,7 +37,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode, Failure> {
         seed: request.seed,
     };
     pool.install(|| check_memory(&request, &job))?;
-    let goal = Goal::new(request.budget, args.display);
+    let goal = ProgressGoal::new(request.budget, args.display);
     let outcome = progress::show(goal, &stats, interrupt.cancel(), |observer| {
         pool.install(|| render(&job, &stats, interrupt.cancel(), observer))
     });
@@ -49,7 +49,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode, Failure> {
         film: outcome.film.desc(),
         threads: pool.current_num_threads(),
     };
-    let report = Report {
+    let report = RenderReport {
         settings,
         stats: &stats,
         passes: outcome.film.passes(),
@@ -64,14 +64,14 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode, Failure> {
     }
 }
 
-/// Refuses a render that would take more memory than it may.
+/// Refuses a render with an estimated memory above its limit.
 fn check_memory(request: &RenderRequest, job: &RenderJob) -> Result<(), Failure> {
     let Some(limit) = request.memory_limit else {
         return Ok(());
     };
     let scene = StageMemory {
         stage: "scene",
-        bytes: held_bytes(),
+        bytes: resident_bytes(),
     };
     let render = job.method.memory(job.scene, job.budget.passes, job.seed);
     let stages: Vec<StageMemory> = std::iter::once(scene).chain(render).collect();
@@ -89,10 +89,11 @@ fn check_memory(request: &RenderRequest, job: &RenderJob) -> Result<(), Failure>
             parts.join(", "),
             human_bytes(limit)
         ),
-        "fewer --lights, fewer --photons, a smaller --table-size or --size, or --emission vmf take less",
+        "reduce --lights, --photons, --table-size or --size, or use --emission vmf",
     ))
 }
 
+/// A pool of `threads` threads; `None` for one per processor.
 pub(super) fn thread_pool(threads: Option<usize>) -> Result<ThreadPool, Failure> {
     ThreadPoolBuilder::new()
         .num_threads(threads.unwrap_or(0))
@@ -100,7 +101,7 @@ pub(super) fn thread_pool(threads: Option<usize>) -> Result<ThreadPool, Failure>
         .map_err(|error| Failure::Internal(format!("cannot start threads: {error}")))
 }
 
-/// The scene, ready to render, and its warnings, which are printed.
+/// Loads and builds the scene. Returns it with its warnings, which are printed too.
 pub(super) fn load(
     request: &RenderRequest,
     stats: &Stats,
@@ -134,32 +135,32 @@ pub(super) fn load(
     Ok((scene, warnings))
 }
 
-/// A warning if pixels were dropped for a value that is not finite, printed.
+/// A warning if samples were not finite, which is printed too.
 fn dropped_samples(stats: &Stats, display: DisplayArgs) -> Option<String> {
     let dropped = Stats::get(&stats.dropped_samples);
     if dropped == 0 {
         return None;
     }
-    let warning = format!("{dropped} samples were not finite and count as black");
+    let warning = format!("{dropped} samples were not finite and were replaced by black");
     if !display.quiet {
         print_warnings(std::slice::from_ref(&warning));
     }
     Some(warning)
 }
 
-fn write(report: &Report, outcome: &Outcome, interrupt: &Interrupt) -> Result<(), Failure> {
+fn write(report: &RenderReport, outcome: &Outcome, interrupt: &Interrupt) -> Result<(), Failure> {
     let picture = picture::from_film(&outcome.film, report.metadata());
     let request = report.settings.request;
     report.stats.time("write", || {
         request.outputs.iter().try_for_each(|path| {
-            let _no_half_file = interrupt.writing();
+            let _complete_file = interrupt.writing();
             write_image(path, &picture, request.exposure)
         })
     })?;
     Ok(())
 }
 
-fn finish(report: &Report, display: DisplayArgs) -> Result<(), Failure> {
+fn finish(report: &RenderReport, display: DisplayArgs) -> Result<(), Failure> {
     let outputs = &report.settings.request.outputs;
     if !display.quiet {
         if display.verbose {
@@ -167,7 +168,7 @@ fn finish(report: &Report, display: DisplayArgs) -> Result<(), Failure> {
                 print_message(format_args!("  {name}: {value}"));
             }
         }
-        report.print_times(display.verbose);
+        report.print_times(display);
         for path in outputs {
             print_message(format_args!("wrote {}", path.display()));
         }
@@ -180,8 +181,8 @@ fn finish(report: &Report, display: DisplayArgs) -> Result<(), Failure> {
     }
 }
 
-/// What one would want to do now.
-fn print_next_step(report: &Report) {
+/// Prints a suggestion for the next command.
+fn print_next_step(report: &RenderReport) {
     let request = report.settings.request;
     let exr = request
         .outputs

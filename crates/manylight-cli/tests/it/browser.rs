@@ -1,11 +1,11 @@
-//! The page of `compare --html` in a real browser without a window: Chromium, from `MANYLIGHT_BROWSER` or found by name.
+//! The page of `compare --html` in a headless browser: Chromium, from `MANYLIGHT_BROWSER` or found by name.
 
 use crate::support::{BOX, Folder};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// What a reader does, by the page's own events: waits for the images, looks at the left one's place, and moves the slider over it. What was seen becomes
-/// the page's title.
+/// Script of a user: waits for the images, reads a pixel of the right image, and moves the slider beyond it. The values become the title of the
+/// page.
 const READER: &str = r#"<script>
 const seen = [];
 addEventListener("error", (event) => seen.push(`error: ${event.message}`));
@@ -40,7 +40,7 @@ fn browser() -> Option<PathBuf> {
         .find(|path| path.is_file())
 }
 
-/// What the browser says at the end: the page as it is then, and the console.
+/// The final state of a page in the browser, and the console.
 fn open(browser: &Path, folder: &Folder, address: &str) -> (String, String) {
     let profile = format!("--user-data-dir={}", folder.path("profile").display());
     let output = Command::new(browser)

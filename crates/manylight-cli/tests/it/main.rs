@@ -1,4 +1,4 @@
-//! The command as a user meets it: what it says, how it ends, what it leaves behind.
+//! Tests of the program from outside: output, exit codes and files.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on shall fail")]
 

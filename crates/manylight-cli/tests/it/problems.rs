@@ -1,4 +1,4 @@
-//! Everything that can be wrong: one message, the right exit code, no file.
+//! Wrong input: one message, the right exit code, no file.
 
 use crate::support::{BOX, Folder};
 
@@ -16,7 +16,7 @@ fn usage_errors() {
         ("render scene.xml --time soon", "60s"),
         (
             "render scene.xml --flux density --placement relaxed",
-            "--flux area",
+            "--flux partition",
         ),
         ("render scene.xml -m path -n 5", "--lights"),
         ("render scene.xml --sensor 3", "1 camera"),

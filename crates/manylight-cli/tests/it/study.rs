@@ -1,10 +1,10 @@
-//! `study` on a scene of the project: what it keeps, how it goes on, how it ends.
+//! `study` on a scene of the project: results, continuation, exit codes.
 
 use crate::support::{BOX, Ended, Folder};
 use serde_json::{Value, json};
 use std::path::Path;
 
-/// A plan of one scene and two quick methods, and a reference of it.
+/// A plan of one scene and two fast methods, with a reference image.
 struct Study {
     folder: Folder,
     plan: Value,
@@ -102,7 +102,7 @@ fn every_run_has_a_result_and_the_page_shows_it() {
         "manylight render glossy-room/scene.xml -m vpl -n 16 --photons 500 --passes 1 --filter box --size 16x9 \
          --max-depth 4 --output room.points.few.exr"
     );
-    // Results belong to a project, not to a machine.
+    // Results contain no paths of this computer.
     let here = scenes().display().to_string();
     assert!(!study.text("results/room.points.few.json").contains(&here));
     let page = study.text("methods.md");
@@ -191,7 +191,7 @@ fn a_run_that_fails_is_recorded_and_the_others_go_on() {
     assert_eq!(study.result("room.path.one")["status"], "done");
     assert!(study.text("methods.md").contains("| path | failed |"));
 
-    // Tried again, now without the error; a reference of another size is one as well.
+    // Repeated without the error. A reference of another size is an error too.
     std::fs::write(study.folder.path("scene.xml"), BOX).unwrap();
     study
         .run("--only path")
@@ -240,7 +240,7 @@ fn an_interrupt_keeps_what_is_done() {
     let mut child = command.stderr(Stdio::piped()).spawn().unwrap();
     let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
     let second = lines.find(|line| line.as_ref().unwrap().contains("[2/2]"));
-    // The time of the second run is known, and nothing else is to come.
+    // The time of the second run is known, and it is the last one.
     assert!(
         second
             .unwrap()
@@ -294,7 +294,7 @@ fn what_cannot_be_done_is_said_before_anything_is_rendered() {
 #[test]
 fn another_program_renders_too() {
     let mut study = Study::new();
-    // It hands in the reference itself, and says how it was called.
+    // It copies the reference, and reports its arguments.
     let script = r#"for word in "$@"; do
     if [ "$before" = --output ]; then cp "$FOLDER/room.exr" "$word"; fi
     before=$word

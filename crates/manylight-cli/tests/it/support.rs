@@ -1,4 +1,4 @@
-//! Runs the program in a folder of its own.
+//! Runs the program in a temporary folder.
 
 use serde_json::Value;
 use std::path::PathBuf;
@@ -35,11 +35,11 @@ pub(crate) const BOX: &str = r#"<scene version="3.0.0">
 </scene>
 "#;
 
-/// A folder with a scene in it, removed at the end.
+/// A temporary folder with a scene.
 pub(crate) struct Folder(TempDir);
 
 impl Folder {
-    /// With `scene.xml` of this content.
+    /// A folder with the file `scene.xml`.
     pub(crate) fn new(scene: &str) -> Self {
         let folder = Folder(TempDir::new().unwrap());
         std::fs::write(folder.path("scene.xml"), scene).unwrap();
@@ -57,7 +57,7 @@ impl Folder {
             .args(words.split_whitespace())
             .current_dir(self.0.path());
         command.env("NO_COLOR", "1");
-        // Folders that the tests themselves may have been given.
+        // Folders for other tests.
         command
             .env_remove("MANYLIGHT_SCENES")
             .env_remove("MANYLIGHT_REFERENCES");
@@ -79,7 +79,7 @@ impl Folder {
     }
 }
 
-/// How the program ended.
+/// The result of a run of the program.
 pub(crate) struct Ended(Output);
 
 impl Ended {

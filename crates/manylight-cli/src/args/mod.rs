@@ -1,0 +1,71 @@
+//! The definition of the command line. `request` gives the options of `render` their meaning.
+
+mod inspect;
+mod lights;
+mod measure;
+mod render;
+
+pub(crate) use inspect::{CheckArgs, CompletionsArgs, InfoArgs, ListArgs, Listing, MapsArgs};
+pub(crate) use lights::LightArgs;
+pub(crate) use measure::{CompareArgs, StudyArgs};
+pub(crate) use render::{CameraArgs, DisplayArgs, PathArgs, ProgressKind, RenderArgs};
+
+use clap::{Parser, Subcommand};
+
+const EXIT_CODES: &str = "Exit codes: 0 done; 1 internal or render failure; 2 usage; 3 scene error; 4 file system; \
+6 --strict found a warning; 130, 143 ended by a signal (image written).";
+
+/// A photorealistic many-light renderer.
+#[derive(Debug, Parser)]
+#[command(name = "manylight", version, after_help = EXIT_CODES, propagate_version = false)]
+pub(crate) struct Cli {
+    /// The subcommand.
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+/// The subcommands.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Render a scene to image files.
+    Render(Box<RenderArgs>),
+    /// Write maps of importance and incident flux, and the positions of virtual lights, as images.
+    Maps(Box<MapsArgs>),
+    /// Measure how images differ from a reference.
+    Compare(CompareArgs),
+    /// Measure methods on scenes according to a plan, and write a page of tables.
+    Study(StudyArgs),
+    /// Describe a scene: triangles, materials, emitters, cameras, memory.
+    Info(InfoArgs),
+    /// Report all errors and warnings of a scene file without rendering.
+    Check(CheckArgs),
+    /// List methods, or the plugins that scene files may use.
+    List(ListArgs),
+    /// Print a completion script for a shell.
+    Completions(CompletionsArgs),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_definition_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn a_near_miss_is_answered_with_the_nearest_name() {
+        let message = |words: &[&str]| {
+            let all = ["manylight", "render", "scene.xml"].iter().chain(words);
+            Cli::try_parse_from(all).unwrap_err().to_string()
+        };
+        assert!(message(&["-m", "rich-vlp"]).contains("'rich-vpl'"));
+        assert!(message(&["--pases", "3"]).contains("'--passes'"));
+        assert!(message(&["--strategy", "lightcut"]).contains("lightcuts"));
+        assert!(message(&["--max-error", "2"]).contains("from 0 to 1"));
+        assert!(message(&["--size", "640"]).contains("WIDTHxHEIGHT"));
+        assert!(message(&["--passes", "0"]).contains("invalid value '0'"));
+    }
+}

@@ -1,0 +1,171 @@
+//! Options of `render`.
+
+use super::lights::LightArgs;
+use crate::names::{FILTERS, one_of};
+use crate::preset::{self, PRESETS, Preset};
+use crate::values::{self, Crop, MaxDepth};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::{Args, ValueEnum, ValueHint};
+use manylight::film::Filter;
+use manylight::math::UVec2;
+use manylight_lab::text::parse_duration;
+use std::num::NonZeroU32;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Options of `render`.
+#[derive(Debug, Args)]
+pub(crate) struct RenderArgs {
+    /// Scene file (Mitsuba XML).
+    #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
+    pub(crate) scene: PathBuf,
+
+    /// Image file; the extension selects the format: exr (linear values, all layers, settings), png or jpg (sRGB), hdr, pfm. May be repeated.
+    /// Default: the name of the folder of the scene with .exr and .png, in the current folder.
+    #[arg(short, long = "output", value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) outputs: Vec<PathBuf>,
+
+    /// Method and paths.
+    #[command(flatten)]
+    pub(crate) paths: PathArgs,
+
+    /// Refuse to start if the estimated memory exceeds this size, such as 8G or 512M.
+    #[arg(long, value_name = "SIZE", value_parser = values::bytes)]
+    pub(crate) memory_limit: Option<u64>,
+
+    /// Exposure of png and jpg files in stops.
+    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true, value_parser = values::finite)]
+    pub(crate) exposure: f32,
+
+    /// Options of the many-light methods.
+    #[command(flatten)]
+    pub(crate) lights: LightArgs,
+
+    /// Limits.
+    #[command(flatten)]
+    pub(crate) budget: BudgetArgs,
+
+    /// Camera and film.
+    #[command(flatten)]
+    pub(crate) camera: CameraArgs,
+
+    /// Messages and progress.
+    #[command(flatten)]
+    pub(crate) display: DisplayArgs,
+}
+
+/// Options of `render` and `maps` for the method and its paths.
+#[derive(Debug, Args)]
+pub(crate) struct PathArgs {
+    /// Rendering method. A name stands for a preset of the options under "Virtual lights".
+    #[arg(short, long, value_name = "NAME", default_value = preset::DEFAULT, value_parser = preset_parser())]
+    pub(crate) method: &'static Preset,
+
+    /// Longest path, counted as in Mitsuba: 1 = emission only, 2 = direct light, -1 = no limit. Default: the limit of the scene.
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = values::max_depth)]
+    pub(crate) max_depth: Option<MaxDepth>,
+
+    /// Hide emitters from the camera.
+    #[arg(long)]
+    pub(crate) hide_emitters: bool,
+
+    /// Value of a scene parameter `$name`. May be repeated.
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = values::define)]
+    pub(crate) defines: Vec<(String, String)>,
+
+    /// Seed of the random numbers. Images with the same seed are identical to the bit, for any number of threads.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(crate) seed: u64,
+
+    /// Number of threads. Default: one per processor.
+    #[arg(short, long, value_name = "N")]
+    pub(crate) threads: Option<NonZeroU32>,
+
+    /// Treat warnings about the scene as errors: unsupported or suspicious features.
+    #[arg(long)]
+    pub(crate) strict: bool,
+}
+
+/// Limits of a render. It stops at the first one.
+#[derive(Clone, Debug, Default, Args)]
+#[command(next_help_heading = "When to stop")]
+pub(crate) struct BudgetArgs {
+    /// Samples per pixel in total. A pass of a many-light method is one sample per pixel.
+    /// Default: 16, or no limit with --time or --target-error.
+    #[arg(long, visible_alias = "spp", value_name = "N")]
+    pub(crate) passes: Option<NonZeroU32>,
+
+    /// Stop after the pass that ends closest to this time, such as 60s, 10m, 1h, without the time for loading the scene.
+    #[arg(long, value_name = "TIME", value_parser = parse_duration)]
+    pub(crate) time: Option<Duration>,
+
+    /// Stop when the estimated relative error of the image is below this value.
+    #[arg(long, value_name = "X", value_parser = values::positive)]
+    pub(crate) target_error: Option<f32>,
+}
+
+/// Options of camera and film. Each overrides a setting of the scene.
+#[derive(Clone, Debug, Default, Args)]
+#[command(next_help_heading = "Camera and film")]
+pub(crate) struct CameraArgs {
+    /// Image size in pixels. The field of view refers to the same axis as in the scene.
+    #[arg(long, value_name = "WxH", value_parser = values::size)]
+    pub(crate) size: Option<UVec2>,
+
+    /// Part of the image to render, in fractions of its width and height from the upper left corner.
+    #[arg(long, value_name = "x0,x1,y0,y1", value_parser = values::crop)]
+    pub(crate) crop: Option<Crop>,
+
+    /// Index of the camera, counted from 0.
+    #[arg(long, value_name = "I", default_value_t = 0)]
+    pub(crate) sensor: usize,
+
+    /// Reconstruction filter.
+    #[arg(long, value_name = "NAME", value_parser = one_of(FILTERS))]
+    pub(crate) filter: Option<Filter>,
+}
+
+/// Options of messages and progress.
+#[derive(Clone, Copy, Debug, Default, Args)]
+#[command(next_help_heading = "Display")]
+pub(crate) struct DisplayArgs {
+    /// Print a JSON object with settings, times and counts on standard output at the end.
+    #[arg(long)]
+    pub(crate) json: bool,
+
+    /// Display of the progress on standard error.
+    #[arg(long, value_name = "KIND", value_enum, default_value_t)]
+    pub(crate) progress: ProgressKind,
+
+    /// Print errors only.
+    #[arg(short, long, conflicts_with = "verbose")]
+    pub(crate) quiet: bool,
+
+    /// Print the settings and the time of each stage.
+    #[arg(short, long)]
+    pub(crate) verbose: bool,
+}
+
+/// Display of the progress.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ProgressKind {
+    /// A bar on a terminal, lines otherwise.
+    #[default]
+    Auto,
+    /// A bar.
+    Bar,
+    /// A line every few seconds.
+    Plain,
+    /// A line of JSON every few seconds.
+    Json,
+    /// Nothing.
+    None,
+}
+
+fn preset_parser() -> impl TypedValueParser<Value = &'static Preset> {
+    let names = PRESETS
+        .iter()
+        .map(|preset| PossibleValue::new(preset.name).help(preset.summary));
+    PossibleValuesParser::new(names)
+        .map(|name| preset::find(&name).expect("invariant: the parser accepts presets alone"))
+}

@@ -1,0 +1,252 @@
+//! The channels of an image that a comparison needs.
+
+use crate::noise::{self, MeanNoise};
+use manylight_io::image::LayeredImage;
+use std::fmt;
+
+/// An image with what is known of its noise, for comparison.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ComparisonImage {
+    /// Width in pixels.
+    pub width: usize,
+    /// Height in pixels.
+    pub height: usize,
+    /// Linear RGB values, row by row.
+    pub rgb: Vec<[f32; 3]>,
+    /// Variance of each value of `rgb`; `None` if it is not known.
+    pub variance: Option<Vec<[f32; 3]>>,
+    /// How the noise of different pixels is correlated.
+    pub correlation: NoiseCorrelation,
+    /// Emitted radiance seen directly or through specular reflection and refraction; `None` if it is not known.
+    pub emission: Option<Vec<[f32; 3]>>,
+}
+
+/// What is known of the correlation between the noise of different pixels.
+#[derive(Clone, Debug, PartialEq)]
+pub enum NoiseCorrelation {
+    /// The noise of pixels is independent.
+    None,
+    /// The noise is correlated by an unknown amount.
+    Unknown,
+    /// The noise is correlated, and the variances of means over many pixels are known.
+    Known {
+        /// For each pixel, variance of the mean over the 8x8 block around it.
+        blocks: Vec<[f32; 3]>,
+        /// Variances of the mean over the whole image.
+        mean: MeanNoise,
+    },
+}
+
+/// An image file lacks the color channels of the image or of the requested layer.
+#[derive(Debug, PartialEq, Eq)]
+pub struct ImageChannelsError {
+    /// The requested layer; `None` for the image.
+    layer: Option<String>,
+    /// Names of all channels in the file.
+    channels: Vec<String>,
+}
+
+impl std::error::Error for ImageChannelsError {}
+
+impl fmt::Display for ImageChannelsError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.layer {
+            Some(layer) => write!(f, "no layer `{layer}`")?,
+            None => f.write_str("no channels R, G, B or Y")?,
+        }
+        write!(f, "; found: {}", self.channels.join(", "))
+    }
+}
+
+impl ComparisonImage {
+    /// An image of linear RGB values, row by row, without information on noise or emitters.
+    ///
+    /// # Panics
+    /// If `rgb` does not have `width * height` pixels.
+    pub fn from_rgb(width: usize, height: usize, rgb: Vec<[f32; 3]>) -> Self {
+        assert_eq!(rgb.len(), width * height, "one value per pixel");
+        ComparisonImage {
+            width,
+            height,
+            rgb,
+            variance: None,
+            correlation: NoiseCorrelation::None,
+            emission: None,
+        }
+    }
+
+    /// Takes the channels of the image, or of the layer `layer`, from `picture`. A gray image is used for all three channels. The
+    /// variance of a layer is not known.
+    ///
+    /// # Errors
+    /// `picture` lacks these channels.
+    pub fn new(picture: &LayeredImage, layer: Option<&str>) -> Result<Self, ImageChannelsError> {
+        let rgb = match layer {
+            None => rgb(picture, "").or_else(|| gray(picture)),
+            Some(layer) => rgb(picture, &format!("{layer}.")),
+        };
+        let rgb = rgb.ok_or_else(|| ImageChannelsError {
+            layer: layer.map(String::from),
+            channels: channels(picture).map(|(name, _)| name.clone()).collect(),
+        })?;
+        let known = |variance: &Vec<[f32; 3]>| variance.iter().flatten().all(|v| v.is_finite());
+        Ok(ComparisonImage {
+            width: picture.width,
+            height: picture.height,
+            rgb,
+            variance: match layer {
+                None => self::rgb(picture, "variance.").filter(known),
+                Some(_) => None,
+            },
+            correlation: match self::rgb(picture, "block_variance.") {
+                None => NoiseCorrelation::None,
+                Some(blocks) => match noise::read(picture) {
+                    Some(mean) if known(&blocks) => NoiseCorrelation::Known { blocks, mean },
+                    _ => NoiseCorrelation::Unknown,
+                },
+            },
+            emission: self::rgb(picture, "emission."),
+        })
+    }
+
+    /// Whether all values of pixel `i` are finite.
+    pub fn is_finite(&self, i: usize) -> bool {
+        self.rgb[i].iter().all(|v| v.is_finite())
+    }
+
+    /// Whether `emission` is known and not black in pixel `i`.
+    pub fn sees_emitter(&self, i: usize) -> bool {
+        self.emission
+            .as_ref()
+            .is_some_and(|emission| emission[i] != [0.0; 3])
+    }
+}
+
+fn channels(picture: &LayeredImage) -> impl Iterator<Item = &(String, Vec<f32>)> {
+    picture.layers.iter().flat_map(|layer| &layer.channels)
+}
+
+fn channel<'p>(picture: &'p LayeredImage, name: &str) -> Option<&'p [f32]> {
+    channels(picture)
+        .find(|(n, _)| n == name)
+        .map(|(_, values)| values.as_slice())
+}
+
+fn rgb(picture: &LayeredImage, prefix: &str) -> Option<Vec<[f32; 3]>> {
+    let one = |name: &str| channel(picture, &format!("{prefix}{name}"));
+    let (r, g, b) = (one("R")?, one("G")?, one("B")?);
+    Some(
+        r.iter()
+            .zip(g)
+            .zip(b)
+            .map(|((&r, &g), &b)| [r, g, b])
+            .collect(),
+    )
+}
+
+fn gray(picture: &LayeredImage) -> Option<Vec<[f32; 3]>> {
+    Some(channel(picture, "Y")?.iter().map(|&y| [y; 3]).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use manylight_io::image::ImageLayer;
+
+    fn picture(channels: &[(&str, f32)]) -> LayeredImage {
+        let channels = channels
+            .iter()
+            .map(|&(name, v)| (name.to_string(), vec![v; 2]))
+            .collect();
+        let layers = vec![ImageLayer {
+            name: String::new(),
+            channels,
+        }];
+        LayeredImage {
+            width: 2,
+            height: 1,
+            layers,
+            metadata: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn channels_are_found_by_name() {
+        let frame = ComparisonImage::new(
+            &picture(&[
+                ("B", 3.0),
+                ("G", 2.0),
+                ("R", 1.0),
+                ("emission.R", 0.0),
+                ("emission.G", 0.0),
+                ("emission.B", 0.5),
+            ]),
+            None,
+        )
+        .unwrap();
+        assert_eq!(frame.rgb, [[1.0, 2.0, 3.0]; 2]);
+        assert_eq!(frame.variance, None);
+        assert!(frame.sees_emitter(1));
+        let layered = picture(&[("direct.R", 1.0), ("direct.G", 2.0), ("direct.B", 3.0)]);
+        assert_eq!(
+            ComparisonImage::new(&layered, Some("direct")).unwrap().rgb,
+            [[1.0, 2.0, 3.0]; 2]
+        );
+        let missing = ComparisonImage::new(&layered, Some("caustics")).unwrap_err();
+        assert_eq!(
+            missing.to_string(),
+            "no layer `caustics`; found: direct.R, direct.G, direct.B"
+        );
+        assert_eq!(
+            ComparisonImage::new(&picture(&[("Y", 4.0)]), None)
+                .unwrap()
+                .rgb,
+            [[4.0; 3]; 2]
+        );
+        assert!(
+            ComparisonImage::new(&picture(&[("depth.Z", 4.0)]), None)
+                .unwrap_err()
+                .to_string()
+                .contains("depth.Z")
+        );
+    }
+
+    #[test]
+    fn noise_in_common_is_known_from_two_batches_on() {
+        let with = |batches: &str, v| {
+            let rgb = [("R", 1.0), ("G", 1.0), ("B", 1.0)];
+            let blocks = ["R", "G", "B"].map(|c| (format!("block_variance.{c}"), v));
+            let blocks: Vec<(&str, f32)> = blocks.iter().map(|(n, v)| (n.as_str(), *v)).collect();
+            let mut picture = picture(&[rgb.as_slice(), &blocks].concat());
+            picture.metadata = [
+                ("batches", batches.to_string()),
+                ("variance_of_mean", [v; 3].map(|v| v.to_string()).join(" ")),
+                ("variance_of_mean.without_emission", "0 0.5 1e-3".into()),
+            ]
+            .map(|(name, value)| (name.to_string(), value))
+            .to_vec();
+            ComparisonImage::new(&picture, None).unwrap().correlation
+        };
+        assert_eq!(with("1", f32::INFINITY), NoiseCorrelation::Unknown);
+        let mean = MeanNoise {
+            batches: 3,
+            beauty: [0.25; 3],
+            without_emission: [0.0, 0.5, 0.001],
+        };
+        let blocks = vec![[0.25; 3]; 2];
+        assert_eq!(with("3", 0.25), NoiseCorrelation::Known { blocks, mean });
+    }
+
+    #[test]
+    fn infinite_variance_is_unknown_variance() {
+        let with = |v| {
+            let rgb = [("R", 1.0), ("G", 1.0), ("B", 1.0)];
+            let variance = [("variance.R", v), ("variance.G", v), ("variance.B", v)];
+            ComparisonImage::new(&picture(&[rgb, variance].concat()), None)
+                .unwrap()
+                .variance
+        };
+        assert_eq!(with(f32::INFINITY), None);
+        assert_eq!(with(0.25), Some(vec![[0.25; 3]; 2]));
+    }
+}
