@@ -23,7 +23,7 @@ mod tiles;
 use manylight::gather::{
     Clamp, CutLimits, Gather, Gathered, Kernel, LightIndex, ShadingPoint, Strategy,
 };
-use manylight::integrators::light_set::DARK;
+use manylight::integrators::many_light::DARKEST_PIXEL;
 use manylight::integrators::many_light::ManyLight;
 use manylight::scene::Scene;
 use plot::PlotLine;
@@ -182,7 +182,7 @@ fn bench(scene: &Scene, count: u32, options: &Options) -> (usize, Vec<(String, f
     (light_count, times)
 }
 
-/// Sums by cuts. As in rendering, the tolerated error of a point is relative to at least [`DARK`] times the `mean` luminance.
+/// Sums by cuts. As in rendering, the tolerated error of a point is relative to at least [`DARKEST_PIXEL`] times the `mean` luminance.
 fn sum_by_cuts(
     scene: &Scene,
     lights: &LightIndex,
@@ -190,7 +190,7 @@ fn sum_by_cuts(
     tiles: &[Vec<ShadingPoint>],
     mean: f32,
 ) -> Measurement {
-    let tolerance = limits.max_error * DARK * mean;
+    let tolerance = limits.max_error * DARKEST_PIXEL * mean;
     let tiles: Vec<Vec<ShadingPoint>> = (tiles.iter())
         .map(|points| {
             let points = points.iter().map(|point| ShadingPoint {
@@ -213,7 +213,7 @@ fn sum(
         kernel: Kernel::Disc,
         strategy,
         clamp: Clamp::Auto(1.0),
-        finer: 1.0,
+        refinement: 1.0,
     };
     let start = clock::thread_seconds();
     let sums = tiles.iter().flat_map(|t| gather.sum(scene, lights, t));

@@ -37,7 +37,9 @@ pub(crate) fn load(path: &Path) -> Scene {
 /// About `count` virtual lights made by `method` without compensation, and the times of the stages.
 pub(crate) fn prepare(scene: &Scene, count: u32, method: ManyLight) -> (PreparedPasses<'_>, Stats) {
     let (stats, cancel) = (Stats::default(), AtomicBool::new(false));
+    let guide = scene.emission_guide();
     let run = PassContext {
+        guide: &guide,
         pass: Pass { seed: 1, index: 0 },
         stats: &stats,
         cancel: &cancel,
@@ -48,7 +50,7 @@ pub(crate) fn prepare(scene: &Scene, count: u32, method: ManyLight) -> (Prepared
         compensation: Compensation::None,
         ..method
     };
-    let set = method.prepare(scene, scene.limits, 0..1, &run);
+    let set = method.prepare(scene, scene.limits, &method.pass_group(0), &run);
     (set, stats)
 }
 
