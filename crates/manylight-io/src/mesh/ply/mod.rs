@@ -125,7 +125,7 @@ impl<'a> Body<'a> {
             Ok(length as usize)
         } else {
             Err(self.fault(format!(
-                "found a list of {length} items; expected an integer from 0 to {left}"
+                "found {length} as the length of a list; expected a whole number that fits into the file"
             )))
         }
     }

@@ -135,7 +135,7 @@ fn damage_in_ply_is_reported() {
     );
     assert_eq!(
         ascii("3 3 0 1 2", "3 -3 0 1 2"),
-        "f:23:5: found a list of -3 items; expected an integer from 0 to 36"
+        "f:23:5: found -3 as the length of a list; expected a whole number that fits into the file"
     );
     assert_eq!(
         ascii("3 3 0 1 2", "3 3 0 1"),
