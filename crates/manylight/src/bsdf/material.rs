@@ -43,7 +43,7 @@ pub enum Material {
         /// Use the full model with interreflection (0.x `useFastApprox = false`).
         full: bool,
     },
-    /// Metal; smooth without `roughness`.
+    /// ConductorFresnel; smooth without `roughness`.
     Conductor {
         /// Real part of the index of refraction, relative to the outside.
         eta: ColorInput,

@@ -78,8 +78,9 @@ fn check(desc: &SceneDesc, sensor: usize) -> Checked {
         let check = match emitter {
             Emitter::Area { radiance } => check_color(desc, *radiance),
             Emitter::Spot {
-                slide: Some(slide), ..
-            } => check_texture(desc, slide.texture),
+                projector: Some(projector),
+                ..
+            } => check_texture(desc, projector.texture),
             _ => Ok(()),
         };
         check.map_err(|e| in_place(&format!("emitter {i}"), &e))?;
