@@ -31,7 +31,7 @@ pub(super) struct Leaf<'s> {
     pub tilt: Option<Tilt>,
     /// Sides of the tilted frame.
     pub inner: Sides,
-    /// Whether the model's `DIFFUSE` lobe belongs to the class `GLOSSY`, because it has not the exit transmittance of the material's
+    /// Whether the model's `DIFFUSE` lobe belongs to the class `GLOSSY`, because it does not have the exit transmittance of the material's
     /// `DIFFUSE` lobes around the shading normal.
     pub diffuse_is_glossy: bool,
 }

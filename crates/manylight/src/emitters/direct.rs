@@ -64,7 +64,7 @@ impl Emitters {
     }
 
     /// A direction towards an emitter for the receiving point `p` with the geometric normal `n`; `None` as a normal stands for
-    /// receivers of light from all directions. Elements are chosen by an [`EmitterTree`](super::emitter_tree::EmitterTree).
+    /// receivers of light from all directions. Elements are chosen by the emitter tree.
     ///
     /// Visibility is not included. The result is `None` if no light arrives (behind the emitter, zero radiance). Directions below
     /// `n` have a low but positive probability, because shading normals may face them.

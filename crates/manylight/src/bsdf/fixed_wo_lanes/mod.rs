@@ -56,7 +56,7 @@ impl Bsdf<'_> {
     }
 }
 
-/// The `NON_SPECULAR` lobes of up to sixteen scattering functions of one [`LaneModel`], each with an own fixed `wo`.
+/// The `NON_SPECULAR` lobes of up to sixteen scattering functions of one [`LaneModel`], each with its own fixed `wo`.
 #[derive(Clone, Debug)]
 pub struct FixedWoLanes<'b, 's> {
     model: LaneModel,

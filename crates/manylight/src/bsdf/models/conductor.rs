@@ -1,4 +1,4 @@
-//! Metals.
+//! Conductors.
 
 use super::fresnel::{ConductorFresnel, reflect};
 use super::microfacet::Microfacets;
@@ -10,7 +10,7 @@ use crate::bsdf::{BsdfNumbers, Lobes};
 use crate::color::Rgb;
 use crate::math::Vec3;
 
-/// A smooth, one-sided metal.
+/// A smooth, one-sided conductor.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::bsdf) struct SmoothConductor {
     pub fresnel: ConductorFresnel,
@@ -50,7 +50,7 @@ impl SmoothConductor {
     }
 }
 
-/// A rough, one-sided metal: `f = F D G / (4 cosθ_i cosθ_o)`.
+/// A rough, one-sided conductor: `f = F D G / (4 cosθ_i cosθ_o)`.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::bsdf) struct RoughConductor {
     pub facets: Microfacets,

@@ -1,4 +1,4 @@
-//! Solid glass.
+//! Dielectric interfaces with refraction.
 //!
 //! Source: Walter et al., "Microfacet Models for Refraction through Rough Surfaces", EGSR 2007.
 
@@ -11,10 +11,10 @@ use crate::bsdf::{BsdfNumbers, Lobes};
 use crate::color::Rgb;
 use crate::math::Vec3;
 
-/// A smooth interface.
+/// A smooth dielectric interface.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::bsdf) struct SmoothDielectric {
-    /// Interior over exterior.
+    /// Interior over exterior index of refraction.
     pub eta: f32,
     pub reflection_tint: Rgb,
     pub transmission_tint: Rgb,
@@ -69,11 +69,11 @@ impl SmoothDielectric {
     }
 }
 
-/// A rough interface.
+/// A rough dielectric interface.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::bsdf) struct RoughDielectric {
     pub facets: Microfacets,
-    /// Interior over exterior.
+    /// Interior over exterior index of refraction.
     pub eta: f32,
     pub reflection_tint: Rgb,
     pub transmission_tint: Rgb,
@@ -103,7 +103,7 @@ impl RoughDielectric {
         if half.reflects {
             return self.reflection_tint * (0.25 * f * common);
         }
-        // Eq. (21) of Walter et al. with lengths in the medium of wo, so that radiance is scaled by η².
+        // Walter et al., eq. (21), with the half vector of the medium of `wo`: this scales radiance by η².
         let (i, o) = (wi.dot(half.m), wo.dot(half.m));
         self.transmission_tint * ((1.0 - f) * common * (i * o).abs() / (o + half.eta * i).powi(2))
     }
@@ -154,8 +154,8 @@ impl RoughDielectric {
     }
 }
 
-/// Upper bounds of what a rough interface reflects and transmits of light from a cone, `f |cosθ_i|`. For directions that one facet refracts into each other
-/// Snell's law keeps `|o·m + η i·m|` from being less than `|η - 1|`.
+/// Upper bounds of `f |cosθ_i|` of reflection and of transmission at a rough interface without tints, over a cone of `wi`. For transmission it
+/// uses `|o·m + η i·m| >= |η - 1|`, which follows from Snell's law.
 pub(in crate::bsdf) fn interface_bounds(
     facets: &Microfacets,
     eta: f32,
@@ -181,18 +181,18 @@ pub(in crate::bsdf) fn interface_bounds(
     ]
 }
 
-/// The microfacet that sends one direction to another.
+/// The microfacet that reflects or refracts one direction to another.
 pub(in crate::bsdf) struct HalfVector {
-    /// Its normal, on the outside.
+    /// Its unit normal, on the outside.
     pub m: Vec3,
-    /// Whether both directions are on the same side.
+    /// Whether both directions are on the same side of the surface.
     pub reflects: bool,
-    /// Index on the side of `other` over that on the side of `given`, as if the path crossed the interface.
+    /// Index of refraction on the far side of `given` over that on its own side, also for reflection.
     pub eta: f32,
 }
 
 impl HalfVector {
-    /// `None` where no facet does.
+    /// `None` if no microfacet does.
     #[inline]
     pub(in crate::bsdf) fn new(given: Vec3, other: Vec3, eta: f32) -> Option<Self> {
         let product = given.z * other.z;
@@ -203,12 +203,12 @@ impl HalfVector {
         let eta = if given.z > 0.0 { eta } else { 1.0 / eta };
         let m = (given + other * if reflects { 1.0 } else { eta }).normalize_or_zero();
         let m = if m.z < 0.0 { -m } else { m };
-        // The facet must show both directions the side that the surface shows them.
+        // Each direction must be on the same side of the facet and of the surface.
         let agrees = given.dot(m) * given.z > 0.0 && other.dot(m) * other.z > 0.0;
         agrees.then_some(HalfVector { m, reflects, eta })
     }
 
-    /// Density of `other` if `m` is drawn from the facets that `given` sees. Jacobians: Eqs. (14) and (17) of Walter et al.
+    /// Density of `other` if `m` is sampled from the normals visible from `given`. Jacobians: Walter et al., eqs. (14) and (17).
     #[inline]
     pub(in crate::bsdf) fn pdf(&self, facets: &Microfacets, given: Vec3, other: Vec3) -> f32 {
         if self.reflects {

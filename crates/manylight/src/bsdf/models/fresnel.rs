@@ -1,24 +1,22 @@
-//! Reflectance of smooth interfaces.
-//!
-//! Closed forms of Fresnel's equations; the diffuse averages are the fits that Mitsuba 3 uses.
+//! Fresnel's equations for dielectrics and conductors, and reflectance averaged over diffuse light (the fits of Mitsuba 3).
 
 use crate::color::Rgb;
 use crate::math::{Vec3, float::safe_sqrt};
 
-/// What happens to unpolarised light at a dielectric interface.
+/// Reflection and refraction of unpolarised light at a dielectric interface.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::bsdf) struct Interface {
     /// Fraction reflected.
     pub reflectance: f32,
-    /// Cosine of the refracted direction, with the sign opposite to the given cosine; 0 under total reflection.
+    /// Cosine of the refracted direction, with the opposite sign of the given cosine; 0 for total reflection.
     pub cos_t: f32,
     /// Index on the far side over that on the near side.
     pub eta: f32,
-    /// Its inverse: what the tangential part of a direction is multiplied by.
+    /// Inverse of `eta`: the factor of the tangential part of a refracted direction.
     pub inv_eta: f32,
 }
 
-/// Fresnel's equations for a direction with cosine `cos` to the normal, which points to the outside; `eta` is interior over exterior.
+/// Fresnel's equations for a direction with cosine `cos` to the normal on the outside. `eta` is the interior over the exterior index of refraction.
 #[inline(always)]
 pub(in crate::bsdf) fn dielectric(cos: f32, eta: f32) -> Interface {
     let outside = cos >= 0.0;
@@ -38,14 +36,14 @@ pub(in crate::bsdf) fn dielectric(cos: f32, eta: f32) -> Interface {
     }
 }
 
-/// Cosine of the refracted direction for a direction with cosine `cos` >= 0; 0 under total reflection. `inv_eta` is the index on the near
+/// Cosine of the refracted direction for a direction with cosine `cos` >= 0; 0 for total reflection. `inv_eta` is the index on the near
 /// side over that on the far side.
 #[inline(always)]
 pub(in crate::bsdf) fn refracted_cosine(cos: f32, inv_eta: f32) -> f32 {
     safe_sqrt(1.0 - (1.0 - cos * cos) * inv_eta * inv_eta)
 }
 
-/// Fraction of unpolarised light reflected where the cosines on both sides are `c` and `t` (>= 0), and the index on the far side is `eta` times
+/// Reflectance for unpolarised light. `c` and `t` (>= 0) are the cosines on the near and the far side, `eta` is the index on the far side over
 /// that on the near side.
 #[inline(always)]
 pub(in crate::bsdf) fn reflectance(c: f32, t: f32, eta: f32) -> f32 {
@@ -54,7 +52,8 @@ pub(in crate::bsdf) fn reflectance(c: f32, t: f32, eta: f32) -> f32 {
     } else if c == 0.0 {
         1.0
     } else {
-        // Both polarisations, (c - ηt)/(c + ηt) and (t - ηc)/(t + ηc), over one denominator: a division costs as much as all else.
+        // The amplitudes of both polarisations, (c - ηt)/(c + ηt) and (t - ηc)/(t + ηc), with one common denominator: a division is as
+        // expensive as the rest of the function.
         let (s, s_all) = (c - eta * t, c + eta * t);
         let (p, p_all) = (t - eta * c, t + eta * c);
         let (s, p, all) = (s * p_all, p * s_all, s_all * p_all);
@@ -68,13 +67,13 @@ pub(in crate::bsdf) fn coat_transmittance(cos: f32, eta: f32) -> f32 {
     1.0 - coat_reflectance(cos, eta, eta.recip())
 }
 
-/// Fraction of light that does not enter, given the inverse of `eta` too.
+/// One minus [`coat_transmittance`], given `eta` and its inverse.
 #[inline(always)]
 pub(in crate::bsdf) fn coat_reflectance(cos: f32, eta: f32, inv_eta: f32) -> f32 {
     reflectance(cos, refracted_cosine(cos, inv_eta), eta)
 }
 
-/// The direction refracted at the microfacet `m`; `cos_t` and `inv_eta` as [`dielectric`] gives them for `w·m`.
+/// The direction refracted at the microfacet `m`; `cos_t` and `inv_eta` are those of [`dielectric`] for `w·m`.
 #[inline]
 pub(in crate::bsdf) fn refract(w: Vec3, m: Vec3, interface: &Interface) -> Vec3 {
     m * (w.dot(m) * interface.inv_eta + interface.cos_t) - w * interface.inv_eta
@@ -86,7 +85,7 @@ pub(in crate::bsdf) fn reflect(w: Vec3, m: Vec3) -> Vec3 {
     m * (2.0 * w.dot(m)) - w
 }
 
-/// A conductor's index of refraction, prepared for many evaluations.
+/// Fresnel's equations of a conductor, with precomputed terms.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::bsdf) struct ConductorFresnel {
     /// η² - k².
@@ -111,7 +110,7 @@ impl ConductorFresnel {
         [self.difference, self.product]
     }
 
-    /// From η and k.
+    /// From the complex index of refraction η + ik.
     pub(in crate::bsdf) fn new(eta: Rgb, k: Rgb) -> Self {
         let (eta2, k2) = (eta * eta, k * k);
         ConductorFresnel {
@@ -136,7 +135,7 @@ impl ConductorFresnel {
         })
     }
 
-    /// Upper bound of the reflectance between two cosines: from normal incidence on, it may fall before it rises.
+    /// Upper bound of the reflectance for cosines between the two given ones: it has at most one minimum, so it is largest at an end.
     #[inline(always)]
     pub(in crate::bsdf) fn bound(&self, cosines: [f32; 2]) -> Rgb {
         let [a, b] = cosines.map(|cos| self.reflectance(cos));
@@ -144,7 +143,8 @@ impl ConductorFresnel {
     }
 }
 
-/// Reflectance of an interface averaged over diffuse light, as a fit: Egan and Hilgeman below index 1, d'Eon and Irving above.
+/// Reflectance of a dielectric interface averaged over diffuse light. A fit: of Egan and Hilgeman for `eta < 1`, of d'Eon and Irving
+/// otherwise.
 pub(in crate::bsdf) fn diffuse_reflectance(eta: f32) -> f32 {
     if eta < 1.0 {
         return -1.4399 * (eta * eta) + 0.7099 * eta + 0.6681 + 0.0636 / eta;

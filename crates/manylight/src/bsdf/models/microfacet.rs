@@ -1,8 +1,8 @@
-//! Microfacet distributions, seen from the side of the normal; all directions in the local frame.
+//! Microfacet distributions. Directions are in the local frame, facet normals on the side of the surface normal.
 //!
 //! Sources: Walter et al., "Microfacet Models for Refraction through Rough Surfaces", EGSR 2007; Heitz, "Sampling the GGX
 //! Distribution of Visible Normals", JCGT 2018; Jakob, "An Improved Visible Normal Sampling Routine for the Beckmann Distribution", 2014.
-//! Masking is separable, G(wi, wo) = G1(wi) G1(wo), and Beckmann's G1 is Walter's rational fit: what Mitsuba 3 does.
+//! As in Mitsuba 3, masking is separable, G(wi, wo) = G1(wi) G1(wo), and Beckmann's G1 is the rational fit of Walter et al.
 
 use crate::bsdf::incident_cone::IncidentCone;
 use crate::bsdf::material::Distribution;
@@ -13,9 +13,9 @@ use crate::math::{
 use crate::sampling::warp;
 use std::f32::consts::{FRAC_1_PI, FRAC_2_PI, PI};
 
-/// Below this roughness single precision breaks down.
+/// Smallest roughness alpha that single precision can represent.
 const MIN_ALPHA: f32 = 1e-4;
-/// Densities below this are taken for zero.
+/// Smallest density of normals, times the cosine, that is not set to zero.
 const MIN_DENSITY: f32 = 1e-20;
 
 /// A distribution of microfacet normals.
@@ -49,25 +49,25 @@ impl Microfacets {
         }
     }
 
-    /// Which distribution.
+    /// The type of distribution.
     #[inline]
     pub(in crate::bsdf) fn distribution(&self) -> Distribution {
         self.distribution
     }
 
-    /// Roughness along both axes, and its inverse.
+    /// Roughness alpha along both axes, and its inverse.
     #[inline]
     pub(in crate::bsdf) fn roughness(&self) -> [Vec2; 2] {
         [self.alpha, self.inv_alpha]
     }
 
-    /// The smaller of both roughnesses.
+    /// The smaller roughness alpha of both axes.
     #[inline]
     pub(in crate::bsdf) fn min_alpha(&self) -> f32 {
         self.alpha.x.min(self.alpha.y)
     }
 
-    /// Area of microfacets with normal `m` per solid angle and per area of the surface.
+    /// `D(m)`: area of the microfacets with normal `m`, per solid angle and per area of the surface.
     #[inline(always)]
     pub(in crate::bsdf) fn density(&self, m: Vec3) -> f32 {
         let slope2 = (m.x * self.inv_alpha.x).powi(2) + (m.y * self.inv_alpha.y).powi(2);
@@ -84,7 +84,7 @@ impl Microfacets {
         }
     }
 
-    /// Fraction of the facets with normal `m` on the side of `v` that `v` sees.
+    /// `G1(v)`: fraction of the facets with normal `m` that is visible from `v`; 0 for back sides.
     #[inline(always)]
     pub(in crate::bsdf) fn masking(&self, v: Vec3, m: Vec3) -> f32 {
         let t2 = ((self.alpha.x * v.x).powi(2) + (self.alpha.y * v.y).powi(2)) / (v.z * v.z);
@@ -94,25 +94,26 @@ impl Microfacets {
                 let a = t2.sqrt().recip();
                 let a2 = a * a;
                 let fit = (3.535 * a + 2.181 * a2) / (1.0 + 2.276 * a + 2.577 * a2);
-                // (1/1.6)²: from a slope of 1.6 alpha on, nothing is masked.
+                // (1/1.6)²: the fit is 1 for a >= 1.6.
                 if t2 <= 0.390_625 { 1.0 } else { fit }
             }
         };
         if v.dot(m) * v.z > 0.0 { unmasked } else { 0.0 }
     }
 
-    /// What reflection owes to the viewer in direction `wo` above the surface alone: `G1(wo) / (4 cosθ_o)`.
+    /// `G1(wo) / (4 cosθ_o)`: the factor of reflection that depends on `wo` only, for `wo` above the surface.
     #[inline]
     pub(in crate::bsdf) fn seen(&self, wo: Vec3) -> f32 {
-        // A half vector is always on the side of both directions.
+        // The visibility test of the masking passes for all half vectors, and for the surface normal.
         self.masking(wo, Vec3::Z) / (4.0 * wo.z)
     }
 
-    /// `D(m) G1(v)` for the normal `m` along the vector `half`; `v` is above the surface, and so is `half`, which is on the side of `v`.
+    /// `D(m) G1(v)`, where `m` is the direction of `half`, which need not have unit length. `v` and `half` are above the surface and at
+    /// less than 90 degrees to each other.
     #[inline(always)]
     pub(in crate::bsdf) fn visible_density(&self, v: Vec3, half: Vec3) -> f32 {
         match self.distribution {
-            // Neither a unit vector nor two fractions: a division costs as much as all else.
+            // One fraction and no normalization: a division is as expensive as the rest.
             Distribution::Ggx => {
                 let length2 = half.length_squared();
                 let slope2 =
@@ -130,11 +131,11 @@ impl Microfacets {
         }
     }
 
-    /// Upper bound of [`Microfacets::visible_density`] for normals with cosines up to `highest` and directions with cosines up to `cos`.
+    /// Upper bound of [`Microfacets::visible_density`] for facet normals with cosines up to `highest` and directions with cosines up to `cos`.
     #[inline(always)]
     pub(in crate::bsdf) fn visible_bound(&self, highest: f32, cos: f32) -> f32 {
         let scale = self.inv_alpha.x * self.inv_alpha.y * FRAC_1_PI;
-        // As if it were as rough along both axes as along the rougher one.
+        // With the larger roughness along both axes.
         let alpha2 = (self.alpha.x * self.alpha.x).max(self.alpha.y * self.alpha.y);
         let cos2 = highest * highest;
         let bound = match self.distribution {
@@ -149,7 +150,7 @@ impl Microfacets {
                 scale * masking / (spread * spread)
             }
             Distribution::Beckmann => {
-                // exp(-t/α²) (1 + t)² with t = tan²θ rises up to t = 2α² - 1. Beyond the last t nothing is left.
+                // exp(-t/α²) (1 + t)² with t = tan²θ increases up to t = 2α² - 1. It is negligible beyond t = 10⁴.
                 let t = ((1.0 - cos2) / cos2).min(1e4).max(2.0 * alpha2 - 1.0);
                 scale * exp(-t / alpha2) * (1.0 + t).powi(2)
             }
@@ -161,7 +162,8 @@ impl Microfacets {
         }
     }
 
-    /// The same for light from a cone, per cosine and times the projection that counts for it instead, if another does.
+    /// [`Microfacets::visible_bound`] over a cone of directions. If the cone has its own projected cosine, the bound is for the density over
+    /// the cosine to the normal times that projected cosine.
     #[inline(always)]
     pub(in crate::bsdf) fn projected_bound(&self, highest: f32, incident: &IncidentCone) -> f32 {
         let [lowest, cos] = incident.cosines();
@@ -176,7 +178,7 @@ impl Microfacets {
         }
     }
 
-    /// Upper bound of what is visible of a facet over the cosine, for cosines from `lowest` on.
+    /// Upper bound of `G1(v)` over the cosine of `v`, for cosines of at least `lowest`.
     #[inline(always)]
     fn masking_per_cosine(&self, lowest: f32) -> f32 {
         match self.distribution {
@@ -184,15 +186,15 @@ impl Microfacets {
                 let masked2 = self.min_alpha().min(1.0).powi(2) * (1.0 - lowest * lowest);
                 2.0 / (lowest + (lowest * lowest + masked2).sqrt())
             }
-            // The fit is below 1 and below 3.535 cosθ / (α sinθ): at 45° one takes over from the other.
+            // The fit is below 1, used for angles up to 45 degrees, and below 3.535 cosθ / (α sinθ), used beyond.
             Distribution::Beckmann => lowest
                 .recip()
                 .min((5.0 / self.min_alpha()).max(std::f32::consts::SQRT_2)),
         }
     }
 
-    /// Density of [`Microfacets::sample`] per solid angle of `m`, times `4 |v·m|` over it: what a reflected direction is divided by.
-    /// That is `D(m) G1(v) / (4 cosθ_v)`, the density of the reflected direction.
+    /// Density per solid angle of the direction reflected at a facet from [`Microfacets::sample`]: its density over the Jacobian
+    /// `4 |v·m|`, which is `D(m) G1(v) / (4 cosθ_v)`.
     #[inline]
     pub(in crate::bsdf) fn reflected_pdf(&self, v: Vec3, m: Vec3) -> f32 {
         self.density(m) * self.masking(v, m) / (4.0 * v.z.abs())
@@ -204,10 +206,10 @@ impl Microfacets {
         self.density(m) * self.masking(v, m) * v.dot(m).abs() / v.z.abs()
     }
 
-    /// A normal as `v` (with `v.z > 0`) sees them.
+    /// A facet normal visible from `v`, for `v.z > 0`.
     #[inline]
     pub(in crate::bsdf) fn sample(&self, v: Vec3, u: Vec2) -> Vec3 {
-        // Stretch to roughness 1, draw a slope there, and stretch back.
+        // Stretches to roughness 1, samples a slope, and stretches back.
         let stretched = Vec3::new(self.alpha.x * v.x, self.alpha.y * v.y, v.z).normalize();
         let sin2 = stretched.x * stretched.x + stretched.y * stretched.y;
         let (cos_phi, sin_phi) = if sin2 > 0.0 {
@@ -226,7 +228,7 @@ impl Microfacets {
     }
 }
 
-/// A slope of a GGX surface of roughness 1, as seen in the xz plane at the given cosine.
+/// A visible slope of a GGX surface of roughness 1, for a direction in the xz plane with the given cosine.
 fn ggx_visible_slope(cos: f32, u: Vec2) -> Vec2 {
     // The visible part of the hemisphere of normals projects to a half disc and a half ellipse.
     let mut p = warp::disc(u);
@@ -237,7 +239,7 @@ fn ggx_visible_slope(cos: f32, u: Vec2) -> Vec2 {
     Vec2::new(cos * p.y - sin * z, p.x) / (sin * p.y + cos * z)
 }
 
-/// A slope of a Beckmann surface of roughness 1, as seen in the xz plane at the given cosine.
+/// A visible slope of a Beckmann surface of roughness 1, for a direction in the xz plane with the given cosine.
 fn beckmann_visible_slope(cos: f32, u: Vec2) -> Vec2 {
     let inv_sqrt_pi = PI.sqrt().recip();
     let tan = safe_sqrt(1.0 - cos * cos) / cos;
@@ -246,7 +248,7 @@ fn beckmann_visible_slope(cos: f32, u: Vec2) -> Vec2 {
     let x_max = erf(cot);
     let u_x = u.x.clamp(1e-6, 1.0 - 1e-6);
     let u_y = u.y.clamp(1e-6, 1.0 - 1e-6);
-    // Exact at grazing angles, where the distribution is least linear.
+    // An initial value that is exact at grazing angles, where the distribution is least linear.
     let mut x = x_max - (x_max + 1.0) * erf((-u_x.ln()).sqrt());
     let total = u_x * (1.0 + x_max + inv_sqrt_pi * tan * (-cot * cot).exp());
     // The derivative vanishes at x_max; three steps of Newton's method suffice from this start.
@@ -259,7 +261,7 @@ fn beckmann_visible_slope(cos: f32, u: Vec2) -> Vec2 {
     Vec2::new(erf_inv(x), erf_inv(2.0 * u_y - 1.0))
 }
 
-/// Source: Abramowitz and Stegun, "Handbook of Mathematical Functions", 7.1.26; absolute error below 1.5e-7.
+/// The error function. Source: Abramowitz and Stegun, "Handbook of Mathematical Functions", 7.1.26; absolute error below 1.5e-7.
 fn erf(x: f32) -> f32 {
     let t = 1.0 / (1.0 + 0.327_591_1 * x.abs());
     let poly = t
@@ -268,7 +270,7 @@ fn erf(x: f32) -> f32 {
     (1.0 - poly * (-x * x).exp()).copysign(x)
 }
 
-/// Source: Giles, "Approximating the erfinv Function", GPU Computing Gems, 2011 (single precision).
+/// The inverse error function. Source: Giles, "Approximating the erfinv Function", GPU Computing Gems, 2011 (single precision).
 fn erf_inv(x: f32) -> f32 {
     let w = -((1.0 - x) * (1.0 + x)).max(f32::MIN_POSITIVE).ln();
     let (w, coefficients) = if w < 5.0 {
@@ -279,6 +281,7 @@ fn erf_inv(x: f32) -> f32 {
     coefficients.iter().fold(0.0, |sum, c| sum * w + c) * x
 }
 
+/// Coefficients of [`erf_inv`] for the center of the interval.
 const CENTRAL: [f32; 9] = [
     2.810_226_4e-8,
     3.432_739_4e-7,
@@ -290,6 +293,7 @@ const CENTRAL: [f32; 9] = [
     0.246_640_73,
     1.501_409_4,
 ];
+/// Coefficients of [`erf_inv`] for the ends of the interval.
 const TAIL: [f32; 9] = [
     -0.000_200_214_26,
     0.000_100_950_56,

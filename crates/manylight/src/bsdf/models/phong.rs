@@ -13,7 +13,7 @@ use crate::math::{Frame, Vec3, float::safe_sqrt};
 use crate::sampling::warp;
 use std::f32::consts::{FRAC_1_PI, TAU};
 
-/// What is left of a pair of albedos that add up to more than one, as in Mitsuba 0.x.
+/// Sum of both albedos after scaling, if it was above 1; as in Mitsuba 0.x.
 const SAFE_ALBEDO: f32 = 0.99;
 
 /// Scales two albedos so that their sum stays below one in every channel.
@@ -23,13 +23,13 @@ pub(in crate::bsdf) fn conserve_energy(diffuse: Rgb, specular: Rgb) -> (Rgb, Rgb
     (diffuse * scale, specular * scale)
 }
 
-/// How often a lobe is sampled rather than the diffuse base.
+/// Probability of sampling the specular lobe instead of the diffuse base.
 pub(in crate::bsdf) fn lobe_share(diffuse: Rgb, specular: Rgb) -> f32 {
     let (d, s) = (diffuse.luminance(), specular.luminance());
     if d + s > 0.0 { s / (d + s) } else { 0.5 }
 }
 
-/// `f = ρd / π + ρs (n + 2) / (2π) cosⁿα`, α the angle to the mirror direction.
+/// `f = ρd / π + ρs (n + 2) / (2π) cosⁿα`, where α is the angle to the mirror direction.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::bsdf) struct Phong {
     pub base: Diffuse,
@@ -77,7 +77,7 @@ impl Phong {
         }
     }
 
-    /// cosⁿα.
+    /// cosⁿα between `a` and the mirror direction of `b`.
     #[inline]
     fn falloff(&self, a: Vec3, b: Vec3) -> f32 {
         let cos = (a.z * b.z - a.x * b.x - a.y * b.y).min(1.0);

@@ -18,7 +18,7 @@ pub(in crate::bsdf) struct RoughDiffuse {
     full: bool,
 }
 
-/// The angles that both forms of the model depend on. `alpha` is the larger polar angle, `beta` the smaller.
+/// Sines and cosines of the angles in both forms of the model. `alpha` is the larger polar angle, `beta` the smaller.
 struct Angles {
     cos_phi: f32,
     sin_alpha: f32,
@@ -31,7 +31,7 @@ impl Angles {
     fn new(a: Vec3, b: Vec3) -> Self {
         let (sin_a, sin_b) = (safe_sqrt(1.0 - a.z * a.z), safe_sqrt(1.0 - b.z * b.z));
         let sines = sin_a * sin_b;
-        // Below this the azimuth is undefined in single precision.
+        // For smaller sines the azimuth is undefined in single precision.
         let cos_phi = if sines > 1e-8 {
             ((a.x * b.x + a.y * b.y) / sines).clamp(-1.0, 1.0)
         } else {
@@ -94,7 +94,7 @@ impl RoughDiffuse {
         if !lobes.has(Lobes::GLOSSY) || wo.z <= 0.0 || cos <= 0.0 {
             return 0.0;
         }
-        // β is the smaller angle, so that tanβ cosθ_i <= sinθ_i and <= tanθ_o cosθ_i; and tan((α + β) / 2) cosβ <= 2.
+        // β is the smaller angle, so tanβ cosθ_i is at most sinθ_i and at most tanθ_o cosθ_i. And tan((α + β) / 2) cosβ <= 2.
         let tan_o = safe_sqrt(1.0 - wo.z * wo.z) / wo.z;
         let projection = incident.projection(cos);
         let (grazing, steep) = match incident.projected {

@@ -1,4 +1,4 @@
-//! A pane of glass: two interfaces so close that refraction shifts nothing.
+//! A thin dielectric pane: two interfaces without a visible offset by refraction.
 
 use super::fresnel;
 use crate::bsdf::incident_cone::IncidentCone;
@@ -7,7 +7,7 @@ use crate::bsdf::{BsdfNumbers, Lobes};
 use crate::color::Rgb;
 use crate::math::Vec3;
 
-/// Mirror reflection on both sides; the rest goes straight through.
+/// Mirror reflection on both sides, and straight-through transmission.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::bsdf) struct ThinDielectric {
     pub eta: f32,
@@ -23,7 +23,7 @@ impl ThinDielectric {
         2.0 * r / (1.0 + r)
     }
 
-    /// What passes straight through.
+    /// Straight-through transmittance at the cosine `cos`.
     #[inline]
     pub(in crate::bsdf) fn transmittance(&self, cos: f32) -> Rgb {
         self.transmission_tint * (1.0 - self.reflectance(cos))

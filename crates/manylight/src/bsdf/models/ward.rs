@@ -18,9 +18,9 @@ use crate::math::{Vec2, Vec3};
 use crate::sampling::warp;
 use std::f32::consts::FRAC_1_PI;
 
-/// Below this roughness single precision breaks down.
+/// Smallest roughness alpha that single precision can represent.
 const MIN_ALPHA: f32 = 1e-4;
-/// Values of the lobe below this count as zero.
+/// Smallest value of the lobe that is not set to zero.
 const MIN_VALUE: f32 = 1e-10;
 
 /// A Gaussian lobe of half vectors over a diffuse base.
@@ -78,7 +78,7 @@ impl Ward {
         }
     }
 
-    /// exp(-tan²θh (cos²φh/αu² + sin²φh/αv²)) / (π αu αv).
+    /// The Gaussian of an unnormalized half vector: exp(-tan²θh (cos²φh/αu² + sin²φh/αv²)) / (π αu αv).
     #[inline]
     fn gaussian(&self, h: Vec3) -> f32 {
         let slope = Vec2::new(h.x, h.y) / (self.alpha * h.z);
@@ -118,7 +118,7 @@ impl Ward {
                 (WardVariant::WardDuer, None) => 0.25 / wo.z,
                 (WardVariant::Ward, Some(projected)) => 0.25 * projected / (lowest * wo.z).sqrt(),
                 (WardVariant::WardDuer, Some(projected)) => 0.25 * projected / (lowest * wo.z),
-                // The square of the half vector, which is no unit vector, is 4 at most.
+                // The squared length of the unnormalized half vector is at most 4.
                 (WardVariant::Balanced, _) => {
                     4.0 * incident.projection(cos) / (lowest + wo.z).powi(4)
                 }
@@ -127,7 +127,7 @@ impl Ward {
             let tan2 = (1.0 - highest * highest) / (highest * highest);
             let gaussian = (-tan2 / self.alpha.max_element().powi(2)).exp() * FRAC_1_PI
                 / (self.alpha.x * self.alpha.y);
-            // The norm may be infinite where nothing is left.
+            // Where the Gaussian is zero, the other factor may be infinite.
             if gaussian > 0.0 {
                 bound += self.specular.max_channel() * gaussian * norm_cos;
             }

@@ -139,7 +139,7 @@ pub(super) fn cases() -> &'static [Case] {
 /// A name and a list of materials.
 type Named = (&'static str, Vec<Material>);
 
-fn conductors_and_dielectrics() -> Vec<Named> {
+fn diffuse_and_conductors() -> Vec<Named> {
     use Distribution::{Beckmann, Ggx};
     vec![
         ("diffuse", vec![diffuse()]),
@@ -183,6 +183,12 @@ fn conductors_and_dielectrics() -> Vec<Named> {
                 roughness: rough(Beckmann, 0.2, 0.2),
             }],
         ),
+    ]
+}
+
+fn dielectrics() -> Vec<Named> {
+    use Distribution::{Beckmann, Ggx};
+    vec![
         ("glass", vec![glass(1.5, None)]),
         (
             "thin_glass",
@@ -295,20 +301,11 @@ fn principled_models() -> Vec<Named> {
     ]
 }
 
-fn wrappers() -> Vec<Named> {
+fn untilted_wrappers() -> Vec<Named> {
     use Distribution::Ggx;
     let two_sided = |id: u32| Material::TwoSided {
         front: MaterialId(id),
         back: MaterialId(id),
-    };
-    let bumped = |id: u32| Material::BumpMap {
-        texture: TextureId(1),
-        scale: 0.05,
-        inner: MaterialId(id),
-    };
-    let mapped = |id: u32| Material::NormalMap {
-        texture: TextureId(0),
-        inner: MaterialId(id),
     };
     vec![
         (
@@ -346,6 +343,25 @@ fn wrappers() -> Vec<Named> {
                 },
             ],
         ),
+    ]
+}
+
+fn tilts() -> Vec<Named> {
+    use Distribution::Ggx;
+    let two_sided = |id: u32| Material::TwoSided {
+        front: MaterialId(id),
+        back: MaterialId(id),
+    };
+    let bumped = |id: u32| Material::BumpMap {
+        texture: TextureId(1),
+        scale: 0.05,
+        inner: MaterialId(id),
+    };
+    let mapped = |id: u32| Material::NormalMap {
+        texture: TextureId(0),
+        inner: MaterialId(id),
+    };
+    vec![
         ("normal_map", vec![diffuse(), mapped(0)]),
         (
             "normal_map_anisotropic",
@@ -378,10 +394,12 @@ fn wrappers() -> Vec<Named> {
 /// The names are those of the table of reference values.
 fn all_cases() -> Vec<Case> {
     let lists = [
-        conductors_and_dielectrics(),
+        diffuse_and_conductors(),
+        dielectrics(),
         coats_and_empirical_models(),
         principled_models(),
-        wrappers(),
+        untilted_wrappers(),
+        tilts(),
     ];
     lists
         .into_iter()

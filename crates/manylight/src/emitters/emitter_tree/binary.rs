@@ -22,7 +22,7 @@ const MIN_DIRECTION_MEASURE: f32 = 1e-3;
 
 /// A node of the binary tree.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct BinaryNode {
+pub(super) struct ClusterNode {
     /// Center of the bounding sphere of the bounding box.
     pub(super) center: Vec3,
     /// Its radius.
@@ -51,19 +51,19 @@ struct ClusterBounds {
 }
 
 /// The nodes of a tree over the `items` (indices into `elements`, not empty), the root first.
-pub(super) fn build(elements: &[ElementBounds], items: &mut [u32]) -> Vec<BinaryNode> {
+pub(super) fn build(elements: &[ElementBounds], items: &mut [u32]) -> Vec<ClusterNode> {
     let mut builder = BinaryTreeBuilder {
         elements,
-        nodes: vec![BinaryNode::new(&ClusterBounds::EMPTY)],
+        nodes: vec![ClusterNode::new(&ClusterBounds::EMPTY)],
     };
     builder.fill(0, items, 0);
     builder.nodes
 }
 
-impl BinaryNode {
+impl ClusterNode {
     fn new(cluster: &ClusterBounds) -> Self {
         let half_angle = cluster.normals.half_angle.max(0.0);
-        BinaryNode {
+        ClusterNode {
             center: cluster.bounds.center(),
             radius: 0.5 * cluster.bounds.extent().length(),
             axis: cluster.normals.axis,
@@ -126,7 +126,7 @@ impl ClusterBounds {
 
 struct BinaryTreeBuilder<'a> {
     elements: &'a [ElementBounds],
-    nodes: Vec<BinaryNode>,
+    nodes: Vec<ClusterNode>,
 }
 
 impl BinaryTreeBuilder<'_> {
@@ -134,10 +134,10 @@ impl BinaryTreeBuilder<'_> {
     fn fill(&mut self, index: u32, items: &mut [u32], depth: u32) -> ClusterBounds {
         if let [element] = *items {
             let cluster = ClusterBounds::of(&self.elements[element as usize]);
-            let node = BinaryNode {
+            let node = ClusterNode {
                 content: element,
                 is_leaf: true,
-                ..BinaryNode::new(&cluster)
+                ..ClusterNode::new(&cluster)
             };
             self.nodes[index as usize] = node;
             return cluster;
@@ -145,14 +145,14 @@ impl BinaryTreeBuilder<'_> {
         let middle = self.partition(items, depth);
         let children = self.nodes.len() as u32;
         self.nodes
-            .extend([BinaryNode::new(&ClusterBounds::EMPTY); 2]);
+            .extend([ClusterNode::new(&ClusterBounds::EMPTY); 2]);
         let (left, right) = items.split_at_mut(middle);
         let left = self.fill(children, left, depth + 1);
         let right = self.fill(children + 1, right, depth + 1);
         let cluster = left.union(right);
-        self.nodes[index as usize] = BinaryNode {
+        self.nodes[index as usize] = ClusterNode {
             content: children,
-            ..BinaryNode::new(&cluster)
+            ..ClusterNode::new(&cluster)
         };
         cluster
     }

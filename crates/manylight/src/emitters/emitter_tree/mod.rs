@@ -17,7 +17,7 @@ use super::selection_weight::SelectionWeight;
 use crate::lanes::LANES;
 use crate::math::Vec3;
 use crate::simd::Isa;
-use binary::BinaryNode;
+use binary::ClusterNode;
 use wide::{ChildLane, ImportanceKernel, WideNode};
 
 /// The tree. Elements are named by their index in the list from which it was built.
@@ -47,7 +47,7 @@ impl EmitterTree {
     }
 
     /// Adds a wide node for the node `root` of the binary tree, and the wide nodes below. Returns its index.
-    fn add(&mut self, nodes: &[BinaryNode], root: usize, parent: Option<ChildLane>) -> u32 {
+    fn add(&mut self, nodes: &[ClusterNode], root: usize, parent: Option<ChildLane>) -> u32 {
         let mut children = vec![root];
         while children.len() < LANES {
             // Opens the child with the largest power times radius: its importance is the least accurate.

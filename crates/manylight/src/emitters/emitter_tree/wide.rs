@@ -1,6 +1,6 @@
 //! A node of the wide tree, and the importance of its children for a receiver.
 
-use super::binary::BinaryNode;
+use super::binary::ClusterNode;
 use crate::lanes::{LANES, Lanes, Lanes3};
 use crate::math::{Vec3, float::safe_sqrt};
 use crate::simd::{Simd, SimdKernel};
@@ -67,7 +67,11 @@ impl SimdKernel for ImportanceKernel<'_> {
 
 impl WideNode {
     /// The node with the children `children` of the binary tree.
-    pub(super) fn new(nodes: &[BinaryNode], children: &[usize], parent: Option<ChildLane>) -> Self {
+    pub(super) fn new(
+        nodes: &[ClusterNode],
+        children: &[usize],
+        parent: Option<ChildLane>,
+    ) -> Self {
         let mut wide = WideNode {
             center: Lanes3::ZERO,
             radius: [0.0; LANES],

@@ -101,7 +101,7 @@ fn projector() -> ProjectorTexture {
     }
 }
 
-/// A scene of shapes, each with an own area emitter or none, and other emitters.
+/// A scene of shapes, each with at most one area emitter, and other emitters.
 struct World {
     geometry: Geometry,
     textures: Vec<Texture>,
@@ -301,26 +301,28 @@ fn emissive_worlds() -> Vec<(&'static str, World)> {
             "elliptic cylinder",
             one(Placed::new(cylinder(), placement(uneven)).flipped()),
         ),
-        (
-            "several",
-            world(
-                vec![
-                    Placed::new(Shape::Mesh(Mesh::rectangle()), placement(half)),
-                    Placed::new(
-                        sphere_shape(),
-                        Affine3A::from_translation(Vec3::new(-1.5, 0.0, 1.0)),
-                    ),
-                    Placed::new(
-                        Shape::Mesh(smooth_ball()),
-                        Affine3A::from_translation(Vec3::new(2.5, 1.0, 0.5)),
-                    ),
-                ],
-                vec![Emitter::Constant {
-                    radiance: Rgb::splat(0.05),
-                }],
-            ),
-        ),
+        ("several", several()),
     ]
+}
+
+fn several() -> World {
+    let half = Vec3::splat(0.5);
+    world(
+        vec![
+            Placed::new(Shape::Mesh(Mesh::rectangle()), placement(half)),
+            Placed::new(
+                sphere_shape(),
+                Affine3A::from_translation(Vec3::new(-1.5, 0.0, 1.0)),
+            ),
+            Placed::new(
+                Shape::Mesh(smooth_ball()),
+                Affine3A::from_translation(Vec3::new(2.5, 1.0, 0.5)),
+            ),
+        ],
+        vec![Emitter::Constant {
+            radiance: Rgb::splat(0.05),
+        }],
+    )
 }
 
 fn receivers() -> [(Vec3, Option<Vec3>); 3] {
