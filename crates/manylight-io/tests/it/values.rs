@@ -487,7 +487,7 @@ fn textures_stand_in_checkerboards_and_spots() {
     assert_eq!(*color0, ColorInput::Texture(TextureId(0)));
     assert_eq!(*color1, ColorInput::Constant(Rgb::splat(0.5)));
     let Emitter::Spot {
-        slide: Some(slide), ..
+        projector: Some(slide), ..
     } = &desc.emitters[1]
     else {
         panic!()

@@ -1,7 +1,7 @@
 //! Upper bounds of what the lights of a node send by way of receivers.
 
 use super::Node;
-use crate::bsdf::Receivers;
+use crate::bsdf::FixedWoLanes;
 use crate::lanes::{LANES, LaneMask, Lanes, Lanes3};
 use crate::math::{Spread, Vec3};
 
@@ -26,7 +26,7 @@ impl Node {
     /// hold anything. The receivers' and the lights' bounds over the cone of directions to the bounding sphere, at the nearest point of the
     /// box; infinite within the box.
     #[inline(always)]
-    pub(crate) fn sent(&self, p: &Lanes3, receivers: &Receivers, active: LaneMask) -> Sent {
+    pub(crate) fn sent(&self, p: &Lanes3, receivers: &FixedWoLanes, active: LaneMask) -> Sent {
         let (center, radius) = (self.bounds.center(), 0.5 * self.bounds.diagonal());
         let (low, high) = (self.bounds.min, self.bounds.max);
         let (mut towards, mut back) = (Lanes3::ZERO, Lanes3::ZERO);

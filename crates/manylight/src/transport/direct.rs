@@ -3,7 +3,7 @@
 use super::walk::Previous;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
-use crate::emitters::DirectPlan;
+use crate::emitters;
 use crate::geometry::{Segment, SurfacePoint};
 use crate::math::{Vec2, Vec3};
 use crate::sampling::{Sampler, mis};
@@ -12,7 +12,7 @@ use crate::scene::Scene;
 /// What random numbers decide about a direction towards an emitter before the receiver is known. Made early, so that the memory
 /// that it leads to is near when it is needed.
 #[derive(Clone, Copy, Debug)]
-pub struct EmitterPlan(DirectPlan);
+pub struct EmitterPlan(emitters::EmitterPlan);
 
 impl EmitterPlan {
     /// Draws the numbers.
@@ -24,13 +24,13 @@ impl EmitterPlan {
     /// From numbers in [0, 1).
     #[inline]
     pub fn new(scene: &Scene, u_choice: f32, u: Vec2) -> Self {
-        EmitterPlan(scene.emitters.plan_direct(u_choice, u))
+        EmitterPlan(scene.emitters.plan(u_choice, u))
     }
 
     /// Takes the plan one of three optional steps on, each of which reads memory that the one before has asked for.
     #[inline]
     pub fn refine(&mut self, scene: &Scene) {
-        scene.emitters.refine_plan(&mut self.0);
+        scene.emitters.prefetch_step(&mut self.0);
     }
 }
 
@@ -56,7 +56,7 @@ impl EmitterSample {
     ) -> Option<Self> {
         let s = scene
             .emitters
-            .sample_planned(&scene.geometry, &scene.textures, x.p, n, &plan.0)?;
+            .sample(&scene.geometry, &scene.textures, x.p, n, &plan.0)?;
         let segment = Segment {
             from: x.offset_towards(s.wi),
             to: s.target,

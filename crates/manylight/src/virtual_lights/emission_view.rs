@@ -8,7 +8,7 @@ use super::glossy::Glossy;
 use super::tables::{Table, Texel, Texels};
 use super::von_mises_fisher::Mixture;
 use super::{Emission, Reflection, VirtualLight, VirtualLights};
-use crate::bsdf::{ExitTransmittance, Lobes, Outgoing, interpolate_lanes};
+use crate::bsdf::{ExitTransmittance, FixedWi, Lobes, interpolate_lanes};
 use crate::color::Rgb;
 use crate::ids::LightId;
 use crate::lanes::vectors::{add3, dot, mul3, scale3, splat3};
@@ -54,7 +54,7 @@ impl VirtualLights<'_> {
                 let Reflection { wi, flux, bsdf } = self.reflection(*index);
                 EmissionView::Single {
                     flux: *flux,
-                    reflection: bsdf.outgoing(*wi, Lobes::NON_SPECULAR),
+                    reflection: bsdf.with_wi(*wi, Lobes::NON_SPECULAR),
                 }
             }
             Emission::Rich {
@@ -76,7 +76,7 @@ pub(crate) enum EmissionView<'f, 's> {
     /// See [`Emission::Single`].
     Single {
         flux: Rgb,
-        reflection: Outgoing<'f, 's>,
+        reflection: FixedWi<'f, 's>,
     },
     /// See [`Emission::Rich`].
     Rich {

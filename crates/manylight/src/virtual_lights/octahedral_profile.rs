@@ -76,7 +76,7 @@ impl Grid {
         let (mut values, mut closer) = (Vec::new(), Vec::new());
         let (mut parts, mut directions) = (Vec::new(), Vec::new());
         for source in sources {
-            let outgoing = source.bsdf.outgoing(source.wi, Lobes::GLOSSY);
+            let outgoing = source.bsdf.with_wi(source.wi, Lobes::GLOSSY);
             outgoing.f_cos_wo(&middles, &mut values);
             let luminance = |value: &Rgb| (*value * source.flux).luminance();
             let bright = bright_share * values.iter().map(luminance).fold(0.0, f32::max);

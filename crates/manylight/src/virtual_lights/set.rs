@@ -373,7 +373,7 @@ impl<'s, 'p> Maker<'s, 'p> {
         let mut light = self.place(&site_point, rgb(flux));
         light.emission = Emission::Rich {
             diffuse: rgb(diffuse),
-            exit: bsdf.exit(),
+            exit: bsdf.exit_transmittance(),
             glossy: None,
         };
         let is_diffuse = bsdf.lobes().and(Lobes::NON_SPECULAR) == Lobes::DIFFUSE;

@@ -157,7 +157,7 @@ impl Builder<'_> {
             intensity,
             cutoff: cutoff.to_radians(),
             beam_width: beam_width.min(cutoff).to_radians(),
-            slide,
+            projector: slide,
         });
     }
 
