@@ -318,7 +318,8 @@ fn checkerboards_and_spots_accept_textures() {
     assert_eq!(*color0, ColorInput::Texture(TextureId(0)));
     assert_eq!(*color1, ColorInput::Constant(Rgb::splat(0.5)));
     let Emitter::Spot {
-        slide: Some(slide), ..
+        projector: Some(slide),
+        ..
     } = &desc.emitters[1]
     else {
         panic!()

@@ -1,47 +1,86 @@
-//! The tree of a material and its wrappers as the weighted list of models that a scattering function is.
+//! From a material and its wrappers to the list of leaves of a scattering function.
 
-use super::conductor::{Mirror, RoughConductor};
-use super::dielectric::{Glass, RoughGlass};
-use super::diffuse::Diffuse;
-use super::fresnel::Metal;
-use super::leaf::{Leaf, Sides, Tilt};
-use super::material::{Material, PrincipledMaterial, Roughness};
+use super::instantiate::ModelInstantiation;
+use super::leaf::Leaf;
+use super::material::Material;
 use super::materials::Materials;
-use super::microfacet::Microfacets;
 use super::model::Model;
-use super::phong::Phong;
-use super::plastic::{ColorShift, Plastic, RoughPlastic};
-use super::principled::{Principled, PrincipledParameters};
-use super::rough_diffuse::RoughDiffuse;
-use super::thin_dielectric::Pane;
-use super::ward::Ward;
-use super::{ALIGNED, Bsdf, ExitTransmittance, Lobes, MAX_LEAVES};
-use crate::color::Rgb;
+use super::models::diffuse::Diffuse;
+use super::sides::Sides;
+use super::tilt::Tilt;
+use super::{ALIGNED_COSINE, Bsdf, ExitTransmittance, Lobes, MAX_LEAVES};
 use crate::geometry::SurfacePoint;
 use crate::ids::{MaterialId, TextureId};
-use crate::math::{Vec2, Vec3};
-use crate::texture::{ColorInput, FloatInput, Texture};
+use crate::math::Vec3;
+use crate::texture::{ColorInput, Texture};
 
-/// Fills `bsdf`, which has no leaves yet, with the models of the material `id` at `x`.
-pub(super) fn flatten<'s>(
-    materials: &'s Materials,
-    id: MaterialId,
-    x: &SurfacePoint,
-    textures: &'s [Texture],
-    bsdf: &mut Bsdf<'s>,
-) {
-    let mut flat = Flattening {
-        materials,
-        x,
-        textures,
-        count: 0,
-        bsdf,
-    };
-    flat.add(id, Wrapping::NONE);
-    flat.finish();
+impl Materials {
+    /// The scattering function of a material at a point.
+    ///
+    /// The material and its wrappers are flattened to a weighted list of at most four leaves. If there are more, the leaves with the
+    /// smallest weights are left out, and leaves on the same side get their weight.
+    pub fn bsdf<'s>(
+        &'s self,
+        id: MaterialId,
+        x: &SurfacePoint,
+        textures: &'s [Texture],
+    ) -> Bsdf<'s> {
+        let mut bsdf = Bsdf {
+            ng: x.ng,
+            frame: x.frame,
+            leaves: [None; MAX_LEAVES],
+            pass_through: [0.0; 2],
+            is_transparent: false,
+            transmits: false,
+            lobes: Lobes::NONE,
+            exit_transmittance: ExitTransmittance::Lambert,
+            glossy_width: 1.0,
+            is_defensive: x.frame.n.dot(x.ng).abs() < ALIGNED_COSINE,
+        };
+        if let Some((reflectance, outer)) = self.plain_diffuse(id) {
+            let reflectance = reflectance.eval(x.uv, textures);
+            bsdf.leaves[0] = Some(Leaf {
+                model: Model::Diffuse(Diffuse { reflectance }),
+                weight: 1.0,
+                outer,
+                tilt: None,
+                inner: Sides::Own,
+                diffuse_is_glossy: false,
+            });
+            bsdf.lobes = Lobes::DIFFUSE;
+        } else {
+            let mut flattening = Flattening {
+                at: ModelInstantiation {
+                    materials: self,
+                    x,
+                    textures,
+                },
+                count: 0,
+                bsdf: &mut bsdf,
+            };
+            flattening.add(id, Wrapping::NONE);
+            flattening.finish();
+        }
+        bsdf
+    }
+
+    /// Reflectance and sides of the most frequent materials: diffuse on one side or on both. A shortcut.
+    #[inline]
+    fn plain_diffuse(&self, id: MaterialId) -> Option<(&ColorInput, Sides)> {
+        match &self.descriptions()[id.index()] {
+            Material::Diffuse { reflectance } => Some((reflectance, Sides::Own)),
+            Material::TwoSided { front, back } if front == back => {
+                match &self.descriptions()[front.index()] {
+                    Material::Diffuse { reflectance } => Some((reflectance, Sides::Both)),
+                    _ => None,
+                }
+            }
+            _ => None,
+        }
+    }
 }
 
-/// What surrounds a material on the way down its tree.
+/// The wrappers around a node of the material tree; see [`Leaf`] for the fields.
 #[derive(Clone, Copy)]
 struct Wrapping {
     weight: f32,
@@ -50,53 +89,36 @@ struct Wrapping {
     inner: Sides,
 }
 
+/// A traversal of the material tree.
 struct Flattening<'a, 's> {
-    materials: &'s Materials,
-    x: &'a SurfacePoint,
-    textures: &'s [Texture],
+    at: ModelInstantiation<'a, 's>,
+    /// Number of leaves.
     count: usize,
     bsdf: &'a mut Bsdf<'s>,
 }
 
 impl<'s> Flattening<'_, 's> {
+    /// Adds the subtree of a material.
     fn add(&mut self, id: MaterialId, at: Wrapping) {
         if at.weight <= 0.0 {
             return;
         }
-        match &self.materials.descriptions()[id.index()] {
+        match &self.at.materials.descriptions()[id.index()] {
             Material::Blend {
                 weight,
                 first,
                 second,
             } => {
-                let w = self.float(weight).clamp(0.0, 1.0);
-                self.add(
-                    *first,
-                    Wrapping {
-                        weight: at.weight * (1.0 - w),
-                        ..at
-                    },
-                );
-                self.add(
-                    *second,
-                    Wrapping {
-                        weight: at.weight * w,
-                        ..at
-                    },
-                );
+                let w = self.at.float(weight).clamp(0.0, 1.0);
+                self.add(*first, at.weighted(1.0 - w));
+                self.add(*second, at.weighted(w));
             }
             Material::Mask { opacity, inner } => {
-                let opacity = self.float(opacity).clamp(0.0, 1.0);
-                self.add_open(at, at.weight * (1.0 - opacity));
-                self.add(
-                    *inner,
-                    Wrapping {
-                        weight: at.weight * opacity,
-                        ..at
-                    },
-                );
+                let opacity = self.at.float(opacity).clamp(0.0, 1.0);
+                self.add_pass_through(at, at.weight * (1.0 - opacity));
+                self.add(*inner, at.weighted(opacity));
             }
-            Material::Null => self.add_open(at, at.weight),
+            Material::Null => self.add_pass_through(at, at.weight),
             Material::TwoSided { front, back } if front == back => {
                 self.add(*front, at.on(Sides::Both))
             }
@@ -110,11 +132,13 @@ impl<'s> Flattening<'_, 's> {
                 inner,
             } => {
                 let normal = self.bumped_normal(*texture, *scale);
-                // Mitsuba 3.9.1 takes the world's components of dp_du for those in the shading frame. Only anisotropy shows it.
-                self.add(*inner, at.tilted(normal, self.x.dp_du));
+                // As in Mitsuba 3.9.1, the world-space components of dp_du are used as if they were in the shading frame. Only
+                // anisotropic models depend on them.
+                self.add(*inner, at.tilted(normal, self.at.x.dp_du));
             }
             Material::NormalMap { texture, inner } => {
-                let color = self.textures[texture.index()].eval(self.x.uv, self.textures);
+                let textures = self.at.textures;
+                let color = textures[texture.index()].eval(self.at.x.uv, textures);
                 let normal = Vec3::from_array(color.to_array()) * 2.0 - Vec3::ONE;
                 self.add(*inner, at.tilted(normal, Vec3::X));
             }
@@ -122,8 +146,9 @@ impl<'s> Flattening<'_, 's> {
         }
     }
 
-    fn add_open(&mut self, at: Wrapping, weight: f32) {
-        let [front, back] = &mut self.bsdf.open;
+    /// Adds straight-through transmission.
+    fn add_pass_through(&mut self, at: Wrapping, weight: f32) {
+        let [front, back] = &mut self.bsdf.pass_through;
         match (at.outer, at.inner) {
             (Sides::Front, _) | (_, Sides::Front) => *front += weight,
             (Sides::Back, _) | (_, Sides::Back) => *back += weight,
@@ -134,6 +159,7 @@ impl<'s> Flattening<'_, 's> {
         }
     }
 
+    /// Adds a leaf.
     fn add_model(&mut self, id: MaterialId, material: &Material, at: Wrapping) {
         let Wrapping {
             weight,
@@ -142,19 +168,20 @@ impl<'s> Flattening<'_, 's> {
             inner,
         } = at;
         let leaf = Leaf {
-            model: self.model(id, material),
+            model: self.at.model(id, material),
             weight,
             outer,
             tilt,
             inner,
-            demoted: false,
+            diffuse_is_glossy: false,
         };
         if self.count < MAX_LEAVES {
             self.bsdf.leaves[self.count] = Some(leaf);
             self.count += 1;
             return;
         }
-        // Full: the weakest leaf of the same sides makes room, and its weight stays with the stronger one.
+        // No space: the leaf with the smallest weight on the same sides and the new one are merged. The heavier model remains, with
+        // the sum of the weights.
         let rivals = self
             .bsdf
             .leaves
@@ -170,31 +197,31 @@ impl<'s> Flattening<'_, 's> {
         }
     }
 
-    /// Sums up the leaves.
+    /// Sets the fields that summarize the leaves.
     fn finish(self) {
         let bsdf = self.bsdf;
-        bsdf.is_open = bsdf.open != [0.0; 2];
-        bsdf.exit = match &bsdf.leaves {
-            // What `demote` finds for most materials.
-            [Some(leaf), None, ..] if leaf.tilt.is_none() => leaf.model.exit(),
-            _ => demote(&mut bsdf.leaves),
+        bsdf.is_transparent = bsdf.pass_through != [0.0; 2];
+        bsdf.exit_transmittance = match &bsdf.leaves {
+            // The frequent case of `unify_diffuse`.
+            [Some(leaf), None, ..] if leaf.tilt.is_none() => leaf.model.exit_transmittance(),
+            _ => unify_diffuse(&mut bsdf.leaves),
         };
         for leaf in bsdf.leaves.iter().map_while(Option::as_ref) {
             bsdf.lobes = bsdf.lobes.or(leaf.lobes());
             bsdf.glossy_width = bsdf.glossy_width.min(leaf.model.glossy_width());
-            bsdf.is_open |= matches!(leaf.model, Model::Pane(_));
+            bsdf.is_transparent |= matches!(leaf.model, Model::ThinDielectric(_));
             bsdf.transmits |= leaf.model.transmits();
             if let Some(tilt) = &leaf.tilt {
                 let cos = bsdf.frame.to_world(tilt.normal()).dot(bsdf.ng).abs();
-                bsdf.defensive |= cos < ALIGNED;
+                bsdf.is_defensive |= cos < ALIGNED_COSINE;
             }
         }
     }
 
-    /// The normal of the height field over the surface, in the shading frame.
+    /// The normal of the surface displaced by a height texture, in the shading frame.
     fn bumped_normal(&self, texture: TextureId, scale: f32) -> Vec3 {
-        let x = self.x;
-        let gradient = self.textures[texture.index()].gradient(x.uv) * scale;
+        let x = self.at.x;
+        let gradient = self.at.textures[texture.index()].gradient(x.uv) * scale;
         let n = x.frame.n;
         let du = x.dp_du + n * (gradient.x - n.dot(x.dp_du));
         let dv = x.dp_dv + n * (gradient.y - n.dot(x.dp_dv));
@@ -206,193 +233,10 @@ impl<'s> Flattening<'_, 's> {
         };
         x.frame.to_local(outward)
     }
-
-    fn color(&self, input: &ColorInput) -> Rgb {
-        input.eval(self.x.uv, self.textures)
-    }
-
-    fn float(&self, input: &FloatInput) -> f32 {
-        input.eval(self.x.uv, self.textures)
-    }
-
-    fn facets(&self, r: &Roughness) -> Microfacets {
-        Microfacets::new(
-            r.distribution,
-            self.float(&r.alpha_u),
-            self.float(&r.alpha_v),
-        )
-    }
-
-    /// A material that wraps no other.
-    fn model(&self, id: MaterialId, material: &Material) -> Model<'s> {
-        match material {
-            Material::Diffuse { reflectance } => Model::Diffuse(Diffuse {
-                reflectance: self.color(reflectance),
-            }),
-            Material::RoughDiffuse {
-                reflectance,
-                alpha,
-                full,
-            } => {
-                let (reflectance, alpha) = (self.color(reflectance), self.float(alpha));
-                if alpha == 0.0 {
-                    return Model::Diffuse(Diffuse { reflectance });
-                }
-                Model::RoughDiffuse(RoughDiffuse::new(reflectance, alpha, *full))
-            }
-            Material::Conductor { .. } => self.conductor(material),
-            Material::Dielectric { .. } => self.dielectric(material),
-            Material::ThinDielectric {
-                eta,
-                specular_reflectance,
-                specular_transmittance,
-            } => Model::Pane(Pane {
-                eta: *eta,
-                reflection_tint: self.color(specular_reflectance),
-                transmission_tint: self.color(specular_transmittance),
-            }),
-            Material::Plastic { .. } => self.plastic(id, material),
-            Material::Phong {
-                diffuse_reflectance,
-                specular_reflectance,
-                exponent,
-            } => {
-                let (diffuse, specular) = (
-                    self.color(diffuse_reflectance),
-                    self.color(specular_reflectance),
-                );
-                Model::Phong(Phong::new(diffuse, specular, self.float(exponent)))
-            }
-            Material::Ward {
-                variant,
-                diffuse_reflectance,
-                specular_reflectance,
-                alpha_u,
-                alpha_v,
-            } => {
-                let (diffuse, specular) = (
-                    self.color(diffuse_reflectance),
-                    self.color(specular_reflectance),
-                );
-                let alpha = Vec2::new(self.float(alpha_u), self.float(alpha_v));
-                Model::Ward(Ward::new(*variant, diffuse, specular, alpha))
-            }
-            Material::Principled(p) => Model::Principled(self.principled(p)),
-            _ => unreachable!("wrappers are taken apart before"),
-        }
-    }
-
-    fn conductor(&self, material: &Material) -> Model<'s> {
-        let Material::Conductor {
-            eta,
-            k,
-            specular_reflectance,
-            roughness,
-        } = material
-        else {
-            unreachable!("called for conductors only")
-        };
-        let metal = Metal::new(self.color(eta), self.color(k));
-        let tint = self.color(specular_reflectance);
-        match roughness {
-            None => Model::Mirror(Mirror { metal, tint }),
-            Some(r) => Model::RoughConductor(RoughConductor {
-                facets: self.facets(r),
-                metal,
-                tint,
-            }),
-        }
-    }
-
-    fn dielectric(&self, material: &Material) -> Model<'s> {
-        let Material::Dielectric {
-            eta,
-            specular_reflectance,
-            specular_transmittance,
-            roughness,
-        } = material
-        else {
-            unreachable!("called for dielectrics only")
-        };
-        let (eta, reflection_tint) = (*eta, self.color(specular_reflectance));
-        let transmission_tint = self.color(specular_transmittance);
-        match roughness {
-            None => Model::Glass(Glass {
-                eta,
-                reflection_tint,
-                transmission_tint,
-            }),
-            Some(r) => {
-                let facets = self.facets(r);
-                Model::RoughGlass(RoughGlass {
-                    facets,
-                    eta,
-                    reflection_tint,
-                    transmission_tint,
-                })
-            }
-        }
-    }
-
-    fn plastic(&self, id: MaterialId, material: &Material) -> Model<'s> {
-        let Material::Plastic {
-            eta,
-            diffuse_reflectance,
-            specular_reflectance,
-            nonlinear,
-            roughness,
-        } = material
-        else {
-            unreachable!("called for plastics only")
-        };
-        let shift = if *nonlinear {
-            ColorShift::Nonlinear
-        } else {
-            ColorShift::Linear
-        };
-        let (diffuse, tint) = (
-            self.color(diffuse_reflectance),
-            self.color(specular_reflectance),
-        );
-        let coat = self.materials.coat_of[id.index()].map(|coat| &self.materials.coats[coat]);
-        match (coat, roughness) {
-            (Some(coat), Some((distribution, alpha))) => {
-                let facets = Microfacets::new(*distribution, *alpha, *alpha);
-                Model::RoughPlastic(RoughPlastic::new(
-                    facets,
-                    *eta,
-                    coat,
-                    (diffuse, tint),
-                    shift,
-                ))
-            }
-            _ => Model::Plastic(Plastic::new(*eta, diffuse, tint, shift)),
-        }
-    }
-
-    fn principled(&self, p: &PrincipledMaterial) -> Principled {
-        Principled::new(PrincipledParameters {
-            base_color: self.color(&p.base_color),
-            roughness: self.float(&p.roughness),
-            anisotropic: self.float(&p.anisotropic),
-            metallic: self.float(&p.metallic),
-            spec_trans: self.float(&p.spec_trans),
-            eta: p.eta,
-            spec_tint: self.float(&p.spec_tint),
-            sheen: self.float(&p.sheen),
-            sheen_tint: self.float(&p.sheen_tint),
-            flatness: self.float(&p.flatness),
-            clearcoat: self.float(&p.clearcoat),
-            clearcoat_gloss: self.float(&p.clearcoat_gloss),
-            diffuse_rate: p.diffuse_reflectance_sampling_rate,
-            specular_rate: p.main_specular_sampling_rate,
-            clearcoat_rate: p.clearcoat_sampling_rate,
-        })
-    }
 }
 
 impl Wrapping {
-    /// The whole of the material.
+    /// No wrappers.
     const NONE: Wrapping = Wrapping {
         weight: 1.0,
         outer: Sides::Own,
@@ -400,7 +244,15 @@ impl Wrapping {
         inner: Sides::Own,
     };
 
-    /// Inside a two-sided wrapper; the innermost of several on one level decides, as only one-sided materials may be inside.
+    /// With a factor of the weight.
+    fn weighted(self, factor: f32) -> Self {
+        Wrapping {
+            weight: self.weight * factor,
+            ..self
+        }
+    }
+
+    /// Within a two-sided wrapper. The innermost of several in one frame decides.
     fn on(self, sides: Sides) -> Self {
         if self.tilt.is_some() {
             Wrapping {
@@ -415,7 +267,7 @@ impl Wrapping {
         }
     }
 
-    /// Inside a bump or normal map that gives this normal in the frame around it. A second tilt turns the first one's frame.
+    /// Within a bump or normal map with this normal in the frame of the wrappers outside. Tilts are concatenated.
     fn tilted(self, normal: Vec3, tangent: Vec3) -> Self {
         let Some(normal) = normal.try_normalize() else {
             return self;
@@ -428,18 +280,21 @@ impl Wrapping {
     }
 }
 
-/// `DIFFUSE` promises one `b(wo)` for the whole material, about the shading normal: the strongest leaf decides which,
-/// and the diffuse lobes of leaves that differ count as `GLOSSY`.
-fn demote<'s>(leaves: &mut [Option<Leaf<'s>>]) -> ExitTransmittance<'s> {
+/// Makes all `DIFFUSE` lobes of the leaves have one exit transmittance `b(wo)` around the shading normal, that of the leaf with the
+/// largest weight, and returns it. Diffuse lobes of other leaves become `GLOSSY`.
+fn unify_diffuse<'s>(leaves: &mut [Option<Leaf<'s>>]) -> ExitTransmittance<'s> {
     let eligible = |leaf: &&Leaf| leaf.tilt.is_none() && leaf.model.lobes().has(Lobes::DIFFUSE);
-    let strongest = leaves
+    let heaviest = leaves
         .iter()
         .flatten()
         .filter(eligible)
         .max_by(|a, b| a.weight.total_cmp(&b.weight));
-    let exit = strongest.map_or(ExitTransmittance::Lambert, |leaf| leaf.model.exit());
+    let exit = heaviest.map_or(ExitTransmittance::Lambert, |leaf| {
+        leaf.model.exit_transmittance()
+    });
     for leaf in leaves.iter_mut().flatten() {
-        leaf.demoted = leaf.tilt.is_some() || !same_exit(&leaf.model.exit(), &exit);
+        leaf.diffuse_is_glossy =
+            leaf.tilt.is_some() || !same_exit(&leaf.model.exit_transmittance(), &exit);
     }
     exit
 }

@@ -1,31 +1,36 @@
-//! Classes of lobes: what the path partition tells apart.
+//! Classes of lobes, by which the path partition (docs/path_partition.md) distinguishes scattering events.
 
-/// Classes of lobes, as a set.
+/// Roughness alpha below which a microfacet lobe is near-delta: such a lobe is narrower than a texel of a 32 x 32 octahedral table. It is a
+/// constant and no option, because the class of a lobe must be the same at both ends of a connection.
+pub const NEAR_DELTA_ALPHA: f32 = 0.1;
+
+/// A set of classes of lobes.
 ///
-/// `DIFFUSE` and `GLOSSY` together are the "n" events of the path partition (virtual lights stand there and are summed there),
-/// `NEAR_DELTA` are microfacet lobes too narrow for virtual lights, `DELTA` are mirrors and smooth glass.
+/// `NON_SPECULAR` (`DIFFUSE` and `GLOSSY`) lobes carry virtual lights: lights are placed at events of these lobes, and gather points sum
+/// the light of these lobes. `SPECULAR` (`NEAR_DELTA` and `DELTA`) lobes are followed by rays instead.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Lobes(pub u8);
 
 impl Lobes {
-    /// Nothing.
+    /// The empty set.
     pub const NONE: Lobes = Lobes(0);
-    /// Lobes of the form `a(wi) b(wo) / π`: Lambert, and the base of plastics. Under a bump or normal map, or beside a stronger
-    /// lobe with another `b`, they are not of this form and count as `GLOSSY`.
+    /// Lobes of the form `a(wi) b(wo) / π` around the shading normal: Lambert, and the base of plastics. Such lobes count as `GLOSSY`
+    /// under a bump or normal map, and in blends with a stronger lobe of another `b`.
     pub const DIFFUSE: Lobes = Lobes(1);
-    /// Everything else that is not narrow: microfacets with alpha >= [`NEAR_DELTA_ALPHA`], sheen, Oren-Nayar, Phong, ...
+    /// All other lobes of high roughness: microfacets with alpha >= [`NEAR_DELTA_ALPHA`], sheen, Oren-Nayar, Phong, Ward.
     pub const GLOSSY: Lobes = Lobes(2);
-    /// Microfacet lobes with alpha < [`NEAR_DELTA_ALPHA`] (or as narrow).
+    /// Finite lobes of low roughness: microfacets with alpha < [`NEAR_DELTA_ALPHA`], and Phong and Ward lobes of such a width.
     pub const NEAR_DELTA: Lobes = Lobes(4);
-    /// Dirac lobes, straight-through transmission excluded (that is [`Bsdf::transmittance`]).
+    /// Delta lobes: mirrors and smooth dielectrics. Straight-through transmission is not a lobe, see
+    /// [`Bsdf::transmittance`](super::Bsdf::transmittance).
     pub const DELTA: Lobes = Lobes(8);
-    /// Where virtual lights stand and are summed.
+    /// `DIFFUSE` and `GLOSSY`: the lobes that carry virtual lights.
     pub const NON_SPECULAR: Lobes = Lobes(1 | 2);
-    /// Where camera paths are continued and caustic photons come from.
+    /// `NEAR_DELTA` and `DELTA`: the lobes that are followed by rays; events of caustic paths.
     pub const SPECULAR: Lobes = Lobes(4 | 8);
-    /// All that `f` can be asked for: everything but `DELTA`.
+    /// All lobes that `f` evaluates: all but `DELTA`.
     pub const FINITE: Lobes = Lobes(1 | 2 | 4);
-    /// Everything.
+    /// All classes.
     pub const ALL: Lobes = Lobes(15);
 
     /// Set union.
@@ -40,9 +45,19 @@ impl Lobes {
         Lobes(self.0 & o.0)
     }
 
-    /// Whether the sets share an element.
+    /// Whether the sets have a class in common.
     #[inline]
     pub const fn has(self, o: Lobes) -> bool {
         self.0 & o.0 != 0
+    }
+}
+
+/// The class of a microfacet lobe of roughness `alpha`.
+#[inline]
+pub(super) fn microfacet_class(alpha: f32) -> Lobes {
+    if alpha < NEAR_DELTA_ALPHA {
+        Lobes::NEAR_DELTA
+    } else {
+        Lobes::GLOSSY
     }
 }

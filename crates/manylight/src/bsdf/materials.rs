@@ -1,32 +1,27 @@
-//! From material descriptions to scattering functions at points.
+//! The materials of a scene.
 
-use super::diffuse::Diffuse;
-use super::flatten::flatten;
-use super::leaf::{Leaf, Sides};
 use super::material::{Distribution, Material};
-use super::model::Model;
-use super::plastic::Coat;
-use super::{ALIGNED, Bsdf, ExitTransmittance, Lobes, MAX_LEAVES};
-use crate::geometry::SurfacePoint;
+use super::models::coat::Coat;
 use crate::ids::MaterialId;
 use crate::math::Vec2;
-use crate::texture::{ColorInput, FloatInput, Texture};
+use crate::texture::{FloatInput, Texture};
 use rayon::prelude::*;
 
-/// What makes one rough coat differ from another.
+/// The parameters of a rough coat: distribution, bits of alpha, bits of the index of refraction.
 type CoatKey = (Distribution, u32, u32);
 
-/// Everything precomputed about the materials of a scene: tables of coat transmittance and the like.
+/// All materials of a scene, with tables of rough coats.
 #[derive(Debug)]
 pub struct Materials {
     materials: Vec<Material>,
+    /// Without duplicates.
     pub(super) coats: Vec<Coat>,
-    /// Per material, its index into `coats`.
+    /// By material: index into `coats`.
     pub(super) coat_of: Vec<Option<usize>>,
 }
 
 impl Materials {
-    /// Precomputes the tables. Ids inside must be valid and free of cycles (checked by `Scene::build`).
+    /// Precomputes the tables. Material ids must be valid and free of cycles; `Scene::build` checks this.
     pub fn new(materials: Vec<Material>) -> Self {
         let mut keys: Vec<CoatKey> = Vec::new();
         let coat_of = materials
@@ -58,12 +53,12 @@ impl Materials {
         }
     }
 
-    /// The descriptions; index by [`MaterialId`](crate::ids::MaterialId).
+    /// The descriptions, indexed by [`MaterialId`](crate::ids::MaterialId).
     pub fn descriptions(&self) -> &[Material] {
         &self.materials
     }
 
-    /// Whether light can pass straight through this material anywhere.
+    /// Whether light can pass straight through some point of this material.
     pub fn is_transparent(&self, id: MaterialId) -> bool {
         match &self.materials[id.index()] {
             Material::Null | Material::ThinDielectric { .. } => true,
@@ -84,7 +79,7 @@ impl Materials {
         }
     }
 
-    /// The opacity of a material that lets light straight through where that is below 1, and has no other way to.
+    /// The opacity of a material that transmits light straight through by this opacity only; `None` for other materials.
     #[inline]
     pub fn cut_out(&self, id: MaterialId) -> Option<&FloatInput> {
         match &self.materials[id.index()] {
@@ -97,46 +92,7 @@ impl Materials {
         }
     }
 
-    /// The scattering function at a point.
-    ///
-    /// A tree of wrappers becomes a weighted list of at most four models. Where there would be more, the weakest are left out and
-    /// the others take over their weight, side by side.
-    pub fn bsdf<'s>(
-        &'s self,
-        id: MaterialId,
-        x: &SurfacePoint,
-        textures: &'s [Texture],
-    ) -> Bsdf<'s> {
-        let mut bsdf = Bsdf {
-            ng: x.ng,
-            frame: x.frame,
-            leaves: [None; MAX_LEAVES],
-            open: [0.0; 2],
-            is_open: false,
-            transmits: false,
-            lobes: Lobes::NONE,
-            exit: ExitTransmittance::Lambert,
-            glossy_width: 1.0,
-            defensive: x.frame.n.dot(x.ng).abs() < ALIGNED,
-        };
-        if let Some((reflectance, outer)) = self.plain_lambert(id) {
-            let reflectance = reflectance.eval(x.uv, textures);
-            bsdf.leaves[0] = Some(Leaf {
-                model: Model::Diffuse(Diffuse { reflectance }),
-                weight: 1.0,
-                outer,
-                tilt: None,
-                inner: Sides::Own,
-                demoted: false,
-            });
-            bsdf.lobes = Lobes::DIFFUSE;
-        } else {
-            flatten(self, id, x, textures, &mut bsdf);
-        }
-        bsdf
-    }
-
-    /// Asks for the memory of the textures that lend a material its color at `uv`.
+    /// Prefetches the texels of the main color of a material at `uv`.
     #[inline]
     pub fn prefetch(&self, id: MaterialId, uv: Vec2, textures: &[Texture]) {
         match &self.materials[id.index()] {
@@ -160,21 +116,6 @@ impl Materials {
                 self.prefetch(*inner, uv, textures);
             }
             _ => (),
-        }
-    }
-
-    /// The most frequent materials, whose scattering functions are known without more ado: Lambertian, on one side or both.
-    #[inline]
-    fn plain_lambert(&self, id: MaterialId) -> Option<(&ColorInput, Sides)> {
-        match &self.materials[id.index()] {
-            Material::Diffuse { reflectance } => Some((reflectance, Sides::Own)),
-            Material::TwoSided { front, back } if front == back => {
-                match &self.materials[front.index()] {
-                    Material::Diffuse { reflectance } => Some((reflectance, Sides::Both)),
-                    _ => None,
-                }
-            }
-            _ => None,
         }
     }
 }

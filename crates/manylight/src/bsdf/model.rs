@@ -1,87 +1,35 @@
-//! What all scattering models have in common, and the choice among them.
+//! The contract of all scattering models, and dispatch among them.
 //!
-//! Models work in a local frame whose z axis is the normal. `eval` is `f(wi → wo) |cosθ_i|`, `bound` its upper bound over a cone of `wi`; sampling is from either end
-//! (`given`), because drawing a half vector as seen from one direction is the same procedure in both walks.
+//! Models work in a local frame with the normal as z axis. `eval` is `f(wi → wo) |cosθ_i|`, `bound` its upper bound over a cone of `wi`.
+//! `sample` and `pdf` take the given direction, `wi` or `wo`: sampling is the same for both, because visible half vectors depend on
+//! one direction only.
 
-use super::bound::Arriving;
-use super::conductor::{Mirror, RoughConductor};
-use super::dielectric::{Glass, RoughGlass};
-use super::diffuse::Diffuse;
-use super::phong::Phong;
-use super::plastic::{Plastic, RoughPlastic};
-use super::principled::Principled;
+use super::incident_cone::IncidentCone;
+use super::model_sample::ModelSample;
+use super::models::conductor::{RoughConductor, SmoothConductor};
+use super::models::dielectric::{RoughDielectric, SmoothDielectric};
+use super::models::diffuse::Diffuse;
+use super::models::phong::Phong;
+use super::models::plastic::{Plastic, RoughPlastic};
+use super::models::principled::Principled;
+use super::models::rough_diffuse::RoughDiffuse;
+use super::models::thin_dielectric::ThinDielectric;
+use super::models::ward::Ward;
 use super::response::{ByClass, Response};
-use super::rough_diffuse::RoughDiffuse;
-use super::thin_dielectric::Pane;
-use super::ward::Ward;
 use super::{BsdfNumbers, ExitTransmittance, Lobes, NEAR_DELTA_ALPHA};
 use crate::color::Rgb;
 use crate::math::Vec3;
-
-/// A direction that a model drew.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct ModelSample {
-    /// The direction.
-    pub w: Vec3,
-    /// Index of refraction on the far side over that on the near side; 1 for reflection.
-    pub eta: f32,
-    /// Set for Dirac lobes.
-    pub delta: Option<DeltaEvent>,
-}
-
-/// The choice of one Dirac lobe.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct DeltaEvent {
-    /// Fraction of flux that goes this way.
-    pub fraction: Rgb,
-    /// How likely the lobe was to be chosen.
-    pub probability: f32,
-}
-
-impl ModelSample {
-    /// A direction of a finite lobe.
-    pub(super) fn finite(w: Vec3) -> Self {
-        ModelSample {
-            w,
-            eta: 1.0,
-            delta: None,
-        }
-    }
-
-    /// Mirror reflection at the normal.
-    pub(super) fn mirror(given: Vec3, fraction: Rgb, probability: f32) -> Self {
-        let w = Vec3::new(-given.x, -given.y, given.z);
-        ModelSample {
-            w,
-            eta: 1.0,
-            delta: Some(DeltaEvent {
-                fraction,
-                probability,
-            }),
-        }
-    }
-}
-
-/// The class of a microfacet lobe.
-#[inline]
-pub(super) fn microfacet_class(alpha: f32) -> Lobes {
-    if alpha < NEAR_DELTA_ALPHA {
-        Lobes::NEAR_DELTA
-    } else {
-        Lobes::GLOSSY
-    }
-}
 
 /// A scattering model with its parameters at a point.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Model<'s> {
     Diffuse(Diffuse),
     RoughDiffuse(RoughDiffuse),
-    Mirror(Mirror),
+    SmoothConductor(SmoothConductor),
     RoughConductor(RoughConductor),
-    Glass(Glass),
-    RoughGlass(RoughGlass),
-    Pane(Pane),
+    SmoothDielectric(SmoothDielectric),
+    RoughDielectric(RoughDielectric),
+    ThinDielectric(ThinDielectric),
     Plastic(Plastic),
     RoughPlastic(RoughPlastic<'s>),
     Phong(Phong),
@@ -94,11 +42,11 @@ macro_rules! dispatch {
         match $model {
             Model::Diffuse($m) => $call,
             Model::RoughDiffuse($m) => $call,
-            Model::Mirror($m) => $call,
+            Model::SmoothConductor($m) => $call,
             Model::RoughConductor($m) => $call,
-            Model::Glass($m) => $call,
-            Model::RoughGlass($m) => $call,
-            Model::Pane($m) => $call,
+            Model::SmoothDielectric($m) => $call,
+            Model::RoughDielectric($m) => $call,
+            Model::ThinDielectric($m) => $call,
             Model::Plastic($m) => $call,
             Model::RoughPlastic($m) => $call,
             Model::Phong($m) => $call,
@@ -109,17 +57,17 @@ macro_rules! dispatch {
 }
 
 impl<'s> Model<'s> {
-    /// The classes of the model's lobes.
+    /// The classes of the lobes.
     #[inline]
     pub(super) fn lobes(&self) -> Lobes {
         dispatch!(self, m => m.lobes())
     }
 
-    /// Whether a finite lobe carries light to the other side.
+    /// Whether a finite lobe transmits light to the other side.
     #[inline]
     pub(super) fn transmits(&self) -> bool {
         match self {
-            Model::RoughGlass(_) => true,
+            Model::RoughDielectric(_) => true,
             Model::Principled(m) => m.transmits(),
             _ => false,
         }
@@ -131,19 +79,19 @@ impl<'s> Model<'s> {
         dispatch!(self, m => m.eval(wi, wo, lobes))
     }
 
-    /// Upper bound of every channel of [`Model::eval`] for light from a cone.
+    /// Upper bound of all channels of [`Model::eval`] over a cone of `wi`.
     #[inline]
-    pub(super) fn bound(&self, arriving: &Arriving, wo: Vec3, lobes: Lobes) -> f32 {
-        dispatch!(self, m => m.bound(arriving, wo, lobes))
+    pub(super) fn bound(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
+        dispatch!(self, m => m.bound(incident, wo, lobes))
     }
 
-    /// Density at which [`Model::sample`] with the same `lobes` gives `other` from a finite lobe.
+    /// Density of sampling `other` given `given` with [`Model::sample`] from the finite lobes.
     #[inline]
     pub(super) fn pdf(&self, given: Vec3, other: Vec3, lobes: Lobes) -> f32 {
         dispatch!(self, m => m.pdf(given, other, lobes))
     }
 
-    /// [`Model::eval`] class by class and [`Model::pdf`] given `wo`, where most models have much in common.
+    /// [`Model::eval`] by class, and [`Model::pdf`] given `wo`, with shared computations.
     #[inline]
     pub(super) fn respond(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Response {
         match self {
@@ -157,17 +105,17 @@ impl<'s> Model<'s> {
         }
     }
 
-    /// Draws the other direction. `lobes` shares a class with the model's.
+    /// Samples the other direction. `lobes` and the lobes of the model have a class in common.
     #[inline]
     pub(super) fn sample(&self, given: Vec3, u: BsdfNumbers, lobes: Lobes) -> Option<ModelSample> {
         dispatch!(self, m => m.sample(given, u, lobes))
     }
 
-    /// Roughness of the narrowest `GLOSSY` lobe; 1 without any, or where it is as wide as a hemisphere.
+    /// Smallest roughness alpha of the `GLOSSY` lobes, at most 1; 1 without such lobes.
     pub(super) fn glossy_width(&self) -> f32 {
         let alpha = match self {
             Model::RoughConductor(m) => m.alpha(),
-            Model::RoughGlass(m) => m.alpha(),
+            Model::RoughDielectric(m) => m.alpha(),
             Model::RoughPlastic(m) => m.alpha(),
             Model::Phong(m) => m.alpha(),
             Model::Ward(m) => m.alpha(),
@@ -181,7 +129,7 @@ impl<'s> Model<'s> {
         }
     }
 
-    /// `a(wi)` of the `DIFFUSE` lobe (`f = a(wi) b(wo) / π`).
+    /// `a(wi)` of the `DIFFUSE` lobe, `f = a(wi) b(wo) / π`.
     #[inline]
     pub(super) fn diffuse_weight(&self, wi: Vec3) -> Rgb {
         match self {
@@ -194,8 +142,8 @@ impl<'s> Model<'s> {
         }
     }
 
-    /// `b` of the `DIFFUSE` lobe.
-    pub(super) fn exit(&self) -> ExitTransmittance<'s> {
+    /// `b(wo)` of the `DIFFUSE` lobe.
+    pub(super) fn exit_transmittance(&self) -> ExitTransmittance<'s> {
         match self {
             Model::Plastic(m) => ExitTransmittance::Fresnel { eta: m.eta },
             Model::RoughPlastic(m) => ExitTransmittance::Coated(m.transmittance),

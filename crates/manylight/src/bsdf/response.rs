@@ -1,10 +1,10 @@
-//! What a scattering function answers where both directions are known: its value class by class and the density of sampling.
+//! Values by class and density of a scattering function, for two given directions.
 
 use super::Lobes;
 use crate::color::Rgb;
 use std::ops::{Index, IndexMut};
 
-/// The finite classes in the order of [`ByClass`].
+/// The finite classes, in the order of [`ByClass`].
 pub(super) const CLASSES: [Lobes; 3] = [Lobes::DIFFUSE, Lobes::GLOSSY, Lobes::NEAR_DELTA];
 
 /// `f |cosθ_i|` of the lobes of each finite class.
@@ -12,10 +12,10 @@ pub(super) const CLASSES: [Lobes; 3] = [Lobes::DIFFUSE, Lobes::GLOSSY, Lobes::NE
 pub(super) struct ByClass([Rgb; 3]);
 
 impl ByClass {
-    /// No light.
+    /// Zero.
     pub(super) const BLACK: ByClass = ByClass([Rgb::BLACK; 3]);
 
-    /// What `value` gives for the classes in `lobes`; black for the others.
+    /// `value` of each class in `lobes`; black for the others.
     #[inline]
     pub(super) fn of(lobes: Lobes, value: impl Fn(Lobes) -> Rgb) -> Self {
         ByClass(CLASSES.map(|class| {
@@ -27,13 +27,13 @@ impl ByClass {
         }))
     }
 
-    /// Of all classes together.
+    /// The sum over the classes.
     #[inline]
     pub(super) fn sum(&self) -> Rgb {
         self.0.into_iter().sum()
     }
 
-    /// Adds the values of a part of the material that has this weight.
+    /// Adds `weight` times `other`.
     #[inline]
     pub(super) fn add(&mut self, other: &ByClass, weight: f32) {
         for (sum, value) in self.0.iter_mut().zip(other.0) {
@@ -41,15 +41,15 @@ impl ByClass {
         }
     }
 
-    /// Lets all count `factor` times as much.
+    /// Multiplies all values.
     #[inline]
     pub(super) fn scale(&mut self, factor: f32) {
         self.0 = self.0.map(|value| value * factor);
     }
 
-    /// Counts what is `DIFFUSE` as `GLOSSY`.
+    /// Adds the value of `DIFFUSE` to `GLOSSY`, and sets it to zero.
     #[inline]
-    pub(super) fn demote(&mut self) {
+    pub(super) fn move_diffuse_to_glossy(&mut self) {
         let [diffuse, glossy, _] = &mut self.0;
         *glossy += *diffuse;
         *diffuse = Rgb::BLACK;
@@ -73,16 +73,17 @@ impl IndexMut<Lobes> for ByClass {
     }
 }
 
-/// See the module.
+/// Values and density for two directions.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Response {
+    /// `f |cosθ_i|` by class.
     pub(super) values: ByClass,
-    /// Of sampling `wi` from `wo`, per solid angle.
+    /// Density of sampling `wi` given `wo`, per solid angle.
     pub(super) pdf: f32,
 }
 
 impl Response {
-    /// Neither light nor density.
+    /// No scattering.
     pub(super) const NONE: Response = Response {
         values: ByClass::BLACK,
         pdf: 0.0,

@@ -1,62 +1,75 @@
-//! What a scene says about its emitters.
+//! Emitters as a scene file describes them.
 
-use super::Environment;
 use crate::color::Rgb;
 use crate::ids::TextureId;
-use crate::math::Vec3;
+use crate::image::Image;
+use crate::math::{Mat3, Vec3};
 use crate::texture::ColorInput;
 
-/// A source of light. All directions and positions in world space.
+/// An emitter. All directions and positions are in world space.
 #[derive(Clone, Debug)]
 pub enum Emitter {
-    /// A primitive that shines from the side of its shading normal.
+    /// The surface of a primitive, on the side of its shading normal.
     Area {
-        /// W/(m² sr).
+        /// Emitted radiance in W/(m² sr), the same in all directions.
         radiance: ColorInput,
     },
     /// An isotropic point.
     Point {
-        /// Where.
+        /// The point.
         position: Vec3,
-        /// W/sr.
+        /// Radiant intensity in W/sr.
         intensity: Rgb,
     },
-    /// A cone with a smooth rim.
+    /// A point that emits into a cone, with a linear falloff at the border.
     Spot {
-        /// Where.
+        /// The apex of the cone.
         position: Vec3,
         /// Unit axis.
         direction: Vec3,
-        /// W/sr on the axis.
+        /// Radiant intensity on the axis in W/sr.
         intensity: Rgb,
-        /// Half-angle of the rim in radians.
+        /// Half-angle of the cone in radians.
         cutoff: f32,
-        /// Half-angle of the constant part in radians, <= `cutoff`.
+        /// Half-angle of the part with full intensity in radians, <= `cutoff`.
         beam_width: f32,
-        /// What colors the light.
-        slide: Option<ProjectorTexture>,
+        /// Factor of the intensity by direction.
+        projector: Option<ProjectorTexture>,
     },
     /// Parallel light through the whole scene.
     Directional {
         /// Unit direction in which the light travels.
         direction: Vec3,
-        /// W/m² on a plane across it.
+        /// Irradiance in W/m² on a plane perpendicular to `direction`.
         irradiance: Rgb,
     },
-    /// The same radiance from every direction.
+    /// An environment with the same radiance from all directions.
     Constant {
         /// W/(m² sr).
         radiance: Rgb,
     },
-    /// A picture of the surroundings.
+    /// An environment map.
     Environment(Environment),
 }
 
-/// A picture that a spot throws: its square is the one around the cone's cross-section.
+/// A texture that a spot projects. The texture's unit square is the square around the cross-section of the cone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProjectorTexture {
-    /// The picture.
+    /// The texture.
     pub texture: TextureId,
-    /// Unit directions across the axis along which u and v grow.
+    /// Unit directions perpendicular to the axis along which u and v grow.
     pub axes: [Vec3; 2],
+}
+
+/// An environment map in latitude-longitude form, as in Mitsuba's `envmap`. For a direction `d` in the emitter's frame (y up)
+/// `u = atan2(d.x, -d.z) / 2π` and `v = acos(d.y) / π`. Lookup is bilinear. Column centers lie at half-integers of `u · width`,
+/// and columns wrap around. Row 0 lies at v = 0 (the pole +y), the last row at v = 1.
+#[derive(Clone, Debug)]
+pub struct Environment {
+    /// Linear RGB radiance.
+    pub image: Image,
+    /// Factor of the radiance.
+    pub scale: f32,
+    /// Rotation (or reflection) from the emitter's frame to the world.
+    pub world_from_emitter: Mat3,
 }

@@ -1,7 +1,7 @@
 //! The shading points of a tile in lanes: batches of points that have the same lights and scattering functions of one form.
 
 use super::{ShadingPoint, Subset};
-use crate::bsdf::{Form, Lobes, Receivers};
+use crate::bsdf::{FixedWoLanes, LaneModel, Lobes};
 use crate::geometry::SurfacePoint;
 use crate::lanes::vectors::{abs3, dot, splat3, sub3};
 use crate::lanes::{LANES, LaneMask, Lanes, Lanes3, mask};
@@ -72,7 +72,7 @@ pub(super) struct Batch<'b, 's> {
     /// Random numbers of the points.
     pub u: Lanes,
     /// Scattering functions.
-    pub receivers: Receivers<'b, 's>,
+    pub receivers: FixedWoLanes<'b, 's>,
     /// Mirror directions of the viewers.
     pub mirrored: Lanes3,
     /// Least roughness of the glossy lobes, 1 without any.
@@ -91,9 +91,9 @@ pub(super) struct Batch<'b, 's> {
 impl<'b, 's> Batch<'b, 's> {
     /// The points of a tile in batches, sorted by subset, form and position, so that rays to common lights are coherent.
     pub(super) fn all(points: &'b [ShadingPoint<'s>]) -> Vec<Self> {
-        let mut kinds: Vec<((Form, Subset), Vec<usize>)> = Vec::new();
+        let mut kinds: Vec<((LaneModel, Subset), Vec<usize>)> = Vec::new();
         for (i, point) in points.iter().enumerate() {
-            let kind = (point.bsdf.form(), point.lights);
+            let kind = (point.bsdf.lane_model(), point.lights);
             match kinds.iter_mut().find(|(k, _)| *k == kind) {
                 Some((_, members)) => members.push(i),
                 None => kinds.push((kind, vec![i])),
@@ -113,7 +113,7 @@ impl<'b, 's> Batch<'b, 's> {
             .collect()
     }
 
-    fn new(form: Form, members: &[usize], points: &'b [ShadingPoint<'s>]) -> Self {
+    fn new(form: LaneModel, members: &[usize], points: &'b [ShadingPoint<'s>]) -> Self {
         // Lanes beyond the last point repeat it: they are never active.
         let at = |i: usize| &points[members[i.min(members.len() - 1)]];
         let receiving = |i: usize| at(i).bsdf.receiving_normal(at(i).wo);
@@ -127,7 +127,7 @@ impl<'b, 's> Batch<'b, 's> {
             rounding: std::array::from_fn(|i| rounding_at(at(i).x.p)),
             tolerance: std::array::from_fn(|i| at(i).tolerance),
             u: std::array::from_fn(|i| at(i).u),
-            receivers: Receivers::new(
+            receivers: FixedWoLanes::new(
                 form,
                 Lobes::NON_SPECULAR,
                 members.iter().map(|&m| (&points[m].bsdf, points[m].wo)),

@@ -221,7 +221,7 @@ impl TracedPath<'_> {
         }
         let n = v.bsdf.receiving_normal(v.w_prev);
         let light = EmitterSample::new(scene, &v.x, n, plan)?;
-        let seen = v.bsdf.seen_by_width(light.wi, v.w_prev)?;
+        let seen = v.bsdf.direct_response(light.wi, v.w_prev)?;
         let scale = self.walk.throughput() * light.weight * light.mis_weight(seen.pdf);
         let term = |event, value| (self.stage.after(event).layer(), scale * value);
         Some(EmitterConnection {
@@ -229,8 +229,8 @@ impl TracedPath<'_> {
             light,
             max_crossings: limits.left_after(v.segments + 1),
             terms: [
-                term(Lobes::DIFFUSE, seen.smooth),
-                term(Lobes::NEAR_DELTA, seen.narrow),
+                term(Lobes::DIFFUSE, seen.non_specular),
+                term(Lobes::NEAR_DELTA, seen.near_delta),
             ],
         })
     }

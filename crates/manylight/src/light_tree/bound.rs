@@ -1,7 +1,7 @@
 //! Upper bounds of the light reflected at receivers from the lights of a node.
 
 use super::LightNode;
-use crate::bsdf::Receivers;
+use crate::bsdf::FixedWoLanes;
 use crate::lanes::{LANES, LaneMask, Lanes, Lanes3};
 use crate::math::{Spread, Vec3};
 
@@ -28,7 +28,7 @@ impl LightNode {
     /// The product of the maxima of `f |w·n|` and `Σ I` over the cone of directions to the bounding sphere, with `V = 1` and the
     /// distance to the nearest point of the box (Walter et al. 2005, section 4). Infinite for receivers in the box.
     #[inline(always)]
-    pub(crate) fn sent(&self, p: &Lanes3, receivers: &Receivers, active: LaneMask) -> Sent {
+    pub(crate) fn sent(&self, p: &Lanes3, receivers: &FixedWoLanes, active: LaneMask) -> Sent {
         let (center, radius) = (self.bounds.center(), 0.5 * self.bounds.diagonal());
         let (low, high) = (self.bounds.min, self.bounds.max);
         let (mut towards, mut back) = (Lanes3::ZERO, Lanes3::ZERO);

@@ -1,7 +1,7 @@
 //! Nodes bound their lights, all lights are leaves, and draws have the probabilities reported.
 
 use super::*;
-use crate::bsdf::{Lobes, Receivers};
+use crate::bsdf::{FixedWoLanes, Lobes};
 use crate::lanes::Lanes3;
 use crate::math::{Vec2, Vec3};
 use crate::particles::{Photon, trace_photons, usable_by_virtual_lights};
@@ -155,7 +155,8 @@ fn hold_bounds(form: Option<GlossyForm>, count: u32) -> (f64, u64) {
         if tree.children(node).is_none() {
             continue;
         }
-        let receivers = Receivers::new(bsdf.form(), Lobes::NON_SPECULAR, once((&bsdf, wo)));
+        let receivers =
+            FixedWoLanes::new(bsdf.lane_model(), Lobes::NON_SPECULAR, once((&bsdf, wo)));
         let places = Lanes3::from_fn(|_| x.p);
         let bound = tree.nodes()[node].sent(&places, &receivers, 1).bounds[0];
         let mut sum = 0.0;

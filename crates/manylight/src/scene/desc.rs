@@ -1,4 +1,4 @@
-//! What loaders write and tests build by hand: plain public data.
+//! Scene descriptions: plain data, made by loaders and tests.
 
 use crate::bsdf::Material;
 use crate::emitters::Emitter;
@@ -15,19 +15,19 @@ pub struct SceneDesc {
     pub shapes: Vec<Shape>,
     /// Placed shapes.
     pub primitives: Vec<PrimitiveDesc>,
-    /// Groups of placed shapes that only instances show.
+    /// Groups of placed shapes. They are visible only through instances.
     pub groups: Vec<Vec<PrimitiveDesc>>,
-    /// Copies of groups.
+    /// Instances of groups.
     pub instances: Vec<InstanceDesc>,
     /// Materials.
     pub materials: Vec<Material>,
     /// Textures.
     pub textures: Vec<Texture>,
-    /// Emitters. `Emitter::Area` shines from the primitives that name it.
+    /// Emitters. The surface of an `Emitter::Area` is the primitives that refer to it.
     pub emitters: Vec<Emitter>,
     /// Cameras, in file order.
     pub sensors: Vec<SensorDesc>,
-    /// Path lengths.
+    /// Limits on path length.
     pub limits: PathLimits,
 }
 
@@ -38,17 +38,17 @@ pub struct PrimitiveDesc {
     pub name: String,
     /// The shape.
     pub shape: ShapeId,
-    /// Object to world (or group).
+    /// Object to world (in groups: to the group's frame).
     pub world_from_object: Affine3A,
-    /// Turn both normals round.
+    /// Reverses geometric and shading normals.
     pub flip_normals: bool,
     /// Material.
     pub material: MaterialId,
-    /// Area emitter, if it shines.
+    /// Area emitter; `None` if the surface does not emit.
     pub emitter: Option<EmitterId>,
 }
 
-/// A copy of a group.
+/// An instance of a group.
 #[derive(Clone, Debug)]
 pub struct InstanceDesc {
     /// Index into `SceneDesc::groups`.
@@ -57,25 +57,25 @@ pub struct InstanceDesc {
     pub world_from_group: Affine3A,
 }
 
-/// How long paths may be, counted as Mitsuba counts: 1 = emitters seen directly, 2 = direct light.
+/// Limits on path length in segments, as in Mitsuba: 1 = emitters seen directly, 2 = direct light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PathLimits {
-    /// `None`: no limit.
+    /// Most segments of a path; `None`: no limit.
     pub max_depth: Option<u32>,
-    /// Russian roulette begins at this depth.
+    /// Segments of a path from which on Russian roulette is applied.
     pub rr_depth: u32,
-    /// Emitters are not seen directly by the camera.
+    /// Whether emitters are invisible to the camera.
     pub hide_emitters: bool,
 }
 
 impl PathLimits {
-    /// Whether a path of so many segments may be counted.
+    /// Whether paths of this length contribute.
     #[inline]
     pub fn allow(&self, segments: u32) -> bool {
         self.max_depth.is_none_or(|max| segments <= max)
     }
 
-    /// How many segments a path of `segments` may become longer by.
+    /// Number of segments by which a path of length `segments` may be extended.
     #[inline]
     pub fn left_after(&self, segments: u32) -> u32 {
         self.max_depth

@@ -1,11 +1,11 @@
-//! The core's only error type.
+//! The core's only error type, and helpers for checks.
 
 use std::fmt;
 
-/// Why a [`SceneDesc`](super::SceneDesc) is not a scene.
+/// A defect of a [`SceneDesc`](super::SceneDesc).
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneError {
-    /// What was found and what was expected, in one sentence.
+    /// The found and the expected value, in one sentence.
     pub message: String,
 }
 
@@ -16,3 +16,29 @@ impl fmt::Display for SceneError {
 }
 
 impl std::error::Error for SceneError {}
+
+/// The result of a check.
+pub(super) type Checked = Result<(), SceneError>;
+
+/// Fails if `index` is not below `count`.
+pub(super) fn check_index(what: &str, index: usize, count: usize) -> Checked {
+    ensure(index < count, || {
+        format!("there is no {what} {index}, only {count}")
+    })
+}
+
+/// Puts the context of an error before its message.
+pub(super) fn with_context(context: &str, error: &SceneError) -> SceneError {
+    SceneError {
+        message: format!("{context}: {}", error.message),
+    }
+}
+
+/// Fails with `message` unless `holds`.
+pub(super) fn ensure(holds: bool, message: impl FnOnce() -> String) -> Checked {
+    if holds { Ok(()) } else { fail(message()) }
+}
+
+pub(super) fn fail(message: String) -> Checked {
+    Err(SceneError { message })
+}

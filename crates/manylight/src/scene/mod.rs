@@ -1,6 +1,8 @@
-//! From a description to an immutable world.
+//! Scenes: descriptions, checks, and the immutable scene that transport works in.
 
 mod build;
+mod check;
+mod check_materials;
 pub mod desc;
 pub mod error;
 #[cfg(test)]
@@ -19,32 +21,31 @@ use crate::sampling::{Pass, Stream};
 use crate::sensors::Sensor;
 use crate::texture::Texture;
 
-/// Camera rays of the guiding pre-pass, see [`Scene::emission_guide`].
+/// Camera rays of the guiding pre-pass, see [`Scene::emission_guide`]. Not measured: more rays give a more accurate guide in more time.
 const GUIDE_RAYS: u64 = 16_384;
 
-/// The world that transport works in. Immutable; shared by all threads.
+/// A scene. Immutable, and shared by all threads.
 #[derive(Debug)]
 pub struct Scene {
     /// Surfaces.
     pub geometry: Geometry,
-    /// How they scatter.
+    /// Materials of the surfaces.
     pub materials: Materials,
-    /// What is painted on them.
+    /// Textures of materials and emitters.
     pub textures: Vec<Texture>,
-    /// What shines.
+    /// Emitters.
     pub emitters: Emitters,
-    /// The camera.
+    /// The sensor to render.
     pub sensor: Sensor,
-    /// Path lengths that the file asks for.
+    /// Limits on path length in the file.
     pub limits: PathLimits,
 }
 
 impl Scene {
-    /// Checks the description, resolves it, and builds the acceleration structures. `sensor` is the index of the camera.
+    /// Checks the description, and builds the acceleration structures. `sensor` is the index of the sensor to render.
     ///
     /// # Errors
-    /// An id out of range, a cycle of materials, a singular or non-finite transform, an emitter inside a group,
-    /// no such sensor, an empty film.
+    /// Ids out of range, cycles of materials, singular or non-finite transforms, emitters inside of groups, an empty film.
     pub fn build(desc: SceneDesc, sensor: usize) -> Result<Scene, SceneError> {
         build::build(desc, sensor)
     }
@@ -73,39 +74,39 @@ impl Scene {
         self.emitters.emission_guide(&self.geometry, rays, is_glass)
     }
 
-    /// The nearest surface.
+    /// The nearest hit of a ray, and the surface point there.
     #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<(Hit, SurfacePoint)> {
         let hit = self.geometry.intersect(ray)?;
         Some((hit, self.geometry.surface_point(hit.at)))
     }
 
-    /// The scattering function at a point.
+    /// The scattering function at a surface point.
     #[inline]
     pub fn bsdf(&self, x: &SurfacePoint) -> Bsdf<'_> {
         let material = self.geometry.primitives()[x.at.primitive.index()].material;
         self.materials.bsdf(material, x, &self.textures)
     }
 
-    /// Asks for the memory that [`Scene::bsdf`] will read.
+    /// Prefetches the memory of [`Scene::bsdf`].
     #[inline]
     pub fn prefetch_bsdf(&self, x: &SurfacePoint) {
         let material = self.geometry.primitives()[x.at.primitive.index()].material;
         self.materials.prefetch(material, x.uv, &self.textures);
     }
 
-    /// The point that a stored reference names.
+    /// The surface point of a stored reference.
     #[inline]
     pub fn surface_point(&self, at: SurfaceRef) -> SurfacePoint {
         self.geometry.surface_point(at)
     }
 
-    /// Fraction of light that passes along the segment; black when an opaque surface lies between.
+    /// Fraction of light transmitted along the segment; black if an opaque surface blocks it.
     pub fn transmittance(&self, segment: &Segment) -> Rgb {
         self.transmittance_and_crossings(segment).0
     }
 
-    /// [`Scene::transmittance`], and how many transparent surfaces the segment crosses: each is a vertex of the path.
+    /// [`Scene::transmittance`], and the number of transparent surfaces along the segment. Each of them is a path vertex.
     pub fn transmittance_and_crossings(&self, segment: &Segment) -> (Rgb, u32) {
         if self.geometry.occluded(segment) {
             return (Rgb::BLACK, 0);
@@ -116,7 +117,7 @@ impl Scene {
         self.cross_transparent(segment)
     }
 
-    /// The transparent surfaces alone, for segments that are known to be clear of opaque ones.
+    /// [`Scene::transmittance_and_crossings`] for a segment without opaque surfaces.
     pub fn cross_transparent(&self, segment: &Segment) -> (Rgb, u32) {
         let (mut through, mut crossings) = (Rgb::WHITE, 0);
         let mut on_edges = EdgeHits::new(segment);
@@ -131,7 +132,7 @@ impl Scene {
         (through, crossings)
     }
 
-    /// [`Bsdf::transmittance`] at a point.
+    /// [`Bsdf::transmittance`] at a surface point along `w`.
     fn straight_through(&self, at: SurfaceRef, w: Vec3) -> Rgb {
         let material = self.geometry.primitives()[at.primitive.index()].material;
         match self.materials.cut_out(material) {
@@ -144,15 +145,15 @@ impl Scene {
     }
 }
 
-/// Hits of one segment on the edges of triangles: where neighbors meet, both are hit, and the surface is crossed once.
+/// Finds repeated hits on the common edge of two triangles: there the segment hits both, but crosses the surface once.
 struct EdgeHits {
     hits: Vec<Hit>,
-    /// Parts of the segment that lie no farther apart are one.
+    /// Tolerance for equal positions along the segment, as a fraction of its length.
     rounding: f32,
 }
 
 impl EdgeHits {
-    /// Nothing is hit yet.
+    /// Without hits.
     fn new(segment: &Segment) -> Self {
         let size = segment.from.abs().max(segment.to.abs()).max_element();
         let length = segment.from.distance(segment.to);
@@ -162,9 +163,9 @@ impl EdgeHits {
         }
     }
 
-    /// Whether there was another hit at the same place of the same surface; takes note of this one.
+    /// Adds a hit. Returns whether an earlier hit was on the same edge of the same surface.
     fn are_repeated_by(&mut self, hit: &Hit) -> bool {
-        /// Coordinates are rounded too.
+        /// Largest barycentric coordinate of a hit on an edge: rounding of coordinates.
         const EDGE: f32 = 1e-4;
         let Vec2 { x, y } = hit.at.coordinates;
         if x.min(y).min(1.0 - x - y) > EDGE {

@@ -1,4 +1,4 @@
-//! What is refused with which message, and light through transparent surfaces.
+//! Error messages of rejected descriptions, and transmittance through transparent surfaces.
 
 use super::*;
 use crate::bsdf::Material;
@@ -41,7 +41,7 @@ fn placed(shape: u32, material: u32, world_from_object: Affine3A) -> PrimitiveDe
     }
 }
 
-/// Material 0 is opaque, 1 lets three quarters pass, 2 is nothing; shape 0 is a rectangle, 1 a sphere.
+/// Material 0 is opaque, 1 transmits three quarters, 2 transmits everything; shape 0 is a rectangle, 1 a sphere.
 fn desc() -> SceneDesc {
     SceneDesc {
         shapes: vec![

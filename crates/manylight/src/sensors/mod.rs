@@ -1,4 +1,4 @@
-//! Cameras: rays for film positions, and importance for points.
+//! Sensors: camera rays for film positions, and importance at points.
 
 #[cfg(test)]
 mod tests;
@@ -8,7 +8,7 @@ use crate::geometry::Ray;
 use crate::math::{Affine3A, UVec2, Vec2, Vec3};
 use crate::sampling::warp;
 
-/// How points are projected. The camera looks along +z of its own frame, +y is up, +x is to the left, as in Mitsuba.
+/// The projection of a sensor. As in Mitsuba, the camera looks along +z of the camera frame, with +y up and +x to the left.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
     /// A pinhole.
@@ -16,20 +16,20 @@ pub enum Projection {
         /// tan of half the horizontal field of view over the *uncropped* film.
         tan_half_fov_x: f32,
     },
-    /// A lens of finite size.
+    /// A thin lens of finite size.
     ThinLens {
         /// As for `Perspective`.
         tan_half_fov_x: f32,
-        /// Radius of the lens in camera units.
+        /// Radius of the lens in units of the camera frame.
         aperture_radius: f32,
         /// Distance of the plane in focus along z.
         focus_distance: f32,
     },
-    /// Parallel rays along z; the full film is [-1, 1] wide in the camera frame, its height follows from its shape.
+    /// Parallel rays along z. The width of the full film covers [-1, 1] in the camera frame.
     Orthographic,
 }
 
-/// How the field of view follows the film's shape when the film is resized.
+/// The extent of the film that the field of view spans.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FovAxis {
     /// Horizontal.
@@ -44,23 +44,23 @@ pub enum FovAxis {
     Larger,
 }
 
-/// A sensor as a file describes it. Plain data; the loader fills it, `Sensor::new` resolves it.
+/// A sensor as a scene file describes it. Plain data; [`Sensor::new`] resolves it.
 #[derive(Clone, Debug)]
 pub struct SensorDesc {
-    /// Name or id in the file, may be empty.
+    /// Name or id in the file; may be empty.
     pub name: String,
     /// Camera frame to world; may contain a uniform scale and a reflection.
     pub world_from_camera: Affine3A,
-    /// Kind and numbers.
+    /// Kind and its parameters.
     pub kind: SensorKind,
     /// Shift of the principal point as a fraction of the full film's size (Mitsuba's `principal_point_offset_x/y`):
-    /// a film position shows what lies at that position plus the offset. Only Mitsuba's `perspective` knows it.
+    /// the ray of a film position is that of this position plus the offset without a shift. In Mitsuba only `perspective` has it.
     pub principal_point_offset: Vec2,
-    /// Nearest visible distance along the view axis; 0 for none.
+    /// Nearest visible distance along the view axis; 0: no near plane.
     pub near_clip: f32,
     /// Farthest visible distance along the view axis.
     pub far_clip: f32,
-    /// Size, crop, filter.
+    /// Size, crop and filter of the film.
     pub film: FilmDesc,
 }
 
@@ -69,16 +69,16 @@ pub struct SensorDesc {
 pub enum SensorKind {
     /// A pinhole.
     Perspective {
-        /// Degrees.
+        /// Field of view in degrees.
         fov: f32,
-        /// Which extent `fov` spans.
+        /// The extent that `fov` spans.
         fov_axis: FovAxis,
     },
-    /// A lens.
+    /// A thin lens.
     ThinLens {
-        /// Degrees.
+        /// Field of view in degrees.
         fov: f32,
-        /// Which extent `fov` spans.
+        /// The extent that `fov` spans.
         fov_axis: FovAxis,
         /// Radius of the lens.
         aperture_radius: f32,
@@ -95,35 +95,35 @@ pub struct Sensor {
     desc: SensorDesc,
     projection: Projection,
     camera_from_world: Affine3A,
-    /// Area of a pixel on the plane z = 1 of the camera frame; of orthographic sensors across the rays in the world.
+    /// Area of a pixel on the plane z = 1 of the camera frame; for orthographic sensors perpendicular to the rays in world space.
     pixel_area: f32,
 }
 
-/// A camera ray and how much it counts.
+/// A camera ray with its weight.
 #[derive(Clone, Copy, Debug)]
 pub struct CameraRay {
     /// In world space; starts at the near plane and ends at the far plane.
     pub ray: Ray,
-    /// Importance over density: 1 for all our sensors.
+    /// Importance over probability density: 1 for all kinds of sensors.
     pub weight: f32,
 }
 
-/// A point seen by the sensor, for light tracing.
+/// A connection of a point to the sensor, for light tracing.
 #[derive(Clone, Copy, Debug)]
 pub struct SensorConnection {
     /// Position on the film in pixels from the upper left of the *crop window*, x right, y down.
     pub film_position: Vec2,
     /// Unit direction from the point to the sensor.
     pub w: Vec3,
-    /// Where the shadow ray ends.
+    /// End of the shadow ray.
     pub target: Vec3,
-    /// `W_e cosθ_lens / (d² pdf_lens)` such that flux·f·|cos ng| times this, divided by the number of paths, is pixel radiance
-    /// summed over that pixel's box.
+    /// `W_e cosθ_lens / (d² pdf_lens)`. Flux · f · |cos ng| times this, over the number of paths, is the contribution to the radiance of
+    /// the pixel, averaged over its area.
     pub importance: f32,
 }
 
 impl Sensor {
-    /// Resolves field of view and film shape. To resize the film, edit the description and resolve it again.
+    /// Resolves the field of view for the size of the film. For another size, change the description and call this again.
     pub fn new(desc: SensorDesc) -> Self {
         let projection = match desc.kind {
             SensorKind::Perspective { fov, fov_axis } => Projection::Perspective {
@@ -202,7 +202,7 @@ impl Sensor {
         CameraRay { ray, weight: 1.0 }
     }
 
-    /// How the sensor sees the world point `p`; `None` if it does not.
+    /// Connects the world-space point `p` to the sensor; `None` if it is outside of the film or of the clip planes.
     pub fn connect(&self, p: Vec3, u_lens: Vec2) -> Option<SensorConnection> {
         let local = self.camera_from_world.transform_point3(p);
         let (film_position, lens) = match self.projection {
@@ -238,8 +238,8 @@ impl Sensor {
         let ray = self.ray_between(lens, local);
         let from_lens = p - self.desc.world_from_camera.transform_point3(lens);
         let cos = local.z / (local - lens).length();
-        // A pixel is the mean of radiance over its area and the lens. One pixel of the plane z = 1 spans the solid angle
-        // pixel_area cos³ from a point of the lens, wherever the plane in focus is, and the density of the lens point cancels:
+        // The value of a pixel is the mean of radiance over its area and the lens. From a point of the lens, a pixel on the plane
+        // z = 1 spans the solid angle pixel_area cos³, for any plane in focus. The density of the lens point cancels.
         //
         //     dω / d(pixel) = pixel_area cos³θ,    dω = cosθ_p dA / d²
         let importance = 1.0 / (self.pixel_area * cos.powi(3) * from_lens.length_squared());
@@ -262,7 +262,7 @@ impl Sensor {
         if local.z < self.desc.near_clip || distance > ray.t_max {
             return None;
         }
-        // The ray through the point itself, not through its rounded film position.
+        // Exactly through the point, not through its rounded film position.
         let target = p - ray.d * distance;
         Some(SensorConnection {
             film_position,
@@ -272,7 +272,7 @@ impl Sensor {
         })
     }
 
-    /// The part between the clip planes of the ray from `lens` through `through`, both in the camera frame.
+    /// The ray from `lens` through `through` (both in the camera frame), between the clip planes.
     fn ray_between(&self, lens: Vec3, through: Vec3) -> Ray {
         let d = (through - lens).normalize();
         let near = self.desc.near_clip / d.z;
@@ -288,7 +288,7 @@ impl Sensor {
         }
     }
 
-    /// Film position to the plane on which the full film is [-1, 1] wide; x to the left, y up.
+    /// From a film position to the plane on which the width of the full film covers [-1, 1]; x to the left, y up.
     fn plane_position(&self, film_position: Vec2) -> Vec2 {
         let film = &self.desc.film;
         let fraction = (film.crop_offset.as_vec2() + film_position) / film.size.as_vec2();
@@ -303,14 +303,14 @@ impl Sensor {
         fraction * film.size.as_vec2() - film.crop_offset.as_vec2()
     }
 
-    /// Half the size of the full film on that plane.
+    /// Half the size of the full film on the plane of [`Sensor::plane_position`].
     fn plane_extent(&self) -> Vec2 {
         let size = self.desc.film.size.as_vec2();
         Vec2::new(1.0, size.y / size.x)
     }
 }
 
-/// tan of half the horizontal field of view of a film of `size` pixels, when `fov` degrees span `axis`.
+/// tan of half the horizontal field of view of a film of `size` pixels. `fov` in degrees spans `axis`.
 fn tan_half_fov_x(fov: f32, axis: FovAxis, size: UVec2) -> f32 {
     let tan = (fov.to_radians() * 0.5).tan();
     let aspect = size.x as f32 / size.y as f32;

@@ -1,4 +1,4 @@
-//! Rays as Mitsuba 3.9.1 makes them, and importance against rays.
+//! Rays of Mitsuba 3.9.1, and importance against rays.
 
 use super::*;
 use crate::film::Filter;

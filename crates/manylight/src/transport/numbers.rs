@@ -21,7 +21,7 @@ impl Sampler {
             emitter: self.next_1d(),
             position: self.next_2d(),
             direction: self.next_2d(),
-            part: self.next_1d(),
+            element: self.next_1d(),
         }
     }
 }

@@ -227,7 +227,7 @@ impl<'s, 'p> LightBuilder<'s, 'p> {
         let mut light = self.dark_light(&site_point, rgb(flux));
         light.emission = Emission::Rich {
             diffuse: rgb(diffuse),
-            exit: bsdf.exit(),
+            exit: bsdf.exit_transmittance(),
             glossy: None,
         };
         let is_diffuse = bsdf.lobes().and(Lobes::NON_SPECULAR) == Lobes::DIFFUSE;

@@ -4,7 +4,7 @@ use super::glossy::Glossy;
 use super::light::{Emission, VirtualLight};
 use super::reflection::Reflection;
 use super::set::VirtualLights;
-use crate::bsdf::{ExitTransmittance, Lobes, Outgoing, interpolate_lanes};
+use crate::bsdf::{ExitTransmittance, FixedWi, Lobes, interpolate_lanes};
 use crate::color::Rgb;
 use crate::ids::LightId;
 use crate::lanes::vectors::{dot, mul3, scale3, splat3};
@@ -49,7 +49,7 @@ impl VirtualLights<'_> {
                 let Reflection { wi, flux, bsdf } = self.reflection(*index);
                 EmissionView::Single {
                     flux: *flux,
-                    reflection: bsdf.outgoing(*wi, Lobes::NON_SPECULAR),
+                    reflection: bsdf.with_wi(*wi, Lobes::NON_SPECULAR),
                 }
             }
             Emission::Rich {
@@ -71,7 +71,7 @@ pub(crate) enum EmissionView<'f, 's> {
     /// See [`Emission::Single`].
     Single {
         flux: Rgb,
-        reflection: Outgoing<'f, 's>,
+        reflection: FixedWi<'f, 's>,
     },
     /// See [`Emission::Rich`].
     Rich {

@@ -82,7 +82,7 @@ impl Grid {
         let (mut block_values, mut values) = (Vec::new(), Vec::new());
         let (mut samples, mut directions) = (Vec::new(), Vec::new());
         for path in paths {
-            let outgoing = path.bsdf.outgoing(path.wi, Lobes::GLOSSY);
+            let outgoing = path.bsdf.with_wi(path.wi, Lobes::GLOSSY);
             outgoing.f_cos_wo(&middles, &mut block_values);
             let luminance = |value: &Rgb| (*value * path.flux).luminance();
             let bright = bright_share * block_values.iter().map(luminance).fold(0.0, f32::max);

@@ -155,7 +155,7 @@ impl DescBuilder<'_> {
             intensity,
             cutoff: cutoff.to_radians(),
             beam_width: beam_width.min(cutoff).to_radians(),
-            slide,
+            projector: slide,
         });
     }
 

@@ -1,0 +1,59 @@
+//! A scattering function with a fixed outgoing direction, for sums over many lights at a gather point.
+
+use super::incident_cone::IncidentCone;
+use super::{Bsdf, Lobes};
+use crate::color::Rgb;
+use crate::math::{Spread, Vec3};
+use std::f32::consts::FRAC_1_PI;
+
+/// A scattering function with a fixed `wo` and a fixed set of lobes: a function of `wi`.
+#[derive(Clone, Copy, Debug)]
+pub struct FixedWo<'b, 's> {
+    bsdf: &'b Bsdf<'s>,
+    /// In the shading frame.
+    wo: Vec3,
+    lobes: Lobes,
+    /// For a plain Lambertian surface: `f`, a constant on the side of `wo`.
+    lambert: Option<Rgb>,
+}
+
+impl FixedWo<'_, '_> {
+    /// [`Bsdf::f_cos_wi`] for this `wo` and these lobes.
+    #[inline]
+    pub fn f_cos_wi(&self, wi: Vec3) -> Rgb {
+        if let Some(f) = self.lambert {
+            let cos = self.bsdf.frame.n.dot(wi) * 1.0f32.copysign(self.wo.z);
+            return f * cos.max(0.0);
+        }
+        self.bsdf
+            .eval_local(self.bsdf.frame.to_local(wi), self.wo, self.lobes)
+    }
+
+    /// Upper bound of all channels of [`FixedWo::f_cos_wi`] over the cone around the unit vector `axis`.
+    pub(super) fn bound(&self, axis: Vec3, spread: Spread) -> f32 {
+        let incident = IncidentCone {
+            axis: self.bsdf.frame.to_local(axis),
+            spread,
+            projected: None,
+        };
+        self.bsdf.bound_local(&incident, self.wo, self.lobes)
+    }
+}
+
+impl<'s> Bsdf<'s> {
+    /// The function of `wi` for a fixed `wo` and set of lobes.
+    #[inline]
+    pub fn with_wo(&self, wo: Vec3, lobes: Lobes) -> FixedWo<'_, 's> {
+        let wo = self.frame.to_local(wo);
+        let lambert = self
+            .plain_lambert(wo)
+            .filter(|_| lobes.has(Lobes::DIFFUSE))
+            .map(|lambert| lambert.albedo * FRAC_1_PI);
+        FixedWo {
+            bsdf: self,
+            wo,
+            lobes,
+            lambert,
+        }
+    }
+}

@@ -1,0 +1,210 @@
+//! From the parameters of a material to a scattering model at a point.
+
+use super::material::{Material, PrincipledMaterial, Roughness};
+use super::materials::Materials;
+use super::model::Model;
+use super::models::conductor::{RoughConductor, SmoothConductor};
+use super::models::dielectric::{RoughDielectric, SmoothDielectric};
+use super::models::diffuse::Diffuse;
+use super::models::fresnel::ConductorFresnel;
+use super::models::microfacet::Microfacets;
+use super::models::phong::Phong;
+use super::models::plastic::{ColorShift, Plastic, RoughPlastic};
+use super::models::principled::{Principled, PrincipledParameters};
+use super::models::rough_diffuse::RoughDiffuse;
+use super::models::thin_dielectric::ThinDielectric;
+use super::models::ward::Ward;
+use crate::color::Rgb;
+use crate::geometry::SurfacePoint;
+use crate::ids::MaterialId;
+use crate::math::Vec2;
+use crate::texture::{ColorInput, FloatInput, Texture};
+
+/// Evaluates the parameters of materials at one point.
+#[derive(Clone, Copy)]
+pub(super) struct ModelInstantiation<'a, 's> {
+    pub(super) materials: &'s Materials,
+    pub(super) x: &'a SurfacePoint,
+    pub(super) textures: &'s [Texture],
+}
+
+impl<'s> ModelInstantiation<'_, 's> {
+    fn color(&self, input: &ColorInput) -> Rgb {
+        input.eval(self.x.uv, self.textures)
+    }
+
+    pub(super) fn float(&self, input: &FloatInput) -> f32 {
+        input.eval(self.x.uv, self.textures)
+    }
+
+    fn microfacets(&self, r: &Roughness) -> Microfacets {
+        Microfacets::new(
+            r.distribution,
+            self.float(&r.alpha_u),
+            self.float(&r.alpha_v),
+        )
+    }
+
+    /// The model of a material that is no wrapper.
+    pub(super) fn model(&self, id: MaterialId, material: &Material) -> Model<'s> {
+        match material {
+            Material::Diffuse { reflectance } => Model::Diffuse(Diffuse {
+                reflectance: self.color(reflectance),
+            }),
+            Material::RoughDiffuse {
+                reflectance,
+                alpha,
+                full,
+            } => {
+                let (reflectance, alpha) = (self.color(reflectance), self.float(alpha));
+                if alpha == 0.0 {
+                    return Model::Diffuse(Diffuse { reflectance });
+                }
+                Model::RoughDiffuse(RoughDiffuse::new(reflectance, alpha, *full))
+            }
+            Material::Conductor { .. } => self.conductor(material),
+            Material::Dielectric { .. } => self.dielectric(material),
+            Material::ThinDielectric {
+                eta,
+                specular_reflectance,
+                specular_transmittance,
+            } => Model::ThinDielectric(ThinDielectric {
+                eta: *eta,
+                reflection_tint: self.color(specular_reflectance),
+                transmission_tint: self.color(specular_transmittance),
+            }),
+            Material::Plastic { .. } => self.plastic(id, material),
+            Material::Phong {
+                diffuse_reflectance,
+                specular_reflectance,
+                exponent,
+            } => Model::Phong(Phong::new(
+                self.color(diffuse_reflectance),
+                self.color(specular_reflectance),
+                self.float(exponent),
+            )),
+            Material::Ward {
+                variant,
+                diffuse_reflectance,
+                specular_reflectance,
+                alpha_u,
+                alpha_v,
+            } => Model::Ward(Ward::new(
+                *variant,
+                self.color(diffuse_reflectance),
+                self.color(specular_reflectance),
+                Vec2::new(self.float(alpha_u), self.float(alpha_v)),
+            )),
+            Material::Principled(p) => Model::Principled(self.principled(p)),
+            _ => unreachable!("invariant: wrappers are flattened first"),
+        }
+    }
+
+    fn conductor(&self, material: &Material) -> Model<'s> {
+        let Material::Conductor {
+            eta,
+            k,
+            specular_reflectance,
+            roughness,
+        } = material
+        else {
+            unreachable!("invariant: called for conductors only")
+        };
+        let fresnel = ConductorFresnel::new(self.color(eta), self.color(k));
+        let tint = self.color(specular_reflectance);
+        match roughness {
+            None => Model::SmoothConductor(SmoothConductor { fresnel, tint }),
+            Some(r) => Model::RoughConductor(RoughConductor {
+                facets: self.microfacets(r),
+                fresnel,
+                tint,
+            }),
+        }
+    }
+
+    fn dielectric(&self, material: &Material) -> Model<'s> {
+        let Material::Dielectric {
+            eta,
+            specular_reflectance,
+            specular_transmittance,
+            roughness,
+        } = material
+        else {
+            unreachable!("invariant: called for dielectrics only")
+        };
+        let (eta, reflection_tint) = (*eta, self.color(specular_reflectance));
+        let transmission_tint = self.color(specular_transmittance);
+        match roughness {
+            None => Model::SmoothDielectric(SmoothDielectric {
+                eta,
+                reflection_tint,
+                transmission_tint,
+            }),
+            Some(r) => {
+                let facets = self.microfacets(r);
+                Model::RoughDielectric(RoughDielectric {
+                    facets,
+                    eta,
+                    reflection_tint,
+                    transmission_tint,
+                })
+            }
+        }
+    }
+
+    fn plastic(&self, id: MaterialId, material: &Material) -> Model<'s> {
+        let Material::Plastic {
+            eta,
+            diffuse_reflectance,
+            specular_reflectance,
+            nonlinear,
+            roughness,
+        } = material
+        else {
+            unreachable!("invariant: called for plastics only")
+        };
+        let shift = if *nonlinear {
+            ColorShift::Nonlinear
+        } else {
+            ColorShift::Linear
+        };
+        let (diffuse, tint) = (
+            self.color(diffuse_reflectance),
+            self.color(specular_reflectance),
+        );
+        let coat = self.materials.coat_of[id.index()].map(|coat| &self.materials.coats[coat]);
+        match (coat, roughness) {
+            (Some(coat), Some((distribution, alpha))) => {
+                let facets = Microfacets::new(*distribution, *alpha, *alpha);
+                Model::RoughPlastic(RoughPlastic::new(
+                    facets,
+                    *eta,
+                    coat,
+                    (diffuse, tint),
+                    shift,
+                ))
+            }
+            _ => Model::Plastic(Plastic::new(*eta, diffuse, tint, shift)),
+        }
+    }
+
+    fn principled(&self, p: &PrincipledMaterial) -> Principled {
+        Principled::new(PrincipledParameters {
+            base_color: self.color(&p.base_color),
+            roughness: self.float(&p.roughness),
+            anisotropic: self.float(&p.anisotropic),
+            metallic: self.float(&p.metallic),
+            spec_trans: self.float(&p.spec_trans),
+            eta: p.eta,
+            spec_tint: self.float(&p.spec_tint),
+            sheen: self.float(&p.sheen),
+            sheen_tint: self.float(&p.sheen_tint),
+            flatness: self.float(&p.flatness),
+            clearcoat: self.float(&p.clearcoat),
+            clearcoat_gloss: self.float(&p.clearcoat_gloss),
+            diffuse_rate: p.diffuse_reflectance_sampling_rate,
+            specular_rate: p.main_specular_sampling_rate,
+            clearcoat_rate: p.clearcoat_sampling_rate,
+        })
+    }
+}

@@ -1,0 +1,15 @@
+//! Scattering models, one per file, in a local frame with the normal as z axis; see [`super::model`] for their contract. Also the parts
+//! that several models share: Fresnel equations, microfacet distributions, tables of coats.
+
+pub(super) mod coat;
+pub(super) mod conductor;
+pub(super) mod dielectric;
+pub(super) mod diffuse;
+pub(super) mod fresnel;
+pub(super) mod microfacet;
+pub(super) mod phong;
+pub(super) mod plastic;
+pub(super) mod principled;
+pub(super) mod rough_diffuse;
+pub(super) mod thin_dielectric;
+pub(super) mod ward;

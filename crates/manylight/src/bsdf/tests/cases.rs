@@ -1,0 +1,465 @@
+//! A case for every model and every wrapper.
+
+use crate::bsdf::material::{Distribution, PrincipledMaterial, Roughness, WardVariant};
+use crate::bsdf::{Bsdf, Material, Materials};
+use crate::color::Rgb;
+use crate::geometry::{SurfacePoint, SurfaceRef};
+use crate::ids::{MaterialId, PrimitiveId, TextureId};
+use crate::image::Image;
+use crate::math::{Frame, Mat3, Vec2, Vec3};
+use crate::texture::{Bitmap, ColorInput, Filtering, FloatInput, Texture, Wrap};
+use std::sync::LazyLock;
+
+/// A material tree; the last entry is the root.
+pub(super) struct Case {
+    pub(super) name: &'static str,
+    pub(super) materials: Materials,
+    pub(super) textures: Vec<Texture>,
+}
+
+pub(super) fn rgb(r: f32, g: f32, b: f32) -> ColorInput {
+    ColorInput::Constant(Rgb::new(r, g, b))
+}
+
+pub(super) fn float(v: f32) -> FloatInput {
+    FloatInput::Constant(v)
+}
+
+const WHITE: ColorInput = ColorInput::Constant(Rgb::WHITE);
+
+fn rough(distribution: Distribution, u: f32, v: f32) -> Option<Roughness> {
+    Some(Roughness {
+        distribution,
+        alpha_u: float(u),
+        alpha_v: float(v),
+    })
+}
+
+pub(super) fn diffuse() -> Material {
+    Material::Diffuse {
+        reflectance: rgb(0.2, 0.5, 0.8),
+    }
+}
+
+fn copper(roughness: Option<Roughness>) -> Material {
+    let (eta, k) = (rgb(0.2, 0.92, 1.1), rgb(3.9, 2.45, 2.14));
+    Material::Conductor {
+        eta,
+        k,
+        specular_reflectance: WHITE,
+        roughness,
+    }
+}
+
+fn glass(eta: f32, roughness: Option<Roughness>) -> Material {
+    Material::Dielectric {
+        eta,
+        specular_reflectance: WHITE,
+        specular_transmittance: WHITE,
+        roughness,
+    }
+}
+
+fn plastic(
+    eta: f32,
+    tint: ColorInput,
+    nonlinear: bool,
+    roughness: Option<(Distribution, f32)>,
+) -> Material {
+    let diffuse_reflectance = rgb(0.5, 0.3, 0.1);
+    Material::Plastic {
+        eta,
+        diffuse_reflectance,
+        specular_reflectance: tint,
+        nonlinear,
+        roughness,
+    }
+}
+
+fn varnish() -> Material {
+    plastic(1.5, WHITE, true, Some((Distribution::Ggx, 0.2)))
+}
+
+fn principled(roughness: f32) -> PrincipledMaterial {
+    PrincipledMaterial {
+        base_color: rgb(0.6, 0.3, 0.2),
+        roughness: float(roughness),
+        anisotropic: float(0.0),
+        metallic: float(0.0),
+        spec_trans: float(0.0),
+        eta: 1.5,
+        spec_tint: float(0.0),
+        sheen: float(0.0),
+        sheen_tint: float(0.0),
+        flatness: float(0.0),
+        clearcoat: float(0.0),
+        clearcoat_gloss: float(0.0),
+        diffuse_reflectance_sampling_rate: 1.0,
+        main_specular_sampling_rate: 1.0,
+        clearcoat_sampling_rate: 1.0,
+    }
+}
+
+/// Mitsuba's index of refraction for a value of `specular`.
+fn eta_of_specular(specular: f32) -> f32 {
+    2.0 / (1.0 - (0.08 * specular).sqrt()) - 1.0
+}
+
+fn tilt(first: f32, second: f32, third: f32) -> Texture {
+    let color = ColorInput::Constant(Rgb::new(first, second, third));
+    Texture::Checkerboard {
+        color0: color,
+        color1: color,
+        uv_transform: Mat3::IDENTITY,
+    }
+}
+
+/// Three rows of four texels with the values 0 to 11.
+fn ramp() -> Texture {
+    let image = Image {
+        width: 4,
+        height: 3,
+        channels: 1,
+        data: (0..12).map(|i| i as f32).collect(),
+    };
+    Texture::Bitmap(Bitmap {
+        image,
+        filtering: Filtering::Bilinear,
+        wrap: Wrap::Repeat,
+        uv_transform: Mat3::IDENTITY,
+    })
+}
+
+/// Every model and every wrapper, made once.
+pub(super) fn cases() -> &'static [Case] {
+    static CASES: LazyLock<Vec<Case>> = LazyLock::new(all_cases);
+    &CASES
+}
+
+/// A name and a list of materials.
+type Named = (&'static str, Vec<Material>);
+
+fn diffuse_and_conductors() -> Vec<Named> {
+    use Distribution::{Beckmann, Ggx};
+    vec![
+        ("diffuse", vec![diffuse()]),
+        (
+            "rough_diffuse",
+            vec![Material::RoughDiffuse {
+                reflectance: rgb(0.2, 0.5, 0.8),
+                alpha: float(0.4),
+                full: false,
+            }],
+        ),
+        (
+            "rough_diffuse_full",
+            vec![Material::RoughDiffuse {
+                reflectance: rgb(0.2, 0.5, 0.8),
+                alpha: float(0.5),
+                full: true,
+            }],
+        ),
+        ("conductor", vec![copper(None)]),
+        ("rough_conductor_ggx", vec![copper(rough(Ggx, 0.3, 0.3))]),
+        (
+            "rough_conductor_beckmann_aniso",
+            vec![Material::Conductor {
+                eta: rgb(0.2, 0.92, 1.1),
+                k: rgb(3.9, 2.45, 2.14),
+                specular_reflectance: rgb(0.9, 0.8, 0.7),
+                roughness: rough(Beckmann, 0.15, 0.4),
+            }],
+        ),
+        (
+            "rough_conductor_narrow",
+            vec![copper(rough(Ggx, 0.05, 0.05))],
+        ),
+        (
+            "rough_mirror",
+            vec![Material::Conductor {
+                eta: ColorInput::Constant(Rgb::BLACK),
+                k: WHITE,
+                specular_reflectance: WHITE,
+                roughness: rough(Beckmann, 0.2, 0.2),
+            }],
+        ),
+    ]
+}
+
+fn dielectrics() -> Vec<Named> {
+    use Distribution::{Beckmann, Ggx};
+    vec![
+        ("glass", vec![glass(1.5, None)]),
+        (
+            "thin_glass",
+            vec![Material::ThinDielectric {
+                eta: 1.5,
+                specular_reflectance: WHITE,
+                specular_transmittance: rgb(0.9, 0.8, 0.7),
+            }],
+        ),
+        (
+            "rough_glass_ggx",
+            vec![Material::Dielectric {
+                eta: 1.5,
+                specular_reflectance: rgb(0.9, 0.8, 0.7),
+                specular_transmittance: rgb(0.5, 0.6, 0.9),
+                roughness: rough(Ggx, 0.3, 0.3),
+            }],
+        ),
+        (
+            "rough_glass_beckmann_aniso",
+            vec![glass(1.33, rough(Beckmann, 0.2, 0.4))],
+        ),
+        (
+            "rough_glass_inverted",
+            vec![glass(1.0 / 1.5, rough(Ggx, 0.25, 0.25))],
+        ),
+    ]
+}
+
+fn coats_and_empirical_models() -> Vec<Named> {
+    use Distribution::{Beckmann, Ggx};
+    vec![
+        (
+            "plastic",
+            vec![plastic(1.5, rgb(0.9, 0.8, 0.7), false, None)],
+        ),
+        ("plastic_nonlinear", vec![plastic(1.9, WHITE, true, None)]),
+        ("rough_plastic_ggx", vec![varnish()]),
+        (
+            "rough_plastic_beckmann",
+            vec![plastic(
+                1.49 / 1.000_277,
+                rgb(0.9, 0.8, 0.7),
+                false,
+                Some((Beckmann, 0.1)),
+            )],
+        ),
+        (
+            "rough_plastic_narrow",
+            vec![plastic(1.5, WHITE, false, Some((Ggx, 0.05)))],
+        ),
+        (
+            "phong",
+            vec![Material::Phong {
+                diffuse_reflectance: rgb(0.5, 0.3, 0.1),
+                specular_reflectance: rgb(0.4, 0.4, 0.4),
+                exponent: float(30.0),
+            }],
+        ),
+        ("ward", vec![ward(WardVariant::Ward)]),
+        ("ward_duer", vec![ward(WardVariant::WardDuer)]),
+        ("ward_balanced", vec![ward(WardVariant::Balanced)]),
+    ]
+}
+
+fn principled_models() -> Vec<Named> {
+    vec![
+        (
+            "principled_plain",
+            vec![Material::Principled(Box::new(PrincipledMaterial {
+                eta: eta_of_specular(0.5),
+                ..principled(0.5)
+            }))],
+        ),
+        (
+            "principled_metal",
+            vec![Material::Principled(Box::new(PrincipledMaterial {
+                metallic: float(0.7),
+                anisotropic: float(0.6),
+                eta: eta_of_specular(0.4),
+                ..principled(0.4)
+            }))],
+        ),
+        (
+            "principled_full",
+            vec![Material::Principled(Box::new(PrincipledMaterial {
+                metallic: float(0.2),
+                anisotropic: float(0.3),
+                eta: 1.4,
+                spec_tint: float(0.5),
+                sheen: float(0.7),
+                sheen_tint: float(0.4),
+                flatness: float(0.5),
+                clearcoat: float(0.8),
+                clearcoat_gloss: float(0.3),
+                ..principled(0.6)
+            }))],
+        ),
+        (
+            "principled_glass",
+            vec![Material::Principled(Box::new(PrincipledMaterial {
+                metallic: float(0.1),
+                spec_trans: float(0.8),
+                spec_tint: float(0.3),
+                clearcoat: float(0.5),
+                clearcoat_gloss: float(0.4),
+                ..principled(0.5)
+            }))],
+        ),
+    ]
+}
+
+fn untilted_wrappers() -> Vec<Named> {
+    use Distribution::Ggx;
+    let two_sided = |id: u32| Material::TwoSided {
+        front: MaterialId(id),
+        back: MaterialId(id),
+    };
+    vec![
+        (
+            "blend",
+            vec![
+                diffuse(),
+                varnish(),
+                Material::Blend {
+                    weight: float(0.3),
+                    first: MaterialId(0),
+                    second: MaterialId(1),
+                },
+            ],
+        ),
+        (
+            "mask",
+            vec![
+                diffuse(),
+                Material::Mask {
+                    opacity: float(0.3),
+                    inner: MaterialId(0),
+                },
+            ],
+        ),
+        ("null", vec![Material::Null]),
+        ("two_sided", vec![varnish(), two_sided(0)]),
+        (
+            "two_sided_different",
+            vec![
+                diffuse(),
+                copper(rough(Ggx, 0.3, 0.3)),
+                Material::TwoSided {
+                    front: MaterialId(0),
+                    back: MaterialId(1),
+                },
+            ],
+        ),
+    ]
+}
+
+fn tilts() -> Vec<Named> {
+    use Distribution::Ggx;
+    let two_sided = |id: u32| Material::TwoSided {
+        front: MaterialId(id),
+        back: MaterialId(id),
+    };
+    let bumped = |id: u32| Material::BumpMap {
+        texture: TextureId(1),
+        scale: 0.05,
+        inner: MaterialId(id),
+    };
+    let mapped = |id: u32| Material::NormalMap {
+        texture: TextureId(0),
+        inner: MaterialId(id),
+    };
+    vec![
+        ("normal_map", vec![diffuse(), mapped(0)]),
+        (
+            "normal_map_anisotropic",
+            vec![copper(rough(Ggx, 0.15, 0.4)), mapped(0)],
+        ),
+        (
+            "two_sided_normal_map",
+            vec![diffuse(), mapped(0), two_sided(1)],
+        ),
+        (
+            "normal_map_two_sided",
+            vec![varnish(), two_sided(0), mapped(1)],
+        ),
+        (
+            "normal_map_glass",
+            vec![glass(1.5, rough(Ggx, 0.3, 0.3)), mapped(0)],
+        ),
+        ("bump_map", vec![diffuse(), bumped(0)]),
+        (
+            "bump_map_anisotropic",
+            vec![copper(rough(Ggx, 0.15, 0.4)), bumped(0)],
+        ),
+        (
+            "normal_map_plastic",
+            vec![plastic(1.5, WHITE, false, None), mapped(0)],
+        ),
+    ]
+}
+
+/// The names are those of the table of reference values.
+fn all_cases() -> Vec<Case> {
+    let lists = [
+        diffuse_and_conductors(),
+        dielectrics(),
+        coats_and_empirical_models(),
+        principled_models(),
+        untilted_wrappers(),
+        tilts(),
+    ];
+    lists
+        .into_iter()
+        .flatten()
+        .map(|(name, materials)| {
+            let mild = matches!(
+                name,
+                "normal_map" | "normal_map_glass" | "normal_map_plastic"
+            );
+            let normal = if mild {
+                tilt(0.65, 0.4, 0.9)
+            } else {
+                tilt(0.3, 0.6, 0.9)
+            };
+            Case {
+                name,
+                materials: Materials::new(materials),
+                textures: vec![normal, ramp()],
+            }
+        })
+        .collect()
+}
+
+fn ward(variant: WardVariant) -> Material {
+    let (diffuse_reflectance, specular_reflectance) = (rgb(0.5, 0.3, 0.1), rgb(0.4, 0.4, 0.4));
+    Material::Ward {
+        variant,
+        diffuse_reflectance,
+        specular_reflectance,
+        alpha_u: float(0.15),
+        alpha_v: float(0.3),
+    }
+}
+
+/// A point with the shading frame of the world's axes and the given geometric normal.
+fn surface(ng: Vec3) -> SurfacePoint {
+    SurfacePoint {
+        p: Vec3::ZERO,
+        ng,
+        frame: Frame {
+            s: Vec3::X,
+            t: Vec3::Y,
+            n: Vec3::Z,
+        },
+        uv: Vec2::new(0.3, 0.4),
+        dp_du: Vec3::X,
+        dp_dv: Vec3::Y,
+        at: SurfaceRef {
+            primitive: PrimitiveId(0),
+            element: 0,
+            instance: SurfaceRef::NO_INSTANCE,
+            coordinates: Vec2::ZERO,
+        },
+        offset: 0.0,
+    }
+}
+
+impl Case {
+    pub(super) fn bsdf(&self, ng: Vec3) -> Bsdf<'_> {
+        let root = MaterialId::from(self.materials.descriptions().len() - 1);
+        self.materials.bsdf(root, &surface(ng), &self.textures)
+    }
+}

@@ -1,0 +1,93 @@
+//! Evaluation in lanes against evaluation of single functions.
+
+use super::*;
+use crate::bsdf::{FixedWoLanes, LaneModel};
+use crate::lanes::{LANES, LaneMask, Lanes, Lanes3};
+use crate::math::Spread;
+use crate::simd::{Isa, Simd, SimdKernel};
+
+/// [`FixedWoLanes::f_cos_wi`] in lanes.
+struct InLanes<'a>(&'a FixedWoLanes<'a, 'a>, &'a Lanes3);
+
+impl SimdKernel for InLanes<'_> {
+    type Output = Lanes3;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) -> Lanes3 {
+        self.0.f_cos_wi(s.wide(), self.1, LaneMask::MAX)
+    }
+}
+
+#[test]
+fn lanes_have_the_values_of_single_functions() {
+    for case in cases() {
+        for ng in normals() {
+            let bsdf = case.bsdf(ng);
+            let mut sampler = sampler(7);
+            for count in [1, 5, LANES] {
+                let directions: Vec<Vec3> = (0..count).map(|_| direction(&mut sampler)).collect();
+                let mut incident = Lanes3::ZERO;
+                (0..LANES).for_each(|i| incident.set(i, direction(&mut sampler)));
+                for model in [bsdf.lane_model(), LaneModel::Any] {
+                    let lanes = FixedWoLanes::new(
+                        model,
+                        Lobes::NON_SPECULAR,
+                        directions.iter().map(|&wo| (&bsdf, wo)),
+                    );
+                    let values = Isa::best().run(InLanes(&lanes, &incident));
+                    for (i, &wo) in directions.iter().enumerate() {
+                        let single = bsdf
+                            .with_wo(wo, Lobes::NON_SPECULAR)
+                            .f_cos_wi(incident.vec(i));
+                        for (a, b) in values.rgb(i).to_array().into_iter().zip(single.to_array()) {
+                            assert_close(a, b, 1e-4, case.name);
+                        }
+                    }
+                    for i in count..LANES {
+                        assert!(values.rgb(i).is_black(), "{}", case.name);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// [`FixedWoLanes::bounds`] in lanes.
+struct BoundsInLanes<'a>(&'a FixedWoLanes<'a, 'a>, &'a Lanes3, &'a [Spread; LANES]);
+
+impl SimdKernel for BoundsInLanes<'_> {
+    type Output = Lanes;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _s: S) -> Lanes {
+        self.0.bounds(self.1, self.2, LaneMask::MAX)
+    }
+}
+
+#[test]
+fn bounds_in_lanes_are_those_of_single_functions() {
+    for case in cases() {
+        let bsdf = case.bsdf(Vec3::Z);
+        let mut sampler = sampler(33);
+        for _ in 0..20 {
+            let directions: [Vec3; LANES] = std::array::from_fn(|_| direction(&mut sampler));
+            let cones: [(Cone, Vec3); LANES] =
+                std::array::from_fn(|_| cone_with_direction(&mut sampler));
+            let lobes = Lobes::NON_SPECULAR;
+            let lanes = FixedWoLanes::new(
+                bsdf.lane_model(),
+                lobes,
+                directions.iter().map(|&wo| (&bsdf, wo)),
+            );
+            let axes = Lanes3::from_fn(|i| cones[i].0.axis);
+            let spreads = cones.map(|(cone, _)| Spread::new(cone.half_angle));
+            let bounds = Isa::best().run(BoundsInLanes(&lanes, &axes, &spreads));
+            for (i, &wo) in directions.iter().enumerate() {
+                let single = bsdf.bound_f_cos_wi(&cones[i].0, wo, lobes);
+                if single.is_finite() {
+                    assert_close(bounds[i], single, 1e-3, case.name);
+                }
+            }
+        }
+    }
+}

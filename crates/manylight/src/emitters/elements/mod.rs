@@ -1,0 +1,16 @@
+//! Elements of the emitters with a position: primitives, triangles of larger meshes, points and spots.
+//!
+//! An element is the unit among which [`super::emitter_tree`] chooses, and which is sampled as a whole.
+
+mod element;
+mod list;
+mod of_primitive;
+mod planar;
+mod power;
+mod sphere;
+mod visible_point;
+
+pub(super) use element::{ElementBounds, ElementShape};
+pub(super) use list::ElementList;
+#[cfg(test)]
+pub(super) use power::point_power;

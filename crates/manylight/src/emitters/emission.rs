@@ -1,0 +1,168 @@
+//! Emission of photons.
+
+use super::Emitters;
+use super::description::Emitter;
+use super::infinite::{GuidingPrepass, InfiniteEmissionNumbers, InfiniteLightGuides};
+use super::point::cone_direction;
+use super::selection_weight::SelectionWeight;
+use crate::color::Rgb;
+use crate::geometry::{Geometry, Ray, SurfacePoint};
+use crate::ids::{EmitterId, PrimitiveId};
+use crate::math::{Frame, Vec2};
+use crate::sampling::alias::Alias;
+use crate::sampling::warp;
+use crate::texture::{ColorInput, Texture};
+use std::f32::consts::PI;
+
+/// The random numbers of the emission of one photon, each in [0, 1).
+#[derive(Clone, Copy, Debug)]
+pub struct EmissionNumbers {
+    /// Choice of the emitter.
+    pub emitter: f32,
+    /// Position on the emitter; for infinite lights on the disc through which their rays enter the scene.
+    pub position: Vec2,
+    /// Direction.
+    pub direction: Vec2,
+    /// Choice of the element of an area emitter; for infinite lights choice between guided and unguided emission.
+    pub element: f32,
+}
+
+/// An emitted photon.
+#[derive(Clone, Copy, Debug)]
+pub struct EmissionSample {
+    /// The photon's ray; the origin is moved off the emitter's surface.
+    pub ray: Ray,
+    /// Emitted flux over the probability density of the sample (including the choice of the emitter), in W. Divided by the
+    /// number of emitted photons it is the flux of the photon.
+    pub flux: Rgb,
+    /// The emitter.
+    pub emitter: EmitterId,
+    /// The emitting point of an area emitter; `None` for points, spots and infinite lights. Light tracing connects it to the
+    /// camera.
+    pub surface: Option<SurfacePoint>,
+}
+
+/// Densities for the emission of photons by infinite lights that are concentrated on the visible part of the scene.
+/// A guide changes densities only: the expected value of every estimate stays the same.
+///
+/// The default guide is unguided emission.
+#[derive(Debug, Default)]
+pub struct EmissionGuide(Option<GuidedEmission>);
+
+#[derive(Debug)]
+struct GuidedEmission {
+    guides: InfiniteLightGuides,
+    /// Choice of an emitter. Infinite lights are chosen in proportion to power over gain of their guide: guided photons have less
+    /// flux by that factor.
+    choice: Option<Alias>,
+}
+
+impl Emitters {
+    /// Emits a photon: chooses an emitter by power (see [`EmissionGuide`] for infinite lights), then a position and a direction.
+    /// `None` if the sample has no flux.
+    pub fn sample_emission(
+        &self,
+        geometry: &Geometry,
+        textures: &[Texture],
+        guide: &EmissionGuide,
+        u: EmissionNumbers,
+    ) -> Option<EmissionSample> {
+        let guided = guide.0.as_ref();
+        let choice = guided.map_or(&self.by_power, |guided| &guided.choice);
+        let (index, pmf) = choice.as_ref()?.sample(u.emitter);
+        let emitter = EmitterId::from(index);
+        let (ray, flux, surface) = match &self.emitters[index] {
+            Emitter::Area { radiance } => {
+                self.emit_from_surface(geometry, textures, emitter, *radiance, u)?
+            }
+            Emitter::Point {
+                position,
+                intensity,
+            } => (
+                Ray::new(*position, warp::sphere(u.direction)),
+                *intensity / warp::SPHERE_PDF,
+                None,
+            ),
+            spot @ Emitter::Spot {
+                position,
+                direction,
+                cutoff,
+                ..
+            } => {
+                let w = cone_direction(*direction, *cutoff, u.direction);
+                let flux = spot.point_intensity(textures, w) / warp::cone_pdf(cutoff.cos());
+                (Ray::new(*position, w), flux, None)
+            }
+            Emitter::Directional { .. } | Emitter::Constant { .. } | Emitter::Environment(_) => {
+                let numbers = InfiniteEmissionNumbers {
+                    position: u.position,
+                    direction: u.direction,
+                    guide: u.element,
+                };
+                let guides = guided.map(|guided| &guided.guides);
+                let (ray, flux) = self.infinite.emit(emitter, guides, numbers)?;
+                (ray, flux, None)
+            }
+        };
+        (!flux.is_black()).then_some(EmissionSample {
+            ray,
+            flux: flux / pmf,
+            emitter,
+            surface,
+        })
+    }
+
+    /// A guide for the photons of infinite lights, made by a guiding pre-pass: diffuse walks start along the camera's `rays` and
+    /// sample the infinite lights at each of their vertices. Without a guide, few photons of the sun or sky reach an interior
+    /// through its windows. The walks pass through the surfaces for which `see_through` is true: glass in windows.
+    ///
+    /// The same rays give the same guide, for any number of threads. Without infinite lights the guide is the default one, and
+    /// `rays` is not called.
+    pub fn emission_guide(
+        &self,
+        geometry: &Geometry,
+        rays: impl FnOnce() -> Vec<Ray>,
+        see_through: impl Fn(PrimitiveId) -> bool + Sync,
+    ) -> EmissionGuide {
+        if self.infinite.is_empty() {
+            return EmissionGuide::default();
+        }
+        let prepass = GuidingPrepass {
+            geometry,
+            lights: &self.infinite,
+            see_through: &see_through,
+        };
+        let guides = prepass.learn_guides(rays());
+        let mut weights: Vec<f32> = self.powers.iter().map(|p| p.selection_weight()).collect();
+        for (emitter, gain) in self.infinite.gains(&guides) {
+            weights[emitter.index()] /= gain;
+        }
+        let choice = Alias::new(&weights);
+        EmissionGuide(Some(GuidedEmission { guides, choice }))
+    }
+
+    /// Ray, flux before division by the probability of the emitter, and emitting point of a photon of an area emitter.
+    fn emit_from_surface(
+        &self,
+        geometry: &Geometry,
+        textures: &[Texture],
+        emitter: EmitterId,
+        radiance: ColorInput,
+        u: EmissionNumbers,
+    ) -> Option<(Ray, Rgb, Option<SurfacePoint>)> {
+        let (element, pmf) = self.elements.choose(emitter, u.element)?;
+        let y = element.sample_area(geometry, u.position)?;
+        let radiance = radiance.eval(y.uv, textures);
+        if radiance.is_black() {
+            return None;
+        }
+        // Light leaves on the side of the shading normal, in proportion to the geometric cosine. Of two opposite directions
+        // exactly one is on that side, so a cosine-distributed direction on the other side is reversed.
+        let w = Frame::from_normal(y.ng)
+            .to_world(warp::cosine_hemisphere(u.direction))
+            .normalize();
+        let w = if y.frame.n.dot(w) >= 0.0 { w } else { -w };
+        let flux = radiance * (PI / (element.pdf_area(&y) * pmf));
+        Some((y.spawn(w), flux, Some(y)))
+    }
+}

@@ -1,0 +1,19 @@
+//! Infinite lights: parallel light, constant environments, environment maps.
+
+mod bounding_sphere;
+mod environment;
+mod environment_tiles;
+mod guide_tree;
+mod guides;
+mod light;
+mod lights;
+mod plan;
+mod prepass;
+
+pub(super) use bounding_sphere::BoundingSphere;
+#[cfg(test)]
+pub(super) use environment::EnvironmentSampler;
+pub(super) use guides::InfiniteLightGuides;
+pub(super) use lights::{InfiniteEmissionNumbers, InfiniteLights, SampledRadiance};
+pub use plan::InfiniteLightPlan;
+pub(super) use prepass::GuidingPrepass;

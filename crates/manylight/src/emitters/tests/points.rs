@@ -1,0 +1,88 @@
+//! Spots and projector textures against Mitsuba 3.9.1.
+
+use super::*;
+use crate::emitters::elements::point_power;
+
+#[test]
+fn spots_match_mitsuba() {
+    let degrees = [0.0f32, 5.0, 12.0, 16.0, 19.9, 25.0, 29.0, 31.0];
+    let cases = [
+        (20.0f32, 15.0f32, [2.0, 2.0, 2.0, 1.6, 0.04, 0.0, 0.0, 0.0]),
+        (30.0, 10.0, [2.0, 2.0, 1.8, 1.4, 1.01, 0.5, 0.1, 0.0]),
+        (30.0, 30.0, [2.0, 2.0, 2.0, 2.0, 2.0, 2.0, 2.0, 0.0]),
+    ];
+    for (cutoff, beam_width, values) in cases {
+        let spot = Emitter::Spot {
+            position: Vec3::ZERO,
+            direction: Vec3::Z,
+            intensity: Rgb::splat(2.0),
+            cutoff: cutoff.to_radians(),
+            beam_width: beam_width.to_radians(),
+            projector: None,
+        };
+        let intensity = |angle: f32| {
+            spot.point_intensity(&[], Vec3::new(angle.sin(), 0.0, angle.cos()))
+                .r
+        };
+        for (angle, value) in degrees.into_iter().zip(values) {
+            assert!(
+                (intensity(angle.to_radians()) - value).abs() < 1e-3,
+                "{cutoff} {beam_width} at {angle}"
+            );
+        }
+        let n = 20_000;
+        let step = PI / n as f32;
+        let power: f64 = (0..n)
+            .map(|i| (i as f32 + 0.5) * step)
+            .map(|angle| f64::from(intensity(angle) * angle.sin() * 2.0 * PI * step))
+            .sum();
+        assert!((f64::from(point_power(&spot, &[]).g) / power - 1.0).abs() < 1e-3);
+    }
+}
+
+#[test]
+fn projector_textures_match_mitsuba() {
+    let image = Image {
+        width: 4,
+        height: 4,
+        channels: 3,
+        data: (0..16)
+            .map(|i| {
+                (
+                    i as f32 / 16.0 + 0.05,
+                    (i / 4 + i % 4 * 4) as f32 / 16.0 + 0.05,
+                )
+            })
+            .flat_map(|(r, b)| [r, 1.0, b])
+            .collect(),
+    };
+    let picture = Texture::Bitmap(Bitmap {
+        image,
+        filtering: Filtering::Nearest,
+        wrap: Wrap::Repeat,
+        uv_transform: Mat3::IDENTITY,
+    });
+    let spot = Emitter::Spot {
+        position: Vec3::new(1.0, 2.0, 3.0),
+        direction: Vec3::Z,
+        intensity: Rgb::new(1.0, 2.0, 3.0),
+        cutoff: 30f32.to_radians(),
+        beam_width: 20f32.to_radians(),
+        projector: Some(projector()),
+    };
+    for (w, expected) in [
+        ([0.1, 0.05], [0.675, 2.0, 2.025]),
+        ([-0.2, 0.3], [0.8625, 2.0, 1.4625]),
+        ([0.3, -0.3], [0.166_493, 1.402_048, 1.682_457]),
+        ([-0.5, 0.0], [0.188_923, 0.686_993, 0.180_336]),
+    ] {
+        let w = Vec2::from(w).extend(1.0).normalize();
+        let found = spot
+            .point_intensity(std::slice::from_ref(&picture), w)
+            .to_array();
+        assert!(
+            (0..3).all(|c| (found[c] - expected[c]).abs() < 1e-4),
+            "{w}: {found:?}"
+        );
+    }
+}

@@ -1,0 +1,201 @@
+//! The checks that a description must pass: after them nothing in the core can fail.
+
+use super::check_materials::{check_materials, check_texture};
+use super::error::{Checked, check_index, ensure, fail, with_context};
+use super::{PrimitiveDesc, SceneDesc};
+use crate::emitters::Emitter;
+use crate::geometry::{Mesh, Shape};
+use crate::math::{Affine3A, UVec2, Vec3};
+use crate::sensors::SensorDesc;
+use crate::texture::ColorInput;
+
+/// Checks a scene description. `sensor` is the index of the sensor to render.
+pub(super) fn check(desc: &SceneDesc, sensor: usize) -> Checked {
+    let Some(camera) = desc.sensors.get(sensor) else {
+        return fail(format!(
+            "sensor {sensor} was asked for, but the scene has {}",
+            desc.sensors.len()
+        ));
+    };
+    check_sensor(camera)?;
+    for (i, shape) in desc.shapes.iter().enumerate() {
+        check_shape(shape).map_err(|e| with_context(&format!("shape {i}"), &e))?;
+    }
+    check_textures(desc)?;
+    check_materials(desc)?;
+    for (i, emitter) in desc.emitters.iter().enumerate() {
+        let check = match emitter {
+            Emitter::Area { radiance } => check_color(desc, *radiance),
+            Emitter::Spot {
+                projector: Some(projector),
+                ..
+            } => check_texture(desc, projector.texture),
+            _ => Ok(()),
+        };
+        check.map_err(|e| with_context(&format!("emitter {i}"), &e))?;
+    }
+    for (i, primitive) in desc.primitives.iter().enumerate() {
+        check_primitive(desc, primitive).map_err(|e| with_context(&title(primitive, i), &e))?;
+    }
+    check_groups(desc)
+}
+
+fn check_groups(desc: &SceneDesc) -> Checked {
+    for (i, primitive) in desc.groups.iter().flatten().enumerate() {
+        let check = check_primitive(desc, primitive).and_then(|()| {
+            ensure(primitive.emitter.is_none(), || {
+                "has an emitter, which is not possible inside a group".to_owned()
+            })
+        });
+        check.map_err(|e| with_context(&format!("in a group, {}", title(primitive, i)), &e))?;
+    }
+    for (i, instance) in desc.instances.iter().enumerate() {
+        let check = check_index("group", instance.group, desc.groups.len())
+            .and_then(|()| check_transform(&instance.world_from_group));
+        check.map_err(|e| with_context(&format!("instance {i}"), &e))?;
+    }
+    Ok(())
+}
+
+fn check_primitive(desc: &SceneDesc, primitive: &PrimitiveDesc) -> Checked {
+    check_index("shape", primitive.shape.index(), desc.shapes.len())?;
+    check_index("material", primitive.material.index(), desc.materials.len())?;
+    check_transform(&primitive.world_from_object)?;
+    let Some(emitter) = primitive.emitter else {
+        return Ok(());
+    };
+    check_index("emitter", emitter.index(), desc.emitters.len())?;
+    ensure(
+        matches!(desc.emitters[emitter.index()], Emitter::Area { .. }),
+        || {
+            format!(
+                "emitter {} is not an area emitter and cannot sit on a surface",
+                emitter.0
+            )
+        },
+    )
+}
+
+fn check_shape(shape: &Shape) -> Checked {
+    let positive = |radius: f32| {
+        ensure(radius.is_finite() && radius > 0.0, || {
+            format!("the radius {radius} is not positive and finite")
+        })
+    };
+    let finite = |p: Vec3| ensure(p.is_finite(), || format!("the point {p} is not finite"));
+    match shape {
+        Shape::Mesh(mesh) => check_mesh(mesh),
+        Shape::Sphere { center, radius } => finite(*center).and_then(|()| positive(*radius)),
+        Shape::Disk => Ok(()),
+        Shape::Cylinder { p0, p1, radius } => {
+            finite(*p0)?;
+            finite(*p1)?;
+            ensure((*p1 - *p0).try_normalize().is_some(), || {
+                "the axis has no length".to_owned()
+            })?;
+            positive(*radius)
+        }
+    }
+}
+
+fn check_mesh(mesh: &Mesh) -> Checked {
+    let count = mesh.positions.len();
+    for (name, len) in [("normals", mesh.normals.len()), ("uvs", mesh.uvs.len())] {
+        ensure(len == 0 || len == count, || {
+            format!("{len} {name} for {count} positions; none or one each expected")
+        })?;
+    }
+    if let Some(i) = mesh.positions.iter().position(|p| !p.is_finite()) {
+        return fail(format!("position {i} is not finite"));
+    }
+    let outside = |triangle: &[u32; 3]| triangle.iter().any(|&i| i as usize >= count);
+    match mesh.triangles.iter().position(outside) {
+        Some(i) => fail(format!(
+            "triangle {i} names the vertices {:?} of {count}",
+            mesh.triangles[i]
+        )),
+        None => Ok(()),
+    }
+}
+
+fn check_transform(transform: &Affine3A) -> Checked {
+    ensure(transform.is_finite(), || {
+        "the transform is not finite".to_owned()
+    })?;
+    let inverse = glam::Mat3::from(transform.matrix3).as_dmat3().inverse();
+    ensure(inverse.is_finite(), || {
+        "the transform is singular".to_owned()
+    })
+}
+
+fn check_sensor(sensor: &SensorDesc) -> Checked {
+    let film = &sensor.film;
+    let check = check_transform(&sensor.world_from_camera).and_then(|()| {
+        ensure(film.size.min_element() > 0, || {
+            format!("the film of {} pixels is empty", pixels(film.size))
+        })?;
+        ensure(film.crop_size.min_element() > 0, || {
+            format!("the crop of {} pixels is empty", pixels(film.crop_size))
+        })?;
+        let fits = |size: u32, offset: u32, whole: u32| {
+            offset.checked_add(size).is_some_and(|end| end <= whole)
+        };
+        let (size, offset, whole) = (film.crop_size, film.crop_offset, film.size);
+        ensure(
+            fits(size.x, offset.x, whole.x) && fits(size.y, offset.y, whole.y),
+            || {
+                format!(
+                    "the crop of {} at {} leaves the film of {} pixels",
+                    pixels(size),
+                    pixels(offset),
+                    pixels(whole)
+                )
+            },
+        )
+    });
+    check.map_err(|e| {
+        with_context(
+            if sensor.name.is_empty() {
+                "the sensor"
+            } else {
+                &sensor.name
+            },
+            &e,
+        )
+    })
+}
+
+fn pixels(size: UVec2) -> String {
+    format!("{} x {}", size.x, size.y)
+}
+
+/// A nested texture must precede the texture that contains it, so that there are no cycles.
+fn check_textures(desc: &SceneDesc) -> Checked {
+    for (i, texture) in desc.textures.iter().enumerate() {
+        for nested in texture.nested() {
+            ensure(nested.index() < i, || {
+                format!(
+                    "texture {i} contains texture {}, which is not before it",
+                    nested.0
+                )
+            })?;
+        }
+    }
+    Ok(())
+}
+
+fn check_color(desc: &SceneDesc, input: ColorInput) -> Checked {
+    match input {
+        ColorInput::Texture(id) => check_texture(desc, id),
+        ColorInput::Constant(_) => Ok(()),
+    }
+}
+
+/// The name of a primitive in messages.
+fn title(primitive: &PrimitiveDesc, index: usize) -> String {
+    if primitive.name.is_empty() {
+        format!("primitive {index}")
+    } else {
+        format!("primitive \"{}\"", primitive.name)
+    }
+}
