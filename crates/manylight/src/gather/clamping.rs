@@ -1,9 +1,15 @@
 //! The clamp on the `1 / d²` singularity of a connection. The sum over lights uses its weight, bias compensation the clamped
 //! fraction, one minus the weight.
+#![expect(
+    clippy::needless_range_loop,
+    reason = "loops over lanes read like what they become: vector instructions"
+)]
 
 use super::light_index::{Assignment, LightIndex};
+use super::points::Batch;
 use super::{Gather, ShadingPoint, Subset};
 use crate::color::Rgb;
+use crate::lanes::{LANES, Lanes, Lanes3};
 use crate::math::Vec3;
 use crate::virtual_lights::SurfaceLocation;
 
@@ -55,6 +61,49 @@ impl Clamp {
                 (limit / geometry).min(1.0)
             }
         }
+    }
+}
+
+/// The connections of one batch with a point, as clamping sees them: [`ClampedConnection`] in lanes.
+pub(super) struct ClampedConnections<'a> {
+    pub(super) batch: &'a Batch<'a, 'a>,
+    pub(super) w: &'a Lanes3,
+    pub(super) inv_d2: &'a Lanes,
+    pub(super) f_cos: &'a Lanes3,
+    pub(super) n: Vec3,
+    pub(super) area: f32,
+}
+
+impl ClampedConnections<'_> {
+    /// [`Clamp::weight`] in each lane.
+    #[inline(always)]
+    pub(super) fn weights(&self, clamp: Clamp) -> Lanes {
+        let lane = |clamp: Clamp, i: usize| {
+            clamp.weight(&ClampedConnection {
+                w: self.w.vec(i),
+                inv_d2: self.inv_d2[i],
+                f_cos: self.f_cos.rgb(i),
+                n_x: self.batch.ng.vec(i),
+                n_y: self.n,
+                area: self.area,
+            })
+        };
+        let mut weights = [1.0; LANES];
+        // One loop for each kind, so that the choice is not made in every lane.
+        match clamp {
+            Clamp::None => {}
+            Clamp::Auto(strength) => {
+                for i in 0..LANES {
+                    weights[i] = lane(Clamp::Auto(strength), i);
+                }
+            }
+            Clamp::Value(limit) => {
+                for i in 0..LANES {
+                    weights[i] = lane(Clamp::Value(limit), i);
+                }
+            }
+        }
+        weights
     }
 }
 

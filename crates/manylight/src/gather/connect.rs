@@ -1,21 +1,16 @@
 //! Connections of up to 64 points, sixteen at a time, with one light after the other: the innermost loop of all methods.
-#![expect(
-    clippy::needless_range_loop,
-    reason = "loops over lanes read like what they become: vector instructions"
-)]
 
 use super::block::ShadowBlock;
-use super::clamping::ClampedConnection;
+use super::clamping::ClampedConnections;
 use super::light_points::{FacingPoints, LightPoint, PointCounts, point_of_disc};
 use super::points::{BATCHES, Batch};
 use super::sphere::{
     DirectionCone, LightLobe, SphereConnection, SphereSamples, only, sphere_radius,
 };
-use super::{Clamp, Gather, Gathered, Kernel, LightIndex};
+use super::{Gather, Gathered, Kernel, LightIndex};
 use crate::ids::LightId;
 use crate::lanes::vectors::{dot, luminance, mul3, scale3, splat3};
 use crate::lanes::{LANES, LaneMask, Lanes, Lanes3};
-use crate::math::Vec3;
 use crate::scene::Scene;
 use crate::simd::{self, Isa, Simd, Wide};
 use crate::virtual_lights::moments::POINTS;
@@ -379,49 +374,6 @@ struct PointGeometry<W: Wide> {
     /// Inverse of the squared distances, in 1/m².
     inv_d2: W::F,
     active: LaneMask,
-}
-
-/// The connections of one batch with a point, as clamping sees them: [`ClampedConnection`] in lanes.
-struct ClampedConnections<'a> {
-    batch: &'a Batch<'a, 'a>,
-    w: &'a Lanes3,
-    inv_d2: &'a Lanes,
-    f_cos: &'a Lanes3,
-    n: Vec3,
-    area: f32,
-}
-
-impl ClampedConnections<'_> {
-    /// [`Clamp::weight`] in each lane.
-    #[inline(always)]
-    fn weights(&self, clamp: Clamp) -> Lanes {
-        let lane = |clamp: Clamp, i: usize| {
-            clamp.weight(&ClampedConnection {
-                w: self.w.vec(i),
-                inv_d2: self.inv_d2[i],
-                f_cos: self.f_cos.rgb(i),
-                n_x: self.batch.ng.vec(i),
-                n_y: self.n,
-                area: self.area,
-            })
-        };
-        let mut weights = [1.0; LANES];
-        // One loop for each kind, so that the choice is not made in every lane.
-        match clamp {
-            Clamp::None => {}
-            Clamp::Auto(strength) => {
-                for i in 0..LANES {
-                    weights[i] = lane(Clamp::Auto(strength), i);
-                }
-            }
-            Clamp::Value(limit) => {
-                for i in 0..LANES {
-                    weights[i] = lane(Clamp::Value(limit), i);
-                }
-            }
-        }
-        weights
-    }
 }
 
 #[inline(always)]

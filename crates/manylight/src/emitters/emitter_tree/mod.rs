@@ -18,13 +18,13 @@ use crate::lanes::LANES;
 use crate::math::Vec3;
 use crate::simd::Isa;
 use binary::ClusterNode;
-use wide::{ChildLane, ImportanceKernel, WideNode};
+use wide::{ChildLane, ImportanceKernel, WideEmitterNode};
 
 /// The tree. Elements are named by their index in the list from which it was built.
 #[derive(Clone, Debug)]
 pub(super) struct EmitterTree {
     /// The root first; empty without elements of positive power.
-    nodes: Vec<WideNode>,
+    nodes: Vec<WideEmitterNode>,
     /// The leaf of each element; `None` without power.
     leaf_of: Vec<Option<ChildLane>>,
     isa: Isa,
@@ -61,7 +61,8 @@ impl EmitterTree {
             children.push(first + 1);
         }
         let index = self.nodes.len() as u32;
-        self.nodes.push(WideNode::new(nodes, &children, parent));
+        self.nodes
+            .push(WideEmitterNode::new(nodes, &children, parent));
         for (lane, &child) in children.iter().enumerate() {
             let at = ChildLane {
                 node: index,

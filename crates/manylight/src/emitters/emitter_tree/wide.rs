@@ -25,7 +25,7 @@ pub(super) struct ChildLane {
 
 /// The children of a node of the wide tree, one per lane. Unused lanes have no power.
 #[derive(Clone, Debug)]
-pub(super) struct WideNode {
+pub(super) struct WideEmitterNode {
     center: Lanes3,
     radius: Lanes,
     axis: Lanes3,
@@ -44,7 +44,7 @@ pub(super) struct WideNode {
 
 /// The importance of each child of a node for a receiver at `p` with normal `n`.
 pub(super) struct ImportanceKernel<'a> {
-    pub(super) node: &'a WideNode,
+    pub(super) node: &'a WideEmitterNode,
     pub(super) p: Vec3,
     pub(super) n: Option<Vec3>,
 }
@@ -65,14 +65,14 @@ impl SimdKernel for ImportanceKernel<'_> {
     }
 }
 
-impl WideNode {
+impl WideEmitterNode {
     /// The node with the children `children` of the binary tree.
     pub(super) fn new(
         nodes: &[ClusterNode],
         children: &[usize],
         parent: Option<ChildLane>,
     ) -> Self {
-        let mut wide = WideNode {
+        let mut wide = WideEmitterNode {
             center: Lanes3::ZERO,
             radius: [0.0; LANES],
             axis: Lanes3::ZERO,

@@ -10,7 +10,7 @@
 
 use super::compensation_photons::direction_limit;
 use super::gather_points::{PixelGather, roulette_weight};
-use super::gathering::{DirectionNumbers, GatherPath, GatherRole, SampledDirection};
+use super::gathering::{DirectionNumbers, GatherDirection, GatherPath, GatherRole};
 use super::prepared::PreparedPasses;
 use crate::gather::Assignment;
 use crate::integrators::partition::PathStage;
@@ -33,7 +33,7 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
         &mut self,
         y: &Vertex<'s>,
         mut path: GatherPath<'s>,
-        from: &SampledDirection<'_, 's>,
+        from: &GatherDirection<'_, 's>,
     ) {
         let visible_side = y.x.normal_towards(y.w_prev);
         let transmits = y.bsdf.receiving_normal(y.w_prev).is_none();
@@ -81,7 +81,7 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
     /// Fraction of the light from `y` that the clamp removes at the point of `from`, where `assignment` represents it.
     fn clamped_fraction(
         &self,
-        from: &SampledDirection,
+        from: &GatherDirection,
         y: &SurfaceLocation,
         assignment: Assignment,
     ) -> f32 {

@@ -116,7 +116,7 @@ impl DirectionNumbers {
 }
 
 /// A direction sampled at a gather point.
-pub(super) struct SampledDirection<'x, 's> {
+pub(super) struct GatherDirection<'x, 's> {
     /// The gather point.
     pub(super) at: &'x ShadingPoint<'s>,
     /// `f cosθ` of its non-specular lobes in the direction, in 1/sr.
@@ -163,7 +163,7 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
             let u = (i as f32 + self.sampler.next_1d()) / numbers.count as f32;
             let lobes = Lobes::NON_SPECULAR;
             if let Some(sample) = sample_direction(v, guide.as_ref(), lobes, bsdf_numbers, u) {
-                let from = SampledDirection {
+                let from = GatherDirection {
                     at: &at,
                     f_cos: v.bsdf.f_cos_wi(sample.w, v.w_prev, lobes),
                     area_per_light,
@@ -233,7 +233,7 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
         v: &Vertex<'s>,
         mut path: GatherPath<'s>,
         role: GatherRole,
-        from: &SampledDirection<'_, 's>,
+        from: &GatherDirection<'_, 's>,
         sample: BsdfSample,
     ) {
         if !path.walk.follow(v, Some(sample)) {

@@ -17,7 +17,7 @@ use crate::math::Vec3;
 use crate::particles::{Importon, Photon};
 use crate::simd::{Simd, SimdKernel, Wide, set_bits};
 use index::{KdBlock, KdIndex};
-use neighbors::NearestQuery;
+use neighbors::NeighborQuery;
 use rayon::prelude::*;
 use search::{KdVisitor, search};
 
@@ -107,7 +107,7 @@ impl<T> KdTree<T> {
     /// Finds the K nearest particles within `max_radius` of `p`, in m and possibly infinite; K is the size of `found`.
     #[inline]
     pub fn nearest(&self, p: Vec3, max_radius: f32, found: &mut Neighbors) {
-        self.tree.isa.run(NearestQuery {
+        self.tree.isa.run(NeighborQuery {
             tree: &self.tree,
             p,
             max_radius,

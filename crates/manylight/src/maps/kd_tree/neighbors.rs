@@ -84,14 +84,14 @@ impl Neighbors {
 }
 
 /// Finds the K nearest points of `tree` within `max_radius` of `p`.
-pub(super) struct NearestQuery<'a> {
+pub(super) struct NeighborQuery<'a> {
     pub(super) tree: &'a KdIndex,
     pub(super) p: Vec3,
     pub(super) max_radius: f32,
     pub(super) found: &'a mut Neighbors,
 }
 
-impl SimdKernel for NearestQuery<'_> {
+impl SimdKernel for NeighborQuery<'_> {
     type Output = ();
 
     #[inline(always)]
