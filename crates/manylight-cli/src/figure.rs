@@ -2,7 +2,7 @@
 
 use manylight::color::Rgb;
 use manylight::math::{UVec2, Vec2};
-use manylight_io::image::{Layer, Picture, linear_from_srgb};
+use manylight_io::image::{ImageLayer, LayeredImage, linear_from_srgb};
 
 /// Viridis at nine even steps, as sRGB: perceptually even, and in order for the color-blind. Source: Smith, van der Walt, Matplotlib.
 const VIRIDIS: [[u8; 3]; 9] = [
@@ -60,7 +60,7 @@ impl Scale {
 }
 
 /// `values` by their colors on a scale, or black without one.
-pub(crate) fn false_colors(size: UVec2, values: &[f32], scale: Option<Scale>) -> Picture {
+pub(crate) fn false_colors(size: UVec2, values: &[f32], scale: Option<Scale>) -> LayeredImage {
     let color = |&v: &f32| scale.map_or(Rgb::BLACK, |scale| scale.color(v));
     picture(size, &values.iter().map(color).collect::<Vec<_>>())
 }
@@ -75,7 +75,7 @@ const DOT_RADIUS: (f32, f32) = (0.0022, 0.8);
 const RIM: (f32, f32) = (0.5, 0.7);
 
 /// Grey surfaces, `shading` in [0, 1], with a dot at each of the `places` in pixels.
-pub(crate) fn dots(size: UVec2, shading: &[f32], places: &[Vec2]) -> Picture {
+pub(crate) fn dots(size: UVec2, shading: &[f32], places: &[Vec2]) -> LayeredImage {
     let mut pixels: Vec<Rgb> = shading.iter().map(|&v| Rgb::splat(v * GREY)).collect();
     let radius = (size.as_vec2().length() * DOT_RADIUS.0).max(DOT_RADIUS.1);
     for &place in places {
@@ -110,8 +110,8 @@ fn draw_disc(
     }
 }
 
-fn picture(size: UVec2, pixels: &[Rgb]) -> Picture {
-    Picture {
+fn picture(size: UVec2, pixels: &[Rgb]) -> LayeredImage {
+    LayeredImage {
         width: size.x as usize,
         height: size.y as usize,
         layers: vec![rgb_layer("", pixels)],
@@ -120,9 +120,9 @@ fn picture(size: UVec2, pixels: &[Rgb]) -> Picture {
 }
 
 /// A layer of three channels.
-pub(crate) fn rgb_layer(name: &str, pixels: &[Rgb]) -> Layer {
+pub(crate) fn rgb_layer(name: &str, pixels: &[Rgb]) -> ImageLayer {
     let channel = |c: usize| pixels.iter().map(|rgb| rgb.to_array()[c]).collect();
-    Layer {
+    ImageLayer {
         name: name.into(),
         channels: vec![
             (full_name(name, "R"), channel(0)),
@@ -133,8 +133,8 @@ pub(crate) fn rgb_layer(name: &str, pixels: &[Rgb]) -> Layer {
 }
 
 /// A layer of one channel.
-pub(crate) fn gray_layer(name: &str, values: Vec<f32>) -> Layer {
-    Layer {
+pub(crate) fn gray_layer(name: &str, values: Vec<f32>) -> ImageLayer {
+    ImageLayer {
         name: name.into(),
         channels: vec![(full_name(name, "Y"), values)],
     }

@@ -3,7 +3,7 @@
 //! Pixels that share virtual lights are off together, so that the variance of a mean over them does not follow from theirs.
 
 use manylight::film::Film;
-use manylight_io::image::Picture;
+use manylight_io::image::LayeredImage;
 
 /// Variances of means over the picture, from the spread over batches of passes that have nothing in common.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,7 +35,7 @@ pub(crate) fn metadata(film: &Film) -> [(String, String); 3] {
 }
 
 /// What the metadata of an image says; `None` where that is nothing.
-pub(crate) fn read(picture: &Picture) -> Option<MeanNoise> {
+pub(crate) fn read(picture: &LayeredImage) -> Option<MeanNoise> {
     let values = |name: &str| -> Option<[f64; 3]> {
         let words = picture.metadata_value(name)?.split(' ');
         let values: Vec<f64> = words.map(str::parse).collect::<Result<_, _>>().ok()?;
@@ -68,9 +68,9 @@ mod tests {
         };
         let mut film = Film::new(desc, &[Layer::Beauty, Layer::Direct, Layer::Emission]);
         let read_back = |film: &Film| {
-            read(&Picture {
+            read(&LayeredImage {
                 metadata: metadata(film).to_vec(),
-                ..Picture::default()
+                ..LayeredImage::default()
             })
         };
         for value in [1.0, 2.0, 4.0] {

@@ -5,7 +5,7 @@ use crate::compare::{Comparison, Frame, compare, table};
 use crate::failure::Failure;
 use crate::output::print_data;
 use crate::viewer::{self, Group};
-use manylight_io::image::{read_picture, write_file};
+use manylight_io::image::{read_layered_image, write_file};
 use serde_json::json;
 use std::path::Path;
 use std::process::ExitCode;
@@ -56,7 +56,7 @@ pub(crate) fn measure(
 
 /// Reads what comparisons need of an image file.
 pub(crate) fn read(path: &Path, layer: Option<&str>) -> Result<Frame, Failure> {
-    let picture = read_picture(path)?;
+    let picture = read_layered_image(path)?;
     Frame::new(&picture, layer).map_err(|error| {
         Failure::usage(
             format!("{}: {error}", path.display()),

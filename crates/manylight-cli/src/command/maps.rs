@@ -14,7 +14,7 @@ use manylight::math::Vec2;
 use manylight::render::Stats;
 use manylight::sampling::Pass;
 use manylight_io::FileError;
-use manylight_io::image::{Picture, check_writable, write_image};
+use manylight_io::image::{LayeredImage, check_writable, write_image};
 use std::process::ExitCode;
 
 /// What is written, in the order of [`pictures`].
@@ -140,7 +140,7 @@ fn pictures(
     maps: &InterimMaps,
     shown: &[Shown; 3],
     mut metadata: Vec<(String, String)>,
-) -> Vec<Picture> {
+) -> Vec<LayeredImage> {
     metadata.extend(
         shown
             .iter()
@@ -154,7 +154,7 @@ fn pictures(
     layers[1]
         .channels
         .extend(rgb_layer("radiance", &maps.irradiance).channels);
-    let numbers = Picture {
+    let numbers = LayeredImage {
         width: maps.size.x as usize,
         height: maps.size.y as usize,
         layers,

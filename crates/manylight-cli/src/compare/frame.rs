@@ -1,7 +1,7 @@
 //! The part of an image file that comparisons need.
 
 use crate::noise::{self, MeanNoise};
-use manylight_io::image::Picture;
+use manylight_io::image::LayeredImage;
 use std::fmt;
 
 /// Beauty, its variance, and the emitters seen.
@@ -59,7 +59,7 @@ impl fmt::Display for FrameError {
 impl Frame {
     /// Picks the channels of the image, or of one of its layers, out of a picture; a gray picture counts for all three.
     /// The variance of layers is not known.
-    pub(crate) fn new(picture: &Picture, layer: Option<&str>) -> Result<Self, FrameError> {
+    pub(crate) fn new(picture: &LayeredImage, layer: Option<&str>) -> Result<Self, FrameError> {
         let rgb = match layer {
             None => rgb(picture, "").or_else(|| gray(picture)),
             Some(layer) => rgb(picture, &format!("{layer}.")),
@@ -101,17 +101,17 @@ impl Frame {
     }
 }
 
-fn channels(picture: &Picture) -> impl Iterator<Item = &(String, Vec<f32>)> {
+fn channels(picture: &LayeredImage) -> impl Iterator<Item = &(String, Vec<f32>)> {
     picture.layers.iter().flat_map(|layer| &layer.channels)
 }
 
-fn channel<'p>(picture: &'p Picture, name: &str) -> Option<&'p [f32]> {
+fn channel<'p>(picture: &'p LayeredImage, name: &str) -> Option<&'p [f32]> {
     channels(picture)
         .find(|(n, _)| n == name)
         .map(|(_, values)| values.as_slice())
 }
 
-fn rgb(picture: &Picture, prefix: &str) -> Option<Vec<[f32; 3]>> {
+fn rgb(picture: &LayeredImage, prefix: &str) -> Option<Vec<[f32; 3]>> {
     let one = |name: &str| channel(picture, &format!("{prefix}{name}"));
     let (r, g, b) = (one("R")?, one("G")?, one("B")?);
     Some(
@@ -123,25 +123,25 @@ fn rgb(picture: &Picture, prefix: &str) -> Option<Vec<[f32; 3]>> {
     )
 }
 
-fn gray(picture: &Picture) -> Option<Vec<[f32; 3]>> {
+fn gray(picture: &LayeredImage) -> Option<Vec<[f32; 3]>> {
     Some(channel(picture, "Y")?.iter().map(|&y| [y; 3]).collect())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use manylight_io::image::Layer;
+    use manylight_io::image::ImageLayer;
 
-    fn picture(channels: &[(&str, f32)]) -> Picture {
+    fn picture(channels: &[(&str, f32)]) -> LayeredImage {
         let channels = channels
             .iter()
             .map(|&(name, v)| (name.to_string(), vec![v; 2]))
             .collect();
-        let layers = vec![Layer {
+        let layers = vec![ImageLayer {
             name: String::new(),
             channels,
         }];
-        Picture {
+        LayeredImage {
             width: 2,
             height: 1,
             layers,

@@ -1,7 +1,7 @@
 //! `compare` on images whose figures are computed by hand.
 
 use crate::support::{BOX, Folder};
-use manylight_io::image::{Layer, Picture, write_image};
+use manylight_io::image::{ImageLayer, LayeredImage, write_image};
 
 /// 8 x 8 pixels of one value; optionally with variance, and with an emitter in the upper half.
 pub(crate) fn write(
@@ -16,7 +16,7 @@ pub(crate) fn write(
     if emission {
         layers.push(layer("emission", |i| if i < 32 { 1.0 } else { 0.0 }));
     }
-    let picture = Picture {
+    let picture = LayeredImage {
         width: 8,
         height: 8,
         layers,
@@ -25,14 +25,14 @@ pub(crate) fn write(
     write_image(&folder.path(name), &picture, 0.0).unwrap();
 }
 
-fn layer(name: &str, value: impl Fn(usize) -> f32) -> Layer {
+fn layer(name: &str, value: impl Fn(usize) -> f32) -> ImageLayer {
     let prefix = if name.is_empty() {
         String::new()
     } else {
         format!("{name}.")
     };
     let channel = |c: &str| (format!("{prefix}{c}"), (0..64).map(&value).collect());
-    Layer {
+    ImageLayer {
         name: name.into(),
         channels: ["R", "G", "B"].map(channel).into(),
     }

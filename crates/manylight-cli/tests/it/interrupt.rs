@@ -1,7 +1,7 @@
 //! Signals: the first saves the image, the second ends at once.
 
 use crate::support::{BOX, Folder};
-use manylight_io::image::read_picture;
+use manylight_io::image::read_layered_image;
 use std::io::{BufRead, BufReader};
 use std::process::{Child, ChildStderr, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -59,7 +59,7 @@ fn the_first_signal_saves_the_image() {
         send(signal, &child);
         wait_for(&mut stderr, "wrote a.exr");
         assert_eq!(exit_code(&mut child), Some(code));
-        let picture = read_picture(&folder.path("a.exr")).unwrap();
+        let picture = read_layered_image(&folder.path("a.exr")).unwrap();
         assert!(picture.channel("R").unwrap().iter().any(|&v| v > 0.0));
         assert_eq!(folder.files(), ["a.exr", "scene.xml"]);
     }

@@ -1,7 +1,7 @@
 //! What `maps` writes.
 
 use crate::support::{BOX, Folder};
-use manylight_io::image::read_picture;
+use manylight_io::image::read_layered_image;
 
 const FILES: [&str; 6] = [
     "importance.png",
@@ -35,7 +35,7 @@ fn all_files_are_written_and_named() {
     assert_eq!(ended.stdout(), "");
     let made = folder.path("deep/figures");
     assert_eq!(names(&made), FILES);
-    let picture = read_picture(&made.join("maps.exr")).unwrap();
+    let picture = read_layered_image(&made.join("maps.exr")).unwrap();
     assert_eq!((picture.width, picture.height), (32, 18));
     for name in ["importance.Y", "radiance.Y", "radiance.R", "product.Y"] {
         let values = picture.channel(name).unwrap();
@@ -46,7 +46,7 @@ fn all_files_are_written_and_named() {
     let scale = picture.metadata_value("scale.product").unwrap();
     assert!(scale.contains("W/m⁴"), "{scale}");
     let [dots, relaxed] =
-        ["placement.png", "relaxed.png"].map(|name| read_picture(&made.join(name)).unwrap());
+        ["placement.png", "relaxed.png"].map(|name| read_layered_image(&made.join(name)).unwrap());
     let is_dot = |i: &usize| dots.channel("R").unwrap()[*i] > 0.5;
     assert!((0..32 * 18).any(|i| is_dot(&i)));
     assert!(dots != relaxed);

@@ -1,7 +1,7 @@
 //! What `render` writes and reports.
 
 use crate::support::{BOX, Folder};
-use manylight_io::image::{Picture, read_picture};
+use manylight_io::image::{LayeredImage, read_layered_image};
 use serde_json::Value;
 
 fn keys(value: &Value) -> Vec<&str> {
@@ -88,7 +88,7 @@ fn an_image_carries_its_layers_and_its_settings() {
     folder
         .run("render scene.xml -m path --passes 4 --seed 7 -o a.exr -q")
         .code(0);
-    let picture = read_picture(&folder.path("a.exr")).unwrap();
+    let picture = read_layered_image(&folder.path("a.exr")).unwrap();
     for layer in [
         "",
         "variance.",
@@ -140,16 +140,16 @@ fn size_crop_and_filter_are_those_asked_for() {
     folder
         .run("render scene.xml -m aov --passes 1 --size 32x24 --crop 0.5,1,0,0.25 -o a.exr")
         .code(0);
-    let picture = read_picture(&folder.path("a.exr")).unwrap();
+    let picture = read_layered_image(&folder.path("a.exr")).unwrap();
     assert_eq!((picture.width, picture.height), (16, 6));
     assert_eq!(picture.metadata_value("settings.size"), Some("[32,24]"));
 }
 
 /// Everything but metadata, which holds times.
-fn pixels(folder: &Folder, name: &str) -> Picture {
-    Picture {
+fn pixels(folder: &Folder, name: &str) -> LayeredImage {
+    LayeredImage {
         metadata: Vec::new(),
-        ..read_picture(&folder.path(name)).unwrap()
+        ..read_layered_image(&folder.path(name)).unwrap()
     }
 }
 
@@ -181,7 +181,7 @@ fn the_command_in_the_metadata_makes_the_same_image() {
     folder
         .run(&format!("render scene.xml {options} --passes 2 -o a.exr"))
         .code(0);
-    let first = read_picture(&folder.path("a.exr")).unwrap();
+    let first = read_layered_image(&folder.path("a.exr")).unwrap();
     let command = first
         .metadata_value("command")
         .unwrap()

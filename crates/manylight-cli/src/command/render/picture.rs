@@ -6,12 +6,12 @@
 use crate::noise;
 use manylight::film::{Film, Layer};
 use manylight::image::Image;
-use manylight_io::image::{Layer as PictureLayer, Picture};
+use manylight_io::image::{ImageLayer, LayeredImage};
 
 const RGB: &[&str] = &["R", "G", "B"];
 
 /// All layers of `film`: the beauty first, then its variances, then the others.
-pub(super) fn from_film(film: &Film, mut metadata: Vec<(String, String)>) -> Picture {
+pub(super) fn from_film(film: &Film, mut metadata: Vec<(String, String)>) -> LayeredImage {
     let size = film.picture_size();
     let mut layers = Vec::new();
     for &layer in film.layers() {
@@ -26,7 +26,7 @@ pub(super) fn from_film(film: &Film, mut metadata: Vec<(String, String)>) -> Pic
         }
     }
     metadata.extend(noise::metadata(film));
-    Picture {
+    LayeredImage {
         width: size.x as usize,
         height: size.y as usize,
         layers,
@@ -43,7 +43,7 @@ fn channels(layer: Layer) -> &'static [&'static str] {
     }
 }
 
-fn named(name: &str, channels: &[&str], image: &Image) -> PictureLayer {
+fn named(name: &str, channels: &[&str], image: &Image) -> ImageLayer {
     let full_name = |channel: &str| match name {
         "" => channel.to_string(),
         _ => format!("{name}.{channel}"),
@@ -59,7 +59,7 @@ fn named(name: &str, channels: &[&str], image: &Image) -> PictureLayer {
         .iter()
         .enumerate()
         .map(|(c, channel)| (full_name(channel), values(c)));
-    PictureLayer {
+    ImageLayer {
         name: name.into(),
         channels: channels.collect(),
     }
