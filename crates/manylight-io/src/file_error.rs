@@ -1,6 +1,6 @@
 //! Errors of mesh, image and spectrum files.
 //!
-//! Parsers work on bytes and return a [`Fault`]; public functions add the path and return a [`FileError`].
+//! Parsers work on bytes and return a `Fault`; public functions add the path and return a [`FileError`].
 
 use std::fmt;
 use std::io;
