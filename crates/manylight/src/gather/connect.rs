@@ -86,17 +86,19 @@ struct ConnectedLight<'f, 's> {
 struct LitPoints {
     lit: LaneMask,
     /// Points at which the shadow ray starts on the side of the geometric normal.
-    in_front: LaneMask,
+    front_of_point: LaneMask,
     /// Points before the light, on the side of its normal.
-    before: LaneMask,
+    front_of_light: LaneMask,
 }
 
 impl LitPoints {
     /// The lit points with a shadow ray that starts and ends on these sides.
     #[inline(always)]
-    fn on_sides(&self, in_front: bool, before: bool) -> LaneMask {
+    fn on_sides(&self, front_of_point: bool, front_of_light: bool) -> LaneMask {
         let side = |mask: LaneMask, wanted: bool| if wanted { mask } else { !mask };
-        self.lit & side(self.in_front, in_front) & side(self.before, before)
+        self.lit
+            & side(self.front_of_point, front_of_point)
+            & side(self.front_of_light, front_of_light)
     }
 }
 
@@ -285,8 +287,8 @@ impl<'a, 'b, 's> BatchSums<'a, 'b, 's> {
                 (value, w.splat(1.0))
             }
         };
-        let flux_fraction = self.flux_fraction(light.id, batch);
-        let factor = w.mul(w.load(&flux_fraction), w.splat(part.weight));
+        let flux_factor = self.flux_factor(light.id, batch);
+        let factor = w.mul(w.load(&flux_factor), w.splat(part.weight));
         let value = scale3(w, value, factor);
         let values = scale3(w, value, weight);
         let lit = active & is_lit(w, values);
@@ -298,8 +300,8 @@ impl<'a, 'b, 's> BatchSums<'a, 'b, 's> {
         self.values[b] = Lanes3::store(w, values);
         LitPoints {
             lit,
-            in_front: w.bits(w.le(zero, cos_point)) as LaneMask,
-            before: w.bits(w.le(cos_light, zero)) as LaneMask,
+            front_of_point: w.bits(w.le(zero, cos_point)) as LaneMask,
+            front_of_light: w.bits(w.le(cos_light, zero)) as LaneMask,
         }
     }
 
@@ -334,10 +336,10 @@ impl<'a, 'b, 's> BatchSums<'a, 'b, 's> {
         (only(w, active, value), w.load(&weights))
     }
 
-    /// Fraction of the flux of light `id` that fits the path limits at each point, times the number of lights that it
+    /// Factor on light `id` at each point: the fraction of its flux that fits the path limits, times the number of lights that it
     /// represents.
     #[inline(always)]
-    fn flux_fraction(&self, id: LightId, batch: &Batch) -> Lanes {
+    fn flux_factor(&self, id: LightId, batch: &Batch) -> Lanes {
         let mut fraction = [self.gather.lights_per_term(batch.lights); LANES];
         if let Some(depths) = &batch.depths {
             for (fraction, depth) in fraction.iter_mut().zip(depths) {

@@ -16,7 +16,7 @@ use crate::sampling::rng::{self, Pcg};
 use crate::scene::Scene;
 use crate::simd::{self, Isa, Simd, Wide};
 
-/// The end of refinement.
+/// When the refinement of a cut ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CutLimits {
     /// Largest error of a cluster, relative to `share_of`.
@@ -40,7 +40,7 @@ pub enum ShareOf {
 }
 
 impl Default for CutLimits {
-    /// The source's values.
+    /// The values of Walter et al. 2005.
     fn default() -> Self {
         CutLimits {
             max_error: 0.02,
@@ -157,8 +157,8 @@ impl simd::SimdKernel for AddCut<'_> {
                     continue;
                 }
                 let parent = cut.swap_remove(k);
-                let field = &self.lights.set;
-                let (heir, drawn) = (self.tree).inherit(field, children, parent.drawn, self.middle);
+                let set = &self.lights.set;
+                let (heir, drawn) = (self.tree).inherit(set, children, parent.drawn, self.middle);
                 for (i, node) in children.into_iter().enumerate() {
                     let inherited = (i == heir).then_some((parent.slot, drawn));
                     self.put(w, inherited, node, &mut cut, &mut sum);
@@ -229,7 +229,7 @@ impl AddCut<'_> {
         });
     }
 
-    /// [`Node::sent`] for each point.
+    /// [`LightNode::sent`] for each point.
     #[inline(always)]
     fn sent<W: Wide>(&self, w: W, node: usize) -> [Sent; BATCHES] {
         let mut sent = [Sent::NOTHING; BATCHES];

@@ -39,7 +39,7 @@ pub(super) struct LightPoint {
     pub(super) directions: Option<usize>,
 }
 
-/// The points of a batch by the number of points that stand for a light.
+/// The shading points of a batch, by the number of light points that stand for a light.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct PointCounts {
     pub(super) one: LaneMask,
@@ -53,7 +53,7 @@ impl PointCounts {
     }
 }
 
-/// The points of a batch that a light may reach.
+/// The shading points of a batch that a light may reach.
 #[derive(Clone, Copy)]
 pub(super) struct FacingPoints<'a, W: Wide> {
     /// Vectors from the points to the light, in m.
@@ -64,7 +64,7 @@ pub(super) struct FacingPoints<'a, W: Wide> {
 }
 
 impl Gather {
-    /// The number of points that stand for `light` at each of `points`. `radius` is that of the light as a sphere, in m.
+    /// The number of light points that stand for `light` at each shading point. `radius` is that of the light as a sphere, in m.
     #[inline(always)]
     pub(super) fn point_counts<W: Wide>(
         &self,

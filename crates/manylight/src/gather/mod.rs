@@ -29,9 +29,9 @@ use points::{BATCHES, Batch};
 pub enum Kernel {
     /// One point.
     Point,
-    /// The disc with the second moment of the light's photons, as sixteen points from near and one point from far.
+    /// The disc with the second moment of the light's photons, as sixteen points from near, four from farther, and one from far.
     Disc,
-    /// The sphere with that moment, by the directions under which it is seen. The radius of a light of one photon follows from
+    /// The sphere with that moment, integrated over its solid angle. The radius of a light of one photon follows from
     /// the area that it represents. Source: Hašan, Křivánek, Walter, Bala, "Virtual Spherical Lights for Many-Light Rendering of
     /// Glossy Scenes", SIGGRAPH Asia 2009.
     Sphere,
@@ -42,8 +42,8 @@ pub enum Kernel {
 pub enum Strategy {
     /// All lights of a [`Subset`].
     All,
-    /// A cut through the light tree, common to up to 64 points. At points with a subset of one light in `n`, the cut has an `n`-th of
-    /// the most terms.
+    /// A cut through the light tree, common to up to 64 points. At points with a subset of one light in `n`, the cut has at most
+    /// `max_lights / n` terms.
     Cuts(CutLimits),
 }
 
@@ -89,7 +89,7 @@ impl Gather {
         sums
     }
 
-    /// Number of lights that each light represents which is evaluated by itself.
+    /// Factor on each evaluated light: the number of lights that it represents.
     #[inline(always)]
     fn lights_per_term(&self, lights: Subset) -> f32 {
         match self.strategy {

@@ -1,4 +1,4 @@
-//! The shading points of a tile in lanes: batches of points that have the same lights and scattering functions of one form.
+//! The shading points of a tile in lanes: batches of points that have the same lights and scattering functions of one lane model.
 
 use super::{ShadingPoint, Subset};
 use crate::bsdf::{FixedWoLanes, LaneModel, Lobes};
@@ -10,7 +10,7 @@ use crate::simd::Wide;
 use crate::virtual_lights::VirtualLight;
 use std::f32::consts::PI;
 
-/// Batches that are connected with lights together: their points are the bits of a mask.
+/// Batches that are processed together: 64 points, one per bit of a mask.
 pub(super) const BATCHES: usize = 64 / LANES;
 
 /// Rounding error of a position, relative to its largest coordinate.
@@ -89,7 +89,7 @@ pub(super) struct Batch<'b, 's> {
 }
 
 impl<'b, 's> Batch<'b, 's> {
-    /// The points of a tile in batches, sorted by subset, form and position, so that rays to common lights are coherent.
+    /// The points of a tile in batches, sorted by subset, lane model and position, so that rays to common lights are coherent.
     pub(super) fn all(points: &'b [ShadingPoint<'s>]) -> Vec<Self> {
         let mut kinds: Vec<((LaneModel, Subset), Vec<usize>)> = Vec::new();
         for (i, point) in points.iter().enumerate() {
@@ -105,15 +105,15 @@ impl<'b, 's> Batch<'b, 's> {
         }
         kinds
             .iter()
-            .flat_map(|((form, _), members)| {
+            .flat_map(|((model, _), members)| {
                 members
                     .chunks(LANES)
-                    .map(|members| Batch::new(*form, members, points))
+                    .map(|members| Batch::new(*model, members, points))
             })
             .collect()
     }
 
-    fn new(form: LaneModel, members: &[usize], points: &'b [ShadingPoint<'s>]) -> Self {
+    fn new(model: LaneModel, members: &[usize], points: &'b [ShadingPoint<'s>]) -> Self {
         // Lanes beyond the last point repeat it: they are never active.
         let at = |i: usize| &points[members[i.min(members.len() - 1)]];
         let receiving = |i: usize| at(i).bsdf.receiving_normal(at(i).wo);
@@ -128,7 +128,7 @@ impl<'b, 's> Batch<'b, 's> {
             tolerance: std::array::from_fn(|i| at(i).tolerance),
             u: std::array::from_fn(|i| at(i).u),
             receivers: FixedWoLanes::new(
-                form,
+                model,
                 Lobes::NON_SPECULAR,
                 members.iter().map(|&m| (&points[m].bsdf, points[m].wo)),
             ),

@@ -33,7 +33,7 @@ const MAX_DIRECTIONS: usize = 16;
 const LOBE_DIRECTIONS: usize = 4;
 /// One minus the mean cosine of a sampling lobe, per roughness: its width is that of a GGX lobe at half the height.
 const SPREAD_PER_ROUGHNESS: f32 = 1.7;
-/// Step between successive angles, as a fraction of a turn: the golden section.
+/// Step between successive angles, as a fraction of a turn: the golden ratio.
 const GOLDEN_TURN: f32 = 0.618_034;
 
 /// Radius of `light` as a sphere in m: that of its photons; of a light of one photon, by `area_factor` times the area that it
@@ -106,12 +106,12 @@ pub(super) struct LightLobe {
 
 impl LightLobe {
     /// The lobe of light `id`, if it has one; `seed` chooses the directions.
-    pub(super) fn of(field: &VirtualLights, id: LightId, seed: u32) -> Option<Self> {
-        let light = &field.lights()[id.index()];
+    pub(super) fn of(lights: &VirtualLights, id: LightId, seed: u32) -> Option<Self> {
+        let light = &lights.lights()[id.index()];
         let Emission::Single(index) = light.emission else {
             return None;
         };
-        let reflection = field.reflection(index);
+        let reflection = lights.reflection(index);
         if !reflection.bsdf.lobes().has(Lobes::GLOSSY) {
             return None;
         }
@@ -125,7 +125,7 @@ impl LightLobe {
                 (i as f32 + rng.next_f32()) / LOBE_DIRECTIONS as f32,
             );
             let away = frame.to_world(warp::henyey_greenstein(u, g));
-            (away, field.intensity(id, away))
+            (away, lights.intensity(id, away))
         });
         Some(LightLobe { axis, g, drawn })
     }

@@ -5,7 +5,7 @@
 pub struct Subset {
     first: u32,
     step: u32,
-    /// Number of points among which the lights are divided, and of which the mean counts.
+    /// Number of points among which the lights are divided, and with results that are averaged.
     points: u32,
 }
 
@@ -26,8 +26,8 @@ impl Subset {
         }
     }
 
-    /// As [`Subset::part`], for point `k` of `points` points of which the mean counts. Clamping sees a light with its own area
-    /// then, as if all points summed all lights.
+    /// As [`Subset::part`], for point `k` of `points` points with results that are averaged. Clamping sees a light with its own
+    /// area then, as if all points summed all lights.
     pub fn divided(self, k: u32, points: u32) -> Self {
         Subset {
             points: self.points * points,

@@ -6,7 +6,7 @@ use crate::math::{Aabb, Cone};
 use crate::virtual_lights::{IntensityBound, VirtualLight, VirtualLights};
 
 /// Distance that corresponds to a unit distance between normals, relative to the diagonal of all lights; the factor `c` of
-/// Walter et al. 2005, section 3.1. Larger values group lights by orientation rather than by position. Not tuned by a measurement.
+/// Walter et al. 2005, section 3.1. Larger values group lights by orientation rather than by position. Unmeasured.
 const NORMAL_SCALE: f32 = 0.25;
 /// Number of bins along the longest axis; the planes between them are the candidates.
 const BINS: usize = 16;

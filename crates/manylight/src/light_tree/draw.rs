@@ -10,7 +10,7 @@ use crate::sampling::rng::Pcg;
 use crate::virtual_lights::VirtualLights;
 
 /// Fraction of the probability of a child that is in proportion to flux alone. It bounds the weights of lights with a low estimate; a larger value
-/// makes draws depend less on distance and direction. Not tuned by a measurement.
+/// makes draws depend less on distance and direction. Unmeasured.
 const BY_FLUX: f32 = 0.2;
 
 /// A light drawn from the lights of a node.

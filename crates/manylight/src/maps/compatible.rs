@@ -4,14 +4,14 @@ use crate::ids::MaterialId;
 use crate::math::Vec3;
 
 /// Smallest cosine between compatible normals on diffuse surfaces: 25°. Smaller angles separate facets of smooth objects, larger ones mix
-/// orientations. Not tuned by a measurement.
+/// orientations. Unmeasured.
 const MIN_COS: f32 = 0.906_308;
 /// Largest angle between compatible normals on glossy surfaces, in rad per unit of roughness. Profiles evaluate the lobe of every photon about
-/// the photon's normal, so this limits the error of position and not that of direction. Not tuned by a measurement.
+/// the photon's normal, so this limits the error of position and not that of direction. Unmeasured.
 const ANGLE_PER_ALPHA: f32 = 2.0;
-/// Largest offset from the tangent plane relative to the distance. Not tuned by a measurement.
+/// Largest offset from the tangent plane relative to the distance. Unmeasured.
 const MAX_SLOPE: f32 = 0.15;
-/// Factor on distances along the normal in the metric of [`Patch::distance_squared`]. Not tuned by a measurement.
+/// Factor on distances along the normal in the metric of [`Patch::distance_squared`]. Unmeasured.
 const NORMAL_STRETCH: f32 = 5.0;
 
 /// A small piece of surface, for the compatibility test.

@@ -8,7 +8,7 @@ use crate::math::Vec3;
 use crate::particles::{Importon, Photon};
 
 /// K, the number of neighbors in an estimate of importance. Its noise affects the variance of the image, not its mean; fewer neighbors take less
-/// time. Not tuned by a measurement.
+/// time. Unmeasured.
 pub const IMPORTANCE_NEIGHBORS: usize = 32;
 
 /// Largest distance from the position of an estimate at which it is reused, relative to its bandwidth.
@@ -18,12 +18,11 @@ const REUSE_MIN_COS: f32 = 0.99;
 /// Smallest cosine between normals of importons on one surface: 60°. Wide enough for facets of one smooth object, and it excludes the other
 /// side of a wall.
 const IMPORTON_MIN_COS: f32 = 0.5;
-/// Largest distance of importons from the tangent plane relative to the bandwidth. Not tuned by a measurement.
+/// Largest distance of importons from the tangent plane relative to the bandwidth. Unmeasured.
 const IMPORTON_SLAB: f32 = 0.5;
-/// Smallest cosine between normals of photons on one surface: 25°, stricter because photons of other surfaces bias the image. Not tuned by a
-/// measurement.
+/// Smallest cosine between normals of photons on one surface: 25°, stricter because photons of other surfaces bias the image. Unmeasured.
 const PHOTON_MIN_COS: f32 = 0.906_308;
-/// Largest distance of photons from the tangent plane relative to the bandwidth. Not tuned by a measurement.
+/// Largest distance of photons from the tangent plane relative to the bandwidth. Unmeasured.
 const PHOTON_SLAB: f32 = 0.2;
 
 /// Incident importance per area at `p` on the side of the unit normal `n`, in 1/m²; never negative. Estimated from the K nearest importons with

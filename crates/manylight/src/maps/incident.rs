@@ -10,16 +10,15 @@ use crate::particles::Photon;
 use crate::sampling::warp::{von_mises_fisher, von_mises_fisher_pdf};
 use crate::scene::Scene;
 
-/// Largest number of photons, and of lobes, of a density. More make it smoother and slower to evaluate. Not tuned by a measurement.
+/// Largest number of photons, and of lobes, of a density. More make it smoother and slower to evaluate. Unmeasured.
 pub const INCIDENT_NEIGHBORS: usize = 32;
 /// Smallest number of photons for a density.
 const MIN_PHOTONS: usize = 4;
 /// Smallest cosine between the normals of the point and of photons on its surface: 25°.
 const MIN_COS: f32 = 0.906_308;
-/// Number of photons above which only a regular subset is stored. Directions vary slowly over a surface; fewer photons save memory and time. Not
-/// tuned by a measurement.
+/// Number of photons above which only a regular subset is stored. Directions vary slowly over a surface; fewer photons save memory and time. Unmeasured.
 const MAX_PHOTONS: usize = 1 << 18;
-/// Smallest and largest variance `1/κ` of a lobe along each of two axes, in rad². Not tuned by a measurement.
+/// Smallest and largest variance `1/κ` of a lobe along each of two axes, in rad². Unmeasured.
 const VARIANCE: [f32; 2] = [4e-4, 0.25];
 
 /// Position and direction of an arriving photon.

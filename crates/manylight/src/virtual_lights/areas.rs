@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use std::f32::consts::PI;
 
 /// Number of neighbors in the density estimate around a light; the light itself is one of them. More neighbors give less noisy and more
-/// blurred areas. Not tuned by a measurement.
+/// blurred areas. Unmeasured.
 const AREA_NEIGHBORS: usize = 9;
 
 /// The density of lights around any position.

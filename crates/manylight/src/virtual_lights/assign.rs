@@ -14,7 +14,7 @@ use crate::sampling::systematic::{inclusion_probabilities, systematic};
 use rayon::prelude::*;
 
 /// Largest selection weight (importance times flux) of an additional light, in units of the median light's. Smaller values bound
-/// the noise of additional lights and make more of them. Not tuned by a measurement.
+/// the noise of additional lights and make more of them. Unmeasured.
 const MAX_UNASSIGNED_WEIGHT: f64 = 10.0;
 /// Number of additional lights per light, where [`MAX_UNASSIGNED_WEIGHT`] allows. Limits the time of a pass; not tuned by a measurement.
 const UNASSIGNED_PER_LIGHT: f64 = 0.25;

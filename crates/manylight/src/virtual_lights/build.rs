@@ -24,9 +24,9 @@ use rayon::prelude::*;
 /// light and pass, so that the mean over lights converges to all photons. Fewer are faster and noisier; not tuned by a measurement.
 const PATHS_OF_WIDE_LOBES: usize = 8;
 /// Number of photons of a cluster that make a glossy profile, for narrower lobes: each takes less time, and more must overlap for a smooth profile.
-/// Not tuned by a measurement.
+/// Unmeasured.
 const PATHS_OF_NARROW_LOBES: usize = 16;
-/// Roughness below which lobes count as narrow. Not tuned by a measurement.
+/// Roughness below which lobes count as narrow. Unmeasured.
 const NARROW: f32 = 0.3;
 /// Largest ratio `|wi·ns| / |wi·ng|` of a photon in a glossy profile; the flux of photons beyond is reduced to it. The ratio is unbounded
 /// where light grazes the geometric surface under a tilted shading normal: a rare photon would make a profile of many times its flux.

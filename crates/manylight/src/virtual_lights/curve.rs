@@ -10,7 +10,7 @@ use rayon::prelude::*;
 /// Bits per axis of a position: 4096 steps along the longest edge of the scene.
 const BITS: u32 = 12;
 /// Bits per axis that precede the facing in a key. More bits mix fewer facings within a batch of some dozens of lights, fewer bits let a
-/// batch extend over less of the scene. Not tuned by a measurement.
+/// batch extend over less of the scene. Unmeasured.
 const COARSE_BITS: u32 = 2;
 
 /// A Hilbert curve through a cube.

@@ -10,11 +10,11 @@ use crate::maps::{DensityKernel, KdTree, Neighbors};
 use crate::math::Vec3;
 use crate::particles::Photon;
 
-/// The density rule. Light `k` has the flux of its own photon divided by the selection probability `p_k`, and the average emission of the
+/// The density rule. Light `k` has the flux of its own photon divided by its probability `a_k` of being kept, and the average emission of the
 /// `neighbors` = K photons nearest to it on its surface, with the Epanechnikov kernel:
 ///
 /// ```text
-/// I_k(ω) = F_k Σ_j w_j Φ_j f(ω_j, ω) |cos θ| / Σ_j w_j |Φ_j|,   F_k = |Φ_k| / p_k,   w_j ∝ 1 - d_j²/d_K²
+/// I_k(ω) = F_k Σ_j w_j Φ_j f(ω_j, ω) |cos θ| / Σ_j w_j |Φ_j|,   F_k = |Φ_k| / a_k,   w_j ∝ 1 - d_j²/d_K²
 /// ```
 ///
 /// with luminances `|Φ|`. The total flux is unbiased in luminance if sites are where selection placed them, and biased after relaxation.

@@ -4,11 +4,11 @@
 //! | stage | input → output | modules |
 //! |---|---|---|
 //! | basis | order of photons along a space-filling curve, surfaces | [`curve`], [`surfaces`] |
-//! | placement | photons, importance → [`Site`]s | [`select()`], [`relax`] |
-//! | flux | photons, sites → [`PhotonClusters`] | [`nearest_light`], [`assign()`] (partition) or [`density`] |
+//! | placement | photons, importance → [`Site`]s | `candidates`, [`select()`], [`relax`] |
+//! | flux | photons, sites → [`PhotonClusters`] | [`nearest_light`], [`assign()`] (partition) or [`density`]; `clusters` |
 //! | extent | cluster → radius and points | [`moments`] |
-//! | emission | cluster → diffuse flux, glossy profile | `reflection`; `glossy`: `octahedral_*`, `tables` and `table_lookup`, or `lobe_fit` and `von_mises_fisher` |
-//! | set | clusters → [`VirtualLights`] | `build`, with `areas`, `depth_limits` and `energy` |
+//! | emission | cluster → diffuse flux, glossy profile | `reflection`; `glossy`: a table (`octahedral_grid`, filled by `octahedral_profile`, stored by `tables`, read by `table_lookup`), or lobes (`lobe_fit`, `von_mises_fisher`) |
+//! | set | clusters → [`VirtualLights`] | `light`, `build`, with `areas`, `depth_limits` and `energy` |
 //! | evaluation | light, direction → radiant intensity or its bound | `emission_view`; `intensity_bound`, `max_mips` |
 //!
 //! The stages are independent: any placement goes with any flux rule (but the density rule expects sites where selection placed them),
@@ -17,11 +17,11 @@
 pub mod curve;
 pub mod surfaces;
 
+pub(crate) mod candidates;
 pub mod relax;
 pub mod select;
 
 pub mod assign;
-pub(crate) mod candidates;
 mod clusters;
 pub mod density;
 pub mod nearest_light;

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 /// Number of neighbors that define the spacing of a site; the site itself is one of them, so that it is the distance to the 8th other.
 const SPACING_NEIGHBORS: usize = 9;
 /// Largest distance from a location to its site, in spacings. If this many spacings hold no site of the location's surface, that
-/// surface is considered to have none. Larger values leave fewer photons unassigned and move flux farther. Not tuned by a measurement.
+/// surface is considered to have none. Larger values leave fewer photons unassigned and move flux farther. Unmeasured.
 const MAX_SPACINGS: f32 = 3.0;
 /// Distance to the site, in spacings, above which a visibility test is made. The spacing reaches to the 8th neighbor, so that on an
 /// evenly covered plane one photon in eight is tested. Smaller values test more photons; not tuned by a measurement.

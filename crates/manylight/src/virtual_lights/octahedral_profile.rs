@@ -11,18 +11,18 @@ use crate::math::Vec3;
 use crate::math::octahedral::bilinear;
 use crate::sampling::rng::Pcg;
 
-/// Roughness below which lobes are averaged over each texel; wider lobes are evaluated at the texel's center. Not tuned by a measurement.
+/// Roughness below which lobes are averaged over each texel; wider lobes are evaluated at the texel's center. Unmeasured.
 const NARROW: f32 = 0.3;
 /// Value of a block of 2 x 2 texels, relative to the brightest block, from which its texels are evaluated separately; for lobes
-/// narrower than [`NARROW`]. Smaller values are slower and keep more of the shape. Not tuned by a measurement.
+/// narrower than [`NARROW`]. Smaller values are slower and keep more of the shape. Unmeasured.
 const NARROW_BRIGHT_SHARE: f32 = 0.05;
 /// Value of a block of 2 x 2 texels, relative to the brightest block, from which its texels are evaluated separately; for wider lobes,
-/// which vary little within a block. Not tuned by a measurement.
+/// which vary little within a block. Unmeasured.
 const WIDE_BRIGHT_SHARE: f32 = 0.3;
-/// Number of directions sampled from each lobe for a table made of samples. Not tuned by a measurement.
+/// Number of directions sampled from each lobe for a table made of samples. Unmeasured.
 const SPLAT_SAMPLES: u32 = 128;
 /// Largest factor, or inverse factor, that corrects the flux of an evaluated table. A larger one shows that the lobes fall between the
-/// texels, and the table is made of sampled directions instead. Not tuned by a measurement.
+/// texels, and the table is made of sampled directions instead. Unmeasured.
 const MAX_CORRECTION: f32 = 2.0;
 
 impl Grid {

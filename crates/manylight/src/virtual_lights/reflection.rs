@@ -6,7 +6,7 @@ use crate::math::{Vec2, Vec3};
 use crate::sampling::rng::Pcg;
 
 /// Number of directions, over all paths of a light, from which the reflected flux is estimated; its error is part of the noise of a
-/// pass. Not tuned by a measurement.
+/// pass. Unmeasured.
 const FLUX_SAMPLES: u32 = 256;
 /// Smallest number of such directions for each path.
 const MIN_FLUX_SAMPLES: u32 = 16;

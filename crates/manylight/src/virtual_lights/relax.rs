@@ -13,8 +13,7 @@ use rayon::prelude::*;
 
 /// Largest number of iterations: the paper's 20.
 pub const ITERATIONS: usize = 20;
-/// K, the number of neighbors on the same surface in the sum of displacements. More neighbors make a smoother, slower relaxation. Not
-/// tuned by a measurement.
+/// K, the number of neighbors on the same surface in the sum of displacements. More neighbors make a smoother, slower relaxation. Unmeasured.
 const NEIGHBORS: usize = 12;
 /// Number of neighbors searched to find [`NEIGHBORS`] on the same surface: the others lie on other surfaces.
 const NEIGHBORS_SEARCHED: usize = 2 * NEIGHBORS;

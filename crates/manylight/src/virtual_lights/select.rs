@@ -8,7 +8,7 @@ use crate::sampling::systematic::{inclusion_probabilities, systematic};
 
 /// Smallest weight in a selection, relative to the mean weight. A photon's flux is divided by its probability, so that a photon of
 /// underestimated importance would become a very bright light. A higher floor bounds that flux further, and spends more lights where
-/// little importance arrives. Not tuned by a measurement.
+/// little importance arrives. Unmeasured.
 pub(super) const WEIGHT_FLOOR: f32 = 1e-3;
 
 /// A photon that was chosen to become a virtual light.

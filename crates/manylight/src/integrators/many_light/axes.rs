@@ -22,7 +22,7 @@ pub enum Placement {
 pub enum FluxRule {
     /// Flux of the light's photon over the probability of having been kept: the paper's rule, as we read it.
     Density,
-    /// Flux of all photons that are nearer to the light than to any other.
+    /// Flux of all photons that are nearer to the light than to any other light of the same surface.
     Partition,
 }
 
@@ -42,7 +42,7 @@ pub enum ClampRule {
     None,
     /// By the surface area that each light represents: [`Clamp::Auto`](crate::gather::Clamp::Auto).
     Auto,
-    /// `G <= 1 / A`, with `A` the median surface area that lights represent, in m².
+    /// `G <= 1 / A`, with `A` the median surface area that the lights of one pass represent, in m².
     Fixed,
     /// `G <= value`, in 1/m².
     Value(f32),

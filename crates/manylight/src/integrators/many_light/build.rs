@@ -1,4 +1,4 @@
-//! Stage 4: the outgoing radiance distribution of every light, and what the sum over lights needs.
+//! Stage 4: the radiant intensity of every light, and what the sum over lights needs.
 
 use super::axes::{ClampRule, Compensation, EmissionKind};
 use super::schedule::{GroupContext, LightSubsets};

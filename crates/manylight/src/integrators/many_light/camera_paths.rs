@@ -23,9 +23,9 @@ use crate::transport::{Vertex, Walk, next_scattering_vertex};
 /// no better at equal time (relMSE of one against four: Kitchen 0.044 after 45 s, 0.048 after 42 s).
 const STARTS: u32 = 4;
 /// Camera paths of a pixel after the first specular event. With fewer of them, low-roughness lobes and the choice between
-/// reflection and refraction are noise.
+/// reflection and refraction are noisy.
 const SPLIT: u32 = 8;
-/// Factor from the weight of a specular path to its probability of survival. Unmeasured: only the weakest end.
+/// Factor from the weight of a specular path to its probability of survival. Unmeasured: only the weakest paths are terminated.
 const SURVIVAL_FACTOR: f32 = 64.0;
 
 /// One of the camera paths of a pixel, on its specular prefix.
@@ -98,7 +98,7 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
     /// Follows specular events; every vertex with non-specular lobes becomes a gather point with those lobes alone.
     fn trace(&mut self, mut path: SpecularPrefix<'s>) {
         while let Some(v) = self.next_prefix_vertex(&mut path) {
-            self.add_low_roughness_emission(&path, &v);
+            self.add_near_delta_direct(&path, &v);
             if v.bsdf.lobes().has(Lobes::NON_SPECULAR) {
                 self.gather_first(&path, &v);
             }
@@ -130,7 +130,7 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
         })
     }
 
-    /// Gathers at the vertex `v`, which ends the specular prefix `path`.
+    /// Gathers at the vertex `v`, the end of the specular prefix `path` for its non-specular lobes.
     fn gather_first(&mut self, path: &SpecularPrefix<'s>, v: &Vertex<'s>) {
         let PathNumber { index, count } = path.number;
         // Before the first specular event, one of the paths of the pixel looks photons up, for all of them.
@@ -175,7 +175,7 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
 
     /// Adds direct light on near-delta lobes. It belongs to the emission layer: the walk that follows these lobes is the other
     /// half of MIS.
-    fn add_low_roughness_emission(&mut self, path: &SpecularPrefix, v: &Vertex) {
+    fn add_near_delta_direct(&mut self, path: &SpecularPrefix, v: &Vertex) {
         if v.bsdf.lobes().has(Lobes::NEAR_DELTA) {
             let plan = draw_emitter_plan(self.prepared.scene, self.sampler);
             let pdf_walk = |wi| v.bsdf.pdf_wi(wi, v.w_prev, Lobes::SPECULAR);

@@ -2,7 +2,7 @@
 //!
 //! A photon that was reflected at `y` by non-specular lobes and arrived at `x` is a path that the virtual light at `y`
 //! represents, too. Clamping removes a fraction of the light from `y` at `x`. A density estimate at `x`, in which each photon
-//! counts by that fraction, adds it again. Directions sampled at `x` compensate clamping as well (`compensation.rs`); but they
+//! counts by that fraction, restores it. Directions sampled at `x` compensate clamping as well (`compensation.rs`); but they
 //! would rarely find what a low-roughness lobe at `y` reflects from an emitter. Both share that light by
 //! [`direction_fraction`].
 //!
@@ -28,8 +28,8 @@ use std::f32::consts::FRAC_1_PI;
 /// Least direction limit, in 1/sr: see [`direction_limit`]. Diffuse surfaces reflect at most `f cosθ = 1/π`. Measured against no
 /// limit: relMSE of 8 passes 7.05 to 0.039 on classroom, where metal in the sun made single bright pixels.
 const LEAST_DIRECTION_LIMIT: f32 = 1.0;
-/// A photon is kept with this factor times the clamped fraction of its light at a white surface, at most 1. Unmeasured: twice
-/// the factor makes the map larger, half of it adds noise.
+/// Probability of keeping a photon, divided by the clamped fraction of its light at a white surface. Unmeasured: a larger factor
+/// makes the map larger, a smaller one adds noise.
 const KEPT_PER_CLAMPED_FRACTION: f32 = 8.0;
 /// Least probability of keeping a photon. Unmeasured: bounds the flux of kept photons.
 const LEAST_KEPT: f32 = 1.0 / 32.0;
@@ -111,8 +111,8 @@ fn low_roughness_reflection(scene: &Scene, photon: &Photon, wo: Vec3) -> Option<
     (f_cos.max_channel() > LEAST_DIRECTION_LIMIT).then_some(f_cos)
 }
 
-/// Assigns the photons to lights, of which points sum `subset`. Few are kept where little is clamped, each with its flux
-/// divided by the probability.
+/// Assigns the photons to lights. The clamped fraction is that of points that sum `subset`. Photons are kept in proportion to it,
+/// with their flux divided by the probability.
 pub(super) fn assign(
     scene: &Scene,
     gather: &Gather,

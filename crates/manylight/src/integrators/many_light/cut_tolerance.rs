@@ -1,14 +1,14 @@
-//! The error that a cut may have in any pixel, from the mean radiance of the image.
+//! The error that a cut may have in any pixel, from the mean of the sum over virtual lights at the first surfaces.
 
 use crate::gather::{CutLimits, Gather, Gathered, LightIndex, ShadingPoint, Strategy, Subset};
 use crate::sampling::{Pass, Stream};
 use crate::scene::Scene;
 
-/// Camera rays that estimate the mean radiance of the image. Unmeasured.
+/// Camera rays that estimate the mean of the sum over virtual lights. Unmeasured.
 const PROBES: u32 = 256;
 /// Most clusters of the cut at a probe. Unmeasured.
 const PROBE_CUT: u32 = 64;
-/// A pixel counts as no darker than this fraction of the image's mean: smaller errors are not seen. Unmeasured.
+/// A pixel counts as no darker than this fraction of that mean: smaller errors are not seen. Unmeasured.
 pub const DARKEST_PIXEL: f32 = 0.05;
 
 /// Radiance by which a cluster of lights may be off in any pixel, luminance in W/(m² sr); 0 without cuts.
@@ -34,14 +34,14 @@ pub(super) fn tolerance(scene: &Scene, gather: &Gather, lights: &LightIndex, pas
         })
     };
     let probes: Vec<ShadingPoint> = (0..PROBES).filter_map(probe).collect();
-    let coarse = Gather {
+    let probe_gather = Gather {
         strategy: Strategy::Cuts(CutLimits {
             max_lights: PROBE_CUT,
             ..limits
         }),
         ..*gather
     };
-    let sums = coarse.sum(scene, lights, &probes);
+    let sums = probe_gather.sum(scene, lights, &probes);
     let radiance = |sum: &Gathered| sum.radiance.luminance();
     let mean = sums.iter().map(radiance).sum::<f32>() / PROBES as f32;
     limits.max_error * DARKEST_PIXEL * mean

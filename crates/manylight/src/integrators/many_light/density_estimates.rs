@@ -95,7 +95,7 @@ impl PreparedPasses<'_> {
         if sum.is_black() {
             return sum;
         }
-        // A turn of the probe pattern by a hash of the view: it differs in every pass, and not with the unit of length.
+        // The turn of the probe pattern is a hash of `wo`, which differs from pass to pass and does not depend on the unit of length.
         let turn = rng::unit(rng::key(point.at.wo.to_array()));
         let probes = match point.stage {
             PathStage::BeforeX => COVERAGE_PROBES,

@@ -34,8 +34,8 @@ pub(super) struct GatherPoint<'s> {
     /// See [`direction_limit`](super::compensation_photons::direction_limit); infinite if directions account for all light
     /// of emitters here.
     pub(super) direction_limit: f32,
-    /// Factor on density estimates here. Photons change little within a pixel: of its first camera paths one looks photons
-    /// up, for all of them.
+    /// Factor on density estimates here. Photons change little within a pixel: before the first specular event, one camera path
+    /// of the pixel queries the photons, weighted for all of them.
     pub(super) photon_weight: f32,
 }
 
@@ -79,7 +79,7 @@ impl SparseSubsets {
             first: (u * SPARSE_STEP as f32) as u32,
             choices: match strategy {
                 Strategy::All => SPARSE_CHOICES,
-                // Of a subset, a cut uses the number of lights alone.
+                // A cut uses only the size of the subset.
                 Strategy::Cuts(_) => 1,
             },
             dealt: 0,
@@ -138,7 +138,7 @@ impl PixelGather<'_, '_, '_, '_> {
         self.tile.sparse.next(self.lights)
     }
 
-    /// Surface area per light around `p`, in m², of some position nearby.
+    /// Surface area per light at a position near `p`, in m².
     pub(super) fn area_per_light(&mut self, p: Vec3) -> f32 {
         if let Some((position, area)) = self.tile.cached_area
             && position.distance_squared(p) < CACHED_AREA_REACH * area
@@ -151,7 +151,8 @@ impl PixelGather<'_, '_, '_, '_> {
     }
 }
 
-/// Weight of a walk for roulette: the largest channel of its throughput without the η² that refraction puts into radiance.
+/// Weight of a walk for roulette: the largest channel of its throughput times η², which undoes the scaling of radiance by
+/// refraction.
 pub(super) fn roulette_weight(walk: &Walk) -> f32 {
     walk.throughput().max_channel() * walk.eta_squared()
 }

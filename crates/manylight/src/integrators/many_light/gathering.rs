@@ -48,7 +48,7 @@ pub(super) struct GatherPath<'s> {
 pub(super) enum GatherRole {
     /// It ends a specular prefix. `photon_weight` as in [`GatherPoint`].
     FirstVertex { photon_weight: f32 },
-    /// Its light towards the path was clamped.
+    /// It restores light that clamping removed.
     Compensation {
         /// On transmitting surfaces, the normal of the side that was chosen.
         lit_from: Option<Vec3>,

@@ -3,10 +3,10 @@
 //! | stage | file |
 //! |---|---|
 //! | which passes share a set of lights, and how far it is refined | `schedule.rs` |
-//! | 1. trace photons from the emitters and importons from the camera | `trace.rs` |
+//! | 1. trace photons from the emitters; importons from the camera, when placement needs them | `trace.rs` |
 //! | 2. place: keep photons as sites of lights, by importance times flux | `place.rs` |
 //! | 3. assign the flux of every photon to a light | `assign.rs` |
-//! | 4. build the outgoing radiance distribution of every light | `build.rs` |
+//! | 4. build the radiant intensity of every light | `build.rs` |
 //! | 5. shade every pixel by the lights | `shade.rs`, see there for its stages |
 //!
 //! The settings are in `settings.rs`, their axes in `axes.rs`, the named methods in `presets.rs`.
@@ -69,7 +69,7 @@ impl ManyLight {
         // 1. Trace photons from the emitters.
         let photons = trace::photons(cx);
         let maps = PhotonMaps::of(cx, &photons);
-        // 2. Place lights on photons, with probability by importance times flux: importons from the camera.
+        // 2. Place lights on photons, by importance times flux. Importance comes from importons, traced from the camera.
         let candidates = place::candidates(cx, photons);
         let sites = place::sites(cx, &candidates);
         // 3. Assign the flux of all photons to the lights.
@@ -78,9 +78,9 @@ impl ManyLight {
         let subsets = LightSubsets::divide(cx, clusters.len());
         let lights = build::lights(cx, &candidates.photons, &clusters, &subsets);
         let gather = build::gather(cx, &lights, &subsets);
-        let lights = build::index(cx, lights);
+        let index = build::index(cx, lights);
         // 5. Shade: [`PreparedPasses::shade_tile`].
-        PreparedPasses::new(cx, gather, lights, subsets, nearest, maps)
+        PreparedPasses::new(cx, gather, index, subsets, nearest, maps)
     }
 
     /// One sample per pixel with the lights of one pass. `prepared` holds those of its group and is made where it is

@@ -13,10 +13,10 @@ use crate::virtual_lights::select::defensive_weights;
 use crate::virtual_lights::{Site, select};
 
 /// Most photons per light on average; more of them are thinned before the partition of flux. Unmeasured: beyond it, the
-/// noise of the photons is small beside that of where the lights stand.
+/// noise of the photons is small beside that of the light positions.
 const PHOTONS_PER_LIGHT: usize = 1024;
 /// Probability of placement that follows flux alone, relative to that which follows importance times flux. Where importons
-/// have missed what matters, photons would else be assigned to a few lights far off, which is a bias.
+/// have missed what matters, photons would otherwise be assigned to a few lights far off, which is a bias.
 const PLACED_BY_FLUX: f32 = 0.1;
 
 /// Photons that may become lights, with what placement follows.
@@ -45,7 +45,7 @@ pub(super) fn candidates(cx: &GroupContext, photons: Vec<Photon>) -> Candidates 
     stats.time("lights", || thinned_candidates(cx, photons, weights))
 }
 
-/// Under the partition rule, keeps no more photons than the lights of `group` need. Refined lights need fewer, until every
+/// Under the partition rule, keeps no more photons than the lights of the group need. Refined lights need fewer, until every
 /// photon is a light.
 pub(super) fn thinned_candidates(
     cx: &GroupContext,

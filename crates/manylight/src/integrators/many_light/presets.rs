@@ -5,8 +5,8 @@ use super::settings::ManyLight;
 use crate::gather::{CutLimits, Kernel, ShareOf, Strategy};
 use crate::virtual_lights::{GlossyForm, TableStorage};
 
-/// Virtual lights per pass for lightcuts, 32 times those of a sum over all. Unmeasured: a cut grows with the logarithm of
-/// the number of lights, and half a minute of a small image has time for some passes.
+/// Virtual lights per pass for lightcuts. Unmeasured: 32 times those of a sum over all lights, since a cut grows slowly with the
+/// number of lights.
 const CUT_LIGHTS: u32 = 16_384;
 /// Photon paths per virtual light for lightcuts.
 const CUT_PHOTON_PATHS_PER_LIGHT: u32 = 64;

@@ -2,11 +2,11 @@
 //! the lights are refined.
 //!
 //! Passes 0, 1, 2-3, 4-7 and then each 8 form a group. The lights of a group are made together and divided evenly along
-//! the space-filling curve. Lights that are one of 4096 represent fewer photons each than lights that are one of 512, and
-//! differ less from each other: every eighth of the former is a better choice than eight sets of the latter.
+//! the space-filling curve. A group of 8 passes has 8 times the lights, each of which represents an 8th of the photons. Such lights
+//! differ less from each other, so that an 8th of them has less noise than a set that is made for one pass.
 //!
-//! With progressive resampling, the area that a light represents shrinks with the square root of the index of the pass. The
-//! mean over `n` passes then loses its bias by `1/√n`, as it loses its noise.
+//! With progressive resampling, the area that a light represents falls as `1/√(1 + i/16)`, with `i` the first pass of the group.
+//! The bias of the mean over `n` passes falls as `1/√n`, as does its noise.
 
 use super::axes::Resampling;
 use super::settings::ManyLight;
@@ -33,14 +33,14 @@ const MAX_REFINED_LIGHTS: u32 = 1 << 18;
 pub struct PassGroup {
     /// The passes.
     pub passes: Range<u32>,
-    /// Factor of progressive refinement: the area that a light represents is divided by it. At least 1.
+    /// Factor of progressive refinement, at least 1: the area that a light represents is divided by it, up to the rounding of
+    /// `placed_per_shaded`.
     pub refinement: f32,
     /// Emitted photon paths.
     pub photon_paths: u32,
     /// Importon paths.
     pub importon_paths: u32,
-    /// Lights that are placed for each light that some pass shades with. The others represent their part of the flux, but are
-    /// not evaluated.
+    /// Placed lights per light that a pass sums. The others represent their part of the flux, but are not evaluated.
     pub placed_per_shaded: u32,
     /// Lights that are placed.
     pub placed_lights: u32,

@@ -5,7 +5,7 @@
 //! | camera paths through specular events | `camera_paths.rs` |
 //! | at a non-specular vertex: emitters, directions, a gather point | `gathering.rs`, `gather_points.rs` |
 //! | light that clamping removes | `compensation.rs`, `compensation_photons.rs` |
-//! | light by specular events seen by glossy lobes | `specular_chains.rs` |
+//! | specular chains seen by glossy lobes | `specular_chains.rs` |
 //! | virtual lights at all gather points of the tile | [`crate::gather`] |
 //! | photons at the gather points | `density_estimates.rs` |
 
@@ -93,8 +93,8 @@ impl<'s> PreparedPasses<'s> {
         }
     }
 
-    /// The points with the sums over virtual lights there. Where errors count relative to the pixel, the points beyond the
-    /// first of their camera paths are summed when it is known what the pixel shows of the first.
+    /// The points with the sums over virtual lights there. With [`ShareOf::Pixel`], points beyond the first of their camera path
+    /// come after the first points, since the radiance of these sets the tolerance.
     fn sums(&self, points: Vec<GatherPoint<'s>>) -> Vec<(GatherPoint<'s>, Gathered)> {
         let limits = match self.gather.strategy {
             Strategy::Cuts(limits) if limits.share_of == ShareOf::Pixel => limits,

@@ -37,7 +37,7 @@ pub(super) fn importons(cx: &GroupContext) -> KdTree<Importon> {
     stats.time("maps", || KdTree::build_ordered(importons))
 }
 
-/// Photons that serve by themselves, beside making virtual lights.
+/// Photons that shading uses directly; most of them make virtual lights as well.
 pub(super) struct PhotonMaps {
     /// Those straight from the environment: directions in which emitters are looked for.
     pub(super) incident: IncidentMap,

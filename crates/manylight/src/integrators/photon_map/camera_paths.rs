@@ -23,7 +23,7 @@ use crate::transport::{Vertex, Walk, next_scattering_vertex, roulette};
 
 /// Directions, and emitter samples, for the lobes that end a camera path. Unmeasured.
 const DIRECTIONS: u32 = 2;
-/// Factor from the weight of a camera path to its probability of survival before `rr_depth`. Unmeasured: only the weakest end.
+/// Factor from the weight of a camera path to its probability of survival before `rr_depth`. Unmeasured: only the weakest paths are terminated.
 const SURVIVAL_FACTOR: f32 = 8.0;
 
 /// What a pass shades with.
@@ -299,7 +299,7 @@ impl<'s> TilePaths<'_, 's, '_, '_> {
         if terms.iter().all(|(_, sum)| sum.is_black()) {
             return;
         }
-        // A turn of the probe pattern by a hash of the view: it differs in every pass, and not with the unit of length.
+        // The turn of the probe pattern is a hash of `wo`, which differs from pass to pass and does not depend on the unit of length.
         let turn = rng::unit(rng::key(v.w_prev.to_array()));
         let covered = covered_fraction(
             &pass.scene.geometry,

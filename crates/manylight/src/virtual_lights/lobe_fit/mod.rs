@@ -26,12 +26,11 @@ pub(super) const MAX_LOBES: usize = 8;
 const SAMPLES: u32 = 512;
 /// Largest number of steps of expectation and maximization. Trades time for convergence; not tuned by a measurement.
 const MAX_STEPS: usize = 40;
-/// Change per step below which the fit has converged: absolute for mixture weights, relative for concentrations. Not tuned by a measurement.
+/// Change per step below which the fit has converged: absolute for mixture weights, relative for concentrations. Unmeasured.
 const CONVERGENCE: f32 = 0.01;
-/// Weight of the prior on the mean cosine (with mean 0), in units of the mean sample: bounds the concentration of lobes of few samples. Not
-/// tuned by a measurement.
+/// Weight of the prior on the mean cosine (with mean 0), in units of the mean sample: bounds the concentration of lobes of few samples. Unmeasured.
 const PRIOR: f32 = 0.1;
-/// Smallest mixture weight in the expectation step, so that no lobe loses all of its samples. Not tuned by a measurement.
+/// Smallest mixture weight in the expectation step, so that no lobe loses all of its samples. Unmeasured.
 const MIN_WEIGHT: f32 = 1e-3;
 /// Largest concentration times the square of the roughness. A reflected lobe has about 1 at its peak, and more at grazing angles.
 const MAX_KAPPA_ALPHA2: f32 = 4.0;
