@@ -13,10 +13,6 @@ use crate::scene::{PathLimits, Scene};
 
 /// The end of a segment of a camera path.
 #[derive(Clone, Copy, Debug)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "a segment's end lives on the stack for one step"
-)]
 pub enum SegmentEnd {
     /// A surface, and the length of the segment in m.
     Surface(SurfacePoint, f32),

@@ -44,7 +44,7 @@ pub(in crate::bsdf) fn interpolate(table: &[f32; COSINES], cos: f32) -> f32 {
     table[i as usize] * (1.0 - w) + table[i as usize + 1] * w
 }
 
-/// [`interpolate`] in each lane, for cosines in [0, 1].
+/// `interpolate` in each lane, for cosines in [0, 1].
 #[inline(always)]
 pub fn interpolate_lanes(tables: &[&[f32; COSINES]; LANES], cos: &Lanes) -> Lanes {
     let (mut i, mut w) = ([0; LANES], [0.0; LANES]);
