@@ -63,7 +63,7 @@ pub(super) fn read_color(bytes: &[u8]) -> Result<Image, Fault> {
     }
 }
 
-/// All channels of all parts that have the size of the first part. The name of a part becomes the layer of a channel whose name
+/// All channels of all parts that have the size of the first part. The name of a part becomes the layer of a channel if that name
 /// is already taken.
 pub(super) fn read_channels(bytes: &[u8]) -> Result<LayeredImage, Fault> {
     check_size(bytes)?;

@@ -398,7 +398,7 @@ fn spheres_are_integrals_over_their_directions() {
                 from: at.x.offset_towards(light.p - at.x.p),
                 to: light.p + light.n * light.offset.copysign((at.x.p - light.p).dot(light.n)),
             };
-            // A light whose center is behind the horizon is as dark as it should be, whatever a sphere around it would take.
+            // A light with its center behind the horizon is dark.
             let to = (light.p - at.x.p).normalize();
             let above = |n: Vec3| to.dot(n) > 1e-3;
             let lit = at.bsdf.receiving_normal(at.wo).is_none_or(above)
@@ -520,7 +520,7 @@ fn cuts_are_as_good_as_promised() {
         assert!(mean(&|i| off(&coarse, i)) < 0.1);
         assert!(size(&coarse) < 0.7 * size(&exact));
         assert!(fine.iter().all(|sum| sum.cluster_error <= 0.02));
-        // With no more than so many, errors are known to be larger.
+        // With fewer terms, errors may be larger.
         let small = cut(0.02, 60);
         assert!(small.iter().all(|sum| sum.terms <= 60));
         assert!(small.iter().any(|sum| sum.cluster_error > 0.02));

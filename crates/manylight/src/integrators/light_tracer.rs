@@ -1,7 +1,7 @@
-//! Photons splatted on the film: the adjoint of the path tracer, kept as a check of all that differs between the two
-//! directions (shading normals, η², emission and sensor importance).
+//! Light tracing: photons splatted on the film. It is the adjoint of the path tracer, kept as a check of all that differs between
+//! the two directions: shading normals, η², emission and sensor importance.
 //!
-//! Finds what the camera sees by a smooth or near-delta event or directly; not what it sees in mirrors and through glass.
+//! It estimates light that reaches the camera directly or from a non-specular or near-delta event, not by delta events.
 
 use super::context::PassContext;
 use crate::bsdf::Lobes;
@@ -17,7 +17,7 @@ use crate::transport::{Walk, past_emitters, roulette};
 use rayon::prelude::*;
 use std::f32::consts::FRAC_1_PI;
 
-/// Paths traced by one task: large enough to amortise, small enough to balance.
+/// Paths traced by one task. Unmeasured: large enough to amortize the cost of a task, small enough to balance the threads.
 const PATHS_PER_TASK: u64 = 4096;
 
 /// A contribution to one pixel.
@@ -37,7 +37,7 @@ pub(super) fn render_pass(
     let path_count = u64::from(size.x) * u64::from(size.y);
     let mut frame = vec![Rgb::BLACK; path_count as usize];
     run.stats.time("shade", || {
-        // Tasks splat in parallel into lists of their own, which are added in order: any thread count gives the same sums.
+        // Each task has its own list of splats. The lists are added in order: any number of threads gives the same sums.
         let lists: Vec<Vec<Splat>> = (0..path_count.div_ceil(PATHS_PER_TASK))
             .into_par_iter()
             .map(|task| {
@@ -92,15 +92,15 @@ impl LightTracer<'_> {
             return;
         };
         if let Some(y) = start.surface.filter(|_| self.limits.allow(1)) {
-            let shines = |w| {
+            let emits_towards = |w| {
                 !scene
                     .emitters
                     .radiance(&scene.geometry, &scene.textures, &y, w)
                     .is_black()
             };
-            // Lambertian emission: flux of the path is π L / pdf_area, so this is L |cos| / pdf_area.
+            // Lambertian emission: the flux of the path is π L / pdf_area, so that this is L |cos| / pdf_area.
             let seen = |w: Vec3| {
-                if shines(w) {
+                if emits_towards(w) {
                     start.flux * (FRAC_1_PI * y.ng.dot(w).abs())
                 } else {
                     Rgb::BLACK
@@ -131,7 +131,7 @@ impl LightTracer<'_> {
         }
     }
 
-    /// Connects `x` to the sensor; `intensity(w)` is what leaves towards it, in W/sr.
+    /// Connects `x` with the sensor; `intensity(w)` is the radiant intensity towards it, in W/sr.
     fn splat(
         &mut self,
         x: &SurfacePoint,
@@ -160,7 +160,7 @@ impl LightTracer<'_> {
         let Some(segment) = line_of_sight(self.scene, self.limits, x, segment) else {
             return;
         };
-        // Each transparent surface on the way is a vertex of the path.
+        // Each transparent surface that the segment crosses is a vertex of the path.
         let (transmittance, crossings) = self.scene.transmittance_and_crossings(&segment);
         let value = value * transmittance;
         if !value.is_black() && self.limits.allow(segments + crossings) {
@@ -172,8 +172,8 @@ impl LightTracer<'_> {
     }
 }
 
-/// The part of the line from `x` to the camera on which surfaces count: hidden emitters next to the camera do not, and
-/// `None` if `x` is on one itself.
+/// The part of the line from `x` to the camera on which surfaces occlude: hidden emitters before the first other surface do not.
+/// `None` if `x` is on such an emitter.
 pub(super) fn line_of_sight(
     scene: &Scene,
     limits: PathLimits,
@@ -194,9 +194,9 @@ pub(super) fn line_of_sight(
         },
     );
     let geometry = &scene.geometry;
-    let shines = geometry.primitives()[x.at.primitive.index()]
+    let is_emitter = geometry.primitives()[x.at.primitive.index()]
         .emitter
         .is_some();
-    let is_hidden = shines && geometry.intersect(&ray).is_none();
+    let is_hidden = is_emitter && geometry.intersect(&ray).is_none();
     (!is_hidden).then_some(Segment { to: ray.o, ..line })
 }

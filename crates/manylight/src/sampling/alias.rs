@@ -69,12 +69,6 @@ impl Alias {
         })
     }
 
-    /// Number of items.
-    #[inline]
-    pub fn item_count(&self) -> usize {
-        self.slots.len()
-    }
-
     /// A sampled item and its probability, for `u` in [0, 1). The table must not be empty.
     #[inline]
     pub fn sample(&self, u: f32) -> (usize, f32) {

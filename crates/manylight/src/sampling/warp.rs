@@ -93,13 +93,6 @@ pub fn henyey_greenstein(u: Vec2, g: f32) -> Vec3 {
     polar(z, safe_sqrt(1.0 - z * z), u.x)
 }
 
-/// Density of [`henyey_greenstein`] per solid angle, at the cosine `cos` to the axis.
-#[inline]
-pub fn henyey_greenstein_pdf(cos: f32, g: f32) -> f32 {
-    let base = 1.0 + g * g - 2.0 * g * cos;
-    (1.0 - g * g) * 0.25 * FRAC_1_PI / (base * base.sqrt())
-}
-
 /// A point of a triangle, uniform by area, as barycentric coordinates of the second and third corner.
 ///
 /// Source: Heitz, "A Low-Distortion Map", 2019.

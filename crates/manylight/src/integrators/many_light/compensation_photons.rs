@@ -47,7 +47,7 @@ pub(super) fn direction_fraction(direction_limit: f32, f_cos: Rgb) -> f32 {
     (direction_limit / f_cos.max_channel()).min(1.0)
 }
 
-/// A photon whose last event was the reflection of an emitter's light by low-roughness, non-specular lobes.
+/// A photon from an emitter, last reflected by low-roughness, non-specular lobes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ReflectedPhoton {
     pub(super) photon: Photon,

@@ -113,7 +113,7 @@ impl<'s> TilePaths<'_, 's, '_, '_> {
             if v.bsdf.lobes().has(Lobes::NON_SPECULAR) {
                 self.gather(&path, &v, gathering);
             }
-            // Lobes whose light of emitters photons do not estimate.
+            // Lobes for which photons do not estimate the light of emitters.
             let direct = match self.pass.method.estimate {
                 Estimate::Progressive => gathering,
                 Estimate::Direct => Lobes::NONE,
@@ -175,8 +175,8 @@ impl<'s> TilePaths<'_, 's, '_, '_> {
         }
     }
 
-    /// Adds light of emitters: on `ending` lobes by several samples and directions, on `followed` lobes by one sample, whose
-    /// MIS partner is the rest of the path.
+    /// Adds light of emitters: on `ending` lobes by several samples and directions, on `followed` lobes by one sample. The
+    /// rest of the path is the other half of MIS for these.
     fn add_emitters(
         &mut self,
         path: &mut PhotonMapPath<'s>,
