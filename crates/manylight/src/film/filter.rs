@@ -122,6 +122,7 @@ pub struct Window {
 }
 
 impl Window {
+    /// The window of the whole filter.
     const WHOLE: Window = Window {
         start: 0.0,
         share: 1.0,

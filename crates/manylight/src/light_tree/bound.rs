@@ -15,6 +15,7 @@ pub(crate) struct Sent {
 }
 
 impl Sent {
+    /// No light at any point.
     pub(crate) const NOTHING: Sent = Sent {
         bounds: [0.0; LANES],
         likely: [0.0; LANES],

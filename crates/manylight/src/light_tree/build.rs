@@ -37,6 +37,7 @@ struct BinBounds {
 }
 
 impl BinBounds {
+    /// The bounds of no light.
     const EMPTY: BinBounds = BinBounds {
         low: [f32::INFINITY; 6],
         high: [f32::NEG_INFINITY; 6],
@@ -113,6 +114,7 @@ impl TreeItem {
 }
 
 impl LightNode {
+    /// A node before it is filled.
     const EMPTY: LightNode = LightNode {
         bounds: Aabb::EMPTY,
         normals: Cone::EMPTY,

@@ -78,6 +78,7 @@ impl ClusterNode {
 }
 
 impl ClusterBounds {
+    /// A node without elements.
     const EMPTY: ClusterBounds = ClusterBounds {
         bounds: Aabb::EMPTY,
         normals: Cone::EMPTY,

@@ -132,6 +132,7 @@ impl GuideTree {
 }
 
 impl GuideNode {
+    /// A node without children.
     const LEAF: GuideNode = GuideNode {
         axis: 0,
         lower_probability: 0.5,
@@ -152,6 +153,7 @@ struct GuideCell {
 }
 
 impl GuideCell {
+    /// The whole domain, [0, 1]⁴.
     const WHOLE: GuideCell = GuideCell {
         low: [0.0; 4],
         size: [1.0; 4],

@@ -27,6 +27,7 @@ const FEW: u32 = 4;
 
 /// Child words to visit, with their rays. Reused over packets, because initializing it costs more than many traversals.
 pub(super) type PacketStack = [(u32, u64); (NARROW - 1) * MAX_DEPTH + 1];
+/// A stack before traversal.
 pub(super) const EMPTY_STACK: PacketStack = [(0, 0); (NARROW - 1) * MAX_DEPTH + 1];
 
 /// Up to 64 targets of rays.

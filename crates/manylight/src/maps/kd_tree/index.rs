@@ -26,6 +26,7 @@ pub(super) struct KdBlock {
 }
 
 impl KdBlock {
+    /// A block without items.
     const EMPTY: KdBlock = KdBlock {
         position: [[f32::INFINITY; WIDE]; 3],
         index: [u32::MAX; WIDE],
