@@ -1,9 +1,6 @@
 //! Images with named channels in layers, and metadata.
 
-use super::{SourceFormat, Transfer, decode, exr_file};
-use crate::file_error::{FileError, read_bytes};
 use manylight::image::Image;
-use std::path::Path;
 
 /// A group of channels.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -122,19 +119,4 @@ pub(super) fn interleave(width: usize, height: usize, planes: &[&[f32]]) -> Imag
         channels: planes.len(),
         data,
     }
-}
-
-/// Reads all channels of an OpenEXR file and its metadata. Files of other formats have the linear channels `R`, `G`, `B`, or
-/// `Y`.
-///
-/// # Errors
-/// The file cannot be read, is damaged, or has an unsupported format.
-pub fn read_layered_image(path: &Path) -> Result<LayeredImage, FileError> {
-    let bytes = read_bytes(path)?;
-    let image = if SourceFormat::of(&bytes) == SourceFormat::Exr {
-        exr_file::read_channels(&bytes)
-    } else {
-        decode(&bytes, path, Transfer::Auto).map(|image| LayeredImage::from_image(&image))
-    };
-    image.map_err(|fault| fault.in_file(path))
 }

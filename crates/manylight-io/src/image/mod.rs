@@ -14,7 +14,7 @@ mod write;
 #[cfg(test)]
 mod tests;
 
-pub use layered::{ImageLayer, LayeredImage, read_layered_image};
+pub use layered::{ImageLayer, LayeredImage};
 pub use transfer::{Transfer, linear_from_srgb, srgb_from_linear};
 pub use write::{ImageFormat, check_writable, write_file, write_image};
 
@@ -33,6 +33,21 @@ use transfer::Depth;
 pub fn read_image(path: &Path, transfer: Transfer) -> Result<Image, FileError> {
     let bytes = read_bytes(path)?;
     decode(&bytes, path, transfer).map_err(|fault| fault.in_file(path))
+}
+
+/// Reads all channels of an OpenEXR file and its metadata. Files of other formats have the linear channels `R`, `G`, `B`, or
+/// `Y`.
+///
+/// # Errors
+/// The file cannot be read, is damaged, or has an unsupported format.
+pub fn read_layered_image(path: &Path) -> Result<LayeredImage, FileError> {
+    let bytes = read_bytes(path)?;
+    let image = if SourceFormat::of(&bytes) == SourceFormat::Exr {
+        exr_file::read_channels(&bytes)
+    } else {
+        decode(&bytes, path, Transfer::Auto).map(|image| LayeredImage::from_image(&image))
+    };
+    image.map_err(|fault| fault.in_file(path))
 }
 
 fn decode(bytes: &[u8], path: &Path, transfer: Transfer) -> Result<Image, Fault> {

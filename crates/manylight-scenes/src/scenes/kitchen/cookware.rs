@@ -1,7 +1,6 @@
 //! Pots on the stove, and pans on a rail beside it.
 
-use super::stove::HOBS;
-use super::{BACK, KitchenMaterials, WORKTOP};
+use super::{BACK, HOBS, KitchenMaterials, WORKTOP};
 use crate::build::{catmull_rom, cylinder, tube};
 use crate::mesh::Mesh;
 use crate::pose::Pose;

@@ -1,7 +1,6 @@
 //! Fruit and breakfast on the table.
 
-use super::KitchenMaterials;
-use super::table::{CENTER, TOP};
+use super::{KitchenMaterials, TABLE_CENTER, TABLE_TOP};
 use crate::build::{ball, bevelled_box, bevelled_cylinder, catmull_rom, superellipsoid, tube};
 use crate::mesh::Mesh;
 use crate::pcg::Pcg32;
@@ -22,17 +21,17 @@ pub(super) fn add(scene: &mut Scene, materials: &KitchenMaterials, detail: Detai
 
 /// A pose on the table at an offset from its center.
 fn on_table(dx: f64, dz: f64) -> Pose {
-    Pose::at(CENTER.0 + dx, TOP, CENTER.1 + dz)
+    Pose::at(TABLE_CENTER.0 + dx, TABLE_TOP, TABLE_CENTER.1 + dz)
 }
 
 /// A copper bowl of fruit, and a lemon on the table.
 fn fruit(scene: &mut Scene, materials: &KitchenMaterials, detail: Detail) {
-    let (x, z) = (CENTER.0 - 0.2, CENTER.1 - 0.05);
+    let (x, z) = (TABLE_CENTER.0 - 0.2, TABLE_CENTER.1 - 0.05);
     let bowl = scene.add_mesh("fruit_bowl", props::bowl(detail));
     scene.place(
         "fruit_bowl",
         ShapeKind::Mesh(bowl),
-        Pose::at(x, TOP, z).scaled(1.2),
+        Pose::at(x, TABLE_TOP, z).scaled(1.2),
         materials.copper,
     );
     let round = detail.segments(20);
@@ -56,10 +55,12 @@ fn fruit(scene: &mut Scene, materials: &KitchenMaterials, detail: Detail) {
             (orange, materials.orange),
             (lemon, materials.lemon),
         ][kind];
-        let pose = Pose::at(x + dx, TOP + y, z + dz).tilted(tilt).turned(turn);
+        let pose = Pose::at(x + dx, TABLE_TOP + y, z + dz)
+            .tilted(tilt)
+            .turned(turn);
         scene.place(&format!("fruit_{i}"), ShapeKind::Mesh(mesh), pose, material);
     }
-    let rolled = Pose::at(x + 0.27, TOP + 0.028, z + 0.14)
+    let rolled = Pose::at(x + 0.27, TABLE_TOP + 0.028, z + 0.14)
         .tilted(90.0)
         .turned(35.0);
     scene.place(

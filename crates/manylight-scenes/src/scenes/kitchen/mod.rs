@@ -31,6 +31,17 @@ const HEIGHT: f64 = 2.6;
 const WORKTOP: f64 = 0.91;
 /// z of the front edge of the worktop at the back wall.
 const WORKTOP_FRONT: f64 = BACK + 0.63;
+/// Centers (x, z) of the four hobs.
+const HOBS: [(f64, f64); 4] = [
+    (0.17, BACK + 0.19),
+    (0.63, BACK + 0.19),
+    (0.17, BACK + 0.45),
+    (0.63, BACK + 0.45),
+];
+/// Center (x, z) of the table.
+const TABLE_CENTER: (f64, f64) = (-0.25, 0.75);
+/// Height of the table top.
+const TABLE_TOP: f64 = 0.76;
 
 /// Generates the kitchen.
 pub(super) fn scene(detail: Detail) -> Scene {

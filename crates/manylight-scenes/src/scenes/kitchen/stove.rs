@@ -1,7 +1,7 @@
 //! The range and its hood.
 
 use super::cabinets::STOVE;
-use super::{BACK, KitchenMaterials, WORKTOP, WORKTOP_FRONT, cookware};
+use super::{BACK, HOBS, KitchenMaterials, WORKTOP, WORKTOP_FRONT, cookware};
 use crate::build::{Edges, bevelled_box, bevelled_cylinder, boxed, grid, loft, torus, tube};
 use crate::pose::Pose;
 use crate::scene::{Assembly, Scene};
@@ -10,14 +10,6 @@ use glam::DVec3;
 
 /// z of the front of the range.
 const RANGE_FRONT: f64 = WORKTOP_FRONT - 0.03;
-
-/// Centers (x, z) of the four hobs.
-pub(super) const HOBS: [(f64, f64); 4] = [
-    (0.17, BACK + 0.19),
-    (0.63, BACK + 0.19),
-    (0.17, BACK + 0.45),
-    (0.63, BACK + 0.45),
-];
 
 pub(super) fn add(scene: &mut Scene, materials: &KitchenMaterials, detail: Detail) {
     let mut assembly = Assembly::default();

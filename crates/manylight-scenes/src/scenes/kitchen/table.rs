@@ -1,6 +1,6 @@
 //! The table, two stools, and unlit pendant lamps above.
 
-use super::{KitchenMaterials, food};
+use super::{KitchenMaterials, TABLE_CENTER, TABLE_TOP, food};
 use crate::build::{ball, bevelled_box, bevelled_cylinder, tube};
 use crate::pose::Pose;
 use crate::scene::{Assembly, Scene, ShapeKind};
@@ -8,10 +8,6 @@ use crate::scenes::{Detail, props};
 use glam::{DVec2, DVec3};
 use std::f64::consts::FRAC_PI_2;
 
-/// Height of the table top.
-pub(super) const TOP: f64 = 0.76;
-/// Center (x, z) of the table.
-pub(super) const CENTER: (f64, f64) = (-0.25, 0.75);
 /// Half the length and half the width of the table.
 const HALF: (f64, f64) = (0.95, 0.42);
 
@@ -30,8 +26,8 @@ fn table(scene: &mut Scene, materials: &KitchenMaterials, detail: Detail) {
     for i in 0..boards {
         let z = -HALF.1 + width * f64::from(i);
         let board = bevelled_box(
-            [-HALF.0, TOP - 0.035, z + 0.0005],
-            [HALF.0, TOP, z + width - 0.0005],
+            [-HALF.0, TABLE_TOP - 0.035, z + 0.0005],
+            [HALF.0, TABLE_TOP, z + width - 0.0005],
             0.003,
         );
         // Each board shows another part of the texture.
@@ -43,7 +39,10 @@ fn table(scene: &mut Scene, materials: &KitchenMaterials, detail: Detail) {
     }
     legs(&mut assembly, materials, detail);
     apron(&mut assembly, materials);
-    scene.place_assembly("table", assembly.placed(Pose::at(CENTER.0, 0.0, CENTER.1)));
+    scene.place_assembly(
+        "table",
+        assembly.placed(Pose::at(TABLE_CENTER.0, 0.0, TABLE_CENTER.1)),
+    );
 }
 
 /// Turned legs with square upper ends.
@@ -68,7 +67,7 @@ fn legs(assembly: &mut Assembly, materials: &KitchenMaterials, detail: Detail) {
             materials.oak,
             &bevelled_box(
                 [x - 0.035, 0.6, z - 0.035],
-                [x + 0.035, TOP - 0.034, z + 0.035],
+                [x + 0.035, TABLE_TOP - 0.034, z + 0.035],
                 0.003,
             )
             .box_mapped(0.5),
@@ -84,7 +83,7 @@ fn apron(assembly: &mut Assembly, materials: &KitchenMaterials) {
             materials.oak,
             &bevelled_box(
                 [-x, 0.63, side * z - 0.011],
-                [x, TOP - 0.034, side * z + 0.011],
+                [x, TABLE_TOP - 0.034, side * z + 0.011],
                 0.002,
             )
             .box_mapped(0.5),
@@ -93,7 +92,7 @@ fn apron(assembly: &mut Assembly, materials: &KitchenMaterials) {
             materials.oak,
             &bevelled_box(
                 [side * x - 0.011, 0.631, -z],
-                [side * x + 0.011, TOP - 0.0345, z],
+                [side * x + 0.011, TABLE_TOP - 0.0345, z],
                 0.002,
             )
             .box_mapped(0.5),
@@ -163,7 +162,7 @@ fn pendants(scene: &mut Scene, materials: &KitchenMaterials, detail: Detail) {
     );
     let mut assembly = Assembly::default();
     for (i, x) in [-0.5, 0.25].into_iter().enumerate() {
-        let pose = Pose::at(CENTER.0 + x, 1.68, CENTER.1 - 0.1);
+        let pose = Pose::at(TABLE_CENTER.0 + x, 1.68, TABLE_CENTER.1 - 0.1);
         scene.place(
             &format!("pendant_{i}"),
             ShapeKind::Mesh(shade),
