@@ -134,7 +134,7 @@ impl Embree {
     pub(crate) fn new(triangles: &[[Vec3; 3]], threads: usize) -> Option<Self> {
         let path = std::env::var_os("MANYLIGHT_EMBREE")?;
         ALLOCATED.store(0, Ordering::Relaxed);
-        // SAFETY: the user names Embree 4's library, whose functions have the signatures declared here. Handles stay valid
+        // SAFETY: the user names the library of Embree 4. Its functions have the signatures declared here. Handles stay valid
         // because nothing is released.
         unsafe {
             let library = Library::new(path).expect("MANYLIGHT_EMBREE is not a shared library");
@@ -184,8 +184,8 @@ impl Embree {
         query.t_far < 0.0
     }
 
-    /// Traces segments from `from` to those of the points `to` (structure of arrays, `N` is 8 or 16) whose bits are set in
-    /// `wanted`. Returns the occluded ones as bits.
+    /// Traces segments from `from` to the points `to` (structure of arrays, `N` is 8 or 16) with a bit in `wanted`. Returns the
+    /// occluded ones as bits.
     #[inline]
     pub(crate) fn occluded_packet<const N: usize>(
         &self,
