@@ -1,7 +1,7 @@
 //! The quantities that a film records.
 
-/// A quantity that a film records per pixel. Emission, direct light, virtual lights and caustics partition the light paths:
-/// their sum is the beauty.
+/// A quantity that a film records per pixel. The beauty is the sum of emission, direct light, virtual lights, compensation and
+/// caustics. Virtual lights and compensation share light paths.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Layer {
     /// Radiance over all light paths.
@@ -10,8 +10,11 @@ pub enum Layer {
     Emission,
     /// Radiance reflected from emitters at the first vertex with a non-specular lobe.
     Direct,
-    /// Radiance reflected from virtual lights at the same vertex.
+    /// Radiance reflected at the same vertex from virtual lights. Path tracing: all light that other surfaces reflect towards
+    /// that vertex by non-specular lobes.
     VirtualLights,
+    /// The part of that light which clamping removes from virtual lights.
+    Compensation,
     /// Radiance from photons that come from a specular event.
     Caustics,
     /// Albedo of the first surface.
@@ -34,6 +37,7 @@ impl Layer {
             Layer::Emission => "emission",
             Layer::Direct => "direct",
             Layer::VirtualLights => "virtual_lights",
+            Layer::Compensation => "compensation",
             Layer::Caustics => "caustics",
             Layer::Albedo => "albedo",
             Layer::Normal => "normal",
@@ -47,7 +51,11 @@ impl Layer {
     pub fn is_term(self) -> bool {
         matches!(
             self,
-            Layer::Emission | Layer::Direct | Layer::VirtualLights | Layer::Caustics
+            Layer::Emission
+                | Layer::Direct
+                | Layer::VirtualLights
+                | Layer::Compensation
+                | Layer::Caustics
         )
     }
 }

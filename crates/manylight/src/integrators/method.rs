@@ -1,6 +1,6 @@
 //! The methods with their settings, and the film layers that each fills.
 
-use super::many_light::{ManyLight, Strategy};
+use super::many_light::{Compensation, ManyLight, Strategy};
 use super::photon_map::PhotonMap;
 use crate::film::Layer;
 use crate::scene::PathLimits;
@@ -51,6 +51,10 @@ impl Method {
                 Layer::VirtualLights,
                 Layer::Caustics,
             ]);
+        }
+        if matches!(&self.kind, MethodKind::ManyLight(method) if method.compensation != Compensation::None)
+        {
+            layers.push(Layer::Compensation);
         }
         if self.kind != MethodKind::LightTracer {
             layers.extend([Layer::Albedo, Layer::Normal, Layer::Depth]);

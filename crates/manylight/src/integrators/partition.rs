@@ -7,7 +7,7 @@
 //! |---|---|
 //! | ends on an emitter before any `x` | emission |
 //! | `y` lies on an emitter and the path ends there | direct |
-//! | the event at `y` is non-specular | virtual lights |
+//! | the event at `y` is non-specular | virtual lights, and compensation of what clamping removes from them |
 //! | the event at `y` is specular | caustics |
 
 use crate::bsdf::Lobes;
@@ -35,6 +35,14 @@ impl PathStage {
             }
             PathStage::AfterX => PathStage::Decided(Layer::Caustics),
             decided => decided,
+        }
+    }
+
+    /// The stage after a non-specular event at a vertex that compensates clamping.
+    pub fn after_compensating_event(self) -> PathStage {
+        match self.after(Lobes::NON_SPECULAR) {
+            PathStage::Decided(Layer::VirtualLights) => PathStage::Decided(Layer::Compensation),
+            other => other,
         }
     }
 

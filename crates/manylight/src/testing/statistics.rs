@@ -11,6 +11,21 @@ pub fn layer_mean(film: &Film, layer: Layer) -> f64 {
     image.data.iter().map(|&v| f64::from(v)).sum::<f64>() / image.data.len() as f64
 }
 
+/// Mean of a term of the path partition over all pixels and channels: of virtual lights the sum with their compensation, which
+/// shares the paths of that term.
+///
+/// # Panics
+/// If the film does not record the layer.
+pub fn term_mean(film: &Film, term: Layer) -> f64 {
+    let compensated = term == Layer::VirtualLights && film.image(Layer::Compensation).is_some();
+    let shared = if compensated {
+        layer_mean(film, Layer::Compensation)
+    } else {
+        0.0
+    };
+    layer_mean(film, term) + shared
+}
+
 /// Mean of the beauty over pixels by channel, with its standard error for independent pixels.
 pub fn channel_means(film: &Film) -> [(f64, f64); 3] {
     let (image, variance) = (

@@ -15,7 +15,7 @@ use manylight::scene::Scene;
 use manylight::testing::scenes::{
     Builder, diffuse, glass, glossy_box, rough_glass, rough_metal, rough_plastic,
 };
-use manylight::testing::statistics::layer_mean;
+use manylight::testing::statistics::{layer_mean, term_mean};
 
 const TERMS: [Layer; 4] = [
     Layer::Emission,
@@ -52,7 +52,7 @@ fn check(scene: &Scene, method: MethodKind, passes: u32, tolerance: f64) {
     let (truth, ours) = (reference(scene), film(scene, method, passes, 5));
     let beauty = layer_mean(&truth, Layer::Beauty);
     for layer in TERMS {
-        let (a, b) = (layer_mean(&truth, layer), layer_mean(&ours, layer));
+        let (a, b) = (term_mean(&truth, layer), term_mean(&ours, layer));
         let tolerance = if layer == Layer::Emission {
             EMISSION_TOLERANCE
         } else {

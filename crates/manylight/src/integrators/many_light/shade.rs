@@ -75,14 +75,18 @@ impl<'s> PreparedPasses<'s> {
         out: &mut TileSamples,
     ) {
         let after_x = point.stage.after(Lobes::NON_SPECULAR);
-        let mut add = |event, radiance: Rgb| {
-            let layer = after_x.after(event).layer();
-            out.add(point.pixel, layer, point.throughput * radiance);
+        let mut add = |stage: PathStage, radiance: Rgb| {
+            out.add(point.pixel, stage.layer(), point.throughput * radiance);
         };
-        add(Lobes::NON_SPECULAR, sum.radiance);
-        add(Lobes::SPECULAR, self.caustic_radiance(point, found));
-        let compensation = self.compensation_photon_radiance(point, found);
-        add(Lobes::NON_SPECULAR, compensation);
+        add(after_x.after(Lobes::NON_SPECULAR), sum.radiance);
+        add(
+            after_x.after(Lobes::SPECULAR),
+            self.caustic_radiance(point, found),
+        );
+        add(
+            after_x.after_compensating_event(),
+            self.compensation_photon_radiance(point, found),
+        );
         if point.stage == PathStage::BeforeX {
             // The error of a cluster that could not be refined has no bound.
             let error = sum.cluster_error.min(1.0);
