@@ -126,9 +126,22 @@ impl DensityReceiver {
     }
 }
 
+/// A particle on a surface.
+pub trait OnSurface: Located {
+    /// Geometric normal on the side from which it arrives, unit.
+    fn normal(&self) -> Vec3;
+}
+
+impl OnSurface for Photon {
+    #[inline]
+    fn normal(&self) -> Vec3 {
+        self.n
+    }
+}
+
 /// Calls `visit` with each of the nearest photons on the receiver's side and surface and its kernel weight in 1/m²: `Σ weight · flux · f` estimates
 /// reflected radiance. K is the size of `found`. Returns the radius of the kernel in m.
-pub fn density_estimate<'m, P: Located + AsRef<Photon> + Sync>(
+pub fn density_estimate<'m, P: OnSurface + Sync>(
     photons: &'m KdTree<P>,
     receiver: DensityReceiver,
     bandwidth: Bandwidth,
@@ -139,8 +152,7 @@ pub fn density_estimate<'m, P: Located + AsRef<Photon> + Sync>(
     let radius = found.radius_squared().sqrt() * bandwidth.share;
     for (i, d2) in found.iter() {
         let item = &photons.items()[i as usize];
-        let photon = item.as_ref();
-        if receiver.shares_surface(photon.p, photon.n, radius) {
+        if receiver.shares_surface(item.position(), item.normal(), radius) {
             let weight = DensityKernel::Epanechnikov.weight(d2, radius * radius);
             if weight > 0.0 {
                 visit(item, weight);

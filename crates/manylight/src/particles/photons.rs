@@ -64,9 +64,11 @@ pub fn parent(photons: &[Photon], j: usize) -> Option<usize> {
 const PATHS_PER_TASK: u32 = 1024;
 
 /// For [`trace_photons`]: the smallest number of segments by which a many-light method extends a photon after an event of the given class; `None` on
-/// surfaces without non-specular lobes. A virtual light at depth m makes paths of at least m + 2 segments, a caustic photon of m + 1.
+/// surfaces without non-specular lobes. A virtual light at depth m makes paths of at least m + 2 segments, a photon of m + 1: caustic photons, and
+/// those that glossy lobes reflect, which compensate clamping.
 pub fn usable_by_virtual_lights(bsdf: &Bsdf, event: Lobes) -> Option<u32> {
-    let segments = if event.has(Lobes::SPECULAR) { 1 } else { 2 };
+    let is_estimate = event.has(Lobes::SPECULAR) || event.has(Lobes::GLOSSY);
+    let segments = if is_estimate { 1 } else { 2 };
     bsdf.lobes().has(Lobes::NON_SPECULAR).then_some(segments)
 }
 

@@ -7,6 +7,7 @@ mod agreement;
 mod common;
 mod compensation;
 mod determinism;
+mod frosted_glass;
 mod furnace;
 mod hidden_emitters;
 mod interim;

@@ -16,6 +16,7 @@ use super::axes::Compensation;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::gather::{Assignment, ClampReceiver, Gather, LightIndex, Subset};
+use crate::maps::density::OnSurface;
 use crate::maps::{KdTree, Located};
 use crate::math::Vec3;
 use crate::particles::{Photon, parent};
@@ -68,6 +69,13 @@ impl Located for CompensationPhoton {
     #[inline]
     fn position(&self) -> Vec3 {
         self.reflected.photon.p
+    }
+}
+
+impl OnSurface for CompensationPhoton {
+    #[inline]
+    fn normal(&self) -> Vec3 {
+        self.reflected.photon.n
     }
 }
 

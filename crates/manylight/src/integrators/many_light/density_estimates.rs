@@ -7,13 +7,13 @@ use super::gather_points::GatherPoint;
 use super::prepared::PreparedPasses;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
+use crate::gather::ShadingPoint;
 use crate::integrators::partition::PathStage;
 use crate::maps::density::{
-    Bandwidth, DensityReceiver, density_estimate, progressive_radius_scale,
+    Bandwidth, DensityReceiver, OnSurface, density_estimate, progressive_radius_scale,
 };
-use crate::maps::{
-    COVERAGE_PROBES, COVERAGE_PROBES_INDIRECT, KdTree, Located, Neighbors, covered_fraction,
-};
+use crate::maps::{COVERAGE_PROBES, COVERAGE_PROBES_INDIRECT, KdTree, Neighbors, covered_fraction};
+use crate::math::Vec3;
 use crate::particles::Photon;
 use crate::sampling::rng;
 
@@ -70,8 +70,9 @@ impl PreparedPasses<'_> {
         self.density_estimate(&self.compensation_photons, point, found, weighted_f)
     }
 
-    /// `Σ_j k_j f_j Φ_j` over photons within the path limits, divided by the covered fraction of the kernel.
-    fn density_estimate<P: Located + AsRef<Photon> + Sync>(
+    /// `Σ_j k_j f_j Φ_j` over photons within the path limits, divided by the covered fraction of the kernel. On transmitting
+    /// surfaces light arrives on both sides, unless one of them was chosen.
+    fn density_estimate<P: OnSurface + AsRef<Photon> + Sync>(
         &self,
         photons: &KdTree<P>,
         point: &GatherPoint,
@@ -81,9 +82,29 @@ impl PreparedPasses<'_> {
         if point.photon_weight == 0.0 {
             return Rgb::BLACK;
         }
-        let x = &point.at.x;
-        let n = point.at.lit_from.unwrap_or(x.normal_towards(point.at.wo));
-        let receiver = DensityReceiver { p: x.p, n };
+        let ShadingPoint { x, wo, bsdf, .. } = &point.at;
+        let visible_side = x.normal_towards(*wo);
+        let sum = match point.at.lit_from {
+            Some(n) => self.density_on_side(photons, point, n, found, &f),
+            None if bsdf.receiving_normal(*wo).is_none() => {
+                self.density_on_side(photons, point, visible_side, found, &f)
+                    + self.density_on_side(photons, point, -visible_side, found, &f)
+            }
+            None => self.density_on_side(photons, point, visible_side, found, &f),
+        };
+        sum * point.photon_weight
+    }
+
+    /// That sum over the photons that arrive on the side of the unit normal `n`.
+    fn density_on_side<P: OnSurface + AsRef<Photon> + Sync>(
+        &self,
+        photons: &KdTree<P>,
+        point: &GatherPoint,
+        n: Vec3,
+        found: &mut Neighbors,
+        f: &impl Fn(&P) -> Rgb,
+    ) -> Rgb {
+        let receiver = DensityReceiver { p: point.at.x.p, n };
         let mut sum = Rgb::BLACK;
         let bandwidth = self.bandwidth(point);
         let radius = density_estimate(photons, receiver, bandwidth, found, |item, kernel| {
@@ -101,8 +122,7 @@ impl PreparedPasses<'_> {
             PathStage::BeforeX => COVERAGE_PROBES,
             PathStage::AfterX | PathStage::Decided(_) => COVERAGE_PROBES_INDIRECT,
         };
-        sum * (point.photon_weight
-            / covered_fraction(&self.scene.geometry, receiver, radius, probes, turn))
+        sum / covered_fraction(&self.scene.geometry, receiver, radius, probes, turn)
     }
 
     fn bandwidth(&self, point: &GatherPoint) -> Bandwidth {
