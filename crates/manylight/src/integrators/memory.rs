@@ -1,6 +1,6 @@
 //! Memory that a render takes, estimated before it is taken.
 
-use super::many_light::{EmissionKind, ManyLight, Strategy};
+use super::many_light::{Compensation, EmissionKind, ManyLight, RadianceCache, Strategy};
 use super::method::{Method, MethodKind};
 use super::photon_map::PhotonMap;
 use crate::bsdf::Lobes;
@@ -59,7 +59,7 @@ fn of_many_light(
     limits: PathLimits,
     last: u32,
     seed: u64,
-) -> [StageMemory; 3] {
+) -> [StageMemory; 4] {
     let group = method.pass_group(last);
     let unshaded = f64::from(group.placed_per_shaded - 1);
     let shaded = f64::from(method.light_count) * group.passes.len() as f64;
@@ -88,6 +88,13 @@ fn of_many_light(
     let light = VirtualLights::bytes_per_light(form, glossy, limits) + tree;
     let unshaded_light = VirtualLights::bytes_per_light(form, 0.0, limits);
     let importons = f64::from(group.importon_paths) * size_of::<Importon>() as f64;
+    let photons = photons_of(&probes, f64::from(group.photon_paths));
+    let cache = match method.compensation {
+        Compensation::None => 0.0,
+        Compensation::KolligKeller => {
+            RadianceCache::bytes_for(photons, group.passes.len()) * COPIES
+        }
+    };
     let stage = |stage, bytes: f64| StageMemory {
         stage,
         bytes: bytes as u64,
@@ -95,6 +102,7 @@ fn of_many_light(
     [
         photon_memory(&probes, f64::from(group.photon_paths)),
         stage("importons", importons * COPIES),
+        stage("radiance cache", cache),
         stage("lights", shaded * (light + unshaded * unshaded_light)),
     ]
 }
@@ -113,9 +121,14 @@ fn of_photon_map(method: &PhotonMap, scene: &Scene, limits: PathLimits, seed: u6
 
 /// Of the photons of `paths` photon paths, estimated by those of [`PROBES`] paths.
 fn photon_memory(probes: &[Photon], paths: f64) -> StageMemory {
-    let photons = probes.len() as f64 / f64::from(PROBES) * paths;
+    let photons = photons_of(probes, paths);
     StageMemory {
         stage: "photons",
         bytes: (photons * size_of::<Photon>() as f64 * COPIES) as u64,
     }
+}
+
+/// Number of photons of `paths` photon paths.
+fn photons_of(probes: &[Photon], paths: f64) -> f64 {
+    probes.len() as f64 / f64::from(PROBES) * paths
 }

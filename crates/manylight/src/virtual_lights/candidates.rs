@@ -40,6 +40,15 @@ pub(crate) fn importance_times_flux(importance: &KdTree<Importon>, photons: &[Ph
     weights.collect()
 }
 
+/// Probabilities with which about `most` of the photons are kept, all if there are fewer.
+pub(crate) fn keeping_probabilities(photons: &[Photon], weights: &[f32], most: usize) -> Vec<f32> {
+    if photons.len() <= most {
+        return vec![1.0; photons.len()];
+    }
+    let mixed = defensive_weights(weights, &luminances(photons), KEPT_BY_FLUX);
+    inclusion_probabilities(&mixed, most, 0.0)
+}
+
 /// Keeps about `most` of the photons, or all if there are fewer, with probability by weight. The flux and the weight of a
 /// kept photon are divided by its probability. `u` in [0, 1) is the one random number. Returns the weights too.
 pub(crate) fn thin_photons(
@@ -51,8 +60,7 @@ pub(crate) fn thin_photons(
     if photons.len() <= most {
         return (photons, weights);
     }
-    let mixed = defensive_weights(&weights, &luminances(&photons), KEPT_BY_FLUX);
-    let probabilities = inclusion_probabilities(&mixed, most, 0.0);
+    let probabilities = keeping_probabilities(&photons, &weights, most);
     let kept = systematic(&probabilities, u).into_par_iter().map(|j| {
         let (photon, stands_for) = (photons[j], 1.0 / probabilities[j]);
         let kept = Photon {

@@ -10,7 +10,7 @@ use manylight::integrators::{ManyLight, MethodKind};
 use manylight::math::{Affine3A, Vec3};
 use manylight::scene::Scene;
 use manylight::testing::scenes::{Builder, diffuse, furnace, rough_metal};
-use manylight::testing::statistics::layer_mean;
+use manylight::testing::statistics::term_mean;
 
 /// A corner of bright walls with a plate of some material that nearly touches the floor.
 fn corner(size: u32, plate: Material) -> Scene {
@@ -40,7 +40,7 @@ fn corner(size: u32, plate: Material) -> Scene {
 /// 4 lights per pass. Groups of 8 passes have 8 times as many.
 fn few_lights() -> ManyLight {
     ManyLight {
-        photon_paths: 1000,
+        photon_paths: 8000,
         light_count: 4,
         importon_paths: 250,
         resampling: Resampling::New,
@@ -48,9 +48,9 @@ fn few_lights() -> ManyLight {
     }
 }
 
-/// Mean of the layer of virtual lights.
+/// Mean of virtual lights and compensation.
 fn mean(scene: &Scene, kind: MethodKind, passes: u32) -> f64 {
-    layer_mean(&film(scene, kind, passes, 5), Layer::VirtualLights)
+    term_mean(&film(scene, kind, passes, 5), Layer::VirtualLights)
 }
 
 /// The clamp removes much light, and compensation restores it up to `tolerance`.
@@ -78,6 +78,14 @@ fn no_light_is_lost_in_corners() {
 #[test]
 fn light_that_metal_reflects_nearby_is_not_lost() {
     assert_whole(&corner(24, rough_metal(0.1)), 4096, 6e-3);
+}
+
+/// Under a small limit of path length, photons after a reflection by metal still compensate clamping.
+#[test]
+fn no_light_is_lost_at_the_limit_of_path_length() {
+    let mut scene = corner(24, rough_metal(0.1));
+    scene.limits.max_depth = Some(3);
+    assert_whole(&scene, 4096, 6e-3);
 }
 
 /// Without compensation, the lost light decreases with progressive refinement.

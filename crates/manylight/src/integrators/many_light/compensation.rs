@@ -1,17 +1,20 @@
 //! Bias compensation: directions restore the light that clamping removes.
 //!
 //! The sum over virtual lights at `x` keeps a fraction of the light that the non-specular lobes at `y` reflect towards `x`;
-//! the clamp removes the rest, `clamped_fraction(x, y)`. A direction sampled at `x` that meets `y` continues with the
-//! probability of that fraction and gathers at `y` all light that arrives there: emitters, photons, and virtual lights, for
-//! which clamping is compensated in the same way. Emission at `y` is direct light at `x`, which is estimated elsewhere.
+//! the clamp removes the rest, `clamped_fraction(x, y)`. A direction sampled at `x` that meets `y` takes that fraction of the
+//! radiance at `y` from the radiance cache. Where the cache does not serve, near corners and on transmitting surfaces, it
+//! continues with the probability of that fraction and gathers at `y` all light that arrives there: emitters, photons, and
+//! virtual lights, for which clamping is compensated in the same way. Emission at `y` is direct light at `x`, which is estimated
+//! elsewhere.
 //!
-//! Source: Kollig, Keller, "Illumination in the Presence of Weak Singularities", MCQMC 2004. Deviation: a light represents
-//! many photons, so that the clamped fraction is that of the light to which a photon at `y` is assigned.
+//! Source: Kollig, Keller, "Illumination in the Presence of Weak Singularities", MCQMC 2004. Deviations: a light represents
+//! many photons, so that the clamped fraction is that of the light to which a photon at `y` is assigned; and the cache.
 
 use super::compensation_photons::direction_limit;
 use super::gather_points::{PixelGather, roulette_weight};
 use super::gathering::{DirectionNumbers, GatherDirection, GatherPath, GatherRole};
 use super::prepared::PreparedPasses;
+use crate::bsdf::Lobes;
 use crate::gather::Assignment;
 use crate::integrators::partition::PathStage;
 use crate::transport::Vertex;
@@ -25,6 +28,9 @@ pub(super) const MAX_SURVIVAL: f32 = 0.95;
 const ESTIMATED_AREAS: f32 = 16.0;
 /// Least probability of that search. Unmeasured: bounds the weight of directions for which the estimate is too low.
 const LEAST_SEARCHED: f32 = 1.0 / 8.0;
+/// Factor from the clamped fraction of a direction to the probability of a photon query at a glossy surface. Measured against 1, over
+/// 8 passes at 160x90: relMSE falls by 5 % in the Kitchen and by 10 % in the U-Shape, for 7 and 1 % more time.
+const GLOSSY_SURVIVAL_FACTOR: f32 = 4.0;
 
 impl<'s> PixelGather<'_, 's, '_, '_> {
     /// Restores the light that non-specular lobes at `y` reflect along the direction `from`, and that clamping removes from
@@ -51,6 +57,9 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
         if searched < 1.0 && !path.walk.survive(searched, self.sampler.next_1d()) {
             return;
         }
+        if !transmits && self.compensate_by_cache(y, &path, from, (&location, searched)) {
+            return;
+        }
         let prepared = self.prepared;
         let light = prepared.nearest.light(prepared.scene, &location);
         let assignment = prepared.lights.assignment(light, &location);
@@ -62,10 +71,45 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
                 lit_from: transmits.then_some(lit_side),
                 direction_limit: direction_limit(from.f_cos),
             };
+            path.stage = path.stage.after_compensating_event();
             let lights = self.sparse_lights();
             let numbers = DirectionNumbers::single(self.sampler);
             self.gather(y, path, role, lights, &numbers);
         }
+    }
+
+    /// Ends a direction at `y` by the radiance cache. `false` where the cache does not serve.
+    fn compensate_by_cache(
+        &mut self,
+        y: &Vertex<'s>,
+        path: &GatherPath<'s>,
+        from: &GatherDirection<'_, 's>,
+        (location, searched): (&SurfaceLocation, f32),
+    ) -> bool {
+        let PreparedPasses {
+            scene,
+            lights,
+            cache,
+            ..
+        } = self.prepared;
+        let point = cache.point(location, y.segments);
+        let Some(point) = point.filter(|point| point.serves(y.x.p.distance(from.at.x.p))) else {
+            return false;
+        };
+        let clamped = self.clamped_fraction(from, location, point.assignment(lights));
+        let survival = match y.bsdf.lobes().has(Lobes::GLOSSY) {
+            true => (GLOSSY_SURVIVAL_FACTOR * clamped / searched).min(1.0),
+            false => 1.0,
+        };
+        if self.sampler.next_1d() < survival {
+            let found = &mut self.tile.found_photons;
+            let limit = direction_limit(from.f_cos);
+            let radiance = cache.radiance(scene, (y, point), limit, found);
+            let layer = path.stage.after_compensating_event().layer();
+            let weight = clamped / survival;
+            self.add(layer, path.walk.throughput() * radiance * weight);
+        }
+        true
     }
 
     /// Roulette for a path of which the fraction `clamped` remains; its throughput contains that already.

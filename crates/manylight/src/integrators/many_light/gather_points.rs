@@ -1,6 +1,7 @@
 //! Gather points, and what the camera paths of a tile and of a pixel share while they are traced.
 
 use super::prepared::PreparedPasses;
+use super::radiance_cache::CACHE_NEIGHBORS;
 use crate::color::Rgb;
 use crate::film::{Layer, TileSamples};
 use crate::gather::{ShadingPoint, Strategy, Subset};
@@ -47,6 +48,8 @@ pub(super) struct TileGather<'s, 'o, 't> {
     pub(super) shadow_rays: u64,
     /// Memory for queries of the environment guide.
     pub(super) found: Neighbors,
+    /// Memory for queries of the radiance cache.
+    pub(super) found_photons: Neighbors,
     /// Position of the last query of the area per light, and the area in m².
     cached_area: Option<(Vec3, f32)>,
     sparse: SparseSubsets,
@@ -59,6 +62,7 @@ impl<'s, 'o, 't> TileGather<'s, 'o, 't> {
             points: Vec::new(),
             shadow_rays: 0,
             found: Neighbors::new(INCIDENT_NEIGHBORS),
+            found_photons: Neighbors::new(CACHE_NEIGHBORS),
             cached_area: None,
             sparse: SparseSubsets::new(strategy, pass),
         }

@@ -6,7 +6,7 @@
 //! | 1. trace photons from the emitters; importons from the camera, when placement needs them | `trace.rs` |
 //! | 2. place: keep photons as sites of lights, by importance times flux | `place.rs` |
 //! | 3. assign the flux of every photon to a light | `assign.rs` |
-//! | 4. build the radiant intensity of every light | `build.rs` |
+//! | 4. build the radiant intensity of every light, and the radiance cache | `build.rs`, `radiance_cache.rs` |
 //! | 5. shade every pixel by the lights | `shade.rs`, see there for its stages |
 //!
 //! The settings are in `settings.rs`, their axes in `axes.rs`, the named methods in `presets.rs`.
@@ -29,6 +29,7 @@ mod next_event;
 mod place;
 mod prepared;
 mod presets;
+mod radiance_cache;
 mod schedule;
 mod settings;
 mod shade;
@@ -41,6 +42,7 @@ pub use axes::{ClampRule, Compensation, EmissionKind, FluxRule, Placement, Resam
 pub use cut_tolerance::DARKEST_PIXEL;
 pub use interim_maps::{InterimMaps, PlacedLight};
 pub use prepared::PreparedPasses;
+pub(super) use radiance_cache::RadianceCache;
 pub use schedule::PassGroup;
 pub use settings::ManyLight;
 
@@ -70,7 +72,7 @@ impl ManyLight {
         let photons = trace::photons(cx);
         let maps = PhotonMaps::of(cx, &photons);
         // 2. Place lights on photons, by importance times flux. Importance comes from importons, traced from the camera.
-        let candidates = place::candidates(cx, photons);
+        let (candidates, particles) = place::candidates(cx, photons);
         let sites = place::sites(cx, &candidates);
         // 3. Assign the flux of all photons to the lights.
         let (clusters, nearest) = assign::clusters(cx, &candidates, &sites);
@@ -79,8 +81,9 @@ impl ManyLight {
         let lights = build::lights(cx, &candidates.photons, &clusters, &subsets);
         let gather = build::gather(cx, &lights, &subsets);
         let index = build::index(cx, lights);
+        let cache = build::radiance_cache(cx, particles, &nearest);
         // 5. Shade: [`PreparedPasses::shade_tile`].
-        PreparedPasses::new(cx, gather, index, subsets, nearest, maps)
+        PreparedPasses::new(cx, gather, index, subsets, nearest, maps, cache)
     }
 
     /// One sample per pixel with the lights of one pass. `prepared` holds those of its group and is made where it is

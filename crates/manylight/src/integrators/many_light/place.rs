@@ -1,6 +1,7 @@
 //! Stage 2: photons are kept as sites of virtual lights, with probability proportional to importance times flux.
 
 use super::axes::{FluxRule, Placement};
+use super::radiance_cache::CacheParticles;
 use super::schedule::GroupContext;
 use super::trace;
 use crate::particles::Photon;
@@ -31,8 +32,8 @@ pub(super) struct Candidates {
     pub(super) u_unassigned: f32,
 }
 
-/// The candidates among `photons`. Importons are traced if placement follows importance.
-pub(super) fn candidates(cx: &GroupContext, photons: Vec<Photon>) -> Candidates {
+/// The candidates among `photons`, and those for the radiance cache. Importons are traced if placement follows importance.
+pub(super) fn candidates(cx: &GroupContext, photons: Vec<Photon>) -> (Candidates, CacheParticles) {
     let stats = cx.run.stats;
     let photons = stats.time("lights", || light_carriers(cx.limits, photons));
     let weights: Vec<f32> = match cx.method.placement {
@@ -42,7 +43,9 @@ pub(super) fn candidates(cx: &GroupContext, photons: Vec<Photon>) -> Candidates 
             stats.time("importance", || importance_times_flux(&importons, &photons))
         }
     };
-    stats.time("lights", || thinned_candidates(cx, photons, weights))
+    let cache = stats.time("maps", || CacheParticles::draw(cx, &photons, &weights));
+    let candidates = stats.time("lights", || thinned_candidates(cx, photons, weights));
+    (candidates, cache)
 }
 
 /// Under the partition rule, keeps no more photons than the lights of the group need. Refined lights need fewer, until every

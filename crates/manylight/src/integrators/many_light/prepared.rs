@@ -3,6 +3,7 @@
 use super::axes::Compensation;
 use super::compensation_photons::{CompensationPhoton, assign};
 use super::cut_tolerance::tolerance;
+use super::radiance_cache::RadianceCache;
 use super::schedule::{GroupContext, LightSubsets, PassGroup};
 use super::trace::PhotonMaps;
 use crate::gather::{Gather, LightIndex};
@@ -29,6 +30,7 @@ pub struct PreparedPasses<'s> {
     pub(super) incident: IncidentMap,
     /// Photons with a specular last event.
     pub caustics: KdTree<Photon>,
+    pub(super) cache: RadianceCache,
     pub(super) compensation_photons: KdTree<CompensationPhoton>,
     /// Radiance by which a cluster of lights may be off in any pixel, luminance in W/(m² sr); 0 without cuts.
     pub(super) tolerance: f32,
@@ -44,6 +46,7 @@ impl<'s> PreparedPasses<'s> {
         subsets: LightSubsets,
         nearest: NearestLights,
         maps: PhotonMaps,
+        cache: RadianceCache,
     ) -> Self {
         let scene = cx.scene;
         let subset = subsets.of_pass(cx.group.passes.start);
@@ -64,6 +67,7 @@ impl<'s> PreparedPasses<'s> {
             incident: maps.incident,
             caustics: maps.caustics,
             compensation_photons,
+            cache,
         }
     }
 }
