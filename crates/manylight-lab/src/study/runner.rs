@@ -3,7 +3,7 @@
 use super::child::{Ending, FinishedProcess, spawn_and_wait};
 use super::folders::{StudyFolders, absolute};
 use super::machine::Machine;
-use super::record::{Record, RunStatus};
+use super::record::{Record, RunStatus, UNAVAILABLE};
 use super::runs::Run;
 use crate::compare::{ComparisonImage, compare_file, read_image};
 use crate::error::LabError;
@@ -168,7 +168,7 @@ fn displayed_command(run: &Run) -> String {
 ///
 /// # Errors
 /// A message, if the render has failed.
-fn store_report(record: &mut Record, finished: &FinishedProcess) -> Result<(), String> {
+pub(super) fn store_report(record: &mut Record, finished: &FinishedProcess) -> Result<(), String> {
     record.seconds = finished.seconds;
     record.render = serde_json::from_str(&finished.stdout).ok();
     if let Some(Value::Object(report)) = &mut record.render {
@@ -181,6 +181,11 @@ fn store_report(record: &mut Record, finished: &FinishedProcess) -> Result<(), S
         }
         Ending::Stopped => {
             record.status = RunStatus::Stopped;
+            Ok(())
+        }
+        Ending::Exited(Some(UNAVAILABLE)) => {
+            record.status = RunStatus::Unavailable;
+            record.message = Some(finished.stderr.trim().to_owned());
             Ok(())
         }
         Ending::Exited(code) => {
