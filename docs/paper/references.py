@@ -27,6 +27,7 @@ import numpy as np
 from accumulated import Accumulated, read_exr, relative_noise, shortened, write_exr
 
 FOLDER = Path(__file__).resolve().parent
+sys.path.insert(0, str(FOLDER / "rivals"))
 #: Seconds of batches between two files of a source.
 SLICE = 240.0
 #: First seeds: apart from those of images that are compared with the references.

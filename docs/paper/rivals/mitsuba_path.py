@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
 """Path tracing by Mitsuba 3, called as `manylight render` is: for plans of `manylight study`, and to make their references.
 
-    python3 mitsuba_path.py SCENE.xml --time 120s --size 640x360 --max-depth 12 --json --output OUT.exr
+    python3 mitsuba_path.py SCENE.xml --time 120s --size 640x360 --max-depth 12 [--denoise] --json --output OUT.exr
     python3 mitsuba_path.py SCENE.xml --spp 4096 --size 640x360 --max-depth 12 --output OUT.exr
 
-OUT.exr has the channels R, G, B and the variance of these means, from batches that are independent of each other. The
-filter is the box. Scenes are compiled before the clock starts. Needs `pip install mitsuba numpy`.
+OUT.exr has the channels R, G, B and, if it is not denoised, the variance of these means, from batches that are
+independent of each other. The filter is the box. Scenes are compiled before the clock starts. --denoise is Open Image
+Denoise with albedo and normal of the first surface; their samples and the denoising are inside the time. Needs
+`pip install mitsuba numpy OpenEXR`, and pyoidn to denoise.
 """
-import argparse
-import json
 import re
 import sys
 import time
@@ -16,73 +16,89 @@ from pathlib import Path
 
 import numpy as np
 
-import mitsuba as mi
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+import program
+
+try:
+    import mitsuba as mi
+except ImportError:
+    program.unavailable("Mitsuba is not installed: pip install mitsuba")
 
 #: Samples per pixel of a batch: large enough for the vector units, small enough to end near the time.
 BATCH = 16
 #: Batches at least, without which there is no variance.
 LEAST_BATCHES = 4
+#: Samples per pixel of albedo and normal.
+FEATURE_SAMPLES = 64
 
 
 def main():
-    words = arguments()
+    parser = program.parser(__doc__)
+    parser.add_argument("--denoise", action="store_true")
+    words = parser.parse_args()
     variant = choose_variant()
     scene = load(words.scene, words.size)
     integrator = mi.load_dict({"type": "path", "max_depth": words.max_depth})
     per_batch = BATCH if words.spp is None else max(1, min(BATCH, words.spp // LEAST_BATCHES))
     # Compiles everything; these samples are not used.
-    render(scene, integrator, per_batch, words.seed + 1_000_000_007)
+    image = render(scene, integrator, per_batch, words.seed + 1_000_000_007)
+    denoising = Denoising(scene, image, words) if words.denoise else None
 
     start = time.monotonic()
+    features = denoising.features(words.seed) if denoising else None
+    begun = time.monotonic()
+    left = None if words.time is None else words.time - (begun - start) - (denoising.seconds if denoising else 0.0)
     mean, squares, batches = 0.0, 0.0, 0
-    while not is_done(words, batches, per_batch, time.monotonic() - start):
+    while not is_done(words, left, batches, per_batch, time.monotonic() - begun):
         image = render(scene, integrator, per_batch, words.seed + batches)
         image[~np.isfinite(image)] = 0.0
         batches += 1
         difference = image - mean
         mean = mean + difference / batches
         squares = squares + difference * (image - mean)
-        if words.progress:
-            print(f"{batches * per_batch} spp, {time.monotonic() - start:.0f} s", file=sys.stderr)
+        if words.progress == "plain" and not words.quiet:
+            print(f"{batches * per_batch} spp, {time.monotonic() - begun:.0f} s", file=sys.stderr)
+    tracing = time.monotonic() - start
+    variance = squares / (batches - 1) / batches
+    if denoising:
+        mean, variance = denoise(mean, *features), None
     seconds = time.monotonic() - start
 
-    variance = squares / (batches - 1) / batches
     for path in words.output:
-        write(path, mean, variance)
+        program.write(path, mean, variance)
     if words.json:
-        report = {
-            "version": f"Mitsuba {mi.__version__}",
-            "settings": {"variant": variant, "integrator": "path", "max_depth": words.max_depth},
-            "stages": {"path": seconds},
-            "counts": {"passes": batches * per_batch},
-        }
-        print(json.dumps(report))
+        settings = {"variant": variant, "integrator": "path", "max_depth": words.max_depth, "denoiser": words.denoise}
+        stages = {"path": tracing, "denoise": seconds - tracing} if denoising else {"path": seconds}
+        program.report(f"Mitsuba {mi.__version__}", settings, stages, {"passes": batches * per_batch})
 
 
-def arguments():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("scene", type=Path)
-    budget = parser.add_mutually_exclusive_group(required=True)
-    budget.add_argument("--time", type=seconds_of, help="such as 90s or 2m")
-    budget.add_argument("--spp", type=int)
-    parser.add_argument("--size", required=True, type=lambda text: tuple(int(n) for n in text.split("x")))
-    parser.add_argument("--max-depth", type=int, default=-1)
-    parser.add_argument("--filter", choices=["box"], default="box")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--output", "-o", action="append", required=True, type=Path)
-    parser.add_argument("--json", action="store_true")
-    parser.add_argument("--quiet", action="store_true")
-    parser.add_argument("--progress", choices=["none", "plain"], default=None)
-    words = parser.parse_args()
-    words.progress = words.progress == "plain" and not words.quiet
-    return words
+class Denoising:
+    """Albedo and normal, and how long the denoiser takes. `image` is any image of the scene."""
+
+    def __init__(self, scene, image, words):
+        self.scene = scene
+        self.integrator = mi.load_dict({"type": "aov", "aovs": "albedo:albedo,normal:sh_normal"})
+        features = self.features(words.seed)
+        denoise(image, *features)
+        start = time.monotonic()
+        denoise(image, *features)
+        self.seconds = time.monotonic() - start
+
+    def features(self, seed):
+        image = mi.render(self.scene, integrator=self.integrator, spp=FEATURE_SAMPLES, seed=seed + 1_000_000_009)
+        channels = np.array(image)
+        return channels[:, :, -6:-3], channels[:, :, -3:]
 
 
-def seconds_of(text):
-    found = re.fullmatch(r"([0-9.]+)(s|m|h)", text)
-    if not found:
-        raise argparse.ArgumentTypeError(f"found {text}, expected a time such as 90s or 2m")
-    return float(found[1]) * {"s": 1, "m": 60, "h": 3600}[found[2]]
+def denoise(image, albedo, normal):
+    """The image by Open Image Denoise."""
+    try:
+        import pyoidn
+    except ImportError:
+        program.unavailable("Open Image Denoise is not installed: pip install pyoidn")
+    single = lambda values, low, high: np.ascontiguousarray(np.clip(values, low, high), np.float32)
+    features = {"albedo": single(albedo, 0, 1), "normal": single(normal, -1, 1), "clean_aux": True}
+    return pyoidn.denoise(single(image, 0, None), hdr=True, quality="high", **features).astype(np.float64)
 
 
 def choose_variant():
@@ -94,7 +110,7 @@ def choose_variant():
             return variant
         except (ImportError, RuntimeError) as error:
             print(f"{variant}: {error}", file=sys.stderr)
-    sys.exit("no variant of Mitsuba works here")
+    return program.unavailable("no variant of Mitsuba works here")
 
 
 def load(path, size):
@@ -117,23 +133,13 @@ def render(scene, integrator, spp, seed):
     return np.array(image)[:, :, :3].astype(np.float64)
 
 
-def is_done(words, batches, per_batch, seconds):
+def is_done(words, left, batches, per_batch, seconds):
     """Whether another batch would end farther from what is asked."""
     if batches < LEAST_BATCHES:
         return False
     if words.spp is not None:
         return batches * per_batch >= words.spp
-    return seconds + 0.5 * seconds / batches > words.time
-
-
-def write(path, mean, variance):
-    if path.suffix != ".exr":
-        picture = mi.Bitmap(mean.astype(np.float32))
-        picture.convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.UInt8, True).write(str(path))
-        return
-    channels = np.concatenate([mean, variance], axis=2).astype(np.float32)
-    names = ["R", "G", "B", "variance.R", "variance.G", "variance.B"]
-    mi.Bitmap(channels, mi.Bitmap.PixelFormat.MultiChannel, channel_names=names).write(str(path))
+    return seconds + 0.5 * seconds / batches > left
 
 
 if __name__ == "__main__":
