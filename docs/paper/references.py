@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 """References of docs/paper/plan.json, accumulated over independent seeds. Each call continues from the stored state.
 
-    python3 references.py --time 60m [--scale quick] [--only NAME...] [--manylight BINARY]
+    python3 references.py --time 60m [--scale quick] [--only NAME...] [--sources SOURCE...] [--manylight BINARY]
     python3 references.py --report
     python3 references.py --check [--only NAME...]
 
-A source is the path tracer of Mitsuba or a method of manylight. The file references/SCALE/sources/NAME.SOURCE.exr is its
+A source is the path tracer of Mitsuba, a method of manylight, or another renderer whose models differ: its file is a
+reference for that renderer alone. The file references/SCALE/sources/NAME.SOURCE.exr is its
 state: R, G, B (mean over batches), variance.R, .G, .B (of this mean, between batches), block.variance.* (of means of
 8x8 pixels) and the number of batches, seeds and seconds in its header. references/SCALE/NAME.exr is the mean of the
 sources that are combined, weighted by the inverse of their overall variance; with one such source it is its state.
@@ -21,6 +22,7 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -30,29 +32,43 @@ FOLDER = Path(__file__).resolve().parent
 sys.path.insert(0, str(FOLDER / "rivals"))
 #: Seconds of batches between two files of a source.
 SLICE = 240.0
-#: First seeds: apart from those of images that are compared with the references.
-FIRST_SEED = {"mitsuba": 1 << 20, "manylight": 1 << 20}
+#: First seed of a source: apart from those of images that are compared with the references.
+FIRST_SEED = 1 << 20
 #: Where the noise of a reference is this many times its aim or more, it is treated as this.
 MOST_URGENT = 8.0
 
 #: Smallest relMSE that a method reaches in 30 s at `quick`. A third of its root is the aim for the noise of a reference.
 BEST_RELMSE = {"cbox": 3e-4, "kitchen": 6.5e-3, "garage": 2.1e-2, "u-shape": 1.05e-2, "disco": 0.108}
 
-#: Sources of each scene: samples per pixel and batch, share of the scene's time, and whether the reference contains it.
-#: A batch of a progressive method is one run, whose bias falls with its length.
+
+class Source(NamedTuple):
+    """What is to be rendered of a source. A batch of a progressive method is one run, whose bias falls with its length."""
+
+    #: Samples per pixel of a batch.
+    samples: int
+    #: Share of the scene's time; with 0 it is rendered only where --sources names it.
+    share: float
+    #: Whether the reference contains it.
+    is_combined: bool
+
+
+#: Other renderers with materials of their own: references for them alone.
+RIVALS = {"cycles-path": Source(128, 0.0, False), "luxcore-bidir": Source(32, 0.0, False)}
 SOURCES = {
-    "cbox": {"mitsuba-path": (256, 1.0, True)},
-    "kitchen": {"mitsuba-path": (128, 1.0, True)},
-    "garage": {"mitsuba-path": (128, 1.0, True)},
+    "cbox": {"mitsuba-path": Source(256, 1.0, True), **RIVALS},
+    "kitchen": {"mitsuba-path": Source(128, 1.0, True), "rich-vpl": Source(96, 0.0, False), **RIVALS},
+    "garage": {"mitsuba-path": Source(128, 1.0, True), "rich-vpl": Source(64, 0.0, False), **RIVALS},
     "u-shape": {
-        "mitsuba-path": (128, 0.2, False),
-        "rich-vpl": (96, 0.4, True),
-        "photon-map": (192, 0.4, True),
+        "mitsuba-path": Source(128, 0.2, False),
+        "rich-vpl": Source(96, 0.4, True),
+        "photon-map": Source(192, 0.4, True),
+        **RIVALS,
     },
     "disco": {
-        "mitsuba-path": (128, 0.2, False),
-        "rich-vpl": (64, 0.4, True),
-        "photon-map": (160, 0.4, True),
+        "mitsuba-path": Source(128, 0.2, False),
+        "rich-vpl": Source(64, 0.4, True),
+        "photon-map": Source(160, 0.4, True),
+        **RIVALS,
     },
 }
 
@@ -100,7 +116,7 @@ class Scene:
 
     def state_path(self, source):
         """The reference itself if it contains this source only."""
-        combined = [s for s, (_, _, is_combined) in self.sources.items() if is_combined]
+        combined = [s for s, entry in self.sources.items() if entry.is_combined]
         if combined == [source]:
             return self.reference_path()
         return self.folder / "sources" / f"{self.name}.{source}.exr"
@@ -114,7 +130,7 @@ class Scene:
         return np.sqrt(BEST_RELMSE[self.name]) / 3
 
     def combined(self):
-        return combine({s: state for s, state in self.states().items() if self.sources[s][2]})
+        return combine({s: state for s, state in self.states().items() if self.sources[s].is_combined})
 
     def urgency(self):
         """Noise of the reference over its aim."""
@@ -173,30 +189,30 @@ def seconds_of(text):
 
 
 def available_sources(scene, words):
-    """The sources of a scene that the command line allows."""
-    chosen = [s for s in scene.sources if not words.sources or s in words.sources]
-    return [s for s in chosen if s == "mitsuba-path" or words.manylight]
+    """The sources of a scene that the command line asks for and can render."""
+    if words.sources:
+        chosen = [s for s in scene.sources if s in words.sources]
+    else:
+        chosen = [s for s, entry in scene.sources.items() if entry.share > 0]
+    return [s for s in chosen if words.manylight or s == "mitsuba-path" or s in RIVALS]
 
 
 def next_source(scene, names):
     """The source farthest behind its share of the scene's time."""
     states = scene.states()
     spent = {s: states[s].facts["seconds"] if s in states else 0.0 for s in names}
-    return min(names, key=lambda s: (spent[s] + 1) / scene.sources[s][1])
+    return min(names, key=lambda s: (spent[s] + 1) / max(scene.sources[s].share, 1e-3))
 
 
 def add_slice(scene, source, words, seconds):
     """Adds batches to a source for this time, at least one, and saves its state."""
     path = scene.state_path(source)
     state = Accumulated.load(path)
-    samples = scene.sources[source][0]
-    facts = state.facts or first_facts(source, samples)
+    samples = scene.sources[source].samples
+    facts = state.facts or first_facts(samples)
     if facts["samples_per_batch"] != samples:
         sys.exit(f"{path}: batches of {facts['samples_per_batch']} samples, expected {samples}")
-    if source == "mitsuba-path":
-        render, facts["version"] = mitsuba_renderer(scene, words.threads)
-    else:
-        render, facts["version"] = manylight_renderer(scene, source, words)
+    render, facts["version"] = renderer(scene, source, words)
     start = time.monotonic()
     while time.monotonic() - start < seconds:
         image = render(samples, facts["seeds"][1])
@@ -209,14 +225,25 @@ def add_slice(scene, source, words, seconds):
     state.save(path)
 
 
-def first_facts(source, samples):
+def first_facts(samples):
     """`seeds` is a half-open range; `zeroed` counts values that were not finite."""
-    seed = FIRST_SEED["mitsuba" if source == "mitsuba-path" else "manylight"]
-    return {"samples_per_batch": samples, "seeds": [seed, seed], "seconds": 0.0, "zeroed": 0}
+    return {"samples_per_batch": samples, "seeds": [FIRST_SEED, FIRST_SEED], "seconds": 0.0, "zeroed": 0}
+
+
+def renderer(scene, source, words):
+    """A function from samples per pixel and seed to an image, and the version of the program."""
+    if source == "mitsuba-path":
+        return mitsuba_renderer(scene, words.threads)
+    options = f"--filter box --size {scene.size[0]}x{scene.size[1]} --max-depth {scene.max_depth} --quiet --progress none"
+    if source in RIVALS:
+        script = FOLDER / "rivals" / f"{source.replace('-', '_')}.py"
+        return child_renderer([sys.executable, str(script), str(scene.file), *options.split()]), source
+    version = subprocess.run([words.manylight, "--version"], capture_output=True, text=True, check=True).stdout.strip()
+    options += f" -m {source} --threads {words.threads}"
+    return child_renderer([words.manylight, "render", str(scene.file), *options.split()]), version
 
 
 def mitsuba_renderer(scene, threads):
-    """A function from samples per pixel and seed to an image, and the version."""
     import mitsuba_path as mitsuba
 
     mitsuba.choose_variant()
@@ -229,22 +256,17 @@ def mitsuba_renderer(scene, threads):
     return render, f"Mitsuba {mitsuba.mi.__version__}"
 
 
-def manylight_renderer(scene, method, words):
-    """The same by `manylight render`, one run per call."""
-    version = subprocess.run([words.manylight, "--version"], capture_output=True, text=True, check=True).stdout.strip()
+def child_renderer(command):
+    """One child process per image. Its output's folder names it in the list of processes beside the parent."""
 
     def render(samples, seed):
-        with tempfile.TemporaryDirectory() as folder:
+        with tempfile.TemporaryDirectory(prefix="references.py-") as folder:
             output = Path(folder) / "image.exr"
-            options = f"-m {method} --passes {samples} --seed {seed} --filter box --size {scene.size[0]}x{scene.size[1]}"
-            options += f" --max-depth {scene.max_depth} --threads {words.threads} --quiet --progress none --output {output}"
-            # The child's name shows in the list of processes beside the parent's.
-            name = f"references.py {method}"
-            command = [name, "render", str(scene.file), *options.split()]
-            subprocess.run(command, executable=words.manylight, check=True)
+            budget = ["--spp", str(samples), "--seed", str(seed), "--output", str(output)]
+            subprocess.run([*command, *budget], check=True)
             return read_exr(output)[0][""]
 
-    return render, version
+    return render
 
 
 def describe(scene):
@@ -282,9 +304,8 @@ def report(scenes):
     print(f"{'reference':24} {'noise':>8} {'aim':>8} {'noise/aim':>10} {'samples':>9} {'hours':>6}")
     for scene in scenes:
         mean, variance, weights = scene.combined()
-        if mean is not None:
-            noise = relative_noise(mean, variance)
-            print(f"{scene.name:24} {noise:8.2%} {scene.aim():8.2%} {noise / scene.aim():10.2f}")
+        noise = np.inf if mean is None else relative_noise(mean, variance)
+        print(f"{scene.name:24} {noise:8.2%} {scene.aim():8.2%} {noise / scene.aim():10.2f}")
         for source, state in scene.states().items():
             noise = relative_noise(state.pixels.mean, state.pixels.variance())
             samples = state.pixels.count * state.facts["samples_per_batch"]

@@ -203,9 +203,7 @@ def conductor(nodes, source):
     """The largest component of the tint is the share of the metal in a mixture with black, the others change k so
     that the reflectance at normal incidence has the tint."""
     largest = max(source.tint)
-    eta, k = np.array(source.eta), np.array(source.k)
-    reflectance = np.array(source.tint) / largest * ((eta - 1) ** 2 + k**2) / ((eta + 1) ** 2 + k**2)
-    k = np.sqrt(np.maximum(reflectance * (eta + 1) ** 2 - (eta - 1) ** 2, 0) / (1 - reflectance))
+    eta, k = scene_xml.tinted(source.eta, source.k, np.array(source.tint) / largest)
     inputs = {"Roughness": math.sqrt(source.alpha), "IOR": tuple(eta), "Extinction": tuple(k)}
     kind = {"distribution": "GGX", "fresnel_type": "PHYSICAL_CONDUCTOR"}
     metal = nodes.add("ShaderNodeBsdfMetallic", inputs, **kind).outputs[0]

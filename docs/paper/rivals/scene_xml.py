@@ -237,6 +237,13 @@ def read_material(element, folder):
     return material
 
 
+def tinted(eta, k, tint):
+    """Indices of refraction with the reflectance at normal incidence multiplied by `tint`, by change of k."""
+    eta, k = np.array(eta), np.array(k)
+    reflectance = np.array(tint) * ((eta - 1) ** 2 + k**2) / ((eta + 1) ** 2 + k**2)
+    return eta, np.sqrt(np.maximum(reflectance * (eta + 1) ** 2 - (eta - 1) ** 2, 0) / (1 - reflectance))
+
+
 def color_of(element, name, folder):
     for texture in element.findall("texture"):
         if texture.get("name") == name:

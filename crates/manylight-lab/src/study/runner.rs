@@ -49,7 +49,10 @@ impl Runner<'_> {
         let folder = folder.map_err(|e| FileError::unwritable(&std::env::temp_dir(), e))?;
         let image = folder.path().join(format!("{}.exr", run.key()));
         let mut record = Record::new(run, displayed_command(run), &self.machine);
-        let reference_path = self.references.path(&run.scene.reference);
+        let reference_path = self.references.path(&run.reference());
+        if run.method.reference.is_some() && !reference_path.exists() {
+            return Ok(Some(without_reference(record, run)));
+        }
         // Read before the render, which may take long, so that a missing reference is found early.
         let outcome = match read_image(&reference_path, None) {
             Err(error) => Err(error.to_string()),
@@ -132,6 +135,16 @@ impl Runner<'_> {
         }
         message.truncate(message.floor_char_boundary(MAX_MESSAGE_BYTES));
         message.trim().to_owned()
+    }
+}
+
+/// The record of a run whose method has references of its own, but none for the scene.
+fn without_reference(record: Record, run: &Run) -> Record {
+    Record {
+        status: RunStatus::Unavailable,
+        message: Some(format!("there is no file {}", run.reference())),
+        date: humantime::format_rfc3339_seconds(SystemTime::now()).to_string(),
+        ..record
     }
 }
 

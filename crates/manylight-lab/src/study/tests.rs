@@ -316,3 +316,17 @@ fn exit_code_5_is_unavailable() {
     assert_eq!(message, "it is not installed");
     assert_eq!(record.status, RunStatus::Failed);
 }
+
+#[test]
+fn a_method_may_have_references_of_its_own() {
+    let plan = json!({
+        "title": "T",
+        "scenes": [{"name": "s", "title": "S", "file": "s.xml", "reference": "s.exr", "size": "8x8", "max_depth": 4}],
+        "methods": [{"label": "a", "method": "vpl"}, {"label": "b", "program": ["b"], "reference": "./own/*.b.exr"}],
+        "tasks": [{"name": "t", "title": "T"}],
+    });
+    let plan = testing::plan(&plan.to_string(), None).unwrap();
+    let runs = plan_runs(&plan, &TestProgram).unwrap();
+    assert_eq!(runs[0].reference(), "s.exr");
+    assert_eq!(runs[1].reference(), "./own/s.b.exr");
+}
