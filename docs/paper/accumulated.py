@@ -1,6 +1,7 @@
 """Mean and variance over independent batches of an image, and the OpenEXR files that keep them."""
 import json
 import os
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -147,6 +148,13 @@ def write_exr(path, layers, header=None):
     with OpenEXR.File(attributes, channels) as file:
         file.write(str(temporary))
     os.replace(temporary, path)
+
+
+def copy_file(source, target):
+    """Copies a file under a temporary name, then renames it."""
+    temporary = target.with_name(f"{target.stem}.tmp.exr")
+    shutil.copyfile(source, temporary)
+    os.replace(temporary, target)
 
 
 def read_exr(path):

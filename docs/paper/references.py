@@ -9,7 +9,7 @@ A source is the path tracer of Mitsuba, a method of manylight, or another render
 reference for that renderer alone. The file references/SCALE/sources/NAME.SOURCE.exr is its
 state: R, G, B (mean over batches), variance.R, .G, .B (of this mean, between batches), block.variance.* (of means of
 8x8 pixels) and the number of batches, seeds and seconds in its header. references/SCALE/NAME.exr is the mean of the
-sources that are combined, weighted by the inverse of their overall variance; with one such source it is its state.
+sources that are combined, weighted by the inverse of their overall variance. It replaces a noisier file only.
 NAME.json describes it.
 
 The time is spent on scenes in proportion to the noise of their references over its aim. Files are replaced every few
@@ -26,7 +26,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from accumulated import Accumulated, read_exr, relative_noise, shortened, write_exr
+from accumulated import Accumulated, copy_file, read_exr, relative_noise, shortened, write_exr
 
 FOLDER = Path(__file__).resolve().parent
 sys.path.insert(0, str(FOLDER / "rivals"))
@@ -115,10 +115,6 @@ class Scene:
         return self.folder / f"{self.name}.exr"
 
     def state_path(self, source):
-        """The reference itself if it contains this source only."""
-        combined = [s for s, entry in self.sources.items() if entry.is_combined]
-        if combined == [source]:
-            return self.reference_path()
         return self.folder / "sources" / f"{self.name}.{source}.exr"
 
     def states(self):
@@ -270,18 +266,30 @@ def child_renderer(command):
 
 
 def describe(scene):
-    """Writes NAME.exr, the weighted mean of the sources, and NAME.json."""
+    """Writes NAME.json, and NAME.exr if it is better than the one there."""
     mean, variance, weights = scene.combined()
     states = scene.states()
     sources = {source: facts_of(state, weights.get(source, 0.0)) for source, state in states.items()}
     facts = {"size": scene.size, "max_depth": scene.max_depth, "filter": "box", "aim": round(float(scene.aim()), 6)}
     if mean is not None:
-        if len(weights) > 1 or scene.reference_path() not in map(scene.state_path, weights):
-            write_exr(scene.reference_path(), {"": mean, "variance.": shortened(variance)})
         facts["noise"] = relative_noise(mean, variance)
+        replace_reference(scene, mean, variance, weights)
     facts["sources"] = sources
     text = json.dumps(facts, indent=2) + "\n"
     (scene.folder / f"{scene.name}.json").write_text(text)
+
+
+def replace_reference(scene, mean, variance, weights):
+    """Writes NAME.exr, unless the file that is there is less noisy. That of a single source is a copy of its state."""
+    path = scene.reference_path()
+    if path.exists():
+        layers, _ = read_exr(path)
+        if relative_noise(layers[""], layers["variance."]) <= relative_noise(mean, variance):
+            return
+    if len(weights) == 1:
+        copy_file(scene.state_path(*weights), path)
+    else:
+        write_exr(path, {"": mean, "variance.": shortened(variance)})
 
 
 def facts_of(state, weight):
