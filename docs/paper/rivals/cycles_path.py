@@ -190,9 +190,7 @@ def plastic(nodes, source):
 @functools.cache
 def base_share(alpha, ior):
     """Share of the diffuse color that a rough plastic has for each of CURVE_COSINES."""
-    internal = microfacets.mean_internal_reflectance(alpha, ior)
-    constant = microfacets.mean_transmittance(alpha, ior) / ior**2 / (1 - internal)
-    return constant * microfacets.transmittance(alpha, ior, CURVE_COSINES)
+    return microfacets.plastic_base(alpha, ior) * microfacets.transmittance(alpha, ior, CURVE_COSINES)
 
 
 #: Cosines at which curves are given.

@@ -4,9 +4,10 @@
     python3 luxcore_bidir.py SCENE.xml --time 30s --size 240x240 --max-depth 12 [--engine BIDIRVMCPU] --json --output OUT.exr
 
 The engine is BIDIRCPU, or with --engine BIDIRVMCPU the same with vertex merging. Meshes, cameras, area lights, diffuse
-materials and conductors (Schlick's distribution with the square of alpha is GGX) are translated exactly; a rough plastic
+materials and conductors (Schlick's distribution with the square of alpha is GGX) mean the same; a rough plastic
 is LuxCore's glossy2, which is another model. Spot lights are not translated. Needs `pip install pyluxcore OpenEXR`.
 """
+import functools
 import importlib.util
 import math
 import os
@@ -17,6 +18,7 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
+import microfacets
 import program
 import scene_xml
 
@@ -95,16 +97,20 @@ def define_mesh(scene, name, shape):
 
 
 def camera(source, size):
-    """LuxCore's field of view belongs to the shorter edge of the image."""
+    """LuxCore's field of view belongs to the longer edge of the image, from -1 to 1 in its screen window."""
     width, height = size
-    own, shorter = (width if source.is_horizontal else height), min(width, height)
-    fov = 2 * math.degrees(math.atan(math.tan(source.fov / 2) * shorter / own))
+    x, y = width / max(size), height / max(size)
+    # Its images are one row too low.
+    row = 2 * y / height
+    own, longer = (width if source.is_horizontal else height), max(width, height)
+    fov = 2 * math.degrees(math.atan(math.tan(source.fov / 2) * longer / own))
     return {
         "scene.camera.type": "perspective",
         "scene.camera.lookat.orig": [float(x) for x in source.position],
         "scene.camera.lookat.target": [float(x) for x in source.position + source.direction],
         "scene.camera.up": [float(x) for x in source.up],
         "scene.camera.fieldofview": fov,
+        "scene.camera.screenwindow": [-x, x, -y - row, y - row],
         "scene.camera.lensradius": 0.0,
         "scene.camera.autofocus.enable": False,
         "scene.camera.cliphither": 1e-3,
@@ -139,11 +145,17 @@ def diffuse(name, source):
 
 
 def plastic(name, source):
+    """A layer over a diffuse base that is as bright as Mitsuba's seen from the normal, about."""
     start = f"scene.materials.{name}"
     value, texture = color(f"{name}_kd", source.color)
-    normal = ((source.ior - 1) / (source.ior + 1)) ** 2
+    share, normal = base(source.alpha, source.ior), ((source.ior - 1) / (source.ior + 1)) ** 2
+    scale = f"scene.textures.{name}_base"
+    scaled = {f"{scale}.type": "scale", f"{scale}.texture1": value, f"{scale}.texture2": share}
     rough = {f"{start}.uroughness": source.alpha, f"{start}.vroughness": source.alpha}
-    return {**texture, f"{start}.type": "glossy2", f"{start}.kd": value, f"{start}.ks": [normal] * 3, **rough}
+    return {**texture, **scaled, f"{start}.type": "glossy2", f"{start}.kd": f"{name}_base", f"{start}.ks": [normal] * 3, **rough}
+
+
+base = functools.cache(microfacets.plastic_base)
 
 
 def conductor(name, source):

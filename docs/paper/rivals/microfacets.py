@@ -16,6 +16,13 @@ def mean_transmittance(alpha, ior):
     return float(np.sum(weights * transmittance(alpha, ior, cosines)))
 
 
+def plastic_base(alpha, ior):
+    """Constant c of Mitsuba's rough plastic: for an incident direction of mean transmittance, the diffuse base has the
+    albedo c T(wo) times the color."""
+    internal = mean_internal_reflectance(alpha, ior)
+    return mean_transmittance(alpha, ior) / ior**2 / (1 - internal)
+
+
 def mean_internal_reflectance(alpha, ior):
     """Share of diffuse light inside that the interface reflects, in one event."""
     cosines, weights = cosine_rule()
