@@ -31,15 +31,12 @@ def main():
     parser.add_argument("--engine", choices=["BIDIRCPU", "BIDIRVMCPU", "PATHCPU"], default="BIDIRCPU")
     words = parser.parse_args()
     preload_allocator()
+    source = read(words)
     with program.output_to_stderr():
         import pyluxcore
 
         pyluxcore.Init()
-        try:
-            source = scene_xml.read_scene(words.scene, words.size)
-            scene = build(pyluxcore, source, words.size)
-        except scene_xml.Unsupported as reason:
-            program.unavailable(f"not translated: {reason}")
+        scene = build(pyluxcore, source, words.size)
         image, seconds, samples = render(pyluxcore, scene, words)
     for path in words.output:
         program.write(path, image)
@@ -61,10 +58,19 @@ def preload_allocator():
     os.execve(sys.executable, [sys.executable, *sys.argv], environment)
 
 
+def read(words):
+    """The scene to translate. Refused before LuxCore writes its first line, so that the reason is the first."""
+    try:
+        source = scene_xml.read_scene(words.scene, words.size)
+    except scene_xml.Unsupported as reason:
+        program.unavailable(f"not translated: {reason}")
+    if source.spots:
+        program.unavailable("not translated: spot lights, which have another falloff")
+    return source
+
+
 def build(pyluxcore, source, size):
     """The scene of LuxCore."""
-    if source.spots:
-        raise scene_xml.Unsupported("spot lights, whose falloff is another")
     scene = pyluxcore.Scene()
     scene.Parse(properties(pyluxcore, camera(source.camera, size)))
     materials = {}
