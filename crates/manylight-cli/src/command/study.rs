@@ -100,7 +100,8 @@ fn make_pending(
     let mut estimate = TimeEstimate::default();
     for run in selected {
         let record = results.get(&run.key());
-        if let Some(record) = record.filter(|record| record.status != RunStatus::Failed) {
+        let made = |record: &&Record| matches!(record.status, RunStatus::Done | RunStatus::Stopped);
+        if let Some(record) = record.filter(made) {
             estimate.note(run, record.seconds);
         }
     }
@@ -189,5 +190,6 @@ fn summary(record: &Record) -> String {
         RunStatus::Done => format!("{seconds}{error}"),
         RunStatus::Stopped => format!("stopped at its limit after {seconds}{error}"),
         RunStatus::Failed => format!("failed after {seconds}: {}", record.headline()),
+        RunStatus::Unavailable => format!("unavailable: {}", record.headline()),
     }
 }

@@ -307,12 +307,19 @@ echo "{\"version\": \"Copier 1\", \"called\": \"$*\", \"stages\": {\"copy\": 0.5
     let methods = study.plan["methods"].as_array_mut().unwrap();
     methods.push(of("copier", &["sh", "./copy.sh", "well"]));
     methods.push(of("absent", &["./no-such-program"]));
-    study.plan["tasks"][0]["methods"] = json!(["path", "copier", "absent"]);
+    methods.push(of(
+        "elsewhere",
+        &["sh", "-c", "echo it is not installed >&2; exit 5"],
+    ));
+    study.plan["tasks"][0]["methods"] = json!(["path", "copier", "absent", "elsewhere"]);
     study.plan["tasks"][0]["figures"] = json!(["rmse", "passes", "seconds"]);
     let ended = study.run("");
-    ended
-        .code(1)
-        .says(&["absent, one", "cannot be run", "1 run failed"]);
+    ended.code(1).says(&[
+        "absent, one",
+        "cannot be run",
+        "1 run failed",
+        "unavailable: it is",
+    ]);
     let result = study.result("room.copier.one");
     assert_eq!(result["status"], "done");
     assert_eq!(result["metrics"]["mse"], 0.0);
@@ -327,7 +334,9 @@ echo "{\"version\": \"Copier 1\", \"called\": \"$*\", \"stages\": {\"copy\": 0.5
         result["command"],
         "sh copy.sh well glossy-room/scene.xml --passes 1 --filter box --size 16x9 --max-depth 4 --output room.copier.one.exr"
     );
+    assert_eq!(study.result("room.elsewhere.one")["status"], "unavailable");
     let page = study.text("methods.md");
+    assert!(page.contains("unavailable: it is not installed"), "{page}");
     assert!(page.contains("**copier** (`sh ./copy.sh well`): Another program. It copies."));
     study
         .run("--only copier")

@@ -27,7 +27,7 @@ impl StudyFolders {
         plan: &StudyPlan,
         runs: &[&Run],
     ) -> Result<Self, LabError> {
-        let names = runs.iter().map(|run| &run.scene.file);
+        let names = runs.iter().map(|run| run.scene.file.clone());
         StudyFolders::new(plan, folder, "scenes", names)
     }
 
@@ -40,15 +40,15 @@ impl StudyFolders {
         plan: &StudyPlan,
         runs: &[&Run],
     ) -> Result<Self, LabError> {
-        let names = runs.iter().map(|run| &run.scene.reference);
+        let names = runs.iter().map(|run| run.reference());
         StudyFolders::new(plan, folder, "references", names)
     }
 
-    fn new<'n>(
+    fn new(
         plan: &StudyPlan,
         folder: Option<&Path>,
         kind: &str,
-        mut names: impl Iterator<Item = &'n String>,
+        mut names: impl Iterator<Item = String>,
     ) -> Result<Self, LabError> {
         let mut folders = StudyFolders {
             plan: absolute(plan.folder()),

@@ -62,6 +62,7 @@ pub(super) fn cell(quantity: Quantity, record: Option<&Record>) -> TableCell {
     };
     match (record.status, value(quantity, record)) {
         (RunStatus::Failed, _) => TableCell::plain("failed"),
+        (RunStatus::Unavailable, _) => TableCell::plain("unavailable"),
         (RunStatus::Stopped, None) => TableCell::plain("†"),
         (RunStatus::Stopped, Some(value)) => {
             TableCell::plain(format!("{} †", text(quantity, value, record)))

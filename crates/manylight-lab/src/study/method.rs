@@ -17,6 +17,8 @@ pub struct StudyMethod {
     pub options: String,
     /// Text for the page.
     pub notes: String,
+    /// File name of references of this method alone, in which `*` stands for the name of the scene; `None` for the references of the scenes.
+    pub reference: Option<String>,
     /// Description in one line, from [`StudyMethod::resolve`].
     pub(super) summary: String,
     /// Settings of the method with its own options alone, from [`StudyMethod::resolve`].
@@ -46,6 +48,7 @@ struct MethodEntry {
     options: String,
     #[serde(default)]
     notes: String,
+    reference: Option<String>,
 }
 
 impl TryFrom<MethodEntry> for StudyMethod {
@@ -67,6 +70,7 @@ impl TryFrom<MethodEntry> for StudyMethod {
             renderer,
             options: entry.options,
             notes: entry.notes,
+            reference: entry.reference,
             summary: String::new(),
             settings: Vec::new(),
         })

@@ -11,6 +11,9 @@ pub(super) const SCHEMA: &str = "manylight.study/1";
 /// Stages of a render that do not count as rendering.
 const EXCLUDED_STAGES: [&str; 3] = ["load", "build", "write"];
 
+/// Exit code by which a program states that it cannot make a run on this computer. Its standard error names the reason.
+pub(super) const UNAVAILABLE: i32 = 5;
+
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -21,6 +24,8 @@ pub enum RunStatus {
     Stopped,
     /// It ended with an error.
     Failed,
+    /// The program is not installed, or cannot render this scene; see [`UNAVAILABLE`].
+    Unavailable,
 }
 
 /// The result of a run. Paths in it are relative to the folders of the study, so that results can be shared.
@@ -30,7 +35,7 @@ pub struct Record {
     pub schema: String,
     /// How the run ended.
     pub status: RunStatus,
-    /// Error message of a failed run.
+    /// Error message of a failed run, or the reason why a run is unavailable.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub message: Option<String>,
     /// Exit code of a failed run.
@@ -91,15 +96,15 @@ impl Record {
         self.fingerprint == run.fingerprint() && run.settings().iter().all(same)
     }
 
-    /// Whether `run` need not be repeated: it is done, or was stopped at its present time limit. Failed runs are repeated, because most
-    /// failures have external causes.
+    /// Whether `run` need not be repeated: it is done, or was stopped at its present time limit. Failed and unavailable runs are
+    /// repeated, because most of their causes are external.
     pub fn settles(&self, run: &Run) -> bool {
         let limit = run.task.limit.map(|limit| limit.as_secs_f64());
         self.is_of(run)
             && match self.status {
                 RunStatus::Done => true,
                 RunStatus::Stopped => self.limit == limit,
-                RunStatus::Failed => false,
+                RunStatus::Failed | RunStatus::Unavailable => false,
             }
     }
 

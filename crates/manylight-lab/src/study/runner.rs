@@ -3,7 +3,7 @@
 use super::child::{Ending, FinishedProcess, spawn_and_wait};
 use super::folders::{StudyFolders, absolute};
 use super::machine::Machine;
-use super::record::{Record, RunStatus};
+use super::record::{Record, RunStatus, UNAVAILABLE};
 use super::runs::Run;
 use crate::compare::{ComparisonImage, compare_file, read_image};
 use crate::error::LabError;
@@ -49,7 +49,10 @@ impl Runner<'_> {
         let folder = folder.map_err(|e| FileError::unwritable(&std::env::temp_dir(), e))?;
         let image = folder.path().join(format!("{}.exr", run.key()));
         let mut record = Record::new(run, displayed_command(run), &self.machine);
-        let reference_path = self.references.path(&run.scene.reference);
+        let reference_path = self.references.path(&run.reference());
+        if run.method.reference.is_some() && !reference_path.exists() {
+            return Ok(Some(without_reference(record, run)));
+        }
         // Read before the render, which may take long, so that a missing reference is found early.
         let outcome = match read_image(&reference_path, None) {
             Err(error) => Err(error.to_string()),
@@ -135,6 +138,16 @@ impl Runner<'_> {
     }
 }
 
+/// The record of a run whose method has references of its own, but none for the scene.
+fn without_reference(record: Record, run: &Run) -> Record {
+    Record {
+        status: RunStatus::Unavailable,
+        message: Some(format!("there is no file {}", run.reference())),
+        date: humantime::format_rfc3339_seconds(SystemTime::now()).to_string(),
+        ..record
+    }
+}
+
 /// The comparison of `image` with the reference as a JSON object; `None` if there is no image.
 fn metrics(
     image: &Path,
@@ -168,7 +181,7 @@ fn displayed_command(run: &Run) -> String {
 ///
 /// # Errors
 /// A message, if the render has failed.
-fn store_report(record: &mut Record, finished: &FinishedProcess) -> Result<(), String> {
+pub(super) fn store_report(record: &mut Record, finished: &FinishedProcess) -> Result<(), String> {
     record.seconds = finished.seconds;
     record.render = serde_json::from_str(&finished.stdout).ok();
     if let Some(Value::Object(report)) = &mut record.render {
@@ -181,6 +194,11 @@ fn store_report(record: &mut Record, finished: &FinishedProcess) -> Result<(), S
         }
         Ending::Stopped => {
             record.status = RunStatus::Stopped;
+            Ok(())
+        }
+        Ending::Exited(Some(UNAVAILABLE)) => {
+            record.status = RunStatus::Unavailable;
+            record.message = Some(finished.stderr.trim().to_owned());
             Ok(())
         }
         Ending::Exited(code) => {

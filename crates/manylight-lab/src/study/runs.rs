@@ -61,6 +61,14 @@ impl Run<'_> {
         run_key(&self.scene.name, &self.method.label, &self.task_name)
     }
 
+    /// File name of the reference image.
+    pub fn reference(&self) -> String {
+        match &self.method.reference {
+            Some(pattern) => pattern.replace('*', &self.scene.name),
+            None => self.scene.reference.clone(),
+        }
+    }
+
     /// Name for people.
     pub fn title(&self) -> String {
         format!(
@@ -84,7 +92,8 @@ impl Run<'_> {
 
     /// A hash of everything that determines the result: scene, reference and options.
     pub fn fingerprint(&self) -> String {
-        let files = [&self.scene.file, &self.scene.reference];
+        let reference = self.reference();
+        let files = [&self.scene.file, &reference];
         let program = self.method.renderer.program();
         fnv1a(files.into_iter().chain(program).chain(&self.words))
     }

@@ -1,8 +1,10 @@
 //! Tests of plans, runs and records.
 
+use super::child::{Ending, FinishedProcess};
 use super::machine::Machine;
 use super::plan::StudyPlan;
 use super::record::{Record, RunStatus};
+use super::runner::store_report;
 use super::runs::{Run, plan_runs, select_runs};
 use super::testing::{self, TestProgram};
 use crate::error::LabError;
@@ -276,6 +278,8 @@ fn a_result_settles_the_run_that_it_is_of() {
     assert!(record.settles(longer_run));
     record.status = RunStatus::Stopped;
     assert!(record.settles(run) && !record.settles(longer_run));
+    record.status = RunStatus::Unavailable;
+    assert!(!record.settles(run), "the program may be there next time");
 }
 
 #[test]
@@ -291,4 +295,38 @@ fn the_headline_of_a_message() {
     assert_eq!(record.headline(), "unknown plugin `x`");
     record.message = Some("\n  killed\nmore".into());
     assert_eq!(record.headline(), "killed");
+}
+
+#[test]
+fn exit_code_5_is_unavailable() {
+    let plan = plan_with("", "1s");
+    let run = &plan_runs(&plan, &TestProgram).unwrap()[0];
+    let ended = |code| FinishedProcess {
+        ending: Ending::Exited(Some(code)),
+        stdout: String::new(),
+        stderr: "it is not installed\n".into(),
+        seconds: 0.1,
+    };
+    let mut record = Record::new(run, String::new(), &Machine::this());
+    store_report(&mut record, &ended(5)).unwrap();
+    assert_eq!(record.status, RunStatus::Unavailable);
+    assert_eq!(record.headline(), "it is not installed");
+    let mut record = Record::new(run, String::new(), &Machine::this());
+    let message = store_report(&mut record, &ended(1)).unwrap_err();
+    assert_eq!(message, "it is not installed");
+    assert_eq!(record.status, RunStatus::Failed);
+}
+
+#[test]
+fn a_method_may_have_references_of_its_own() {
+    let plan = json!({
+        "title": "T",
+        "scenes": [{"name": "s", "title": "S", "file": "s.xml", "reference": "s.exr", "size": "8x8", "max_depth": 4}],
+        "methods": [{"label": "a", "method": "vpl"}, {"label": "b", "program": ["b"], "reference": "./own/*.b.exr"}],
+        "tasks": [{"name": "t", "title": "T"}],
+    });
+    let plan = testing::plan(&plan.to_string(), None).unwrap();
+    let runs = plan_runs(&plan, &TestProgram).unwrap();
+    assert_eq!(runs[0].reference(), "s.exr");
+    assert_eq!(runs[1].reference(), "./own/s.b.exr");
 }

@@ -30,7 +30,7 @@ pub fn page(plan: &StudyPlan, runs: &[Run], results: &Results, command: &str) ->
     out
 }
 
-/// Remarks on runs that failed, were stopped, or do not belong to the present plan.
+/// Remarks on runs that failed, were stopped or unavailable, or do not belong to the present plan.
 fn remarks(out: &mut Document, results: &Results, runs: &[Run]) {
     let mut list = Vec::new();
     for run in runs {
@@ -41,6 +41,9 @@ fn remarks(out: &mut Document, results: &Results, runs: &[Run]) {
         match record.status {
             RunStatus::Done => {}
             RunStatus::Failed => list.push(format!("{title}: {}", record.headline())),
+            RunStatus::Unavailable => {
+                list.push(format!("{title}: unavailable: {}", record.headline()));
+            }
             RunStatus::Stopped => list.push(format!(
                 "{title}: † stopped after {} s",
                 three_digits(record.limit.unwrap_or(record.seconds))

@@ -66,7 +66,8 @@ pub(super) fn scenes(out: &mut Document, data: PageData, runs: &[Run]) {
             -1 => "no limit".into(),
             depth => depth.to_string(),
         };
-        let of_scene = runs.iter().filter(|run| run.scene.name == scene.name);
+        let of_scene = (runs.iter())
+            .filter(|run| run.scene.name == scene.name && run.method.reference.is_none());
         let noise = (of_scene.filter_map(|run| data.results.get(&run.key())))
             .find_map(|record| record.metric("/reference_noise/relmse"))
             .map_or("-".into(), |relmse| {
@@ -97,8 +98,12 @@ pub(super) fn methods(out: &mut Document, plan: &StudyPlan) {
         let options: Vec<&str> = words.chain([method.options.as_str()]).collect();
         let options = options.join(" ");
         let (label, summary) = (&method.label, &method.summary);
+        let compared = match &method.reference {
+            Some(file) => format!("Compared with its own converged images `{file}`. "),
+            None => String::new(),
+        };
         let text = format!(
-            "**{label}** (`{}`): {summary}. {}",
+            "**{label}** (`{}`): {summary}. {compared}{}",
             options.trim(),
             method.notes
         );

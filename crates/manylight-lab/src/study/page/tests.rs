@@ -86,6 +86,13 @@ fn a_page_of_fixed_results() {
             "a.rich.time-4s" => record(run, 0.01, 3.2),
             "b.rich.time-1s" => record(run, 0.09, 4.0),
             "b.rich.time-4s" => record(run, 0.09, 4.1),
+            "b.path.time-1s" => Record {
+                status: RunStatus::Unavailable,
+                message: Some("no module named x".into()),
+                metrics: None,
+                render: None,
+                ..record(run, 0.0, 0.0)
+            },
             "a.path.time-4s" => Record {
                 date: "2020-02-05T00:00:00Z".into(),
                 fingerprint: "another".into(),
