@@ -12,7 +12,7 @@ use std::sync::atomic::AtomicBool;
 pub const FEATURE_PASSES: u32 = 64;
 
 /// Changes the seed, so that features and image have different film positions.
-const SEED: u64 = 0x5eed_f0f_fea7;
+const SEED: u64 = 0x5eed_0f0f_fea7;
 
 /// Mean albedo and normal over the passes of one or more films.
 #[derive(Clone, Debug, PartialEq)]

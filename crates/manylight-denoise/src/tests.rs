@@ -119,9 +119,9 @@ fn error(a: &Image, b: &Image) -> f32 {
 #[test]
 fn a_film_is_denoised_with_its_features() {
     let Some(oidn) = installed() else { return };
-    let scene = glossy_box(48).build();
+    let scene = glossy_box(32).build();
     let path = |passes, seed| render_film(&scene, MethodKind::Path, Budget::passes(passes), seed);
-    let (film, reference) = (path(8, 1), path(1024, 2));
+    let (film, reference) = (path(8, 1), path(256, 2));
     let job = RenderJob {
         scene: &scene,
         method: Method {
