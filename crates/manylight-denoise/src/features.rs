@@ -7,8 +7,8 @@ use manylight::integrators::{Method, MethodKind};
 use manylight::render::{Budget, RenderJob, Stats, render};
 use std::sync::atomic::AtomicBool;
 
-/// Samples per pixel from which on features count as free of noise. With the 1 to 8 samples that a short render of virtual lights has,
-/// the filtered image has 1.1 times the relative MSE (5 scenes at 320x180); 16 samples lie between.
+/// Samples per pixel from which on features count as free of noise. Without more samples than the 1 to 9 passes of short renders, the
+/// filtered image has 1.19 times the relative MSE (15 scenes); with 8 passes 1.05 times.
 pub const FEATURE_PASSES: u32 = 64;
 
 /// Changes the seed, so that features and image have different film positions.
