@@ -96,3 +96,20 @@ impl Interrupt {
         self.cancel.load(Ordering::Relaxed).then_some(code)
     }
 }
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_second_signal_skips_denoising() {
+        let interrupt = Interrupt::default();
+        interrupt.receive(SIGINT);
+        interrupt.denoising(|skip| {
+            assert!(!skip.load(Ordering::Relaxed));
+            interrupt.receive(SIGINT);
+            assert!(skip.load(Ordering::Relaxed));
+        });
+        assert_eq!(interrupt.exit_code(), Some(130));
+    }
+}

@@ -165,7 +165,7 @@ fn package_folders(prefix: &Path) -> Vec<PathBuf> {
             versions.push((minor.unwrap_or(0), entry.path()));
         }
     }
-    versions.sort_by(|a, b| b.0.cmp(&a.0));
+    versions.sort_by_key(|&(minor, _)| std::cmp::Reverse(minor));
     let folders = versions.into_iter().flat_map(|(_, folder)| {
         ["site-packages", "dist-packages"].map(|packages| folder.join(packages))
     });

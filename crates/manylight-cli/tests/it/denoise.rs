@@ -6,6 +6,7 @@ use manylight_io::image::{LayeredImage, read_layered_image};
 const SHORT: &str = "--denoise oidn --passes 2 -o a.exr";
 
 /// The result of a render that denoises; `None` with a note where the library is not installed.
+#[allow(clippy::print_stdout, reason = "a note beside the test")]
 fn denoised(folder: &Folder, words: &str) -> Option<Ended> {
     let output = folder.command(words).output().unwrap();
     if output.status.code() == Some(5) {
