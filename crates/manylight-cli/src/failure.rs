@@ -1,5 +1,6 @@
 //! Failures of a command: one message and one exit code.
 
+use manylight_denoise::Unavailable;
 use manylight_io::{FileError, LoadError, LoadErrorKind};
 use manylight_lab::text::plural;
 use manylight_lab::{LabError, PlanError};
@@ -17,6 +18,8 @@ pub(crate) const USAGE: u8 = 2;
 pub(crate) const SCENE: u8 = 3;
 /// Exit code: a file cannot be read or written.
 pub(crate) const FILE_SYSTEM: u8 = 4;
+/// Exit code: an optional component is missing.
+pub(crate) const COMPONENT: u8 = 5;
 /// Exit code: warnings under `--strict`.
 pub(crate) const STRICT: u8 = 6;
 
@@ -61,6 +64,20 @@ pub(crate) enum Failure {
     /// The reader of standard output has closed it; not an error.
     #[error("standard output was closed")]
     ClosedPipe,
+    /// The library that denoises is missing.
+    #[error(transparent)]
+    #[diagnostic(
+        code(manylight::component),
+        help(
+            "install it by `pip install pyoidn`, or download it from https://www.openimagedenoise.org and set OIDN_DIR to its folder, \
+            or name its file by --oidn-lib; or render without --denoise"
+        )
+    )]
+    Denoiser(#[from] Unavailable),
+    /// The image was written, but not denoised.
+    #[error("the image was written without denoising: {0}")]
+    #[diagnostic(code(manylight::denoise))]
+    NotDenoised(String),
     /// There are warnings under `--strict`.
     #[error("{} warning{} under --strict", .0, plural(*.0))]
     #[diagnostic(
@@ -87,7 +104,7 @@ impl Failure {
     pub(crate) fn exit_code(&self) -> u8 {
         match self {
             Failure::ClosedPipe => 0,
-            Failure::Internal(_) => INTERNAL,
+            Failure::Internal(_) | Failure::NotDenoised(_) => INTERNAL,
             Failure::Usage { .. } | Failure::Plan(_) => USAGE,
             Failure::Load(error) => match error.kind() {
                 LoadErrorKind::Scene => SCENE,
@@ -96,6 +113,7 @@ impl Failure {
             },
             Failure::Scene { .. } => SCENE,
             Failure::File(_) | Failure::Stdout(_) => FILE_SYSTEM,
+            Failure::Denoiser(_) => COMPONENT,
             Failure::Strict(_) => STRICT,
         }
     }

@@ -1,4 +1,5 @@
 //! Handling of SIGINT and SIGTERM: the first signal ends the render with an image, the second ends the program at once.
+//! While the image is denoised, the second signal writes it with its noise.
 
 use crate::failure::Failure;
 use signal_hook::consts::{SIGINT, SIGTERM};
@@ -11,6 +12,10 @@ pub(crate) struct Interrupt {
     cancel: Arc<AtomicBool>,
     signal: Arc<AtomicI32>,
     writing: Arc<Mutex<()>>,
+    /// Whether the image is being denoised.
+    denoising: Arc<AtomicBool>,
+    /// Ends denoising; the image stays noisy.
+    skip_denoising: Arc<AtomicBool>,
 }
 
 impl Interrupt {
@@ -54,6 +59,10 @@ impl Interrupt {
     #[cfg(unix)]
     fn receive(&self, signal: i32) {
         if self.cancel.load(Ordering::Relaxed) {
+            let denoising = self.denoising.load(Ordering::Relaxed);
+            if denoising && !self.skip_denoising.swap(true, Ordering::Relaxed) {
+                return;
+            }
             // Waits for a file that is being written, so that it is complete.
             let _writing = self.writing();
             std::process::exit(128 + signal);
@@ -67,6 +76,14 @@ impl Interrupt {
         &self.cancel
     }
 
+    /// Runs `work`, which denoises. A second signal does not end the program meanwhile, but makes the argument of `work` true.
+    pub(crate) fn denoising<T>(&self, work: impl FnOnce(&AtomicBool) -> T) -> T {
+        self.denoising.store(true, Ordering::Relaxed);
+        let result = work(&self.skip_denoising);
+        self.denoising.store(false, Ordering::Relaxed);
+        result
+    }
+
     /// Delays the second signal while the guard lives.
     pub(crate) fn writing(&self) -> MutexGuard<'_, ()> {
         self.writing.lock().unwrap_or_else(PoisonError::into_inner)
@@ -77,5 +94,22 @@ impl Interrupt {
         let signal = self.signal.load(Ordering::Relaxed);
         let code = u8::try_from(128 + signal).ok()?;
         self.cancel.load(Ordering::Relaxed).then_some(code)
+    }
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_second_signal_skips_denoising() {
+        let interrupt = Interrupt::default();
+        interrupt.receive(SIGINT);
+        interrupt.denoising(|skip| {
+            assert!(!skip.load(Ordering::Relaxed));
+            interrupt.receive(SIGINT);
+            assert!(skip.load(Ordering::Relaxed));
+        });
+        assert_eq!(interrupt.exit_code(), Some(130));
     }
 }

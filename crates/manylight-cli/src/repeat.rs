@@ -1,10 +1,12 @@
 //! The settings of a render as text: for the JSON report, for the metadata of images, and as a command that repeats the render.
 
+use crate::args::Denoiser;
 use crate::names::{FILTERS, filter_name, name_of};
 use crate::preset;
 use crate::request::RenderRequest;
 use manylight::film::FilmDesc;
 use manylight::integrators::{Method, MethodKind};
+use manylight_denoise::Version;
 use manylight_lab::text::quoted;
 use serde_json::{Map, Value, json};
 
@@ -19,6 +21,8 @@ pub(crate) struct Settings<'r> {
     pub(crate) film: &'r FilmDesc,
     /// Number of threads.
     pub(crate) threads: usize,
+    /// Version of Open Image Denoise, if the image is to be denoised.
+    pub(crate) oidn: Option<Version>,
 }
 
 impl Settings<'_> {
@@ -54,6 +58,11 @@ impl Settings<'_> {
         put("seed", request.seed.into());
         put("threads", self.threads.into());
         put("exposure", request.exposure.into());
+        put("denoise", json!(request.denoise.map(denoiser_name)));
+        put(
+            "oidn-version",
+            json!(self.oidn.map(|version| version.to_string())),
+        );
         put("strict", request.strict.into());
         let defines = request
             .defines
@@ -71,6 +80,12 @@ impl Settings<'_> {
         };
         let settings = self.to_json().into_iter();
         settings.map(move |(key, value)| (format!("settings.{key}"), text(value)))
+    }
+}
+
+fn denoiser_name(denoiser: Denoiser) -> &'static str {
+    match denoiser {
+        Denoiser::Oidn => "oidn",
     }
 }
 
@@ -111,6 +126,12 @@ pub(crate) fn command_line(request: &RenderRequest, passes: u32) -> String {
     for path in &request.outputs {
         option("output", path.display().to_string());
     }
+    if let Some(denoiser) = request.denoise {
+        option("denoise", denoiser_name(denoiser).into());
+    }
+    if let Some(file) = &request.oidn_lib {
+        option("oidn-lib", file.display().to_string());
+    }
     option("exposure", request.exposure.to_string());
     if request.hide_emitters {
         words.push("--hide-emitters".into());
@@ -143,7 +164,8 @@ mod tests {
         for options in [
             "-n 5000 --clamp 2.5 --kernel point --table-size 8 --size 32x16 --max-depth -1",
             "-m vpl --photons 77 --crop 0.25,1,0,0.5 --filter tent --seed 9 -D a=1 -D b=2",
-            "-m photon-map --photons 99 --max-depth 3",
+            "-m photon-map --photons 99 --max-depth 3 --denoise oidn",
+            "-m direct --denoise oidn --oidn-lib some/library.so",
             "-m path --hide-emitters --sensor 2 --exposure -1.5 --max-depth 4 -o a.hdr -o b.pfm",
         ] {
             let start = ["manylight", "render", "a/scene.xml"].into_iter();

@@ -1,6 +1,6 @@
 //! The request of a render: all options with their defaults, checked before any file is read.
 
-use crate::args::{CameraArgs, LightArgs, MapsArgs, PathArgs, RenderArgs};
+use crate::args::{CameraArgs, Denoiser, LightArgs, MapsArgs, PathArgs, RenderArgs};
 use crate::failure::Failure;
 use crate::method::method_kind;
 use crate::values::{Crop, MaxDepth};
@@ -52,6 +52,10 @@ pub(crate) struct RenderRequest {
     pub(crate) memory_limit: Option<u64>,
     /// Exposure of 8-bit files in stops.
     pub(crate) exposure: f32,
+    /// The denoiser; `None` for the image as it is.
+    pub(crate) denoise: Option<Denoiser>,
+    /// Library file of the denoiser; `None` to search it.
+    pub(crate) oidn_lib: Option<PathBuf>,
     /// Whether warnings are errors.
     pub(crate) strict: bool,
 }
@@ -82,8 +86,17 @@ impl RenderRequest {
             &args.lights,
             &args.camera,
         )?;
+        let denoise = args.denoise.denoise;
+        if denoise.is_some() && request.kind == MethodKind::Aov {
+            return Err(Failure::usage(
+                "--denoise: the method aov renders no light to denoise",
+                "choose another --method, or omit --denoise",
+            ));
+        }
         Ok(RenderRequest {
             budget,
+            denoise,
+            oidn_lib: args.denoise.oidn_lib.clone(),
             memory_limit: args.memory_limit,
             exposure: args.exposure,
             ..request
@@ -134,6 +147,8 @@ impl RenderRequest {
             threads: paths.threads.map(|n| n.get() as usize),
             memory_limit: None,
             exposure: 0.0,
+            denoise: None,
+            oidn_lib: None,
             strict: paths.strict,
         })
     }
@@ -343,6 +358,15 @@ mod tests {
             let failure = request(words).unwrap_err();
             assert_eq!(failure.exit_code(), 2, "{words}");
         }
+    }
+
+    #[test]
+    fn albedo_and_normals_are_not_denoised() {
+        assert_eq!(request("s.xml").unwrap().denoise, None);
+        let denoised = request("s.xml -m path --denoise oidn").unwrap();
+        assert_eq!(denoised.denoise, Some(Denoiser::Oidn));
+        let failure = request("s.xml -m aov --denoise oidn").unwrap_err();
+        assert_eq!(failure.exit_code(), 2);
     }
 
     #[test]

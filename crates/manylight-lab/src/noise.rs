@@ -17,6 +17,9 @@ pub struct MeanNoise {
     pub without_emission: [f64; 3],
 }
 
+/// The layer with the image before denoising, in files of denoised images. The variances in the file belong to it.
+pub const NOISY: &str = "noisy";
+
 const BATCHES: &str = "batches";
 const BEAUTY: &str = "variance_of_mean";
 const WITHOUT_EMISSION: &str = "variance_of_mean.without_emission";

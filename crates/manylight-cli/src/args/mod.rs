@@ -8,12 +8,12 @@ mod render;
 pub(crate) use inspect::{CheckArgs, CompletionsArgs, InfoArgs, ListArgs, Listing, MapsArgs};
 pub(crate) use lights::LightArgs;
 pub(crate) use measure::{CompareArgs, StudyArgs};
-pub(crate) use render::{CameraArgs, DisplayArgs, PathArgs, ProgressKind, RenderArgs};
+pub(crate) use render::{CameraArgs, Denoiser, DisplayArgs, PathArgs, ProgressKind, RenderArgs};
 
 use clap::{Parser, Subcommand};
 
 const EXIT_CODES: &str = "Exit codes: 0 done; 1 internal or render failure; 2 usage; 3 scene error; 4 file system; \
-6 --strict found a warning; 130, 143 ended by a signal (image written).";
+5 a missing optional component; 6 --strict found a warning; 130, 143 ended by a signal (image written).";
 
 /// A photorealistic many-light renderer.
 #[derive(Debug, Parser)]
@@ -66,6 +66,8 @@ mod tests {
         assert!(message(&["--strategy", "lightcut"]).contains("lightcuts"));
         assert!(message(&["--max-error", "2"]).contains("from 0 to 1"));
         assert!(message(&["--size", "640"]).contains("WIDTHxHEIGHT"));
+        assert!(message(&["--denoise", "oidm"]).contains("oidn"));
+        assert!(message(&["--oidn-lib", "x.so"]).contains("--denoise"));
         assert!(message(&["--passes", "0"]).contains("invalid value '0'"));
     }
 }

@@ -37,6 +37,10 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true, value_parser = values::finite)]
     pub(crate) exposure: f32,
 
+    /// Denoising.
+    #[command(flatten)]
+    pub(crate) denoise: DenoiseArgs,
+
     /// Options of the many-light methods.
     #[command(flatten)]
     pub(crate) lights: LightArgs,
@@ -102,6 +106,26 @@ pub(crate) struct BudgetArgs {
     /// Stop when the estimated relative error of the image is below this value.
     #[arg(long, value_name = "X", value_parser = values::positive)]
     pub(crate) target_error: Option<f32>,
+}
+
+/// Options of denoising.
+#[derive(Clone, Debug, Default, Args)]
+#[command(next_help_heading = "Denoising")]
+pub(crate) struct DenoiseArgs {
+    /// Denoise the image at the end. In exr files, R, G, B are then denoised, and noisy.R, noisy.G, noisy.B are the image with its noise.
+    #[arg(long, value_name = "NAME", value_enum)]
+    pub(crate) denoise: Option<Denoiser>,
+
+    /// Library file of Open Image Denoise. Default: searched in the folder OIDN_DIR, in the Python package pyoidn, and in the folders of the system.
+    #[arg(long, value_name = "FILE", requires = "denoise", value_hint = ValueHint::FilePath)]
+    pub(crate) oidn_lib: Option<PathBuf>,
+}
+
+/// A denoiser.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Denoiser {
+    /// Open Image Denoise 2, if it is installed.
+    Oidn,
 }
 
 /// Options of camera and film. Each overrides a setting of the scene.

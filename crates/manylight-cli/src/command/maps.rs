@@ -72,6 +72,7 @@ pub(crate) fn run(args: &MapsArgs) -> Result<ExitCode, Failure> {
         method: &method,
         film: &scene.sensor.desc().film,
         threads: pool.current_num_threads(),
+        oidn: None,
     };
     let color_maps = color_maps(&maps);
     let pictures = pictures(&maps, &color_maps, metadata(&settings));

@@ -1,5 +1,6 @@
-//! `manylight render`: load, build, render, write, report.
+//! `manylight render`: load, build, render, denoise, write, report.
 
+mod denoise;
 mod picture;
 
 use crate::args::{DisplayArgs, RenderArgs};
@@ -10,9 +11,12 @@ use crate::progress::{self, ProgressGoal};
 use crate::repeat::Settings;
 use crate::report::{RenderReport, resident_bytes};
 use crate::request::RenderRequest;
+use manylight::film::Film;
+use manylight::image::Image;
 use manylight::integrators::StageMemory;
-use manylight::render::{Outcome, RenderJob, Stats, render};
+use manylight::render::{RenderJob, Stats, render};
 use manylight::scene::Scene;
+use manylight_denoise::Oidn;
 use manylight_io::image::{check_writable, write_image};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::process::ExitCode;
@@ -27,36 +31,46 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode, Failure> {
     let interrupt = Interrupt::install()?;
     let pool = thread_pool(request.threads)?;
     let stats = Stats::default();
+    let oidn = denoise::open(&request, args.display)?;
 
     let (scene, mut warnings) = pool.install(|| load(&request, &stats, args.display))?;
     let method = request.method(scene.limits);
-    let job = RenderJob {
+    let mut job = RenderJob {
         scene: &scene,
         method,
         budget: request.budget,
         seed: request.seed,
     };
     pool.install(|| check_memory(&request, &job))?;
-    let goal = ProgressGoal::new(request.budget, args.display);
+    let features = (oidn.is_some())
+        .then(|| pool.install(|| denoise::features(&mut job, &stats, &interrupt)))
+        .flatten();
+    let goal = ProgressGoal::new(job.budget, args.display);
     let outcome = progress::show(goal, &stats, interrupt.cancel(), |observer| {
         pool.install(|| render(&job, &stats, interrupt.cancel(), observer))
     });
     warnings.extend(dropped_samples(&stats, args.display));
+    let (film, features) = (&outcome.film, features.as_ref());
+    let denoised = denoise::denoise(oidn.as_ref(), film, features, &stats, &interrupt);
 
     let settings = Settings {
         request: &request,
         method: &job.method,
-        film: outcome.film.desc(),
+        film: film.desc(),
         threads: pool.current_num_threads(),
+        oidn: oidn.as_ref().map(Oidn::version),
     };
     let report = RenderReport {
         settings,
         stats: &stats,
-        passes: outcome.film.passes(),
+        passes: film.passes(),
         warnings: &warnings,
     };
-    write(&report, &outcome, &interrupt)?;
+    write(&report, film, denoised.image.as_ref(), &interrupt)?;
     finish(&report, args.display)?;
+    if let Some(failure) = denoised.failure {
+        return Err(failure);
+    }
     match interrupt.exit_code() {
         Some(code) => Ok(ExitCode::from(code)),
         None if request.strict && !warnings.is_empty() => Err(Failure::Strict(warnings.len())),
@@ -148,8 +162,13 @@ fn dropped_samples(stats: &Stats, display: DisplayArgs) -> Option<String> {
     Some(warning)
 }
 
-fn write(report: &RenderReport, outcome: &Outcome, interrupt: &Interrupt) -> Result<(), Failure> {
-    let picture = picture::from_film(&outcome.film, report.metadata());
+fn write(
+    report: &RenderReport,
+    film: &Film,
+    denoised: Option<&Image>,
+    interrupt: &Interrupt,
+) -> Result<(), Failure> {
+    let picture = picture::from_film(film, denoised, report.metadata());
     let request = report.settings.request;
     report.stats.time("write", || {
         request.outputs.iter().try_for_each(|path| {

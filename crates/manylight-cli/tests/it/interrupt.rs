@@ -66,6 +66,28 @@ fn the_first_signal_saves_the_image() {
 }
 
 #[test]
+fn an_interrupted_image_is_denoised() {
+    let folder = Folder::new(BOX);
+    let (mut child, mut stderr) = start(
+        &folder,
+        "render scene.xml -m path --time 60s --denoise oidn -v --progress plain -o a.exr",
+    );
+    let mut line = String::new();
+    stderr.read_line(&mut line).unwrap();
+    if !line.contains("denoiser:") {
+        println!("skipped: no Open Image Denoise");
+        child.wait().unwrap();
+        return;
+    }
+    wait_for(&mut stderr, "loading");
+    send("-INT", &child);
+    wait_for(&mut stderr, "wrote a.exr");
+    assert_eq!(exit_code(&mut child), Some(130));
+    let picture = read_layered_image(&folder.path("a.exr")).unwrap();
+    assert!(picture.channel("noisy.R").is_some());
+}
+
+#[test]
 fn the_second_signal_ends_at_once_and_leaves_nothing() {
     let folder = Folder::new(BOX);
     let words = "render scene.xml --size 640x480 -n 20000 --photons 40000 -o a.exr";

@@ -4,6 +4,7 @@
 
 mod browser;
 mod compare;
+mod denoise;
 mod describe;
 #[cfg(unix)]
 mod interrupt;

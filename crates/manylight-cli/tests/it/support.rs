@@ -82,6 +82,12 @@ impl Folder {
 /// The result of a run of the program.
 pub(crate) struct Ended(Output);
 
+impl From<Output> for Ended {
+    fn from(output: Output) -> Self {
+        Ended(output)
+    }
+}
+
 impl Ended {
     pub(crate) fn stdout(&self) -> String {
         String::from_utf8(self.0.stdout.clone()).unwrap()

@@ -1,6 +1,6 @@
 //! The channels of an image that a comparison needs.
 
-use crate::noise::{self, MeanNoise};
+use crate::noise::{self, MeanNoise, NOISY};
 use manylight_io::image::LayeredImage;
 use std::fmt;
 
@@ -76,7 +76,7 @@ impl ComparisonImage {
     }
 
     /// Takes the channels of the image, or of the layer `layer`, from `picture`. A gray image is used for all three channels. The
-    /// variance of a layer is not known.
+    /// variance of a layer is not known, nor that of a denoised image: the variances in its file are those of the layer [`NOISY`].
     ///
     /// # Errors
     /// `picture` lacks these channels.
@@ -89,16 +89,19 @@ impl ComparisonImage {
             layer: layer.map(String::from),
             channels: channels(picture).map(|(name, _)| name.clone()).collect(),
         })?;
+        let denoised = self::rgb(picture, &format!("{NOISY}.")).is_some();
+        let has_variance = match layer {
+            None => !denoised,
+            Some(layer) => layer == NOISY,
+        };
         let known = |variance: &Vec<[f32; 3]>| variance.iter().flatten().all(|v| v.is_finite());
         Ok(ComparisonImage {
             width: picture.width,
             height: picture.height,
             rgb,
-            variance: match layer {
-                None => self::rgb(picture, "variance.").filter(known),
-                Some(_) => None,
-            },
+            variance: self::rgb(picture, "variance.").filter(|v| has_variance && known(v)),
             correlation: match self::rgb(picture, "block_variance.") {
+                _ if denoised && !has_variance => NoiseCorrelation::Unknown,
                 None => NoiseCorrelation::None,
                 Some(blocks) => match noise::read(picture) {
                     Some(mean) if known(&blocks) => NoiseCorrelation::Known { blocks, mean },
@@ -235,6 +238,28 @@ mod tests {
         };
         let blocks = vec![[0.25; 3]; 2];
         assert_eq!(with("3", 0.25), NoiseCorrelation::Known { blocks, mean });
+    }
+
+    #[test]
+    fn the_variances_of_a_denoised_image_belong_to_the_noisy_one() {
+        let rgb = |prefix: &str, v| ["R", "G", "B"].map(|c| (format!("{prefix}{c}"), v));
+        let channels = [
+            rgb("", 1.0),
+            rgb("noisy.", 2.0),
+            rgb("variance.", 0.25),
+            rgb("block_variance.", 0.25),
+        ];
+        let channels = channels.as_flattened();
+        let channels: Vec<(&str, f32)> = channels.iter().map(|(n, v)| (n.as_str(), *v)).collect();
+        let picture = picture(&channels);
+        let denoised = ComparisonImage::new(&picture, None).unwrap();
+        assert_eq!((denoised.rgb[0], denoised.variance), ([1.0; 3], None));
+        assert_eq!(denoised.correlation, NoiseCorrelation::Unknown);
+        let noisy = ComparisonImage::new(&picture, Some(NOISY)).unwrap();
+        assert_eq!(
+            (noisy.rgb[0], noisy.variance),
+            ([2.0; 3], Some(vec![[0.25; 3]; 2]))
+        );
     }
 
     #[test]

@@ -16,19 +16,31 @@ impl Film {
         Some(self.collect(|sums, i| sums.sums[i * self.layers.len() + l].map(|v| (v / n) as f32)))
     }
 
-    /// Variance of the mean of the beauty over passes, per pixel and channel: the sample variance over passes, divided by their number.
-    /// Treats passes as independent. Infinite with fewer than two passes.
+    /// [`Film::layer_variance`] of the beauty.
     pub fn variance(&self) -> Image {
+        self.layer_variance(Layer::Beauty).unwrap_or_default()
+    }
+
+    /// Variance of the mean of one layer over passes, per pixel and channel: the sample variance over passes, divided by their number.
+    /// Treats passes as independent. Infinite with fewer than two passes. `None` if the film does not record the layer, or
+    /// it is neither the beauty nor one of its terms.
+    pub fn layer_variance(&self, layer: Layer) -> Option<Image> {
+        let with_variance = &self.with_variance;
+        let k = with_variance
+            .iter()
+            .position(|&l| self.layers[l] == layer)?;
+        let l = with_variance[k];
         let n = f64::from(self.passes);
-        self.collect(|sums, i| {
+        Some(self.collect(|sums, i| {
             std::array::from_fn(|c| {
                 if self.passes < 2 {
                     return f32::INFINITY;
                 }
-                let mean = sums.sums[i * self.layers.len()][c] / n;
-                ((sums.squares[i][c] / n - mean * mean).max(0.0) / (n - 1.0)) as f32
+                let mean = sums.sums[i * self.layers.len() + l][c] / n;
+                let square = sums.squares[i * with_variance.len() + k][c] / n;
+                ((square - mean * mean).max(0.0) / (n - 1.0)) as f32
             })
-        })
+        }))
     }
 
     /// Variance of the mean of the beauty over each tile, per channel, from completed batches. All pixels of a tile hold the

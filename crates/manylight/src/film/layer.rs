@@ -58,6 +58,11 @@ impl Layer {
                 | Layer::Caustics
         )
     }
+
+    /// Whether the film estimates the variance of the layer: of the beauty and its terms.
+    pub fn has_variance(self) -> bool {
+        self == Layer::Beauty || self.is_term()
+    }
 }
 
 /// Index of each layer among the recorded layers of a film, by `Layer as usize`.

@@ -34,6 +34,8 @@ use tiles::TileGrid;
 pub struct Film {
     desc: FilmDesc,
     layers: Vec<Layer>,
+    /// Indices in `layers` of those with a variance.
+    with_variance: Vec<usize>,
     tiles: Vec<TileSums>,
     /// Values of the current pass, by tile of the shifted grid of that pass.
     pass: Vec<Vec<Rgb>>,
@@ -50,7 +52,7 @@ struct TileSums {
     tile: Tile,
     /// Sum over passes, by pixel and layer.
     sums: Vec<[f64; 3]>,
-    /// Sum over passes of the squared beauty, by pixel.
+    /// Sum over passes of the square, by pixel and layer with a variance.
     squares: Vec<[f64; 3]>,
     /// Sums over pixels and the passes of the current batch: the beauty, and the beauty without [`Layer::Emission`].
     batch: [[f64; 3]; 2],
@@ -69,12 +71,15 @@ impl Film {
             Some(&Layer::Beauty),
             "the first layer of a film must be the beauty"
         );
+        let with_variance: Vec<usize> = (0..layers.len())
+            .filter(|&l| layers[l].has_variance())
+            .collect();
         let tiles = TileGrid::new(desc.crop_size, UVec2::ZERO)
             .tiles()
             .map(|tile| TileSums {
                 tile,
                 sums: vec![[0.0; 3]; tile.count() * layers.len()],
-                squares: vec![[0.0; 3]; tile.count()],
+                squares: vec![[0.0; 3]; tile.count() * with_variance.len()],
                 batch: Default::default(),
                 moments: BatchMoments::default(),
             })
@@ -82,6 +87,7 @@ impl Film {
         Film {
             desc,
             layers: layers.to_vec(),
+            with_variance,
             tiles,
             pass: Vec::new(),
             passes: 0,
@@ -93,7 +99,8 @@ impl Film {
     /// Memory of a film of `size` pixels with these layers, in bytes.
     pub fn bytes_for(size: UVec2, layers: &[Layer]) -> usize {
         let layer = size_of::<Rgb>() + size_of::<[f64; 3]>();
-        let pixel = layers.len() * layer + size_of::<[f64; 3]>();
+        let with_variance = layers.iter().filter(|layer| layer.has_variance());
+        let pixel = layers.len() * layer + with_variance.count() * size_of::<[f64; 3]>();
         (size.x * size.y) as usize * pixel
     }
 
@@ -196,12 +203,13 @@ impl Film {
         }
         let pass = &self.pass;
         let emission = slots.of(Layer::Emission);
+        let with_variance = &self.with_variance;
         self.tiles.par_iter_mut().for_each(|sums| {
             for (i, pixel) in sums.tile.pixels().enumerate() {
                 let (tile, k) = grid.locate(pixel);
                 let values = &pass[tile][k * stride..][..stride];
                 if values.iter().all(|v| v.is_finite()) {
-                    sums.commit(i, values, emission);
+                    sums.commit(i, values, emission, with_variance);
                 } else {
                     dropped.fetch_add(1, Ordering::Relaxed);
                 }
@@ -228,7 +236,13 @@ impl Film {
 
 impl TileSums {
     /// Adds the values of one pass to pixel `i`, one per layer; `emission` is the index of [`Layer::Emission`], if recorded.
-    fn commit(&mut self, i: usize, pixel: &[Rgb], emission: Option<usize>) {
+    fn commit(
+        &mut self,
+        i: usize,
+        pixel: &[Rgb],
+        emission: Option<usize>,
+        with_variance: &[usize],
+    ) {
         let emitted = emission.map_or(Rgb::BLACK, |l| pixel[l]);
         for (sum, value) in self.batch.iter_mut().zip([pixel[0], pixel[0] - emitted]) {
             let value = value.to_array().map(f64::from);
@@ -237,9 +251,11 @@ impl TileSums {
         for (l, value) in pixel.iter().enumerate() {
             for (c, v) in value.to_array().into_iter().enumerate() {
                 self.sums[i * pixel.len() + l][c] += f64::from(v);
-                if l == 0 {
-                    self.squares[i][c] += f64::from(v) * f64::from(v);
-                }
+            }
+        }
+        for (k, &l) in with_variance.iter().enumerate() {
+            for (c, v) in pixel[l].to_array().into_iter().enumerate() {
+                self.squares[i * with_variance.len() + k][c] += f64::from(v) * f64::from(v);
             }
         }
     }

@@ -42,6 +42,10 @@ fn mean_and_variance_of_the_mean() {
     assert_eq!(film.image(Layer::Direct).unwrap(), image);
     assert_eq!(film.image(Layer::Depth).unwrap().pixel(0, 0), &[1.0; 3]);
     assert!(film.image(Layer::Caustics).is_none());
+    // The beauty has one term.
+    assert_eq!(film.layer_variance(Layer::Direct), Some(film.variance()));
+    assert!(film.layer_variance(Layer::Depth).is_none());
+    assert!(film.layer_variance(Layer::Caustics).is_none());
     // Values 0, 1, 2, 3 about their mean: sample variance 5/3, of the mean 5/12.
     assert!(
         film.variance()

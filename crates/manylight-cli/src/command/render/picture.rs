@@ -1,24 +1,37 @@
 //! The layers and metadata of an image file, from a film.
 //!
+//! With a denoised image, `R`, `G`, `B` hold it, and the layer `noisy` holds the sum of the other layers. All variances belong to the latter.
+//!
 //! The variance of the mean is infinite, that is unknown, with fewer than two passes. The same holds for the variance of block means with fewer
 //! than two batches.
 
 use manylight::film::{Film, Layer};
 use manylight::image::Image;
 use manylight_io::image::{ImageLayer, LayeredImage};
-use manylight_lab::noise;
+use manylight_lab::noise::{self, NOISY};
 
 const RGB: &[&str] = &["R", "G", "B"];
 
-/// All layers of `film`: the image, its variances, then the other layers.
-pub(super) fn from_film(film: &Film, mut metadata: Vec<(String, String)>) -> LayeredImage {
+/// All layers of `film`: the image (`denoised`, if given), its variances, then the other layers.
+pub(super) fn from_film(
+    film: &Film,
+    denoised: Option<&Image>,
+    mut metadata: Vec<(String, String)>,
+) -> LayeredImage {
     let size = film.image_size();
     let mut layers = Vec::new();
     for &layer in film.layers() {
         let Some(image) = film.image(layer) else {
             continue;
         };
-        layers.push(named(layer.name(), channels(layer), &image));
+        let name = match (layer, denoised) {
+            (Layer::Beauty, Some(denoised)) => {
+                layers.push(named("", RGB, denoised));
+                NOISY
+            }
+            _ => layer.name(),
+        };
+        layers.push(named(name, channels(layer), &image));
         if layer == Layer::Beauty {
             layers.push(named("variance", RGB, &film.variance()));
             let blocks = film.block_variance();
@@ -96,7 +109,7 @@ mod tests {
                 samples.add(i, Layer::Depth, Rgb::splat(5.0));
             }
         });
-        let picture = from_film(&film, vec![("a".into(), "b".into())]);
+        let picture = from_film(&film, None, vec![("a".into(), "b".into())]);
         let names: Vec<&str> = picture
             .layers
             .iter()

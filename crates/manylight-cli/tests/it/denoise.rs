@@ -1,0 +1,145 @@
+//! `--denoise`. Tests that need Open Image Denoise print a note and pass where it is not installed.
+
+use crate::support::{BOX, Ended, Folder};
+use manylight_io::image::{LayeredImage, read_layered_image};
+
+const SHORT: &str = "--denoise oidn --passes 2 -o a.exr";
+
+/// The result of a render that denoises; `None` with a note where the library is not installed.
+#[allow(clippy::print_stdout, reason = "a note beside the test")]
+fn denoised(folder: &Folder, words: &str) -> Option<Ended> {
+    let output = folder.command(words).output().unwrap();
+    if output.status.code() == Some(5) {
+        println!("skipped: {}", String::from_utf8_lossy(&output.stderr));
+        return None;
+    }
+    Some(Ended::from(output).code(0))
+}
+
+fn picture(folder: &Folder) -> LayeredImage {
+    read_layered_image(&folder.path("a.exr")).unwrap()
+}
+
+#[test]
+fn a_library_that_cannot_be_loaded_ends_the_program_before_it_renders() {
+    let folder = Folder::new(BOX);
+    std::fs::write(folder.path("no-library.so"), "no library").unwrap();
+    for file in ["./missing.so", "./no-library.so"] {
+        let words = format!("render scene.xml {SHORT} --time 1h --oidn-lib {file}");
+        let ended = folder.run(&words).code(5);
+        let ended = ended.says(&[file, "pip install pyoidn", "OIDN_DIR", "--oidn-lib"]);
+        assert_eq!(ended.stdout(), "");
+    }
+    assert_eq!(folder.files(), ["no-library.so", "scene.xml"]);
+}
+
+#[test]
+fn the_message_names_all_places() {
+    let folder = Folder::new(BOX);
+    let mut command = folder.command(&format!("render scene.xml {SHORT}"));
+    command
+        .env("OIDN_DIR", folder.path(""))
+        .env_remove("VIRTUAL_ENV")
+        .env_remove("LD_LIBRARY_PATH")
+        .env("PATH", folder.path(""));
+    let ended = Ended::from(command.output().unwrap());
+    // The library may be installed for the whole system.
+    if folder.files() == ["scene.xml"] {
+        ended.code(5).says(&["OIDN_DIR=", "pyoidn", "system"]);
+    }
+}
+
+#[test]
+fn aov_is_not_denoised() {
+    let folder = Folder::new(BOX);
+    folder
+        .run(&format!("render scene.xml -m aov {SHORT}"))
+        .code(2)
+        .says(&["aov", "--method"]);
+}
+
+#[test]
+fn the_file_holds_the_denoised_and_the_noisy_image() {
+    let folder = Folder::new(BOX);
+    let words = format!("render scene.xml -m path {SHORT} -o a.png --json");
+    let Some(ended) = denoised(&folder, &words) else {
+        return;
+    };
+    let report = ended.json();
+    assert_eq!(report["settings"]["denoise"], "oidn");
+    let version = report["settings"]["oidn_version"].as_str().unwrap();
+    assert!(version.starts_with("2."), "{version}");
+    for stage in ["features", "denoise"] {
+        assert!(report["stages"][stage].as_f64().unwrap() > 0.0, "{stage}");
+    }
+    let picture = picture(&folder);
+    let channel = |name: &str| picture.channel(name).unwrap_or_else(|| panic!("{name}"));
+    assert_ne!(channel("R"), channel("noisy.R"));
+    assert!(channel("R").iter().all(|v| v.is_finite()));
+    for (i, noisy) in channel("noisy.G").iter().enumerate() {
+        let layers = ["emission", "direct", "virtual_lights", "caustics"];
+        let sum: f32 = layers
+            .map(|layer| channel(&format!("{layer}.G"))[i])
+            .iter()
+            .sum();
+        assert!((noisy - sum).abs() <= 1e-4 * sum, "{noisy} {sum}");
+    }
+    assert!(picture.channel("variance.R").is_some());
+    let value = |name: &str| picture.metadata_value(name).unwrap();
+    assert_eq!(
+        (value("settings.denoise"), value("settings.oidn_version")),
+        ("oidn", version)
+    );
+    assert!(value("command").contains("--denoise oidn"));
+    assert!(value("seconds.denoise").parse::<f64>().unwrap() > 0.0);
+}
+
+#[test]
+fn a_denoised_image_has_no_z_scores() {
+    let folder = Folder::new(BOX);
+    let words = "render scene.xml -m path --passes 4 -o r.exr --seed 5";
+    folder.run(words).code(0);
+    if denoised(&folder, &format!("render scene.xml -m path {SHORT}")).is_none() {
+        return;
+    }
+    let compare = |words: &str| folder.run(words).code(0).json();
+    let beauty = compare("compare a.exr r.exr --json");
+    assert!(beauty["images"][0]["relmse"].as_f64().is_some(), "{beauty}");
+    assert!(beauty["images"][0].get("blocks").is_none(), "{beauty}");
+    assert!(beauty["images"][0].get("noise_floor").is_none(), "{beauty}");
+}
+
+#[test]
+fn every_method_and_every_size_is_denoised() {
+    let folder = Folder::new(BOX);
+    for options in [
+        "-m light-trace --passes 2",
+        "-m direct --crop 0.25,0.5,0,0.5 --passes 2",
+        "-m photon-map --photons 500 --passes 2",
+        "-n 8 --photons 500 --passes 2",
+        "-m vpl -n 8 --photons 500 --passes 1",
+        "-m path --size 1x1 --passes 2",
+        "-m path --size 3x1 --filter gaussian --passes 2",
+    ] {
+        let words = format!("render scene.xml --denoise oidn -o a.exr {options} -q");
+        let Some(_) = denoised(&folder, &words) else {
+            return;
+        };
+        let picture = picture(&folder);
+        let red = picture.channel("R").unwrap();
+        assert!(
+            red.iter().all(|v| v.is_finite() && *v >= 0.0),
+            "{options}: {red:?}"
+        );
+        assert!(picture.channel("noisy.R").is_some(), "{options}");
+    }
+}
+
+#[test]
+fn without_the_option_nothing_changes() {
+    let folder = Folder::new(BOX);
+    let words = "render scene.xml -m path --passes 1 -o a.exr --json";
+    let report = folder.run(words).code(0).json();
+    assert!(report["settings"]["denoise"].is_null());
+    assert!(picture(&folder).channel("noisy.R").is_none());
+}

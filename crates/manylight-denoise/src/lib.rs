@@ -1,0 +1,18 @@
+//! Denoising of rendered films by Open Image Denoise.
+//!
+//! The library is searched and loaded at run time ([`SearchPlaces`], [`Oidn`]), so that the renderer neither links nor ships it. What is
+//! filtered, and where the noisy image is kept, is decided in [`denoise_film`].
+
+mod api;
+mod blend;
+mod features;
+mod oidn;
+mod reconstruct;
+mod search;
+#[cfg(test)]
+mod tests;
+
+pub use features::{FEATURE_PASSES, FeatureImages, render_features};
+pub use oidn::{Features, FilterError, Oidn, Unavailable, Version};
+pub use reconstruct::denoise_film;
+pub use search::{LIBRARY_NAME, SearchPlaces};
