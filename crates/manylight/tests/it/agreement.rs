@@ -233,8 +233,10 @@ fn the_terms_sum_to_the_beauty() {
     for kind in [rich(), photon_map(20_000), direct] {
         let film = film(&glossy_box(16).build(), kind, 2, 3);
         let beauty = film.image(Layer::Beauty).unwrap();
+        let terms = TERMS.iter().chain(&[Layer::Compensation]);
+        let terms: Vec<_> = terms.filter_map(|&term| film.image(term)).collect();
         for i in 0..beauty.data.len() {
-            let sum: f32 = TERMS.iter().map(|&t| film.image(t).unwrap().data[i]).sum();
+            let sum: f32 = terms.iter().map(|image| image.data[i]).sum();
             assert!(
                 (sum - beauty.data[i]).abs() <= 1e-4 * beauty.data[i].max(1.0),
                 "{sum} and {}",

@@ -40,7 +40,7 @@ fn corner(size: u32, plate: Material) -> Scene {
 /// 4 lights per pass. Groups of 8 passes have 8 times as many.
 fn few_lights() -> ManyLight {
     ManyLight {
-        photon_paths: 8000,
+        photon_paths: 16_000,
         light_count: 4,
         importon_paths: 250,
         resampling: Resampling::New,

@@ -16,7 +16,8 @@ pub(super) fn tolerance(scene: &Scene, gather: &Gather, lights: &LightIndex, pas
     let Strategy::Cuts(limits) = gather.strategy else {
         return 0.0;
     };
-    let size = scene.sensor.desc().film.size.as_vec2();
+    // The sensor takes positions in the crop window.
+    let size = scene.sensor.desc().film.crop_size.as_vec2();
     let probe = |k: u32| {
         let mut sampler = pass.sampler(Stream::Selection, 4 + u64::from(k));
         let film = sampler.next_2d() * size;

@@ -239,7 +239,8 @@ impl RadianceCache {
             }
         });
         let all = irradiance.luminance().max(f32::MIN_POSITIVE);
-        let turn = rng::unit(rng::key(photon.p.to_array()));
+        // Not by position: results must not depend on the unit of length.
+        let turn = rng::unit(rng::key(photon.wi.to_array()));
         let location = SurfaceLocation::of_photon(photon, scene);
         CachePoint {
             patch: Patch::new(photon.p, photon.n, location.material, 1.0),
