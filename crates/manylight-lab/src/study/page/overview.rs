@@ -1,7 +1,7 @@
 //! The first sections: origin of the results, scenes, methods.
 
 use super::super::plan::StudyPlan;
-use super::super::record::Record;
+use super::super::record::{Record, RunStatus};
 use super::super::runs::Run;
 use super::data::PageData;
 use crate::document::{Document, DocumentTable, TableCell};
@@ -20,10 +20,11 @@ pub(super) fn title(out: &mut Document, data: PageData, runs: &[Run], command: &
     );
 }
 
-/// The command, the number of results, and their versions, computers and dates.
+/// The command, the number of results of available programs, and their versions, computers and dates.
 fn origin(data: PageData, runs: &[Run], command: &str) -> String {
     let records: Vec<&Record> = (runs.iter())
         .filter_map(|run| data.results.get(&run.key()))
+        .filter(|record| record.status != RunStatus::Unavailable)
         .collect();
     let start = format!(
         "Made by `{command}`: {} of {} run{}",
