@@ -24,7 +24,7 @@ pub enum RunStatus {
     Stopped,
     /// It ended with an error.
     Failed,
-    /// The program is not installed, or cannot render this scene; see [`UNAVAILABLE`].
+    /// The program is not installed, or cannot render this scene: it exited with code 5.
     Unavailable,
 }
 
