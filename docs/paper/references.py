@@ -55,13 +55,13 @@ class Source(NamedTuple):
 #: Other renderers with materials of their own: references for them alone.
 RIVALS = {"cycles-path": Source(128, 0.0, False), "luxcore-bidir": Source(32, 0.0, False)}
 SOURCES = {
-    "cbox": {"mitsuba-path": Source(256, 1.0, True), **RIVALS},
-    "kitchen": {"mitsuba-path": Source(128, 1.0, True), "rich-vpl": Source(96, 0.0, False), **RIVALS},
-    "garage": {"mitsuba-path": Source(128, 1.0, True), "rich-vpl": Source(64, 0.0, False), **RIVALS},
+    "cbox": {"mitsuba-path": Source(256, 0.2, True), "rich-vpl": Source(64, 0.8, True), **RIVALS},
+    "kitchen": {"mitsuba-path": Source(128, 0.2, True), "rich-vpl": Source(64, 0.8, True), **RIVALS},
+    "garage": {"mitsuba-path": Source(128, 0.2, True), "rich-vpl": Source(64, 0.8, True), **RIVALS},
     "u-shape": {
         "mitsuba-path": Source(128, 0.2, False),
-        "rich-vpl": Source(96, 0.4, True),
-        "photon-map": Source(192, 0.4, True),
+        "rich-vpl": Source(96, 0.65, True),
+        "photon-map": Source(192, 0.15, True),
         **RIVALS,
     },
     "disco": {
