@@ -9,19 +9,15 @@ use super::specular_chains::MAX_CHAIN;
 use crate::bsdf::{BsdfNumbers, Lobes};
 use crate::color::Rgb;
 use crate::film::{FilmSampler, Layer};
-use crate::gather::{Strategy, Subset};
+use crate::gather::Subset;
 use crate::integrators::context::PassContext;
 use crate::integrators::first_surface::add_first_surface;
 use crate::integrators::partition::PathStage;
 use crate::math::UVec2;
 use crate::sampling::Stream;
-use crate::transport::direct::draw_emitter_plan;
+use crate::transport::direct::{EmitterSample, draw_emitter_plan};
 use crate::transport::{Vertex, Walk, next_scattering_vertex};
 
-/// Camera paths that a pixel starts with in a pass, among which its lights and directions are divided. With one path, edges
-/// and textures were most of the noise of a pass. Pixels with a cut for each gather point start with one path: four cuts were
-/// no better at equal time (relMSE of one against four: Kitchen 0.044 after 45 s, 0.048 after 42 s).
-const STARTS: u32 = 4;
 /// Camera paths of a pixel after the first specular event. With fewer of them, low-roughness lobes and the choice between
 /// reflection and refraction are noisy.
 const SPLIT: u32 = 8;
@@ -44,14 +40,6 @@ struct PathNumber {
     count: u32,
 }
 
-/// Camera paths that a pixel starts with.
-fn starts(strategy: Strategy) -> u32 {
-    match strategy {
-        Strategy::All => STARTS,
-        Strategy::Cuts(_) => 1,
-    }
-}
-
 impl<'s> PreparedPasses<'s> {
     /// Traces the camera paths of one pixel, the one with `index` in the tile.
     pub(super) fn trace_pixel(
@@ -65,7 +53,7 @@ impl<'s> PreparedPasses<'s> {
         let number = positions.index(pixel);
         let mut sampler = run.pass.sampler(Stream::Pixel, number);
         let numbers = PixelNumbers::draw(&mut sampler);
-        let starts = starts(self.gather.strategy);
+        let starts = self.camera_paths;
         for start in 0..starts {
             // A render has few passes. Positions in the pixel are stratified over them, so that edges are smooth.
             let u = (run.pass).low_discrepancy_2d_in_parts(Stream::Pixel, number, start, starts);
@@ -118,16 +106,22 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
         let (out, pixel) = (&mut *self.tile.out, self.pixel);
         let (length, count) = (&mut path.length, path.number.count);
         let (walk, sampler) = (&mut path.walk, &mut *self.sampler);
-        next_scattering_vertex(scene, limits, walk, sampler, |step, throughput, sampler| {
-            if let Some(v) = &step.vertex {
-                *length += v.distance;
-                if v.segments == 1 {
-                    add_first_surface(v, 1.0 / count as f32, sampler, pixel, out);
+        next_scattering_vertex(
+            scene,
+            limits,
+            (walk, None),
+            sampler,
+            |step, throughput, sampler| {
+                if let Some(v) = &step.vertex {
+                    *length += v.distance;
+                    if v.segments == 1 {
+                        add_first_surface(v, 1.0 / count as f32, sampler, pixel, out);
+                    }
                 }
-            }
-            out.add(pixel, Layer::Emission, throughput * step.emitted);
-            true
-        })
+                out.add(pixel, Layer::Emission, throughput * step.emitted);
+                true
+            },
+        )
     }
 
     /// Gathers at the vertex `v`, the end of the specular prefix `path` for its non-specular lobes.
@@ -177,14 +171,19 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
     /// half of MIS.
     fn add_near_delta_direct(&mut self, path: &SpecularPrefix, v: &Vertex) {
         if v.bsdf.lobes().has(Lobes::NEAR_DELTA) {
-            let plan = draw_emitter_plan(self.prepared.scene, self.sampler);
+            let scene = self.prepared.scene;
+            let plan = draw_emitter_plan(scene, self.sampler);
+            let n = v.bsdf.receiving_normal(v.w_prev);
+            let Some(sample) = EmitterSample::new(scene, &v.x, n, &plan) else {
+                return;
+            };
             let pdf_walk = |wi| v.bsdf.pdf_wi(wi, v.w_prev, Lobes::SPECULAR);
             let light = EmitterLight {
                 lobes: Lobes::NEAR_DELTA,
                 lit_from: None,
                 direction_limit: f32::INFINITY,
             };
-            if let Some(radiance) = self.next_event(v, light, &plan, pdf_walk) {
+            if let Some(radiance) = self.next_event(v, light, sample, pdf_walk) {
                 self.add(Layer::Emission, path.walk.throughput() * radiance);
             }
         }
