@@ -13,14 +13,18 @@ use crate::gather::Subset;
 use crate::integrators::context::PassContext;
 use crate::integrators::first_surface::add_first_surface;
 use crate::integrators::partition::PathStage;
-use crate::math::UVec2;
-use crate::sampling::Stream;
+use crate::math::{UVec2, Vec2};
+use crate::sampling::{Sampler, Stream};
 use crate::transport::direct::{EmitterSample, draw_emitter_plan};
 use crate::transport::{Vertex, Walk, next_scattering_vertex};
 
 /// Camera paths of a pixel after the first specular event. With fewer of them, low-roughness lobes and the choice between
 /// reflection and refraction are noisy.
 const SPLIT: u32 = 8;
+/// Camera paths that look for emitters, per path that gathers. Lamps that are smaller than a pixel, and their edges and
+/// reflections, have much noise, and these paths cost little. Measured at 1, 4 and 8, over 4 passes at 160x90: relMSE times time is
+/// 1, 0.74 and 0.88 in the Kitchen, 1, 0.67 and 0.85 in the Disco, 1, 0.94 and 0.93 in the Garage.
+const EMISSION_PATHS: u32 = 4;
 /// Factor from the weight of a specular path to its probability of survival. Unmeasured: only the weakest paths are terminated.
 const SURVIVAL_FACTOR: f32 = 64.0;
 
@@ -31,6 +35,8 @@ struct SpecularPrefix<'s> {
     /// Distance from the camera along the path, in m.
     length: f32,
     number: PathNumber,
+    /// Weight of the radiance emitted on the way, among the paths that look for it.
+    emission_weight: f32,
 }
 
 /// The number of a camera path among those of its pixel.
@@ -57,18 +63,16 @@ impl<'s> PreparedPasses<'s> {
         for start in 0..starts {
             // A render has few passes. Positions in the pixel are stratified over them, so that edges are smooth.
             let u = (run.pass).low_discrepancy_2d_in_parts(Stream::Pixel, number, start, starts);
-            let film = positions.sample(pixel, u);
-            let camera = self.scene.sensor.ray(film.position, sampler.next_2d());
-            let weight = Rgb::splat(camera.weight * film.weight / starts as f32);
             let path = SpecularPrefix {
-                walk: Walk::from_sensor(self.scene, self.limits, camera.ray, weight),
+                walk: self.camera_walk(positions, (pixel, u), starts, &mut sampler),
                 length: 0.0,
                 number: PathNumber {
                     index: start,
                     count: starts,
                 },
+                emission_weight: 1.0 / EMISSION_PATHS as f32,
             };
-            let mut pixel = PixelGather {
+            let mut gather = PixelGather {
                 prepared: self,
                 lights,
                 sampler: &mut sampler,
@@ -77,8 +81,28 @@ impl<'s> PreparedPasses<'s> {
                 tile,
                 first_weight: 0.0,
             };
-            pixel.trace(path);
+            gather.trace(path);
+            for k in 1..EMISSION_PATHS {
+                let (part, parts) = (start * EMISSION_PATHS + k, starts * EMISSION_PATHS);
+                let u = (run.pass).low_discrepancy_2d_in_parts(Stream::Pixel, !number, part, parts);
+                let walk = self.camera_walk(positions, (pixel, u), starts, gather.sampler);
+                gather.trace_emission(walk);
+            }
         }
+    }
+
+    /// A camera path through the point `u` of a pixel, one of `count`.
+    fn camera_walk(
+        &self,
+        positions: &FilmSampler,
+        (pixel, u): (UVec2, Vec2),
+        count: u32,
+        sampler: &mut Sampler,
+    ) -> Walk<'s> {
+        let film = positions.sample(pixel, u);
+        let camera = self.scene.sensor.ray(film.position, sampler.next_2d());
+        let weight = Rgb::splat(camera.weight * film.weight / count as f32);
+        Walk::from_sensor(self.scene, self.limits, camera.ray, weight)
     }
 }
 
@@ -105,6 +129,7 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
         let (scene, limits) = (self.prepared.scene, self.prepared.limits);
         let (out, pixel) = (&mut *self.tile.out, self.pixel);
         let (length, count) = (&mut path.length, path.number.count);
+        let weight = path.emission_weight;
         let (walk, sampler) = (&mut path.walk, &mut *self.sampler);
         next_scattering_vertex(
             scene,
@@ -118,10 +143,31 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
                         add_first_surface(v, 1.0 / count as f32, sampler, pixel, out);
                     }
                 }
-                out.add(pixel, Layer::Emission, throughput * step.emitted);
+                out.add(pixel, Layer::Emission, throughput * (step.emitted * weight));
                 true
             },
         )
+    }
+
+    /// Follows a camera path through specular events, for the radiance emitted on the way alone.
+    fn trace_emission(&mut self, mut walk: Walk<'s>) {
+        let (scene, limits) = (self.prepared.scene, self.prepared.limits);
+        loop {
+            let (out, pixel) = (&mut *self.tile.out, self.pixel);
+            let step = (&mut walk, None);
+            let v = next_scattering_vertex(scene, limits, step, self.sampler, |s, weight, _| {
+                let value = weight * (s.emitted / EMISSION_PATHS as f32);
+                out.add(pixel, Layer::Emission, value);
+                true
+            });
+            let Some(v) = v else {
+                return;
+            };
+            let numbers = self.sampler.next_bsdf();
+            if !self.follow_specular(&mut walk, &v, numbers) {
+                return;
+            }
+        }
     }
 
     /// Gathers at the vertex `v`, the end of the specular prefix `path` for its non-specular lobes.
