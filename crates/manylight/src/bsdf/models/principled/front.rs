@@ -44,6 +44,23 @@ impl PrincipledFront {
         self.clearcoat != 0.0 || !self.sheen.is_black() || self.flatness != 0.0
     }
 
+    /// Reflectance of the main interface at the cosine `cos` to a facet. Schlick's term is at least `least`.
+    #[inline(always)]
+    pub(in crate::bsdf) fn interface_reflectance(&self, cos: f32, least: f32) -> Rgb {
+        let refracted = fresnel::refracted_cosine(cos, self.inv_eta);
+        let r = fresnel::reflectance(cos, refracted, self.eta);
+        // From the denser side, Schlick's approximation uses the angle of the refracted direction.
+        let s = schlick_weight(if self.eta > 1.0 { cos } else { refracted }).max(least);
+        self.schlick_r0 * (1.0 - s) + Rgb::splat(self.plain * r + self.schlick * s)
+    }
+
+    /// Reflectance of the clear coat, with its weight, at the cosine `cos` to a facet.
+    #[inline]
+    pub(in crate::bsdf) fn clearcoat_reflectance(&self, cos: f32) -> f32 {
+        let s = schlick_weight(cos);
+        self.clearcoat * (s + (1.0 - s) * CLEARCOAT_R0)
+    }
+
     /// `f |wi·n|` for local directions above the surface. `EXTRAS` is [`PrincipledFront::has_extras`], `seen` is [`Microfacets::seen`] of `wo`.
     #[inline(always)]
     pub(in crate::bsdf) fn eval<const EXTRAS: bool>(
