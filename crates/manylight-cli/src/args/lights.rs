@@ -16,8 +16,8 @@ use std::num::NonZeroU32;
 #[command(next_help_heading = "Virtual lights")]
 pub(crate) struct LightArgs {
     /// Virtual lights per pass. This is a lower bound: photons without a suitable light nearby get additional lights. auto: the number
-    /// of the preset or an 1/2, 1/4 or 1/8 of it, and as many photons, emitter samples and camera paths as suit the scene, by a short
-    /// pre-pass. Default: the preset's.
+    /// of the preset or a half, a quarter or an eighth of it, and as many photons, emitter samples and camera paths as suit the scene, by
+    /// a short pre-pass. Default: the preset's.
     #[arg(short = 'n', long, value_name = "N|auto", value_parser = values::light_count)]
     pub(crate) lights: Option<LightCount>,
 

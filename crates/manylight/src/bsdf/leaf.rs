@@ -80,20 +80,20 @@ impl Leaf<'_> {
     }
 
     /// The weight of the leaf in the choice among leaves: an estimate of the light that `lobes` return, given the direction `given`.
-    pub(super) fn returned(&self, given: Vec3, lobes: Lobes) -> f32 {
+    pub(super) fn sampling_weight(&self, given: Vec3, lobes: Lobes) -> f32 {
         let Some(outer) = self.outer.mirror(given.z) else {
             return 0.0;
         };
         let lobes = self.model_lobes(lobes);
-        let returned = |cos: f32| {
+        let albedo = |cos: f32| {
             let inner = self.inner.mirror(cos);
-            inner.map_or(0.0, |inner| self.model.returned(cos * inner, lobes))
+            inner.map_or(0.0, |inner| self.model.albedo_estimate(cos * inner, lobes))
         };
         let cos = given.z * outer;
         // The tilted frame may have the direction on its other side.
         let value = match self.tilt {
-            None => returned(cos),
-            Some(_) => returned(cos).max(returned(-cos)),
+            None => albedo(cos),
+            Some(_) => albedo(cos).max(albedo(-cos)),
         };
         self.weight * value
     }

@@ -119,7 +119,7 @@ impl<'s> Bsdf<'s> {
             let weight = if is_alone {
                 1.0
             } else {
-                leaf.returned(given, lobes)
+                leaf.sampling_weight(given, lobes)
             };
             (leaf, weight)
         })

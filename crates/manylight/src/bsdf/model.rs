@@ -105,10 +105,10 @@ impl<'s> Model<'s> {
         }
     }
 
-    /// Estimated fraction of light that `lobes` scatter, for a given direction with this cosine: the largest channel. It decides how
-    /// often the model is sampled beside others. Positive wherever `sample` or `eval` give light, as far as one cosine tells.
-    pub(super) fn returned(&self, cos: f32, lobes: Lobes) -> f32 {
-        dispatch!(self, m => m.returned(cos, lobes))
+    /// Estimated albedo of `lobes` for a given direction with this cosine: the largest channel. It decides how often the model is
+    /// sampled beside others. Positive wherever `sample` or `eval` give light, as far as one cosine tells.
+    pub(super) fn albedo_estimate(&self, cos: f32, lobes: Lobes) -> f32 {
+        dispatch!(self, m => m.albedo_estimate(cos, lobes))
     }
 
     /// Samples the other direction. `lobes` and the lobes of the model have a class in common.

@@ -122,7 +122,7 @@ impl<'s> Bsdf<'s> {
         }
         let weight = |lobes| {
             self.sampleable_leaves(given, lobes)
-                .map(|leaf| leaf.returned(given, lobes))
+                .map(|leaf| leaf.sampling_weight(given, lobes))
                 .sum::<f32>()
         };
         let (non_specular, all) = (weight(lobes.and(Lobes::NON_SPECULAR)), weight(lobes));

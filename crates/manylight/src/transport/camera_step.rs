@@ -60,10 +60,10 @@ pub struct CameraStep<'s> {
 /// Follows one segment. `None` if it ends at an environment that the camera must not see.
 #[inline]
 fn follow_segment<'s>(
-    scene: &'s Scene,
     walk: &mut Walk<'s>,
     lobes: Option<&EnvironmentLobes>,
 ) -> Option<CameraStep<'s>> {
+    let scene = walk.scene;
     let end = SegmentEnd::new(scene, walk.arrive());
     let emitted = end.emitted(scene, walk, lobes);
     match end {
@@ -88,14 +88,14 @@ fn follow_segment<'s>(
 /// the path ends: by `visit`, in the environment, or because no longer path is within `limits`.
 #[inline]
 pub fn next_scattering_vertex<'s>(
-    scene: &'s Scene,
     limits: PathLimits,
-    (walk, lobes): (&mut Walk<'s>, Option<&EnvironmentLobes>),
+    walk: &mut Walk<'s>,
+    lobes: Option<&EnvironmentLobes>,
     sampler: &mut Sampler,
     mut visit: impl FnMut(&CameraStep<'s>, Rgb, &mut Sampler) -> bool,
 ) -> Option<Vertex<'s>> {
     loop {
-        let step = follow_segment(scene, walk, lobes)?;
+        let step = follow_segment(walk, lobes)?;
         if !visit(&step, walk.throughput(), sampler) {
             return None;
         }

@@ -21,8 +21,8 @@ pub(in crate::bsdf) struct SmoothConductor {
 }
 
 impl SmoothConductor {
-    /// See [`Model::returned`](crate::bsdf::model::Model::returned).
-    pub(in crate::bsdf) fn returned(&self, cos: f32, _lobes: Lobes) -> f32 {
+    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
+    pub(in crate::bsdf) fn albedo_estimate(&self, cos: f32, _lobes: Lobes) -> f32 {
         if cos > 0.0 {
             (self.fresnel.reflectance(cos) * self.tint).max_channel()
         } else {
@@ -71,8 +71,8 @@ pub(in crate::bsdf) struct RoughConductor {
 }
 
 impl RoughConductor {
-    /// See [`Model::returned`](crate::bsdf::model::Model::returned).
-    pub(in crate::bsdf) fn returned(&self, cos: f32, _lobes: Lobes) -> f32 {
+    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
+    pub(in crate::bsdf) fn albedo_estimate(&self, cos: f32, _lobes: Lobes) -> f32 {
         if cos <= 0.0 {
             return 0.0;
         }

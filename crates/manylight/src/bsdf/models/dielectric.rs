@@ -24,14 +24,14 @@ pub(in crate::bsdf) struct InterfaceTints {
 impl InterfaceTints {
     /// Estimated albedo, by the largest channels, where the interface reflects the fraction `r`.
     #[inline]
-    fn returned(&self, r: f32) -> f32 {
+    fn albedo_estimate(&self, r: f32) -> f32 {
         self.reflection.max_channel() * r + self.transmission.max_channel() * (1.0 - r)
     }
 
     /// Probability of sampling reflection, in proportion to the light that both events return; `None` if they return none.
     #[inline]
     fn reflection_probability(&self, r: f32) -> Option<f32> {
-        let all = self.returned(r);
+        let all = self.albedo_estimate(r);
         (all > 0.0).then(|| self.reflection.max_channel() * r / all)
     }
 }
@@ -45,10 +45,10 @@ pub(in crate::bsdf) struct SmoothDielectric {
 }
 
 impl SmoothDielectric {
-    /// See [`Model::returned`](crate::bsdf::model::Model::returned).
-    pub(in crate::bsdf) fn returned(&self, cos: f32, _lobes: Lobes) -> f32 {
+    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
+    pub(in crate::bsdf) fn albedo_estimate(&self, cos: f32, _lobes: Lobes) -> f32 {
         self.tints
-            .returned(fresnel::dielectric(cos, self.eta).reflectance)
+            .albedo_estimate(fresnel::dielectric(cos, self.eta).reflectance)
     }
 
     #[inline]
@@ -111,11 +111,11 @@ pub(in crate::bsdf) struct RoughDielectric {
 }
 
 impl RoughDielectric {
-    /// See [`Model::returned`](crate::bsdf::model::Model::returned).
-    pub(in crate::bsdf) fn returned(&self, cos: f32, _lobes: Lobes) -> f32 {
+    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
+    pub(in crate::bsdf) fn albedo_estimate(&self, cos: f32, _lobes: Lobes) -> f32 {
         let [least, most] = FACET_REFLECTANCES;
         let r = fresnel::dielectric(cos, self.eta).reflectance;
-        self.tints.returned(r.clamp(least, most))
+        self.tints.albedo_estimate(r.clamp(least, most))
     }
 
     #[inline]

@@ -15,8 +15,8 @@ pub(in crate::bsdf) struct Diffuse {
 }
 
 impl Diffuse {
-    /// See [`Model::returned`](crate::bsdf::model::Model::returned).
-    pub(in crate::bsdf) fn returned(&self, cos: f32, _lobes: Lobes) -> f32 {
+    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
+    pub(in crate::bsdf) fn albedo_estimate(&self, cos: f32, _lobes: Lobes) -> f32 {
         if cos > 0.0 {
             self.reflectance.max_channel()
         } else {

@@ -59,7 +59,7 @@ fn coat_share(tint: Rgb, base_albedo: f32) -> f32 {
 }
 
 /// Albedo estimate of coat and base where the coat reflects the fraction `r`: `[coat, base]`.
-fn returned(r: f32, tint: Rgb, base_albedo: f32) -> [f32; 2] {
+fn albedo_estimates(r: f32, tint: Rgb, base_albedo: f32) -> [f32; 2] {
     [r * tint.max_channel(), (1.0 - r) * base_albedo]
 }
 
@@ -88,13 +88,13 @@ impl Plastic {
         }
     }
 
-    /// See [`Model::returned`](crate::bsdf::model::Model::returned).
-    pub(in crate::bsdf) fn returned(&self, cos: f32, lobes: Lobes) -> f32 {
+    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
+    pub(in crate::bsdf) fn albedo_estimate(&self, cos: f32, lobes: Lobes) -> f32 {
         if cos <= 0.0 {
             return 0.0;
         }
         let r = fresnel::dielectric(cos, self.eta).reflectance;
-        let [coat, base] = returned(r, self.tint, self.base_albedo);
+        let [coat, base] = albedo_estimates(r, self.tint, self.base_albedo);
         lobes.pick(Lobes::DELTA, coat) + lobes.pick(Lobes::DIFFUSE, base)
     }
 
@@ -203,13 +203,13 @@ impl<'s> RoughPlastic<'s> {
         }
     }
 
-    /// See [`Model::returned`](crate::bsdf::model::Model::returned).
-    pub(in crate::bsdf) fn returned(&self, cos: f32, lobes: Lobes) -> f32 {
+    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
+    pub(in crate::bsdf) fn albedo_estimate(&self, cos: f32, lobes: Lobes) -> f32 {
         if cos <= 0.0 {
             return 0.0;
         }
         let r = 1.0 - interpolate(self.transmittance, cos);
-        let [coat, base] = returned(r, self.tint, self.base_albedo);
+        let [coat, base] = albedo_estimates(r, self.tint, self.base_albedo);
         lobes.pick(self.coat_class(), coat) + lobes.pick(Lobes::DIFFUSE, base)
     }
 

@@ -62,8 +62,8 @@ impl Angles {
 }
 
 impl RoughDiffuse {
-    /// See [`Model::returned`](crate::bsdf::model::Model::returned).
-    pub(in crate::bsdf) fn returned(&self, cos: f32, _lobes: Lobes) -> f32 {
+    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
+    pub(in crate::bsdf) fn albedo_estimate(&self, cos: f32, _lobes: Lobes) -> f32 {
         if cos > 0.0 {
             self.reflectance.max_channel()
         } else {

@@ -23,8 +23,8 @@ impl ThinDielectric {
         2.0 * r / (1.0 + r)
     }
 
-    /// See [`Model::returned`](crate::bsdf::model::Model::returned).
-    pub(in crate::bsdf) fn returned(&self, cos: f32, _lobes: Lobes) -> f32 {
+    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
+    pub(in crate::bsdf) fn albedo_estimate(&self, cos: f32, _lobes: Lobes) -> f32 {
         self.reflection_tint.max_channel() * self.reflectance(cos)
     }
 

@@ -54,8 +54,8 @@ impl Ward {
         }
     }
 
-    /// See [`Model::returned`](crate::bsdf::model::Model::returned).
-    pub(in crate::bsdf) fn returned(&self, cos: f32, lobes: Lobes) -> f32 {
+    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
+    pub(in crate::bsdf) fn albedo_estimate(&self, cos: f32, lobes: Lobes) -> f32 {
         if cos <= 0.0 {
             return 0.0;
         }

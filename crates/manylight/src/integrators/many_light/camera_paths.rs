@@ -34,9 +34,16 @@ struct SpecularPrefix<'s> {
     walk: Walk<'s>,
     /// Distance from the camera along the path, in m.
     length: f32,
-    number: PathNumber,
-    /// Weight of the radiance emitted on the way, among the paths that look for it.
-    emission_weight: f32,
+    role: PathRole,
+}
+
+/// What a camera path is traced for, besides the radiance emitted on the way.
+#[derive(Clone, Copy)]
+enum PathRole {
+    /// Its gather points.
+    Gathers(PathNumber),
+    /// Nothing else.
+    LooksForEmitters,
 }
 
 /// The number of a camera path among those of its pixel.
@@ -44,6 +51,17 @@ struct SpecularPrefix<'s> {
 struct PathNumber {
     index: u32,
     count: u32,
+}
+
+impl<'s> SpecularPrefix<'s> {
+    /// A path at the camera.
+    fn new(walk: Walk<'s>, role: PathRole) -> Self {
+        SpecularPrefix {
+            walk,
+            length: 0.0,
+            role,
+        }
+    }
 }
 
 impl<'s> PreparedPasses<'s> {
@@ -63,15 +81,11 @@ impl<'s> PreparedPasses<'s> {
         for start in 0..starts {
             // A render has few passes. Positions in the pixel are stratified over them, so that edges are smooth.
             let u = (run.pass).low_discrepancy_2d_in_parts(Stream::Pixel, number, start, starts);
-            let path = SpecularPrefix {
-                walk: self.camera_walk(positions, (pixel, u), starts, &mut sampler),
-                length: 0.0,
-                number: PathNumber {
-                    index: start,
-                    count: starts,
-                },
-                emission_weight: 1.0 / EMISSION_PATHS as f32,
+            let path_number = PathNumber {
+                index: start,
+                count: starts,
             };
+            let walk = self.camera_walk(positions, (pixel, u), starts, &mut sampler);
             let mut gather = PixelGather {
                 prepared: self,
                 lights,
@@ -81,12 +95,12 @@ impl<'s> PreparedPasses<'s> {
                 tile,
                 first_weight: 0.0,
             };
-            gather.trace(path);
+            gather.trace(SpecularPrefix::new(walk, PathRole::Gathers(path_number)));
             for k in 1..EMISSION_PATHS {
                 let (part, parts) = (start * EMISSION_PATHS + k, starts * EMISSION_PATHS);
                 let u = (run.pass).low_discrepancy_2d_in_parts(Stream::Pixel, !number, part, parts);
                 let walk = self.camera_walk(positions, (pixel, u), starts, gather.sampler);
-                gather.trace_emission(walk);
+                gather.trace(SpecularPrefix::new(walk, PathRole::LooksForEmitters));
             }
         }
     }
@@ -107,15 +121,18 @@ impl<'s> PreparedPasses<'s> {
 }
 
 impl<'s> PixelGather<'_, 's, '_, '_> {
-    /// Follows specular events; every vertex with non-specular lobes becomes a gather point with those lobes alone.
+    /// Follows specular events; every vertex with non-specular lobes becomes a gather point with those lobes alone, if the path
+    /// gathers.
     fn trace(&mut self, mut path: SpecularPrefix<'s>) {
         while let Some(v) = self.next_prefix_vertex(&mut path) {
-            self.add_near_delta_direct(&path, &v);
-            if v.bsdf.lobes().has(Lobes::NON_SPECULAR) {
-                self.gather_first(&path, &v);
-            }
-            if path.number.count < SPLIT {
-                return self.split(path, &v);
+            if let PathRole::Gathers(number) = path.role {
+                self.add_near_delta_direct(&path, &v);
+                if v.bsdf.lobes().has(Lobes::NON_SPECULAR) {
+                    self.gather_first(&path, number, &v);
+                }
+                if number.count < SPLIT {
+                    return self.split(path, number, &v);
+                }
             }
             let numbers = self.sampler.next_bsdf();
             if !self.follow_specular(&mut path.walk, &v, numbers) {
@@ -124,57 +141,31 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
         }
     }
 
-    /// Follows a path to the next vertex that scatters; adds the radiance emitted on the way, and the first surface.
+    /// Follows a path to the next vertex that scatters; adds the radiance emitted on the way, and the first surface if the path
+    /// gathers.
     fn next_prefix_vertex(&mut self, path: &mut SpecularPrefix<'s>) -> Option<Vertex<'s>> {
-        let (scene, limits) = (self.prepared.scene, self.prepared.limits);
+        let limits = self.prepared.limits;
         let (out, pixel) = (&mut *self.tile.out, self.pixel);
-        let (length, count) = (&mut path.length, path.number.count);
-        let weight = path.emission_weight;
+        let (length, role) = (&mut path.length, path.role);
         let (walk, sampler) = (&mut path.walk, &mut *self.sampler);
-        next_scattering_vertex(
-            scene,
-            limits,
-            (walk, None),
-            sampler,
-            |step, throughput, sampler| {
-                if let Some(v) = &step.vertex {
-                    *length += v.distance;
-                    if v.segments == 1 {
-                        add_first_surface(v, 1.0 / count as f32, sampler, pixel, out);
-                    }
+        next_scattering_vertex(limits, walk, None, sampler, |step, throughput, sampler| {
+            if let Some(v) = &step.vertex {
+                *length += v.distance;
+                if let (1, PathRole::Gathers(number)) = (v.segments, role) {
+                    add_first_surface(v, 1.0 / number.count as f32, sampler, pixel, out);
                 }
-                out.add(pixel, Layer::Emission, throughput * (step.emitted * weight));
-                true
-            },
-        )
-    }
-
-    /// Follows a camera path through specular events, for the radiance emitted on the way alone.
-    fn trace_emission(&mut self, mut walk: Walk<'s>) {
-        let (scene, limits) = (self.prepared.scene, self.prepared.limits);
-        loop {
-            let (out, pixel) = (&mut *self.tile.out, self.pixel);
-            let step = (&mut walk, None);
-            let v = next_scattering_vertex(scene, limits, step, self.sampler, |s, weight, _| {
-                let value = weight * (s.emitted / EMISSION_PATHS as f32);
-                out.add(pixel, Layer::Emission, value);
-                true
-            });
-            let Some(v) = v else {
-                return;
-            };
-            let numbers = self.sampler.next_bsdf();
-            if !self.follow_specular(&mut walk, &v, numbers) {
-                return;
             }
-        }
+            let emitted = step.emitted / EMISSION_PATHS as f32;
+            out.add(pixel, Layer::Emission, throughput * emitted);
+            true
+        })
     }
 
     /// Gathers at the vertex `v`, the end of the specular prefix `path` for its non-specular lobes.
-    fn gather_first(&mut self, path: &SpecularPrefix<'s>, v: &Vertex<'s>) {
-        let PathNumber { index, count } = path.number;
+    fn gather_first(&mut self, path: &SpecularPrefix<'s>, number: PathNumber, v: &Vertex<'s>) {
+        let PathNumber { index, count } = number;
         // Before the first specular event, one of the paths of the pixel looks photons up, for all of them.
-        let photon_weight = match path.number {
+        let photon_weight = match number {
             PathNumber { count: SPLIT, .. } => 1.0,
             PathNumber { index: 0, count } => count as f32,
             PathNumber { .. } => 0.0,
@@ -192,19 +183,19 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
     }
 
     /// Continues from `v` by several specular events, so that the pixel has [`SPLIT`] paths.
-    fn split(&mut self, mut path: SpecularPrefix<'s>, v: &Vertex<'s>) {
+    fn split(&mut self, mut path: SpecularPrefix<'s>, number: PathNumber, v: &Vertex<'s>) {
         if !v.bsdf.lobes().has(Lobes::SPECULAR) {
             return;
         }
-        let branches = SPLIT / path.number.count;
+        let branches = SPLIT / number.count;
         path.walk.scale(1.0 / branches as f32);
-        let first = path.number.index * branches;
+        let first = number.index * branches;
         for index in first..first + branches {
             let mut branch = path.clone();
-            branch.number = PathNumber {
+            branch.role = PathRole::Gathers(PathNumber {
                 index,
                 count: SPLIT,
-            };
+            });
             let (lobe, direction) = self.numbers.events.triple(index);
             let numbers = BsdfNumbers { lobe, direction };
             if self.follow_specular(&mut branch.walk, v, numbers) {

@@ -2,8 +2,8 @@
 //! that account for the rest.
 //!
 //! Emitters are estimated by next-event estimation and by directions, combined by MIS. Directions are sampled from the
-//! non-specular lobes at `x` and from where photons of the environment arrive. A direction that meets a surface continues in
-//! two ways:
+//! non-specular lobes at `x`, emitter samples of the environment also from where its photons arrive. A direction that meets a
+//! surface continues in two ways:
 //!
 //! * by bias compensation of the sum over virtual lights (`compensation.rs`);
 //! * by specular events, if a glossy lobe at `x` meets a specular surface (`specular_chains.rs`).
@@ -299,7 +299,7 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
         path: &mut GatherPath<'s>,
         emitted: EmittedLight,
     ) -> Option<Vertex<'s>> {
-        let (scene, limits) = (self.prepared.scene, self.prepared.limits);
+        let limits = self.prepared.limits;
         let GatherPath {
             walk,
             stage,
@@ -310,8 +310,8 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
             EmittedLight::Directions { environment, .. } => environment,
             EmittedLight::Photons => None,
         };
-        let walk = (walk, environment);
-        next_scattering_vertex(scene, limits, walk, self.sampler, |step, throughput, _| {
+        let sampler = &mut *self.sampler;
+        next_scattering_vertex(limits, walk, environment, sampler, |step, throughput, _| {
             if let EmittedLight::Directions {
                 fraction, lit_from, ..
             } = emitted

@@ -42,7 +42,7 @@ impl ManyLight {
         }
     }
 
-    /// [`ManyLight::rich_vpl`] with lights and emitter samples by the scene: the default of a render.
+    /// [`ManyLight::rich_vpl`] with lights, emitter samples and camera paths by the scene: the default of a render.
     pub fn rich_vpl_by_scene() -> Self {
         ManyLight {
             effort: Effort::Measured,

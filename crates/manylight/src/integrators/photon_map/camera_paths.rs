@@ -147,27 +147,21 @@ impl<'s> TilePaths<'_, 's, '_, '_> {
         // After a non-specular event, photons estimate what emitters send by specular events.
         let by_photons = *stage != PathStage::BeforeX && walk.previous().event.has(Lobes::SPECULAR);
         let (out, layer) = (&mut *self.out, stage.layer());
-        let (scene, limits) = (pass.scene, pass.limits);
-        next_scattering_vertex(
-            scene,
-            limits,
-            (walk, None),
-            sampler,
-            |step, throughput, sampler| {
-                if !by_photons && !step.emitted.is_black() {
-                    let value = throughput * step.emitted / pass.camera_paths as f32;
-                    out.add(*index, layer, value);
-                }
-                if let Some(v) = step
-                    .vertex
-                    .as_ref()
-                    .filter(|v| v.segments == 1 && *describes)
-                {
-                    add_first_surface(v, 1.0, sampler, *index, out);
-                }
-                true
-            },
-        )
+        let limits = pass.limits;
+        next_scattering_vertex(limits, walk, None, sampler, |step, throughput, sampler| {
+            if !by_photons && !step.emitted.is_black() {
+                let value = throughput * step.emitted / pass.camera_paths as f32;
+                out.add(*index, layer, value);
+            }
+            if let Some(v) = step
+                .vertex
+                .as_ref()
+                .filter(|v| v.segments == 1 && *describes)
+            {
+                add_first_surface(v, 1.0, sampler, *index, out);
+            }
+            true
+        })
     }
 
     /// Adds radiance that arrives along the path.

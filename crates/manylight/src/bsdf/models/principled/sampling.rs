@@ -31,21 +31,20 @@ impl Strategies {
 }
 
 impl Principled {
-    /// See [`Model::returned`](crate::bsdf::model::Model::returned).
-    pub(in crate::bsdf) fn returned(&self, cos: f32, lobes: Lobes) -> f32 {
+    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
+    pub(in crate::bsdf) fn albedo_estimate(&self, cos: f32, lobes: Lobes) -> f32 {
         self.strategies(cos, lobes).total()
     }
 
     /// Probabilities for a given direction of this cosine: estimates of the light that each lobe returns, times the rate of the material.
     /// From below, only the main interface is sampled.
     fn strategies(&self, cos: f32, lobes: Lobes) -> Strategies {
-        let pick = |class, rate| lobes.pick(class, rate);
         if cos < 0.0 {
             let transparent = if self.bsdf > 0.0 { 1.0 } else { 0.0 };
             return Strategies {
                 diffuse: 0.0,
                 clearcoat: 0.0,
-                specular: pick(self.specular_class(), transparent),
+                specular: lobes.pick(self.specular_class(), transparent),
             };
         }
         let front = self.front(Lobes::FINITE);
@@ -53,18 +52,18 @@ impl Principled {
         let specular =
             front.interface_reflectance(cos, MIN_SCHLICK).max_channel() + self.transmitted(cos);
         let mut chosen = Strategies {
-            diffuse: pick(Lobes::GLOSSY, diffuse * self.diffuse_rate),
-            clearcoat: pick(
+            diffuse: lobes.pick(Lobes::GLOSSY, diffuse * self.diffuse_rate),
+            clearcoat: lobes.pick(
                 self.clearcoat_class(),
                 front.clearcoat_reflectance(cos) * self.clearcoat_rate,
             ),
-            specular: pick(self.specular_class(), specular * self.specular_rate),
+            specular: lobes.pick(self.specular_class(), specular * self.specular_rate),
         };
         // Without a positive probability by these rates, lobes of the requested classes must be reachable nevertheless.
         if chosen.total() == 0.0 {
-            chosen.diffuse = pick(Lobes::GLOSSY, 1.0);
-            chosen.clearcoat = pick(self.clearcoat_class(), self.clearcoat);
-            chosen.specular = pick(self.specular_class(), 1.0);
+            chosen.diffuse = lobes.pick(Lobes::GLOSSY, 1.0);
+            chosen.clearcoat = lobes.pick(self.clearcoat_class(), self.clearcoat);
+            chosen.specular = lobes.pick(self.specular_class(), 1.0);
         }
         chosen
     }
@@ -76,15 +75,15 @@ impl Principled {
         self.bsdf * (1.0 - r) * safe_sqrt(self.base_color.max_channel())
     }
 
-    /// Probability of transmission at a facet of the main interface, in proportion to the light that the facet returns. `cos` is the
-    /// cosine between the given direction and the facet, `is_above` whether the direction is above the surface.
+    /// Probability of transmission at a facet of the main interface with normal `m`, in proportion to the light that the facet returns.
     #[inline]
-    fn transmission_probability(&self, is_above: bool, cos: f32) -> f32 {
+    fn transmission_probability(&self, given: Vec3, m: Vec3) -> f32 {
+        let cos = given.dot(m);
         let transmitted = self.transmitted(cos);
         if transmitted == 0.0 {
             return 0.0;
         }
-        let reflected = if is_above {
+        let reflected = if given.z > 0.0 {
             let front = self.front(Lobes::FINITE);
             front.interface_reflectance(cos, 0.0).max_channel()
         } else {
@@ -108,7 +107,7 @@ impl Principled {
         }
         let mut pdf = 0.0;
         if strategies.specular > 0.0 {
-            let transmission = self.transmission_probability(given.z > 0.0, given.dot(half.m));
+            let transmission = self.transmission_probability(given, half.m);
             let choice = if half.reflects {
                 1.0 - transmission
             } else {
@@ -153,12 +152,11 @@ impl Principled {
         let m = self
             .facets
             .sample(if given.z > 0.0 { given } else { -given }, u.direction);
-        let cos = given.dot(m);
-        if left >= self.transmission_probability(given.z > 0.0, cos) {
+        if left >= self.transmission_probability(given, m) {
             let w = reflect(given, m);
             return (w.z * given.z > 0.0).then(|| ModelSample::finite(w));
         }
-        let interface = fresnel::dielectric(cos, self.eta);
+        let interface = fresnel::dielectric(given.dot(m), self.eta);
         let w = refract(given, m, &interface);
         (w.z * given.z < 0.0).then_some(ModelSample {
             w,
