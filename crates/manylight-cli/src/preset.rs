@@ -83,7 +83,7 @@ pub(crate) const PRESETS: &[Preset] = &[
     },
     Preset {
         name: "light-trace",
-        summary: "Light tracing: photon paths connected to the camera",
+        summary: "Light tracing: photon paths connected to the camera; smooth glass and mirrors are black",
         kind: || MethodKind::LightTracer,
     },
     Preset {

@@ -71,6 +71,9 @@ impl Principled {
     /// Fraction of light that the main interface transmits at the cosine `cos`: the largest channel.
     #[inline]
     fn transmitted(&self, cos: f32) -> f32 {
+        if self.bsdf == 0.0 {
+            return 0.0;
+        }
         let r = fresnel::dielectric(cos, self.eta).reflectance;
         self.bsdf * (1.0 - r) * safe_sqrt(self.base_color.max_channel())
     }
