@@ -16,34 +16,50 @@ pub struct FilmSample {
 #[derive(Clone, Debug)]
 pub struct FilmSampler {
     filter: FilterSampler,
-    /// By column, and by row: the part of the filter inside the crop window.
-    windows: [Vec<Window>; 2],
+    /// By column, and by row: its index in the crop window, and the part of the filter inside the window.
+    places: [Vec<(u32, Window)>; 2],
 }
 
 impl FilmDesc {
     /// Prepares the reconstruction filter for sampling. Positions lie within the crop window, as in Mitsuba: at the border filters
     /// are cut and normalized to their part inside.
     pub fn sampler(&self) -> FilmSampler {
+        self.sampler_of(self.crop_size.to_array().map(|count| (0..count).collect()))
+    }
+
+    /// As [`FilmDesc::sampler`], for the pixels in some columns and rows alone: pixel `(i, j)` of the sampler is that in
+    /// column `i` and row `j` of these.
+    pub fn sampler_of(&self, [columns, rows]: [Vec<u32>; 2]) -> FilmSampler {
         let filter = self.filter.sampler();
-        let windows = self.crop_size.to_array().map(|count| {
-            (0..count)
-                .map(|i| i as f32 + 0.5)
-                .map(|center| filter.window(-center, count as f32 - center))
-                .collect()
-        });
-        FilmSampler { filter, windows }
+        let places = |places: Vec<u32>, count: u32| {
+            let window = |place: u32| {
+                let center = place as f32 + 0.5;
+                (place, filter.window(-center, count as f32 - center))
+            };
+            places.into_iter().map(window).collect()
+        };
+        let places = [
+            places(columns, self.crop_size.x),
+            places(rows, self.crop_size.y),
+        ];
+        FilmSampler { filter, places }
     }
 }
 
 impl FilmSampler {
+    /// Number of columns and rows.
+    pub fn size(&self) -> UVec2 {
+        UVec2::from(self.places.each_ref().map(|places| places.len() as u32))
+    }
+
     /// Draws a film position for `pixel` from its reconstruction filter.
     #[inline]
     pub fn sample(&self, pixel: UVec2, u: Vec2) -> FilmSample {
-        let [columns, rows] = &self.windows;
-        let windows = [columns[pixel.x as usize], rows[pixel.y as usize]];
-        let (offset, weight) = self.filter.sample(windows, u);
+        let [columns, rows] = &self.places;
+        let [(x, column), (y, row)] = [columns[pixel.x as usize], rows[pixel.y as usize]];
+        let (offset, weight) = self.filter.sample([column, row], u);
         FilmSample {
-            position: pixel.as_vec2() + Vec2::splat(0.5) + offset,
+            position: Vec2::new(x as f32, y as f32) + Vec2::splat(0.5) + offset,
             weight,
         }
     }
@@ -51,7 +67,7 @@ impl FilmSampler {
     /// Index of a pixel in row order, to seed its random numbers.
     #[inline]
     pub fn index(&self, pixel: UVec2) -> u64 {
-        u64::from(pixel.y) * self.windows[0].len() as u64 + u64::from(pixel.x)
+        u64::from(pixel.y) * self.places[0].len() as u64 + u64::from(pixel.x)
     }
 }
 
@@ -92,12 +108,12 @@ mod tests {
                 }
             }
         }
-        let [columns, rows] = film(Filter::Box).sampler().windows;
+        let [columns, rows] = film(Filter::Box).sampler().places;
         assert!(
             columns
                 .iter()
                 .chain(&rows)
-                .all(|window| *window == columns[9])
+                .all(|(_, window)| *window == columns[9].1)
         );
     }
 }

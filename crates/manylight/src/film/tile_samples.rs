@@ -1,8 +1,11 @@
 //! The samples of one pass in one tile.
 
 use super::layer::Slots;
+use super::tiles::TileGrid;
 use super::{Layer, Tile};
 use crate::color::Rgb;
+use crate::math::UVec2;
+use rayon::prelude::*;
 
 /// The samples of one pass in one tile: one value per pixel and recorded layer.
 #[derive(Debug)]
@@ -14,17 +17,33 @@ pub struct TileSamples<'f> {
     pub(super) values: &'f mut [Rgb],
 }
 
-/// The values that `shade` gives the layers of a tile outside of any film: those of one pixel are adjacent, in the order of
-/// `layers`.
-pub fn shaded_tile(tile: Tile, layers: &[Layer], shade: impl FnOnce(&mut TileSamples)) -> Vec<Rgb> {
-    let mut values = vec![Rgb::BLACK; tile.count() * layers.len()];
-    shade(&mut TileSamples {
-        tile,
-        slots: Slots::new(layers),
-        stride: layers.len(),
-        values: &mut values,
-    });
-    values
+/// The values that `shade` gives the layers of `size` pixels outside of any film: pixels in row order, those of one pixel adjacent in the
+/// order of `layers`.
+pub fn shaded_pixels(
+    size: UVec2,
+    layers: &[Layer],
+    shade: impl Fn(&mut TileSamples) + Sync,
+) -> Vec<Rgb> {
+    let tiles: Vec<Tile> = TileGrid::new(size, UVec2::ZERO).tiles().collect();
+    let shaded = |&tile: &Tile| {
+        let mut values = vec![Rgb::BLACK; tile.count() * layers.len()];
+        shade(&mut TileSamples {
+            tile,
+            slots: Slots::new(layers),
+            stride: layers.len(),
+            values: &mut values,
+        });
+        values
+    };
+    let shaded: Vec<Vec<Rgb>> = tiles.par_iter().map(shaded).collect();
+    let mut all = vec![Rgb::BLACK; (size.x * size.y) as usize * layers.len()];
+    for (tile, values) in tiles.iter().zip(&shaded) {
+        for (pixel, values) in tile.pixels().zip(values.chunks(layers.len())) {
+            let index = (pixel.y * size.x + pixel.x) as usize;
+            all[index * layers.len()..][..layers.len()].copy_from_slice(values);
+        }
+    }
+    all
 }
 
 impl TileSamples<'_> {

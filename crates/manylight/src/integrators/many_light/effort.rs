@@ -10,16 +10,12 @@
 
 use super::axes::Effort;
 use super::gathering::DIRECTIONS;
+use super::pre_pass::TermVariances;
 use super::prepared::PreparedPasses;
 use super::settings::ManyLight;
-use crate::color::Rgb;
-use crate::film::{FilmSampler, Layer, TILE_SIZE, Tile, shaded_tile};
 use crate::gather::Strategy;
 use crate::integrators::context::PassContext;
-use crate::math::UVec2;
-use crate::sampling::{Pass, Stream};
 use crate::scene::{PathLimits, Scene};
-use rayon::prelude::*;
 
 /// Factors on the number of lights that are considered.
 const LIGHT_FRACTIONS: [f32; 4] = [1.0, 0.5, 0.25, 0.125];
@@ -31,16 +27,6 @@ const CAMERA_PATHS: [u32; 2] = [4, 8];
 const MEASURED_FRACTION: f32 = 0.25;
 /// Emitter samples and camera paths with which the pre-pass measures.
 const MEASURED: [(u32, u32); 3] = [(2, 4), (8, 4), (2, 8)];
-/// Pixels of the pre-pass, at most, and as a fraction of the image's (one over the number). Unmeasured: at 320x180 the pre-pass takes
-/// about as long as a third of a pass.
-const MAX_PIXELS: u32 = 1024;
-const PIXELS_DIVISOR: u32 = 16;
-/// Edge of the squares of pixels that the pre-pass shades.
-const SQUARE: u32 = 2;
-/// Largest variance of a pixel relative to its squared mean that counts: rare bright samples must not decide.
-const MAX_RELATIVE_VARIANCE: f64 = 1.0;
-/// Squared radiance, relative to that of the mean of the image, below which variances count as absolute, as in relMSE.
-const DARK: f64 = 0.01;
 /// Least gain in the product of variance and cost for which the effort changes. With 1.15, the noise of the pre-pass changed the effort
 /// in the CBox, at a loss of a third at 30 s.
 const LEAST_GAIN: f64 = 1.3;
@@ -50,15 +36,6 @@ const LIGHT_CYCLES: f64 = 780.0;
 const EMITTER_SAMPLE_CYCLES: f64 = 2500.0;
 const CAMERA_PATH_CYCLES: f64 = 35_000.0;
 const REST_CYCLES: f64 = 150_000.0;
-
-/// Relative variances of a pass, in the mean over pixels.
-#[derive(Clone, Copy, Debug, Default)]
-struct TermVariances {
-    /// Virtual lights, and compensation of what clamping removes from them.
-    indirect: f64,
-    /// All other light.
-    rest: f64,
-}
 
 /// A model of the variance and the cost of a pass.
 #[derive(Clone, Copy, Debug)]
@@ -122,9 +99,15 @@ impl ManyLight {
             return fixed;
         }
         let measured = fixed.with_lights(MEASURED_FRACTION);
-        let variances = run
-            .stats
-            .time("effort", || measured.term_variances(scene, limits, run));
+        let variants = MEASURED.map(|(emitter_samples, camera_paths)| {
+            move |prepared: &mut PreparedPasses| {
+                prepared.emitter_samples = emitter_samples;
+                prepared.camera_paths = camera_paths;
+            }
+        });
+        let variances = (run.stats).time("effort", || {
+            measured.term_variances(scene, limits, run, variants)
+        });
         let model = PassModel::new(variances, f64::from(measured.light_count));
         let best = fixed
             .efforts()
@@ -157,104 +140,6 @@ impl ManyLight {
             ..*self
         }
     }
-
-    /// The variances of a pass at the efforts [`MEASURED`].
-    fn term_variances(
-        &self,
-        scene: &Scene,
-        limits: PathLimits,
-        run: &PassContext,
-    ) -> [TermVariances; 3] {
-        let positions = scene.sensor.desc().film.sampler();
-        let squares = squares(scene, run.pass);
-        let passes = [0, 1].map(|index| {
-            // Other numbers than those of the render's passes.
-            let seed = !run.pass.seed;
-            let run = PassContext {
-                pass: Pass { seed, index },
-                ..*run
-            };
-            let group = self.single_pass_group(index);
-            let mut prepared = self.prepare(scene, limits, &group, &run);
-            MEASURED.map(|(emitter_samples, camera_paths)| {
-                prepared.emitter_samples = emitter_samples;
-                prepared.camera_paths = camera_paths;
-                shade(&prepared, &run, &positions, &squares)
-            })
-        });
-        std::array::from_fn(|effort| variances(&passes[0][effort], &passes[1][effort]))
-    }
-}
-
-/// Layers that the pre-pass records.
-const LAYERS: [Layer; 6] = [
-    Layer::Beauty,
-    Layer::VirtualLights,
-    Layer::Compensation,
-    Layer::Direct,
-    Layer::Emission,
-    Layer::Caustics,
-];
-
-/// Squares of pixels evenly over the image.
-fn squares(scene: &Scene, pass: Pass) -> Vec<Tile> {
-    const { assert!(SQUARE <= TILE_SIZE) };
-    let size = scene.sensor.desc().film.crop_size;
-    let pixels = (size.x * size.y / PIXELS_DIVISOR).clamp(1, MAX_PIXELS);
-    let numbers = pass.sampler(Stream::Selection, 5).next_sequence();
-    (0..pixels.div_ceil(SQUARE * SQUARE))
-        .map(|i| {
-            let (_, u) = numbers.triple(i);
-            let size_of_square = size.min(UVec2::splat(SQUARE));
-            let room = size - size_of_square + UVec2::ONE;
-            Tile {
-                origin: (u * room.as_vec2()).as_uvec2().min(room - UVec2::ONE),
-                size: size_of_square,
-            }
-        })
-        .collect()
-}
-
-/// The values of [`LAYERS`] in the pixels of the squares.
-fn shade(
-    prepared: &PreparedPasses,
-    run: &PassContext,
-    positions: &FilmSampler,
-    squares: &[Tile],
-) -> Vec<Rgb> {
-    let shade = |&tile: &Tile| {
-        shaded_tile(tile, &LAYERS, |samples| {
-            prepared.shade_tile(run, positions, samples);
-        })
-    };
-    let tiles: Vec<Vec<Rgb>> = squares.par_iter().map(shade).collect();
-    tiles.concat()
-}
-
-/// The variances of a pass, from the values of two.
-fn variances(a: &[Rgb], b: &[Rgb]) -> TermVariances {
-    let pixels = || {
-        a.chunks_exact(LAYERS.len())
-            .zip(b.chunks_exact(LAYERS.len()))
-    };
-    let luminance = |x: Rgb| f64::from(x.luminance());
-    let mean = |x: &[Rgb], y: &[Rgb]| 0.5 * (luminance(x[0]) + luminance(y[0]));
-    let count = (a.len() / LAYERS.len()) as f64;
-    let image = pixels().map(|(x, y)| mean(x, y)).sum::<f64>() / count;
-    let mut sums = TermVariances::default();
-    for (x, y) in pixels() {
-        let scale = mean(x, y).powi(2) + DARK * image * image;
-        if !(scale > 0.0 && scale.is_finite()) {
-            continue;
-        }
-        let variance = |x: Rgb, y: Rgb| {
-            let difference = luminance(x) - luminance(y);
-            (0.5 * difference * difference / scale).min(MAX_RELATIVE_VARIANCE) / count
-        };
-        sums.indirect += variance(x[1] + x[2], y[1] + y[2]);
-        sums.rest += variance(x[3], y[3]) + variance(x[4], y[4]) + variance(x[5], y[5]);
-    }
-    sums
 }
 
 #[cfg(test)]

@@ -29,6 +29,7 @@ mod gathering;
 mod interim_maps;
 mod next_event;
 mod place;
+mod pre_pass;
 mod prepared;
 mod presets;
 mod radiance_cache;
