@@ -47,7 +47,7 @@ struct PathNumber {
 /// Camera paths that a pixel starts with.
 fn starts(strategy: Strategy) -> u32 {
     match strategy {
-        Strategy::All => STARTS,
+        Strategy::All | Strategy::Bidirectional(_) => STARTS,
         Strategy::Cuts(_) => 1,
     }
 }
