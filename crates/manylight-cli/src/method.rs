@@ -4,9 +4,10 @@ use crate::args::LightArgs;
 use crate::failure::Failure;
 use crate::names::{EMISSIONS, EmissionName, StrategyName, emission_name, name_of, strategy_name};
 use crate::preset::{self, Preset};
+use crate::values::LightCount;
 use manylight::integrators::many_light::{
-    ClampRule, Compensation, CutLimits, EmissionKind, FluxRule, GlossyForm, Kernel, ManyLight,
-    Placement, Strategy, TableStorage,
+    ClampRule, Compensation, CutLimits, Effort, EmissionKind, FluxRule, GlossyForm, Kernel,
+    ManyLight, Placement, Strategy, TableStorage,
 };
 use manylight::integrators::{MethodKind, PhotonMap};
 
@@ -73,7 +74,14 @@ fn first_given(options: &LightArgs, allowed: &[&str]) -> Option<&'static str> {
 }
 
 fn many_light(preset: ManyLight, options: &LightArgs) -> Result<ManyLight, Failure> {
-    let light_count = options.lights.map_or(preset.light_count, |n| n.get());
+    let strategy = strategy(preset.strategy, options)?;
+    let (light_count, effort) = match options.lights {
+        Some(LightCount::Fixed(count)) => (count.get(), Effort::Fixed),
+        Some(LightCount::Auto) => (preset.light_count, Effort::Measured),
+        // A cut sums as many lights as its error asks for.
+        None if strategy != Strategy::All => (preset.light_count, Effort::Fixed),
+        None => (preset.light_count, preset.effort),
+    };
     let photons = preset
         .photon_paths
         .max(light_count.saturating_mul(PHOTONS_PER_LIGHT));
@@ -91,11 +99,12 @@ fn many_light(preset: ManyLight, options: &LightArgs) -> Result<ManyLight, Failu
         flux: options.flux.unwrap_or(preset.flux),
         emission: emission(preset.emission, options)?,
         kernel,
-        strategy: strategy(preset.strategy, options)?,
+        strategy,
         clamp: options.clamp.unwrap_or(clamp),
         compensation: options.compensation.unwrap_or(compensation),
         neighbors: options.neighbors.map_or(preset.neighbors, |n| n.get()),
         resampling: options.resampling.unwrap_or(preset.resampling),
+        effort,
         ..preset
     };
     check_axes(&method)?;
@@ -198,6 +207,11 @@ fn check_axes(method: &ManyLight) -> Result<(), Failure> {
             "--kernel sphere with --compensation",
             "without clamping there is no residual to compensate; use --compensation none",
         )
+    } else if method.effort == Effort::Measured && method.strategy != Strategy::All {
+        (
+            "--lights auto with --strategy lightcuts",
+            "a cut sums as many lights as its error asks for; give their number",
+        )
     } else if is_bidirectional(method) && method.compensation != Compensation::KolligKeller {
         (
             "--strategy bidirectional without --compensation kollig-keller",
@@ -268,6 +282,15 @@ mod tests {
         }
         let method = lights("s.xml --photons 1000 -n 5000");
         assert_eq!(method.photon_paths, 1000);
+        for (words, effort) in [
+            ("", Effort::Measured),
+            ("-n 512", Effort::Fixed),
+            ("--strategy lightcuts", Effort::Fixed),
+            ("-m vpl", Effort::Fixed),
+            ("-m vpl -n auto", Effort::Measured),
+        ] {
+            assert_eq!(lights(&format!("s.xml {words}")).effort, effort, "{words}");
+        }
     }
 
     #[test]

@@ -5,7 +5,7 @@ use crate::names::{
     TABLE_STORAGES, emission_name, name_of, strategy_name,
 };
 use crate::values::clamp_name;
-use manylight::integrators::many_light::{EmissionKind, FluxRule, GlossyForm};
+use manylight::integrators::many_light::{Effort, EmissionKind, FluxRule, GlossyForm};
 use manylight::integrators::{ManyLight, MethodKind, PhotonMap};
 
 /// A named method.
@@ -24,7 +24,7 @@ pub(crate) const PRESETS: &[Preset] = &[
     Preset {
         name: "rich-vpl",
         summary: "Rich virtual point lights: placed by importance, each represents all photons in its Voronoi cell",
-        kind: || MethodKind::ManyLight(ManyLight::rich_vpl()),
+        kind: || MethodKind::ManyLight(ManyLight::rich_vpl_by_scene()),
     },
     Preset {
         name: "rich-vpl-paper",
@@ -83,7 +83,7 @@ pub(crate) const PRESETS: &[Preset] = &[
     },
     Preset {
         name: "light-trace",
-        summary: "Light tracing: photon paths connected to the camera",
+        summary: "Light tracing: photon paths connected to the camera; smooth glass and mirrors are black",
         kind: || MethodKind::LightTracer,
     },
     Preset {
@@ -129,12 +129,20 @@ pub(crate) fn settings(kind: &MethodKind) -> Vec<(&'static str, String)> {
     }
 }
 
+/// The number of lights as `--lights` takes it.
+fn light_count_name(method: &ManyLight) -> String {
+    match method.effort {
+        Effort::Fixed => method.light_count.to_string(),
+        Effort::Measured => "auto".into(),
+    }
+}
+
 /// The settings of a many-light method as (option, value).
 fn axes(method: &ManyLight) -> Vec<(&'static str, String)> {
     let word = |name: Option<&'static str>| name.unwrap_or("unnamed").to_string();
     let emission = emission_name(method.emission);
     let mut axes = vec![
-        ("lights", method.light_count.to_string()),
+        ("lights", light_count_name(method)),
         ("photons", method.photon_paths.to_string()),
         ("placement", word(name_of(PLACEMENTS, &method.placement))),
         ("flux", word(name_of(FLUX_RULES, &method.flux))),

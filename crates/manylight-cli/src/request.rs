@@ -298,7 +298,10 @@ mod tests {
             request.outputs,
             [PathBuf::from("room.exr"), PathBuf::from("room.png")]
         );
-        assert_eq!(request.kind, MethodKind::ManyLight(ManyLight::rich_vpl()));
+        assert_eq!(
+            request.kind,
+            MethodKind::ManyLight(ManyLight::rich_vpl_by_scene())
+        );
         let budget = Budget {
             passes: Some(16),
             time: None,

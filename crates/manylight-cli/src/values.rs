@@ -2,6 +2,25 @@
 
 use manylight::integrators::many_light::ClampRule;
 use manylight::math::UVec2;
+use std::num::NonZeroU32;
+
+/// A number of virtual lights as `--lights` takes it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum LightCount {
+    /// At most the number of the preset, by the scene.
+    Auto,
+    /// This number.
+    Fixed(NonZeroU32),
+}
+
+/// A number of virtual lights: `auto` or a positive integer.
+pub(crate) fn light_count(text: &str) -> Result<LightCount, String> {
+    match text {
+        "auto" => Ok(LightCount::Auto),
+        _ => (text.parse().map(LightCount::Fixed))
+            .map_err(|_| "expected `auto` or a positive integer".into()),
+    }
+}
 
 /// A number from 0 to 1.
 pub(crate) fn fraction(text: &str) -> Result<f32, String> {

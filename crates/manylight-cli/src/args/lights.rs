@@ -4,7 +4,7 @@ use crate::names::{
     COMPENSATIONS, EMISSIONS, EmissionName, FLUX_RULES, KERNELS, PLACEMENTS, RESAMPLINGS,
     STRATEGIES, StrategyName, TABLE_STORAGES, one_of,
 };
-use crate::values;
+use crate::values::{self, LightCount};
 use clap::Args;
 use manylight::integrators::many_light::{
     ClampRule, Compensation, FluxRule, GlossyForm, Kernel, Placement, Resampling, TableStorage,
@@ -15,9 +15,11 @@ use std::num::NonZeroU32;
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "Virtual lights")]
 pub(crate) struct LightArgs {
-    /// Virtual lights per pass. This is a lower bound: photons without a suitable light nearby get additional lights. Default: the preset's.
-    #[arg(short = 'n', long, value_name = "N")]
-    pub(crate) lights: Option<NonZeroU32>,
+    /// Virtual lights per pass. This is a lower bound: photons without a suitable light nearby get additional lights. auto: the number
+    /// of the preset or a half, a quarter or an eighth of it, and as many photons, emitter samples and camera paths as suit the scene, by
+    /// a short pre-pass. Default: the preset's.
+    #[arg(short = 'n', long, value_name = "N|auto", value_parser = values::light_count)]
+    pub(crate) lights: Option<LightCount>,
 
     /// Emitted photon paths per pass. Default: the preset's, and at least 64 per virtual light.
     #[arg(long, value_name = "N")]

@@ -170,9 +170,9 @@ impl Bsdf<'_> {
             };
         }
         let (mut sum, mut total) = (0.0, 0.0);
-        for leaf in self.sampleable_leaves(given, lobes) {
-            sum += leaf.weight * leaf.pdf(end, given, other, lobes);
-            total += leaf.weight;
+        for (leaf, weight) in self.weighted_leaves(given, lobes) {
+            sum += weight * leaf.pdf(end, given, other, lobes);
+            total += weight;
         }
         if total > 0.0 { sum / total } else { 0.0 }
     }
@@ -182,11 +182,11 @@ impl Bsdf<'_> {
     pub(super) fn respond_local(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Response {
         let mut sum = Response::NONE;
         let mut total = 0.0;
-        for leaf in self.sampleable_leaves(wo, lobes) {
+        for (leaf, weight) in self.weighted_leaves(wo, lobes) {
             let Response { values, pdf } = leaf.respond(wi, wo, lobes);
             sum.values.add(&values, leaf.weight);
-            sum.pdf += pdf * leaf.weight;
-            total += leaf.weight;
+            sum.pdf += pdf * weight;
+            total += weight;
         }
         if total > 0.0 {
             sum.pdf /= total;

@@ -4,7 +4,7 @@ use super::material::{Material, PrincipledMaterial, Roughness};
 use super::materials::Materials;
 use super::model::Model;
 use super::models::conductor::{RoughConductor, SmoothConductor};
-use super::models::dielectric::{RoughDielectric, SmoothDielectric};
+use super::models::dielectric::{InterfaceTints, RoughDielectric, SmoothDielectric};
 use super::models::diffuse::Diffuse;
 use super::models::fresnel::ConductorFresnel;
 use super::models::microfacet::Microfacets;
@@ -132,22 +132,16 @@ impl<'s> ModelInstantiation<'_, 's> {
         else {
             unreachable!("invariant: called for dielectrics only")
         };
-        let (eta, reflection_tint) = (*eta, self.color(specular_reflectance));
-        let transmission_tint = self.color(specular_transmittance);
+        let eta = *eta;
+        let tints = InterfaceTints {
+            reflection: self.color(specular_reflectance),
+            transmission: self.color(specular_transmittance),
+        };
         match roughness {
-            None => Model::SmoothDielectric(SmoothDielectric {
-                eta,
-                reflection_tint,
-                transmission_tint,
-            }),
+            None => Model::SmoothDielectric(SmoothDielectric { eta, tints }),
             Some(r) => {
                 let facets = self.microfacets(r);
-                Model::RoughDielectric(RoughDielectric {
-                    facets,
-                    eta,
-                    reflection_tint,
-                    transmission_tint,
-                })
+                Model::RoughDielectric(RoughDielectric { facets, eta, tints })
             }
         }
     }

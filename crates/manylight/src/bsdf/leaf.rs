@@ -79,6 +79,25 @@ impl Leaf<'_> {
         self.outer.mirror(given.z).is_some() && self.lobes().has(lobes)
     }
 
+    /// The weight of the leaf in the choice among leaves: an estimate of the light that `lobes` return, given the direction `given`.
+    pub(super) fn sampling_weight(&self, given: Vec3, lobes: Lobes) -> f32 {
+        let Some(outer) = self.outer.mirror(given.z) else {
+            return 0.0;
+        };
+        let lobes = self.model_lobes(lobes);
+        let albedo = |cos: f32| {
+            let inner = self.inner.mirror(cos);
+            inner.map_or(0.0, |inner| self.model.albedo_estimate(cos * inner, lobes))
+        };
+        let cos = given.z * outer;
+        // The tilted frame may have the direction on its other side.
+        let value = match self.tilt {
+            None => albedo(cos),
+            Some(_) => albedo(cos).max(albedo(-cos)),
+        };
+        self.weight * value
+    }
+
     /// `wi` and `wo` in the frame of the model, and the shadowing of the tilt. `None` if the model does not scatter from `wi` to `wo`.
     #[inline]
     fn in_model(&self, mut wi: Vec3, mut wo: Vec3) -> Option<(Vec3, Vec3, f32)> {

@@ -45,6 +45,12 @@ impl Lobes {
         Lobes(self.0 & o.0)
     }
 
+    /// `value` if the sets have a class in common, else 0.
+    #[inline]
+    pub(super) fn pick(self, o: Lobes, value: f32) -> f32 {
+        if self.has(o) { value } else { 0.0 }
+    }
+
     /// Whether the sets have a class in common.
     #[inline]
     pub const fn has(self, o: Lobes) -> bool {

@@ -111,6 +111,20 @@ impl<'s> Bsdf<'s> {
         Some(self.frame.n * 1.0f32.copysign(wo.dot(self.frame.n)))
     }
 
+    /// The leaves from which `lobes` can be sampled given the local direction `given`, with the weights of the choice among them.
+    #[inline]
+    fn weighted_leaves(&self, given: Vec3, lobes: Lobes) -> impl Iterator<Item = (&Leaf<'s>, f32)> {
+        let is_alone = self.leaves[1].is_none();
+        self.sampleable_leaves(given, lobes).map(move |leaf| {
+            let weight = if is_alone {
+                1.0
+            } else {
+                leaf.sampling_weight(given, lobes)
+            };
+            (leaf, weight)
+        })
+    }
+
     /// The leaves from which `lobes` can be sampled given the local direction `given`.
     #[inline]
     fn sampleable_leaves(&self, given: Vec3, lobes: Lobes) -> impl Iterator<Item = &Leaf<'s>> {

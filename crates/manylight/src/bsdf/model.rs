@@ -105,6 +105,12 @@ impl<'s> Model<'s> {
         }
     }
 
+    /// Estimated albedo of `lobes` for a given direction with this cosine: the largest channel. It decides how often the model is
+    /// sampled beside others. Positive wherever `sample` or `eval` give light, as far as one cosine tells.
+    pub(super) fn albedo_estimate(&self, cos: f32, lobes: Lobes) -> f32 {
+        dispatch!(self, m => m.albedo_estimate(cos, lobes))
+    }
+
     /// Samples the other direction. `lobes` and the lobes of the model have a class in common.
     #[inline]
     pub(super) fn sample(&self, given: Vec3, u: BsdfNumbers, lobes: Lobes) -> Option<ModelSample> {

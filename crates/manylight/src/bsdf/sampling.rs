@@ -89,30 +89,32 @@ impl<'s> Bsdf<'s> {
         }
     }
 
-    /// A leaf in proportion to its weight, the probability of the choice, and a number that is uniform in [0, 1) given the choice.
+    /// A leaf in proportion to the light that it returns, the probability of the choice, and a number that is uniform in [0, 1) given the choice.
     #[inline]
     fn choose_leaf(&self, given: Vec3, u: f32, lobes: Lobes) -> Option<(&Leaf<'s>, f32, f32)> {
         if let [Some(leaf), None, ..] = &self.leaves {
             return leaf.can_sample(given, lobes).then_some((leaf, 1.0, u));
         }
         let total: f32 = self
-            .sampleable_leaves(given, lobes)
-            .map(|leaf| leaf.weight)
+            .weighted_leaves(given, lobes)
+            .map(|(_, weight)| weight)
             .sum();
         let mut left = u * total;
         let mut chosen = None;
-        for leaf in self.sampleable_leaves(given, lobes) {
-            chosen = Some((leaf, leaf.weight / total, (left / leaf.weight).min(LARGEST)));
-            if left < leaf.weight {
-                break;
+        for (leaf, weight) in self.weighted_leaves(given, lobes) {
+            if weight > 0.0 {
+                chosen = Some((leaf, weight / total, (left / weight).min(LARGEST)));
+                if left < weight {
+                    break;
+                }
+                left -= weight;
             }
-            left -= leaf.weight;
         }
         chosen
     }
 
     /// Probability with which [`Bsdf::sample_wo`] samples the cosine to the geometric normal: [`MAX_DEFENSIVE_PROBABILITY`] times the
-    /// share of the leaves with non-specular lobes.
+    /// share of the light that non-specular lobes return.
     #[inline]
     pub(super) fn defensive_probability(&self, given: Vec3, lobes: Lobes) -> f32 {
         if !self.is_defensive || !self.lobes.has(lobes.and(Lobes::NON_SPECULAR)) {
@@ -120,7 +122,7 @@ impl<'s> Bsdf<'s> {
         }
         let weight = |lobes| {
             self.sampleable_leaves(given, lobes)
-                .map(|leaf| leaf.weight)
+                .map(|leaf| leaf.sampling_weight(given, lobes))
                 .sum::<f32>()
         };
         let (non_specular, all) = (weight(lobes.and(Lobes::NON_SPECULAR)), weight(lobes));

@@ -13,6 +13,7 @@ mod direct;
 mod elements;
 mod emission;
 mod emitter_tree;
+mod environment_lobes;
 mod infinite;
 mod point;
 mod selection_weight;
@@ -23,6 +24,7 @@ mod unit_interval;
 pub use description::{Emitter, Environment, ProjectorTexture};
 pub use direct::{DirectSample, EmitterPlan};
 pub use emission::{EmissionGuide, EmissionNumbers, EmissionSample};
+pub use environment_lobes::{EnvironmentLobes, MAX_ENVIRONMENT_LOBES};
 pub use infinite::InfiniteLightPlan;
 
 use crate::color::Rgb;
@@ -114,14 +116,6 @@ impl Emitters {
             }
             _ => Rgb::BLACK,
         }
-    }
-
-    /// Radiance of the environment from the unit direction `wi` (pointing away from the scene), and the density per solid angle
-    /// of sampling that direction with [`Emitters::sample`] for a receiver with normal `n`.
-    #[inline]
-    pub fn environment(&self, n: Option<Vec3>, wi: Vec3) -> (Rgb, f32) {
-        let (radiance, pdf) = self.infinite.look_up(n, wi);
-        (radiance, self.infinite_probability * pdf)
     }
 
     /// Whether there is an infinite light that fills a solid angle: rays that leave the scene may find radiance.

@@ -18,7 +18,7 @@ pub use description::FilmDesc;
 pub use filter::{Filter, FilterSampler, Window};
 pub use layer::Layer;
 pub use sampler::{FilmSample, FilmSampler};
-pub use tile_samples::TileSamples;
+pub use tile_samples::{TileSamples, shaded_tile};
 pub use tiles::{TILE_SIZE, Tile};
 
 use crate::color::Rgb;

@@ -14,6 +14,19 @@ pub struct TileSamples<'f> {
     pub(super) values: &'f mut [Rgb],
 }
 
+/// The values that `shade` gives the layers of a tile outside of any film: those of one pixel are adjacent, in the order of
+/// `layers`.
+pub fn shaded_tile(tile: Tile, layers: &[Layer], shade: impl FnOnce(&mut TileSamples)) -> Vec<Rgb> {
+    let mut values = vec![Rgb::BLACK; tile.count() * layers.len()];
+    shade(&mut TileSamples {
+        tile,
+        slots: Slots::new(layers),
+        stride: layers.len(),
+        values: &mut values,
+    });
+    values
+}
+
 impl TileSamples<'_> {
     /// The pixels to fill.
     pub fn tile(&self) -> Tile {

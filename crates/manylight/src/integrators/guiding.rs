@@ -2,7 +2,8 @@
 //! from which photons of the environment arrive nearby.
 
 use crate::bsdf::{BsdfNumbers, BsdfSample, Lobes};
-use crate::maps::{IncidentGuide, IncidentMap, Neighbors};
+use crate::emitters::EnvironmentLobes;
+use crate::maps::{IncidentMap, Neighbors};
 use crate::math::Vec3;
 use crate::transport::Vertex;
 
@@ -16,14 +17,19 @@ pub(super) fn environment_guide(
     incident: &IncidentMap,
     v: &Vertex,
     found: &mut Neighbors,
-) -> Option<IncidentGuide> {
+) -> Option<EnvironmentLobes> {
     v.bsdf.receiving_normal(v.w_prev)?;
     let n = v.x.normal_towards(v.w_prev);
     incident.around(v.x.p, n, found)
 }
 
 /// Density of [`sample_direction`] per solid angle, in 1/sr.
-pub(super) fn guided_pdf(v: &Vertex, guide: Option<&IncidentGuide>, lobes: Lobes, w: Vec3) -> f32 {
+pub(super) fn guided_pdf(
+    v: &Vertex,
+    guide: Option<&EnvironmentLobes>,
+    lobes: Lobes,
+    w: Vec3,
+) -> f32 {
     let pdf = v.bsdf.pdf_wi(w, v.w_prev, lobes);
     guide.map_or(pdf, |guide| pdf + GUIDED_FRACTION * (guide.pdf(w) - pdf))
 }
@@ -32,7 +38,7 @@ pub(super) fn guided_pdf(v: &Vertex, guide: Option<&IncidentGuide>, lobes: Lobes
 /// scattering function.
 pub(super) fn sample_direction(
     v: &Vertex,
-    guide: Option<&IncidentGuide>,
+    guide: Option<&EnvironmentLobes>,
     lobes: Lobes,
     numbers: BsdfNumbers,
     u: f32,

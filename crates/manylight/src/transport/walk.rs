@@ -41,7 +41,7 @@ pub struct Previous {
 /// A random walk.
 #[derive(Clone, Debug)]
 pub struct Walk<'s> {
-    scene: &'s Scene,
+    pub(super) scene: &'s Scene,
     origin: PathOrigin,
     /// The camera must not see emitters; see [`past_emitters`].
     hides_emitters: bool,

@@ -2,6 +2,7 @@
 
 use crate::common::film;
 use manylight::color::Rgb;
+use manylight::film::Layer;
 use manylight::geometry::{Mesh, Shape};
 use manylight::integrators::MethodKind;
 use manylight::math::{Affine3A, Vec3};
@@ -82,6 +83,51 @@ fn refraction() {
         ..PathLimits::default()
     };
     check(&b.build(), 1024, 512);
+}
+
+/// A block of smooth glass in one half of the view. No photon that meets the camera can come from a delta event: that half is black, as
+/// documented. The other half agrees with path tracing, with the light that comes through the glass.
+#[test]
+fn smooth_glass_in_view_is_black() {
+    let mut b = Builder::new(Vec3::new(0.0, 2.0, -1.5), Vec3::ZERO, 40.0, 32);
+    let white = b.material(manylight::testing::scenes::diffuse(0.7, 0.7, 0.7));
+    let block = b.material(glass());
+    b.rectangle(Vec3::ZERO, Vec3::Z * 1.5, Vec3::X * 1.5, white, None);
+    let place = Affine3A::from_translation(Vec3::new(0.7, 0.8, -0.3))
+        * Affine3A::from_scale(Vec3::new(0.7, 0.1, 1.2));
+    b.place(Shape::Mesh(Mesh::cube()), place, block, None);
+    let lamp = b.area_light(Rgb::splat(20.0));
+    b.rectangle(
+        Vec3::new(0.3, 3.0, 0.3),
+        Vec3::X * 0.4,
+        Vec3::Z * 0.4,
+        white,
+        Some(lamp),
+    );
+    let scene = b.build();
+    let halves = |kind, passes| {
+        let film = film(&scene, kind, passes, 3);
+        let image = film.image(Layer::Beauty).expect("every film has a beauty");
+        let mut sums = [0.0f64; 2];
+        for (i, value) in image.data.iter().enumerate() {
+            let column = i / image.channels % image.width;
+            sums[usize::from(2 * column >= image.width)] += f64::from(*value);
+        }
+        sums
+    };
+    let path = halves(MethodKind::Path, 1024);
+    let light = halves(MethodKind::LightTracer, 512);
+    let glass = usize::from(light[1] < light[0]);
+    assert_eq!(light[glass], 0.0);
+    let (truth, ours) = (path[1 - glass], light[1 - glass]);
+    assert!(
+        path[glass] > 0.5 * truth,
+        "the glass shows the floor: {path:?}"
+    );
+    assert!(
+        (ours / truth - 1.0).abs() < 0.01,
+        "{ours} instead of {truth}"
+    );
 }
 
 /// An octahedron subdivided twice, with the normals of the sphere at its vertices.

@@ -70,7 +70,7 @@ fn rich_vpl_in_a_glossy_room() {
     check(&glossy_box(32).build(), rich(), 8, 1e-2);
 }
 
-/// The sky through a slit in the ceiling: directions are sampled from the surfaces, from the sky, and from the guide.
+/// The sky through a slit in the ceiling: directions are sampled from the surfaces, emitter samples from the sky and from the guide.
 fn room_under_a_window() -> Scene {
     let mut b = Builder::new(
         Vec3::new(0.0, 0.1, -0.98),

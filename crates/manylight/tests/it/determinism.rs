@@ -22,6 +22,7 @@ fn methods() -> Vec<MethodKind> {
         MethodKind::LightTracer,
         MethodKind::Aov,
         MethodKind::ManyLight(small(ManyLight::rich_vpl())),
+        MethodKind::ManyLight(small(ManyLight::rich_vpl_by_scene())),
         MethodKind::ManyLight(small(ManyLight::vpl())),
         MethodKind::ManyLight(small(ManyLight::vpl_importance())),
         MethodKind::PhotonMap(few(PhotonMap::progressive())),

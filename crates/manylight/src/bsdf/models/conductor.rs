@@ -10,6 +10,9 @@ use crate::bsdf::{BsdfNumbers, Lobes};
 use crate::color::Rgb;
 use crate::math::Vec3;
 
+/// Lower bound of the reflectance of rough surfaces where it is estimated at the surface normal: facets reflect at other angles.
+const MIN_FACET_REFLECTANCE: f32 = 0.05;
+
 /// A smooth, one-sided conductor.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::bsdf) struct SmoothConductor {
@@ -18,6 +21,15 @@ pub(in crate::bsdf) struct SmoothConductor {
 }
 
 impl SmoothConductor {
+    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
+    pub(in crate::bsdf) fn albedo_estimate(&self, cos: f32, _lobes: Lobes) -> f32 {
+        if cos > 0.0 {
+            (self.fresnel.reflectance(cos) * self.tint).max_channel()
+        } else {
+            0.0
+        }
+    }
+
     #[inline]
     pub(in crate::bsdf) fn lobes(&self) -> Lobes {
         Lobes::DELTA
@@ -59,6 +71,15 @@ pub(in crate::bsdf) struct RoughConductor {
 }
 
 impl RoughConductor {
+    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
+    pub(in crate::bsdf) fn albedo_estimate(&self, cos: f32, _lobes: Lobes) -> f32 {
+        if cos <= 0.0 {
+            return 0.0;
+        }
+        let f = self.fresnel.reflectance(cos);
+        (f.zip(Rgb::splat(MIN_FACET_REFLECTANCE), f32::max) * self.tint).max_channel()
+    }
+
     #[inline]
     pub(in crate::bsdf) fn alpha(&self) -> f32 {
         self.facets.min_alpha()

@@ -11,16 +11,46 @@ use crate::bsdf::{BsdfNumbers, Lobes};
 use crate::color::Rgb;
 use crate::math::Vec3;
 
+/// Bounds of the reflectance of a rough interface where it is estimated at the surface normal: facets reflect and refract at other angles.
+const FACET_REFLECTANCES: [f32; 2] = [0.05, 0.95];
+
+/// Factors of the reflected and of the transmitted light of an interface.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::bsdf) struct InterfaceTints {
+    pub reflection: Rgb,
+    pub transmission: Rgb,
+}
+
+impl InterfaceTints {
+    /// Estimated albedo, by the largest channels, where the interface reflects the fraction `r`.
+    #[inline]
+    fn albedo_estimate(&self, r: f32) -> f32 {
+        self.reflection.max_channel() * r + self.transmission.max_channel() * (1.0 - r)
+    }
+
+    /// Probability of sampling reflection, in proportion to the light that both events return; `None` if they return none.
+    #[inline]
+    fn reflection_probability(&self, r: f32) -> Option<f32> {
+        let all = self.albedo_estimate(r);
+        (all > 0.0).then(|| self.reflection.max_channel() * r / all)
+    }
+}
+
 /// A smooth dielectric interface.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::bsdf) struct SmoothDielectric {
     /// Interior over exterior index of refraction.
     pub eta: f32,
-    pub reflection_tint: Rgb,
-    pub transmission_tint: Rgb,
+    pub tints: InterfaceTints,
 }
 
 impl SmoothDielectric {
+    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
+    pub(in crate::bsdf) fn albedo_estimate(&self, cos: f32, _lobes: Lobes) -> f32 {
+        self.tints
+            .albedo_estimate(fresnel::dielectric(cos, self.eta).reflectance)
+    }
+
     #[inline]
     pub(in crate::bsdf) fn lobes(&self) -> Lobes {
         Lobes::DELTA
@@ -49,8 +79,10 @@ impl SmoothDielectric {
     ) -> Option<ModelSample> {
         let interface = fresnel::dielectric(given.z, self.eta);
         let r = interface.reflectance;
-        if u.lobe < r {
-            return Some(ModelSample::mirror(given, self.reflection_tint * r, r));
+        let reflection = self.tints.reflection_probability(r)?;
+        if u.lobe < reflection {
+            let fraction = self.tints.reflection * r;
+            return Some(ModelSample::mirror(given, fraction, reflection));
         }
         let w = Vec3::new(
             -interface.inv_eta * given.x,
@@ -58,8 +90,8 @@ impl SmoothDielectric {
             interface.cos_t,
         );
         let delta = DeltaEvent {
-            fraction: self.transmission_tint * (1.0 - r),
-            probability: 1.0 - r,
+            fraction: self.tints.transmission * (1.0 - r),
+            probability: 1.0 - reflection,
         };
         (w.z != 0.0).then_some(ModelSample {
             w,
@@ -75,11 +107,17 @@ pub(in crate::bsdf) struct RoughDielectric {
     pub facets: Microfacets,
     /// Interior over exterior index of refraction.
     pub eta: f32,
-    pub reflection_tint: Rgb,
-    pub transmission_tint: Rgb,
+    pub tints: InterfaceTints,
 }
 
 impl RoughDielectric {
+    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
+    pub(in crate::bsdf) fn albedo_estimate(&self, cos: f32, _lobes: Lobes) -> f32 {
+        let [least, most] = FACET_REFLECTANCES;
+        let r = fresnel::dielectric(cos, self.eta).reflectance;
+        self.tints.albedo_estimate(r.clamp(least, most))
+    }
+
     #[inline]
     pub(in crate::bsdf) fn alpha(&self) -> f32 {
         self.facets.min_alpha()
@@ -101,11 +139,11 @@ impl RoughDielectric {
         let common = self.facets.density(half.m) * masking / wo.z.abs();
         let f = fresnel::dielectric(wo.dot(half.m), self.eta).reflectance;
         if half.reflects {
-            return self.reflection_tint * (0.25 * f * common);
+            return self.tints.reflection * (0.25 * f * common);
         }
         // Walter et al., eq. (21), with the half vector of the medium of `wo`: this scales radiance by η².
         let (i, o) = (wi.dot(half.m), wo.dot(half.m));
-        self.transmission_tint * ((1.0 - f) * common * (i * o).abs() / (o + half.eta * i).powi(2))
+        self.tints.transmission * ((1.0 - f) * common * (i * o).abs() / (o + half.eta * i).powi(2))
     }
 
     pub(in crate::bsdf) fn bound(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
@@ -113,8 +151,8 @@ impl RoughDielectric {
             return 0.0;
         }
         let bounds = interface_bounds(&self.facets, self.eta, incident, wo);
-        self.reflection_tint.max_channel() * bounds[0]
-            + self.transmission_tint.max_channel() * bounds[1]
+        self.tints.reflection.max_channel() * bounds[0]
+            + self.tints.transmission.max_channel() * bounds[1]
     }
 
     pub(in crate::bsdf) fn pdf(&self, given: Vec3, other: Vec3, lobes: Lobes) -> f32 {
@@ -125,7 +163,15 @@ impl RoughDielectric {
             return 0.0;
         };
         let r = fresnel::dielectric(given.dot(half.m), self.eta).reflectance;
-        half.pdf(&self.facets, given, other) * if half.reflects { r } else { 1.0 - r }
+        let Some(reflection) = self.tints.reflection_probability(r) else {
+            return 0.0;
+        };
+        let event = if half.reflects {
+            reflection
+        } else {
+            1.0 - reflection
+        };
+        half.pdf(&self.facets, given, other) * event
     }
 
     pub(in crate::bsdf) fn sample(
@@ -141,7 +187,7 @@ impl RoughDielectric {
             .facets
             .sample(if given.z > 0.0 { given } else { -given }, u.direction);
         let interface = fresnel::dielectric(given.dot(m), self.eta);
-        if u.lobe < interface.reflectance {
+        if u.lobe < self.tints.reflection_probability(interface.reflectance)? {
             let w = reflect(given, m);
             return (w.z * given.z > 0.0).then(|| ModelSample::finite(w));
         }

@@ -15,6 +15,15 @@ pub(in crate::bsdf) struct Diffuse {
 }
 
 impl Diffuse {
+    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
+    pub(in crate::bsdf) fn albedo_estimate(&self, cos: f32, _lobes: Lobes) -> f32 {
+        if cos > 0.0 {
+            self.reflectance.max_channel()
+        } else {
+            0.0
+        }
+    }
+
     #[inline]
     pub(in crate::bsdf) fn lobes(&self) -> Lobes {
         Lobes::DIFFUSE

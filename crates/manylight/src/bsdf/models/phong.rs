@@ -25,7 +25,7 @@ pub(in crate::bsdf) fn conserve_energy(diffuse: Rgb, specular: Rgb) -> (Rgb, Rgb
 
 /// Probability of sampling the specular lobe instead of the diffuse base.
 pub(in crate::bsdf) fn lobe_share(diffuse: Rgb, specular: Rgb) -> f32 {
-    let (d, s) = (diffuse.luminance(), specular.luminance());
+    let (d, s) = (diffuse.max_channel(), specular.max_channel());
     if d + s > 0.0 { s / (d + s) } else { 0.5 }
 }
 
@@ -50,6 +50,15 @@ impl Phong {
             exponent: exponent.max(0.0),
             share,
         }
+    }
+
+    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
+    pub(in crate::bsdf) fn albedo_estimate(&self, cos: f32, lobes: Lobes) -> f32 {
+        if cos <= 0.0 {
+            return 0.0;
+        }
+        lobes.pick(self.lobe_class(), self.specular.max_channel())
+            + lobes.pick(Lobes::DIFFUSE, self.base.reflectance.max_channel())
     }
 
     /// Roughness of a microfacet lobe of the same width: exp(-n α²/2) = exp(-θh²/alpha²) with α = 2 θh.

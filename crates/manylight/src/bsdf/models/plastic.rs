@@ -43,10 +43,24 @@ fn coat_probability(r: f32, coat_share: f32) -> f32 {
     }
 }
 
-/// The tint's share of the sum of tint and albedo of the base.
-fn coat_share(tint: Rgb, reflectance: Rgb) -> f32 {
-    let (s, d) = (tint.mean(), reflectance.mean());
-    if s + d > 0.0 { s / (s + d) } else { 0.5 }
+/// Albedo of the base with interreflections, without the transmittance of entry: the diffuse transmittance of exit is η² (1 - r).
+fn base_albedo(base: Rgb, eta: f32, internal: f32) -> f32 {
+    base.max_channel() * (eta * eta * (1.0 - internal))
+}
+
+/// The tint's share of the sum of tint and [`base_albedo`].
+fn coat_share(tint: Rgb, base_albedo: f32) -> f32 {
+    let s = tint.max_channel();
+    if s + base_albedo > 0.0 {
+        s / (s + base_albedo)
+    } else {
+        0.5
+    }
+}
+
+/// Albedo estimate of coat and base where the coat reflects the fraction `r`: `[coat, base]`.
+fn albedo_estimates(r: f32, tint: Rgb, base_albedo: f32) -> [f32; 2] {
+    [r * tint.max_channel(), (1.0 - r) * base_albedo]
 }
 
 /// A smooth coat over a Lambertian base.
@@ -57,22 +71,31 @@ pub(in crate::bsdf) struct Plastic {
     pub base: Rgb,
     tint: Rgb,
     coat_share: f32,
+    base_albedo: f32,
 }
 
 impl Plastic {
     pub(in crate::bsdf) fn new(eta: f32, reflectance: Rgb, tint: Rgb, shift: ColorShift) -> Self {
-        let base = base_through_coat(
-            reflectance,
-            eta,
-            fresnel::diffuse_reflectance(1.0 / eta),
-            shift,
-        );
+        let internal = fresnel::diffuse_reflectance(1.0 / eta);
+        let base = base_through_coat(reflectance, eta, internal, shift);
+        let base_albedo = base_albedo(base, eta, internal);
         Plastic {
             eta,
             base,
             tint,
-            coat_share: coat_share(tint, reflectance),
+            coat_share: coat_share(tint, base_albedo),
+            base_albedo,
         }
+    }
+
+    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
+    pub(in crate::bsdf) fn albedo_estimate(&self, cos: f32, lobes: Lobes) -> f32 {
+        if cos <= 0.0 {
+            return 0.0;
+        }
+        let r = fresnel::dielectric(cos, self.eta).reflectance;
+        let [coat, base] = albedo_estimates(r, self.tint, self.base_albedo);
+        lobes.pick(Lobes::DELTA, coat) + lobes.pick(Lobes::DIFFUSE, base)
     }
 
     #[inline]
@@ -154,6 +177,7 @@ pub(in crate::bsdf) struct RoughPlastic<'s> {
     pub base: Rgb,
     pub tint: Rgb,
     coat_share: f32,
+    base_albedo: f32,
 }
 
 impl<'s> RoughPlastic<'s> {
@@ -165,14 +189,28 @@ impl<'s> RoughPlastic<'s> {
         shift: ColorShift,
     ) -> Self {
         let (reflectance, tint) = colors;
+        let internal = coat.internal_reflectance;
+        let base = base_through_coat(reflectance, eta, internal, shift);
+        let base_albedo = base_albedo(base, eta, internal);
         RoughPlastic {
             facets,
             eta,
             transmittance: &coat.transmittance,
-            base: base_through_coat(reflectance, eta, coat.internal_reflectance, shift),
+            base,
             tint,
-            coat_share: coat_share(tint, reflectance),
+            coat_share: coat_share(tint, base_albedo),
+            base_albedo,
         }
+    }
+
+    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
+    pub(in crate::bsdf) fn albedo_estimate(&self, cos: f32, lobes: Lobes) -> f32 {
+        if cos <= 0.0 {
+            return 0.0;
+        }
+        let r = 1.0 - interpolate(self.transmittance, cos);
+        let [coat, base] = albedo_estimates(r, self.tint, self.base_albedo);
+        lobes.pick(self.coat_class(), coat) + lobes.pick(Lobes::DIFFUSE, base)
     }
 
     #[inline]

@@ -62,6 +62,15 @@ impl Angles {
 }
 
 impl RoughDiffuse {
+    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
+    pub(in crate::bsdf) fn albedo_estimate(&self, cos: f32, _lobes: Lobes) -> f32 {
+        if cos > 0.0 {
+            self.reflectance.max_channel()
+        } else {
+            0.0
+        }
+    }
+
     pub(in crate::bsdf) fn new(reflectance: Rgb, alpha: f32, full: bool) -> Self {
         // Mitsuba 0.x takes Beckmann's alpha; σ = alpha / √2 matches it.
         RoughDiffuse {

@@ -23,6 +23,11 @@ impl ThinDielectric {
         2.0 * r / (1.0 + r)
     }
 
+    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
+    pub(in crate::bsdf) fn albedo_estimate(&self, cos: f32, _lobes: Lobes) -> f32 {
+        self.reflection_tint.max_channel() * self.reflectance(cos)
+    }
+
     /// Straight-through transmittance at the cosine `cos`.
     #[inline]
     pub(in crate::bsdf) fn transmittance(&self, cos: f32) -> Rgb {

@@ -54,6 +54,15 @@ impl Ward {
         }
     }
 
+    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
+    pub(in crate::bsdf) fn albedo_estimate(&self, cos: f32, lobes: Lobes) -> f32 {
+        if cos <= 0.0 {
+            return 0.0;
+        }
+        lobes.pick(self.lobe_class(), self.specular.max_channel())
+            + lobes.pick(Lobes::DIFFUSE, self.base.reflectance.max_channel())
+    }
+
     #[inline]
     pub(in crate::bsdf) fn alpha(&self) -> f32 {
         self.alpha.min_element()

@@ -301,6 +301,82 @@ fn principled_models() -> Vec<Named> {
     ]
 }
 
+/// Materials of which one lobe returns much less light than Fresnel's equations or the weights of wrappers alone suggest.
+pub(super) fn unequal_lobes() -> Vec<Case> {
+    let black = ColorInput::Constant(Rgb::BLACK);
+    let tinted = |reflection, transmission, roughness| Material::Dielectric {
+        eta: 1.5,
+        specular_reflectance: reflection,
+        specular_transmittance: transmission,
+        roughness,
+    };
+    let narrow = rough(Distribution::Ggx, 0.15, 0.15);
+    let blend = |first| {
+        vec![
+            first,
+            diffuse(),
+            Material::Blend {
+                weight: float(0.2),
+                first: MaterialId(0),
+                second: MaterialId(1),
+            },
+        ]
+    };
+    let named: Vec<Named> = vec![
+        ("smooth screen", vec![tinted(WHITE, black, None)]),
+        ("rough screen", vec![tinted(WHITE, black, narrow)]),
+        (
+            "rough green screen",
+            vec![tinted(WHITE, rgb(0.0, 0.02, 0.0), narrow)],
+        ),
+        ("glass without reflection", vec![tinted(black, WHITE, None)]),
+        (
+            "dark plastic",
+            vec![Material::Plastic {
+                eta: 1.9,
+                diffuse_reflectance: rgb(0.1, 0.1, 0.1),
+                specular_reflectance: WHITE,
+                nonlinear: true,
+                roughness: None,
+            }],
+        ),
+        (
+            "principled",
+            vec![Material::Principled(Box::new(principled(0.5)))],
+        ),
+        (
+            "dark principled",
+            vec![Material::Principled(Box::new(PrincipledMaterial {
+                base_color: rgb(0.01, 0.01, 0.01),
+                clearcoat: float(1.0),
+                ..principled(0.5)
+            }))],
+        ),
+        (
+            "principled screen",
+            vec![Material::Principled(Box::new(PrincipledMaterial {
+                base_color: black,
+                spec_trans: float(1.0),
+                ..principled(0.4)
+            }))],
+        ),
+        (
+            "blend with black",
+            blend(Material::Diffuse { reflectance: black }),
+        ),
+        (
+            "blend with glass",
+            blend(tinted(rgb(0.1, 0.1, 0.1), black, None)),
+        ),
+    ];
+    let case = |(name, materials)| Case {
+        name,
+        materials: Materials::new(materials),
+        textures: Vec::new(),
+    };
+    named.into_iter().map(case).collect()
+}
+
 fn untilted_wrappers() -> Vec<Named> {
     use Distribution::Ggx;
     let two_sided = |id: u32| Material::TwoSided {

@@ -1,5 +1,6 @@
 //! Samplers against densities, values and energy.
 
+use super::cases::unequal_lobes;
 use super::*;
 use crate::bsdf::leaf::Given;
 use crate::bsdf::sampling::{MAX_DEFENSIVE_PROBABILITY, SampledDirection};
@@ -10,7 +11,9 @@ use rayon::prelude::*;
 fn samplers_follow_their_densities() {
     // About 800 tests with fixed seeds: one in ten thousand runs of a right program with other seeds would fail.
     let significance = 1e-7;
-    let failures: Vec<String> = cases()
+    let unequal = unequal_lobes();
+    let all: Vec<&Case> = cases().iter().chain(&unequal).collect();
+    let failures: Vec<String> = all
         .par_iter()
         .flat_map_iter(|case| {
             let mut failures = Vec::new();
@@ -165,6 +168,41 @@ fn albedo_is_the_integral_and_energy_is_conserved() {
             );
         }
     });
+}
+
+#[test]
+fn lobes_are_chosen_by_the_light_that_they_return() {
+    let given = Vec3::new(0.5, 0.3, 0.7).normalize();
+    for case in unequal_lobes() {
+        let bsdf = case.bsdf(Vec3::Z);
+        for end in [Given::Wo, Given::Wi] {
+            let (mut sum, mut squares) = (0.0, 0.0);
+            let count = 4000;
+            for i in 0..count {
+                let u = numbers(&mut sampler(i));
+                let sample = match end {
+                    Given::Wo => bsdf.sample_wi(given, u, Lobes::ALL),
+                    Given::Wi => bsdf.sample_wo(given, u, Lobes::ALL),
+                };
+                let Some(sample) = sample else { continue };
+                // Without the squared index that refraction puts into radiance.
+                let radiance = if end == Given::Wo {
+                    sample.eta * sample.eta
+                } else {
+                    1.0
+                };
+                let weight = f64::from(sample.weight.max_channel() * radiance);
+                sum += weight / count as f64;
+                squares += weight * weight / count as f64;
+            }
+            let spread = squares / (sum * sum);
+            assert!(
+                sum > 0.0 && spread < 1.25,
+                "{} {end:?}: {spread}",
+                case.name
+            );
+        }
+    }
 }
 
 #[test]

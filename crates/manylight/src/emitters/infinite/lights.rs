@@ -23,7 +23,6 @@ pub(in crate::emitters) struct InfiniteLights {
 /// A direction towards an infinite light.
 pub(in crate::emitters) struct InfiniteLightSample {
     pub(in crate::emitters) wi: Vec3,
-    pub(in crate::emitters) emitter: EmitterId,
     pub(in crate::emitters) radiance: SampledRadiance,
 }
 
@@ -149,11 +148,7 @@ impl InfiniteLights {
                 (sample.wi, radiance)
             }
         };
-        InfiniteLightSample {
-            wi,
-            emitter: light.emitter,
-            radiance,
-        }
+        InfiniteLightSample { wi, radiance }
     }
 
     /// Radiance from the unit direction `wi`, summed over all lights that fill a solid angle, and the density of

@@ -110,6 +110,16 @@ struct World {
 }
 
 impl World {
+    fn sample_guided(
+        &self,
+        receiver: (Vec3, Option<Vec3>),
+        lobes: &EnvironmentLobes,
+        numbers: (f32, Vec2),
+    ) -> Option<DirectSample> {
+        let (geometry, textures) = (&self.geometry, &self.textures);
+        (self.emitters).sample_guided(geometry, textures, receiver, lobes, numbers)
+    }
+
     fn sample(&self, p: Vec3, n: Option<Vec3>, u_choice: f32, u: Vec2) -> Option<DirectSample> {
         let plan = self.emitters.plan(u_choice, u);
         self.emitters

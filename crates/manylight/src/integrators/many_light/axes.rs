@@ -67,3 +67,12 @@ pub enum Resampling {
     /// right image.
     Progressive,
 }
+
+/// How the effort of a pass is set.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Effort {
+    /// As the settings say.
+    Fixed,
+    /// By a pre-pass: at most as many lights as the settings say.
+    Measured,
+}

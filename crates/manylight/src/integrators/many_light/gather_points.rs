@@ -3,10 +3,11 @@
 use super::prepared::PreparedPasses;
 use super::radiance_cache::CACHE_NEIGHBORS;
 use crate::color::Rgb;
+use crate::emitters::MAX_ENVIRONMENT_LOBES;
 use crate::film::{Layer, TileSamples};
 use crate::gather::{ShadingPoint, Strategy, Subset};
 use crate::integrators::partition::PathStage;
-use crate::maps::{INCIDENT_NEIGHBORS, Neighbors};
+use crate::maps::Neighbors;
 use crate::math::Vec3;
 use crate::sampling::{LowDiscrepancySequence, Pass, Sampler, Stream};
 use crate::transport::Walk;
@@ -61,7 +62,7 @@ impl<'s, 'o, 't> TileGather<'s, 'o, 't> {
             out,
             points: Vec::new(),
             shadow_rays: 0,
-            found: Neighbors::new(INCIDENT_NEIGHBORS),
+            found: Neighbors::new(MAX_ENVIRONMENT_LOBES),
             found_photons: Neighbors::new(CACHE_NEIGHBORS),
             cached_area: None,
             sparse: SparseSubsets::new(strategy, pass),

@@ -2,8 +2,8 @@
 //! that account for the rest.
 //!
 //! Emitters are estimated by next-event estimation and by directions, combined by MIS. Directions are sampled from the
-//! non-specular lobes at `x` and from where photons of the environment arrive. A direction that meets a surface continues in
-//! two ways:
+//! non-specular lobes at `x`, emitter samples of the environment also from where its photons arrive. A direction that meets a
+//! surface continues in two ways:
 //!
 //! * by bias compensation of the sum over virtual lights (`compensation.rs`);
 //! * by specular events, if a glossy lobe at `x` meets a specular surface (`specular_chains.rs`).
@@ -16,21 +16,18 @@ use super::gather_points::{GatherPoint, PixelGather, PixelNumbers};
 use super::next_event::EmitterLight;
 use crate::bsdf::{BsdfNumbers, BsdfSample, Lobes};
 use crate::color::Rgb;
+use crate::emitters::EnvironmentLobes;
 use crate::gather::{ShadingPoint, Subset};
-use crate::integrators::guiding::{environment_guide, guided_pdf, sample_direction};
+use crate::integrators::guiding::environment_guide;
 use crate::integrators::partition::PathStage;
-use crate::maps::IncidentGuide;
 use crate::math::Vec3;
 use crate::sampling::{LowDiscrepancySequence, Sampler};
+use crate::transport::direct::EmitterSample;
 use crate::transport::{Vertex, Walk, next_scattering_vertex};
 
 /// Directions at the first gather points of the camera paths of a pixel, together. Unmeasured: they cost
 /// little beside the sum over all lights.
 pub(super) const DIRECTIONS: u32 = 16;
-/// Emitter samples per direction at the first gather points. Measured against 1 and 4, over 8 passes at 160x90: the variance of direct
-/// light falls by 1.5 and 2.1 times in the Kitchen, 1.7 and 2.8 times in the Garage. With 4, passes take 8 to 11 % longer than with 2,
-/// and in the CBox, which has one lamp, 20 %.
-const EMITTER_SAMPLES: u32 = 2;
 /// Fewest directions at a point for which a query of the area per light pays. Unmeasured.
 const AREA_QUERY_DIRECTIONS: u32 = 4;
 /// Growth of the largest radius of density estimates per length of segments after a non-specular event, in rad: caustics seen
@@ -76,14 +73,6 @@ impl GatherRole {
                 direction_limit, ..
             } => direction_limit,
             GatherRole::FirstVertex { .. } | GatherRole::BehindSpecularChain => f32::INFINITY,
-        }
-    }
-
-    /// Emitter samples per direction.
-    fn emitter_samples(self) -> u32 {
-        match self {
-            GatherRole::FirstVertex { .. } => EMITTER_SAMPLES,
-            GatherRole::Compensation { .. } | GatherRole::BehindSpecularChain => 1,
         }
     }
 
@@ -134,15 +123,18 @@ pub(super) struct GatherDirection<'x, 's> {
     pub(super) f_cos: Rgb,
     /// Surface area per light around it, in m²; `None` if too few directions share the query for it.
     pub(super) area_per_light: Option<f32>,
+    /// Guide of next-event estimation there.
+    pub(super) environment: Option<&'x EnvironmentLobes>,
 }
 
 /// How light that emitters send along a direction is estimated.
 #[derive(Clone, Copy)]
-pub(super) enum EmittedLight {
-    /// By directions, up to this fraction; only on the side of the normal, if given.
+pub(super) enum EmittedLight<'g> {
+    /// By directions, up to this fraction; only on the side of the normal, if given. The environment as in [`GatherDirection`].
     Directions {
         fraction: f32,
         lit_from: Option<Vec3>,
+        environment: Option<&'g EnvironmentLobes>,
     },
     /// By photons.
     Photons,
@@ -163,27 +155,36 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
         let compensates = self.prepared.compensation == Compensation::KolligKeller;
         let area_per_light = (compensates && numbers.count >= AREA_QUERY_DIRECTIONS)
             .then(|| self.area_per_light(at.x.p));
-        let guide = environment_guide(&self.prepared.incident, v, &mut self.tile.found);
-        self.add_emitters(v, &path, role, guide.as_ref(), numbers);
+        let environment = environment_guide(&self.prepared.incident, v, &mut self.tile.found);
+        let environment = environment.as_ref();
+        self.add_emitters(v, &path, role, environment, numbers);
         path.walk.scale(1.0 / numbers.count as f32);
         for i in 0..numbers.count {
             let (lobe, direction) = numbers.directions.triple(numbers.first + i);
             let bsdf_numbers = BsdfNumbers { lobe, direction };
-            let u = (i as f32 + self.sampler.next_1d()) / numbers.count as f32;
             let lobes = Lobes::NON_SPECULAR;
-            if let Some(sample) = sample_direction(v, guide.as_ref(), lobes, bsdf_numbers, u) {
+            if let Some(sample) = v.bsdf.sample_wi(v.w_prev, bsdf_numbers, lobes) {
                 let from = GatherDirection {
                     at: &at,
                     f_cos: v.bsdf.f_cos_wi(sample.w, v.w_prev, lobes),
                     area_per_light,
+                    environment,
                 };
                 // For MIS against several emitter samples per direction.
                 let sample = BsdfSample {
-                    pdf: sample.pdf / role.emitter_samples() as f32,
+                    pdf: sample.pdf / self.emitter_samples(role) as f32,
                     ..sample
                 };
                 self.follow_direction(v, path.clone(), role, &from, sample);
             }
+        }
+    }
+
+    /// Emitter samples per direction.
+    fn emitter_samples(&self, role: GatherRole) -> u32 {
+        match role {
+            GatherRole::FirstVertex { .. } => self.prepared.emitter_samples,
+            GatherRole::Compensation { .. } | GatherRole::BehindSpecularChain => 1,
         }
     }
 
@@ -193,10 +194,11 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
         v: &Vertex,
         path: &GatherPath,
         role: GatherRole,
-        guide: Option<&IncidentGuide>,
+        environment: Option<&EnvironmentLobes>,
         numbers: &DirectionNumbers,
     ) {
-        let per_direction = role.emitter_samples();
+        let (scene, n) = (self.prepared.scene, v.bsdf.receiving_normal(v.w_prev));
+        let per_direction = self.emitter_samples(role);
         let count = numbers.count * per_direction;
         let throughput = path.walk.throughput() / count as f32;
         let layer = path.stage.after(Lobes::DIFFUSE).layer();
@@ -206,11 +208,18 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
             direction_limit: role.direction_limit(),
         };
         for i in 0..count {
-            let (u_choice, u) = numbers.emitters.triple(numbers.first * per_direction + i);
-            let plan = self.prepared.scene.emitters.plan(u_choice, u);
+            let numbers = numbers.emitters.triple(numbers.first * per_direction + i);
+            let sample = match environment {
+                Some(lobes) => EmitterSample::guided(scene, &v.x, n, lobes, numbers),
+                None => {
+                    let plan = scene.emitters.plan(numbers.0, numbers.1);
+                    EmitterSample::new(scene, &v.x, n, &plan)
+                }
+            };
             let pdf_walk =
-                |wi| guided_pdf(v, guide, Lobes::NON_SPECULAR, wi) / per_direction as f32;
-            if let Some(radiance) = self.next_event(v, light, &plan, pdf_walk) {
+                |wi| v.bsdf.pdf_wi(wi, v.w_prev, Lobes::NON_SPECULAR) / per_direction as f32;
+            let radiance = sample.and_then(|sample| self.next_event(v, light, sample, pdf_walk));
+            if let Some(radiance) = radiance {
                 self.add(layer, throughput * radiance);
             }
         }
@@ -265,6 +274,7 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
         let emitted = EmittedLight::Directions {
             fraction: direction_fraction(role.direction_limit(), from.f_cos),
             lit_from: role.lit_from(),
+            environment: from.environment,
         };
         let Some(y) = self.next_vertex(&mut path, emitted) else {
             return;
@@ -289,15 +299,23 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
         path: &mut GatherPath<'s>,
         emitted: EmittedLight,
     ) -> Option<Vertex<'s>> {
-        let (scene, limits) = (self.prepared.scene, self.prepared.limits);
+        let limits = self.prepared.limits;
         let GatherPath {
             walk,
             stage,
             max_photon_radius,
         } = path;
         let (out, pixel, layer) = (&mut *self.tile.out, self.pixel, stage.layer());
-        next_scattering_vertex(scene, limits, walk, self.sampler, |step, throughput, _| {
-            if let EmittedLight::Directions { fraction, lit_from } = emitted {
+        let environment = match emitted {
+            EmittedLight::Directions { environment, .. } => environment,
+            EmittedLight::Photons => None,
+        };
+        let sampler = &mut *self.sampler;
+        next_scattering_vertex(limits, walk, environment, sampler, |step, throughput, _| {
+            if let EmittedLight::Directions {
+                fraction, lit_from, ..
+            } = emitted
+            {
                 if lit_from.is_some_and(|n| step.wi.dot(n) <= 0.0) {
                     return false;
                 }

@@ -2,6 +2,7 @@
 //!
 //! | stage | file |
 //! |---|---|
+//! | how many lights and emitter samples suit the scene | `effort.rs` |
 //! | which passes share a set of lights, and how far it is refined | `schedule.rs` |
 //! | 1. trace photons from the emitters; importons from the camera, when placement needs them | `trace.rs` |
 //! | 2. place: keep photons as sites of lights, by importance times flux | `place.rs` |
@@ -22,6 +23,7 @@ mod compensation;
 mod compensation_photons;
 mod cut_tolerance;
 mod density_estimates;
+mod effort;
 mod gather_points;
 mod gathering;
 mod interim_maps;
@@ -38,7 +40,7 @@ mod trace;
 
 pub use crate::gather::{CutLimits, Kernel, Strategy};
 pub use crate::virtual_lights::{GlossyForm, TableStorage};
-pub use axes::{ClampRule, Compensation, EmissionKind, FluxRule, Placement, Resampling};
+pub use axes::{ClampRule, Compensation, Effort, EmissionKind, FluxRule, Placement, Resampling};
 pub use cut_tolerance::DARKEST_PIXEL;
 pub use interim_maps::{InterimMaps, PlacedLight};
 pub use prepared::PreparedPasses;

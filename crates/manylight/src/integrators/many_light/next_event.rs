@@ -4,7 +4,6 @@ use super::compensation_photons::direction_fraction;
 use super::gather_points::PixelGather;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
-use crate::emitters::EmitterPlan;
 use crate::math::Vec3;
 use crate::transport::Vertex;
 use crate::transport::direct::EmitterSample;
@@ -21,17 +20,16 @@ pub(super) struct EmitterLight {
 }
 
 impl PixelGather<'_, '_, '_, '_> {
-    /// Radiance from a sampled emitter that `v` reflects towards the camera path, in W/(m² sr), with the MIS weight against
+    /// Radiance from the sampled emitter that `v` reflects towards the camera path, in W/(m² sr), with the MIS weight against
     /// directions sampled with density `pdf_walk`, in 1/sr.
     pub(super) fn next_event(
         &mut self,
         v: &Vertex,
         light: EmitterLight,
-        plan: &EmitterPlan,
+        sample: EmitterSample,
         pdf_walk: impl FnOnce(Vec3) -> f32,
     ) -> Option<Rgb> {
         let (scene, wo) = (self.prepared.scene, v.w_prev);
-        let sample = EmitterSample::new(scene, &v.x, v.bsdf.receiving_normal(wo), plan)?;
         let f_cos = v.bsdf.f_cos_wi(sample.wi, wo, light.lobes);
         if f_cos.is_black() || light.lit_from.is_some_and(|n| sample.wi.dot(n) <= 0.0) {
             return None;

@@ -20,13 +20,17 @@ pub struct PreparedPasses<'s> {
     pub(super) limits: PathLimits,
     pub(super) group: PassGroup,
     pub(super) compensation: Compensation,
+    /// Emitter samples per direction at the first gather points.
+    pub(super) emitter_samples: u32,
+    /// Camera paths that a pixel starts with in a pass.
+    pub(super) camera_paths: u32,
     pub(super) gather: Gather,
     /// The virtual lights.
     pub lights: LightIndex<'s>,
     pub(super) subsets: LightSubsets,
     /// The light that a photon anywhere would be assigned to.
     pub nearest: NearestLights,
-    /// Directions from which photons of the environment arrive.
+    /// Photons that arrive straight from the environment.
     pub(super) incident: IncidentMap,
     /// Photons with a specular last event.
     pub caustics: KdTree<Photon>,
@@ -58,6 +62,8 @@ impl<'s> PreparedPasses<'s> {
             limits: cx.limits,
             group: cx.group.clone(),
             compensation: cx.method.compensation,
+            emitter_samples: cx.method.emitter_samples,
+            camera_paths: cx.method.started_paths(),
             tolerance: tolerance(scene, &gather, &lights, cx.run.pass),
             pixel: PixelFootprint::of(scene),
             gather,

@@ -1,6 +1,6 @@
 //! The many-light methods that have a name.
 
-use super::axes::{ClampRule, Compensation, EmissionKind, FluxRule, Placement, Resampling};
+use super::axes::{ClampRule, Compensation, Effort, EmissionKind, FluxRule, Placement, Resampling};
 use super::settings::ManyLight;
 use crate::gather::{CutLimits, Kernel, Strategy};
 use crate::virtual_lights::{GlossyForm, TableStorage};
@@ -8,6 +8,12 @@ use crate::virtual_lights::{GlossyForm, TableStorage};
 /// Virtual lights per pass for lightcuts. Unmeasured: 32 times those of a sum over all lights, since a cut grows slowly with the
 /// number of lights.
 const CUT_LIGHTS: u32 = 16_384;
+/// Emitter samples per direction at the first gather points. Measured against 1 and 4, over 8 passes at 160x90: the variance of direct
+/// light falls by 1.5 and 2.1 times in the Kitchen, 1.7 and 2.8 times in the Garage. With 4, passes take 8 to 11 % longer than with 2,
+/// and in the CBox, which has one lamp, 20 %.
+const EMITTER_SAMPLES: u32 = 2;
+/// Camera paths that a pixel starts with in a pass. With one path, edges and textures were most of the noise of a pass.
+const CAMERA_PATHS: u32 = 4;
 /// Photon paths per virtual light for lightcuts.
 const CUT_PHOTON_PATHS_PER_LIGHT: u32 = 64;
 
@@ -34,6 +40,17 @@ impl ManyLight {
             clamp: ClampRule::Auto,
             compensation: Compensation::KolligKeller,
             resampling: Resampling::Progressive,
+            emitter_samples: EMITTER_SAMPLES,
+            camera_paths: CAMERA_PATHS,
+            effort: Effort::Fixed,
+        }
+    }
+
+    /// [`ManyLight::rich_vpl`] with lights, emitter samples and camera paths by the scene: the default of a render.
+    pub fn rich_vpl_by_scene() -> Self {
+        ManyLight {
+            effort: Effort::Measured,
+            ..ManyLight::rich_vpl()
         }
     }
 

@@ -1,6 +1,6 @@
 //! The settings of a many-light method.
 
-use super::axes::{ClampRule, Compensation, EmissionKind, FluxRule, Placement, Resampling};
+use super::axes::{ClampRule, Compensation, Effort, EmissionKind, FluxRule, Placement, Resampling};
 use crate::gather::{Kernel, Strategy};
 
 /// Indirect light from virtual lights: the number of particles and lights, and a choice on each axis.
@@ -30,4 +30,22 @@ pub struct ManyLight {
     pub compensation: Compensation,
     /// The lights of successive passes.
     pub resampling: Resampling,
+    /// Emitter samples per direction at the first gather points.
+    pub emitter_samples: u32,
+    /// Camera paths that a pixel starts with in a pass, among which its lights and directions are divided; one with
+    /// [`Strategy::Cuts`].
+    pub camera_paths: u32,
+    /// How `light_count`, `photon_paths`, `emitter_samples` and `camera_paths` are set.
+    pub effort: Effort,
+}
+
+impl ManyLight {
+    /// Camera paths that a pixel starts with in a pass. Pixels with a cut for each gather point start with one path: four cuts were
+    /// no better at equal time (relMSE of one against four: Kitchen 0.044 after 45 s, 0.048 after 42 s).
+    pub(super) fn started_paths(&self) -> u32 {
+        match self.strategy {
+            Strategy::All | Strategy::Bidirectional(_) => self.camera_paths,
+            Strategy::Cuts(_) => 1,
+        }
+    }
 }

@@ -3,16 +3,14 @@
 use super::{Estimate, PhotonMap};
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
+use crate::emitters::{EnvironmentLobes, MAX_ENVIRONMENT_LOBES};
 use crate::film::{FilmSampler, Layer, TileSamples};
 use crate::integrators::context::PassContext;
 use crate::integrators::first_surface::add_first_surface;
 use crate::integrators::guiding::{environment_guide, guided_pdf, sample_direction};
 use crate::integrators::partition::PathStage;
 use crate::maps::density::{Bandwidth, DensityReceiver, density_estimate};
-use crate::maps::{
-    COVERAGE_PROBES, INCIDENT_NEIGHBORS, IncidentGuide, IncidentMap, KdTree, Neighbors,
-    covered_fraction,
-};
+use crate::maps::{COVERAGE_PROBES, IncidentMap, KdTree, Neighbors, covered_fraction};
 use crate::math::Vec3;
 use crate::particles::Photon;
 use crate::sampling::{Pass, Sampler, Stream, rng};
@@ -32,7 +30,7 @@ pub(super) struct PhotonMapPass<'s> {
     pub(super) limits: PathLimits,
     pub(super) method: PhotonMap,
     pub(super) photons: KdTree<Photon>,
-    /// Directions from which photons of the environment arrive.
+    /// Photons that arrive straight from the environment.
     pub(super) incident: IncidentMap,
     /// See [`Bandwidth`].
     pub(super) radius_scale: f32,
@@ -51,7 +49,7 @@ impl PhotonMapPass<'_> {
             pass: self,
             out,
             found: Neighbors::new(self.method.neighbors.max(1) as usize),
-            found_incident: Neighbors::new(INCIDENT_NEIGHBORS),
+            found_incident: Neighbors::new(MAX_ENVIRONMENT_LOBES),
             shadow_rays: 0,
         };
         let mut count = 0;
@@ -149,8 +147,8 @@ impl<'s> TilePaths<'_, 's, '_, '_> {
         // After a non-specular event, photons estimate what emitters send by specular events.
         let by_photons = *stage != PathStage::BeforeX && walk.previous().event.has(Lobes::SPECULAR);
         let (out, layer) = (&mut *self.out, stage.layer());
-        let (scene, limits) = (pass.scene, pass.limits);
-        next_scattering_vertex(scene, limits, walk, sampler, |step, throughput, sampler| {
+        let limits = pass.limits;
+        next_scattering_vertex(limits, walk, None, sampler, |step, throughput, sampler| {
             if !by_photons && !step.emitted.is_black() {
                 let value = throughput * step.emitted / pass.camera_paths as f32;
                 out.add(*index, layer, value);
@@ -210,7 +208,7 @@ impl<'s> TilePaths<'_, 's, '_, '_> {
         &mut self,
         path: &mut PhotonMapPath,
         v: &Vertex,
-        guide: Option<&IncidentGuide>,
+        guide: Option<&EnvironmentLobes>,
         sets: [Lobes; 2],
     ) {
         let scene = self.pass.scene;

@@ -37,11 +37,46 @@ pub(in crate::bsdf) struct PrincipledFront {
     pub(in crate::bsdf) clearcoat_norm: f32,
 }
 
+/// Fresnel reflectance of the clear coat by Schlick's term.
+#[inline(always)]
+fn clearcoat_fresnel(s: f32) -> f32 {
+    s + (1.0 - s) * CLEARCOAT_R0
+}
+
 impl PrincipledFront {
     /// Whether there is a clear coat, sheen, or flatness.
     #[inline(always)]
     pub(in crate::bsdf) fn has_extras(&self) -> bool {
         self.clearcoat != 0.0 || !self.sheen.is_black() || self.flatness != 0.0
+    }
+
+    /// Reflectance of the main interface at the cosine `cos` to a facet. Schlick's term is at least `least`.
+    #[inline(always)]
+    pub(in crate::bsdf) fn interface_reflectance(&self, cos: f32, least: f32) -> Rgb {
+        let (r, s) = self.fresnel_terms(cos);
+        self.reflectance(r, s.max(least))
+    }
+
+    /// Reflectance of a plain dielectric, and Schlick's term, at the cosine `cos` to a facet.
+    #[inline(always)]
+    fn fresnel_terms(&self, cos: f32) -> (f32, f32) {
+        let refracted = fresnel::refracted_cosine(cos, self.inv_eta);
+        let r = fresnel::reflectance(cos, refracted, self.eta);
+        // From the denser side, Schlick's approximation uses the angle of the refracted direction.
+        let s = schlick_weight(if self.eta > 1.0 { cos } else { refracted });
+        (r, s)
+    }
+
+    /// Reflectance of the main interface by [`PrincipledFront::fresnel_terms`].
+    #[inline(always)]
+    fn reflectance(&self, r: f32, s: f32) -> Rgb {
+        self.schlick_r0 * (1.0 - s) + Rgb::splat(self.plain * r + self.schlick * s)
+    }
+
+    /// Reflectance of the clear coat, with its weight, at the cosine `cos` to a facet.
+    #[inline]
+    pub(in crate::bsdf) fn clearcoat_reflectance(&self, cos: f32) -> f32 {
+        self.clearcoat * clearcoat_fresnel(schlick_weight(cos))
     }
 
     /// `f |wi·n|` for local directions above the surface. `EXTRAS` is [`PrincipledFront::has_extras`], `seen` is [`Microfacets::seen`] of `wo`.
@@ -56,12 +91,8 @@ impl PrincipledFront {
         let half = wi + wo;
         // |wi + wo| = 2 wo·m for unit vectors.
         let cos = 0.5 * half.length_squared().sqrt();
-        let refracted = fresnel::refracted_cosine(cos, self.inv_eta);
-        let r = fresnel::reflectance(cos, refracted, self.eta);
-        // From the denser side, Schlick's approximation uses the angle of the refracted direction.
-        let s = schlick_weight(if self.eta > 1.0 { cos } else { refracted });
-        let reflectance =
-            self.schlick_r0 * (1.0 - s) + Rgb::splat(self.plain * r + self.schlick * s);
+        let (r, s) = self.fresnel_terms(cos);
+        let reflectance = self.reflectance(r, s);
         let interface = facets.visible_density(wi, half) * seen;
         let mut rest = self.diffuse::<EXTRAS>(wi, wo, cos);
         if EXTRAS {
@@ -84,9 +115,7 @@ impl PrincipledFront {
         let halves = incident.halves(wo);
         let [cos_d, most_cos_d] = halves.cosines;
         // All reflectances increase with the angle.
-        let refracted = fresnel::refracted_cosine(cos_d, self.inv_eta);
-        let r = fresnel::reflectance(cos_d, refracted, self.eta);
-        let s = schlick_weight(if self.eta > 1.0 { cos_d } else { refracted });
+        let (r, s) = self.fresnel_terms(cos_d);
         let reflectance = self.schlick_r0.max_channel() + self.plain * r + self.schlick * s;
         let interface = facets.projected_bound(halves.highest, incident) * seen;
         let projection = incident.projection(highest);
@@ -115,7 +144,7 @@ impl PrincipledFront {
     /// The clear coat, without the cosine of `wi`.
     #[inline(always)]
     fn clearcoat(&self, s: f32, cos_m: f32, cos_i: f32, cos_o: f32) -> f32 {
-        let f = s + (1.0 - s) * CLEARCOAT_R0;
+        let f = clearcoat_fresnel(s);
         let masking = ggx_masking(cos_i, CLEARCOAT_MASKING_ALPHA)
             * ggx_masking(cos_o, CLEARCOAT_MASKING_ALPHA);
         self.clearcoat * f * gtr1(self.clearcoat_excess, self.clearcoat_norm, cos_m) * masking

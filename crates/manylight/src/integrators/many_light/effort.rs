@@ -1,0 +1,300 @@
+//! The effort of a pass: how many virtual lights it sums, how many emitters it samples, and how many camera paths a pixel has, by
+//! the variance of each term of the path partition.
+//!
+//! A pre-pass shades some pixels twice, with independent lights, at several efforts. The variance of a pass with `n` lights, `E`
+//! emitter samples per direction and `S` camera paths per pixel is modelled as `V = a + b/n + c/E + d/S`, and its cost as linear in
+//! all three. The smallest product of variance and cost gives the smallest error at equal time.
+//!
+//! The choice depends on the scene, the settings and the seed alone, so that a pass is the same in every render. The samples
+//! of the pre-pass are not used again: no estimate depends on its own noise.
+
+use super::axes::Effort;
+use super::gathering::DIRECTIONS;
+use super::prepared::PreparedPasses;
+use super::settings::ManyLight;
+use crate::color::Rgb;
+use crate::film::{FilmSampler, Layer, TILE_SIZE, Tile, shaded_tile};
+use crate::gather::Strategy;
+use crate::integrators::context::PassContext;
+use crate::math::UVec2;
+use crate::sampling::{Pass, Stream};
+use crate::scene::{PathLimits, Scene};
+use rayon::prelude::*;
+
+/// Factors on the number of lights that are considered.
+const LIGHT_FRACTIONS: [f32; 4] = [1.0, 0.5, 0.25, 0.125];
+/// Emitter samples per direction that are considered.
+const EMITTER_SAMPLES: [u32; 4] = [1, 2, 4, 8];
+/// Camera paths per pixel that are considered.
+const CAMERA_PATHS: [u32; 2] = [4, 8];
+/// Fraction of the lights and photons with which the pre-pass measures.
+const MEASURED_FRACTION: f32 = 0.25;
+/// Emitter samples and camera paths with which the pre-pass measures.
+const MEASURED: [(u32, u32); 3] = [(2, 4), (8, 4), (2, 8)];
+/// Pixels of the pre-pass, at most, and as a fraction of the image's (one over the number). Unmeasured: at 320x180 the pre-pass takes
+/// about as long as a third of a pass.
+const MAX_PIXELS: u32 = 1024;
+const PIXELS_DIVISOR: u32 = 16;
+/// Edge of the squares of pixels that the pre-pass shades.
+const SQUARE: u32 = 2;
+/// Largest variance of a pixel relative to its squared mean that counts: rare bright samples must not decide.
+const MAX_RELATIVE_VARIANCE: f64 = 1.0;
+/// Squared radiance, relative to that of the mean of the image, below which variances count as absolute, as in relMSE.
+const DARK: f64 = 0.01;
+/// Least gain in the product of variance and cost for which the effort changes. With 1.15, the noise of the pre-pass changed the effort
+/// in the CBox, at a loss of a third at 30 s.
+const LEAST_GAIN: f64 = 1.3;
+/// Cycles per pixel and pass, measured by a profile of the Garage, and for camera paths by the times of four scenes with 4 and 8 of
+/// them: of a light in the sum, of an emitter sample, of a camera path, and of all the rest.
+const LIGHT_CYCLES: f64 = 780.0;
+const EMITTER_SAMPLE_CYCLES: f64 = 2500.0;
+const CAMERA_PATH_CYCLES: f64 = 35_000.0;
+const REST_CYCLES: f64 = 150_000.0;
+
+/// Relative variances of a pass, in the mean over pixels.
+#[derive(Clone, Copy, Debug, Default)]
+struct TermVariances {
+    /// Virtual lights, and compensation of what clamping removes from them.
+    indirect: f64,
+    /// All other light.
+    rest: f64,
+}
+
+/// A model of the variance and the cost of a pass.
+#[derive(Clone, Copy, Debug)]
+struct PassModel {
+    constant: f64,
+    /// Times one over the number of lights.
+    lights: f64,
+    /// Times one over the number of emitter samples.
+    emitters: f64,
+    /// Times one over the number of camera paths.
+    camera: f64,
+}
+
+impl PassModel {
+    /// Of the variances at the efforts [`MEASURED`], shaded with `lights` lights.
+    fn new(variances: [TermVariances; 3], lights: f64) -> Self {
+        let [base, more_emitters, more_paths] = variances;
+        let [(e, s), (more_e, _), (_, more_s)] =
+            MEASURED.map(|(e, s)| (1.0 / f64::from(e), 1.0 / f64::from(s)));
+        let emitters = ((base.rest - more_emitters.rest) / (e - more_e)).max(0.0);
+        let camera = ((base.rest - more_paths.rest) / (s - more_s)).max(0.0);
+        let indirect = variances.iter().map(|v| v.indirect).sum::<f64>() / 3.0;
+        PassModel {
+            constant: (base.rest - emitters * e - camera * s).max(0.0),
+            lights: indirect * lights,
+            emitters,
+            camera,
+        }
+    }
+
+    /// Variance times cost.
+    fn error(&self, effort: &ManyLight) -> f64 {
+        let lights = f64::from(effort.light_count);
+        let emitter_samples = f64::from(effort.emitter_samples);
+        let camera_paths = f64::from(effort.camera_paths);
+        let variance = self.constant
+            + self.lights / lights
+            + self.emitters / emitter_samples
+            + self.camera / camera_paths;
+        let cost = REST_CYCLES
+            + LIGHT_CYCLES * lights
+            + EMITTER_SAMPLE_CYCLES * f64::from(DIRECTIONS) * emitter_samples
+            + CAMERA_PATH_CYCLES * camera_paths;
+        variance * cost
+    }
+}
+
+impl ManyLight {
+    /// These settings with their effort fixed: measured, if they ask for that.
+    pub(in crate::integrators) fn with_fixed_effort(
+        &self,
+        scene: &Scene,
+        limits: PathLimits,
+        run: &PassContext,
+    ) -> Self {
+        let fixed = ManyLight {
+            effort: Effort::Fixed,
+            ..*self
+        };
+        if self.effort == Effort::Fixed || self.strategy != Strategy::All {
+            return fixed;
+        }
+        let measured = fixed.with_lights(MEASURED_FRACTION);
+        let variances = run
+            .stats
+            .time("effort", || measured.term_variances(scene, limits, run));
+        let model = PassModel::new(variances, f64::from(measured.light_count));
+        let best = fixed
+            .efforts()
+            .min_by(|a, b| model.error(a).total_cmp(&model.error(b)));
+        best.filter(|best| model.error(best) * LEAST_GAIN < model.error(&fixed))
+            .unwrap_or(fixed)
+    }
+
+    /// These settings with the efforts that are considered.
+    fn efforts(self) -> impl Iterator<Item = Self> {
+        LIGHT_FRACTIONS.into_iter().flat_map(move |fraction| {
+            EMITTER_SAMPLES
+                .into_iter()
+                .flat_map(move |emitter_samples| {
+                    CAMERA_PATHS.map(|camera_paths| ManyLight {
+                        emitter_samples,
+                        camera_paths,
+                        ..self.with_lights(fraction)
+                    })
+                })
+        })
+    }
+
+    /// With this fraction of the lights and photons.
+    fn with_lights(&self, fraction: f32) -> Self {
+        let part = |count: u32| ((count as f32 * fraction) as u32).max(1);
+        ManyLight {
+            light_count: part(self.light_count),
+            photon_paths: part(self.photon_paths),
+            ..*self
+        }
+    }
+
+    /// The variances of a pass at the efforts [`MEASURED`].
+    fn term_variances(
+        &self,
+        scene: &Scene,
+        limits: PathLimits,
+        run: &PassContext,
+    ) -> [TermVariances; 3] {
+        let positions = scene.sensor.desc().film.sampler();
+        let squares = squares(scene, run.pass);
+        let passes = [0, 1].map(|index| {
+            // Other numbers than those of the render's passes.
+            let seed = !run.pass.seed;
+            let run = PassContext {
+                pass: Pass { seed, index },
+                ..*run
+            };
+            let group = self.single_pass_group(index);
+            let mut prepared = self.prepare(scene, limits, &group, &run);
+            MEASURED.map(|(emitter_samples, camera_paths)| {
+                prepared.emitter_samples = emitter_samples;
+                prepared.camera_paths = camera_paths;
+                shade(&prepared, &run, &positions, &squares)
+            })
+        });
+        std::array::from_fn(|effort| variances(&passes[0][effort], &passes[1][effort]))
+    }
+}
+
+/// Layers that the pre-pass records.
+const LAYERS: [Layer; 6] = [
+    Layer::Beauty,
+    Layer::VirtualLights,
+    Layer::Compensation,
+    Layer::Direct,
+    Layer::Emission,
+    Layer::Caustics,
+];
+
+/// Squares of pixels evenly over the image.
+fn squares(scene: &Scene, pass: Pass) -> Vec<Tile> {
+    const { assert!(SQUARE <= TILE_SIZE) };
+    let size = scene.sensor.desc().film.crop_size;
+    let pixels = (size.x * size.y / PIXELS_DIVISOR).clamp(1, MAX_PIXELS);
+    let numbers = pass.sampler(Stream::Selection, 5).next_sequence();
+    (0..pixels.div_ceil(SQUARE * SQUARE))
+        .map(|i| {
+            let (_, u) = numbers.triple(i);
+            let size_of_square = size.min(UVec2::splat(SQUARE));
+            let room = size - size_of_square + UVec2::ONE;
+            Tile {
+                origin: (u * room.as_vec2()).as_uvec2().min(room - UVec2::ONE),
+                size: size_of_square,
+            }
+        })
+        .collect()
+}
+
+/// The values of [`LAYERS`] in the pixels of the squares.
+fn shade(
+    prepared: &PreparedPasses,
+    run: &PassContext,
+    positions: &FilmSampler,
+    squares: &[Tile],
+) -> Vec<Rgb> {
+    let shade = |&tile: &Tile| {
+        shaded_tile(tile, &LAYERS, |samples| {
+            prepared.shade_tile(run, positions, samples);
+        })
+    };
+    let tiles: Vec<Vec<Rgb>> = squares.par_iter().map(shade).collect();
+    tiles.concat()
+}
+
+/// The variances of a pass, from the values of two.
+fn variances(a: &[Rgb], b: &[Rgb]) -> TermVariances {
+    let pixels = || {
+        a.chunks_exact(LAYERS.len())
+            .zip(b.chunks_exact(LAYERS.len()))
+    };
+    let luminance = |x: Rgb| f64::from(x.luminance());
+    let mean = |x: &[Rgb], y: &[Rgb]| 0.5 * (luminance(x[0]) + luminance(y[0]));
+    let count = (a.len() / LAYERS.len()) as f64;
+    let image = pixels().map(|(x, y)| mean(x, y)).sum::<f64>() / count;
+    let mut sums = TermVariances::default();
+    for (x, y) in pixels() {
+        let scale = mean(x, y).powi(2) + DARK * image * image;
+        if !(scale > 0.0 && scale.is_finite()) {
+            continue;
+        }
+        let variance = |x: Rgb, y: Rgb| {
+            let difference = luminance(x) - luminance(y);
+            (0.5 * difference * difference / scale).min(MAX_RELATIVE_VARIANCE) / count
+        };
+        sums.indirect += variance(x[1] + x[2], y[1] + y[2]);
+        sums.rest += variance(x[3], y[3]) + variance(x[4], y[4]) + variance(x[5], y[5]);
+    }
+    sums
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Variances of a pass by the model, at the measured efforts.
+    fn measured(constant: f64, lights: f64, emitters: f64, camera: f64) -> [TermVariances; 3] {
+        MEASURED.map(|(e, s)| TermVariances {
+            indirect: lights / 128.0,
+            rest: constant + emitters / f64::from(e) + camera / f64::from(s),
+        })
+    }
+
+    /// The effort that the model prefers.
+    fn best(variances: [TermVariances; 3]) -> (u32, u32, u32) {
+        let model = PassModel::new(variances, 128.0);
+        let by_error = |a: &ManyLight, b: &ManyLight| model.error(a).total_cmp(&model.error(b));
+        let best = ManyLight::rich_vpl().efforts().min_by(by_error).unwrap();
+        (best.light_count, best.emitter_samples, best.camera_paths)
+    }
+
+    #[test]
+    fn effort_goes_to_the_term_with_the_variance() {
+        assert_eq!(best(measured(0.0, 1.0, 0.0, 0.0)), (512, 1, 4));
+        assert_eq!(best(measured(0.0, 0.0, 1.0, 0.0)), (64, 8, 4));
+        assert_eq!(best(measured(0.0, 0.0, 0.0, 1.0)), (64, 1, 8));
+        assert_eq!(best(measured(1.0, 0.0, 0.0, 0.0)), (64, 1, 4));
+    }
+
+    #[test]
+    fn the_model_meets_the_variances_that_it_is_made_of() {
+        let model = PassModel::new(measured(0.1, 5.0, 0.2, 0.3), 128.0);
+        for (found, expected) in [
+            (model.constant, 0.1),
+            (model.lights, 5.0),
+            (model.emitters, 0.2),
+            (model.camera, 0.3),
+        ] {
+            assert!((found - expected).abs() < 1e-9, "{found} for {expected}");
+        }
+    }
+}
