@@ -141,7 +141,8 @@ impl<'b, 's> GatherTree<'b, 's> {
         (end - 1, self.sensors[end - 1].weight / weight)
     }
 
-    /// Upper bound of `Σ T f cosθ` over the points of `node`, each with its own direction within `spread` of `axis`, in 1/sr.
+    /// Upper bound of `Σ T f cosθ` over the points of `node`, in 1/sr. The directions may differ between the points, and are within
+    /// `spread` of `axis`.
     pub(super) fn reflectance_bound(&self, node: &GatherNode, axis: Vec3, spread: Spread) -> f32 {
         let mut sum = 0.0;
         if node.diffuse > 0.0 {

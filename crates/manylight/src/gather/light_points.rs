@@ -109,7 +109,7 @@ impl Gather {
         }
     }
 
-    /// Number of points that stand for `light`, which is no sphere, as seen from `at`.
+    /// Number of points that represent `light` as seen from `at`, for the kernels point and disc.
     pub(super) fn part_count(&self, at: &ClampReceiver, light: &VirtualLight) -> usize {
         let within = |radii: f32| self.is_disc(light) && is_within(radii, light, at.p, at.u);
         if within(SIXTEEN_POINTS_WITHIN) {

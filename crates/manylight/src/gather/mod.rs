@@ -50,17 +50,12 @@ pub enum Strategy {
     /// A cut through the light tree, common to up to 64 points. At points with a subset of one light in `n`, the cut has at most
     /// `max_lights / n` terms.
     Cuts(CutLimits),
-    /// A cut through the product of the gather points of a pixel and the light tree: [`Gather::sum_of_pixel`]. Points without a pixel
-    /// have cuts as [`Strategy::Cuts`].
+    /// A cut through the pairs of the gather points of a pixel and the lights: [`Gather::sum_of_pixel`]. [`Gather::sum`] makes
+    /// the same cuts as for [`Strategy::Cuts`].
     Bidirectional(CutLimits),
 }
 
 impl Strategy {
-    /// Whether all lights are evaluated, and no tree is needed.
-    pub fn is_all(self) -> bool {
-        self.cut_limits().is_none()
-    }
-
     /// The limits of cuts; `None` without cuts.
     pub fn cut_limits(self) -> Option<CutLimits> {
         match self {

@@ -1,9 +1,9 @@
-//! A cut through the product of a gather tree and the light tree: the light of all lights through all gather points of a pixel,
-//! refined until no pair of clusters can be far off.
+//! A cut through the product of a gather tree and the light tree: the light that all virtual lights send through all gather points
+//! of a pixel. Pairs of nodes are refined until the error bound of each pair is small.
 //!
 //! Sources: Walter, Arbree, Bala, Greenberg, "Multidimensional Lightcuts", SIGGRAPH 2006, for the product graph; Walter, Khungurn,
-//! Bala, "Bidirectional Lightcuts", SIGGRAPH 2012, for gather points at several vertices of a camera path. Representatives are drawn,
-//! after Yuksel, "Stochastic Lightcuts", HPG 2019.
+//! Bala, "Bidirectional Lightcuts", SIGGRAPH 2012, for gather points at several vertices of a camera path. Deviation:
+//! representatives are drawn at random, after Yuksel, "Stochastic Lightcuts", HPG 2019.
 
 use super::gather_tree::GatherTree;
 use super::pairs::{ConnectionValue, PairBound, PairContext, Parts};
@@ -79,9 +79,10 @@ struct ProductCut<'a, 'b, 's> {
 }
 
 impl Gather {
-    /// The sums of the lights at the gather points of one pixel. Their sum, weighted by throughput, is one cut; a single sum is only right
-    /// in expectation. A pair of clusters may be off by `tolerance` (luminance, in W/(m² sr)), or by the relative error of the limits.
-    /// Costs and terms are those of the first point.
+    /// The sums of the lights at the gather points of one pixel, estimated by one cut for the sum over the points, weighted by
+    /// throughput. A sum at a single point has the right expected value, and more noise. The error of a pair of clusters may be
+    /// `tolerance` (luminance, in W/(m² sr)), or the relative error of the limits. The first of the returned sums holds the size and
+    /// the cost of the cut.
     pub fn sum_of_pixel(
         &self,
         scene: &Scene,

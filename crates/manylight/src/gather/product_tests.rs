@@ -1,5 +1,4 @@
-//! Pairs of clusters of gather points and lights are bounded, product cuts are the sums of their pairs, and the weights of all techniques
-//! of a path sum to one.
+//! Bounds of pairs of clusters, product cuts against sums over all pairs, and the sum of the weights of all techniques of a path.
 
 use super::gather_tree::GatherTree;
 use super::pairs::{PairContext, Parts};
@@ -171,7 +170,8 @@ fn coarse_cuts_are_right_in_the_mean() {
     };
     let trials = 3000;
     for mut pixel in pixels(&scene, 13).into_iter().step_by(12) {
-        // The number of points that stand for a light depends on the random numbers of the points: those of the first seed the cut.
+        // The random number of the first point is the seed of the cut. It also decides how many points represent a light, and must
+        // not do so at a point with throughput.
         let dark = WeightedPoint {
             throughput: Rgb::BLACK,
             ..pixel[0]
@@ -197,8 +197,9 @@ fn coarse_cuts_are_right_in_the_mean() {
     }
 }
 
-/// A path `x_0 x_1 ... x_n` is found by connecting each of its vertices with the light at the next one: with the clamping weight there, times
-/// the clamped fractions of the edges before. The last technique, next-event estimation at `x_n`, has no clamp.
+/// A path `x_0 x_1 ... x_n` is found by connecting `x_t` with the light at `x_{t+1}`. The weight of this technique is the clamping
+/// weight of the edge, times the clamped fractions of all edges before. The last technique, next-event estimation at `x_n`, has no
+/// clamp.
 #[test]
 fn the_weights_of_all_techniques_sum_to_one() {
     let scene = many_materials();

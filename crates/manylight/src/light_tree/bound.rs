@@ -23,8 +23,8 @@ impl Sent {
 }
 
 impl LightNode {
-    /// Upper bound of the luminance of the radiant intensity of all lights, in W/sr, with a direction for each light within `spread` of
-    /// the unit vector `axis`.
+    /// Upper bound of the sum of the radiant intensities of all lights, luminance in W/sr. Each light has a direction within `spread`
+    /// of the unit vector `axis`.
     pub(crate) fn intensity_within(&self, axis: Vec3, spread: Spread) -> f32 {
         self.intensity.luminance_within(axis, spread)
     }

@@ -88,7 +88,8 @@ impl LightTree {
         }
     }
 
-    /// Expected bytes per light, if a fraction `glossy` of the nodes with a bound has lights that are not diffuse: the inner nodes, or all.
+    /// Expected bytes per light, if a fraction `glossy` of the nodes with a bound has lights that are not diffuse. Leaves have a bound
+    /// if `has_bounded_lights`.
     pub fn bytes_per_light(glossy: f64, has_bounded_lights: bool) -> f64 {
         let bounded = if has_bounded_lights { 2.0 } else { 1.0 };
         (2 * size_of::<LightNode>()) as f64 + glossy * bounded * IntensityBound::GLOSSY_BYTES as f64

@@ -62,12 +62,12 @@ fn assert_agreement(scene: &Scene) {
     let path: Vec<Film> = (0..8)
         .map(|seed| film(scene, MethodKind::Path, 128, 100 + seed))
         .collect();
-    let ours: Vec<Film> = (0..16)
+    let cuts: Vec<Film> = (0..16)
         .map(|seed| film(scene, few_lights(), 4, 200 + seed))
         .collect();
     for term in [Layer::Direct, Layer::VirtualLights] {
         let (truth, truth_error) = mean_of_renders(&path, term);
-        let (mean, error) = mean_of_renders(&ours, term);
+        let (mean, error) = mean_of_renders(&cuts, term);
         let z = (mean - truth) / error.hypot(truth_error);
         assert!(z.abs() < 4.0, "{term:?}: {mean} and {truth}, z {z}");
         assert!(error < 0.02 * truth, "{error} of {truth}");
@@ -75,11 +75,11 @@ fn assert_agreement(scene: &Scene) {
 }
 
 #[test]
-fn the_mean_of_a_diffuse_box_is_that_of_the_path_tracer() {
+fn a_diffuse_box_has_the_mean_of_the_path_tracer() {
     assert_agreement(&cornell_box(24, diffuse(0.7, 0.7, 0.7)));
 }
 
 #[test]
-fn the_mean_of_a_box_with_metal_is_that_of_the_path_tracer() {
+fn a_box_with_metal_has_the_mean_of_the_path_tracer() {
     assert_agreement(&cornell_box(24, rough_metal(0.3)));
 }

@@ -16,9 +16,8 @@ const EMITTER_SAMPLES: u32 = 2;
 const CAMERA_PATHS: u32 = 4;
 /// Photon paths per virtual light for lightcuts.
 const CUT_PHOTON_PATHS_PER_LIGHT: u32 = 64;
-
-/// Most pairs of a product cut. Measured in the Kitchen over 4 passes at 160x90: of 200, 400 and 1000 pairs, the variance of virtual
-/// lights is 0.018, 0.0046 and 0.0031, and a render takes 35, 57 and 91 s of processor time.
+/// Most pairs of a product cut. Measured in the Kitchen over 4 passes at 160x90: with 200, 400 and 1000 pairs, the relative variance
+/// of virtual lights is 0.018, 0.0046 and 0.0031, and a render takes 35, 57 and 91 s of processor time.
 const PRODUCT_CUT: u32 = 400;
 
 impl ManyLight {
@@ -131,8 +130,8 @@ impl ManyLight {
         }
     }
 
-    /// Bidirectional lightcuts of Rich-VPLs: a cut through the product of the gather points of a pixel and the lights of a group of passes.
-    /// Source: Walter, Khungurn, Bala, "Bidirectional Lightcuts", SIGGRAPH 2012.
+    /// Bidirectional lightcuts of Rich-VPLs: a cut through the pairs of the gather points of a pixel and the lights of a group of
+    /// passes. Source: Walter, Khungurn, Bala, "Bidirectional Lightcuts", SIGGRAPH 2012.
     pub fn bidirectional_lightcuts() -> Self {
         ManyLight {
             strategy: Strategy::Bidirectional(CutLimits {

@@ -97,11 +97,12 @@ pub(super) struct CacheParticles {
 }
 
 impl CacheParticles {
-    /// Draws from `photons` with probability by `weights`; nothing without compensation, or where camera paths end by roulette alone.
+    /// Draws from `photons` with probability by `weights`. Nothing is drawn without compensation, and for bidirectional lightcuts, where
+    /// roulette ends the camera paths.
     pub(super) fn draw(cx: &GroupContext, photons: &[Photon], weights: &[f32]) -> Self {
         let mut particles = CacheParticles::default();
-        let extends = matches!(cx.method.strategy, Strategy::Bidirectional(_));
-        if cx.method.compensation == Compensation::None || extends {
+        let is_bidirectional = matches!(cx.method.strategy, Strategy::Bidirectional(_));
+        if cx.method.compensation == Compensation::None || is_bidirectional {
             return particles;
         }
         let passes = cx.group.passes.len();

@@ -80,8 +80,8 @@ impl ManyLight {
         }
     }
 
-    /// The passes that share the lights of pass `index`: a power of two of them, at most [`MAX_GROUP_PASSES`]. A cut is
-    /// through all lights of its pass, which then has its own set. A product cut is through all lights of its group.
+    /// The passes that share the lights of pass `index`: a power of two of them, at most [`MAX_GROUP_PASSES`]; one pass with cuts,
+    /// which are through all lights of a pass. Product cuts are through all lights of a group.
     fn passes_with(&self, index: u32) -> Range<u32> {
         if matches!(self.strategy, Strategy::Cuts(_)) {
             return index..index + 1;

@@ -97,7 +97,7 @@ impl<'s> PreparedPasses<'s> {
         }
     }
 
-    /// The points with the sums over virtual lights there. A cluster of lights may be off by [`PreparedPasses::tolerance`] in a pixel.
+    /// The points with the sums over virtual lights there. The error of a cluster may be [`PreparedPasses::tolerance`] in a pixel.
     fn sums(&self, mut points: Vec<GatherPoint<'s>>) -> Vec<(GatherPoint<'s>, Gathered)> {
         if let Strategy::Bidirectional(limits) = self.gather.strategy {
             return self.product_sums(points, limits);
