@@ -7,7 +7,7 @@ use crate::preset::{self, Preset};
 use crate::values::LightCount;
 use manylight::integrators::many_light::{
     ClampRule, Compensation, CutLimits, Effort, EmissionKind, FluxRule, GlossyForm, Kernel,
-    ManyLight, Placement, ShareOf, Strategy, TableStorage,
+    ManyLight, Placement, Strategy, TableStorage,
 };
 use manylight::integrators::{MethodKind, PhotonMap};
 
@@ -112,20 +112,14 @@ fn many_light(preset: ManyLight, options: &LightArgs) -> Result<ManyLight, Failu
 }
 
 fn strategy(preset: Strategy, options: &LightArgs) -> Result<Strategy, Failure> {
-    let preset_limits = match preset {
-        Strategy::Cuts(limits) => limits,
-        Strategy::All => CutLimits::default(),
-    };
-    let cuts = |share_of| {
-        Ok(Strategy::Cuts(CutLimits {
-            max_error: options.max_error.unwrap_or(preset_limits.max_error),
-            share_of,
-            max_lights: (options.max_cut).map_or(preset_limits.max_lights, |n| n.get()),
-        }))
+    let preset_limits = preset.cut_limits().unwrap_or_default();
+    let limits = CutLimits {
+        max_error: options.max_error.unwrap_or(preset_limits.max_error),
+        max_lights: (options.max_cut).map_or(preset_limits.max_lights, |n| n.get()),
     };
     match options.strategy.unwrap_or(strategy_name(preset)) {
-        StrategyName::Lightcuts => cuts(ShareOf::Point),
-        StrategyName::Bidirectional => cuts(ShareOf::Pixel),
+        StrategyName::Lightcuts => Ok(Strategy::Cuts(limits)),
+        StrategyName::Bidirectional => Ok(Strategy::Bidirectional(limits)),
         StrategyName::All => {
             let given = [
                 ("max-error", options.max_error.is_some()),

@@ -3,8 +3,8 @@
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use manylight::film::Filter;
 use manylight::integrators::many_light::{
-    Compensation, EmissionKind, FluxRule, GlossyForm, Kernel, Placement, Resampling, ShareOf,
-    Strategy, TableStorage,
+    Compensation, EmissionKind, FluxRule, GlossyForm, Kernel, Placement, Resampling, Strategy,
+    TableStorage,
 };
 
 /// Names of values, in the order of the help.
@@ -82,7 +82,7 @@ pub(crate) enum StrategyName {
     All,
     /// Cuts through a light tree.
     Lightcuts,
-    /// Cuts at all vertices of a camera path, with errors relative to the pixel.
+    /// A cut through the product of the gather points of a pixel and the lights.
     Bidirectional,
 }
 
@@ -97,10 +97,8 @@ pub(crate) const STRATEGIES: &Names<StrategyName> = &[
 pub(crate) fn strategy_name(strategy: Strategy) -> StrategyName {
     match strategy {
         Strategy::All => StrategyName::All,
-        Strategy::Cuts(limits) => match limits.share_of {
-            ShareOf::Point => StrategyName::Lightcuts,
-            ShareOf::Pixel => StrategyName::Bidirectional,
-        },
+        Strategy::Cuts(_) => StrategyName::Lightcuts,
+        Strategy::Bidirectional(_) => StrategyName::Bidirectional,
     }
 }
 

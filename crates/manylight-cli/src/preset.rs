@@ -5,7 +5,7 @@ use crate::names::{
     TABLE_STORAGES, emission_name, name_of, strategy_name,
 };
 use crate::values::clamp_name;
-use manylight::integrators::many_light::{Effort, EmissionKind, FluxRule, GlossyForm, Strategy};
+use manylight::integrators::many_light::{Effort, EmissionKind, FluxRule, GlossyForm};
 use manylight::integrators::{ManyLight, MethodKind, PhotonMap};
 
 /// A named method.
@@ -63,7 +63,7 @@ pub(crate) const PRESETS: &[Preset] = &[
     },
     Preset {
         name: "bidirectional-lightcuts",
-        summary: "Bidirectional lightcuts: cuts at all vertices of camera paths, with errors relative to the pixel",
+        summary: "Bidirectional lightcuts: one cut through all pairs of gather points of a pixel and Rich-VPLs",
         kind: || MethodKind::ManyLight(ManyLight::bidirectional_lightcuts()),
     },
     Preset {
@@ -161,7 +161,7 @@ fn axes(method: &ManyLight) -> Vec<(&'static str, String)> {
     axes.push(("kernel", word(name_of(KERNELS, &method.kernel))));
     let strategy = strategy_name(method.strategy);
     axes.push(("strategy", word(name_of(STRATEGIES, &strategy))));
-    if let Strategy::Cuts(limits) = method.strategy {
+    if let Some(limits) = method.strategy.cut_limits() {
         axes.push(("max-error", limits.max_error.to_string()));
         axes.push(("max-cut", limits.max_lights.to_string()));
     }

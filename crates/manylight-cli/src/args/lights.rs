@@ -55,8 +55,8 @@ pub(crate) struct LightArgs {
     #[arg(long, value_name = "KIND", value_parser = one_of(KERNELS))]
     pub(crate) kernel: Option<Kernel>,
 
-    /// Summation over the lights: all (every light of the pass), lightcuts (clusters of a light tree), bidirectional (lightcuts also at
-    /// further vertices of the camera path, with errors relative to the pixel).
+    /// Summation over the lights: all (every light of the pass), lightcuts (clusters of a light tree), bidirectional (clusters of pairs of
+    /// gather points and lights: all vertices of the camera paths of a pixel share a cut).
     #[arg(long, value_name = "KIND", value_parser = one_of(STRATEGIES))]
     pub(crate) strategy: Option<StrategyName>,
 

@@ -75,7 +75,6 @@ impl Options {
             self.errors.iter().map(move |&max_error| CutLimits {
                 max_error,
                 max_lights,
-                ..CutLimits::default()
             })
         })
     }

@@ -30,7 +30,7 @@ impl FixedWo<'_, '_> {
     }
 
     /// Upper bound of all channels of [`FixedWo::f_cos_wi`] over the cone around the unit vector `axis`.
-    pub(super) fn bound(&self, axis: Vec3, spread: Spread) -> f32 {
+    pub(crate) fn bound(&self, axis: Vec3, spread: Spread) -> f32 {
         let incident = IncidentCone {
             axis: self.bsdf.frame.to_local(axis),
             spread,

@@ -19,24 +19,10 @@ use crate::simd::{self, Isa, Simd, Wide};
 /// When the refinement of a cut ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CutLimits {
-    /// Largest error of a cluster, relative to `share_of`.
+    /// Largest error of a cluster, relative to the radiance that the point reflects, or that the pixel receives.
     pub max_error: f32,
-    /// The quantity that errors are relative to.
-    pub share_of: ShareOf,
     /// Most lights and clusters of a cut, whatever their error.
     pub max_lights: u32,
-}
-
-/// The quantity that the error of a cluster is relative to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ShareOf {
-    /// The radiance that the point reflects.
-    Point,
-    /// The radiance of the pixel at gather points beyond the first of a camera path; see [`ShadingPoint::tolerance`]. Source of
-    /// the idea: Walter, Khungurn, Bala, "Bidirectional Lightcuts", SIGGRAPH 2012.
-    ///
-    /// [`ShadingPoint::tolerance`]: super::ShadingPoint::tolerance
-    Pixel,
 }
 
 impl Default for CutLimits {
@@ -44,7 +30,6 @@ impl Default for CutLimits {
     fn default() -> Self {
         CutLimits {
             max_error: 0.02,
-            share_of: ShareOf::Point,
             max_lights: 1000,
         }
     }

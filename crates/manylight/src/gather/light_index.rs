@@ -48,6 +48,15 @@ impl<'s> LightIndex<'s> {
         }
     }
 
+    /// Adds a tree that bounds single lights as well, for product cuts.
+    pub fn with_tree_of_bounded_lights(self) -> Self {
+        let mut index = self.with_tree();
+        if let Some(tree) = &mut index.tree {
+            tree.bound_lights(&index.set);
+        }
+        index
+    }
+
     /// The representation of light from `y`, where photons are assigned to `light`.
     pub fn assignment(&self, light: Option<LightId>, y: &SurfaceLocation) -> Assignment {
         match light {

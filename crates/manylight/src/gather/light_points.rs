@@ -103,13 +103,21 @@ impl Gather {
 
     /// Area that each point of `light` represents as seen from `at`, in m².
     pub(super) fn part_area(&self, at: &ClampReceiver, light: &VirtualLight) -> f32 {
+        match self.part_count(at, light) {
+            1 => self.whole_light(light).area,
+            count => point_of_disc(light, 0, 1.0 / count as f32).area,
+        }
+    }
+
+    /// Number of points that represent `light` as seen from `at`, for the kernels point and disc.
+    pub(super) fn part_count(&self, at: &ClampReceiver, light: &VirtualLight) -> usize {
         let within = |radii: f32| self.is_disc(light) && is_within(radii, light, at.p, at.u);
         if within(SIXTEEN_POINTS_WITHIN) {
-            point_of_disc(light, 0, 1.0 / POINTS as f32).area
+            POINTS
         } else if within(FOUR_POINTS_WITHIN) {
-            point_of_disc(light, 0, 0.25).area
+            4
         } else {
-            self.whole_light(light).area
+            1
         }
     }
 

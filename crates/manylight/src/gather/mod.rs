@@ -5,10 +5,15 @@ mod block;
 mod clamping;
 mod connect;
 mod cut;
+mod gather_tree;
 mod light_index;
 mod light_points;
 mod occlusion;
+mod pairs;
 mod points;
+mod product_cut;
+#[cfg(test)]
+mod product_tests;
 mod shading_point;
 mod sphere;
 mod subset;
@@ -16,9 +21,9 @@ mod subset;
 mod tests;
 
 pub use clamping::{Clamp, ClampReceiver};
-pub use cut::{CutLimits, ShareOf};
+pub use cut::CutLimits;
 pub use light_index::{Assignment, LightIndex};
-pub use shading_point::{Gathered, ShadingPoint};
+pub use shading_point::{Gathered, ShadingPoint, WeightedPoint};
 pub use subset::Subset;
 
 use crate::scene::Scene;
@@ -45,6 +50,19 @@ pub enum Strategy {
     /// A cut through the light tree, common to up to 64 points. At points with a subset of one light in `n`, the cut has at most
     /// `max_lights / n` terms.
     Cuts(CutLimits),
+    /// A cut through the pairs of the gather points of a pixel and the lights: [`Gather::sum_of_pixel`]. [`Gather::sum`] makes
+    /// the same cuts as for [`Strategy::Cuts`].
+    Bidirectional(CutLimits),
+}
+
+impl Strategy {
+    /// The limits of cuts; `None` without cuts.
+    pub fn cut_limits(self) -> Option<CutLimits> {
+        match self {
+            Strategy::All => None,
+            Strategy::Cuts(limits) | Strategy::Bidirectional(limits) => Some(limits),
+        }
+    }
 }
 
 /// How lights are summed.
@@ -78,11 +96,9 @@ impl Gather {
         let batches = Batch::all(points);
         for same_lights in batches.chunk_by(|a, b| a.lights == b.lights) {
             for group in same_lights.chunks(BATCHES) {
-                match self.strategy {
-                    Strategy::All => self.add_lights(scene, lights, group, &mut sums),
-                    Strategy::Cuts(limits) => {
-                        self.add_cut(scene, lights, limits, group, &mut sums);
-                    }
+                match self.strategy.cut_limits() {
+                    None => self.add_lights(scene, lights, group, &mut sums),
+                    Some(limits) => self.add_cut(scene, lights, limits, group, &mut sums),
                 }
             }
         }
@@ -94,7 +110,7 @@ impl Gather {
     fn lights_per_term(&self, lights: Subset) -> f32 {
         match self.strategy {
             Strategy::All => lights.lights_per_member(),
-            Strategy::Cuts(_) => 1.0,
+            Strategy::Cuts(_) | Strategy::Bidirectional(_) => 1.0,
         }
     }
 
@@ -103,7 +119,7 @@ impl Gather {
     fn area_factor(&self, lights: Subset) -> f32 {
         let factor = match self.strategy {
             Strategy::All => lights.area_factor(),
-            Strategy::Cuts(_) => 1.0,
+            Strategy::Cuts(_) | Strategy::Bidirectional(_) => 1.0,
         };
         factor / self.refinement
     }

@@ -48,7 +48,7 @@ impl LightCylinder {
 }
 
 /// Rounding error of the coordinates of `p`, in m.
-fn rounding_at(p: Vec3) -> f32 {
+pub(super) fn rounding_at(p: Vec3) -> f32 {
     POSITION_ROUNDING * p.abs().max_element()
 }
 

@@ -27,6 +27,15 @@ pub struct ShadingPoint<'s> {
     pub lit_from: Option<Vec3>,
 }
 
+/// A gather point of a pixel, with the throughput of the camera path up to it.
+#[derive(Clone, Copy, Debug)]
+pub struct WeightedPoint<'s> {
+    /// The point.
+    pub at: ShadingPoint<'s>,
+    /// Throughput, which contains the weights of the technique.
+    pub throughput: Rgb,
+}
+
 /// The sum of the lights at a point, with its cost.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Gathered {

@@ -19,20 +19,24 @@ use crate::virtual_lights::{
 };
 
 pub(super) const PASS: Pass = Pass { seed: 3, index: 1 };
-const UNLIMITED: PathLimits = PathLimits {
+pub(super) const UNLIMITED: PathLimits = PathLimits {
     max_depth: None,
     rr_depth: 5,
     hide_emitters: false,
 };
 
 /// Tables of `side`² texels.
-fn table(side: u32) -> Option<GlossyForm> {
+pub(super) fn table(side: u32) -> Option<GlossyForm> {
     let storage = TableStorage::Shared;
     Some(GlossyForm::Table { side, storage })
 }
 
 /// Lights of 2000 photon paths: with glossy parts of this form, or plain ones.
-fn lights(scene: &Scene, form: Option<GlossyForm>, limits: PathLimits) -> LightIndex<'_> {
+pub(super) fn lights(
+    scene: &Scene,
+    form: Option<GlossyForm>,
+    limits: PathLimits,
+) -> LightIndex<'_> {
     let photons = trace_photons(
         scene,
         &scene.emission_guide(),
@@ -180,7 +184,7 @@ fn lights_divided_among_points_are_clamped_as_all_of_them() {
 }
 
 /// A room with coats smooth and rough, metals and glass, so that every form of receiver is there.
-fn many_materials() -> Scene {
+pub(super) fn many_materials() -> Scene {
     let mut b = glossy_box(24);
     let (metal, coat) = (
         b.material(rough_metal(0.4)),
@@ -440,7 +444,7 @@ fn spheres_are_integrals_over_their_directions() {
 }
 
 /// A few hundred lights with their tree.
-fn many_lights(scene: &Scene, form: Option<GlossyForm>) -> LightIndex<'_> {
+pub(super) fn many_lights(scene: &Scene, form: Option<GlossyForm>) -> LightIndex<'_> {
     let photons = trace_photons(
         scene,
         &scene.emission_guide(),
@@ -491,7 +495,6 @@ fn cuts_are_as_good_as_promised() {
             sum(Strategy::Cuts(CutLimits {
                 max_error,
                 max_lights,
-                ..CutLimits::default()
             }))
         };
         let all = sum(Strategy::All);

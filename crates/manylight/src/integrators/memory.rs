@@ -83,7 +83,10 @@ fn of_many_light(
     };
     let tree = match method.strategy {
         Strategy::All => 0.0,
-        Strategy::Cuts(_) => LightTree::bytes_per_light(form.map_or(1.0, |_| glossy)),
+        Strategy::Cuts(_) => LightTree::bytes_per_light(form.map_or(1.0, |_| glossy), false),
+        Strategy::Bidirectional(_) => {
+            LightTree::bytes_per_light(form.map_or(1.0, |_| glossy), true)
+        }
     };
     let light = VirtualLights::bytes_per_light(form, glossy, limits) + tree;
     let unshaded_light = VirtualLights::bytes_per_light(form, 0.0, limits);

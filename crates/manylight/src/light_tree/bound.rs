@@ -23,6 +23,12 @@ impl Sent {
 }
 
 impl LightNode {
+    /// Upper bound of the sum of the radiant intensities of all lights, luminance in W/sr. Each light has a direction within `spread`
+    /// of the unit vector `axis`.
+    pub(crate) fn intensity_within(&self, axis: Vec3, spread: Spread) -> f32 {
+        self.intensity.luminance_within(axis, spread)
+    }
+
     /// Upper bounds of the luminance of `Σ f |w·n| I(-w) V / d²` over the lights of an inner node, for receivers at `p`; inactive lanes hold
     /// any value.
     ///

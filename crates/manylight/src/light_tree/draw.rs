@@ -3,7 +3,7 @@
 //! Source: Yuksel, "Stochastic Lightcuts", HPG 2019; here the children are chosen by bounds of their intensity towards a position, mixed
 //! with their flux.
 
-use super::{LightTree, NodeContent};
+use super::{LightNode, LightTree, NodeContent};
 use crate::ids::LightId;
 use crate::math::Vec3;
 use crate::sampling::rng::Pcg;
@@ -24,9 +24,38 @@ pub struct DrawnLight {
     pub probability: f32,
 }
 
+/// A receiver for which lights are drawn.
+pub(crate) struct Receiver<F: Fn(&LightNode) -> f32> {
+    /// Position, in m.
+    pub(crate) p: Vec3,
+    /// Estimate, in any unit, of the fraction of the light of a node that is reflected.
+    pub(crate) reflectance: F,
+}
+
+impl Receiver<fn(&LightNode) -> f32> {
+    /// A receiver with any orientation and scattering function.
+    fn anywhere(p: Vec3) -> Self {
+        Receiver {
+            p,
+            reflectance: |_| 1.0,
+        }
+    }
+}
+
 impl LightTree {
     /// Draws a light of `node` for receivers around `p`.
     pub fn draw(&self, lights: &VirtualLights, node: usize, p: Vec3, rng: &mut Pcg) -> DrawnLight {
+        self.draw_for(lights, node, &Receiver::anywhere(p), rng)
+    }
+
+    /// Draws a light of `node` for `receiver`.
+    pub(crate) fn draw_for(
+        &self,
+        lights: &VirtualLights,
+        node: usize,
+        receiver: &Receiver<impl Fn(&LightNode) -> f32>,
+        rng: &mut Pcg,
+    ) -> DrawnLight {
         let (mut leaf, mut probability) = (node, 1.0);
         loop {
             let children = match self.nodes[leaf].content {
@@ -39,7 +68,7 @@ impl LightTree {
                 }
                 NodeContent::Nodes { second } => [leaf + 1, second as usize],
             };
-            let first = self.probability_of_first(lights, children, p);
+            let first = self.probability_of_first(lights, children, receiver);
             let k = usize::from(rng.next_f32() >= first);
             leaf = children[k];
             probability *= [first, 1.0 - first][k];
@@ -55,7 +84,18 @@ impl LightTree {
         drawn: DrawnLight,
         p: Vec3,
     ) -> (usize, DrawnLight) {
-        let first = self.probability_of_first(lights, children, p);
+        self.inherit_for(lights, children, drawn, &Receiver::anywhere(p))
+    }
+
+    /// [`LightTree::inherit`] for a light drawn for `receiver`.
+    pub(crate) fn inherit_for(
+        &self,
+        lights: &VirtualLights,
+        children: [usize; 2],
+        drawn: DrawnLight,
+        receiver: &Receiver<impl Fn(&LightNode) -> f32>,
+    ) -> (usize, DrawnLight) {
+        let first = self.probability_of_first(lights, children, receiver);
         // All descendants of the first child precede the second.
         let k = usize::from(drawn.leaf >= children[1]);
         let probability = if drawn.leaf == children[k] {
@@ -71,12 +111,20 @@ impl LightTree {
     }
 
     /// Probability of the first of two children.
-    fn probability_of_first(&self, lights: &VirtualLights, children: [usize; 2], p: Vec3) -> f32 {
+    fn probability_of_first(
+        &self,
+        lights: &VirtualLights,
+        children: [usize; 2],
+        receiver: &Receiver<impl Fn(&LightNode) -> f32>,
+    ) -> f32 {
         let [first, second] = children;
         let (a, b) = (self.nodes[first].flux, self.nodes[second].flux);
         let by_flux = a / (a + b);
-        let a = self.expected(lights, first, p);
-        let sum = a + self.expected(lights, second, p);
+        let estimate = |node: usize| {
+            self.expected(lights, node, receiver.p) * (receiver.reflectance)(&self.nodes[node])
+        };
+        let a = estimate(first);
+        let sum = a + estimate(second);
         // Infinite or not a number at the center of a node, 0 where both bounds are.
         if !(sum > 0.0 && sum < f32::INFINITY) {
             return by_flux;

@@ -12,10 +12,12 @@ mod tests;
 
 pub(crate) use bound::Sent;
 pub use draw::DrawnLight;
+pub(crate) use draw::Receiver;
 
 use crate::ids::LightId;
 use crate::math::{Aabb, Cone};
-use crate::virtual_lights::IntensityBound;
+use crate::virtual_lights::{IntensityBound, VirtualLights};
+use rayon::prelude::*;
 
 /// A binary tree over the virtual lights that have flux.
 #[derive(Clone, Debug, Default)]
@@ -35,7 +37,7 @@ pub struct LightNode {
     pub offset: f32,
     /// Luminance of the flux of the lights, in W.
     pub flux: f32,
-    /// Bound of the radiant intensity of the lights of an inner node; not set for a leaf.
+    /// Bound of the radiant intensity of the lights of an inner node; set for a leaf by [`LightTree::bound_lights`] only.
     intensity: IntensityBound,
     content: NodeContent,
 }
@@ -69,6 +71,15 @@ impl LightTree {
         }
     }
 
+    /// Sets the bounds of leaves, for receivers that are clusters.
+    pub fn bound_lights(&mut self, lights: &VirtualLights) {
+        self.nodes.par_iter_mut().for_each(|node| {
+            if let NodeContent::Light(id) = node.content {
+                node.intensity = lights.intensity_bound(id);
+            }
+        });
+    }
+
     /// Replaces every bound of intensity by its maximum over all directions.
     #[cfg(any(test, feature = "testing"))]
     pub fn forget_directions(&mut self) {
@@ -77,8 +88,10 @@ impl LightTree {
         }
     }
 
-    /// Expected bytes per light, if a fraction `glossy` of the inner nodes has lights that are not diffuse.
-    pub fn bytes_per_light(glossy: f64) -> f64 {
-        (2 * size_of::<LightNode>()) as f64 + glossy * IntensityBound::GLOSSY_BYTES as f64
+    /// Expected bytes per light, if a fraction `glossy` of the nodes with a bound has lights that are not diffuse. Leaves have a bound
+    /// if `has_bounded_lights`.
+    pub fn bytes_per_light(glossy: f64, has_bounded_lights: bool) -> f64 {
+        let bounded = if has_bounded_lights { 2.0 } else { 1.0 };
+        (2 * size_of::<LightNode>()) as f64 + glossy * bounded * IntensityBound::GLOSSY_BYTES as f64
     }
 }

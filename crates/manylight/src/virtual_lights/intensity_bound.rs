@@ -67,6 +67,15 @@ impl IntensityBound {
         self.diffuse * cos.max(0.0) + glossy
     }
 
+    /// The bound in W/sr for directions within the angle of `spread` from the unit vector `axis`.
+    pub(crate) fn luminance_within(&self, axis: Vec3, spread: Spread) -> f32 {
+        let [_, cos] = spread
+            .plus(self.spread)
+            .cosines(axis.dot(self.normals.axis));
+        let glossy = (self.glossy.as_ref()).map_or(0.0, |mips| mips.within(axis, spread));
+        self.diffuse * cos.max(0.0) + glossy
+    }
+
     /// The bounds in W/sr, lane by lane, for directions within the angle of `spreads` from the unit vectors `axes`.
     #[inline(always)]
     pub(crate) fn luminances(&self, axes: &Lanes3, spreads: &[Spread; LANES]) -> Lanes {

@@ -118,6 +118,11 @@ impl MaxMips {
         bounds
     }
 
+    /// [`MaxMips::bounds`] of one cone.
+    pub(super) fn within(&self, axis: Vec3, spread: Spread) -> f32 {
+        self.bound(square_from_direction(axis), spread.half_angle)
+    }
+
     /// The upper bound for one unit direction, common to all lights.
     #[inline(always)]
     pub(super) fn along(&self, axis: Vec3) -> f32 {

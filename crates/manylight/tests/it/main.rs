@@ -4,6 +4,7 @@
 
 mod adjoint;
 mod agreement;
+mod bidirectional;
 mod common;
 mod compensation;
 mod determinism;

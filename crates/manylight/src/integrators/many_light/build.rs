@@ -41,6 +41,9 @@ pub(super) fn index<'s>(cx: &GroupContext, lights: VirtualLights<'s>) -> LightIn
     match cx.method.strategy {
         Strategy::All => lights,
         Strategy::Cuts(_) => cx.run.stats.time("tree", || lights.with_tree()),
+        Strategy::Bidirectional(_) => {
+            (cx.run.stats).time("tree", || lights.with_tree_of_bounded_lights())
+        }
     }
 }
 

@@ -7,6 +7,8 @@
 //! virtual lights, for which clamping is compensated in the same way. Emission at `y` is direct light at `x`, which is estimated
 //! elsewhere.
 //!
+//! With bidirectional lightcuts there is no cache: every direction continues by Russian roulette.
+//!
 //! Source: Kollig, Keller, "Illumination in the Presence of Weak Singularities", MCQMC 2004. Deviations: a light represents
 //! many photons, so that the clamped fraction is that of the light to which a photon at `y` is assigned; and the cache.
 

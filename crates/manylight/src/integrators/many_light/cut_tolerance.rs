@@ -13,7 +13,7 @@ pub const DARKEST_PIXEL: f32 = 0.05;
 
 /// Radiance by which a cluster of lights may be off in any pixel, luminance in W/(m² sr); 0 without cuts.
 pub(super) fn tolerance(scene: &Scene, gather: &Gather, lights: &LightIndex, pass: Pass) -> f32 {
-    let Strategy::Cuts(limits) = gather.strategy else {
+    let Some(limits) = gather.strategy.cut_limits() else {
         return 0.0;
     };
     // The sensor takes positions in the crop window.

@@ -85,7 +85,7 @@ impl SparseSubsets {
             choices: match strategy {
                 Strategy::All => SPARSE_CHOICES,
                 // A cut uses only the size of the subset.
-                Strategy::Cuts(_) => 1,
+                Strategy::Cuts(_) | Strategy::Bidirectional(_) => 1,
             },
             dealt: 0,
         }

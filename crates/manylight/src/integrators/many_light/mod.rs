@@ -39,7 +39,7 @@ mod shade;
 mod specular_chains;
 mod trace;
 
-pub use crate::gather::{CutLimits, Kernel, ShareOf, Strategy};
+pub use crate::gather::{CutLimits, Kernel, Strategy};
 pub use crate::virtual_lights::{GlossyForm, TableStorage};
 pub use axes::{ClampRule, Compensation, Effort, EmissionKind, FluxRule, Placement, Resampling};
 pub use cut_tolerance::DARKEST_PIXEL;

@@ -2,7 +2,7 @@
 
 use super::axes::{ClampRule, Compensation, Effort, EmissionKind, FluxRule, Placement, Resampling};
 use super::settings::ManyLight;
-use crate::gather::{CutLimits, Kernel, ShareOf, Strategy};
+use crate::gather::{CutLimits, Kernel, Strategy};
 use crate::virtual_lights::{GlossyForm, TableStorage};
 
 /// Virtual lights per pass for lightcuts. Unmeasured: 32 times those of a sum over all lights, since a cut grows slowly with the
@@ -16,6 +16,9 @@ const EMITTER_SAMPLES: u32 = 2;
 const CAMERA_PATHS: u32 = 4;
 /// Photon paths per virtual light for lightcuts.
 const CUT_PHOTON_PATHS_PER_LIGHT: u32 = 64;
+/// Most pairs of a product cut. Measured in the Kitchen over 4 passes at 160x90: with 200, 400 and 1000 pairs, the relative variance
+/// of virtual lights is 0.018, 0.0046 and 0.0031, and a render takes 35, 57 and 91 s of processor time.
+const PRODUCT_CUT: u32 = 400;
 
 impl ManyLight {
     /// Rich-VPLs: importance placement, partition of flux, 32 x 32 tables, discs.
@@ -127,14 +130,15 @@ impl ManyLight {
         }
     }
 
-    /// Lightcuts of Rich-VPLs, refined beyond the first gather point of a camera path only as far as its pixel needs.
+    /// Bidirectional lightcuts of Rich-VPLs: a cut through the pairs of the gather points of a pixel and the lights of a group of
+    /// passes. Source: Walter, Khungurn, Bala, "Bidirectional Lightcuts", SIGGRAPH 2012.
     pub fn bidirectional_lightcuts() -> Self {
         ManyLight {
-            strategy: Strategy::Cuts(CutLimits {
-                share_of: ShareOf::Pixel,
+            strategy: Strategy::Bidirectional(CutLimits {
+                max_lights: PRODUCT_CUT,
                 ..CutLimits::default()
             }),
-            ..ManyLight::rich_lightcuts()
+            ..ManyLight::rich_vpl()
         }
     }
 }

@@ -19,7 +19,7 @@ use super::compensation_photons::direction_fraction;
 use super::schedule::GroupContext;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
-use crate::gather::{Assignment, LightIndex};
+use crate::gather::{Assignment, LightIndex, Strategy};
 use crate::ids::LightId;
 use crate::maps::density::{
     Bandwidth, DensityReceiver, OnSurface, density_estimate, progressive_radius_scale,
@@ -97,10 +97,12 @@ pub(super) struct CacheParticles {
 }
 
 impl CacheParticles {
-    /// Draws from `photons` with probability by `weights`; nothing without compensation.
+    /// Draws from `photons` with probability by `weights`. Nothing is drawn without compensation, and for bidirectional lightcuts, where
+    /// roulette ends the camera paths.
     pub(super) fn draw(cx: &GroupContext, photons: &[Photon], weights: &[f32]) -> Self {
         let mut particles = CacheParticles::default();
-        if cx.method.compensation == Compensation::None {
+        let is_bidirectional = matches!(cx.method.strategy, Strategy::Bidirectional(_));
+        if cx.method.compensation == Compensation::None || is_bidirectional {
             return particles;
         }
         let passes = cx.group.passes.len();

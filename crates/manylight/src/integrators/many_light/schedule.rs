@@ -80,10 +80,10 @@ impl ManyLight {
         }
     }
 
-    /// The passes that share the lights of pass `index`: a power of two of them, at most [`MAX_GROUP_PASSES`]. A cut is
-    /// through all lights of its pass, which then has its own set.
+    /// The passes that share the lights of pass `index`: a power of two of them, at most [`MAX_GROUP_PASSES`]; one pass with cuts,
+    /// which are through all lights of a pass. Product cuts are through all lights of a group.
     fn passes_with(&self, index: u32) -> Range<u32> {
-        if self.strategy != Strategy::All {
+        if matches!(self.strategy, Strategy::Cuts(_)) {
             return index..index + 1;
         }
         let most = MAX_GROUP_PASSES
@@ -124,7 +124,7 @@ impl LightSubsets {
         let GroupContext { method, group, .. } = *cx;
         let passes = group.passes.len() as u32;
         let count = match method.strategy {
-            Strategy::Cuts(_) => 1,
+            Strategy::Cuts(_) | Strategy::Bidirectional(_) => 1,
             Strategy::All => {
                 let is_enough = |count: &u32| lights <= (method.light_count * count) as usize;
                 let fewest = (0..=passes.ilog2()).map(|log| 1 << log).find(is_enough);

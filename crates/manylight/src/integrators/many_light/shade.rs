@@ -15,7 +15,7 @@ use super::prepared::PreparedPasses;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::film::{FilmSampler, Layer, TILE_SIZE, TileSamples};
-use crate::gather::{Gathered, ShadingPoint, ShareOf, Strategy};
+use crate::gather::{CutLimits, Gathered, ShadingPoint, Strategy, WeightedPoint};
 use crate::integrators::context::PassContext;
 use crate::integrators::partition::PathStage;
 use crate::maps::Neighbors;
@@ -27,7 +27,7 @@ use crate::stats::Stats;
 /// pass leave no borders in the mean.
 pub(super) fn tile_shift(strategy: Strategy, pass: Pass) -> UVec2 {
     match strategy {
-        Strategy::All => UVec2::ZERO,
+        Strategy::All | Strategy::Bidirectional(_) => UVec2::ZERO,
         Strategy::Cuts(_) => {
             let u = pass.low_discrepancy_2d(Stream::Selection, 4);
             (u * TILE_SIZE as f32).as_uvec2()
@@ -97,42 +97,38 @@ impl<'s> PreparedPasses<'s> {
         }
     }
 
-    /// The points with the sums over virtual lights there. With [`ShareOf::Pixel`], points beyond the first of their camera path
-    /// come after the first points, since the radiance of these sets the tolerance.
-    fn sums(&self, points: Vec<GatherPoint<'s>>) -> Vec<(GatherPoint<'s>, Gathered)> {
-        let limits = match self.gather.strategy {
-            Strategy::Cuts(limits) if limits.share_of == ShareOf::Pixel => limits,
-            _ => return self.sums_within(points, |_| self.tolerance),
-        };
-        let (first, beyond): (Vec<_>, Vec<_>) = points
-            .into_iter()
-            .partition(|point| point.stage == PathStage::BeforeX);
-        let mut sums = self.sums_within(first, |_| self.tolerance);
-        let pixels = sums.iter().map(|(point, _)| point.pixel + 1).max();
-        let mut shown = vec![0.0; pixels.unwrap_or(0)];
-        for (point, sum) in &sums {
-            shown[point.pixel] += (point.throughput * sum.radiance).luminance();
+    /// The points with the sums over virtual lights there. The error of a cluster may be [`PreparedPasses::tolerance`] in a pixel.
+    fn sums(&self, mut points: Vec<GatherPoint<'s>>) -> Vec<(GatherPoint<'s>, Gathered)> {
+        if let Strategy::Bidirectional(limits) = self.gather.strategy {
+            return self.product_sums(points, limits);
         }
-        sums.extend(self.sums_within(beyond, |point| {
-            let shown = shown.get(point.pixel).copied().unwrap_or(0.0);
-            self.tolerance.max(limits.max_error * shown)
-        }));
-        sums
-    }
-
-    /// The points with their sums, where a cluster of lights may be off by `tolerance` in the pixel of a point: luminance, in
-    /// W/(m² sr).
-    fn sums_within(
-        &self,
-        mut points: Vec<GatherPoint<'s>>,
-        tolerance: impl Fn(&GatherPoint<'s>) -> f32,
-    ) -> Vec<(GatherPoint<'s>, Gathered)> {
         for point in &mut points {
             let throughput = point.throughput.luminance().max(f32::MIN_POSITIVE);
-            point.at.tolerance = tolerance(point) / throughput;
+            point.at.tolerance = self.tolerance / throughput;
         }
         let places: Vec<ShadingPoint> = points.iter().map(|point| point.at).collect();
         let sums = self.gather.sum(self.scene, &self.lights, &places);
+        points.into_iter().zip(sums).collect()
+    }
+
+    /// [`PreparedPasses::sums`] by one product cut for each pixel.
+    fn product_sums(
+        &self,
+        points: Vec<GatherPoint<'s>>,
+        limits: CutLimits,
+    ) -> Vec<(GatherPoint<'s>, Gathered)> {
+        let mut sums = Vec::with_capacity(points.len());
+        for of_pixel in points.chunk_by(|a, b| a.pixel == b.pixel) {
+            let weighted: Vec<WeightedPoint> = (of_pixel.iter())
+                .map(|point| WeightedPoint {
+                    at: point.at,
+                    throughput: point.throughput,
+                })
+                .collect();
+            let (lights, tolerance) = (&self.lights, self.tolerance);
+            let gather = &self.gather;
+            sums.extend(gather.sum_of_pixel(self.scene, lights, limits, tolerance, &weighted));
+        }
         points.into_iter().zip(sums).collect()
     }
 }

@@ -1,0 +1,298 @@
+//! A cut through the product of a gather tree and the light tree: the light that all virtual lights send through all gather points
+//! of a pixel. Pairs of nodes are refined until the error bound of each pair is small.
+//!
+//! Sources: Walter, Arbree, Bala, Greenberg, "Multidimensional Lightcuts", SIGGRAPH 2006, for the product graph; Walter, Khungurn,
+//! Bala, "Bidirectional Lightcuts", SIGGRAPH 2012, for gather points at several vertices of a camera path. Deviation:
+//! representatives are drawn at random, after Yuksel, "Stochastic Lightcuts", HPG 2019.
+
+use super::gather_tree::GatherTree;
+use super::pairs::{ConnectionValue, PairBound, PairContext, Parts};
+use super::{CutLimits, Gather, Gathered, LightIndex, WeightedPoint};
+use crate::light_tree::DrawnLight;
+use crate::sampling::rng::{self, Pcg};
+use crate::scene::Scene;
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+/// A pair of a gather node and a light node, with a representative connection.
+#[derive(Clone, Copy)]
+struct Pair {
+    gather: usize,
+    light: usize,
+    /// The representative point, drawn by throughput, and its probability.
+    sensor: usize,
+    sensor_probability: f32,
+    /// The representative light, drawn for the whole gather node, independently of the point.
+    drawn: DrawnLight,
+    /// The representative connection.
+    value: ConnectionValue,
+    /// 0 for single connections, which are exact.
+    bound: PairBound,
+}
+
+impl Pair {
+    /// Inverse of the probability of the representative connection.
+    fn inverse_probability(&self) -> f32 {
+        (self.sensor_probability * self.drawn.probability).recip()
+    }
+}
+
+/// An entry of the queue of refinement, ordered by the likely contribution.
+struct Refinable {
+    likely: f32,
+    pair: usize,
+}
+
+impl Ord for Refinable {
+    fn cmp(&self, other: &Self) -> Ordering {
+        (self.likely.total_cmp(&other.likely)).then(other.pair.cmp(&self.pair))
+    }
+}
+
+impl PartialOrd for Refinable {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Refinable {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Refinable {}
+
+/// The cut of a pixel during refinement.
+struct ProductCut<'a, 'b, 's> {
+    context: PairContext<'a, 'b, 's>,
+    rng: Pcg,
+    /// Pairs of the cut, and refined ones; see `is_refined`.
+    pairs: Vec<Pair>,
+    is_refined: Vec<bool>,
+    queue: BinaryHeap<Refinable>,
+    /// Number of pairs of the cut.
+    terms: usize,
+    /// Estimate of the pixel so far: luminance in W/(m² sr).
+    total: f64,
+    cost: Gathered,
+}
+
+impl Gather {
+    /// The sums of the lights at the gather points of one pixel, estimated by one cut for the sum over the points, weighted by
+    /// throughput. A sum at a single point has the right expected value, and more noise. The error of a pair of clusters may be
+    /// `tolerance` (luminance, in W/(m² sr)), or the relative error of the limits. The first of the returned sums holds the size and
+    /// the cost of the cut.
+    pub fn sum_of_pixel(
+        &self,
+        scene: &Scene,
+        lights: &LightIndex,
+        limits: CutLimits,
+        tolerance: f32,
+        points: &[WeightedPoint],
+    ) -> Vec<Gathered> {
+        let mut sums = vec![Gathered::default(); points.len()];
+        let tree = lights.tree.as_ref();
+        let tree = tree.expect("invariant: lights have a tree where cuts are asked for");
+        let sensors = GatherTree::new(points);
+        let Some(light_root) = tree.root().filter(|_| !sensors.sensors.is_empty()) else {
+            return sums;
+        };
+        let first = &points[0].at;
+        let key = rng::key(first.x.p.to_array()) ^ u64::from(first.u.to_bits());
+        let mut cut = ProductCut {
+            context: PairContext {
+                gather: self,
+                scene,
+                lights,
+                tree,
+                sensors: &sensors,
+            },
+            rng: Pcg::new(key),
+            pairs: Vec::new(),
+            is_refined: Vec::new(),
+            queue: BinaryHeap::new(),
+            terms: 0,
+            total: 0.0,
+            cost: Gathered::default(),
+        };
+        cut.put(0, light_root, None);
+        let allowed = cut.refine(limits, tolerance);
+        cut.finish(limits, allowed, &mut sums);
+        sums
+    }
+}
+
+impl ProductCut<'_, '_, '_> {
+    /// Refines until no bound exceeds the allowed error, which is returned, or the cut is as large as it may be.
+    fn refine(&mut self, limits: CutLimits, tolerance: f32) -> f32 {
+        let allowed = |total: f64| tolerance.max(limits.max_error * total as f32);
+        while self.terms < limits.max_lights as usize {
+            let Some(Refinable { pair: index, .. }) = self.queue.pop() else {
+                break;
+            };
+            let pair = self.pairs[index];
+            if pair.bound.bound > allowed(self.total) {
+                self.remove(index);
+                self.split(&pair);
+            }
+        }
+        allowed(self.total)
+    }
+
+    /// Replaces a pair by the pairs with the children of one of its nodes: the one with the larger box.
+    fn split(&mut self, pair: &Pair) {
+        let PairContext { tree, sensors, .. } = self.context;
+        let size = [
+            sensors.nodes[pair.gather].bounds.diagonal(),
+            tree.nodes()[pair.light].bounds.diagonal(),
+        ];
+        match (sensors.children(pair.gather), tree.children(pair.light)) {
+            (Some(children), None) => self.split_gather(pair, children),
+            (None, Some(children)) => self.split_light(pair, children),
+            (Some(children), Some(_)) if size[0] > size[1] => self.split_gather(pair, children),
+            (Some(_), Some(children)) => self.split_light(pair, children),
+            (None, None) => {}
+        }
+    }
+
+    /// Both children draw anew: the light of the parent was drawn for other points.
+    fn split_gather(&mut self, pair: &Pair, children: [usize; 2]) {
+        for gather in children {
+            self.put(gather, pair.light, None);
+        }
+    }
+
+    /// The child that contains the light keeps the representative.
+    fn split_light(&mut self, pair: &Pair, children: [usize; 2]) {
+        let PairContext { tree, lights, .. } = self.context;
+        let context = self.context;
+        let receiver = context.receiver(pair.gather);
+        let (heir, drawn) = tree.inherit_for(&lights.set, children, pair.drawn, &receiver);
+        for (i, light) in children.into_iter().enumerate() {
+            let inherited = Pair { drawn, ..*pair };
+            self.put(pair.gather, light, (i == heir).then_some(inherited));
+        }
+    }
+
+    /// Puts a pair into the cut, unless no light can arrive. Its representative is `inherited`, or drawn.
+    fn put(&mut self, gather: usize, light: usize, inherited: Option<Pair>) {
+        let PairContext { tree, sensors, .. } = self.context;
+        let is_single = sensors.children(gather).is_none() && tree.children(light).is_none();
+        let bound = if is_single {
+            PairBound::default()
+        } else {
+            self.context.bound(gather, light)
+        };
+        if !is_single && bound.bound == 0.0 {
+            return;
+        }
+        let pair = match inherited {
+            Some(pair) => Pair {
+                gather,
+                light,
+                bound,
+                ..pair
+            },
+            None => self.drawn(gather, light, bound),
+        };
+        let has_value = inherited.is_some() && !(is_single && self.has_parts(&pair));
+        let pair = if has_value {
+            pair
+        } else {
+            self.connected(pair, is_single)
+        };
+        self.total += self.luminance(&pair);
+        if !is_single {
+            self.queue.push(Refinable {
+                likely: bound.likely,
+                pair: self.pairs.len(),
+            });
+        }
+        self.pairs.push(pair);
+        self.is_refined.push(false);
+        self.terms += 1;
+    }
+
+    /// Takes a pair out of the cut.
+    fn remove(&mut self, index: usize) {
+        self.total -= self.luminance(&self.pairs[index]);
+        self.is_refined[index] = true;
+        self.terms -= 1;
+    }
+
+    /// Estimate of the light of a pair: luminance in W/(m² sr).
+    fn luminance(&self, pair: &Pair) -> f64 {
+        let weight = self.context.sensors.sensors[pair.sensor].throughput;
+        let light = (weight * pair.value.radiance).luminance();
+        f64::from(light) * f64::from(pair.inverse_probability())
+    }
+
+    /// Whether the light of a pair is several parts as seen from its point.
+    fn has_parts(&self, pair: &Pair) -> bool {
+        let PairContext {
+            gather,
+            lights,
+            sensors,
+            ..
+        } = self.context;
+        let light = &lights.set.lights()[pair.drawn.id.index()];
+        gather.part_count(&sensors.sensors[pair.sensor].at.into(), light) > 1
+    }
+
+    /// The pair with the value of its representative: of a cluster, one part of the light represents it.
+    fn connected(&mut self, pair: Pair, is_single: bool) -> Pair {
+        let parts = if is_single {
+            Parts::All
+        } else {
+            Parts::One(self.rng.next_f32())
+        };
+        let sensor = &self.context.sensors.sensors[pair.sensor];
+        let value = (self.context).value(sensor, pair.drawn.id, parts, &mut self.cost);
+        Pair { value, ..pair }
+    }
+
+    /// Adds the terms of the cut to the sums of their points.
+    fn finish(self, limits: CutLimits, allowed: f32, sums: &mut [Gathered]) {
+        let mut largest = 0.0f32;
+        let pairs = self.pairs.iter().zip(&self.is_refined);
+        for (pair, _) in pairs.filter(|(_, is_refined)| !**is_refined) {
+            let sum = &mut sums[self.context.sensors.sensors[pair.sensor].index];
+            let weight = pair.inverse_probability();
+            sum.radiance += pair.value.radiance * weight;
+            sum.clamped += pair.value.clamped * weight;
+            sum.unclamped += pair.value.unclamped * weight;
+            largest = largest.max(pair.bound.bound);
+        }
+        if largest > 0.0 {
+            let error = largest / allowed * limits.max_error;
+            sums.iter_mut().for_each(|sum| sum.cluster_error = error);
+        }
+        sums[0].terms = self.terms as u32;
+        sums[0].connections = self.cost.connections;
+        sums[0].shadow_rays = self.cost.shadow_rays;
+    }
+
+    /// A pair with a new representative that has no value yet.
+    fn drawn(&mut self, gather: usize, light: usize, bound: PairBound) -> Pair {
+        let PairContext {
+            tree,
+            sensors,
+            lights,
+            ..
+        } = self.context;
+        let (sensor, sensor_probability) = sensors.draw(gather, self.rng.next_f32());
+        let context = self.context;
+        let receiver = context.receiver(gather);
+        let drawn = tree.draw_for(&lights.set, light, &receiver, &mut self.rng);
+        Pair {
+            gather,
+            light,
+            sensor,
+            sensor_probability,
+            drawn,
+            value: ConnectionValue::default(),
+            bound,
+        }
+    }
+}
