@@ -52,6 +52,7 @@ fn bench(scene: &Scene, count: u32) {
         strategy: Strategy::All,
         clamp: Clamp::Auto(1.0),
         refinement: 1.0,
+        roulette: 0.0,
     };
     let tiles = tiles(scene, (PAIRS / (lights * TILE * TILE)).max(8));
     measure(scene, &gather, &set.lights, &tiles);

@@ -213,6 +213,7 @@ fn sum(
         strategy,
         clamp: Clamp::Auto(1.0),
         refinement: 1.0,
+        roulette: 0.0,
     };
     let start = clock::thread_seconds();
     let sums = tiles.iter().flat_map(|t| gather.sum(scene, lights, t));

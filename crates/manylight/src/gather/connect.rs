@@ -4,6 +4,7 @@ use super::block::ShadowBlock;
 use super::clamping::ClampedConnections;
 use super::light_points::{FacingPoints, LightPoint, PointCounts, point_of_disc};
 use super::points::{BATCHES, Batch};
+use super::roulette::Roulette;
 use super::sphere::{
     DirectionCone, LightLobe, SphereConnection, SphereSamples, only, sphere_radius,
 };
@@ -35,6 +36,8 @@ impl simd::SimdKernel for AddLights<'_> {
         let lights = subset.indices(self.lights.set.lights().len());
         let connections = lights.len();
         let mut sum = BatchSums::new(w, self.gather, self.scene, self.lights, self.batches, 1);
+        let threshold = self.gather.roulette;
+        sum.roulette = (threshold > 0.0).then(|| Roulette::new(threshold, self.batches));
         for id in lights.map(|k| LightId(k as u32)) {
             sum.add_light(w, id, self.sums);
         }
@@ -83,8 +86,8 @@ struct ConnectedLight<'f, 's> {
 
 /// The points of a batch to which a part of a light contributes.
 #[derive(Clone, Copy, Default)]
-struct LitPoints {
-    lit: LaneMask,
+pub(super) struct LitPoints {
+    pub(super) lit: LaneMask,
     /// Points at which the shadow ray starts on the side of the geometric normal.
     front_of_point: LaneMask,
     /// Points before the light, on the side of its normal.
@@ -120,6 +123,8 @@ pub(super) struct BatchSums<'a, 'b, 's> {
     samples: [Option<SphereSamples>; BATCHES],
     clamped: [Lanes; BATCHES],
     unclamped: [Lanes; BATCHES],
+    /// Before shadow rays.
+    roulette: Option<Roulette>,
 }
 
 impl<'a, 'b, 's> BatchSums<'a, 'b, 's> {
@@ -148,6 +153,7 @@ impl<'a, 'b, 's> BatchSums<'a, 'b, 's> {
             }),
             clamped: [[0.0; LANES]; BATCHES],
             unclamped: [[0.0; LANES]; BATCHES],
+            roulette: None,
         }
     }
 
@@ -225,6 +231,11 @@ impl<'a, 'b, 's> BatchSums<'a, 'b, 's> {
             if active[b] != 0 {
                 *connected = self.connect(w, light, part, b, active[b]);
             }
+        }
+        if let Some(roulette) = &mut self.roulette
+            && !roulette.survives(w, part.weight, &connected, &mut self.values)
+        {
+            return;
         }
         for (side, towards) in [(0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)] {
             let lanes = connected

@@ -14,6 +14,7 @@ mod points;
 mod product_cut;
 #[cfg(test)]
 mod product_tests;
+mod roulette;
 mod shading_point;
 mod sphere;
 mod subset;
@@ -76,6 +77,8 @@ pub struct Gather {
     pub clamp: Clamp,
     /// Divisor of the area that a light represents, as clamping and spheres see it: progressive refinement.
     pub refinement: f32,
+    /// Unshadowed light, in times the mean over the lights, below which all lights are connected by Russian roulette; 0: none is.
+    pub roulette: f32,
 }
 
 impl Gather {

@@ -17,6 +17,7 @@ fn gather(kernel: Kernel, clamp: Clamp) -> Gather {
         strategy: Strategy::Bidirectional(CutLimits::default()),
         clamp,
         refinement: 1.0,
+        roulette: 0.0,
     }
 }
 

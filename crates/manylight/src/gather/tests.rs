@@ -9,6 +9,7 @@ use crate::ids::LightId;
 use crate::lanes::{LANES, LaneMask, Lanes3};
 use crate::math::{Vec2, Vec3};
 use crate::particles::{trace_photons, usable_by_virtual_lights};
+use crate::sampling::rng::Pcg;
 use crate::sampling::{Pass, warp};
 use crate::scene::PathLimits;
 use crate::simd::{self, Isa, Simd};
@@ -122,6 +123,7 @@ fn assert_sums_agree(scene: &Scene, form: Option<GlossyForm>, limits: PathLimits
         strategy: Strategy::All,
         clamp: Clamp::None,
         refinement: 1.0,
+        roulette: 0.0,
     };
     let mut rays = 0;
     // Of every size: batches of all numbers of lanes, and groups of several batches.
@@ -154,6 +156,7 @@ fn lights_divided_among_points_are_clamped_as_all_of_them() {
         strategy: Strategy::All,
         clamp: Clamp::Auto(1.0),
         refinement: 1.0,
+        roulette: 0.0,
     };
     let mut points = points(&scene, false);
     let mut sum = |lights_there: Subset| -> Vec<Rgb> {
@@ -376,6 +379,7 @@ fn spheres_are_integrals_over_their_directions() {
         strategy: Strategy::All,
         clamp: Clamp::None,
         refinement: 1.0,
+        roulette: 0.0,
     };
     for form in [None, table(16)] {
         let lights = lights(&scene, form, UNLIMITED);
@@ -443,6 +447,53 @@ fn spheres_are_integrals_over_their_directions() {
     }
 }
 
+/// Roulette keeps the expectation, with fewer shadow rays.
+#[test]
+fn roulette_keeps_the_mean() {
+    let scene = many_materials();
+    let lights = lights(&scene, table(16), UNLIMITED);
+    let mut points = points(&scene, false);
+    points.iter_mut().for_each(|at| at.lights = Subset::ALL);
+    let gather = |roulette| Gather {
+        kernel: Kernel::Disc,
+        strategy: Strategy::All,
+        clamp: Clamp::Auto(1.0),
+        refinement: 1.0,
+        roulette,
+    };
+    let draws = 200;
+    let mut rng = Pcg::new(7);
+    let (mut sums, mut rays) = ([vec![], vec![]], [0, 0]);
+    for _ in 0..draws {
+        points.iter_mut().for_each(|at| at.u = rng.next_f32());
+        for (k, roulette) in [0.0, 4.0].into_iter().enumerate() {
+            let found = gather(roulette).sum(&scene, &lights, &points);
+            rays[k] += found.iter().map(|sum| sum.shadow_rays).sum::<u64>();
+            sums[k].push(
+                found
+                    .iter()
+                    .map(|sum| f64::from(sum.radiance.luminance()))
+                    .sum::<f64>(),
+            );
+        }
+    }
+    let mean = |sums: &[f64]| sums.iter().sum::<f64>() / f64::from(draws);
+    let differences: Vec<f64> = sums[1].iter().zip(&sums[0]).map(|(a, b)| a - b).collect();
+    let difference = mean(&differences);
+    let variance = mean(
+        &differences
+            .iter()
+            .map(|d| (d - difference).powi(2))
+            .collect::<Vec<_>>(),
+    );
+    let z = difference / (variance / f64::from(draws)).sqrt();
+    println!("z {z}, {difference} of {}; rays {rays:?}", mean(&sums[0]));
+    assert!(variance > 0.0, "some rays are drawn");
+    assert!(z.abs() < 4.0, "{z}");
+    assert!((difference / mean(&sums[0])).abs() < 0.01);
+    assert!(rays[1] * 10 < rays[0] * 8, "{rays:?}");
+}
+
 /// A few hundred lights with their tree.
 pub(super) fn many_lights(scene: &Scene, form: Option<GlossyForm>) -> LightIndex<'_> {
     let photons = trace_photons(
@@ -488,6 +539,7 @@ fn cuts_are_as_good_as_promised() {
                 strategy,
                 clamp: Clamp::Auto(1.0),
                 refinement: 1.0,
+                roulette: 0.0,
             };
             gather.sum(&scene, &lights, &points)
         };

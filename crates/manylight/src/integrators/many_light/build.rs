@@ -81,5 +81,6 @@ pub(super) fn gather(cx: &GroupContext, lights: &VirtualLights, subsets: &LightS
         strategy: method.strategy,
         clamp,
         refinement,
+        roulette: method.roulette,
     }
 }

@@ -30,12 +30,15 @@ pub struct ManyLight {
     pub compensation: Compensation,
     /// The lights of successive passes.
     pub resampling: Resampling,
+    /// Unshadowed light, in times the mean over the lights of a pass, below which lights are connected by Russian roulette under
+    /// [`Strategy::All`].
+    pub roulette: f32,
     /// Emitter samples per direction at the first gather points.
     pub emitter_samples: u32,
     /// Camera paths that a pixel starts with in a pass, among which its lights and directions are divided; one with
     /// [`Strategy::Cuts`].
     pub camera_paths: u32,
-    /// How `light_count`, `photon_paths`, `emitter_samples` and `camera_paths` are set.
+    /// How `light_count`, `photon_paths`, `roulette`, `emitter_samples` and `camera_paths` are set.
     pub effort: Effort,
 }
 
