@@ -86,8 +86,8 @@ struct ConnectedLight<'f, 's> {
 
 /// The points of a batch to which a part of a light contributes.
 #[derive(Clone, Copy, Default)]
-pub(super) struct LitPoints {
-    pub(super) lit: LaneMask,
+struct LitPoints {
+    lit: LaneMask,
     /// Points at which the shadow ray starts on the side of the geometric normal.
     front_of_point: LaneMask,
     /// Points before the light, on the side of its normal.
@@ -232,8 +232,9 @@ impl<'a, 'b, 's> BatchSums<'a, 'b, 's> {
                 *connected = self.connect(w, light, part, b, active[b]);
             }
         }
+        let lit = connected.each_ref().map(|points| points.lit);
         if let Some(roulette) = &mut self.roulette
-            && !roulette.survives(w, part.weight, &connected, &mut self.values)
+            && !roulette.survives(w, part.weight, lit, &mut self.values)
         {
             return;
         }

@@ -1,11 +1,13 @@
 //! Russian roulette before shadow rays: a light that adds little to all points of a group is connected rarely, with more weight.
 
-use super::connect::LitPoints;
 use super::points::{BATCHES, Batch};
 use crate::lanes::vectors::{luminance, scale3};
-use crate::lanes::{LANES, Lanes, Lanes3};
+use crate::lanes::{LANES, LaneMask, Lanes, Lanes3};
 use crate::sampling::rng::Pcg;
 use crate::simd::Wide;
+
+/// Lights before roulette begins. Unmeasured: a mean over fewer lights says little.
+const FIRST_LIGHTS: f32 = 8.0;
 
 /// Roulette for the connections of a group of points, in the order of the lights.
 ///
@@ -37,20 +39,21 @@ impl Roulette {
         }
     }
 
-    /// Whether the shadow rays of a light, or of a part `weight` of one, are traced; `values` are then divided by the probability.
+    /// Whether the shadow rays of a light, or of a part `weight` of one, to the points `lit` are traced; `values` are then divided by the
+    /// probability.
     #[inline(always)]
     pub(super) fn survives<W: Wide>(
         &mut self,
         w: W,
         weight: f32,
-        connected: &[LitPoints; BATCHES],
+        lit: [LaneMask; BATCHES],
         values: &mut [Lanes3; BATCHES],
     ) -> bool {
         self.lights += weight;
         let mut largest = w.splat(0.0);
-        for (b, LitPoints { lit, .. }) in connected.iter().enumerate() {
-            if *lit != 0 {
-                let lit = w.lanes(u32::from(*lit));
+        for (b, lit) in lit.into_iter().enumerate() {
+            if lit != 0 {
+                let lit = w.lanes(u32::from(lit));
                 let value = w.select(lit, luminance(w, values[b].load(w)), w.splat(0.0));
                 let sum = w.add(w.load(&self.sums[b]), value);
                 self.sums[b] = w.store(sum);
@@ -60,17 +63,15 @@ impl Roulette {
         }
         let largest = w.store(largest).into_iter().fold(0.0, f32::max);
         let survival = largest * self.lights / (self.threshold * weight);
-        if survival >= 1.0 {
+        if survival >= 1.0 || self.lights <= FIRST_LIGHTS {
             return true;
         }
         if self.rng.next_f32() >= survival {
             return false;
         }
-        for (values, LitPoints { lit, .. }) in values.iter_mut().zip(connected) {
-            if *lit != 0 {
-                let scaled = scale3(w, values.load(w), w.splat(1.0 / survival));
-                *values = Lanes3::store(w, scaled);
-            }
+        for values in values {
+            let scaled = scale3(w, values.load(w), w.splat(1.0 / survival));
+            *values = Lanes3::store(w, scaled);
         }
         true
     }
