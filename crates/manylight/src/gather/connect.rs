@@ -35,9 +35,10 @@ impl simd::SimdKernel for AddLights<'_> {
         let subset = self.batches[0].lights;
         let lights = subset.indices(self.lights.set.lights().len());
         let connections = lights.len();
-        let mut sum = BatchSums::new(w, self.gather, self.scene, self.lights, self.batches, 1);
-        let threshold = self.gather.roulette;
-        sum.roulette = (threshold > 0.0).then(|| Roulette::new(threshold, self.batches));
+        let mut sum = BatchSums {
+            roulette: Roulette::of(self.gather, self.batches),
+            ..BatchSums::new(w, self.gather, self.scene, self.lights, self.batches, 1)
+        };
         for id in lights.map(|k| LightId(k as u32)) {
             sum.add_light(w, id, self.sums);
         }
@@ -128,7 +129,7 @@ pub(super) struct BatchSums<'a, 'b, 's> {
 }
 
 impl<'a, 'b, 's> BatchSums<'a, 'b, 's> {
-    /// Empty sums with `slots` slots.
+    /// Empty sums with `slots` slots, without roulette.
     #[inline(always)]
     pub(super) fn new<W: Wide>(
         w: W,

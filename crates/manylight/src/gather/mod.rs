@@ -77,7 +77,7 @@ pub struct Gather {
     pub clamp: Clamp,
     /// Divisor of the area that a light represents, as clamping and spheres see it: progressive refinement.
     pub refinement: f32,
-    /// Unshadowed light, in times the mean over the lights, below which all lights are connected by Russian roulette; 0: none is.
+    /// Threshold of Russian roulette before shadow rays: unshadowed light, relative to the mean over the lights. 0: no roulette.
     pub roulette: f32,
 }
 

@@ -53,7 +53,24 @@ pub(super) enum Parts {
     One(f32),
 }
 
-impl PairContext<'_, '_, '_> {
+impl<'a, 'b, 's> PairContext<'a, 'b, 's> {
+    /// The connections of `sensors` with lights that have a tree.
+    pub(super) fn new(
+        gather: &'a Gather,
+        scene: &'a Scene,
+        lights: &'a LightIndex<'s>,
+        sensors: &'a GatherTree<'b, 's>,
+    ) -> Self {
+        let tree = lights.tree.as_ref();
+        PairContext {
+            gather,
+            scene,
+            lights,
+            tree: tree.expect("invariant: lights have a tree where cuts are asked for"),
+            sensors,
+        }
+    }
+
     /// Bounds of the light from the lights of the node `light` through the points of the node `gather`.
     ///
     /// The product of the maxima of `Σ T f cosθ` and `Σ I` over the directions between the boxes, with `V = 1`, clamping weights

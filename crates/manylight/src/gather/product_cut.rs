@@ -67,9 +67,8 @@ impl Eq for Refinable {}
 struct ProductCut<'a, 'b, 's> {
     context: PairContext<'a, 'b, 's>,
     rng: Pcg,
-    /// Pairs of the cut, and refined ones; see `is_refined`.
-    pairs: Vec<Pair>,
-    is_refined: Vec<bool>,
+    /// Pairs of the cut; `None` for refined ones.
+    pairs: Vec<Option<Pair>>,
     queue: BinaryHeap<Refinable>,
     /// Number of pairs of the cut.
     terms: usize,
@@ -92,25 +91,17 @@ impl Gather {
         points: &[WeightedPoint],
     ) -> Vec<Gathered> {
         let mut sums = vec![Gathered::default(); points.len()];
-        let tree = lights.tree.as_ref();
-        let tree = tree.expect("invariant: lights have a tree where cuts are asked for");
         let sensors = GatherTree::new(points);
-        let Some(light_root) = tree.root().filter(|_| !sensors.sensors.is_empty()) else {
+        let context = PairContext::new(self, scene, lights, &sensors);
+        let Some(light_root) = context.tree.root().filter(|_| !sensors.sensors.is_empty()) else {
             return sums;
         };
         let first = &points[0].at;
         let key = rng::key(first.x.p.to_array()) ^ u64::from(first.u.to_bits());
         let mut cut = ProductCut {
-            context: PairContext {
-                gather: self,
-                scene,
-                lights,
-                tree,
-                sensors: &sensors,
-            },
+            context,
             rng: Pcg::new(key),
             pairs: Vec::new(),
-            is_refined: Vec::new(),
             queue: BinaryHeap::new(),
             terms: 0,
             total: 0.0,
@@ -131,9 +122,10 @@ impl ProductCut<'_, '_, '_> {
             let Some(Refinable { pair: index, .. }) = self.queue.pop() else {
                 break;
             };
-            let pair = self.pairs[index];
-            if pair.bound.bound > allowed(self.total) {
-                self.remove(index);
+            let wide = |pair: &mut Pair| pair.bound.bound > allowed(self.total);
+            if let Some(pair) = self.pairs[index].take_if(wide) {
+                self.total -= self.luminance(&pair);
+                self.terms -= 1;
                 self.split(&pair);
             }
         }
@@ -209,16 +201,8 @@ impl ProductCut<'_, '_, '_> {
                 pair: self.pairs.len(),
             });
         }
-        self.pairs.push(pair);
-        self.is_refined.push(false);
+        self.pairs.push(Some(pair));
         self.terms += 1;
-    }
-
-    /// Takes a pair out of the cut.
-    fn remove(&mut self, index: usize) {
-        self.total -= self.luminance(&self.pairs[index]);
-        self.is_refined[index] = true;
-        self.terms -= 1;
     }
 
     /// Estimate of the light of a pair: luminance in W/(m² sr).
@@ -255,8 +239,7 @@ impl ProductCut<'_, '_, '_> {
     /// Adds the terms of the cut to the sums of their points.
     fn finish(self, limits: CutLimits, allowed: f32, sums: &mut [Gathered]) {
         let mut largest = 0.0f32;
-        let pairs = self.pairs.iter().zip(&self.is_refined);
-        for (pair, _) in pairs.filter(|(_, is_refined)| !**is_refined) {
+        for pair in self.pairs.iter().flatten() {
             let sum = &mut sums[self.context.sensors.sensors[pair.sensor].index];
             let weight = pair.inverse_probability();
             sum.radiance += pair.value.radiance * weight;

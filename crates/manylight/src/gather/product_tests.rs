@@ -66,13 +66,7 @@ fn no_pair_of_clusters_sends_more_than_its_bound() {
             let gather = gather(kernel, Clamp::None);
             for pixel in pixels(&scene, 7) {
                 let sensors = GatherTree::new(&pixel);
-                let context = PairContext {
-                    gather: &gather,
-                    scene: &scene,
-                    lights: &lights,
-                    tree,
-                    sensors: &sensors,
-                };
+                let context = PairContext::new(&gather, &scene, &lights, &sensors);
                 let receivers = (rng.next_f32() * sensors.nodes.len() as f32) as usize;
                 // Nodes of all depths.
                 let mut node = 0;
@@ -215,7 +209,6 @@ fn the_weights_of_all_techniques_sum_to_one() {
         PASS,
         usable_by_virtual_lights,
     );
-    let tree = lights.tree.as_ref().unwrap();
     let starts = points(&scene, false);
     let mut rng = Pcg::new(17);
     let (mut paths, mut clamped_sum) = (0, 0.0);
@@ -234,13 +227,7 @@ fn the_weights_of_all_techniques_sum_to_one() {
                 let throughput = Rgb::WHITE;
                 let weighted = [WeightedPoint { at, throughput }];
                 let sensors = GatherTree::new(&weighted);
-                let context = PairContext {
-                    gather: &gather,
-                    scene: &scene,
-                    lights: &lights,
-                    tree,
-                    sensors: &sensors,
-                };
+                let context = PairContext::new(&gather, &scene, &lights, &sensors);
                 let mut cost = Gathered::default();
                 let value = context.value(&sensors.sensors[0], id, Parts::All, &mut cost);
                 if value.unclamped <= 1e-9 {

@@ -1,5 +1,6 @@
 //! Russian roulette before shadow rays: a light that adds little to all points of a group is connected rarely, with more weight.
 
+use super::Gather;
 use super::points::{BATCHES, Batch};
 use crate::lanes::vectors::{luminance, scale3};
 use crate::lanes::{LANES, LaneMask, Lanes, Lanes3};
@@ -12,13 +13,13 @@ const FIRST_LIGHTS: f32 = 8.0;
 /// Roulette for the connections of a group of points, in the order of the lights.
 ///
 /// The probability that a light is connected is common to the points, because their shadow rays are traced together. It is the
-/// largest ratio, over the points, of the unshadowed light to the threshold: a number of times the mean over the lights so far.
+/// largest ratio, over the points, of the unshadowed light to [`Gather::roulette`] times the mean over the lights so far.
 ///
 /// Source: Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, section 10.4.1. Deviation: one probability for
 /// up to 64 points.
 #[derive(Debug)]
 pub(super) struct Roulette {
-    /// The threshold, in mean lights.
+    /// As [`Gather::roulette`].
     threshold: f32,
     rng: Pcg,
     /// Unshadowed luminance so far, by batch.
@@ -28,15 +29,15 @@ pub(super) struct Roulette {
 }
 
 impl Roulette {
-    /// Before the first light. `threshold` in mean lights.
-    pub(super) fn new(threshold: f32, batches: &[Batch]) -> Self {
-        Roulette {
-            threshold,
+    /// Before the first light; `None` without roulette.
+    pub(super) fn of(gather: &Gather, batches: &[Batch]) -> Option<Self> {
+        (gather.roulette > 0.0).then(|| Roulette {
+            threshold: gather.roulette,
             // The random numbers of the points differ from pass to pass.
             rng: Pcg::new(u64::from(batches[0].u[0].to_bits())),
             sums: [[0.0; LANES]; BATCHES],
             lights: 0.0,
-        }
+        })
     }
 
     /// Whether the shadow rays of a light, or of a part `weight` of one, to the points `lit` are traced; `values` are then divided by the

@@ -81,12 +81,11 @@ fn of_many_light(
         EmissionKind::Rich(form) => Some(form),
         EmissionKind::Single => None,
     };
+    let glossy_nodes = form.map_or(1.0, |_| glossy);
     let tree = match method.strategy {
         Strategy::All => 0.0,
-        Strategy::Cuts(_) => LightTree::bytes_per_light(form.map_or(1.0, |_| glossy), false),
-        Strategy::Bidirectional(_) => {
-            LightTree::bytes_per_light(form.map_or(1.0, |_| glossy), true)
-        }
+        Strategy::Cuts(_) => LightTree::bytes_per_light(glossy_nodes),
+        Strategy::Bidirectional(_) => LightTree::bytes_per_light(2.0 * glossy_nodes),
     };
     let light = VirtualLights::bytes_per_light(form, glossy, limits) + tree;
     let unshaded_light = VirtualLights::bytes_per_light(form, 0.0, limits);

@@ -88,10 +88,9 @@ impl LightTree {
         }
     }
 
-    /// Expected bytes per light, if a fraction `glossy` of the nodes with a bound has lights that are not diffuse. Leaves have a bound
-    /// if `has_bounded_lights`.
-    pub fn bytes_per_light(glossy: f64, has_bounded_lights: bool) -> f64 {
-        let bounded = if has_bounded_lights { 2.0 } else { 1.0 };
-        (2 * size_of::<LightNode>()) as f64 + glossy * bounded * IntensityBound::GLOSSY_BYTES as f64
+    /// Expected bytes per light, with this number of bounds per light that are not diffuse: at most one for inner nodes, and one more with
+    /// [`LightTree::bound_lights`].
+    pub fn bytes_per_light(glossy_bounds: f64) -> f64 {
+        (2 * size_of::<LightNode>()) as f64 + glossy_bounds * IntensityBound::GLOSSY_BYTES as f64
     }
 }

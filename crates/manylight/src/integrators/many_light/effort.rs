@@ -3,7 +3,8 @@
 //!
 //! A pre-pass shades some pixels twice, with independent lights, at several efforts. The variance of a pass with `n` lights, `E`
 //! emitter samples per direction and `S` camera paths per pixel is modelled as `V = a + b/n + c/E + d/S`, and its cost as linear in
-//! all three. The smallest product of variance and cost gives the smallest error at equal time.
+//! all three. The smallest product of variance and cost gives the smallest error at equal time. The variance also sets the threshold
+//! of roulette before shadow rays.
 //!
 //! The choice depends on the scene, the settings and the seed alone, so that a pass is the same in every render. The samples
 //! of the pre-pass are not used again: no estimate depends on its own noise.
@@ -72,6 +73,7 @@ impl PassModel {
         }
     }
 
+    /// Relative variance of a pass with this effort.
     fn variance(&self, effort: &ManyLight) -> f64 {
         self.constant
             + self.lights / f64::from(effort.light_count)
@@ -89,7 +91,7 @@ impl PassModel {
         self.variance(effort) * cost
     }
 
-    /// The threshold of roulette: noise that it adds pays below a certain part of the noise of the pass.
+    /// The threshold of roulette, in proportion to the noise of a pass: in a noisy pass, noise by roulette costs less than shadow rays.
     fn roulette(&self, effort: &ManyLight) -> f32 {
         let noise = self.variance(effort).sqrt() as f32;
         ROULETTE_PER_NOISE * noise * effort.light_count as f32

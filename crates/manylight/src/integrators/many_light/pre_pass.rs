@@ -37,13 +37,13 @@ pub(super) struct TermVariances {
     pub(super) rest: f64,
 }
 
-/// Draws positions in at most `most` pixels: the crossings of columns and rows, one of each in `spacing`, drawn at random.
-fn sparse_pixels(scene: &Scene, pass: Pass, most: u32) -> FilmSampler {
+/// Draws positions in at most [`MAX_PIXELS`] pixels: the crossings of columns and rows, one of each in `spacing`, drawn at random.
+fn sparse_pixels(scene: &Scene, pass: Pass) -> FilmSampler {
     let film = &scene.sensor.desc().film;
     let size = film.crop_size;
     let count = |spacing: u32| size.x.div_ceil(spacing) * size.y.div_ceil(spacing);
     let mut spacing = LEAST_SPACING;
-    while count(spacing) > most {
+    while count(spacing) > MAX_PIXELS {
         spacing += 1;
     }
     let mut rng = pass.sampler(Stream::Selection, 5);
@@ -68,7 +68,7 @@ impl ManyLight {
         run: &PassContext,
         variants: [impl Fn(&mut PreparedPasses); N],
     ) -> [TermVariances; N] {
-        let pixels = sparse_pixels(scene, run.pass, MAX_PIXELS);
+        let pixels = sparse_pixels(scene, run.pass);
         let [a, b] = [0, 1].map(|index| {
             // Other numbers than those of the render's passes.
             let seed = !run.pass.seed;

@@ -30,8 +30,8 @@ pub struct ManyLight {
     pub compensation: Compensation,
     /// The lights of successive passes.
     pub resampling: Resampling,
-    /// Unshadowed light, in times the mean over the lights of a pass, below which lights are connected by Russian roulette under
-    /// [`Strategy::All`].
+    /// Threshold of Russian roulette before shadow rays, under [`Strategy::All`]: unshadowed light, relative to the mean over the lights
+    /// of a pass. 0: no roulette.
     pub roulette: f32,
     /// Emitter samples per direction at the first gather points.
     pub emitter_samples: u32,
