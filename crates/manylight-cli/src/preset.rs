@@ -222,7 +222,7 @@ mod tests {
         assert_eq!(value("placement"), "importance");
         assert_eq!(value("flux"), "partition");
         assert_eq!(value("emission"), "table");
-        assert_eq!(value("table-size"), "32");
+        assert_eq!(value("table-size"), "48");
         assert_eq!(value("table-storage"), "shared");
         assert_eq!(value("kernel"), "disc");
     }

@@ -130,8 +130,7 @@ fn rich_vpl_with_specular_objects() {
 }
 
 /// A metal floor before a mirror: specular chains see lit walls in the mirror, and photons estimate the reflected lamp.
-#[test]
-fn rich_vpl_with_a_mirror_over_a_glossy_floor() {
+fn mirror_over_a_glossy_floor() -> Scene {
     let mut b = Builder::new(
         Vec3::new(0.0, 0.1, -0.98),
         Vec3::new(0.0, -0.3, 1.0),
@@ -152,7 +151,26 @@ fn rich_vpl_with_a_mirror_over_a_glossy_floor() {
         wall,
         Some(lamp),
     );
-    check(&b.build(), rich(), 12, 1e-2);
+    b.build()
+}
+
+#[test]
+fn rich_vpl_with_a_mirror_over_a_glossy_floor() {
+    check(&mirror_over_a_glossy_floor(), rich(), 12, 1e-2);
+}
+
+/// Photons account for the light that the floor sees in the mirror, where they are dense, and directions for the rest.
+#[test]
+fn rich_vpl_with_dense_photons_in_a_mirror_over_a_glossy_floor() {
+    for photon_paths in [4000, 300_000] {
+        let method = MethodKind::ManyLight(ManyLight {
+            photon_paths,
+            light_count: 600,
+            importon_paths: 4000,
+            ..ManyLight::rich_vpl()
+        });
+        check(&mirror_over_a_glossy_floor(), method, 24, 1e-2);
+    }
 }
 
 fn room_lit_through_frosted_glass() -> Scene {

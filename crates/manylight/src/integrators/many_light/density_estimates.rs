@@ -5,6 +5,7 @@
 use super::compensation_photons::{CompensationPhoton, direction_fraction, direction_limit};
 use super::gather_points::GatherPoint;
 use super::prepared::PreparedPasses;
+use super::specular_chains::photon_fraction;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::gather::ShadingPoint;
@@ -19,24 +20,70 @@ use crate::sampling::rng;
 
 /// Photons in an estimate. Unmeasured: more of them blur, fewer of them show single photons.
 pub(super) const PHOTON_NEIGHBORS: usize = 48;
+/// Caustic photons in a kernel, before it shrinks from pass to pass, from which on they are dense enough for glossy lobes. Measured at
+/// 3 and 8, over 2 passes at 320x180: the variance of caustics in the Disco is 0.017 of relMSE for both, and 0.0016 and 0.0011 of
+/// means of 16x16 pixels; with directions for all glossy light 0.020 and 0.0011. With 24, photons hardly count.
+const DENSE_PHOTONS: f32 = 8.0;
 /// Largest radius of an estimate in pixel widths, before it shrinks from pass to pass. Unmeasured.
 const MAX_RADIUS_PIXELS: f32 = 72.0;
 /// Largest radius of an estimate as a fraction of the scene's diagonal, likewise. Unmeasured.
 const MAX_RADIUS_FRACTION: f32 = 0.03;
 
+/// The scattering function with which a photon counts, in 1/sr.
+struct PhotonWeight {
+    f: Rgb,
+    /// What it counts more where photons with such a part are dense; `None` for other photons.
+    f_where_dense: Option<Rgb>,
+}
+
+impl From<Rgb> for PhotonWeight {
+    fn from(f: Rgb) -> Self {
+        PhotonWeight {
+            f,
+            f_where_dense: None,
+        }
+    }
+}
+
+/// Whether directions may account for the light of a caustic photon, too: other surfaces have reflected it.
+fn is_shared_with_directions(photon: &Photon) -> bool {
+    photon.origin != Lobes::NONE
+}
+
 impl PreparedPasses<'_> {
     /// Radiance at a gather point from photons with a specular last event, in W/(m² sr). Of light that other surfaces have
-    /// reflected, only the diffuse lobes' part: camera paths find that of glossy lobes.
+    /// reflected, directions account for a part of what glossy lobes reflect: see [`photon_fraction`].
     pub(super) fn caustic_radiance(&self, point: &GatherPoint, found: &mut Neighbors) -> Rgb {
         let (bsdf, wo) = (&point.at.bsdf, point.at.wo);
         self.density_estimate(&self.caustics, point, found, |photon: &Photon| {
-            if photon.origin != Lobes::NONE {
-                return bsdf.f(photon.wi, wo, Lobes::DIFFUSE);
-            }
+            let f = |lobes| bsdf.f(photon.wi, wo, lobes);
             let f_cos = bsdf.f_cos_wi(photon.wi, wo, Lobes::NON_SPECULAR);
-            bsdf.f(photon.wi, wo, Lobes::NON_SPECULAR)
-                * direction_fraction(point.direction_limit, f_cos)
+            if is_shared_with_directions(photon) {
+                return PhotonWeight {
+                    f: f(Lobes::DIFFUSE),
+                    f_where_dense: Some(f(Lobes::GLOSSY) * photon_fraction(f_cos)),
+                };
+            }
+            let fraction = direction_fraction(point.direction_limit, f_cos);
+            (f(Lobes::NON_SPECULAR) * fraction).into()
         })
+    }
+
+    /// Whether caustic photons are dense at a receiver behind `segments` segments of a camera path, for estimates of at most
+    /// `largest` m.
+    pub(super) fn caustics_are_dense(
+        &self,
+        receiver: DensityReceiver,
+        segments: u32,
+        largest: f32,
+        found: &mut Neighbors,
+    ) -> bool {
+        let (mut near, bandwidth) = (0, self.bandwidth(largest));
+        density_estimate(&self.caustics, receiver, bandwidth, found, |photon, _| {
+            let counts = self.limits.allow(segments + u32::from(photon.depth));
+            near += u32::from(counts && is_shared_with_directions(photon));
+        });
+        are_dense(near, bandwidth)
     }
 
     /// Radiance at a gather point from compensation photons, in W/(m² sr).
@@ -56,7 +103,7 @@ impl PreparedPasses<'_> {
             let limit = direction_limit(f_cos(wi));
             let fraction = 1.0 - direction_fraction(limit, reflected.f_cos);
             if fraction == 0.0 {
-                return Rgb::BLACK;
+                return Rgb::BLACK.into();
             }
             let clamped = self.gather.clamped_fraction(
                 &self.lights,
@@ -65,7 +112,7 @@ impl PreparedPasses<'_> {
                 assignment,
                 f_cos,
             );
-            at.bsdf.f(wi, at.wo, Lobes::NON_SPECULAR) * (fraction * clamped)
+            (at.bsdf.f(wi, at.wo, Lobes::NON_SPECULAR) * (fraction * clamped)).into()
         };
         self.density_estimate(&self.compensation_photons, point, found, weighted_f)
     }
@@ -77,7 +124,7 @@ impl PreparedPasses<'_> {
         photons: &KdTree<P>,
         point: &GatherPoint,
         found: &mut Neighbors,
-        f: impl Fn(&P) -> Rgb,
+        f: impl Fn(&P) -> PhotonWeight,
     ) -> Rgb {
         if point.photon_weight == 0.0 {
             return Rgb::BLACK;
@@ -102,17 +149,27 @@ impl PreparedPasses<'_> {
         point: &GatherPoint,
         n: Vec3,
         found: &mut Neighbors,
-        f: &impl Fn(&P) -> Rgb,
+        f: &impl Fn(&P) -> PhotonWeight,
     ) -> Rgb {
         let receiver = DensityReceiver { p: point.at.x.p, n };
-        let mut sum = Rgb::BLACK;
-        let bandwidth = self.bandwidth(point);
+        let (mut sum, mut sum_where_dense, mut near) = (Rgb::BLACK, Rgb::BLACK, 0u32);
+        let bandwidth = self.bandwidth(point.max_photon_radius);
         let radius = density_estimate(photons, receiver, bandwidth, found, |item, kernel| {
             let photon: &Photon = item.as_ref();
             if self.limits.allow(point.segments + u32::from(photon.depth)) {
-                sum += photon.flux * f(item) * kernel;
+                let (weight, arriving) = (f(item), photon.flux * kernel);
+                sum += arriving * weight.f;
+                if let Some(f) = weight.f_where_dense {
+                    sum_where_dense += arriving * f;
+                    near += 1;
+                }
             }
         });
+        // Each photon counts if the others are dense without it: of a Poisson process, that has the expectation of independent
+        // photons (Mecke's equation), so that the shares of photons and directions sum to one.
+        if near > 0 && are_dense(near - 1, bandwidth) {
+            sum += sum_where_dense;
+        }
         if sum.is_black() {
             return sum;
         }
@@ -125,10 +182,10 @@ impl PreparedPasses<'_> {
         sum / covered_fraction(&self.scene.geometry, receiver, radius, probes, turn)
     }
 
-    fn bandwidth(&self, point: &GatherPoint) -> Bandwidth {
+    fn bandwidth(&self, max_photon_radius: f32) -> Bandwidth {
         let largest = MAX_RADIUS_FRACTION * self.scene.geometry.bounds().diagonal();
         Bandwidth {
-            largest: point.max_photon_radius.min(largest),
+            largest: max_photon_radius.min(largest),
             share: progressive_radius_scale(self.group.passes.end),
         }
     }
@@ -137,4 +194,9 @@ impl PreparedPasses<'_> {
     pub(super) fn max_photon_radius(&self, distance: f32) -> f32 {
         MAX_RADIUS_PIXELS * self.pixel.width_at(distance)
     }
+}
+
+/// Whether `near` photons in a kernel are dense. The number falls as the kernel shrinks from pass to pass.
+fn are_dense(near: u32, bandwidth: Bandwidth) -> bool {
+    near as f32 >= DENSE_PHOTONS * bandwidth.share * bandwidth.share
 }

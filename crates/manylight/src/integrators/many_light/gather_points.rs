@@ -1,5 +1,6 @@
 //! Gather points, and what the camera paths of a tile and of a pixel share while they are traced.
 
+use super::density_estimates::PHOTON_NEIGHBORS;
 use super::prepared::PreparedPasses;
 use super::radiance_cache::CACHE_NEIGHBORS;
 use crate::color::Rgb;
@@ -51,6 +52,8 @@ pub(super) struct TileGather<'s, 'o, 't> {
     pub(super) found: Neighbors,
     /// Memory for queries of the radiance cache.
     pub(super) found_photons: Neighbors,
+    /// Memory for queries of caustic photons.
+    pub(super) found_caustics: Neighbors,
     /// Position of the last query of the area per light, and the area in m².
     cached_area: Option<(Vec3, f32)>,
     sparse: SparseSubsets,
@@ -64,6 +67,7 @@ impl<'s, 'o, 't> TileGather<'s, 'o, 't> {
             shadow_rays: 0,
             found: Neighbors::new(MAX_ENVIRONMENT_LOBES),
             found_photons: Neighbors::new(CACHE_NEIGHBORS),
+            found_caustics: Neighbors::new(PHOTON_NEIGHBORS),
             cached_area: None,
             sparse: SparseSubsets::new(strategy, pass),
         }

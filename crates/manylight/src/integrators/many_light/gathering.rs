@@ -271,6 +271,7 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
             return;
         }
         path.stage = path.stage.after(Lobes::DIFFUSE);
+        let max_photon_radius = path.max_photon_radius;
         let emitted = EmittedLight::Directions {
             fraction: direction_fraction(role.direction_limit(), from.f_cos),
             lit_from: role.lit_from(),
@@ -280,11 +281,13 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
             return;
         };
         if v.bsdf.lobes().has(Lobes::GLOSSY) && y.bsdf.lobes().has(Lobes::SPECULAR) {
+            let by_photons = self.chain_fraction_of_photons(v, from, sample.w, max_photon_radius);
             let f = |lobes| v.bsdf.f(sample.w, v.w_prev, lobes);
             let glossy_fraction = f(Lobes::GLOSSY).zip(f(Lobes::NON_SPECULAR), |part, all| {
                 if all > 0.0 { part / all } else { 0.0 }
             });
-            self.follow_specular_chain(y.clone(), path.clone(), glossy_fraction);
+            let fraction = glossy_fraction * (1.0 - by_photons);
+            self.follow_specular_chain(y.clone(), path.clone(), fraction);
         }
         if y.bsdf.lobes().has(Lobes::NON_SPECULAR)
             && self.prepared.compensation == Compensation::KolligKeller
