@@ -74,5 +74,8 @@ mod fuzz;
 
 pub use error::{Diagnostic, LoadError, LoadErrorKind, Location, Severity};
 pub use file_error::{FileError, FileErrorKind};
-pub use scene::{LoadOptions, LoadedScene, SupportedFamily, check_scene, load_scene, supported};
+pub use scene::{
+    GltfOptions, LightUnits, LoadOptions, LoadedScene, SupportedFamily, check_scene, load_scene,
+    supported,
+};
 pub use warning::Warning;

@@ -112,7 +112,7 @@ impl Emitters {
         };
         match self.emitters.get(id.index()) {
             Some(Emitter::Area { radiance }) if x.frame.n.dot(wo) > 0.0 => {
-                radiance.eval(x.uv, textures)
+                radiance.eval(x, textures)
             }
             _ => Rgb::BLACK,
         }

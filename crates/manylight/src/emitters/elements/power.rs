@@ -41,7 +41,7 @@ pub(super) fn mean_radiance(
     });
     let sum: Rgb = grid
         .filter_map(|u| element.sample_area(geometry, u))
-        .map(|y| radiance.eval(y.uv, textures))
+        .map(|y| radiance.eval(&y, textures))
         .sum();
     let floor = textures[id.index()].max_luminance(textures) * MIN_MEAN_OVER_MAX;
     (sum / count).map(|v| v.max(floor))

@@ -59,7 +59,7 @@ fn projector_textures_match_mitsuba() {
     let picture = Texture::Bitmap(Bitmap {
         image,
         filtering: Filtering::Nearest,
-        wrap: Wrap::Repeat,
+        wrap: [Wrap::Repeat; 2],
         uv_transform: Mat3::IDENTITY,
     });
     let spot = Emitter::Spot {
