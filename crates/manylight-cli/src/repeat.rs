@@ -1,6 +1,6 @@
 //! The settings of a render as text: for the JSON report, for the metadata of images, and as a command that repeats the render.
 
-use crate::args::{Denoiser, Units};
+use crate::args::{Denoiser, Units, environment_name};
 use crate::names::{FILTERS, filter_name, name_of};
 use crate::preset;
 use crate::request::RenderRequest;
@@ -71,7 +71,10 @@ impl Settings<'_> {
         put("defines", Value::Object(defines.collect()));
         let gltf = &request.gltf;
         put("light-units", json!(gltf.light_units.map(Units::name)));
-        put("environment", json!(gltf.environment));
+        put(
+            "environment",
+            json!(gltf.environment.as_ref().map(environment_name)),
+        );
         put("environment-scale", json!(gltf.environment_scale));
         put("variant", json!(gltf.variant));
         map
@@ -142,8 +145,8 @@ pub(crate) fn command_line(request: &RenderRequest, passes: u32) -> String {
     if let Some(units) = gltf.light_units {
         option("light-units", Units::name(units).into());
     }
-    if let Some(file) = &gltf.environment {
-        option("environment", file.display().to_string());
+    if let Some(source) = &gltf.environment {
+        option("environment", environment_name(source));
         option("environment-scale", gltf.environment_scale.to_string());
     }
     if let Some(variant) = &gltf.variant {

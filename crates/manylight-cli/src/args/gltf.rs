@@ -2,7 +2,7 @@
 
 use crate::values;
 use clap::{Args, ValueEnum, ValueHint};
-use manylight_io::{GltfOptions, LightUnits};
+use manylight_io::{EnvironmentSource, GltfOptions, LightUnits};
 use std::path::PathBuf;
 
 /// What a glTF file does not say. An error for scenes of other formats.
@@ -13,7 +13,8 @@ pub(crate) struct GltfArgs {
     #[arg(long, value_name = "UNITS", value_enum)]
     pub(crate) light_units: Option<Units>,
 
-    /// Image of the environment (exr or hdr, equirectangular). Without it, and without any light in the file, the environment is white.
+    /// Environment: an equirectangular image (exr or hdr), or the word `white` for a radiance of 1. Default: none, or white if nothing
+    /// in the file emits light.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) environment: Option<PathBuf>,
 
@@ -51,6 +52,17 @@ impl Units {
     }
 }
 
+/// The value of `--environment` for a constant environment.
+const WHITE: &str = "white";
+
+/// An environment as `--environment` names it.
+pub(crate) fn environment_name(source: &EnvironmentSource) -> String {
+    match source {
+        EnvironmentSource::White => WHITE.into(),
+        EnvironmentSource::File(path) => path.display().to_string(),
+    }
+}
+
 impl GltfArgs {
     /// The options for the loader.
     pub(crate) fn options(&self) -> GltfOptions {
@@ -60,7 +72,13 @@ impl GltfArgs {
                 Units::Lumen => LightUnits::Lumen,
                 Units::Raw => LightUnits::Raw,
             }),
-            environment: self.environment.clone(),
+            environment: self.environment.as_ref().map(|name| {
+                if name.as_os_str() == WHITE {
+                    EnvironmentSource::White
+                } else {
+                    EnvironmentSource::File(name.clone())
+                }
+            }),
             environment_scale: self.environment_scale.unwrap_or(1.0),
             variant: self.variant.clone(),
         }

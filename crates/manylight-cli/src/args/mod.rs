@@ -6,7 +6,7 @@ mod lights;
 mod measure;
 mod render;
 
-pub(crate) use gltf::{GltfArgs, Units};
+pub(crate) use gltf::{Units, environment_name};
 pub(crate) use inspect::{CheckArgs, CompletionsArgs, InfoArgs, ListArgs, Listing, MapsArgs};
 pub(crate) use lights::LightArgs;
 pub(crate) use measure::{CompareArgs, StudyArgs};

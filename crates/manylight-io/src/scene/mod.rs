@@ -4,7 +4,7 @@ mod gltf;
 mod mitsuba;
 mod sink;
 
-pub use gltf::{GltfOptions, LightUnits};
+pub use gltf::{EnvironmentSource, GltfOptions, LightUnits};
 
 use crate::error::{Diagnostic, LoadError, LoadErrorKind, Severity};
 use crate::warning::Warning;

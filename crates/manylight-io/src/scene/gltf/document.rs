@@ -61,6 +61,7 @@ impl<'a> Document<'a> {
     pub(super) fn new(root: Json<'a>) -> Self {
         check_version(&root);
         check_extensions(&root);
+        warn_of_extensions(&root);
         let lights = root.extension("KHR_lights_punctual");
         Document {
             accessors: root.objects("accessors"),
@@ -118,6 +119,23 @@ fn check_version(root: &Json<'_>) {
             ""
         };
         asset.error_at(name, format!("found glTF {version}, expected 2.0{advice}"));
+    }
+}
+
+/// Extensions without an effect on the picture of a scene at rest.
+const WITHOUT_EFFECT: &[&str] = &["KHR_animation_pointer"];
+
+/// Warns about extensions that are used, but not known here.
+fn warn_of_extensions(root: &Json<'_>) {
+    let known = [SUPPORTED, REPORTED_AT_USE, WITHOUT_EFFECT];
+    for used in root.items("extensionsUsed") {
+        let Some(name) = used.as_string() else {
+            continue;
+        };
+        if !known.iter().any(|list| list.contains(&name)) {
+            let message = format!("the extension `{name}` is ignored");
+            used.warn_once(name, message);
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! The environment, which glTF files do not have, and light for files without any.
 
 use super::json::Json;
-use super::options::GltfOptions;
+use super::options::{EnvironmentSource, GltfOptions};
 use crate::file_error::FileErrorKind;
 use crate::image::{Transfer, read_image};
 use manylight::color::Rgb;
@@ -12,8 +12,11 @@ use manylight::scene::SceneDesc;
 
 /// Adds the environment of the options. A scene without any emitter gets a white one.
 pub(super) fn add(desc: &mut SceneDesc, root: &Json<'_>, options: &GltfOptions) {
-    if let Some(path) = &options.environment {
-        match read_image(path, Transfer::Auto) {
+    match &options.environment {
+        Some(EnvironmentSource::White) => desc.emitters.push(Emitter::Constant {
+            radiance: Rgb::splat(options.environment_scale),
+        }),
+        Some(EnvironmentSource::File(path)) => match read_image(path, Transfer::Auto) {
             Ok(image) => desc.emitters.push(Emitter::Environment(Environment {
                 image: with_three_channels(image),
                 scale: options.environment_scale,
@@ -28,7 +31,8 @@ pub(super) fn add(desc: &mut SceneDesc, root: &Json<'_>, options: &GltfOptions) 
                     _ => root.error(message),
                 }
             }
-        }
+        },
+        None => {}
     }
     if desc.emitters.is_empty() {
         root.warn_once(

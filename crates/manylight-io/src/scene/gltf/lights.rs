@@ -4,19 +4,34 @@ use super::json::Json;
 use super::options::LightUnits;
 use glam::{DMat4, DVec3};
 use manylight::color::Rgb;
-use manylight::emitters::Emitter;
+use manylight::emitters::{Emitter, SpotFalloff};
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 /// Luminous efficacy in lm/W by which the units of light are converted: that of green light, which Blender's exporter uses for all colors.
 const LUMENS_PER_WATT: f32 = 683.0;
 
-/// The units of a file if the user says nothing: exporters of Blender write photometric units while emission stays radiometric;
-/// others write both in one unit.
-pub(super) fn default_units(generator: &str) -> LightUnits {
-    if generator.contains("Blender") {
-        LightUnits::Lumen
-    } else {
-        LightUnits::Watt
+/// How the writer of a file means its numbers.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Dialect {
+    units: LightUnits,
+    /// Whether the inner cone is the `blend` of a Blender lamp.
+    is_blender: bool,
+}
+
+impl Dialect {
+    /// By the name of the program that wrote the file. Blender's exporter writes photometric units while emission stays radiometric;
+    /// others write both in one unit. `units` overrides it.
+    pub(super) fn new(generator: &str, units: Option<LightUnits>) -> Self {
+        let is_blender = generator.contains("Blender");
+        let usual = if is_blender {
+            LightUnits::Lumen
+        } else {
+            LightUnits::Watt
+        };
+        Dialect {
+            units: units.unwrap_or(usual),
+            is_blender,
+        }
     }
 }
 
@@ -24,7 +39,7 @@ pub(super) fn default_units(generator: &str) -> LightUnits {
 pub(super) fn emitter(
     light: &Json<'_>,
     world_from_node: &DMat4,
-    units: LightUnits,
+    dialect: Dialect,
 ) -> Option<Emitter> {
     let color = light.floats("color", [1.0; 3]);
     if color.iter().any(|v| *v < 0.0) {
@@ -33,7 +48,7 @@ pub(super) fn emitter(
     }
     let strength = light.float_where("intensity", 1.0, |v| v >= 0.0, "at least 0");
     let kind = light.string("type");
-    let factor = match (units, kind) {
+    let factor = match (dialect.units, kind) {
         (LightUnits::Lumen, _) => LUMENS_PER_WATT.recip(),
         // Watts of a point or spot as Blender counts them: as if it emitted into all directions.
         (LightUnits::Raw, Some("point" | "spot")) => 1.0 / (4.0 * PI),
@@ -53,13 +68,14 @@ pub(super) fn emitter(
             irradiance: strength,
         }),
         Some("spot") => {
-            let (inner, outer) = cone(light)?;
+            let (inner, outer) = cone(light, dialect)?;
             Some(Emitter::Spot {
                 position,
                 direction,
                 intensity: strength,
                 cutoff: outer,
                 beam_width: inner,
+                falloff: SpotFalloff::SmoothCosine,
                 projector: None,
             })
         }
@@ -75,7 +91,7 @@ pub(super) fn emitter(
 }
 
 /// Half-angles of the inner and the outer cone of a spot in radians.
-fn cone(light: &Json<'_>) -> Option<(f32, f32)> {
+fn cone(light: &Json<'_>, dialect: Dialect) -> Option<(f32, f32)> {
     let Some(spot) = light.member("spot") else {
         if !light.has("spot") {
             light.error("the object `spot` is missing");
@@ -100,5 +116,12 @@ fn cone(light: &Json<'_>) -> Option<(f32, f32)> {
         );
         return None;
     }
-    Some((inner.min(outer), outer))
+    let inner = inner.min(outer);
+    if !dialect.is_blender {
+        return Some((inner, outer));
+    }
+    // The exporter writes (1 - blend) · outer. The falloff of a lamp takes the part `blend` of the cosines of its cone.
+    let blend = 1.0 - inner / outer;
+    let cos = outer.cos() + (1.0 - outer.cos()) * blend;
+    Some((cos.clamp(-1.0, 1.0).acos().min(outer), outer))
 }

@@ -35,7 +35,7 @@ mod uri;
 mod variants;
 
 pub(super) use container::MAGIC;
-pub use options::{GltfOptions, LightUnits};
+pub use options::{EnvironmentSource, GltfOptions, LightUnits};
 
 use super::sink::Sink;
 use crate::file_error::Fault;
@@ -44,6 +44,7 @@ use buffers::Buffers;
 use container::{Container, whole_file};
 use document::Document;
 use json::Json;
+use lights::Dialect;
 use manylight::image::Image;
 use manylight::scene::SceneDesc;
 use manylight::texture::Texture;
@@ -162,11 +163,8 @@ impl<'a> Builder<'a, '_> {
         let Some(index) = extension.index("light", "lights", lights.len()) else {
             return;
         };
-        let units = self
-            .options
-            .light_units
-            .unwrap_or_else(|| lights::default_units(self.document.generator()));
-        let emitter = lights::emitter(&lights[index], &node.world_from_node, units);
+        let dialect = Dialect::new(self.document.generator(), self.options.light_units);
+        let emitter = lights::emitter(&lights[index], &node.world_from_node, dialect);
         self.desc.emitters.extend(emitter);
     }
 

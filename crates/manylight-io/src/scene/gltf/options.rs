@@ -7,8 +7,8 @@ use std::path::PathBuf;
 pub struct GltfOptions {
     /// The units of punctual lights. `None`: lumen for files of Blender's exporter, watt for others.
     pub light_units: Option<LightUnits>,
-    /// Image of the environment: an equirectangular map, OpenEXR or Radiance HDR.
-    pub environment: Option<PathBuf>,
+    /// The environment.
+    pub environment: Option<EnvironmentSource>,
     /// Factor of the radiance of the environment.
     pub environment_scale: f32,
     /// Name of the material variant to show; `None`: the materials of the meshes.
@@ -24,6 +24,15 @@ impl Default for GltfOptions {
             variant: None,
         }
     }
+}
+
+/// An environment for a scene.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum EnvironmentSource {
+    /// The same radiance, 1 W/(m² sr), from all directions.
+    White,
+    /// An equirectangular image, OpenEXR or Radiance HDR.
+    File(PathBuf),
 }
 
 /// Units of the intensities of punctual lights.

@@ -43,9 +43,14 @@ impl<'a> Reporter<'a> {
                     start: span.start as u32,
                     end: span.end as u32,
                 };
-                Problem::new(code, span, format!("{path}: {message}"))
+                let prefix = if path.is_empty() { "" } else { ": " };
+                Problem::new(code, span, format!("{path}{prefix}{message}"))
             }
-            None => Problem::without_location(code, format!("{}: {path}: {message}", self.name)),
+            None => {
+                let prefix = if path.is_empty() { "" } else { ": " };
+                let message = format!("{}: {path}{prefix}{message}", self.name);
+                Problem::without_location(code, message)
+            }
         }
     }
 
