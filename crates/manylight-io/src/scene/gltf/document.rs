@@ -87,18 +87,19 @@ impl<'a> Document<'a> {
         used.iter().any(|used| used.as_string() == Some(name))
     }
 
-    /// The name of the program that wrote the file; empty if it is not given.
-    pub(super) fn generator(&self) -> &'a str {
+    /// Whether the exporter of Blender wrote the file. It means some things in the way of Blender where the specification differs.
+    pub(super) fn is_by_blender(&self) -> bool {
         let asset = self.root.member("asset");
-        asset
-            .and_then(|asset| asset.string("generator"))
-            .unwrap_or("")
+        let generator = asset.and_then(|asset| asset.string("generator"));
+        generator.is_some_and(|generator| generator.contains("Blender"))
     }
 }
 
 fn check_version(root: &Json<'_>) {
     let Some(asset) = root.member("asset") else {
-        root.error("the object `asset` with the version of glTF is missing");
+        if !root.has("asset") {
+            root.error("the object `asset` with the version of glTF is missing");
+        }
         return;
     };
     let name = if asset.has("minVersion") {

@@ -213,11 +213,15 @@ impl Glass {
         let weight = reader.materials.textures.scaled(opaque, texture);
         let volume = reader.json.extension("KHR_materials_volume");
         let volume = volume.filter(|volume| volume.float("thicknessFactor", 0.0) > 0.0);
+        // Transmission in Blender refracts; its exporter says so by a thickness only if the user gives one.
+        let is_solid = volume.is_some() || reader.document.is_by_blender();
         let eta = if ior >= 1.001 { ior } else { DEFAULT_IOR };
         let roughness = roughness(base);
-        let material = match volume {
-            Some(volume) => solid(reader, &volume, base, eta, roughness),
-            None => thin(&json, base, eta, roughness),
+        let material = if is_solid {
+            let transmittance = volume.map_or(Rgb::WHITE, |volume| absorption(&volume));
+            solid(reader, transmittance, base, eta, roughness)
+        } else {
+            thin(&json, base, eta, roughness)
         };
         Some(Glass { material, weight })
     }
@@ -260,12 +264,11 @@ fn thin(json: &Json<'_>, base: &Base, eta: f32, roughness: Option<Roughness>) ->
 /// them at each.
 fn solid(
     reader: &mut MaterialReader<'_, '_>,
-    volume: &Json<'_>,
+    transmittance: Rgb,
     base: &Base,
     eta: f32,
     roughness: Option<Roughness>,
 ) -> Material {
-    let transmittance = absorption(volume);
     let tint = match base.color {
         ColorInput::Constant(color) => {
             ColorInput::Constant(color.zip(transmittance, |a, b| a * b).map(f32::sqrt))

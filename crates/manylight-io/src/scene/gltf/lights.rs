@@ -19,10 +19,9 @@ pub(super) struct Dialect {
 }
 
 impl Dialect {
-    /// By the name of the program that wrote the file. Blender's exporter writes photometric units while emission stays radiometric;
-    /// others write both in one unit. `units` overrides it.
-    pub(super) fn new(generator: &str, units: Option<LightUnits>) -> Self {
-        let is_blender = generator.contains("Blender");
+    /// Blender's exporter writes photometric units while emission stays radiometric; others write both in one unit. `units` overrides
+    /// it.
+    pub(super) fn new(is_blender: bool, units: Option<LightUnits>) -> Self {
         let usual = if is_blender {
             LightUnits::Lumen
         } else {

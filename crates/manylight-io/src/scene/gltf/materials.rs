@@ -14,13 +14,12 @@ use super::document::Document;
 use super::extensions::{Glass, Lobes};
 use super::images::Content;
 use super::json::Json;
-use super::textures::{Textures, VertexInputs, as_float, uv_set};
+use super::textures::{Textures, VertexInputs, as_float};
 use manylight::bsdf::material::PrincipledMaterial;
 use manylight::bsdf::{Bitangent, Material};
 use manylight::color::Rgb;
 use manylight::ids::MaterialId;
-use manylight::scene::SceneDesc;
-use manylight::texture::{ColorInput, FloatInput, Texture};
+use manylight::texture::{ColorInput, FloatInput};
 use std::collections::HashMap;
 
 /// The materials of a scene, made when a mesh needs them.
@@ -42,20 +41,10 @@ pub(super) struct SurfaceMaterial {
     pub(super) double_sided: bool,
 }
 
-/// What a material needs of the vertices of a mesh.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct VertexNeeds {
-    /// Sets of texture coordinates; the first is the primary one, along which tangents are defined.
-    pub(super) sets: Vec<usize>,
-    /// Whether the directions of the tangents matter.
-    pub(super) tangents: bool,
-}
-
 /// Base color and its parameters before extensions change them.
 pub(super) struct Base {
     pub(super) color: ColorInput,
     pub(super) opacity: ColorInput,
-    /// Factor of the opacity, and the texture that has it.
     pub(super) metallic: FloatInput,
     pub(super) roughness: FloatInput,
     pub(super) roughness_factor: f32,
@@ -63,42 +52,6 @@ pub(super) struct Base {
     pub(super) has_roughness_texture: bool,
     /// Reflectance of the dielectric at normal incidence, if the workflow gives it.
     pub(super) f0: Option<f32>,
-}
-
-/// All references to textures within a material.
-fn texture_infos<'a>(json: &Json<'a>, found: &mut Vec<Json<'a>>) {
-    for (name, member) in json.members() {
-        if name.ends_with("Texture") {
-            found.push(member);
-        } else if name != "extras" {
-            texture_infos(&member, found);
-        }
-    }
-}
-
-/// What the material of this index needs of the vertices.
-pub(super) fn vertex_needs(document: &Document<'_>, index: Option<usize>) -> VertexNeeds {
-    let Some(json) = index.map(|index| &document.materials[index]) else {
-        return VertexNeeds::default();
-    };
-    let mut infos = Vec::new();
-    texture_infos(json, &mut infos);
-    infos.retain(|info| !info.path().ends_with("/occlusionTexture"));
-    let rank = |info: &Json<'_>| match info.path().rsplit('/').next() {
-        Some("normalTexture") => 0,
-        Some("baseColorTexture" | "diffuseTexture") => 1,
-        _ => 2,
-    };
-    infos.sort_by_key(rank);
-    let mut sets = Vec::new();
-    for set in infos.iter().map(uv_set) {
-        if !sets.contains(&set) {
-            sets.push(set);
-        }
-    }
-    let tangents =
-        json.has("normalTexture") || json.extension("KHR_materials_anisotropy").is_some();
-    VertexNeeds { sets, tangents }
 }
 
 impl Materials {
@@ -417,24 +370,6 @@ impl<'a> MaterialReader<'a, '_> {
             id: self.masked(black, base, mode),
             radiance: Some(base.color),
             double_sided: true,
-        }
-    }
-}
-
-/// Replaces masks whose opacity is 1 everywhere by what they mask: opaque surfaces are faster.
-pub(super) fn drop_full_masks(desc: &mut SceneDesc) {
-    for i in 0..desc.materials.len() {
-        let Material::Mask {
-            opacity: FloatInput::Texture(id),
-            inner,
-        } = desc.materials[i]
-        else {
-            continue;
-        };
-        if let Texture::Bitmap(bitmap) = &desc.textures[id.index()]
-            && bitmap.image.data.iter().all(|v| *v == 1.0)
-        {
-            desc.materials[i] = desc.materials[inner.index()].clone();
         }
     }
 }

@@ -33,6 +33,7 @@ mod tangents;
 mod textures;
 mod uri;
 mod variants;
+mod vertex_needs;
 
 pub(super) use container::MAGIC;
 pub use options::{EnvironmentSource, GltfOptions, LightUnits};
@@ -45,9 +46,10 @@ use container::{Container, whole_file};
 use document::Document;
 use json::Json;
 use lights::Dialect;
+use manylight::bsdf::Material;
 use manylight::image::Image;
 use manylight::scene::SceneDesc;
-use manylight::texture::Texture;
+use manylight::texture::{FloatInput, Texture};
 use meshes::Meshes;
 use nodes::{Hierarchy, PlacedNode};
 use report::Reporter;
@@ -93,7 +95,7 @@ pub(super) fn load(
     desc.textures = textures.list;
     fill_missing(&mut desc.textures);
     environment::add(&mut desc, &document.root, options);
-    materials::drop_full_masks(&mut desc);
+    drop_full_masks(&mut desc);
     if desc.sensors.is_empty() {
         desc.sensors.push(cameras::framing(meshes::bounds(&desc)));
     }
@@ -125,6 +127,24 @@ fn fill_missing(textures: &mut [Texture]) {
             && bitmap.image.data.is_empty()
         {
             bitmap.image = Image::new(1, 1, 1);
+        }
+    }
+}
+
+/// Replaces masks whose opacity is 1 everywhere by what they mask: opaque surfaces are faster.
+fn drop_full_masks(desc: &mut SceneDesc) {
+    for i in 0..desc.materials.len() {
+        let Material::Mask {
+            opacity: FloatInput::Texture(id),
+            inner,
+        } = desc.materials[i]
+        else {
+            continue;
+        };
+        if let Texture::Bitmap(bitmap) = &desc.textures[id.index()]
+            && bitmap.image.data.iter().all(|v| *v == 1.0)
+        {
+            desc.materials[i] = desc.materials[inner.index()].clone();
         }
     }
 }
@@ -163,7 +183,7 @@ impl<'a> Builder<'a, '_> {
         let Some(index) = extension.index("light", "lights", lights.len()) else {
             return;
         };
-        let dialect = Dialect::new(self.document.generator(), self.options.light_units);
+        let dialect = Dialect::new(self.document.is_by_blender(), self.options.light_units);
         let emitter = lights::emitter(&lights[index], &node.world_from_node, dialect);
         self.desc.emitters.extend(emitter);
     }

@@ -3,7 +3,7 @@
 use super::accessors::{Accessors, FLOAT, INDEX, UNIT};
 use super::compression;
 use super::json::Json;
-use super::materials::VertexNeeds;
+use super::vertex_needs::VertexNeeds;
 use manylight::math::{Vec2, Vec3};
 
 /// The triangles of one primitive with the attributes of their vertices, in the space of the mesh.
@@ -50,7 +50,9 @@ impl Geometry {
             return None;
         }
         let Some(attributes) = json.member("attributes") else {
-            json.error("the object `attributes` is missing");
+            if !json.has("attributes") {
+                json.error("the object `attributes` is missing");
+            }
             return None;
         };
         let Some(at) = attributes.get("POSITION") else {

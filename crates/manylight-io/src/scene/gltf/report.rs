@@ -2,6 +2,8 @@
 
 use super::super::sink::{FileSpan, Problem, Sink};
 use super::locate::locate;
+use std::cell::RefCell;
+use std::collections::HashSet;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -16,6 +18,8 @@ pub(super) struct Reporter<'a> {
     name: String,
     /// Index of the file in the sink, and its JSON text; `None` without excerpts.
     excerpts: Option<(u32, Arc<str>)>,
+    /// Errors so far, with their paths: a value that is used several times is reported once.
+    reported: RefCell<HashSet<(String, String)>>,
 }
 
 impl<'a> Reporter<'a> {
@@ -30,6 +34,7 @@ impl<'a> Reporter<'a> {
             sink,
             name: path.display().to_string(),
             excerpts,
+            reported: RefCell::default(),
         }
     }
 
@@ -56,20 +61,32 @@ impl<'a> Reporter<'a> {
 
     /// Adds an error about the value at the JSON `path`.
     pub(super) fn error(&self, path: &str, message: impl AsRef<str>) {
-        let problem = self.problem("gltf::invalid", path, message.as_ref());
-        self.sink.error(problem);
+        self.add_error("gltf::invalid", path, message.as_ref(), |problem| problem);
     }
 
     /// Adds an error with a suggestion.
     pub(super) fn error_with_help(&self, path: &str, message: &str, help: impl Into<String>) {
-        let problem = self.problem("gltf::invalid", path, message);
-        self.sink.error(problem.help(help));
+        self.add_error("gltf::invalid", path, message, |problem| problem.help(help));
     }
 
     /// Adds an error about a file that cannot be read.
     pub(super) fn file_error(&self, path: &str, message: &str, help: Option<String>) {
-        let problem = self.problem("gltf::missing_file", path, message);
-        self.sink.error(problem.maybe_help(help).file_system());
+        self.add_error("gltf::missing_file", path, message, |problem| {
+            problem.maybe_help(help).file_system()
+        });
+    }
+
+    fn add_error(
+        &self,
+        code: &'static str,
+        path: &str,
+        message: &str,
+        complete: impl FnOnce(Problem) -> Problem,
+    ) {
+        let key = (path.to_owned(), message.to_owned());
+        if self.reported.borrow_mut().insert(key) {
+            self.sink.error(complete(self.problem(code, path, message)));
+        }
     }
 
     /// Adds a warning, the first one of its `subject` only.

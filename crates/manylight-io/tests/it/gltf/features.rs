@@ -193,7 +193,7 @@ fn environments_are_centered_at_plus_x() {
     // Nothing but the environment.
     desc.primitives.clear();
     let scene = manylight::scene::Scene::build(desc, 0).unwrap();
-    let radiance = |w: Vec3| scene.emitters.environment(w).r;
+    let radiance = |w: Vec3| scene.emitters.environment(None, w, None).0.r;
     assert!(
         (radiance(Vec3::X) - 3.5).abs() < 0.1,
         "{}",

@@ -1,8 +1,10 @@
 //! Loading of glTF files. The files are written by the tests: a document that is changed at some places.
 
 mod errors;
+mod extensions;
 mod features;
 mod geometry;
+mod invalid;
 mod materials;
 mod shared;
 
