@@ -127,8 +127,8 @@ impl Geometry {
     pub(super) fn transform_vertices(&mut self, matrix: impl Fn(usize) -> DMat4) {
         for i in 0..self.positions.len() {
             let matrix = matrix(i);
-            let point = |p: Vec3| matrix.transform_point3(p.as_dvec3()).as_vec3();
-            self.positions[i] = point(self.positions[i]);
+            let position = self.positions[i].as_dvec3();
+            self.positions[i] = matrix.transform_point3(position).as_vec3();
             if let Some(tangent) = self.tangents.get_mut(i) {
                 let along = matrix.transform_vector3(tangent.as_dvec3());
                 *tangent = along.normalize_or(DVec3::X).as_vec3();

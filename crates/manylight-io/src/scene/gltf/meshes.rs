@@ -365,7 +365,8 @@ fn into_mesh(geometry: Geometry) -> Mesh {
 fn is_singular(transform: &Affine3A) -> bool {
     let matrix = glam::Mat3::from(transform.matrix3).as_dmat3();
     let lengths = matrix.x_axis.length() * matrix.y_axis.length() * matrix.z_axis.length();
-    !(matrix.determinant().abs() > 1e-12 * lengths) || !matrix.inverse().is_finite()
+    let is_flat = matrix.determinant().abs() <= 1e-12 * lengths;
+    is_flat || !matrix.inverse().is_finite()
 }
 
 /// Bounds of all placed shapes.

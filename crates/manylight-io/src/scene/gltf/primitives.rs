@@ -181,7 +181,7 @@ fn triangles<'a>(
             .map(|i| [corners[i + 1], corners[i + 2], corners[0]])
             .collect(),
         _ => {
-            if corners.len() % 3 != 0 {
+            if !corners.len().is_multiple_of(3) {
                 let message = format!(
                     "{} corners are not whole triangles; the last ones are ignored",
                     corners.len()
