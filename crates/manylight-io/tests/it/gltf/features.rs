@@ -13,7 +13,7 @@ fn light(light: Value, generator: &str, units: Option<LightUnits>) -> Emitter {
         ("/extensions/KHR_lights_punctual/lights/0", light),
         ("/asset/generator", json!(generator)),
         // Turns -z to -x.
-        ("/nodes/1/rotation", json!([0, 0.70710678, 0, 0.70710678])),
+        ("/nodes/1/rotation", json!([0, 1, 0, 1])),
         ("/nodes/1/scale", json!([3, 3, 3])),
     ]);
     let options = GltfOptions {

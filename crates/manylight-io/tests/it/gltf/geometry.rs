@@ -159,7 +159,7 @@ fn parents_and_matrices_place_their_children() {
         ("/scenes/0/nodes", json!([2, 1])),
         (
             "/nodes/2",
-            json!({ "children": [0], "rotation": [0, 0, 0.70710678, 0.70710678], "translation": [1, 2, 3] }),
+            json!({ "children": [0], "rotation": [0, 0, 1, 1], "translation": [1, 2, 3] }),
         ),
         (
             "/nodes/0/matrix",
