@@ -109,6 +109,7 @@ impl Failure {
             Failure::Load(error) => match error.kind() {
                 LoadErrorKind::Scene => SCENE,
                 LoadErrorKind::FileSystem => FILE_SYSTEM,
+                LoadErrorKind::Option => USAGE,
                 LoadErrorKind::Strict => STRICT,
             },
             Failure::Scene { .. } => SCENE,

@@ -1,6 +1,6 @@
 //! The settings of a render as text: for the JSON report, for the metadata of images, and as a command that repeats the render.
 
-use crate::args::Denoiser;
+use crate::args::{Denoiser, Units, environment_name};
 use crate::names::{FILTERS, filter_name, name_of};
 use crate::preset;
 use crate::request::RenderRequest;
@@ -69,6 +69,14 @@ impl Settings<'_> {
             .iter()
             .map(|(name, value)| (name.clone(), json!(value)));
         put("defines", Value::Object(defines.collect()));
+        let gltf = &request.gltf;
+        put("light-units", json!(gltf.light_units.map(Units::name)));
+        put(
+            "environment",
+            json!(gltf.environment.as_ref().map(environment_name)),
+        );
+        put("environment-scale", json!(gltf.environment_scale));
+        put("variant", json!(gltf.variant));
         map
     }
 
@@ -133,6 +141,17 @@ pub(crate) fn command_line(request: &RenderRequest, passes: u32) -> String {
         option("oidn-lib", file.display().to_string());
     }
     option("exposure", request.exposure.to_string());
+    let gltf = &request.gltf;
+    if let Some(units) = gltf.light_units {
+        option("light-units", Units::name(units).into());
+    }
+    if let Some(source) = &gltf.environment {
+        option("environment", environment_name(source));
+        option("environment-scale", gltf.environment_scale.to_string());
+    }
+    if let Some(variant) = &gltf.variant {
+        option("variant", variant.clone());
+    }
     if request.hide_emitters {
         words.push("--hide-emitters".into());
     }
@@ -166,6 +185,7 @@ mod tests {
             "-m vpl --photons 77 --crop 0.25,1,0,0.5 --filter tent --seed 9 -D a=1 -D b=2",
             "-m photon-map --photons 99 --max-depth 3 --denoise oidn",
             "-m direct --denoise oidn --oidn-lib some/library.so",
+            "-m path --light-units raw --environment sky.hdr --environment-scale 2 --variant red",
             "-m path --hide-emitters --sensor 2 --exposure -1.5 --max-depth 4 -o a.hdr -o b.pfm",
         ] {
             let start = ["manylight", "render", "a/scene.xml"].into_iter();

@@ -9,8 +9,8 @@ use manylight::integrators::{Method, MethodKind};
 use manylight::math::{UVec2, Vec2};
 use manylight::render::Budget;
 use manylight::scene::{PathLimits, SceneDesc};
-use manylight_io::LoadOptions;
 use manylight_io::image::ImageFormat;
+use manylight_io::{GltfOptions, LoadOptions};
 use manylight_lab::text::plural;
 use std::path::{Path, PathBuf};
 
@@ -44,6 +44,8 @@ pub(crate) struct RenderRequest {
     pub(crate) filter: Option<Filter>,
     /// Parameters of the scene (name, value).
     pub(crate) defines: Vec<(String, String)>,
+    /// What a glTF scene does not say.
+    pub(crate) gltf: GltfOptions,
     /// Seed of the random numbers.
     pub(crate) seed: u64,
     /// Number of threads; `None` for one per processor.
@@ -98,6 +100,7 @@ impl RenderRequest {
             denoise,
             oidn_lib: args.denoise.oidn_lib.clone(),
             memory_limit: args.memory_limit,
+            gltf: args.gltf.options(),
             exposure: args.exposure,
             ..request
         })
@@ -109,13 +112,17 @@ impl RenderRequest {
     /// A combination of options without a meaning.
     pub(crate) fn for_maps(args: &MapsArgs, files: &[&str]) -> Result<Self, Failure> {
         let outputs = files.iter().map(|file| args.output.join(file)).collect();
-        Self::of(
+        let request = Self::of(
             &args.scene,
             outputs,
             &args.paths,
             &args.lights,
             &args.camera,
-        )
+        )?;
+        Ok(RenderRequest {
+            gltf: args.gltf.options(),
+            ..request
+        })
     }
 
     /// A request of one pass.
@@ -143,6 +150,7 @@ impl RenderRequest {
             sensor: camera.sensor,
             filter: camera.filter,
             defines: paths.defines.clone(),
+            gltf: GltfOptions::default(),
             seed: paths.seed,
             threads: paths.threads.map(|n| n.get() as usize),
             memory_limit: None,
@@ -157,6 +165,7 @@ impl RenderRequest {
     pub(crate) fn load_options(&self) -> LoadOptions {
         LoadOptions {
             defines: self.defines.clone(),
+            gltf: self.gltf.clone(),
             ..LoadOptions::default()
         }
     }

@@ -22,6 +22,8 @@ pub enum LoadErrorKind {
     Scene,
     /// A file cannot be read: exit code 4.
     FileSystem,
+    /// An option does not apply to the format of the scene: exit code 2.
+    Option,
     /// A warning that [`LoadOptions::strict`](crate::LoadOptions::strict) turned into an error: exit code 6.
     Strict,
 }

@@ -1,15 +1,16 @@
 //! Files of the many-light renderer `manylight`: scenes, meshes, images, spectra and skies.
 //!
-//! [`load_scene`] turns a scene file (Mitsuba XML, versions 0.4 to 3) into a [`SceneDesc`](manylight::scene::SceneDesc), the
-//! description that [`manylight`] renders. [`image::write_image`] writes the result. Names, defaults and meanings of scene files
-//! are those of Mitsuba 3.9; [`supported`] lists the plugins.
+//! [`load_scene`] turns a scene file (Mitsuba XML, versions 0.4 to 3, or glTF 2.0) into a
+//! [`SceneDesc`](manylight::scene::SceneDesc), the description that [`manylight`] renders. [`image::write_image`] writes the
+//! result. Names, defaults and meanings of Mitsuba's files are those of Mitsuba 3.9; [`supported`] lists the plugins.
+//! [`GltfOptions`] says what glTF files do not.
 //!
 //! # Promises
 //!
 //! * **All problems at once.** An error does not end loading: [`check_scene`] returns every error and warning of a scene.
 //! * **Located messages.** A [`Diagnostic`] says what was found, where (file, line, column), what was expected, and often the
 //!   most similar valid name. Printed by [`miette`], it shows an excerpt of the file.
-//! * **No silent differences.** Unknown elements and parameters are errors. Unsupported features of Mitsuba are warnings, which
+//! * **No silent differences.** Unknown elements and parameters are errors. Unsupported features are warnings, which
 //!   [`LoadOptions::strict`] turns into errors. Only settings without effect on the converged image, such as samplers, are
 //!   accepted silently.
 //! * **Damaged files are errors.** Parsers neither panic nor allocate more than a file can contain.
@@ -74,5 +75,8 @@ mod fuzz;
 
 pub use error::{Diagnostic, LoadError, LoadErrorKind, Location, Severity};
 pub use file_error::{FileError, FileErrorKind};
-pub use scene::{LoadOptions, LoadedScene, SupportedFamily, check_scene, load_scene, supported};
+pub use scene::{
+    EnvironmentSource, GltfOptions, LightUnits, LoadOptions, LoadedScene, SupportedFamily,
+    check_scene, load_scene, supported,
+};
 pub use warning::Warning;

@@ -29,22 +29,23 @@
 //!
 //! # Layers
 //!
-//! A module imports only from layers with smaller numbers; a test reads this list and checks it. From 5 on it is the
+//! A module imports only from layers with smaller numbers; a test reads this list and checks it. From 6 on it is the
 //! order of the method. Start reading at [`integrators::many_light`].
 //!
 //! ```text
-//! 13 prelude
-//! 12 render
-//! 11 integrators
-//! 10 gather
-//!  9 light_tree
-//!  8 virtual_lights
-//!  7 maps
-//!  6 particles
-//!  5 transport
-//!  4 scene
-//!  3 bsdf emitters sensors
-//!  2 geometry texture film
+//! 14 prelude
+//! 13 render
+//! 12 integrators
+//! 11 gather
+//! 10 light_tree
+//!  9 virtual_lights
+//!  8 maps
+//!  7 particles
+//!  6 transport
+//!  5 scene
+//!  4 bsdf emitters sensors
+//!  3 texture
+//!  2 geometry film
 //!  1 sampling image stats lanes
 //!  0 math color ids simd
 //! ```

@@ -1,5 +1,6 @@
 //! Options of the commands that inspect a scene or the program.
 
+use super::gltf::GltfArgs;
 use super::lights::LightArgs;
 use super::render::{CameraArgs, PathArgs};
 use crate::values;
@@ -11,7 +12,7 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 #[command(after_help = MAPS_HELP)]
 pub(crate) struct MapsArgs {
-    /// Scene file (Mitsuba XML).
+    /// Scene file: Mitsuba XML, or glTF 2.0 (gltf, glb).
     #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
     pub(crate) scene: PathBuf,
 
@@ -34,6 +35,10 @@ pub(crate) struct MapsArgs {
     /// Camera and film.
     #[command(flatten)]
     pub(crate) camera: CameraArgs,
+
+    /// glTF scenes.
+    #[command(flatten)]
+    pub(crate) gltf: GltfArgs,
 }
 
 const MAPS_HELP: &str = "\
@@ -49,33 +54,41 @@ Color scales are logarithmic from the 1st to the 99.5th percentile of the positi
 /// Options of `info`.
 #[derive(Debug, Args)]
 pub(crate) struct InfoArgs {
-    /// Scene file (Mitsuba XML).
+    /// Scene file: Mitsuba XML, or glTF 2.0 (gltf, glb).
     #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
     pub(crate) scene: PathBuf,
 
-    /// Value of a scene parameter `$name`. May be repeated.
+    /// Value of a scene parameter `$name` (Mitsuba XML). May be repeated.
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = values::define)]
     pub(crate) defines: Vec<(String, String)>,
 
     /// Print JSON.
     #[arg(long)]
     pub(crate) json: bool,
+
+    /// glTF scenes.
+    #[command(flatten)]
+    pub(crate) gltf: GltfArgs,
 }
 
 /// Options of `check`.
 #[derive(Debug, Args)]
 pub(crate) struct CheckArgs {
-    /// Scene file (Mitsuba XML).
+    /// Scene file: Mitsuba XML, or glTF 2.0 (gltf, glb).
     #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
     pub(crate) scene: PathBuf,
 
-    /// Value of a scene parameter `$name`. May be repeated.
+    /// Value of a scene parameter `$name` (Mitsuba XML). May be repeated.
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = values::define)]
     pub(crate) defines: Vec<(String, String)>,
 
     /// Treat warnings as errors.
     #[arg(long)]
     pub(crate) strict: bool,
+
+    /// glTF scenes.
+    #[command(flatten)]
+    pub(crate) gltf: GltfArgs,
 }
 
 /// Options of `list`.

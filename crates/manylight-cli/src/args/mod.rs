@@ -1,10 +1,12 @@
 //! The definition of the command line. `request` gives the options of `render` their meaning.
 
+mod gltf;
 mod inspect;
 mod lights;
 mod measure;
 mod render;
 
+pub(crate) use gltf::{Units, environment_name};
 pub(crate) use inspect::{CheckArgs, CompletionsArgs, InfoArgs, ListArgs, Listing, MapsArgs};
 pub(crate) use lights::LightArgs;
 pub(crate) use measure::{CompareArgs, StudyArgs};

@@ -1,5 +1,6 @@
 //! Options of `render`.
 
+use super::gltf::GltfArgs;
 use super::lights::LightArgs;
 use crate::names::{FILTERS, one_of};
 use crate::preset::{self, PRESETS, Preset};
@@ -16,7 +17,7 @@ use std::time::Duration;
 /// Options of `render`.
 #[derive(Debug, Args)]
 pub(crate) struct RenderArgs {
-    /// Scene file (Mitsuba XML).
+    /// Scene file: Mitsuba XML, or glTF 2.0 (gltf, glb).
     #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
     pub(crate) scene: PathBuf,
 
@@ -53,6 +54,10 @@ pub(crate) struct RenderArgs {
     #[command(flatten)]
     pub(crate) camera: CameraArgs,
 
+    /// glTF scenes.
+    #[command(flatten)]
+    pub(crate) gltf: GltfArgs,
+
     /// Messages and progress.
     #[command(flatten)]
     pub(crate) display: DisplayArgs,
@@ -73,7 +78,7 @@ pub(crate) struct PathArgs {
     #[arg(long)]
     pub(crate) hide_emitters: bool,
 
-    /// Value of a scene parameter `$name`. May be repeated.
+    /// Value of a scene parameter `$name` (Mitsuba XML). May be repeated.
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = values::define)]
     pub(crate) defines: Vec<(String, String)>,
 

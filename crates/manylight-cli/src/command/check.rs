@@ -11,6 +11,7 @@ use std::process::ExitCode;
 pub(crate) fn run(args: &CheckArgs) -> Result<ExitCode, Failure> {
     let options = LoadOptions {
         defines: args.defines.clone(),
+        gltf: args.gltf.options(),
         ..LoadOptions::default()
     };
     let found = check_scene(&args.scene, &options);

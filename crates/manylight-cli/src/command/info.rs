@@ -22,6 +22,7 @@ const SCHEMA: &str = "manylight.info/1";
 pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode, Failure> {
     let options = LoadOptions {
         defines: args.defines.clone(),
+        gltf: args.gltf.options(),
         ..LoadOptions::default()
     };
     let loaded = manylight_io::load_scene(&args.scene, &options)?;
@@ -173,7 +174,13 @@ fn geometry_bytes(shape: &Shape) -> usize {
 fn texture_bytes(texture: &Texture) -> usize {
     match texture {
         Texture::Bitmap(bitmap) => size_of_val(bitmap.image.data.as_slice()),
-        Texture::Checkerboard { .. } => 0,
+        Texture::VertexColors(colors) => {
+            size_of_val(colors.triangles.as_slice()) + size_of_val(colors.values.as_slice())
+        }
+        Texture::OtherUv { uvs, .. } => {
+            size_of_val(uvs.triangles.as_slice()) + size_of_val(uvs.values.as_slice())
+        }
+        Texture::Checkerboard { .. } | Texture::Product { .. } => 0,
     }
 }
 

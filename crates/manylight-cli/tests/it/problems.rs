@@ -20,6 +20,8 @@ fn usage_errors() {
         ),
         ("render scene.xml -m path -n 5", "--lights"),
         ("render scene.xml --sensor 3", "1 camera"),
+        ("render scene.xml --light-units W", "not a glTF scene"),
+        ("render scene.xml --environment-scale 2", "--environment"),
         ("render scene.xml -o image.tif", "'.tif'"),
         ("render scene.xml -t 0", "--threads"),
         ("render scene.xml --memory-limit lots", "8G"),

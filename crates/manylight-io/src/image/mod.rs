@@ -50,6 +50,20 @@ pub fn read_layered_image(path: &Path) -> Result<LayeredImage, FileError> {
     image.map_err(|fault| fault.in_file(path))
 }
 
+/// Decodes the content of an image file as [`read_image`] does. `path` is its name in messages.
+pub(crate) fn decode_image(
+    bytes: &[u8],
+    path: &Path,
+    transfer: Transfer,
+) -> Result<Image, FileError> {
+    decode(bytes, path, transfer).map_err(|fault| fault.in_file(path))
+}
+
+/// The opacity of the content of a PNG, JPEG, TGA or BMP file; 1 if it has none.
+pub(crate) fn decode_opacity(bytes: &[u8], path: &Path) -> Result<Image, FileError> {
+    low_range::decode_opacity(bytes, path).map_err(|fault| fault.in_file(path))
+}
+
 fn decode(bytes: &[u8], path: &Path, transfer: Transfer) -> Result<Image, Fault> {
     match SourceFormat::of(bytes) {
         SourceFormat::Exr => {

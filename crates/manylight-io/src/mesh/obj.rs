@@ -307,6 +307,7 @@ impl<'a> Reader<'a> {
         Mesh {
             positions,
             normals,
+            tangents: Vec::new(),
             uvs,
             triangles: self.triangles,
         }

@@ -159,6 +159,7 @@ impl<'a> MeshStream<'a> {
         Ok(Mesh {
             positions,
             normals,
+            tangents: Vec::new(),
             uvs,
             triangles,
         })

@@ -1,7 +1,10 @@
 //! Scene files. [`load_scene`] returns a [`SceneDesc`], [`check_scene`] all problems of a file.
 
+mod gltf;
 mod mitsuba;
 mod sink;
+
+pub use gltf::{EnvironmentSource, GltfOptions, LightUnits};
 
 use crate::error::{Diagnostic, LoadError, LoadErrorKind, Severity};
 use crate::warning::Warning;
@@ -17,6 +20,8 @@ pub struct LoadOptions {
     pub defines: Vec<(String, String)>,
     /// Whether the first warning is an error.
     pub strict: bool,
+    /// Options for glTF scenes. Options that differ from the default are errors for scenes of other formats.
+    pub gltf: GltfOptions,
 }
 
 /// The description of a scene, and the warnings of loading it.
@@ -82,6 +87,7 @@ pub fn check_scene(path: &Path, options: &LoadOptions) -> Vec<Diagnostic> {
 /// Format of a scene file.
 enum Format {
     MitsubaXml,
+    Gltf,
 }
 
 /// The scene without its invalid parts. `None` only if an error has been reported.
@@ -102,6 +108,20 @@ fn load(path: &Path, options: &LoadOptions, sink: &Sink) -> Option<SceneDesc> {
         }
     };
     let format = detect_format(path, &bytes, sink)?;
+    if matches!(format, Format::Gltf) {
+        return gltf::load(path, &bytes, &options.gltf, sink);
+    }
+    if options.gltf != GltfOptions::default() {
+        let message = format!("`{}` is not a glTF scene", path.display());
+        let help = "the options for light units, environments and material variants apply to glTF scenes alone";
+        sink.report(whole_file(
+            "scene::option",
+            message,
+            Some(help.to_owned()),
+            LoadErrorKind::Option,
+        ));
+        return None;
+    }
     let text: Arc<str> = match String::from_utf8(bytes) {
         Ok(text) => text.into(),
         Err(error) => {
@@ -119,9 +139,7 @@ fn load(path: &Path, options: &LoadOptions, sink: &Sink) -> Option<SceneDesc> {
             return None;
         }
     };
-    match format {
-        Format::MitsubaXml => mitsuba::load(path, text, options, sink),
-    }
+    mitsuba::load(path, text, options, sink)
 }
 
 /// The format, by content or else by extension. An unknown format is reported.
@@ -137,8 +155,15 @@ fn detect_format(path: &Path, bytes: &[u8], sink: &Sink) -> Option<Format> {
     if first == Some(b'<') || extension.as_deref() == Some("xml") {
         return Some(Format::MitsubaXml);
     }
+    let is_gltf = bytes.starts_with(gltf::MAGIC)
+        || first == Some(b'{')
+        || matches!(extension.as_deref(), Some("gltf" | "glb"));
+    if is_gltf {
+        return Some(Format::Gltf);
+    }
     let message = format!("the scene file `{}` has an unknown format", path.display());
-    let help = Some("expected Mitsuba XML (`.xml`), versions 0.4 to 3".to_owned());
+    let help = "expected Mitsuba XML (`.xml`), versions 0.4 to 3, or glTF 2.0 (`.gltf`, `.glb`)";
+    let help = Some(help.to_owned());
     sink.report(whole_file(
         "scene::unknown_format",
         message,

@@ -21,7 +21,8 @@ pub(super) struct FileSpan {
 #[derive(Clone, Debug)]
 pub(super) struct Problem {
     code: &'static str,
-    span: FileSpan,
+    /// `None` if no text can be shown.
+    span: Option<FileSpan>,
     message: String,
     label: String,
     second: Option<(FileSpan, String)>,
@@ -32,8 +33,16 @@ pub(super) struct Problem {
 impl Problem {
     pub(super) fn new(code: &'static str, span: FileSpan, message: impl Into<String>) -> Self {
         Problem {
+            span: Some(span),
+            ..Problem::without_location(code, message)
+        }
+    }
+
+    /// A problem whose message says where it is.
+    pub(super) fn without_location(code: &'static str, message: impl Into<String>) -> Self {
+        Problem {
             code,
-            span,
+            span: None,
             message: message.into(),
             label: String::new(),
             second: None,
@@ -121,7 +130,7 @@ impl Sink {
     }
 
     fn add(&self, severity: Severity, problem: Problem) {
-        let location = self.locate(&problem);
+        let location = problem.span.map(|span| self.locate(&problem, span));
         let Problem {
             code,
             span,
@@ -131,7 +140,8 @@ impl Sink {
             kind,
             ..
         } = problem;
-        if let Some((second, label)) = second.filter(|(second, _)| second.file != span.file) {
+        let file = span.map(|span| span.file);
+        if let Some((second, label)) = second.filter(|(second, _)| Some(second.file) != file) {
             let path = self.files.borrow()[second.file as usize].path.clone();
             help.get_or_insert(format!("{label}: `{}`", path.display()));
         }
@@ -140,24 +150,19 @@ impl Sink {
             kind,
             code,
             message,
-            location: Some(location),
+            location,
             help,
         };
-        self.found.borrow_mut().push((Some(span), diagnostic));
+        self.found.borrow_mut().push((span, diagnostic));
     }
 
-    fn locate(&self, problem: &Problem) -> Location {
+    fn locate(&self, problem: &Problem, at: FileSpan) -> Location {
         let files = self.files.borrow();
         let range = |span: FileSpan| span.start as usize..span.end as usize;
-        let file = &files[problem.span.file as usize];
-        let mut location = Location::new(
-            &file.path,
-            &file.text,
-            range(problem.span),
-            problem.label.clone(),
-        );
+        let file = &files[at.file as usize];
+        let mut location = Location::new(&file.path, &file.text, range(at), problem.label.clone());
         match &problem.second {
-            Some((span, label)) if span.file == problem.span.file => {
+            Some((span, label)) if span.file == at.file => {
                 location.add_label(range(*span), label.clone())
             }
             _ => {}

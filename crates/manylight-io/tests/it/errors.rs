@@ -349,6 +349,7 @@ fn defines_that_the_scene_does_not_use_are_errors() {
     let options = LoadOptions {
         defines: vec![("sise".to_owned(), "2".to_owned())],
         strict: false,
+        ..LoadOptions::default()
     };
     let error = load_scene(&files.scene(), &options).unwrap_err();
     assert_eq!(

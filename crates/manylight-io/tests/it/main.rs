@@ -7,6 +7,7 @@
 )]
 
 mod errors;
+mod gltf;
 mod materials;
 mod shared_scenes;
 mod skies;

@@ -283,7 +283,7 @@ fn bitmaps_with_equal_settings_are_shared() {
     };
     assert_eq!(
         (bitmap.wrap, bitmap.filtering),
-        (Wrap::Clamp, Filtering::Nearest)
+        ([Wrap::Clamp; 2], Filtering::Nearest)
     );
     assert_eq!((bitmap.image.width, bitmap.image.data[0]), (2, 0.5));
     let Texture::Checkerboard {
@@ -339,6 +339,7 @@ fn defines_override_defaults() {
     let options = LoadOptions {
         defines: vec![("size".to_owned(), "7".to_owned())],
         strict: true,
+        ..LoadOptions::default()
     };
     let desc = load_scene(&files.scene(), &options).unwrap().desc;
     assert!(matches!(desc.shapes[0], Shape::Sphere { radius: 17.0, .. }));

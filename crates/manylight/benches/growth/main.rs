@@ -180,6 +180,7 @@ fn subdivided(mesh: &Mesh) -> Mesh {
     let mut out = Mesh {
         positions: mesh.positions.clone(),
         normals: mesh.normals.clone(),
+        tangents: Vec::new(),
         uvs: mesh.uvs.clone(),
         triangles: Vec::with_capacity(4 * mesh.triangles.len()),
     };

@@ -2,7 +2,7 @@
 
 use super::instantiate::ModelInstantiation;
 use super::leaf::Leaf;
-use super::material::Material;
+use super::material::{Bitangent, Material};
 use super::materials::Materials;
 use super::model::Model;
 use super::models::diffuse::Diffuse;
@@ -38,7 +38,7 @@ impl Materials {
             is_defensive: x.frame.n.dot(x.ng).abs() < ALIGNED_COSINE,
         };
         if let Some((reflectance, outer)) = self.plain_diffuse(id) {
-            let reflectance = reflectance.eval(x.uv, textures);
+            let reflectance = reflectance.eval(x, textures);
             bsdf.leaves[0] = Some(Leaf {
                 model: Model::Diffuse(Diffuse { reflectance }),
                 weight: 1.0,
@@ -136,10 +136,17 @@ impl<'s> Flattening<'_, 's> {
                 // anisotropic models depend on them.
                 self.add(*inner, at.tilted(normal, self.at.x.dp_du));
             }
-            Material::NormalMap { texture, inner } => {
+            Material::NormalMap {
+                texture,
+                scale,
+                bitangent,
+                inner,
+            } => {
                 let textures = self.at.textures;
-                let color = textures[texture.index()].eval(self.at.x.uv, textures);
-                let normal = Vec3::from_array(color.to_array()) * 2.0 - Vec3::ONE;
+                let color = textures[texture.index()].eval(self.at.x, textures);
+                let mut normal = Vec3::from_array(color.to_array()) * 2.0 - Vec3::ONE;
+                normal.x *= scale;
+                normal.y *= scale * self.bitangent_sign(*bitangent);
                 self.add(*inner, at.tilted(normal, Vec3::X));
             }
             model => self.add_model(id, model, at),
@@ -215,6 +222,16 @@ impl<'s> Flattening<'_, 's> {
                 let cos = bsdf.frame.to_world(tilt.normal()).dot(bsdf.ng).abs();
                 bsdf.is_defensive |= cos < ALIGNED_COSINE;
             }
+        }
+    }
+
+    /// Sign of the second axis of a normal map along n x s.
+    fn bitangent_sign(&self, bitangent: Bitangent) -> f32 {
+        let x = self.at.x;
+        let is_mirrored = || x.dp_du.cross(x.dp_dv).dot(x.frame.n) > 0.0;
+        match bitangent {
+            Bitangent::AgainstV if is_mirrored() => -1.0,
+            _ => 1.0,
         }
     }
 

@@ -30,11 +30,11 @@ pub(super) struct ModelInstantiation<'a, 's> {
 
 impl<'s> ModelInstantiation<'_, 's> {
     fn color(&self, input: &ColorInput) -> Rgb {
-        input.eval(self.x.uv, self.textures)
+        input.eval(self.x, self.textures)
     }
 
     pub(super) fn float(&self, input: &FloatInput) -> f32 {
-        input.eval(self.x.uv, self.textures)
+        input.eval(self.x, self.textures)
     }
 
     fn microfacets(&self, r: &Roughness) -> Microfacets {
@@ -196,6 +196,7 @@ impl<'s> ModelInstantiation<'_, 's> {
             flatness: self.float(&p.flatness),
             clearcoat: self.float(&p.clearcoat),
             clearcoat_gloss: self.float(&p.clearcoat_gloss),
+            layered: p.layered,
             diffuse_rate: p.diffuse_reflectance_sampling_rate,
             specular_rate: p.main_specular_sampling_rate,
             clearcoat_rate: p.clearcoat_sampling_rate,

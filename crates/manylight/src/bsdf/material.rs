@@ -148,9 +148,23 @@ pub enum Material {
     NormalMap {
         /// Encoding: n = 2 rgb - 1.
         texture: TextureId,
+        /// Factor of the components in the tangent plane.
+        scale: f32,
+        /// The direction of the second component.
+        bitangent: Bitangent,
         /// The material in the tilted frame.
         inner: MaterialId,
     },
+}
+
+/// The tangent-space direction of the second component of a normal map. The first one is that of dp_du.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bitangent {
+    /// n x s for the tangent s, as in Mitsuba, on mirrored texture coordinates too.
+    RightHanded,
+    /// The side to which v decreases, as in MikkTSpace with v = 1 at the top. Where v = 0 is the top row and texture coordinates are not
+    /// mirrored, this is n x s too.
+    AgainstV,
 }
 
 /// Normalization of the Ward model.
@@ -184,6 +198,9 @@ pub struct PrincipledMaterial {
     pub flatness: FloatInput,
     pub clearcoat: FloatInput,
     pub clearcoat_gloss: FloatInput,
+    /// Whether the diffuse lobe is that of glTF 2.0 (appendix B) instead of Burley's: Lambertian, and weighted by one minus the
+    /// reflectance of the dielectric interface.
+    pub layered: bool,
     /// Relative probability of sampling the diffuse lobe. The two rates below are those of the main interface and of the clear coat.
     pub diffuse_reflectance_sampling_rate: f32,
     pub main_specular_sampling_rate: f32,

@@ -40,7 +40,7 @@ pub use fixed_wi::FixedWi;
 pub use fixed_wo::FixedWo;
 pub use fixed_wo_lanes::{FixedWoLanes, LaneModel};
 pub use lobes::{Lobes, NEAR_DELTA_ALPHA};
-pub use material::Material;
+pub use material::{Bitangent, Material};
 pub use materials::Materials;
 pub use models::coat::{COSINES, interpolate_lanes};
 pub use sampling::{BsdfNumbers, BsdfSample};

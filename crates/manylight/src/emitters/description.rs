@@ -21,7 +21,7 @@ pub enum Emitter {
         /// Radiant intensity in W/sr.
         intensity: Rgb,
     },
-    /// A point that emits into a cone, with a linear falloff at the border.
+    /// A point that emits into a cone, with a falloff at the border.
     Spot {
         /// The apex of the cone.
         position: Vec3,
@@ -33,6 +33,8 @@ pub enum Emitter {
         cutoff: f32,
         /// Half-angle of the part with full intensity in radians, <= `cutoff`.
         beam_width: f32,
+        /// Decrease from the beam to the cutoff.
+        falloff: SpotFalloff,
         /// Factor of the intensity by direction.
         projector: Option<ProjectorTexture>,
     },
@@ -50,6 +52,15 @@ pub enum Emitter {
     },
     /// An environment map.
     Environment(Environment),
+}
+
+/// Decrease of the intensity of a spot from 1 at the border of its beam to 0 at its cutoff.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SpotFalloff {
+    /// Linear in the angle, as in Mitsuba.
+    LinearAngle,
+    /// 3t² - 2t³ for a t that is linear in the cosine, as in Blender.
+    SmoothCosine,
 }
 
 /// A texture that a spot projects. The texture's unit square is the square around the cross-section of the cone.

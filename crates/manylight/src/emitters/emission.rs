@@ -152,7 +152,7 @@ impl Emitters {
     ) -> Option<(Ray, Rgb, Option<SurfacePoint>)> {
         let (element, pmf) = self.elements.choose(emitter, u.element)?;
         let y = element.sample_area(geometry, u.position)?;
-        let radiance = radiance.eval(y.uv, textures);
+        let radiance = radiance.eval(&y, textures);
         if radiance.is_black() {
             return None;
         }

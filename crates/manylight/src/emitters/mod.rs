@@ -21,7 +21,7 @@ mod selection_weight;
 mod tests;
 mod unit_interval;
 
-pub use description::{Emitter, Environment, ProjectorTexture};
+pub use description::{Emitter, Environment, ProjectorTexture, SpotFalloff};
 pub use direct::{DirectSample, EmitterPlan};
 pub use emission::{EmissionGuide, EmissionNumbers, EmissionSample};
 pub use environment_lobes::{EnvironmentLobes, MAX_ENVIRONMENT_LOBES};
@@ -112,7 +112,7 @@ impl Emitters {
         };
         match self.emitters.get(id.index()) {
             Some(Emitter::Area { radiance }) if x.frame.n.dot(wo) > 0.0 => {
-                radiance.eval(x.uv, textures)
+                radiance.eval(x, textures)
             }
             _ => Rgb::BLACK,
         }

@@ -1,6 +1,6 @@
 //! Radiant intensity of points and spots.
 
-use super::description::Emitter;
+use super::description::{Emitter, SpotFalloff};
 use crate::color::Rgb;
 use crate::math::{Frame, Vec2, Vec3};
 use crate::sampling::warp;
@@ -16,11 +16,12 @@ impl Emitter {
                 intensity,
                 cutoff,
                 beam_width,
+                falloff,
                 projector,
                 ..
             } => {
                 let angle = direction.dot(w).clamp(-1.0, 1.0).acos();
-                let falloff = intensity * spot_falloff(angle, cutoff, beam_width);
+                let falloff = intensity * spot_falloff(falloff, angle, cutoff, beam_width);
                 match projector {
                     Some(projector) if !falloff.is_black() => {
                         let across = Vec2::from(projector.axes.map(|axis| axis.dot(w)));
@@ -41,13 +42,20 @@ pub(super) fn cone_direction(axis: Vec3, cutoff: f32, u: Vec2) -> Vec3 {
     Frame::from_normal(axis).to_world(local).normalize()
 }
 
-/// Falloff of Mitsuba's `spot`: 1 up to the beam width, linear in the angle from there on, 0 beyond the cutoff. Angles in radians.
-fn spot_falloff(angle: f32, cutoff: f32, beam_width: f32) -> f32 {
+/// Falloff of a spot: 1 up to the beam width, 0 beyond the cutoff. Angles in radians.
+fn spot_falloff(falloff: SpotFalloff, angle: f32, cutoff: f32, beam_width: f32) -> f32 {
     if angle <= beam_width {
         1.0
     } else if angle >= cutoff {
         0.0
     } else {
-        (cutoff - angle) / (cutoff - beam_width)
+        match falloff {
+            SpotFalloff::LinearAngle => (cutoff - angle) / (cutoff - beam_width),
+            SpotFalloff::SmoothCosine => {
+                let t = (angle.cos() - cutoff.cos()) / (beam_width.cos() - cutoff.cos());
+                let t = t.clamp(0.0, 1.0);
+                t * t * (3.0 - 2.0 * t)
+            }
+        }
     }
 }

@@ -9,6 +9,8 @@ pub struct Mesh {
     pub positions: Vec<Vec3>,
     /// Unit shading normal of each vertex; empty for faceted shading.
     pub normals: Vec<Vec3>,
+    /// Direction of the x axis of the shading frame at each vertex; if empty, that in which u grows. Needs `normals`.
+    pub tangents: Vec<Vec3>,
     /// Texture coordinates of each vertex. If empty, the corners of each triangle have (0,0), (1,0), (0,1), as in Mitsuba.
     pub uvs: Vec<Vec2>,
     /// Indices of the three vertices; all smaller than `positions.len()`.
@@ -23,6 +25,7 @@ impl Mesh {
                 .map(|(x, y)| Vec3::new(x, y, 0.0))
                 .to_vec(),
             normals: vec![Vec3::Z; 4],
+            tangents: Vec::new(),
             uvs: [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)]
                 .map(Vec2::from)
                 .to_vec(),
@@ -54,6 +57,7 @@ impl Mesh {
         Mesh {
             positions: FACES.iter().flat_map(|face| face.1.map(corner)).collect(),
             normals: FACES.iter().flat_map(|face| [face.0; 4]).collect(),
+            tangents: Vec::new(),
             uvs: [[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]]
                 .map(Vec2::from)
                 .repeat(6),

@@ -100,11 +100,19 @@ fn check_shape(shape: &Shape) -> Checked {
 
 fn check_mesh(mesh: &Mesh) -> Checked {
     let count = mesh.positions.len();
-    for (name, len) in [("normals", mesh.normals.len()), ("uvs", mesh.uvs.len())] {
+    let attributes = [
+        ("normals", mesh.normals.len()),
+        ("tangents", mesh.tangents.len()),
+        ("uvs", mesh.uvs.len()),
+    ];
+    for (name, len) in attributes {
         ensure(len == 0 || len == count, || {
             format!("{len} {name} for {count} positions; none or one each expected")
         })?;
     }
+    ensure(mesh.tangents.is_empty() || !mesh.normals.is_empty(), || {
+        "tangents without normals".to_owned()
+    })?;
     if let Some(i) = mesh.positions.iter().position(|p| !p.is_finite()) {
         return fail(format!("position {i} is not finite"));
     }
@@ -172,6 +180,9 @@ fn pixels(size: UVec2) -> String {
 /// A nested texture must precede the texture that contains it, so that there are no cycles.
 fn check_textures(desc: &SceneDesc) -> Checked {
     for (i, texture) in desc.textures.iter().enumerate() {
+        ensure(texture.has_valid_indices(), || {
+            format!("texture {i} has an index of a vertex without a value")
+        })?;
         for nested in texture.nested() {
             ensure(nested.index() < i, || {
                 format!(

@@ -19,7 +19,7 @@ use crate::ids::PrimitiveId;
 use crate::math::{Vec2, Vec3};
 use crate::sampling::{Pass, Stream};
 use crate::sensors::Sensor;
-use crate::texture::Texture;
+use crate::texture::{Texture, TexturePoint};
 
 /// Camera rays of the guiding pre-pass, see [`Scene::emission_guide`]. Not measured: more rays give a more accurate guide in more time.
 const GUIDE_RAYS: u64 = 16_384;
@@ -137,7 +137,8 @@ impl Scene {
         let material = self.geometry.primitives()[at.primitive.index()].material;
         match self.materials.cut_out(material) {
             Some(opacity) => {
-                let opacity = opacity.eval(self.geometry.uv(at), &self.textures);
+                let opacity =
+                    opacity.eval(TexturePoint::new(self.geometry.uv(at), at), &self.textures);
                 Rgb::splat(1.0 - opacity.clamp(0.0, 1.0))
             }
             None => self.bsdf(&self.surface_point(at)).transmittance(w),

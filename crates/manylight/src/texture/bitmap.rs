@@ -36,8 +36,8 @@ pub struct Bitmap {
     pub image: Image,
     /// Interpolation between texels.
     pub filtering: Filtering,
-    /// Continuation outside of the unit square.
-    pub wrap: Wrap,
+    /// Continuation outside of the unit square, along u and along v.
+    pub wrap: [Wrap; 2],
     /// Transform of (u, v, 1).
     pub uv_transform: Mat3,
 }
@@ -136,11 +136,11 @@ impl Bitmap {
     }
 
     fn column(&self, x: i32) -> usize {
-        self.wrap.index(x, self.image.width)
+        self.wrap[0].index(x, self.image.width)
     }
 
     fn row(&self, y: i32) -> usize {
-        self.wrap.index(y, self.image.height)
+        self.wrap[1].index(y, self.image.height)
     }
 }
 

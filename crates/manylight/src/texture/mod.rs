@@ -1,10 +1,12 @@
 //! Textures, and material inputs that are constant or textured.
 
 mod bitmap;
+mod point;
 #[cfg(test)]
 mod tests;
 
 pub use bitmap::{Bitmap, Filtering, Wrap};
+pub use point::{TexturePoint, VertexValues};
 
 use crate::color::Rgb;
 use crate::ids::TextureId;
@@ -24,24 +26,50 @@ pub enum Texture {
         /// Transform of (u, v, 1).
         uv_transform: Mat3,
     },
+    /// The product of two colors.
+    Product {
+        /// The one factor.
+        first: ColorInput,
+        /// The other factor.
+        second: ColorInput,
+    },
+    /// Colors of the vertices of one mesh. Only materials of this mesh may use it.
+    VertexColors(VertexValues<Rgb>),
+    /// Another texture at other texture coordinates than those of the mesh. Only materials of this mesh may use it.
+    OtherUv {
+        /// The texture coordinates.
+        uvs: VertexValues<Vec2>,
+        /// The texture.
+        inner: TextureId,
+    },
 }
 
 impl Texture {
-    /// Filtered color at `uv`. `textures` are all textures of the scene, for nested ones.
-    pub fn eval(&self, uv: Vec2, textures: &[Texture]) -> Rgb {
+    /// Filtered color at a point. `textures` are all textures of the scene, for nested ones.
+    pub fn eval(&self, at: impl Into<TexturePoint>, textures: &[Texture]) -> Rgb {
+        let at = at.into();
         match self {
-            Texture::Bitmap(bitmap) => bitmap.eval(uv),
+            Texture::Bitmap(bitmap) => bitmap.eval(at.uv),
             Texture::Checkerboard {
                 color0,
                 color1,
                 uv_transform,
             } => {
-                let color = if is_main_cell(*uv_transform, uv) {
+                let color = if is_main_cell(*uv_transform, at.uv) {
                     color0
                 } else {
                     color1
                 };
-                color.eval(uv, textures)
+                color.eval(at, textures)
+            }
+            Texture::Product { first, second } => {
+                let (a, b) = (first.eval(at, textures), second.eval(at, textures));
+                a.zip(b, |a, b| a * b)
+            }
+            Texture::VertexColors(colors) => colors.at(at),
+            Texture::OtherUv { uvs, inner } => {
+                let uv = uvs.at(at);
+                textures[inner.index()].eval(TexturePoint { uv, ..at }, textures)
             }
         }
     }
@@ -54,33 +82,42 @@ impl Texture {
         }
     }
 
-    /// Filtered luminance at `uv`, for float parameters.
+    /// Filtered luminance at a point, for float parameters; of a product, the product of the luminances.
     ///
     /// As in Mitsuba 3.9.1's `eval_1`, the cells of a checkerboard are swapped against [`Texture::eval`].
-    pub fn eval_float(&self, uv: Vec2, textures: &[Texture]) -> f32 {
+    pub fn eval_float(&self, at: impl Into<TexturePoint>, textures: &[Texture]) -> f32 {
+        let at = at.into();
         match self {
-            Texture::Bitmap(bitmap) => bitmap.eval_float(uv),
+            Texture::Bitmap(bitmap) => bitmap.eval_float(at.uv),
             Texture::Checkerboard {
                 color0,
                 color1,
                 uv_transform,
             } => {
-                let color = if is_main_cell(*uv_transform, uv) {
+                let color = if is_main_cell(*uv_transform, at.uv) {
                     color1
                 } else {
                     color0
                 };
-                color.eval_float(uv, textures)
+                color.eval_float(at, textures)
+            }
+            Texture::Product { first, second } => {
+                first.eval_float(at, textures) * second.eval_float(at, textures)
+            }
+            Texture::VertexColors(colors) => colors.at(at).luminance(),
+            Texture::OtherUv { uvs, inner } => {
+                let uv = uvs.at(at);
+                textures[inner.index()].eval_float(TexturePoint { uv, ..at }, textures)
             }
         }
     }
 
     /// Derivatives of [`Texture::eval_float`] by u and by v at `uv`, for bump maps. As in Mitsuba's `eval_1_grad`, from the four texels of the
-    /// lookup; 0 for checkerboards.
+    /// lookup; 0 for textures that are not bitmaps.
     pub fn gradient(&self, uv: Vec2) -> Vec2 {
         match self {
             Texture::Bitmap(bitmap) => bitmap.gradient(uv),
-            Texture::Checkerboard { .. } => Vec2::ZERO,
+            _ => Vec2::ZERO,
         }
     }
 
@@ -92,14 +129,53 @@ impl Texture {
                 let [a, b] = [color0, color1].map(|color| color.max_luminance(textures));
                 a.max(b)
             }
+            Texture::Product { first, second } => {
+                let [a, b] = [first, second].map(|color| color.max_channel(textures));
+                a * b
+            }
+            Texture::VertexColors(colors) => {
+                let luminances = colors.values.iter().map(|color| color.luminance());
+                luminances.fold(0.0, f32::max)
+            }
+            Texture::OtherUv { inner, .. } => textures[inner.index()].max_luminance(textures),
+        }
+    }
+
+    /// Upper bound of every channel over all uv.
+    fn max_channel(&self, textures: &[Texture]) -> f32 {
+        match self {
+            Texture::Bitmap(bitmap) => bitmap.image.data.iter().copied().fold(0.0, f32::max),
+            Texture::Checkerboard { color0, color1, .. } => {
+                let [a, b] = [color0, color1].map(|color| color.max_channel(textures));
+                a.max(b)
+            }
+            Texture::Product { first, second } => {
+                first.max_channel(textures) * second.max_channel(textures)
+            }
+            Texture::VertexColors(colors) => {
+                let channels = colors.values.iter().map(|color| color.max_channel());
+                channels.fold(0.0, f32::max)
+            }
+            Texture::OtherUv { inner, .. } => textures[inner.index()].max_channel(textures),
+        }
+    }
+
+    /// Whether all indices of vertex values are valid.
+    pub(crate) fn has_valid_indices(&self) -> bool {
+        match self {
+            Texture::VertexColors(colors) => colors.is_valid(),
+            Texture::OtherUv { uvs, .. } => uvs.is_valid(),
+            Texture::Bitmap(_) | Texture::Checkerboard { .. } | Texture::Product { .. } => true,
         }
     }
 
     /// Ids of the nested textures.
     pub(crate) fn nested(&self) -> impl Iterator<Item = TextureId> {
         let inputs = match self {
-            Texture::Bitmap(_) => [None, None],
+            Texture::Bitmap(_) | Texture::VertexColors(_) => [None, None],
             Texture::Checkerboard { color0, color1, .. } => [Some(*color0), Some(*color1)],
+            Texture::Product { first, second } => [Some(*first), Some(*second)],
+            Texture::OtherUv { inner, .. } => [Some(ColorInput::Texture(*inner)), None],
         };
         inputs
             .into_iter()
@@ -137,12 +213,12 @@ pub enum FloatInput {
 }
 
 impl ColorInput {
-    /// Value at `uv`.
+    /// Value at a point.
     #[inline]
-    pub fn eval(&self, uv: Vec2, textures: &[Texture]) -> Rgb {
+    pub fn eval(&self, at: impl Into<TexturePoint>, textures: &[Texture]) -> Rgb {
         match *self {
             ColorInput::Constant(c) => c,
-            ColorInput::Texture(id) => textures[id.index()].eval(uv, textures),
+            ColorInput::Texture(id) => textures[id.index()].eval(at, textures),
         }
     }
 
@@ -154,11 +230,18 @@ impl ColorInput {
         }
     }
 
-    /// Luminance at `uv`, for float parameters.
-    fn eval_float(&self, uv: Vec2, textures: &[Texture]) -> f32 {
+    /// Luminance at a point, for float parameters.
+    fn eval_float(&self, at: TexturePoint, textures: &[Texture]) -> f32 {
         match *self {
             ColorInput::Constant(c) => c.luminance(),
-            ColorInput::Texture(id) => textures[id.index()].eval_float(uv, textures),
+            ColorInput::Texture(id) => textures[id.index()].eval_float(at, textures),
+        }
+    }
+
+    fn max_channel(&self, textures: &[Texture]) -> f32 {
+        match *self {
+            ColorInput::Constant(c) => c.max_channel(),
+            ColorInput::Texture(id) => textures[id.index()].max_channel(textures),
         }
     }
 
@@ -171,12 +254,12 @@ impl ColorInput {
 }
 
 impl FloatInput {
-    /// Value at `uv`.
+    /// Value at a point.
     #[inline]
-    pub fn eval(&self, uv: Vec2, textures: &[Texture]) -> f32 {
+    pub fn eval(&self, at: impl Into<TexturePoint>, textures: &[Texture]) -> f32 {
         match *self {
             FloatInput::Constant(v) => v,
-            FloatInput::Texture(id) => textures[id.index()].eval_float(uv, textures),
+            FloatInput::Texture(id) => textures[id.index()].eval_float(at, textures),
         }
     }
 }

@@ -14,7 +14,7 @@ fn ramp(filtering: Filtering, wrap: Wrap, uv_transform: Mat3) -> Texture {
     Texture::Bitmap(Bitmap {
         image,
         filtering,
-        wrap,
+        wrap: [wrap; 2],
         uv_transform,
     })
 }
@@ -170,7 +170,7 @@ fn nested_textures_match_mitsuba() {
     let picture = Texture::Bitmap(Bitmap {
         image,
         filtering: Filtering::Nearest,
-        wrap: Wrap::Repeat,
+        wrap: [Wrap::Repeat; 2],
         uv_transform: Mat3::IDENTITY,
     });
     let inner = Texture::Checkerboard {
@@ -214,4 +214,58 @@ fn extreme_coordinates_are_harmless() {
             texture.gradient(Vec2::splat(c));
         }
     }
+}
+
+/// Values at the corners of two triangles over four vertices.
+fn corners<T>(values: [T; 4]) -> VertexValues<T> {
+    VertexValues {
+        triangles: vec![[0, 1, 2], [2, 1, 3]],
+        values: values.into(),
+    }
+}
+
+fn in_triangle(element: u32, x: f32, y: f32) -> TexturePoint {
+    TexturePoint {
+        uv: Vec2::splat(9.0),
+        element,
+        coordinates: Vec2::new(x, y),
+    }
+}
+
+#[test]
+fn vertex_values_are_interpolated_over_their_triangles() {
+    let gray = [0.0, 1.0, 2.0, 4.0].map(Rgb::splat);
+    let colors = Texture::VertexColors(corners(gray));
+    let value = |at: TexturePoint| colors.eval_float(at, &[]);
+    assert!((value(in_triangle(0, 0.25, 0.5)) - 1.25).abs() < 1e-5);
+    assert!((value(in_triangle(1, 0.0, 1.0)) - 4.0).abs() < 1e-5);
+    assert_eq!(value(in_triangle(2, 0.0, 0.0)), 0.0);
+    assert_eq!(colors.max_luminance(&[]), 4.0 * Rgb::WHITE.luminance());
+
+    let uvs = [(0.125, 0.5), (0.375, 0.5), (0.625, 0.5), (0.875, 0.5)].map(Vec2::from);
+    let textures = [
+        ramp(Filtering::Nearest, Wrap::Clamp, Mat3::IDENTITY),
+        Texture::OtherUv {
+            uvs: corners(uvs),
+            inner: TextureId(0),
+        },
+    ];
+    let found = [0.0, 1.0].map(|x| textures[1].eval_float(in_triangle(1, x, 0.0), &textures));
+    assert_eq!(found, [6.0, 5.0]);
+}
+
+#[test]
+fn products_multiply_their_factors() {
+    let textures = [
+        ramp(Filtering::Nearest, Wrap::Clamp, Mat3::IDENTITY),
+        Texture::Product {
+            first: ColorInput::Texture(TextureId(0)),
+            second: ColorInput::Constant(Rgb::new(1.0, 0.5, 2.0)),
+        },
+    ];
+    let uv = Vec2::new(0.3, 0.6);
+    assert_eq!(textures[1].eval(uv, &textures), Rgb::new(5.0, 2.5, 10.0));
+    let tint = Rgb::new(1.0, 0.5, 2.0).luminance();
+    assert_eq!(textures[1].eval_float(uv, &textures), 5.0 * tint);
+    assert!(textures[1].max_luminance(&textures) >= 11.0 * tint);
 }

@@ -159,6 +159,7 @@ fn coarse_sphere() -> Mesh {
     Mesh {
         normals: positions.clone(),
         positions,
+        tangents: Vec::new(),
         uvs: Vec::new(),
         triangles,
     }

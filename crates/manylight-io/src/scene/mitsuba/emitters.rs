@@ -9,7 +9,7 @@ use super::skies::SkyParts;
 use super::values::Value;
 use super::{DescBuilder, IGNORED, Substitute};
 use glam::{DMat4, DVec3};
-use manylight::emitters::{Emitter, Environment, ProjectorTexture};
+use manylight::emitters::{Emitter, Environment, ProjectorTexture, SpotFalloff};
 use manylight::ids::EmitterId;
 use manylight::image::Image;
 use manylight::math::Mat3;
@@ -155,6 +155,7 @@ impl DescBuilder<'_> {
             intensity,
             cutoff: cutoff.to_radians(),
             beam_width: beam_width.min(cutoff).to_radians(),
+            falloff: SpotFalloff::LinearAngle,
             projector: slide,
         });
     }

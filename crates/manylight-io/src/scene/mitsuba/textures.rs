@@ -82,7 +82,7 @@ impl DescBuilder<'_> {
         let bitmap = Bitmap {
             image: Image::default(),
             filtering,
-            wrap,
+            wrap: [wrap; 2],
             uv_transform,
         };
         let texture = self.add_texture(Texture::Bitmap(bitmap));

@@ -1,6 +1,6 @@
 //! A case for every model and every wrapper.
 
-use crate::bsdf::material::{Distribution, PrincipledMaterial, Roughness, WardVariant};
+use crate::bsdf::material::{Bitangent, Distribution, PrincipledMaterial, Roughness, WardVariant};
 use crate::bsdf::{Bsdf, Material, Materials};
 use crate::color::Rgb;
 use crate::geometry::{SurfacePoint, SurfaceRef};
@@ -94,6 +94,7 @@ fn principled(roughness: f32) -> PrincipledMaterial {
         flatness: float(0.0),
         clearcoat: float(0.0),
         clearcoat_gloss: float(0.0),
+        layered: false,
         diffuse_reflectance_sampling_rate: 1.0,
         main_specular_sampling_rate: 1.0,
         clearcoat_sampling_rate: 1.0,
@@ -125,7 +126,7 @@ fn ramp() -> Texture {
     Texture::Bitmap(Bitmap {
         image,
         filtering: Filtering::Bilinear,
-        wrap: Wrap::Repeat,
+        wrap: [Wrap::Repeat; 2],
         uv_transform: Mat3::IDENTITY,
     })
 }
@@ -288,6 +289,15 @@ fn principled_models() -> Vec<Named> {
             }))],
         ),
         (
+            "principled_layered",
+            vec![Material::Principled(Box::new(PrincipledMaterial {
+                metallic: float(0.2),
+                clearcoat: float(0.8),
+                layered: true,
+                ..principled(0.4)
+            }))],
+        ),
+        (
             "principled_glass",
             vec![Material::Principled(Box::new(PrincipledMaterial {
                 metallic: float(0.1),
@@ -435,10 +445,24 @@ fn tilts() -> Vec<Named> {
     };
     let mapped = |id: u32| Material::NormalMap {
         texture: TextureId(0),
+        scale: 1.0,
+        bitangent: Bitangent::RightHanded,
         inner: MaterialId(id),
     };
     vec![
         ("normal_map", vec![diffuse(), mapped(0)]),
+        (
+            "normal_map_scaled",
+            vec![
+                diffuse(),
+                Material::NormalMap {
+                    texture: TextureId(0),
+                    scale: 0.5,
+                    bitangent: Bitangent::AgainstV,
+                    inner: MaterialId(0),
+                },
+            ],
+        ),
         (
             "normal_map_anisotropic",
             vec![copper(rough(Ggx, 0.15, 0.4)), mapped(0)],

@@ -83,7 +83,7 @@ impl EmitterElement {
             return None;
         }
         let pdf = self.pdf(p, &y);
-        let radiance = radiance.eval(y.uv, textures);
+        let radiance = radiance.eval(&y, textures);
         if !(pdf > 0.0 && pdf.is_finite()) || radiance.is_black() {
             return None;
         }

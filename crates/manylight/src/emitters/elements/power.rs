@@ -2,8 +2,8 @@
 
 use super::element::EmitterElement;
 use crate::color::Rgb;
-use crate::emitters::Emitter;
 use crate::emitters::point::cone_direction;
+use crate::emitters::{Emitter, SpotFalloff};
 use crate::geometry::Geometry;
 use crate::math::Vec2;
 use crate::sampling::warp;
@@ -41,7 +41,7 @@ pub(super) fn mean_radiance(
     });
     let sum: Rgb = grid
         .filter_map(|u| element.sample_area(geometry, u))
-        .map(|y| radiance.eval(y.uv, textures))
+        .map(|y| radiance.eval(&y, textures))
         .sum();
     let floor = textures[id.index()].max_luminance(textures) * MIN_MEAN_OVER_MAX;
     (sum / count).map(|v| v.max(floor))
@@ -70,18 +70,19 @@ pub(in crate::emitters) fn point_power(emitter: &Emitter, textures: &[Texture]) 
             let floor = intensity * (brightest * MIN_MEAN_OVER_MAX);
             (sum / count).zip(floor, f32::max) / warp::cone_pdf(cutoff.cos())
         }
-        // ∫ falloff sinθ dθ, with a falloff that is linear in the angle outside of the beam.
+        // ∫ falloff sinθ dθ, with a falloff that is linear in the angle outside of the beam, or point-symmetric in the cosine.
         Emitter::Spot {
             intensity,
             cutoff,
             beam_width,
+            falloff,
             ..
         } => {
             let rim = cutoff - beam_width;
-            let mean_cos = if rim > 1e-4 {
-                (cutoff.sin() - beam_width.sin()) / rim
-            } else {
-                cutoff.cos()
+            let mean_cos = match falloff {
+                SpotFalloff::LinearAngle if rim > 1e-4 => (cutoff.sin() - beam_width.sin()) / rim,
+                SpotFalloff::LinearAngle => cutoff.cos(),
+                SpotFalloff::SmoothCosine => 0.5 * (cutoff.cos() + beam_width.cos()),
             };
             intensity * (2.0 * PI * (1.0 - mean_cos))
         }

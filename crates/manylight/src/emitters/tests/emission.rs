@@ -86,6 +86,7 @@ fn photons_and_direct_light_give_the_same_flux() {
             intensity: Rgb::splat(2.0),
             cutoff: 0.8,
             beam_width: 0.3,
+            falloff: SpotFalloff::LinearAngle,
             projector: None,
         },
         Emitter::Spot {
@@ -94,6 +95,7 @@ fn photons_and_direct_light_give_the_same_flux() {
             intensity: Rgb::splat(1.5),
             cutoff: 0.7,
             beam_width: 0.4,
+            falloff: SpotFalloff::SmoothCosine,
             projector: Some(projector()),
         },
         infinite_emitters().swap_remove(1),

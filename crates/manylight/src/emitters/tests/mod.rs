@@ -171,7 +171,7 @@ fn world(placed: Vec<Placed>, others: Vec<Emitter>) -> World {
     let bitmap = Bitmap {
         image: picture(),
         filtering: Filtering::Bilinear,
-        wrap: Wrap::Repeat,
+        wrap: [Wrap::Repeat; 2],
         uv_transform: Mat3::IDENTITY,
     };
     let textures = vec![Texture::Bitmap(bitmap)];

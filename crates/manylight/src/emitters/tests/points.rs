@@ -1,23 +1,47 @@
-//! Spots and projector textures against Mitsuba 3.9.1.
+//! Spots and projector textures against Mitsuba 3.9.1, and the falloff of Blender.
 
 use super::*;
 use crate::emitters::elements::point_power;
 
 #[test]
-fn spots_match_mitsuba() {
+fn spots_match_mitsuba_and_blender() {
+    use SpotFalloff::{LinearAngle, SmoothCosine};
     let degrees = [0.0f32, 5.0, 12.0, 16.0, 19.9, 25.0, 29.0, 31.0];
     let cases = [
-        (20.0f32, 15.0f32, [2.0, 2.0, 2.0, 1.6, 0.04, 0.0, 0.0, 0.0]),
-        (30.0, 10.0, [2.0, 2.0, 1.8, 1.4, 1.01, 0.5, 0.1, 0.0]),
-        (30.0, 30.0, [2.0, 2.0, 2.0, 2.0, 2.0, 2.0, 2.0, 0.0]),
+        (
+            LinearAngle,
+            20.0f32,
+            15.0f32,
+            [2.0, 2.0, 2.0, 1.6, 0.04, 0.0, 0.0, 0.0],
+        ),
+        (
+            LinearAngle,
+            30.0,
+            10.0,
+            [2.0, 2.0, 1.8, 1.4, 1.01, 0.5, 0.1, 0.0],
+        ),
+        (
+            LinearAngle,
+            30.0,
+            30.0,
+            [2.0, 2.0, 2.0, 2.0, 2.0, 2.0, 2.0, 0.0],
+        ),
+        // By hand, from the formula.
+        (
+            SmoothCosine,
+            30.0,
+            10.0,
+            [2.0, 2.0, 1.9818, 1.7954, 1.3677, 0.534, 0.0299, 0.0],
+        ),
     ];
-    for (cutoff, beam_width, values) in cases {
+    for (falloff, cutoff, beam_width, values) in cases {
         let spot = Emitter::Spot {
             position: Vec3::ZERO,
             direction: Vec3::Z,
             intensity: Rgb::splat(2.0),
             cutoff: cutoff.to_radians(),
             beam_width: beam_width.to_radians(),
+            falloff,
             projector: None,
         };
         let intensity = |angle: f32| {
@@ -59,7 +83,7 @@ fn projector_textures_match_mitsuba() {
     let picture = Texture::Bitmap(Bitmap {
         image,
         filtering: Filtering::Nearest,
-        wrap: Wrap::Repeat,
+        wrap: [Wrap::Repeat; 2],
         uv_transform: Mat3::IDENTITY,
     });
     let spot = Emitter::Spot {
@@ -68,6 +92,7 @@ fn projector_textures_match_mitsuba() {
         intensity: Rgb::new(1.0, 2.0, 3.0),
         cutoff: 30f32.to_radians(),
         beam_width: 20f32.to_radians(),
+        falloff: SpotFalloff::LinearAngle,
         projector: Some(projector()),
     };
     for (w, expected) in [

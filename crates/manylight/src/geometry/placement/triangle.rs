@@ -73,7 +73,11 @@ impl PlacedTriangle {
             },
             Some(normals) => {
                 let ns = normals.of_triangle(mesh, triangle, at).normalize_or(ng);
-                Frame::from_normal_and_tangent(ns, self.tangent)
+                let tangent = match mesh.tangents.is_empty() {
+                    true => self.tangent,
+                    false => normals.tangent_of_triangle(mesh, triangle, at),
+                };
+                Frame::from_normal_and_tangent(ns, tangent)
             }
         };
         let (uv, dp_du, dp_dv) = parametrization(mesh, triangle, at, ng, b - a, c - a);
@@ -89,11 +93,13 @@ impl PlacedTriangle {
     }
 }
 
-/// Transform of vertex normals.
+/// Transform of vertex normals and tangents.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::geometry) struct NormalTransform {
     /// Inverse transpose of the transform.
     matrix: Mat3,
+    /// The transform, for tangents.
+    tangents: Mat3,
     /// Whether all lengths scale alike, so that normals may be interpolated before the transform.
     is_similarity: bool,
 }
@@ -109,6 +115,7 @@ impl NormalTransform {
             gram.abs_diff_eq(Mat3A::from_diagonal(Vec3::splat(scale)), SIMILARITY * scale);
         NormalTransform {
             matrix: m.inverse().transpose().into(),
+            tangents: m.into(),
             is_similarity,
         }
     }
@@ -126,7 +133,14 @@ impl NormalTransform {
         }
     }
 
-    /// Whether all vertex normals equal the geometric normals of their triangles up to rounding.
+    /// The interpolated tangent of a triangle, transformed, not normalized.
+    #[inline]
+    fn tangent_of_triangle(&self, mesh: &Mesh, triangle: usize, at: Vec2) -> Vec3 {
+        let [a, b, c] = mesh.triangles[triangle].map(|i| mesh.tangents[i as usize]);
+        self.tangents * (a * (1.0 - at.x - at.y) + b * at.x + c * at.y)
+    }
+
+    /// Whether there are no vertex tangents, and all vertex normals equal the geometric normals of their triangles up to rounding.
     pub(super) fn is_idle(&self, mesh: &Mesh, triangles: &[PlacedTriangle]) -> bool {
         /// Difference per component that counts as equal.
         const ROUNDING: f32 = 4.0 * f32::EPSILON;
@@ -137,8 +151,9 @@ impl NormalTransform {
                 .abs_diff_eq(ng, ROUNDING)
         };
         let corners = [Vec2::ZERO, Vec2::X, Vec2::Y];
-        mesh.normals.is_empty()
-            || (0..triangles.len()).all(|i| corners.iter().all(|&at| is_flat(i, at)))
+        mesh.tangents.is_empty()
+            && (mesh.normals.is_empty()
+                || (0..triangles.len()).all(|i| corners.iter().all(|&at| is_flat(i, at))))
     }
 }
 

@@ -80,7 +80,7 @@ fn vertex_normals_and_uvs_are_optional_as_in_mitsuba() {
     let uvs = vec![Vec2::new(0.1, 0.8), Vec2::new(0.8, 0.7), Vec2::new(0.3, 0.1)];
     let mesh = |normals: &[Vec3], uvs: &[Vec2]| {
         let (positions, normals, uvs) = (positions.clone(), normals.to_vec(), uvs.to_vec());
-        alone(Shape::Mesh(Mesh { positions, normals, uvs, triangles: vec![[0, 1, 2]] }), Affine3A::IDENTITY)
+        alone(Shape::Mesh(Mesh { positions, normals, tangents: Vec::new(), uvs, triangles: vec![[0, 1, 2]] }), Affine3A::IDENTITY)
     };
     let ray = Ray::new(Vec3::new(0.25, 0.25, 3.0), Vec3::NEG_Z);
     let p = [0.25, 0.25, 0.075];

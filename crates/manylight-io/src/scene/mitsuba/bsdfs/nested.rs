@@ -6,7 +6,7 @@ use super::super::object::{ObjectId, PluginFamily};
 use super::super::props::Props;
 use super::super::values::Value;
 use super::PlainMaterial;
-use manylight::bsdf::Material;
+use manylight::bsdf::{Bitangent, Material};
 use manylight::ids::MaterialId;
 use manylight::texture::FloatInput;
 
@@ -146,7 +146,12 @@ impl DescBuilder<'_> {
             return Material::default();
         };
         match self.texture(texture) {
-            Some(texture) => Material::NormalMap { texture, inner },
+            Some(texture) => Material::NormalMap {
+                texture,
+                scale: 1.0,
+                bitangent: Bitangent::RightHanded,
+                inner,
+            },
             None => self.desc.materials[inner.index()].clone(),
         }
     }

@@ -31,6 +31,8 @@ pub(in crate::bsdf) struct PrincipledFront {
     pub(in crate::bsdf) sheen: Rgb,
     pub(in crate::bsdf) roughness: f32,
     pub(in crate::bsdf) flatness: f32,
+    /// 1 if the diffuse lobe is Lambertian under the main interface, else 0.
+    pub(in crate::bsdf) layered: f32,
     pub(in crate::bsdf) clearcoat: f32,
     /// Parameters of the clear coat's distribution; see [`gtr1`].
     pub(in crate::bsdf) clearcoat_excess: f32,
@@ -44,10 +46,13 @@ fn clearcoat_fresnel(s: f32) -> f32 {
 }
 
 impl PrincipledFront {
-    /// Whether there is a clear coat, sheen, or flatness.
+    /// Whether there is a clear coat, sheen, flatness, or a diffuse lobe under the interface.
     #[inline(always)]
     pub(in crate::bsdf) fn has_extras(&self) -> bool {
-        self.clearcoat != 0.0 || !self.sheen.is_black() || self.flatness != 0.0
+        self.clearcoat != 0.0
+            || !self.sheen.is_black()
+            || self.flatness != 0.0
+            || self.layered != 0.0
     }
 
     /// Reflectance of the main interface at the cosine `cos` to a facet. Schlick's term is at least `least`.
@@ -94,7 +99,7 @@ impl PrincipledFront {
         let (r, s) = self.fresnel_terms(cos);
         let reflectance = self.reflectance(r, s);
         let interface = facets.visible_density(wi, half) * seen;
-        let mut rest = self.diffuse::<EXTRAS>(wi, wo, cos);
+        let mut rest = self.diffuse::<EXTRAS>(wi, wo, cos, r);
         if EXTRAS {
             let cos_m = half.z / (2.0 * cos);
             rest += Rgb::splat(self.clearcoat(s, cos_m, wi.z, wo.z));
@@ -131,6 +136,7 @@ impl PrincipledFront {
             Some(projected) => 1.25 * projected / (lowest.max(0.0) + wo.z),
         };
         let base = full * (1.0 - self.flatness) + flat * self.flatness;
+        let base = base + (projection - base) * self.layered;
         let sheen = self.sheen.max_channel() * schlick_weight(cos_d);
         let clearcoat = self.clearcoat(s, halves.highest.max(0.0), highest, wo.z);
         let rest = self.base.max_channel() * base + (sheen + clearcoat) * projection;
@@ -150,9 +156,10 @@ impl PrincipledFront {
         self.clearcoat * f * gtr1(self.clearcoat_excess, self.clearcoat_norm, cos_m) * masking
     }
 
-    /// Diffuse reflection with retro-reflection, flatness and sheen, without the cosine of `wi`.
+    /// Diffuse reflection with retro-reflection, flatness and sheen, without the cosine of `wi`. `r` is the reflectance of the plain
+    /// dielectric.
     #[inline(always)]
-    fn diffuse<const EXTRAS: bool>(&self, wi: Vec3, wo: Vec3, cos_d: f32) -> Rgb {
+    fn diffuse<const EXTRAS: bool>(&self, wi: Vec3, wo: Vec3, cos_d: f32, r: f32) -> Rgb {
         let (fi, fo) = (schlick_weight(wi.z), schlick_weight(wo.z));
         let lambert = (1.0 - 0.5 * fi) * (1.0 - 0.5 * fo);
         let rr = 2.0 * self.roughness * cos_d * cos_d;
@@ -164,6 +171,7 @@ impl PrincipledFront {
         let fss = (1.0 + (f90 - 1.0) * fi) * (1.0 + (f90 - 1.0) * fo);
         let flat = 1.25 * (fss * (1.0 / (wi.z + wo.z) - 0.5) + 0.5);
         let shape = full + (flat - full) * self.flatness;
+        let shape = shape + (1.0 - r - shape) * self.layered;
         self.base * shape + self.sheen * schlick_weight(cos_d)
     }
 }
@@ -180,6 +188,7 @@ pub(in crate::bsdf) struct PrincipledFrontLanes {
     sheen: Lanes3,
     roughness: Lanes,
     flatness: Lanes,
+    layered: Lanes,
     clearcoat: Lanes,
     clearcoat_excess: Lanes,
     clearcoat_norm: Lanes,
@@ -200,6 +209,7 @@ impl PrincipledFrontLanes {
             sheen: Lanes3::ZERO,
             roughness: [1.0; LANES],
             flatness: [0.0; LANES],
+            layered: [0.0; LANES],
             clearcoat: [0.0; LANES],
             clearcoat_excess: [0.0; LANES],
             clearcoat_norm: [1.0; LANES],
@@ -218,6 +228,7 @@ impl PrincipledFrontLanes {
         self.sheen.set(i, front.sheen * weight);
         self.roughness[i] = front.roughness;
         self.flatness[i] = front.flatness;
+        self.layered[i] = front.layered;
         self.clearcoat[i] = front.clearcoat * weight;
         self.clearcoat_excess[i] = front.clearcoat_excess;
         self.clearcoat_norm[i] = front.clearcoat_norm;
@@ -233,6 +244,7 @@ impl PrincipledFrontLanes {
             &mut self.schlick,
             &mut self.roughness,
             &mut self.flatness,
+            &mut self.layered,
             &mut self.clearcoat,
             &mut self.clearcoat_excess,
             &mut self.clearcoat_norm,
@@ -257,6 +269,7 @@ impl PrincipledFrontLanes {
             sheen: self.sheen.rgb(i),
             roughness: self.roughness[i],
             flatness: self.flatness[i],
+            layered: self.layered[i],
             clearcoat: self.clearcoat[i],
             clearcoat_excess: self.clearcoat_excess[i],
             clearcoat_norm: self.clearcoat_norm[i],

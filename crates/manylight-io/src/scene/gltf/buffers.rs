@@ -1,0 +1,137 @@
+//! Buffers and buffer views: the binary data of a scene.
+
+use super::document::Document;
+use super::json::Json;
+use super::{compression, uri};
+use std::borrow::Cow;
+use std::ops::Range;
+use std::path::Path;
+
+/// The binary data of a scene, checked against the sizes that the file declares.
+pub(super) struct Buffers<'a> {
+    buffers: Vec<Option<Cow<'a, [u8]>>>,
+    views: Vec<Option<View>>,
+}
+
+/// A part of a buffer.
+#[derive(Clone, Debug)]
+struct View {
+    buffer: usize,
+    range: Range<usize>,
+    stride: Option<usize>,
+}
+
+/// The bytes of a buffer view.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ViewData<'b> {
+    pub(super) bytes: &'b [u8],
+    /// Distance between elements in bytes, if the view gives it.
+    pub(super) stride: Option<usize>,
+}
+
+impl<'a> Buffers<'a> {
+    /// Reads all buffers. `data` is the data chunk of a binary file, `folder` that of the scene file.
+    pub(super) fn read(document: &Document<'a>, data: Option<&'a [u8]>, folder: &Path) -> Self {
+        let buffers = document.buffers.iter().enumerate();
+        let mut read = Buffers {
+            buffers: buffers
+                .map(|(i, json)| read_buffer(json, data.filter(|_| i == 0), folder))
+                .collect(),
+            views: Vec::new(),
+        };
+        for json in &document.views {
+            let view = read.read_view(json);
+            read.views.push(view);
+        }
+        read
+    }
+
+    /// The data of the view of this index; `None` if it is invalid, which has been reported.
+    pub(super) fn view(&self, index: usize) -> Option<ViewData<'_>> {
+        let view = self.views.get(index)?.as_ref()?;
+        let bytes = self.buffers[view.buffer].as_deref()?;
+        Some(ViewData {
+            bytes: &bytes[view.range.clone()],
+            stride: view.stride,
+        })
+    }
+
+    /// Size of all data in bytes.
+    pub(super) fn total_bytes(&self) -> usize {
+        let buffers = self.buffers.iter().flatten();
+        buffers.map(|bytes| bytes.len()).sum()
+    }
+
+    fn read_view(&self, json: &Json<'a>) -> Option<View> {
+        if compression::refuse_meshopt(json) {
+            return None;
+        }
+        self.read_range(json)
+    }
+
+    /// The range of a buffer that `json` describes.
+    fn read_range(&self, json: &Json<'a>) -> Option<View> {
+        if !json.has("buffer") {
+            json.error("the property `buffer` is missing");
+            return None;
+        }
+        let buffer = json.index("buffer", "buffers", self.buffers.len())?;
+        let offset = json.unsigned("byteOffset").unwrap_or(0);
+        let length = json.required_unsigned("byteLength")?;
+        let available = self.buffers[buffer].as_ref()?.len();
+        let end = offset
+            .checked_add(length)
+            .filter(|end| *end <= available as u64);
+        let Some(end) = end else {
+            json.error(format!(
+                "the view needs {length} bytes at offset {offset}, but buffer {buffer} has {available}"
+            ));
+            return None;
+        };
+        let stride = json.unsigned("byteStride");
+        if let Some(stride) = stride.filter(|stride| !(1..=252).contains(stride)) {
+            json.error_at(
+                "byteStride",
+                format!("found {stride}, expected a number from 4 to 252"),
+            );
+            return None;
+        }
+        Some(View {
+            buffer,
+            range: offset as usize..end as usize,
+            stride: stride.map(|stride| stride as usize),
+        })
+    }
+}
+
+/// The content of one buffer. `data` is the data chunk, if the buffer may refer to it.
+fn read_buffer<'a>(
+    json: &Json<'a>,
+    data: Option<&'a [u8]>,
+    folder: &Path,
+) -> Option<Cow<'a, [u8]>> {
+    let length = json.required_unsigned("byteLength")?;
+    if length == 0 {
+        json.error_at("byteLength", "found 0, expected at least 1");
+        return None;
+    }
+    if compression::is_fallback(json) {
+        return None;
+    }
+    let content: Cow<'a, [u8]> = match (json.string("uri"), data) {
+        (Some(text), _) => uri::read(&json.get("uri")?, text, folder, "buffer")?.into(),
+        (None, Some(data)) => data.into(),
+        (None, None) => {
+            json.error("the buffer has neither a `uri` nor the data chunk of a binary file");
+            return None;
+        }
+    };
+    if (content.len() as u64) < length {
+        json.error(format!(
+            "`byteLength` is {length}, but the data has {} bytes",
+            content.len()
+        ));
+        return None;
+    }
+    Some(content)
+}

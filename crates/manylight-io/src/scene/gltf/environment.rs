@@ -1,0 +1,64 @@
+//! The environment, which glTF files do not have, and light for files without any.
+
+use super::json::Json;
+use super::options::{EnvironmentSource, GltfOptions};
+use crate::file_error::FileErrorKind;
+use crate::image::{Transfer, read_image};
+use manylight::color::Rgb;
+use manylight::emitters::{Emitter, Environment};
+use manylight::image::Image;
+use manylight::math::{Mat3, Vec3};
+use manylight::scene::SceneDesc;
+
+/// Adds the environment of the options. A scene without any emitter gets a white one.
+pub(super) fn add(desc: &mut SceneDesc, root: &Json<'_>, options: &GltfOptions) {
+    match &options.environment {
+        Some(EnvironmentSource::White) => desc.emitters.push(Emitter::Constant {
+            radiance: Rgb::splat(options.environment_scale),
+        }),
+        Some(EnvironmentSource::File(path)) => match read_image(path, Transfer::Auto) {
+            Ok(image) => desc.emitters.push(Emitter::Environment(Environment {
+                image: with_three_channels(image),
+                scale: options.environment_scale,
+                world_from_emitter: orientation(),
+            })),
+            Err(error) => {
+                let message = format!("cannot use the environment {error}");
+                match error.kind {
+                    FileErrorKind::NotFound | FileErrorKind::Unreadable(_) => {
+                        root.reporter().file_error("", &message, None);
+                    }
+                    _ => root.error(message),
+                }
+            }
+        },
+        None => {}
+    }
+    if desc.emitters.is_empty() {
+        root.warn_once(
+            "no emitter",
+            "the scene has neither lights nor emitting surfaces; a white environment of radiance 1 lights it (choose another by `--environment FILE`)",
+        );
+        desc.emitters.push(Emitter::Constant {
+            radiance: Rgb::WHITE,
+        });
+    }
+}
+
+/// From the frame of the image to the world. The center of the image is +x and the quarter to its right +z, as in Blender and three.js for
+/// the same image; the renderer's own frame has the center at +z.
+fn orientation() -> Mat3 {
+    Mat3::from_cols(Vec3::NEG_Z, Vec3::Y, Vec3::X)
+}
+
+fn with_three_channels(image: Image) -> Image {
+    if image.channels >= 3 {
+        return image;
+    }
+    let pixels = image.data.chunks_exact(image.channels);
+    Image {
+        channels: 3,
+        data: pixels.flat_map(|pixel| [pixel[0]; 3]).collect(),
+        ..image
+    }
+}

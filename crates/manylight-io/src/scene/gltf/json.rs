@@ -1,0 +1,281 @@
+//! Values of the JSON tree with their paths. A value of a wrong type is reported, and its default returned: loading goes on.
+
+use super::report::Reporter;
+use serde_json::{Map, Value};
+
+/// A JSON value and where it is.
+#[derive(Clone)]
+pub(super) struct Json<'a> {
+    value: &'a Value,
+    path: String,
+    reporter: &'a Reporter<'a>,
+}
+
+impl<'a> Json<'a> {
+    /// The whole document.
+    pub(super) fn root(value: &'a Value, reporter: &'a Reporter<'a>) -> Self {
+        Json {
+            value,
+            path: String::new(),
+            reporter,
+        }
+    }
+
+    /// The path of the value, such as `/meshes/0/name`.
+    pub(super) fn path(&self) -> &str {
+        &self.path
+    }
+
+    /// The path of a member.
+    pub(super) fn path_of(&self, name: &str) -> String {
+        format!("{}/{name}", self.path)
+    }
+
+    /// Reports an error about this value.
+    pub(super) fn error(&self, message: impl AsRef<str>) {
+        self.reporter.error(&self.path, message);
+    }
+
+    /// Reports an error about the member `name`.
+    pub(super) fn error_at(&self, name: &str, message: impl AsRef<str>) {
+        self.reporter.error(&self.path_of(name), message);
+    }
+
+    /// Warns about this value, once for each `subject`.
+    pub(super) fn warn_once(&self, subject: &str, message: impl AsRef<str>) {
+        self.reporter.warn_once(subject, &self.path, message);
+    }
+
+    pub(super) fn reporter(&self) -> &'a Reporter<'a> {
+        self.reporter
+    }
+
+    fn object(&self) -> Option<&'a Map<String, Value>> {
+        self.value.as_object()
+    }
+
+    fn child(&self, name: &str, value: &'a Value) -> Json<'a> {
+        Json {
+            value,
+            path: self.path_of(name),
+            reporter: self.reporter,
+        }
+    }
+
+    /// The member `name`, of any type.
+    pub(super) fn get(&self, name: &str) -> Option<Json<'a>> {
+        let value = self.object()?.get(name)?;
+        Some(self.child(name, value))
+    }
+
+    pub(super) fn has(&self, name: &str) -> bool {
+        self.object()
+            .is_some_and(|object| object.contains_key(name))
+    }
+
+    /// Reports this value, which is not what was `expected`.
+    fn mismatch(&self, expected: &str) {
+        self.error(format!("found {}, expected {expected}", shown(self.value)));
+    }
+
+    /// The member `name`, an object.
+    pub(super) fn member(&self, name: &str) -> Option<Json<'a>> {
+        let member = self.get(name)?;
+        if member.value.is_object() {
+            return Some(member);
+        }
+        member.mismatch("an object");
+        None
+    }
+
+    /// The names and values of an object.
+    pub(super) fn members(&self) -> Vec<(&'a str, Json<'a>)> {
+        let members = self.object().into_iter().flatten();
+        members
+            .map(|(name, value)| (name.as_str(), self.child(name, value)))
+            .collect()
+    }
+
+    /// The elements of the array `name`; none if it is absent.
+    pub(super) fn items(&self, name: &str) -> Vec<Json<'a>> {
+        let Some(array) = self.get(name) else {
+            return Vec::new();
+        };
+        let Value::Array(values) = array.value else {
+            array.mismatch("an array");
+            return Vec::new();
+        };
+        let items = values.iter().enumerate();
+        items
+            .map(|(i, value)| array.child(&i.to_string(), value))
+            .collect()
+    }
+
+    /// The elements of the array `name`, all objects.
+    pub(super) fn objects(&self, name: &str) -> Vec<Json<'a>> {
+        let items = self.items(name);
+        for item in items.iter().filter(|item| !item.value.is_object()) {
+            item.mismatch("an object");
+        }
+        items
+    }
+
+    /// The extension `name` of this object.
+    pub(super) fn extension(&self, name: &str) -> Option<Json<'a>> {
+        self.member("extensions")?.member(name)
+    }
+
+    /// The value as a string.
+    pub(super) fn as_string(&self) -> Option<&'a str> {
+        let text = self.value.as_str();
+        if text.is_none() {
+            self.mismatch("a string");
+        }
+        text
+    }
+
+    pub(super) fn string(&self, name: &str) -> Option<&'a str> {
+        self.get(name)?.as_string()
+    }
+
+    pub(super) fn boolean(&self, name: &str) -> bool {
+        let Some(member) = self.get(name) else {
+            return false;
+        };
+        member.value.as_bool().unwrap_or_else(|| {
+            member.mismatch("`true` or `false`");
+            false
+        })
+    }
+
+    /// The value as an integer of at least 0.
+    pub(super) fn as_unsigned(&self) -> Option<u64> {
+        let number = match self.value.as_f64() {
+            // Some writers give integers as 3.0.
+            Some(v) if v >= 0.0 && v.fract() == 0.0 && v < 9e15 => Some(v as u64),
+            _ => None,
+        };
+        if number.is_none() {
+            self.mismatch("an integer of at least 0");
+        }
+        number
+    }
+
+    pub(super) fn unsigned(&self, name: &str) -> Option<u64> {
+        self.get(name)?.as_unsigned()
+    }
+
+    /// The integer `name`, which must be present.
+    pub(super) fn required_unsigned(&self, name: &str) -> Option<u64> {
+        if !self.has(name) {
+            self.error(format!("the property `{name}` is missing"));
+        }
+        self.unsigned(name)
+    }
+
+    /// The value as an index into `count` elements of the array `of`.
+    pub(super) fn as_index(&self, of: &str, count: usize) -> Option<usize> {
+        let index = self.as_unsigned()?;
+        if index < count as u64 {
+            return Some(index as usize);
+        }
+        let range = match count {
+            0 => format!("but the file has no {of}"),
+            _ => format!("expected an index of {of} from 0 to {}", count - 1),
+        };
+        self.error(format!("found {index}, {range}"));
+        None
+    }
+
+    pub(super) fn index(&self, name: &str, of: &str, count: usize) -> Option<usize> {
+        self.get(name)?.as_index(of, count)
+    }
+
+    /// The value as a finite number.
+    fn as_number(&self) -> Option<f64> {
+        let number = self.value.as_f64().filter(|v| (*v as f32).is_finite());
+        if number.is_none() {
+            self.mismatch("a number");
+        }
+        number
+    }
+
+    /// The value as a finite `f32`.
+    pub(super) fn as_float(&self) -> Option<f32> {
+        self.as_number().map(|v| v as f32)
+    }
+
+    pub(super) fn number(&self, name: &str) -> Option<f64> {
+        self.get(name)?.as_number()
+    }
+
+    /// The number `name` as `f32`, by default `default`.
+    pub(super) fn float(&self, name: &str, default: f32) -> f32 {
+        self.number(name).map_or(default, |v| v as f32)
+    }
+
+    /// The number `name`, which `valid` accepts; `expected` says which numbers it does.
+    pub(super) fn float_where(
+        &self,
+        name: &str,
+        default: f32,
+        valid: impl Fn(f32) -> bool,
+        expected: &str,
+    ) -> f32 {
+        let value = self.float(name, default);
+        if self.has(name) && !valid(value) {
+            self.error_at(name, format!("found {value}, expected {expected}"));
+            return default;
+        }
+        value
+    }
+
+    /// A factor in [0, 1].
+    pub(super) fn fraction(&self, name: &str, default: f32) -> f32 {
+        let value = self.float(name, default);
+        if !(0.0..=1.0).contains(&value) {
+            self.error_at(
+                name,
+                format!("found {value}, expected a number from 0 to 1"),
+            );
+            return default;
+        }
+        value
+    }
+
+    /// The array `name` of `N` numbers.
+    pub(super) fn numbers<const N: usize>(&self, name: &str) -> Option<[f64; N]> {
+        let array = self.get(name)?;
+        let Value::Array(values) = array.value else {
+            array.mismatch(&format!("an array of {N} numbers"));
+            return None;
+        };
+        if values.len() != N {
+            array.error(format!("found {} numbers, expected {N}", values.len()));
+            return None;
+        }
+        let mut numbers = [0.0; N];
+        for (i, (number, value)) in numbers.iter_mut().zip(values).enumerate() {
+            *number = match value.as_f64() {
+                Some(v) if (v as f32).is_finite() => v,
+                _ => array.child(&i.to_string(), value).as_number()?,
+            };
+        }
+        Some(numbers)
+    }
+
+    /// The same as `f32`, by default `default`.
+    pub(super) fn floats<const N: usize>(&self, name: &str, default: [f32; N]) -> [f32; N] {
+        self.numbers(name)
+            .map_or(default, |numbers| numbers.map(|v| v as f32))
+    }
+}
+
+/// A value in a message.
+fn shown(value: &Value) -> String {
+    match value {
+        Value::Object(_) => "an object".into(),
+        Value::Array(_) => "an array".into(),
+        other => format!("`{other}`"),
+    }
+}

@@ -1,0 +1,202 @@
+//! glTF 2.0: JSON text (`.gltf`) and binary files (`.glb`).
+//!
+//! What is read, approximated and refused: `docs/formats/gltf.md`. Loading has these stages:
+//!
+//! 1. `container` splits the file, `json` gives values with their paths, `document` the arrays of the file.
+//! 2. `buffers` reads the binary data; `accessors` reads typed arrays, checked against the sizes of the data.
+//! 3. `nodes` places meshes, cameras and lights. `meshes` makes shapes of `primitives`, deformed by `deform`, with `tangents`.
+//! 4. `materials`, `extensions` and `textures` map materials to those of the renderer; `images` decodes images in parallel.
+//!
+//! Sources: "glTF 2.0 Specification" and its extensions, Khronos Group.
+
+mod accessors;
+mod buffers;
+mod cameras;
+mod compression;
+mod container;
+mod deform;
+mod document;
+mod emission;
+mod environment;
+mod extensions;
+mod images;
+mod json;
+mod lights;
+mod locate;
+mod materials;
+mod meshes;
+mod nodes;
+mod options;
+mod primitives;
+mod report;
+mod tangents;
+mod textures;
+mod uri;
+mod variants;
+mod vertex_needs;
+
+pub(super) use container::MAGIC;
+pub use options::{EnvironmentSource, GltfOptions, LightUnits};
+
+use super::sink::Sink;
+use crate::file_error::Fault;
+use accessors::Accessors;
+use buffers::Buffers;
+use container::{Container, whole_file};
+use document::Document;
+use json::Json;
+use lights::Dialect;
+use manylight::bsdf::Material;
+use manylight::image::Image;
+use manylight::scene::SceneDesc;
+use manylight::texture::{FloatInput, Texture};
+use meshes::Meshes;
+use nodes::{Hierarchy, PlacedNode};
+use report::Reporter;
+use std::path::Path;
+
+/// The scene in `bytes`, the content of `path`, without its invalid parts. `None` only if an error has been reported.
+pub(super) fn load(
+    path: &Path,
+    bytes: &[u8],
+    options: &GltfOptions,
+    sink: &Sink,
+) -> Option<SceneDesc> {
+    let (container, text, value) = parse(bytes)
+        .map_err(|fault| sink.report(whole_file(path, fault)))
+        .ok()?;
+    let reporter = Reporter::new(path, text, container.is_binary, sink);
+    let root = Json::root(&value, &reporter);
+    let document = Document::new(root);
+    // What the file requires decides whether its other parts can be understood.
+    if reporter.has_errors() {
+        return None;
+    }
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let buffers = Buffers::read(&document, container.data, folder);
+    let accessors = Accessors {
+        document: &document,
+        buffers: &buffers,
+        quantized: document.uses("KHR_mesh_quantization"),
+    };
+    let mut builder = Builder {
+        document: &document,
+        options,
+        desc: SceneDesc::default(),
+        meshes: Meshes::new(accessors, variants::chosen(&document.root, options)),
+    };
+    builder.scene();
+    let Builder {
+        mut desc, meshes, ..
+    } = builder;
+    let mut textures = meshes.into_parts(&mut desc);
+    let images = std::mem::take(&mut textures.images);
+    images.load(&document, &buffers, folder, &mut textures.list);
+    desc.textures = textures.list;
+    fill_missing(&mut desc.textures);
+    environment::add(&mut desc, &document.root, options);
+    drop_full_masks(&mut desc);
+    if desc.sensors.is_empty() {
+        desc.sensors.push(cameras::framing(meshes::bounds(&desc)));
+    }
+    Some(desc)
+}
+
+/// The parts of a file, its JSON text, and the value of the text.
+fn parse(bytes: &[u8]) -> Result<(Container<'_>, &str, serde_json::Value), Fault> {
+    let container = Container::new(bytes)?;
+    let text = std::str::from_utf8(container.json).map_err(|error| {
+        let offset = error.valid_up_to();
+        Fault::new(format!(
+            "the JSON text is not UTF-8: invalid byte at offset {offset}"
+        ))
+    })?;
+    let value = serde_json::from_str(text).map_err(|error| {
+        let what = error.to_string();
+        let what = what.split(" at line ").next().unwrap_or_default();
+        let message = format!("malformed JSON: {what}");
+        Fault::at(error.line() as u32, error.column() as u32, message)
+    })?;
+    Ok((container, text, value))
+}
+
+/// Gives textures whose images could not be decoded one black pixel. The errors have been reported.
+fn fill_missing(textures: &mut [Texture]) {
+    for texture in textures {
+        if let Texture::Bitmap(bitmap) = texture
+            && bitmap.image.data.is_empty()
+        {
+            bitmap.image = Image::new(1, 1, 1);
+        }
+    }
+}
+
+/// Replaces masks whose opacity is 1 everywhere by what they mask: opaque surfaces are faster.
+fn drop_full_masks(desc: &mut SceneDesc) {
+    for i in 0..desc.materials.len() {
+        let Material::Mask {
+            opacity: FloatInput::Texture(id),
+            inner,
+        } = desc.materials[i]
+        else {
+            continue;
+        };
+        if let Texture::Bitmap(bitmap) = &desc.textures[id.index()]
+            && bitmap.image.data.iter().all(|v| *v == 1.0)
+        {
+            desc.materials[i] = desc.materials[inner.index()].clone();
+        }
+    }
+}
+
+/// Fills a [`SceneDesc`] from a document.
+struct Builder<'a, 'b> {
+    document: &'b Document<'a>,
+    options: &'b GltfOptions,
+    desc: SceneDesc,
+    meshes: Meshes<'a, 'b>,
+}
+
+impl<'a> Builder<'a, '_> {
+    fn scene(&mut self) {
+        let root = &self.document.root;
+        if let Some(first) = root.items("animations").first() {
+            first.warn_once(
+                "animations",
+                "animations are ignored; the scene is shown in the pose of its nodes",
+            );
+        }
+        let hierarchy = Hierarchy::new(self.document);
+        self.meshes.count_uses(&hierarchy);
+        for (index, node) in hierarchy.nodes.iter().enumerate() {
+            self.light(node);
+            self.camera(node);
+            self.meshes.add_node(index, &hierarchy, &mut self.desc);
+        }
+    }
+
+    fn light(&mut self, node: &PlacedNode<'a>) {
+        let Some(extension) = node.json.extension("KHR_lights_punctual") else {
+            return;
+        };
+        let lights = &self.document.lights;
+        let Some(index) = extension.index("light", "lights", lights.len()) else {
+            return;
+        };
+        let dialect = Dialect::new(self.document.is_by_blender(), self.options.light_units);
+        let emitter = lights::emitter(&lights[index], &node.world_from_node, dialect);
+        self.desc.emitters.extend(emitter);
+    }
+
+    fn camera(&mut self, node: &PlacedNode<'a>) {
+        let cameras = &self.document.cameras;
+        let Some(index) = node.json.index("camera", "cameras", cameras.len()) else {
+            return;
+        };
+        let camera = &cameras[index];
+        let name = node.json.string("name").or_else(|| camera.string("name"));
+        let name = name.unwrap_or_default();
+        let sensor = cameras::sensor(camera, name, &node.world_from_node);
+        self.desc.sensors.extend(sensor);
+    }
+}

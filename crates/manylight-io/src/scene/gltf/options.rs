@@ -1,0 +1,47 @@
+//! What a glTF file does not say.
+
+use std::path::PathBuf;
+
+/// Options of loading glTF scenes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GltfOptions {
+    /// The units of punctual lights. `None`: lumen for files of Blender's exporter, watt for others.
+    pub light_units: Option<LightUnits>,
+    /// The environment.
+    pub environment: Option<EnvironmentSource>,
+    /// Factor of the radiance of the environment.
+    pub environment_scale: f32,
+    /// Name of the material variant to show; `None`: the materials of the meshes.
+    pub variant: Option<String>,
+}
+
+impl Default for GltfOptions {
+    fn default() -> Self {
+        GltfOptions {
+            light_units: None,
+            environment: None,
+            environment_scale: 1.0,
+            variant: None,
+        }
+    }
+}
+
+/// An environment for a scene.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum EnvironmentSource {
+    /// The same radiance, 1 W/(m² sr), from all directions.
+    White,
+    /// An equirectangular image, OpenEXR or Radiance HDR.
+    File(PathBuf),
+}
+
+/// Units of the intensities of punctual lights.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LightUnits {
+    /// W/sr and W/m²: numbers are used as they are.
+    Watt,
+    /// lm/sr and lm/m², with 683 lm/W: the units of the extension.
+    Lumen,
+    /// Points and spots in W, directional lights in W/m²: Blender's own numbers.
+    Raw,
+}

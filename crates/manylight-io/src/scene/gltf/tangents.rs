@@ -1,0 +1,124 @@
+//! Tangents by MikkTSpace, with which normal maps are baked.
+
+use super::primitives::Geometry;
+use bevy_mikktspace::{Geometry as Interface, TangentSpace, generate_tangents};
+use manylight::math::Vec3;
+use std::collections::HashMap;
+
+/// Sets the tangents of a geometry with normals and texture coordinates. Vertices are split where triangles have different tangents.
+pub(super) fn add_tangents(geometry: &mut Geometry) {
+    if geometry.normals.is_empty() || geometry.uvs.is_empty() {
+        return;
+    }
+    let mut corners = Corners {
+        tangents: vec![[Vec3::ZERO; 3]; geometry.triangles.len()],
+        geometry,
+    };
+    if generate_tangents(&mut corners).is_err() {
+        return;
+    }
+    let tangents = corners.tangents;
+    split(geometry, &tangents);
+}
+
+struct Corners<'g> {
+    geometry: &'g Geometry,
+    tangents: Vec<[Vec3; 3]>,
+}
+
+impl Corners<'_> {
+    fn vertex(&self, face: usize, corner: usize) -> usize {
+        self.geometry.triangles[face][corner] as usize
+    }
+}
+
+impl Interface for Corners<'_> {
+    fn num_faces(&self) -> usize {
+        self.geometry.triangles.len()
+    }
+
+    fn num_vertices_of_face(&self, _face: usize) -> usize {
+        3
+    }
+
+    fn position(&self, face: usize, corner: usize) -> [f32; 3] {
+        self.geometry.positions[self.vertex(face, corner)].to_array()
+    }
+
+    fn normal(&self, face: usize, corner: usize) -> [f32; 3] {
+        self.geometry.normals[self.vertex(face, corner)].to_array()
+    }
+
+    fn tex_coord(&self, face: usize, corner: usize) -> [f32; 2] {
+        let [u, v] = self.geometry.uvs[0].1[self.vertex(face, corner)].to_array();
+        // MikkTSpace has v = 1 at the top.
+        [u, 1.0 - v]
+    }
+
+    fn set_tangent(&mut self, tangent: Option<TangentSpace>, face: usize, corner: usize) {
+        let tangent = tangent.unwrap_or_default().tangent();
+        self.tangents[face][corner] = Vec3::from(tangent);
+    }
+}
+
+/// Gives each vertex one tangent, by copies of the vertices that have several.
+fn split(geometry: &mut Geometry, tangents: &[[Vec3; 3]]) {
+    let mut copies: HashMap<(u32, [u32; 3]), u32> = HashMap::new();
+    let mut sources: Vec<u32> = Vec::new();
+    let mut all = Vec::new();
+    for (triangle, tangents) in geometry.triangles.iter_mut().zip(tangents) {
+        for (corner, tangent) in triangle.iter_mut().zip(tangents) {
+            let key = (*corner, tangent.to_array().map(f32::to_bits));
+            let vertex = *copies.entry(key).or_insert_with(|| {
+                sources.push(*corner);
+                all.push(*tangent);
+                sources.len() as u32 - 1
+            });
+            *corner = vertex;
+        }
+    }
+    geometry.positions = picked(&geometry.positions, &sources);
+    geometry.normals = picked(&geometry.normals, &sources);
+    geometry.tangents = all;
+    if !geometry.colors.is_empty() {
+        geometry.colors = picked(&geometry.colors, &sources);
+    }
+    for (_, uvs) in &mut geometry.uvs {
+        *uvs = picked(uvs, &sources);
+    }
+}
+
+fn picked<T: Copy>(values: &[T], indices: &[u32]) -> Vec<T> {
+    indices.iter().map(|i| values[*i as usize]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use manylight::math::Vec2;
+
+    #[test]
+    fn mirrored_texture_coordinates_split_the_common_edge() {
+        // Two triangles in the plane z = 0 with u = |x|.
+        let mut geometry = Geometry {
+            positions: vec![Vec3::Y, Vec3::ZERO, Vec3::X, Vec3::NEG_X],
+            normals: vec![Vec3::Z; 4],
+            uvs: vec![(
+                0,
+                [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 1.0)]
+                    .map(Vec2::from)
+                    .to_vec(),
+            )],
+            triangles: vec![[0, 1, 2], [0, 3, 1]],
+            ..Geometry::default()
+        };
+        add_tangents(&mut geometry);
+        assert_eq!(geometry.positions.len(), 6);
+        for (triangle, along) in geometry.triangles.iter().zip([Vec3::X, Vec3::NEG_X]) {
+            for corner in triangle {
+                let tangent = geometry.tangents[*corner as usize];
+                assert!(tangent.abs_diff_eq(along, 1e-5), "{tangent}");
+            }
+        }
+    }
+}

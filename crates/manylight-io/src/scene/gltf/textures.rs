@@ -1,0 +1,234 @@
+//! Textures: images with samplers and transforms, and their combination with factors and vertex attributes.
+
+use super::document::Document;
+use super::images::{Content, ImageUses};
+use super::json::Json;
+use manylight::color::Rgb;
+use manylight::ids::TextureId;
+use manylight::image::Image;
+use manylight::math::{Mat3, Vec2, Vec3};
+use manylight::texture::{Bitmap, ColorInput, Filtering, FloatInput, Texture, VertexValues, Wrap};
+use std::collections::HashMap;
+
+/// The vertex attributes of a primitive that textures need.
+pub(super) struct VertexInputs<'m> {
+    pub(super) triangles: &'m [[u32; 3]],
+    /// The set of texture coordinates that is that of the mesh.
+    pub(super) primary: usize,
+    /// The other sets.
+    pub(super) uvs: &'m [(usize, Vec<Vec2>)],
+    /// Colors of the vertices, linear, with opacity; may be empty.
+    pub(super) colors: &'m [[f32; 4]],
+}
+
+/// All textures of a scene.
+#[derive(Default)]
+pub(super) struct Textures {
+    pub(super) list: Vec<Texture>,
+    pub(super) images: ImageUses,
+    bitmaps: HashMap<String, TextureId>,
+}
+
+/// The set of texture coordinates of a reference to a texture.
+pub(super) fn uv_set(info: &Json<'_>) -> usize {
+    let transform = info.extension("KHR_texture_transform");
+    let overriding = transform.and_then(|transform| transform.unsigned("texCoord"));
+    let set = overriding.or_else(|| info.unsigned("texCoord"));
+    set.map_or(0, |set| set.min(u64::from(u8::MAX)) as usize)
+}
+
+impl Textures {
+    pub(super) fn add(&mut self, texture: Texture) -> TextureId {
+        self.list.push(texture);
+        TextureId::from(self.list.len() - 1)
+    }
+
+    /// The texture to which `info` refers. `None` if it is invalid or not supported, which has been reported.
+    pub(super) fn bitmap(
+        &mut self,
+        document: &Document<'_>,
+        info: &Json<'_>,
+        content: Content,
+        vertices: &VertexInputs<'_>,
+    ) -> Option<TextureId> {
+        if !info.has("index") {
+            info.error("the property `index` is missing");
+            return None;
+        }
+        let index = info.index("index", "textures", document.textures.len())?;
+        let texture = &document.textures[index];
+        let image = image_of(texture, document)?;
+        let (filtering, wrap) = sampler(texture, document)?;
+        let filtering = if matches!(content, Content::CutOut { .. }) {
+            Filtering::Nearest
+        } else {
+            filtering
+        };
+        let uv_transform = uv_transform(info);
+        let key = format!("{image} {content:?} {filtering:?} {wrap:?} {uv_transform:?}");
+        let id = match self.bitmaps.get(&key) {
+            Some(id) => *id,
+            None => {
+                let id = self.add(Texture::Bitmap(Bitmap {
+                    image: Image::default(),
+                    filtering,
+                    wrap,
+                    uv_transform,
+                }));
+                self.images.add(image, content, id);
+                self.bitmaps.insert(key, id);
+                id
+            }
+        };
+        Some(self.at_set(id, info, vertices))
+    }
+
+    /// The texture `id` at the set of texture coordinates that `info` names.
+    fn at_set(&mut self, id: TextureId, info: &Json<'_>, vertices: &VertexInputs<'_>) -> TextureId {
+        let set = uv_set(info);
+        if set == vertices.primary {
+            return id;
+        }
+        let Some((_, uvs)) = vertices.uvs.iter().find(|(other, _)| *other == set) else {
+            return id;
+        };
+        self.add(Texture::OtherUv {
+            uvs: VertexValues {
+                triangles: vertices.triangles.to_vec(),
+                values: uvs.clone(),
+            },
+            inner: id,
+        })
+    }
+
+    /// The color of the vertices; `None` if they have none.
+    pub(super) fn vertex_color(&mut self, vertices: &VertexInputs<'_>) -> Option<ColorInput> {
+        let color = |c: &[f32; 4]| Rgb::new(c[0], c[1], c[2]);
+        self.vertex_values(vertices, color, Rgb::WHITE)
+    }
+
+    /// The opacity of the vertices; `None` if they have none.
+    pub(super) fn vertex_opacity(&mut self, vertices: &VertexInputs<'_>) -> Option<ColorInput> {
+        self.vertex_values(vertices, |c| Rgb::splat(c[3]), Rgb::WHITE)
+    }
+
+    /// A value of each vertex color, unless all are `neutral`.
+    fn vertex_values(
+        &mut self,
+        vertices: &VertexInputs<'_>,
+        value: impl Fn(&[f32; 4]) -> Rgb,
+        neutral: Rgb,
+    ) -> Option<ColorInput> {
+        let values: Vec<Rgb> = vertices.colors.iter().map(value).collect();
+        if values.iter().all(|value| *value == neutral) {
+            return None;
+        }
+        let id = self.add(Texture::VertexColors(VertexValues {
+            triangles: vertices.triangles.to_vec(),
+            values,
+        }));
+        Some(ColorInput::Texture(id))
+    }
+
+    /// The product of two colors.
+    pub(super) fn product(&mut self, first: ColorInput, second: ColorInput) -> ColorInput {
+        match (first, second) {
+            (ColorInput::Constant(a), ColorInput::Constant(b)) => {
+                ColorInput::Constant(a.zip(b, |a, b| a * b))
+            }
+            (ColorInput::Constant(Rgb::WHITE), other)
+            | (other, ColorInput::Constant(Rgb::WHITE)) => other,
+            _ => ColorInput::Texture(self.add(Texture::Product { first, second })),
+        }
+    }
+
+    /// A number times a texture, if there is one.
+    pub(super) fn scaled(&mut self, factor: f32, texture: Option<TextureId>) -> FloatInput {
+        let Some(id) = texture else {
+            return FloatInput::Constant(factor);
+        };
+        let factor = ColorInput::Constant(Rgb::splat(factor));
+        as_float(self.product(factor, ColorInput::Texture(id)))
+    }
+}
+
+/// A gray color as a number.
+pub(super) fn as_float(color: ColorInput) -> FloatInput {
+    match color {
+        ColorInput::Constant(c) => FloatInput::Constant(c.r),
+        ColorInput::Texture(id) => FloatInput::Texture(id),
+    }
+}
+
+/// Extensions with images in formats that are not read.
+const OTHER_FORMATS: [(&str, &str); 4] = [
+    ("KHR_texture_basisu", "Basis Universal"),
+    ("EXT_texture_webp", "WebP"),
+    ("EXT_texture_avif", "AVIF"),
+    ("MSFT_texture_dds", "DDS"),
+];
+
+/// The index of the image of a texture.
+fn image_of(texture: &Json<'_>, document: &Document<'_>) -> Option<usize> {
+    if let Some(source) = texture.get("source") {
+        // The image for programs that do not read the other format.
+        return source.as_index("images", document.images.len());
+    }
+    let other = OTHER_FORMATS
+        .iter()
+        .find(|(name, _)| texture.extension(name).is_some());
+    match other {
+        Some((name, format)) => texture.reporter().error_with_help(
+            texture.path(),
+            &format!("the texture has a {format} image alone (extension `{name}`), which is not supported"),
+            "export textures as PNG or JPEG, or with such a fallback",
+        ),
+        None => texture.error("the texture has no image: the property `source` is missing"),
+    }
+    None
+}
+
+/// Filter, and continuation along u and v.
+fn sampler(texture: &Json<'_>, document: &Document<'_>) -> Option<(Filtering, [Wrap; 2])> {
+    let default = (Filtering::Bilinear, [Wrap::Repeat; 2]);
+    let Some(index) = texture.get("sampler") else {
+        return Some(default);
+    };
+    let sampler = &document.samplers[index.as_index("samplers", document.samplers.len())?];
+    // Which texels a pixel sees is a matter of sampling, so only magnification matters.
+    let filtering = match sampler.unsigned("magFilter") {
+        None | Some(9729) => Filtering::Bilinear,
+        Some(9728) => Filtering::Nearest,
+        Some(other) => {
+            let message = format!("found {other}, expected 9728 (nearest) or 9729 (linear)");
+            sampler.error_at("magFilter", message);
+            return None;
+        }
+    };
+    let wrap = |name: &str| match sampler.unsigned(name) {
+        None | Some(10497) => Some(Wrap::Repeat),
+        Some(33071) => Some(Wrap::Clamp),
+        Some(33648) => Some(Wrap::Mirror),
+        Some(other) => {
+            let expected = "33071 (clamp), 33648 (mirror) or 10497 (repeat)";
+            sampler.error_at(name, format!("found {other}, expected {expected}"));
+            None
+        }
+    };
+    Some((filtering, [wrap("wrapS")?, wrap("wrapT")?]))
+}
+
+/// The transform of (u, v, 1) by the extension KHR_texture_transform.
+fn uv_transform(info: &Json<'_>) -> Mat3 {
+    let Some(json) = info.extension("KHR_texture_transform") else {
+        return Mat3::IDENTITY;
+    };
+    let [x, y] = json.floats("offset", [0.0; 2]);
+    let [width, height] = json.floats("scale", [1.0; 2]);
+    let (sin, cos) = json.float("rotation", 0.0).sin_cos();
+    Mat3::from_cols(
+        Vec3::new(cos, -sin, 0.0) * width,
+        Vec3::new(sin, cos, 0.0) * height,
+        Vec3::new(x, y, 1.0),
+    )
+}
