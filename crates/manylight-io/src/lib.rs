@@ -61,6 +61,7 @@
 
 pub mod error;
 pub mod file_error;
+mod gzip;
 pub mod image;
 pub mod mesh;
 mod resolve;

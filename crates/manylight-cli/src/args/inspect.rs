@@ -11,7 +11,7 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 #[command(after_help = MAPS_HELP)]
 pub(crate) struct MapsArgs {
-    /// Scene file (Mitsuba XML).
+    /// Scene file (Mitsuba XML or PBRT).
     #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
     pub(crate) scene: PathBuf,
 
@@ -49,7 +49,7 @@ Color scales are logarithmic from the 1st to the 99.5th percentile of the positi
 /// Options of `info`.
 #[derive(Debug, Args)]
 pub(crate) struct InfoArgs {
-    /// Scene file (Mitsuba XML).
+    /// Scene file (Mitsuba XML or PBRT).
     #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
     pub(crate) scene: PathBuf,
 
@@ -65,7 +65,7 @@ pub(crate) struct InfoArgs {
 /// Options of `check`.
 #[derive(Debug, Args)]
 pub(crate) struct CheckArgs {
-    /// Scene file (Mitsuba XML).
+    /// Scene file (Mitsuba XML or PBRT).
     #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
     pub(crate) scene: PathBuf,
 
@@ -84,6 +84,19 @@ pub(crate) struct ListArgs {
     /// Kind of names.
     #[arg(value_enum, value_name = "WHAT")]
     pub(crate) what: Listing,
+
+    /// Format of the scene files whose names are listed.
+    #[arg(long, value_enum, value_name = "FORMAT", default_value_t = SceneFormat::Mitsuba)]
+    pub(crate) format: SceneFormat,
+}
+
+/// Formats of scene files with named plugins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum SceneFormat {
+    /// Mitsuba XML.
+    Mitsuba,
+    /// PBRT, versions 3 and 4.
+    Pbrt,
 }
 
 /// Kinds of names.

@@ -16,7 +16,7 @@ use std::time::Duration;
 /// Options of `render`.
 #[derive(Debug, Args)]
 pub(crate) struct RenderArgs {
-    /// Scene file (Mitsuba XML).
+    /// Scene file (Mitsuba XML or PBRT).
     #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
     pub(crate) scene: PathBuf,
 

@@ -173,7 +173,7 @@ fn geometry_bytes(shape: &Shape) -> usize {
 fn texture_bytes(texture: &Texture) -> usize {
     match texture {
         Texture::Bitmap(bitmap) => size_of_val(bitmap.image.data.as_slice()),
-        Texture::Checkerboard { .. } => 0,
+        Texture::Checkerboard { .. } | Texture::Product { .. } | Texture::Mix { .. } => 0,
     }
 }
 

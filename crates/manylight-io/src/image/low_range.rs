@@ -13,6 +13,27 @@ pub(super) const MAX_DECODED_BYTES: u64 = 4 << 30;
 
 /// Decodes the file content `bytes`. If it does not show the format, the extension of `path` decides.
 pub(super) fn decode(bytes: &[u8], path: &Path, transfer: Transfer) -> Result<Image, Fault> {
+    Ok(linear(decode_stored(bytes, path)?, transfer))
+}
+
+/// The alpha channel of the file content `bytes`; 1 everywhere if there is none.
+pub(super) fn decode_alpha(bytes: &[u8], path: &Path) -> Result<Image, Fault> {
+    let decoded = decode_stored(bytes, path)?;
+    let (width, height) = (decoded.width() as usize, decoded.height() as usize);
+    let data = if decoded.color().has_alpha() {
+        decoded.into_rgba32f().pixels().map(|p| p.0[3]).collect()
+    } else {
+        vec![1.0; width * height]
+    };
+    Ok(Image {
+        width,
+        height,
+        channels: 1,
+        data,
+    })
+}
+
+fn decode_stored(bytes: &[u8], path: &Path) -> Result<DynamicImage, Fault> {
     let undecodable =
         |error: image::ImageError| Fault::new(format!("the image cannot be decoded: {error}"));
     let bytes = with_known_signature(bytes);
@@ -32,7 +53,7 @@ pub(super) fn decode(bytes: &[u8], path: &Path, transfer: Transfer) -> Result<Im
     let mut limits = Limits::default();
     limits.max_alloc = Some(MAX_DECODED_BYTES);
     reader.limits(limits);
-    Ok(linear(reader.decode().map_err(undecodable)?, transfer))
+    reader.decode().map_err(undecodable)
 }
 
 /// Radiance files start with `#?RADIANCE` or `#?RGBE`; the decoder accepts only the first, so the second is replaced.

@@ -1,6 +1,9 @@
 //! Scene files. [`load_scene`] returns a [`SceneDesc`], [`check_scene`] all problems of a file.
 
+mod assets;
+mod files;
 mod mitsuba;
+mod pbrt;
 mod sink;
 
 use crate::error::{Diagnostic, LoadError, LoadErrorKind, Severity};
@@ -28,18 +31,20 @@ pub struct LoadedScene {
     pub warnings: Vec<Warning>,
 }
 
-/// The supported plugins of one family.
+/// The supported plugins of one family in one format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SupportedFamily {
+    /// Format of the scene files: `mitsuba` or `pbrt`.
+    pub format: &'static str,
     /// Plural name of the family, such as `bsdfs`.
     pub name: &'static str,
     /// Sorted names of the plugins.
     pub plugins: &'static [&'static str],
 }
 
-/// The supported plugins of scene files, by family.
-pub fn supported() -> &'static [SupportedFamily] {
-    mitsuba::SUPPORTED
+/// The supported plugins of scene files, by format and family.
+pub fn supported() -> impl Iterator<Item = SupportedFamily> {
+    mitsuba::SUPPORTED.iter().chain(pbrt::SUPPORTED).copied()
 }
 
 /// Loads the scene in the file `path`, with all included files, meshes and images.
@@ -82,6 +87,7 @@ pub fn check_scene(path: &Path, options: &LoadOptions) -> Vec<Diagnostic> {
 /// Format of a scene file.
 enum Format {
     MitsubaXml,
+    Pbrt,
 }
 
 /// The scene without its invalid parts. `None` only if an error has been reported.
@@ -102,6 +108,9 @@ fn load(path: &Path, options: &LoadOptions, sink: &Sink) -> Option<SceneDesc> {
         }
     };
     let format = detect_format(path, &bytes, sink)?;
+    if let Format::Pbrt = format {
+        return pbrt::load(path, bytes, sink);
+    }
     let text: Arc<str> = match String::from_utf8(bytes) {
         Ok(text) => text.into(),
         Err(error) => {
@@ -121,6 +130,7 @@ fn load(path: &Path, options: &LoadOptions, sink: &Sink) -> Option<SceneDesc> {
     };
     match format {
         Format::MitsubaXml => mitsuba::load(path, text, options, sink),
+        Format::Pbrt => None,
     }
 }
 
@@ -137,8 +147,15 @@ fn detect_format(path: &Path, bytes: &[u8], sink: &Sink) -> Option<Format> {
     if first == Some(b'<') || extension.as_deref() == Some("xml") {
         return Some(Format::MitsubaXml);
     }
+    let name = path.to_string_lossy().to_lowercase();
+    if name.ends_with(".pbrt") || name.ends_with(".pbrt.gz") || pbrt::is_scene(bytes) {
+        return Some(Format::Pbrt);
+    }
     let message = format!("the scene file `{}` has an unknown format", path.display());
-    let help = Some("expected Mitsuba XML (`.xml`), versions 0.4 to 3".to_owned());
+    let help = Some(
+        "expected Mitsuba XML (`.xml`), versions 0.4 to 3, or PBRT (`.pbrt`), versions 3 and 4"
+            .to_owned(),
+    );
     sink.report(whole_file(
         "scene::unknown_format",
         message,

@@ -8,6 +8,7 @@
 
 mod errors;
 mod materials;
+mod pbrt;
 mod shared_scenes;
 mod skies;
 mod upgrade;
