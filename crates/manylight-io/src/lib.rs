@@ -1,15 +1,15 @@
 //! Files of the many-light renderer `manylight`: scenes, meshes, images, spectra and skies.
 //!
-//! [`load_scene`] turns a scene file (Mitsuba XML, versions 0.4 to 3) into a [`SceneDesc`](manylight::scene::SceneDesc), the
+//! [`load_scene`] turns a scene file (Mitsuba XML, versions 0.4 to 3, or PBRT, versions 3 and 4) into a [`SceneDesc`](manylight::scene::SceneDesc), the
 //! description that [`manylight`] renders. [`image::write_image`] writes the result. Names, defaults and meanings of scene files
-//! are those of Mitsuba 3.9; [`supported`] lists the plugins.
+//! are those of Mitsuba 3.9 and of PBRT v4; [`supported`] lists the plugins.
 //!
 //! # Promises
 //!
 //! * **All problems at once.** An error does not end loading: [`check_scene`] returns every error and warning of a scene.
 //! * **Located messages.** A [`Diagnostic`] says what was found, where (file, line, column), what was expected, and often the
 //!   most similar valid name. Printed by [`miette`], it shows an excerpt of the file.
-//! * **No silent differences.** Unknown elements and parameters are errors. Unsupported features of Mitsuba are warnings, which
+//! * **No silent differences.** Unknown elements and parameters are errors. Unsupported features of a format are warnings, which
 //!   [`LoadOptions::strict`] turns into errors. Only settings without effect on the converged image, such as samplers, are
 //!   accepted silently.
 //! * **Damaged files are errors.** Parsers neither panic nor allocate more than a file can contain.
@@ -56,7 +56,7 @@
 //! 3 scene               scene files to descriptions
 //! 2 mesh image spectra  file formats; sky: computed environment maps
 //! 1 warning             warnings of a scene
-//! 0 error file_error    diagnostics of scene files, errors of other files; resolve: file lookup
+//! 0 error file_error    diagnostics of scene files, errors of other files; resolve: file lookup; gzip: compressed files
 //! ```
 
 pub mod error;

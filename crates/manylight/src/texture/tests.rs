@@ -215,3 +215,42 @@ fn extreme_coordinates_are_harmless() {
         }
     }
 }
+
+#[test]
+fn products_and_mixtures_follow_their_inputs() {
+    let picture = ramp(Filtering::Bilinear, Wrap::Clamp, Mat3::IDENTITY);
+    let bitmap = ColorInput::Texture(TextureId(0));
+    let product = Texture::Product {
+        input: bitmap,
+        factor: ColorInput::Constant(Rgb::new(0.5, 1.0, 2.0)),
+    };
+    let square = Texture::Product {
+        input: bitmap,
+        factor: bitmap,
+    };
+    let mix = Texture::Mix {
+        first: ColorInput::Constant(Rgb::WHITE),
+        second: bitmap,
+        weight: FloatInput::Constant(0.25),
+    };
+    let textures = [picture.clone()];
+    for (u, v) in POINTS {
+        let uv = Vec2::new(u, v);
+        let value = picture.eval_float(uv, &[]);
+        let color = product.eval(uv, &textures);
+        assert_eq!(color, Rgb::new(0.5 * value, value, 2.0 * value));
+        assert_eq!(square.eval_float(uv, &textures), value * value);
+        assert!((mix.eval_float(uv, &textures) - (0.75 + 0.25 * value)).abs() < 1e-5);
+        // Derivatives of f² and of the mixture.
+        let slope = picture.gradient(uv, &[]);
+        let of_square = square.gradient(uv, &textures);
+        assert!(of_square.abs_diff_eq(slope * (2.0 * value), 1e-3), "{uv}");
+        assert!(mix.gradient(uv, &textures).abs_diff_eq(slope * 0.25, 1e-4));
+        for texture in [&product, &square, &mix] {
+            let luminance = texture.eval(uv, &textures).luminance();
+            assert!(luminance <= texture.max_luminance(&textures) * 1.0001);
+        }
+    }
+    assert_eq!(mix.nested().collect::<Vec<_>>(), [TextureId(0)]);
+    assert_eq!(square.nested().count(), 2);
+}

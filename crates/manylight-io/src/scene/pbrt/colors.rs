@@ -6,7 +6,8 @@
 use super::super::files::find_external_file;
 use super::super::sink::{Problem, Sink, Text};
 use super::named_spectra::{NamedSpectrum, named_spectrum, spectrum_names};
-use super::params::{Param, ParamType, Params, Values};
+use super::param_types::{Param, ParamType, Values};
+use super::params::Params;
 use crate::file_error::FileErrorKind;
 use crate::resolve::similar;
 use crate::spectra;

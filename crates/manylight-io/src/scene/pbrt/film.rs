@@ -179,56 +179,58 @@ impl Builder<'_> {
         }
     }
 
+    /// The radius of a filter along x. Another one along y is reported.
+    fn filter_radius(&self, entity: &Entity, default: f32) -> f32 {
+        let params = &entity.params;
+        let radius = |name: &'static str, old: &'static str| {
+            let positive = |radius| radius > 0.0;
+            let name = if params.has(old) { old } else { name };
+            params.float_where(self.sink, name, default, positive, "positive")
+        };
+        let [x, y] = [radius("xradius", "xwidth"), radius("yradius", "ywidth")];
+        if x != y {
+            let message = "the filter has one radius along both axes here, that along x";
+            let problem = Problem::new("scene::unsupported", params.plugin.span, message);
+            self.sink.warn_once("filter radii", problem);
+        }
+        x
+    }
+
     fn filter(&mut self, entity: &Entity) -> Filter {
         let params = &entity.params;
-        let positive = |default: f32, radius: f32| {
-            if radius > 0.0 { radius } else { default }
-        };
-        let radius = |name: &'static str, old: &'static str, default| {
-            let given = params.maybe_float(self.sink, name);
-            let given = given.or_else(|| params.maybe_float(self.sink, old));
-            positive(default, given.unwrap_or(default))
-        };
-        let radii = |default| {
-            let [x, y] = [
-                radius("xradius", "xwidth", default),
-                radius("yradius", "ywidth", default),
-            ];
-            if x != y {
-                let message = "the filter has one radius along both axes here, that along x";
-                let problem = Problem::new("scene::unsupported", params.plugin.span, message);
-                self.sink.warn_once("filter radii", problem);
-            }
-            x
-        };
+        let radius = |default| self.filter_radius(entity, default);
         let filter = match params.plugin.value.as_str() {
-            "box" => match radii(0.5) {
+            "box" => match radius(0.5) {
                 0.5 => Filter::Box,
                 // A box of another width: the tent with the same variance.
-                radius => Filter::Tent {
-                    radius: radius * std::f32::consts::SQRT_2,
+                half_width => Filter::Tent {
+                    radius: half_width * std::f32::consts::SQRT_2,
                 },
             },
-            "triangle" => Filter::Tent { radius: radii(2.0) },
+            "triangle" => Filter::Tent {
+                radius: radius(2.0),
+            },
             "gaussian" => {
-                radii(1.5);
+                radius(1.5);
                 let stddev = match params.maybe_float(self.sink, "alpha") {
                     // PBRT v3: exp(-α x²).
                     Some(alpha) if alpha > 0.0 => (0.5 / alpha).sqrt(),
                     _ if self.is_v3 => 0.5,
-                    _ => positive(0.5, params.float(self.sink, "sigma", 0.5)),
+                    _ => {
+                        params.float_where(self.sink, "sigma", 0.5, |sigma| sigma > 0.0, "positive")
+                    }
                 };
                 Filter::Gaussian { stddev }
             }
             "mitchell" => {
-                radii(2.0);
+                radius(2.0);
                 Filter::Mitchell {
                     b: params.float(self.sink, "B", 1.0 / 3.0),
                     c: params.float(self.sink, "C", 1.0 / 3.0),
                 }
             }
             "sinc" => {
-                radii(4.0);
+                radius(4.0);
                 let lobes = params.float(self.sink, "tau", 3.0).round().max(1.0);
                 Filter::Lanczos { lobes }
             }

@@ -10,6 +10,7 @@
 
 mod cameras;
 mod colors;
+mod directives;
 mod entities;
 mod film;
 mod interpreter;
@@ -17,6 +18,7 @@ mod lexer;
 mod lights;
 mod materials;
 mod named_spectra;
+mod param_types;
 mod params;
 mod parser;
 mod shapes;
@@ -88,7 +90,7 @@ pub(super) fn is_scene(bytes: &[u8]) -> bool {
     let first = lines.find(|line| !line.is_empty() && line[0] != b'#');
     let word = first.and_then(|line| line.split(u8::is_ascii_whitespace).next());
     word.and_then(|word| std::str::from_utf8(word).ok())
-        .is_some_and(parser::is_directive)
+        .is_some_and(directives::is_directive)
 }
 
 /// The scene in the content `bytes` of the file `path`, without its invalid parts. `None` only if an error has been reported.

@@ -1,8 +1,9 @@
 //! From tokens to statements: one directive with its arguments.
 
 use super::super::sink::{FileSpan, Problem, Sink, Text};
+use super::directives::{Form, form_of, similar_directive};
 use super::lexer::{Lexer, Token, TokenKind};
-use super::params::{Param, ParamType, TYPE_NAMES, Values};
+use super::param_types::{Param, ParamType, TYPE_NAMES, Values};
 use crate::resolve::similar;
 
 /// A directive with its location.
@@ -30,76 +31,6 @@ pub(super) enum Arguments {
     Option(Param),
 }
 
-/// The form of the arguments of a directive.
-#[derive(Clone, Copy)]
-enum Form {
-    None,
-    Numbers(usize),
-    Names { least: usize, most: usize },
-    Word,
-    Declaration,
-    Texture,
-    Option,
-}
-
-const fn names(least: usize, most: usize) -> Form {
-    Form::Names { least, most }
-}
-
-/// All directives; those of PBRT v3 last.
-const DIRECTIVES: [(&str, Form); 45] = [
-    ("Accelerator", Form::Declaration),
-    ("ActiveTransform", Form::Word),
-    ("AreaLightSource", Form::Declaration),
-    ("Attribute", Form::Declaration),
-    ("AttributeBegin", Form::None),
-    ("AttributeEnd", Form::None),
-    ("Camera", Form::Declaration),
-    ("ColorSpace", names(1, 1)),
-    ("ConcatTransform", Form::Numbers(16)),
-    ("CoordSysTransform", names(1, 1)),
-    ("CoordinateSystem", names(1, 1)),
-    ("Film", Form::Declaration),
-    ("Identity", Form::None),
-    ("Import", names(1, 1)),
-    ("Include", names(1, 1)),
-    ("Integrator", Form::Declaration),
-    ("LightSource", Form::Declaration),
-    ("LookAt", Form::Numbers(9)),
-    ("MakeNamedMaterial", Form::Declaration),
-    ("MakeNamedMedium", Form::Declaration),
-    ("Material", Form::Declaration),
-    ("MediumInterface", names(1, 2)),
-    ("NamedMaterial", names(1, 1)),
-    ("ObjectBegin", names(1, 1)),
-    ("ObjectEnd", Form::None),
-    ("ObjectInstance", names(1, 1)),
-    ("Option", Form::Option),
-    ("PixelFilter", Form::Declaration),
-    ("ReverseOrientation", Form::None),
-    ("Rotate", Form::Numbers(4)),
-    ("Sampler", Form::Declaration),
-    ("Scale", Form::Numbers(3)),
-    ("Shape", Form::Declaration),
-    ("Texture", Form::Texture),
-    ("Transform", Form::Numbers(16)),
-    ("TransformBegin", Form::None),
-    ("TransformEnd", Form::None),
-    ("TransformTimes", Form::Numbers(2)),
-    ("Translate", Form::Numbers(3)),
-    ("WorldBegin", Form::None),
-    ("WorldEnd", Form::None),
-    ("Renderer", Form::Declaration),
-    ("SurfaceIntegrator", Form::Declaration),
-    ("Volume", Form::Declaration),
-    ("VolumeIntegrator", Form::Declaration),
-];
-
-/// Whether `word` is a directive.
-pub(super) fn is_directive(word: &str) -> bool {
-    DIRECTIVES.iter().any(|(name, _)| *name == word)
-}
-
 /// Reads the statements of one file.
 pub(super) struct Parser {
     lexer: Lexer,
@@ -125,10 +56,11 @@ impl Parser {
         }
     }
 
-    /// Skips to the next directive. `false` at the end of the file, or where the text has no tokens.
+    /// Skips to the next word with a capital, which may be a directive. `false` at the end of the file, or where the text has no tokens.
     fn recover(&mut self) -> bool {
         while let Ok(Some(token)) = self.token() {
-            if token.kind == TokenKind::Word && is_directive(self.lexer.text(token.span)) {
+            let is_capital = |text: &str| text.starts_with(|c: char| c.is_ascii_uppercase());
+            if token.kind == TokenKind::Word && is_capital(self.lexer.text(token.span)) {
                 self.ahead = Some(token);
                 return true;
             }
@@ -179,13 +111,11 @@ impl Parser {
             return Ok(None);
         };
         let directive = self.text(token);
-        let known = DIRECTIVES
-            .iter()
-            .find(|(name, _)| token.kind == TokenKind::Word && *name == directive.value);
-        let Some((_, form)) = known else {
+        let known = form_of(&directive.value).filter(|_| token.kind == TokenKind::Word);
+        let Some(form) = known else {
             return Err(unknown_directive(&directive, token.kind));
         };
-        let arguments = self.arguments(*form)?;
+        let arguments = self.arguments(form)?;
         Ok(Some(Statement {
             directive,
             arguments,
@@ -411,17 +341,6 @@ fn check_count(ty: ParamType, name: &Text, values: &Values, span: FileSpan) -> P
     Err(Box::new(Problem::new("scene::bad_value", span, message)))
 }
 
-fn unknown_directive(found: &Text, kind: TokenKind) -> Box<Problem> {
-    let text: String = found.value.chars().take(40).collect();
-    let known = DIRECTIVES.iter().map(|(name, _)| *name);
-    let help = similar(&text, known).map(|similar| format!("did you mean `{similar}`?"));
-    let message = match kind {
-        TokenKind::Word => format!("unknown directive `{text}`"),
-        _ => format!("found `{text}`, expected a directive such as `Shape`"),
-    };
-    Box::new(Problem::new("scene::unknown_directive", found.span, message).maybe_help(help))
-}
-
 fn unknown_type(found: &str, span: FileSpan) -> Box<Problem> {
     let known = || TYPE_NAMES.iter().map(|(name, _)| *name);
     let help = match similar(found, known()) {
@@ -430,4 +349,14 @@ fn unknown_type(found: &str, span: FileSpan) -> Box<Problem> {
     };
     let message = format!("unknown type `{found}` of a parameter");
     Box::new(Problem::new("scene::unknown_type", span, message).help(help))
+}
+
+fn unknown_directive(found: &Text, kind: TokenKind) -> Box<Problem> {
+    let text: String = found.value.chars().take(40).collect();
+    let help = similar_directive(&text).map(|similar| format!("did you mean `{similar}`?"));
+    let message = match kind {
+        TokenKind::Word => format!("unknown directive `{text}`"),
+        _ => format!("found `{text}`, expected a directive such as `Shape`"),
+    };
+    Box::new(Problem::new("scene::unknown_directive", found.span, message).maybe_help(help))
 }

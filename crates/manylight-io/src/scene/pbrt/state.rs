@@ -3,7 +3,8 @@
 use super::super::sink::{Problem, Sink, Text};
 use super::colors::ColorSpace;
 use super::entities::{Entity, MaterialRef};
-use super::params::{Param, Params};
+use super::param_types::Param;
+use super::params::Params;
 use super::transforms;
 use glam::{DMat4, DVec3};
 use std::collections::HashMap;

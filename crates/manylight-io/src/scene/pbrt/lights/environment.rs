@@ -32,12 +32,7 @@ impl Builder<'_> {
             params.string(self.sink, "filename")
         };
         let Some(name) = file.filter(|name| !name.value.is_empty()) else {
-            let radiance = self.emission(entity, "L");
-            // The illuminance of a hemisphere of radiance 1.
-            let factor = self.power_factor(entity, "illuminance", PI);
-            self.add_emitter(Emitter::Constant {
-                radiance: radiance * factor,
-            });
+            self.constant_environment(entity);
             return;
         };
         let tint = if self.is_v3 {
@@ -71,17 +66,7 @@ impl Builder<'_> {
                 },
             );
             size.set([image.width, image.height]);
-            let is_equal_area = !is_v3 && image.width == image.height;
-            let mut map = if is_equal_area {
-                latitude_longitude(&image)
-            } else {
-                image
-            };
-            let factor = match illuminance {
-                Some(target) if target > 0.0 => target / upward_illuminance(&map),
-                _ => 1.0,
-            };
-            tint_image(&mut map, tint * factor);
+            let map = environment_map(image, is_v3, illuminance, tint);
             if let Emitter::Environment(environment) = &mut desc.emitters[emitter.index()] {
                 environment.image = map;
             }
@@ -89,6 +74,15 @@ impl Builder<'_> {
         let decode = Decode::Color(Transfer::Auto);
         self.assets
             .add_image_use(path, decode, name.span, Box::new(store));
+    }
+
+    fn constant_environment(&mut self, entity: &Entity) {
+        let radiance = self.emission(entity, "L");
+        // The illuminance of a hemisphere of radiance 1.
+        let factor = self.power_factor(entity, "illuminance", PI);
+        self.add_emitter(Emitter::Constant {
+            radiance: radiance * factor,
+        });
     }
 
     /// Warns about environment maps that are not square and thus not equal-area octahedral maps. For images that have been loaded.
@@ -104,6 +98,22 @@ impl Builder<'_> {
             }
         }
     }
+}
+
+/// The map of an environment, in latitude-longitude form, with its illuminance and tint.
+fn environment_map(image: Image, is_v3: bool, illuminance: Option<f32>, tint: Rgb) -> Image {
+    let is_equal_area = !is_v3 && image.width == image.height;
+    let mut map = if is_equal_area {
+        latitude_longitude(&image)
+    } else {
+        image
+    };
+    let factor = match illuminance {
+        Some(target) if target > 0.0 => target / upward_illuminance(&map),
+        _ => 1.0,
+    };
+    tint_image(&mut map, tint * factor);
+    map
 }
 
 /// Multiplies all pixels.

@@ -8,7 +8,7 @@ use super::rotation;
 use crate::image::Transfer;
 use manylight::color::Rgb;
 use manylight::emitters::{Emitter, ProjectorTexture};
-use manylight::ids::TextureId;
+use manylight::ids::{EmitterId, TextureId};
 use manylight::image::Image;
 use manylight::math::{Mat3, Vec3};
 use manylight::scene::SceneDesc;
@@ -98,24 +98,7 @@ impl Builder<'_> {
         });
         let store = move |desc: &mut SceneDesc, image: Image| {
             let slide = Slide::new(image, (0.5 * fov).to_radians().tan());
-            let Emitter::Spot {
-                intensity,
-                cutoff,
-                beam_width,
-                ..
-            } = &mut desc.emitters[emitter.index()]
-            else {
-                return;
-            };
-            *cutoff = slide.half_diagonal.atan();
-            *beam_width = *cutoff;
-            if let Some(power) = power.filter(|power| *power > 0.0) {
-                *intensity *= power / slide.luminous_power();
-            }
-            if let Texture::Bitmap(bitmap) = &mut desc.textures[texture.index()] {
-                bitmap.uv_transform = slide.uv_transform();
-                bitmap.image = slide.framed();
-            }
+            slide.store(desc, emitter, texture, power);
         };
         let decode = Decode::Color(Transfer::Auto);
         self.assets
@@ -140,6 +123,33 @@ impl Slide {
             image,
             half,
             half_diagonal: half[0].hypot(half[1]),
+        }
+    }
+
+    /// Stores the image in `texture`, and cone and power of the spot that projects it.
+    fn store(
+        self,
+        desc: &mut SceneDesc,
+        emitter: EmitterId,
+        texture: TextureId,
+        power: Option<f32>,
+    ) {
+        if let Emitter::Spot {
+            intensity,
+            cutoff,
+            beam_width,
+            ..
+        } = &mut desc.emitters[emitter.index()]
+        {
+            *cutoff = self.half_diagonal.atan();
+            *beam_width = *cutoff;
+            if let Some(power) = power.filter(|power| *power > 0.0) {
+                *intensity *= power / self.luminous_power();
+            }
+        }
+        if let Texture::Bitmap(bitmap) = &mut desc.textures[texture.index()] {
+            bitmap.uv_transform = self.uv_transform();
+            bitmap.image = self.framed();
         }
     }
 

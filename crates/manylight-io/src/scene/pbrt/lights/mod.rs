@@ -69,7 +69,7 @@ impl Builder<'_> {
         let params = &entity.params;
         match params.get("scale").map(|param| param.ty) {
             None => Rgb::WHITE,
-            Some(super::params::ParamType::Float) => {
+            Some(super::param_types::ParamType::Float) => {
                 Rgb::splat(params.float(self.sink, "scale", 1.0))
             }
             Some(_) => {
