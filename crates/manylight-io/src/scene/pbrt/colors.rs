@@ -52,18 +52,18 @@ impl ColorSpace {
         let rows: [[f32; 3]; 3] = match self {
             ColorSpace::Srgb => return color,
             ColorSpace::DciP3 => [
-                [1.224_940, -0.224_940, 0.0],
+                [1.224_94, -0.224_94, 0.0],
                 [-0.042_057, 1.042_057, 0.0],
                 [-0.019_638, -0.078_636, 1.098_274],
             ],
             ColorSpace::Rec2020 => [
-                [1.660_491, -0.587_641, -0.072_850],
-                [-0.124_550, 1.132_900, -0.008_350],
-                [-0.018_151, -0.100_579, 1.118_730],
+                [1.660_491, -0.587_641, -0.072_85],
+                [-0.124_55, 1.132_9, -0.008_35],
+                [-0.018_151, -0.100_579, 1.118_73],
             ],
             ColorSpace::Aces => [
                 [2.521_686, -1.134_131, -0.387_555],
-                [-0.276_480, 1.372_719, -0.096_239],
+                [-0.276_48, 1.372_719, -0.096_239],
                 [-0.015_378, -0.152_975, 1.168_353],
             ],
         };
@@ -192,7 +192,7 @@ impl ColorContext<'_> {
             .map(|pair| (pair[0], pair[1]))
             .collect();
         let increasing = pairs.windows(2).all(|pair| pair[0].0 < pair[1].0);
-        if values.len() % 2 != 0 || pairs.is_empty() || !increasing {
+        if !values.len().is_multiple_of(2) || pairs.is_empty() || !increasing {
             let required = "pairs of wavelength and value with increasing wavelengths";
             params.refuse(self.sink, param, required);
             return None;

@@ -74,7 +74,7 @@ impl Lexer {
     }
 
     /// The next token; `None` at the end of the file.
-    pub(super) fn next(&mut self) -> Result<Option<Token>, Problem> {
+    pub(super) fn next(&mut self) -> Result<Option<Token>, Box<Problem>> {
         self.skip_blank();
         let bytes = self.text.as_bytes();
         let start = self.position;
@@ -114,7 +114,7 @@ impl Lexer {
     }
 
     /// The end of the string that starts at `start`. Strings do not span lines.
-    fn end_of_string(&self, start: usize) -> Result<usize, Problem> {
+    fn end_of_string(&self, start: usize) -> Result<usize, Box<Problem>> {
         let bytes = self.text.as_bytes();
         let mut at = start + 1;
         while let Some(byte) = bytes.get(at) {
@@ -131,8 +131,8 @@ impl Lexer {
             "the end of the line"
         };
         let message = format!("found {found} in a string, expected `\"`");
-        Err(Problem::new("scene::syntax", self.span(start, at), message)
-            .label("the string starts here"))
+        let problem = Problem::new("scene::syntax", self.span(start, at), message);
+        Err(Box::new(problem.label("the string starts here")))
     }
 
     fn end_of_word(&self, start: usize) -> usize {
@@ -142,7 +142,7 @@ impl Lexer {
     }
 
     #[inline]
-    fn number(&self, start: usize) -> Result<(TokenKind, usize), Problem> {
+    fn number(&self, start: usize) -> Result<(TokenKind, usize), Box<Problem>> {
         let bytes = self.text.as_bytes();
         if let Some((value, length)) = parse_number(&bytes[start..]) {
             let end = start + length;
@@ -157,7 +157,7 @@ impl Lexer {
         let end = self.end_of_word(start).max(start + 1);
         let span = self.span(start, end);
         let message = format!("found `{}`, expected a finite number", self.text(span));
-        Err(Problem::new("scene::syntax", span, message))
+        Err(Box::new(Problem::new("scene::syntax", span, message)))
     }
 }
 

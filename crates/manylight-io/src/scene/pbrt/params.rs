@@ -223,7 +223,7 @@ impl Params {
     pub(super) fn pairs(&self, sink: &Sink, name: &'static str) -> Option<Vec<Vec2>> {
         let types = [ParamType::Point2, ParamType::Vector2, ParamType::Float];
         let values = self.numbers(sink, name, &types)?;
-        if values.len() % 2 != 0 {
+        if !values.len().is_multiple_of(2) {
             self.refuse(sink, self.get(name)?, "pairs of numbers");
         }
         Some(values.chunks_exact(2).map(Vec2::from_slice).collect())

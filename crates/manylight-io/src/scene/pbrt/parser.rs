@@ -71,7 +71,7 @@ impl Parser {
     fn token(&mut self) -> Parsed<Option<Token>> {
         match self.ahead.take() {
             Some(token) => Ok(Some(token)),
-            None => self.lexer.next().map_err(Box::new),
+            None => self.lexer.next(),
         }
     }
 
@@ -329,7 +329,7 @@ fn expected_value(ty: ParamType) -> &'static str {
 /// Checks that a list has whole elements.
 fn check_count(ty: ParamType, name: &Text, values: &Values, span: FileSpan) -> Parsed<()> {
     let arity = ty.arity();
-    if values.len() % arity == 0 {
+    if values.len().is_multiple_of(arity) {
         return Ok(());
     }
     let message = format!(

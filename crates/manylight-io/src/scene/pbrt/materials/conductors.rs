@@ -90,7 +90,7 @@ impl Builder<'_> {
             // Indices relative to the coat.
             for index in [metal_eta, k] {
                 if let ColorInput::Constant(color) = index {
-                    *color = *color / eta;
+                    *color /= eta;
                 }
             }
         }

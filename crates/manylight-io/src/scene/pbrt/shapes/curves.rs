@@ -115,7 +115,7 @@ impl Builder<'_> {
         }
         let points = params.vectors(self.sink, "P")?;
         let step = if is_spline { 1 } else { degree };
-        let fits = points.len() > degree && (points.len() - 1 - degree) % step == 0;
+        let fits = points.len() > degree && (points.len() - 1 - degree).is_multiple_of(step);
         if degree > 3 || !fits {
             let required = format!("the control points of whole segments of degree {degree}");
             params.refuse(self.sink, params.get("P")?, &required);

@@ -86,7 +86,7 @@ impl Builder<'_> {
             return None;
         };
         let param = params.get("indices")?;
-        if indices.len() % N != 0 || indices.is_empty() {
+        if !indices.len().is_multiple_of(N) || indices.is_empty() {
             let required = format!("a multiple of {N} integers, found {}", indices.len());
             params.refuse(self.sink, param, &required);
             return None;

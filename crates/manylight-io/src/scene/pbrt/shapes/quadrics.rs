@@ -1,7 +1,7 @@
 //! Spheres, disks, cylinders and the quadrics of PBRT v3. Whole ones are analytic where the core has the form, parts are tessellated.
 
 use super::super::Builder;
-use super::super::entities::ShapeEntity;
+use super::super::entities::{MaterialRef, ShapeEntity};
 use super::super::transforms::mirrors;
 use super::Geometry;
 use super::tessellation::grid;
@@ -94,8 +94,7 @@ impl Builder<'_> {
     }
 
     /// Whether the shape has an opacity or a material of which parts may be textures.
-    fn is_textured(&mut self, shape: &ShapeEntity) -> bool {
-        use super::super::entities::MaterialRef;
+    fn is_textured(&self, shape: &ShapeEntity) -> bool {
         !self.desc.textures.is_empty()
             && shape.area_light.is_none()
             && !matches!(shape.material, MaterialRef::Default)
