@@ -12,7 +12,7 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 #[command(after_help = MAPS_HELP)]
 pub(crate) struct MapsArgs {
-    /// Scene file: Mitsuba XML, or glTF 2.0 (gltf, glb).
+    /// Scene file: Mitsuba XML, PBRT, or glTF 2.0 (gltf, glb).
     #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
     pub(crate) scene: PathBuf,
 
@@ -54,7 +54,7 @@ Color scales are logarithmic from the 1st to the 99.5th percentile of the positi
 /// Options of `info`.
 #[derive(Debug, Args)]
 pub(crate) struct InfoArgs {
-    /// Scene file: Mitsuba XML, or glTF 2.0 (gltf, glb).
+    /// Scene file: Mitsuba XML, PBRT, or glTF 2.0 (gltf, glb).
     #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
     pub(crate) scene: PathBuf,
 
@@ -74,7 +74,7 @@ pub(crate) struct InfoArgs {
 /// Options of `check`.
 #[derive(Debug, Args)]
 pub(crate) struct CheckArgs {
-    /// Scene file: Mitsuba XML, or glTF 2.0 (gltf, glb).
+    /// Scene file: Mitsuba XML, PBRT, or glTF 2.0 (gltf, glb).
     #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
     pub(crate) scene: PathBuf,
 
@@ -97,6 +97,19 @@ pub(crate) struct ListArgs {
     /// Kind of names.
     #[arg(value_enum, value_name = "WHAT")]
     pub(crate) what: Listing,
+
+    /// Format of the scene files whose names are listed.
+    #[arg(long, value_enum, value_name = "FORMAT", default_value_t = SceneFormat::Mitsuba)]
+    pub(crate) format: SceneFormat,
+}
+
+/// Formats of scene files with named plugins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum SceneFormat {
+    /// Mitsuba XML.
+    Mitsuba,
+    /// PBRT, versions 3 and 4.
+    Pbrt,
 }
 
 /// Kinds of names.

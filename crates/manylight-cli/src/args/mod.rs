@@ -7,7 +7,9 @@ mod measure;
 mod render;
 
 pub(crate) use gltf::{Units, environment_name};
-pub(crate) use inspect::{CheckArgs, CompletionsArgs, InfoArgs, ListArgs, Listing, MapsArgs};
+pub(crate) use inspect::{
+    CheckArgs, CompletionsArgs, InfoArgs, ListArgs, Listing, MapsArgs, SceneFormat,
+};
 pub(crate) use lights::LightArgs;
 pub(crate) use measure::{CompareArgs, StudyArgs};
 pub(crate) use render::{CameraArgs, Denoiser, DisplayArgs, PathArgs, ProgressKind, RenderArgs};

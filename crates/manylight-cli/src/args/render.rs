@@ -17,7 +17,7 @@ use std::time::Duration;
 /// Options of `render`.
 #[derive(Debug, Args)]
 pub(crate) struct RenderArgs {
-    /// Scene file: Mitsuba XML, or glTF 2.0 (gltf, glb).
+    /// Scene file: Mitsuba XML, PBRT, or glTF 2.0 (gltf, glb).
     #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
     pub(crate) scene: PathBuf,
 

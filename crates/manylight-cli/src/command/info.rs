@@ -180,7 +180,7 @@ fn texture_bytes(texture: &Texture) -> usize {
         Texture::OtherUv { uvs, .. } => {
             size_of_val(uvs.triangles.as_slice()) + size_of_val(uvs.values.as_slice())
         }
-        Texture::Checkerboard { .. } | Texture::Product { .. } => 0,
+        Texture::Checkerboard { .. } | Texture::Product { .. } | Texture::Mix { .. } => 0,
     }
 }
 

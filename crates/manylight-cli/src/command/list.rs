@@ -1,6 +1,6 @@
 //! `manylight list`.
 
-use crate::args::{ListArgs, Listing};
+use crate::args::{ListArgs, Listing, SceneFormat};
 use crate::failure::Failure;
 use crate::output::print_data;
 use crate::preset::{PRESETS, Preset, settings};
@@ -11,21 +11,25 @@ use std::process::ExitCode;
 pub(crate) fn run(args: &ListArgs) -> Result<ExitCode, Failure> {
     let lines: Vec<String> = match args.what {
         Listing::Methods => PRESETS.iter().map(describe).collect(),
-        family => plugins(family).iter().map(ToString::to_string).collect(),
+        family => plugins(family, args.format)
+            .iter()
+            .map(ToString::to_string)
+            .collect(),
     };
     print_data(lines.join("\n"))?;
     Ok(ExitCode::SUCCESS)
 }
 
-/// The supported plugins of one family.
-fn plugins(family: Listing) -> &'static [&'static str] {
+/// The supported plugins of one family in one format.
+fn plugins(family: Listing, format: SceneFormat) -> &'static [&'static str] {
     let typed = family
         .to_possible_value()
         .expect("invariant: every listing can be typed");
-    let families = manylight_io::supported();
-    families
-        .iter()
-        .find(|f| f.name == typed.get_name())
+    let format = format
+        .to_possible_value()
+        .expect("invariant: every format can be typed");
+    manylight_io::supported()
+        .find(|f| f.name == typed.get_name() && f.format == format.get_name())
         .map_or(&[], |f| f.plugins)
 }
 
@@ -62,10 +66,12 @@ mod tests {
     #[test]
     fn every_family_has_plugins() {
         for listing in Listing::value_variants() {
-            assert!(
-                *listing == Listing::Methods || !plugins(*listing).is_empty(),
-                "{listing:?}"
-            );
+            for format in SceneFormat::value_variants() {
+                assert!(
+                    *listing == Listing::Methods || !plugins(*listing, *format).is_empty(),
+                    "{listing:?} {format:?}"
+                );
+            }
         }
     }
 }

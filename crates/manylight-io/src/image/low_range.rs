@@ -13,17 +13,15 @@ pub(super) const MAX_DECODED_BYTES: u64 = 4 << 30;
 
 /// Decodes the file content `bytes`. If it does not show the format, the extension of `path` decides.
 pub(super) fn decode(bytes: &[u8], path: &Path, transfer: Transfer) -> Result<Image, Fault> {
-    Ok(linear(decode_dynamic(bytes, path)?, transfer))
+    Ok(linear(decode_stored(bytes, path)?, transfer))
 }
 
-/// The alpha channel; 1 if there is none.
-pub(super) fn decode_opacity(bytes: &[u8], path: &Path) -> Result<Image, Fault> {
-    let decoded = decode_dynamic(bytes, path)?;
+/// The alpha channel of the file content `bytes`; 1 everywhere if there is none.
+pub(super) fn decode_alpha(bytes: &[u8], path: &Path) -> Result<Image, Fault> {
+    let decoded = decode_stored(bytes, path)?;
     let (width, height) = (decoded.width() as usize, decoded.height() as usize);
     let data = if decoded.color().has_alpha() {
-        let pixels = decoded.into_rgba16();
-        let alphas = pixels.pixels().map(|pixel| f32::from(pixel.0[3]) / 65535.0);
-        alphas.collect()
+        decoded.into_rgba32f().pixels().map(|p| p.0[3]).collect()
     } else {
         vec![1.0; width * height]
     };
@@ -35,7 +33,7 @@ pub(super) fn decode_opacity(bytes: &[u8], path: &Path) -> Result<Image, Fault> 
     })
 }
 
-fn decode_dynamic(bytes: &[u8], path: &Path) -> Result<DynamicImage, Fault> {
+fn decode_stored(bytes: &[u8], path: &Path) -> Result<DynamicImage, Fault> {
     let undecodable =
         |error: image::ImageError| Fault::new(format!("the image cannot be decoded: {error}"));
     let bytes = with_known_signature(bytes);

@@ -35,6 +35,41 @@ pub fn read_image(path: &Path, transfer: Transfer) -> Result<Image, FileError> {
     decode(&bytes, path, transfer).map_err(|fault| fault.in_file(path))
 }
 
+/// Reads the alpha channel of an image, in [0, 1]; 1 everywhere if the file has none.
+///
+/// # Errors
+/// The file cannot be read, is damaged, or has an unsupported format.
+pub fn read_alpha(path: &Path) -> Result<Image, FileError> {
+    let bytes = read_bytes(path)?;
+    let found = match SourceFormat::of(&bytes) {
+        SourceFormat::Exr => exr_file::read_channels(&bytes).map(|image| alpha_of(&image)),
+        SourceFormat::Other => low_range::decode_alpha(&bytes, path),
+        SourceFormat::Pfm | SourceFormat::Jpeg => {
+            decode(&bytes, path, Transfer::Raw).map(|image| opaque(image.width, image.height))
+        }
+    };
+    found.map_err(|fault| fault.in_file(path))
+}
+
+/// The channel `A`.
+fn alpha_of(image: &LayeredImage) -> Image {
+    let mut alpha = opaque(image.width, image.height);
+    if let Some(values) = image.channel("A") {
+        alpha.data = values.to_vec();
+    }
+    alpha
+}
+
+/// An alpha channel of ones.
+fn opaque(width: usize, height: usize) -> Image {
+    Image {
+        width,
+        height,
+        channels: 1,
+        data: vec![1.0; width * height],
+    }
+}
+
 /// Reads all channels of an OpenEXR file and its metadata. Files of other formats have the linear channels `R`, `G`, `B`, or
 /// `Y`.
 ///
@@ -60,8 +95,8 @@ pub(crate) fn decode_image(
 }
 
 /// The opacity of the content of a PNG, JPEG, TGA or BMP file; 1 if it has none.
-pub(crate) fn decode_opacity(bytes: &[u8], path: &Path) -> Result<Image, FileError> {
-    low_range::decode_opacity(bytes, path).map_err(|fault| fault.in_file(path))
+pub(crate) fn decode_alpha(bytes: &[u8], path: &Path) -> Result<Image, FileError> {
+    low_range::decode_alpha(bytes, path).map_err(|fault| fault.in_file(path))
 }
 
 fn decode(bytes: &[u8], path: &Path, transfer: Transfer) -> Result<Image, Fault> {

@@ -16,9 +16,11 @@ mod text;
 #[cfg(test)]
 mod tests;
 
-pub use normals::{smooth_normals, smooth_normals_placed};
+pub use normals::{orient_to_normals, smooth_normals, smooth_normals_placed};
+pub(crate) use text::parse_number;
 
 use crate::file_error::{Fault, FileError, read_bytes};
+use crate::gzip::unpacked;
 use manylight::geometry::Mesh;
 use std::path::Path;
 
@@ -61,13 +63,13 @@ pub fn read_serialized(path: &Path, shape_index: usize) -> Result<Mesh, FileErro
     read(path, MeshFormat::Serialized { shape_index })
 }
 
-/// Reads a mesh with the normals of the file, normalized. `normals` is empty if the file has none; if only some vertices
+/// Reads a mesh with the normals of the file, normalized. The file may be compressed by gzip. `normals` is empty if the file has none; if only some vertices
 /// have one, the others get smooth normals.
 ///
 /// # Errors
 /// The file cannot be read or is malformed.
 pub fn read_stored(path: &Path, format: MeshFormat) -> Result<Mesh, FileError> {
-    let bytes = read_bytes(path)?;
+    let bytes = unpacked(read_bytes(path)?).map_err(|fault| fault.in_file(path))?;
     let mut mesh = parse(&bytes, format).map_err(|fault| fault.in_file(path))?;
     normals::complete_normals(&mut mesh);
     Ok(mesh)

@@ -33,6 +33,28 @@ pub fn smooth_normals_placed(mesh: &mut Mesh, world_from_object: &Affine3A) {
         .collect();
 }
 
+/// Winds every triangle so that its geometric normal in world space is on the side of its vertex normals, or, without vertex normals, on
+/// the side of its geometric normal in object space. `mirrored`: the transform to world space mirrors, which turns geometric normals but
+/// not vertex normals.
+pub fn orient_to_normals(mesh: &mut Mesh, mirrored: bool) {
+    if mesh.normals.is_empty() {
+        if mirrored {
+            mesh.triangles
+                .iter_mut()
+                .for_each(|triangle| triangle.swap(1, 2));
+        }
+        return;
+    }
+    for triangle in &mut mesh.triangles {
+        let [a, b, c] = triangle.map(|i| mesh.positions[i as usize]);
+        let shading: Vec3 = triangle.iter().map(|&i| mesh.normals[i as usize]).sum();
+        let agreement = (b - a).cross(c - a).dot(shading);
+        if agreement < 0.0 && !mirrored || agreement > 0.0 && mirrored {
+            triangle.swap(1, 2);
+        }
+    }
+}
+
 /// Replaces the normals that are zero, which mark vertices without a normal in the file, by smooth ones.
 pub(super) fn complete_normals(mesh: &mut Mesh) {
     if mesh.normals.iter().all(|&n| n != Vec3::ZERO) {

@@ -177,7 +177,7 @@ impl<'a> Cursor<'a> {
 /// A number with at most 15 digits and no exponent is the correctly rounded quotient of two exact doubles. Other numbers are
 /// parsed by the standard library, which is slower.
 #[inline]
-pub(super) fn parse_number(text: &[u8]) -> Option<(f64, usize)> {
+pub(crate) fn parse_number(text: &[u8]) -> Option<(f64, usize)> {
     const POWERS: [f64; 23] = [
         1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
         1e17, 1e18, 1e19, 1e20, 1e21, 1e22,

@@ -1,7 +1,10 @@
 //! Scene files. [`load_scene`] returns a [`SceneDesc`], [`check_scene`] all problems of a file.
 
+mod assets;
+mod files;
 mod gltf;
 mod mitsuba;
+mod pbrt;
 mod sink;
 
 pub use gltf::{EnvironmentSource, GltfOptions, LightUnits};
@@ -33,18 +36,20 @@ pub struct LoadedScene {
     pub warnings: Vec<Warning>,
 }
 
-/// The supported plugins of one family.
+/// The supported plugins of one family in one format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SupportedFamily {
+    /// Format of the scene files: `mitsuba` or `pbrt`.
+    pub format: &'static str,
     /// Plural name of the family, such as `bsdfs`.
     pub name: &'static str,
     /// Sorted names of the plugins.
     pub plugins: &'static [&'static str],
 }
 
-/// The supported plugins of scene files, by family.
-pub fn supported() -> &'static [SupportedFamily] {
-    mitsuba::SUPPORTED
+/// The supported plugins of scene files, by format and family.
+pub fn supported() -> impl Iterator<Item = SupportedFamily> {
+    mitsuba::SUPPORTED.iter().chain(pbrt::SUPPORTED).copied()
 }
 
 /// Loads the scene in the file `path`, with all included files, meshes and images.
@@ -88,6 +93,7 @@ pub fn check_scene(path: &Path, options: &LoadOptions) -> Vec<Diagnostic> {
 enum Format {
     MitsubaXml,
     Gltf,
+    Pbrt,
 }
 
 /// The scene without its invalid parts. `None` only if an error has been reported.
@@ -122,6 +128,9 @@ fn load(path: &Path, options: &LoadOptions, sink: &Sink) -> Option<SceneDesc> {
         ));
         return None;
     }
+    if matches!(format, Format::Pbrt) {
+        return pbrt::load(path, bytes, sink);
+    }
     let text: Arc<str> = match String::from_utf8(bytes) {
         Ok(text) => text.into(),
         Err(error) => {
@@ -155,6 +164,10 @@ fn detect_format(path: &Path, bytes: &[u8], sink: &Sink) -> Option<Format> {
     if first == Some(b'<') || extension.as_deref() == Some("xml") {
         return Some(Format::MitsubaXml);
     }
+    let name = path.to_string_lossy().to_lowercase();
+    if name.ends_with(".pbrt") || name.ends_with(".pbrt.gz") || pbrt::is_scene(bytes) {
+        return Some(Format::Pbrt);
+    }
     let is_gltf = bytes.starts_with(gltf::MAGIC)
         || first == Some(b'{')
         || matches!(extension.as_deref(), Some("gltf" | "glb"));
@@ -162,7 +175,7 @@ fn detect_format(path: &Path, bytes: &[u8], sink: &Sink) -> Option<Format> {
         return Some(Format::Gltf);
     }
     let message = format!("the scene file `{}` has an unknown format", path.display());
-    let help = "expected Mitsuba XML (`.xml`), versions 0.4 to 3, or glTF 2.0 (`.gltf`, `.glb`)";
+    let help = "expected Mitsuba XML (`.xml`), versions 0.4 to 3, PBRT (`.pbrt`), versions 3 and 4, or glTF 2.0 (`.gltf`, `.glb`)";
     let help = Some(help.to_owned());
     sink.report(whole_file(
         "scene::unknown_format",

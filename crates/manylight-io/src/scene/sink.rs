@@ -17,6 +17,13 @@ pub(super) struct FileSpan {
     pub(super) end: u32,
 }
 
+/// A piece of text with its location.
+#[derive(Clone, Debug)]
+pub(super) struct Text {
+    pub(super) value: String,
+    pub(super) span: FileSpan,
+}
+
 /// An error or warning at a location, before its file is looked up.
 #[derive(Clone, Debug)]
 pub(super) struct Problem {

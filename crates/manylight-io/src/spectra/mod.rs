@@ -44,6 +44,22 @@ pub fn constant_emission_rgb(value: f32) -> Rgb {
 /// Radiance in W/(m² sr nm) of a black body of `temperature` in kelvin, by Planck's law; black for temperatures up to 0. The
 /// unit is that of Mitsuba's spectral variants (its RGB variants do not support black bodies).
 pub fn blackbody_rgb(temperature: f32) -> Rgb {
+    if temperature > 0.0 {
+        integrate(|wavelength| planck(wavelength, temperature)).map(|v| v.max(0.0))
+    } else {
+        Rgb::BLACK
+    }
+}
+
+/// Largest radiance in W/(m² sr nm) of a black body of `temperature` > 0 in kelvin over all wavelengths.
+pub fn blackbody_peak(temperature: f32) -> f32 {
+    /// Wien's displacement constant in nm K.
+    const WIEN: f64 = 2.897_771_955e6;
+    planck(WIEN / f64::from(temperature), temperature) as f32
+}
+
+/// Planck's law in W/(m² sr nm), for a wavelength in nm and a temperature in kelvin.
+fn planck(wavelength: f64, temperature: f32) -> f64 {
     /// Speed of light in m/s.
     const C: f64 = 299_792_458.0;
     /// Planck constant in J s.
@@ -51,16 +67,9 @@ pub fn blackbody_rgb(temperature: f32) -> Rgb {
     /// Boltzmann constant in J/K.
     const K: f64 = 1.380_649e-23;
     const METERS_PER_NM: f64 = 1e-9;
-    let planck = |wavelength: f64| {
-        let l = wavelength * METERS_PER_NM;
-        let exponent = H * C / (l * K * f64::from(temperature));
-        2.0 * H * C * C / (l.powi(5) * exponent.exp_m1()) * METERS_PER_NM
-    };
-    if temperature > 0.0 {
-        integrate(planck).map(|v| v.max(0.0))
-    } else {
-        Rgb::BLACK
-    }
+    let l = wavelength * METERS_PER_NM;
+    let exponent = H * C / (l * K * f64::from(temperature));
+    2.0 * H * C * C / (l.powi(5) * exponent.exp_m1()) * METERS_PER_NM
 }
 
 /// Reads a text file with one wavelength in nm and one value per line. Empty lines and lines that start with `#` are skipped.
@@ -143,7 +152,7 @@ fn integrate(power: impl Fn(f64) -> f64) -> Rgb {
 }
 
 /// Linear Rec. 709 from CIE XYZ (IEC 61966-2-1).
-fn rec709_from_xyz([x, y, z]: [f64; 3]) -> Rgb {
+pub(crate) fn rec709_from_xyz([x, y, z]: [f64; 3]) -> Rgb {
     Rgb::new(
         (3.240_479 * x - 1.537_150 * y - 0.498_535 * z) as f32,
         (-0.969_256 * x + 1.875_991 * y + 0.041_556 * z) as f32,

@@ -9,6 +9,7 @@
 mod errors;
 mod gltf;
 mod materials;
+mod pbrt;
 mod shared_scenes;
 mod skies;
 mod upgrade;

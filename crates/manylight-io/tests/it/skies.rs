@@ -77,7 +77,7 @@ fn old_files_have_separate_sky_and_sun() {
 
 #[test]
 fn every_supported_plugin_is_known() {
-    for family in supported() {
+    for family in supported().filter(|family| family.format == "mitsuba") {
         assert!(family.plugins.is_sorted(), "{}", family.name);
         for plugin in family.plugins {
             let tag = match family.name {

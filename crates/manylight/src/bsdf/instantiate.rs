@@ -6,6 +6,7 @@ use super::model::Model;
 use super::models::conductor::{RoughConductor, SmoothConductor};
 use super::models::dielectric::{InterfaceTints, RoughDielectric, SmoothDielectric};
 use super::models::diffuse::Diffuse;
+use super::models::diffuse_transmitter::DiffuseTransmitter;
 use super::models::fresnel::ConductorFresnel;
 use super::models::microfacet::Microfacets;
 use super::models::phong::Phong;
@@ -61,6 +62,11 @@ impl<'s> ModelInstantiation<'_, 's> {
                     return Model::Diffuse(Diffuse { reflectance });
                 }
                 Model::RoughDiffuse(RoughDiffuse::new(reflectance, alpha, *full))
+            }
+            Material::DiffuseTransmitter { transmittance } => {
+                Model::DiffuseTransmitter(DiffuseTransmitter {
+                    transmittance: self.color(transmittance),
+                })
             }
             Material::Conductor { .. } => self.conductor(material),
             Material::Dielectric { .. } => self.dielectric(material),

@@ -42,6 +42,11 @@ pub enum Material {
         /// The full model with interreflection (0.x `useFastApprox = false`) instead of the qualitative one.
         full: bool,
     },
+    /// Lambertian transmission in both directions.
+    DiffuseTransmitter {
+        /// Transmitted fraction of the flux.
+        transmittance: ColorInput,
+    },
     /// A conductor; smooth without `roughness`.
     Conductor {
         /// Real part of the index of refraction, relative to the outside.

@@ -9,6 +9,7 @@ use super::model_sample::ModelSample;
 use super::models::conductor::{RoughConductor, SmoothConductor};
 use super::models::dielectric::{RoughDielectric, SmoothDielectric};
 use super::models::diffuse::Diffuse;
+use super::models::diffuse_transmitter::DiffuseTransmitter;
 use super::models::phong::Phong;
 use super::models::plastic::{Plastic, RoughPlastic};
 use super::models::principled::Principled;
@@ -25,6 +26,7 @@ use crate::math::Vec3;
 pub(super) enum Model<'s> {
     Diffuse(Diffuse),
     RoughDiffuse(RoughDiffuse),
+    DiffuseTransmitter(DiffuseTransmitter),
     SmoothConductor(SmoothConductor),
     RoughConductor(RoughConductor),
     SmoothDielectric(SmoothDielectric),
@@ -42,6 +44,7 @@ macro_rules! dispatch {
         match $model {
             Model::Diffuse($m) => $call,
             Model::RoughDiffuse($m) => $call,
+            Model::DiffuseTransmitter($m) => $call,
             Model::SmoothConductor($m) => $call,
             Model::RoughConductor($m) => $call,
             Model::SmoothDielectric($m) => $call,
@@ -67,7 +70,7 @@ impl<'s> Model<'s> {
     #[inline]
     pub(super) fn transmits(&self) -> bool {
         match self {
-            Model::RoughDielectric(_) => true,
+            Model::RoughDielectric(_) | Model::DiffuseTransmitter(_) => true,
             Model::Principled(m) => m.transmits(),
             _ => false,
         }

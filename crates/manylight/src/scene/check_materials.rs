@@ -99,6 +99,7 @@ fn color_inputs(material: &Material) -> Vec<&ColorInput> {
         Material::Diffuse { reflectance } | Material::RoughDiffuse { reflectance, .. } => {
             vec![reflectance]
         }
+        Material::DiffuseTransmitter { transmittance } => vec![transmittance],
         Material::Conductor {
             eta,
             k,
@@ -166,6 +167,7 @@ fn float_inputs(material: &Material) -> Vec<&FloatInput> {
         Material::Blend { weight, .. } => vec![weight],
         Material::Mask { opacity, .. } => vec![opacity],
         Material::Diffuse { .. }
+        | Material::DiffuseTransmitter { .. }
         | Material::ThinDielectric { .. }
         | Material::Plastic { .. }
         | Material::Null

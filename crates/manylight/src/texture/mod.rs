@@ -33,6 +33,15 @@ pub enum Texture {
         /// The other factor.
         second: ColorInput,
     },
+    /// `first` with weight 1 - w, `second` with weight w.
+    Mix {
+        /// At w = 0.
+        first: ColorInput,
+        /// At w = 1.
+        second: ColorInput,
+        /// w, clamped to [0, 1].
+        weight: FloatInput,
+    },
     /// Colors of the vertices of one mesh. Only materials of this mesh may use it.
     VertexColors(VertexValues<Rgb>),
     /// Another texture at other texture coordinates than those of the mesh. Only materials of this mesh may use it.
@@ -70,6 +79,14 @@ impl Texture {
             Texture::OtherUv { uvs, inner } => {
                 let uv = uvs.at(at);
                 textures[inner.index()].eval(TexturePoint { uv, ..at }, textures)
+            }
+            Texture::Mix {
+                first,
+                second,
+                weight,
+            } => {
+                let w = weight.eval(at, textures).clamp(0.0, 1.0);
+                first.eval(at, textures).lerp(second.eval(at, textures), w)
             }
         }
     }
@@ -109,15 +126,46 @@ impl Texture {
                 let uv = uvs.at(at);
                 textures[inner.index()].eval_float(TexturePoint { uv, ..at }, textures)
             }
+            Texture::Mix {
+                first,
+                second,
+                weight,
+            } => {
+                let w = weight.eval(at, textures).clamp(0.0, 1.0);
+                first.eval_float(at, textures) * (1.0 - w) + second.eval_float(at, textures) * w
+            }
         }
     }
 
     /// Derivatives of [`Texture::eval_float`] by u and by v at `uv`, for bump maps. As in Mitsuba's `eval_1_grad`, from the four texels of the
-    /// lookup; 0 for textures that are not bitmaps.
-    pub fn gradient(&self, uv: Vec2) -> Vec2 {
+    /// lookup; 0 for checkerboards and values of vertices. Products and mixtures follow the rules of derivatives.
+    pub fn gradient(&self, uv: Vec2, textures: &[Texture]) -> Vec2 {
         match self {
             Texture::Bitmap(bitmap) => bitmap.gradient(uv),
-            _ => Vec2::ZERO,
+            Texture::Checkerboard { .. } | Texture::VertexColors(_) | Texture::OtherUv { .. } => {
+                Vec2::ZERO
+            }
+            Texture::Product { first, second } => {
+                let at = TexturePoint::from(uv);
+                first.gradient(uv, textures) * second.eval_float(at, textures)
+                    + second.gradient(uv, textures) * first.eval_float(at, textures)
+            }
+            Texture::Mix {
+                first,
+                second,
+                weight,
+            } => {
+                let at = TexturePoint::from(uv);
+                let w = weight.eval(at, textures).clamp(0.0, 1.0);
+                let slope = match weight {
+                    FloatInput::Constant(_) => Vec2::ZERO,
+                    FloatInput::Texture(id) => textures[id.index()].gradient(uv, textures),
+                };
+                let step = second.eval_float(at, textures) - first.eval_float(at, textures);
+                first.gradient(uv, textures) * (1.0 - w)
+                    + second.gradient(uv, textures) * w
+                    + slope * step
+            }
         }
     }
 
@@ -132,6 +180,10 @@ impl Texture {
             Texture::Product { first, second } => {
                 let [a, b] = [first, second].map(|color| color.max_channel(textures));
                 a * b
+            }
+            Texture::Mix { first, second, .. } => {
+                let [a, b] = [first, second].map(|color| color.max_luminance(textures));
+                a.max(b)
             }
             Texture::VertexColors(colors) => {
                 let luminances = colors.values.iter().map(|color| color.luminance());
@@ -152,6 +204,10 @@ impl Texture {
             Texture::Product { first, second } => {
                 first.max_channel(textures) * second.max_channel(textures)
             }
+            Texture::Mix { first, second, .. } => {
+                let [a, b] = [first, second].map(|color| color.max_channel(textures));
+                a.max(b)
+            }
             Texture::VertexColors(colors) => {
                 let channels = colors.values.iter().map(|color| color.max_channel());
                 channels.fold(0.0, f32::max)
@@ -165,25 +221,39 @@ impl Texture {
         match self {
             Texture::VertexColors(colors) => colors.is_valid(),
             Texture::OtherUv { uvs, .. } => uvs.is_valid(),
-            Texture::Bitmap(_) | Texture::Checkerboard { .. } | Texture::Product { .. } => true,
+            Texture::Bitmap(_)
+            | Texture::Checkerboard { .. }
+            | Texture::Product { .. }
+            | Texture::Mix { .. } => true,
         }
     }
 
     /// Ids of the nested textures.
     pub(crate) fn nested(&self) -> impl Iterator<Item = TextureId> {
-        let inputs = match self {
-            Texture::Bitmap(_) | Texture::VertexColors(_) => [None, None],
-            Texture::Checkerboard { color0, color1, .. } => [Some(*color0), Some(*color1)],
-            Texture::Product { first, second } => [Some(*first), Some(*second)],
-            Texture::OtherUv { inner, .. } => [Some(ColorInput::Texture(*inner)), None],
+        let of_color = |input: &ColorInput| match *input {
+            ColorInput::Texture(id) => Some(id),
+            ColorInput::Constant(_) => None,
         };
-        inputs
-            .into_iter()
-            .flatten()
-            .filter_map(|input| match input {
-                ColorInput::Texture(id) => Some(id),
-                ColorInput::Constant(_) => None,
-            })
+        let ids = match self {
+            Texture::Bitmap(_) | Texture::VertexColors(_) => [None; 3],
+            Texture::Checkerboard { color0, color1, .. } => {
+                [of_color(color0), of_color(color1), None]
+            }
+            Texture::Product { first, second } => [of_color(first), of_color(second), None],
+            Texture::OtherUv { inner, .. } => [Some(*inner), None, None],
+            Texture::Mix {
+                first,
+                second,
+                weight,
+            } => {
+                let weight = match *weight {
+                    FloatInput::Texture(id) => Some(id),
+                    FloatInput::Constant(_) => None,
+                };
+                [of_color(first), of_color(second), weight]
+            }
+        };
+        ids.into_iter().flatten()
     }
 }
 
@@ -242,6 +312,14 @@ impl ColorInput {
         match *self {
             ColorInput::Constant(c) => c.max_channel(),
             ColorInput::Texture(id) => textures[id.index()].max_channel(textures),
+        }
+    }
+
+    /// [`Texture::gradient`] of a textured input, else 0.
+    fn gradient(&self, uv: Vec2, textures: &[Texture]) -> Vec2 {
+        match *self {
+            ColorInput::Constant(_) => Vec2::ZERO,
+            ColorInput::Texture(id) => textures[id.index()].gradient(uv, textures),
         }
     }
 

@@ -92,7 +92,7 @@ fn gradients_match_mitsuba() {
     for (wrap, values) in expected {
         let texture = ramp(Filtering::Bilinear, wrap, Mat3::IDENTITY);
         for ((u, v), value) in POINTS.into_iter().zip(values) {
-            let gradient = texture.gradient(Vec2::new(u, v));
+            let gradient = texture.gradient(Vec2::new(u, v), &[]);
             assert!(
                 (gradient - Vec2::from(value)).length() < 1e-4,
                 "{wrap:?} ({u}, {v}): {gradient}"
@@ -100,7 +100,7 @@ fn gradients_match_mitsuba() {
         }
     }
     let nearest = ramp(Filtering::Nearest, Wrap::Repeat, Mat3::IDENTITY);
-    assert_eq!(nearest.gradient(Vec2::new(0.3, 0.6)), Vec2::ZERO);
+    assert_eq!(nearest.gradient(Vec2::new(0.3, 0.6), &[]), Vec2::ZERO);
 }
 
 #[test]
@@ -115,7 +115,7 @@ fn the_transform_acts_before_the_lookup_as_in_mitsuba() {
     for ((u, v), value, gradient) in expected {
         let uv = Vec2::new(u, v);
         assert!((texture.eval_float(uv, &[]) - value).abs() < 1e-4);
-        assert!((texture.gradient(uv) - Vec2::from(gradient)).length() < 1e-3);
+        assert!((texture.gradient(uv, &[]) - Vec2::from(gradient)).length() < 1e-3);
     }
 }
 
@@ -211,7 +211,7 @@ fn extreme_coordinates_are_harmless() {
         let texture = ramp(Filtering::Bilinear, wrap, Mat3::IDENTITY);
         for c in [f32::NAN, f32::INFINITY, -1e30] {
             texture.eval(Vec2::splat(c), &[]);
-            texture.gradient(Vec2::splat(c));
+            texture.gradient(Vec2::splat(c), &[]);
         }
     }
 }
@@ -268,4 +268,43 @@ fn products_multiply_their_factors() {
     let tint = Rgb::new(1.0, 0.5, 2.0).luminance();
     assert_eq!(textures[1].eval_float(uv, &textures), 5.0 * tint);
     assert!(textures[1].max_luminance(&textures) >= 11.0 * tint);
+}
+
+#[test]
+fn products_and_mixtures_follow_their_inputs() {
+    let picture = ramp(Filtering::Bilinear, Wrap::Clamp, Mat3::IDENTITY);
+    let bitmap = ColorInput::Texture(TextureId(0));
+    let product = Texture::Product {
+        first: bitmap,
+        second: ColorInput::Constant(Rgb::new(0.5, 1.0, 2.0)),
+    };
+    let square = Texture::Product {
+        first: bitmap,
+        second: bitmap,
+    };
+    let mix = Texture::Mix {
+        first: ColorInput::Constant(Rgb::WHITE),
+        second: bitmap,
+        weight: FloatInput::Constant(0.25),
+    };
+    let textures = [picture.clone()];
+    for (u, v) in POINTS {
+        let uv = Vec2::new(u, v);
+        let value = picture.eval_float(uv, &[]);
+        let color = product.eval(uv, &textures);
+        assert_eq!(color, Rgb::new(0.5 * value, value, 2.0 * value));
+        assert_eq!(square.eval_float(uv, &textures), value * value);
+        assert!((mix.eval_float(uv, &textures) - (0.75 + 0.25 * value)).abs() < 1e-5);
+        // Derivatives of f² and of the mixture.
+        let slope = picture.gradient(uv, &[]);
+        let of_square = square.gradient(uv, &textures);
+        assert!(of_square.abs_diff_eq(slope * (2.0 * value), 1e-3), "{uv}");
+        assert!(mix.gradient(uv, &textures).abs_diff_eq(slope * 0.25, 1e-4));
+        for texture in [&product, &square, &mix] {
+            let luminance = texture.eval(uv, &textures).luminance();
+            assert!(luminance <= texture.max_luminance(&textures) * 1.0001);
+        }
+    }
+    assert_eq!(mix.nested().collect::<Vec<_>>(), [TextureId(0)]);
+    assert_eq!(square.nested().count(), 2);
 }

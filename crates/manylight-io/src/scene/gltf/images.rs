@@ -4,7 +4,7 @@ use super::buffers::Buffers;
 use super::document::Document;
 use super::json::Json;
 use super::uri::{self, Target};
-use crate::image::{Transfer, decode_image, decode_opacity};
+use crate::image::{Transfer, decode_alpha, decode_image};
 use manylight::ids::TextureId;
 use manylight::image::Image;
 use manylight::texture::Texture;
@@ -188,7 +188,7 @@ impl Decoded<'_> {
 
     fn opacity(&mut self) -> Result<&Image, String> {
         if self.opacity.is_none() {
-            let image = decode_opacity(&self.source.bytes, &self.source.path);
+            let image = decode_alpha(&self.source.bytes, &self.source.path);
             self.opacity = Some(image.map_err(|error| error.to_string())?);
         }
         Ok(self.opacity.get_or_insert_default())

@@ -1,8 +1,8 @@
 //! Emitter plugins.
 
+use super::super::files::find_file;
 use super::super::sink::Problem;
 use super::colors::ColorUse;
-use super::files::find_file;
 use super::object::{ObjectId, PluginFamily};
 use super::props::Props;
 use super::skies::SkyParts;

@@ -10,11 +10,9 @@
 //!
 //! To add a plugin, add its name to the `SUPPORTED` list of its family and an arm to the `match` there.
 
-mod assets;
 mod bsdfs;
 mod colors;
 mod emitters;
-mod files;
 mod integrators;
 mod object;
 mod props;
@@ -26,10 +24,10 @@ mod upgrade;
 mod values;
 mod xml;
 
+use super::assets::Assets;
 use super::sink::{Problem, Sink};
 use super::{LoadOptions, SupportedFamily};
 use crate::resolve::similar;
-use assets::Assets;
 use manylight::ids::{EmitterId, MaterialId, ShapeId, TextureId};
 use manylight::scene::SceneDesc;
 use object::{ObjectId, ObjectTree, PluginFamily};
@@ -41,30 +39,37 @@ use std::sync::Arc;
 /// The supported plugins, by family.
 pub(super) const SUPPORTED: &[SupportedFamily] = &[
     SupportedFamily {
+        format: "mitsuba",
         name: "bsdfs",
         plugins: bsdfs::SUPPORTED,
     },
     SupportedFamily {
+        format: "mitsuba",
         name: "emitters",
         plugins: emitters::SUPPORTED,
     },
     SupportedFamily {
+        format: "mitsuba",
         name: "shapes",
         plugins: shapes::SUPPORTED,
     },
     SupportedFamily {
+        format: "mitsuba",
         name: "textures",
         plugins: textures::SUPPORTED,
     },
     SupportedFamily {
+        format: "mitsuba",
         name: "sensors",
         plugins: sensors::SUPPORTED,
     },
     SupportedFamily {
+        format: "mitsuba",
         name: "filters",
         plugins: sensors::FILTERS,
     },
     SupportedFamily {
+        format: "mitsuba",
         name: "integrators",
         plugins: integrators::SUPPORTED,
     },

@@ -1,9 +1,9 @@
 //! Shape plugins, groups and instances.
 
+use super::super::assets::{MeshRequest, Normals};
+use super::super::files::find_file;
 use super::super::sink::Problem;
-use super::assets::{MeshRequest, Normals};
 use super::bsdfs::PlainMaterial;
-use super::files::find_file;
 use super::object::{ObjectId, PluginFamily};
 use super::props::Props;
 use super::{DescBuilder, IGNORED, Substitute};

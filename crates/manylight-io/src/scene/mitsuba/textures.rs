@@ -1,9 +1,9 @@
 //! Texture plugins.
 
+use super::super::assets::Channel;
+use super::super::files::find_file;
 use super::super::sink::Problem;
-use super::assets::Channel;
 use super::colors::ColorUse;
-use super::files::find_file;
 use super::object::ObjectId;
 use super::props::Props;
 use super::values::Value;

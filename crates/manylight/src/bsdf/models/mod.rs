@@ -5,6 +5,7 @@ pub(super) mod coat;
 pub(super) mod conductor;
 pub(super) mod dielectric;
 pub(super) mod diffuse;
+pub(super) mod diffuse_transmitter;
 pub(super) mod fresnel;
 pub(super) mod microfacet;
 pub(super) mod phong;

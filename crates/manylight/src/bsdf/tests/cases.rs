@@ -192,6 +192,30 @@ fn dielectrics() -> Vec<Named> {
     vec![
         ("glass", vec![glass(1.5, None)]),
         (
+            "diffuse_transmitter",
+            vec![Material::DiffuseTransmitter {
+                transmittance: rgb(0.2, 0.5, 0.8),
+            }],
+        ),
+        (
+            "leaf",
+            vec![
+                Material::DiffuseTransmitter {
+                    transmittance: rgb(0.4, 0.9, 0.2),
+                },
+                diffuse(),
+                Material::TwoSided {
+                    front: MaterialId(1),
+                    back: MaterialId(1),
+                },
+                Material::Blend {
+                    weight: float(0.5),
+                    first: MaterialId(2),
+                    second: MaterialId(0),
+                },
+            ],
+        ),
+        (
             "thin_glass",
             vec![Material::ThinDielectric {
                 eta: 1.5,

@@ -81,6 +81,7 @@ impl DescBuilder<'_> {
         match &self.desc.materials[material.index()] {
             Material::Dielectric { .. }
             | Material::ThinDielectric { .. }
+            | Material::DiffuseTransmitter { .. }
             | Material::Mask { .. }
             | Material::Null => true,
             Material::Principled(principled) => principled.spec_trans != FloatInput::Constant(0.0),

@@ -1,7 +1,7 @@
 //! Values that are colors or spectra.
 
+use super::super::super::files::find_file;
 use super::super::super::sink::{Problem, Sink};
-use super::super::files::find_file;
 use super::super::xml::{Text, XmlElement};
 use super::{Spectrum, Value, bad_value, number, numbers, parse_finite, tokens};
 use crate::spectra::read_spectrum;

@@ -1,6 +1,6 @@
 //! XML elements with source spans.
 
-use super::super::super::sink::{FileSpan, Problem, Sink};
+use super::super::super::sink::{Problem, Sink, Text};
 use crate::resolve::similar;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -12,13 +12,6 @@ pub(in super::super) enum Dialect {
     V0,
     /// Versions 2 and 3.
     V3,
-}
-
-/// A piece of text with its location.
-#[derive(Clone, Debug)]
-pub(in super::super) struct Text {
-    pub(in super::super) value: String,
-    pub(in super::super) span: FileSpan,
 }
 
 /// An attribute. Parameters in its value are replaced.

@@ -4,10 +4,11 @@
 mod element;
 mod parameters;
 
-pub(super) use element::{Dialect, Text, XmlElement};
+pub(super) use super::super::sink::Text;
+pub(super) use element::{Dialect, XmlElement};
 
+use super::super::files::find_file;
 use super::super::sink::{FileSpan, Problem, Sink};
-use super::files::find_file;
 use super::object::PluginFamily;
 use crate::resolve::resolve;
 use element::Attribute;

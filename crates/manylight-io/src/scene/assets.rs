@@ -1,9 +1,9 @@
 //! Meshes and images of a scene. Requests are collected first; then the files are read in parallel, each one once.
 
-use super::super::sink::{FileSpan, Problem, Sink};
+use super::sink::{FileSpan, Problem, Sink};
 use crate::file_error::{FileError, FileErrorKind};
-use crate::image::{Transfer, read_image, read_layered_image};
-use crate::mesh::{MeshFormat, read_stored, smooth_normals_placed};
+use crate::image::{Transfer, read_alpha, read_image};
+use crate::mesh::{MeshFormat, orient_to_normals, read_stored, smooth_normals_placed};
 use manylight::emitters::Emitter;
 use manylight::geometry::{Mesh, Shape};
 use manylight::ids::{EmitterId, ShapeId, TextureId};
@@ -13,7 +13,7 @@ use manylight::scene::SceneDesc;
 use manylight::texture::Texture;
 use rayon::prelude::*;
 use std::collections::HashMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The channels of an image that a texture uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -57,16 +57,27 @@ pub(super) enum Normals {
         /// The transform to world space if it changes angles or mirrors, else the identity.
         placement: Affine3A,
     },
+    /// Those of the file, or none. With normals, every triangle is wound so that its geometric normal is on their side.
+    Stored {
+        /// Whether the transform to world space mirrors.
+        mirrored: bool,
+    },
 }
 
 /// The part of an image file to read.
 #[derive(Clone, Copy, Debug)]
-enum Decode {
+pub(super) enum Decode {
     /// One or three color channels.
     Color(Transfer),
     /// The alpha channel; 1 if the file has none.
     Alpha,
+    /// One channel, as PBRT's float textures read it: alpha if the file has one that is not 1 everywhere, else the mean of the color
+    /// channels.
+    Float(Transfer),
 }
+
+/// What to do with an image that has been read.
+pub(super) type ImageUse = Box<dyn FnOnce(&mut SceneDesc, Image)>;
 
 /// An image file to read, and its uses.
 struct ImageRequest {
@@ -80,6 +91,7 @@ struct ImageRequest {
 enum ImageTarget {
     Texture(TextureId, Channel),
     Environment(EmitterId),
+    Custom(ImageUse),
 }
 
 /// The files to read for a scene. Equal requests share one entry.
@@ -145,6 +157,17 @@ impl Assets {
         );
     }
 
+    /// Requests an image for a use that the caller defines.
+    pub(super) fn add_image_use(
+        &mut self,
+        path: PathBuf,
+        decode: Decode,
+        span: FileSpan,
+        image_use: ImageUse,
+    ) {
+        self.add_image(path, decode, span, ImageTarget::Custom(image_use));
+    }
+
     fn add_image(&mut self, path: PathBuf, decode: Decode, span: FileSpan, target: ImageTarget) {
         let key = (path.clone(), format!("{decode:?}"));
         let index = *self.image_ids.entry(key).or_insert_with(|| {
@@ -162,6 +185,10 @@ impl Assets {
     /// Reads all files and stores their content in `desc`. Errors are reported.
     pub(super) fn load(self, desc: &mut SceneDesc, sink: &Sink) {
         let Assets { meshes, images, .. } = self;
+        let files: Vec<(&Path, Decode)> = images
+            .iter()
+            .map(|request| (request.path.as_path(), request.decode))
+            .collect();
         let (read_meshes, read_images): (Vec<_>, Vec<_>) = rayon::join(
             || {
                 meshes
@@ -169,7 +196,7 @@ impl Assets {
                     .map(|(request, ..)| read_mesh(request))
                     .collect()
             },
-            || images.par_iter().map(read_pixels).collect(),
+            || files.par_iter().map(read_pixels).collect(),
         );
         for ((_, shape, span), mesh) in meshes.iter().zip(read_meshes) {
             match mesh {
@@ -197,26 +224,36 @@ fn read_mesh(request: &MeshRequest) -> Result<Mesh, FileError> {
             smooth_normals_placed(&mut mesh, &placement)
         }
         Normals::Smooth { .. } => {}
+        Normals::Stored { mirrored } => orient_to_normals(&mut mesh, mirrored),
     }
     Ok(mesh)
 }
 
-fn read_pixels(request: &ImageRequest) -> Result<Image, FileError> {
-    match request.decode {
-        Decode::Color(transfer) => read_image(&request.path, transfer),
-        Decode::Alpha => {
-            let image = read_layered_image(&request.path)?;
-            let (width, height) = (image.width, image.height);
-            let data = image
-                .channel("A")
-                .map_or_else(|| vec![1.0; width * height], <[f32]>::to_vec);
-            Ok(Image {
-                width,
-                height,
-                channels: 1,
-                data,
-            })
+fn read_pixels(&(path, decode): &(&Path, Decode)) -> Result<Image, FileError> {
+    match decode {
+        Decode::Color(transfer) => read_image(path, transfer),
+        Decode::Alpha => read_alpha(path),
+        Decode::Float(transfer) => {
+            let alpha = read_alpha(path)?;
+            if alpha.data.iter().any(|&v| v != 1.0) {
+                return Ok(alpha);
+            }
+            read_image(path, transfer).map(|image| mean_of_channels(&image))
         }
+    }
+}
+
+/// The mean of the channels of every pixel.
+fn mean_of_channels(image: &Image) -> Image {
+    let pixels = image.data.chunks_exact(image.channels);
+    let data = pixels
+        .map(|pixel| pixel.iter().sum::<f32>() / pixel.len() as f32)
+        .collect();
+    Image {
+        width: image.width,
+        height: image.height,
+        channels: 1,
+        data,
     }
 }
 
@@ -254,6 +291,7 @@ fn store_image(desc: &mut SceneDesc, target: ImageTarget, image: Image) {
                 environment.image = pick(&image, if gray { &[0, 0, 0] } else { &[0, 1, 2] });
             }
         }
+        ImageTarget::Custom(image_use) => image_use(desc, image),
     }
 }
 
@@ -267,7 +305,7 @@ fn select(image: Image, channel: Channel) -> Image {
 }
 
 /// The `wanted` channels, in this order.
-fn pick(image: &Image, wanted: &[usize]) -> Image {
+pub(super) fn pick(image: &Image, wanted: &[usize]) -> Image {
     let pixels = image.data.chunks_exact(image.channels);
     let data = pixels
         .flat_map(|pixel| wanted.iter().map(|&index| pixel[index]))

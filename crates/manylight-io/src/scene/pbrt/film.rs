@@ -1,0 +1,272 @@
+//! Film, reconstruction filter and path limits.
+
+use super::super::sink::Problem;
+use super::Builder;
+use super::entities::Entity;
+use manylight::film::{FilmDesc, Filter};
+use manylight::math::UVec2;
+use manylight::scene::PathLimits;
+
+pub(super) const FILMS: &[&str] = &["gbuffer", "rgb", "spectral"];
+
+pub(super) const FILTERS: &[&str] = &["box", "gaussian", "mitchell", "sinc", "triangle"];
+
+/// Integrators of PBRT v4; only their path length is used.
+pub(super) const INTEGRATORS: &[&str] = &[
+    "ambientocclusion",
+    "bdpt",
+    "function",
+    "lightpath",
+    "mlt",
+    "path",
+    "randomwalk",
+    "simplepath",
+    "simplevolpath",
+    "sppm",
+    "volpath",
+];
+
+/// Integrators of PBRT v3.
+const INTEGRATORS_V3: [&str; 6] = [
+    "ao",
+    "directlighting",
+    "igi",
+    "photonmap",
+    "whitted",
+    "exphotonmap",
+];
+
+/// Most pixels along an edge.
+const MAX_SIZE: i32 = 1 << 16;
+
+/// Parameters of films that have no effect on the image here.
+const FILM_PARAMETERS: &[&str] = &[
+    "filename",
+    "savefp16",
+    "diagonal",
+    "iso",
+    "scale",
+    "display",
+    "coordinatesystem",
+    "nbuckets",
+    "lambdamin",
+    "lambdamax",
+    "nwavelengths",
+    "premultiplyalpha",
+    "writefrequency",
+    "gamma",
+    "colorspace",
+    "fnumber",
+    "c",
+];
+
+impl Builder<'_> {
+    /// The film with its filter.
+    pub(super) fn film(&mut self, film: Option<&Entity>, filter: Option<&Entity>) -> FilmDesc {
+        let filter = match filter {
+            Some(entity) => self.filter(entity),
+            None if self.is_v3 => Filter::Box,
+            None => DEFAULT_FILTER,
+        };
+        let default = if self.is_v3 { [640, 480] } else { [1280, 720] };
+        let Some(entity) = film else {
+            let size = UVec2::from_array(default.map(|edge: i32| edge as u32));
+            return FilmDesc {
+                size,
+                crop_offset: UVec2::ZERO,
+                crop_size: size,
+                filter,
+            };
+        };
+        let params = &entity.params;
+        let plugin = params.plugin.value.as_str();
+        if plugin == "image" {
+            let message = "film `image` of PBRT v3 is read as `rgb`";
+            let problem = Problem::new("scene::old_name", params.plugin.span, message);
+            self.sink.warn_once("v3 film", problem);
+        } else if !FILMS.contains(&plugin) {
+            self.unknown_plugin(entity, FILMS.iter().copied());
+            params.ignore_all();
+        }
+        let edge = |name, default| {
+            let edge = params.integer(self.sink, name, default, 1);
+            if edge > MAX_SIZE
+                && let Some(param) = params.get(name)
+            {
+                params.refuse(self.sink, param, &format!("at most {MAX_SIZE}"));
+                return default as u32;
+            }
+            edge as u32
+        };
+        let size = UVec2::new(
+            edge("xresolution", default[0]),
+            edge("yresolution", default[1]),
+        );
+        let [low, high] = self.crop(entity, size);
+        params.ignore(FILM_PARAMETERS);
+        self.warn_sensor(entity);
+        self.finish(entity);
+        FilmDesc {
+            size,
+            crop_offset: low,
+            crop_size: high - low,
+            filter,
+        }
+    }
+
+    /// Corners of the crop window, from `pixelbounds` or `cropwindow`.
+    fn crop(&self, entity: &Entity, size: UVec2) -> [UVec2; 2] {
+        let params = &entity.params;
+        let whole = [UVec2::ZERO, size];
+        if let Some(window) = params.floats(self.sink, "cropwindow") {
+            params.ignore(&["pixelbounds"]);
+            if let [x0, x1, y0, y1] = *window {
+                let at = |t: f32, n: u32| (t.clamp(0.0, 1.0) * n as f32).ceil() as u32;
+                let low = UVec2::new(at(x0.min(x1), size.x), at(y0.min(y1), size.y));
+                let high = UVec2::new(at(x0.max(x1), size.x), at(y0.max(y1), size.y));
+                if low.cmplt(high).all() {
+                    return [low, high];
+                }
+            }
+            if let Some(param) = params.get("cropwindow") {
+                let required = "four numbers x0, x1, y0, y1 in [0, 1] around some pixels";
+                params.refuse(self.sink, param, required);
+            }
+            return whole;
+        }
+        let Some(bounds) = params.integers(self.sink, "pixelbounds") else {
+            return whole;
+        };
+        if let [x0, x1, y0, y1] = *bounds {
+            let at = |v: i32, n: u32| v.clamp(0, n as i32) as u32;
+            let low = UVec2::new(at(x0, size.x), at(y0, size.y));
+            let high = UVec2::new(at(x1, size.x), at(y1, size.y));
+            if low.cmplt(high).all() {
+                return [low, high];
+            }
+        }
+        if let Some(param) = params.get("pixelbounds") {
+            params.refuse(
+                self.sink,
+                param,
+                "four integers x0 < x1, y0 < y1 on the film",
+            );
+        }
+        whole
+    }
+
+    /// Warns about sensors that change the colors.
+    fn warn_sensor(&self, entity: &Entity) {
+        let params = &entity.params;
+        if let Some(sensor) = params.string(self.sink, "sensor")
+            && sensor.value != "cie1931"
+        {
+            let message = format!(
+                "the sensor `{}` is not supported; it is replaced by `cie1931`",
+                sensor.value
+            );
+            let problem = Problem::new("scene::unsupported", sensor.span, message);
+            self.sink.warn_once("sensor", problem);
+        }
+        for name in ["whitebalance", "maxcomponentvalue", "maxsampleluminance"] {
+            if let Some(param) = params.get(name)
+                && params.float(self.sink, name, 0.0) > 0.0
+            {
+                let message = format!("`{name}` of the film is not supported; it is ignored");
+                let problem = Problem::new("scene::unsupported", param.name.span, message);
+                self.sink.warn_once(name, problem);
+            }
+        }
+    }
+
+    /// The radius of a filter along x. Another one along y is reported.
+    fn filter_radius(&self, entity: &Entity, default: f32) -> f32 {
+        let params = &entity.params;
+        let radius = |name: &'static str, old: &'static str| {
+            let positive = |radius| radius > 0.0;
+            let name = if params.has(old) { old } else { name };
+            params.float_where(self.sink, name, default, positive, "positive")
+        };
+        let [x, y] = [radius("xradius", "xwidth"), radius("yradius", "ywidth")];
+        if x != y {
+            let message = "the filter has one radius along both axes here, that along x";
+            let problem = Problem::new("scene::unsupported", params.plugin.span, message);
+            self.sink.warn_once("filter radii", problem);
+        }
+        x
+    }
+
+    fn filter(&mut self, entity: &Entity) -> Filter {
+        let params = &entity.params;
+        let radius = |default| self.filter_radius(entity, default);
+        let filter = match params.plugin.value.as_str() {
+            "box" => match radius(0.5) {
+                0.5 => Filter::Box,
+                // A box of another width: the tent with the same variance.
+                half_width => Filter::Tent {
+                    radius: half_width * std::f32::consts::SQRT_2,
+                },
+            },
+            "triangle" => Filter::Tent {
+                radius: radius(2.0),
+            },
+            "gaussian" => {
+                radius(1.5);
+                let stddev = match params.maybe_float(self.sink, "alpha") {
+                    // PBRT v3: exp(-α x²).
+                    Some(alpha) if alpha > 0.0 => (0.5 / alpha).sqrt(),
+                    _ if self.is_v3 => 0.5,
+                    _ => {
+                        params.float_where(self.sink, "sigma", 0.5, |sigma| sigma > 0.0, "positive")
+                    }
+                };
+                Filter::Gaussian { stddev }
+            }
+            "mitchell" => {
+                radius(2.0);
+                Filter::Mitchell {
+                    b: params.float(self.sink, "B", 1.0 / 3.0),
+                    c: params.float(self.sink, "C", 1.0 / 3.0),
+                }
+            }
+            "sinc" => {
+                radius(4.0);
+                let lobes = params.float(self.sink, "tau", 3.0).round().max(1.0);
+                Filter::Lanczos { lobes }
+            }
+            _ => {
+                self.unknown_plugin(entity, FILTERS.iter().copied());
+                params.ignore_all();
+                DEFAULT_FILTER
+            }
+        };
+        self.finish(entity);
+        filter
+    }
+
+    /// The path limits of an integrator. PBRT counts scattering events, here segments are counted.
+    pub(super) fn limits(&mut self, integrator: Option<&Entity>) -> PathLimits {
+        /// PBRT's default number of scattering events.
+        const MAX_EVENTS: i32 = 5;
+        let mut limits = PathLimits {
+            max_depth: Some(MAX_EVENTS as u32 + 1),
+            ..PathLimits::default()
+        };
+        let Some(entity) = integrator else {
+            return limits;
+        };
+        let params = &entity.params;
+        let plugin = params.plugin.value.as_str();
+        if !INTEGRATORS.contains(&plugin) && !INTEGRATORS_V3.contains(&plugin) {
+            let message = format!("unknown integrator `{plugin}`; only its `maxdepth` is used");
+            let problem = Problem::new("scene::unsupported", params.plugin.span, message);
+            self.sink.warn_once(format!("integrator {plugin}"), problem);
+        }
+        let events = params.integer(self.sink, "maxdepth", MAX_EVENTS, 0);
+        limits.max_depth = Some(events as u32 + 1);
+        params.ignore_all();
+        limits
+    }
+}
+
+const DEFAULT_FILTER: Filter = Filter::Gaussian { stddev: 0.5 };

@@ -1,0 +1,365 @@
+//! Runs the statements of a scene file and its included files, and collects the declarations.
+
+use super::super::files::find_external_file;
+use super::super::sink::{FileSpan, Problem, Sink, Text};
+use super::colors::ColorSpace;
+use super::entities::{Entities, InstanceEntity, MaterialRef, Named, ShapeEntity, TextureEntity};
+use super::lexer::Lexer;
+use super::param_types::Param;
+use super::params::Params;
+use super::parser::{Arguments, Parser, Statement};
+use super::source::read_text;
+use super::state::{Block, CoordinateSystems, GraphicsState};
+use crate::resolve::similar;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+use std::sync::Arc;
+
+/// Most nested inclusions, as a bound for files that include themselves.
+const MAX_INCLUDES: usize = 40;
+/// Most nested blocks.
+const MAX_BLOCKS: usize = 10_000;
+
+/// The state of a run.
+pub(super) struct Interpreter<'a> {
+    sink: &'a Sink,
+    /// Folders of the scene file and of the current file, in which files are searched in this order.
+    folders: Rc<[PathBuf]>,
+    state: GraphicsState,
+    stack: Vec<(Block, FileSpan, GraphicsState)>,
+    systems: CoordinateSystems,
+    in_world: bool,
+    /// Files that are being read.
+    open_files: Vec<PathBuf>,
+    pub(super) entities: Entities,
+}
+
+impl<'a> Interpreter<'a> {
+    /// Runs the scene file `path` with content `text`.
+    pub(super) fn run(path: &Path, text: Arc<str>, sink: &'a Sink) -> Interpreter<'a> {
+        let folder = path.parent().map_or_else(PathBuf::new, Path::to_owned);
+        let mut interpreter = Interpreter {
+            sink,
+            folders: Rc::new([folder]),
+            state: GraphicsState::default(),
+            stack: Vec::new(),
+            systems: CoordinateSystems::new(),
+            in_world: false,
+            open_files: Vec::new(),
+            entities: Entities::default(),
+        };
+        let file = sink.add_file(path, Arc::clone(&text));
+        interpreter.entities.start = Some(FileSpan {
+            file,
+            start: 0,
+            end: 0,
+        });
+        interpreter.file(path, Lexer::new(text, file));
+        interpreter
+    }
+
+    /// Runs one file. Blocks must end in the file in which they begin.
+    fn file(&mut self, path: &Path, lexer: Lexer) {
+        self.open_files.push(path.to_owned());
+        let depth = self.stack.len();
+        let mut parser = Parser::new(lexer);
+        while let Some(statement) = parser.next(self.sink) {
+            self.statement(statement, depth);
+        }
+        while self.stack.len() > depth {
+            let Some((block, span, state)) = self.stack.pop() else {
+                break;
+            };
+            self.state = state;
+            let [begin, end] = block.names();
+            let message = format!("`{begin}` has no `{end}` before the end of the file");
+            self.sink
+                .error(Problem::new("scene::unbalanced", span, message).label("opened here"));
+        }
+        self.open_files.pop();
+    }
+
+    fn statement(&mut self, statement: Statement, depth: usize) {
+        let Statement {
+            directive,
+            arguments,
+        } = statement;
+        match arguments {
+            Arguments::None => self.plain(&directive, depth),
+            Arguments::Numbers(numbers) if directive.value != "TransformTimes" => {
+                self.state.transform(&directive, &numbers, self.sink)
+            }
+            // The times have no effect without motion.
+            Arguments::Numbers(_) => {}
+            Arguments::Word(which) => self.state.activate(&which, self.sink),
+            Arguments::Names(names) => self.named(&directive, names),
+            Arguments::Declaration(name, list) => self.declaration(&directive, name, list),
+            Arguments::Texture(names, list) => self.texture(names, list),
+            Arguments::Option(param) => self.option(&param),
+        }
+    }
+
+    fn plain(&mut self, directive: &Text, depth: usize) {
+        match directive.value.as_str() {
+            "WorldBegin" => self.begin_world(directive),
+            "WorldEnd" => {}
+            "Identity" => self.state.transform(directive, &[], self.sink),
+            "ReverseOrientation" => {
+                self.state.reverse_orientation = !self.state.reverse_orientation
+            }
+            "AttributeBegin" => self.open(Block::Attribute, directive),
+            "TransformBegin" => self.open(Block::Transform, directive),
+            "AttributeEnd" => self.close(Block::Attribute, directive, depth),
+            "TransformEnd" => self.close(Block::Transform, directive, depth),
+            _ => self.close(Block::Object, directive, depth),
+        }
+    }
+
+    fn begin_world(&mut self, directive: &Text) {
+        if self.in_world {
+            let message = "`WorldBegin` is given twice";
+            let problem = Problem::new("scene::syntax", directive.span, message);
+            self.sink.error(problem);
+        }
+        self.in_world = true;
+        self.state.begin_world();
+        self.systems
+            .insert("world".to_owned(), self.state.transforms);
+    }
+
+    fn open(&mut self, block: Block, directive: &Text) {
+        if self.stack.len() >= MAX_BLOCKS {
+            let message = format!("blocks are nested more than {MAX_BLOCKS} deep");
+            let problem = Problem::new("scene::nesting", directive.span, message);
+            self.sink.error(problem);
+            return;
+        }
+        self.stack.push((block, directive.span, self.state.clone()));
+    }
+
+    fn close(&mut self, block: Block, directive: &Text, depth: usize) {
+        let [begin, end] = block.names();
+        let opened = self.stack.last().filter(|_| self.stack.len() > depth);
+        let Some((found, span, _)) = opened else {
+            let message = format!("`{end}` without `{begin}` in this file");
+            let problem = Problem::new("scene::unbalanced", directive.span, message);
+            self.sink.error(problem);
+            return;
+        };
+        if *found != block {
+            let [begin, expected] = found.names();
+            let message = format!("found `{end}`, expected `{expected}`");
+            self.sink.error(
+                Problem::new("scene::unbalanced", directive.span, message)
+                    .second(*span, format!("`{begin}` is here")),
+            );
+            return;
+        }
+        let Some((_, _, state)) = self.stack.pop() else {
+            return;
+        };
+        match block {
+            // `TransformEnd` restores the transform alone.
+            Block::Transform => self.state.transforms = state.transforms,
+            Block::Attribute | Block::Object => self.state = state,
+        }
+    }
+
+    fn named(&mut self, directive: &Text, mut names: Vec<Text>) {
+        let name = names.swap_remove(0);
+        match directive.value.as_str() {
+            "Include" | "Import" => self.include(&name),
+            "NamedMaterial" => self.state.material = MaterialRef::Named(name),
+            "CoordinateSystem" => {
+                self.systems.insert(name.value, self.state.transforms);
+            }
+            "CoordSysTransform" => self.use_system(&name),
+            "ColorSpace" => {
+                if let Some(space) = ColorSpace::named(&name, self.sink) {
+                    self.state.color_space = space;
+                }
+            }
+            "ObjectBegin" => self.begin_object(directive, name),
+            "ObjectInstance" => self.instance(directive, name),
+            _ => self.ignore_medium(directive),
+        }
+    }
+
+    fn use_system(&mut self, name: &Text) {
+        if let Some(transforms) = self.systems.get(&name.value) {
+            self.state.transforms = *transforms;
+            return;
+        }
+        let known = self.systems.keys().map(String::as_str);
+        let help = similar(&name.value, known).map(|similar| format!("did you mean `{similar}`?"));
+        let message = format!("no coordinate system has the name `{}`", name.value);
+        let problem = Problem::new("scene::unresolved_reference", name.span, message);
+        self.sink.error(problem.maybe_help(help));
+    }
+
+    fn include(&mut self, name: &Text) {
+        let Some(path) = find_external_file(self.sink, &self.folders, name, "included file") else {
+            return;
+        };
+        let identity = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_owned());
+        let wanted = identity(&path);
+        let is_open = self.open_files.iter().any(|open| identity(open) == wanted);
+        if is_open || self.open_files.len() > MAX_INCLUDES {
+            let message = if is_open {
+                format!("the file `{}` includes itself", name.value)
+            } else {
+                format!("included files are nested more than {MAX_INCLUDES} deep")
+            };
+            let problem = Problem::new("scene::circular_reference", name.span, message);
+            self.sink.error(problem);
+            return;
+        }
+        let Some(text) = read_text(&path, name, self.sink) else {
+            return;
+        };
+        let file = self.sink.add_file(&path, Arc::clone(&text));
+        let folders = Rc::clone(&self.folders);
+        let main = folders[0].clone();
+        let own = path.parent().map(Path::to_owned).filter(|own| *own != main);
+        self.folders = std::iter::once(main).chain(own).collect();
+        self.file(&path, Lexer::new(text, file));
+        self.folders = folders;
+    }
+
+    fn begin_object(&mut self, directive: &Text, name: Text) {
+        if self.is_in_object() {
+            let message = "`ObjectBegin` inside of another object";
+            let problem = Problem::new("scene::nested_group", directive.span, message);
+            self.sink.error(problem);
+        }
+        self.open(Block::Object, directive);
+        let objects = &mut self.entities.objects;
+        self.entities
+            .object_ids
+            .insert(name.value.clone(), objects.len());
+        objects.push(Named {
+            name,
+            value: Vec::new(),
+        });
+    }
+
+    fn is_in_object(&self) -> bool {
+        self.stack.iter().any(|(block, ..)| *block == Block::Object)
+    }
+
+    fn instance(&mut self, directive: &Text, object: Text) {
+        if self.is_in_object() {
+            let message = "`ObjectInstance` inside of an object is not possible";
+            let problem = Problem::new("scene::nested_group", directive.span, message);
+            self.sink.error(problem);
+            return;
+        }
+        let transform = self.state.start(&object, self.sink);
+        self.entities
+            .instances
+            .push(InstanceEntity { object, transform });
+    }
+
+    /// Warns once about participating media.
+    fn ignore_medium(&self, at: &Text) {
+        let message = "participating media are not supported; they are ignored";
+        let problem = Problem::new("scene::unsupported", at.span, message);
+        self.sink.warn_once("participating media", problem);
+    }
+
+    fn option(&self, param: &Param) {
+        let message = format!(
+            "the option `{}` has no effect here and is ignored",
+            param.name.value
+        );
+        let problem = Problem::new("scene::unsupported", param.name.span, message);
+        self.sink
+            .warn_once(format!("option {}", param.name.value), problem);
+    }
+
+    fn texture(&mut self, names: [Text; 3], list: Vec<Param>) {
+        let [name, ty, class] = names;
+        let is_spectrum = match ty.value.as_str() {
+            "float" => false,
+            "spectrum" | "color" => true,
+            other => {
+                let message =
+                    format!("unknown type `{other}` of a texture, expected `float` or `spectrum`");
+                let problem = Problem::new("scene::bad_value", ty.span, message);
+                self.sink.error(problem);
+                return;
+            }
+        };
+        let inherited = Rc::clone(&self.state.inherited.texture);
+        let params = Params::new("texture", class, list, inherited);
+        let entity = self.state.entity(params, &self.folders, self.sink);
+        self.entities.textures.push(Named {
+            name,
+            value: TextureEntity {
+                is_spectrum,
+                entity,
+            },
+        });
+    }
+
+    fn declaration(&mut self, directive: &Text, name: Text, list: Vec<Param>) {
+        let inherited = &self.state.inherited;
+        let (family, inherited) = match directive.value.as_str() {
+            "Attribute" => return self.state.inherit(&name, list, self.sink),
+            "MakeNamedMedium" | "Volume" => return self.ignore_medium(directive),
+            "Camera" => ("camera", Rc::default()),
+            "Film" => ("film", Rc::default()),
+            "PixelFilter" => ("filter", Rc::default()),
+            "Integrator" | "SurfaceIntegrator" => ("integrator", Rc::default()),
+            "Sampler" => ("sampler", Rc::default()),
+            "Material" | "MakeNamedMaterial" => ("material", Rc::clone(&inherited.material)),
+            "LightSource" => ("light", Rc::clone(&inherited.light)),
+            "AreaLightSource" => ("area light", Rc::clone(&inherited.light)),
+            "Shape" => ("shape", Rc::clone(&inherited.shape)),
+            // Accelerators and the renderers of older versions have no effect.
+            _ => return,
+        };
+        let params = Params::new(family, name, list, inherited);
+        let entity = self.state.entity(params, &self.folders, self.sink);
+        let entities = &mut self.entities;
+        match directive.value.as_str() {
+            "Camera" => {
+                let camera = self.state.transforms.map(|transform| transform.inverse());
+                self.systems.insert("camera".to_owned(), camera);
+                entities.camera = Some(entity);
+            }
+            "Film" => entities.film = Some(entity),
+            "PixelFilter" => entities.filter = Some(entity),
+            "Integrator" | "SurfaceIntegrator" => entities.integrator = Some(entity),
+            "Sampler" => entities.sampler = Some(entity),
+            "LightSource" => entities.lights.push(entity),
+            "AreaLightSource" => self.state.area_light = Some(Rc::new(entity)),
+            "Material" => {
+                self.state.material = MaterialRef::Index(entities.materials.len());
+                entities.materials.push(entity);
+            }
+            "MakeNamedMaterial" => {
+                let name = entity.params.plugin.clone();
+                entities.named_materials.push(Named {
+                    name,
+                    value: entity,
+                });
+            }
+            _ => self.shape(entity),
+        }
+    }
+
+    fn shape(&mut self, entity: super::entities::Entity) {
+        let in_object = self.is_in_object();
+        let shape = ShapeEntity {
+            entity,
+            material: self.state.material.clone(),
+            area_light: self.state.area_light.clone(),
+            reverse_orientation: self.state.reverse_orientation,
+        };
+        match self.entities.objects.last_mut() {
+            Some(object) if in_object => object.value.push(shape),
+            _ => self.entities.shapes.push(shape),
+        }
+    }
+}

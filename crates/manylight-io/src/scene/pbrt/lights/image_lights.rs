@@ -1,0 +1,204 @@
+//! Point lights whose intensity is an image.
+
+use super::super::super::assets::Decode;
+use super::super::super::files::find_external_file;
+use super::super::Builder;
+use super::super::entities::Entity;
+use super::rotation;
+use crate::image::Transfer;
+use manylight::color::Rgb;
+use manylight::emitters::{Emitter, ProjectorTexture, SpotFalloff};
+use manylight::ids::{EmitterId, TextureId};
+use manylight::image::Image;
+use manylight::math::{Mat3, Vec3};
+use manylight::scene::SceneDesc;
+use manylight::texture::{Bitmap, Filtering, Texture, Wrap};
+use std::f32::consts::PI;
+
+impl Builder<'_> {
+    /// A point light with the mean of its intensity.
+    pub(super) fn goniometric(&mut self, entity: &Entity) {
+        let params = &entity.params;
+        self.warn_light(
+            entity,
+            "is replaced by a point light with its mean intensity",
+        );
+        let intensity = self.emission(entity, "I");
+        let power = params.maybe_float(self.sink, "power");
+        let position = self.world_from(entity).translation.into();
+        let emitter = self.add_emitter(Emitter::Point {
+            position,
+            intensity,
+        });
+        let file = if params.has("mapname") {
+            "mapname"
+        } else {
+            "filename"
+        };
+        let Some(name) = params.string(self.sink, file) else {
+            return;
+        };
+        let Some(path) = find_external_file(self.sink, &entity.folders, name, "intensity map")
+        else {
+            return;
+        };
+        let store = move |desc: &mut SceneDesc, image: Image| {
+            let mean = image.data.iter().sum::<f32>() / image.data.len().max(1) as f32;
+            let factor = match power {
+                Some(power) if power > 0.0 => power / (4.0 * PI),
+                _ => mean,
+            };
+            if let Emitter::Point { intensity, .. } = &mut desc.emitters[emitter.index()] {
+                *intensity *= factor;
+            }
+        };
+        let decode = Decode::Color(Transfer::Auto);
+        self.assets
+            .add_image_use(path, decode, name.span, Box::new(store));
+    }
+
+    /// A spot light that projects an image: the image lies within the cross-section of the cone and is surrounded by black.
+    pub(super) fn projection(&mut self, entity: &Entity) {
+        let params = &entity.params;
+        let intensity = self.emission(entity, "I");
+        let inside = |angle| angle > 0.0 && angle < 180.0;
+        let fov = params.float_where(self.sink, "fov", 90.0, inside, "in (0, 180)");
+        let power = params.maybe_float(self.sink, "power");
+        let file = if params.has("mapname") {
+            "mapname"
+        } else {
+            "filename"
+        };
+        let Some(name) = params.required_string(self.sink, file) else {
+            return;
+        };
+        let Some(path) = find_external_file(self.sink, &entity.folders, name, "projected image")
+        else {
+            return;
+        };
+        let world = self.world_from(entity);
+        let axes = rotation(&world);
+        self.desc.textures.push(Texture::Bitmap(Bitmap {
+            image: Image::default(),
+            filtering: Filtering::Nearest,
+            wrap: [Wrap::Clamp; 2],
+            uv_transform: Mat3::IDENTITY,
+        }));
+        let texture = TextureId::from(self.desc.textures.len() - 1);
+        let emitter = self.add_emitter(Emitter::Spot {
+            position: world.translation.into(),
+            direction: axes.z_axis,
+            intensity,
+            cutoff: PI / 4.0,
+            beam_width: PI / 4.0,
+            falloff: SpotFalloff::SmoothCosine,
+            projector: Some(ProjectorTexture {
+                texture,
+                axes: [axes.x_axis, axes.y_axis],
+            }),
+        });
+        let store = move |desc: &mut SceneDesc, image: Image| {
+            let slide = Slide::new(image, (0.5 * fov).to_radians().tan());
+            slide.store(desc, emitter, texture, power);
+        };
+        let decode = Decode::Color(Transfer::Auto);
+        self.assets
+            .add_image_use(path, decode, name.span, Box::new(store));
+    }
+}
+
+/// An image on the plane at distance 1 from a projector.
+struct Slide {
+    image: Image,
+    /// Half the width and half the height of the image on the plane.
+    half: [f32; 2],
+    half_diagonal: f32,
+}
+
+impl Slide {
+    /// The shorter edge spans `tan_half_fov` on each side.
+    fn new(image: Image, tan_half_fov: f32) -> Self {
+        let aspect = image.width as f32 / image.height as f32;
+        let half = [aspect.max(1.0), (1.0 / aspect).max(1.0)].map(|edge| edge * tan_half_fov);
+        Slide {
+            image,
+            half,
+            half_diagonal: half[0].hypot(half[1]),
+        }
+    }
+
+    /// Stores the image in `texture`, and cone and power of the spot that projects it.
+    fn store(
+        self,
+        desc: &mut SceneDesc,
+        emitter: EmitterId,
+        texture: TextureId,
+        power: Option<f32>,
+    ) {
+        if let Emitter::Spot {
+            intensity,
+            cutoff,
+            beam_width,
+            ..
+        } = &mut desc.emitters[emitter.index()]
+        {
+            *cutoff = self.half_diagonal.atan();
+            *beam_width = *cutoff;
+            if let Some(power) = power.filter(|power| *power > 0.0) {
+                *intensity *= power / self.luminous_power();
+            }
+        }
+        if let Texture::Bitmap(bitmap) = &mut desc.textures[texture.index()] {
+            bitmap.uv_transform = self.uv_transform();
+            bitmap.image = self.framed();
+        }
+    }
+
+    /// Luminous power of the intensity that the image gives.
+    fn luminous_power(&self) -> f32 {
+        let (width, height) = (self.image.width, self.image.height);
+        let position =
+            |i: usize, n: usize, half: f32| (2.0 * (i as f32 + 0.5) / n as f32 - 1.0) * half;
+        let mut sum = 0.0_f64;
+        for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
+            let p = Vec3::new(
+                position(x, width, self.half[0]),
+                position(y, height, self.half[1]),
+                1.0,
+            );
+            let solid_angle = p.length().powi(-3);
+            sum += f64::from(self.image.rgb(x, y).luminance() * solid_angle);
+        }
+        let area = 4.0 * self.half[0] * self.half[1];
+        (sum / (width * height) as f64) as f32 * area
+    }
+
+    /// The transform from the square around the cone to the image with its frame of one black pixel. The axes of the square grow to the
+    /// right and up, those of the image to the right and down.
+    fn uv_transform(&self) -> Mat3 {
+        let factor = |half: f32, n: usize| self.half_diagonal / half * n as f32 / (n + 2) as f32;
+        let [x, y] = [
+            factor(self.half[0], self.image.width),
+            factor(self.half[1], self.image.height),
+        ];
+        Mat3::from_cols(
+            Vec3::X * x,
+            -Vec3::Y * y,
+            Vec3::new(0.5 - 0.5 * x, 0.5 + 0.5 * y, 1.0),
+        )
+    }
+
+    /// The image with a frame of one black pixel, which clamping continues.
+    fn framed(self) -> Image {
+        let (width, height) = (self.image.width + 2, self.image.height + 2);
+        let mut framed = Image::new(width, height, 3);
+        for y in 1..height - 1 {
+            for x in 1..width - 1 {
+                let color: Rgb = self.image.rgb(x - 1, y - 1);
+                let start = (y * width + x) * 3;
+                framed.data[start..start + 3].copy_from_slice(&color.to_array());
+            }
+        }
+        framed
+    }
+}

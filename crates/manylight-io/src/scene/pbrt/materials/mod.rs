@@ -1,0 +1,360 @@
+//! Materials. Surfaces that do not transmit light scatter it on both sides, as in PBRT.
+
+mod conductors;
+mod roughness;
+mod v3;
+
+use super::super::assets::Decode;
+use super::super::files::find_external_file;
+use super::super::sink::{Problem, Text};
+use super::Builder;
+use super::colors::ColorUse;
+use super::entities::{Entity, MaterialRef};
+use super::param_types::{ParamType, Values};
+use crate::image::Transfer;
+use crate::resolve::similar;
+use manylight::bsdf::Material;
+use manylight::bsdf::material::{Bitangent, Distribution};
+use manylight::color::Rgb;
+use manylight::ids::{MaterialId, TextureId};
+use manylight::image::Image;
+use manylight::math::{Mat3, Vec3};
+use manylight::texture::{Bitmap, ColorInput, Filtering, FloatInput, Texture, Wrap};
+pub(super) use v3::is_v3_material;
+
+pub(super) const SUPPORTED: &[&str] = &[
+    "coatedconductor",
+    "coateddiffuse",
+    "conductor",
+    "dielectric",
+    "diffuse",
+    "diffusetransmission",
+    "interface",
+    "mix",
+    "thindielectric",
+];
+
+/// Plugins that are replaced, and by what.
+const SUBSTITUTES: [(&str, &str); 3] = [
+    ("hair", "it is replaced by diffuse of its color"),
+    ("measured", "it is replaced by gray diffuse"),
+    ("subsurface", "it is replaced by `coateddiffuse`"),
+];
+
+impl Builder<'_> {
+    pub(super) fn add_material(&mut self, material: Material) -> MaterialId {
+        self.desc.materials.push(material);
+        MaterialId::from(self.desc.materials.len() - 1)
+    }
+
+    /// A material that scatters on both sides.
+    fn both_sides(&mut self, material: Material) -> MaterialId {
+        let inner = self.add_material(material);
+        self.add_material(Material::TwoSided {
+            front: inner,
+            back: inner,
+        })
+    }
+
+    /// Diffuse on both sides.
+    pub(super) fn diffuse(&mut self, reflectance: ColorInput) -> MaterialId {
+        self.both_sides(Material::Diffuse { reflectance })
+    }
+
+    /// The id of a material, which is reserved if the material is defined later.
+    pub(super) fn resolve_material(&mut self, material: &MaterialRef) -> MaterialId {
+        match material {
+            MaterialRef::Default => self.diffuse_default(),
+            MaterialRef::Index(index) => self.materials[*index],
+            MaterialRef::Named(name) => self.named_material(name),
+        }
+    }
+
+    fn named_material(&mut self, name: &Text) -> MaterialId {
+        if let Some(material) = self.named_materials.get(&name.value) {
+            return *material;
+        }
+        // Old files name the absence of a material in this way.
+        if name.value.is_empty() || name.value == "none" {
+            return self.clear();
+        }
+        let mut known: Vec<&str> = self.named_materials.keys().map(String::as_str).collect();
+        known.sort_unstable();
+        let help = similar(&name.value, known).map(|similar| format!("did you mean `{similar}`?"));
+        let message = format!("no material has the name `{}`", name.value);
+        let problem = Problem::new("scene::unresolved_reference", name.span, message);
+        self.sink.error(problem.maybe_help(help));
+        self.diffuse_default()
+    }
+
+    /// The material of shapes without one.
+    fn diffuse_default(&mut self) -> MaterialId {
+        if let Some(material) = self.default_material {
+            return material;
+        }
+        let material = self.diffuse(ColorInput::Constant(Rgb::splat(0.5)));
+        self.default_material = Some(material);
+        material
+    }
+
+    /// No surface.
+    pub(super) fn clear(&mut self) -> MaterialId {
+        self.add_material(Material::Null)
+    }
+
+    /// Adds a material: the plugin `kind` with the parameters of `entity`.
+    pub(super) fn material(&mut self, entity: &Entity, kind: &Text) -> MaterialId {
+        let material = match kind.value.as_str() {
+            "diffuse" => {
+                let reflectance = self.reflectance(entity, "reflectance", 0.5);
+                self.diffuse(reflectance)
+            }
+            "conductor" => {
+                let material = self.conductor(entity, "");
+                self.both_sides(material)
+            }
+            "coateddiffuse" => {
+                let material = self.coated_diffuse(entity);
+                self.both_sides(material)
+            }
+            "coatedconductor" => self.coated_conductor(entity),
+            "dielectric" => {
+                let roughness = self.roughness(entity, "", 0.0);
+                let eta = self.eta(entity, "eta", 1.5);
+                self.add_material(Material::Dielectric {
+                    eta,
+                    specular_reflectance: WHITE,
+                    specular_transmittance: WHITE,
+                    roughness,
+                })
+            }
+            "thindielectric" => {
+                let eta = self.eta(entity, "eta", 1.5);
+                self.add_material(Material::ThinDielectric {
+                    eta,
+                    specular_reflectance: WHITE,
+                    specular_transmittance: WHITE,
+                })
+            }
+            "diffusetransmission" => self.diffuse_transmission(entity),
+            "mix" => self.mix(entity),
+            "interface" | "none" | "" => self.clear(),
+            _ => self.other_material(entity, kind),
+        };
+        let material = self.with_relief(entity, material);
+        self.finish(entity);
+        material
+    }
+
+    /// A reflectance or transmittance.
+    fn reflectance(&mut self, entity: &Entity, name: &'static str, default: f32) -> ColorInput {
+        self.color_input(entity, name, ColorUse::Reflectance)
+            .unwrap_or(ColorInput::Constant(Rgb::splat(default)))
+    }
+
+    /// An index of refraction. Spectra are replaced by their luminance.
+    fn eta(&mut self, entity: &Entity, name: &'static str, default: f32) -> f32 {
+        let params = &entity.params;
+        let Some(param) = params.get(name) else {
+            return default;
+        };
+        let eta = match param.ty {
+            ParamType::Texture => {
+                let message = format!(
+                    "a texture for `{name}` of {} is not supported; {default} is used",
+                    params.describe()
+                );
+                let problem = Problem::new("scene::unsupported", param.span, message);
+                self.sink.warn_once("textured eta", problem);
+                Some(default)
+            }
+            ParamType::Float => params.maybe_float(self.sink, name),
+            _ => self
+                .color(entity, name, ColorUse::Coefficient)
+                .map(|color| color.luminance()),
+        };
+        match eta {
+            Some(eta) if eta > 0.0 => eta,
+            Some(_) => {
+                params.refuse(self.sink, param, "positive");
+                default
+            }
+            None => default,
+        }
+    }
+
+    fn coated_diffuse(&mut self, entity: &Entity) -> Material {
+        self.ignore_layers(entity);
+        let diffuse_reflectance = self.reflectance(entity, "reflectance", 0.5);
+        let eta = self.eta(entity, "eta", 1.5);
+        let alpha = self.roughness(entity, "", 0.0);
+        let roughness = alpha.map(|alpha| (Distribution::Ggx, self.one_alpha(entity, &alpha)));
+        Material::Plastic {
+            eta,
+            diffuse_reflectance,
+            specular_reflectance: WHITE,
+            nonlinear: true,
+            roughness,
+        }
+    }
+
+    /// Parameters of the random walk between two layers. Their medium is left out.
+    fn ignore_layers(&self, entity: &Entity) {
+        let params = &entity.params;
+        params.ignore(&["thickness", "maxdepth", "nsamples", "g"]);
+        if let Some(param) = params.get("albedo") {
+            let message = format!(
+                "the medium between the layers of {} is ignored",
+                params.describe()
+            );
+            let problem = Problem::new("scene::unsupported", param.name.span, message);
+            self.sink.warn_once("medium between layers", problem);
+        }
+    }
+
+    fn diffuse_transmission(&mut self, entity: &Entity) -> MaterialId {
+        let reflectance = self.reflectance(entity, "reflectance", 0.25);
+        let transmittance = self.reflectance(entity, "transmittance", 0.25);
+        let scale = entity.params.float(self.sink, "scale", 1.0);
+        let reflectance = self.scaled(reflectance, scale);
+        let transmittance = self.scaled(transmittance, scale);
+        self.transmitting_diffuse(reflectance, transmittance)
+    }
+
+    /// Diffuse reflection and transmission: a blend, in which each part has half of the weight and thus twice its value.
+    fn transmitting_diffuse(
+        &mut self,
+        reflectance: ColorInput,
+        transmittance: ColorInput,
+    ) -> MaterialId {
+        let reflectance = self.scaled(reflectance, 2.0);
+        let first = self.diffuse(reflectance);
+        let transmittance = self.scaled(transmittance, 2.0);
+        let second = self.add_material(Material::DiffuseTransmitter { transmittance });
+        self.add_material(Material::Blend {
+            weight: FloatInput::Constant(0.5),
+            first,
+            second,
+        })
+    }
+
+    fn mix(&mut self, entity: &Entity) -> MaterialId {
+        let params = &entity.params;
+        let (names, amount_of_first) = if params.has("namedmaterial1") {
+            let name = |name| params.string(self.sink, name).cloned();
+            ([name("namedmaterial1"), name("namedmaterial2")], true)
+        } else {
+            let names = params.strings(self.sink, "materials").unwrap_or_default();
+            if names.len() != 2 {
+                match params.get("materials") {
+                    Some(param) => params.refuse(self.sink, param, "two names of materials"),
+                    None => params.missing(self.sink, "materials"),
+                }
+                return self.diffuse_default();
+            }
+            ([names.first().cloned(), names.last().cloned()], false)
+        };
+        let [first, second] = names.map(|name| match name {
+            Some(name) => self.named_material(&name),
+            None => self.diffuse_default(),
+        });
+        let weight = self.float_input(entity, "amount", 0.5);
+        let (first, second) = if amount_of_first {
+            (second, first)
+        } else {
+            (first, second)
+        };
+        self.add_material(Material::Blend {
+            weight,
+            first,
+            second,
+        })
+    }
+
+    /// Materials of PBRT v3, substitutes, and unknown ones, which are reported.
+    fn other_material(&mut self, entity: &Entity, kind: &Text) -> MaterialId {
+        if is_v3_material(&kind.value) {
+            return self.v3_material(entity, kind);
+        }
+        let params = &entity.params;
+        let Some((name, what)) = SUBSTITUTES.iter().find(|(name, _)| *name == kind.value) else {
+            let others = SUBSTITUTES.iter().map(|(name, _)| *name);
+            let known = SUPPORTED.iter().copied().chain(others).chain(v3::NAMES);
+            self.unknown_name("material", kind, known);
+            params.ignore_all();
+            return self.diffuse_default();
+        };
+        let message = format!("material `{name}` is not supported; {what}");
+        let problem = Problem::new("scene::unsupported", kind.span, message);
+        self.sink
+            .warn_once(format!("material {name}"), problem.label("not supported"));
+        let material = match *name {
+            "subsurface" => {
+                let material = self.coated_diffuse(entity);
+                self.both_sides(material)
+            }
+            "hair" => {
+                // The color of dark blond hair, as a substitute of absorption coefficients.
+                let brown = ColorInput::Constant(Rgb::new(0.3, 0.2, 0.12));
+                let color = self.color_input(entity, "color", ColorUse::Reflectance);
+                self.diffuse(color.unwrap_or(brown))
+            }
+            _ => self.diffuse_default(),
+        };
+        params.ignore_all();
+        material
+    }
+
+    /// The material with its normal map or bump map.
+    fn with_relief(&mut self, entity: &Entity, inner: MaterialId) -> MaterialId {
+        let mut material = inner;
+        let params = &entity.params;
+        if let Some(name) = params.string(self.sink, "normalmap")
+            && let Some(texture) = self.normal_map(entity, name)
+        {
+            material = self.add_material(Material::NormalMap {
+                texture,
+                scale: 1.0,
+                bitangent: Bitangent::RightHanded,
+                inner: material,
+            });
+        }
+        for name in ["displacement", "bumpmap"] {
+            let Some(param) = params.get(name) else {
+                continue;
+            };
+            if let (Values::Strings(_), Some(FloatInput::Texture(texture))) =
+                (&param.values, self.maybe_float_input(entity, name))
+            {
+                material = self.add_material(Material::BumpMap {
+                    texture,
+                    scale: 1.0,
+                    inner: material,
+                });
+            }
+        }
+        material
+    }
+
+    fn normal_map(&mut self, entity: &Entity, name: &Text) -> Option<TextureId> {
+        let path = find_external_file(self.sink, &entity.folders, name, "normal map")?;
+        self.desc.textures.push(Texture::Bitmap(Bitmap {
+            image: Image::default(),
+            filtering: Filtering::Bilinear,
+            wrap: [Wrap::Repeat; 2],
+            uv_transform: Mat3::from_cols(Vec3::X, -Vec3::Y, Vec3::new(0.0, 1.0, 1.0)),
+        }));
+        let texture = TextureId::from(self.desc.textures.len() - 1);
+        let store = move |desc: &mut manylight::scene::SceneDesc, image: Image| {
+            if let Texture::Bitmap(bitmap) = &mut desc.textures[texture.index()] {
+                bitmap.image = image;
+            }
+        };
+        let decode = Decode::Color(Transfer::Raw);
+        self.assets
+            .add_image_use(path, decode, name.span, Box::new(store));
+        Some(texture)
+    }
+}
+
+const WHITE: ColorInput = ColorInput::Constant(Rgb::WHITE);

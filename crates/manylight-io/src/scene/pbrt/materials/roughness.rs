@@ -1,0 +1,216 @@
+//! Roughness of microfacet surfaces.
+
+use super::super::super::sink::Problem;
+use super::super::Builder;
+use super::super::entities::Entity;
+use manylight::bsdf::Material;
+use manylight::bsdf::material::{Distribution, Roughness};
+use manylight::ids::TextureId;
+use manylight::image::Image;
+use manylight::math::{Mat3, Vec2};
+use manylight::scene::SceneDesc;
+use manylight::texture::{Bitmap, Filtering, FloatInput, Texture, Wrap};
+
+/// Alpha below which PBRT treats a surface as smooth.
+const SMOOTH: f32 = 1e-3;
+
+/// Width and height of the image of a texture that is not an image.
+const SAMPLED_SIZE: usize = 512;
+
+/// Alpha of a roughness in PBRT v4.
+fn alpha_v4(roughness: f32) -> f32 {
+    roughness.max(0.0).sqrt()
+}
+
+/// Alpha of a roughness in PBRT v3: a polynomial in the logarithm.
+fn alpha_v3(roughness: f32) -> f32 {
+    let x = roughness.max(1e-3).ln();
+    1.621_42 + x * (0.819_955 + x * (0.173_4 + x * (0.017_120_1 + x * 0.000_640_711)))
+}
+
+impl Builder<'_> {
+    /// The roughness from the parameters `roughness`, `uroughness` and `vroughness`, whose names start with `prefix`. `None`: smooth.
+    pub(super) fn roughness(
+        &mut self,
+        entity: &Entity,
+        prefix: &str,
+        default: f32,
+    ) -> Option<Roughness> {
+        let names = match prefix {
+            "interface." => [
+                "interface.roughness",
+                "interface.uroughness",
+                "interface.vroughness",
+            ],
+            "conductor." => [
+                "conductor.roughness",
+                "conductor.uroughness",
+                "conductor.vroughness",
+            ],
+            _ => ["roughness", "uroughness", "vroughness"],
+        };
+        let both = self.float_input(entity, names[0], default);
+        let u = self.maybe_float_input(entity, names[1]).unwrap_or(both);
+        let v = self.maybe_float_input(entity, names[2]).unwrap_or(both);
+        let remap = entity.params.boolean(self.sink, "remaproughness", true);
+        let smooth_in_v3 = self.is_v3
+            && [u, v]
+                .iter()
+                .all(|input| *input == FloatInput::Constant(0.0));
+        let alpha_u = self.alpha(entity, u, remap);
+        let alpha_v = if u == v {
+            alpha_u
+        } else {
+            self.alpha(entity, v, remap)
+        };
+        let is_smooth = |input| matches!(input, FloatInput::Constant(alpha) if alpha < SMOOTH);
+        if smooth_in_v3 || is_smooth(alpha_u) && is_smooth(alpha_v) {
+            return None;
+        }
+        let limited = |input| match input {
+            FloatInput::Constant(alpha) => FloatInput::Constant(alpha.max(SMOOTH)),
+            texture => texture,
+        };
+        Some(Roughness {
+            distribution: Distribution::Ggx,
+            alpha_u: limited(alpha_u),
+            alpha_v: limited(alpha_v),
+        })
+    }
+
+    /// Alpha of a roughness.
+    fn alpha(&mut self, entity: &Entity, input: FloatInput, remap: bool) -> FloatInput {
+        let map = if self.is_v3 { alpha_v3 } else { alpha_v4 };
+        match input {
+            _ if !remap => input,
+            FloatInput::Constant(value) => FloatInput::Constant(map(value)),
+            FloatInput::Texture(id) => {
+                if !matches!(self.desc.textures[id.index()], Texture::Bitmap(_)) {
+                    let params = &entity.params;
+                    let message = format!(
+                        "the roughness texture of {} is sampled at {SAMPLED_SIZE} x {SAMPLED_SIZE} points",
+                        params.describe()
+                    );
+                    let problem = Problem::new("scene::unsupported", params.plugin.span, message);
+                    self.sink.warn_once("sampled roughness", problem);
+                }
+                FloatInput::Texture(self.mapped(id, map))
+            }
+        }
+    }
+
+    /// A texture with the values of `source` under `map`.
+    fn mapped(&mut self, source: TextureId, map: fn(f32) -> f32) -> TextureId {
+        let key = (source, map(0.5).to_bits());
+        if let Some(texture) = self.mapped_textures.get(&key) {
+            return *texture;
+        }
+        self.desc.textures.push(Texture::Bitmap(Bitmap {
+            image: Image::default(),
+            filtering: Filtering::Bilinear,
+            wrap: [Wrap::Repeat; 2],
+            uv_transform: Mat3::IDENTITY,
+        }));
+        let texture = TextureId::from(self.desc.textures.len() - 1);
+        self.mapped_textures.insert(key, texture);
+        self.after_loading(move |desc: &mut SceneDesc| {
+            let mut bitmap = as_bitmap(desc, source);
+            bitmap.image = single_channel(&bitmap.image, map);
+            desc.textures[texture.index()] = Texture::Bitmap(bitmap);
+        });
+        texture
+    }
+
+    /// The constant alpha of a coat. Textures are replaced by their mean, and different values along u and v by their geometric mean.
+    pub(super) fn one_alpha(&mut self, entity: &Entity, roughness: &Roughness) -> f32 {
+        let params = &entity.params;
+        let warn = |what: &str| {
+            let message = format!(
+                "{what} roughness of {} is replaced by its mean",
+                params.describe()
+            );
+            let problem = Problem::new("scene::unsupported", params.plugin.span, message);
+            self.sink.warn_once(format!("{what} coat"), problem);
+        };
+        match (roughness.alpha_u, roughness.alpha_v) {
+            (FloatInput::Constant(u), FloatInput::Constant(v)) => {
+                if u != v {
+                    warn("the anisotropic");
+                }
+                (u * v).sqrt()
+            }
+            (FloatInput::Texture(id), _) | (_, FloatInput::Texture(id)) => {
+                warn("the textured");
+                self.set_alpha_of_next_material(id);
+                SMOOTH
+            }
+        }
+    }
+
+    /// Sets the alpha of the plastic that is added next to the mean of a texture, once that is loaded.
+    fn set_alpha_of_next_material(&mut self, texture: TextureId) {
+        let material = self.desc.materials.len();
+        self.after_loading(move |desc: &mut SceneDesc| {
+            let image = single_channel(&as_bitmap(desc, texture).image, |v| v);
+            let mean = image.data.iter().sum::<f32>() / image.data.len().max(1) as f32;
+            if let Some(Material::Plastic {
+                roughness: Some((_, alpha)),
+                ..
+            }) = desc.materials.get_mut(material)
+            {
+                *alpha = mean.max(SMOOTH);
+            }
+        });
+    }
+}
+
+/// A texture as an image: itself, or samples of the unit square.
+fn as_bitmap(desc: &SceneDesc, source: TextureId) -> Bitmap {
+    let texture = &desc.textures[source.index()];
+    if let Texture::Bitmap(bitmap) = texture {
+        return bitmap.clone();
+    }
+    let n = SAMPLED_SIZE;
+    let at = |i: usize| (i as f32 + 0.5) / n as f32;
+    let data = (0..n * n).map(|i| {
+        let uv = Vec2::new(at(i % n), at(i / n));
+        texture.eval_float(uv, &desc.textures)
+    });
+    Bitmap {
+        image: Image {
+            width: n,
+            height: n,
+            channels: 1,
+            data: data.collect(),
+        },
+        filtering: Filtering::Bilinear,
+        wrap: [Wrap::Repeat; 2],
+        uv_transform: Mat3::IDENTITY,
+    }
+}
+
+/// The luminance of an image under `map`.
+fn single_channel(image: &Image, map: impl Fn(f32) -> f32) -> Image {
+    let pixels = (0..image.height).flat_map(|y| (0..image.width).map(move |x| (x, y)));
+    Image {
+        width: image.width,
+        height: image.height,
+        channels: 1,
+        data: pixels
+            .map(|(x, y)| map(image.rgb(x, y).luminance()))
+            .collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_mappings_have_the_values_of_both_versions() {
+        assert_eq!(alpha_v4(0.25), 0.5);
+        // PBRT v3: ln 0.1 = -2.302585.
+        assert!((alpha_v3(0.1) - 0.461_7).abs() < 1e-3, "{}", alpha_v3(0.1));
+        assert!((alpha_v3(1.0) - 1.621_42).abs() < 1e-5);
+    }
+}

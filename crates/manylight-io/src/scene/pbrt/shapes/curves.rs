@@ -1,0 +1,222 @@
+//! Curves, as tubes. Curves that follow each other with one material become one mesh.
+
+use super::super::super::sink::Problem;
+use super::super::Builder;
+use super::super::entities::{MaterialRef, ShapeEntity};
+use super::meshes::append;
+use super::same_surface;
+use crate::mesh::orient_to_normals;
+use glam::DMat4;
+use manylight::geometry::{Mesh, Shape};
+use manylight::math::{Frame, Vec2, Vec3};
+use manylight::scene::PrimitiveDesc;
+use std::f32::consts::TAU;
+
+/// Sides of a tube.
+const SIDES: usize = 4;
+/// Pieces of a cubic segment.
+const PIECES: usize = 4;
+/// Most triangles of one mesh.
+const MAX_TRIANGLES: usize = 1 << 22;
+
+/// Curves that become one mesh.
+pub(super) struct PendingCurves {
+    /// In the frame of `transform`.
+    mesh: Mesh,
+    transform: DMat4,
+    material: MaterialRef,
+    primitive: PrimitiveDesc,
+}
+
+impl Builder<'_> {
+    /// Whether a curve cannot be appended to those that are collected.
+    pub(super) fn starts_new_curves(&self, shape: &ShapeEntity) -> bool {
+        let params = &shape.entity.params;
+        self.shapes.curves.as_ref().is_some_and(|pending| {
+            pending.transform != shape.entity.transform
+                || !same_surface(&pending.material, &shape.material)
+                || params.has("alpha")
+                || pending.mesh.triangles.len() > MAX_TRIANGLES
+        })
+    }
+
+    /// Collects a curve.
+    pub(super) fn curve(&mut self, shape: &ShapeEntity) {
+        if self.starts_new_curves(shape) {
+            self.flush_curves();
+        }
+        let mesh = self.curve_mesh(shape);
+        let world_from_object = self.world_of_shape(shape);
+        let (Some(mesh), Some(world_from_object)) = (mesh, world_from_object) else {
+            return;
+        };
+        if let Some(pending) = &mut self.shapes.curves {
+            append(&mut pending.mesh, mesh);
+            shape.entity.params.ignore(&["alpha"]);
+            self.finish(&shape.entity);
+            return;
+        }
+        let material = self.surface(shape);
+        self.finish(&shape.entity);
+        let placeholder = manylight::ids::ShapeId::from(0);
+        self.shapes.curves = Some(PendingCurves {
+            mesh,
+            transform: shape.entity.transform,
+            material: shape.material.clone(),
+            primitive: PrimitiveDesc {
+                name: String::new(),
+                shape: placeholder,
+                world_from_object,
+                flip_normals: false,
+                material,
+                emitter: None,
+            },
+        });
+    }
+
+    /// The primitive of the curves that have been collected.
+    pub(super) fn collected_curves(&mut self) -> Option<PrimitiveDesc> {
+        let mut pending = self.shapes.curves.take()?;
+        let mirrored = super::super::transforms::mirrors(pending.transform);
+        orient_to_normals(&mut pending.mesh, mirrored);
+        let shape = self.add_shape(Shape::Mesh(pending.mesh));
+        Some(PrimitiveDesc {
+            shape,
+            ..pending.primitive
+        })
+    }
+
+    /// The tube around one curve, in object space.
+    pub(super) fn curve_mesh(&self, shape: &ShapeEntity) -> Option<Mesh> {
+        let params = &shape.entity.params;
+        params.ignore(&["N", "splitdepth"]);
+        let kind = params.choice(
+            self.sink,
+            "type",
+            "flat",
+            &[
+                ("flat", "flat"),
+                ("ribbon", "ribbon"),
+                ("cylinder", "cylinder"),
+            ],
+        );
+        if kind != "cylinder" {
+            let message = format!("curves of type `{kind}` are replaced by tubes");
+            let problem = Problem::new("scene::unsupported", params.plugin.span, message);
+            self.sink.warn_once(format!("curve {kind}"), problem);
+        }
+        let bases = [("bezier", false), ("bspline", true)];
+        let is_spline = params.choice(self.sink, "basis", false, &bases);
+        let degree = params.integer(self.sink, "degree", 3, 2) as usize;
+        let width = params.float(self.sink, "width", 1.0);
+        let widths = ["width0", "width1"].map(|name| params.float(self.sink, name, width));
+        if !params.has("P") {
+            params.missing(self.sink, "P");
+        }
+        let points = params.vectors(self.sink, "P")?;
+        let step = if is_spline { 1 } else { degree };
+        let fits = points.len() > degree && (points.len() - 1 - degree).is_multiple_of(step);
+        if degree > 3 || !fits {
+            let required = format!("the control points of whole segments of degree {degree}");
+            params.refuse(self.sink, params.get("P")?, &required);
+            return None;
+        }
+        let segments = (points.len() - 1 - degree) / step + 1;
+        let samples: Vec<Vec3> = (0..=segments * PIECES)
+            .map(|i| {
+                let segment = (i / PIECES).min(segments - 1);
+                let t = (i - segment * PIECES) as f32 / PIECES as f32;
+                let control = &points[segment * step..=segment * step + degree];
+                if is_spline {
+                    spline(control, t)
+                } else {
+                    bezier(control, t)
+                }
+            })
+            .collect();
+        Some(tube(&samples, widths))
+    }
+}
+
+/// A point of a Bézier segment, by de Casteljau's algorithm.
+fn bezier(control: &[Vec3], t: f32) -> Vec3 {
+    let mut points = control.to_vec();
+    while points.len() > 1 {
+        points = points
+            .windows(2)
+            .map(|pair| pair[0].lerp(pair[1], t))
+            .collect();
+    }
+    points[0]
+}
+
+/// A point of a uniform B-spline segment of degree 2 or 3.
+fn spline(control: &[Vec3], t: f32) -> Vec3 {
+    let s = 1.0 - t;
+    match *control {
+        [a, b, c] => (a * (s * s) + b * (1.0 + 2.0 * t * s) + c * (t * t)) * 0.5,
+        [a, b, c, d] => {
+            let weights = [
+                s * s * s,
+                3.0 * t * t * t - 6.0 * t * t + 4.0,
+                -3.0 * t * t * t + 3.0 * t * t + 3.0 * t + 1.0,
+                t * t * t,
+            ];
+            (a * weights[0] + b * weights[1] + c * weights[2] + d * weights[3]) / 6.0
+        }
+        _ => control.first().copied().unwrap_or(Vec3::ZERO),
+    }
+}
+
+/// An open tube around a polyline, with a width that changes linearly along it.
+fn tube(points: &[Vec3], widths: [f32; 2]) -> Mesh {
+    let mut mesh = Mesh::default();
+    let last = points.len() - 1;
+    let mut side = Vec3::ZERO;
+    for (i, &p) in points.iter().enumerate() {
+        let tangent = points[(i + 1).min(last)] - points[i.saturating_sub(1)];
+        let tangent = tangent.normalize_or(Vec3::Z);
+        // The side that turns least from the one before.
+        side = (side - tangent * side.dot(tangent)).normalize_or(Frame::from_normal(tangent).s);
+        let other = tangent.cross(side);
+        let v = i as f32 / last as f32;
+        let radius = 0.5 * (widths[0] + (widths[1] - widths[0]) * v);
+        for k in 0..SIDES {
+            let (sin, cos) = (TAU * k as f32 / SIDES as f32).sin_cos();
+            let n = side * cos + other * sin;
+            mesh.positions.push(p + n * radius);
+            mesh.normals.push(n);
+            mesh.uvs.push(Vec2::new(v, k as f32 / SIDES as f32));
+        }
+    }
+    let at = |i: usize, k: usize| (i * SIDES + k % SIDES) as u32;
+    for i in 0..last {
+        for k in 0..SIDES {
+            let [a, b] = [at(i, k), at(i, k + 1)];
+            let [c, d] = [at(i + 1, k), at(i + 1, k + 1)];
+            mesh.triangles.extend([[a, b, d], [a, d, c]]);
+        }
+    }
+    mesh
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bezier_and_spline_segments_meet_their_points() {
+        let line: Vec<Vec3> = (0..4).map(|i| Vec3::X * i as f32).collect();
+        assert!(bezier(&line, 0.5).abs_diff_eq(Vec3::X * 1.5, 1e-6));
+        assert!(spline(&line, 0.25).abs_diff_eq(Vec3::X * 1.25, 1e-6));
+        assert!(spline(&line[..3], 0.5).abs_diff_eq(Vec3::X, 1e-6));
+    }
+
+    #[test]
+    fn a_tube_has_its_width() {
+        let mesh = tube(&[Vec3::ZERO, Vec3::Z, Vec3::Z * 2.0], [0.4, 0.2]);
+        let radius = |i: usize| mesh.positions[i].truncate().length();
+        assert!((radius(0) - 0.2).abs() < 1e-6 && (radius(SIDES * 2) - 0.1).abs() < 1e-6);
+        assert_eq!(mesh.triangles.len(), 2 * SIDES * 2);
+    }
+}

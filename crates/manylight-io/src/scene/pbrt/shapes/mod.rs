@@ -1,0 +1,283 @@
+//! Shapes.
+
+mod curves;
+mod meshes;
+mod quadrics;
+mod subdivision;
+mod tessellation;
+
+use super::super::sink::Problem;
+use super::Builder;
+use super::entities::{MaterialRef, ShapeEntity};
+use super::transforms::mirrors;
+use crate::mesh::{orient_to_normals, smooth_normals};
+use curves::PendingCurves;
+use manylight::geometry::{Mesh, Shape};
+use manylight::ids::{MaterialId, ShapeId};
+use manylight::math::{Affine3A, Vec3};
+use manylight::scene::{PrimitiveDesc, SceneDesc};
+use manylight::texture::FloatInput;
+
+pub(super) const SUPPORTED: &[&str] = &[
+    "bilinearmesh",
+    "cone",
+    "curve",
+    "cylinder",
+    "disk",
+    "heightfield",
+    "hyperboloid",
+    "loopsubdiv",
+    "paraboloid",
+    "plymesh",
+    "sphere",
+    "trianglemesh",
+];
+
+/// Distance of the back of a two-sided emitter from its front, relative to the magnitude of its coordinates. Much larger than the offset
+/// of ray origins (12 roundings of `f32`), and below what an image resolves.
+const BACK_DISTANCE: f32 = 2e-5;
+
+/// Shapes and curves that later shapes share.
+#[derive(Default)]
+pub(super) struct ShapeCache {
+    disk: Option<ShapeId>,
+    curves: Option<PendingCurves>,
+}
+
+/// The geometry of a shape with its transform.
+struct Geometry {
+    shape: ShapeId,
+    world_from_object: Affine3A,
+    /// Whether the normals of the core point to the other side than those of PBRT.
+    is_reversed: bool,
+}
+
+impl Builder<'_> {
+    /// Adds a shape to the world.
+    pub(super) fn shape(&mut self, shape: &ShapeEntity) {
+        if shape.entity.params.plugin.value == "curve" && shape.area_light.is_none() {
+            self.curve(shape);
+            return;
+        }
+        self.flush_curves();
+        let primitives = self.primitives(shape, false);
+        self.desc.primitives.extend(primitives);
+    }
+
+    /// Adds the curves that have been collected.
+    pub(super) fn flush_curves(&mut self) {
+        let primitive = self.collected_curves();
+        self.desc.primitives.extend(primitive);
+    }
+
+    /// The primitives of an object.
+    pub(super) fn group(&mut self, shapes: &[ShapeEntity]) -> Vec<PrimitiveDesc> {
+        let mut primitives = Vec::new();
+        for shape in shapes {
+            if shape.entity.params.plugin.value == "curve" {
+                if self.starts_new_curves(shape) {
+                    primitives.extend(self.collected_curves());
+                }
+                self.curve(shape);
+            } else {
+                primitives.extend(self.primitives(shape, true));
+            }
+        }
+        primitives.extend(self.collected_curves());
+        primitives
+    }
+
+    /// The primitives of a shape: none if it is ignored or invalid, two if both sides emit.
+    fn primitives(&mut self, shape: &ShapeEntity, in_group: bool) -> Vec<PrimitiveDesc> {
+        let geometry = self.geometry(shape);
+        let material = self.surface(shape);
+        self.finish(&shape.entity);
+        let Some(Geometry {
+            shape: id,
+            world_from_object,
+            is_reversed,
+        }) = geometry
+        else {
+            return Vec::new();
+        };
+        let mut light = None;
+        if in_group && shape.area_light.is_some() {
+            let message = "surfaces in objects do not emit light, as in PBRT";
+            let span = shape.entity.params.plugin.span;
+            let problem = Problem::new("scene::emitter_in_group", span, message);
+            self.sink.warn_once("emitter in object", problem);
+        } else {
+            light = self.area_light(shape, id, &world_from_object);
+        }
+        let front = PrimitiveDesc {
+            name: String::new(),
+            shape: id,
+            world_from_object,
+            flip_normals: shape.reverse_orientation != is_reversed,
+            material,
+            emitter: light.map(|light| light.emitter),
+        };
+        let back = light
+            .filter(|light| light.two_sided)
+            .and_then(|_| self.back(&front));
+        std::iter::once(front).chain(back).collect()
+    }
+
+    /// The material of a shape behind its opacity.
+    fn surface(&mut self, shape: &ShapeEntity) -> MaterialId {
+        let material = self.resolve_material(&shape.material);
+        let params = &shape.entity.params;
+        params.ignore(&["shadowalpha"]);
+        let Some(opacity) = self.maybe_float_input(&shape.entity, "alpha") else {
+            return material;
+        };
+        if opacity == FloatInput::Constant(0.0) && shape.area_light.is_some() {
+            let message = "an emitter with `alpha` 0 is invisible in PBRT; it is visible here";
+            let problem = Problem::new("scene::unsupported", params.plugin.span, message);
+            self.sink.warn_once("invisible emitter", problem);
+            return material;
+        }
+        let key = (material, format!("{opacity:?}"));
+        if let Some(masked) = self.masks.get(&key) {
+            return *masked;
+        }
+        let masked = self.masked(material, opacity);
+        self.masks.insert(key, masked);
+        masked
+    }
+
+    fn add_shape(&mut self, shape: Shape) -> ShapeId {
+        self.desc.shapes.push(shape);
+        ShapeId::from(self.desc.shapes.len() - 1)
+    }
+
+    /// Adds a mesh in object space.
+    fn add_mesh(&mut self, shape: &ShapeEntity, mut mesh: Mesh) -> Option<Geometry> {
+        let world_from_object = self.world_of_shape(shape)?;
+        orient_to_normals(&mut mesh, mirrors(shape.entity.transform));
+        Some(Geometry {
+            shape: self.add_shape(Shape::Mesh(mesh)),
+            world_from_object,
+            is_reversed: false,
+        })
+    }
+
+    fn world_of_shape(&self, shape: &ShapeEntity) -> Option<Affine3A> {
+        let entity = &shape.entity;
+        self.placement(entity.transform, entity.params.plugin.span)
+    }
+
+    /// The geometry of a shape. `None` if it is invalid or unknown, which is reported.
+    fn geometry(&mut self, shape: &ShapeEntity) -> Option<Geometry> {
+        let params = &shape.entity.params;
+        match params.plugin.value.as_str() {
+            "sphere" => self.sphere(shape),
+            "disk" => self.disk(shape),
+            "cylinder" => self.cylinder(shape),
+            "cone" | "paraboloid" | "hyperboloid" => self.old_quadric(shape),
+            "trianglemesh" => self.triangle_mesh(shape),
+            "bilinearmesh" => self.bilinear_mesh(shape),
+            "heightfield" | "heightfield2" => self.height_field(shape),
+            "plymesh" => self.ply_mesh(shape),
+            "loopsubdiv" => self.subdivision_surface(shape),
+            "curve" => {
+                let mesh = self.curve_mesh(shape)?;
+                self.add_mesh(shape, mesh)
+            }
+            "nurbs" => {
+                let message = "shape `nurbs` is not supported; it is ignored";
+                let problem = Problem::new("scene::unsupported", params.plugin.span, message);
+                self.sink.warn_once("shape nurbs", problem);
+                params.ignore_all();
+                None
+            }
+            _ => {
+                self.unknown_plugin(&shape.entity, SUPPORTED.iter().copied());
+                params.ignore_all();
+                None
+            }
+        }
+    }
+
+    /// The back of a two-sided emitter: the same surface with reversed normals, slightly behind the front. `None` for closed shapes.
+    fn back(&mut self, front: &PrimitiveDesc) -> Option<PrimitiveDesc> {
+        let world = front.world_from_object;
+        let magnitude = |shape_extent: f32| {
+            let m = world.matrix3;
+            let scale = m
+                .x_axis
+                .length()
+                .max(m.y_axis.length())
+                .max(m.z_axis.length());
+            world.translation.abs().max_element() + scale * shape_extent
+        };
+        let side = if front.flip_normals { -1.0 } else { 1.0 };
+        let mut back = PrimitiveDesc {
+            flip_normals: !front.flip_normals,
+            ..front.clone()
+        };
+        match self.desc.shapes[front.shape.index()] {
+            Shape::Sphere { .. } => return None,
+            Shape::Disk => {
+                let thickness = world.matrix3.z_axis.length();
+                let distance = BACK_DISTANCE * magnitude(1.0) / thickness;
+                let behind = Vec3::new(0.0, 0.0, -side * distance);
+                back.world_from_object = world * Affine3A::from_translation(behind);
+            }
+            Shape::Cylinder { p0, p1, radius } => {
+                let extent = p0.abs().max(p1.abs()).max_element() + radius;
+                let scale = world.matrix3.x_axis.length();
+                let distance = BACK_DISTANCE * magnitude(extent) / scale;
+                back.shape = self.add_shape(Shape::Cylinder {
+                    p0,
+                    p1,
+                    radius: (radius - side * distance).max(0.5 * radius),
+                });
+            }
+            Shape::Mesh(_) => {
+                let source = front.shape;
+                back.shape = self.add_shape(Shape::Mesh(Mesh::default()));
+                let target = back.shape;
+                self.after_loading(move |desc: &mut SceneDesc| {
+                    let mesh = &desc.shapes[source.index()];
+                    let moved = moved_along_normals(mesh, &world, side);
+                    desc.shapes[target.index()] = moved;
+                });
+            }
+        }
+        Some(back)
+    }
+}
+
+/// The mesh with every vertex moved against its normal, by [`BACK_DISTANCE`] of its coordinates in the world.
+fn moved_along_normals(shape: &Shape, world: &Affine3A, side: f32) -> Shape {
+    let Shape::Mesh(mesh) = shape else {
+        return shape.clone();
+    };
+    let mut moved = mesh.clone();
+    let mut directions = mesh.clone();
+    smooth_normals(&mut directions);
+    // The winding of a mirrored mesh has been reversed.
+    let side = if world.matrix3.determinant() < 0.0 {
+        -side
+    } else {
+        side
+    };
+    let scale = world.matrix3.determinant().abs().cbrt();
+    for (p, n) in moved.positions.iter_mut().zip(&directions.normals) {
+        let magnitude = world.transform_point3(*p).abs().max_element();
+        let extent = world.translation.abs().max_element().max(magnitude);
+        *p -= *n * (side * BACK_DISTANCE * extent / scale);
+    }
+    Shape::Mesh(moved)
+}
+
+/// Whether two shapes have the same material and transform.
+fn same_surface(a: &MaterialRef, b: &MaterialRef) -> bool {
+    match (a, b) {
+        (MaterialRef::Default, MaterialRef::Default) => true,
+        (MaterialRef::Index(a), MaterialRef::Index(b)) => a == b,
+        (MaterialRef::Named(a), MaterialRef::Named(b)) => a.value == b.value,
+        _ => false,
+    }
+}

@@ -1,0 +1,193 @@
+//! Spheres, disks, cylinders and the quadrics of PBRT v3. Whole ones are analytic where the core has the form, parts are tessellated.
+
+use super::super::Builder;
+use super::super::entities::{MaterialRef, ShapeEntity};
+use super::super::transforms::mirrors;
+use super::Geometry;
+use super::tessellation::grid;
+use manylight::geometry::{Mesh, Shape};
+use manylight::math::{Affine3A, Vec3};
+use std::f32::consts::TAU;
+
+/// Cells of a tessellated quadric around the axis and along it.
+const CELLS: [usize; 2] = [128, 64];
+
+impl Builder<'_> {
+    /// The angle `phimax` in radians.
+    fn phi_max(&self, shape: &ShapeEntity) -> f32 {
+        let inside = |angle| angle > 0.0 && angle <= 360.0;
+        let params = &shape.entity.params;
+        params
+            .float_where(self.sink, "phimax", 360.0, inside, "in (0, 360]")
+            .to_radians()
+    }
+
+    fn radius(&self, shape: &ShapeEntity) -> f32 {
+        let params = &shape.entity.params;
+        params.float_where(self.sink, "radius", 1.0, |radius| radius > 0.0, "positive")
+    }
+
+    pub(super) fn sphere(&mut self, shape: &ShapeEntity) -> Option<Geometry> {
+        let params = &shape.entity.params;
+        let radius = self.radius(shape);
+        let clamped = |z: f32| z.clamp(-radius, radius);
+        let a = clamped(params.float(self.sink, "zmin", -radius));
+        let b = clamped(params.float(self.sink, "zmax", radius));
+        let (low, high) = (a.min(b), a.max(b));
+        let phi_max = self.phi_max(shape);
+        if low == -radius && high == radius && phi_max == TAU {
+            let world = self.world_of_shape(shape)?;
+            let center = Vec3::ZERO;
+            // A reflection of z, so that v grows with z as in PBRT.
+            let upward = Affine3A::from_scale(Vec3::new(1.0, 1.0, -1.0));
+            return Some(Geometry {
+                shape: self.add_shape(Shape::Sphere { center, radius }),
+                world_from_object: world * upward,
+                // The normals of mirrored spheres point inwards.
+                is_reversed: !mirrors(shape.entity.transform),
+            });
+        }
+        let (theta_low, theta_high) = ((low / radius).acos(), (high / radius).acos());
+        let mesh = grid(cells(phi_max), |u, v| {
+            let theta = theta_low + v * (theta_high - theta_low);
+            let (sin_phi, cos_phi) = (u * phi_max).sin_cos();
+            let n = Vec3::new(theta.sin() * cos_phi, theta.sin() * sin_phi, theta.cos());
+            (n * radius, n)
+        });
+        self.add_mesh(shape, mesh)
+    }
+
+    pub(super) fn disk(&mut self, shape: &ShapeEntity) -> Option<Geometry> {
+        let params = &shape.entity.params;
+        let radius = self.radius(shape);
+        let height = params.float(self.sink, "height", 0.0);
+        let inner = params.float_where(
+            self.sink,
+            "innerradius",
+            0.0,
+            |inner| inner >= 0.0 && inner < radius,
+            "at least 0 and less than `radius`",
+        );
+        let phi_max = self.phi_max(shape);
+        let is_whole = inner == 0.0 && phi_max == TAU;
+        if is_whole && !self.is_textured(shape) {
+            let world = self.world_of_shape(shape)?;
+            let id = match self.shapes.disk {
+                Some(id) => id,
+                None => self.add_shape(Shape::Disk),
+            };
+            self.shapes.disk = Some(id);
+            let placed = Affine3A::from_translation(Vec3::new(0.0, 0.0, height))
+                * Affine3A::from_scale(Vec3::new(radius, radius, radius));
+            return Some(Geometry {
+                shape: id,
+                world_from_object: world * placed,
+                is_reversed: false,
+            });
+        }
+        let mesh = grid([cells(phi_max)[0], 8], |u, v| {
+            let r = radius + v * (inner - radius);
+            let (sin, cos) = (u * phi_max).sin_cos();
+            (Vec3::new(r * cos, r * sin, height), Vec3::Z)
+        });
+        self.add_mesh(shape, mesh)
+    }
+
+    /// Whether the shape has an opacity or a material of which parts may be textures.
+    fn is_textured(&self, shape: &ShapeEntity) -> bool {
+        !self.desc.textures.is_empty()
+            && shape.area_light.is_none()
+            && !matches!(shape.material, MaterialRef::Default)
+    }
+
+    pub(super) fn cylinder(&mut self, shape: &ShapeEntity) -> Option<Geometry> {
+        let params = &shape.entity.params;
+        let radius = self.radius(shape);
+        let a = params.float(self.sink, "zmin", -1.0);
+        let b = params.float(self.sink, "zmax", 1.0);
+        let (low, high) = (a.min(b), a.max(b));
+        if low == high {
+            params.refuse_pair(self.sink, "zmin", "zmax");
+            return None;
+        }
+        let phi_max = self.phi_max(shape);
+        if phi_max == TAU {
+            let world_from_object = self.world_of_shape(shape)?;
+            let shape = Shape::Cylinder {
+                p0: Vec3::Z * low,
+                p1: Vec3::Z * high,
+                radius,
+            };
+            return Some(Geometry {
+                shape: self.add_shape(shape),
+                world_from_object,
+                is_reversed: false,
+            });
+        }
+        let mesh = revolved(phi_max, |v| {
+            let z = low + v * (high - low);
+            ([radius, z], [1.0, 0.0])
+        });
+        self.add_mesh(shape, mesh)
+    }
+
+    /// Cones, paraboloids and hyperboloids.
+    pub(super) fn old_quadric(&mut self, shape: &ShapeEntity) -> Option<Geometry> {
+        let params = &shape.entity.params;
+        let phi_max = self.phi_max(shape);
+        let mesh = match params.plugin.value.as_str() {
+            "cone" => {
+                let radius = self.radius(shape);
+                let height = params.float_where(self.sink, "height", 1.0, |h| h > 0.0, "positive");
+                revolved(phi_max, |v| {
+                    ([radius * (1.0 - v), height * v], [height, radius])
+                })
+            }
+            "paraboloid" => {
+                let radius = self.radius(shape);
+                let a = params.float(self.sink, "zmin", 0.0);
+                let b = params.float(self.sink, "zmax", 1.0);
+                let (low, high) = (a.min(b).max(0.0), a.max(b));
+                if high <= low {
+                    params.refuse_pair(self.sink, "zmin", "zmax");
+                    return None;
+                }
+                revolved(phi_max, |v| {
+                    let z = low + v * (high - low);
+                    let r = radius * (z / high).sqrt();
+                    ([r, z], [2.0 * high * r, -radius * radius])
+                })
+            }
+            _ => {
+                let p1 = params.point3(self.sink, "p1", Vec3::ZERO);
+                let p2 = params.point3(self.sink, "p2", Vec3::ONE);
+                // A line segment that turns around z. The normal is that of the cross product of the two tangents.
+                grid(cells(phi_max), |u, v| {
+                    let p = p1.lerp(p2, v);
+                    let turn = manylight::math::Mat3::from_rotation_z(u * phi_max);
+                    let around = Vec3::new(-p.y, p.x, 0.0);
+                    (turn * p, turn * around.cross(p2 - p1))
+                })
+            }
+        };
+        self.add_mesh(shape, mesh)
+    }
+}
+
+/// Cells in proportion to the angle around the axis.
+fn cells(phi_max: f32) -> [usize; 2] {
+    let around = (CELLS[0] as f32 * phi_max / TAU).ceil() as usize;
+    [around.max(4), CELLS[1]]
+}
+
+/// The surface of a profile that turns around z. The profile gives [radius, z] and the direction of the normal in this plane.
+fn revolved(phi_max: f32, profile: impl Fn(f32) -> ([f32; 2], [f32; 2])) -> Mesh {
+    grid(cells(phi_max), |u, v| {
+        let ([r, z], [normal_r, normal_z]) = profile(v);
+        let (sin, cos) = (u * phi_max).sin_cos();
+        (
+            Vec3::new(r * cos, r * sin, z),
+            Vec3::new(normal_r * cos, normal_r * sin, normal_z),
+        )
+    })
+}

@@ -1,0 +1,342 @@
+//! Texture classes. Textures without a counterpart become constants, with one warning each.
+
+mod image_map;
+
+use super::super::sink::{Problem, Text};
+use super::Builder;
+use super::colors::ColorUse;
+use super::entities::{Entity, Named, TextureEntity};
+use super::param_types::{Param, ParamType, Values};
+use crate::resolve::similar;
+use manylight::color::Rgb;
+use manylight::ids::TextureId;
+use manylight::image::Image;
+use manylight::math::{Mat3, Vec3};
+use manylight::texture::{Bitmap, ColorInput, Filtering, FloatInput, Texture, Wrap};
+
+pub(super) const SUPPORTED: &[&str] = &[
+    "bilerp",
+    "checkerboard",
+    "constant",
+    "imagemap",
+    "mix",
+    "scale",
+];
+
+/// Classes that are replaced by the mean of their values: the mean weight of the second of their inputs, or of 1.
+const SUBSTITUTES: [(&str, f32); 7] = [
+    ("directionmix", 0.5),
+    ("dots", DOTS_COVERAGE),
+    ("fbm", 0.0),
+    ("marble", 0.5),
+    ("ptex", 0.5),
+    ("windy", 0.0),
+    ("wrinkled", 0.5),
+];
+
+/// Share of the plane inside of dots: half of the cells have a dot of radius 0.35.
+const DOTS_COVERAGE: f32 = 0.5 * 0.35 * 0.35 * std::f32::consts::PI;
+
+impl Builder<'_> {
+    /// Defines a texture.
+    pub(super) fn texture(&mut self, named: &Named<TextureEntity>) {
+        let TextureEntity {
+            is_spectrum,
+            entity,
+        } = &named.value;
+        let input = self.texture_input(entity, *is_spectrum);
+        self.finish(entity);
+        let name = named.name.value.clone();
+        if *is_spectrum {
+            self.spectrum_textures.insert(name, input);
+        } else {
+            self.float_textures.insert(name, gray(input));
+        }
+    }
+
+    fn add_texture(&mut self, texture: Texture) -> TextureId {
+        self.desc.textures.push(texture);
+        TextureId::from(self.desc.textures.len() - 1)
+    }
+
+    fn texture_input(&mut self, entity: &Entity, is_spectrum: bool) -> ColorInput {
+        let params = &entity.params;
+        let mut input = |name, default| self.nested_input(entity, is_spectrum, name, default);
+        match params.plugin.value.as_str() {
+            "constant" => input("value", 1.0),
+            "scale" => {
+                // The factor of PBRT v4; v3 multiplies `tex1` and `tex2`.
+                let (first, second) = if params.has("tex1") || params.has("tex2") {
+                    (input("tex1", 1.0), input("tex2", 1.0))
+                } else {
+                    let first = input("tex", 1.0);
+                    (first, self.float_as_color(entity, "scale", 1.0))
+                };
+                self.product(first, second)
+            }
+            "mix" => {
+                let (first, second) = (input("tex1", 0.0), input("tex2", 1.0));
+                let weight = self.float_input(entity, "amount", 0.5);
+                ColorInput::Texture(self.add_texture(Texture::Mix {
+                    first,
+                    second,
+                    weight,
+                }))
+            }
+            "checkerboard" => self.checkerboard(entity, is_spectrum),
+            "bilerp" => self.bilerp(entity, is_spectrum),
+            "imagemap" => self
+                .image_map(entity, is_spectrum)
+                .unwrap_or(ColorInput::Constant(Rgb::splat(0.5))),
+            _ => self.constant_texture(entity, is_spectrum),
+        }
+    }
+
+    /// The value of a texture's parameter: a number, a color or another texture.
+    fn nested_input(
+        &mut self,
+        entity: &Entity,
+        is_spectrum: bool,
+        name: &'static str,
+        default: f32,
+    ) -> ColorInput {
+        if is_spectrum {
+            self.color_input(entity, name, ColorUse::Reflectance)
+                .unwrap_or(ColorInput::Constant(Rgb::splat(default)))
+        } else {
+            self.float_as_color(entity, name, default)
+        }
+    }
+
+    fn float_as_color(&mut self, entity: &Entity, name: &'static str, default: f32) -> ColorInput {
+        match self.float_input(entity, name, default) {
+            FloatInput::Constant(value) => ColorInput::Constant(Rgb::splat(value)),
+            FloatInput::Texture(id) => ColorInput::Texture(id),
+        }
+    }
+
+    fn product(&mut self, input: ColorInput, factor: ColorInput) -> ColorInput {
+        match (input, factor) {
+            (ColorInput::Constant(a), ColorInput::Constant(b)) => ColorInput::Constant(a * b),
+            (other, ColorInput::Constant(Rgb::WHITE))
+            | (ColorInput::Constant(Rgb::WHITE), other) => other,
+            _ => ColorInput::Texture(self.add_texture(Texture::Product {
+                first: input,
+                second: factor,
+            })),
+        }
+    }
+
+    /// `input` times a constant.
+    pub(super) fn scaled(&mut self, input: ColorInput, factor: f32) -> ColorInput {
+        self.product(input, ColorInput::Constant(Rgb::splat(factor)))
+    }
+
+    fn checkerboard(&mut self, entity: &Entity, is_spectrum: bool) -> ColorInput {
+        let first = self.nested_input(entity, is_spectrum, "tex1", 1.0);
+        let second = self.nested_input(entity, is_spectrum, "tex2", 0.0);
+        if entity.params.integer(self.sink, "dimension", 2, 2) != 2 {
+            return self.replaced_by_mix(entity, first, second, 0.5);
+        }
+        // PBRT's cells have edges of 1, ours of 1/2.
+        let uv_transform = Mat3::from_diagonal(Vec3::new(0.5, 0.5, 1.0)) * self.mapping(entity);
+        // Evaluation as a number swaps the cells.
+        let (color0, color1) = if is_spectrum {
+            (first, second)
+        } else {
+            (second, first)
+        };
+        ColorInput::Texture(self.add_texture(Texture::Checkerboard {
+            color0,
+            color1,
+            uv_transform,
+        }))
+    }
+
+    /// Four values at the corners of the unit square, as an image of 2 x 2 texels.
+    fn bilerp(&mut self, entity: &Entity, is_spectrum: bool) -> ColorInput {
+        let corners = [("v00", 0.0), ("v10", 0.0), ("v01", 1.0), ("v11", 1.0)];
+        let mut data = Vec::new();
+        for (name, default) in corners {
+            match self.nested_input(entity, is_spectrum, name, default) {
+                ColorInput::Constant(color) => data.extend(color.to_array()),
+                ColorInput::Texture(_) => data.extend([default; 3]),
+            }
+        }
+        // The centers of the texels are the corners of the square.
+        let centers = Mat3::from_cols(Vec3::X * 0.5, Vec3::Y * 0.5, Vec3::new(0.25, 0.25, 1.0));
+        let bitmap = Bitmap {
+            image: Image {
+                width: 2,
+                height: 2,
+                channels: 3,
+                data,
+            },
+            filtering: Filtering::Bilinear,
+            wrap: [Wrap::Clamp; 2],
+            uv_transform: centers * self.mapping(entity),
+        };
+        ColorInput::Texture(self.add_texture(Texture::Bitmap(bitmap)))
+    }
+
+    /// The transform of the texture coordinates. Other mappings than `uv` are replaced by it.
+    fn mapping(&self, entity: &Entity) -> Mat3 {
+        let params = &entity.params;
+        let number = |name, default| params.float(self.sink, name, default);
+        let scale = [number("uscale", 1.0), number("vscale", 1.0)];
+        let delta = [number("udelta", 0.0), number("vdelta", 0.0)];
+        params.ignore(&["v1", "v2"]);
+        if let Some(mapping) = params.string(self.sink, "mapping")
+            && mapping.value != "uv"
+        {
+            let message = format!(
+                "the texture mapping `{}` is not supported; texture coordinates of the shape are used",
+                mapping.value
+            );
+            let problem = Problem::new("scene::unsupported", mapping.span, message);
+            self.sink
+                .warn_once(format!("mapping {}", mapping.value), problem);
+        }
+        Mat3::from_cols(
+            Vec3::X * scale[0],
+            Vec3::Y * scale[1],
+            Vec3::new(delta[0], delta[1], 1.0),
+        )
+    }
+
+    /// The substitute of a class that is not supported. Unknown classes are reported.
+    fn constant_texture(&mut self, entity: &Entity, is_spectrum: bool) -> ColorInput {
+        let class = &entity.params.plugin;
+        let substitute = SUBSTITUTES.iter().find(|(name, _)| *name == class.value);
+        let Some((name, mean)) = substitute else {
+            let known = SUBSTITUTES.iter().map(|(name, _)| *name);
+            self.unknown_plugin(entity, SUPPORTED.iter().copied().chain(known));
+            return ColorInput::Constant(Rgb::splat(0.5));
+        };
+        let names = match *name {
+            "directionmix" => ["tex1", "tex2"],
+            _ => ["outside", "inside"],
+        };
+        let first = self.nested_input(entity, is_spectrum, names[0], 0.0);
+        let second = self.nested_input(entity, is_spectrum, names[1], 1.0);
+        entity.params.ignore_all();
+        self.replaced_by_mix(entity, first, second, *mean)
+    }
+
+    /// A mixture with a constant weight of `second`, and one warning for the class.
+    fn replaced_by_mix(
+        &mut self,
+        entity: &Entity,
+        first: ColorInput,
+        second: ColorInput,
+        weight: f32,
+    ) -> ColorInput {
+        let params = &entity.params;
+        params.ignore_all();
+        let message = format!(
+            "{} is not supported; it is replaced by its mean",
+            params.describe()
+        );
+        let problem = Problem::new("scene::unsupported", params.plugin.span, message);
+        self.sink
+            .warn_once(params.describe(), problem.label("not supported"));
+        if let (ColorInput::Constant(a), ColorInput::Constant(b)) = (first, second) {
+            return ColorInput::Constant(a.lerp(b, weight));
+        }
+        let weight = FloatInput::Constant(weight);
+        ColorInput::Texture(self.add_texture(Texture::Mix {
+            first,
+            second,
+            weight,
+        }))
+    }
+
+    /// The texture that `param` names. `None` if there is none, which is reported.
+    fn referenced<T: Copy>(
+        &self,
+        param: &Param,
+        textures: &std::collections::HashMap<String, T>,
+        kind: &str,
+    ) -> Option<T> {
+        let Values::Strings(names) = &param.values else {
+            return None;
+        };
+        let [name] = names.as_slice() else {
+            let message = format!("`{}` must be the name of one texture", param.name.value);
+            self.sink
+                .error(Problem::new("scene::bad_value", param.span, message));
+            return None;
+        };
+        let found = textures.get(&name.value);
+        if found.is_none() {
+            self.unknown_texture(name, textures.keys().map(String::as_str), kind);
+        }
+        found.copied()
+    }
+
+    fn unknown_texture<'n>(&self, name: &Text, known: impl Iterator<Item = &'n str>, kind: &str) {
+        let other_kind = match kind {
+            "float" => self.spectrum_textures.contains_key(&name.value),
+            _ => self.float_textures.contains_key(&name.value),
+        };
+        let mut known: Vec<&str> = known.collect();
+        known.sort_unstable();
+        let help = if other_kind {
+            Some("the texture with this name has the other type".to_owned())
+        } else {
+            similar(&name.value, known).map(|similar| format!("did you mean `{similar}`?"))
+        };
+        let message = format!("no {kind} texture has the name `{}`", name.value);
+        let problem = Problem::new("scene::unresolved_reference", name.span, message);
+        self.sink.error(problem.maybe_help(help));
+    }
+
+    /// The parameter `name` as a color or texture, if it is given.
+    pub(super) fn color_input(
+        &mut self,
+        entity: &Entity,
+        name: &'static str,
+        color_use: ColorUse,
+    ) -> Option<ColorInput> {
+        let param = entity.params.get(name)?;
+        if param.ty == ParamType::Texture {
+            return self.referenced(param, &self.spectrum_textures, "spectrum");
+        }
+        self.color(entity, name, color_use)
+            .map(ColorInput::Constant)
+    }
+
+    /// The parameter `name` as a number or texture, if it is given.
+    pub(super) fn maybe_float_input(
+        &self,
+        entity: &Entity,
+        name: &'static str,
+    ) -> Option<FloatInput> {
+        let param = entity.params.get(name)?;
+        if param.ty == ParamType::Texture {
+            return self.referenced(param, &self.float_textures, "float");
+        }
+        entity
+            .params
+            .maybe_float(self.sink, name)
+            .map(FloatInput::Constant)
+    }
+
+    pub(super) fn float_input(
+        &self,
+        entity: &Entity,
+        name: &'static str,
+        default: f32,
+    ) -> FloatInput {
+        self.maybe_float_input(entity, name)
+            .unwrap_or(FloatInput::Constant(default))
+    }
+}
+
+/// A float texture's input as a number.
+fn gray(input: ColorInput) -> FloatInput {
+    match input {
+        ColorInput::Constant(color) => FloatInput::Constant(color.r),
+        ColorInput::Texture(id) => FloatInput::Texture(id),
+    }
+}

@@ -1,0 +1,54 @@
+//! PBRT scenes of other projects, in the folder that `MANYLIGHT_SCENES` names. Without it, the test is skipped.
+
+use manylight::geometry::Shape;
+use manylight_io::{LoadOptions, load_scene};
+use std::path::PathBuf;
+
+/// File, and the numbers of primitives, triangles and emitters.
+const COUNTS: [(&str, usize, usize, usize); 11] = [
+    ("pbrt-cornell-box/cornell-box.pbrt", 8, 32, 1),
+    ("pbrt-cornell-box/cornell-box-silver.pbrt", 8, 32, 1),
+    ("pbrt-cornell-box/cornell-box-specular.pbrt", 8, 22, 1),
+    (
+        "pbrt-cornell-box/cornell-box-specular-volume.pbrt",
+        8,
+        22,
+        1,
+    ),
+    ("pbrt-cornell-box/cornell-box-volume.pbrt", 8, 32, 1),
+    ("pbrt-killeroos/killeroo-simple.pbrt", 5, 66_532, 1),
+    ("pbrt-killeroos/killeroo-moving.pbrt", 5, 66_532, 1),
+    ("pbrt-living-room/living-room.pbrt", 65, 143_163, 1),
+    ("pbrt-staircase2/staircase2.pbrt", 32, 30_927, 13),
+    ("pbrt-veach-mis/veach-mis.pbrt", 10, 12, 5),
+    ("pbrt-veach-mis/veach-mis-colorized.pbrt", 10, 12, 5),
+];
+
+#[test]
+fn well_known_pbrt_scenes_load_completely() {
+    let Some(folder) = std::env::var_os("MANYLIGHT_SCENES").map(PathBuf::from) else {
+        println!("skipped: MANYLIGHT_SCENES is not set to a folder of scenes");
+        return;
+    };
+    let mut wrong = Vec::new();
+    for (name, primitives, triangles, emitters) in COUNTS {
+        let desc = load_scene(&folder.join(name), &LoadOptions::default())
+            .unwrap()
+            .desc;
+        let mesh_size = |primitive: &manylight::scene::PrimitiveDesc| match &desc.shapes
+            [primitive.shape.index()]
+        {
+            Shape::Mesh(mesh) => mesh.triangles.len(),
+            _ => 0,
+        };
+        let found = (
+            desc.primitives.len(),
+            desc.primitives.iter().map(mesh_size).sum(),
+            desc.emitters.len(),
+        );
+        if found != (primitives, triangles, emitters) {
+            wrong.push(format!("{name}: {found:?}"));
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
