@@ -54,7 +54,6 @@ pub(in crate::bsdf) struct PrincipledParameters {
 #[derive(Clone, Copy, Debug)]
 pub(in crate::bsdf) struct Principled {
     base_color: Rgb,
-    luminance: f32,
     facets: Microfacets,
     roughness: f32,
     metallic: f32,
@@ -97,7 +96,6 @@ impl Principled {
         let a2 = clearcoat_alpha * clearcoat_alpha;
         Principled {
             base_color: p.base_color,
-            luminance: p.base_color.luminance(),
             facets,
             roughness: p.roughness,
             metallic: p.metallic,
@@ -120,8 +118,9 @@ impl Principled {
 
     /// Base color over luminance.
     fn tint(&self) -> Rgb {
-        if self.luminance > 0.0 {
-            self.base_color / self.luminance
+        let luminance = self.base_color.luminance();
+        if luminance > 0.0 {
+            self.base_color / luminance
         } else {
             Rgb::WHITE
         }
