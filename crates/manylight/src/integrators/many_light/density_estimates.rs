@@ -2,10 +2,10 @@
 //!
 //! Each is divided by the fraction of its kernel that is surface, so that edges and thin tubes keep their light.
 
+use super::caustic_shares::{are_dense, is_shared_with_directions, photon_fraction};
 use super::compensation_photons::{CompensationPhoton, direction_fraction, direction_limit};
 use super::gather_points::GatherPoint;
 use super::prepared::PreparedPasses;
-use super::specular_chains::photon_fraction;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::gather::ShadingPoint;
@@ -18,12 +18,6 @@ use crate::math::Vec3;
 use crate::particles::Photon;
 use crate::sampling::rng;
 
-/// Photons in an estimate. Unmeasured: more of them blur, fewer of them show single photons.
-pub(super) const PHOTON_NEIGHBORS: usize = 48;
-/// Caustic photons in a kernel, before it shrinks from pass to pass, from which on they are dense enough for glossy lobes. Measured at
-/// 3 and 8, over 2 passes at 320x180: the variance of caustics in the Disco is 0.017 of relMSE for both, and 0.0016 and 0.0011 of
-/// means of 16x16 pixels; with directions for all glossy light 0.020 and 0.0011. With 24, photons hardly count.
-const DENSE_PHOTONS: f32 = 8.0;
 /// Largest radius of an estimate in pixel widths, before it shrinks from pass to pass. Unmeasured.
 const MAX_RADIUS_PIXELS: f32 = 72.0;
 /// Largest radius of an estimate as a fraction of the scene's diagonal, likewise. Unmeasured.
@@ -43,11 +37,6 @@ impl From<Rgb> for PhotonWeight {
             f_where_dense: None,
         }
     }
-}
-
-/// Whether directions may account for the light of a caustic photon, too: other surfaces have reflected it.
-fn is_shared_with_directions(photon: &Photon) -> bool {
-    photon.origin != Lobes::NONE
 }
 
 impl PreparedPasses<'_> {
@@ -194,9 +183,4 @@ impl PreparedPasses<'_> {
     pub(super) fn max_photon_radius(&self, distance: f32) -> f32 {
         MAX_RADIUS_PIXELS * self.pixel.width_at(distance)
     }
-}
-
-/// Whether `near` photons in a kernel are dense. The number falls as the kernel shrinks from pass to pass.
-fn are_dense(near: u32, bandwidth: Bandwidth) -> bool {
-    near as f32 >= DENSE_PHOTONS * bandwidth.share * bandwidth.share
 }

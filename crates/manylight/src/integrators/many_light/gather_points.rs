@@ -1,6 +1,6 @@
 //! Gather points, and what the camera paths of a tile and of a pixel share while they are traced.
 
-use super::density_estimates::PHOTON_NEIGHBORS;
+use super::caustic_shares::PHOTON_NEIGHBORS;
 use super::prepared::PreparedPasses;
 use super::radiance_cache::CACHE_NEIGHBORS;
 use crate::color::Rgb;

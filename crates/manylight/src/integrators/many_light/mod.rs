@@ -19,6 +19,7 @@ mod assign;
 mod axes;
 mod build;
 mod camera_paths;
+mod caustic_shares;
 mod compensation;
 mod compensation_photons;
 mod cut_tolerance;

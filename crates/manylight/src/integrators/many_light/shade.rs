@@ -9,7 +9,7 @@
 //! | virtual lights at all gather points of the tile | [`crate::gather`] |
 //! | photons at the gather points | `density_estimates.rs` |
 
-use super::density_estimates::PHOTON_NEIGHBORS;
+use super::caustic_shares::PHOTON_NEIGHBORS;
 use super::gather_points::{GatherPoint, TileGather};
 use super::prepared::PreparedPasses;
 use crate::bsdf::Lobes;
