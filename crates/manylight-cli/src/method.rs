@@ -272,7 +272,7 @@ mod tests {
             (Kernel::Point, Placement::Uniform)
         );
         let storage = TableStorage::Float;
-        let table = GlossyForm::Table { side: 32, storage };
+        let table = GlossyForm::Table { side: 48, storage };
         let method = lights("s.xml --table-storage float");
         assert_eq!(method.emission, EmissionKind::Rich(table));
         for (words, count) in [("", 5), ("--lobes 8", 8)] {

@@ -57,7 +57,7 @@ mod tests {
         assert!(text.starts_with("rich-vpl"));
         assert!(
             text.contains(
-                "--placement importance --flux partition --emission table --table-size 32"
+                "--placement importance --flux partition --emission table --table-size 48"
             )
         );
         assert!(!describe(crate::preset::find("path").unwrap()).contains("--"));
