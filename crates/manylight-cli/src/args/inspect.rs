@@ -98,7 +98,7 @@ pub(crate) struct ListArgs {
     #[arg(value_enum, value_name = "WHAT")]
     pub(crate) what: Listing,
 
-    /// Format of the scene files whose names are listed.
+    /// Scene format; names of this format are listed.
     #[arg(long, value_enum, value_name = "FORMAT", default_value_t = SceneFormat::Mitsuba)]
     pub(crate) format: SceneFormat,
 }

@@ -40,15 +40,7 @@ pub fn read_image(path: &Path, transfer: Transfer) -> Result<Image, FileError> {
 /// # Errors
 /// The file cannot be read, is damaged, or has an unsupported format.
 pub fn read_alpha(path: &Path) -> Result<Image, FileError> {
-    let bytes = read_bytes(path)?;
-    let found = match SourceFormat::of(&bytes) {
-        SourceFormat::Exr => exr_file::read_channels(&bytes).map(|image| alpha_of(&image)),
-        SourceFormat::Other => low_range::decode_alpha(&bytes, path),
-        SourceFormat::Pfm | SourceFormat::Jpeg => {
-            decode(&bytes, path, Transfer::Raw).map(|image| opaque(image.width, image.height))
-        }
-    };
-    found.map_err(|fault| fault.in_file(path))
+    decode_alpha(&read_bytes(path)?, path)
 }
 
 /// The channel `A`.
@@ -94,9 +86,16 @@ pub(crate) fn decode_image(
     decode(bytes, path, transfer).map_err(|fault| fault.in_file(path))
 }
 
-/// The opacity of the content of a PNG, JPEG, TGA or BMP file; 1 if it has none.
+/// Decodes the alpha channel of the content of an image file as [`read_alpha`] does. `path` is its name in messages.
 pub(crate) fn decode_alpha(bytes: &[u8], path: &Path) -> Result<Image, FileError> {
-    low_range::decode_alpha(bytes, path).map_err(|fault| fault.in_file(path))
+    let found = match SourceFormat::of(bytes) {
+        SourceFormat::Exr => exr_file::read_channels(bytes).map(|image| alpha_of(&image)),
+        SourceFormat::Other => low_range::decode_alpha(bytes, path),
+        SourceFormat::Pfm | SourceFormat::Jpeg => {
+            decode(bytes, path, Transfer::Raw).map(|image| opaque(image.width, image.height))
+        }
+    };
+    found.map_err(|fault| fault.in_file(path))
 }
 
 fn decode(bytes: &[u8], path: &Path, transfer: Transfer) -> Result<Image, Fault> {

@@ -4,7 +4,8 @@ use manylight::geometry::Shape;
 use manylight_io::{LoadOptions, check_scene, load_scene};
 use std::path::{Path, PathBuf};
 
-fn scenes() -> Option<PathBuf> {
+/// The folder of scenes; a note is printed if there is none.
+pub(crate) fn scenes() -> Option<PathBuf> {
     let folder = std::env::var_os("MANYLIGHT_SCENES").map(PathBuf::from);
     if folder.is_none() {
         println!("skipped: MANYLIGHT_SCENES is not set to a folder of scenes");
@@ -28,7 +29,7 @@ const COUNTS: [(&str, usize, usize, usize); 11] = [
 ];
 
 /// Numbers of primitives, triangles and emitters.
-fn counts(path: &Path) -> (usize, usize, usize) {
+pub(crate) fn counts(path: &Path) -> (usize, usize, usize) {
     let desc = load_scene(path, &LoadOptions::default()).unwrap().desc;
     let count =
         |primitive: &manylight::scene::PrimitiveDesc| match &desc.shapes[primitive.shape.index()] {

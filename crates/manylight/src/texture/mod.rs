@@ -85,7 +85,7 @@ impl Texture {
                 second,
                 weight,
             } => {
-                let w = weight.eval(at, textures).clamp(0.0, 1.0);
+                let w = mixing_weight(weight, at, textures);
                 first.eval(at, textures).lerp(second.eval(at, textures), w)
             }
         }
@@ -131,7 +131,7 @@ impl Texture {
                 second,
                 weight,
             } => {
-                let w = weight.eval(at, textures).clamp(0.0, 1.0);
+                let w = mixing_weight(weight, at, textures);
                 first.eval_float(at, textures) * (1.0 - w) + second.eval_float(at, textures) * w
             }
         }
@@ -156,7 +156,7 @@ impl Texture {
                 weight,
             } => {
                 let at = TexturePoint::from(uv);
-                let w = weight.eval(at, textures).clamp(0.0, 1.0);
+                let w = mixing_weight(weight, at, textures);
                 let slope = match weight {
                     FloatInput::Constant(_) => Vec2::ZERO,
                     FloatInput::Texture(id) => textures[id.index()].gradient(uv, textures),
@@ -255,6 +255,11 @@ impl Texture {
         };
         ids.into_iter().flatten()
     }
+}
+
+/// Weight of the second input of a mixture, in [0, 1].
+fn mixing_weight(weight: &FloatInput, at: TexturePoint, textures: &[Texture]) -> f32 {
+    weight.eval(at, textures).clamp(0.0, 1.0)
 }
 
 /// Whether `uv` lies in a cell of `color0`.

@@ -61,7 +61,7 @@ pub(super) fn sensor(json: &Json<'_>, name: &str, world_from_node: &DMat4) -> Op
     };
     Some(SensorDesc {
         name: name.to_owned(),
-        // The film covers [-1, 1] of the camera frame, whose unit is half the width.
+        // The film covers [-1, 1] of the camera frame. So a unit of this frame is `xmag`, half the width.
         world_from_camera: frame * Affine3A::from_scale(Vec3::splat(x as f32)),
         kind: SensorKind::Orthographic,
         principal_point_offset: Vec2::ZERO,

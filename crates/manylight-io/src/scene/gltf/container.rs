@@ -1,6 +1,6 @@
 //! The two containers of glTF: JSON text, and binary files (`.glb`) with a JSON chunk and a chunk of data.
 
-use crate::error::{Diagnostic, LoadErrorKind, Severity};
+use crate::error::{Diagnostic, LoadErrorKind};
 use crate::file_error::Fault;
 use std::path::Path;
 
@@ -105,14 +105,8 @@ fn chunk<'a>(rest: &mut &'a [u8], offset: usize) -> Result<(u32, &'a [u8]), Faul
 
 /// An error about a file as a whole.
 pub(super) fn whole_file(path: &Path, fault: Fault) -> Diagnostic {
-    Diagnostic {
-        severity: Severity::Error,
-        kind: LoadErrorKind::Scene,
-        code: "gltf::container",
-        message: format!("cannot use the glTF file {}", fault.in_file(path)),
-        location: None,
-        help: None,
-    }
+    let message = format!("cannot use the glTF file {}", fault.in_file(path));
+    super::super::whole_file("gltf::container", message, None, LoadErrorKind::Scene)
 }
 
 #[cfg(test)]

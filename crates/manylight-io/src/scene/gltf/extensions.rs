@@ -239,7 +239,7 @@ fn roughness(base: &Base) -> Option<Roughness> {
 
 const WHITE: ColorInput = ColorInput::Constant(Rgb::WHITE);
 
-/// A pane without refraction, whose base color tints the light that passes.
+/// A pane without refraction. Its base color tints transmitted light.
 fn thin(json: &Json<'_>, base: &Base, eta: f32, roughness: Option<Roughness>) -> Material {
     let Some(roughness) = roughness else {
         return Material::ThinDielectric {

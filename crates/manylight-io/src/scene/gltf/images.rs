@@ -1,5 +1,6 @@
 //! Images of textures. Their uses are collected first; then each image is decoded once, in parallel.
 
+use super::super::assets::pick;
 use super::buffers::Buffers;
 use super::document::Document;
 use super::json::Json;
@@ -197,13 +198,7 @@ impl Decoded<'_> {
 
 /// One channel of an image; the only one of a gray image.
 fn channel(image: &Image, index: usize) -> Image {
-    let index = if image.channels < 3 { 0 } else { index };
-    let pixels = image.data.chunks_exact(image.channels);
-    Image {
-        channels: 1,
-        data: pixels.map(|pixel| pixel[index]).collect(),
-        ..*image
-    }
+    pick(image, &[if image.channels < 3 { 0 } else { index }])
 }
 
 fn mapped(image: &Image, map: impl Fn(f32) -> f32) -> Image {

@@ -120,7 +120,7 @@ fn parse(bytes: &[u8]) -> Result<(Container<'_>, &str, serde_json::Value), Fault
     Ok((container, text, value))
 }
 
-/// Gives textures whose images could not be decoded one black pixel. The errors have been reported.
+/// Replaces images that could not be decoded by one black pixel. The errors have been reported.
 fn fill_missing(textures: &mut [Texture]) {
     for texture in textures {
         if let Texture::Bitmap(bitmap) = texture
@@ -131,7 +131,7 @@ fn fill_missing(textures: &mut [Texture]) {
     }
 }
 
-/// Replaces masks whose opacity is 1 everywhere by what they mask: opaque surfaces are faster.
+/// Replaces masks of opacity 1 everywhere by the masked material: opaque surfaces are faster.
 fn drop_full_masks(desc: &mut SceneDesc) {
     for i in 0..desc.materials.len() {
         let Material::Mask {

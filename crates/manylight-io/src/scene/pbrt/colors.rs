@@ -1,7 +1,7 @@
 //! Colors and spectra as linear Rec. 709 colors.
 //!
-//! PBRT v4 gives the emission of a light as a color, whose values are kept, or as a spectrum, which is scaled to the luminance 1; `scale`,
-//! `power` and `illuminance` then set the magnitude. PBRT v3 keeps the values of spectra.
+//! The emission of a light is a color or a spectrum. PBRT v4 keeps the values of colors and scales spectra to luminance 1; `scale`,
+//! `power` and `illuminance` then set the magnitude. PBRT v3 keeps the values of both.
 
 use super::super::files::find_external_file;
 use super::super::sink::{Problem, Sink, Text};

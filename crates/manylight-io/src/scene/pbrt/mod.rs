@@ -27,10 +27,10 @@ mod state;
 mod textures;
 mod transforms;
 
-use super::SupportedFamily;
 use super::assets::Assets;
 use super::sink::{FileSpan, Problem, Sink, Text};
-use crate::error::{Diagnostic, LoadErrorKind, Severity};
+use super::{SupportedFamily, whole_file};
+use crate::error::LoadErrorKind;
 use crate::resolve::similar;
 use colors::{ColorContext, ColorUse};
 use entities::{Entities, Entity};
@@ -98,14 +98,13 @@ pub(super) fn load(path: &Path, bytes: Vec<u8>, sink: &Sink) -> Option<SceneDesc
     let text = match source::text_of(path, bytes, sink) {
         Ok(text) => text?,
         Err(what) => {
-            sink.report(Diagnostic {
-                severity: Severity::Error,
-                kind: LoadErrorKind::Scene,
-                code: "scene::unreadable",
-                message: format!("cannot use the scene file {what}"),
-                location: None,
-                help: None,
-            });
+            let message = format!("cannot use the scene file {what}");
+            sink.report(whole_file(
+                "scene::unreadable",
+                message,
+                None,
+                LoadErrorKind::Scene,
+            ));
             return None;
         }
     };

@@ -17,8 +17,7 @@ fn files(folder: &Path, found: &mut Vec<PathBuf>) {
 
 #[test]
 fn all_files_load_and_build() {
-    let Some(folder) = std::env::var_os("MANYLIGHT_SCENES").map(PathBuf::from) else {
-        println!("skipped: MANYLIGHT_SCENES is not set to a folder of scenes");
+    let Some(folder) = crate::shared_scenes::scenes() else {
         return;
     };
     let mut found = Vec::new();

@@ -1,8 +1,6 @@
 //! PBRT scenes of other projects, in the folder that `MANYLIGHT_SCENES` names. Without it, the test is skipped.
 
-use manylight::geometry::Shape;
-use manylight_io::{LoadOptions, load_scene};
-use std::path::PathBuf;
+use crate::shared_scenes::{counts, scenes};
 
 /// File, and the numbers of primitives, triangles and emitters.
 const COUNTS: [(&str, usize, usize, usize); 11] = [
@@ -26,26 +24,10 @@ const COUNTS: [(&str, usize, usize, usize); 11] = [
 
 #[test]
 fn well_known_pbrt_scenes_load_completely() {
-    let Some(folder) = std::env::var_os("MANYLIGHT_SCENES").map(PathBuf::from) else {
-        println!("skipped: MANYLIGHT_SCENES is not set to a folder of scenes");
-        return;
-    };
+    let Some(folder) = scenes() else { return };
     let mut wrong = Vec::new();
     for (name, primitives, triangles, emitters) in COUNTS {
-        let desc = load_scene(&folder.join(name), &LoadOptions::default())
-            .unwrap()
-            .desc;
-        let mesh_size = |primitive: &manylight::scene::PrimitiveDesc| match &desc.shapes
-            [primitive.shape.index()]
-        {
-            Shape::Mesh(mesh) => mesh.triangles.len(),
-            _ => 0,
-        };
-        let found = (
-            desc.primitives.len(),
-            desc.primitives.iter().map(mesh_size).sum(),
-            desc.emitters.len(),
-        );
+        let found = counts(&folder.join(name));
         if found != (primitives, triangles, emitters) {
             wrong.push(format!("{name}: {found:?}"));
         }
