@@ -3,6 +3,7 @@
 use super::buffers::{Buffers, ViewData};
 use super::document::Document;
 use super::json::Json;
+use std::collections::HashMap;
 
 /// Reads accessors by index.
 pub(super) struct Accessors<'a, 'b> {
@@ -10,6 +11,29 @@ pub(super) struct Accessors<'a, 'b> {
     pub(super) buffers: &'b Buffers<'a>,
     /// Whether integers are allowed as vertex attributes: the extension KHR_mesh_quantization.
     pub(super) quantized: bool,
+    /// Data that replaces what the accessors refer to.
+    pub(super) decoded: Decoded,
+}
+
+/// Decompressed data of accessors by their indices, packed.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Decoded(HashMap<usize, DecodedData>);
+
+#[derive(Clone, Debug)]
+struct DecodedData {
+    bytes: Vec<u8>,
+    count: usize,
+}
+
+impl Decoded {
+    /// Sets the `count` elements of the accessor `index`.
+    #[cfg_attr(
+        not(feature = "draco"),
+        expect(dead_code, reason = "only decoders make data")
+    )]
+    pub(super) fn insert(&mut self, index: usize, bytes: Vec<u8>, count: usize) {
+        self.0.insert(index, DecodedData { bytes, count });
+    }
 }
 
 /// A component type, by its number in the file.
@@ -71,6 +95,22 @@ impl Component {
         }
     }
 
+    /// Appends `value`, rounded and limited to the range of the type.
+    #[cfg_attr(
+        not(feature = "draco"),
+        expect(dead_code, reason = "only decoders make data")
+    )]
+    pub(super) fn write(self, value: f64, bytes: &mut Vec<u8>) {
+        match self {
+            Component::I8 => bytes.push(value.round() as i8 as u8),
+            Component::U8 => bytes.push(value.round() as u8),
+            Component::I16 => bytes.extend((value.round() as i16).to_le_bytes()),
+            Component::U16 => bytes.extend((value.round() as u16).to_le_bytes()),
+            Component::U32 => bytes.extend((value.round() as u32).to_le_bytes()),
+            Component::F32 => bytes.extend((value as f32).to_le_bytes()),
+        }
+    }
+
     /// Factor of normalized integers.
     fn unit(self) -> f64 {
         match self {
@@ -125,6 +165,8 @@ pub(super) const INDEX: Allowed = Allowed {
 /// The layout of an accessor.
 struct Layout<'a> {
     json: Json<'a>,
+    /// Of the accessor.
+    index: usize,
     count: usize,
     component: Component,
     normalized: bool,
@@ -171,6 +213,32 @@ fn shape(kind: &str) -> Option<(usize, usize)> {
 }
 
 impl<'a> Accessors<'a, '_> {
+    /// These accessors with decompressed data.
+    pub(super) fn with_decoded(&self, decoded: Decoded) -> Self {
+        Accessors { decoded, ..*self }
+    }
+
+    /// Index and component type of the accessor to which `at` refers, into which data is decompressed.
+    #[cfg(feature = "draco")]
+    pub(super) fn target(&self, at: &Json<'a>) -> Option<(usize, Component)> {
+        let index = at.as_index("accessors", self.document.accessors.len())?;
+        let json = &self.document.accessors[index];
+        let code = json.required_unsigned("componentType")?;
+        let component = Component::new(code);
+        if component.is_none() {
+            let message = format!("found {code}, expected the number of a component type");
+            json.error_at("componentType", message);
+        }
+        Some((index, component?))
+    }
+
+    /// Whether the accessor to which `at` refers refers to a buffer view.
+    #[cfg(not(feature = "draco"))]
+    pub(super) fn has_view(&self, at: &Json<'a>) -> bool {
+        let index = at.as_index("accessors", self.document.accessors.len());
+        index.is_some_and(|index| self.document.accessors[index].has("bufferView"))
+    }
+
     /// The allowed components of positions, normals, tangents and texture coordinates.
     pub(super) fn attribute(&self) -> Allowed {
         if self.quantized { QUANTIZED } else { FLOAT }
@@ -270,6 +338,7 @@ impl<'a> Accessors<'a, '_> {
             component,
             normalized,
             offsets: offsets.collect(),
+            index,
             json,
         })
     }
@@ -277,15 +346,17 @@ impl<'a> Accessors<'a, '_> {
     /// All elements, converted by `read`.
     fn elements<T: Copy>(&self, layout: &Layout<'a>, read: impl Fn(&[u8]) -> T) -> Option<Vec<T>> {
         let json = &layout.json;
-        let mut elements = match json.get("bufferView") {
-            Some(view) => {
+        let decoded = self.decoded.0.get(&layout.index);
+        let mut elements = match (decoded, json.get("bufferView")) {
+            (Some(decoded), _) => decoded_elements(decoded, layout, &read)?,
+            (None, Some(view)) => {
                 let index = view.as_index("bufferViews", self.document.views.len())?;
                 let offset = json.unsigned("byteOffset").unwrap_or(0);
                 let data = self.buffers.view(index)?;
                 let parts = strided(json, data, offset, layout.count, layout.size())?;
                 parts.map(&read).collect()
             }
-            None => {
+            (None, None) => {
                 // Nothing in the file limits the count of an accessor without data but the data that belong to it.
                 if layout.count > self.buffers.total_bytes() {
                     json.error_at(
@@ -349,6 +420,25 @@ impl<'a> Accessors<'a, '_> {
         }
         Some(())
     }
+}
+
+/// All elements of decompressed data. Their number may differ from that of the accessor only by mistake.
+fn decoded_elements<T>(
+    decoded: &DecodedData,
+    layout: &Layout<'_>,
+    read: impl Fn(&[u8]) -> T,
+) -> Option<Vec<T>> {
+    let DecodedData { bytes, count } = decoded;
+    let size = layout.component.bytes() * layout.offsets.len();
+    if *count != layout.count || bytes.len() != size * count {
+        layout.json.error(format!(
+            "found {} elements of {size} bytes, but the compressed data has {count} in {} bytes",
+            layout.count,
+            bytes.len()
+        ));
+        return None;
+    }
+    Some(bytes.chunks_exact(size).map(read).collect())
 }
 
 /// The message about a component type that is not allowed.

@@ -13,12 +13,19 @@ pub(super) struct Buffers<'a> {
     views: Vec<Option<View>>,
 }
 
-/// A part of a buffer.
+/// The content of a buffer view.
 #[derive(Clone, Debug)]
 struct View {
-    buffer: usize,
-    range: Range<usize>,
+    content: Content,
     stride: Option<usize>,
+}
+
+#[derive(Clone, Debug)]
+enum Content {
+    /// A part of a buffer.
+    Part { buffer: usize, range: Range<usize> },
+    /// What a compressed view was decoded to.
+    Decoded(Vec<u8>),
 }
 
 /// The bytes of a buffer view.
@@ -49,11 +56,19 @@ impl<'a> Buffers<'a> {
     /// The data of the view of this index; `None` if it is invalid, which has been reported.
     pub(super) fn view(&self, index: usize) -> Option<ViewData<'_>> {
         let view = self.views.get(index)?.as_ref()?;
-        let bytes = self.buffers[view.buffer].as_deref()?;
         Some(ViewData {
-            bytes: &bytes[view.range.clone()],
+            bytes: self.bytes(view)?,
             stride: view.stride,
         })
+    }
+
+    fn bytes<'b>(&'b self, view: &'b View) -> Option<&'b [u8]> {
+        match &view.content {
+            Content::Part { buffer, range } => {
+                Some(&self.buffers[*buffer].as_deref()?[range.clone()])
+            }
+            Content::Decoded(bytes) => Some(bytes),
+        }
     }
 
     /// Size of all data in bytes.
@@ -63,10 +78,24 @@ impl<'a> Buffers<'a> {
     }
 
     fn read_view(&self, json: &Json<'a>) -> Option<View> {
-        if compression::refuse_meshopt(json) {
-            return None;
+        let Some(extension) = compression::of_view(json) else {
+            return self.read_range(json);
+        };
+        if !compression::READS_MESHOPT && !self.refers_to_placeholder(json) {
+            return self.read_range(json);
         }
-        self.read_range(json)
+        let compressed = self.read_range(&extension)?;
+        let decoded = compression::decode_view(&extension, self.bytes(&compressed)?)?;
+        Some(View {
+            content: Content::Decoded(decoded),
+            stride: stride(json).ok()?,
+        })
+    }
+
+    /// Whether the buffer of a view has no content.
+    fn refers_to_placeholder(&self, view: &Json<'a>) -> bool {
+        let buffer = view.index("buffer", "buffers", self.buffers.len());
+        buffer.is_some_and(|buffer| self.buffers[buffer].is_none())
     }
 
     /// The range of a buffer that `json` describes.
@@ -88,20 +117,27 @@ impl<'a> Buffers<'a> {
             ));
             return None;
         };
-        let stride = json.unsigned("byteStride");
-        if let Some(stride) = stride.filter(|stride| !(1..=252).contains(stride)) {
-            json.error_at(
-                "byteStride",
-                format!("found {stride}, expected a number from 4 to 252"),
-            );
-            return None;
-        }
         Some(View {
-            buffer,
-            range: offset as usize..end as usize,
-            stride: stride.map(|stride| stride as usize),
+            content: Content::Part {
+                buffer,
+                range: offset as usize..end as usize,
+            },
+            stride: stride(json).ok()?,
         })
     }
+}
+
+/// The distance between elements that a view gives, in bytes. `Err` if it is not allowed, which is reported.
+fn stride(json: &Json<'_>) -> Result<Option<usize>, ()> {
+    let stride = json.unsigned("byteStride");
+    if let Some(stride) = stride.filter(|stride| !(1..=256).contains(stride)) {
+        json.error_at(
+            "byteStride",
+            format!("found {stride}, expected a number from 4 to 252"),
+        );
+        return Err(());
+    }
+    Ok(stride.map(|stride| stride as usize))
 }
 
 /// The content of one buffer. `data` is the data chunk, if the buffer may refer to it.

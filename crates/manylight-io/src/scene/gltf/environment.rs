@@ -9,6 +9,7 @@ use manylight::emitters::{Emitter, Environment};
 use manylight::image::Image;
 use manylight::math::{Mat3, Vec3};
 use manylight::scene::SceneDesc;
+use manylight::texture::ColorInput;
 
 /// Adds the environment of the options. A scene without any emitter gets a white one.
 pub(super) fn add(desc: &mut SceneDesc, root: &Json<'_>, options: &GltfOptions) {
@@ -34,14 +35,39 @@ pub(super) fn add(desc: &mut SceneDesc, root: &Json<'_>, options: &GltfOptions) 
         },
         None => {}
     }
-    if desc.emitters.is_empty() {
+    if options.environment.is_none() {
+        add_default(desc, root);
+    }
+}
+
+/// Light for files without lights. Screens and labels emit by textures and are not meant to light a scene; surfaces with an emission of one
+/// color may be.
+fn add_default(desc: &mut SceneDesc, root: &Json<'_>) {
+    let emits_by_texture = |emitter: &Emitter| {
+        matches!(
+            emitter,
+            Emitter::Area {
+                radiance: ColorInput::Texture(_)
+            }
+        )
+    };
+    if desc.emitters.iter().all(emits_by_texture) {
         root.warn_once(
             "no emitter",
-            "the scene has neither lights nor emitting surfaces; a white environment of radiance 1 lights it (choose another by `--environment FILE`)",
+            "the scene has neither lights nor surfaces that emit one color; a white environment of radiance 1 lights it (choose another by `--environment FILE`)",
         );
         desc.emitters.push(Emitter::Constant {
             radiance: Rgb::WHITE,
         });
+    } else if desc
+        .emitters
+        .iter()
+        .all(|emitter| matches!(emitter, Emitter::Area { .. }))
+    {
+        root.warn_once(
+            "no lights",
+            "emitting surfaces alone light the scene; `--environment white` or `--environment FILE` adds light from around",
+        );
     }
 }
 

@@ -40,7 +40,7 @@ pub use options::{EnvironmentSource, GltfOptions, LightUnits};
 
 use super::sink::Sink;
 use crate::file_error::Fault;
-use accessors::Accessors;
+use accessors::{Accessors, Decoded};
 use buffers::Buffers;
 use container::{Container, whole_file};
 use document::Document;
@@ -78,6 +78,7 @@ pub(super) fn load(
         document: &document,
         buffers: &buffers,
         quantized: document.uses("KHR_mesh_quantization"),
+        decoded: Decoded::default(),
     };
     let mut builder = Builder {
         document: &document,

@@ -46,9 +46,8 @@ impl Geometry {
             );
             return None;
         }
-        if compression::refuse_draco(json) {
-            return None;
-        }
+        let decoded = compression::of_primitive(json, accessors).ok()?;
+        let accessors = decoded.as_ref().unwrap_or(accessors);
         let Some(attributes) = json.member("attributes") else {
             if !json.has("attributes") {
                 json.error("the object `attributes` is missing");

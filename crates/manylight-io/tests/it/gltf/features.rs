@@ -152,7 +152,7 @@ fn scenes_without_light_are_white() {
     let folder = Folder::new(&without_light());
     let found = folder.problems();
     assert!(
-        matches!(found.as_slice(), [only] if only.contains("neither lights nor emitting surfaces")),
+        matches!(found.as_slice(), [only] if only.contains("neither lights nor surfaces that emit one color")),
         "{found:?}"
     );
     let desc = load_scene(&folder.file, &LoadOptions::default())
@@ -164,6 +164,40 @@ fn scenes_without_light_are_white() {
             radiance: Rgb::WHITE
         }]
     ));
+}
+
+#[test]
+fn surfaces_that_emit_by_textures_do_not_count_as_lights() {
+    let emissive = |texture: bool| {
+        let mut document = without_light();
+        set(
+            &mut document,
+            "/materials/0/emissiveFactor",
+            json!([1, 1, 1]),
+        );
+        if texture {
+            let image = json!([{ "uri": super::materials::png(&[[255, 255, 255, 255]], 1) }]);
+            set(
+                &mut document,
+                "/materials/0/emissiveTexture",
+                json!({ "index": 0 }),
+            );
+            set(&mut document, "/textures", json!([{ "source": 0 }]));
+            set(&mut document, "/images", image);
+        }
+        Folder::new(&document)
+    };
+    let has_environment = |folder: &Folder| {
+        let loaded = load_scene(&folder.file, &LoadOptions::default()).unwrap();
+        let emitters = &loaded.desc.emitters;
+        emitters
+            .iter()
+            .any(|e| matches!(e, Emitter::Constant { .. }))
+    };
+    let lamp = emissive(false);
+    assert!(!has_environment(&lamp));
+    assert!(lamp.problems()[0].contains("emitting surfaces alone light the scene"));
+    assert!(has_environment(&emissive(true)));
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Loading of glTF files. The files are written by the tests: a document that is changed at some places.
 
+mod compression;
 mod errors;
 mod extensions;
 mod features;
