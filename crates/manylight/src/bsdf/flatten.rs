@@ -238,7 +238,8 @@ impl<'s> Flattening<'_, 's> {
     /// The normal of the surface displaced by a height texture, in the shading frame.
     fn bumped_normal(&self, texture: TextureId, scale: f32) -> Vec3 {
         let x = self.at.x;
-        let gradient = self.at.textures[texture.index()].gradient(x.uv, self.at.textures) * scale;
+        let textures = self.at.textures;
+        let gradient = textures[texture.index()].gradient(x, [x.dp_du, x.dp_dv], textures) * scale;
         let n = x.frame.n;
         let du = x.dp_du + n * (gradient.x - n.dot(x.dp_du));
         let dv = x.dp_dv + n * (gradient.y - n.dot(x.dp_dv));

@@ -21,6 +21,17 @@ pub enum Emitter {
         /// Radiant intensity in W/sr.
         intensity: Rgb,
     },
+    /// A point with an intensity by direction, as a luminaire's photometry gives it.
+    Goniometric {
+        /// The point.
+        position: Vec3,
+        /// Factor of the texture, which gives a radiant intensity in W/sr.
+        intensity: Rgb,
+        /// Rotation (or reflection) from the world to the frame of the texture.
+        emitter_from_world: Mat3,
+        /// A map of directions `d` in that frame: `u = atan2(d.y, d.x) / 2π`, `v = acos(d.z) / π`.
+        distribution: TextureId,
+    },
     /// A point that emits into a cone, with a falloff at the border.
     Spot {
         /// The apex of the cone.

@@ -83,6 +83,11 @@ impl Emitters {
                 *intensity / warp::SPHERE_PDF,
                 None,
             ),
+            point @ Emitter::Goniometric { position, .. } => {
+                let w = warp::sphere(u.direction);
+                let flux = point.point_intensity(textures, w) / warp::SPHERE_PDF;
+                (Ray::new(*position, w), flux, None)
+            }
             spot @ Emitter::Spot {
                 position,
                 direction,

@@ -5,12 +5,24 @@ use crate::color::Rgb;
 use crate::math::{Frame, Vec2, Vec3};
 use crate::sampling::warp;
 use crate::texture::Texture;
+use std::f32::consts::{PI, TAU};
 
 impl Emitter {
     /// Radiant intensity of a point or spot towards the unit vector `w`, in W/sr; black for other emitters.
     pub fn point_intensity(&self, textures: &[Texture], w: Vec3) -> Rgb {
         match *self {
             Emitter::Point { intensity, .. } => intensity,
+            Emitter::Goniometric {
+                intensity,
+                emitter_from_world,
+                distribution,
+                ..
+            } => {
+                let d = emitter_from_world * w;
+                let azimuth = d.y.atan2(d.x).rem_euclid(TAU) / TAU;
+                let uv = Vec2::new(azimuth, d.z.clamp(-1.0, 1.0).acos() / PI);
+                intensity * textures[distribution.index()].eval(uv, textures)
+            }
             Emitter::Spot {
                 direction,
                 intensity,

@@ -26,6 +26,7 @@ pub(super) fn check(desc: &SceneDesc, sensor: usize) -> Checked {
     for (i, emitter) in desc.emitters.iter().enumerate() {
         let check = match emitter {
             Emitter::Area { radiance } => check_color(desc, *radiance),
+            Emitter::Goniometric { distribution, .. } => check_texture(desc, *distribution),
             Emitter::Spot {
                 projector: Some(projector),
                 ..

@@ -125,20 +125,21 @@ impl Scene {
         self.geometry.visit_transparent(segment, |hit| {
             if !on_edges.are_repeated_by(&hit) {
                 crossings += 1;
-                through *= self.straight_through(hit.at, w);
+                let p = segment.from.lerp(segment.to, hit.t);
+                through *= self.straight_through(hit.at, p, w);
             }
             through.is_black()
         });
         (through, crossings)
     }
 
-    /// [`Bsdf::transmittance`] at a surface point along `w`.
-    fn straight_through(&self, at: SurfaceRef, w: Vec3) -> Rgb {
+    /// [`Bsdf::transmittance`] at a surface point with the position `p` along `w`.
+    fn straight_through(&self, at: SurfaceRef, p: Vec3, w: Vec3) -> Rgb {
         let material = self.geometry.primitives()[at.primitive.index()].material;
         match self.materials.cut_out(material) {
             Some(opacity) => {
-                let opacity =
-                    opacity.eval(TexturePoint::new(self.geometry.uv(at), at), &self.textures);
+                let place = TexturePoint::new(self.geometry.uv(at), p, at);
+                let opacity = opacity.eval(place, &self.textures);
                 Rgb::splat(1.0 - opacity.clamp(0.0, 1.0))
             }
             None => self.bsdf(&self.surface_point(at)).transmittance(w),

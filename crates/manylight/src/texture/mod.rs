@@ -1,16 +1,22 @@
 //! Textures, and material inputs that are constant or textured.
 
 mod bitmap;
+mod inputs;
+mod noise;
 mod point;
+mod solid;
 #[cfg(test)]
 mod tests;
 
 pub use bitmap::{Bitmap, Filtering, Wrap};
+pub use inputs::{ColorInput, FloatInput};
 pub use point::{TexturePoint, VertexValues};
+pub use solid::{Pattern, Projection, ProjectionKind, Solid};
 
 use crate::color::Rgb;
 use crate::ids::TextureId;
-use crate::math::{Mat3, Vec2};
+use crate::math::{Mat3, Vec2, Vec3};
+use solid::is_in_dot;
 
 /// A color as a function of texture coordinates.
 #[derive(Clone, Debug)]
@@ -51,6 +57,31 @@ pub enum Texture {
         /// The texture.
         inner: TextureId,
     },
+    /// Discs in some of the unit squares.
+    Dots {
+        /// Color of the discs. Nested textures get the untransformed uv.
+        inside: ColorInput,
+        /// Color around them.
+        outside: ColorInput,
+        /// Transform of (u, v, 1).
+        uv_transform: Mat3,
+    },
+    /// A power of another texture, of which negative values count as 0.
+    Power {
+        /// The base.
+        base: TextureId,
+        /// The exponent.
+        exponent: f32,
+    },
+    /// A pattern in space.
+    Solid(Solid),
+    /// Another texture at texture coordinates by position.
+    Projected {
+        /// The texture coordinates.
+        projection: Projection,
+        /// The texture.
+        inner: TextureId,
+    },
 }
 
 impl Texture {
@@ -87,6 +118,23 @@ impl Texture {
             } => {
                 let w = mixing_weight(weight, at, textures);
                 first.eval(at, textures).lerp(second.eval(at, textures), w)
+            }
+            Texture::Dots {
+                inside,
+                outside,
+                uv_transform,
+            } => {
+                let is_inside = is_in_dot(uv_transform.transform_point2(at.uv));
+                if is_inside { inside } else { outside }.eval(at, textures)
+            }
+            Texture::Power { base, exponent } => {
+                let base = textures[base.index()].eval(at, textures);
+                base.map(|v| v.max(0.0).powf(*exponent))
+            }
+            Texture::Solid(solid) => solid.eval(at, textures),
+            Texture::Projected { projection, inner } => {
+                let uv = projection.uv(at.p);
+                textures[inner.index()].eval(TexturePoint { uv, ..at }, textures)
             }
         }
     }
@@ -134,37 +182,73 @@ impl Texture {
                 let w = mixing_weight(weight, at, textures);
                 first.eval_float(at, textures) * (1.0 - w) + second.eval_float(at, textures) * w
             }
+            Texture::Dots {
+                inside,
+                outside,
+                uv_transform,
+            } => {
+                let is_inside = is_in_dot(uv_transform.transform_point2(at.uv));
+                if is_inside { inside } else { outside }.eval_float(at, textures)
+            }
+            Texture::Power { base, exponent } => {
+                let base = textures[base.index()].eval_float(at, textures);
+                base.max(0.0).powf(*exponent)
+            }
+            Texture::Solid(solid) => solid.eval_float(at, textures),
+            Texture::Projected { projection, inner } => {
+                let uv = projection.uv(at.p);
+                textures[inner.index()].eval_float(TexturePoint { uv, ..at }, textures)
+            }
         }
     }
 
-    /// Derivatives of [`Texture::eval_float`] by u and by v at `uv`, for bump maps. As in Mitsuba's `eval_1_grad`, from the four texels of the
-    /// lookup; 0 for checkerboards and values of vertices. Products and mixtures follow the rules of derivatives.
-    pub fn gradient(&self, uv: Vec2, textures: &[Texture]) -> Vec2 {
+    /// Derivatives of [`Texture::eval_float`] by u and by v, for bump maps. `dp` are those of the position. As in Mitsuba's `eval_1_grad`, from
+    /// the four texels of the lookup; 0 for checkerboards, dots and values of vertices. Products and mixtures follow the rules of derivatives.
+    pub fn gradient(
+        &self,
+        at: impl Into<TexturePoint>,
+        dp: [Vec3; 2],
+        textures: &[Texture],
+    ) -> Vec2 {
+        let at = at.into();
         match self {
-            Texture::Bitmap(bitmap) => bitmap.gradient(uv),
-            Texture::Checkerboard { .. } | Texture::VertexColors(_) | Texture::OtherUv { .. } => {
-                Vec2::ZERO
-            }
+            Texture::Bitmap(bitmap) => bitmap.gradient(at.uv),
+            Texture::Checkerboard { .. }
+            | Texture::VertexColors(_)
+            | Texture::OtherUv { .. }
+            | Texture::Dots { .. } => Vec2::ZERO,
             Texture::Product { first, second } => {
-                let at = TexturePoint::from(uv);
-                first.gradient(uv, textures) * second.eval_float(at, textures)
-                    + second.gradient(uv, textures) * first.eval_float(at, textures)
+                first.gradient(at, dp, textures) * second.eval_float(at, textures)
+                    + second.gradient(at, dp, textures) * first.eval_float(at, textures)
             }
             Texture::Mix {
                 first,
                 second,
                 weight,
             } => {
-                let at = TexturePoint::from(uv);
                 let w = mixing_weight(weight, at, textures);
                 let slope = match weight {
                     FloatInput::Constant(_) => Vec2::ZERO,
-                    FloatInput::Texture(id) => textures[id.index()].gradient(uv, textures),
+                    FloatInput::Texture(id) => textures[id.index()].gradient(at, dp, textures),
                 };
                 let step = second.eval_float(at, textures) - first.eval_float(at, textures);
-                first.gradient(uv, textures) * (1.0 - w)
-                    + second.gradient(uv, textures) * w
+                first.gradient(at, dp, textures) * (1.0 - w)
+                    + second.gradient(at, dp, textures) * w
                     + slope * step
+            }
+            Texture::Power { base, exponent } => {
+                let base = &textures[base.index()];
+                let slope = exponent * base.eval_float(at, textures).max(0.0).powf(exponent - 1.0);
+                let slope = if slope.is_finite() { slope } else { 0.0 };
+                base.gradient(at, dp, textures) * slope
+            }
+            Texture::Solid(solid) => solid.gradient(at, dp),
+            Texture::Projected { projection, inner } => {
+                let uv = projection.uv(at.p);
+                let inner = &textures[inner.index()];
+                let gradient = inner.gradient(TexturePoint { uv, ..at }, dp, textures);
+                let [du, dv] = projection.derivatives(at.p, dp);
+                Vec2::new(gradient.dot(du), gradient.dot(dv))
             }
         }
     }
@@ -189,7 +273,20 @@ impl Texture {
                 let luminances = colors.values.iter().map(|color| color.luminance());
                 luminances.fold(0.0, f32::max)
             }
-            Texture::OtherUv { inner, .. } => textures[inner.index()].max_luminance(textures),
+            Texture::Dots {
+                inside, outside, ..
+            } => {
+                let [a, b] = [inside, outside].map(|color| color.max_luminance(textures));
+                a.max(b)
+            }
+            Texture::Solid(solid) => solid.max_channel(|color| color.max_channel(textures)),
+            Texture::Power { base, exponent } => textures[base.index()]
+                .max_channel(textures)
+                .max(0.0)
+                .powf(*exponent),
+            Texture::OtherUv { inner, .. } | Texture::Projected { inner, .. } => {
+                textures[inner.index()].max_luminance(textures)
+            }
         }
     }
 
@@ -212,7 +309,20 @@ impl Texture {
                 let channels = colors.values.iter().map(|color| color.max_channel());
                 channels.fold(0.0, f32::max)
             }
-            Texture::OtherUv { inner, .. } => textures[inner.index()].max_channel(textures),
+            Texture::Dots {
+                inside, outside, ..
+            } => {
+                let [a, b] = [inside, outside].map(|color| color.max_channel(textures));
+                a.max(b)
+            }
+            Texture::Solid(solid) => solid.max_channel(|color| color.max_channel(textures)),
+            Texture::Power { base, exponent } => textures[base.index()]
+                .max_channel(textures)
+                .max(0.0)
+                .powf(*exponent),
+            Texture::OtherUv { inner, .. } | Texture::Projected { inner, .. } => {
+                textures[inner.index()].max_channel(textures)
+            }
         }
     }
 
@@ -224,7 +334,11 @@ impl Texture {
             Texture::Bitmap(_)
             | Texture::Checkerboard { .. }
             | Texture::Product { .. }
-            | Texture::Mix { .. } => true,
+            | Texture::Mix { .. }
+            | Texture::Dots { .. }
+            | Texture::Power { .. }
+            | Texture::Solid(_)
+            | Texture::Projected { .. } => true,
         }
     }
 
@@ -240,7 +354,16 @@ impl Texture {
                 [of_color(color0), of_color(color1), None]
             }
             Texture::Product { first, second } => [of_color(first), of_color(second), None],
-            Texture::OtherUv { inner, .. } => [Some(*inner), None, None],
+            Texture::OtherUv { inner, .. }
+            | Texture::Projected { inner, .. }
+            | Texture::Power { base: inner, .. } => [Some(*inner), None, None],
+            Texture::Dots {
+                inside, outside, ..
+            } => [of_color(inside), of_color(outside), None],
+            Texture::Solid(solid) => {
+                let [a, b] = solid.inputs().map(|input| of_color(&input?));
+                [a, b, None]
+            }
             Texture::Mix {
                 first,
                 second,
@@ -267,82 +390,4 @@ fn is_main_cell(uv_transform: Mat3, uv: Vec2) -> bool {
     let p = uv_transform.transform_point2(uv);
     let upper = (p - p.floor()).cmpgt(Vec2::splat(0.5));
     upper.x == upper.y
-}
-
-/// A color that may vary over the surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ColorInput {
-    /// Constant value.
-    Constant(Rgb),
-    /// A texture.
-    Texture(TextureId),
-}
-
-/// A number that may vary over the surface. A texture gives its luminance, as in Mitsuba's `eval_1`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum FloatInput {
-    /// Constant value.
-    Constant(f32),
-    /// A texture.
-    Texture(TextureId),
-}
-
-impl ColorInput {
-    /// Value at a point.
-    #[inline]
-    pub fn eval(&self, at: impl Into<TexturePoint>, textures: &[Texture]) -> Rgb {
-        match *self {
-            ColorInput::Constant(c) => c,
-            ColorInput::Texture(id) => textures[id.index()].eval(at, textures),
-        }
-    }
-
-    /// [`Texture::prefetch`] of a textured input.
-    #[inline]
-    pub fn prefetch(&self, uv: Vec2, textures: &[Texture]) {
-        if let ColorInput::Texture(id) = self {
-            textures[id.index()].prefetch(uv);
-        }
-    }
-
-    /// Luminance at a point, for float parameters.
-    fn eval_float(&self, at: TexturePoint, textures: &[Texture]) -> f32 {
-        match *self {
-            ColorInput::Constant(c) => c.luminance(),
-            ColorInput::Texture(id) => textures[id.index()].eval_float(at, textures),
-        }
-    }
-
-    fn max_channel(&self, textures: &[Texture]) -> f32 {
-        match *self {
-            ColorInput::Constant(c) => c.max_channel(),
-            ColorInput::Texture(id) => textures[id.index()].max_channel(textures),
-        }
-    }
-
-    /// [`Texture::gradient`] of a textured input, else 0.
-    fn gradient(&self, uv: Vec2, textures: &[Texture]) -> Vec2 {
-        match *self {
-            ColorInput::Constant(_) => Vec2::ZERO,
-            ColorInput::Texture(id) => textures[id.index()].gradient(uv, textures),
-        }
-    }
-
-    fn max_luminance(&self, textures: &[Texture]) -> f32 {
-        match *self {
-            ColorInput::Constant(c) => c.luminance(),
-            ColorInput::Texture(id) => textures[id.index()].max_luminance(textures),
-        }
-    }
-}
-
-impl FloatInput {
-    /// Value at a point.
-    #[inline]
-    pub fn eval(&self, at: impl Into<TexturePoint>, textures: &[Texture]) -> f32 {
-        match *self {
-            FloatInput::Constant(v) => v,
-            FloatInput::Texture(id) => textures[id.index()].eval_float(at, textures),
-        }
-    }
 }

@@ -1,20 +1,22 @@
 //! Places at which textures are evaluated, and values per vertex of a mesh.
 
 use crate::geometry::{SurfacePoint, SurfaceRef};
-use crate::math::Vec2;
+use crate::math::{Vec2, Vec3};
 
 /// The place on a surface at which a texture is evaluated.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TexturePoint {
     /// Texture coordinates of the mesh.
     pub uv: Vec2,
+    /// Position in world space, for patterns in space.
+    pub p: Vec3,
     /// Triangle of the mesh; 0 for other shapes.
     pub element: u32,
     /// Barycentric coordinates of the second and third corner.
     pub coordinates: Vec2,
 }
 
-/// A place that is known by its texture coordinates alone.
+/// A place that is known by its texture coordinates alone. Patterns in space get the origin.
 impl From<Vec2> for TexturePoint {
     #[inline]
     fn from(uv: Vec2) -> Self {
@@ -26,11 +28,12 @@ impl From<Vec2> for TexturePoint {
 }
 
 impl TexturePoint {
-    /// The place of a reference with the texture coordinates `uv`.
+    /// The place of a reference with the texture coordinates `uv` and the position `p`.
     #[inline]
-    pub fn new(uv: Vec2, at: SurfaceRef) -> Self {
+    pub fn new(uv: Vec2, p: Vec3, at: SurfaceRef) -> Self {
         TexturePoint {
             uv,
+            p,
             element: at.element,
             coordinates: at.coordinates,
         }
@@ -40,7 +43,7 @@ impl TexturePoint {
 impl From<&SurfacePoint> for TexturePoint {
     #[inline]
     fn from(x: &SurfacePoint) -> Self {
-        TexturePoint::new(x.uv, x.at)
+        TexturePoint::new(x.uv, x.p, x.at)
     }
 }
 

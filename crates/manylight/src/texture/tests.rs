@@ -1,7 +1,9 @@
 //! Values of Mitsuba 3.9.1's `bitmap` and `checkerboard` at the same coordinates.
 
 use super::*;
+use crate::ids::TextureId;
 use crate::image::Image;
+use crate::math::Affine3A;
 
 /// Three rows of four texels with the values 0 to 11.
 fn ramp(filtering: Filtering, wrap: Wrap, uv_transform: Mat3) -> Texture {
@@ -92,7 +94,7 @@ fn gradients_match_mitsuba() {
     for (wrap, values) in expected {
         let texture = ramp(Filtering::Bilinear, wrap, Mat3::IDENTITY);
         for ((u, v), value) in POINTS.into_iter().zip(values) {
-            let gradient = texture.gradient(Vec2::new(u, v), &[]);
+            let gradient = texture.gradient(Vec2::new(u, v), [Vec3::ZERO; 2], &[]);
             assert!(
                 (gradient - Vec2::from(value)).length() < 1e-4,
                 "{wrap:?} ({u}, {v}): {gradient}"
@@ -100,7 +102,10 @@ fn gradients_match_mitsuba() {
         }
     }
     let nearest = ramp(Filtering::Nearest, Wrap::Repeat, Mat3::IDENTITY);
-    assert_eq!(nearest.gradient(Vec2::new(0.3, 0.6), &[]), Vec2::ZERO);
+    assert_eq!(
+        nearest.gradient(Vec2::new(0.3, 0.6), [Vec3::ZERO; 2], &[]),
+        Vec2::ZERO
+    );
 }
 
 #[test]
@@ -115,7 +120,9 @@ fn the_transform_acts_before_the_lookup_as_in_mitsuba() {
     for ((u, v), value, gradient) in expected {
         let uv = Vec2::new(u, v);
         assert!((texture.eval_float(uv, &[]) - value).abs() < 1e-4);
-        assert!((texture.gradient(uv, &[]) - Vec2::from(gradient)).length() < 1e-3);
+        assert!(
+            (texture.gradient(uv, [Vec3::ZERO; 2], &[]) - Vec2::from(gradient)).length() < 1e-3
+        );
     }
 }
 
@@ -211,7 +218,7 @@ fn extreme_coordinates_are_harmless() {
         let texture = ramp(Filtering::Bilinear, wrap, Mat3::IDENTITY);
         for c in [f32::NAN, f32::INFINITY, -1e30] {
             texture.eval(Vec2::splat(c), &[]);
-            texture.gradient(Vec2::splat(c), &[]);
+            texture.gradient(Vec2::splat(c), [Vec3::ZERO; 2], &[]);
         }
     }
 }
@@ -226,6 +233,7 @@ fn corners<T>(values: [T; 4]) -> VertexValues<T> {
 
 fn in_triangle(element: u32, x: f32, y: f32) -> TexturePoint {
     TexturePoint {
+        p: Vec3::ZERO,
         uv: Vec2::splat(9.0),
         element,
         coordinates: Vec2::new(x, y),
@@ -296,10 +304,13 @@ fn products_and_mixtures_follow_their_inputs() {
         assert_eq!(square.eval_float(uv, &textures), value * value);
         assert!((mix.eval_float(uv, &textures) - (0.75 + 0.25 * value)).abs() < 1e-5);
         // Derivatives of f² and of the mixture.
-        let slope = picture.gradient(uv, &[]);
-        let of_square = square.gradient(uv, &textures);
+        let slope = picture.gradient(uv, [Vec3::ZERO; 2], &[]);
+        let of_square = square.gradient(uv, [Vec3::ZERO; 2], &textures);
         assert!(of_square.abs_diff_eq(slope * (2.0 * value), 1e-3), "{uv}");
-        assert!(mix.gradient(uv, &textures).abs_diff_eq(slope * 0.25, 1e-4));
+        assert!(
+            mix.gradient(uv, [Vec3::ZERO; 2], &textures)
+                .abs_diff_eq(slope * 0.25, 1e-4)
+        );
         for texture in [&product, &square, &mix] {
             let luminance = texture.eval(uv, &textures).luminance();
             assert!(luminance <= texture.max_luminance(&textures) * 1.0001);
@@ -307,4 +318,164 @@ fn products_and_mixtures_follow_their_inputs() {
     }
     assert_eq!(mix.nested().collect::<Vec<_>>(), [TextureId(0)]);
     assert_eq!(square.nested().count(), 2);
+}
+
+/// A pattern in world space.
+fn solid(pattern: Pattern) -> Texture {
+    Texture::Solid(Solid {
+        pattern_from_world: Affine3A::from_scale(Vec3::new(2.0, 1.0, 0.5)),
+        pattern,
+    })
+}
+
+fn at(p: Vec3) -> TexturePoint {
+    TexturePoint {
+        p,
+        ..TexturePoint::default()
+    }
+}
+
+const FRACTAL: Pattern = Pattern::Fractal {
+    octaves: 4,
+    roughness: 0.5,
+};
+
+#[test]
+fn patterns_follow_the_position_in_their_space() {
+    let (black, white) = (Rgb::BLACK, Rgb::WHITE);
+    let cells = solid(Pattern::Cells {
+        color0: ColorInput::Constant(black),
+        color1: ColorInput::Constant(white),
+    });
+    assert_eq!(cells.eval(at(Vec3::new(0.2, 0.3, 0.4)), &[]), black);
+    assert_eq!(cells.eval(at(Vec3::new(0.7, 0.3, 0.4)), &[]), white);
+    assert_eq!(cells.eval(at(Vec3::new(0.7, -0.3, 0.4)), &[]), black);
+    assert_eq!(cells.eval(at(Vec3::new(0.2, 0.3, 2.4)), &[]), white);
+    // Colors are not negative, numbers may be.
+    let fractal = solid(FRACTAL);
+    let points = (0..500).map(|i| Vec3::new(0.31, -0.17, 0.57) * i as f32);
+    let values: Vec<f32> = points
+        .clone()
+        .map(|p| fractal.eval_float(at(p), &[]))
+        .collect();
+    assert!(values.iter().any(|v| *v < -0.3) && values.iter().any(|v| *v > 0.3));
+    let is_bounded = |texture: &Texture, p| {
+        let color = texture.eval(at(p), &[]);
+        color.to_array().iter().all(|v| *v >= 0.0)
+            && color.luminance() <= texture.max_luminance(&[])
+    };
+    let marble = solid(Pattern::Marble {
+        octaves: 8,
+        roughness: 0.5,
+        variation: 0.2,
+    });
+    let wrinkled = solid(Pattern::Wrinkled {
+        octaves: 8,
+        roughness: 0.5,
+    });
+    for texture in [&fractal, &marble, &wrinkled, &solid(Pattern::Windy)] {
+        assert!(points.clone().all(|p| is_bounded(texture, p)));
+    }
+    // At a phase of -π/2, marble has its first color.
+    let plain = solid(Pattern::Marble {
+        octaves: 0,
+        roughness: 0.5,
+        variation: 0.2,
+    });
+    let first = plain.eval(at(Vec3::Y * -std::f32::consts::FRAC_PI_2), &[]);
+    assert!(
+        (first - Rgb::new(0.58, 0.58, 0.6) * 1.5)
+            .to_array()
+            .iter()
+            .all(|d| d.abs() < 1e-5)
+    );
+}
+
+#[test]
+fn gradients_of_patterns_are_slopes_along_the_surface() {
+    let dp = [Vec3::new(0.3, 1.0, -0.2), Vec3::new(-0.4, 0.2, 2.0)];
+    let image = ramp(Filtering::Bilinear, Wrap::Clamp, Mat3::IDENTITY);
+    let projected = |kind| Texture::Projected {
+        projection: Projection {
+            from_world: Affine3A::from_scale(Vec3::splat(0.4)),
+            kind,
+        },
+        inner: TextureId::from(0),
+    };
+    let planar = ProjectionKind::Planar {
+        axes: [Vec3::new(0.7, 0.1, 0.0), Vec3::new(0.0, 0.3, 0.9)],
+        offset: Vec2::new(0.1, 0.2),
+    };
+    let textures = [
+        solid(FRACTAL),
+        solid(Pattern::Windy),
+        projected(planar),
+        projected(ProjectionKind::Spherical),
+        projected(ProjectionKind::Cylindrical),
+    ];
+    let p = Vec3::new(0.71, 0.53, 0.62);
+    let nested = [image];
+    for texture in textures {
+        let found = texture.gradient(at(p), dp, &nested);
+        let value = |d: Vec3| texture.eval_float(at(p + d), &nested);
+        let slope = |d: Vec3| (value(d * 1e-3) - value(d * -1e-3)) / 2e-3;
+        let expected = Vec2::from(dp.map(slope));
+        let tolerance = 0.02 * expected.length() + 0.01;
+        assert!(
+            found.distance(expected) < tolerance,
+            "{found} for {expected}: {texture:?}"
+        );
+    }
+}
+
+#[test]
+fn projections_have_the_coordinates_of_pbrt() {
+    let uv = |kind, p| {
+        let from_world = Affine3A::IDENTITY;
+        Projection { from_world, kind }.uv(p)
+    };
+    let close = |a: Vec2, b: Vec2| assert!(a.distance(b) < 1e-5, "{a} for {b}");
+    close(uv(ProjectionKind::Spherical, Vec3::X), Vec2::new(0.5, 0.0));
+    close(
+        uv(ProjectionKind::Spherical, Vec3::new(0.0, -1.0, -1.0)),
+        Vec2::new(0.75, 0.75),
+    );
+    close(
+        uv(ProjectionKind::Cylindrical, Vec3::new(0.0, 2.0, 0.3)),
+        Vec2::new(0.75, 0.3),
+    );
+}
+
+/// About half of the cells have a dot, each with the area of its disc.
+#[test]
+fn dots_cover_a_fifth_of_the_plane() {
+    let dots = Texture::Dots {
+        inside: ColorInput::Constant(Rgb::WHITE),
+        outside: ColorInput::Constant(Rgb::BLACK),
+        uv_transform: Mat3::from_diagonal(Vec3::new(100.0, 100.0, 1.0)),
+    };
+    let steps = 500;
+    let points = (0..steps * steps).map(|i| Vec2::new((i % steps) as f32, (i / steps) as f32));
+    let covered = points
+        .map(|p| dots.eval((p + 0.5) / steps as f32, &[]).r)
+        .sum::<f32>();
+    let share = covered / (steps * steps) as f32;
+    let disc = std::f32::consts::PI * 0.35 * 0.35;
+    assert!((0.35..0.65).contains(&(share / disc)), "{share}");
+}
+
+#[test]
+fn powers_are_of_the_values_after_filtering() {
+    let root = Texture::Power {
+        base: TextureId::from(0),
+        exponent: 0.5,
+    };
+    let textures = [ramp(Filtering::Bilinear, Wrap::Clamp, Mat3::IDENTITY)];
+    let uv = Vec2::new(0.3, 0.6);
+    let value = textures[0].eval_float(uv, &[]);
+    assert!((root.eval_float(uv, &textures) - value.sqrt()).abs() < 1e-6);
+    let slope = textures[0].gradient(uv, [Vec3::ZERO; 2], &[]) * 0.5 / value.sqrt();
+    let found = root.gradient(uv, [Vec3::ZERO; 2], &textures);
+    assert!(found.distance(slope) < 1e-5, "{found} for {slope}");
+    assert!((root.max_luminance(&textures) - 11f32.sqrt()).abs() < 1e-5);
 }

@@ -130,8 +130,8 @@ struct Builder<'a> {
     spectrum_textures: HashMap<String, ColorInput>,
     /// Image textures by file and settings.
     bitmaps: HashMap<String, TextureId>,
-    /// Textures by their source and the mapping of their values.
-    mapped_textures: HashMap<(TextureId, u32), TextureId>,
+    /// Roughness textures of PBRT v3 by their source.
+    mapped_textures: HashMap<TextureId, TextureId>,
     named_materials: HashMap<String, MaterialId>,
     /// In the order of the `Material` directives.
     materials: Vec<MaterialId>,

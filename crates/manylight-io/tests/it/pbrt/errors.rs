@@ -215,8 +215,12 @@ const INVALID: &[(&str, &str)] = &[
         "warning 2:10 material `hair` is not supported; it is replaced by diffuse of its color",
     ),
     (
-        "Texture \"a\" \"spectrum\" \"marble\" \"float variation\" 0.3",
-        "warning 2:24 texture `marble` is not supported; it is replaced by its mean",
+        "Texture \"a\" \"spectrum\" \"ptex\" \"string filename\" \"a.ptx\"",
+        "warning 2:24 texture `ptex` is not supported; it is replaced by its mean",
+    ),
+    (
+        "Texture \"a\" \"float\" \"dots\" \"string mapping\" \"conical\"",
+        "error 2:45 unknown value `conical` of `mapping` of texture `dots` (expected one of uv, spherical, cylindrical, planar)",
     ),
 ];
 

@@ -3,6 +3,7 @@
 mod errors;
 mod materials;
 mod scenes;
+mod textures;
 mod values;
 
 use crate::describe;

@@ -215,7 +215,9 @@ pub(super) fn element_of_point(
     textures: &[Texture],
 ) -> Option<(EmitterElement, ElementBounds)> {
     let (position, normals, emission) = match *emitter {
-        Emitter::Point { position, .. } => (position, Cone::FULL, 0.0),
+        Emitter::Point { position, .. } | Emitter::Goniometric { position, .. } => {
+            (position, Cone::FULL, 0.0)
+        }
         Emitter::Spot {
             position,
             direction,

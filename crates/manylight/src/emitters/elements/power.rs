@@ -14,8 +14,10 @@ use std::f32::consts::PI;
 /// are missed, see [`MIN_MEAN_OVER_MAX`].
 const RADIANCE_GRID: usize = 8;
 
-/// Directions per dimension at which the intensity of a spot with a projector texture is averaged. Not measured.
-const PROJECTOR_GRID: usize = 32;
+/// Directions per dimension at which a textured intensity is averaged. Not measured.
+const DIRECTION_GRID: usize = 32;
+/// Points of this grid.
+const GRID_POINTS: f32 = (DIRECTION_GRID * DIRECTION_GRID) as f32;
 
 /// Lower bound of a mean over a grid, as a fraction of the largest value of the texture. It keeps the power positive where bright
 /// texels fall between the points of the grid. Not measured.
@@ -47,10 +49,29 @@ pub(super) fn mean_radiance(
     (sum / count).map(|v| v.max(floor))
 }
 
+/// The centers of the cells of a grid over the unit square.
+fn direction_grid() -> impl Iterator<Item = Vec2> {
+    (0..DIRECTION_GRID * DIRECTION_GRID)
+        .map(|i| Vec2::new((i % DIRECTION_GRID) as f32, (i / DIRECTION_GRID) as f32))
+        .map(|cell| (cell + 0.5) / DIRECTION_GRID as f32)
+}
+
 /// Flux of a point or spot in W; black for other emitters.
 pub(in crate::emitters) fn point_power(emitter: &Emitter, textures: &[Texture]) -> Rgb {
     match *emitter {
         Emitter::Point { intensity, .. } => intensity * (4.0 * PI),
+        Emitter::Goniometric {
+            intensity,
+            distribution,
+            ..
+        } => {
+            let sum: Rgb = direction_grid()
+                .map(|u| emitter.point_intensity(textures, warp::sphere(u)))
+                .sum();
+            let brightest = textures[distribution.index()].max_luminance(textures);
+            let floor = intensity * (brightest * MIN_MEAN_OVER_MAX);
+            (sum / GRID_POINTS).zip(floor, f32::max) / warp::SPHERE_PDF
+        }
         Emitter::Spot {
             direction,
             intensity,
@@ -58,17 +79,13 @@ pub(in crate::emitters) fn point_power(emitter: &Emitter, textures: &[Texture]) 
             projector: Some(projector),
             ..
         } => {
-            let count = (PROJECTOR_GRID * PROJECTOR_GRID) as f32;
-            let grid = (0..PROJECTOR_GRID * PROJECTOR_GRID)
-                .map(|i| Vec2::new((i % PROJECTOR_GRID) as f32, (i / PROJECTOR_GRID) as f32))
-                .map(|cell| (cell + 0.5) / PROJECTOR_GRID as f32);
-            let sum: Rgb = grid
+            let sum: Rgb = direction_grid()
                 .map(|u| cone_direction(direction, cutoff, u))
                 .map(|w| emitter.point_intensity(textures, w))
                 .sum();
             let brightest = textures[projector.texture.index()].max_luminance(textures);
             let floor = intensity * (brightest * MIN_MEAN_OVER_MAX);
-            (sum / count).zip(floor, f32::max) / warp::cone_pdf(cutoff.cos())
+            (sum / GRID_POINTS).zip(floor, f32::max) / warp::cone_pdf(cutoff.cos())
         }
         // ∫ falloff sinθ dθ, with a falloff that is linear in the angle outside of the beam, or point-symmetric in the cosine.
         Emitter::Spot {

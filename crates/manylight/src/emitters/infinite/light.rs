@@ -54,7 +54,10 @@ impl InfiniteLightKind {
             Emitter::Environment(environment) => {
                 EnvironmentSampler::new(environment).map(InfiniteLightKind::Environment)
             }
-            Emitter::Area { .. } | Emitter::Point { .. } | Emitter::Spot { .. } => None,
+            Emitter::Area { .. }
+            | Emitter::Point { .. }
+            | Emitter::Goniometric { .. }
+            | Emitter::Spot { .. } => None,
         }
     }
 

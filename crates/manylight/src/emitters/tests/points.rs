@@ -111,3 +111,55 @@ fn projector_textures_match_mitsuba() {
         );
     }
 }
+
+/// A map with the values of 1 + d.z in four rows and 1 to 8 in columns.
+#[test]
+fn goniometric_points_look_up_directions_in_their_frame() {
+    let (width, height) = (8, 4);
+    let value = |i: usize| {
+        let theta = (i / width) as f32 + 0.5;
+        1.0 + (theta / height as f32 * PI).cos() + (i % width) as f32
+    };
+    let map = Texture::Bitmap(Bitmap {
+        image: Image {
+            width,
+            height,
+            channels: 1,
+            data: (0..width * height).map(value).collect(),
+        },
+        filtering: Filtering::Nearest,
+        wrap: [Wrap::Repeat, Wrap::Clamp],
+        uv_transform: Mat3::IDENTITY,
+    });
+    // The frame of the map has its z axis along y of the world.
+    let emitter_from_world = Mat3::from_cols(Vec3::X, Vec3::Z, Vec3::Y);
+    let point = Emitter::Goniometric {
+        position: Vec3::ZERO,
+        intensity: Rgb::new(1.0, 2.0, 3.0),
+        emitter_from_world,
+        distribution: TextureId::from(0),
+    };
+    let maps = std::slice::from_ref(&map);
+    for (row, column) in [(0, 0), (1, 3), (2, 7), (3, 5)] {
+        let theta = (row as f32 + 0.4) / height as f32 * PI;
+        let phi = (column as f32 + 0.7) / width as f32 * 2.0 * PI;
+        let d = Vec3::new(
+            theta.sin() * phi.cos(),
+            theta.sin() * phi.sin(),
+            theta.cos(),
+        );
+        let found = point.point_intensity(maps, emitter_from_world.transpose() * d);
+        let expected = Rgb::new(1.0, 2.0, 3.0) * value(row * width + column);
+        assert_eq!(found, expected, "{row} {column}");
+    }
+    // ∫ (1 + cosθ + column) dω, with the cosines of the rows' centers.
+    let solid_angle = |row: usize| {
+        let cos = |k: usize| (k as f32 / height as f32 * PI).cos();
+        (cos(row) - cos(row + 1)) * 2.0 * PI / width as f32
+    };
+    let power: f32 = (0..width * height)
+        .map(|i| value(i) * solid_angle(i / width))
+        .sum();
+    let found = point_power(&point, maps).r;
+    assert!((found / power - 1.0).abs() < 0.01, "{found} for {power}");
+}

@@ -14,7 +14,7 @@ use manylight::math::{Mat3, Vec2, Vec3};
 use manylight::scene::SceneDesc;
 use rayon::prelude::*;
 use std::cell::Cell;
-use std::f32::consts::{FRAC_PI_4, PI, TAU};
+use std::f32::consts::{PI, TAU};
 use std::rc::Rc;
 
 /// PBRT's directions (z up) from those of the emitter (y up), such that the azimuth of a latitude-longitude map of PBRT v3 and that of
@@ -135,7 +135,7 @@ fn direction_from_square(uv: Vec2) -> Vec3 {
     let (u, v) = (p.x.abs(), p.y.abs());
     let distance = 1.0 - (u + v);
     let r = 1.0 - distance.abs();
-    let phi = if r == 0.0 { 1.0 } else { (v - u) / r + 1.0 } * FRAC_PI_4;
+    let phi = if r == 0.0 { 1.0 } else { (v - u) / r + 1.0 } * std::f32::consts::FRAC_PI_4;
     let ring = r * (2.0 - r * r).max(0.0).sqrt();
     let z = (1.0 - r * r).copysign(distance);
     Vec3::new(
@@ -145,64 +145,100 @@ fn direction_from_square(uv: Vec2) -> Vec3 {
     )
 }
 
-/// The point of the square of a direction (z up): the inverse of the equal-area octahedral map.
-fn square_from_direction(w: Vec3) -> Vec2 {
-    let (x, y, z) = (w.x.abs(), w.y.abs(), w.z.abs());
-    let r = (1.0 - z).max(0.0).sqrt();
-    // The azimuth in the first quadrant over π/2.
-    let phi = if x == 0.0 && y == 0.0 {
-        0.0
-    } else {
-        y.atan2(x) / (2.0 * FRAC_PI_4)
-    };
-    let (mut v, mut u) = (phi * r, r - phi * r);
-    if w.z < 0.0 {
-        (u, v) = (1.0 - v, 1.0 - u);
-    }
-    let p = Vec2::new(u.copysign(w.x), v.copysign(w.y));
-    (p + Vec2::ONE) * 0.5
+/// An azimuth, as the equal-area octahedral map needs it: mirrored into the first quadrant.
+#[derive(Clone, Copy)]
+struct Azimuth {
+    /// Part of the first quadrant.
+    fraction: f32,
+    /// Signs of x and y.
+    signs: Vec2,
 }
 
-/// The direction (z up) of a point of a latitude-longitude map.
-fn direction_from_map(u: f32, v: f32) -> Vec3 {
-    let (sin_phi, cos_phi) = (u * TAU).sin_cos();
-    let (sin_theta, cos_theta) = (v * PI).sin_cos();
-    Vec3::new(cos_phi * sin_theta, sin_phi * sin_theta, cos_theta)
+impl Azimuth {
+    /// Of `u` in [0, 1], in turns from +x to +y.
+    fn new(u: f32) -> Self {
+        let quadrant = (4.0 * u) as u32 & 3;
+        let fraction = (4.0 * u).fract();
+        let sign = |is_negative: bool| if is_negative { -1.0 } else { 1.0 };
+        Azimuth {
+            fraction: if quadrant & 1 == 0 {
+                fraction
+            } else {
+                1.0 - fraction
+            },
+            signs: Vec2::new(sign(matches!(quadrant, 1 | 2)), sign(quadrant >= 2)),
+        }
+    }
+}
+
+/// A polar angle: its ring on the square, and its cosine's sign.
+#[derive(Clone, Copy)]
+struct Ring {
+    radius: f32,
+    is_lower: bool,
+    /// Sine of the angle.
+    weight: f32,
+}
+
+impl Ring {
+    /// Of `v` in [0, 1], in half turns from +z.
+    fn new(v: f32) -> Self {
+        let (sin, cos) = (v * PI).sin_cos();
+        Ring {
+            radius: (1.0 - cos.abs()).max(0.0).sqrt(),
+            is_lower: cos < 0.0,
+            weight: sin,
+        }
+    }
+
+    /// The point of the square of a direction: the inverse of the equal-area octahedral map.
+    fn at(self, azimuth: Azimuth) -> Vec2 {
+        let across = azimuth.fraction * self.radius;
+        let p = if self.is_lower {
+            Vec2::new(1.0 - across, 1.0 + across - self.radius)
+        } else {
+            Vec2::new(self.radius - across, across)
+        };
+        (p * azimuth.signs + Vec2::ONE) * 0.5
+    }
 }
 
 /// An equal-area octahedral map as a latitude-longitude map with about equal pixels at the equator. A texel is the mean over its area, so
 /// that small bright sources keep their energy.
-fn latitude_longitude(square: &Image) -> Image {
+pub(super) fn latitude_longitude(square: &Image) -> Image {
     /// Samples along each edge of a texel.
     const SAMPLES: usize = 4;
-    let (width, height) = (2 * square.width, square.width.max(2));
-    let texel = |x: usize, y: usize| {
-        let mut sum = [Rgb::BLACK, Rgb::BLACK];
-        for i in 0..SAMPLES * SAMPLES {
-            let offset = |i: usize| (i as f32 + 0.5) / SAMPLES as f32;
-            let u = (x as f32 + offset(i % SAMPLES)) / width as f32;
-            // The first and the last row lie at the poles.
-            let v = (y as f32 + offset(i / SAMPLES) - 0.5) / (height - 1) as f32;
-            let v = v.clamp(0.0, 1.0);
-            let weight = (v * PI).sin();
-            let uv = square_from_direction(direction_from_map(u, v));
-            let n = square.width;
-            let index = |t: f32| ((t * n as f32) as usize).min(n - 1);
-            sum[0] += square.rgb(index(uv.x), index(uv.y)) * weight;
-            sum[1] += Rgb::splat(weight);
-        }
-        sum[0].zip(sum[1], |value, weight| {
-            value / weight.max(f32::MIN_POSITIVE)
-        })
+    let n = square.width;
+    let (width, height) = (2 * n, n.max(2));
+    let offset = |i: usize| (i as f32 + 0.5) / SAMPLES as f32;
+    let azimuths: Vec<Azimuth> = (0..width * SAMPLES)
+        .map(|i| Azimuth::new(offset(i) / width as f32))
+        .collect();
+    let row = |y: usize| {
+        // The first and the last row lie at the poles.
+        let rings: [Ring; SAMPLES] = std::array::from_fn(|i| {
+            let v = (y as f32 + offset(i) - 0.5) / (height - 1) as f32;
+            Ring::new(v.clamp(0.0, 1.0))
+        });
+        let total = SAMPLES as f32 * rings.iter().map(|ring| ring.weight).sum::<f32>();
+        let index = move |t: f32| ((t * n as f32) as usize).min(n - 1);
+        let texel = move |azimuths: &[Azimuth]| {
+            let mut sum = Rgb::BLACK;
+            for ring in rings {
+                for azimuth in azimuths {
+                    let at = ring.at(*azimuth);
+                    sum += square.rgb(index(at.x), index(at.y)) * ring.weight;
+                }
+            }
+            (sum / total.max(f32::MIN_POSITIVE)).to_array()
+        };
+        azimuths.chunks_exact(SAMPLES).flat_map(texel)
     };
-    let rows = (0..height)
-        .into_par_iter()
-        .flat_map_iter(|y| (0..width).flat_map(move |x| texel(x, y).to_array()));
     Image {
         width,
         height,
         channels: 3,
-        data: rows.collect(),
+        data: (0..height).into_par_iter().flat_map_iter(row).collect(),
     }
 }
 
@@ -233,8 +269,9 @@ mod tests {
             let uv = Vec2::new((i % 20) as f32 + 0.4, (i / 20) as f32 + 0.6) / 20.0;
             let w = direction_from_square(uv);
             assert!((w.length() - 1.0).abs() < 1e-5);
-            let back = square_from_direction(w);
-            assert!(back.abs_diff_eq(uv, 1e-5), "{uv} {w} {back}");
+            let turns = (w.y.atan2(w.x) / TAU).rem_euclid(1.0);
+            let back = Ring::new(w.z.acos() / PI).at(Azimuth::new(turns));
+            assert!(back.abs_diff_eq(uv, 1e-4), "{uv} {w} {back}");
         }
         assert!(direction_from_square(Vec2::splat(0.5)).abs_diff_eq(Vec3::Z, 1e-6));
     }
@@ -254,6 +291,12 @@ mod tests {
             data: (0..n * n).flat_map(pixel).collect(),
         };
         let map = latitude_longitude(&square);
+        /// The direction (z up) of a point of a latitude-longitude map.
+        fn direction_from_map(u: f32, v: f32) -> Vec3 {
+            let (sin_phi, cos_phi) = (u * TAU).sin_cos();
+            let (sin_theta, cos_theta) = (v * PI).sin_cos();
+            Vec3::new(cos_phi * sin_theta, sin_phi * sin_theta, cos_theta)
+        }
         for (x, y) in [(5, 9), (100, 40), (70, 20)] {
             let v = y as f32 / (map.height - 1) as f32;
             let w = direction_from_map((x as f32 + 0.5) / map.width as f32, v) + Vec3::ONE;

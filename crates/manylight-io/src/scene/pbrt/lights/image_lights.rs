@@ -4,6 +4,7 @@ use super::super::super::assets::Decode;
 use super::super::super::files::find_external_file;
 use super::super::Builder;
 use super::super::entities::Entity;
+use super::environment::latitude_longitude;
 use super::rotation;
 use crate::image::Transfer;
 use manylight::color::Rgb;
@@ -16,40 +17,54 @@ use manylight::texture::{Bitmap, Filtering, Texture, Wrap};
 use std::f32::consts::PI;
 
 impl Builder<'_> {
-    /// A point light with the mean of its intensity.
+    /// A point light with an intensity by direction. PBRT turns its map's z axis to y.
     pub(super) fn goniometric(&mut self, entity: &Entity) {
         let params = &entity.params;
-        self.warn_light(
-            entity,
-            "is replaced by a point light with its mean intensity",
-        );
         let intensity = self.emission(entity, "I");
         let power = params.maybe_float(self.sink, "power");
-        let position = self.world_from(entity).translation.into();
-        let emitter = self.add_emitter(Emitter::Point {
-            position,
-            intensity,
-        });
+        let world = self.world_from(entity);
+        let position = world.translation.into();
         let file = if params.has("mapname") {
             "mapname"
         } else {
             "filename"
         };
         let Some(name) = params.string(self.sink, file) else {
+            let factor = power.map_or(1.0, |power| power / (4.0 * PI));
+            self.add_emitter(Emitter::Point {
+                position,
+                intensity: intensity * factor,
+            });
             return;
         };
         let Some(path) = find_external_file(self.sink, &entity.folders, name, "intensity map")
         else {
             return;
         };
+        self.desc.textures.push(Texture::Bitmap(Bitmap {
+            image: Image::default(),
+            filtering: Filtering::Bilinear,
+            wrap: [Wrap::Repeat, Wrap::Clamp],
+            uv_transform: Mat3::IDENTITY,
+        }));
+        let distribution = TextureId::from(self.desc.textures.len() - 1);
+        let map_from_local = Mat3::from_cols(Vec3::X, Vec3::Z, Vec3::Y);
+        let emitter = self.add_emitter(Emitter::Goniometric {
+            position,
+            intensity,
+            emitter_from_world: map_from_local * rotation(&world).transpose(),
+            distribution,
+        });
+        let is_v3 = self.is_v3;
         let store = move |desc: &mut SceneDesc, image: Image| {
-            let mean = image.data.iter().sum::<f32>() / image.data.len().max(1) as f32;
-            let factor = match power {
-                Some(power) if power > 0.0 => power / (4.0 * PI),
-                _ => mean,
-            };
-            if let Emitter::Point { intensity, .. } = &mut desc.emitters[emitter.index()] {
-                *intensity *= factor;
+            let photometry = Photometry::new(&image, is_v3);
+            if let Emitter::Goniometric { intensity, .. } = &mut desc.emitters[emitter.index()]
+                && let Some(power) = power.filter(|power| *power > 0.0)
+            {
+                *intensity *= power / (4.0 * PI * photometry.mean);
+            }
+            if let Texture::Bitmap(bitmap) = &mut desc.textures[distribution.index()] {
+                photometry.store(bitmap);
             }
         };
         let decode = Decode::Color(Transfer::Auto);
@@ -104,6 +119,52 @@ impl Builder<'_> {
         let decode = Decode::Color(Transfer::Auto);
         self.assets
             .add_image_use(path, decode, name.span, Box::new(store));
+    }
+}
+
+/// The intensity of a goniometric light as a latitude-longitude map.
+struct Photometry {
+    map: Image,
+    /// Whether the first and the last row lie at the poles.
+    has_poles: bool,
+    /// Mean over the pixels of the file, as which PBRT takes the mean over directions.
+    mean: f32,
+}
+
+impl Photometry {
+    /// PBRT v4 has equal-area octahedral maps, PBRT v3 latitude-longitude maps. Colors count by their luminance.
+    fn new(file: &Image, is_v3: bool) -> Self {
+        let gray = Image {
+            width: file.width,
+            height: file.height,
+            channels: 3,
+            data: (0..file.height)
+                .flat_map(|y| (0..file.width).map(move |x| (x, y)))
+                .flat_map(|(x, y)| [file.rgb(x, y).luminance(); 3])
+                .collect(),
+        };
+        let mean = gray.data.iter().sum::<f32>() / gray.data.len().max(1) as f32;
+        let has_poles = !is_v3 && file.width == file.height;
+        Photometry {
+            map: if has_poles {
+                latitude_longitude(&gray)
+            } else {
+                gray
+            },
+            has_poles,
+            mean: mean.max(f32::MIN_POSITIVE),
+        }
+    }
+
+    fn store(self, bitmap: &mut Bitmap) {
+        if self.has_poles {
+            // From v over the rows' centers to v over their edges.
+            let rows = self.map.height as f32;
+            let scale = Vec3::Y * ((rows - 1.0) / rows);
+            let offset = Vec3::new(0.0, 0.5 / rows, 1.0);
+            bitmap.uv_transform = Mat3::from_cols(Vec3::X, scale, offset);
+        }
+        bitmap.image = self.map;
     }
 }
 

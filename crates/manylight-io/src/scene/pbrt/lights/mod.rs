@@ -4,7 +4,6 @@ mod area;
 mod environment;
 mod image_lights;
 
-use super::super::sink::Problem;
 use super::Builder;
 use super::entities::Entity;
 use manylight::color::Rgb;
@@ -149,14 +148,6 @@ impl Builder<'_> {
             direction,
             irradiance: irradiance * factor,
         });
-    }
-
-    /// Warns once that a light is replaced.
-    fn warn_light(&self, entity: &Entity, what: &str) {
-        let params = &entity.params;
-        let message = format!("{} {what}", params.describe());
-        let problem = Problem::new("scene::unsupported", params.plugin.span, message);
-        self.sink.warn_once(params.describe(), problem);
     }
 }
 

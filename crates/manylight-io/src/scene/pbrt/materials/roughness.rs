@@ -9,7 +9,7 @@ use manylight::ids::TextureId;
 use manylight::image::Image;
 use manylight::math::{Mat3, Vec2};
 use manylight::scene::SceneDesc;
-use manylight::texture::{Bitmap, Filtering, FloatInput, Texture, Wrap};
+use manylight::texture::{Bitmap, Filtering, FloatInput, Texture, TexturePoint, Wrap};
 
 /// Alpha below which PBRT treats a surface as smooth.
 const SMOOTH: f32 = 1e-3;
@@ -84,7 +84,7 @@ impl Builder<'_> {
         match input {
             _ if !remap => input,
             FloatInput::Constant(value) => FloatInput::Constant(map(value)),
-            FloatInput::Texture(id) => {
+            FloatInput::Texture(id) if self.is_v3 => {
                 if !matches!(self.desc.textures[id.index()], Texture::Bitmap(_)) {
                     let params = &entity.params;
                     let message = format!(
@@ -94,15 +94,21 @@ impl Builder<'_> {
                     let problem = Problem::new("scene::unsupported", params.plugin.span, message);
                     self.sink.warn_once("sampled roughness", problem);
                 }
-                FloatInput::Texture(self.mapped(id, map))
+                FloatInput::Texture(self.mapped(id))
+            }
+            FloatInput::Texture(id) => {
+                self.desc.textures.push(Texture::Power {
+                    base: id,
+                    exponent: 0.5,
+                });
+                FloatInput::Texture(TextureId::from(self.desc.textures.len() - 1))
             }
         }
     }
 
-    /// A texture with the values of `source` under `map`.
-    fn mapped(&mut self, source: TextureId, map: fn(f32) -> f32) -> TextureId {
-        let key = (source, map(0.5).to_bits());
-        if let Some(texture) = self.mapped_textures.get(&key) {
+    /// A texture with the values of `source` under PBRT v3's map to alpha.
+    fn mapped(&mut self, source: TextureId) -> TextureId {
+        if let Some(texture) = self.mapped_textures.get(&source) {
             return *texture;
         }
         self.desc.textures.push(Texture::Bitmap(Bitmap {
@@ -112,10 +118,10 @@ impl Builder<'_> {
             uv_transform: Mat3::IDENTITY,
         }));
         let texture = TextureId::from(self.desc.textures.len() - 1);
-        self.mapped_textures.insert(key, texture);
+        self.mapped_textures.insert(source, texture);
         self.after_loading(move |desc: &mut SceneDesc| {
             let mut bitmap = as_bitmap(desc, source);
-            bitmap.image = single_channel(&bitmap.image, map);
+            bitmap.image = single_channel(&bitmap.image, alpha_v3);
             desc.textures[texture.index()] = Texture::Bitmap(bitmap);
         });
         texture
@@ -164,7 +170,12 @@ impl Builder<'_> {
     }
 }
 
-/// A texture as an image: itself, or samples of the unit square.
+/// Edge of the region in which patterns in space are sampled for their mean, in the scene's unit.
+const SAMPLED_EDGE: f32 = 64.0;
+/// Slope of the sampled plane, so that no cell of a pattern is met more than others.
+const PLANE_STEP: f32 = 0.618;
+
+/// A texture as an image: itself, or samples of the unit square; of patterns in space, samples of an oblique plane.
 fn as_bitmap(desc: &SceneDesc, source: TextureId) -> Bitmap {
     let texture = &desc.textures[source.index()];
     if let Texture::Bitmap(bitmap) = texture {
@@ -174,7 +185,13 @@ fn as_bitmap(desc: &SceneDesc, source: TextureId) -> Bitmap {
     let at = |i: usize| (i as f32 + 0.5) / n as f32;
     let data = (0..n * n).map(|i| {
         let uv = Vec2::new(at(i % n), at(i / n));
-        texture.eval_float(uv, &desc.textures)
+        let p = (uv.extend(uv.x + PLANE_STEP * uv.y)) * SAMPLED_EDGE;
+        let point = TexturePoint {
+            uv,
+            p,
+            ..TexturePoint::default()
+        };
+        texture.eval_float(point, &desc.textures)
     });
     Bitmap {
         image: Image {

@@ -28,14 +28,15 @@ impl Builder<'_> {
         let wrap = self.wrap(entity);
         // v points up in PBRT, down in images.
         let flip = Mat3::from_cols(Vec3::X, -Vec3::Y, Vec3::new(0.0, 1.0, 1.0));
-        let uv_transform = flip * self.mapping(entity);
+        let mapping = self.mapping(entity);
+        let uv_transform = flip * mapping.uv_transform;
         let scale = params.float(self.sink, "scale", 1.0);
         let invert = params.boolean(self.sink, "invert", false);
         let name = params.required_string(self.sink, "filename")?;
         let transfer = self.transfer(entity, &name.value);
         let path = find_external_file(self.sink, &entity.folders, name, "texture")?;
         let key = format!(
-            "{} {filtering:?} {wrap:?} {uv_transform:?} {scale} {invert} {transfer:?} {is_spectrum}",
+            "{} {filtering:?} {wrap:?} {mapping:?} {scale} {invert} {transfer:?} {is_spectrum}",
             path.display()
         );
         if let Some(texture) = self.bitmaps.get(&key) {
@@ -55,8 +56,9 @@ impl Builder<'_> {
         let use_image = store_edited(texture, scale, invert, is_spectrum);
         self.assets
             .add_image_use(path, decode, name.span, use_image);
-        self.bitmaps.insert(key, texture);
-        Some(ColorInput::Texture(texture))
+        let mapped = self.at_mapped_uv(mapping, texture);
+        self.bitmaps.insert(key, mapped);
+        Some(ColorInput::Texture(mapped))
     }
 
     fn wrap(&self, entity: &Entity) -> Wrap {

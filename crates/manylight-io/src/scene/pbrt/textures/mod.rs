@@ -1,6 +1,7 @@
 //! Texture classes. Textures without a counterpart become constants, with one warning each.
 
 mod image_map;
+mod solid;
 
 use super::super::sink::{Problem, Text};
 use super::Builder;
@@ -12,30 +13,24 @@ use manylight::color::Rgb;
 use manylight::ids::TextureId;
 use manylight::image::Image;
 use manylight::math::{Mat3, Vec3};
-use manylight::texture::{Bitmap, ColorInput, Filtering, FloatInput, Texture, Wrap};
+use manylight::texture::{Bitmap, ColorInput, Filtering, FloatInput, Pattern, Texture, Wrap};
 
 pub(super) const SUPPORTED: &[&str] = &[
     "bilerp",
     "checkerboard",
     "constant",
+    "dots",
+    "fbm",
     "imagemap",
+    "marble",
     "mix",
     "scale",
+    "windy",
+    "wrinkled",
 ];
 
-/// Classes that are replaced by the mean of their values: the mean weight of the second of their inputs, or of 1.
-const SUBSTITUTES: [(&str, f32); 7] = [
-    ("directionmix", 0.5),
-    ("dots", DOTS_COVERAGE),
-    ("fbm", 0.0),
-    ("marble", 0.5),
-    ("ptex", 0.5),
-    ("windy", 0.0),
-    ("wrinkled", 0.5),
-];
-
-/// Share of the plane inside of dots: half of the cells have a dot of radius 0.35.
-const DOTS_COVERAGE: f32 = 0.5 * 0.35 * 0.35 * std::f32::consts::PI;
+/// Classes that are replaced by the mean of their values, with equal weights.
+const SUBSTITUTES: [&str; 2] = ["directionmix", "ptex"];
 
 impl Builder<'_> {
     /// Defines a texture.
@@ -88,7 +83,11 @@ impl Builder<'_> {
             "imagemap" => self
                 .image_map(entity, is_spectrum)
                 .unwrap_or(ColorInput::Constant(Rgb::splat(0.5))),
-            _ => self.constant_texture(entity, is_spectrum),
+            "dots" => self.dots(entity, is_spectrum),
+            _ => match self.noise(entity) {
+                Some(noise) => noise,
+                None => self.constant_texture(entity, is_spectrum),
+            },
         }
     }
 
@@ -135,22 +134,29 @@ impl Builder<'_> {
     fn checkerboard(&mut self, entity: &Entity, is_spectrum: bool) -> ColorInput {
         let first = self.nested_input(entity, is_spectrum, "tex1", 1.0);
         let second = self.nested_input(entity, is_spectrum, "tex2", 0.0);
-        if entity.params.integer(self.sink, "dimension", 2, 2) != 2 {
-            return self.replaced_by_mix(entity, first, second, 0.5);
+        // Evaluation as a number swaps the cells of checkerboards in the plane.
+        let dimension = entity.params.integer(self.sink, "dimension", 2, 2);
+        if dimension == 3 {
+            let cells = Pattern::Cells {
+                color0: first,
+                color1: second,
+            };
+            return self.solid(entity, 1.0, cells);
         }
         // PBRT's cells have edges of 1, ours of 1/2.
-        let uv_transform = Mat3::from_diagonal(Vec3::new(0.5, 0.5, 1.0)) * self.mapping(entity);
-        // Evaluation as a number swaps the cells.
+        let mapping = self.mapping(entity);
+        let uv_transform = Mat3::from_diagonal(Vec3::new(0.5, 0.5, 1.0)) * mapping.uv_transform;
         let (color0, color1) = if is_spectrum {
             (first, second)
         } else {
             (second, first)
         };
-        ColorInput::Texture(self.add_texture(Texture::Checkerboard {
+        let board = self.add_texture(Texture::Checkerboard {
             color0,
             color1,
             uv_transform,
-        }))
+        });
+        ColorInput::Texture(self.at_mapped_uv(mapping, board))
     }
 
     /// Four values at the corners of the unit square, as an image of 2 x 2 texels.
@@ -163,6 +169,7 @@ impl Builder<'_> {
                 ColorInput::Texture(_) => data.extend([default; 3]),
             }
         }
+        let mapping = self.mapping(entity);
         // The centers of the texels are the corners of the square.
         let centers = Mat3::from_cols(Vec3::X * 0.5, Vec3::Y * 0.5, Vec3::new(0.25, 0.25, 1.0));
         let bitmap = Bitmap {
@@ -174,64 +181,22 @@ impl Builder<'_> {
             },
             filtering: Filtering::Bilinear,
             wrap: [Wrap::Clamp; 2],
-            uv_transform: centers * self.mapping(entity),
+            uv_transform: centers * mapping.uv_transform,
         };
-        ColorInput::Texture(self.add_texture(Texture::Bitmap(bitmap)))
+        let square = self.add_texture(Texture::Bitmap(bitmap));
+        ColorInput::Texture(self.at_mapped_uv(mapping, square))
     }
 
-    /// The transform of the texture coordinates. Other mappings than `uv` are replaced by it.
-    fn mapping(&self, entity: &Entity) -> Mat3 {
-        let params = &entity.params;
-        let number = |name, default| params.float(self.sink, name, default);
-        let scale = [number("uscale", 1.0), number("vscale", 1.0)];
-        let delta = [number("udelta", 0.0), number("vdelta", 0.0)];
-        params.ignore(&["v1", "v2"]);
-        if let Some(mapping) = params.string(self.sink, "mapping")
-            && mapping.value != "uv"
-        {
-            let message = format!(
-                "the texture mapping `{}` is not supported; texture coordinates of the shape are used",
-                mapping.value
-            );
-            let problem = Problem::new("scene::unsupported", mapping.span, message);
-            self.sink
-                .warn_once(format!("mapping {}", mapping.value), problem);
-        }
-        Mat3::from_cols(
-            Vec3::X * scale[0],
-            Vec3::Y * scale[1],
-            Vec3::new(delta[0], delta[1], 1.0),
-        )
-    }
-
-    /// The substitute of a class that is not supported. Unknown classes are reported.
+    /// The substitute of a class that is not supported: the mean of its inputs, with one warning. Unknown classes are reported.
     fn constant_texture(&mut self, entity: &Entity, is_spectrum: bool) -> ColorInput {
-        let class = &entity.params.plugin;
-        let substitute = SUBSTITUTES.iter().find(|(name, _)| *name == class.value);
-        let Some((name, mean)) = substitute else {
-            let known = SUBSTITUTES.iter().map(|(name, _)| *name);
-            self.unknown_plugin(entity, SUPPORTED.iter().copied().chain(known));
-            return ColorInput::Constant(Rgb::splat(0.5));
-        };
-        let names = match *name {
-            "directionmix" => ["tex1", "tex2"],
-            _ => ["outside", "inside"],
-        };
-        let first = self.nested_input(entity, is_spectrum, names[0], 0.0);
-        let second = self.nested_input(entity, is_spectrum, names[1], 1.0);
-        entity.params.ignore_all();
-        self.replaced_by_mix(entity, first, second, *mean)
-    }
-
-    /// A mixture with a constant weight of `second`, and one warning for the class.
-    fn replaced_by_mix(
-        &mut self,
-        entity: &Entity,
-        first: ColorInput,
-        second: ColorInput,
-        weight: f32,
-    ) -> ColorInput {
         let params = &entity.params;
+        if !SUBSTITUTES.contains(&params.plugin.value.as_str()) {
+            let known = SUPPORTED.iter().chain(&SUBSTITUTES);
+            self.unknown_plugin(entity, known.copied());
+            return ColorInput::Constant(Rgb::splat(0.5));
+        }
+        let first = self.nested_input(entity, is_spectrum, "tex1", 0.0);
+        let second = self.nested_input(entity, is_spectrum, "tex2", 1.0);
         params.ignore_all();
         let message = format!(
             "{} is not supported; it is replaced by its mean",
@@ -241,13 +206,12 @@ impl Builder<'_> {
         self.sink
             .warn_once(params.describe(), problem.label("not supported"));
         if let (ColorInput::Constant(a), ColorInput::Constant(b)) = (first, second) {
-            return ColorInput::Constant(a.lerp(b, weight));
+            return ColorInput::Constant(a.lerp(b, 0.5));
         }
-        let weight = FloatInput::Constant(weight);
         ColorInput::Texture(self.add_texture(Texture::Mix {
             first,
             second,
-            weight,
+            weight: FloatInput::Constant(0.5),
         }))
     }
 

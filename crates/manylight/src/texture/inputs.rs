@@ -1,0 +1,84 @@
+//! Inputs of materials and of nested textures: constant or textured.
+
+use super::{Texture, TexturePoint};
+use crate::color::Rgb;
+use crate::ids::TextureId;
+use crate::math::{Vec2, Vec3};
+
+/// A color that may vary over the surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ColorInput {
+    /// Constant value.
+    Constant(Rgb),
+    /// A texture.
+    Texture(TextureId),
+}
+
+/// A number that may vary over the surface. A texture gives its luminance, as in Mitsuba's `eval_1`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FloatInput {
+    /// Constant value.
+    Constant(f32),
+    /// A texture.
+    Texture(TextureId),
+}
+
+impl ColorInput {
+    /// Value at a point.
+    #[inline]
+    pub fn eval(&self, at: impl Into<TexturePoint>, textures: &[Texture]) -> Rgb {
+        match *self {
+            ColorInput::Constant(c) => c,
+            ColorInput::Texture(id) => textures[id.index()].eval(at, textures),
+        }
+    }
+
+    /// [`Texture::prefetch`] of a textured input.
+    #[inline]
+    pub fn prefetch(&self, uv: Vec2, textures: &[Texture]) {
+        if let ColorInput::Texture(id) = self {
+            textures[id.index()].prefetch(uv);
+        }
+    }
+
+    /// Luminance at a point, for float parameters.
+    pub(super) fn eval_float(&self, at: TexturePoint, textures: &[Texture]) -> f32 {
+        match *self {
+            ColorInput::Constant(c) => c.luminance(),
+            ColorInput::Texture(id) => textures[id.index()].eval_float(at, textures),
+        }
+    }
+
+    pub(super) fn max_channel(&self, textures: &[Texture]) -> f32 {
+        match *self {
+            ColorInput::Constant(c) => c.max_channel(),
+            ColorInput::Texture(id) => textures[id.index()].max_channel(textures),
+        }
+    }
+
+    /// [`Texture::gradient`] of a textured input, else 0.
+    pub(super) fn gradient(&self, at: TexturePoint, dp: [Vec3; 2], textures: &[Texture]) -> Vec2 {
+        match *self {
+            ColorInput::Constant(_) => Vec2::ZERO,
+            ColorInput::Texture(id) => textures[id.index()].gradient(at, dp, textures),
+        }
+    }
+
+    pub(super) fn max_luminance(&self, textures: &[Texture]) -> f32 {
+        match *self {
+            ColorInput::Constant(c) => c.luminance(),
+            ColorInput::Texture(id) => textures[id.index()].max_luminance(textures),
+        }
+    }
+}
+
+impl FloatInput {
+    /// Value at a point.
+    #[inline]
+    pub fn eval(&self, at: impl Into<TexturePoint>, textures: &[Texture]) -> f32 {
+        match *self {
+            FloatInput::Constant(v) => v,
+            FloatInput::Texture(id) => textures[id.index()].eval_float(at, textures),
+        }
+    }
+}
