@@ -6,6 +6,7 @@ use manylight::integrators::many_light::{
     Compensation, EmissionKind, FluxRule, GlossyForm, Kernel, Placement, Resampling, Strategy,
     TableStorage,
 };
+use manylight_io::image::View;
 
 /// Names of values, in the order of the help.
 pub(crate) type Names<T> = [(&'static str, T)];
@@ -116,6 +117,29 @@ pub(crate) const FILTERS: &Names<Filter> = &[
     ),
     ("catmullrom", Filter::CatmullRom),
     ("lanczos", Filter::Lanczos { lobes: 3.0 }),
+];
+
+/// Names of `--view`.
+pub(crate) const VIEWS: &Names<View> = &[
+    ("standard", View::Standard),
+    ("neutral", View::Neutral),
+    ("agx", View::Agx),
+];
+
+/// Naming of the layers of EXR files.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum AovNames {
+    /// `R`, `normal.X`.
+    #[default]
+    Manylight,
+    /// `ViewLayer.Combined.R`, `ViewLayer.Normal.X`, as Blender writes them.
+    Blender,
+}
+
+/// Names of `--aov-names`.
+pub(crate) const AOV_NAMES: &Names<AovNames> = &[
+    ("manylight", AovNames::Manylight),
+    ("blender", AovNames::Blender),
 ];
 
 /// Parser of one of `names`; clap suggests the most similar name.

@@ -93,7 +93,7 @@ pub(crate) const PRESETS: &[Preset] = &[
     },
     Preset {
         name: "aov",
-        summary: "Albedo, normal and depth of the first surface",
+        summary: "Albedo, normal, depth, position and mattes of what the camera sees first",
         kind: || MethodKind::Aov,
     },
 ];

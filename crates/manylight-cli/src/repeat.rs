@@ -1,12 +1,13 @@
 //! The settings of a render as text: for the JSON report, for the metadata of images, and as a command that repeats the render.
 
 use crate::args::{Denoiser, Units, environment_name};
-use crate::names::{FILTERS, filter_name, name_of};
+use crate::names::{AOV_NAMES, AovNames, FILTERS, VIEWS, filter_name, name_of};
 use crate::preset;
 use crate::request::RenderRequest;
 use manylight::film::FilmDesc;
 use manylight::integrators::{Method, MethodKind};
 use manylight_denoise::Version;
+use manylight_io::image::View;
 use manylight_lab::text::quoted;
 use serde_json::{Map, Value, json};
 
@@ -57,7 +58,11 @@ impl Settings<'_> {
         put("sensor", request.sensor.into());
         put("seed", request.seed.into());
         put("threads", self.threads.into());
-        put("exposure", request.exposure.into());
+        let picture = &request.picture;
+        put("exposure", picture.exposure.into());
+        put("view", json!(name_of(VIEWS, &picture.view)));
+        put("aov", picture.aov_words().into());
+        put("aov-names", json!(name_of(AOV_NAMES, &picture.aov_names)));
         put("denoise", json!(request.denoise.map(denoiser_name)));
         put(
             "oidn-version",
@@ -140,7 +145,19 @@ pub(crate) fn command_line(request: &RenderRequest, passes: u32) -> String {
     if let Some(file) = &request.oidn_lib {
         option("oidn-lib", file.display().to_string());
     }
-    option("exposure", request.exposure.to_string());
+    let picture = &request.picture;
+    option("exposure", picture.exposure.to_string());
+    if picture.view != View::default() {
+        let name = name_of(VIEWS, &picture.view);
+        option("view", name.unwrap_or_default().into());
+    }
+    if !picture.aov.is_empty() {
+        option("aov", picture.aov_words());
+    }
+    if picture.aov_names != AovNames::default() {
+        let name = name_of(AOV_NAMES, &picture.aov_names);
+        option("aov-names", name.unwrap_or_default().into());
+    }
     let gltf = &request.gltf;
     if let Some(units) = gltf.light_units {
         option("light-units", Units::name(units).into());
@@ -186,6 +203,7 @@ mod tests {
             "-m photon-map --photons 99 --max-depth 3 --denoise oidn",
             "-m direct --denoise oidn --oidn-lib some/library.so",
             "-m path --light-units raw --environment sky.hdr --environment-scale 2 --variant red",
+            "-m direct --view agx --aov object,position --aov-names blender",
             "-m path --hide-emitters --sensor 2 --exposure -1.5 --max-depth 4 -o a.hdr -o b.pfm",
         ] {
             let start = ["manylight", "render", "a/scene.xml"].into_iter();

@@ -5,7 +5,7 @@ use crate::output::{human_time, print_message};
 use crate::repeat::{Settings, command_line};
 use manylight::render::Stats;
 use serde_json::{Map, Value, json};
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 /// Version of the shape of the JSON object.
 const SCHEMA: &str = "manylight.render/1";
@@ -21,6 +21,8 @@ pub(crate) struct RenderReport<'r> {
     pub(crate) passes: u32,
     /// Warnings without repetitions.
     pub(crate) warnings: &'r [String],
+    /// SHA-256 of the files of the scene.
+    pub(crate) scene_digest: &'r str,
 }
 
 impl RenderReport<'_> {
@@ -41,6 +43,7 @@ impl RenderReport<'_> {
             "schema": SCHEMA,
             "version": env!("CARGO_PKG_VERSION"),
             "scene": request.scene.display().to_string(),
+            "scene_sha256": self.scene_digest,
             "method": request.method,
             "settings": self.settings.to_json(),
             "stages": stages,
@@ -112,11 +115,16 @@ impl RenderReport<'_> {
             ),
             ("command".into(), command_line(request, self.passes)),
             ("scene".into(), request.scene.display().to_string()),
+            ("scene.sha256".into(), self.scene_digest.into()),
             ("method".into(), request.method.into()),
             ("passes".into(), self.passes.to_string()),
+            ("samples".into(), self.passes.to_string()),
+            ("capDate".into(), capture_date(SystemTime::now())),
             ("warnings".into(), self.warnings.len().to_string()),
         ];
         entries.extend(self.settings.metadata());
+        let total: Duration = self.stats.stages().iter().map(|(_, time)| *time).sum();
+        entries.push(("seconds".into(), format!("{:.3}", total.as_secs_f64())));
         for (name, time) in self.stats.stages() {
             entries.push((
                 format!("seconds.{name}"),
@@ -143,6 +151,12 @@ impl RenderReport<'_> {
             parts.join(", ")
         ));
     }
+}
+
+/// Universal time as OpenEXR's attribute `capDate` has it: `YYYY:MM:DD hh:mm:ss`.
+fn capture_date(time: SystemTime) -> String {
+    let text = humantime::format_rfc3339_seconds(time).to_string();
+    text.replace('-', ":").replace('T', " ").replace('Z', "")
 }
 
 /// `part / whole`, or 0 if `whole` is 0.

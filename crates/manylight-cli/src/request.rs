@@ -1,6 +1,6 @@
 //! The request of a render: all options with their defaults, checked before any file is read.
 
-use crate::args::{CameraArgs, Denoiser, LightArgs, MapsArgs, PathArgs, RenderArgs};
+use crate::args::{CameraArgs, Denoiser, LightArgs, MapsArgs, PathArgs, PictureArgs, RenderArgs};
 use crate::failure::Failure;
 use crate::method::method_kind;
 use crate::values::{Crop, MaxDepth};
@@ -52,8 +52,8 @@ pub(crate) struct RenderRequest {
     pub(crate) threads: Option<usize>,
     /// Largest estimated memory in bytes.
     pub(crate) memory_limit: Option<u64>,
-    /// Exposure of 8-bit files in stops.
-    pub(crate) exposure: f32,
+    /// Layers and colors of pictures.
+    pub(crate) picture: PictureArgs,
     /// The denoiser; `None` for the image as it is.
     pub(crate) denoise: Option<Denoiser>,
     /// Library file of the denoiser; `None` to search it.
@@ -95,13 +95,19 @@ impl RenderRequest {
                 "choose another --method, or omit --denoise",
             ));
         }
+        if !args.picture.aov.is_empty() && request.kind == MethodKind::LightTracer {
+            return Err(Failure::usage(
+                "--aov: the method light-trace has no camera paths, which find these layers",
+                "choose another --method, or omit --aov",
+            ));
+        }
         Ok(RenderRequest {
             budget,
             denoise,
             oidn_lib: args.denoise.oidn_lib.clone(),
             memory_limit: args.memory_limit,
             gltf: args.gltf.options(),
-            exposure: args.exposure,
+            picture: args.picture.clone(),
             ..request
         })
     }
@@ -154,7 +160,7 @@ impl RenderRequest {
             seed: paths.seed,
             threads: paths.threads.map(|n| n.get() as usize),
             memory_limit: None,
-            exposure: 0.0,
+            picture: PictureArgs::default(),
             denoise: None,
             oidn_lib: None,
             strict: paths.strict,
@@ -182,6 +188,7 @@ impl RenderRequest {
         Method {
             kind: self.kind.clone(),
             limits,
+            extra: self.picture.extra_layers(&self.kind),
         }
     }
 

@@ -3,7 +3,7 @@
 use crate::oidn::Features;
 use manylight::film::{Film, Layer};
 use manylight::image::Image;
-use manylight::integrators::{Method, MethodKind};
+use manylight::integrators::{ExtraLayers, Method, MethodKind};
 use manylight::render::{Budget, RenderJob, Stats, render};
 use std::sync::atomic::AtomicBool;
 
@@ -28,6 +28,7 @@ pub fn render_features(job: &RenderJob, passes: u32, cancel: &AtomicBool) -> Fil
         method: Method {
             kind: MethodKind::Aov,
             limits: job.method.limits,
+            extra: ExtraLayers::default(),
         },
         budget: Budget::passes(passes),
         seed: job.seed ^ SEED,

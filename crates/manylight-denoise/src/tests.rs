@@ -5,7 +5,7 @@ use crate::{
 };
 use manylight::film::{Film, Layer};
 use manylight::image::Image;
-use manylight::integrators::{Method, MethodKind};
+use manylight::integrators::{ExtraLayers, Method, MethodKind};
 use manylight::render::{Budget, RenderJob, render_film};
 use manylight::sampling::rng::Pcg;
 use manylight::testing::scenes::glossy_box;
@@ -136,6 +136,7 @@ fn a_film_is_denoised_with_its_features() {
         method: Method {
             kind: MethodKind::Path,
             limits: scene.limits,
+            extra: ExtraLayers::default(),
         },
         budget: Budget::passes(8),
         seed: 1,

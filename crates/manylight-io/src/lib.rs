@@ -78,6 +78,6 @@ pub use error::{Diagnostic, LoadError, LoadErrorKind, Location, Severity};
 pub use file_error::{FileError, FileErrorKind};
 pub use scene::{
     EnvironmentSource, GltfOptions, LightUnits, LoadOptions, LoadedScene, SupportedFamily,
-    check_scene, load_scene, supported,
+    check_scene, load_scene, scene_digest, supported,
 };
 pub use warning::Warning;

@@ -129,7 +129,7 @@ fn picture(size: UVec2, pixels: &[Rgb]) -> LayeredImage {
         width: size.x as usize,
         height: size.y as usize,
         layers: vec![rgb_layer("", pixels)],
-        metadata: Vec::new(),
+        ..LayeredImage::default()
     }
 }
 

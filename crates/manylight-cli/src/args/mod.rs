@@ -4,6 +4,7 @@ mod gltf;
 mod inspect;
 mod lights;
 mod measure;
+mod picture;
 mod render;
 
 pub(crate) use gltf::{Units, environment_name};
@@ -12,6 +13,7 @@ pub(crate) use inspect::{
 };
 pub(crate) use lights::LightArgs;
 pub(crate) use measure::{CompareArgs, StudyArgs};
+pub(crate) use picture::PictureArgs;
 pub(crate) use render::{CameraArgs, Denoiser, DisplayArgs, PathArgs, ProgressKind, RenderArgs};
 
 use clap::{Parser, Subcommand};

@@ -2,6 +2,7 @@
 
 use super::gltf::GltfArgs;
 use super::lights::LightArgs;
+use super::picture::PictureArgs;
 use crate::names::{FILTERS, one_of};
 use crate::preset::{self, PRESETS, Preset};
 use crate::values::{self, Crop, MaxDepth};
@@ -34,9 +35,9 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_name = "SIZE", value_parser = values::bytes)]
     pub(crate) memory_limit: Option<u64>,
 
-    /// Exposure of png and jpg files in stops.
-    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true, value_parser = values::finite)]
-    pub(crate) exposure: f32,
+    /// Layers and colors of pictures.
+    #[command(flatten)]
+    pub(crate) picture: PictureArgs,
 
     /// Denoising.
     #[command(flatten)]

@@ -132,7 +132,7 @@ struct Memory {
 const BYTES_PER_TRIANGLE: usize = 100;
 
 /// Layers of a render.
-const LAYERS: [Layer; 8] = [
+const LAYERS: [Layer; 9] = [
     Layer::Beauty,
     Layer::Emission,
     Layer::Direct,
@@ -141,13 +141,14 @@ const LAYERS: [Layer; 8] = [
     Layer::Albedo,
     Layer::Normal,
     Layer::Depth,
+    Layer::Alpha,
 ];
 
 impl Memory {
     fn new(desc: &SceneDesc) -> Self {
         let geometry = desc.shapes.iter().map(geometry_bytes).sum();
         let textures = desc.textures.iter().map(texture_bytes).sum();
-        let film_bytes = |s: &SensorDesc| Film::bytes_for(s.film.crop_size, &LAYERS);
+        let film_bytes = |s: &SensorDesc| Film::bytes_for(s.film.crop_size, &LAYERS, &[]);
         let film = desc.sensors.first().map_or(0, film_bytes);
         Memory {
             geometry,

@@ -1,6 +1,6 @@
 //! `manylight maps`: maps of importance and incident flux, and the positions of virtual lights, as images.
 
-use super::render::{load, thread_pool};
+use super::render::{Loaded, load, thread_pool};
 use crate::args::{DisplayArgs, MapsArgs};
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
@@ -46,7 +46,7 @@ pub(crate) fn run(args: &MapsArgs) -> Result<ExitCode, Failure> {
     let interrupt = Interrupt::install()?;
     let pool = thread_pool(request.threads)?;
     let stats = Stats::default();
-    let (scene, _) = pool.install(|| load(&request, &stats, display))?;
+    let Loaded { scene, .. } = pool.install(|| load(&request, &stats, display))?;
     std::fs::create_dir_all(&args.output).map_err(|e| FileError::unwritable(&args.output, e))?;
     request
         .outputs
@@ -78,7 +78,7 @@ pub(crate) fn run(args: &MapsArgs) -> Result<ExitCode, Failure> {
     let pictures = pictures(&maps, &color_maps, metadata(&settings));
     for (path, picture) in request.outputs.iter().zip(&pictures) {
         let _complete_file = interrupt.writing();
-        write_image(path, picture, request.exposure)?;
+        write_image(path, picture, request.picture.display())?;
     }
     if !args.quiet {
         report(&maps, &color_maps);
@@ -165,6 +165,7 @@ fn pictures(
         height: maps.size.y as usize,
         layers,
         metadata,
+        ..LayeredImage::default()
     };
     let colors = color_maps
         .iter()

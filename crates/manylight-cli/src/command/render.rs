@@ -1,24 +1,27 @@
 //! `manylight render`: load, build, render, denoise, write, report.
 
 mod denoise;
+mod layer_names;
 mod picture;
 
 use crate::args::{DisplayArgs, RenderArgs};
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
+use crate::names::AovNames;
 use crate::output::{human_bytes, print_data, print_message, print_warnings};
 use crate::progress::{self, ProgressGoal};
 use crate::repeat::Settings;
 use crate::report::{RenderReport, resident_bytes};
 use crate::request::RenderRequest;
-use manylight::film::Film;
-use manylight::image::Image;
 use manylight::integrators::StageMemory;
 use manylight::render::{RenderJob, Stats, render};
 use manylight::scene::Scene;
 use manylight_denoise::Oidn;
-use manylight_io::image::{check_writable, write_image};
+use manylight_io::image::{ImageFormat, check_writable, write_image};
+use manylight_io::scene_digest;
+use picture::PictureSource;
 use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Renders a scene to image files.
@@ -33,7 +36,14 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode, Failure> {
     let stats = Stats::default();
     let oidn = denoise::open(&request, args.display)?;
 
-    let (scene, mut warnings) = pool.install(|| load(&request, &stats, args.display))?;
+    let Loaded {
+        scene,
+        mut warnings,
+        files,
+    } = pool.install(|| load(&request, &stats, args.display))?;
+    let digest = stats.time("load", || {
+        pool.install(|| scene_digest(&request.scene, &files))
+    })?;
     let method = request.method(scene.limits);
     let mut job = RenderJob {
         scene: &scene,
@@ -65,8 +75,16 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode, Failure> {
         stats: &stats,
         passes: film.passes(),
         warnings: &warnings,
+        scene_digest: &digest,
     };
-    write(&report, film, denoised.image.as_ref(), &interrupt)?;
+    let source = PictureSource {
+        film,
+        denoised: denoised.image.as_ref(),
+        names: &scene.names,
+        sensor: &scene.sensor,
+        metadata: report.metadata(),
+    };
+    write(&report, &source, &interrupt)?;
     finish(&report, args.display)?;
     if let Some(failure) = denoised.failure {
         return Err(failure);
@@ -115,12 +133,22 @@ pub(super) fn thread_pool(threads: Option<usize>) -> Result<ThreadPool, Failure>
         .map_err(|error| Failure::Internal(format!("cannot start threads: {error}")))
 }
 
-/// Loads and builds the scene. Returns it with its warnings, which are printed too.
+/// A scene that is ready to be rendered.
+pub(super) struct Loaded {
+    /// The scene.
+    pub(super) scene: Scene,
+    /// Warnings without repetitions.
+    pub(super) warnings: Vec<String>,
+    /// The files that were read.
+    pub(super) files: Vec<PathBuf>,
+}
+
+/// Loads and builds the scene. Its warnings are printed too.
 pub(super) fn load(
     request: &RenderRequest,
     stats: &Stats,
     display: DisplayArgs,
-) -> Result<(Scene, Vec<String>), Failure> {
+) -> Result<Loaded, Failure> {
     if display.verbose {
         print_message(format_args!("loading {}", request.scene.display()));
     }
@@ -146,7 +174,11 @@ pub(super) fn load(
         scene: request.scene.clone(),
         message: error.message,
     })?;
-    Ok((scene, warnings))
+    Ok(Loaded {
+        scene,
+        warnings,
+        files: loaded.files,
+    })
 }
 
 /// A warning if samples were not finite, which is printed too.
@@ -164,16 +196,22 @@ fn dropped_samples(stats: &Stats, display: DisplayArgs) -> Option<String> {
 
 fn write(
     report: &RenderReport,
-    film: &Film,
-    denoised: Option<&Image>,
+    source: &PictureSource,
     interrupt: &Interrupt,
 ) -> Result<(), Failure> {
-    let picture = picture::from_film(film, denoised, report.metadata());
     let request = report.settings.request;
+    let plain = source.picture(AovNames::Manylight);
+    // Only EXR files have layers with names.
+    let renamed = match request.picture.aov_names {
+        AovNames::Manylight => None,
+        other => Some(source.picture(other)),
+    };
     report.stats.time("write", || {
         request.outputs.iter().try_for_each(|path| {
+            let is_exr = ImageFormat::from_path(path)? == ImageFormat::Exr;
+            let picture = renamed.as_ref().filter(|_| is_exr).unwrap_or(&plain);
             let _complete_file = interrupt.writing();
-            write_image(path, &picture, request.exposure)
+            write_image(path, picture, request.picture.display())
         })
     })?;
     Ok(())

@@ -20,7 +20,7 @@ pub(crate) fn write(
         width: 8,
         height: 8,
         layers,
-        metadata: Vec::new(),
+        ..LayeredImage::default()
     };
     write_image(&folder.path(name), &picture, 0.0).unwrap();
 }

@@ -25,6 +25,7 @@ fn the_report_has_the_keys_of_the_contract() {
             "schema",
             "version",
             "scene",
+            "scene_sha256",
             "method",
             "settings",
             "stages",

@@ -1,6 +1,7 @@
 //! OpenEXR. Files with any channels are read; written files have one part with 32-bit float channels.
 
 use super::layered::{LayeredImage, interleave};
+use super::place::ImageWindow;
 use crate::file_error::Fault;
 use exr::image::read::read;
 use exr::image::write::WritableImage;
@@ -91,10 +92,31 @@ pub(super) fn read_channels(bytes: &[u8]) -> Result<LayeredImage, Fault> {
         }
     }
     let metadata = metadata_of(&first.attributes);
+    let window = window_of(&image.attributes.display_window, first);
     Ok(LayeredImage {
         metadata,
+        window,
         ..LayeredImage::from_channels(size.width(), size.height(), channels)
     })
+}
+
+/// The place of a part in the display window; `None` if the part fills it or reaches beyond it.
+fn window_of(
+    display: &IntegerBounds,
+    part: &Part<AnyChannels<FlatSamples>>,
+) -> Option<ImageWindow> {
+    let offset = |part: i32, display: i32| usize::try_from(part.checked_sub(display)?).ok();
+    let position = part.attributes.layer_position;
+    let window = ImageWindow {
+        full_size: [display.size.width(), display.size.height()],
+        offset: [
+            offset(position.x(), display.position.x())?,
+            offset(position.y(), display.position.y())?,
+        ],
+    };
+    let size = [part.size.width(), part.size.height()];
+    let is_inside = (0..2).all(|i| window.offset[i] + size[i] <= window.full_size[i]);
+    (is_inside && size != window.full_size).then_some(window)
 }
 
 /// Rejects headers that declare more samples than the file can contain, before anything is allocated.
@@ -150,9 +172,16 @@ fn metadata_of(attributes: &LayerAttributes) -> Vec<(String, String)> {
 const SOFTWARE: &str = "software";
 const COMMENTS: &str = "comments";
 const OWNER: &str = "owner";
+/// Local time as `YYYY:MM:DD hh:mm:ss`; here universal time, with `utcOffset` 0.
 const CAPTURE_DATE: &str = "capDate";
 
-/// The file content for an image: one part with ZIP compression and 32-bit float channels, metadata as text attributes.
+/// The tag of the color space of rendered images, and its value for linear Rec. 709 that is proportional to radiance: an identifier
+/// of the Color Interop Forum, which OpenEXR standardizes beside the chromaticities.
+const COLOR_INTEROP_ID: &str = "colorInteropID";
+const LINEAR_REC_709_SCENE: &str = "lin_rec709_scene";
+
+/// The file content for an image: one part with ZIP compression and 32-bit float channels, metadata as text attributes. The
+/// display window is the full picture, the data window the image.
 pub(super) fn encode(image: &LayeredImage) -> Result<Vec<u8>, Fault> {
     let channels = image.layers.iter().flat_map(|layer| &layer.channels);
     let channels = channels
@@ -166,11 +195,15 @@ pub(super) fn encode(image: &LayeredImage) -> Result<Vec<u8>, Fault> {
     let size = Vec2(image.width, image.height);
     let part = Part::new(
         size,
-        attributes_for(&image.metadata),
+        attributes_for(image),
         encoding,
         AnyChannels::sort(channels),
     );
-    let mut attributes = ImageAttributes::new(IntegerBounds::from_dimensions(size));
+    let full = image
+        .window
+        .map_or([image.width, image.height], |w| w.full_size);
+    let display = IntegerBounds::from_dimensions(Vec2(full[0], full[1]));
+    let mut attributes = ImageAttributes::new(display);
     attributes.chromaticities = Some(REC_709);
     let image = exr::image::Image::empty(attributes).with_layer(part);
     let mut bytes = Cursor::new(Vec::new());
@@ -189,15 +222,31 @@ const REC_709: Chromaticities = Chromaticities {
     white: Vec2(0.3127, 0.329),
 };
 
-fn attributes_for(metadata: &[(String, String)]) -> LayerAttributes {
+fn attributes_for(image: &LayeredImage) -> LayerAttributes {
     let mut attributes = LayerAttributes::default();
-    for (name, value) in metadata {
+    if let Some(window) = image.window {
+        let [x, y] = window.offset.map(|offset| offset as i32);
+        attributes.layer_position = Vec2(x, y);
+    }
+    if let Some(camera) = image.camera {
+        attributes.world_to_camera = Some(camera.camera_from_world);
+        attributes.world_to_normalized_device = Some(camera.ndc_from_world);
+        let [x, y] = camera.screen_center;
+        attributes.screen_window_center = Vec2(x, y);
+        attributes.screen_window_width = camera.screen_width;
+    }
+    let tag = AttributeValue::Text(utf8(LINEAR_REC_709_SCENE));
+    attributes.other.insert(utf8(COLOR_INTEROP_ID), tag);
+    for (name, value) in &image.metadata {
         let value = utf8(value);
         match name.as_str() {
             SOFTWARE => attributes.software_name = Some(value),
             COMMENTS => attributes.comments = Some(value),
             OWNER => attributes.owner = Some(value),
-            CAPTURE_DATE => attributes.capture_date = Some(value),
+            CAPTURE_DATE => {
+                attributes.capture_date = Some(value);
+                attributes.utc_offset = Some(0.0);
+            }
             _ => drop(
                 attributes
                     .other

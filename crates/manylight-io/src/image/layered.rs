@@ -1,5 +1,6 @@
 //! Images with named channels in layers, and metadata.
 
+use super::place::{ImageCamera, ImageWindow};
 use manylight::image::Image;
 
 /// A group of channels.
@@ -20,8 +21,12 @@ pub struct LayeredImage {
     pub height: usize,
     /// Layers. All channel names differ.
     pub layers: Vec<ImageLayer>,
-    /// Pairs of name and value. Only OpenEXR files store them.
+    /// Pairs of name and value. OpenEXR files store them, PNG files those for readers of pictures.
     pub metadata: Vec<(String, String)>,
+    /// The part of a larger picture that the image shows; `None`: all of it. Only OpenEXR files store it.
+    pub window: Option<ImageWindow>,
+    /// The camera. Only OpenEXR files store it.
+    pub camera: Option<ImageCamera>,
 }
 
 impl LayeredImage {
@@ -103,7 +108,7 @@ impl LayeredImage {
             width,
             height,
             layers,
-            metadata: Vec::new(),
+            ..LayeredImage::default()
         }
     }
 }

@@ -3,19 +3,27 @@
 //! [`read_image`] returns one or three linear channels, as a texture needs. [`read_layered_image`] and [`write_image`] keep all
 //! named channels and the metadata.
 
+mod agx;
+mod cryptomatte;
 mod exr_file;
 mod jpeg;
 mod layered;
 mod low_range;
 mod pfm;
+mod place;
+mod png_file;
 mod transfer;
+mod view;
 mod write;
 
 #[cfg(test)]
 mod tests;
 
+pub use cryptomatte::Cryptomatte;
 pub use layered::{ImageLayer, LayeredImage};
+pub use place::{ImageCamera, ImageWindow};
 pub use transfer::{Transfer, linear_from_srgb, srgb_from_linear};
+pub use view::{DisplayTransform, View};
 pub use write::{ImageFormat, check_writable, write_file, write_image};
 
 use crate::file_error::{Fault, FileError, read_bytes};

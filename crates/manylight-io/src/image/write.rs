@@ -1,12 +1,11 @@
 //! Writing of images. Files are replaced atomically: a file is complete or does not change.
 
 use super::layered::LayeredImage;
-use super::transfer::srgb_from_linear;
-use super::{exr_file, pfm};
+use super::view::DisplayTransform;
+use super::{exr_file, pfm, png_file};
 use crate::file_error::{Fault, FileError, FileErrorKind};
 use image::codecs::hdr::HdrEncoder;
 use image::codecs::jpeg::JpegEncoder;
-use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 use manylight::image::Image;
 use std::io::Write;
@@ -59,16 +58,21 @@ impl ImageFormat {
 }
 
 /// Writes `image` in the format of the extension of `path`. OpenEXR stores all channels, the other formats the beauty layer.
-/// PNG and JPEG store it times 2^`exposure_ev` with the sRGB curve, HDR and PFM linear and without exposure.
+/// PNG and JPEG store the colors that `display` gives (a number is an exposure in stops), HDR and PFM linear values.
+/// PNG files are tagged as sRGB and have the metadata for readers of pictures.
 ///
 /// The data is written to a temporary file in the same folder, flushed to disk, and renamed to `path`.
 ///
 /// # Errors
 /// The extension is unknown, the channels are inconsistent or missing, or the file cannot be written.
-pub fn write_image(path: &Path, image: &LayeredImage, exposure_ev: f32) -> Result<(), FileError> {
+pub fn write_image(
+    path: &Path,
+    image: &LayeredImage,
+    display: impl Into<DisplayTransform>,
+) -> Result<(), FileError> {
     let format = ImageFormat::from_path(path)?;
     let bytes = check_channels(image)
-        .and_then(|()| encode(format, image, exposure_ev))
+        .and_then(|()| encode(format, image, display.into()))
         .map_err(|fault| fault.in_file(path))?;
     write_file(path, &bytes)
 }
@@ -128,7 +132,11 @@ fn check_channels(image: &LayeredImage) -> Result<(), Fault> {
     }
 }
 
-fn encode(format: ImageFormat, image: &LayeredImage, exposure_ev: f32) -> Result<Vec<u8>, Fault> {
+fn encode(
+    format: ImageFormat,
+    image: &LayeredImage,
+    display: DisplayTransform,
+) -> Result<Vec<u8>, Fault> {
     if format == ImageFormat::Exr {
         return exr_file::encode(image);
     }
@@ -146,14 +154,24 @@ fn encode(format: ImageFormat, image: &LayeredImage, exposure_ev: f32) -> Result
             beauty.width,
             beauty.height,
         ),
-        ImageFormat::Png => encode_display(PngEncoder::new(&mut bytes), &beauty, exposure_ev),
+        ImageFormat::Png => {
+            let values = display_values(&beauty, display);
+            return png_file::encode(&beauty, &values, &image.metadata);
+        }
         ImageFormat::Jpg => {
             /// JPEG quality in percent; trades file size against artifacts.
             const QUALITY: u8 = 95;
-            encode_display(
-                JpegEncoder::new_with_quality(&mut bytes, QUALITY),
-                &beauty,
-                exposure_ev,
+            let values = display_values(&beauty, display);
+            let color = if beauty.channels == 3 {
+                ExtendedColorType::Rgb8
+            } else {
+                ExtendedColorType::L8
+            };
+            JpegEncoder::new_with_quality(&mut bytes, QUALITY).write_image(
+                &values,
+                beauty.width as u32,
+                beauty.height as u32,
+                color,
             )
         }
     };
@@ -162,21 +180,17 @@ fn encode(format: ImageFormat, image: &LayeredImage, exposure_ev: f32) -> Result
         .map_err(|error| Fault::new(format!("the image cannot be encoded: {error}")))
 }
 
-/// Encodes 8 bit sRGB values of the image times 2^`exposure_ev`.
-fn encode_display(
-    encoder: impl ImageEncoder,
-    image: &Image,
-    exposure_ev: f32,
-) -> image::ImageResult<()> {
-    let exposure = exposure_ev.exp2();
-    let byte = |v: f32| (srgb_from_linear((v * exposure).clamp(0.0, 1.0)) * 255.0 + 0.5) as u8;
-    let bytes: Vec<u8> = image.data.iter().map(|&v| byte(v)).collect();
-    let color = if image.channels == 3 {
-        ExtendedColorType::Rgb8
-    } else {
-        ExtendedColorType::L8
-    };
-    encoder.write_image(&bytes, image.width as u32, image.height as u32, color)
+/// The 8 bit sRGB values of an image, with its number of channels.
+fn display_values(image: &Image, display: DisplayTransform) -> Vec<u8> {
+    let byte = |v: f32| (v * 255.0 + 0.5) as u8;
+    let pixels = image.data.chunks_exact(image.channels);
+    pixels
+        .flat_map(|pixel| {
+            let color = [0, 1, 2].map(|c| pixel[c.min(image.channels - 1)]);
+            let srgb = display.srgb(color).map(byte);
+            srgb.into_iter().take(image.channels)
+        })
+        .collect()
 }
 
 /// Pixels for RGBE, which stores neither negative values nor NaN: both become 0.

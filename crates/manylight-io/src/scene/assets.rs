@@ -185,6 +185,9 @@ impl Assets {
     /// Reads all files and stores their content in `desc`. Errors are reported.
     pub(super) fn load(self, desc: &mut SceneDesc, sink: &Sink) {
         let Assets { meshes, images, .. } = self;
+        let paths = (meshes.iter().map(|(request, ..)| &request.path))
+            .chain(images.iter().map(|request| &request.path));
+        paths.for_each(|path| sink.note_read(path));
         let files: Vec<(&Path, Decode)> = images
             .iter()
             .map(|request| (request.path.as_path(), request.decode))

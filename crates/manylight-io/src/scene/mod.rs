@@ -1,19 +1,22 @@
 //! Scene files. [`load_scene`] returns a [`SceneDesc`], [`check_scene`] all problems of a file.
 
 mod assets;
+mod digest;
 mod files;
 mod gltf;
 mod mitsuba;
+mod names;
 mod pbrt;
 mod sink;
 
+pub use digest::scene_digest;
 pub use gltf::{EnvironmentSource, GltfOptions, LightUnits};
 
 use crate::error::{Diagnostic, LoadError, LoadErrorKind, Severity};
 use crate::warning::Warning;
 use manylight::scene::SceneDesc;
 use sink::Sink;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Options of loading.
@@ -34,6 +37,8 @@ pub struct LoadedScene {
     pub desc: SceneDesc,
     /// In the order of the file; repeated subjects are reported once.
     pub warnings: Vec<Warning>,
+    /// Paths of the files that were read, sorted: the scene, included files, meshes, images and spectra.
+    pub files: Vec<PathBuf>,
 }
 
 /// The supported plugins of one family in one format.
@@ -59,6 +64,7 @@ pub fn supported() -> impl Iterator<Item = SupportedFamily> {
 pub fn load_scene(path: &Path, options: &LoadOptions) -> Result<LoadedScene, LoadError> {
     let sink = Sink::default();
     let desc = load(path, options, &sink);
+    let files = sink.files_read();
     let mut warnings = Vec::new();
     for diagnostic in sink.into_diagnostics() {
         match diagnostic.severity {
@@ -79,6 +85,7 @@ pub fn load_scene(path: &Path, options: &LoadOptions) -> Result<LoadedScene, Loa
     Ok(LoadedScene {
         desc,
         warnings: warnings.into_iter().map(Warning::from).collect(),
+        files,
     })
 }
 
@@ -113,6 +120,7 @@ fn load(path: &Path, options: &LoadOptions, sink: &Sink) -> Option<SceneDesc> {
             return None;
         }
     };
+    sink.note_read(path);
     let format = detect_format(path, &bytes, sink)?;
     if matches!(format, Format::Gltf) {
         return gltf::load(path, &bytes, &options.gltf, sink);

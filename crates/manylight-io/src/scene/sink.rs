@@ -2,7 +2,7 @@
 
 use crate::error::{Diagnostic, LoadErrorKind, Location, Severity};
 use std::cell::RefCell;
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -99,6 +99,8 @@ struct SourceFile {
 pub(super) struct Sink {
     files: RefCell<Vec<SourceFile>>,
     found: RefCell<Vec<(Option<FileSpan>, Diagnostic)>>,
+    /// Paths of all files that have been read.
+    read: RefCell<BTreeSet<PathBuf>>,
     /// Subjects of [`Sink::warn_once`].
     warned: RefCell<HashSet<String>>,
 }
@@ -112,6 +114,16 @@ impl Sink {
             text,
         });
         files.len() as u32 - 1
+    }
+
+    /// Notes that the content of a file belongs to the scene.
+    pub(super) fn note_read(&self, path: &Path) {
+        self.read.borrow_mut().insert(path.to_owned());
+    }
+
+    /// The noted files, sorted.
+    pub(super) fn files_read(&self) -> Vec<PathBuf> {
+        self.read.borrow().iter().cloned().collect()
     }
 
     /// Adds a problem without a location.

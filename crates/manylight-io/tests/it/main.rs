@@ -9,6 +9,7 @@
 mod errors;
 mod gltf;
 mod materials;
+mod names;
 mod pbrt;
 mod shared_scenes;
 mod skies;

@@ -4,7 +4,7 @@
 #![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
 
 use manylight::film::{Film, Layer};
-use manylight::integrators::{ManyLight, Method, MethodKind};
+use manylight::integrators::{ExtraLayers, ManyLight, Method, MethodKind};
 use manylight::render::{Budget, Observer, RenderJob, Stats, render};
 use manylight::scene::Scene;
 use manylight_io::{LoadOptions, load_scene};
@@ -163,6 +163,7 @@ impl Check {
         let method = Method {
             kind: self.kind.clone(),
             limits: scene.limits,
+            extra: ExtraLayers::default(),
         };
         let job = RenderJob {
             scene: &scene,

@@ -169,7 +169,7 @@ mod tests {
             width: 2,
             height: 1,
             layers,
-            metadata: Vec::new(),
+            ..LayeredImage::default()
         }
     }
 

@@ -17,7 +17,7 @@ mod plot;
 use manylight::film::Film;
 use manylight::geometry::{Mesh, Shape};
 use manylight::integrators::many_light::ManyLight;
-use manylight::integrators::{Method, MethodKind};
+use manylight::integrators::{ExtraLayers, Method, MethodKind};
 use manylight::math::UVec2;
 use manylight::render::{Budget, Observer, RenderJob, Stats, render};
 use manylight::scene::{Scene, SceneDesc};
@@ -143,6 +143,7 @@ fn stages(scene: &Scene, lights: u32, threads: usize) -> Vec<(&'static str, f64)
                 ..preset
             }),
             limits: scene.limits,
+            extra: ExtraLayers::default(),
         },
         budget: Budget {
             passes: Some(1),

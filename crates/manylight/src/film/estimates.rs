@@ -16,6 +16,21 @@ impl Film {
         Some(self.collect(|sums, i| sums.sums[i * self.layers.len() + l].map(|v| (v / n) as f32)))
     }
 
+    /// Fraction of each pixel that the picture covers, in [0, 1], one channel; `None` if the film does not record [`Layer::Alpha`].
+    ///
+    /// With `w` the weight of a sample by the reconstruction filter, its mean being 1, and `c` its covered fraction, the
+    /// estimate is `E[w c] - E[c] (E[w] - 1)`. The second term is a control variate: pixels that are covered as a whole are
+    /// exactly 1 for filters with negative lobes too.
+    pub fn alpha(&self) -> Option<Image> {
+        let raw = self.image(Layer::Alpha)?;
+        let alpha = |raw: &[f32]| (raw[0] - raw[1] * (raw[2] - 1.0)).clamp(0.0, 1.0);
+        Some(Image {
+            channels: 1,
+            data: raw.data.chunks_exact(3).map(alpha).collect(),
+            ..raw
+        })
+    }
+
     /// [`Film::layer_variance`] of the beauty.
     pub fn variance(&self) -> Image {
         self.layer_variance(Layer::Beauty).unwrap_or_default()

@@ -21,6 +21,10 @@ pub enum Layer {
     Albedo,
     /// Shading normal of the first surface, in world space.
     Normal,
+    /// Raw values of [`Film::alpha`](super::Film::alpha): filter weight times covered fraction, covered fraction, filter weight.
+    Alpha,
+    /// Position of the first surface that scatters, in world space, in the scene's unit, times the covered fraction of the sample.
+    Position,
     /// Distance to the first surface along the camera ray, in the scene's unit; 0 where the ray hits nothing.
     Depth,
     /// Size of the light cuts of a sample: number of lights and clusters that its sums over virtual lights evaluate.
@@ -41,6 +45,8 @@ impl Layer {
             Layer::Caustics => "caustics",
             Layer::Albedo => "albedo",
             Layer::Normal => "normal",
+            Layer::Alpha => "alpha",
+            Layer::Position => "position",
             Layer::Depth => "depth",
             Layer::CutSize => "cut_size",
             Layer::CutBound => "cut_bound",

@@ -4,6 +4,7 @@
 //! threads gives the same bits. The values of a pass are kept apart until the pass is complete: a cancelled pass is discarded.
 
 mod batches;
+mod coverage;
 mod description;
 mod estimates;
 pub mod filter;
@@ -14,6 +15,7 @@ mod tests;
 mod tile_samples;
 mod tiles;
 
+pub use coverage::{IdLayer, RankedIds};
 pub use description::FilmDesc;
 pub use filter::{Filter, FilterSampler, Window};
 pub use layer::Layer;
@@ -24,6 +26,7 @@ pub use tiles::{TILE_SIZE, Tile};
 use crate::color::Rgb;
 use crate::math::UVec2;
 use batches::{BatchCounts, BatchMoments};
+use coverage::{CoverageSums, IdSample};
 use layer::Slots;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -34,11 +37,15 @@ use tiles::TileGrid;
 pub struct Film {
     desc: FilmDesc,
     layers: Vec<Layer>,
+    /// Recorded id layers.
+    id_layers: Vec<IdLayer>,
     /// Indices in `layers` of those with a variance.
     with_variance: Vec<usize>,
     tiles: Vec<TileSums>,
     /// Values of the current pass, by tile of the shifted grid of that pass.
     pass: Vec<Vec<Rgb>>,
+    /// Ids of the current pass by the same tiles, sorted by pixel.
+    pass_ids: Vec<Vec<IdSample>>,
     passes: u32,
     /// Completed batches.
     batches: BatchCounts,
@@ -54,6 +61,8 @@ struct TileSums {
     sums: Vec<[f64; 3]>,
     /// Sum over passes of the square, by pixel and layer with a variance.
     squares: Vec<[f64; 3]>,
+    /// Sum over passes, by pixel and id layer.
+    coverage: Vec<CoverageSums>,
     /// Sums over pixels and the passes of the current batch: the beauty, and the beauty without [`Layer::Emission`].
     batch: [[f64; 3]; 2],
     /// Moments of the beauty's sum over pixels, over completed batches.
@@ -66,6 +75,14 @@ impl Film {
     /// # Panics
     /// If the first of `layers` is not [`Layer::Beauty`].
     pub fn new(desc: FilmDesc, layers: &[Layer]) -> Self {
+        Film::with_ids(desc, layers, &[])
+    }
+
+    /// [`Film::new`] with coverage by id.
+    ///
+    /// # Panics
+    /// If the first of `layers` is not [`Layer::Beauty`].
+    pub fn with_ids(desc: FilmDesc, layers: &[Layer], id_layers: &[IdLayer]) -> Self {
         assert_eq!(
             layers.first(),
             Some(&Layer::Beauty),
@@ -80,6 +97,7 @@ impl Film {
                 tile,
                 sums: vec![[0.0; 3]; tile.count() * layers.len()],
                 squares: vec![[0.0; 3]; tile.count() * with_variance.len()],
+                coverage: vec![CoverageSums::new(); tile.count() * id_layers.len()],
                 batch: Default::default(),
                 moments: BatchMoments::default(),
             })
@@ -87,9 +105,11 @@ impl Film {
         Film {
             desc,
             layers: layers.to_vec(),
+            id_layers: id_layers.to_vec(),
             with_variance,
             tiles,
             pass: Vec::new(),
+            pass_ids: Vec::new(),
             passes: 0,
             batches: BatchCounts::default(),
             image_moments: Default::default(),
@@ -97,11 +117,12 @@ impl Film {
     }
 
     /// Memory of a film of `size` pixels with these layers, in bytes.
-    pub fn bytes_for(size: UVec2, layers: &[Layer]) -> usize {
+    pub fn bytes_for(size: UVec2, layers: &[Layer], id_layers: &[IdLayer]) -> usize {
         let layer = size_of::<Rgb>() + size_of::<[f64; 3]>();
         let with_variance = layers.iter().filter(|layer| layer.has_variance());
         let pixel = layers.len() * layer + with_variance.count() * size_of::<[f64; 3]>();
-        (size.x * size.y) as usize * pixel
+        let ids = id_layers.len() * coverage::BYTES_PER_PIXEL;
+        (size.x * size.y) as usize * (pixel + ids)
     }
 
     /// Size, crop window and filter.
@@ -117,6 +138,11 @@ impl Film {
     /// Recorded layers, the beauty first.
     pub fn layers(&self) -> &[Layer] {
         &self.layers
+    }
+
+    /// Recorded id layers.
+    pub fn id_layers(&self) -> &[IdLayer] {
+        &self.id_layers
     }
 
     /// Number of complete passes.
@@ -183,25 +209,33 @@ impl Film {
         let (slots, stride) = (Slots::new(&self.layers), self.layers.len());
         let tiles: Vec<Tile> = grid.tiles().collect();
         self.pass.resize_with(tiles.len(), Vec::new);
-        let complete = tiles.par_iter().zip(&mut self.pass).map(|(&tile, values)| {
+        self.pass_ids.resize_with(tiles.len(), Vec::new);
+        let id_layers = self.id_layers.as_slice();
+        let outputs = self.pass.par_iter_mut().zip(&mut self.pass_ids);
+        let complete = tiles.par_iter().zip(outputs).map(|(&tile, (values, ids))| {
             if cancel.load(Ordering::Relaxed) {
                 return false;
             }
             values.clear();
             values.resize(tile.count() * stride, Rgb::BLACK);
+            ids.clear();
             shade(&mut TileSamples {
                 tile,
                 slots,
                 stride,
                 values,
+                id_layers,
+                ids,
             });
+            ids.sort_by_key(|sample| sample.pixel);
             true
         });
         // A full reduction: `all` could skip tiles after the first `false`.
         if !complete.reduce(|| true, |a, b| a && b) {
             return false;
         }
-        let pass = &self.pass;
+        let (pass, pass_ids) = (&self.pass, &self.pass_ids);
+        let id_count = id_layers.len();
         let emission = slots.of(Layer::Emission);
         let with_variance = &self.with_variance;
         self.tiles.par_iter_mut().for_each(|sums| {
@@ -210,6 +244,8 @@ impl Film {
                 let values = &pass[tile][k * stride..][..stride];
                 if values.iter().all(|v| v.is_finite()) {
                     sums.commit(i, values, emission, with_variance);
+                    let coverage = &mut sums.coverage[i * id_count..][..id_count];
+                    coverage::add_samples(&pass_ids[tile], k, coverage);
                 } else {
                     dropped.fetch_add(1, Ordering::Relaxed);
                 }

@@ -1,5 +1,6 @@
 //! The samples of one pass in one tile.
 
+use super::coverage::{IdLayer, IdSample};
 use super::layer::Slots;
 use super::tiles::TileGrid;
 use super::{Layer, Tile};
@@ -15,6 +16,8 @@ pub struct TileSamples<'f> {
     /// Number of recorded layers. The values of one pixel are adjacent, in layer order.
     pub(super) stride: usize,
     pub(super) values: &'f mut [Rgb],
+    pub(super) id_layers: &'f [IdLayer],
+    pub(super) ids: &'f mut Vec<IdSample>,
 }
 
 /// The values that `shade` gives the layers of `size` pixels outside of any film: pixels in row order, those of one pixel adjacent in the
@@ -32,6 +35,8 @@ pub fn shaded_pixels(
             slots: Slots::new(layers),
             stride: layers.len(),
             values: &mut values,
+            id_layers: &[],
+            ids: &mut Vec::new(),
         });
         values
     };
@@ -67,6 +72,25 @@ impl TileSamples<'_> {
         }
         if let Some(slot) = self.slots.of(layer) {
             pixel[slot] += value;
+        }
+    }
+
+    /// Whether the film records ids.
+    #[inline]
+    pub fn records_ids(&self) -> bool {
+        !self.id_layers.is_empty()
+    }
+
+    /// Adds the id of a surface that covers the fraction `weight` of the sample of pixel `index`. The fractions of one sample and
+    /// layer must not exceed 1 in sum. Layers that the film does not record are ignored.
+    pub fn add_id(&mut self, index: usize, layer: IdLayer, id: u32, weight: f32) {
+        if let Some(layer) = self.id_layers.iter().position(|&other| other == layer) {
+            self.ids.push(IdSample {
+                pixel: index as u32,
+                layer: layer as u32,
+                id,
+                weight,
+            });
         }
     }
 }

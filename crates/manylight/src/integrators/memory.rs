@@ -33,7 +33,11 @@ const GLOSSY_PREFERENCE: f64 = 1.5;
 impl Method {
     /// Memory of a render of `passes` passes, or of one without end, stage by stage. Traces some photons.
     pub fn memory(&self, scene: &Scene, passes: Option<u32>, seed: u64) -> Vec<StageMemory> {
-        let film = Film::bytes_for(scene.sensor.desc().film.crop_size, &self.layers());
+        let film = Film::bytes_for(
+            scene.sensor.desc().film.crop_size,
+            &self.layers(),
+            &self.extra.id_layers(),
+        );
         let mut stages = vec![StageMemory {
             stage: "film",
             bytes: film as u64,

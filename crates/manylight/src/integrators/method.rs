@@ -2,7 +2,7 @@
 
 use super::many_light::{Compensation, ManyLight, Strategy};
 use super::photon_map::PhotonMap;
-use crate::film::Layer;
+use crate::film::{IdLayer, Layer};
 use crate::scene::PathLimits;
 
 /// A method with its settings.
@@ -12,6 +12,31 @@ pub struct Method {
     pub kind: MethodKind,
     /// Limits of path length.
     pub limits: PathLimits,
+    /// Layers beyond those that the method fills in any case.
+    pub extra: ExtraLayers,
+}
+
+/// Layers that are recorded on request.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ExtraLayers {
+    /// [`Layer::Position`].
+    pub position: bool,
+    /// [`IdLayer::Object`].
+    pub objects: bool,
+    /// [`IdLayer::Material`].
+    pub materials: bool,
+}
+
+impl ExtraLayers {
+    /// The id layers among them.
+    pub fn id_layers(&self) -> Vec<IdLayer> {
+        let layers = [
+            (self.objects, IdLayer::Object),
+            (self.materials, IdLayer::Material),
+        ];
+        let requested = layers.into_iter().filter(|(requested, _)| *requested);
+        requested.map(|(_, layer)| layer).collect()
+    }
 }
 
 /// The kinds of methods.
@@ -24,7 +49,7 @@ pub enum MethodKind {
     LightTracer,
     /// Direct light alone: path tracing to depth 2.
     Direct,
-    /// Albedo, normal and depth of the first surface; the beauty layer stays black.
+    /// What the camera sees first: albedo, normal, depth and alpha, with [`ExtraLayers`] more; the beauty layer stays black.
     Aov,
     /// Virtual lights.
     ManyLight(ManyLight),
@@ -57,7 +82,8 @@ impl Method {
             layers.push(Layer::Compensation);
         }
         if self.kind != MethodKind::LightTracer {
-            layers.extend([Layer::Albedo, Layer::Normal, Layer::Depth]);
+            layers.extend([Layer::Albedo, Layer::Normal, Layer::Depth, Layer::Alpha]);
+            layers.extend(self.extra.position.then_some(Layer::Position));
         }
         if matches!(&self.kind, MethodKind::ManyLight(method) if method.strategy != Strategy::All) {
             layers.extend([Layer::CutSize, Layer::CutBound]);

@@ -2,6 +2,7 @@
 
 mod aov;
 pub mod context;
+mod first_event;
 mod first_surface;
 mod guiding;
 mod light_tracer;
@@ -16,6 +17,6 @@ pub mod renderer;
 pub use context::PassContext;
 pub use many_light::{InterimMaps, ManyLight, PlacedLight, PreparedPasses};
 pub use memory::StageMemory;
-pub use method::{Method, MethodKind};
+pub use method::{ExtraLayers, Method, MethodKind};
 pub use photon_map::PhotonMap;
 pub use renderer::Renderer;

@@ -7,6 +7,7 @@
 //! that the next stage reads.
 
 use super::context::PassContext;
+use super::first_event::{FirstEvent, SampleShare, add_first_event};
 use super::first_surface::add_sampled_first_surface;
 use super::partition::PathStage;
 use crate::bsdf::Lobes;
@@ -39,6 +40,7 @@ pub(super) fn render_pass(
                 walk: Walk::from_sensor(scene, limits, camera.ray, throughput),
                 stage: PathStage::BeforeX,
                 sampler,
+                filter_weight: at.weight,
             }
         };
         let paths: Vec<TracedPath> = samples.tile().pixels().enumerate().map(start).collect();
@@ -130,6 +132,8 @@ struct TracedPath<'s> {
     walk: Walk<'s>,
     stage: PathStage,
     sampler: Sampler,
+    /// Weight by the reconstruction filter.
+    filter_weight: f32,
 }
 
 /// Light from an emitter that a path reflects, visibility not yet tested. Low-roughness lobes belong to another layer than
@@ -167,11 +171,15 @@ impl TracedPath<'_> {
         out: &mut TileSamples,
     ) -> bool {
         self.add(end.emitted(scene, &self.walk, None), out);
+        let is_first = FirstEvent::is_ahead_of(&self.walk);
         let SegmentEnd::Surface(x, distance) = end else {
+            if is_first {
+                self.add_event(scene, FirstEvent::of_end(scene, &end), out);
+            }
             return false;
         };
         let ends = !limits.allow(self.walk.segments() + 1);
-        if ends && self.walk.segments() > 1 {
+        if ends && !is_first {
             return false;
         }
         let v = self.walk.vertex(x, distance);
@@ -182,10 +190,14 @@ impl TracedPath<'_> {
             add_sampled_first_surface(&v, 1.0, sample.as_ref(), self.index, out);
         }
         if ends {
+            self.add_event(scene, FirstEvent::end(&v), out);
             return false;
         }
         if self.walk.pass_through(&v, self.sampler.next_1d()) {
             return true;
+        }
+        if is_first {
+            self.add_event(scene, FirstEvent::scattering(&v), out);
         }
         connections.extend(self.next_event(scene, limits, &v, plan));
         if !self.walk.follow(&v, sample) {
@@ -206,6 +218,15 @@ impl TracedPath<'_> {
             let value = self.walk.throughput() * emitted;
             out.add(self.index, self.stage.layer(), value);
         }
+    }
+
+    /// Adds what the path has met first.
+    fn add_event(&self, scene: &Scene, event: FirstEvent, out: &mut TileSamples) {
+        let share = SampleShare {
+            filter_weight: self.filter_weight,
+            share: 1.0,
+        };
+        add_first_event(scene, event, share, self.index, out);
     }
 
     /// Next-event estimation at `v`.

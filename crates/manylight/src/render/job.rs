@@ -2,7 +2,7 @@
 
 use crate::emitters::EmissionGuide;
 use crate::film::Film;
-use crate::integrators::{Method, MethodKind, PassContext, Renderer};
+use crate::integrators::{ExtraLayers, Method, MethodKind, PassContext, Renderer};
 use crate::sampling::Pass;
 use crate::scene::Scene;
 use crate::stats::Stats;
@@ -74,6 +74,7 @@ pub fn render_film(scene: &Scene, kind: MethodKind, budget: Budget, seed: u64) -
         method: Method {
             kind,
             limits: scene.limits,
+            extra: ExtraLayers::default(),
         },
         budget,
         seed,
@@ -91,7 +92,9 @@ pub fn render(
     observer: &mut dyn Observer,
 ) -> Outcome {
     let start = Instant::now();
-    let mut film = Film::new(job.scene.sensor.desc().film.clone(), &job.method.layers());
+    let film = job.scene.sensor.desc().film.clone();
+    let id_layers = job.method.extra.id_layers();
+    let mut film = Film::with_ids(film, &job.method.layers(), &id_layers);
     let mut renderer = Renderer::new(job.scene, job.method.clone());
     let never = AtomicBool::new(false);
     let guide = if job.method.emits_photons() {

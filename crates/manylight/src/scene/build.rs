@@ -1,7 +1,7 @@
 //! From a checked description to a scene.
 
 use super::check::check;
-use super::{InstanceDesc, PrimitiveDesc, Scene, SceneDesc, SceneError};
+use super::{InstanceDesc, PrimitiveDesc, Scene, SceneDesc, SceneError, SurfaceNames};
 use crate::bsdf::Materials;
 use crate::emitters::Emitters;
 use crate::geometry::{Geometry, Instance, Primitive};
@@ -10,6 +10,7 @@ use crate::sensors::Sensor;
 /// See [`Scene::build`].
 pub(super) fn build(mut desc: SceneDesc, sensor: usize) -> Result<Scene, SceneError> {
     check(&desc, sensor)?;
+    let names = SurfaceNames::new(&desc);
     let materials = Materials::new(desc.materials);
     let groups = group_ranges(desc.primitives.len(), &desc.groups);
     let placed = desc
@@ -28,6 +29,7 @@ pub(super) fn build(mut desc: SceneDesc, sensor: usize) -> Result<Scene, SceneEr
         emitters,
         sensor,
         limits: desc.limits,
+        names,
     })
 }
 

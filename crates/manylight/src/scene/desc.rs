@@ -21,6 +21,8 @@ pub struct SceneDesc {
     pub instances: Vec<InstanceDesc>,
     /// Materials.
     pub materials: Vec<Material>,
+    /// Names of the materials in the file, by the same indices; missing or empty where a material has none.
+    pub material_names: Vec<String>,
     /// Textures.
     pub textures: Vec<Texture>,
     /// Emitters. The surface of an `Emitter::Area` is the primitives that refer to it.
@@ -34,7 +36,7 @@ pub struct SceneDesc {
 /// A placed shape.
 #[derive(Clone, Debug)]
 pub struct PrimitiveDesc {
-    /// Name or id in the file, for messages; may be empty.
+    /// Name or id in the file, for messages and mattes; may be empty.
     pub name: String,
     /// The shape.
     pub shape: ShapeId,
@@ -51,6 +53,8 @@ pub struct PrimitiveDesc {
 /// An instance of a group.
 #[derive(Clone, Debug)]
 pub struct InstanceDesc {
+    /// Name or id in the file; may be empty.
+    pub name: String,
     /// Index into `SceneDesc::groups`.
     pub group: usize,
     /// Group to world.

@@ -5,11 +5,13 @@ mod check;
 mod check_materials;
 pub mod desc;
 pub mod error;
+mod names;
 #[cfg(test)]
 mod tests;
 
 pub use desc::{InstanceDesc, PathLimits, PrimitiveDesc, SceneDesc};
 pub use error::SceneError;
+pub use names::SurfaceNames;
 
 use crate::bsdf::{Bsdf, Material, Materials};
 use crate::color::Rgb;
@@ -39,6 +41,8 @@ pub struct Scene {
     pub sensor: Sensor,
     /// Limits on path length in the file.
     pub limits: PathLimits,
+    /// Names of objects and materials.
+    pub names: SurfaceNames,
 }
 
 impl Scene {

@@ -119,6 +119,7 @@ fn broken_references_are_refused() {
     refused(
         |d| {
             d.instances.push(InstanceDesc {
+                name: String::new(),
                 group: 0,
                 world_from_group: Affine3A::IDENTITY,
             })

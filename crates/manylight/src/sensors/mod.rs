@@ -1,5 +1,6 @@
 //! Sensors: camera rays for film positions, and importance at points.
 
+mod matrices;
 #[cfg(test)]
 mod tests;
 

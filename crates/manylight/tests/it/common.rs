@@ -1,7 +1,7 @@
 //! Renders for tests.
 
 use manylight::film::Film;
-use manylight::integrators::{Method, MethodKind};
+use manylight::integrators::{ExtraLayers, Method, MethodKind};
 use manylight::render::{Budget, Observer, RenderJob, Stats, render};
 use manylight::scene::Scene;
 use std::ops::ControlFlow;
@@ -18,9 +18,21 @@ impl Observer for Silent {
 
 /// `passes` passes of `kind` with the scene's own limits.
 pub(crate) fn film(scene: &Scene, kind: MethodKind, passes: u32, seed: u64) -> Film {
+    film_with(scene, kind, ExtraLayers::default(), passes, seed)
+}
+
+/// [`film`] with more layers.
+pub(crate) fn film_with(
+    scene: &Scene,
+    kind: MethodKind,
+    extra: ExtraLayers,
+    passes: u32,
+    seed: u64,
+) -> Film {
     let method = Method {
         kind,
         limits: scene.limits,
+        extra,
     };
     let budget = Budget {
         passes: Some(passes),

@@ -7,6 +7,7 @@ mod agreement;
 mod bidirectional;
 mod common;
 mod compensation;
+mod coverage;
 mod determinism;
 mod frosted_glass;
 mod furnace;

@@ -1,55 +1,121 @@
 //! The layers and metadata of an image file, from a film.
 //!
+//! `R`, `G`, `B` are premultiplied by the alpha `A`: light where nothing is, such as that of glass, adds to what is behind.
 //! With a denoised image, `R`, `G`, `B` hold it, and the layer `noisy` holds the sum of the other layers. All variances belong to the latter.
 //!
 //! The variance of the mean is infinite, that is unknown, with fewer than two passes. The same holds for the variance of block means with fewer
 //! than two batches.
 
-use manylight::film::{Film, Layer};
+use crate::names::AovNames;
+use manylight::film::{Film, IdLayer, Layer};
 use manylight::image::Image;
-use manylight_io::image::{ImageLayer, LayeredImage};
+use manylight::scene::SurfaceNames;
+use manylight::sensors::Sensor;
+use manylight_io::image::{Cryptomatte, ImageCamera, ImageLayer, ImageWindow, LayeredImage};
 use manylight_lab::noise::{self, NOISY};
 
 const RGB: &[&str] = &["R", "G", "B"];
 
-/// All layers of `film`: the image (`denoised`, if given), its variances, then the other layers.
-pub(super) fn from_film(
-    film: &Film,
-    denoised: Option<&Image>,
-    mut metadata: Vec<(String, String)>,
-) -> LayeredImage {
-    let size = film.image_size();
-    let mut layers = Vec::new();
+/// What a picture is made of.
+pub(super) struct PictureSource<'f> {
+    /// The rendered film.
+    pub(super) film: &'f Film,
+    /// The image without noise, if there is one.
+    pub(super) denoised: Option<&'f Image>,
+    /// Names of objects and materials.
+    pub(super) names: &'f SurfaceNames,
+    /// Camera of the film.
+    pub(super) sensor: &'f Sensor,
+    /// Metadata (name, value).
+    pub(super) metadata: Vec<(String, String)>,
+}
+
+impl PictureSource<'_> {
+    /// All layers of the film: the image with its alpha, its variances, the other layers, then the mattes.
+    pub(super) fn picture(&self, naming: AovNames) -> LayeredImage {
+        let film = self.film;
+        let size = film.image_size();
+        let mut layers = film_layers(film, self.denoised, naming);
+        let mut metadata = self.metadata.clone();
+        metadata.extend(noise::metadata(film));
+        for &layer in film.id_layers() {
+            let matte = matte(film, layer, self.names, naming);
+            layers.extend(matte.layers);
+            metadata.extend(matte.metadata);
+        }
+        LayeredImage {
+            width: size.x as usize,
+            height: size.y as usize,
+            layers,
+            metadata,
+            window: window(film),
+            camera: Some(camera(self.sensor)),
+        }
+    }
+}
+
+fn film_layers(film: &Film, denoised: Option<&Image>, naming: AovNames) -> Vec<ImageLayer> {
+    let mut layers: Vec<ImageLayer> = Vec::new();
+    let mut push = |name: &str, channels: &[&str], image: &Image| {
+        layers.push(named(&naming.layer(name), channels, image));
+    };
     for &layer in film.layers() {
-        let Some(image) = film.image(layer) else {
+        let (Some(image), false) = (film.image(layer), layer == Layer::Alpha) else {
             continue;
         };
         let name = match (layer, denoised) {
             (Layer::Beauty, Some(denoised)) => {
-                layers.push(named("", RGB, denoised));
+                push("", RGB, denoised);
                 NOISY
             }
             _ => layer.name(),
         };
-        layers.push(named(name, channels(layer), &image));
+        push(name, channels(layer), &image);
         if layer == Layer::Beauty {
-            layers.push(named("variance", RGB, &film.variance()));
-            let blocks = film.block_variance();
-            layers.push(named("block_variance", RGB, &blocks));
+            push("variance", RGB, &film.variance());
+            push("block_variance", RGB, &film.block_variance());
         }
     }
-    metadata.extend(noise::metadata(film));
-    LayeredImage {
-        width: size.x as usize,
-        height: size.y as usize,
-        layers,
-        metadata,
+    if let Some(alpha) = film.alpha() {
+        let alpha = named(&naming.layer(""), &["A"], &alpha);
+        layers[0].channels.extend(alpha.channels);
+    }
+    layers
+}
+
+/// A Cryptomatte of the film.
+fn matte(film: &Film, layer: IdLayer, names: &SurfaceNames, naming: AovNames) -> Cryptomatte {
+    let typename = match layer {
+        IdLayer::Object => "CryptoObject",
+        IdLayer::Material => "CryptoMaterial",
+    };
+    let pixels = film.ranked_ids(layer).unwrap_or_default();
+    Cryptomatte::new(&naming.layer(typename), names.names(layer), &pixels)
+}
+
+/// The place of a crop window; `None` if the film has none.
+fn window(film: &Film) -> Option<ImageWindow> {
+    let desc = film.desc();
+    let pixels = |v: manylight::math::UVec2| v.to_array().map(|v| v as usize);
+    (desc.crop_size != desc.size).then(|| ImageWindow {
+        full_size: pixels(desc.size),
+        offset: pixels(desc.crop_offset),
+    })
+}
+
+fn camera(sensor: &Sensor) -> ImageCamera {
+    let screen = sensor.screen_window();
+    ImageCamera {
+        camera_from_world: sensor.camera_from_world().to_cols_array(),
+        ndc_from_world: sensor.film_from_world().to_cols_array(),
+        screen_center: screen.map_or([0.0; 2], |(center, _)| center.to_array()),
+        screen_width: screen.map_or(1.0, |(_, width)| width),
     }
 }
 
 fn channels(layer: Layer) -> &'static [&'static str] {
     match layer {
-        Layer::Normal => &["X", "Y", "Z"],
+        Layer::Normal | Layer::Position => &["X", "Y", "Z"],
         Layer::Depth => &["Z"],
         Layer::CutSize | Layer::CutBound => &["Y"],
         _ => RGB,
@@ -109,9 +175,8 @@ mod tests {
                 samples.add(i, Layer::Depth, Rgb::splat(5.0));
             }
         });
-        let picture = from_film(&film, None, vec![("a".into(), "b".into())]);
-        let names: Vec<&str> = picture
-            .layers
+        let layers = film_layers(&film, None, AovNames::Manylight);
+        let names: Vec<&str> = layers
             .iter()
             .flat_map(|l| &l.channels)
             .map(|c| c.0.as_str())
@@ -138,7 +203,7 @@ mod tests {
             ]
         );
         let (row, column) = (7, 10);
-        let at = |layer: usize, c: usize| picture.layers[layer].channels[c].1[row * 11 + column];
+        let at = |layer: usize, c: usize| layers[layer].channels[c].1[row * 11 + column];
         assert_eq!(
             (at(0, 0), at(0, 1), at(3, 2), at(5, 0)),
             (10.0, 7.0, 2.0, 5.0)

@@ -41,6 +41,7 @@ fn layered_image() -> LayeredImage {
         height: 2,
         layers,
         metadata: metadata.map(|(n, v)| (n.to_owned(), v.to_owned())).to_vec(),
+        ..LayeredImage::default()
     }
 }
 

@@ -195,3 +195,75 @@ fn new_files_have_ordinary_permissions_and_links_survive() {
     let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode();
     assert_eq!(mode(&file), mode(&plain));
 }
+
+#[test]
+fn exr_keeps_the_place_of_a_crop_and_the_camera() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.exr");
+    let window = ImageWindow {
+        full_size: [30, 20],
+        offset: [7, 18],
+    };
+    let matrix = |first: f32| std::array::from_fn(|i| first + i as f32);
+    let image = LayeredImage {
+        window: Some(window),
+        camera: Some(ImageCamera {
+            camera_from_world: matrix(1.0),
+            ndc_from_world: matrix(100.0),
+            screen_center: [0.25, -0.5],
+            screen_width: 1.5,
+        }),
+        ..layered_image()
+    };
+    write_image(&path, &image, 0.0).unwrap();
+    let read = read_layered_image(&path).unwrap();
+    assert_eq!((read.width, read.height, read.window), (3, 2, Some(window)));
+    let file = fs::File::open(&path).unwrap();
+    let meta =
+        exr::meta::MetaData::read_from_buffered(std::io::BufReader::new(file), true).unwrap();
+    let header = &meta.headers[0];
+    let attributes = &header.own_attributes;
+    assert_eq!(attributes.world_to_camera, Some(matrix(1.0)));
+    assert_eq!(attributes.world_to_normalized_device, Some(matrix(100.0)));
+    assert_eq!(attributes.screen_window_width, 1.5);
+    let display = header.shared_attributes.display_window;
+    assert_eq!(
+        (display.position.0, display.size.0, display.size.1),
+        (0, 30, 20)
+    );
+}
+
+#[test]
+fn png_is_tagged_and_says_where_it_comes_from() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.png");
+    write_image(&path, &layered_image(), 0.0).unwrap();
+    let file = std::io::BufReader::new(fs::File::open(&path).unwrap());
+    let reader = png::Decoder::new(file).read_info().unwrap();
+    let info = reader.info();
+    assert_eq!(info.srgb, Some(png::SrgbRenderingIntent::Perceptual));
+    let text = |keyword: &str| {
+        let chunk = info.utf8_text.iter().find(|chunk| chunk.keyword == keyword);
+        chunk.map(|chunk| chunk.get_text().unwrap())
+    };
+    assert_eq!(text("Software").as_deref(), Some("manylight"));
+    assert_eq!(text("scene").as_deref(), Some("Küche λ.xml"));
+    assert_eq!(text("command"), None);
+}
+
+#[test]
+fn gray_pictures_have_views() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.png");
+    let image = LayeredImage::from_channels(2, 1, vec![("Y".into(), vec![0.18, 2.0])]);
+    let agx = DisplayTransform {
+        exposure_ev: 0.0,
+        view: View::Agx,
+    };
+    write_image(&path, &image, agx).unwrap();
+    let read = read_image(&path, Transfer::Raw).unwrap();
+    assert_eq!(read.channels, 1);
+    for (found, expected) in read.data.iter().zip([0.4613, 0.8518]) {
+        assert!((found - expected).abs() < 0.003, "{found}");
+    }
+}

@@ -18,11 +18,14 @@ pub(super) fn add(desc: &mut SceneDesc, root: &Json<'_>, options: &GltfOptions) 
             radiance: Rgb::splat(options.environment_scale),
         }),
         Some(EnvironmentSource::File(path)) => match read_image(path, Transfer::Auto) {
-            Ok(image) => desc.emitters.push(Emitter::Environment(Environment {
-                image: with_three_channels(image),
-                scale: options.environment_scale,
-                world_from_emitter: orientation(),
-            })),
+            Ok(image) => {
+                root.reporter().note_read(path);
+                desc.emitters.push(Emitter::Environment(Environment {
+                    image: with_three_channels(image),
+                    scale: options.environment_scale,
+                    world_from_emitter: orientation(),
+                }));
+            }
             Err(error) => {
                 let message = format!("cannot use the environment {error}");
                 match error.kind {

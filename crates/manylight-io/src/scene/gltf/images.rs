@@ -111,10 +111,13 @@ fn source<'b>(
                 path: PathBuf::from("embedded image"),
             }),
             Target::File(path) => match std::fs::read(&path) {
-                Ok(bytes) => Some(Source {
-                    bytes: bytes.into(),
-                    path,
-                }),
+                Ok(bytes) => {
+                    json.reporter().note_read(&path);
+                    Some(Source {
+                        bytes: bytes.into(),
+                        path,
+                    })
+                }
                 Err(error) => {
                     let message = format!("`{}` cannot be read: {error}", path.display());
                     json.reporter().file_error(at.path(), &message, None);

@@ -10,6 +10,7 @@
 //!
 //! `extensions` reads the lobes and interfaces of the KHR_materials extensions.
 
+use super::super::names::name_material;
 use super::document::Document;
 use super::extensions::{Glass, Lobes};
 use super::images::Content;
@@ -26,6 +27,8 @@ use std::collections::HashMap;
 #[derive(Default)]
 pub(super) struct Materials {
     pub(super) list: Vec<Material>,
+    /// Names, by the same indices.
+    pub(super) names: Vec<String>,
     pub(super) textures: Textures,
     /// Materials without vertex attributes, which meshes share: by index and primary set of texture coordinates.
     shared: HashMap<(Option<usize>, usize), SurfaceMaterial>,
@@ -82,6 +85,11 @@ impl Materials {
             .surface(),
             None => self.default_material(vertices),
         };
+        if let Some(index) = index {
+            let name = document.materials[index].string("name");
+            let name = name.map_or_else(|| format!("material_{index}"), str::to_owned);
+            name_material(&mut self.names, material.id, &name);
+        }
         if is_shared {
             self.shared.insert(key, material);
         }

@@ -76,6 +76,7 @@ impl<'a, 'b> Meshes<'a, 'b> {
     /// Stores the materials in `desc`, and returns the textures.
     pub(super) fn into_parts(self, desc: &mut SceneDesc) -> Textures {
         desc.materials = self.materials.list;
+        desc.material_names = self.materials.names;
         self.materials.textures
     }
 
@@ -112,7 +113,7 @@ impl<'a, 'b> Meshes<'a, 'b> {
                 let parts = self.build(&key, node, hierarchy, desc);
                 self.parts.insert(key, parts);
             }
-            self.place(key, node, transform, desc);
+            self.place(key, (index, node), transform, desc);
         }
     }
 
@@ -293,11 +294,20 @@ impl<'a, 'b> Meshes<'a, 'b> {
         id
     }
 
+    /// The name of a node, or else one from its mesh and its place in the scene.
+    fn object_name(&self, key: &MeshKey, index: usize, node: &PlacedNode<'a>) -> String {
+        if let Some(name) = node.json.string("name").filter(|name| !name.is_empty()) {
+            return name.to_owned();
+        }
+        let mesh = &self.accessors.document.meshes[key.mesh];
+        format!("{}_{index}", mesh.string("name").unwrap_or("mesh"))
+    }
+
     /// Places a mesh.
     fn place(
         &mut self,
         key: MeshKey,
-        node: &PlacedNode<'a>,
+        (index, node): (usize, &PlacedNode<'a>),
         transform: DMat4,
         desc: &mut SceneDesc,
     ) {
@@ -321,7 +331,7 @@ impl<'a, 'b> Meshes<'a, 'b> {
         let uses = self.uses.get(&key).copied().unwrap_or(1);
         let triangles: usize = parts.iter().map(|part| part.triangles).sum();
         let has_emitter = parts.iter().any(|part| part.emitter.is_some());
-        let name = node.json.string("name").unwrap_or_default();
+        let name = &self.object_name(&key, index, node);
         if uses == 1 || has_emitter || triangles.saturating_mul(uses) < INSTANCED_TRIANGLES {
             let primitives = parts.iter().map(|part| primitive(part, name, affine));
             desc.primitives.extend(primitives);
@@ -333,6 +343,7 @@ impl<'a, 'b> Meshes<'a, 'b> {
             desc.groups.len() - 1
         });
         desc.instances.push(InstanceDesc {
+            name: name.to_owned(),
             group,
             world_from_group: affine,
         });

@@ -38,6 +38,11 @@ impl<'a> Reporter<'a> {
         }
     }
 
+    /// Notes that the content of a file belongs to the scene.
+    pub(super) fn note_read(&self, path: &Path) {
+        self.sink.note_read(path);
+    }
+
     /// A problem of the value at the JSON `path`.
     fn problem(&self, code: &'static str, path: &str, message: &str) -> Problem {
         match &self.excerpts {

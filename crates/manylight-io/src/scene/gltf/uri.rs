@@ -65,7 +65,10 @@ pub(super) fn read(json: &Json<'_>, text: &str, folder: &Path, what: &str) -> Op
     match target(json, text, folder, what)? {
         Target::Data(bytes) => Some(bytes),
         Target::File(path) => match std::fs::read(&path) {
-            Ok(bytes) => Some(bytes),
+            Ok(bytes) => {
+                json.reporter().note_read(&path);
+                Some(bytes)
+            }
             Err(error) => {
                 let message = format!("the {what} `{}` cannot be read: {error}", path.display());
                 json.reporter().file_error(json.path(), &message, None);

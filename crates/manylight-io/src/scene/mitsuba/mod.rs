@@ -25,6 +25,7 @@ mod values;
 mod xml;
 
 use super::assets::Assets;
+use super::names::ShapeNames;
 use super::sink::{Problem, Sink};
 use super::{LoadOptions, SupportedFamily};
 use crate::resolve::similar;
@@ -95,6 +96,7 @@ pub(super) fn load(
         area_emitters: HashMap::new(),
         groups: HashMap::new(),
         builtin_shapes: HashMap::new(),
+        shape_names: ShapeNames::default(),
         assets: Assets::default(),
     };
     builder.scene();
@@ -123,6 +125,7 @@ struct DescBuilder<'a> {
     area_emitters: HashMap<ObjectId, EmitterId>,
     groups: HashMap<ObjectId, usize>,
     builtin_shapes: HashMap<&'static str, ShapeId>,
+    shape_names: ShapeNames,
     assets: Assets,
 }
 

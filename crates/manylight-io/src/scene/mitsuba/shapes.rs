@@ -6,6 +6,7 @@ use super::super::sink::Problem;
 use super::bsdfs::PlainMaterial;
 use super::object::{ObjectId, PluginFamily};
 use super::props::Props;
+use super::values::Value;
 use super::{DescBuilder, IGNORED, Substitute};
 use crate::mesh::MeshFormat;
 use glam::{DMat3, DMat4, DVec3};
@@ -119,9 +120,24 @@ impl DescBuilder<'_> {
         }
         let group = self.group(target);
         self.desc.instances.push(InstanceDesc {
+            name: props.object().id.clone(),
             group,
             world_from_group,
         });
+    }
+
+    /// The id of a shape, or else the name of its file or plugin.
+    fn shape_name(&mut self, props: &Props<'_>) -> String {
+        let object = props.object();
+        if !object.id.is_empty() {
+            self.shape_names.reserve(&object.id);
+            return object.id.clone();
+        }
+        let file = object.params.iter().find_map(|param| match &param.value {
+            Value::String(file) if param.name.value == "filename" => Some(file.as_str()),
+            _ => None,
+        });
+        self.shape_names.of_shape(file, &object.plugin.value)
     }
 
     /// The primitive of a shape. `None` if it is ignored or its geometry is invalid.
@@ -139,7 +155,7 @@ impl DescBuilder<'_> {
         props.ignore(&["silhouette_sampling_weight", "id"]);
         self.ignore_nested(props);
         props.finish();
-        let name = props.object().id.clone();
+        let name = self.shape_name(props);
         let world_from_object = affine(to_world);
         Some(PrimitiveDesc {
             name,

@@ -225,6 +225,7 @@ impl ColorContext<'_> {
             return None;
         }
         let path = find_external_file(self.sink, self.folders, name, "spectrum file")?;
+        self.sink.note_read(&path);
         match spectra::read_spectrum(&path) {
             Ok(samples) => Some(of_samples(&samples, color_use)),
             Err(error) => {

@@ -28,6 +28,7 @@ mod textures;
 mod transforms;
 
 use super::assets::Assets;
+use super::names::{ShapeNames, name_material};
 use super::sink::{FileSpan, Problem, Sink, Text};
 use super::{SupportedFamily, whole_file};
 use crate::error::LoadErrorKind;
@@ -139,6 +140,7 @@ struct Builder<'a> {
     /// Materials behind opacities of shapes.
     masks: HashMap<(MaterialId, String), MaterialId>,
     shapes: shapes::ShapeCache,
+    shape_names: ShapeNames,
     /// Environment maps that should be square, with the sizes that are found.
     square_maps: Vec<(FileSpan, Rc<Cell<[usize; 2]>>)>,
     finish: Vec<Finish>,
@@ -161,6 +163,7 @@ impl<'a> Builder<'a> {
             default_material: None,
             masks: HashMap::new(),
             shapes: shapes::ShapeCache::default(),
+            shape_names: ShapeNames::default(),
             square_maps: Vec::new(),
             finish: Vec::new(),
         }
@@ -202,6 +205,7 @@ impl<'a> Builder<'a> {
             return;
         };
         let material = self.material(entity, &kind);
+        name_material(&mut self.desc.material_names, material, &name.value);
         let former = self.named_materials.insert(name.value.clone(), material);
         if former.is_some() {
             let message = format!(
@@ -232,7 +236,9 @@ impl<'a> Builder<'a> {
                 continue;
             };
             if let Some(world_from_group) = self.placement(instance.transform, name.span) {
+                let name = self.shape_names.distinct(&name.value);
                 self.desc.instances.push(InstanceDesc {
+                    name,
                     group: *group,
                     world_from_group,
                 });

@@ -49,6 +49,7 @@ pub(super) fn read_text(path: &Path, name: &Text, sink: &Sink) -> Option<Arc<str
             return None;
         }
     };
+    sink.note_read(path);
     match text_of(path, bytes, sink) {
         Ok(text) => text,
         Err(what) => {

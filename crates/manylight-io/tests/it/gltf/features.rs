@@ -277,3 +277,23 @@ fn ignored_features_are_named_once() {
         );
     }
 }
+
+#[test]
+fn objects_and_materials_have_names() {
+    let named = changed(&[
+        ("/nodes/0/name", json!("chair")),
+        ("/materials/0/name", json!("oak")),
+    ]);
+    for (document, object, material) in [
+        (named, "chair", "oak"),
+        (triangle(), "mesh_0", "material_0"),
+    ] {
+        let scene = load(&document);
+        let primitive = &scene.primitives[0];
+        let found = &scene.material_names[primitive.material.index()];
+        assert_eq!(
+            (primitive.name.as_str(), found.as_str()),
+            (object, material)
+        );
+    }
+}

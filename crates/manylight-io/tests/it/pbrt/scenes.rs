@@ -1,5 +1,6 @@
 //! PBRT scenes of other projects, in the folder that `MANYLIGHT_SCENES` names. Without it, the test is skipped.
 
+use super::load;
 use crate::shared_scenes::{counts, scenes};
 
 /// File, and the numbers of primitives, triangles and emitters.
@@ -33,4 +34,23 @@ fn well_known_pbrt_scenes_load_completely() {
         }
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn shapes_and_materials_have_names() {
+    let scene = load(
+        r#"MakeNamedMaterial "clay" "string type" "diffuse"
+           NamedMaterial "clay"
+           Shape "sphere"
+           Shape "sphere"
+           ObjectBegin "tree" Shape "disk" ObjectEnd
+           ObjectInstance "tree"
+           ObjectInstance "tree""#,
+    );
+    let names: Vec<&str> = scene.primitives.iter().map(|p| p.name.as_str()).collect();
+    assert_eq!(names, ["sphere", "sphere_2"]);
+    let instances: Vec<&str> = scene.instances.iter().map(|i| i.name.as_str()).collect();
+    assert_eq!(instances, ["tree", "tree_2"]);
+    let material = scene.primitives[0].material.index();
+    assert_eq!(scene.material_names[material], "clay");
 }

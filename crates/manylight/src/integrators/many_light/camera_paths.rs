@@ -11,12 +11,13 @@ use crate::color::Rgb;
 use crate::film::{FilmSampler, Layer};
 use crate::gather::Subset;
 use crate::integrators::context::PassContext;
+use crate::integrators::first_event::{FirstEvent, SampleShare, add_first_event};
 use crate::integrators::first_surface::add_first_surface;
 use crate::integrators::partition::PathStage;
 use crate::math::{UVec2, Vec2};
 use crate::sampling::{Sampler, Stream};
 use crate::transport::direct::{EmitterSample, draw_emitter_plan};
-use crate::transport::{Vertex, Walk, next_scattering_vertex};
+use crate::transport::{CameraStep, Vertex, Walk, next_scattering_vertex};
 
 /// Camera paths of a pixel after the first specular event. With fewer of them, low-roughness lobes and the choice between
 /// reflection and refraction are noisy.
@@ -35,6 +36,8 @@ struct SpecularPrefix<'s> {
     /// Distance from the camera along the path, in m.
     length: f32,
     role: PathRole,
+    /// Weight by the reconstruction filter.
+    filter_weight: f32,
 }
 
 /// What a camera path is traced for, besides the radiance emitted on the way.
@@ -55,11 +58,12 @@ struct PathNumber {
 
 impl<'s> SpecularPrefix<'s> {
     /// A path at the camera.
-    fn new(walk: Walk<'s>, role: PathRole) -> Self {
+    fn new((walk, filter_weight): (Walk<'s>, f32), role: PathRole) -> Self {
         SpecularPrefix {
             walk,
             length: 0.0,
             role,
+            filter_weight,
         }
     }
 }
@@ -105,18 +109,19 @@ impl<'s> PreparedPasses<'s> {
         }
     }
 
-    /// A camera path through the point `u` of a pixel, one of `count`.
+    /// A camera path through the point `u` of a pixel, one of `count`, and its weight by the reconstruction filter.
     fn camera_walk(
         &self,
         positions: &FilmSampler,
         (pixel, u): (UVec2, Vec2),
         count: u32,
         sampler: &mut Sampler,
-    ) -> Walk<'s> {
+    ) -> (Walk<'s>, f32) {
         let film = positions.sample(pixel, u);
         let camera = self.scene.sensor.ray(film.position, sampler.next_2d());
         let weight = Rgb::splat(camera.weight * film.weight / count as f32);
-        Walk::from_sensor(self.scene, self.limits, camera.ray, weight)
+        let walk = Walk::from_sensor(self.scene, self.limits, camera.ray, weight);
+        (walk, film.weight)
     }
 }
 
@@ -141,14 +146,19 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
         }
     }
 
-    /// Follows a path to the next vertex that scatters; adds the radiance emitted on the way, and the first surface if the path
+    /// Follows a path to the next vertex that scatters; adds the radiance emitted on the way, and what the path meets first if it
     /// gathers.
     fn next_prefix_vertex(&mut self, path: &mut SpecularPrefix<'s>) -> Option<Vertex<'s>> {
-        let limits = self.prepared.limits;
+        let (scene, limits) = (self.prepared.scene, self.prepared.limits);
         let (out, pixel) = (&mut *self.tile.out, self.pixel);
         let (length, role) = (&mut path.length, path.role);
+        let is_first = FirstEvent::is_ahead_of(&path.walk);
+        let mut ends_by = FirstEvent::Nothing;
         let (walk, sampler) = (&mut path.walk, &mut *self.sampler);
-        next_scattering_vertex(limits, walk, None, sampler, |step, throughput, sampler| {
+        let visit = |step: &CameraStep, throughput, sampler: &mut Sampler| {
+            if is_first {
+                ends_by = FirstEvent::of_last_step(scene, limits, step);
+            }
             if let Some(v) = &step.vertex {
                 *length += v.distance;
                 if let (1, PathRole::Gathers(number)) = (v.segments, role) {
@@ -158,7 +168,17 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
             let emitted = step.emitted / EMISSION_PATHS as f32;
             out.add(pixel, Layer::Emission, throughput * emitted);
             true
-        })
+        };
+        let found = next_scattering_vertex(limits, walk, None, sampler, visit);
+        if let (true, PathRole::Gathers(number)) = (is_first, role) {
+            let event = found.as_ref().map_or(ends_by, FirstEvent::scattering);
+            let share = SampleShare {
+                filter_weight: path.filter_weight,
+                share: 1.0 / number.count as f32,
+            };
+            add_first_event(scene, event, share, pixel, self.tile.out);
+        }
+        found
     }
 
     /// Gathers at the vertex `v`, the end of the specular prefix `path` for its non-specular lobes.

@@ -6,6 +6,7 @@ use crate::color::Rgb;
 use crate::emitters::{EnvironmentLobes, MAX_ENVIRONMENT_LOBES};
 use crate::film::{FilmSampler, Layer, TileSamples};
 use crate::integrators::context::PassContext;
+use crate::integrators::first_event::{FirstEvent, SampleShare, add_first_event};
 use crate::integrators::first_surface::add_first_surface;
 use crate::integrators::guiding::{environment_guide, guided_pdf, sample_direction};
 use crate::integrators::partition::PathStage;
@@ -17,7 +18,7 @@ use crate::sampling::{Pass, Sampler, Stream, rng};
 use crate::scene::{PathLimits, Scene};
 use crate::stats::Stats;
 use crate::transport::direct::{EmitterSample, draw_emitter_plan};
-use crate::transport::{Vertex, Walk, next_scattering_vertex, roulette};
+use crate::transport::{CameraStep, Vertex, Walk, next_scattering_vertex, roulette};
 
 /// Directions, and emitter samples, for the lobes that end a camera path. Unmeasured.
 const DIRECTIONS: u32 = 2;
@@ -71,6 +72,7 @@ impl PhotonMapPass<'_> {
                     stage: PathStage::BeforeX,
                     sampler,
                     describes: sample == 0,
+                    filter_weight: film.weight,
                 });
                 count += 1;
             }
@@ -99,6 +101,8 @@ struct PhotonMapPath<'s> {
     sampler: Sampler,
     /// Whether its first surface fills the layers that describe it.
     describes: bool,
+    /// Weight by the reconstruction filter.
+    filter_weight: f32,
 }
 
 impl<'s> TilePaths<'_, 's, '_, '_> {
@@ -134,7 +138,7 @@ impl<'s> TilePaths<'_, 's, '_, '_> {
         }
     }
 
-    /// Follows a path to the next vertex that scatters; adds the radiance emitted on the way, and the first surface.
+    /// Follows a path to the next vertex that scatters; adds the radiance emitted on the way, and what the path meets first.
     fn next_vertex(&mut self, path: &mut PhotonMapPath<'s>) -> Option<Vertex<'s>> {
         let pass = self.pass;
         let PhotonMapPath {
@@ -143,12 +147,18 @@ impl<'s> TilePaths<'_, 's, '_, '_> {
             stage,
             sampler,
             describes,
+            filter_weight,
         } = path;
         // After a non-specular event, photons estimate what emitters send by specular events.
         let by_photons = *stage != PathStage::BeforeX && walk.previous().event.has(Lobes::SPECULAR);
         let (out, layer) = (&mut *self.out, stage.layer());
-        let limits = pass.limits;
-        next_scattering_vertex(limits, walk, None, sampler, |step, throughput, sampler| {
+        let (scene, limits) = (pass.scene, pass.limits);
+        let is_first = FirstEvent::is_ahead_of(walk);
+        let mut ends_by = FirstEvent::Nothing;
+        let visit = |step: &CameraStep, throughput: Rgb, sampler: &mut Sampler| {
+            if is_first {
+                ends_by = FirstEvent::of_last_step(scene, limits, step);
+            }
             if !by_photons && !step.emitted.is_black() {
                 let value = throughput * step.emitted / pass.camera_paths as f32;
                 out.add(*index, layer, value);
@@ -161,7 +171,17 @@ impl<'s> TilePaths<'_, 's, '_, '_> {
                 add_first_surface(v, 1.0, sampler, *index, out);
             }
             true
-        })
+        };
+        let found = next_scattering_vertex(limits, walk, None, sampler, visit);
+        if is_first {
+            let event = found.as_ref().map_or(ends_by, FirstEvent::scattering);
+            let share = SampleShare {
+                filter_weight: *filter_weight,
+                share: 1.0 / pass.camera_paths as f32,
+            };
+            add_first_event(scene, event, share, *index, self.out);
+        }
+        found
     }
 
     /// Adds radiance that arrives along the path.

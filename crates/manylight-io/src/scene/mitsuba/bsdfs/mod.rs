@@ -4,6 +4,7 @@ mod ior;
 mod nested;
 mod roughness;
 
+use super::super::names::name_material;
 use super::super::sink::Problem;
 use super::colors::ColorUse;
 use super::object::{ObjectId, PluginFamily};
@@ -114,6 +115,8 @@ impl DescBuilder<'_> {
             None => self.substitute(&props),
         };
         self.materials.insert(id, material);
+        let names = &mut self.desc.material_names;
+        name_material(names, material, &props.object().id);
         material
     }
 

@@ -92,6 +92,7 @@ fn wavelength_pairs(text: &str) -> Option<Vec<(f32, f32)>> {
 
 fn spectrum_file(sink: &Sink, element: &XmlElement, name: &Text) -> Option<Spectrum> {
     let path = find_file(sink, &element.folders, name, "spectrum file")?;
+    sink.note_read(&path);
     match read_spectrum(&path) {
         Ok(samples) => Some(Spectrum::Sampled(samples)),
         Err(error) => {

@@ -320,7 +320,10 @@ impl TreeReader<'_> {
             return Vec::new();
         };
         let text = match std::fs::read_to_string(&found) {
-            Ok(text) => text,
+            Ok(text) => {
+                self.sink.note_read(&found);
+                text
+            }
             Err(error) => {
                 let message = format!("cannot read `{}`: {error}", found.display());
                 self.sink

@@ -64,7 +64,7 @@ impl Builder<'_> {
             transform: shape.entity.transform,
             material: shape.material.clone(),
             primitive: PrimitiveDesc {
-                name: String::new(),
+                name: self.shape_name(shape),
                 shape: placeholder,
                 world_from_object,
                 flip_normals: false,

@@ -110,7 +110,7 @@ impl Builder<'_> {
             light = self.area_light(shape, id, &world_from_object);
         }
         let front = PrimitiveDesc {
-            name: String::new(),
+            name: self.shape_name(shape),
             shape: id,
             world_from_object,
             flip_normals: shape.reverse_orientation != is_reversed,
@@ -121,6 +121,17 @@ impl Builder<'_> {
             .filter(|light| light.two_sided)
             .and_then(|_| self.back(&front));
         std::iter::once(front).chain(back).collect()
+    }
+
+    /// A name from the mesh file or the plugin of a shape: shapes have no names in PBRT.
+    pub(super) fn shape_name(&mut self, shape: &ShapeEntity) -> String {
+        let params = &shape.entity.params;
+        let is_file = params.plugin.value == "plymesh";
+        let file = is_file
+            .then(|| params.string(self.sink, "filename"))
+            .flatten();
+        let file = file.map(|file| file.value.as_str());
+        self.shape_names.of_shape(file, &params.plugin.value)
     }
 
     /// The material of a shape behind its opacity.

@@ -1,0 +1,69 @@
+//! Options of pictures: their layers, and how values become colors.
+
+use crate::names::{AOV_NAMES, AovNames, VIEWS, one_of};
+use crate::values;
+use clap::{Args, ValueEnum};
+use manylight::integrators::{ExtraLayers, MethodKind};
+use manylight_io::image::{DisplayTransform, View};
+
+/// Options of pictures.
+#[derive(Clone, Debug, Default, PartialEq, Args)]
+#[command(next_help_heading = "Pictures")]
+pub(crate) struct PictureArgs {
+    /// Exposure of png and jpg files in stops.
+    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true, value_parser = values::finite)]
+    pub(crate) exposure: f32,
+
+    /// Tone curve of png and jpg files: standard clips values at 1, neutral is Khronos PBR Neutral, agx is the AgX of Blender.
+    #[arg(long, value_name = "NAME", value_parser = one_of(VIEWS), default_value = VIEWS[0].0)]
+    pub(crate) view: View,
+
+    /// More layers in exr files, separated by commas; the method aov has all of them: position; object and material, as Cryptomatte.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub(crate) aov: Vec<Aov>,
+
+    /// Names of the layers in exr files.
+    #[arg(long, value_name = "NAMES", value_parser = one_of(AOV_NAMES), default_value = AOV_NAMES[0].0)]
+    pub(crate) aov_names: AovNames,
+}
+
+/// A layer on request.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Aov {
+    /// Positions in world space.
+    Position,
+    /// Mattes of objects.
+    Object,
+    /// Mattes of materials.
+    Material,
+    /// All of these.
+    All,
+}
+
+impl PictureArgs {
+    /// The layers to record beyond those of the method `kind`.
+    pub(crate) fn extra_layers(&self, kind: &MethodKind) -> ExtraLayers {
+        let is_all = *kind == MethodKind::Aov || self.aov.contains(&Aov::All);
+        let has = |aov| is_all || self.aov.contains(&aov);
+        ExtraLayers {
+            position: has(Aov::Position),
+            objects: has(Aov::Object),
+            materials: has(Aov::Material),
+        }
+    }
+
+    /// The words of `--aov`.
+    pub(crate) fn aov_words(&self) -> String {
+        let words = self.aov.iter().filter_map(ValueEnum::to_possible_value);
+        let words: Vec<_> = words.map(|word| word.get_name().to_owned()).collect();
+        words.join(",")
+    }
+
+    /// How values become colors of 8 bits.
+    pub(crate) fn display(&self) -> DisplayTransform {
+        DisplayTransform {
+            exposure_ev: self.exposure,
+            view: self.view,
+        }
+    }
+}

@@ -1,0 +1,76 @@
+//! Coverage of pixels by the named parts of a scene, for mattes: sums of sample weights by id.
+
+use super::Film;
+use crate::math::UVec2;
+
+/// A division of the surfaces into parts with names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum IdLayer {
+    /// Placed shapes, or instances.
+    Object,
+    /// Materials.
+    Material,
+}
+
+/// A part of one sample of a pixel that a surface covers.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct IdSample {
+    /// Index of the pixel in its tile.
+    pub(super) pixel: u32,
+    /// Index among the recorded id layers.
+    pub(super) layer: u32,
+    pub(super) id: u32,
+    /// Covered fraction of the sample.
+    pub(super) weight: f32,
+}
+
+/// Sums of one pixel in one id layer: id and sum of weights, in the order of appearance.
+pub(super) type CoverageSums = Vec<(u32, f64)>;
+
+/// Ids with the fraction of a pixel that each covers, the largest first. Fractions are positive and their sum is at most 1,
+/// but for rounding.
+pub type RankedIds = Vec<(u32, f32)>;
+
+/// Estimate of the memory of one pixel in one id layer, in bytes: the list with two entries, and the samples of a pass.
+pub(super) const BYTES_PER_PIXEL: usize =
+    size_of::<CoverageSums>() + 2 * size_of::<(u32, f64)>() + 2 * size_of::<IdSample>();
+
+/// Adds samples of pixel `pixel` out of `samples`, which are sorted by pixel. `sums` has an entry per recorded id layer.
+pub(super) fn add_samples(samples: &[IdSample], pixel: usize, sums: &mut [CoverageSums]) {
+    let pixel = pixel as u32;
+    let first = samples.partition_point(|sample| sample.pixel < pixel);
+    for sample in samples[first..].iter().take_while(|s| s.pixel == pixel) {
+        let sums = &mut sums[sample.layer as usize];
+        let weight = f64::from(sample.weight);
+        match sums.iter_mut().find(|(id, _)| *id == sample.id) {
+            Some((_, sum)) => *sum += weight,
+            None => sums.push((sample.id, weight)),
+        }
+    }
+}
+
+impl Film {
+    /// The ids that cover each pixel, pixels in row order; `None` if the film does not record `layer`. Equal fractions are
+    /// in the order of their ids. Samples are distributed by the absolute value of the reconstruction filter and count equally.
+    pub fn ranked_ids(&self, layer: IdLayer) -> Option<Vec<RankedIds>> {
+        let k = self.id_layers.iter().position(|&other| other == layer)?;
+        let n = f64::from(self.passes.max(1));
+        let UVec2 {
+            x: width,
+            y: height,
+        } = self.image_size();
+        let mut all = vec![RankedIds::new(); width as usize * height as usize];
+        for sums in &self.tiles {
+            for (i, pixel) in sums.tile.pixels().enumerate() {
+                let sums = &sums.coverage[i * self.id_layers.len() + k];
+                let mut ranked: RankedIds = sums
+                    .iter()
+                    .map(|&(id, sum)| (id, (sum / n) as f32))
+                    .collect();
+                ranked.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+                all[(pixel.y * width + pixel.x) as usize] = ranked;
+            }
+        }
+        Some(all)
+    }
+}
