@@ -2,11 +2,12 @@
 
 mod denoise;
 mod picture;
+mod preview;
 
 use crate::args::{DisplayArgs, RenderArgs};
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
-use crate::output::{human_bytes, print_data, print_message, print_warnings};
+use crate::output::{Console, human_bytes, print_data, print_message, print_warnings};
 use crate::progress::{self, ProgressGoal};
 use crate::repeat::Settings;
 use crate::report::{RenderReport, resident_bytes};
@@ -18,6 +19,7 @@ use manylight::render::{RenderJob, Stats, render};
 use manylight::scene::Scene;
 use manylight_denoise::Oidn;
 use manylight_io::image::{check_writable, write_image};
+use preview::RenderPreview;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::process::ExitCode;
 
@@ -32,6 +34,8 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode, Failure> {
     let pool = thread_pool(request.threads)?;
     let stats = Stats::default();
     let oidn = denoise::open(&request, args.display)?;
+    let console = Console::default();
+    let mut preview = RenderPreview::start(args, &request, &console);
 
     let (scene, mut warnings) = pool.install(|| load(&request, &stats, args.display))?;
     let method = request.method(scene.limits);
@@ -46,12 +50,14 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode, Failure> {
         .then(|| pool.install(|| denoise::features(&mut job, &stats, &interrupt)))
         .flatten();
     let goal = ProgressGoal::new(job.budget, args.display);
-    let outcome = progress::show(goal, &stats, interrupt.cancel(), |observer| {
+    let outcome = progress::show(goal, &stats, interrupt.cancel(), &console, |observer| {
+        let observer = &mut preview.beside(observer);
         pool.install(|| render(&job, &stats, interrupt.cancel(), observer))
     });
     warnings.extend(dropped_samples(&stats, args.display));
     let (film, features) = (&outcome.film, features.as_ref());
     let denoised = denoise::denoise(oidn.as_ref(), film, features, &stats, &interrupt);
+    pool.install(|| preview.finish(&outcome, denoised.image.as_ref(), &stats));
 
     let settings = Settings {
         request: &request,
@@ -68,6 +74,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode, Failure> {
     };
     write(&report, film, denoised.image.as_ref(), &interrupt)?;
     finish(&report, args.display)?;
+    preview.close();
     if let Some(failure) = denoised.failure {
         return Err(failure);
     }

@@ -9,6 +9,7 @@ mod describe;
 #[cfg(unix)]
 mod interrupt;
 mod maps;
+mod preview;
 mod problems;
 mod render;
 mod study;

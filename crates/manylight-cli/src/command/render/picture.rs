@@ -10,7 +10,7 @@ use manylight::image::Image;
 use manylight_io::image::{ImageLayer, LayeredImage};
 use manylight_lab::noise::{self, NOISY};
 
-const RGB: &[&str] = &["R", "G", "B"];
+pub(super) const RGB: &[&str] = &["R", "G", "B"];
 
 /// All layers of `film`: the image (`denoised`, if given), its variances, then the other layers.
 pub(super) fn from_film(
@@ -47,7 +47,7 @@ pub(super) fn from_film(
     }
 }
 
-fn channels(layer: Layer) -> &'static [&'static str] {
+pub(super) fn channels(layer: Layer) -> &'static [&'static str] {
     match layer {
         Layer::Normal => &["X", "Y", "Z"],
         Layer::Depth => &["Z"],
@@ -56,7 +56,7 @@ fn channels(layer: Layer) -> &'static [&'static str] {
     }
 }
 
-fn named(name: &str, channels: &[&str], image: &Image) -> ImageLayer {
+pub(super) fn named(name: &str, channels: &[&str], image: &Image) -> ImageLayer {
     let full_name = |channel: &str| match name {
         "" => channel.to_string(),
         _ => format!("{name}.{channel}"),
