@@ -2,7 +2,7 @@
 
 Usage: python page_in_chromium.py FOLDER SCENE [OPTIONS OF render ...]
 
-Writes growing.png, layer.png and done.png to FOLDER. The render must take 20 s or more, for example by --time 25s. Needs the Python package
+Writes growing.png, layer.png, paused.png and done.png to FOLDER. The render must take 20 s or more with several passes, for example by -m path --time 25s. Needs the Python package
 playwright, and Chromium: from MANYLIGHT_BROWSER, or found by name. Without them, a note is printed and nothing is checked. MANYLIGHT names
 the program; default: manylight.
 """
@@ -50,7 +50,7 @@ class Page:
     def passes(self):
         return int(re.search(r"pass (\d+)", self.text())[1])
 
-    def wait_for(self, pattern, seconds=20):
+    def wait_for(self, pattern, seconds=120):
         self.page.locator("#progress", has_text=re.compile(pattern)).wait_for(timeout=1000 * seconds)
 
     def mean(self):
@@ -71,6 +71,13 @@ class Page:
             slider.value = stops;
             slider.dispatchEvent(new Event("input"));
         }""", stops)
+
+    def pause(self, paused):
+        """Clicks at once; after the final picture there is nothing to pause."""
+        self.page.evaluate("""paused => {
+            const button = document.getElementById("pause");
+            if ((button.getAttribute("aria-pressed") === "true") !== paused) button.click();
+        }""", paused)
 
     def choose(self, layer):
         self.page.select_option("#layer", layer)
@@ -100,21 +107,21 @@ def use(page, folder, render):
     assert abs(page.mean() - before) > 0.1, f"{layers[-1]} looks like the image"
     page.choose(layers[0])
 
-    page.page.click("#pause")
+    page.pause(True)
     kept, shown = page.passes(), page.mean()
     page.wait_for("has arrived")
+    page.shot(folder, "paused.png")
     assert (page.passes(), page.mean()) == (kept, shown), "a paused picture changes"
-    page.page.keyboard.press("Escape")
-    page.page.click("#pause")
+    page.pause(False)
     assert page.passes() > kept, "the page does not go on"
 
-    # The final picture with all layers stays when the program has ended.
-    page.page.click("#pause")
+    # The final picture with all layers stays when the program has ended, also if it came during a pause.
+    page.pause(True)
     for line in render.stderr:
         sys.stderr.write(line)
     assert render.wait() == 0
     page.page.wait_for_timeout(500)
-    page.page.click("#pause")
+    page.pause(False)
     page.wait_for("^done")
     for layer in layers:
         page.choose(layer)

@@ -118,9 +118,11 @@ def main():
 
     recorder = Recorder()
     with tevclient.Ipc("127.0.0.1", recorder.port) as client:
-        name, names, pixels = pictures[0]
-        client.create_image(name, pixels.shape[1], pixels.shape[0], names)
+        created = None
         for name, names, pixels in pictures:
+            if names != created:
+                client.create_image(name, pixels.shape[1], pixels.shape[0], names)
+                created = names
             client.update_image(name, pixels, names)
     assert recorder.bytes() == stream, "tevclient sends other bytes"
     print(f"{len(pictures)} pictures with {len(names)} channels, {len(stream)} bytes: equal to those of tevclient {tevclient.__version__}")

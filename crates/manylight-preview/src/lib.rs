@@ -6,7 +6,7 @@
 //!
 //! # Promises
 //!
-//! * A render never waits for a viewer, and pictures take at most 2 % of its time.
+//! * A render never waits for a viewer, and pictures between the first and the last take at most 2 % of its time.
 //! * Nothing fails: a missing viewer, and one that goes away, is one warning.
 //! * The page is served on the loopback interface alone, under an address with a random token, and only for requests that name this machine as
 //!   their host. It loads nothing from elsewhere.

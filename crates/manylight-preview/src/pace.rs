@@ -2,11 +2,11 @@
 
 use std::time::{Duration, Instant};
 
-/// Shortest time between two pictures. More often costs time of the render and of the viewer, and an eye gains little.
+/// Shortest time between two pictures. Unmeasured: shorter times cost time of the render and of the viewer, longer ones let the eye wait.
 const LEAST_INTERVAL: Duration = Duration::from_secs(1);
 
-/// Largest part of the time of a render that is spent on pictures for the viewer. It makes pictures rarer where one takes more than 20 ms,
-/// that is, beyond about a million pixels with seven layers on two cores.
+/// Largest part of the time of a render that is spent on pictures after the first one. Pictures that take more than 20 ms become rarer.
+/// Unmeasured: a larger part slows the render, a smaller one makes large pictures rarer.
 const LARGEST_SHARE: f64 = 0.02;
 
 /// Decides when a picture is due, by the time of the last one and what it cost.

@@ -1,5 +1,7 @@
 //! A render never waits for a viewer, and a missing viewer gets no pictures.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on shall fail")]
+
 use manylight_io::image::ImageLayer;
 use manylight_preview::{
     Picture, Preview, PreviewTarget, Progress, RenderInfo, RenderState, TevAddress,

@@ -6,6 +6,8 @@ mod tev;
 mod tev_reader;
 
 use crate::support::{BOX, Ended, Folder};
+use std::io::{BufRead, BufReader, Read};
+use std::process::{Child, ChildStderr, Stdio};
 use std::time::{Duration, Instant};
 
 /// A render of 300 x 200 pixels: three by two tiles of tev.
@@ -28,11 +30,64 @@ fn run(folder: &Folder, options: &str, expected: &[u8]) -> (Ended, Duration) {
     (ended, start.elapsed())
 }
 
-/// Number of lines on standard error that are warnings.
+/// Lines on standard error that are warnings.
 fn warnings(ended: &Ended) -> Vec<String> {
     let text = ended.stderr();
     let lines = text.lines().filter(|line| line.contains("warning"));
     lines.map(String::from).collect()
+}
+
+/// A running render with a page.
+pub(crate) struct Served {
+    /// The program.
+    pub(super) child: Child,
+    /// What it writes after the address.
+    pub(super) stderr: BufReader<ChildStderr>,
+    /// Host and port.
+    pub(crate) host: String,
+    /// Path of the page.
+    pub(crate) path: String,
+}
+
+impl Served {
+    pub(crate) fn start(folder: &Folder, words: &str) -> Self {
+        let mut command = folder.command(words);
+        let mut child = command
+            .stderr(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut stderr = BufReader::new(child.stderr.take().unwrap());
+        let mut line = String::new();
+        while !line.starts_with("preview: ") {
+            line.clear();
+            assert_ne!(stderr.read_line(&mut line).unwrap(), 0, "no address");
+        }
+        let (host, path) = http::parts(line["preview: ".len()..].trim());
+        Served {
+            child,
+            stderr,
+            host,
+            path,
+        }
+    }
+
+    /// The answer to a request for a part of the page.
+    fn get(&self, part: &str) -> http::Answer {
+        http::answer(
+            &self.host,
+            "GET",
+            &format!("{}{part}", self.path),
+            &self.host,
+        )
+    }
+
+    /// Waits for the end; what the program wrote to standard error after its address.
+    pub(crate) fn end(mut self) -> (Ended, String) {
+        let mut text = String::new();
+        self.stderr.read_to_string(&mut text).unwrap();
+        (self.child.wait_with_output().unwrap().into(), text)
+    }
 }
 
 #[test]

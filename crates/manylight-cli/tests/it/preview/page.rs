@@ -1,66 +1,14 @@
 //! `--preview browser`: who may see the page, and what it receives.
 
-use super::http::{Answer, answer, ask, events, parts, read_answer};
-use super::{RENDER, plain_image, run, warnings};
-use crate::support::{BOX, Ended, Folder};
+use super::http::{answer, ask, events, parts, read_answer};
+use super::{RENDER, Served, plain_image, run, warnings};
+use crate::support::{BOX, Folder};
 use manylight_io::image::read_layered_image;
 use manylight_lab::viewer::halves;
 use serde_json::Value;
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufRead, Read};
 use std::net::TcpListener;
-use std::process::{Child, ChildStderr, Stdio};
 use std::time::{Duration, Instant};
-
-/// A running render with a page.
-struct Served {
-    child: Child,
-    stderr: BufReader<ChildStderr>,
-    /// Host and port.
-    host: String,
-    /// Path of the page.
-    path: String,
-}
-
-impl Served {
-    fn start(folder: &Folder, words: &str) -> Self {
-        let mut command = folder.command(words);
-        let mut child = command
-            .stderr(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let mut stderr = BufReader::new(child.stderr.take().unwrap());
-        let mut line = String::new();
-        while !line.starts_with("preview: ") {
-            line.clear();
-            assert_ne!(stderr.read_line(&mut line).unwrap(), 0, "no address");
-        }
-        let (host, path) = parts(line["preview: ".len()..].trim());
-        Served {
-            child,
-            stderr,
-            host,
-            path,
-        }
-    }
-
-    /// The answer to a request for a part of the page.
-    fn get(&self, part: &str) -> Answer {
-        answer(
-            &self.host,
-            "GET",
-            &format!("{}{part}", self.path),
-            &self.host,
-        )
-    }
-
-    /// Waits for the end; what the program wrote to standard error after its address.
-    fn end(mut self) -> (Ended, String) {
-        let mut text = String::new();
-        self.stderr.read_to_string(&mut text).unwrap();
-        (self.child.wait_with_output().unwrap().into(), text)
-    }
-}
 
 #[test]
 fn the_page_receives_the_growing_picture() {
