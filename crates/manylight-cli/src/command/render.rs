@@ -45,7 +45,8 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode, Failure> {
         budget: request.budget,
         seed: request.seed,
     };
-    pool.install(|| check_memory(&request, &job))?;
+    let pictures = preview.memory(&job);
+    pool.install(|| check_memory(&request, &job, pictures))?;
     let features = (oidn.is_some())
         .then(|| pool.install(|| denoise::features(&mut job, &stats, &interrupt)))
         .flatten();
@@ -86,7 +87,11 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode, Failure> {
 }
 
 /// Refuses a render with an estimated memory above its limit.
-fn check_memory(request: &RenderRequest, job: &RenderJob) -> Result<(), Failure> {
+fn check_memory(
+    request: &RenderRequest,
+    job: &RenderJob,
+    pictures: Option<StageMemory>,
+) -> Result<(), Failure> {
     let Some(limit) = request.memory_limit else {
         return Ok(());
     };
@@ -95,7 +100,10 @@ fn check_memory(request: &RenderRequest, job: &RenderJob) -> Result<(), Failure>
         bytes: resident_bytes(),
     };
     let render = job.method.memory(job.scene, job.budget.passes, job.seed);
-    let stages: Vec<StageMemory> = std::iter::once(scene).chain(render).collect();
+    let stages: Vec<StageMemory> = std::iter::once(scene)
+        .chain(render)
+        .chain(pictures)
+        .collect();
     let total = stages.iter().map(|stage| stage.bytes).sum();
     if total <= limit {
         return Ok(());

@@ -97,7 +97,7 @@ impl TevViewer {
         })
     }
 
-    /// Whether pictures are worth to be made.
+    /// Whether a viewer is connected, or may be connected soon.
     pub(crate) fn is_wanted(&self) -> bool {
         self.shared.presence() != Presence::Absent
     }
@@ -162,7 +162,7 @@ impl Sender {
                     connection = None;
                     self.shared.set(Presence::Absent);
                     if is_timeout(&error) {
-                        // A new connection would end in the same way, each time after megabytes.
+                        // A new connection would block in the same way, as soon as the buffers of the system are full.
                         self.warn_once(format_args!(
                             "reads nothing for {} s; it gets no more pictures",
                             WRITE_TIME.as_secs()
@@ -174,7 +174,7 @@ impl Sender {
             }
         }
         if let Some(open) = connection {
-            // What is sent arrives without us.
+            // The system delivers what is written, also after the end of the program.
             let _ = open.stream.shutdown(Shutdown::Write);
         }
     }

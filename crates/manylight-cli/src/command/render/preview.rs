@@ -6,7 +6,8 @@ use crate::output::{Console, print_message};
 use crate::request::RenderRequest;
 use manylight::film::{Film, Layer};
 use manylight::image::Image;
-use manylight::render::{Observer, Outcome, Stats, Stop};
+use manylight::integrators::StageMemory;
+use manylight::render::{Observer, Outcome, RenderJob, Stats, Stop};
 use manylight_io::image::ImageLayer;
 use manylight_lab::noise::NOISY;
 use manylight_preview::{Picture, Preview, Progress, RenderInfo, RenderState};
@@ -26,7 +27,7 @@ pub(super) struct RenderPreview {
 }
 
 impl RenderPreview {
-    /// Starts the preview that `args` ask for. Its address is printed even with `--quiet`, since it is of no use without.
+    /// Starts the preview that `args` ask for. Its address is printed even with `--quiet`: nobody could open the page otherwise.
     pub(super) fn start(args: &RenderArgs, request: &RenderRequest, console: &Console) -> Self {
         let (console, quiet) = (console.clone(), args.display.quiet);
         let warn = Arc::new(move |warning: String| {
@@ -43,6 +44,19 @@ impl RenderPreview {
             preview,
             elapsed: Duration::ZERO,
         }
+    }
+
+    /// Memory of the pictures of a render, if there is a preview: one that waits, and one that is being sent.
+    pub(super) fn memory(&self, job: &RenderJob) -> Option<StageMemory> {
+        self.preview.as_ref()?;
+        let size = job.scene.sensor.desc().film.crop_size;
+        let layers = job.method.layers();
+        let count: usize = layers.iter().map(|&layer| channels(layer).len()).sum();
+        let picture = u64::from(size.x) * u64::from(size.y) * (count * size_of::<f32>()) as u64;
+        Some(StageMemory {
+            stage: "preview",
+            bytes: 2 * picture,
+        })
     }
 
     /// An observer that shows pictures and calls `observer`.
