@@ -65,7 +65,7 @@
       state.link = "ended";
       describe();
     });
-    // The program sends everything before it ends. A connection that breaks before is not opened again: the program is gone.
+    // The program sends everything before it ends. If the connection breaks before, the program is gone: nothing to connect to again.
     source.addEventListener("error", () => {
       source.close();
       state.link = "lost";
@@ -233,7 +233,7 @@
   const LINKS = {
     open: "rendering",
     ended: "done",
-    lost: "the program has ended without a final picture; this is the last one that arrived",
+    lost: "ended without a final picture",
   };
 
   /** Describes the picture that is shown, and the state of the render. */
