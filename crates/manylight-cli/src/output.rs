@@ -1,8 +1,10 @@
 //! Standard output for data, standard error for messages, and numbers as text for people.
 
 use crate::failure::Failure;
+use indicatif::ProgressBar;
 use std::fmt;
 use std::io::{self, Write};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Writes `data` and a line end to standard output.
 pub(crate) fn print_data(data: impl fmt::Display) -> Result<(), Failure> {
@@ -18,6 +20,29 @@ pub(crate) fn print_data(data: impl fmt::Display) -> Result<(), Failure> {
 pub(crate) fn print_message(message: impl fmt::Display) {
     // A closed standard error does not stop a render.
     let _ = writeln!(io::stderr().lock(), "{message}");
+}
+
+/// Standard error for messages from any thread, also while a progress bar is drawn.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Console(Arc<Mutex<Option<ProgressBar>>>);
+
+impl Console {
+    /// The bar that is drawn from now on; `None` for none.
+    pub(crate) fn set_bar(&self, bar: Option<ProgressBar>) {
+        *self.bar() = bar;
+    }
+
+    /// Prints a message and a line end.
+    pub(crate) fn print(&self, message: impl fmt::Display) {
+        match &*self.bar() {
+            Some(bar) => bar.suspend(|| print_message(message)),
+            None => print_message(message),
+        }
+    }
+
+    fn bar(&self) -> MutexGuard<'_, Option<ProgressBar>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 /// Prints warnings to standard error.

@@ -3,7 +3,7 @@
 //! The renderer only counts ([`Stats`]). A separate thread reads the counts several times a second and displays them.
 
 use crate::args::{DisplayArgs, ProgressKind};
-use crate::output::{human_time, print_message};
+use crate::output::{Console, human_time, print_message};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use manylight::film::Film;
 use manylight::render::{Budget, Observer, Stats};
@@ -52,11 +52,12 @@ fn draws_bars() -> bool {
     io::stderr().is_terminal() && std::env::var_os("TERM").is_none_or(|term| term != "dumb")
 }
 
-/// Runs `work` and displays its progress. `work` passes the observer to the renderer.
+/// Runs `work` and displays its progress. `work` passes the observer to the renderer. Other threads print by `console` meanwhile.
 pub(crate) fn show<T: Send>(
     goal: ProgressGoal,
     stats: &Stats,
     cancel: &AtomicBool,
+    console: &Console,
     work: impl FnOnce(&mut (dyn Observer + Send)) -> T,
 ) -> T {
     let error = AtomicU32::new(f32::INFINITY.to_bits());
@@ -66,6 +67,7 @@ pub(crate) fn show<T: Send>(
             goal,
             stats,
             cancel,
+            console,
             error: &error,
             start: Instant::now(),
         };
@@ -193,6 +195,7 @@ struct Watch<'a> {
     goal: ProgressGoal,
     stats: &'a Stats,
     cancel: &'a AtomicBool,
+    console: &'a Console,
     error: &'a AtomicU32,
     start: Instant,
 }
@@ -211,6 +214,7 @@ impl Watch<'_> {
 
     fn run(&self, until_done: Receiver<()>) {
         let mut display = ProgressDisplay::new(self.goal.kind, self.start);
+        self.console.set_bar(display.bar());
         let mut reported = false;
         while until_done.recv_timeout(TICK) == Err(RecvTimeoutError::Timeout) {
             if !reported && self.cancel.load(Ordering::Relaxed) {
@@ -221,6 +225,7 @@ impl Watch<'_> {
             }
             display.update(&self.snapshot());
         }
+        self.console.set_bar(None);
         display.finish(&self.snapshot());
     }
 }
@@ -240,6 +245,14 @@ impl ProgressDisplay {
             ProgressStyle::with_template("[{wide_bar}] {msg}").map(|s| s.progress_chars("=> "));
         let bar = ProgressBar::with_draw_target(Some(BAR_STEPS), ProgressDrawTarget::stderr());
         ProgressDisplay::Bar(bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar())))
+    }
+
+    /// The bar, if it is one.
+    fn bar(&self) -> Option<ProgressBar> {
+        match self {
+            ProgressDisplay::Bar(bar) => Some(bar.clone()),
+            ProgressDisplay::Lines { .. } => None,
+        }
     }
 
     fn update(&mut self, snapshot: &Snapshot) {
@@ -358,7 +371,8 @@ mod tests {
                 relative_error: None,
             };
             let goal = ProgressGoal { budget, kind };
-            let result = show(goal, &Stats::default(), &AtomicBool::new(false), |_| 42);
+            let (stats, never) = (Stats::default(), AtomicBool::new(false));
+            let result = show(goal, &stats, &never, &Console::default(), |_| 42);
             assert_eq!(result, 42);
         }
     }

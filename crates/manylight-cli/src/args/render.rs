@@ -11,6 +11,7 @@ use clap::{Args, ValueEnum, ValueHint};
 use manylight::film::Filter;
 use manylight::math::UVec2;
 use manylight_lab::text::parse_duration;
+use manylight_preview::PreviewTarget;
 use std::num::NonZeroU32;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -58,6 +59,11 @@ pub(crate) struct RenderArgs {
     /// glTF scenes.
     #[command(flatten)]
     pub(crate) gltf: GltfArgs,
+
+    /// Show the picture while it grows: in the viewer tev (tev, tev:HOST:PORT; default 127.0.0.1:14158), or in a browser on this machine, at an
+    /// address that is printed (browser, browser:PORT; default: any free port).
+    #[arg(long, value_name = "VIEWER", help_heading = "Display")]
+    pub(crate) preview: Option<PreviewTarget>,
 
     /// Messages and progress.
     #[command(flatten)]

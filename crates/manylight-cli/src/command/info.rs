@@ -181,7 +181,13 @@ fn texture_bytes(texture: &Texture) -> usize {
         Texture::OtherUv { uvs, .. } => {
             size_of_val(uvs.triangles.as_slice()) + size_of_val(uvs.values.as_slice())
         }
-        Texture::Checkerboard { .. } | Texture::Product { .. } | Texture::Mix { .. } => 0,
+        Texture::Checkerboard { .. }
+        | Texture::Product { .. }
+        | Texture::Mix { .. }
+        | Texture::Dots { .. }
+        | Texture::Power { .. }
+        | Texture::Solid(_)
+        | Texture::Projected { .. } => 0,
     }
 }
 

@@ -3,12 +3,13 @@
 mod denoise;
 mod layer_names;
 mod picture;
+mod preview;
 
 use crate::args::{DisplayArgs, RenderArgs};
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::names::AovNames;
-use crate::output::{human_bytes, print_data, print_message, print_warnings};
+use crate::output::{Console, human_bytes, print_data, print_message, print_warnings};
 use crate::progress::{self, ProgressGoal};
 use crate::repeat::Settings;
 use crate::report::{RenderReport, resident_bytes};
@@ -20,6 +21,7 @@ use manylight_denoise::Oidn;
 use manylight_io::image::{ImageFormat, check_writable, write_image};
 use manylight_io::scene_digest;
 use picture::PictureSource;
+use preview::RenderPreview;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -35,6 +37,8 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode, Failure> {
     let pool = thread_pool(request.threads)?;
     let stats = Stats::default();
     let oidn = denoise::open(&request, args.display)?;
+    let console = Console::default();
+    let mut preview = RenderPreview::start(args, &request, &console);
 
     let Loaded {
         scene,
@@ -51,17 +55,20 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode, Failure> {
         budget: request.budget,
         seed: request.seed,
     };
-    pool.install(|| check_memory(&request, &job))?;
+    let pictures = preview.memory(&job);
+    pool.install(|| check_memory(&request, &job, pictures))?;
     let features = (oidn.is_some())
         .then(|| pool.install(|| denoise::features(&mut job, &stats, &interrupt)))
         .flatten();
     let goal = ProgressGoal::new(job.budget, args.display);
-    let outcome = progress::show(goal, &stats, interrupt.cancel(), |observer| {
+    let outcome = progress::show(goal, &stats, interrupt.cancel(), &console, |observer| {
+        let observer = &mut preview.beside(observer);
         pool.install(|| render(&job, &stats, interrupt.cancel(), observer))
     });
     warnings.extend(dropped_samples(&stats, args.display));
     let (film, features) = (&outcome.film, features.as_ref());
     let denoised = denoise::denoise(oidn.as_ref(), film, features, &stats, &interrupt);
+    pool.install(|| preview.finish(&outcome, denoised.image.as_ref(), &stats));
 
     let settings = Settings {
         request: &request,
@@ -86,6 +93,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode, Failure> {
     };
     write(&report, &source, &interrupt)?;
     finish(&report, args.display)?;
+    preview.close();
     if let Some(failure) = denoised.failure {
         return Err(failure);
     }
@@ -97,7 +105,11 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode, Failure> {
 }
 
 /// Refuses a render with an estimated memory above its limit.
-fn check_memory(request: &RenderRequest, job: &RenderJob) -> Result<(), Failure> {
+fn check_memory(
+    request: &RenderRequest,
+    job: &RenderJob,
+    pictures: Option<StageMemory>,
+) -> Result<(), Failure> {
     let Some(limit) = request.memory_limit else {
         return Ok(());
     };
@@ -106,7 +118,10 @@ fn check_memory(request: &RenderRequest, job: &RenderJob) -> Result<(), Failure>
         bytes: resident_bytes(),
     };
     let render = job.method.memory(job.scene, job.budget.passes, job.seed);
-    let stages: Vec<StageMemory> = std::iter::once(scene).chain(render).collect();
+    let stages: Vec<StageMemory> = std::iter::once(scene)
+        .chain(render)
+        .chain(pictures)
+        .collect();
     let total = stages.iter().map(|stage| stage.bytes).sum();
     if total <= limit {
         return Ok(());

@@ -1,5 +1,6 @@
-//! The page of `compare --html` in a headless browser: Chromium, from `MANYLIGHT_BROWSER` or found by name.
+//! The pages of `compare --html` and `--preview browser` in a headless browser: Chromium, from `MANYLIGHT_BROWSER` or found by name.
 
+use crate::preview::Served;
 use crate::support::{BOX, Folder};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -86,4 +87,30 @@ fn the_page_works_in_a_browser() {
         assert_eq!(title, expected, "{view}: {console}");
         assert!(!console.contains("CONSOLE"), "{console}");
     }
+}
+
+/// The page follows a render to its end. `docs/preview/page_in_chromium.py` uses it as a person would.
+#[test]
+fn the_preview_works_in_a_browser() {
+    let Some(browser) = browser() else {
+        println!("skipped: no Chromium here, and MANYLIGHT_BROWSER is not set");
+        return;
+    };
+    let folder = Folder::new(BOX);
+    let words = "render scene.xml -m path --time 5s -o a.exr --preview browser";
+    let served = Served::start(&folder, words);
+    // The browser's virtual time stands still until the stream of events ends.
+    let address = format!("http://{}{}", served.host, served.path);
+    let (dom, console) = open(&browser, &folder, &address);
+    served.end().0.code(0);
+    let progress = dom.split("id=\"progress\"").nth(1).unwrap_or(&dom);
+    let progress = progress.split("</p>").next().unwrap_or(progress);
+    for word in ["<b class=\"\">done</b>", "pass ", "of 5.0 s", "noise "] {
+        assert!(progress.contains(word), "{word}: {progress}, {console}");
+    }
+    for layer in ["image", "emission", "direct", "albedo", "normal", "depth"] {
+        let option = format!("<option value=\"{layer}\">");
+        assert!(dom.contains(&option), "{layer}: {console}");
+    }
+    assert!(!console.contains("CONSOLE"), "{console}");
 }

@@ -10,6 +10,7 @@ mod describe;
 mod interrupt;
 mod maps;
 mod pictures;
+mod preview;
 mod problems;
 mod render;
 mod study;

@@ -1,7 +1,7 @@
 //! Self-contained HTML pages to inspect images beside their reference.
 //!
-//! A page holds its data as JSON, and `page.js` builds the display from it in the browser. Pixels are half floats in base64, either in the page
-//! itself ([`page`]) or in files beside it that the browser loads on demand ([`write_pages`]).
+//! A page holds its data as JSON, and `page.js` builds the display from it in the browser, with functions of `shared.js`. Pixels are half
+//! floats in base64, either in the page itself ([`page`]) or in files beside it that the browser loads on demand ([`write_pages`]).
 
 use crate::compare::{Comparison, ComparisonImage};
 use crate::document::DocumentPart;
@@ -14,7 +14,10 @@ use manylight_io::image::write_file;
 use serde::Serialize;
 use std::path::Path;
 
-const STYLE: &str = include_str!("page.css");
+/// Style of pages with images.
+pub const STYLE: &str = include_str!("page.css");
+/// Functions of pages with images: elements, half floats, sRGB, pan and zoom.
+pub const SHARED_SCRIPT: &str = include_str!("shared.js");
 const SCRIPT: &str = include_str!("page.js");
 
 /// Images of one scene with their common reference. In the JSON, metrics are called `figures`.
@@ -112,7 +115,7 @@ impl ImageGroup {
                 .map(|metric| (metric.value)(comparison))
                 .collect(),
             pixels: Some(EncodedPixels {
-                rgb: halves(image),
+                rgb: image_halves(image),
                 flip: Some(bytes(&comparison.flip_map)),
             }),
         };
@@ -121,7 +124,7 @@ impl ImageGroup {
             name: reference_name.to_owned(),
             metrics: Vec::new(),
             pixels: Some(EncodedPixels {
-                rgb: halves(reference),
+                rgb: image_halves(reference),
                 flip: None,
             }),
         });
@@ -190,15 +193,19 @@ fn html(title: &str, groups: &[ImageGroup], text: &[DocumentPart]) -> String {
          <title>manylight</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
          <noscript>This page needs JavaScript.</noscript>\n\
          <script type=\"application/json\" id=\"data\">{data}</script>\n\
-         <script>\n{SCRIPT}</script>\n</body>\n</html>\n"
+         <script>\n{SHARED_SCRIPT}</script>\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n"
     )
 }
 
-/// RGB values as half floats, clamped to their range, in base64.
-fn halves(image: &ComparisonImage) -> String {
-    let values = image.rgb.iter().flatten();
+fn image_halves(image: &ComparisonImage) -> String {
+    halves(image.rgb.iter().flatten().copied())
+}
+
+/// Values as little-endian half floats, clamped to their range, in base64.
+pub fn halves(values: impl Iterator<Item = f32>) -> String {
+    let range = [f16::MIN.to_f32(), f16::MAX.to_f32()];
     let halves: Vec<u8> = values
-        .flat_map(|&v| f16::from_f32(v.clamp(f16::MIN.to_f32(), f16::MAX.to_f32())).to_le_bytes())
+        .flat_map(|v| f16::from_f32(v.clamp(range[0], range[1])).to_le_bytes())
         .collect();
     STANDARD.encode(halves)
 }
@@ -243,7 +250,7 @@ mod tests {
         // The page loads nothing from the network; the namespace of SVG is only a name.
         let page = page.replace("http://www.w3.org/2000/svg", "");
         assert!(!page.contains("http"));
-        assert_eq!(page.matches("</script>").count(), 2);
+        assert_eq!(page.matches("</script>").count(), 3);
     }
 
     #[test]
@@ -268,7 +275,7 @@ mod tests {
 
     #[test]
     fn pixels_are_halves() {
-        let decoded = STANDARD.decode(super::halves(&frame(1.0))).unwrap();
+        let decoded = STANDARD.decode(image_halves(&frame(1.0))).unwrap();
         let halves: Vec<f32> = decoded
             .chunks_exact(2)
             .map(|b| f16::from_le_bytes([b[0], b[1]]).to_f32())

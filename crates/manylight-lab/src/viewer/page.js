@@ -2,43 +2,12 @@
 (() => {
   const data = JSON.parse(document.getElementById("data").textContent);
 
-  // Elements.
-
-  function element(tag, attributes = {}, ...children) {
-    const made = document.createElement(tag);
-    for (const [name, value] of Object.entries(attributes)) {
-      if (name.startsWith("on")) made.addEventListener(name.slice(2), value);
-      else made.setAttribute(name, value);
-    }
-    made.append(...children);
-    return made;
-  }
-
   // Pixels.
-
-  function bytesOf(base64) {
-    const text = atob(base64);
-    const bytes = new Uint8Array(text.length);
-    for (let i = 0; i < text.length; i++) bytes[i] = text.charCodeAt(i);
-    return bytes;
-  }
-
-  function floatOfHalf(bits) {
-    const sign = bits & 0x8000 ? -1 : 1;
-    const exponent = (bits >> 10) & 31;
-    const fraction = bits & 1023;
-    if (exponent === 0) return sign * fraction * 2 ** -24;
-    if (exponent === 31) return fraction ? NaN : sign * Infinity;
-    return sign * (1 + fraction / 1024) * 2 ** (exponent - 15);
-  }
-  const floats = Float32Array.from({ length: 65536 }, (_, bits) => floatOfHalf(bits));
 
   /** Decodes the pixels of an image: linear values, and HDR-FLIP as bytes. Adds an empty cache of bitmaps. */
   function decoded(image) {
     if (!image.values) {
-      const bytes = bytesOf(image.rgb);
-      const halves = new Uint16Array(bytes.buffer, 0, bytes.length / 2);
-      image.values = Float32Array.from(halves, (bits) => floats[bits]);
+      image.values = valuesOf(image.rgb);
       image.seen = image.flip ? bytesOf(image.flip) : null;
       image.bitmaps = new Map();
     }
@@ -128,9 +97,6 @@
   }
 
   const table = (colors) => Array.from({ length: 256 }, (_, i) => between(colors, i / 255));
-  const encode = (v) => (v <= 0.0031308 ? 12.92 * v : 1.055 * v ** (1 / 2.4) - 0.055);
-  const encoded = Uint8ClampedArray.from({ length: 4097 }, (_, i) => Math.round(255 * encode(i / 4096)));
-
   /** Relative error at the lower end of the logarithmic scale; the upper end is 1. */
   const LEAST_ERROR = 0.01;
   const MODES = {
@@ -171,18 +137,6 @@
       image.bitmaps.set(key, canvas);
     }
     return image.bitmaps.get(key);
-  }
-
-  function fillImage(out, rgb, gain) {
-    for (let i = 0, o = 0; i < rgb.length; i += 3, o += 4) {
-      for (let c = 0; c < 3; c++) {
-        const v = Math.min(Math.max(rgb[i + c] * gain, 0), 1);
-        out[o + c] = encoded[Math.round(4096 * v) || 0];
-      }
-      // NaN is displayed in magenta.
-      if (Number.isNaN(rgb[i] + rgb[i + 1] + rgb[i + 2])) out.set([255, 0, 255], o);
-      out[o + 3] = 255;
-    }
   }
 
   function fillMap(out, mode, image, reference) {
@@ -231,7 +185,7 @@
   });
   const exposureText = element("output", {}, "0");
   const fitButton = element("button", { type: "button", onclick: () => { state.fitted = true; draw(); } }, "Fit");
-  const fullButton = element("button", { type: "button", onclick: () => zoomTo(1 / devicePixelRatio) }, "1:1");
+  const fullButton = element("button", { type: "button", onclick: () => zoomMiddle(1 / devicePixelRatio) }, "1:1");
   const bar = element("div", { class: "bar" },
     ...(data.groups.length > 1 ? [element("label", {}, "Scene ", groupSelect)] : []),
     element("label", {}, "Left ", leftSelect),
@@ -298,14 +252,6 @@
 
   // Drawing.
 
-  function fit() {
-    const { width, height } = state.group;
-    const view = leftView.getBoundingClientRect();
-    state.scale = Math.min(view.width / width, view.height / height);
-    state.x = (view.width - width * state.scale) / 2;
-    state.y = (view.height - height * state.scale) / 2;
-  }
-
   function draw() {
     const { group, layout, mode } = state;
     const isSplit = layout === "split";
@@ -313,10 +259,10 @@
     handle.hidden = !isSplit;
     views.classList.toggle("both", !isSplit);
     (isSplit ? leftView : rightView).append(tags[1]);
-    if (state.fitted) fit();
+    if (state.fitted) fit(state, leftView, group.width, group.height);
     leftSelect.selectedIndex = state.left;
     rightSelect.selectedIndex = state.right;
-    exposureText.textContent = `${state.exposure > 0 ? "+" : ""}${state.exposure}`;
+    exposureText.textContent = signedText(state.exposure);
     for (const button of [...layouts, ...modes]) {
       button.setAttribute("aria-pressed", state[button.dataset.key] === button.dataset.value);
     }
@@ -330,8 +276,8 @@
     const bitmap = (image) => bitmapOf(group, image, mode, state.exposure);
     const whole = leftView.clientWidth;
     const middle = state.split * whole;
-    paint(canvases[0], isSplit ? [[bitmap(left), 0, middle], [bitmap(right), middle, whole]] : [[bitmap(left), 0, whole]]);
-    if (!isSplit) paint(canvases[1], [[bitmap(right), 0, whole]]);
+    paint(canvases[0], state, isSplit ? [[bitmap(left), 0, middle], [bitmap(right), middle, whole]] : [[bitmap(left), 0, whole]]);
+    if (!isSplit) paint(canvases[1], state, [[bitmap(right), 0, whole]]);
     handle.style.left = `${100 * state.split}%`;
     handle.setAttribute("aria-valuenow", Math.round(100 * state.split));
     read();
@@ -402,106 +348,38 @@
     draw();
   }
 
-  /** Paints bitmaps into vertical strips [bitmap, left, right] of a view. */
-  function paint(canvas, strips) {
-    const ratio = devicePixelRatio;
-    const [width, height] = [canvas.clientWidth, canvas.clientHeight];
-    canvas.width = Math.round(width * ratio);
-    canvas.height = Math.round(height * ratio);
-    const context = canvas.getContext("2d");
-    context.scale(ratio, ratio);
-    context.imageSmoothingEnabled = state.scale * ratio < 1;
-    for (const [bitmap, from, to] of strips) {
-      context.save();
-      context.beginPath();
-      context.rect(from, 0, to - from, height);
-      context.clip();
-      context.drawImage(bitmap, state.x, state.y, bitmap.width * state.scale, bitmap.height * state.scale);
-      context.restore();
-    }
-  }
-
   /** Displays the values under the pointer, and the color scale. */
   function read() {
-    const { group, at, mode } = state;
+    const { group, mode } = state;
     if (!isLoaded(group)) return;
     const { colors, scale: ends } = MODES[mode];
     if (colors) {
       const stops = [0, 64, 128, 192, 255].map((i) => `rgb(${colors[i].map(Math.round).join(" ")})`);
       scale.replaceChildren(`${ends[0]} `, element("span", { class: "scale", style: `background: linear-gradient(90deg, ${stops.join(",")})` }), ` ${ends[1]}`);
     } else scale.replaceChildren();
-    const column = at && Math.floor((at.x - state.x) / state.scale);
-    const row = at && Math.floor((at.y - state.y) / state.scale);
-    if (!at || column < 0 || row < 0 || column >= group.width || row >= group.height) {
+    const pixel = pixelAt(state, group.width, group.height);
+    if (!pixel) {
       readout.textContent = `${group.width} x ${group.height} pixels, zoom ${(100 * state.scale * devicePixelRatio).toFixed(0)} %  `;
       return;
     }
-    const i = 3 * (row * group.width + column);
+    const i = 3 * (pixel.row * group.width + pixel.column);
     const reference = decoded(group.images.at(-1));
     const line = (image) => {
       const rgb = [0, 1, 2].map((c) => decoded(image).values[i + c].toPrecision(4).padStart(9)).join(" ");
       const error = image.seen ? `  error ${(100 * relativeError(image.values, reference.values, meanOf(reference), i)).toFixed(1)} %  FLIP ${(image.seen[i / 3] / 255).toFixed(2)}` : "";
       return `${rgb}${error}  ${image.name}`;
     };
-    readout.textContent = `pixel ${column}, ${row}\n${line(group.images[state.left])}\n${line(group.images[state.right])}  `;
+    readout.textContent = `pixel ${pixel.column}, ${pixel.row}\n${line(group.images[state.left])}\n${line(group.images[state.right])}  `;
   }
 
   // Pan and zoom.
 
-  const LEAST_ZOOM = 0.1;
-  const MOST_ZOOM = 64;
-
-  function zoomTo(wanted, x = leftView.clientWidth / 2, y = leftView.clientHeight / 2) {
-    const next = Math.min(Math.max(wanted, LEAST_ZOOM), MOST_ZOOM);
-    state.x = x - ((x - state.x) * next) / state.scale;
-    state.y = y - ((y - state.y) * next) / state.scale;
-    Object.assign(state, { scale: next, fitted: false });
+  function zoomMiddle(wanted) {
+    zoomTo(state, wanted, leftView.clientWidth / 2, leftView.clientHeight / 2);
     draw();
   }
 
-  /** Position of a pointer in its view, in CSS pixels. */
-  function placeIn(view, event) {
-    const box = view.getBoundingClientRect();
-    return { x: event.clientX - box.left, y: event.clientY - box.top };
-  }
-
-  for (const canvas of canvases) {
-    const pointers = new Map();
-    const middleOf = () => {
-      const all = [...pointers.values()];
-      const x = all.reduce((sum, p) => sum + p.x, 0) / all.length;
-      const y = all.reduce((sum, p) => sum + p.y, 0) / all.length;
-      const spread = all.length > 1 ? Math.hypot(all[0].x - all[1].x, all[0].y - all[1].y) : 0;
-      return { x, y, spread };
-    };
-    canvas.addEventListener("pointerdown", (event) => {
-      canvas.setPointerCapture(event.pointerId);
-      pointers.set(event.pointerId, placeIn(canvas, event));
-    });
-    canvas.addEventListener("pointermove", (event) => {
-      state.at = placeIn(canvas, event);
-      if (!pointers.has(event.pointerId)) return read();
-      const before = middleOf();
-      pointers.set(event.pointerId, state.at);
-      const after = middleOf();
-      state.x += after.x - before.x;
-      state.y += after.y - before.y;
-      state.fitted = false;
-      if (before.spread > 0 && after.spread > 0) zoomTo((state.scale * after.spread) / before.spread, after.x, after.y);
-      else draw();
-    });
-    for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, (event) => pointers.delete(event.pointerId));
-    canvas.addEventListener("pointerleave", () => {
-      state.at = null;
-      read();
-    });
-    canvas.addEventListener("wheel", (event) => {
-      event.preventDefault();
-      const { x, y } = placeIn(canvas, event);
-      zoomTo(state.scale * 2 ** (-event.deltaY / 300), x, y);
-    }, { passive: false });
-    canvas.addEventListener("dblclick", () => fitButton.click());
-  }
+  for (const canvas of canvases) panAndZoom(canvas, state, { moved: draw, pointed: read, fit: () => fitButton.click() });
 
   const splitAt = (split) => change({ split: Math.min(Math.max(split, 0), 1) });
   handle.addEventListener("pointerdown", (event) => handle.setPointerCapture(event.pointerId));

@@ -14,7 +14,7 @@ use manylight::sensors::Sensor;
 use manylight_io::image::{Cryptomatte, ImageCamera, ImageLayer, ImageWindow, LayeredImage};
 use manylight_lab::noise::{self, NOISY};
 
-const RGB: &[&str] = &["R", "G", "B"];
+pub(super) const RGB: &[&str] = &["R", "G", "B"];
 
 /// What a picture is made of.
 pub(super) struct PictureSource<'f> {
@@ -54,7 +54,11 @@ impl PictureSource<'_> {
     }
 }
 
-fn film_layers(film: &Film, denoised: Option<&Image>, naming: AovNames) -> Vec<ImageLayer> {
+pub(super) fn film_layers(
+    film: &Film,
+    denoised: Option<&Image>,
+    naming: AovNames,
+) -> Vec<ImageLayer> {
     let mut layers: Vec<ImageLayer> = Vec::new();
     let mut push = |name: &str, channels: &[&str], image: &Image| {
         layers.push(named(&naming.layer(name), channels, image));
@@ -113,7 +117,7 @@ fn camera(sensor: &Sensor) -> ImageCamera {
     }
 }
 
-fn channels(layer: Layer) -> &'static [&'static str] {
+pub(super) fn channels(layer: Layer) -> &'static [&'static str] {
     match layer {
         Layer::Normal | Layer::Position => &["X", "Y", "Z"],
         Layer::Depth => &["Z"],
@@ -122,7 +126,7 @@ fn channels(layer: Layer) -> &'static [&'static str] {
     }
 }
 
-fn named(name: &str, channels: &[&str], image: &Image) -> ImageLayer {
+pub(super) fn named(name: &str, channels: &[&str], image: &Image) -> ImageLayer {
     let full_name = |channel: &str| match name {
         "" => channel.to_string(),
         _ => format!("{name}.{channel}"),

@@ -1,0 +1,194 @@
+//! `--preview`: the picture while it grows, in a viewer. It changes neither the image nor the exit code.
+
+use super::picture::{RGB, channels, named};
+use crate::args::RenderArgs;
+use crate::output::{Console, print_message};
+use crate::request::RenderRequest;
+use manylight::film::{Film, Layer};
+use manylight::image::Image;
+use manylight::integrators::StageMemory;
+use manylight::render::{Observer, Outcome, RenderJob, Stats, Stop};
+use manylight_io::image::ImageLayer;
+use manylight_lab::noise::NOISY;
+use manylight_preview::{Picture, Preview, Progress, RenderInfo, RenderState};
+use rayon::prelude::*;
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// Name of the stage with the time of making pictures for the viewer.
+const STAGE: &str = "preview";
+
+/// The preview of a render, if one is asked for.
+pub(super) struct RenderPreview {
+    preview: Option<Preview>,
+    /// Time between the begin of the render and its last pass.
+    elapsed: Duration,
+}
+
+impl RenderPreview {
+    /// Starts the preview that `args` ask for. Its address is printed even with `--quiet`: nobody could open the page otherwise.
+    pub(super) fn start(args: &RenderArgs, request: &RenderRequest, console: &Console) -> Self {
+        let (console, quiet) = (console.clone(), args.display.quiet);
+        let warn = Arc::new(move |warning: String| {
+            if !quiet {
+                console.print(format_args!("warning: {warning}"));
+            }
+        });
+        let target = args.preview.as_ref();
+        let preview = target.and_then(|target| Preview::start(target, info(request), warn));
+        if let Some(address) = preview.as_ref().and_then(Preview::address) {
+            print_message(format_args!("preview: {address}"));
+        }
+        RenderPreview {
+            preview,
+            elapsed: Duration::ZERO,
+        }
+    }
+
+    /// Memory of the pictures of a render, if there is a preview: one that waits, and one that is being sent.
+    pub(super) fn memory(&self, job: &RenderJob) -> Option<StageMemory> {
+        self.preview.as_ref()?;
+        let size = job.scene.sensor.desc().film.crop_size;
+        let layers = job.method.layers();
+        let count: usize = layers.iter().map(|&layer| channels(layer).len()).sum();
+        let picture = u64::from(size.x) * u64::from(size.y) * (count * size_of::<f32>()) as u64;
+        Some(StageMemory {
+            stage: "preview",
+            bytes: 2 * picture,
+        })
+    }
+
+    /// An observer that shows pictures and calls `observer`.
+    pub(super) fn beside<'a>(
+        &'a mut self,
+        observer: &'a mut (dyn Observer + Send),
+    ) -> impl Observer {
+        Beside {
+            preview: self,
+            observer,
+        }
+    }
+
+    /// Shows the final picture, denoised if it is.
+    pub(super) fn finish(&mut self, outcome: &Outcome, denoised: Option<&Image>, stats: &Stats) {
+        let state = match outcome.stop {
+            Stop::Budget => RenderState::Done,
+            Stop::Cancelled => RenderState::Interrupted,
+        };
+        let elapsed = self.elapsed;
+        if let Some(preview) = &mut self.preview {
+            preview.finish(|| snapshot(&outcome.film, denoised, elapsed, state, stats));
+        }
+    }
+
+    /// Waits a few seconds at most until the viewer has received the final picture.
+    pub(super) fn close(self) {
+        if let Some(preview) = self.preview {
+            preview.close();
+        }
+    }
+}
+
+struct Beside<'a> {
+    preview: &'a mut RenderPreview,
+    observer: &'a mut (dyn Observer + Send),
+}
+
+impl Observer for Beside<'_> {
+    fn pass_done(&mut self, film: &Film, stats: &Stats, elapsed: Duration) -> ControlFlow<()> {
+        self.preview.elapsed = elapsed;
+        if let Some(preview) = &mut self.preview.preview {
+            preview.update(|| snapshot(film, None, elapsed, RenderState::Rendering, stats));
+        }
+        self.observer.pass_done(film, stats, elapsed)
+    }
+}
+
+/// What the viewer is told in the beginning. The name is that of the first output: the same for repeated renders.
+fn info(request: &RenderRequest) -> RenderInfo {
+    let name = request
+        .outputs
+        .first()
+        .map(|path| path.display().to_string());
+    RenderInfo {
+        name: name.unwrap_or_default(),
+        title: format!("{}, {}", request.scene.display(), request.method),
+        passes: request.budget.passes,
+        seconds: request.budget.time.map(|time| time.as_secs_f64()),
+        error: request.budget.relative_error,
+    }
+}
+
+fn snapshot(
+    film: &Film,
+    denoised: Option<&Image>,
+    elapsed: Duration,
+    state: RenderState,
+    stats: &Stats,
+) -> Picture {
+    let start = Instant::now();
+    let (layers, error) = rayon::join(|| layers(film, denoised), || film.relative_error());
+    let size = film.image_size();
+    let picture = Picture {
+        width: size.x as usize,
+        height: size.y as usize,
+        layers,
+        progress: Progress {
+            passes: film.passes(),
+            seconds: elapsed.as_secs_f64(),
+            error: error.is_finite().then_some(error),
+            state,
+        },
+    };
+    stats.add_time(STAGE, start.elapsed());
+    picture
+}
+
+/// The layers of the image file, without variances, alpha and mattes.
+fn layers(film: &Film, denoised: Option<&Image>) -> Vec<ImageLayer> {
+    let layer_of = |&layer: &Layer| {
+        let name = match (layer, denoised) {
+            (Layer::Beauty, Some(_)) => NOISY,
+            _ => layer.name(),
+        };
+        Some(named(name, channels(layer), &film.image(layer)?))
+    };
+    let shown = film
+        .layers()
+        .par_iter()
+        .filter(|layer| **layer != Layer::Alpha);
+    let mut layers: Vec<ImageLayer> = shown.filter_map(layer_of).collect();
+    if let Some(denoised) = denoised {
+        layers.insert(0, named("", RGB, denoised));
+    }
+    layers
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::picture;
+    use super::*;
+    use crate::names::AovNames;
+    use manylight::film::{FilmDesc, Filter};
+    use manylight::math::UVec2;
+
+    /// Channels of the preview are those of the image file, with the same values.
+    #[test]
+    fn layers_are_those_of_the_file() {
+        let size = UVec2::new(5, 3);
+        let desc = FilmDesc {
+            size,
+            crop_offset: UVec2::ZERO,
+            crop_size: size,
+            filter: Filter::Box,
+        };
+        let film = Film::new(desc, &[Layer::Beauty, Layer::Direct, Layer::Depth]);
+        let denoised = Image::new(5, 3, 3);
+        for denoised in [None, Some(&denoised)] {
+            let mut expected = picture::film_layers(&film, denoised, AovNames::Manylight);
+            expected.retain(|layer| !layer.name.contains("variance"));
+            assert_eq!(layers(&film, denoised), expected);
+        }
+    }
+}

@@ -1,0 +1,8 @@
+//! The page for a browser on this machine.
+
+mod access;
+mod events;
+mod page;
+mod server;
+
+pub(crate) use server::BrowserViewer;
