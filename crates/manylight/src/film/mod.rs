@@ -8,6 +8,7 @@ mod description;
 mod estimates;
 pub mod filter;
 mod layer;
+mod planes;
 mod sampler;
 #[cfg(test)]
 mod tests;
