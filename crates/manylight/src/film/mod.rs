@@ -9,6 +9,7 @@ mod description;
 mod estimates;
 pub mod filter;
 mod layer;
+mod planes;
 mod sampler;
 #[cfg(test)]
 mod tests;

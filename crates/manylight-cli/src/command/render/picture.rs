@@ -126,11 +126,15 @@ pub(super) fn channels(layer: Layer) -> &'static [&'static str] {
     }
 }
 
-pub(super) fn named(name: &str, channels: &[&str], image: &Image) -> ImageLayer {
-    let full_name = |channel: &str| match name {
+/// The name of a channel with that of its layer.
+pub(super) fn full_name(layer: &str, channel: &str) -> String {
+    match layer {
         "" => channel.to_string(),
-        _ => format!("{name}.{channel}"),
-    };
+        _ => format!("{layer}.{channel}"),
+    }
+}
+
+pub(super) fn named(name: &str, channels: &[&str], image: &Image) -> ImageLayer {
     let values = |c: usize| {
         image
             .data
@@ -141,7 +145,7 @@ pub(super) fn named(name: &str, channels: &[&str], image: &Image) -> ImageLayer 
     let channels = channels
         .iter()
         .enumerate()
-        .map(|(c, channel)| (full_name(channel), values(c)));
+        .map(|(c, channel)| (full_name(name, channel), values(c)));
     ImageLayer {
         name: name.into(),
         channels: channels.collect(),

@@ -1,6 +1,6 @@
 //! `--preview`: the picture while it grows, in a viewer. It changes neither the image nor the exit code.
 
-use super::picture::{RGB, channels, named};
+use super::picture::{RGB, channels, full_name, named};
 use crate::args::RenderArgs;
 use crate::output::{Console, print_message};
 use crate::request::RenderRequest;
@@ -11,7 +11,6 @@ use manylight::render::{Observer, Outcome, RenderJob, Stats, Stop};
 use manylight_io::image::ImageLayer;
 use manylight_lab::noise::NOISY;
 use manylight_preview::{Picture, Preview, Progress, RenderInfo, RenderState};
-use rayon::prelude::*;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -147,22 +146,27 @@ fn snapshot(
 
 /// The layers of the image file, without variances, alpha and mattes.
 fn layers(film: &Film, denoised: Option<&Image>) -> Vec<ImageLayer> {
-    let layer_of = |&layer: &Layer| {
+    let entries: Vec<(usize, Layer, &[&str])> = (film.layers().iter().enumerate())
+        .filter(|(_, layer)| **layer != Layer::Alpha)
+        .map(|(l, &layer)| (l, layer, channels(layer)))
+        .collect();
+    let places = entries.iter();
+    let places = places.flat_map(|&(l, _, names)| (0..names.len()).map(move |c| (l, c)));
+    let mut planes = film.planes(&places.collect::<Vec<_>>()).into_iter();
+    let layer_of = |(_, layer, names): (usize, Layer, &[&str])| {
         let name = match (layer, denoised) {
             (Layer::Beauty, Some(_)) => NOISY,
             _ => layer.name(),
         };
-        Some(named(name, channels(layer), &film.image(layer)?))
+        let names = names.iter().map(|channel| full_name(name, channel));
+        ImageLayer {
+            name: name.into(),
+            channels: names.zip(&mut planes).collect(),
+        }
     };
-    let shown = film
-        .layers()
-        .par_iter()
-        .filter(|layer| **layer != Layer::Alpha);
-    let mut layers: Vec<ImageLayer> = shown.filter_map(layer_of).collect();
-    if let Some(denoised) = denoised {
-        layers.insert(0, named("", RGB, denoised));
-    }
-    layers
+    let layers = entries.into_iter().map(layer_of);
+    let denoised = denoised.map(|image| named("", RGB, image));
+    denoised.into_iter().chain(layers).collect()
 }
 
 #[cfg(test)]
@@ -170,21 +174,32 @@ mod tests {
     use super::super::picture;
     use super::*;
     use crate::names::AovNames;
+    use manylight::color::Rgb;
     use manylight::film::{FilmDesc, Filter};
     use manylight::math::UVec2;
+    use std::sync::atomic::{AtomicBool, AtomicU64};
 
     /// Channels of the preview are those of the image file, with the same values.
     #[test]
     fn layers_are_those_of_the_file() {
-        let size = UVec2::new(5, 3);
+        let size = UVec2::new(19, 11);
         let desc = FilmDesc {
             size,
             crop_offset: UVec2::ZERO,
             crop_size: size,
             filter: Filter::Box,
         };
-        let film = Film::new(desc, &[Layer::Beauty, Layer::Direct, Layer::Depth]);
-        let denoised = Image::new(5, 3, 3);
+        let mut film = Film::new(desc, &[Layer::Beauty, Layer::Direct, Layer::Depth]);
+        for pass in 1..4 {
+            film.add_pass(&AtomicBool::new(false), &AtomicU64::new(0), |samples| {
+                for (i, pixel) in samples.tile().pixels().enumerate() {
+                    let place = (100 * pixel.y + pixel.x) as f32;
+                    samples.add(i, Layer::Direct, Rgb::new(place, pass as f32, 0.1));
+                    samples.add(i, Layer::Depth, Rgb::splat(place / pass as f32));
+                }
+            });
+        }
+        let denoised = Image::new(19, 11, 3);
         for denoised in [None, Some(&denoised)] {
             let mut expected = picture::film_layers(&film, denoised, AovNames::Manylight);
             expected.retain(|layer| !layer.name.contains("variance"));
