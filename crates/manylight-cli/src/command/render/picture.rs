@@ -121,6 +121,7 @@ pub(super) fn channels(layer: Layer) -> &'static [&'static str] {
     match layer {
         Layer::Normal | Layer::Position => &["X", "Y", "Z"],
         Layer::Depth => &["Z"],
+        Layer::Alpha => &["A"],
         Layer::CutSize | Layer::CutBound => &["Y"],
         _ => RGB,
     }

@@ -144,7 +144,7 @@ fn snapshot(
     picture
 }
 
-/// The layers of the image file, without variances, alpha and mattes.
+/// The layers of the image file, without variances and mattes.
 fn layers(film: &Film, denoised: Option<&Image>) -> Vec<ImageLayer> {
     let entries: Vec<(usize, Layer, &[&str])> = (film.layers().iter().enumerate())
         .filter(|(_, layer)| **layer != Layer::Alpha)
@@ -166,7 +166,11 @@ fn layers(film: &Film, denoised: Option<&Image>) -> Vec<ImageLayer> {
     };
     let layers = entries.into_iter().map(layer_of);
     let denoised = denoised.map(|image| named("", RGB, image));
-    denoised.into_iter().chain(layers).collect()
+    let mut layers: Vec<ImageLayer> = denoised.into_iter().chain(layers).collect();
+    if let (Some(alpha), Some(first)) = (film.alpha(), layers.first_mut()) {
+        first.channels.push(("A".into(), alpha.data));
+    }
+    layers
 }
 
 #[cfg(test)]
@@ -189,13 +193,15 @@ mod tests {
             crop_size: size,
             filter: Filter::Box,
         };
-        let mut film = Film::new(desc, &[Layer::Beauty, Layer::Direct, Layer::Depth]);
+        let recorded = [Layer::Beauty, Layer::Direct, Layer::Depth, Layer::Alpha];
+        let mut film = Film::new(desc, &recorded);
         for pass in 1..4 {
             film.add_pass(&AtomicBool::new(false), &AtomicU64::new(0), |samples| {
                 for (i, pixel) in samples.tile().pixels().enumerate() {
                     let place = (100 * pixel.y + pixel.x) as f32;
                     samples.add(i, Layer::Direct, Rgb::new(place, pass as f32, 0.1));
                     samples.add(i, Layer::Depth, Rgb::splat(place / pass as f32));
+                    samples.add(i, Layer::Alpha, Rgb::new(0.5, 0.5, 1.0));
                 }
             });
         }
