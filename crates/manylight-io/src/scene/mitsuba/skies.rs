@@ -93,9 +93,9 @@ impl DescBuilder<'_> {
         }));
     }
 
-    /// Angular diameter of the sun in degrees.
+    /// Angular diameter of the sun in degrees. Mitsuba 3 knows its new name in old files too.
     fn sun_aperture(&self, props: &Props<'_>, default: f32) -> f32 {
-        if props.is_v0() {
+        if props.is_v0() && !props.has("sun_aperture") {
             default * props.float_where("sun_radius_scale", 1.0, |scale| scale >= 0.0, "at least 0")
         } else {
             props.float_where(
