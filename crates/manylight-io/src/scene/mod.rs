@@ -1,11 +1,14 @@
 //! Scene files. [`load_scene`] returns a [`SceneDesc`], [`check_scene`] all problems of a file.
 
 mod assets;
+mod attributes;
+mod curve_files;
 mod files;
 mod gltf;
 mod mitsuba;
 mod pbrt;
 mod sink;
+mod tubes;
 
 pub use gltf::{EnvironmentSource, GltfOptions, LightUnits};
 

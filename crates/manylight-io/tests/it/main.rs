@@ -6,10 +6,12 @@
     reason = "test helpers may panic and print"
 )]
 
+mod attributes;
 mod errors;
 mod gltf;
 mod materials;
 mod pbrt;
+mod projectors;
 mod shared_scenes;
 mod skies;
 mod upgrade;
