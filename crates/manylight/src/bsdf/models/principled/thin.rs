@@ -1,7 +1,8 @@
 //! The Disney model of thin surfaces, as Mitsuba 3's `principledthin`: both sides are alike, and light is transmitted without refraction.
 //!
 //! Source: Burley, "Extending the Disney BRDF to a BSDF with Integrated Subsurface Scattering", 2015, section 5.3. Where it leaves a
-//! choice, it is Mitsuba 3's.
+//! choice, it is Mitsuba 3's, except that Mitsuba 3.9.1 drops light transmitted to directions above the facet that transmits it, which is
+//! not reciprocal.
 
 use super::sampling::{MIN_SCHLICK, SHEEN_ALBEDO};
 use super::{PrincipledFront, disney_facets, luminance_tint};
