@@ -54,8 +54,9 @@
 //! A module uses only modules with smaller numbers.
 //!
 //! ```text
-//! 3 scene               scene files to descriptions
-//! 2 mesh image spectra  file formats; sky: computed environment maps
+//! 4 scene               scene files to descriptions
+//! 3 mesh                file formats of meshes and curves
+//! 2 image spectra       file formats; sky: computed environment maps
 //! 1 warning             warnings of a scene
 //! 0 error file_error    diagnostics of scene files, errors of other files; resolve: file lookup; gzip: compressed files
 //! ```

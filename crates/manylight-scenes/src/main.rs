@@ -1,6 +1,6 @@
-//! Command line: `manylight-scenes SCENE -o FOLDER [--detail LEVEL]` writes one generated scene.
+//! Command line: `manylight-scenes SCENE -o FOLDER [--detail LEVEL] [--format FORMAT]` writes one generated scene.
 
-use manylight_scenes::files;
+use manylight_scenes::files::{self, Format};
 use manylight_scenes::scenes::{Detail, GENERATORS, SceneGenerator, generator_named};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -14,6 +14,7 @@ const FILE_SYSTEM_ERROR: u8 = 4;
 struct Request {
     generator: &'static SceneGenerator,
     detail: Detail,
+    formats: Vec<Format>,
     folder: PathBuf,
 }
 
@@ -27,7 +28,7 @@ fn main() -> ExitCode {
         }
     };
     let scene = (request.generator.generate)(request.detail);
-    if let Err(error) = files::write(&scene, &request.folder) {
+    if let Err(error) = files::write(&scene, &request.formats, &request.folder) {
         print_error(&format!(
             "cannot write {}: {error}",
             request.folder.display()
@@ -43,6 +44,7 @@ fn parse(arguments: &[String]) -> Result<Request, String> {
     let generator = generator_named(name).ok_or_else(|| format!("unknown scene '{name}'"))?;
     let mut detail = Detail::default();
     let mut folder = None;
+    let mut formats = Vec::new();
     while let Some(option) = rest.next() {
         let value = rest
             .next()
@@ -55,12 +57,22 @@ fn parse(arguments: &[String]) -> Result<Request, String> {
                     format!("--detail must be from 1 to {}, not '{value}'", Detail::MAX)
                 })?;
             }
+            "--format" => {
+                let format = Format::named(value);
+                formats.push(format.ok_or_else(|| {
+                    format!("--format must be mitsuba, pbrt or gltf, not '{value}'")
+                })?);
+            }
             _ => return Err(format!("unknown option '{option}'")),
         }
+    }
+    if formats.is_empty() {
+        formats.extend(Format::COMMITTED);
     }
     Ok(Request {
         generator,
         detail,
+        formats,
         folder: folder.ok_or("no output folder given (-o FOLDER)")?,
     })
 }
@@ -68,9 +80,10 @@ fn parse(arguments: &[String]) -> Result<Request, String> {
 fn usage() -> String {
     let names: Vec<&str> = GENERATORS.iter().map(|generator| generator.name).collect();
     format!(
-        "usage: manylight-scenes SCENE -o FOLDER [--detail LEVEL]\n\
+        "usage: manylight-scenes SCENE -o FOLDER [--detail LEVEL] [--format FORMAT]...\n\
          SCENE is one of {}\n\
-         LEVEL is from 1 (the scenes in the repository) to {}",
+         LEVEL is from 1 (the scenes in the repository) to {}\n\
+         FORMAT is mitsuba, pbrt or gltf; both mitsuba and pbrt if none is given",
         names.join(", "),
         Detail::MAX
     )
@@ -99,6 +112,17 @@ mod tests {
     }
 
     #[test]
+    fn formats_add_up_and_have_a_default() {
+        let formats = |words: &str| {
+            let arguments: Vec<String> = words.split_whitespace().map(str::to_owned).collect();
+            parse(&arguments).map(|request| request.formats)
+        };
+        assert_eq!(formats("disco -o x"), Ok(Format::COMMITTED.to_vec()));
+        let both = [Format::Gltf, Format::Pbrt].to_vec();
+        assert_eq!(formats("disco --format gltf -o x --format pbrt"), Ok(both));
+    }
+
+    #[test]
     fn messages_name_what_is_wrong() {
         assert_eq!(message(""), "no scene given");
         assert_eq!(message("attic -o x"), "unknown scene 'attic'");
@@ -106,5 +130,6 @@ mod tests {
         assert_eq!(message("garage -o"), "-o needs a value");
         assert_eq!(message("garage -q x"), "unknown option '-q'");
         assert!(message("garage --detail 0 -o x").contains("from 1 to 6, not '0'"));
+        assert!(message("garage --format usd -o x").contains("mitsuba, pbrt or gltf, not 'usd'"));
     }
 }

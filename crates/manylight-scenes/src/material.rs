@@ -20,6 +20,29 @@ pub enum Metal {
     Bronze,
 }
 
+impl Metal {
+    /// Real and imaginary part of the index of refraction, in linear RGB: Mitsuba's averages of measured spectra, and alloys.
+    pub fn index_of_refraction(self) -> [LinearRgb; 2] {
+        match self {
+            Metal::Aluminium => [[1.6575, 0.880_41, 0.521_24], [9.223_81, 6.2695, 4.837]],
+            Metal::Chromium => [[4.369_67, 2.916_51, 1.6549], [5.206_55, 4.231_31, 3.7547]],
+            Metal::Copper => [[0.201, 0.923_75, 1.102_22], [3.913_26, 2.453_05, 2.142_09]],
+            Metal::Silver => [[0.155_28, 0.116_73, 0.138_39], [4.828_35, 3.122_22, 2.1469]],
+            Metal::Brass => [[0.444, 0.527, 1.094], [3.695, 2.765, 1.829]],
+            Metal::Bronze => [[0.36, 0.72, 1.25], [3.6, 2.5, 2.1]],
+        }
+    }
+
+    /// Reflectance at normal incidence.
+    pub fn reflectance(self) -> LinearRgb {
+        let [eta, k] = self.index_of_refraction();
+        std::array::from_fn(|c| {
+            let (n, k2) = (eta[c], k[c] * k[c]);
+            ((n - 1.0).powi(2) + k2) / ((n + 1.0).powi(2) + k2)
+        })
+    }
+}
+
 /// Diffuse reflectance of a surface.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Reflectance {

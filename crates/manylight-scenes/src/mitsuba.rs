@@ -1,5 +1,6 @@
 //! Mitsuba 3 scene files.
 
+use crate::head;
 use crate::material::{LinearRgb, Material, Metal, Reflectance};
 use crate::png::PixelEncoding;
 use crate::pose::Pose;
@@ -9,8 +10,6 @@ use glam::DVec3;
 
 /// Default samples per pixel of the generated scenes.
 const DEFAULT_SPP: u32 = 64;
-/// Longest line, in bytes, of the comment at the head of a file, without its indentation.
-const HEAD_WIDTH: usize = 118;
 
 /// The XML of a scene. Files are referred to as `meshes/NAME.ply` and `textures/NAME.png`.
 pub fn encode(scene: &Scene) -> String {
@@ -72,26 +71,12 @@ impl Xml {
 
 /// The comment with the title and description.
 fn push_head(text: &mut String, scene: &Scene) {
-    *text += &format!("<!--\n  {}.\n", scene.about.title);
-    for paragraph in &scene.about.text {
-        *text += "\n";
-        for line in wrapped(paragraph, HEAD_WIDTH) {
-            *text += &format!("  {line}\n");
-        }
+    *text += "<!--\n";
+    for line in head::lines(&scene.about) {
+        let indent = if line.is_empty() { "" } else { "  " };
+        *text += &format!("{indent}{line}\n");
     }
     *text += "-->\n";
-}
-
-/// Breaks a paragraph into lines of at most `width` bytes.
-fn wrapped(paragraph: &str, width: usize) -> Vec<String> {
-    let mut lines: Vec<String> = Vec::new();
-    for word in paragraph.split_whitespace() {
-        match lines.last_mut() {
-            Some(line) if line.len() + 1 + word.len() <= width => *line += &format!(" {word}"),
-            _ => lines.push(word.to_owned()),
-        }
-    }
-    lines
 }
 
 fn push_camera(xml: &mut Xml, camera: &Camera) {
@@ -206,14 +191,17 @@ fn push_texture(xml: &mut Xml, scene: &Scene, name: &str, texture: &str) {
 
 /// The index of refraction: by name where Mitsuba has measured data, otherwise as RGB.
 fn push_metal(xml: &mut Xml, metal: Metal) {
-    let (eta, k) = match metal {
-        Metal::Aluminium => return xml.value("string", "material", "Al"),
-        Metal::Chromium => return xml.value("string", "material", "Cr"),
-        Metal::Copper => return xml.value("string", "material", "Cu"),
-        Metal::Silver => return xml.value("string", "material", "Ag"),
-        Metal::Brass => ([0.444, 0.527, 1.094], [3.695, 2.765, 1.829]),
-        Metal::Bronze => ([0.36, 0.72, 1.25], [3.6, 2.5, 2.1]),
+    let name = match metal {
+        Metal::Aluminium => "Al",
+        Metal::Chromium => "Cr",
+        Metal::Copper => "Cu",
+        Metal::Silver => "Ag",
+        Metal::Brass | Metal::Bronze => "",
     };
+    if !name.is_empty() {
+        return xml.value("string", "material", name);
+    }
+    let [eta, k] = metal.index_of_refraction();
     xml.value("rgb", "eta", &rgb(eta));
     xml.value("rgb", "k", &rgb(k));
 }
@@ -304,37 +292,7 @@ fn list(v: DVec3) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::build::boxed;
-    use crate::material::{matte, metal};
-    use crate::scene::About;
-
-    fn small_scene() -> Scene {
-        let about = About {
-            title: "Test",
-            text: vec!["Shows a box.".to_owned()],
-        };
-        let camera = Camera {
-            origin: DVec3::Z,
-            target: DVec3::ZERO,
-            fov_x: 40.0,
-            size: [64, 48],
-            max_depth: 5,
-        };
-        let mut scene = Scene::new(about, camera);
-        let copper = scene.add_material("copper", metal(Metal::Copper, 0.1));
-        let black = scene.add_material("black", matte([0.0; 3]));
-        let cube = scene.add_mesh("cube", boxed([0.0; 3], [1.0; 3]));
-        let pose = Pose::at(1.0, 0.0, 0.0).turned(90.0).scaled(2.0);
-        scene.place("box", ShapeKind::Mesh(cube), pose, copper);
-        scene.place_emitter(
-            "lamp",
-            ShapeKind::Rectangle,
-            Pose::identity(),
-            black,
-            [3.0, 2.0, 1.0],
-        );
-        scene
-    }
+    use crate::testing::small_scene;
 
     #[test]
     fn a_shape_has_its_mesh_transform_and_material() {
@@ -363,11 +321,5 @@ mod tests {
 	</shape>
 "#;
         assert!(text.contains(expected), "{text}");
-    }
-
-    #[test]
-    fn head_lines_are_short() {
-        let lines = wrapped(&"word ".repeat(60), HEAD_WIDTH);
-        assert!(lines.len() > 2 && lines.iter().all(|line| line.len() <= HEAD_WIDTH));
     }
 }

@@ -11,6 +11,8 @@ pub enum PixelEncoding {
     Srgb,
     /// One channel of values from 0 to 1, stored as 0 to 255.
     Linear,
+    /// Three such channels.
+    LinearRgb,
 }
 
 /// An image with 8 bits a channel.
@@ -50,6 +52,36 @@ impl PngImage {
         }
     }
 
+    /// An image with three channels of values from 0 to 1, as [`PngImage::from_weights`].
+    pub fn from_values(size: [u32; 2], values: impl Fn(f64, f64) -> [f64; 3]) -> PngImage {
+        let samples = pixel_centers(size)
+            .flat_map(|(u, v)| values(u, v).map(byte))
+            .collect();
+        PngImage {
+            size,
+            encoding: PixelEncoding::LinearRgb,
+            samples,
+        }
+    }
+
+    /// The value of the pixel that contains (u, v), repeated outside of [0, 1]: linear RGB, or three equal weights.
+    pub fn value(&self, u: f64, v: f64) -> [f64; 3] {
+        let [width, height] = self.size.map(|n| n as usize);
+        let cell = |x: f64, n: usize| ((x - x.floor()) * n as f64).min(n as f64 - 1.0) as usize;
+        let pixel = cell(v, height) * width + cell(u, width);
+        let level = |i: usize| f64::from(self.samples[i]) / 255.0;
+        match self.encoding {
+            PixelEncoding::Srgb => std::array::from_fn(|c| linear(level(3 * pixel + c))),
+            PixelEncoding::Linear => [level(pixel); 3],
+            PixelEncoding::LinearRgb => std::array::from_fn(|c| level(3 * pixel + c)),
+        }
+    }
+
+    /// The image with other colors: `change` gets and gives linear RGB.
+    pub fn recolored(&self, change: impl Fn([f64; 3]) -> [f64; 3]) -> PngImage {
+        PngImage::from_colors(self.size, |u, v| change(self.value(u, v)))
+    }
+
     /// The bytes of a PNG file.
     ///
     /// # Errors
@@ -58,6 +90,7 @@ impl PngImage {
         let (color_type, channels) = match self.encoding {
             PixelEncoding::Srgb => (2, 3),
             PixelEncoding::Linear => (0, 1),
+            PixelEncoding::LinearRgb => (2, 3),
         };
         let mut head = Vec::new();
         head.extend(self.size[0].to_be_bytes());
@@ -124,6 +157,15 @@ fn srgb(x: f64) -> f64 {
     }
 }
 
+/// The inverse of [`srgb`].
+fn linear(x: f64) -> f64 {
+    if x <= 0.040_45 {
+        x / 12.92
+    } else {
+        ((x + 0.055) / 1.055).powf(2.4)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -143,5 +185,16 @@ mod tests {
         assert_eq!(color.samples, [127; 3]);
         let weight = PngImage::from_weights([1, 1], |_, _| 0.2);
         assert_eq!(weight.samples, [51]);
+        let values = PngImage::from_values([1, 1], |_, _| [0.2, 0.4, 1.0]);
+        assert_eq!(values.samples, [51, 102, 255]);
+    }
+
+    #[test]
+    fn values_are_those_that_were_stored() {
+        let image = PngImage::from_colors([4, 2], |u, v| [u, v, 0.5]);
+        let [r, g, b] = image.value(0.3, 0.9);
+        assert!((r - 0.375).abs() < 4e-3 && (g - 0.75).abs() < 5e-3 && (b - 0.5).abs() < 4e-3);
+        assert_eq!(image.value(1.3, -0.1), image.value(0.3, 0.9));
+        assert_eq!(image.recolored(|color| color), image);
     }
 }

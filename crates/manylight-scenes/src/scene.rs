@@ -98,6 +98,19 @@ pub struct SpotLight {
     pub beam: f64,
 }
 
+impl SpotLight {
+    /// The cutoff in degrees with which a falloff that is point-symmetric in the cosine, as in PBRT and Blender, gives the
+    /// power of Mitsuba's falloff, which is linear in the angle. The beam stays the same.
+    pub fn smooth_cutoff(&self) -> f64 {
+        let (beam, cutoff) = (self.beam.to_radians(), self.cutoff.to_radians());
+        if cutoff - beam < 1e-6 {
+            return self.cutoff;
+        }
+        let mean_cos = (cutoff.sin() - beam.sin()) / (cutoff - beam);
+        (2.0 * mean_cos - beam.cos()).acos().to_degrees()
+    }
+}
+
 impl Scene {
     /// An empty scene.
     pub fn new(about: About, camera: Camera) -> Scene {

@@ -1,11 +1,19 @@
 //! The scenes in the repository equal the output of the generators, and the output is valid.
 
-use manylight_scenes::files;
+use manylight_scenes::files::{self, Format};
 use manylight_scenes::scene::Scene;
 use manylight_scenes::scenes::{Detail, GENERATORS};
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
+
+/// Size in bytes and CRC-32 of the files of each scene as glTF.
+const GLTF_CHECKSUMS: [(&str, (usize, u32)); 4] = [
+    ("u-shape", (923_770, 0x1e7a_9b27)),
+    ("kitchen", (1_283_035, 0xa618_ae0a)),
+    ("garage", (2_046_100, 0x0862_9fb8)),
+    ("disco", (1_183_853, 0xddb6_ae6c)),
+];
 
 fn folder_of(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -25,7 +33,7 @@ fn committed_files_equal_generated_files() {
     for (name, scene) in scenes() {
         let folder = folder_of(name);
         let mut expected = BTreeSet::new();
-        for (path, bytes) in files::of(&scene).unwrap() {
+        for (path, bytes) in files::of(&scene, &Format::COMMITTED).unwrap() {
             let path = folder.join(path);
             let committed = fs::read(&path).unwrap_or_default();
             assert!(
@@ -45,6 +53,56 @@ fn committed_files_equal_generated_files() {
                 );
             }
         }
+    }
+}
+
+/// Size and checksum of all files of a scene as glTF.
+fn gltf_checksum(scene: &Scene) -> (usize, u32) {
+    let mut size = 0;
+    let mut crc = flate2::Crc::new();
+    for (path, bytes) in files::of(scene, &[Format::Gltf]).expect("textures compress") {
+        crc.update(path.to_string_lossy().as_bytes());
+        crc.update(&bytes);
+        size += bytes.len();
+    }
+    (size, crc.sum())
+}
+
+#[test]
+fn gltf_files_are_the_same_on_every_platform() {
+    // The files are not in the repository, because glTF cannot share the meshes of the other formats.
+    let expected = GLTF_CHECKSUMS;
+    let found: Vec<_> = scenes()
+        .map(|(name, scene)| (name, gltf_checksum(&scene)))
+        .collect();
+    assert_eq!(found, expected, "left: generated, right: expected");
+}
+
+/// Names in quotes that follow `key` in a PBRT file.
+fn names_after<'a>(text: &'a str, key: &str) -> BTreeSet<&'a str> {
+    let rests = text.split(key).skip(1);
+    rests
+        .map(|rest| rest.split('"').nth(1).unwrap_or_default())
+        .collect()
+}
+
+#[test]
+fn names_in_pbrt_files_resolve() {
+    for (name, scene) in scenes() {
+        let text = manylight_scenes::pbrt::encode(&scene);
+        let materials = names_after(&text, "MakeNamedMaterial ");
+        let used = names_after(&text, "\tNamedMaterial ");
+        let undefined: Vec<_> = used.difference(&materials).collect();
+        assert!(undefined.is_empty(), "{name}: {undefined:?}");
+        let textures = names_after(&text, "\nTexture ");
+        for key in ["texture reflectance\" ", "texture amount\" "] {
+            let used = names_after(&text, key);
+            let undefined: Vec<_> = used.difference(&textures).collect();
+            assert!(undefined.is_empty(), "{name}: {undefined:?}");
+        }
+        let begins = text.matches("AttributeBegin").count();
+        assert_eq!(begins, text.matches("AttributeEnd").count());
+        assert_eq!(begins, scene.shapes.len());
     }
 }
 

@@ -7,6 +7,8 @@
 //! [`read_ply`] and [`read_serialized`] compute them in object space, which is the same for transforms that preserve angles
 //! and orientation. For other transforms, call [`read_stored`] and [`smooth_normals_placed`].
 
+mod attributes;
+mod curves;
 mod normals;
 mod obj;
 mod ply;
@@ -16,6 +18,8 @@ mod text;
 #[cfg(test)]
 mod tests;
 
+pub use attributes::{AttributePlace, MeshAttribute};
+pub use curves::read_curves;
 pub use normals::{orient_to_normals, smooth_normals, smooth_normals_placed};
 pub(crate) use text::parse_number;
 
@@ -69,10 +73,30 @@ pub fn read_serialized(path: &Path, shape_index: usize) -> Result<Mesh, FileErro
 /// # Errors
 /// The file cannot be read or is malformed.
 pub fn read_stored(path: &Path, format: MeshFormat) -> Result<Mesh, FileError> {
+    read_parsed(path, format, false).map(|(mesh, _)| mesh)
+}
+
+/// Like [`read_stored`], with the attributes of PLY and serialized meshes.
+///
+/// # Errors
+/// The file cannot be read or is malformed.
+pub fn read_with_attributes(
+    path: &Path,
+    format: MeshFormat,
+) -> Result<(Mesh, Vec<MeshAttribute>), FileError> {
+    read_parsed(path, format, true)
+}
+
+fn read_parsed(
+    path: &Path,
+    format: MeshFormat,
+    attributes: bool,
+) -> Result<(Mesh, Vec<MeshAttribute>), FileError> {
     let bytes = unpacked(read_bytes(path)?).map_err(|fault| fault.in_file(path))?;
-    let mut mesh = parse(&bytes, format).map_err(|fault| fault.in_file(path))?;
+    let (mut mesh, attributes) =
+        parse(&bytes, format, attributes).map_err(|fault| fault.in_file(path))?;
     normals::complete_normals(&mut mesh);
-    Ok(mesh)
+    Ok((mesh, attributes))
 }
 
 fn read(path: &Path, format: MeshFormat) -> Result<Mesh, FileError> {
@@ -83,10 +107,15 @@ fn read(path: &Path, format: MeshFormat) -> Result<Mesh, FileError> {
     Ok(mesh)
 }
 
-fn parse(bytes: &[u8], format: MeshFormat) -> Result<Mesh, Fault> {
+/// The mesh of a file's content; its attributes if `attributes` is set.
+fn parse(
+    bytes: &[u8],
+    format: MeshFormat,
+    attributes: bool,
+) -> Result<(Mesh, Vec<MeshAttribute>), Fault> {
     match format {
-        MeshFormat::Obj => obj::parse(bytes),
-        MeshFormat::Ply => ply::parse(bytes),
+        MeshFormat::Obj => obj::parse(bytes).map(|mesh| (mesh, Vec::new())),
+        MeshFormat::Ply => ply::parse(bytes, attributes),
         MeshFormat::Serialized { shape_index } => serialized::parse(bytes, shape_index),
     }
 }

@@ -4,8 +4,10 @@
 //! (version 4), counts, positions, normals, texture coordinates, colors and triangles. Source: the documentation of Mitsuba's
 //! `serialized` plugin.
 
+use super::attributes::{AttributePlace, MeshAttribute};
 use crate::file_error::Fault;
 use flate2::read::ZlibDecoder;
+use manylight::color::Rgb;
 use manylight::geometry::Mesh;
 use manylight::math::{Vec2, Vec3};
 use std::io::Read;
@@ -18,8 +20,8 @@ const HAS_UVS: u32 = 0x0002;
 const HAS_COLORS: u32 = 0x0008;
 const DOUBLE_PRECISION: u32 = 0x2000;
 
-/// The mesh `shape_index` in the file content `bytes`.
-pub(super) fn parse(bytes: &[u8], shape_index: usize) -> Result<Mesh, Fault> {
+/// The mesh `shape_index` in the file content `bytes`, and the colors of its vertices as an attribute.
+pub(super) fn parse(bytes: &[u8], shape_index: usize) -> Result<(Mesh, Vec<MeshAttribute>), Fault> {
     check_magic(bytes, 0)?;
     let version = u16_at(bytes, 2).ok_or_else(truncated)?;
     let offset_size = match version {
@@ -117,7 +119,7 @@ impl<'a> MeshStream<'a> {
         }
     }
 
-    fn mesh(&mut self, version: u16) -> Result<Mesh, Fault> {
+    fn mesh(&mut self, version: u16) -> Result<(Mesh, Vec<MeshAttribute>), Fault> {
         let flags = self.u32()?;
         if version == 4 {
             self.skip_name()?;
@@ -139,8 +141,15 @@ impl<'a> MeshStream<'a> {
         } else {
             Vec::new()
         };
+        let mut attributes = Vec::new();
         if flags & HAS_COLORS != 0 {
-            self.reals::<3>(vertex_count, precision)?;
+            let colors = self.reals::<3>(vertex_count, precision)?;
+            attributes.push(MeshAttribute {
+                name: "vertex_color".to_owned(),
+                place: AttributePlace::Vertices,
+                from_integers: false,
+                values: colors.into_iter().map(Rgb::from).collect(),
+            });
         }
         let triangles = self.triangles(triangle_count, vertex_count)?;
         if let Some(i) = positions.iter().position(|p| !p.is_finite()) {
@@ -156,13 +165,14 @@ impl<'a> MeshStream<'a> {
             .into_iter()
             .map(|uv| Vec2::from(uv.map(finite_or_zero)))
             .collect();
-        Ok(Mesh {
+        let mesh = Mesh {
             positions,
             normals,
             tangents: Vec::new(),
             uvs,
             triangles,
-        })
+        };
+        Ok((mesh, attributes))
     }
 
     fn skip_name(&mut self) -> Result<(), Fault> {

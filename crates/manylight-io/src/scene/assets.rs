@@ -1,9 +1,14 @@
 //! Meshes and images of a scene. Requests are collected first; then the files are read in parallel, each one once.
 
+use super::attributes::AttributeRequest;
+use super::curve_files::CurveFile;
 use super::sink::{FileSpan, Problem, Sink};
 use crate::file_error::{FileError, FileErrorKind};
 use crate::image::{Transfer, read_alpha, read_image};
-use crate::mesh::{MeshFormat, orient_to_normals, read_stored, smooth_normals_placed};
+use crate::mesh::{
+    MeshAttribute, MeshFormat, orient_to_normals, read_stored, read_with_attributes,
+    smooth_normals_placed,
+};
 use manylight::emitters::Emitter;
 use manylight::geometry::{Mesh, Shape};
 use manylight::ids::{EmitterId, ShapeId, TextureId};
@@ -41,10 +46,17 @@ impl Channel {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct MeshRequest {
     pub(super) path: PathBuf,
-    pub(super) format: MeshFormat,
+    pub(super) content: MeshContent,
     /// Whether v is replaced by 1 - v.
     pub(super) flip_v: bool,
     pub(super) normals: Normals,
+}
+
+/// What a mesh file contains.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum MeshContent {
+    Mesh(MeshFormat),
+    Curves(CurveFile),
 }
 
 /// The shading normals of a mesh.
@@ -99,6 +111,7 @@ enum ImageTarget {
 pub(super) struct Assets {
     meshes: Vec<(MeshRequest, ShapeId, FileSpan)>,
     mesh_ids: HashMap<(PathBuf, String), ShapeId>,
+    attributes: Vec<AttributeRequest>,
     images: Vec<ImageRequest>,
     image_ids: HashMap<(PathBuf, String), usize>,
 }
@@ -115,7 +128,7 @@ impl Assets {
             request.path.clone(),
             format!(
                 "{:?} {} {:?}",
-                request.format, request.flip_v, request.normals
+                request.content, request.flip_v, request.normals
             ),
         );
         *self.mesh_ids.entry(key).or_insert_with(|| {
@@ -123,6 +136,16 @@ impl Assets {
             self.meshes.push((request, shape, span));
             shape
         })
+    }
+
+    /// Requests the values of an attribute of a mesh, whose texture is stored already.
+    pub(super) fn add_attribute(&mut self, request: AttributeRequest) {
+        self.attributes.push(request);
+    }
+
+    /// Whether the shape is a mesh of a file.
+    pub(super) fn is_mesh_file(&self, shape: ShapeId) -> bool {
+        self.meshes.iter().any(|(_, id, _)| *id == shape)
     }
 
     /// Requests the image of a bitmap texture.
@@ -184,7 +207,12 @@ impl Assets {
 
     /// Reads all files and stores their content in `desc`. Errors are reported.
     pub(super) fn load(self, desc: &mut SceneDesc, sink: &Sink) {
-        let Assets { meshes, images, .. } = self;
+        let Assets {
+            meshes,
+            images,
+            attributes,
+            ..
+        } = self;
         let paths = (meshes.iter().map(|(request, ..)| &request.path))
             .chain(images.iter().map(|request| &request.path));
         paths.for_each(|path| sink.note_read(path));
@@ -196,14 +224,20 @@ impl Assets {
             || {
                 meshes
                     .par_iter()
-                    .map(|(request, ..)| read_mesh(request))
+                    .map(|(request, shape, _)| {
+                        read_mesh(request, attributes.iter().any(|a| a.shape == *shape))
+                    })
                     .collect()
             },
             || files.par_iter().map(read_pixels).collect(),
         );
         for ((_, shape, span), mesh) in meshes.iter().zip(read_meshes) {
             match mesh {
-                Ok(mesh) => desc.shapes[shape.index()] = Shape::Mesh(mesh),
+                Ok((mesh, found)) => {
+                    let wanted = attributes.iter().filter(|a| a.shape == *shape);
+                    wanted.for_each(|a| a.store(desc, &mesh, &found, sink));
+                    desc.shapes[shape.index()] = Shape::Mesh(mesh);
+                }
                 Err(error) => report(sink, *span, &error, "mesh"),
             }
         }
@@ -216,8 +250,16 @@ impl Assets {
     }
 }
 
-fn read_mesh(request: &MeshRequest) -> Result<Mesh, FileError> {
-    let mut mesh = read_stored(&request.path, request.format)?;
+/// The mesh of a request, and its attributes if they are wanted.
+fn read_mesh(
+    request: &MeshRequest,
+    attributes: bool,
+) -> Result<(Mesh, Vec<MeshAttribute>), FileError> {
+    let (mut mesh, attributes) = match &request.content {
+        MeshContent::Mesh(format) if attributes => read_with_attributes(&request.path, *format)?,
+        MeshContent::Mesh(format) => (read_stored(&request.path, *format)?, Vec::new()),
+        MeshContent::Curves(curves) => (curves.read(&request.path)?, Vec::new()),
+    };
     if request.flip_v {
         mesh.uvs.iter_mut().for_each(|uv| uv.y = 1.0 - uv.y);
     }
@@ -229,7 +271,7 @@ fn read_mesh(request: &MeshRequest) -> Result<Mesh, FileError> {
         Normals::Smooth { .. } => {}
         Normals::Stored { mirrored } => orient_to_normals(&mut mesh, mirrored),
     }
-    Ok(mesh)
+    Ok((mesh, attributes))
 }
 
 fn read_pixels(&(path, decode): &(&Path, Decode)) -> Result<Image, FileError> {

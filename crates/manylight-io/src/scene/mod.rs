@@ -1,6 +1,8 @@
 //! Scene files. [`load_scene`] returns a [`SceneDesc`], [`check_scene`] all problems of a file.
 
 mod assets;
+mod attributes;
+mod curve_files;
 mod digest;
 mod files;
 mod gltf;
@@ -8,6 +10,7 @@ mod mitsuba;
 mod names;
 mod pbrt;
 mod sink;
+mod tubes;
 
 pub use digest::scene_digest;
 pub use gltf::{EnvironmentSource, GltfOptions, LightUnits};

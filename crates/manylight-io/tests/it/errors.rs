@@ -8,8 +8,8 @@ use std::path::Path;
 const INVALID: &[(&str, &str)] = &[
     (
         "<shape type='cyllinder'/>",
-        "error 2:14 unknown shape type `cyllinder` (did you mean `cylinder`? supported types: cube, cylinder, disk, \
-         instance, obj, ply, rectangle, serialized, shapegroup, sphere)",
+        "error 2:14 unknown shape type `cyllinder` (did you mean `cylinder`? supported types: bsplinecurve, cube, \
+         cylinder, disk, instance, linearcurve, merge, obj, ply, rectangle, serialized, shapegroup, sphere)",
     ),
     (
         "<bsdf type='diffuse'><rgb name='reflectence' value='1'/></bsdf>",

@@ -6,11 +6,13 @@
     reason = "test helpers may panic and print"
 )]
 
+mod attributes;
 mod errors;
 mod gltf;
 mod materials;
 mod names;
 mod pbrt;
+mod projectors;
 mod shared_scenes;
 mod skies;
 mod upgrade;

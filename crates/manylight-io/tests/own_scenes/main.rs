@@ -3,6 +3,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
 
+mod formats;
+
 use manylight::film::{Film, Layer};
 use manylight::integrators::{ExtraLayers, ManyLight, Method, MethodKind};
 use manylight::render::{Budget, Observer, RenderJob, Stats, render};

@@ -1,6 +1,6 @@
 //! From the parameters of a material to a scattering model at a point.
 
-use super::material::{Material, PrincipledMaterial, Roughness};
+use super::material::{Material, PrincipledMaterial, PrincipledThinMaterial, Roughness};
 use super::materials::Materials;
 use super::model::Model;
 use super::models::conductor::{RoughConductor, SmoothConductor};
@@ -11,7 +11,9 @@ use super::models::fresnel::ConductorFresnel;
 use super::models::microfacet::Microfacets;
 use super::models::phong::Phong;
 use super::models::plastic::{ColorShift, Plastic, RoughPlastic};
-use super::models::principled::{Principled, PrincipledParameters};
+use super::models::principled::{
+    Principled, PrincipledParameters, PrincipledThin, PrincipledThinParameters,
+};
 use super::models::rough_diffuse::RoughDiffuse;
 use super::models::thin_dielectric::ThinDielectric;
 use super::models::ward::Ward;
@@ -102,6 +104,7 @@ impl<'s> ModelInstantiation<'_, 's> {
                 Vec2::new(self.float(alpha_u), self.float(alpha_v)),
             )),
             Material::Principled(p) => Model::Principled(self.principled(p)),
+            Material::PrincipledThin(p) => Model::PrincipledThin(self.principled_thin(p)),
             _ => unreachable!("invariant: wrappers are flattened first"),
         }
     }
@@ -186,6 +189,21 @@ impl<'s> ModelInstantiation<'_, 's> {
             }
             _ => Model::Plastic(Plastic::new(*eta, diffuse, tint, shift)),
         }
+    }
+
+    fn principled_thin(&self, p: &PrincipledThinMaterial) -> PrincipledThin {
+        PrincipledThin::new(PrincipledThinParameters {
+            base_color: self.color(&p.base_color),
+            roughness: self.float(&p.roughness),
+            anisotropic: self.float(&p.anisotropic),
+            spec_trans: self.float(&p.spec_trans),
+            eta: self.float(&p.eta),
+            spec_tint: self.float(&p.spec_tint),
+            sheen: self.float(&p.sheen),
+            sheen_tint: self.float(&p.sheen_tint),
+            flatness: self.float(&p.flatness),
+            diff_trans: self.float(&p.diff_trans),
+        })
     }
 
     fn principled(&self, p: &PrincipledMaterial) -> Principled {

@@ -115,6 +115,8 @@ pub enum Material {
     },
     /// The Disney model, as Mitsuba 3's `principled`.
     Principled(Box<PrincipledMaterial>),
+    /// The Disney model of thin surfaces, as Mitsuba 3's `principledthin`. Both sides are alike.
+    PrincipledThin(Box<PrincipledThinMaterial>),
     /// `first` with weight 1 - w, `second` with weight w.
     Blend {
         /// w in [0, 1].
@@ -210,6 +212,28 @@ pub struct PrincipledMaterial {
     pub diffuse_reflectance_sampling_rate: f32,
     pub main_specular_sampling_rate: f32,
     pub clearcoat_sampling_rate: f32,
+}
+
+/// Parameters of Mitsuba 3's `principledthin`.
+#[derive(Clone, Debug)]
+#[expect(
+    missing_docs,
+    reason = "the names are those of Mitsuba's documentation"
+)]
+pub struct PrincipledThinMaterial {
+    pub base_color: ColorInput,
+    pub roughness: FloatInput,
+    pub anisotropic: FloatInput,
+    /// Weight of the specular lobes, in [0, 1].
+    pub spec_trans: FloatInput,
+    /// Index of refraction of the sheet over that around it.
+    pub eta: FloatInput,
+    pub spec_tint: FloatInput,
+    pub sheen: FloatInput,
+    pub sheen_tint: FloatInput,
+    pub flatness: FloatInput,
+    /// Twice the transmitted fraction of the diffuse part, in [0, 2].
+    pub diff_trans: FloatInput,
 }
 
 impl Default for Material {

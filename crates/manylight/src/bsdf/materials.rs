@@ -108,6 +108,7 @@ impl Materials {
                 ..
             } => specular_reflectance.prefetch(uv, textures),
             Material::Principled(p) => p.base_color.prefetch(uv, textures),
+            Material::PrincipledThin(p) => p.base_color.prefetch(uv, textures),
             Material::TwoSided { front: inner, .. }
             | Material::Mask { inner, .. }
             | Material::NormalMap { inner, .. } => self.prefetch(*inner, uv, textures),

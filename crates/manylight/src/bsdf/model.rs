@@ -12,7 +12,7 @@ use super::models::diffuse::Diffuse;
 use super::models::diffuse_transmitter::DiffuseTransmitter;
 use super::models::phong::Phong;
 use super::models::plastic::{Plastic, RoughPlastic};
-use super::models::principled::Principled;
+use super::models::principled::{Principled, PrincipledThin};
 use super::models::rough_diffuse::RoughDiffuse;
 use super::models::thin_dielectric::ThinDielectric;
 use super::models::ward::Ward;
@@ -37,6 +37,7 @@ pub(super) enum Model<'s> {
     Phong(Phong),
     Ward(Ward),
     Principled(Principled),
+    PrincipledThin(PrincipledThin),
 }
 
 macro_rules! dispatch {
@@ -55,6 +56,7 @@ macro_rules! dispatch {
             Model::Phong($m) => $call,
             Model::Ward($m) => $call,
             Model::Principled($m) => $call,
+            Model::PrincipledThin($m) => $call,
         }
     };
 }
@@ -70,7 +72,9 @@ impl<'s> Model<'s> {
     #[inline]
     pub(super) fn transmits(&self) -> bool {
         match self {
-            Model::RoughDielectric(_) | Model::DiffuseTransmitter(_) => true,
+            Model::RoughDielectric(_) | Model::DiffuseTransmitter(_) | Model::PrincipledThin(_) => {
+                true
+            }
             Model::Principled(m) => m.transmits(),
             _ => false,
         }
@@ -129,6 +133,7 @@ impl<'s> Model<'s> {
             Model::Phong(m) => m.alpha(),
             Model::Ward(m) => m.alpha(),
             Model::Principled(m) => m.glossy_alpha(),
+            Model::PrincipledThin(m) => m.glossy_alpha(),
             _ => 1.0,
         };
         if alpha < NEAR_DELTA_ALPHA {

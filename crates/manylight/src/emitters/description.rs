@@ -3,7 +3,7 @@
 use crate::color::Rgb;
 use crate::ids::TextureId;
 use crate::image::Image;
-use crate::math::{Mat3, Vec3};
+use crate::math::{Mat3, Vec2, Vec3};
 use crate::texture::ColorInput;
 
 /// An emitter. All directions and positions are in world space.
@@ -72,15 +72,20 @@ pub enum SpotFalloff {
     LinearAngle,
     /// 3t² - 2t³ for a t that is linear in the cosine, as in Blender.
     SmoothCosine,
+    /// 1/cos³θ up to the cutoff, whatever the beam: an equal irradiance on planes across the axis, as of Mitsuba's `projector`.
+    FlatIrradiance,
 }
 
-/// A texture that a spot projects. The texture's unit square is the square around the cross-section of the cone.
+/// A texture that a spot projects.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProjectorTexture {
     /// The texture.
     pub texture: TextureId,
     /// Unit directions perpendicular to the axis along which u and v grow.
     pub axes: [Vec3; 2],
+    /// Half the extents, along both axes, of the rectangle on the plane at distance 1 that the texture's unit square fills; no light passes
+    /// beside it. `None`: the square around the cross-section of the cone, all of the cone being lit.
+    pub window: Option<Vec2>,
 }
 
 /// An environment map in latitude-longitude form, as in Mitsuba's `envmap`. For a direction `d` in the emitter's frame (y up)

@@ -3,7 +3,7 @@
 use super::Emitters;
 use super::description::Emitter;
 use super::infinite::{GuidingPrepass, InfiniteEmissionNumbers, InfiniteLightGuides};
-use super::point::cone_direction;
+use super::point::spot_direction;
 use super::selection_weight::SelectionWeight;
 use crate::color::Rgb;
 use crate::geometry::{Geometry, Ray, SurfacePoint};
@@ -92,10 +92,11 @@ impl Emitters {
                 position,
                 direction,
                 cutoff,
+                projector,
                 ..
             } => {
-                let w = cone_direction(*direction, *cutoff, u.direction);
-                let flux = spot.point_intensity(textures, w) / warp::cone_pdf(cutoff.cos());
+                let (w, pdf) = spot_direction(*direction, *cutoff, projector.as_ref(), u.direction);
+                let flux = spot.point_intensity(textures, w) / pdf;
                 (Ray::new(*position, w), flux, None)
             }
             Emitter::Directional { .. } | Emitter::Constant { .. } | Emitter::Environment(_) => {

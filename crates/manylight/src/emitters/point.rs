@@ -1,6 +1,6 @@
 //! Radiant intensity of points and spots.
 
-use super::description::{Emitter, SpotFalloff};
+use super::description::{Emitter, ProjectorTexture, SpotFalloff};
 use crate::color::Rgb;
 use crate::math::{Frame, Vec2, Vec3};
 use crate::sampling::warp;
@@ -37,7 +37,11 @@ impl Emitter {
                 match projector {
                     Some(projector) if !falloff.is_black() => {
                         let across = Vec2::from(projector.axes.map(|axis| axis.dot(w)));
-                        let uv = 0.5 + 0.5 * across / (direction.dot(w) * cutoff.tan());
+                        let half = projector.window.unwrap_or(Vec2::splat(cutoff.tan()));
+                        let uv = 0.5 + 0.5 * across / (direction.dot(w) * half);
+                        if projector.window.is_some() && !is_in_unit_square(uv) {
+                            return Rgb::BLACK;
+                        }
                         falloff * textures[projector.texture.index()].eval(uv, textures)
                     }
                     _ => falloff,
@@ -48,15 +52,44 @@ impl Emitter {
     }
 }
 
+fn is_in_unit_square(uv: Vec2) -> bool {
+    uv.cmpge(Vec2::ZERO).all() && uv.cmple(Vec2::ONE).all()
+}
+
+/// A direction of a spot, and its density per solid angle: uniform in the cone, or on the window of a projector.
+pub(super) fn spot_direction(
+    axis: Vec3,
+    cutoff: f32,
+    projector: Option<&ProjectorTexture>,
+    u: Vec2,
+) -> (Vec3, f32) {
+    let Some((projector, half)) = projector.and_then(|p| Some((p, p.window?))) else {
+        return (
+            cone_direction(axis, cutoff, u),
+            warp::cone_pdf(cutoff.cos()),
+        );
+    };
+    let on_plane = (2.0 * u - 1.0) * half;
+    let [a, b] = projector.axes;
+    let to_plane = axis + a * on_plane.x + b * on_plane.y;
+    let distance = to_plane.length();
+    (
+        to_plane / distance,
+        distance.powi(3) / (4.0 * half.x * half.y),
+    )
+}
+
 /// A uniformly distributed direction in the cone of half-angle `cutoff` around `axis`.
-pub(super) fn cone_direction(axis: Vec3, cutoff: f32, u: Vec2) -> Vec3 {
+fn cone_direction(axis: Vec3, cutoff: f32, u: Vec2) -> Vec3 {
     let local = warp::cone(u, cutoff.cos());
     Frame::from_normal(axis).to_world(local).normalize()
 }
 
-/// Falloff of a spot: 1 up to the beam width, 0 beyond the cutoff. Angles in radians.
+/// Falloff of a spot: 1 up to the beam width, or by the angle alone; 0 beyond the cutoff. Angles in radians.
 fn spot_falloff(falloff: SpotFalloff, angle: f32, cutoff: f32, beam_width: f32) -> f32 {
-    if angle <= beam_width {
+    if falloff == SpotFalloff::FlatIrradiance && angle < cutoff {
+        angle.cos().powi(-3)
+    } else if angle <= beam_width {
         1.0
     } else if angle >= cutoff {
         0.0
@@ -68,6 +101,7 @@ fn spot_falloff(falloff: SpotFalloff, angle: f32, cutoff: f32, beam_width: f32) 
                 let t = t.clamp(0.0, 1.0);
                 t * t * (3.0 - 2.0 * t)
             }
+            SpotFalloff::FlatIrradiance => 0.0,
         }
     }
 }

@@ -132,6 +132,7 @@ fn color_inputs(material: &Material) -> Vec<&ColorInput> {
             ..
         } => vec![diffuse_reflectance, specular_reflectance],
         Material::Principled(p) => vec![&p.base_color],
+        Material::PrincipledThin(p) => vec![&p.base_color],
         Material::Blend { .. }
         | Material::Mask { .. }
         | Material::Null
@@ -163,6 +164,17 @@ fn float_inputs(material: &Material) -> Vec<&FloatInput> {
             &p.flatness,
             &p.clearcoat,
             &p.clearcoat_gloss,
+        ],
+        Material::PrincipledThin(p) => vec![
+            &p.roughness,
+            &p.anisotropic,
+            &p.spec_trans,
+            &p.eta,
+            &p.spec_tint,
+            &p.sheen,
+            &p.sheen_tint,
+            &p.flatness,
+            &p.diff_trans,
         ],
         Material::Blend { weight, .. } => vec![weight],
         Material::Mask { opacity, .. } => vec![opacity],

@@ -2,6 +2,7 @@
 
 use super::super::text::Cursor;
 use crate::file_error::Fault;
+use crate::image::linear_from_srgb;
 
 /// How the values after the header are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,6 +29,24 @@ pub(super) enum Number {
 }
 
 impl Number {
+    pub(super) fn is_integer(self) -> bool {
+        !matches!(self, Number::F32 | Number::F64)
+    }
+
+    /// A value as attributes have it: integers as fractions of the largest one with the sRGB transfer function, as in Mitsuba.
+    pub(super) fn normalized(self, value: f64) -> f32 {
+        let largest = match self {
+            Number::I8 => f64::from(i8::MAX),
+            Number::U8 => f64::from(u8::MAX),
+            Number::I16 => f64::from(i16::MAX),
+            Number::U16 => f64::from(u16::MAX),
+            Number::I32 => f64::from(i32::MAX),
+            Number::U32 => f64::from(u32::MAX),
+            Number::F32 | Number::F64 => return value as f32,
+        };
+        linear_from_srgb((value / largest) as f32)
+    }
+
     fn from_name(name: &str) -> Option<Number> {
         Some(match name {
             "char" | "int8" => Number::I8,

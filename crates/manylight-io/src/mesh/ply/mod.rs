@@ -2,30 +2,34 @@
 //!
 //! Used are the properties `x y z`, `nx ny nz` and one pair of texture coordinates (`u v`, `s t`, `texture_u texture_v` or
 //! `texture_s texture_t`) of the element `vertex`, and the list `vertex_indices` or `vertex_index` of the element `face`.
-//! Everything else is skipped. Polygons are triangulated as fans around their first corner.
+//! Other properties are attributes, if they are wanted, or skipped. Polygons are triangulated as fans around their first corner.
 
+mod attributes;
 mod header;
 
+use super::attributes::{AttributePlace, MeshAttribute};
 use super::text::{Cursor, parse_number};
 use crate::file_error::Fault;
+use attributes::AttributeReader;
 use header::{Encoding, Header, Number, PlyElement, Property};
 use manylight::geometry::Mesh;
 use manylight::math::{Vec2, Vec3};
 
-/// The mesh in the file content `bytes`.
-pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
+/// The mesh in the file content `bytes`, and its attributes if they are wanted.
+pub(super) fn parse(bytes: &[u8], wanted: bool) -> Result<(Mesh, Vec<MeshAttribute>), Fault> {
     let header = Header::parse(bytes)?;
     let mut body = Body::new(bytes, &header);
     let mut mesh = Mesh::default();
+    let mut attributes = Vec::new();
     let mut seen = [false; 2];
     for element in &header.elements {
         match element.name.as_str() {
             "vertex" => {
-                read_vertices(element, &mut body, &mut mesh)?;
+                attributes.extend(read_vertices(element, &mut body, &mut mesh, wanted)?);
                 seen[0] = true;
             }
             "face" => {
-                read_faces(element, &mut body, &mut mesh)?;
+                attributes.extend(read_faces(element, &mut body, &mut mesh, wanted)?);
                 seen[1] = true;
             }
             _ => skip_element(element, &mut body)?,
@@ -35,7 +39,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
         }
     }
     check_indices(&mesh)?;
-    Ok(mesh)
+    Ok((mesh, attributes))
 }
 
 /// A reader of the values after the header.
@@ -196,15 +200,29 @@ fn vertex_layout(element: &PlyElement) -> Result<Vec<Option<usize>>, Fault> {
     Ok(layout)
 }
 
-fn read_vertices(element: &PlyElement, body: &mut Body, mesh: &mut Mesh) -> Result<(), Fault> {
+fn read_vertices(
+    element: &PlyElement,
+    body: &mut Body,
+    mesh: &mut Mesh,
+    wanted: bool,
+) -> Result<Vec<MeshAttribute>, Fault> {
     let layout = vertex_layout(element)?;
+    let mut attributes = if wanted {
+        AttributeReader::new(element, AttributePlace::Vertices, |i| layout[i].is_some())
+    } else {
+        AttributeReader::none(element)
+    };
     let (has_normals, has_uvs) = (layout.contains(&Some(3)), layout.contains(&Some(6)));
     mesh.positions.reserve(body.at_most(element.count));
     for i in 0..element.count {
         let mut values = [0.0_f32; VERTEX_VALUES];
-        for (property, value) in element.properties.iter().zip(&layout) {
+        attributes.next();
+        for (k, (property, value)) in element.properties.iter().zip(&layout).enumerate() {
             match value {
                 Some(value) => values[*value] = body.value(property.number)? as f32,
+                None if attributes.wants(k) => {
+                    attributes.set(k, property, body.value(property.number)?);
+                }
                 None => body.skip_property(property)?,
             }
         }
@@ -222,26 +240,41 @@ fn read_vertices(element: &PlyElement, body: &mut Body, mesh: &mut Mesh) -> Resu
             mesh.uvs.push(if uv.is_finite() { uv } else { Vec2::ZERO });
         }
     }
-    Ok(())
+    Ok(attributes.finish())
 }
 
-fn read_faces(element: &PlyElement, body: &mut Body, mesh: &mut Mesh) -> Result<(), Fault> {
+fn read_faces(
+    element: &PlyElement,
+    body: &mut Body,
+    mesh: &mut Mesh,
+    wanted: bool,
+) -> Result<Vec<MeshAttribute>, Fault> {
     let is_list = |p: &Property| {
         p.length.is_some() && matches!(p.name.as_str(), "vertex_indices" | "vertex_index")
     };
     let list = element.properties.iter().position(is_list);
     let list =
         list.ok_or_else(|| Fault::new("expected a list 'vertex_indices' of the element 'face'"))?;
+    let mut attributes = if wanted {
+        AttributeReader::new(element, AttributePlace::Triangles, |_| false)
+    } else {
+        AttributeReader::none(element)
+    };
     mesh.triangles.reserve(body.at_most(element.count));
     for _ in 0..element.count {
+        attributes.next();
         for (i, property) in element.properties.iter().enumerate() {
             match property.length {
                 Some(length) if i == list => read_polygon(length, property.number, body, mesh)?,
+                None if attributes.wants(i) => {
+                    attributes.set(i, property, body.value(property.number)?);
+                }
                 _ => body.skip_property(property)?,
             }
         }
+        attributes.repeat_last(mesh.triangles.len());
     }
-    Ok(())
+    Ok(attributes.finish())
 }
 
 fn read_polygon(

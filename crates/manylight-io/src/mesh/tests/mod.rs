@@ -119,7 +119,7 @@ fn random_damage_never_panics_and_never_gives_a_broken_mesh() {
     let mut accepted = 0;
     for (seed, format) in seeds {
         for bytes in mutations(&seed, 3000) {
-            let Ok(mesh) = parse(&bytes, format) else {
+            let Ok((mesh, attributes)) = parse(&bytes, format, true) else {
                 continue;
             };
             let count = mesh.positions.len();
@@ -132,6 +132,13 @@ fn random_damage_never_panics_and_never_gives_a_broken_mesh() {
             assert!(mesh.positions.iter().all(|p| p.is_finite()));
             assert!(mesh.normals.is_empty() || mesh.normals.len() == count);
             assert!(mesh.uvs.is_empty() || mesh.uvs.len() == count);
+            for attribute in attributes {
+                let expected = match attribute.place {
+                    AttributePlace::Vertices => count,
+                    AttributePlace::Triangles => mesh.triangles.len(),
+                };
+                assert_eq!(attribute.values.len(), expected);
+            }
             accepted += 1;
         }
     }

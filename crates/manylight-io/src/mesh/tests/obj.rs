@@ -5,7 +5,7 @@ use super::{QUAD_OBJ, assert_near, message};
 use manylight::math::Vec2;
 
 pub(super) fn parse_obj(text: &str) -> Result<Mesh, String> {
-    message(parse(text.as_bytes(), MeshFormat::Obj))
+    message(parse(text.as_bytes(), MeshFormat::Obj, false).map(|(mesh, _)| mesh))
 }
 
 #[test]

@@ -11,7 +11,7 @@ pub(super) const TRIANGLE_PLY: &str = "ply\nformat ascii 1.0\ncomment made by ha
     0 0 0 255 0 0.25\n1 0 0 255 1 0\n1 1 0.5 255 1 1\n0 1 0 255 0 1\n7\n3 4 0 1 2 3\n3 3 0 1 2\n";
 
 fn parse_ply(bytes: &[u8]) -> Result<Mesh, String> {
-    message(parse(bytes, MeshFormat::Ply))
+    message(parse(bytes, MeshFormat::Ply, true).map(|(mesh, _)| mesh))
 }
 
 #[test]

@@ -6,7 +6,7 @@ use manylight::math::Vec2;
 use std::io::Write;
 
 fn parse_serialized(bytes: &[u8], shape_index: usize) -> Result<Mesh, String> {
-    message(parse(bytes, MeshFormat::Serialized { shape_index }))
+    message(parse(bytes, MeshFormat::Serialized { shape_index }, true).map(|(mesh, _)| mesh))
 }
 
 /// One stream of a serialized file.

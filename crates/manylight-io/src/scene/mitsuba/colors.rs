@@ -43,8 +43,8 @@ impl Spectrum {
     }
 }
 
-/// The supported spectrum plugins.
-const SPECTRA: &[&str] = &[
+/// The supported spectrum plugins. Their tag may be `texture` too.
+pub(super) const SPECTRA: &[&str] = &[
     "blackbody",
     "d65",
     "irregular",
@@ -177,7 +177,7 @@ impl DescBuilder<'_> {
     }
 
     /// The color of a `<spectrum type="...">`.
-    fn spectrum_plugin(&mut self, id: ObjectId, color_use: ColorUse) -> Option<Rgb> {
+    pub(super) fn spectrum_plugin(&mut self, id: ObjectId, color_use: ColorUse) -> Option<Rgb> {
         let props = self.props(id);
         let color = match props.plugin().value.as_str() {
             "uniform" => Spectrum::Uniform(props.float("value", 1.0)).to_rgb(color_use),
@@ -186,7 +186,7 @@ impl DescBuilder<'_> {
                 Some(color * props.float("scale", 1.0))
             }
             "srgb" => Some(self.color(&props, "color", 1.0, color_use)),
-            "rawconstant" => Some(self.color(&props, "value", 1.0, ColorUse::Coefficient)),
+            "rawconstant" => raw_constant(&props),
             "irregular" => {
                 let wavelengths = number_list(&props, "wavelengths");
                 let values = number_list(&props, "values");
@@ -216,6 +216,24 @@ impl DescBuilder<'_> {
         };
         props.finish();
         color
+    }
+}
+
+/// A number, or a vector of three, without any conversion.
+fn raw_constant(props: &Props<'_>) -> Option<Rgb> {
+    let Some(param) = props.get("value") else {
+        props.missing("value");
+        return None;
+    };
+    match &param.value {
+        Value::Float(value) => Some(Rgb::splat(*value as f32)),
+        Value::Integer(value) => Some(Rgb::splat(*value as f32)),
+        Value::Vector(value) => Some(Rgb::from(value.as_vec3().to_array())),
+        Value::Rgb(value) => Some(Rgb::from(value.map(|v| v as f32))),
+        _ => {
+            props.mismatch(param, "a number or a vector");
+            None
+        }
     }
 }
 

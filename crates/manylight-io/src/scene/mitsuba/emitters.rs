@@ -9,10 +9,15 @@ use super::skies::SkyParts;
 use super::values::Value;
 use super::{DescBuilder, IGNORED, Substitute};
 use glam::{DMat4, DVec3};
+use manylight::color::Rgb;
 use manylight::emitters::{Emitter, Environment, ProjectorTexture, SpotFalloff};
-use manylight::ids::EmitterId;
+use manylight::ids::{EmitterId, TextureId};
 use manylight::image::Image;
-use manylight::math::Mat3;
+use manylight::math::{Mat3, Vec2};
+use manylight::scene::SceneDesc;
+use manylight::sensors::FovAxis;
+use manylight::texture::{ColorInput, Texture};
+use std::f32::consts::{FRAC_PI_4, PI};
 use std::path::PathBuf;
 
 pub(super) const SUPPORTED: &[&str] = &[
@@ -21,6 +26,7 @@ pub(super) const SUPPORTED: &[&str] = &[
     "directional",
     "envmap",
     "point",
+    "projector",
     "sky",
     "spot",
     "sun",
@@ -29,7 +35,6 @@ pub(super) const SUPPORTED: &[&str] = &[
 
 const SUBSTITUTES: &[Substitute] = &[
     ("directionalarea", IGNORED),
-    ("projector", IGNORED),
     ("timed_sunsky", IGNORED),
     ("collimated", IGNORED),
 ];
@@ -46,7 +51,8 @@ impl DescBuilder<'_> {
     /// The area emitter nested in a shape, added at its first use.
     pub(super) fn area_emitter(&mut self, shape: &Props<'_>) -> Option<EmitterId> {
         let id = shape.single(PluginFamily::Emitter)?;
-        if let Some(emitter) = self.area_emitters.get(&id) {
+        let key = self.scoped(id);
+        if let Some(emitter) = self.area_emitters.get(&key) {
             return Some(*emitter);
         }
         let props = self.props(id);
@@ -70,7 +76,7 @@ impl DescBuilder<'_> {
         props.ignore(SAMPLING_PARAMETERS);
         props.finish();
         let emitter = self.add_emitter(Emitter::Area { radiance });
-        self.area_emitters.insert(id, emitter);
+        self.area_emitters.insert(key, emitter);
         Some(emitter)
     }
 
@@ -88,6 +94,7 @@ impl DescBuilder<'_> {
             }
             "point" => self.point(&props),
             "spot" => self.spot(&props),
+            "projector" => self.projector(&props),
             "directional" => self.directional(&props),
             "constant" => self.constant_environment(&props),
             "envmap" => self.environment_map(&props),
@@ -177,7 +184,49 @@ impl DescBuilder<'_> {
             }
         };
         let axes = [world_from_emitter.x_axis, world_from_emitter.y_axis];
-        Some(ProjectorTexture { texture, axes })
+        Some(ProjectorTexture {
+            texture,
+            axes,
+            window: None,
+        })
+    }
+
+    /// A projector. Its image fills the view of a perspective camera with the same parameters.
+    fn projector(&mut self, props: &Props<'_>) {
+        let to_world = props.to_world();
+        let scale = props.float("scale", 1.0);
+        let (fov, fov_axis) = self.field_of_view(props);
+        if !props.has("irradiance") {
+            props.missing("irradiance");
+            return;
+        }
+        let irradiance = self.color_input(props, "irradiance", 1.0, ColorUse::Emission);
+        let texture = match irradiance {
+            ColorInput::Texture(texture) => texture,
+            ColorInput::Constant(color) => self.constant_texture(color),
+        };
+        let axes = rotation(to_world);
+        let emitter = self.add_emitter(Emitter::Spot {
+            position: to_world.transform_point3(DVec3::ZERO).as_vec3(),
+            direction: axes.z_axis,
+            // A constant image of value 1 gives the irradiance π at distance 1, as in Mitsuba.
+            intensity: Rgb::splat(PI * scale),
+            cutoff: FRAC_PI_4,
+            beam_width: FRAC_PI_4,
+            falloff: SpotFalloff::FlatIrradiance,
+            // As seen by a camera, u grows towards -x and v towards -y.
+            projector: Some(ProjectorTexture {
+                texture,
+                axes: [-axes.x_axis, -axes.y_axis],
+                window: Some(Vec2::ONE),
+            }),
+        });
+        self.projectors.push(PendingProjector {
+            emitter,
+            texture,
+            fov,
+            fov_axis,
+        });
     }
 
     fn directional(&mut self, props: &Props<'_>) {
@@ -223,6 +272,48 @@ impl DescBuilder<'_> {
         };
         let emitter = self.add_emitter(Emitter::Environment(environment));
         self.assets.add_environment_image(emitter, path, name.span);
+    }
+}
+
+/// A projector, the window of which depends on the size of its image.
+pub(super) struct PendingProjector {
+    emitter: EmitterId,
+    texture: TextureId,
+    /// Field of view in degrees.
+    fov: f32,
+    fov_axis: FovAxis,
+}
+
+impl PendingProjector {
+    /// Sets the window of the projector, after its image has been read.
+    pub(super) fn fit(&self, desc: &mut SceneDesc) {
+        let size = match &desc.textures[self.texture.index()] {
+            Texture::Bitmap(bitmap) => Vec2::new(
+                bitmap.image.width.max(1) as f32,
+                bitmap.image.height.max(1) as f32,
+            ),
+            _ => Vec2::ONE,
+        };
+        let (x, y) = (size.x, size.y);
+        let along = match self.fov_axis {
+            FovAxis::X => x,
+            FovAxis::Y => y,
+            FovAxis::Diagonal => size.length(),
+            FovAxis::Smaller => x.min(y),
+            FovAxis::Larger => x.max(y),
+        };
+        let half = size * ((0.5 * self.fov).to_radians().tan() / along);
+        if let Emitter::Spot {
+            cutoff,
+            beam_width,
+            projector: Some(projector),
+            ..
+        } = &mut desc.emitters[self.emitter.index()]
+        {
+            projector.window = Some(half);
+            *cutoff = half.length().atan();
+            *beam_width = *cutoff;
+        }
     }
 }
 

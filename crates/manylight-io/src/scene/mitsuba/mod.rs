@@ -10,6 +10,7 @@
 //!
 //! To add a plugin, add its name to the `SUPPORTED` list of its family and an arm to the `match` there.
 
+mod attributes;
 mod bsdfs;
 mod colors;
 mod emitters;
@@ -17,6 +18,7 @@ mod integrators;
 mod object;
 mod props;
 mod sensors;
+mod shape_files;
 mod shapes;
 mod skies;
 mod textures;
@@ -29,6 +31,8 @@ use super::names::ShapeNames;
 use super::sink::{Problem, Sink};
 use super::{LoadOptions, SupportedFamily};
 use crate::resolve::similar;
+use attributes::{CurrentShape, Scoped};
+use emitters::PendingProjector;
 use manylight::ids::{EmitterId, MaterialId, ShapeId, TextureId};
 use manylight::scene::SceneDesc;
 use object::{ObjectId, ObjectTree, PluginFamily};
@@ -95,15 +99,25 @@ pub(super) fn load(
         bitmaps: HashMap::new(),
         area_emitters: HashMap::new(),
         groups: HashMap::new(),
+        fronts: HashMap::new(),
+        projectors: Vec::new(),
+        per_shape: HashMap::new(),
+        current_shape: None,
         builtin_shapes: HashMap::new(),
         shape_names: ShapeNames::default(),
         assets: Assets::default(),
     };
     builder.scene();
     let DescBuilder {
-        mut desc, assets, ..
+        mut desc,
+        assets,
+        projectors,
+        ..
     } = builder;
     assets.load(&mut desc, sink);
+    projectors
+        .iter()
+        .for_each(|projector| projector.fit(&mut desc));
     Some(desc)
 }
 
@@ -118,12 +132,18 @@ struct DescBuilder<'a> {
     tree: &'a ObjectTree,
     sink: &'a Sink,
     desc: SceneDesc,
-    materials: HashMap<ObjectId, MaterialId>,
+    materials: HashMap<Scoped, MaterialId>,
     plain_materials: HashMap<bsdfs::PlainMaterial, MaterialId>,
-    textures: HashMap<ObjectId, TextureId>,
+    textures: HashMap<Scoped, TextureId>,
     bitmaps: HashMap<textures::BitmapKey, TextureId>,
-    area_emitters: HashMap<ObjectId, EmitterId>,
+    area_emitters: HashMap<Scoped, EmitterId>,
     groups: HashMap<ObjectId, usize>,
+    /// Materials that are invisible from behind, by the material in front.
+    fronts: HashMap<MaterialId, MaterialId>,
+    projectors: Vec<PendingProjector>,
+    /// Whether an object contains textures that differ between shapes.
+    per_shape: HashMap<ObjectId, bool>,
+    current_shape: Option<CurrentShape>,
     builtin_shapes: HashMap<&'static str, ShapeId>,
     shape_names: ShapeNames,
     assets: Assets,
@@ -138,7 +158,9 @@ impl<'a> DescBuilder<'a> {
     fn scene(&mut self) {
         let root = self.props(ObjectTree::ROOT);
         for (id, _) in root.objects(PluginFamily::Bsdf) {
-            self.material(id);
+            if !self.is_per_shape(id) {
+                self.material(id);
+            }
         }
         for (id, _) in root.objects(PluginFamily::Shape) {
             self.shape(id);
@@ -150,7 +172,9 @@ impl<'a> DescBuilder<'a> {
             self.sensor(id);
         }
         for (id, _) in root.objects(PluginFamily::Texture) {
-            self.texture(id);
+            if !self.is_per_shape(id) {
+                self.texture(id);
+            }
         }
         if let Some(id) = root.single(PluginFamily::Integrator) {
             self.desc.limits = integrators::limits(&self.props(id), self);

@@ -1,9 +1,9 @@
 //! The tree of objects (plugins with parameters) of a scene, made from XML elements. References are resolved.
 
 use super::super::sink::{FileSpan, Problem, Sink};
-use super::upgrade;
 use super::values::{self, Value};
 use super::xml::{Dialect, Text, XmlElement};
+use super::{colors, textures, upgrade};
 use crate::resolve::similar;
 use std::collections::HashMap;
 use std::path::PathBuf;
@@ -57,6 +57,16 @@ impl PluginFamily {
             .iter()
             .find(|(name, _)| *name == tag)
             .map(|(_, family)| *family)
+    }
+
+    /// The family of an object with the tag of this one: plugins of textures and spectra may have either tag.
+    fn of_plugin(self, plugin: Option<&Text>) -> PluginFamily {
+        let is_in = |list: &[&str]| plugin.is_some_and(|name| list.contains(&name.value.as_str()));
+        match self {
+            PluginFamily::Texture if is_in(colors::SPECTRA) => PluginFamily::Spectrum,
+            PluginFamily::Spectrum if is_in(textures::SUPPORTED) => PluginFamily::Texture,
+            family => family,
+        }
     }
 
     /// The current tag of the family.
@@ -228,6 +238,7 @@ impl ObjectTreeBuilder<'_> {
         match tag {
             _ if is_object => {
                 let family = PluginFamily::of_tag(tag).expect("objects have a family");
+                let family = family.of_plugin(element.attribute("type"));
                 let object = self.object(element, family);
                 let param = Param {
                     name,

@@ -155,7 +155,7 @@ impl DescBuilder<'_> {
     }
 
     /// The field of view in degrees from `fov` or `focal_length`, and the axis along which it is measured.
-    fn field_of_view(&self, props: &Props<'_>) -> (f32, FovAxis) {
+    pub(super) fn field_of_view(&self, props: &Props<'_>) -> (f32, FovAxis) {
         let axes = [
             ("x", FovAxis::X),
             ("y", FovAxis::Y),

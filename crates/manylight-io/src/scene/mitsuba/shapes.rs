@@ -1,13 +1,12 @@
 //! Shape plugins, groups and instances.
 
-use super::super::assets::{MeshRequest, Normals};
-use super::super::files::find_file;
+use super::super::curve_files::CurveBasis;
 use super::super::sink::Problem;
 use super::bsdfs::PlainMaterial;
-use super::object::{ObjectId, PluginFamily};
+use super::object::{ObjectId, Param, PluginFamily};
 use super::props::Props;
 use super::values::Value;
-use super::{DescBuilder, IGNORED, Substitute};
+use super::{CurrentShape, DescBuilder, IGNORED, Substitute};
 use crate::mesh::MeshFormat;
 use glam::{DMat3, DMat4, DVec3};
 use manylight::geometry::{Mesh, Shape};
@@ -16,10 +15,13 @@ use manylight::math::Affine3A;
 use manylight::scene::{InstanceDesc, PrimitiveDesc};
 
 pub(super) const SUPPORTED: &[&str] = &[
+    "bsplinecurve",
     "cube",
     "cylinder",
     "disk",
     "instance",
+    "linearcurve",
+    "merge",
     "obj",
     "ply",
     "rectangle",
@@ -29,13 +31,10 @@ pub(super) const SUPPORTED: &[&str] = &[
 ];
 
 const SUBSTITUTES: &[Substitute] = &[
-    ("bsplinecurve", IGNORED),
-    ("linearcurve", IGNORED),
     ("sdfgrid", IGNORED),
     ("ellipsoids", IGNORED),
     ("ellipsoidsmesh", IGNORED),
     ("blender", IGNORED),
-    ("merge", IGNORED),
     ("hair", IGNORED),
     ("heightfield", IGNORED),
     ("deformable", IGNORED),
@@ -56,6 +55,11 @@ impl DescBuilder<'_> {
                 self.group(id);
             }
             "instance" => self.instance(&props),
+            "merge" => {
+                for (child, _) in merged_shapes(&props) {
+                    self.shape(child);
+                }
+            }
             _ => {
                 let primitive = self.primitive(&props);
                 self.desc.primitives.extend(primitive);
@@ -70,8 +74,14 @@ impl DescBuilder<'_> {
         }
         let props = self.props(id);
         let mut primitives = Vec::new();
-        for (child, param) in props.objects(PluginFamily::Shape) {
+        let mut children = props.objects(PluginFamily::Shape);
+        children.reverse();
+        while let Some((child, param)) = children.pop() {
             let child = self.props(child);
+            if child.plugin().value == "merge" {
+                children.extend(merged_shapes(&child).into_iter().rev());
+                continue;
+            }
             if matches!(child.plugin().value.as_str(), "shapegroup" | "instance") {
                 let message = format!("{} cannot be nested in a shapegroup", child.describe());
                 self.sink
@@ -98,7 +108,7 @@ impl DescBuilder<'_> {
     fn instance(&mut self, props: &Props<'_>) {
         let world_from_group = affine(props.to_world());
         let target = props.single(PluginFamily::Shape);
-        props.ignore(&["id"]);
+        props.ignore(&["id", "shapegroup"]);
         props.finish();
         let Some(target) = target else {
             let message = "an instance needs a reference to a shapegroup";
@@ -150,13 +160,30 @@ impl DescBuilder<'_> {
         let to_world = props.to_world();
         let shape = self.geometry(props, to_world);
         let flip_normals = props.boolean("flip_normals", false);
+        self.current_shape = Some(CurrentShape {
+            object: props.id,
+            mesh: shape.filter(|&shape| self.assets.is_mesh_file(shape)),
+        });
         let emitter = self.area_emitter(props);
-        let material = self.surface(props, emitter);
+        let mut material = self.surface(props, emitter);
+        self.current_shape = None;
+        let is_curve = matches!(
+            props.plugin().value.as_str(),
+            "linearcurve" | "bsplinecurve"
+        );
+        if is_curve {
+            material = self.front_of(material);
+        }
         props.ignore(&["silhouette_sampling_weight", "id"]);
         self.ignore_nested(props);
         props.finish();
         let name = self.shape_name(props);
-        let world_from_object = affine(to_world);
+        // Curves are read in world space, because transforms do not change their radii.
+        let world_from_object = if is_curve {
+            Affine3A::IDENTITY
+        } else {
+            affine(to_world)
+        };
         Some(PrimitiveDesc {
             name,
             shape: shape?,
@@ -169,8 +196,9 @@ impl DescBuilder<'_> {
 
     /// Warns about nested objects that are not supported.
     fn ignore_nested(&self, props: &Props<'_>) {
-        // Mesh attributes, which only unsupported textures read.
+        // Attributes, which textures of the shape's material read.
         props.objects(PluginFamily::Texture);
+        props.objects(PluginFamily::Spectrum);
         for (medium, _) in props.objects(PluginFamily::Medium) {
             self.ignore_medium(medium);
         }
@@ -224,6 +252,8 @@ impl DescBuilder<'_> {
                 let shape_index = props.integer("shape_index", 0, 0) as usize;
                 return self.mesh_file(props, MeshFormat::Serialized { shape_index }, to_world);
             }
+            "linearcurve" => return self.curve_file(props, CurveBasis::Linear, to_world),
+            "bsplinecurve" => return self.curve_file(props, CurveBasis::BSpline, to_world),
             "rectangle" => self.builtin(props, "rectangle", || Shape::Mesh(Mesh::rectangle())),
             "cube" => self.builtin(props, "cube", || Shape::Mesh(Mesh::cube())),
             "disk" => self.builtin(props, "disk", || Shape::Disk),
@@ -291,54 +321,14 @@ impl DescBuilder<'_> {
             );
         }
     }
-
-    /// The shape of a mesh file.
-    fn mesh_file(
-        &mut self,
-        props: &Props<'_>,
-        format: MeshFormat,
-        to_world: DMat4,
-    ) -> Option<ShapeId> {
-        let faceted = props.boolean("face_normals", false);
-        // v points up in OBJ files, but down in images.
-        let flip_v = props.boolean("flip_tex_coords", matches!(format, MeshFormat::Obj));
-        if props.is_v0() {
-            props.ignore(&["collapse", "srgb"]);
-        }
-        self.warn_feature(props, "max_smooth_angle", "is not supported; it is ignored");
-        let name = props.required_string("filename")?;
-        let path = find_file(self.sink, &props.object().folders, &name, "mesh file")?;
-        let normals = if faceted {
-            Normals::Faceted
-        } else {
-            let keeps_angles = similarity_scale(to_world).is_some_and(|scale| scale > 0.0);
-            Normals::Smooth {
-                placement: if keeps_angles {
-                    Affine3A::IDENTITY
-                } else {
-                    linear_part(to_world)
-                },
-            }
-        };
-        let request = MeshRequest {
-            path,
-            format,
-            flip_v,
-            normals,
-        };
-        let shapes = &mut self.desc.shapes;
-        Some(self.assets.mesh(request, name.span, || {
-            shapes.push(Shape::Mesh(Mesh::default()));
-            ShapeId::from(shapes.len() - 1)
-        }))
-    }
 }
 
-fn linear_part(matrix: DMat4) -> Affine3A {
-    Affine3A {
-        translation: glam::Vec3A::ZERO,
-        ..affine(matrix)
-    }
+/// The shapes nested in a `merge`, which is their union.
+fn merged_shapes<'a>(props: &Props<'a>) -> Vec<(ObjectId, &'a Param)> {
+    let shapes = props.objects(PluginFamily::Shape);
+    props.ignore(&["id"]);
+    props.finish();
+    shapes
 }
 
 /// `matrix` after a rotation of z to `axis`, with the scale along `axis` set to the scale across it.
@@ -351,7 +341,7 @@ fn without_stretch(matrix: DMat4, axis: DVec3) -> DMat4 {
 }
 
 /// The scale of a similarity, negative if it mirrors. `None` if `matrix` changes angles.
-fn similarity_scale(matrix: DMat4) -> Option<f64> {
+pub(super) fn similarity_scale(matrix: DMat4) -> Option<f64> {
     /// Relative tolerance; matrices in files have about seven digits.
     const TOLERANCE: f64 = 1e-5;
     let axes = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.truncate());

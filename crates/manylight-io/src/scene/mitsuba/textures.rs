@@ -4,26 +4,25 @@ use super::super::assets::Channel;
 use super::super::files::find_file;
 use super::super::sink::Problem;
 use super::colors::ColorUse;
-use super::object::ObjectId;
+use super::object::{ObjectId, PluginFamily};
 use super::props::Props;
 use super::values::Value;
 use super::{DescBuilder, Substitute};
 use crate::image::Transfer;
 use glam::DMat4;
+use manylight::color::Rgb;
 use manylight::ids::TextureId;
 use manylight::image::Image;
 use manylight::math::{Mat3, Vec3};
-use manylight::texture::{Bitmap, Filtering, Texture, Wrap};
+use manylight::texture::{Bitmap, ColorInput, Filtering, Texture, Wrap};
 use std::path::PathBuf;
 
-pub(super) const SUPPORTED: &[&str] = &["bitmap", "checkerboard"];
+pub(super) const SUPPORTED: &[&str] = &["bitmap", "checkerboard", "mesh_attribute"];
 
 const REPLACED_BY_CONSTANT: &str = "it is replaced by a constant";
 
 const SUBSTITUTES: &[Substitute] = &[
-    ("mesh_attribute", REPLACED_BY_CONSTANT),
     ("volume", REPLACED_BY_CONSTANT),
-    ("vertexcolors", REPLACED_BY_CONSTANT),
     ("gridtexture", REPLACED_BY_CONSTANT),
     ("wireframe", REPLACED_BY_CONSTANT),
     ("curvature", REPLACED_BY_CONSTANT),
@@ -40,24 +39,62 @@ pub(super) struct BitmapKey {
 impl DescBuilder<'_> {
     /// The texture, added at its first use. `None` if it is invalid or not supported: the default of the parameter replaces it.
     pub(super) fn texture(&mut self, id: ObjectId) -> Option<TextureId> {
-        if let Some(texture) = self.textures.get(&id) {
+        let key = self.scoped(id);
+        if let Some(texture) = self.textures.get(&key) {
             return Some(*texture);
         }
         let props = self.props(id);
         let texture = match props.plugin().value.as_str() {
             "bitmap" => self.bitmap(&props),
             "checkerboard" => Some(self.checkerboard(&props)),
+            "mesh_attribute" | "vertexcolors" => self.mesh_attribute(&props),
             _ => {
                 self.unsupported(&props, SUPPORTED, SUBSTITUTES);
                 return None;
             }
         };
+        props.ignore(&["id"]);
         props.finish();
-        self.textures.extend(texture.map(|texture| (id, texture)));
+        self.textures.extend(texture.map(|texture| (key, texture)));
         texture
     }
 
-    fn add_texture(&mut self, texture: Texture) -> TextureId {
+    /// The texture, or a texture of the constant color of a spectrum.
+    pub(super) fn color_texture(&mut self, id: ObjectId) -> Option<TextureId> {
+        if self.tree.get(id).family == PluginFamily::Texture {
+            return self.texture(id);
+        }
+        let color = self.spectrum_plugin(id, ColorUse::Coefficient)?;
+        Some(self.constant_texture(color))
+    }
+
+    /// A texture of one color.
+    pub(super) fn constant_texture(&mut self, color: Rgb) -> TextureId {
+        self.add_texture(Texture::Bitmap(Bitmap {
+            image: Image {
+                width: 1,
+                height: 1,
+                channels: 3,
+                data: color.to_array().to_vec(),
+            },
+            filtering: Filtering::Nearest,
+            wrap: [Wrap::Repeat; 2],
+            uv_transform: Mat3::IDENTITY,
+        }))
+    }
+
+    /// The texture times `scale`.
+    pub(super) fn scaled(&mut self, texture: TextureId, scale: f32) -> TextureId {
+        if scale == 1.0 {
+            return texture;
+        }
+        self.add_texture(Texture::Product {
+            first: ColorInput::Texture(texture),
+            second: ColorInput::Constant(Rgb::splat(scale)),
+        })
+    }
+
+    pub(super) fn add_texture(&mut self, texture: Texture) -> TextureId {
         self.desc.textures.push(texture);
         TextureId::from(self.desc.textures.len() - 1)
     }

@@ -1,6 +1,8 @@
 //! A case for every model and every wrapper.
 
-use crate::bsdf::material::{Bitangent, Distribution, PrincipledMaterial, Roughness, WardVariant};
+use crate::bsdf::material::{
+    Bitangent, Distribution, PrincipledMaterial, PrincipledThinMaterial, Roughness, WardVariant,
+};
 use crate::bsdf::{Bsdf, Material, Materials};
 use crate::color::Rgb;
 use crate::geometry::{SurfacePoint, SurfaceRef};
@@ -98,6 +100,21 @@ fn principled(roughness: f32) -> PrincipledMaterial {
         diffuse_reflectance_sampling_rate: 1.0,
         main_specular_sampling_rate: 1.0,
         clearcoat_sampling_rate: 1.0,
+    }
+}
+
+fn principled_thin(spec_trans: f32, roughness: f32) -> PrincipledThinMaterial {
+    PrincipledThinMaterial {
+        base_color: rgb(0.6, 0.3, 0.2),
+        roughness: float(roughness),
+        anisotropic: float(0.0),
+        spec_trans: float(spec_trans),
+        eta: float(1.5),
+        spec_tint: float(0.0),
+        sheen: float(0.0),
+        sheen_tint: float(0.0),
+        flatness: float(0.0),
+        diff_trans: float(0.0),
     }
 }
 
@@ -335,6 +352,44 @@ fn principled_models() -> Vec<Named> {
     ]
 }
 
+fn thin_models() -> Vec<Named> {
+    vec![
+        (
+            "principled_thin",
+            vec![Material::PrincipledThin(Box::new(PrincipledThinMaterial {
+                diff_trans: float(0.8),
+                ..principled_thin(0.4, 0.6)
+            }))],
+        ),
+        (
+            "principled_thin_full",
+            vec![Material::PrincipledThin(Box::new(PrincipledThinMaterial {
+                anisotropic: float(0.5),
+                eta: float(1.4),
+                spec_tint: float(0.6),
+                sheen: float(0.7),
+                sheen_tint: float(0.4),
+                flatness: float(0.5),
+                diff_trans: float(1.2),
+                ..principled_thin(0.3, 0.7)
+            }))],
+        ),
+        (
+            "principled_thin_paper",
+            vec![Material::PrincipledThin(Box::new(PrincipledThinMaterial {
+                diff_trans: float(1.0),
+                ..principled_thin(0.0, 0.5)
+            }))],
+        ),
+        (
+            "principled_thin_foil",
+            vec![Material::PrincipledThin(Box::new(principled_thin(
+                1.0, 0.35,
+            )))],
+        ),
+    ]
+}
+
 /// Materials of which one lobe returns much less light than Fresnel's equations or the weights of wrappers alone suggest.
 pub(super) fn unequal_lobes() -> Vec<Case> {
     let black = ColorInput::Constant(Rgb::BLACK);
@@ -522,6 +577,7 @@ fn all_cases() -> Vec<Case> {
         dielectrics(),
         coats_and_empirical_models(),
         principled_models(),
+        thin_models(),
         untilted_wrappers(),
         tilts(),
     ];

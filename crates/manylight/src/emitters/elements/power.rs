@@ -2,7 +2,7 @@
 
 use super::element::EmitterElement;
 use crate::color::Rgb;
-use crate::emitters::point::cone_direction;
+use crate::emitters::point::spot_direction;
 use crate::emitters::{Emitter, SpotFalloff};
 use crate::geometry::Geometry;
 use crate::math::Vec2;
@@ -80,14 +80,16 @@ pub(in crate::emitters) fn point_power(emitter: &Emitter, textures: &[Texture]) 
             ..
         } => {
             let sum: Rgb = direction_grid()
-                .map(|u| cone_direction(direction, cutoff, u))
-                .map(|w| emitter.point_intensity(textures, w))
+                .map(|u| spot_direction(direction, cutoff, Some(&projector), u))
+                .map(|(w, pdf)| emitter.point_intensity(textures, w) / pdf)
                 .sum();
             let brightest = textures[projector.texture.index()].max_luminance(textures);
-            let floor = intensity * (brightest * MIN_MEAN_OVER_MAX);
-            (sum / GRID_POINTS).zip(floor, f32::max) / warp::cone_pdf(cutoff.cos())
+            let (_, pdf) = spot_direction(direction, cutoff, Some(&projector), Vec2::splat(0.5));
+            let floor = intensity * (brightest * MIN_MEAN_OVER_MAX / pdf);
+            (sum / GRID_POINTS).zip(floor, f32::max)
         }
-        // ∫ falloff sinθ dθ, with a falloff that is linear in the angle outside of the beam, or point-symmetric in the cosine.
+        // ∫ falloff sinθ dθ, with a falloff that is linear in the angle outside of the beam, or point-symmetric in the cosine; of
+        // 1/cos³θ it is tan²θ / 2.
         Emitter::Spot {
             intensity,
             cutoff,
@@ -100,6 +102,7 @@ pub(in crate::emitters) fn point_power(emitter: &Emitter, textures: &[Texture]) 
                 SpotFalloff::LinearAngle if rim > 1e-4 => (cutoff.sin() - beam_width.sin()) / rim,
                 SpotFalloff::LinearAngle => cutoff.cos(),
                 SpotFalloff::SmoothCosine => 0.5 * (cutoff.cos() + beam_width.cos()),
+                SpotFalloff::FlatIrradiance => return intensity * (PI * cutoff.tan().powi(2)),
             };
             intensity * (2.0 * PI * (1.0 - mean_cos))
         }

@@ -98,6 +98,19 @@ fn photons_and_direct_light_give_the_same_flux() {
             falloff: SpotFalloff::SmoothCosine,
             projector: Some(projector()),
         },
+        Emitter::Spot {
+            position: Vec3::new(0.1, -0.3, 1.1),
+            direction: Vec3::NEG_Z,
+            intensity: Rgb::splat(0.8),
+            cutoff: 0.9,
+            beam_width: 0.9,
+            falloff: SpotFalloff::FlatIrradiance,
+            projector: Some(ProjectorTexture {
+                axes: [Vec3::X, Vec3::NEG_Y],
+                window: Some(Vec2::new(0.9, 0.4)),
+                ..projector()
+            }),
+        },
         infinite_emitters().swap_remove(1),
     ];
     let floor = || {

@@ -98,6 +98,7 @@ fn projector() -> ProjectorTexture {
     ProjectorTexture {
         texture: TextureId(0),
         axes: [Vec3::X, Vec3::Y],
+        window: None,
     }
 }
 

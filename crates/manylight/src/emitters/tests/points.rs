@@ -163,3 +163,42 @@ fn goniometric_points_look_up_directions_in_their_frame() {
     let found = point_power(&point, maps).r;
     assert!((found / power - 1.0).abs() < 0.01, "{found} for {power}");
 }
+
+#[test]
+fn the_window_of_a_projector_limits_its_light_and_gives_equal_irradiance() {
+    let halves = Texture::Checkerboard {
+        color0: ColorInput::Constant(Rgb::WHITE),
+        color1: ColorInput::Constant(Rgb::splat(0.25)),
+        uv_transform: Mat3::from_diagonal(Vec3::new(1.0, 1e-3, 1.0)),
+    };
+    let half = Vec2::new(0.8, 0.3);
+    let spot = Emitter::Spot {
+        position: Vec3::ZERO,
+        direction: Vec3::Z,
+        intensity: Rgb::splat(2.0),
+        cutoff: half.length().atan(),
+        beam_width: 0.1,
+        falloff: SpotFalloff::FlatIrradiance,
+        projector: Some(ProjectorTexture {
+            window: Some(half),
+            ..projector()
+        }),
+    };
+    let textures = [halves];
+    // Irradiance on the plane at distance 1: intensity cos³.
+    for (x, y, irradiance) in [
+        (-0.79, 0.0, 2.0),
+        (-0.1, 0.29, 2.0),
+        (0.1, -0.29, 0.5),
+        (0.79, 0.29, 0.5),
+        (0.81, 0.0, 0.0),
+        (0.0, 0.31, 0.0),
+    ] {
+        let w = Vec3::new(x, y, 1.0).normalize();
+        let found = spot.point_intensity(&textures, w).g * w.z.powi(3);
+        assert!((found - irradiance).abs() < 1e-4, "{x} {y}: {found}");
+    }
+    assert!(spot.point_intensity(&textures, -Vec3::Z).is_black());
+    let power = 4.0 * half.x * half.y * 0.5 * (2.0 + 0.5);
+    assert!((point_power(&spot, &textures).g / power - 1.0).abs() < 0.05);
+}

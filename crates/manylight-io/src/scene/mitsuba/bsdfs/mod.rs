@@ -11,7 +11,9 @@ use super::object::{ObjectId, PluginFamily};
 use super::props::Props;
 use super::{DescBuilder, Substitute};
 use manylight::bsdf::Material;
-use manylight::bsdf::material::{Distribution, PrincipledMaterial, Roughness, WardVariant};
+use manylight::bsdf::material::{
+    Distribution, PrincipledMaterial, PrincipledThinMaterial, Roughness, WardVariant,
+};
 use manylight::color::Rgb;
 use manylight::ids::MaterialId;
 use manylight::texture::{ColorInput, FloatInput};
@@ -28,6 +30,7 @@ pub(super) const SUPPORTED: &[&str] = &[
     "phong",
     "plastic",
     "principled",
+    "principledthin",
     "roughconductor",
     "roughdielectric",
     "roughdiffuse",
@@ -49,7 +52,6 @@ const SUBSTITUTES: &[Substitute] = &[
     ("measured", GRAY),
     ("measured_polarized", GRAY),
     ("pplastic", GRAY),
-    ("principledthin", GRAY),
     ("difftrans", GRAY),
     ("hk", GRAY),
     ("irawan", GRAY),
@@ -102,7 +104,8 @@ impl DescBuilder<'_> {
 
     /// The material of a bsdf, added at its first use.
     pub(super) fn material(&mut self, id: ObjectId) -> MaterialId {
-        if let Some(material) = self.materials.get(&id) {
+        let key = self.scoped(id);
+        if let Some(material) = self.materials.get(&key) {
             return *material;
         }
         let props = self.props(id);
@@ -114,7 +117,7 @@ impl DescBuilder<'_> {
             }
             None => self.substitute(&props),
         };
-        self.materials.insert(id, material);
+        self.materials.insert(key, material);
         let names = &mut self.desc.material_names;
         name_material(names, material, &props.object().id);
         material
@@ -174,6 +177,7 @@ impl DescBuilder<'_> {
             "phong" => self.phong(props),
             "ward" => self.ward(props),
             "principled" => self.principled(props),
+            "principledthin" => self.principled_thin(props),
             "blendbsdf" => self.blend(props),
             "mask" => Material::Mask {
                 opacity: self.float_input(props, "opacity", 0.5),
@@ -283,6 +287,28 @@ impl DescBuilder<'_> {
                 .float("diffuse_reflectance_sampling_rate", 1.0),
             main_specular_sampling_rate: props.float("main_specular_sampling_rate", 1.0),
             clearcoat_sampling_rate: props.float("clearcoat_sampling_rate", 1.0),
+        }))
+    }
+
+    fn principled_thin(&mut self, props: &Props<'_>) -> Material {
+        // Sampling rates have no effect on the converged image.
+        props.ignore(&[
+            "diffuse_reflectance_sampling_rate",
+            "diffuse_transmittance_sampling_rate",
+            "specular_reflectance_sampling_rate",
+            "specular_transmittance_sampling_rate",
+        ]);
+        Material::PrincipledThin(Box::new(PrincipledThinMaterial {
+            base_color: self.reflectance(props, "base_color", 0.5),
+            roughness: self.float_input(props, "roughness", 0.5),
+            anisotropic: self.float_input(props, "anisotropic", 0.0),
+            spec_trans: self.float_input(props, "spec_trans", 0.0),
+            eta: self.float_input(props, "eta", 1.5),
+            spec_tint: self.float_input(props, "spec_tint", 0.0),
+            sheen: self.float_input(props, "sheen", 0.0),
+            sheen_tint: self.float_input(props, "sheen_tint", 0.0),
+            flatness: self.float_input(props, "flatness", 0.0),
+            diff_trans: self.float_input(props, "diff_trans", 0.0),
         }))
     }
 

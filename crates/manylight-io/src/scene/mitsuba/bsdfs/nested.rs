@@ -82,6 +82,7 @@ impl DescBuilder<'_> {
             Material::Dielectric { .. }
             | Material::ThinDielectric { .. }
             | Material::DiffuseTransmitter { .. }
+            | Material::PrincipledThin(_)
             | Material::Mask { .. }
             | Material::Null => true,
             Material::Principled(principled) => principled.spec_trans != FloatInput::Constant(0.0),

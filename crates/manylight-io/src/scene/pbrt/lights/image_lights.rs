@@ -7,11 +7,10 @@ use super::super::entities::Entity;
 use super::environment::latitude_longitude;
 use super::rotation;
 use crate::image::Transfer;
-use manylight::color::Rgb;
 use manylight::emitters::{Emitter, ProjectorTexture, SpotFalloff};
 use manylight::ids::{EmitterId, TextureId};
 use manylight::image::Image;
-use manylight::math::{Mat3, Vec3};
+use manylight::math::{Mat3, Vec2, Vec3};
 use manylight::scene::SceneDesc;
 use manylight::texture::{Bitmap, Filtering, Texture, Wrap};
 use std::f32::consts::PI;
@@ -72,7 +71,7 @@ impl Builder<'_> {
             .add_image_use(path, decode, name.span, Box::new(store));
     }
 
-    /// A spot light that projects an image: the image lies within the cross-section of the cone and is surrounded by black.
+    /// A spot light that projects an image.
     pub(super) fn projection(&mut self, entity: &Entity) {
         let params = &entity.params;
         let intensity = self.emission(entity, "I");
@@ -107,9 +106,11 @@ impl Builder<'_> {
             cutoff: PI / 4.0,
             beam_width: PI / 4.0,
             falloff: SpotFalloff::SmoothCosine,
+            // The axes of images grow to the right and down.
             projector: Some(ProjectorTexture {
                 texture,
-                axes: [axes.x_axis, axes.y_axis],
+                axes: [axes.x_axis, -axes.y_axis],
+                window: Some(Vec2::ONE),
             }),
         });
         let store = move |desc: &mut SceneDesc, image: Image| {
@@ -172,20 +173,15 @@ impl Photometry {
 struct Slide {
     image: Image,
     /// Half the width and half the height of the image on the plane.
-    half: [f32; 2],
-    half_diagonal: f32,
+    half: Vec2,
 }
 
 impl Slide {
     /// The shorter edge spans `tan_half_fov` on each side.
     fn new(image: Image, tan_half_fov: f32) -> Self {
         let aspect = image.width as f32 / image.height as f32;
-        let half = [aspect.max(1.0), (1.0 / aspect).max(1.0)].map(|edge| edge * tan_half_fov);
-        Slide {
-            image,
-            half,
-            half_diagonal: half[0].hypot(half[1]),
-        }
+        let half = Vec2::new(aspect.max(1.0), (1.0 / aspect).max(1.0)) * tan_half_fov;
+        Slide { image, half }
     }
 
     /// Stores the image in `texture`, and cone and power of the spot that projects it.
@@ -200,18 +196,21 @@ impl Slide {
             intensity,
             cutoff,
             beam_width,
+            projector,
             ..
         } = &mut desc.emitters[emitter.index()]
         {
-            *cutoff = self.half_diagonal.atan();
+            *cutoff = self.half.length().atan();
+            if let Some(projector) = projector {
+                projector.window = Some(self.half);
+            }
             *beam_width = *cutoff;
             if let Some(power) = power.filter(|power| *power > 0.0) {
                 *intensity *= power / self.luminous_power();
             }
         }
         if let Texture::Bitmap(bitmap) = &mut desc.textures[texture.index()] {
-            bitmap.uv_transform = self.uv_transform();
-            bitmap.image = self.framed();
+            bitmap.image = self.image;
         }
     }
 
@@ -223,43 +222,14 @@ impl Slide {
         let mut sum = 0.0_f64;
         for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
             let p = Vec3::new(
-                position(x, width, self.half[0]),
-                position(y, height, self.half[1]),
+                position(x, width, self.half.x),
+                position(y, height, self.half.y),
                 1.0,
             );
             let solid_angle = p.length().powi(-3);
             sum += f64::from(self.image.rgb(x, y).luminance() * solid_angle);
         }
-        let area = 4.0 * self.half[0] * self.half[1];
+        let area = 4.0 * self.half.x * self.half.y;
         (sum / (width * height) as f64) as f32 * area
-    }
-
-    /// The transform from the square around the cone to the image with its frame of one black pixel. The axes of the square grow to the
-    /// right and up, those of the image to the right and down.
-    fn uv_transform(&self) -> Mat3 {
-        let factor = |half: f32, n: usize| self.half_diagonal / half * n as f32 / (n + 2) as f32;
-        let [x, y] = [
-            factor(self.half[0], self.image.width),
-            factor(self.half[1], self.image.height),
-        ];
-        Mat3::from_cols(
-            Vec3::X * x,
-            -Vec3::Y * y,
-            Vec3::new(0.5 - 0.5 * x, 0.5 + 0.5 * y, 1.0),
-        )
-    }
-
-    /// The image with a frame of one black pixel, which clamping continues.
-    fn framed(self) -> Image {
-        let (width, height) = (self.image.width + 2, self.image.height + 2);
-        let mut framed = Image::new(width, height, 3);
-        for y in 1..height - 1 {
-            for x in 1..width - 1 {
-                let color: Rgb = self.image.rgb(x - 1, y - 1);
-                let start = (y * width + x) * 3;
-                framed.data[start..start + 3].copy_from_slice(&color.to_array());
-            }
-        }
-        framed
     }
 }

@@ -1,6 +1,7 @@
 //! Curves, as tubes. Curves that follow each other with one material become one mesh.
 
 use super::super::super::sink::Problem;
+use super::super::super::tubes::{Ring, TubeDetail, add_tube, spline};
 use super::super::Builder;
 use super::super::entities::{MaterialRef, ShapeEntity};
 use super::meshes::append;
@@ -8,14 +9,11 @@ use super::same_surface;
 use crate::mesh::orient_to_normals;
 use glam::DMat4;
 use manylight::geometry::{Mesh, Shape};
-use manylight::math::{Frame, Vec2, Vec3};
+use manylight::math::{Frame, Vec2, Vec3, Vec4};
 use manylight::scene::PrimitiveDesc;
-use std::f32::consts::TAU;
 
-/// Sides of a tube.
-const SIDES: usize = 4;
-/// Pieces of a cubic segment.
-const PIECES: usize = 4;
+/// Files of PBRT have a curve for each hair.
+const DETAIL: TubeDetail = TubeDetail::COARSE;
 /// Most triangles of one mesh.
 const MAX_TRIANGLES: usize = 1 << 22;
 
@@ -122,13 +120,15 @@ impl Builder<'_> {
             return None;
         }
         let segments = (points.len() - 1 - degree) / step + 1;
-        let samples: Vec<Vec3> = (0..=segments * PIECES)
+        let pieces = DETAIL.pieces;
+        let samples: Vec<Vec3> = (0..=segments * pieces)
             .map(|i| {
-                let segment = (i / PIECES).min(segments - 1);
-                let t = (i - segment * PIECES) as f32 / PIECES as f32;
+                let segment = (i / pieces).min(segments - 1);
+                let t = (i - segment * pieces) as f32 / pieces as f32;
                 let control = &points[segment * step..=segment * step + degree];
                 if is_spline {
-                    spline(control, t)
+                    let control: Vec<Vec4> = control.iter().map(|p| p.extend(0.0)).collect();
+                    spline(&control, t)[0].truncate()
                 } else {
                     bezier(control, t)
                 }
@@ -150,53 +150,32 @@ fn bezier(control: &[Vec3], t: f32) -> Vec3 {
     points[0]
 }
 
-/// A point of a uniform B-spline segment of degree 2 or 3.
-fn spline(control: &[Vec3], t: f32) -> Vec3 {
-    let s = 1.0 - t;
-    match *control {
-        [a, b, c] => (a * (s * s) + b * (1.0 + 2.0 * t * s) + c * (t * t)) * 0.5,
-        [a, b, c, d] => {
-            let weights = [
-                s * s * s,
-                3.0 * t * t * t - 6.0 * t * t + 4.0,
-                -3.0 * t * t * t + 3.0 * t * t + 3.0 * t + 1.0,
-                t * t * t,
-            ];
-            (a * weights[0] + b * weights[1] + c * weights[2] + d * weights[3]) / 6.0
-        }
-        _ => control.first().copied().unwrap_or(Vec3::ZERO),
-    }
-}
-
-/// An open tube around a polyline, with a width that changes linearly along it.
+/// An open tube around a polyline, with a width that changes linearly along it. The first texture coordinate is the place along it.
 fn tube(points: &[Vec3], widths: [f32; 2]) -> Mesh {
-    let mut mesh = Mesh::default();
     let last = points.len() - 1;
     let mut side = Vec3::ZERO;
-    for (i, &p) in points.iter().enumerate() {
-        let tangent = points[(i + 1).min(last)] - points[i.saturating_sub(1)];
-        let tangent = tangent.normalize_or(Vec3::Z);
-        // The side that turns least from the one before.
-        side = (side - tangent * side.dot(tangent)).normalize_or(Frame::from_normal(tangent).s);
-        let other = tangent.cross(side);
-        let v = i as f32 / last as f32;
-        let radius = 0.5 * (widths[0] + (widths[1] - widths[0]) * v);
-        for k in 0..SIDES {
-            let (sin, cos) = (TAU * k as f32 / SIDES as f32).sin_cos();
-            let n = side * cos + other * sin;
-            mesh.positions.push(p + n * radius);
-            mesh.normals.push(n);
-            mesh.uvs.push(Vec2::new(v, k as f32 / SIDES as f32));
-        }
-    }
-    let at = |i: usize, k: usize| (i * SIDES + k % SIDES) as u32;
-    for i in 0..last {
-        for k in 0..SIDES {
-            let [a, b] = [at(i, k), at(i, k + 1)];
-            let [c, d] = [at(i + 1, k), at(i + 1, k + 1)];
-            mesh.triangles.extend([[a, b, d], [a, d, c]]);
-        }
-    }
+    let rings: Vec<Ring> = points
+        .iter()
+        .enumerate()
+        .map(|(i, &center)| {
+            let tangent = points[(i + 1).min(last)] - points[i.saturating_sub(1)];
+            let tangent = tangent.normalize_or(Vec3::Z);
+            // The side that turns least from the one before.
+            side = (side - tangent * side.dot(tangent)).normalize_or(Frame::from_normal(tangent).s);
+            let along = i as f32 / last as f32;
+            Ring {
+                center,
+                radius: 0.5 * (widths[0] + (widths[1] - widths[0]) * along),
+                axes: [side, tangent.cross(side)],
+                lean: [1.0, 0.0],
+                along,
+            }
+        })
+        .collect();
+    let mut mesh = Mesh::default();
+    add_tube(&mut mesh, &rings, DETAIL.sides, |turn, along| {
+        Vec2::new(along, turn)
+    });
     mesh
 }
 
@@ -205,18 +184,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn bezier_and_spline_segments_meet_their_points() {
+    fn bezier_segments_meet_their_points() {
         let line: Vec<Vec3> = (0..4).map(|i| Vec3::X * i as f32).collect();
         assert!(bezier(&line, 0.5).abs_diff_eq(Vec3::X * 1.5, 1e-6));
-        assert!(spline(&line, 0.25).abs_diff_eq(Vec3::X * 1.25, 1e-6));
-        assert!(spline(&line[..3], 0.5).abs_diff_eq(Vec3::X, 1e-6));
     }
 
     #[test]
-    fn a_tube_has_its_width() {
+    fn a_tube_narrows_with_its_width() {
         let mesh = tube(&[Vec3::ZERO, Vec3::Z, Vec3::Z * 2.0], [0.4, 0.2]);
+        let sides = DETAIL.sides;
         let radius = |i: usize| mesh.positions[i].truncate().length();
-        assert!((radius(0) - 0.2).abs() < 1e-6 && (radius(SIDES * 2) - 0.1).abs() < 1e-6);
-        assert_eq!(mesh.triangles.len(), 2 * SIDES * 2);
+        assert!((radius(0) / radius(2 * (sides + 1)) - 2.0).abs() < 1e-5);
+        assert_eq!(mesh.triangles.len(), 2 * sides * 2);
+        assert_eq!(mesh.uvs[sides + 1].x, 0.5);
     }
 }

@@ -1,6 +1,6 @@
 //! Meshes in the scene file and in PLY files.
 
-use super::super::super::assets::{MeshRequest, Normals};
+use super::super::super::assets::{MeshContent, MeshRequest, Normals};
 use super::super::super::files::find_external_file;
 use super::super::super::sink::Problem;
 use super::super::Builder;
@@ -120,7 +120,7 @@ impl Builder<'_> {
         let path = find_external_file(self.sink, &entity.folders, name, "mesh file")?;
         let request = MeshRequest {
             path,
-            format: MeshFormat::Ply,
+            content: MeshContent::Mesh(MeshFormat::Ply),
             flip_v: false,
             normals: Normals::Stored {
                 mirrored: mirrors(entity.transform),

@@ -6,8 +6,10 @@
 mod front;
 mod sampling;
 mod terms;
+mod thin;
 
 pub(in crate::bsdf) use front::{PrincipledFront, PrincipledFrontLanes};
+pub(in crate::bsdf) use thin::{PrincipledThin, PrincipledThinParameters};
 
 use super::dielectric::{HalfVector, interface_bounds};
 use super::fresnel;
@@ -77,6 +79,27 @@ pub(in crate::bsdf) struct Principled {
     clearcoat_rate: f32,
 }
 
+/// The facets of a Disney model, GGX with `alpha = roughness²` and an aspect ratio by `anisotropic`.
+fn disney_facets(roughness: f32, anisotropic: f32) -> Microfacets {
+    let alpha = roughness * roughness;
+    let aspect = (1.0 - 0.9 * anisotropic).sqrt();
+    Microfacets::new(
+        Distribution::Ggx,
+        (alpha / aspect).max(MIN_ALPHA),
+        (alpha * aspect).max(MIN_ALPHA),
+    )
+}
+
+/// A color over its luminance; white for black.
+fn luminance_tint(color: Rgb) -> Rgb {
+    let luminance = color.luminance();
+    if luminance > 0.0 {
+        color / luminance
+    } else {
+        Rgb::WHITE
+    }
+}
+
 impl Principled {
     /// Whether the main interface transmits.
     pub(in crate::bsdf) fn transmits(&self) -> bool {
@@ -84,19 +107,12 @@ impl Principled {
     }
 
     pub(in crate::bsdf) fn new(p: PrincipledParameters) -> Self {
-        let alpha = p.roughness * p.roughness;
-        let aspect = (1.0 - 0.9 * p.anisotropic).sqrt();
-        let facets = Microfacets::new(
-            Distribution::Ggx,
-            (alpha / aspect).max(MIN_ALPHA),
-            (alpha * aspect).max(MIN_ALPHA),
-        );
         let [dull, glossy] = CLEARCOAT_ALPHA;
         let clearcoat_alpha = dull + (glossy - dull) * p.clearcoat_gloss;
         let a2 = clearcoat_alpha * clearcoat_alpha;
         Principled {
             base_color: p.base_color,
-            facets,
+            facets: disney_facets(p.roughness, p.anisotropic),
             roughness: p.roughness,
             metallic: p.metallic,
             brdf: (1.0 - p.metallic) * (1.0 - p.spec_trans),
@@ -113,16 +129,6 @@ impl Principled {
             diffuse_rate: p.diffuse_rate,
             specular_rate: p.specular_rate,
             clearcoat_rate: p.clearcoat_rate,
-        }
-    }
-
-    /// Base color over luminance.
-    fn tint(&self) -> Rgb {
-        let luminance = self.base_color.luminance();
-        if luminance > 0.0 {
-            self.base_color / luminance
-        } else {
-            Rgb::WHITE
         }
     }
 
@@ -228,8 +234,9 @@ impl Principled {
         let (interface, diffuse) = (weight(self.specular_class()), weight(Lobes::GLOSSY));
         let tinted = (1.0 - self.metallic) * self.spec_tint;
         let r0 = ((self.eta - 1.0) / (self.eta + 1.0)).powi(2);
-        let schlick_r0 = self.base_color * self.metallic + self.tint() * (r0 * tinted);
-        let sheen = Rgb::WHITE.lerp(self.tint(), self.sheen_tint);
+        let tint = luminance_tint(self.base_color);
+        let schlick_r0 = self.base_color * self.metallic + tint * (r0 * tinted);
+        let sheen = Rgb::WHITE.lerp(tint, self.sheen_tint);
         PrincipledFront {
             eta: self.eta,
             inv_eta: self.eta.recip(),

@@ -12,10 +12,10 @@ use crate::sampling::warp;
 use std::f32::consts::{FRAC_1_PI, PI};
 
 /// Albedo of sheen at weight 1, an estimate. Not measured.
-const SHEEN_ALBEDO: f32 = 0.05;
+pub(super) const SHEEN_ALBEDO: f32 = 0.05;
 
 /// Lower bound of Schlick's term where the reflectance of rough surfaces is estimated at the surface normal: facets reflect at other angles.
-const MIN_SCHLICK: f32 = 0.02;
+pub(super) const MIN_SCHLICK: f32 = 0.02;
 
 /// Unnormalized probabilities of the sampling strategies.
 struct Strategies {
