@@ -108,7 +108,7 @@ fn other_viewers_are_usage_errors() {
 #[test]
 fn the_memory_limit_counts_pictures() {
     let folder = Folder::new(BOX);
-    // Two pictures of 25 channels.
+    // Two pictures of 26 channels.
     let words = "render scene.xml --size 1000x1000 --memory-limit 1M --preview browser";
-    folder.run(words).code(2).says(&["preview 200.0 MB"]);
+    folder.run(words).code(2).says(&["preview 208.0 MB"]);
 }
