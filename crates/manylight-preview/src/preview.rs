@@ -28,7 +28,7 @@ enum Viewer {
 }
 
 impl Preview {
-    /// Connects to the viewer, or serves the page, in a thread of its own. `None`, with a warning, if the system refuses that.
+    /// Starts the thread that connects to the viewer or serves the page. `None`, with a warning, if the system refuses that.
     pub fn start(target: &PreviewTarget, info: RenderInfo, warn: Warn) -> Option<Self> {
         let viewer = match target {
             PreviewTarget::Tev(address) => {

@@ -138,7 +138,7 @@ impl Assets {
         })
     }
 
-    /// Requests the values of an attribute of a mesh, whose texture is stored already.
+    /// Requests the values of an attribute of a mesh. They go into a texture that is stored already.
     pub(super) fn add_attribute(&mut self, request: AttributeRequest) {
         self.attributes.push(request);
     }

@@ -72,7 +72,7 @@ struct Tubes {
 }
 
 impl Tubes {
-    /// Adds a polyline whose first segment has the index `first`.
+    /// Adds a polyline. Its first segment has the index `first`.
     fn linear(&mut self, points: &[Vec4], first: usize) {
         let sides = self.detail.sides;
         for (i, pair) in points.windows(2).enumerate() {
@@ -83,7 +83,7 @@ impl Tubes {
         }
     }
 
-    /// Adds a B-spline whose first segment has the index `first`.
+    /// Adds a B-spline. Its first segment has the index `first`.
     fn spline(&mut self, points: &[Vec4], first: usize) {
         let pieces = self.detail.pieces;
         let segments = points.len() - 3;

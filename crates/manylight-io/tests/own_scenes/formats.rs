@@ -1,11 +1,10 @@
 //! One generated scene in three formats: the pictures have the same means.
 
-use super::{Pixels, Silent, measure};
+use super::{Pixels, film_of, measure};
 use glam::{DVec2, DVec3};
 use manylight::film::{FilmDesc, Filter};
-use manylight::integrators::{ExtraLayers, Method, MethodKind};
+use manylight::integrators::MethodKind;
 use manylight::math::UVec2;
-use manylight::render::{Budget, RenderJob, Stats, render};
 use manylight::scene::{PathLimits, Scene as RenderScene};
 use manylight_io::{LoadOptions, load_scene};
 use manylight_scenes::build::{ball, boxed};
@@ -16,7 +15,6 @@ use manylight_scenes::png::PngImage;
 use manylight_scenes::pose::Pose;
 use manylight_scenes::scene::{About, Camera, Scene, ShapeKind, SpotLight};
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 
 /// Largest relative difference of the means of two formats, beside noise.
 const TOLERANCE: f64 = 0.005;
@@ -112,27 +110,7 @@ fn picture(file: &Path) -> ([f64; 3], [f64; 3]) {
         ..desc.limits
     };
     let scene = RenderScene::build(desc, 0).unwrap();
-    let job = RenderJob {
-        scene: &scene,
-        method: Method {
-            kind: MethodKind::Path,
-            extra: ExtraLayers::default(),
-            limits: scene.limits,
-        },
-        budget: Budget {
-            passes: Some(256),
-            time: None,
-            relative_error: None,
-        },
-        seed: 3,
-    };
-    let film = render(
-        &job,
-        &Stats::default(),
-        &AtomicBool::new(false),
-        &mut Silent,
-    )
-    .film;
+    let film = film_of(&scene, MethodKind::Path, 256, 3);
     measure(&film, Pixels::Mean)[0]
 }
 

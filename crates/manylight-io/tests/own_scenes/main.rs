@@ -157,29 +157,7 @@ impl Check {
         let loaded = load_scene(path, &LoadOptions::default())
             .unwrap_or_else(|e| panic!("{}: {e}", path.display()));
         let scene = Scene::build(loaded.desc, 0).unwrap();
-        let budget = Budget {
-            passes: Some(self.passes),
-            time: None,
-            relative_error: None,
-        };
-        let method = Method {
-            kind: self.kind.clone(),
-            limits: scene.limits,
-            extra: ExtraLayers::default(),
-        };
-        let job = RenderJob {
-            scene: &scene,
-            method,
-            budget,
-            seed: 1,
-        };
-        let film = render(
-            &job,
-            &Stats::default(),
-            &AtomicBool::new(false),
-            &mut Silent,
-        )
-        .film;
+        let film = film_of(&scene, self.kind.clone(), self.passes, 1);
         let mut failures = Vec::new();
         for e in expected {
             for (value, error) in measure(&film, e.pixels) {
@@ -261,4 +239,24 @@ fn rich_vpl_analytic() {
 #[test]
 fn rich_vpl_furnace() {
     rich_vpl().run("furnace");
+}
+
+/// The film of `passes` passes.
+fn film_of(scene: &Scene, kind: MethodKind, passes: u32, seed: u64) -> Film {
+    let job = RenderJob {
+        scene,
+        method: Method {
+            kind,
+            limits: scene.limits,
+            extra: ExtraLayers::default(),
+        },
+        budget: Budget {
+            passes: Some(passes),
+            time: None,
+            relative_error: None,
+        },
+        seed,
+    };
+    let (stats, cancel) = (Stats::default(), AtomicBool::new(false));
+    render(&job, &stats, &cancel, &mut Silent).film
 }

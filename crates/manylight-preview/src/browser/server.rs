@@ -1,4 +1,4 @@
-//! The server of the page, in a thread of its own.
+//! The server of the page. It runs in a separate thread.
 //!
 //! | path | content |
 //! |---|---|

@@ -69,7 +69,7 @@ pub(crate) struct TevViewer {
 }
 
 impl TevViewer {
-    /// Starts to connect in a thread of its own. `name` is the name of the image in tev.
+    /// Starts a thread that connects. `name` is the name of the image in tev.
     ///
     /// # Errors
     /// The system refuses a thread.

@@ -257,35 +257,30 @@ impl Texture {
     pub fn max_luminance(&self, textures: &[Texture]) -> f32 {
         match self {
             Texture::Bitmap(bitmap) => bitmap.max_luminance(),
-            Texture::Checkerboard { color0, color1, .. } => {
-                let [a, b] = [color0, color1].map(|color| color.max_luminance(textures));
-                a.max(b)
+            Texture::Checkerboard {
+                color0: a,
+                color1: b,
+                ..
             }
-            Texture::Product { first, second } => {
-                let [a, b] = [first, second].map(|color| color.max_channel(textures));
-                a * b
+            | Texture::Dots {
+                inside: a,
+                outside: b,
+                ..
             }
-            Texture::Mix { first, second, .. } => {
-                let [a, b] = [first, second].map(|color| color.max_luminance(textures));
-                a.max(b)
-            }
+            | Texture::Mix {
+                first: a,
+                second: b,
+                ..
+            } => a.max_luminance(textures).max(b.max_luminance(textures)),
             Texture::VertexColors(colors) => {
                 let luminances = colors.values.iter().map(|color| color.luminance());
                 luminances.fold(0.0, f32::max)
             }
-            Texture::Dots {
-                inside, outside, ..
-            } => {
-                let [a, b] = [inside, outside].map(|color| color.max_luminance(textures));
-                a.max(b)
-            }
-            Texture::Solid(solid) => solid.max_channel(|color| color.max_channel(textures)),
-            Texture::Power { base, exponent } => textures[base.index()]
-                .max_channel(textures)
-                .max(0.0)
-                .powf(*exponent),
             Texture::OtherUv { inner, .. } | Texture::Projected { inner, .. } => {
                 textures[inner.index()].max_luminance(textures)
+            }
+            Texture::Product { .. } | Texture::Solid(_) | Texture::Power { .. } => {
+                self.max_channel(textures)
             }
         }
     }
@@ -294,26 +289,27 @@ impl Texture {
     fn max_channel(&self, textures: &[Texture]) -> f32 {
         match self {
             Texture::Bitmap(bitmap) => bitmap.image.data.iter().copied().fold(0.0, f32::max),
-            Texture::Checkerboard { color0, color1, .. } => {
-                let [a, b] = [color0, color1].map(|color| color.max_channel(textures));
-                a.max(b)
+            Texture::Checkerboard {
+                color0: a,
+                color1: b,
+                ..
             }
+            | Texture::Dots {
+                inside: a,
+                outside: b,
+                ..
+            }
+            | Texture::Mix {
+                first: a,
+                second: b,
+                ..
+            } => a.max_channel(textures).max(b.max_channel(textures)),
             Texture::Product { first, second } => {
                 first.max_channel(textures) * second.max_channel(textures)
-            }
-            Texture::Mix { first, second, .. } => {
-                let [a, b] = [first, second].map(|color| color.max_channel(textures));
-                a.max(b)
             }
             Texture::VertexColors(colors) => {
                 let channels = colors.values.iter().map(|color| color.max_channel());
                 channels.fold(0.0, f32::max)
-            }
-            Texture::Dots {
-                inside, outside, ..
-            } => {
-                let [a, b] = [inside, outside].map(|color| color.max_channel(textures));
-                a.max(b)
             }
             Texture::Solid(solid) => solid.max_channel(|color| color.max_channel(textures)),
             Texture::Power { base, exponent } => textures[base.index()]
