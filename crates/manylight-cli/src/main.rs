@@ -10,6 +10,8 @@ mod interrupt;
 mod method;
 mod names;
 mod output;
+mod part;
+mod picture;
 mod preset;
 mod progress;
 mod repeat;
@@ -51,6 +53,7 @@ fn run(command: &Command) -> Result<ExitCode, Failure> {
     match command {
         Command::Render(args) => command::render::run(args),
         Command::Maps(args) => command::maps::run(args),
+        Command::Merge(args) => command::merge::run(args),
         Command::Compare(args) => command::compare::run(args),
         Command::Study(args) => command::study::run(args),
         Command::Info(args) => command::info::run(args),

@@ -5,11 +5,26 @@ use crate::names::{AOV_NAMES, AovNames, FILTERS, VIEWS, filter_name, name_of};
 use crate::preset;
 use crate::request::RenderRequest;
 use manylight::film::FilmDesc;
+use manylight::film::blocks::DEFAULT_BLOCK;
 use manylight::integrators::{Method, MethodKind};
 use manylight_denoise::Version;
 use manylight_io::image::View;
 use manylight_lab::text::quoted;
 use serde_json::{Map, Value, json};
+
+/// Keys of settings that do not change the bits of the sums over passes.
+const NOT_DECIDING: &[&str] = &[
+    "passes",
+    "time",
+    "target_error",
+    "threads",
+    "exposure",
+    "view",
+    "aov_names",
+    "denoise",
+    "oidn_version",
+    "strict",
+];
 
 /// All settings of a render, including defaults and settings of the scene.
 #[derive(Debug)]
@@ -57,12 +72,16 @@ impl Settings<'_> {
         put("filter", filter_name(&self.film.filter).into());
         put("sensor", request.sensor.into());
         put("seed", request.seed.into());
+        put("block", request.block.get().into());
         put("threads", self.threads.into());
         let picture = &request.picture;
-        put("exposure", picture.exposure.into());
-        put("view", json!(name_of(VIEWS, &picture.view)));
+        put("exposure", picture.file.exposure.into());
+        put("view", json!(name_of(VIEWS, &picture.file.view)));
         put("aov", picture.aov_words().into());
-        put("aov-names", json!(name_of(AOV_NAMES, &picture.aov_names)));
+        put(
+            "aov-names",
+            json!(name_of(AOV_NAMES, &picture.file.aov_names)),
+        );
         put("denoise", json!(request.denoise.map(denoiser_name)));
         put(
             "oidn-version",
@@ -82,6 +101,21 @@ impl Settings<'_> {
         );
         put("environment-scale", json!(gltf.environment_scale));
         put("variant", json!(gltf.variant));
+        map
+    }
+
+    /// What decides about the bits of the image (name, value), with the SHA-256 of the files of the scene. Parts of one render agree in it.
+    pub(crate) fn identity(&self, scene_digest: &str) -> Map<String, Value> {
+        let mut map = Map::new();
+        map.insert("version".into(), env!("CARGO_PKG_VERSION").into());
+        map.insert(
+            "instruction_set".into(),
+            manylight::instruction_set().into(),
+        );
+        map.insert("scene_sha256".into(), scene_digest.into());
+        map.insert("method".into(), self.request.method.into());
+        let deciding = |(key, _): &(String, Value)| !NOT_DECIDING.contains(&key.as_str());
+        map.extend(self.to_json().into_iter().filter(deciding));
         map
     }
 
@@ -116,6 +150,9 @@ pub(crate) fn command_line(request: &RenderRequest, passes: u32) -> String {
     }
     option("passes", passes.to_string());
     option("seed", request.seed.to_string());
+    if request.block != DEFAULT_BLOCK {
+        option("block", request.block.to_string());
+    }
     option("sensor", request.sensor.to_string());
     if let Some(depth) = request.max_depth {
         option("max-depth", depth.0.map_or("-1".into(), |n| n.to_string()));
@@ -146,16 +183,16 @@ pub(crate) fn command_line(request: &RenderRequest, passes: u32) -> String {
         option("oidn-lib", file.display().to_string());
     }
     let picture = &request.picture;
-    option("exposure", picture.exposure.to_string());
-    if picture.view != View::default() {
-        let name = name_of(VIEWS, &picture.view);
+    option("exposure", picture.file.exposure.to_string());
+    if picture.file.view != View::default() {
+        let name = name_of(VIEWS, &picture.file.view);
         option("view", name.unwrap_or_default().into());
     }
     if !picture.aov.is_empty() {
         option("aov", picture.aov_words());
     }
-    if picture.aov_names != AovNames::default() {
-        let name = name_of(AOV_NAMES, &picture.aov_names);
+    if picture.file.aov_names != AovNames::default() {
+        let name = name_of(AOV_NAMES, &picture.file.aov_names);
         option("aov-names", name.unwrap_or_default().into());
     }
     let gltf = &request.gltf;
@@ -204,6 +241,7 @@ mod tests {
             "-m direct --denoise oidn --oidn-lib some/library.so",
             "-m path --light-units raw --environment sky.hdr --environment-scale 2 --variant red",
             "-m direct --view agx --aov object,position --aov-names blender",
+            "-m path --block 32",
             "-m path --hide-emitters --sensor 2 --exposure -1.5 --max-depth 4 -o a.hdr -o b.pfm",
         ] {
             let start = ["manylight", "render", "a/scene.xml"].into_iter();

@@ -3,7 +3,8 @@
 use crate::args::{CameraArgs, Denoiser, LightArgs, MapsArgs, PathArgs, PictureArgs, RenderArgs};
 use crate::failure::Failure;
 use crate::method::method_kind;
-use crate::values::{Crop, MaxDepth};
+use crate::values::{Crop, MaxDepth, Shard};
+use manylight::film::blocks::DEFAULT_BLOCK;
 use manylight::film::{FilmDesc, Filter};
 use manylight::integrators::{Method, MethodKind};
 use manylight::math::{UVec2, Vec2};
@@ -12,7 +13,9 @@ use manylight::scene::{PathLimits, SceneDesc};
 use manylight_io::image::ImageFormat;
 use manylight_io::{GltfOptions, LoadOptions};
 use manylight_lab::text::plural;
+use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// Default number of passes of a render without time or error limit.
 const DEFAULT_PASSES: u32 = 16;
@@ -48,6 +51,14 @@ pub(crate) struct RenderRequest {
     pub(crate) gltf: GltfOptions,
     /// Seed of the random numbers.
     pub(crate) seed: u64,
+    /// Passes of a block of sums.
+    pub(crate) block: NonZeroU32,
+    /// The share to render; `None` for a whole image.
+    pub(crate) shard: Option<Shard>,
+    /// Where and how often the state of the render is kept.
+    pub(crate) checkpoint: Option<CheckpointPlan>,
+    /// The checkpoint to continue from.
+    pub(crate) resume: Option<PathBuf>,
     /// Number of threads; `None` for one per processor.
     pub(crate) threads: Option<usize>,
     /// Largest estimated memory in bytes.
@@ -62,6 +73,15 @@ pub(crate) struct RenderRequest {
     pub(crate) strict: bool,
 }
 
+/// Where and how often the state of a render is kept.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct CheckpointPlan {
+    /// The file.
+    pub(crate) path: PathBuf,
+    /// Time between two checkpoints.
+    pub(crate) interval: Duration,
+}
+
 impl RenderRequest {
     /// The request of the command `render`.
     ///
@@ -73,7 +93,10 @@ impl RenderRequest {
         } else {
             args.outputs.clone()
         };
-        check_formats(&outputs)?;
+        match args.parts.shard {
+            None => check_formats(&outputs)?,
+            Some(_) => check_part(args)?,
+        }
         let open_ended = args.budget.time.is_some() || args.budget.target_error.is_some();
         let passes = args.budget.passes.map(|n| n.get());
         let budget = Budget {
@@ -106,6 +129,13 @@ impl RenderRequest {
             denoise,
             oidn_lib: args.denoise.oidn_lib.clone(),
             memory_limit: args.memory_limit,
+            block: args.parts.block,
+            shard: args.parts.shard,
+            checkpoint: (args.parts.checkpoint.as_ref()).map(|path| CheckpointPlan {
+                path: path.clone(),
+                interval: args.parts.checkpoint_every,
+            }),
+            resume: args.parts.resume.clone(),
             gltf: args.gltf.options(),
             picture: args.picture.clone(),
             ..request
@@ -158,6 +188,10 @@ impl RenderRequest {
             defines: paths.defines.clone(),
             gltf: GltfOptions::default(),
             seed: paths.seed,
+            block: DEFAULT_BLOCK,
+            shard: None,
+            checkpoint: None,
+            resume: None,
             threads: paths.threads.map(|n| n.get() as usize),
             memory_limit: None,
             picture: PictureArgs::default(),
@@ -234,8 +268,37 @@ fn default_outputs(scene: &Path) -> Vec<PathBuf> {
         .into()
 }
 
+/// Refuses a share without one part file, or with an end that only a whole image has.
+fn check_part(args: &RenderArgs) -> Result<(), Failure> {
+    let [part] = args.outputs.as_slice() else {
+        return Err(Failure::usage(
+            format!(
+                "--shard: found {} outputs, expected one part file",
+                args.outputs.len()
+            ),
+            "name it by -o, such as -o image-1.part",
+        ));
+    };
+    if ImageFormat::from_path(part).is_ok() {
+        return Err(Failure::usage(
+            format!(
+                "--shard: found the image file {}, expected a part file",
+                part.display()
+            ),
+            "use an extension such as .part; `manylight merge` makes the image",
+        ));
+    }
+    if args.budget.time.is_some() || args.budget.target_error.is_some() {
+        return Err(Failure::usage(
+            "--shard: --time and --target-error depend on all shares",
+            "give --passes, the number of passes of the whole render",
+        ));
+    }
+    Ok(())
+}
+
 /// Refuses outputs with an unknown format, and repeated outputs.
-fn check_formats(outputs: &[PathBuf]) -> Result<(), Failure> {
+pub(crate) fn check_formats(outputs: &[PathBuf]) -> Result<(), Failure> {
     for (i, path) in outputs.iter().enumerate() {
         if let Err(error) = ImageFormat::from_path(path) {
             return Err(Failure::usage(
@@ -286,7 +349,6 @@ mod tests {
     use crate::args::{Cli, Command};
     use clap::Parser;
     use manylight::integrators::ManyLight;
-    use std::time::Duration;
 
     fn request(words: &str) -> Result<RenderRequest, Failure> {
         let all = ["manylight", "render"]
@@ -376,6 +438,25 @@ mod tests {
         ] {
             let failure = request(words).unwrap_err();
             assert_eq!(failure.exit_code(), 2, "{words}");
+        }
+    }
+
+    #[test]
+    fn a_share_has_one_part_file_and_a_number_of_passes() {
+        let whole = request("s.xml --passes 64 --shard 2/4 -o b.part").unwrap();
+        let share = whole.shard.unwrap();
+        assert_eq!(
+            (share.index, share.count.get(), whole.block.get()),
+            (2, 4, 16)
+        );
+        for words in [
+            "s.xml --shard 1/2",
+            "s.xml --shard 1/2 -o a.exr",
+            "s.xml --shard 1/2 -o a.part -o b.part",
+            "s.xml --shard 1/2 -o a.part --time 5s",
+            "s.xml --shard 1/2 -o a.part --target-error 0.1",
+        ] {
+            assert_eq!(request(words).unwrap_err().exit_code(), 2, "{words}");
         }
     }
 

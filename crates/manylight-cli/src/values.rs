@@ -1,5 +1,6 @@
 //! Numbers and other values that options accept.
 
+use manylight::film::blocks::BLOCK_STEP;
 use manylight::integrators::many_light::ClampRule;
 use manylight::math::UVec2;
 use std::num::NonZeroU32;
@@ -145,6 +146,46 @@ pub(crate) fn max_depth(text: &str) -> Result<MaxDepth, String> {
     }
 }
 
+/// A share of the blocks of a render.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Shard {
+    /// Which share, from 1 to `count`.
+    pub(crate) index: u32,
+    /// Number of shares.
+    pub(crate) count: NonZeroU32,
+}
+
+impl Shard {
+    /// The blocks of this share, out of `blocks`: consecutive ones, and as many in each share, up to one.
+    pub(crate) fn range(self, blocks: u32) -> std::ops::Range<u32> {
+        let start = |share: u32| {
+            (u64::from(blocks) * u64::from(share) / u64::from(self.count.get())) as u32
+        };
+        start(self.index - 1)..start(self.index)
+    }
+}
+
+/// A share `I/N`, with I from 1 to N.
+pub(crate) fn shard(text: &str) -> Result<Shard, String> {
+    let numbers = text.split_once('/').and_then(|(index, count)| {
+        Some(Shard {
+            index: index.parse().ok()?,
+            count: count.parse().ok()?,
+        })
+    });
+    numbers
+        .filter(|shard| (1..=shard.count.get()).contains(&shard.index))
+        .ok_or_else(|| "expected I/N such as 3/8, with I from 1 to N".into())
+}
+
+/// Passes of a block: a multiple of the most passes that share a set of virtual lights.
+pub(crate) fn block(text: &str) -> Result<NonZeroU32, String> {
+    let number = text.parse::<NonZeroU32>().ok();
+    number
+        .filter(|n| n.get().is_multiple_of(BLOCK_STEP))
+        .ok_or_else(|| format!("expected a multiple of {BLOCK_STEP}"))
+}
+
 /// A number of bytes: `8G`, `512M`, `1.5GB`, in powers of 1000.
 pub(crate) fn bytes(word: &str) -> Result<u64, String> {
     const UNITS: [(char, f64); 4] = [('K', 1e3), ('M', 1e6), ('G', 1e9), ('T', 1e12)];
@@ -170,6 +211,27 @@ mod tests {
         assert_eq!(bytes("4096"), Ok(4096));
         for bad in ["", "G", "-1G", "0", "8X", "inf", "1 000"] {
             assert!(bytes(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn shares_divide_all_blocks() {
+        for (blocks, count) in [(1, 1), (8, 3), (3, 8), (64, 64), (7, 2)] {
+            let mut end = 0;
+            for index in 1..=count {
+                let share = shard(&format!("{index}/{count}")).unwrap().range(blocks);
+                assert_eq!(share.start, end);
+                assert!(share.len() as u32 <= blocks.div_ceil(count));
+                end = share.end;
+            }
+            assert_eq!(end, blocks);
+        }
+        for bad in ["0/2", "3/2", "1", "1/0", "a/b", "-1/2"] {
+            assert!(shard(bad).is_err(), "{bad}");
+        }
+        assert_eq!(block("24").map(NonZeroU32::get), Ok(24));
+        for bad in ["0", "12", "-8", "x"] {
+            assert!(block(bad).is_err(), "{bad}");
         }
     }
 

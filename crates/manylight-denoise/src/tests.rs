@@ -3,6 +3,7 @@
 use crate::{
     FeatureImages, FilterError, LIBRARY_NAME, Oidn, SearchPlaces, denoise_film, render_features,
 };
+use manylight::film::blocks::DEFAULT_BLOCK;
 use manylight::film::{Film, Layer};
 use manylight::image::Image;
 use manylight::integrators::{ExtraLayers, Method, MethodKind};
@@ -140,6 +141,7 @@ fn a_film_is_denoised_with_its_features() {
         },
         budget: Budget::passes(8),
         seed: 1,
+        block: DEFAULT_BLOCK,
     };
     let features = render_features(&job, 56, &NEVER);
     let features = FeatureImages::from_films(&[&film, &features]);

@@ -56,16 +56,19 @@
 //! ```text
 //! 4 scene               scene files to descriptions
 //! 3 mesh                file formats of meshes and curves
-//! 2 image spectra       file formats; sky: computed environment maps
+//! 2 image spectra part  file formats; sky: computed environment maps
 //! 1 warning             warnings of a scene
-//! 0 error file_error    diagnostics of scene files, errors of other files; resolve: file lookup; gzip: compressed files
+//! 0 error file_error    diagnostics of scene files, errors of other files; resolve: file lookup; gzip: compressed files; replace: whole files or none
 //! ```
 
 pub mod error;
 pub mod file_error;
 mod gzip;
+mod hex;
 pub mod image;
 pub mod mesh;
+pub mod part;
+mod replace;
 mod resolve;
 pub mod scene;
 pub mod sky;
@@ -77,6 +80,7 @@ mod fuzz;
 
 pub use error::{Diagnostic, LoadError, LoadErrorKind, Location, Severity};
 pub use file_error::{FileError, FileErrorKind};
+pub use replace::{check_replaceable, write_file};
 pub use scene::{
     EnvironmentSource, GltfOptions, LightUnits, LoadOptions, LoadedScene, SupportedFamily,
     check_scene, load_scene, scene_digest, supported,

@@ -59,6 +59,7 @@ pub mod image;
 pub mod ids;
 
 mod simd;
+pub use simd::instruction_set;
 
 pub mod sampling;
 

@@ -67,6 +67,24 @@ impl Stats {
             .clone()
     }
 
+    /// The counters that add up over parts of a render, with their names.
+    pub fn counters(&self) -> [(&'static str, &AtomicU64); 12] {
+        [
+            ("passes", &self.passes),
+            ("camera_paths", &self.camera_paths),
+            ("photon_paths", &self.photon_paths),
+            ("photons", &self.photons),
+            ("importons", &self.importons),
+            ("lights", &self.lights),
+            ("light_bytes", &self.light_bytes),
+            ("connections", &self.connections),
+            ("shadow_rays", &self.shadow_rays),
+            ("dropped_samples", &self.dropped_samples),
+            ("clamped", &self.clamped),
+            ("unclamped", &self.unclamped),
+        ]
+    }
+
     /// Adds to a counter.
     #[inline]
     pub fn count(counter: &AtomicU64, n: u64) {

@@ -4,6 +4,7 @@ mod gltf;
 mod inspect;
 mod lights;
 mod measure;
+mod parts;
 mod picture;
 mod render;
 
@@ -13,7 +14,8 @@ pub(crate) use inspect::{
 };
 pub(crate) use lights::LightArgs;
 pub(crate) use measure::{CompareArgs, StudyArgs};
-pub(crate) use picture::PictureArgs;
+pub(crate) use parts::MergeArgs;
+pub(crate) use picture::{FileArgs, PictureArgs};
 pub(crate) use render::{CameraArgs, Denoiser, DisplayArgs, PathArgs, ProgressKind, RenderArgs};
 
 use clap::{Parser, Subcommand};
@@ -37,6 +39,8 @@ pub(crate) enum Command {
     Render(Box<RenderArgs>),
     /// Write maps of importance and incident flux, and the positions of virtual lights, as images.
     Maps(Box<MapsArgs>),
+    /// Merge the parts of a render to image files.
+    Merge(MergeArgs),
     /// Measure how images differ from a reference.
     Compare(CompareArgs),
     /// Measure methods on scenes according to a plan, and write a page of tables.
@@ -74,6 +78,8 @@ mod tests {
         assert!(message(&["--size", "640"]).contains("WIDTHxHEIGHT"));
         assert!(message(&["--denoise", "oidm"]).contains("oidn"));
         assert!(message(&["--oidn-lib", "x.so"]).contains("--denoise"));
+        assert!(message(&["--shard", "3/2"]).contains("from 1 to N"));
+        assert!(message(&["--block", "12"]).contains("a multiple of 8"));
         assert!(message(&["--passes", "0"]).contains("invalid value '0'"));
     }
 }

@@ -10,6 +10,19 @@ use manylight_io::image::{DisplayTransform, View};
 #[derive(Clone, Debug, Default, PartialEq, Args)]
 #[command(next_help_heading = "Pictures")]
 pub(crate) struct PictureArgs {
+    /// Colors, and names of layers.
+    #[command(flatten)]
+    pub(crate) file: FileArgs,
+
+    /// More layers in exr files, separated by commas; the method aov has all of them: position; object and material, as Cryptomatte.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub(crate) aov: Vec<Aov>,
+}
+
+/// Options of image files.
+#[derive(Clone, Debug, Default, PartialEq, Args)]
+#[command(next_help_heading = "Pictures")]
+pub(crate) struct FileArgs {
     /// Exposure of png and jpg files in stops.
     #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true, value_parser = values::finite)]
     pub(crate) exposure: f32,
@@ -17,10 +30,6 @@ pub(crate) struct PictureArgs {
     /// Tone curve of png and jpg files: standard clips values at 1, neutral is Khronos PBR Neutral, agx is the AgX of Blender.
     #[arg(long, value_name = "NAME", value_parser = one_of(VIEWS), default_value = VIEWS[0].0)]
     pub(crate) view: View,
-
-    /// More layers in exr files, separated by commas; the method aov has all of them: position; object and material, as Cryptomatte.
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
-    pub(crate) aov: Vec<Aov>,
 
     /// Names of the layers in exr files.
     #[arg(long, value_name = "NAMES", value_parser = one_of(AOV_NAMES), default_value = AOV_NAMES[0].0)]
@@ -58,7 +67,9 @@ impl PictureArgs {
         let words: Vec<_> = words.map(|word| word.get_name().to_owned()).collect();
         words.join(",")
     }
+}
 
+impl FileArgs {
     /// How values become colors of 8 bits.
     pub(crate) fn display(&self) -> DisplayTransform {
         DisplayTransform {

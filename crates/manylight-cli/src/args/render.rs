@@ -2,6 +2,7 @@
 
 use super::gltf::GltfArgs;
 use super::lights::LightArgs;
+use super::parts::PartArgs;
 use super::picture::PictureArgs;
 use crate::names::{FILTERS, one_of};
 use crate::preset::{self, PRESETS, Preset};
@@ -51,6 +52,10 @@ pub(crate) struct RenderArgs {
     /// Limits.
     #[command(flatten)]
     pub(crate) budget: BudgetArgs,
+
+    /// Blocks, shares and checkpoints.
+    #[command(flatten)]
+    pub(crate) parts: PartArgs,
 
     /// Camera and film.
     #[command(flatten)]

@@ -3,7 +3,7 @@
 use crate::args::CompareArgs;
 use crate::failure::Failure;
 use crate::output::print_data;
-use manylight_io::image::write_file;
+use manylight_io::write_file;
 use manylight_lab::LabError;
 use manylight_lab::compare::{Comparison, ComparisonImage, compare_file, read_image, table};
 use manylight_lab::viewer::{self, ImageGroup};

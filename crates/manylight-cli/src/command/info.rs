@@ -148,7 +148,7 @@ impl Memory {
     fn new(desc: &SceneDesc) -> Self {
         let geometry = desc.shapes.iter().map(geometry_bytes).sum();
         let textures = desc.textures.iter().map(texture_bytes).sum();
-        let film_bytes = |s: &SensorDesc| Film::bytes_for(s.film.crop_size, &LAYERS, &[]);
+        let film_bytes = |s: &SensorDesc| Film::bytes_for(s.film.crop_size, &LAYERS, &[], 1);
         let film = desc.sensors.first().map_or(0, film_bytes);
         Memory {
             geometry,

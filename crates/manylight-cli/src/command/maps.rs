@@ -78,7 +78,7 @@ pub(crate) fn run(args: &MapsArgs) -> Result<ExitCode, Failure> {
     let pictures = pictures(&maps, &color_maps, metadata(&settings));
     for (path, picture) in request.outputs.iter().zip(&pictures) {
         let _complete_file = interrupt.writing();
-        write_image(path, picture, request.picture.display())?;
+        write_image(path, picture, request.picture.file.display())?;
     }
     if !args.quiet {
         report(&maps, &color_maps);

@@ -6,5 +6,6 @@ pub(crate) mod completions;
 pub(crate) mod info;
 pub(crate) mod list;
 pub(crate) mod maps;
+pub(crate) mod merge;
 pub(crate) mod render;
 pub(crate) mod study;

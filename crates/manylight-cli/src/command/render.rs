@@ -1,113 +1,212 @@
 //! `manylight render`: load, build, render, denoise, write, report.
 
 mod denoise;
-mod layer_names;
-mod picture;
 mod preview;
+mod share;
 
 use crate::args::{DisplayArgs, RenderArgs};
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
-use crate::names::AovNames;
 use crate::output::{Console, human_bytes, print_data, print_message, print_warnings};
+use crate::part::{Checkpoints, Resumed};
+use crate::picture::{PictureFacts, PictureSource};
 use crate::progress::{self, ProgressGoal};
 use crate::repeat::Settings;
 use crate::report::{RenderReport, resident_bytes};
 use crate::request::RenderRequest;
 use manylight::integrators::StageMemory;
-use manylight::render::{RenderJob, Stats, render};
+use manylight::render::{Observer, Outcome, RenderJob, Stats, resume};
 use manylight::scene::Scene;
-use manylight_denoise::Oidn;
-use manylight_io::image::{ImageFormat, check_writable, write_image};
-use manylight_io::scene_digest;
-use picture::PictureSource;
+use manylight_denoise::{Oidn, Version};
+use manylight_io::{FileError, check_replaceable, scene_digest};
 use preview::RenderPreview;
 use rayon::{ThreadPool, ThreadPoolBuilder};
+use serde_json::{Map, Value};
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::time::Instant;
 
-/// Renders a scene to image files.
+/// Renders a scene to image files, or a share of it to a part file.
 pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode, Failure> {
     let request = RenderRequest::new(args)?;
-    request
-        .outputs
-        .iter()
-        .try_for_each(|path| check_writable(path))?;
+    let checkpoint = request.checkpoint.as_ref().map(|plan| &plan.path);
+    for path in request.outputs.iter().chain(checkpoint) {
+        check_replaceable(path)?;
+    }
     let interrupt = Interrupt::install()?;
     let pool = thread_pool(request.threads)?;
     let stats = Stats::default();
     let oidn = denoise::open(&request, args.display)?;
-    let console = Console::default();
-    let mut preview = RenderPreview::start(args, &request, &console);
 
-    let Loaded {
-        scene,
-        mut warnings,
-        files,
-    } = pool.install(|| load(&request, &stats, args.display))?;
+    let loaded = pool.install(|| load(&request, &stats, args.display))?;
     let digest = stats.time("load", || {
-        pool.install(|| scene_digest(&request.scene, &files))
+        pool.install(|| scene_digest(&request.scene, &loaded.files))
     })?;
-    let method = request.method(scene.limits);
-    let mut job = RenderJob {
-        scene: &scene,
-        method,
-        budget: request.budget,
-        seed: request.seed,
-    };
-    let pictures = preview.memory(&job);
-    pool.install(|| check_memory(&request, &job, pictures))?;
-    let features = (oidn.is_some())
-        .then(|| pool.install(|| denoise::features(&mut job, &stats, &interrupt)))
-        .flatten();
-    let goal = ProgressGoal::new(job.budget, args.display);
-    let outcome = progress::show(goal, &stats, interrupt.cancel(), &console, |observer| {
-        let observer = &mut preview.beside(observer);
-        pool.install(|| render(&job, &stats, interrupt.cancel(), observer))
-    });
-    warnings.extend(dropped_samples(&stats, args.display));
-    let (film, features) = (&outcome.film, features.as_ref());
-    let denoised = denoise::denoise(oidn.as_ref(), film, features, &stats, &interrupt);
-    pool.install(|| preview.finish(&outcome, denoised.image.as_ref(), &stats));
-
-    let settings = Settings {
+    let mut run = Run {
+        args,
         request: &request,
-        method: &job.method,
-        film: film.desc(),
-        threads: pool.current_num_threads(),
-        oidn: oidn.as_ref().map(Oidn::version),
-    };
-    let report = RenderReport {
-        settings,
+        interrupt: &interrupt,
+        pool: &pool,
         stats: &stats,
-        passes: film.passes(),
-        warnings: &warnings,
-        scene_digest: &digest,
+        oidn: oidn.as_ref().map(Oidn::version),
+        scene: &loaded.scene,
+        digest: &digest,
+        warnings: loaded.warnings,
+        console: Console::default(),
     };
-    let source = PictureSource {
-        film,
-        denoised: denoised.image.as_ref(),
-        names: &scene.names,
-        sensor: &scene.sensor,
-        metadata: report.metadata(),
-    };
-    write(&report, &source, &interrupt)?;
-    finish(&report, args.display)?;
-    preview.close();
-    if let Some(failure) = denoised.failure {
-        return Err(failure);
-    }
-    match interrupt.exit_code() {
-        Some(code) => Ok(ExitCode::from(code)),
-        None if request.strict && !warnings.is_empty() => Err(Failure::Strict(warnings.len())),
-        None => Ok(ExitCode::SUCCESS),
+    match request.shard {
+        None => run.whole(oidn.as_ref()),
+        Some(shard) => run.share(shard),
     }
 }
 
-/// Refuses a render with an estimated memory above its limit.
+/// A render of a loaded scene.
+struct Run<'r> {
+    args: &'r RenderArgs,
+    request: &'r RenderRequest,
+    interrupt: &'r Interrupt,
+    pool: &'r ThreadPool,
+    stats: &'r Stats,
+    /// Version of Open Image Denoise, if the image is to be denoised.
+    oidn: Option<Version>,
+    scene: &'r Scene,
+    /// SHA-256 of the files of the scene.
+    digest: &'r str,
+    /// Warnings without repetitions.
+    warnings: Vec<String>,
+    console: Console,
+}
+
+impl<'r> Run<'r> {
+    fn job(&self) -> RenderJob<'r> {
+        RenderJob {
+            scene: self.scene,
+            method: self.request.method(self.scene.limits),
+            budget: self.request.budget,
+            seed: self.request.seed,
+            block: self.request.block,
+        }
+    }
+
+    /// Settings of a render of `job`.
+    fn settings<'s>(&'s self, job: &'s RenderJob<'r>) -> Settings<'s> {
+        Settings {
+            request: self.request,
+            method: &job.method,
+            film: &self.scene.sensor.desc().film,
+            threads: self.pool.current_num_threads(),
+            oidn: self.oidn,
+        }
+    }
+
+    /// Renders an image, and denoises it by `oidn`.
+    fn whole(&mut self, oidn: Option<&Oidn>) -> Result<ExitCode, Failure> {
+        let (stats, interrupt, display) = (self.stats, self.interrupt, self.args.display);
+        let mut preview = RenderPreview::start(self.args, self.request, &self.console);
+        let mut job = self.job();
+        let sums = if job.budget.passes.is_some_and(|n| n <= job.block.get()) {
+            1
+        } else {
+            2
+        };
+        let pictures = preview.memory(&job);
+        self.pool
+            .install(|| check_memory(self.request, &job, sums, pictures))?;
+        let identity = self.settings(&job).identity(self.digest);
+        let resumed = Resumed::load(self.request, &job, &identity)?;
+        let features = (oidn.is_some())
+            .then(|| {
+                self.pool
+                    .install(|| denoise::features(&mut job, stats, interrupt))
+            })
+            .flatten();
+        resumed.state.add_to(stats);
+        let goal = ProgressGoal::new(job.budget, display);
+        let (outcome, checkpoint) =
+            progress::show(goal, stats, interrupt.cancel(), &self.console, |observer| {
+                let observer = &mut preview.beside(observer);
+                self.pool
+                    .install(|| self.render(&job, resumed, &identity, observer))
+            });
+        self.warnings.extend(dropped_samples(stats, display));
+        let (film, features) = (&outcome.film, features.as_ref());
+        let denoised = denoise::denoise(oidn, film, features, stats, interrupt);
+        self.pool
+            .install(|| preview.finish(&outcome, denoised.image.as_ref(), stats));
+
+        let report = self.report(&job, film.passes());
+        let facts = PictureFacts::new(self.scene, film.id_layers(), report.metadata());
+        let source = PictureSource {
+            film,
+            denoised: denoised.image.as_ref(),
+            facts: &facts,
+        };
+        stats.time("write", || {
+            source.write(&self.request.outputs, &self.request.picture.file, interrupt)
+        })?;
+        finish(&report, display)?;
+        preview.close();
+        match checkpoint.err().map(Failure::from).or(denoised.failure) {
+            Some(failure) => Err(failure),
+            None => self.exit_code(),
+        }
+    }
+
+    /// Renders the passes that `resumed` lacks. Also says whether the last checkpoint was written.
+    fn render(
+        &self,
+        job: &RenderJob,
+        resumed: Resumed,
+        identity: &Map<String, Value>,
+        observer: &mut dyn Observer,
+    ) -> (Outcome, Result<(), FileError>) {
+        let (stats, cancel, elapsed) =
+            (self.stats, self.interrupt.cancel(), resumed.state.elapsed());
+        let Some(plan) = &self.request.checkpoint else {
+            return (
+                resume(job, resumed.film, elapsed, stats, cancel, observer),
+                Ok(()),
+            );
+        };
+        let mut checkpoints = Checkpoints {
+            plan,
+            identity,
+            interrupt: self.interrupt,
+            console: &self.console,
+            last: Instant::now(),
+            failure: None,
+            observer,
+        };
+        let outcome = resume(job, resumed.film, elapsed, stats, cancel, &mut checkpoints);
+        (outcome, checkpoints.failure.map_or(Ok(()), Err))
+    }
+
+    fn report<'s>(&'s self, job: &'s RenderJob<'r>, passes: u32) -> RenderReport<'s> {
+        RenderReport {
+            settings: self.settings(job),
+            stats: self.stats,
+            passes,
+            warnings: &self.warnings,
+            scene_digest: self.digest,
+        }
+    }
+
+    fn exit_code(&self) -> Result<ExitCode, Failure> {
+        match self.interrupt.exit_code() {
+            Some(code) => Ok(ExitCode::from(code)),
+            None if self.request.strict && !self.warnings.is_empty() => {
+                Err(Failure::Strict(self.warnings.len()))
+            }
+            None => Ok(ExitCode::SUCCESS),
+        }
+    }
+}
+
+/// Refuses a render with an estimated memory above its limit. It holds `sums` sums over passes at once.
 fn check_memory(
     request: &RenderRequest,
     job: &RenderJob,
+    sums: usize,
     pictures: Option<StageMemory>,
 ) -> Result<(), Failure> {
     let Some(limit) = request.memory_limit else {
@@ -117,7 +216,7 @@ fn check_memory(
         stage: "scene",
         bytes: resident_bytes(),
     };
-    let render = job.method.memory(job.scene, job.budget.passes, job.seed);
+    let render = (job.method).memory(job.scene, job.budget.passes, sums, job.seed);
     let stages: Vec<StageMemory> = std::iter::once(scene)
         .chain(render)
         .chain(pictures)
@@ -209,29 +308,6 @@ fn dropped_samples(stats: &Stats, display: DisplayArgs) -> Option<String> {
     Some(warning)
 }
 
-fn write(
-    report: &RenderReport,
-    source: &PictureSource,
-    interrupt: &Interrupt,
-) -> Result<(), Failure> {
-    let request = report.settings.request;
-    let plain = source.picture(AovNames::Manylight);
-    // Only EXR files have layers with names.
-    let renamed = match request.picture.aov_names {
-        AovNames::Manylight => None,
-        other => Some(source.picture(other)),
-    };
-    report.stats.time("write", || {
-        request.outputs.iter().try_for_each(|path| {
-            let is_exr = ImageFormat::from_path(path)? == ImageFormat::Exr;
-            let picture = renamed.as_ref().filter(|_| is_exr).unwrap_or(&plain);
-            let _complete_file = interrupt.writing();
-            write_image(path, picture, request.picture.display())
-        })
-    })?;
-    Ok(())
-}
-
 fn finish(report: &RenderReport, display: DisplayArgs) -> Result<(), Failure> {
     let outputs = &report.settings.request.outputs;
     if !display.quiet {
@@ -256,6 +332,12 @@ fn finish(report: &RenderReport, display: DisplayArgs) -> Result<(), Failure> {
 /// Prints a suggestion for the next command.
 fn print_next_step(report: &RenderReport) {
     let request = report.settings.request;
+    if request.shard.is_some() {
+        print_message(
+            "next: manylight merge PART... -o image.exr   (with the parts of all shares)",
+        );
+        return;
+    }
     let exr = request
         .outputs
         .iter()

@@ -6,7 +6,7 @@ use crate::interrupt::Interrupt;
 use crate::output::{human_time, print_message};
 use crate::study_interface::ThisProgram;
 use manylight_io::FileError;
-use manylight_io::image::write_file;
+use manylight_io::write_file;
 use manylight_lab::study::{
     Machine, Record, Results, Run, RunStatus, Runner, StudyFolders, StudyPlan, TimeEstimate,
     image_groups, load_plan, page, plan_runs, select_runs,

@@ -9,6 +9,7 @@ mod describe;
 #[cfg(unix)]
 mod interrupt;
 mod maps;
+mod parts;
 mod pictures;
 mod preview;
 mod problems;

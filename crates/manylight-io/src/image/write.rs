@@ -4,13 +4,12 @@ use super::layered::LayeredImage;
 use super::view::DisplayTransform;
 use super::{exr_file, pfm, png_file};
 use crate::file_error::{Fault, FileError, FileErrorKind};
+use crate::replace::{check_replaceable, write_file};
 use image::codecs::hdr::HdrEncoder;
 use image::codecs::jpeg::JpegEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 use manylight::image::Image;
-use std::io::Write;
-use std::path::{Path, PathBuf};
-use tempfile::NamedTempFile;
+use std::path::Path;
 
 /// Format of a written image file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,30 +76,13 @@ pub fn write_image(
     write_file(path, &bytes)
 }
 
-/// Writes `bytes` to `path` as [`write_image`] does: to a temporary file in the same folder, flushed to disk, and renamed.
-///
-/// # Errors
-/// The file cannot be written.
-pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
-    replace(path, bytes).map_err(|error| FileError::unwritable(path, error))
-}
-
 /// Checks before a long computation that [`write_image`] can write `path`: the format is known and the folder is writable.
 ///
 /// # Errors
 /// The extension is unknown, or the file cannot be written.
 pub fn check_writable(path: &Path) -> Result<(), FileError> {
     ImageFormat::from_path(path)?;
-    let target = target_of(path);
-    let open = || match std::fs::metadata(&target) {
-        Ok(metadata) if metadata.is_dir() => Err(std::io::Error::other("the path is a folder")),
-        Ok(metadata) if !metadata.is_file() => std::fs::OpenOptions::new()
-            .write(true)
-            .open(&target)
-            .map(drop),
-        _ => temporary_beside(&target).map(drop),
-    };
-    open().map_err(|error| FileError::unwritable(path, error))
+    check_replaceable(path)
 }
 
 fn check_channels(image: &LayeredImage) -> Result<(), Fault> {
@@ -200,42 +182,4 @@ fn radiance_pixels(image: &Image) -> Vec<image::Rgb<f32>> {
         .map(|i| image.rgb(i % image.width, i / image.width).map(positive))
         .map(|c| image::Rgb(c.to_array()))
         .collect()
-}
-
-/// The file to write: the target if `path` is a symbolic link, so that the link is kept.
-fn target_of(path: &Path) -> PathBuf {
-    std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned())
-}
-
-/// Writes `bytes` to `path` atomically.
-fn replace(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    let target = target_of(path);
-    if std::fs::metadata(&target).is_ok_and(|m| !m.is_file()) {
-        // A device or pipe must be written directly: renaming would replace it by a file.
-        return std::fs::OpenOptions::new()
-            .write(true)
-            .open(&target)?
-            .write_all(bytes);
-    }
-    let mut file = temporary_beside(&target)?;
-    file.write_all(bytes)?;
-    file.as_file().sync_all()?;
-    file.persist(&target)?;
-    Ok(())
-}
-
-/// A temporary file in the folder of `target`, with the permissions of an ordinary new file.
-fn temporary_beside(target: &Path) -> std::io::Result<NamedTempFile> {
-    let folder = target
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty())
-        .unwrap_or(Path::new("."));
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".manylight-");
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    // Only the kind of the error is kept, because its message names the temporary file.
-    builder
-        .tempfile_in(folder)
-        .map_err(|error| std::io::Error::from(error.kind()))
 }

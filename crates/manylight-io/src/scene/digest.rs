@@ -1,9 +1,9 @@
 //! A digest of the files of a scene, by which a picture says what it shows.
 
 use crate::file_error::{FileError, read_bytes};
+use crate::hex::hex;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 /// SHA-256 of all files of a scene, in hexadecimal digits: of the lines `DIGEST  NAME`, one per file, as the program
@@ -39,13 +39,6 @@ fn leaves_folder(path: &Path) -> bool {
     use std::path::Component;
     path.components()
         .any(|part| !matches!(part, Component::Normal(_) | Component::CurDir))
-}
-
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().fold(String::new(), |mut text, byte| {
-        write!(text, "{byte:02x}").expect("invariant: writing to a string succeeds");
-        text
-    })
 }
 
 #[cfg(test)]

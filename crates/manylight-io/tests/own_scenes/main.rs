@@ -5,6 +5,7 @@
 
 mod formats;
 
+use manylight::film::blocks::DEFAULT_BLOCK;
 use manylight::film::{Film, Layer};
 use manylight::integrators::{ExtraLayers, ManyLight, Method, MethodKind};
 use manylight::render::{Budget, Observer, RenderJob, Stats, render};
@@ -256,6 +257,7 @@ fn film_of(scene: &Scene, kind: MethodKind, passes: u32, seed: u64) -> Film {
             relative_error: None,
         },
         seed,
+        block: DEFAULT_BLOCK,
     };
     let (stats, cancel) = (Stats::default(), AtomicBool::new(false));
     render(&job, &stats, &cancel, &mut Silent).film

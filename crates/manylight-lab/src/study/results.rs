@@ -3,7 +3,7 @@
 use super::record::{Record, SCHEMA};
 use super::runs::Run;
 use crate::error::LabError;
-use manylight_io::image::write_file;
+use manylight_io::write_file;
 use manylight_io::{FileError, FileErrorKind};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

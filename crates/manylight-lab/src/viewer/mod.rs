@@ -10,7 +10,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use half::f16;
 use manylight_io::FileError;
-use manylight_io::image::write_file;
+use manylight_io::write_file;
 use serde::Serialize;
 use std::path::Path;
 

@@ -15,6 +15,7 @@ mod default_scene;
 mod plot;
 
 use manylight::film::Film;
+use manylight::film::blocks::DEFAULT_BLOCK;
 use manylight::geometry::{Mesh, Shape};
 use manylight::integrators::many_light::ManyLight;
 use manylight::integrators::{ExtraLayers, Method, MethodKind};
@@ -151,6 +152,7 @@ fn stages(scene: &Scene, lights: u32, threads: usize) -> Vec<(&'static str, f64)
             relative_error: None,
         },
         seed: 0,
+        block: DEFAULT_BLOCK,
     };
     let pool = ThreadPoolBuilder::new()
         .num_threads(threads)

@@ -9,7 +9,7 @@
 //! ```
 
 /// Number and sizes of the completed batches.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct BatchCounts {
     count: u32,
     passes: u32,
@@ -18,7 +18,7 @@ pub(super) struct BatchCounts {
 }
 
 /// Sums over batches, per channel.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct BatchMoments {
     /// Σ S_b
     sum: [f64; 3],
@@ -46,6 +46,27 @@ impl BatchCounts {
         self.squares += f64::from(passes).powi(2);
     }
 
+    /// Count, passes, and sum of squared passes.
+    pub(super) fn to_array(self) -> [f64; 3] {
+        [f64::from(self.count), f64::from(self.passes), self.squares]
+    }
+
+    /// The inverse of [`BatchCounts::to_array`].
+    pub(super) fn from_array([count, passes, squares]: [f64; 3]) -> Self {
+        BatchCounts {
+            count: count as u32,
+            passes: passes as u32,
+            squares,
+        }
+    }
+
+    /// Adds the batches of later passes.
+    pub(super) fn merge(&mut self, later: BatchCounts) {
+        self.count += later.count;
+        self.passes += later.passes;
+        self.squares += later.squares;
+    }
+
     /// Variance of the mean over passes; infinite with fewer than two batches.
     pub(super) fn variance_of_mean(self, moments: &BatchMoments) -> [f64; 3] {
         if self.count < 2 {
@@ -69,6 +90,34 @@ impl BatchMoments {
             self.weighted[c] += f64::from(passes) * s;
         }
     }
+
+    /// Sums of `S`, `S²` and `n S`, per channel.
+    pub(super) fn to_array(self) -> [f64; 9] {
+        let rows = [self.sum, self.squares, self.weighted];
+        std::array::from_fn(|i| rows[i / 3][i % 3])
+    }
+
+    /// The inverse of [`BatchMoments::to_array`], from nine values.
+    pub(super) fn from_slice(values: &[f64]) -> Self {
+        let row = |r: usize| std::array::from_fn(|c| values[3 * r + c]);
+        BatchMoments {
+            sum: row(0),
+            squares: row(1),
+            weighted: row(2),
+        }
+    }
+
+    /// Adds the moments of later batches.
+    pub(super) fn merge(&mut self, later: &BatchMoments) {
+        self.sum = add(self.sum, later.sum);
+        self.squares = add(self.squares, later.squares);
+        self.weighted = add(self.weighted, later.weighted);
+    }
+}
+
+/// Sum by channel.
+pub(super) fn add(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|c| a[c] + b[c])
 }
 
 #[cfg(test)]

@@ -25,7 +25,28 @@ pub(super) struct IdSample {
 }
 
 /// Sums of one pixel in one id layer: id and sum of weights, in the order of appearance.
-pub(super) type CoverageSums = Vec<(u32, f64)>;
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct CoverageSums(Vec<(u32, f64)>);
+
+impl CoverageSums {
+    /// Sums over no sample.
+    pub(super) const fn new() -> Self {
+        CoverageSums(Vec::new())
+    }
+
+    /// Adds a weight to the sum of `id`.
+    pub(super) fn add(&mut self, id: u32, weight: f64) {
+        match self.0.iter_mut().find(|(other, _)| *other == id) {
+            Some((_, sum)) => *sum += weight,
+            None => self.0.push((id, weight)),
+        }
+    }
+
+    /// Id and sum of weights, in the order of appearance.
+    pub(super) fn iter(&self) -> std::slice::Iter<'_, (u32, f64)> {
+        self.0.iter()
+    }
+}
 
 /// Ids with the fraction of a pixel that each covers, the largest first. Fractions are positive and their sum is at most 1,
 /// but for rounding.
@@ -40,12 +61,7 @@ pub(super) fn add_samples(samples: &[IdSample], pixel: usize, sums: &mut [Covera
     let pixel = pixel as u32;
     let first = samples.partition_point(|sample| sample.pixel < pixel);
     for sample in samples[first..].iter().take_while(|s| s.pixel == pixel) {
-        let sums = &mut sums[sample.layer as usize];
-        let weight = f64::from(sample.weight);
-        match sums.iter_mut().find(|(id, _)| *id == sample.id) {
-            Some((_, sum)) => *sum += weight,
-            None => sums.push((sample.id, weight)),
-        }
+        sums[sample.layer as usize].add(sample.id, f64::from(sample.weight));
     }
 }
 
@@ -54,15 +70,15 @@ impl Film {
     /// in the order of their ids. Samples are distributed by the absolute value of the reconstruction filter and count equally.
     pub fn ranked_ids(&self, layer: IdLayer) -> Option<Vec<RankedIds>> {
         let k = self.id_layers.iter().position(|&other| other == layer)?;
-        let n = f64::from(self.passes.max(1));
+        let n = f64::from(self.passes().max(1));
         let UVec2 {
             x: width,
             y: height,
         } = self.image_size();
         let mut all = vec![RankedIds::new(); width as usize * height as usize];
-        for sums in &self.tiles {
-            for (i, pixel) in sums.tile.pixels().enumerate() {
-                let sums = &sums.coverage[i * self.id_layers.len() + k];
+        for sums in self.tile_totals() {
+            for (i, pixel) in sums.tile().pixels().enumerate() {
+                let sums = sums.coverage(i * self.id_layers.len() + k);
                 let mut ranked: RankedIds = sums
                     .iter()
                     .map(|&(id, sum)| (id, (sum / n) as f32))

@@ -1,7 +1,7 @@
 //! Images and their errors from the sums of a film.
 
-use super::batches::BatchMoments;
-use super::{Film, Layer, TileSums};
+use super::totals::TileTotals;
+use super::{Film, Layer};
 use crate::image::Image;
 
 /// Floor of the squared pixel value in the relative error, in units of the squared mean of the image. A larger floor
@@ -12,8 +12,8 @@ impl Film {
     /// Mean of one layer over passes, three channels; `None` if the film does not record the layer.
     pub fn image(&self, layer: Layer) -> Option<Image> {
         let l = self.layers.iter().position(|&x| x == layer)?;
-        let n = f64::from(self.passes.max(1));
-        Some(self.collect(|sums, i| sums.sums[i * self.layers.len() + l].map(|v| (v / n) as f32)))
+        let n = f64::from(self.passes().max(1));
+        Some(self.collect(|sums, i| sums.sum(i * self.layers.len() + l).map(|v| (v / n) as f32)))
     }
 
     /// Fraction of each pixel that the picture covers, in [0, 1], one channel; `None` if the film does not record [`Layer::Alpha`].
@@ -45,14 +45,16 @@ impl Film {
             .iter()
             .position(|&l| self.layers[l] == layer)?;
         let l = with_variance[k];
-        let n = f64::from(self.passes);
+        let n = f64::from(self.passes());
         Some(self.collect(|sums, i| {
+            let sum = sums.sum(i * self.layers.len() + l);
+            let squares = sums.square(i * with_variance.len() + k);
             std::array::from_fn(|c| {
-                if self.passes < 2 {
+                if self.passes() < 2 {
                     return f32::INFINITY;
                 }
-                let mean = sums.sums[i * self.layers.len() + l][c] / n;
-                let square = sums.squares[i * with_variance.len() + k][c] / n;
+                let mean = sum[c] / n;
+                let square = squares[c] / n;
                 ((square - mean * mean).max(0.0) / (n - 1.0)) as f32
             })
         }))
@@ -61,34 +63,36 @@ impl Film {
     /// Variance of the mean of the beauty over each tile, per channel, from completed batches. All pixels of a tile hold the
     /// variance of that tile. Infinite with fewer than two completed batches.
     pub fn block_variance(&self) -> Image {
+        let batches = self.batch_counts();
         self.collect(|sums, _| {
-            let pixels = sums.tile.count() as f64;
-            let of_sum = self.batches.variance_of_mean(&sums.moments);
+            let pixels = sums.tile().count() as f64;
+            let of_sum = batches.variance_of_mean(&sums.moments());
             of_sum.map(|v| (v / (pixels * pixels)) as f32)
         })
     }
 
     /// Variance of the mean of the beauty over the image, per channel, from completed batches. Infinite with fewer than two.
     pub fn mean_variance(&self) -> [f64; 3] {
-        self.variance_of_image_mean(&self.image_moments[0])
+        self.variance_of_image_mean(0)
     }
 
     /// [`Film::mean_variance`] of the beauty without [`Layer::Emission`].
     pub fn mean_variance_without_emission(&self) -> [f64; 3] {
-        self.variance_of_image_mean(&self.image_moments[1])
+        self.variance_of_image_mean(1)
     }
 
-    fn variance_of_image_mean(&self, moments: &BatchMoments) -> [f64; 3] {
+    /// Of the beauty (0), or of the beauty without emission (1).
+    fn variance_of_image_mean(&self, which: usize) -> [f64; 3] {
         let size = self.image_size().as_dvec2();
         let pixels = size.x * size.y;
-        let of_sum = self.batches.variance_of_mean(moments);
+        let of_sum = (self.batch_counts()).variance_of_mean(&self.image_moments(which));
         of_sum.map(|v| v / (pixels * pixels))
     }
 
     /// Estimated relative error of the beauty: the root of the mean over pixels and channels of `variance / (value² + 0.01 m²)`
     /// with `m` the mean of the image. Infinite with fewer than two passes.
     pub fn relative_error(&self) -> f32 {
-        if self.passes < 2 {
+        if self.passes() < 2 {
             return f32::INFINITY;
         }
         let (mean, variance) = (
@@ -108,13 +112,13 @@ impl Film {
         (sum / count).sqrt() as f32
     }
 
-    fn collect(&self, value: impl Fn(&TileSums, usize) -> [f32; 3]) -> Image {
+    fn collect(&self, value: impl Fn(&TileTotals, usize) -> [f32; 3]) -> Image {
         let size = self.image_size();
         let mut image = Image::new(size.x as usize, size.y as usize, 3);
-        for sums in &self.tiles {
-            for (i, pixel) in sums.tile.pixels().enumerate() {
+        for sums in self.tile_totals() {
+            for (i, pixel) in sums.tile().pixels().enumerate() {
                 let start = (pixel.y as usize * image.width + pixel.x as usize) * 3;
-                image.data[start..start + 3].copy_from_slice(&value(sums, i));
+                image.data[start..start + 3].copy_from_slice(&value(&sums, i));
             }
         }
         image

@@ -34,6 +34,23 @@ pub enum Layer {
 }
 
 impl Layer {
+    /// All layers, in the order of their declaration.
+    pub const ALL: [Layer; LAYERS] = [
+        Layer::Beauty,
+        Layer::Emission,
+        Layer::Direct,
+        Layer::VirtualLights,
+        Layer::Compensation,
+        Layer::Caustics,
+        Layer::Albedo,
+        Layer::Normal,
+        Layer::Alpha,
+        Layer::Position,
+        Layer::Depth,
+        Layer::CutSize,
+        Layer::CutBound,
+    ];
+
     /// Name in image files; empty for the beauty.
     pub fn name(self) -> &'static str {
         match self {

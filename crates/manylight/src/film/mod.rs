@@ -2,8 +2,13 @@
 //!
 //! A sample touches exactly one pixel, because filters are importance-sampled. Tiles are therefore independent, and any number of
 //! threads gives the same bits. The values of a pass are kept apart until the pass is complete: a cancelled pass is discarded.
+//!
+//! Sums have two levels, so that parts of a render can be made apart and merged without a change of bits: a block of passes sums
+//! from zero, and completed blocks are added in their order ([`blocks`]).
 
+pub mod arrays;
 mod batches;
+pub mod blocks;
 mod coverage;
 mod description;
 mod estimates;
@@ -11,26 +16,31 @@ pub mod filter;
 mod layer;
 mod planes;
 mod sampler;
+mod sums;
 #[cfg(test)]
 mod tests;
 mod tile_samples;
 mod tiles;
+mod totals;
 
 pub use coverage::{IdLayer, RankedIds};
 pub use description::FilmDesc;
 pub use filter::{Filter, FilterSampler, Window};
 pub use layer::Layer;
 pub use sampler::{FilmSample, FilmSampler};
+pub use sums::PassSums;
 pub use tile_samples::{TileSamples, shaded_pixels};
 pub use tiles::{TILE_SIZE, Tile};
 
 use crate::color::Rgb;
 use crate::math::UVec2;
-use batches::{BatchCounts, BatchMoments};
-use coverage::{CoverageSums, IdSample};
+use blocks::DEFAULT_BLOCK;
+use coverage::IdSample;
 use layer::Slots;
 use rayon::prelude::*;
+use std::num::NonZeroU32;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use sums::PixelShape;
 use tiles::TileGrid;
 
 /// Per-pixel sums over passes. Stored tile by tile, so that threads write disjoint memory.
@@ -42,32 +52,16 @@ pub struct Film {
     id_layers: Vec<IdLayer>,
     /// Indices in `layers` of those with a variance.
     with_variance: Vec<usize>,
-    tiles: Vec<TileSums>,
+    /// Passes of a block.
+    block: NonZeroU32,
+    /// Sums over the completed blocks. `None` before the first of them is followed by another pass.
+    completed: Option<PassSums>,
+    /// Sums over the passes of the current block.
+    current: PassSums,
     /// Values of the current pass, by tile of the shifted grid of that pass.
     pass: Vec<Vec<Rgb>>,
     /// Ids of the current pass by the same tiles, sorted by pixel.
     pass_ids: Vec<Vec<IdSample>>,
-    passes: u32,
-    /// Completed batches.
-    batches: BatchCounts,
-    /// Moments of sums over all pixels, over completed batches: of the beauty, and of the beauty without [`Layer::Emission`].
-    image_moments: [BatchMoments; 2],
-}
-
-/// Sums of one tile of the unshifted grid.
-#[derive(Debug)]
-struct TileSums {
-    tile: Tile,
-    /// Sum over passes, by pixel and layer.
-    sums: Vec<[f64; 3]>,
-    /// Sum over passes of the square, by pixel and layer with a variance.
-    squares: Vec<[f64; 3]>,
-    /// Sum over passes, by pixel and id layer.
-    coverage: Vec<CoverageSums>,
-    /// Sums over pixels and the passes of the current batch: the beauty, and the beauty without [`Layer::Emission`].
-    batch: [[f64; 3]; 2],
-    /// Moments of the beauty's sum over pixels, over completed batches.
-    moments: BatchMoments,
 }
 
 impl Film {
@@ -92,38 +86,32 @@ impl Film {
         let with_variance: Vec<usize> = (0..layers.len())
             .filter(|&l| layers[l].has_variance())
             .collect();
-        let tiles = TileGrid::new(desc.crop_size, UVec2::ZERO)
-            .tiles()
-            .map(|tile| TileSums {
-                tile,
-                sums: vec![[0.0; 3]; tile.count() * layers.len()],
-                squares: vec![[0.0; 3]; tile.count() * with_variance.len()],
-                coverage: vec![CoverageSums::new(); tile.count() * id_layers.len()],
-                batch: Default::default(),
-                moments: BatchMoments::default(),
-            })
-            .collect();
+        let shape = PixelShape {
+            layers: layers.len(),
+            with_variance: with_variance.len(),
+            id_layers: id_layers.len(),
+        };
+        let current = PassSums::new(desc.crop_size, shape, 0);
         Film {
             desc,
             layers: layers.to_vec(),
             id_layers: id_layers.to_vec(),
             with_variance,
-            tiles,
+            block: DEFAULT_BLOCK,
+            completed: None,
+            current,
             pass: Vec::new(),
             pass_ids: Vec::new(),
-            passes: 0,
-            batches: BatchCounts::default(),
-            image_moments: Default::default(),
         }
     }
 
-    /// Memory of a film of `size` pixels with these layers, in bytes.
-    pub fn bytes_for(size: UVec2, layers: &[Layer], id_layers: &[IdLayer]) -> usize {
-        let layer = size_of::<Rgb>() + size_of::<[f64; 3]>();
+    /// Memory of a film of `size` pixels with these layers, in bytes. It holds two `sums` if it has more passes than a block, else one.
+    pub fn bytes_for(size: UVec2, layers: &[Layer], id_layers: &[IdLayer], sums: usize) -> usize {
         let with_variance = layers.iter().filter(|layer| layer.has_variance());
-        let pixel = layers.len() * layer + with_variance.count() * size_of::<[f64; 3]>();
-        let ids = id_layers.len() * coverage::BYTES_PER_PIXEL;
-        (size.x * size.y) as usize * (pixel + ids)
+        let values = (layers.len() + with_variance.count()) * size_of::<[f64; 3]>()
+            + id_layers.len() * coverage::BYTES_PER_PIXEL;
+        let pass = layers.len() * size_of::<Rgb>();
+        size.x as usize * size.y as usize * (sums * values + pass)
     }
 
     /// Size, crop window and filter.
@@ -148,7 +136,21 @@ impl Film {
 
     /// Number of complete passes.
     pub fn passes(&self) -> u32 {
-        self.passes
+        let completed = self.completed.as_ref().map_or(0, PassSums::count);
+        completed + self.current.count()
+    }
+
+    /// Index of the pass that comes next.
+    pub fn next_pass(&self) -> u32 {
+        self.current.passes.end
+    }
+
+    fn shape(&self) -> PixelShape {
+        PixelShape {
+            layers: self.layers.len(),
+            with_variance: self.with_variance.len(),
+            id_layers: self.id_layers.len(),
+        }
     }
 
     /// The tiles of a pass, moved up and left by `shift` pixels.
@@ -162,29 +164,15 @@ impl Film {
     }
 
     /// Completes the current batch and begins a new one. Passes of one batch may share virtual lights; passes of different batches
-    /// must be independent. The variance of means over many pixels is therefore estimated from batches, not from passes.
+    /// must be independent. The variance of means over many pixels is therefore estimated from batches, not from passes. A block
+    /// ends with its last batch.
     pub fn begin_batch(&mut self) {
-        let passes = self.passes - self.batches.passes();
-        if passes == 0 {
-            return;
-        }
-        self.batches.add(passes);
-        let mut image = [[0.0; 3]; 2];
-        for tile in &mut self.tiles {
-            for (sum, part) in image.iter_mut().zip(tile.batch) {
-                *sum = std::array::from_fn(|c| sum[c] + part[c]);
-            }
-            let [beauty, _] = std::mem::take(&mut tile.batch);
-            tile.moments.add(passes, beauty);
-        }
-        for (moments, sum) in self.image_moments.iter_mut().zip(image) {
-            moments.add(passes, sum);
-        }
+        self.current.complete_batch();
     }
 
     /// Number of completed batches.
     pub fn batches(&self) -> u32 {
-        self.batches.count()
+        self.batch_counts().count()
     }
 
     /// Renders one pass: `shade` fills each tile, in parallel. Pixels with a non-finite value are left out of the sums and counted
@@ -235,11 +223,12 @@ impl Film {
         if !complete.reduce(|| true, |a, b| a && b) {
             return false;
         }
+        self.begin_block_if_complete();
         let (pass, pass_ids) = (&self.pass, &self.pass_ids);
-        let id_count = id_layers.len();
+        let id_count = self.id_layers.len();
         let emission = slots.of(Layer::Emission);
         let with_variance = &self.with_variance;
-        self.tiles.par_iter_mut().for_each(|sums| {
+        self.current.tiles.par_iter_mut().for_each(|sums| {
             for (i, pixel) in sums.tile.pixels().enumerate() {
                 let (tile, k) = grid.locate(pixel);
                 let values = &pass[tile][k * stride..][..stride];
@@ -252,7 +241,7 @@ impl Film {
                 }
             }
         });
-        self.passes += 1;
+        self.current.passes.end += 1;
         true
     }
 
@@ -268,32 +257,5 @@ impl Film {
                 );
             }
         });
-    }
-}
-
-impl TileSums {
-    /// Adds the values of one pass to pixel `i`, one per layer; `emission` is the index of [`Layer::Emission`], if recorded.
-    fn commit(
-        &mut self,
-        i: usize,
-        pixel: &[Rgb],
-        emission: Option<usize>,
-        with_variance: &[usize],
-    ) {
-        let emitted = emission.map_or(Rgb::BLACK, |l| pixel[l]);
-        for (sum, value) in self.batch.iter_mut().zip([pixel[0], pixel[0] - emitted]) {
-            let value = value.to_array().map(f64::from);
-            *sum = std::array::from_fn(|c| sum[c] + value[c]);
-        }
-        for (l, value) in pixel.iter().enumerate() {
-            for (c, v) in value.to_array().into_iter().enumerate() {
-                self.sums[i * pixel.len() + l][c] += f64::from(v);
-            }
-        }
-        for (k, &l) in with_variance.iter().enumerate() {
-            for (c, v) in pixel[l].to_array().into_iter().enumerate() {
-                self.squares[i * with_variance.len() + k][c] += f64::from(v) * f64::from(v);
-            }
-        }
     }
 }

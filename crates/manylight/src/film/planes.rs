@@ -1,5 +1,6 @@
 //! All layers of a film at once, as planes.
 
+use super::totals::TileTotals;
 use super::{Film, TILE_SIZE};
 use rayon::prelude::*;
 
@@ -23,15 +24,16 @@ impl Film {
             }
         }
         let stride = self.layers.len();
-        let passes = f64::from(self.passes.max(1));
-        let rows = self.tiles.par_chunks(size.x.div_ceil(edge));
+        let passes = f64::from(self.passes().max(1));
+        let tiles: Vec<TileTotals> = self.tile_totals().collect();
+        let rows = tiles.par_chunks(size.x.div_ceil(edge));
         rows.zip(bands).for_each(|(tiles, mut band)| {
             for sums in tiles {
-                for (i, pixel) in sums.tile.pixels().enumerate() {
+                for (i, pixel) in sums.tile().pixels().enumerate() {
                     let place = pixel.y as usize % edge * size.x + pixel.x as usize;
-                    let values = &sums.sums[i * stride..][..stride];
                     for (part, &(layer, channel)) in band.iter_mut().zip(channels) {
-                        part[place] = (values[layer][channel] / passes) as f32;
+                        let value = sums.sum(i * stride + layer)[channel];
+                        part[place] = (value / passes) as f32;
                     }
                 }
             }

@@ -31,12 +31,20 @@ const COPIES: f64 = 2.0;
 const GLOSSY_PREFERENCE: f64 = 1.5;
 
 impl Method {
-    /// Memory of a render of `passes` passes, or of one without end, stage by stage. Traces some photons.
-    pub fn memory(&self, scene: &Scene, passes: Option<u32>, seed: u64) -> Vec<StageMemory> {
+    /// Memory of a render of `passes` passes, or of one without end, stage by stage. `sums` is the number of sums over passes that are held
+    /// at once: see [`Film::bytes_for`]. Traces some photons.
+    pub fn memory(
+        &self,
+        scene: &Scene,
+        passes: Option<u32>,
+        sums: usize,
+        seed: u64,
+    ) -> Vec<StageMemory> {
         let film = Film::bytes_for(
             scene.sensor.desc().film.crop_size,
             &self.layers(),
             &self.extra.id_layers(),
+            sums,
         );
         let mut stages = vec![StageMemory {
             stage: "film",

@@ -1,12 +1,14 @@
 //! The pass loop: passes are rendered until the budget is spent.
 
 use crate::emitters::EmissionGuide;
-use crate::film::Film;
+use crate::film::blocks::DEFAULT_BLOCK;
+use crate::film::{Film, PassSums};
 use crate::integrators::{ExtraLayers, Method, MethodKind, PassContext, Renderer};
 use crate::sampling::Pass;
 use crate::scene::Scene;
 use crate::stats::Stats;
-use std::ops::ControlFlow;
+use std::num::NonZeroU32;
+use std::ops::{ControlFlow, Range};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -35,12 +37,17 @@ pub struct RenderJob<'s> {
     pub budget: Budget,
     /// The same seed gives the same bits, for any number of threads.
     pub seed: u64,
+    /// Passes of a block of sums, a multiple of [`BLOCK_STEP`](crate::film::blocks::BLOCK_STEP). Another number rounds otherwise.
+    pub block: NonZeroU32,
 }
 
-/// Is called after every complete pass. `()` is an observer that does nothing.
+/// Watches a render. `()` is an observer that does nothing.
 pub trait Observer {
-    /// `Break` ends the render after this pass.
+    /// Is called after every complete pass. `Break` ends the render after this pass.
     fn pass_done(&mut self, film: &Film, stats: &Stats, elapsed: Duration) -> ControlFlow<()>;
+
+    /// Is called when the render ends, with a film that [`resume`] can continue.
+    fn ended(&mut self, _film: &Film, _stats: &Stats, _elapsed: Duration) {}
 }
 
 impl Observer for () {
@@ -78,6 +85,7 @@ pub fn render_film(scene: &Scene, kind: MethodKind, budget: Budget, seed: u64) -
         },
         budget,
         seed,
+        block: DEFAULT_BLOCK,
     };
     let never = AtomicBool::new(false);
     render(&job, &Stats::default(), &never, &mut ()).film
@@ -91,43 +99,122 @@ pub fn render(
     cancel: &AtomicBool,
     observer: &mut dyn Observer,
 ) -> Outcome {
+    resume(job, job.film(0), Duration::ZERO, stats, cancel, observer)
+}
+
+/// [`render()`] from a film of `job` that has some passes, after which `elapsed` had passed. The result has the same bits as that of
+/// a render without a break.
+pub fn resume(
+    job: &RenderJob,
+    mut film: Film,
+    elapsed: Duration,
+    stats: &Stats,
+    cancel: &AtomicBool,
+    observer: &mut dyn Observer,
+) -> Outcome {
     let start = Instant::now();
-    let film = job.scene.sensor.desc().film.clone();
-    let id_layers = job.method.extra.id_layers();
-    let mut film = Film::with_ids(film, &job.method.layers(), &id_layers);
-    let mut renderer = Renderer::new(job.scene, job.method.clone());
+    let elapsed = || elapsed + start.elapsed();
+    let mut passes = Passes::new(job, stats);
     let never = AtomicBool::new(false);
-    let guide = if job.method.emits_photons() {
-        stats.time("photons", || job.scene.emission_guide())
-    } else {
-        EmissionGuide::default()
-    };
     let stop = loop {
-        let index = film.passes();
-        let cancel_pass = if index == 0 { &never } else { cancel };
-        let run = PassContext {
-            pass: Pass {
-                seed: job.seed,
-                index,
-            },
-            guide: &guide,
-            stats,
-            cancel: cancel_pass,
-        };
-        if !renderer.render_pass(&run, &mut film) {
+        let is_first = film.passes() == 0;
+        if !is_first && job.budget.is_spent(&film, elapsed()) {
+            break Stop::Budget;
+        }
+        if !passes.render_next(&mut film, if is_first { &never } else { cancel }) {
             break Stop::Cancelled;
         }
-        Stats::count(&stats.passes, 1);
-        let ended = observer.pass_done(&film, stats, start.elapsed()).is_break();
+        let ended = observer.pass_done(&film, stats, elapsed()).is_break();
         if ended || cancel.load(Ordering::Relaxed) {
             break Stop::Cancelled;
         }
-        if job.budget.is_spent(&film, start.elapsed()) {
-            break Stop::Budget;
-        }
     };
+    observer.ended(&film, stats, elapsed());
     film.begin_batch();
     Outcome { film, stop }
+}
+
+/// Renders blocks of passes apart from the others. The last block of the render ends with the budget's passes; other limits are
+/// ignored. `None` if it was cancelled. The observer gets the film of each block.
+pub fn render_blocks(
+    job: &RenderJob,
+    blocks: Range<u32>,
+    stats: &Stats,
+    cancel: &AtomicBool,
+    observer: &mut dyn Observer,
+) -> Option<Vec<PassSums>> {
+    let start = Instant::now();
+    let mut passes = Passes::new(job, stats);
+    let block = job.block.get();
+    let end = job.budget.passes.unwrap_or(u32::MAX);
+    let rendered = blocks.map(|k| {
+        let mut film = job.film(k * block);
+        while film.passes() < block && film.next_pass() < end {
+            if !passes.render_next(&mut film, cancel)
+                || observer.pass_done(&film, stats, start.elapsed()).is_break()
+            {
+                return None;
+            }
+        }
+        Some(film.into_block())
+    });
+    rendered.collect()
+}
+
+/// The passes of a job, in any order.
+struct Passes<'j, 's> {
+    seed: u64,
+    renderer: Renderer<'s>,
+    guide: EmissionGuide,
+    stats: &'j Stats,
+}
+
+impl<'j, 's> Passes<'j, 's> {
+    fn new(job: &'j RenderJob<'s>, stats: &'j Stats) -> Self {
+        let guide = if job.method.emits_photons() {
+            stats.time("photons", || job.scene.emission_guide())
+        } else {
+            EmissionGuide::default()
+        };
+        Passes {
+            seed: job.seed,
+            renderer: Renderer::new(job.scene, job.method.clone()),
+            guide,
+            stats,
+        }
+    }
+
+    /// Adds the pass that comes next to `film`; `false` if it was cancelled.
+    fn render_next(&mut self, film: &mut Film, cancel: &AtomicBool) -> bool {
+        let run = PassContext {
+            pass: Pass {
+                seed: self.seed,
+                index: film.next_pass(),
+            },
+            guide: &self.guide,
+            stats: self.stats,
+            cancel,
+        };
+        let complete = self.renderer.render_pass(&run, film);
+        if complete {
+            Stats::count(&self.stats.passes, 1);
+        }
+        complete
+    }
+}
+
+impl RenderJob<'_> {
+    /// A film without passes; `first`, the first pass of a block, comes next.
+    pub fn film(&self, first: u32) -> Film {
+        let desc = self.scene.sensor.desc().film.clone();
+        let id_layers = self.method.extra.id_layers();
+        Film::with_blocks(desc, &self.method.layers(), &id_layers, self.block, first)
+    }
+
+    /// Number of blocks of a render of `passes` passes.
+    pub fn block_count(&self, passes: u32) -> u32 {
+        passes.div_ceil(self.block.get())
+    }
 }
 
 impl Budget {

@@ -3,4 +3,6 @@
 pub mod job;
 
 pub use crate::stats::Stats;
-pub use job::{Budget, Observer, Outcome, RenderJob, Stop, render, render_film};
+pub use job::{
+    Budget, Observer, Outcome, RenderJob, Stop, render, render_blocks, render_film, resume,
+};

@@ -19,6 +19,11 @@ mod tests;
 use portable::Portable;
 use std::mem::MaybeUninit;
 
+/// The instruction set that renders use on this machine, such as `x86_64 avx512`. Another one may round otherwise.
+pub fn instruction_set() -> String {
+    format!("{} {}", std::env::consts::ARCH, Isa::best().name())
+}
+
 /// Number of lanes of narrow vectors.
 pub(crate) const NARROW: usize = 8;
 
@@ -166,6 +171,16 @@ impl Isa {
         Isa::new(Instructions::Avx512)
             .or_else(|| Isa::new(Instructions::Avx2))
             .unwrap_or(Isa::Portable)
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Isa::Portable => "portable",
+            #[cfg(target_arch = "x86_64")]
+            Isa::Avx2(_) => "avx2",
+            #[cfg(target_arch = "x86_64")]
+            Isa::Avx512(_) => "avx512",
+        }
     }
 
     /// Runs a kernel.

@@ -1,7 +1,8 @@
 //! Renders for tests.
 
 use manylight::film::Film;
-use manylight::integrators::{ExtraLayers, Method, MethodKind};
+use manylight::film::blocks::DEFAULT_BLOCK;
+use manylight::integrators::{ExtraLayers, ManyLight, Method, MethodKind, PhotonMap};
 use manylight::render::{Budget, Observer, RenderJob, Stats, render};
 use manylight::scene::Scene;
 use std::ops::ControlFlow;
@@ -14,6 +15,44 @@ impl Observer for Silent {
     fn pass_done(&mut self, _: &Film, _: &Stats, _: Duration) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }
+}
+
+fn small(method: ManyLight) -> MethodKind {
+    MethodKind::ManyLight(ManyLight {
+        photon_paths: 5000,
+        light_count: 100,
+        importon_paths: 1000,
+        ..method
+    })
+}
+
+/// Methods with cuts, with few photons and lights.
+pub(crate) fn methods_with_cuts() -> [MethodKind; 2] {
+    [
+        small(ManyLight::rich_lightcuts()),
+        small(ManyLight::bidirectional_lightcuts()),
+    ]
+}
+
+/// Methods without cuts, with few photons and lights.
+pub(crate) fn methods() -> Vec<MethodKind> {
+    let few = |method: PhotonMap| {
+        MethodKind::PhotonMap(PhotonMap {
+            photon_paths: 5000,
+            ..method
+        })
+    };
+    vec![
+        MethodKind::Path,
+        MethodKind::LightTracer,
+        MethodKind::Aov,
+        small(ManyLight::rich_vpl()),
+        small(ManyLight::rich_vpl_by_scene()),
+        small(ManyLight::vpl()),
+        small(ManyLight::vpl_importance()),
+        few(PhotonMap::progressive()),
+        few(PhotonMap::direct()),
+    ]
 }
 
 /// `passes` passes of `kind` with the scene's own limits.
@@ -34,16 +73,12 @@ pub(crate) fn film_with(
         limits: scene.limits,
         extra,
     };
-    let budget = Budget {
-        passes: Some(passes),
-        time: None,
-        relative_error: None,
-    };
     let job = RenderJob {
         scene,
         method,
-        budget,
+        budget: Budget::passes(passes),
         seed,
+        block: DEFAULT_BLOCK,
     };
     render(
         &job,

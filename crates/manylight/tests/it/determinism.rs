@@ -1,34 +1,9 @@
 //! The same bits for any number of threads; the same image at any scale.
 
-use crate::common::film;
+use crate::common::{film, methods};
 use manylight::film::Layer;
-use manylight::integrators::{ManyLight, MethodKind, PhotonMap};
 use manylight::math::{Affine3A, Vec3};
 use manylight::testing::scenes::{Builder, glossy_box};
-
-fn methods() -> Vec<MethodKind> {
-    let small = |method: ManyLight| ManyLight {
-        photon_paths: 5000,
-        light_count: 100,
-        importon_paths: 1000,
-        ..method
-    };
-    let few = |method: PhotonMap| PhotonMap {
-        photon_paths: 5000,
-        ..method
-    };
-    vec![
-        MethodKind::Path,
-        MethodKind::LightTracer,
-        MethodKind::Aov,
-        MethodKind::ManyLight(small(ManyLight::rich_vpl())),
-        MethodKind::ManyLight(small(ManyLight::rich_vpl_by_scene())),
-        MethodKind::ManyLight(small(ManyLight::vpl())),
-        MethodKind::ManyLight(small(ManyLight::vpl_importance())),
-        MethodKind::PhotonMap(few(PhotonMap::progressive())),
-        MethodKind::PhotonMap(few(PhotonMap::direct())),
-    ]
-}
 
 #[test]
 fn one_two_and_five_threads_give_the_same_bits() {

@@ -5,6 +5,7 @@
 mod adjoint;
 mod agreement;
 mod bidirectional;
+mod blocks;
 mod common;
 mod compensation;
 mod coverage;

@@ -1,8 +1,8 @@
 //! `--preview`: the picture while it grows, in a viewer. It changes neither the image nor the exit code.
 
-use super::picture::{RGB, channels, full_name, named};
 use crate::args::RenderArgs;
 use crate::output::{Console, print_message};
+use crate::picture::{RGB, channels, full_name, named};
 use crate::request::RenderRequest;
 use manylight::film::{Film, Layer};
 use manylight::image::Image;
@@ -175,9 +175,9 @@ fn layers(film: &Film, denoised: Option<&Image>) -> Vec<ImageLayer> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::picture;
     use super::*;
     use crate::names::AovNames;
+    use crate::picture;
     use manylight::color::Rgb;
     use manylight::film::{FilmDesc, Filter};
     use manylight::math::UVec2;

@@ -68,7 +68,8 @@ impl ManyLight {
         run: &PassContext,
         variants: [impl Fn(&mut PreparedPasses); N],
     ) -> [TermVariances; N] {
-        let pixels = sparse_pixels(scene, run.pass);
+        // Whichever pass comes first in this run.
+        let pixels = sparse_pixels(scene, run.at_pass(0).pass);
         let [a, b] = [0, 1].map(|index| {
             // Other numbers than those of the render's passes.
             let seed = !run.pass.seed;

@@ -6,40 +6,70 @@
 //! The variance of the mean is infinite, that is unknown, with fewer than two passes. The same holds for the variance of block means with fewer
 //! than two batches.
 
+mod facts;
+mod layer_names;
+
+pub(crate) use facts::PictureFacts;
+
+use crate::args::FileArgs;
+use crate::failure::Failure;
+use crate::interrupt::Interrupt;
 use crate::names::AovNames;
 use manylight::film::{Film, IdLayer, Layer};
 use manylight::image::Image;
-use manylight::scene::SurfaceNames;
-use manylight::sensors::Sensor;
-use manylight_io::image::{Cryptomatte, ImageCamera, ImageLayer, ImageWindow, LayeredImage};
+use manylight_io::image::{
+    Cryptomatte, ImageFormat, ImageLayer, ImageWindow, LayeredImage, write_image,
+};
 use manylight_lab::noise::{self, NOISY};
+use std::path::PathBuf;
 
-pub(super) const RGB: &[&str] = &["R", "G", "B"];
+pub(crate) const RGB: &[&str] = &["R", "G", "B"];
 
 /// What a picture is made of.
-pub(super) struct PictureSource<'f> {
+pub(crate) struct PictureSource<'f> {
     /// The rendered film.
-    pub(super) film: &'f Film,
+    pub(crate) film: &'f Film,
     /// The image without noise, if there is one.
-    pub(super) denoised: Option<&'f Image>,
-    /// Names of objects and materials.
-    pub(super) names: &'f SurfaceNames,
-    /// Camera of the film.
-    pub(super) sensor: &'f Sensor,
-    /// Metadata (name, value).
-    pub(super) metadata: Vec<(String, String)>,
+    pub(crate) denoised: Option<&'f Image>,
+    /// Names, camera and metadata.
+    pub(crate) facts: &'f PictureFacts,
 }
 
 impl PictureSource<'_> {
+    /// Writes the picture to files.
+    ///
+    /// # Errors
+    /// A file cannot be written, or its format is unknown.
+    pub(crate) fn write(
+        &self,
+        outputs: &[PathBuf],
+        args: &FileArgs,
+        interrupt: &Interrupt,
+    ) -> Result<(), Failure> {
+        let plain = self.picture(AovNames::Manylight);
+        // Only EXR files have layers with names.
+        let renamed = match args.aov_names {
+            AovNames::Manylight => None,
+            other => Some(self.picture(other)),
+        };
+        for path in outputs {
+            let is_exr = ImageFormat::from_path(path)? == ImageFormat::Exr;
+            let picture = renamed.as_ref().filter(|_| is_exr).unwrap_or(&plain);
+            let _complete_file = interrupt.writing();
+            write_image(path, picture, args.display())?;
+        }
+        Ok(())
+    }
+
     /// All layers of the film: the image with its alpha, its variances, the other layers, then the mattes.
-    pub(super) fn picture(&self, naming: AovNames) -> LayeredImage {
+    pub(crate) fn picture(&self, naming: AovNames) -> LayeredImage {
         let film = self.film;
         let size = film.image_size();
         let mut layers = film_layers(film, self.denoised, naming);
-        let mut metadata = self.metadata.clone();
+        let mut metadata = self.facts.metadata.clone();
         metadata.extend(noise::metadata(film));
         for &layer in film.id_layers() {
-            let matte = matte(film, layer, self.names, naming);
+            let matte = matte(film, layer, self.facts.names(layer), naming);
             layers.extend(matte.layers);
             metadata.extend(matte.metadata);
         }
@@ -49,12 +79,12 @@ impl PictureSource<'_> {
             layers,
             metadata,
             window: window(film),
-            camera: Some(camera(self.sensor)),
+            camera: Some(self.facts.camera()),
         }
     }
 }
 
-pub(super) fn film_layers(
+pub(crate) fn film_layers(
     film: &Film,
     denoised: Option<&Image>,
     naming: AovNames,
@@ -88,13 +118,13 @@ pub(super) fn film_layers(
 }
 
 /// A Cryptomatte of the film.
-fn matte(film: &Film, layer: IdLayer, names: &SurfaceNames, naming: AovNames) -> Cryptomatte {
+fn matte(film: &Film, layer: IdLayer, names: &[String], naming: AovNames) -> Cryptomatte {
     let typename = match layer {
         IdLayer::Object => "CryptoObject",
         IdLayer::Material => "CryptoMaterial",
     };
     let pixels = film.ranked_ids(layer).unwrap_or_default();
-    Cryptomatte::new(&naming.layer(typename), names.names(layer), &pixels)
+    Cryptomatte::new(&naming.layer(typename), names, &pixels)
 }
 
 /// The place of a crop window; `None` if the film has none.
@@ -107,17 +137,7 @@ fn window(film: &Film) -> Option<ImageWindow> {
     })
 }
 
-fn camera(sensor: &Sensor) -> ImageCamera {
-    let screen = sensor.screen_window();
-    ImageCamera {
-        camera_from_world: sensor.camera_from_world().to_cols_array(),
-        ndc_from_world: sensor.film_from_world().to_cols_array(),
-        screen_center: screen.map_or([0.0; 2], |(center, _)| center.to_array()),
-        screen_width: screen.map_or(1.0, |(_, width)| width),
-    }
-}
-
-pub(super) fn channels(layer: Layer) -> &'static [&'static str] {
+pub(crate) fn channels(layer: Layer) -> &'static [&'static str] {
     match layer {
         Layer::Normal | Layer::Position => &["X", "Y", "Z"],
         Layer::Depth => &["Z"],
@@ -128,14 +148,14 @@ pub(super) fn channels(layer: Layer) -> &'static [&'static str] {
 }
 
 /// The name of a channel with that of its layer.
-pub(super) fn full_name(layer: &str, channel: &str) -> String {
+pub(crate) fn full_name(layer: &str, channel: &str) -> String {
     match layer {
         "" => channel.to_string(),
         _ => format!("{layer}.{channel}"),
     }
 }
 
-pub(super) fn named(name: &str, channels: &[&str], image: &Image) -> ImageLayer {
+pub(crate) fn named(name: &str, channels: &[&str], image: &Image) -> ImageLayer {
     let values = |c: usize| {
         image
             .data

@@ -1,0 +1,167 @@
+//! `--checkpoint` and `--resume`: the state of a render in a file.
+
+use super::identity::check_identity;
+use super::run_state::RunState;
+use crate::failure::Failure;
+use crate::interrupt::Interrupt;
+use crate::output::Console;
+use crate::request::{CheckpointPlan, RenderRequest};
+use manylight::film::Film;
+use manylight::render::{Observer, RenderJob, Stats};
+use manylight_io::FileError;
+use manylight_io::part::{PartFile, PartHeader, write_part};
+use serde_json::{Map, Value, json};
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// Prefix of the arrays of completed blocks.
+const COMPLETED: &str = "completed.";
+/// Prefix of the arrays of the current block.
+const CURRENT: &str = "current.";
+
+/// An observer that writes checkpoints and calls another observer.
+pub(crate) struct Checkpoints<'a> {
+    pub(crate) plan: &'a CheckpointPlan,
+    /// What the checkpoint must agree with to be continued.
+    pub(crate) identity: &'a Map<String, Value>,
+    pub(crate) interrupt: &'a Interrupt,
+    pub(crate) console: &'a Console,
+    /// When the last checkpoint was written.
+    pub(crate) last: Instant,
+    /// Why the last one was not written.
+    pub(crate) failure: Option<FileError>,
+    pub(crate) observer: &'a mut dyn Observer,
+}
+
+impl Checkpoints<'_> {
+    fn write(&mut self, film: &Film, stats: &Stats, elapsed: Duration) {
+        let written = stats.time("checkpoint", || {
+            let _complete_file = self.interrupt.writing();
+            write(
+                &self.plan.path,
+                self.identity,
+                film,
+                &RunState::new(stats, elapsed),
+            )
+        });
+        self.last = Instant::now();
+        self.failure = written.err();
+    }
+}
+
+impl Observer for Checkpoints<'_> {
+    fn pass_done(&mut self, film: &Film, stats: &Stats, elapsed: Duration) -> ControlFlow<()> {
+        let flow = self.observer.pass_done(film, stats, elapsed);
+        if self.last.elapsed() >= self.plan.interval {
+            self.write(film, stats, elapsed);
+            // A full disk may have room again later: the render goes on.
+            if let Some(failure) = &self.failure {
+                self.console.print(format_args!("warning: {failure}"));
+            }
+        }
+        flow
+    }
+
+    fn ended(&mut self, film: &Film, stats: &Stats, elapsed: Duration) {
+        self.observer.ended(film, stats, elapsed);
+        self.write(film, stats, elapsed);
+    }
+}
+
+fn write(
+    path: &Path,
+    identity: &Map<String, Value>,
+    film: &Film,
+    state: &RunState,
+) -> Result<(), FileError> {
+    let header = PartHeader::new(film, identity.clone(), json!(state), Value::Null);
+    let completed = film
+        .completed()
+        .map(|sums| (COMPLETED.to_owned(), film.arrays(sums)));
+    let current = (CURRENT.to_owned(), film.arrays(film.current()));
+    let groups: Vec<_> = completed.into_iter().chain([current]).collect();
+    write_part(path, &header, &groups)
+}
+
+/// What a render continues with.
+pub(crate) struct Resumed {
+    /// The film with its passes.
+    pub(crate) film: Film,
+    /// Time and counts of earlier runs.
+    pub(crate) state: RunState,
+}
+
+impl Resumed {
+    /// Nothing: a render from its beginning.
+    pub(crate) fn nothing(job: &RenderJob) -> Self {
+        Resumed {
+            film: job.film(0),
+            state: RunState::default(),
+        }
+    }
+
+    /// What `request` asks to continue with.
+    ///
+    /// # Errors
+    /// The checkpoint cannot be read, is damaged, or is one of another render, or the render is complete.
+    pub(crate) fn load(
+        request: &RenderRequest,
+        job: &RenderJob,
+        identity: &Map<String, Value>,
+    ) -> Result<Self, Failure> {
+        let Some(path) = &request.resume else {
+            return Ok(Resumed::nothing(job));
+        };
+        let is_own = request
+            .checkpoint
+            .as_ref()
+            .is_some_and(|plan| plan.path == *path);
+        if is_own && !path.exists() {
+            return Ok(Resumed::nothing(job));
+        }
+        let mut part = PartFile::open(path)?;
+        check_identity(&part, identity, "this command")?;
+        part.verify()?;
+        let groups = &part.header().groups;
+        let has_completed = groups.iter().any(|group| group == COMPLETED);
+        if !groups.iter().any(|group| group == CURRENT) {
+            return Err(FileError::malformed(
+                path,
+                "found a share of a render, expected a checkpoint; `manylight merge` merges shares",
+            )
+            .into());
+        }
+        let mut film = job.film(0);
+        let completed = has_completed
+            .then(|| part.sums(COMPLETED, &film))
+            .transpose()?;
+        let current = part.sums(CURRENT, &film)?;
+        let before = completed.as_ref().map_or(0..0, |sums| sums.passes());
+        let are_whole = before.start == 0
+            && before.end == current.passes().start
+            && before.end.is_multiple_of(job.block.get());
+        if !are_whole || current.passes().len() > job.block.get() as usize {
+            return Err(FileError::malformed(
+                path,
+                "its blocks do not follow each other: the file is damaged",
+            )
+            .into());
+        }
+        film.restore(completed, current);
+        let state = serde_json::from_value(part.header().state.clone()).map_err(|error| {
+            FileError::malformed(path, format!("the header is damaged: {error}"))
+        })?;
+        if job
+            .budget
+            .passes
+            .is_some_and(|passes| passes < film.passes())
+        {
+            return Err(Failure::usage(
+                format!("{} has {} passes already", path.display(), film.passes()),
+                "ask for as many --passes or more: they count from the beginning of the render",
+            ));
+        }
+        Ok(Resumed { film, state })
+    }
+}

@@ -1,0 +1,405 @@
+//! Sums of passes as named arrays, for files that keep parts of a render.
+//!
+//! | array | shape | content |
+//! |---|---|---|
+//! | `passes` | 2 | first pass, and the end of the passes |
+//! | `batches` | 3 | number of completed batches, their passes, sum of the squares of their passes |
+//! | `image.moments` | 2, 3, 3 | of the beauty, and of the beauty without emission: sums over batches of S, S² and nS, per channel |
+//! | `tiles.batch` | tiles, 2, 3 | the same two quantities, summed over the passes of the current batch |
+//! | `tiles.moments` | tiles, 3, 3 | moments of the beauty |
+//! | `sum.LAYER` | height, width, 3 | sum over passes |
+//! | `square.LAYER` | height, width, 3 | sum over passes of the square, for layers with a variance |
+//! | `IDS.count` | height, width | number of ids in a pixel |
+//! | `IDS.id`, `IDS.weight` | sum of `IDS.count` | ids of all pixels, and their sums of weights |
+//!
+//! Pixels and tiles are in row order. A tile has [`TILE_SIZE`] x [`TILE_SIZE`] pixels, fewer at the right and lower edge. S is the sum of
+//! a quantity over the pixels and the n passes of a batch.
+
+use super::batches::{BatchCounts, BatchMoments};
+use super::coverage::CoverageSums;
+use super::sums::{PassSums, TileSums};
+use super::{Film, IdLayer, Layer};
+use std::fmt;
+
+#[cfg(doc)]
+use super::TILE_SIZE;
+
+/// Values of an array, in row order.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ArrayValues {
+    /// Floating-point numbers.
+    F64(Vec<f64>),
+    /// Counts and ids.
+    U32(Vec<u32>),
+}
+
+/// A named array. Its values are made when they are asked for, so that a file can be written with few of them in memory.
+pub struct SumArray<'f> {
+    /// Name.
+    pub name: String,
+    /// Length of each dimension.
+    pub shape: Vec<usize>,
+    /// Whether the values are [`ArrayValues::F64`].
+    pub is_float: bool,
+    values: Box<dyn Fn() -> ArrayValues + Sync + 'f>,
+}
+
+/// Arrays that do not belong to a film: the name of one, and what is wrong.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct InvalidArray {
+    /// Name of the array.
+    pub name: String,
+    /// What was found and what was expected.
+    pub message: String,
+}
+
+impl SumArray<'_> {
+    /// The values.
+    pub fn values(&self) -> ArrayValues {
+        (self.values)()
+    }
+
+    /// Number of values.
+    pub fn len(&self) -> usize {
+        self.shape.iter().product()
+    }
+
+    /// Whether the array has no values.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+impl fmt::Debug for SumArray<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {:?}", self.name, self.shape)
+    }
+}
+
+impl fmt::Display for InvalidArray {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "array {}: {}", self.name, self.message)
+    }
+}
+
+impl std::error::Error for InvalidArray {}
+
+impl IdLayer {
+    /// Name of the layer in arrays.
+    pub fn array_name(self) -> &'static str {
+        match self {
+            IdLayer::Object => "object",
+            IdLayer::Material => "material",
+        }
+    }
+
+    /// The inverse of [`IdLayer::array_name`].
+    pub fn from_array_name(name: &str) -> Option<Self> {
+        let all = [IdLayer::Object, IdLayer::Material];
+        all.into_iter().find(|layer| layer.array_name() == name)
+    }
+}
+
+impl Layer {
+    /// Name of the layer in arrays: that in image files, or `beauty`.
+    pub fn array_name(self) -> &'static str {
+        match self {
+            Layer::Beauty => "beauty",
+            other => other.name(),
+        }
+    }
+
+    /// The inverse of [`Layer::array_name`].
+    pub fn from_array_name(name: &str) -> Option<Self> {
+        Layer::ALL
+            .into_iter()
+            .find(|layer| layer.array_name() == name)
+    }
+}
+
+impl Film {
+    /// `sums` of this film as arrays.
+    pub fn arrays<'f>(&'f self, sums: &'f PassSums) -> Vec<SumArray<'f>> {
+        let (stride, with_variance) = (self.layers.len(), self.with_variance.len());
+        let tiles = sums.tiles.len();
+        let mut arrays = vec![
+            array("passes", vec![2], || {
+                words([sums.passes.start, sums.passes.end])
+            }),
+            array("batches", vec![3], || floats(sums.batches.to_array())),
+            array("image.moments", vec![2, 3, 3], || {
+                floats(
+                    sums.image_moments
+                        .iter()
+                        .flat_map(|moments| moments.to_array()),
+                )
+            }),
+            array("tiles.batch", vec![tiles, 2, 3], || {
+                floats(sums.tiles.iter().flat_map(|tile| tile.batch).flatten())
+            }),
+            array("tiles.moments", vec![tiles, 3, 3], || {
+                floats(sums.tiles.iter().flat_map(|tile| tile.moments.to_array()))
+            }),
+        ];
+        for (l, &layer) in self.layers.iter().enumerate() {
+            let values = move || self.pixel_values(sums, |tile, i| tile.sums[i * stride + l]);
+            arrays.push(self.pixel_array(format!("sum.{}", layer.array_name()), values));
+        }
+        for (k, &l) in self.with_variance.iter().enumerate() {
+            let values =
+                move || self.pixel_values(sums, |tile, i| tile.squares[i * with_variance + k]);
+            arrays
+                .push(self.pixel_array(format!("square.{}", self.layers[l].array_name()), values));
+        }
+        for (k, &layer) in self.id_layers.iter().enumerate() {
+            arrays.extend(self.id_arrays(sums, k, layer));
+        }
+        arrays
+    }
+
+    /// The inverse of [`Film::arrays`]: sums for this film from the arrays that `read` gives, by name and shape.
+    ///
+    /// # Errors
+    /// Those of `read`, and arrays of the wrong type or with contradicting values.
+    pub fn sums_of<E: From<InvalidArray>>(
+        &self,
+        mut read: impl FnMut(&str, &[usize]) -> Result<ArrayValues, E>,
+    ) -> Result<PassSums, E> {
+        let passes: [u32; 2] = array_of(read_words(&mut read, "passes", &[2])?);
+        let mut sums = PassSums::new(self.desc.crop_size, self.shape(), passes[0]);
+        sums.passes.end = passes[1];
+        let batches = array_of(read_floats(&mut read, "batches", &[3])?);
+        sums.batches = BatchCounts::from_array(batches);
+        if passes[0] > passes[1] || sums.batches.passes() > passes[1] - passes[0] {
+            let message = format!(
+                "found passes {} to {}, of which {} in batches",
+                passes[0],
+                passes[1],
+                sums.batches.passes()
+            );
+            return Err(invalid("passes", message).into());
+        }
+        let tiles = sums.tiles.len();
+        let image = read_floats(&mut read, "image.moments", &[2, 3, 3])?;
+        for (moments, values) in sums.image_moments.iter_mut().zip(image.chunks_exact(9)) {
+            *moments = BatchMoments::from_slice(values);
+        }
+        let batch = read_floats(&mut read, "tiles.batch", &[tiles, 2, 3])?;
+        let moments = read_floats(&mut read, "tiles.moments", &[tiles, 3, 3])?;
+        for (t, tile) in sums.tiles.iter_mut().enumerate() {
+            let batch = &batch[t * 6..][..6];
+            tile.batch = [array_of(batch[..3].to_vec()), array_of(batch[3..].to_vec())];
+            tile.moments = BatchMoments::from_slice(&moments[t * 9..][..9]);
+        }
+        let (stride, with_variance) = (self.layers.len(), self.with_variance.len());
+        for (l, &layer) in self.layers.iter().enumerate() {
+            let values = read_floats(
+                &mut read,
+                &format!("sum.{}", layer.array_name()),
+                &self.rgb_shape(),
+            )?;
+            self.set_pixels(&mut sums, &values, |tile, i| &mut tile.sums[i * stride + l]);
+        }
+        for (k, &l) in self.with_variance.iter().enumerate() {
+            let name = format!("square.{}", self.layers[l].array_name());
+            let values = read_floats(&mut read, &name, &self.rgb_shape())?;
+            self.set_pixels(&mut sums, &values, |tile, i| {
+                &mut tile.squares[i * with_variance + k]
+            });
+        }
+        for (k, &layer) in self.id_layers.iter().enumerate() {
+            self.read_ids(&mut sums, k, layer, &mut read)?;
+        }
+        Ok(sums)
+    }
+
+    fn pixel_shape(&self) -> [usize; 2] {
+        let size = self.image_size().as_usizevec2();
+        [size.y, size.x]
+    }
+
+    fn rgb_shape(&self) -> [usize; 3] {
+        let [height, width] = self.pixel_shape();
+        [height, width, 3]
+    }
+
+    fn pixel_array<'f>(
+        &self,
+        name: String,
+        values: impl Fn() -> ArrayValues + Sync + 'f,
+    ) -> SumArray<'f> {
+        SumArray {
+            name,
+            shape: self.rgb_shape().to_vec(),
+            is_float: true,
+            values: Box::new(values),
+        }
+    }
+
+    fn pixel_values(
+        &self,
+        sums: &PassSums,
+        value: impl Fn(&TileSums, usize) -> [f64; 3],
+    ) -> ArrayValues {
+        let [height, width] = self.pixel_shape();
+        let mut values = vec![0.0; height * width * 3];
+        for tile in &sums.tiles {
+            for (i, pixel) in tile.tile.pixels().enumerate() {
+                let start = (pixel.y as usize * width + pixel.x as usize) * 3;
+                values[start..start + 3].copy_from_slice(&value(tile, i));
+            }
+        }
+        ArrayValues::F64(values)
+    }
+
+    fn set_pixels(
+        &self,
+        sums: &mut PassSums,
+        values: &[f64],
+        place: impl Fn(&mut TileSums, usize) -> &mut [f64; 3],
+    ) {
+        let [_, width] = self.pixel_shape();
+        for tile in &mut sums.tiles {
+            for (i, pixel) in tile.tile.pixels().enumerate() {
+                let start = (pixel.y as usize * width + pixel.x as usize) * 3;
+                place(tile, i).copy_from_slice(&values[start..start + 3]);
+            }
+        }
+    }
+
+    /// Coverage of each pixel by the id layer with index `k`, in row order.
+    fn coverage_in_rows<'f>(&self, sums: &'f PassSums, k: usize) -> Vec<&'f CoverageSums> {
+        const NONE: &CoverageSums = &CoverageSums::new();
+        let [height, width] = self.pixel_shape();
+        let mut pixels = vec![NONE; height * width];
+        for tile in &sums.tiles {
+            for (i, pixel) in tile.tile.pixels().enumerate() {
+                pixels[pixel.y as usize * width + pixel.x as usize] =
+                    &tile.coverage[i * self.id_layers.len() + k];
+            }
+        }
+        pixels
+    }
+
+    fn id_arrays<'f>(&'f self, sums: &'f PassSums, k: usize, layer: IdLayer) -> [SumArray<'f>; 3] {
+        let name = layer.array_name();
+        let pixels = move || self.coverage_in_rows(sums, k).into_iter();
+        let count = pixels().map(|ids| ids.iter().len()).sum();
+        let counts = move || words(pixels().map(|ids| ids.iter().len() as u32));
+        let ids = move || words(pixels().flat_map(|ids| ids.iter().map(|(id, _)| *id)));
+        let weights =
+            move || floats(pixels().flat_map(|ids| ids.iter().map(|(_, weight)| *weight)));
+        [
+            array(
+                &format!("{name}.count"),
+                self.pixel_shape().to_vec(),
+                counts,
+            ),
+            array(&format!("{name}.id"), vec![count], ids),
+            array(&format!("{name}.weight"), vec![count], weights),
+        ]
+    }
+
+    fn read_ids<E: From<InvalidArray>>(
+        &self,
+        sums: &mut PassSums,
+        k: usize,
+        layer: IdLayer,
+        read: &mut impl FnMut(&str, &[usize]) -> Result<ArrayValues, E>,
+    ) -> Result<(), E> {
+        let name = layer.array_name();
+        let counts = read_words(read, &format!("{name}.count"), &self.pixel_shape())?;
+        let total = counts.iter().map(|&count| count as usize).sum();
+        let ids = read_words(read, &format!("{name}.id"), &[total])?;
+        let weights = read_floats(read, &format!("{name}.weight"), &[total])?;
+        let [_, width] = self.pixel_shape();
+        // Where the ids of each pixel start.
+        let mut end = 0;
+        let starts = counts.iter().map(|&count| {
+            end += count as usize;
+            end - count as usize
+        });
+        let starts: Vec<usize> = starts.collect();
+        for tile in &mut sums.tiles {
+            for (i, pixel) in tile.tile.pixels().enumerate() {
+                let place = pixel.y as usize * width + pixel.x as usize;
+                let coverage = &mut tile.coverage[i * self.id_layers.len() + k];
+                for entry in starts[place]..starts[place] + counts[place] as usize {
+                    coverage.add(ids[entry], weights[entry]);
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+fn array<'f>(
+    name: &str,
+    shape: Vec<usize>,
+    values: impl Fn() -> ArrayValues + Sync + 'f,
+) -> SumArray<'f> {
+    // Arrays of words are few: their names are known.
+    let is_float = !(name == "passes" || name.ends_with(".count") || name.ends_with(".id"));
+    SumArray {
+        name: name.into(),
+        shape,
+        is_float,
+        values: Box::new(values),
+    }
+}
+
+fn floats(values: impl IntoIterator<Item = f64>) -> ArrayValues {
+    ArrayValues::F64(values.into_iter().collect())
+}
+
+fn words(values: impl IntoIterator<Item = u32>) -> ArrayValues {
+    ArrayValues::U32(values.into_iter().collect())
+}
+
+fn read_floats<E: From<InvalidArray>>(
+    read: &mut impl FnMut(&str, &[usize]) -> Result<ArrayValues, E>,
+    name: &str,
+    shape: &[usize],
+) -> Result<Vec<f64>, E> {
+    match read(name, shape)? {
+        ArrayValues::F64(values) if values.len() == shape.iter().product() => Ok(values),
+        other => Err(unexpected(name, &other, "floating-point numbers", shape).into()),
+    }
+}
+
+fn read_words<E: From<InvalidArray>>(
+    read: &mut impl FnMut(&str, &[usize]) -> Result<ArrayValues, E>,
+    name: &str,
+    shape: &[usize],
+) -> Result<Vec<u32>, E> {
+    match read(name, shape)? {
+        ArrayValues::U32(values) if values.len() == shape.iter().product() => Ok(values),
+        other => Err(unexpected(name, &other, "whole numbers", shape).into()),
+    }
+}
+
+fn unexpected(name: &str, found: &ArrayValues, kind: &str, shape: &[usize]) -> InvalidArray {
+    let (count, found) = match found {
+        ArrayValues::F64(values) => (values.len(), "floating-point numbers"),
+        ArrayValues::U32(values) => (values.len(), "whole numbers"),
+    };
+    let expected: usize = shape.iter().product();
+    invalid(
+        name,
+        format!("found {count} {found}, expected {expected} {kind}"),
+    )
+}
+
+fn invalid(name: &str, message: String) -> InvalidArray {
+    InvalidArray {
+        name: name.into(),
+        message,
+    }
+}
+
+/// The values as an array of the length that was asked for.
+fn array_of<T: Default + Copy, const N: usize>(values: Vec<T>) -> [T; N] {
+    let mut array = [T::default(); N];
+    array.copy_from_slice(&values);
+    array
+}
