@@ -1,7 +1,7 @@
 //! The command `manylight`.
 //!
-//! `args` defines the command line, `request` gives the options of `render` their meaning, and `command` has one file per subcommand. Data goes to
-//! standard output, messages go to standard error.
+//! `args` defines the command line, `request` gives the options of `render` their meaning, and `command` has one file per subcommand. `picture`
+//! makes image files of a film, `part` the files of shares and checkpoints. Data goes to standard output, messages go to standard error.
 
 mod args;
 mod command;

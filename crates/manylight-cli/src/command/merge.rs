@@ -8,6 +8,7 @@ use crate::part::{RunState, block_group, check_identity};
 use crate::picture::{PictureFacts, PictureSource};
 use crate::request::check_formats;
 use manylight::film::Film;
+use manylight::film::blocks::{block_count, passes_of_block};
 use manylight_io::part::PartFile;
 use manylight_io::{FileError, check_replaceable};
 use serde::de::DeserializeOwned;
@@ -18,6 +19,8 @@ use std::process::ExitCode;
 
 /// Version of the shape of the JSON object.
 const SCHEMA: &str = "manylight.merge/1";
+/// Most missing blocks that a message lists.
+const LISTED: usize = 10;
 
 /// Merges parts to image files. One block of passes is in memory beside the sum of those before.
 pub(crate) fn run(args: &MergeArgs) -> Result<ExitCode, Failure> {
@@ -26,14 +29,14 @@ pub(crate) fn run(args: &MergeArgs) -> Result<ExitCode, Failure> {
         .iter()
         .try_for_each(|path| check_replaceable(path))?;
     let interrupt = Interrupt::install()?;
-    let mut parts = args
+    let parts = args
         .parts
         .iter()
         .map(|path| PartFile::open(path))
         .collect::<Result<Vec<_>, _>>()?;
     let plan = MergePlan::new(&parts)?;
-    parts.iter_mut().try_for_each(PartFile::verify)?;
-    let film = merge(&mut parts, &plan)?;
+    parts.iter().try_for_each(PartFile::verify)?;
+    let film = merge(&parts, &plan)?;
     let facts = facts(&parts)?;
     let source = PictureSource {
         film: &film,
@@ -58,58 +61,33 @@ struct MergePlan {
 impl MergePlan {
     /// Refuses parts of several renders, blocks that occur twice, and missing blocks.
     fn new(parts: &[PartFile]) -> Result<Self, Failure> {
-        let first = &parts[0];
-        let name = |k: usize| parts[k].path().display().to_string();
-        for part in parts {
-            check_identity(part, &first.header().render, &name(0))?;
-            if part.header().film != first.header().film {
-                return Err(damaged(
-                    part.path(),
-                    "its film differs from that of the other parts",
-                ));
-            }
-        }
-        let passes = first.header().render.get("passes").and_then(Value::as_u64);
-        let Some(passes) = passes
-            .and_then(|n| u32::try_from(n).ok())
-            .filter(|&n| n > 0)
-        else {
-            let message =
-                "found no share of a render, expected a part file that --shard has written";
-            return Err(FileError::malformed(first.path(), message).into());
-        };
-        let count = passes.div_ceil(first.header().film.block.get());
+        let passes = passes_of_render(parts)?;
+        let count = block_count(passes, parts[0].header().film.block);
         let mut found: BTreeMap<u32, usize> = BTreeMap::new();
         for (k, part) in parts.iter().enumerate() {
             for block in blocks_of(part)? {
                 if block >= count {
-                    return Err(damaged(
-                        part.path(),
-                        &format!("found block {block} of {count}"),
-                    ));
+                    let message = format!("found block {block} of {count}");
+                    return Err(damaged(part.path(), &message));
                 }
                 if let Some(other) = found.insert(block, k) {
+                    let [other, part] = [other, k].map(|k| parts[k].path().display());
                     return Err(Failure::usage(
-                        format!(
-                            "{} and {} both have block {block} of {count}",
-                            name(other),
-                            name(k)
-                        ),
+                        format!("{other} and {part} both have block {block} of {count}"),
                         "give each share once",
                     ));
                 }
             }
         }
-        let missing: Vec<String> = (0..count)
-            .filter(|block| !found.contains_key(block))
-            .map(|block| block.to_string())
-            .collect();
-        if !missing.is_empty() {
+        let missing = count as usize - found.len();
+        if missing > 0 {
+            let absent = (0..count).filter(|block| !found.contains_key(block));
+            let first: Vec<String> = absent.take(LISTED).map(|block| block.to_string()).collect();
+            let more = if missing > LISTED { ", ..." } else { "" };
             return Err(Failure::usage(
                 format!(
-                    "{} of {count} blocks of passes are in no part: {}",
-                    missing.len(),
-                    missing.join(", ")
+                    "{missing} of {count} blocks of passes are in no part: {}{more}",
+                    first.join(", ")
                 ),
                 "blocks are counted from 0; render their shares",
             ));
@@ -121,26 +99,45 @@ impl MergePlan {
     }
 }
 
-/// The blocks that the header of a part names.
+/// Passes of the render that the parts belong to. Refuses parts of several renders.
+fn passes_of_render(parts: &[PartFile]) -> Result<u32, Failure> {
+    let first = &parts[0];
+    for part in parts {
+        let other = first.path().display().to_string();
+        check_identity(part, &first.header().render, &other)?;
+        if part.header().film != first.header().film {
+            let message = "its film differs from that of the other parts";
+            return Err(damaged(part.path(), message));
+        }
+    }
+    let passes = first.header().render.get("passes").and_then(Value::as_u64);
+    let passes = passes.and_then(|n| u32::try_from(n).ok());
+    passes.filter(|&n| n > 0).ok_or_else(|| {
+        let message = "found no share of a render, expected a part file that --shard has written";
+        damaged(first.path(), message)
+    })
+}
+
+/// The blocks of a part.
 fn blocks_of(part: &PartFile) -> Result<Vec<u32>, Failure> {
     let number = |group: &String| {
         let number = group.strip_prefix("block.")?.strip_suffix('.')?;
         number.parse::<u32>().ok()
     };
-    let blocks: Option<Vec<u32>> = part.header().groups.iter().map(number).collect();
+    let blocks: Option<Vec<u32>> = part.groups().iter().map(number).collect();
     blocks.ok_or_else(|| damaged(part.path(), "found a group of arrays that is no block"))
 }
 
 /// Adds the blocks in their order.
-fn merge(parts: &mut [PartFile], plan: &MergePlan) -> Result<Film, Failure> {
-    let size = parts[0].header().film.block.get();
+fn merge(parts: &[PartFile], plan: &MergePlan) -> Result<Film, Failure> {
     let mut film = parts[plan.part_of[0]].film(&block_group(0))?;
-    for (block, &k) in plan.part_of.iter().enumerate() {
-        let block = block as u32;
+    for (block, &k) in (0..).zip(&plan.part_of) {
         let sums = parts[k].sums(&block_group(block), &film)?;
-        let expected = block * size..((block + 1) * size).min(plan.passes);
-        if sums.passes() != expected {
-            let found = sums.passes();
+        let (found, expected) = (
+            sums.passes(),
+            passes_of_block(block, film.block(), plan.passes),
+        );
+        if found != expected {
             let message = format!("block {block} has the passes {found:?}, expected {expected:?}");
             return Err(damaged(parts[k].path(), &message));
         }

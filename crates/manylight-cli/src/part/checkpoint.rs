@@ -120,43 +120,15 @@ impl Resumed {
         if is_own && !path.exists() {
             return Ok(Resumed::nothing(job));
         }
-        let mut part = PartFile::open(path)?;
+        let part = PartFile::open(path)?;
         check_identity(&part, identity, "this command")?;
         part.verify()?;
-        let groups = &part.header().groups;
-        let has_completed = groups.iter().any(|group| group == COMPLETED);
-        if !groups.iter().any(|group| group == CURRENT) {
-            return Err(FileError::malformed(
-                path,
-                "found a share of a render, expected a checkpoint; `manylight merge` merges shares",
-            )
-            .into());
-        }
-        let mut film = job.film(0);
-        let completed = has_completed
-            .then(|| part.sums(COMPLETED, &film))
-            .transpose()?;
-        let current = part.sums(CURRENT, &film)?;
-        let before = completed.as_ref().map_or(0..0, |sums| sums.passes());
-        let are_whole = before.start == 0
-            && before.end == current.passes().start
-            && before.end.is_multiple_of(job.block.get());
-        if !are_whole || current.passes().len() > job.block.get() as usize {
-            return Err(FileError::malformed(
-                path,
-                "its blocks do not follow each other: the file is damaged",
-            )
-            .into());
-        }
-        film.restore(completed, current);
+        let film = read_film(&part, job)?;
         let state = serde_json::from_value(part.header().state.clone()).map_err(|error| {
             FileError::malformed(path, format!("the header is damaged: {error}"))
         })?;
-        if job
-            .budget
-            .passes
-            .is_some_and(|passes| passes < film.passes())
-        {
+        let asked = job.budget.passes;
+        if asked.is_some_and(|passes| passes < film.passes()) {
             return Err(Failure::usage(
                 format!("{} has {} passes already", path.display(), film.passes()),
                 "ask for as many --passes or more: they count from the beginning of the render",
@@ -164,4 +136,33 @@ impl Resumed {
         }
         Ok(Resumed { film, state })
     }
+}
+
+/// The film of a checkpoint.
+fn read_film(part: &PartFile, job: &RenderJob) -> Result<Film, FileError> {
+    let fault = |message| FileError::malformed(part.path(), message);
+    let groups = part.groups();
+    let has = |prefix: &str| groups.iter().any(|group| group == prefix);
+    if !has(CURRENT) {
+        return Err(fault(
+            "found a share of a render, expected a checkpoint; `manylight merge` merges shares",
+        ));
+    }
+    let mut film = job.film(0);
+    let completed = has(COMPLETED)
+        .then(|| part.sums(COMPLETED, &film))
+        .transpose()?;
+    let current = part.sums(CURRENT, &film)?;
+    let before = completed.as_ref().map_or(0..0, |sums| sums.passes());
+    let block = job.block.get();
+    let are_whole = before.start == 0
+        && before.end == current.passes().start
+        && before.end.is_multiple_of(block);
+    if !are_whole || current.passes().len() > block as usize {
+        return Err(fault(
+            "its blocks do not follow each other: the file is damaged",
+        ));
+    }
+    film.restore(completed, current);
+    Ok(film)
 }

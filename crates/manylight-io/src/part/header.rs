@@ -17,8 +17,6 @@ pub struct PartHeader {
     pub render: Map<String, Value>,
     /// The film.
     pub film: PartFilm,
-    /// Prefixes of the names of arrays.
-    pub groups: Vec<String>,
     /// What a resumed render continues with.
     pub state: Value,
     /// What image files say about the render.
@@ -49,7 +47,6 @@ impl PartHeader {
             format: FORMAT,
             render,
             film: PartFilm::of(film),
-            groups: Vec::new(),
             state,
             picture,
         }

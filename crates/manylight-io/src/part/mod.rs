@@ -8,13 +8,13 @@
 //! | `format` | version of this layout, [`FORMAT`] |
 //! | `render` | what decides about the bits of a render (name: value): parts of one render agree in all of it |
 //! | `film` | `size`, `crop_offset`, `crop_size`, names of the `layers` and `id_layers` |
-//! | `groups` | prefixes of the names of arrays: `block.K.` for blocks of passes; `completed.` and `current.` for a checkpoint |
 //! | `state` | what a resumed render continues with: seconds of the stages, counts |
 //! | `picture` | what image files say about the render: metadata, names of objects and materials, the camera |
 //!
 //! `manylight.sha256` is the SHA-256 of the whole file in hexadecimal digits, taken with 64 zeros in the place of the digits.
 //!
-//! Arrays are those of [`manylight::film::arrays`], with the prefix of their group: little-endian `F64` and `U32` in row order.
+//! Arrays are those of [`manylight::film::arrays`], little-endian `F64` and `U32` in row order. Their names begin with a group: `block.K.`
+//! for blocks of passes; `completed.` and `current.` for a checkpoint.
 
 mod header;
 mod read;
@@ -34,5 +34,7 @@ const HEADER_KEY: &str = "manylight.part";
 const DIGEST_KEY: &str = "manylight.sha256";
 /// Hexadecimal digits of the checksum.
 const DIGEST_DIGITS: usize = 64;
+/// Bytes that are read or written at once.
+const BUFFER: usize = 1 << 20;
 /// Bytes before the header: its length.
 const LENGTH_BYTES: usize = 8;

@@ -1,6 +1,6 @@
 //! Reading of part files: the header first, then array by array.
 
-use super::{DIGEST_DIGITS, DIGEST_KEY, FORMAT, HEADER_KEY, LENGTH_BYTES, PartHeader};
+use super::{BUFFER, DIGEST_DIGITS, DIGEST_KEY, FORMAT, HEADER_KEY, LENGTH_BYTES, PartHeader};
 use crate::file_error::{Fault, FileError};
 use crate::hex::hex;
 use manylight::film::arrays::{ArrayValues, InvalidArray};
@@ -13,8 +13,6 @@ use std::path::{Path, PathBuf};
 
 /// Longest header that is read: a part with a thousand blocks has one of 3 MB.
 const MAX_HEADER: u64 = 100 << 20;
-/// Bytes that are read at once.
-const BUFFER: usize = 1 << 20;
 
 /// An open part file.
 #[derive(Debug)]
@@ -87,18 +85,27 @@ impl PartFile {
         &self.header
     }
 
+    /// Prefixes of the names of arrays, one per sums of passes.
+    pub fn groups(&self) -> Vec<String> {
+        let names = self.arrays.offset_keys().into_iter();
+        names
+            .filter_map(|name| Some(name.strip_suffix("passes")?.to_owned()))
+            .collect()
+    }
+
     /// Compares the checksum: reads the whole file.
     ///
     /// # Errors
     /// The file cannot be read, or is damaged.
-    pub fn verify(&mut self) -> Result<(), FileError> {
+    pub fn verify(&self) -> Result<(), FileError> {
         let mut digest = Sha256::new();
         digest.update(&self.head);
+        let mut file = &self.file;
         let mut update = || -> io::Result<()> {
-            self.file.seek(SeekFrom::Start(self.head.len() as u64))?;
+            file.seek(SeekFrom::Start(self.head.len() as u64))?;
             let mut buffer = vec![0; BUFFER];
             loop {
-                match self.file.read(&mut buffer)? {
+                match file.read(&mut buffer)? {
                     0 => return Ok(()),
                     count => digest.update(&buffer[..count]),
                 }
@@ -142,72 +149,59 @@ impl PartFile {
     ///
     /// # Errors
     /// The file cannot be read, or the arrays are missing or do not fit.
-    pub fn sums(&mut self, group: &str, film: &Film) -> Result<PassSums, FileError> {
-        let path = self.path.clone();
-        let read = |name: &str, shape: &[usize]| {
-            self.array(&format!("{group}{name}"), shape)
-                .map_err(|error| match error {
-                    ArrayError::Read(error) => SumsError(FileError::unreadable(&path, error)),
-                    ArrayError::Content(message) => SumsError(FileError::malformed(&path, message)),
-                })
-        };
-        film.sums_of(read).map_err(|SumsError(error)| error)
+    pub fn sums(&self, group: &str, film: &Film) -> Result<PassSums, FileError> {
+        let read = |name: &str, shape: &[usize]| self.array(&format!("{group}{name}"), shape);
+        film.sums_of(read).map_err(|error| match error {
+            PartError::Io(error) => FileError::unreadable(&self.path, error),
+            PartError::Content(message) => FileError::malformed(&self.path, message),
+        })
     }
 
-    fn array(&mut self, name: &str, shape: &[usize]) -> Result<ArrayValues, ArrayError> {
-        let missing = || ArrayError::Content(format!("array {name} is missing"));
+    fn array(&self, name: &str, shape: &[usize]) -> Result<ArrayValues, PartError> {
+        let missing = || PartError::Content(format!("array {name} is missing"));
         let info = self.arrays.info(name).ok_or_else(missing)?;
         if info.shape != shape {
-            return Err(ArrayError::Content(format!(
+            return Err(PartError::Content(format!(
                 "array {name}: found the shape {:?}, expected {shape:?}",
                 info.shape
             )));
         }
         let (start, end) = info.data_offsets;
-        self.file
-            .seek(SeekFrom::Start((self.head.len() + start) as u64))?;
+        let mut file = &self.file;
+        file.seek(SeekFrom::Start((self.head.len() + start) as u64))?;
         let mut bytes = vec![0; end - start];
-        self.file.read_exact(&mut bytes)?;
+        file.read_exact(&mut bytes)?;
         match info.dtype {
-            Dtype::F64 => Ok(ArrayValues::F64(
-                bytes
-                    .as_chunks()
-                    .0
-                    .iter()
-                    .map(|b| f64::from_le_bytes(*b))
-                    .collect(),
-            )),
-            Dtype::U32 => Ok(ArrayValues::U32(
-                bytes
-                    .as_chunks()
-                    .0
-                    .iter()
-                    .map(|b| u32::from_le_bytes(*b))
-                    .collect(),
-            )),
-            other => Err(ArrayError::Content(format!(
+            Dtype::F64 => {
+                let values = bytes.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b));
+                Ok(ArrayValues::F64(values.collect()))
+            }
+            Dtype::U32 => {
+                let values = bytes.as_chunks().0.iter().map(|b| u32::from_le_bytes(*b));
+                Ok(ArrayValues::U32(values.collect()))
+            }
+            other => Err(PartError::Content(format!(
                 "array {name}: found the type {other:?}, expected F64 or U32"
             ))),
         }
     }
 }
 
-enum ArrayError {
-    Read(io::Error),
+/// Why sums cannot be read, before the path is added.
+enum PartError {
+    Io(io::Error),
     Content(String),
 }
 
-impl From<io::Error> for ArrayError {
+impl From<io::Error> for PartError {
     fn from(error: io::Error) -> Self {
-        ArrayError::Read(error)
+        PartError::Io(error)
     }
 }
 
-struct SumsError(FileError);
-
-impl From<InvalidArray> for SumsError {
+impl From<InvalidArray> for PartError {
     fn from(error: InvalidArray) -> Self {
-        SumsError(FileError::malformed(Path::new(""), error.to_string()))
+        PartError::Content(error.to_string())
     }
 }
 

@@ -52,10 +52,10 @@ fn a_part_reads_back() {
     let path = folder.path().join("a.part");
     let film = film();
     write(&path, &film);
-    let mut part = PartFile::open(&path).unwrap();
+    let part = PartFile::open(&path).unwrap();
     part.verify().unwrap();
     assert_eq!(part.header().render["seed"], 7);
-    assert_eq!(part.header().groups, ["block.0."]);
+    assert_eq!(part.groups(), ["block.0."]);
     let read = part.film("block.0.").unwrap();
     assert_eq!(
         (read.desc(), read.layers(), read.id_layers()),

@@ -1,6 +1,6 @@
 //! Writing of part files, array by array.
 
-use super::{DIGEST_DIGITS, DIGEST_KEY, HEADER_KEY, PartHeader};
+use super::{BUFFER, DIGEST_DIGITS, DIGEST_KEY, HEADER_KEY, PartHeader};
 use crate::file_error::FileError;
 use crate::hex::hex;
 use crate::replace::replace;
@@ -12,35 +12,25 @@ use std::fs::File;
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::Path;
 
-/// Bytes that are written at once.
-const BUFFER: usize = 1 << 20;
-
 /// Writes a part file with groups of arrays, each with the prefix of its names. The file is replaced as a whole or not at all. One
 /// array is in memory at a time.
 ///
 /// # Errors
 /// The file cannot be written.
-pub fn write_part(
+pub fn write_part<'g>(
     path: &Path,
     header: &PartHeader,
-    groups: &[(String, Vec<SumArray>)],
+    groups: &'g [(String, Vec<SumArray<'g>>)],
 ) -> Result<(), FileError> {
-    let header = PartHeader {
-        groups: groups.iter().map(|(prefix, _)| prefix.clone()).collect(),
-        ..header.clone()
+    let named = |(prefix, arrays): &'g (String, Vec<SumArray<'g>>)| {
+        let arrays = arrays.iter();
+        arrays.map(move |array| (format!("{prefix}{}", array.name), array))
     };
-    let arrays = || {
-        groups
-            .iter()
-            .flat_map(|(prefix, arrays)| arrays.iter().map(move |array| (prefix, array)))
-    };
-    // Whole words of eight bytes first: every array is aligned.
-    let mut sorted: Vec<(String, &SumArray)> = arrays()
-        .map(|(prefix, array)| (format!("{prefix}{}", array.name), array))
-        .collect();
-    sorted.sort_by_key(|(_, array)| !array.is_float);
+    let mut sorted: Vec<(String, &SumArray)> = groups.iter().flat_map(named).collect();
+    // Values of eight bytes first, so that every array is aligned.
+    sorted.sort_by_key(|(_, array)| !array.is_float());
     let write = || -> io::Result<()> {
-        let head = head(&header, &sorted)?;
+        let head = head(header, &sorted)?;
         replace(path, |file| write_file(file, &head, &sorted))
     };
     write().map_err(|error| FileError::unwritable(path, error))
@@ -54,13 +44,13 @@ fn head(header: &PartHeader, arrays: &[(String, &SumArray)]) -> io::Result<Vec<u
     ]);
     let mut end = 0;
     let infos = arrays.iter().map(|(name, array)| {
-        let (dtype, bytes) = if array.is_float {
+        let (dtype, bytes) = if array.is_float() {
             (Dtype::F64, 8)
         } else {
             (Dtype::U32, 4)
         };
         let start = end;
-        end += array.len() * bytes;
+        end += array.count() * bytes;
         let info = TensorInfo {
             dtype,
             shape: array.shape.clone(),

@@ -1,10 +1,11 @@
 //! One generated scene in three formats: the pictures have the same means.
 
-use super::{Pixels, film_of, measure};
+use super::{Pixels, measure};
 use glam::{DVec2, DVec3};
 use manylight::film::{FilmDesc, Filter};
 use manylight::integrators::MethodKind;
 use manylight::math::UVec2;
+use manylight::render::{Budget, render_film};
 use manylight::scene::{PathLimits, Scene as RenderScene};
 use manylight_io::{LoadOptions, load_scene};
 use manylight_scenes::build::{ball, boxed};
@@ -110,7 +111,7 @@ fn picture(file: &Path) -> ([f64; 3], [f64; 3]) {
         ..desc.limits
     };
     let scene = RenderScene::build(desc, 0).unwrap();
-    let film = film_of(&scene, MethodKind::Path, 256, 3);
+    let film = render_film(&scene, MethodKind::Path, Budget::passes(256), 3);
     measure(&film, Pixels::Mean)[0]
 }
 

@@ -5,25 +5,12 @@
 
 mod formats;
 
-use manylight::film::blocks::DEFAULT_BLOCK;
 use manylight::film::{Film, Layer};
-use manylight::integrators::{ExtraLayers, ManyLight, Method, MethodKind};
-use manylight::render::{Budget, Observer, RenderJob, Stats, render};
+use manylight::integrators::{ManyLight, MethodKind};
+use manylight::render::{Budget, render_film};
 use manylight::scene::Scene;
 use manylight_io::{LoadOptions, load_scene};
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
-use std::time::Duration;
-
-/// An observer that does nothing.
-struct Silent;
-
-impl Observer for Silent {
-    fn pass_done(&mut self, _: &Film, _: &Stats, _: Duration) -> ControlFlow<()> {
-        ControlFlow::Continue(())
-    }
-}
 
 /// An `expect:` line of a scene file.
 #[derive(Clone, Copy, Debug)]
@@ -158,7 +145,7 @@ impl Check {
         let loaded = load_scene(path, &LoadOptions::default())
             .unwrap_or_else(|e| panic!("{}: {e}", path.display()));
         let scene = Scene::build(loaded.desc, 0).unwrap();
-        let film = film_of(&scene, self.kind.clone(), self.passes, 1);
+        let film = render_film(&scene, self.kind.clone(), Budget::passes(self.passes), 1);
         let mut failures = Vec::new();
         for e in expected {
             for (value, error) in measure(&film, e.pixels) {
@@ -240,25 +227,4 @@ fn rich_vpl_analytic() {
 #[test]
 fn rich_vpl_furnace() {
     rich_vpl().run("furnace");
-}
-
-/// The film of `passes` passes.
-fn film_of(scene: &Scene, kind: MethodKind, passes: u32, seed: u64) -> Film {
-    let job = RenderJob {
-        scene,
-        method: Method {
-            kind,
-            limits: scene.limits,
-            extra: ExtraLayers::default(),
-        },
-        budget: Budget {
-            passes: Some(passes),
-            time: None,
-            relative_error: None,
-        },
-        seed,
-        block: DEFAULT_BLOCK,
-    };
-    let (stats, cancel) = (Stats::default(), AtomicBool::new(false));
-    render(&job, &stats, &cancel, &mut Silent).film
 }

@@ -39,9 +39,13 @@ pub struct SumArray<'f> {
     pub name: String,
     /// Length of each dimension.
     pub shape: Vec<usize>,
-    /// Whether the values are [`ArrayValues::F64`].
-    pub is_float: bool,
-    values: Box<dyn Fn() -> ArrayValues + Sync + 'f>,
+    values: Source<'f>,
+}
+
+/// What makes the values of an array.
+enum Source<'f> {
+    F64(Box<dyn Fn() -> Vec<f64> + 'f>),
+    U32(Box<dyn Fn() -> Vec<u32> + 'f>),
 }
 
 /// Arrays that do not belong to a film: the name of one, and what is wrong.
@@ -53,20 +57,47 @@ pub struct InvalidArray {
     pub message: String,
 }
 
-impl SumArray<'_> {
+impl<'f> SumArray<'f> {
+    fn floats<I: IntoIterator<Item = f64>>(
+        name: impl Into<String>,
+        shape: impl Into<Vec<usize>>,
+        values: impl Fn() -> I + 'f,
+    ) -> Self {
+        SumArray {
+            name: name.into(),
+            shape: shape.into(),
+            values: Source::F64(Box::new(move || values().into_iter().collect())),
+        }
+    }
+
+    fn words<I: IntoIterator<Item = u32>>(
+        name: impl Into<String>,
+        shape: impl Into<Vec<usize>>,
+        values: impl Fn() -> I + 'f,
+    ) -> Self {
+        SumArray {
+            name: name.into(),
+            shape: shape.into(),
+            values: Source::U32(Box::new(move || values().into_iter().collect())),
+        }
+    }
+
     /// The values.
     pub fn values(&self) -> ArrayValues {
-        (self.values)()
+        match &self.values {
+            Source::F64(values) => ArrayValues::F64(values()),
+            Source::U32(values) => ArrayValues::U32(values()),
+        }
+    }
+
+    /// Whether the values are [`ArrayValues::F64`].
+    pub fn is_float(&self) -> bool {
+        matches!(self.values, Source::F64(_))
     }
 
     /// Number of values.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.shape.iter().product()
-    }
-
-    /// Whether the array has no values.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
     }
 }
 
@@ -123,33 +154,29 @@ impl Film {
         let (stride, with_variance) = (self.layers.len(), self.with_variance.len());
         let tiles = sums.tiles.len();
         let mut arrays = vec![
-            array("passes", vec![2], || {
-                words([sums.passes.start, sums.passes.end])
+            SumArray::words("passes", [2], || [sums.passes.start, sums.passes.end]),
+            SumArray::floats("batches", [3], || sums.batches.to_array()),
+            SumArray::floats("image.moments", [2, 3, 3], || {
+                let moments = sums.image_moments.iter();
+                moments.flat_map(|moments| moments.to_array())
             }),
-            array("batches", vec![3], || floats(sums.batches.to_array())),
-            array("image.moments", vec![2, 3, 3], || {
-                floats(
-                    sums.image_moments
-                        .iter()
-                        .flat_map(|moments| moments.to_array()),
-                )
+            SumArray::floats("tiles.batch", [tiles, 2, 3], || {
+                sums.tiles.iter().flat_map(|tile| tile.batch).flatten()
             }),
-            array("tiles.batch", vec![tiles, 2, 3], || {
-                floats(sums.tiles.iter().flat_map(|tile| tile.batch).flatten())
-            }),
-            array("tiles.moments", vec![tiles, 3, 3], || {
-                floats(sums.tiles.iter().flat_map(|tile| tile.moments.to_array()))
+            SumArray::floats("tiles.moments", [tiles, 3, 3], || {
+                sums.tiles.iter().flat_map(|tile| tile.moments.to_array())
             }),
         ];
         for (l, &layer) in self.layers.iter().enumerate() {
+            let name = format!("sum.{}", layer.array_name());
             let values = move || self.pixel_values(sums, |tile, i| tile.sums[i * stride + l]);
-            arrays.push(self.pixel_array(format!("sum.{}", layer.array_name()), values));
+            arrays.push(SumArray::floats(name, self.rgb_shape(), values));
         }
         for (k, &l) in self.with_variance.iter().enumerate() {
+            let name = format!("square.{}", self.layers[l].array_name());
             let values =
                 move || self.pixel_values(sums, |tile, i| tile.squares[i * with_variance + k]);
-            arrays
-                .push(self.pixel_array(format!("square.{}", self.layers[l].array_name()), values));
+            arrays.push(SumArray::floats(name, self.rgb_shape(), values));
         }
         for (k, &layer) in self.id_layers.iter().enumerate() {
             arrays.extend(self.id_arrays(sums, k, layer));
@@ -223,24 +250,11 @@ impl Film {
         [height, width, 3]
     }
 
-    fn pixel_array<'f>(
-        &self,
-        name: String,
-        values: impl Fn() -> ArrayValues + Sync + 'f,
-    ) -> SumArray<'f> {
-        SumArray {
-            name,
-            shape: self.rgb_shape().to_vec(),
-            is_float: true,
-            values: Box::new(values),
-        }
-    }
-
     fn pixel_values(
         &self,
         sums: &PassSums,
         value: impl Fn(&TileSums, usize) -> [f64; 3],
-    ) -> ArrayValues {
+    ) -> Vec<f64> {
         let [height, width] = self.pixel_shape();
         let mut values = vec![0.0; height * width * 3];
         for tile in &sums.tiles {
@@ -249,7 +263,7 @@ impl Film {
                 values[start..start + 3].copy_from_slice(&value(tile, i));
             }
         }
-        ArrayValues::F64(values)
+        values
     }
 
     fn set_pixels(
@@ -285,18 +299,13 @@ impl Film {
         let name = layer.array_name();
         let pixels = move || self.coverage_in_rows(sums, k).into_iter();
         let count = pixels().map(|ids| ids.iter().len()).sum();
-        let counts = move || words(pixels().map(|ids| ids.iter().len() as u32));
-        let ids = move || words(pixels().flat_map(|ids| ids.iter().map(|(id, _)| *id)));
-        let weights =
-            move || floats(pixels().flat_map(|ids| ids.iter().map(|(_, weight)| *weight)));
+        let counts = move || pixels().map(|ids| ids.iter().len() as u32);
+        let ids = move || pixels().flat_map(|ids| ids.iter().map(|(id, _)| *id));
+        let weights = move || pixels().flat_map(|ids| ids.iter().map(|(_, weight)| *weight));
         [
-            array(
-                &format!("{name}.count"),
-                self.pixel_shape().to_vec(),
-                counts,
-            ),
-            array(&format!("{name}.id"), vec![count], ids),
-            array(&format!("{name}.weight"), vec![count], weights),
+            SumArray::words(format!("{name}.count"), self.pixel_shape(), counts),
+            SumArray::words(format!("{name}.id"), [count], ids),
+            SumArray::floats(format!("{name}.weight"), [count], weights),
         ]
     }
 
@@ -331,29 +340,6 @@ impl Film {
         }
         Ok(())
     }
-}
-
-fn array<'f>(
-    name: &str,
-    shape: Vec<usize>,
-    values: impl Fn() -> ArrayValues + Sync + 'f,
-) -> SumArray<'f> {
-    // Arrays of words are few: their names are known.
-    let is_float = !(name == "passes" || name.ends_with(".count") || name.ends_with(".id"));
-    SumArray {
-        name: name.into(),
-        shape,
-        is_float,
-        values: Box::new(values),
-    }
-}
-
-fn floats(values: impl IntoIterator<Item = f64>) -> ArrayValues {
-    ArrayValues::F64(values.into_iter().collect())
-}
-
-fn words(values: impl IntoIterator<Item = u32>) -> ArrayValues {
-    ArrayValues::U32(values.into_iter().collect())
 }
 
 fn read_floats<E: From<InvalidArray>>(

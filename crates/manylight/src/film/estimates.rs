@@ -1,5 +1,6 @@
 //! Images and their errors from the sums of a film.
 
+use super::batches::BatchMoments;
 use super::totals::TileTotals;
 use super::{Film, Layer};
 use crate::image::Image;
@@ -73,19 +74,20 @@ impl Film {
 
     /// Variance of the mean of the beauty over the image, per channel, from completed batches. Infinite with fewer than two.
     pub fn mean_variance(&self) -> [f64; 3] {
-        self.variance_of_image_mean(0)
+        let [beauty, _] = self.image_moments();
+        self.variance_of_image_mean(&beauty)
     }
 
     /// [`Film::mean_variance`] of the beauty without [`Layer::Emission`].
     pub fn mean_variance_without_emission(&self) -> [f64; 3] {
-        self.variance_of_image_mean(1)
+        let [_, without_emission] = self.image_moments();
+        self.variance_of_image_mean(&without_emission)
     }
 
-    /// Of the beauty (0), or of the beauty without emission (1).
-    fn variance_of_image_mean(&self, which: usize) -> [f64; 3] {
+    fn variance_of_image_mean(&self, moments: &BatchMoments) -> [f64; 3] {
         let size = self.image_size().as_dvec2();
         let pixels = size.x * size.y;
-        let of_sum = (self.batch_counts()).variance_of_mean(&self.image_moments(which));
+        let of_sum = self.batch_counts().variance_of_mean(moments);
         of_sum.map(|v| v / (pixels * pixels))
     }
 

@@ -86,11 +86,7 @@ impl Film {
         let with_variance: Vec<usize> = (0..layers.len())
             .filter(|&l| layers[l].has_variance())
             .collect();
-        let shape = PixelShape {
-            layers: layers.len(),
-            with_variance: with_variance.len(),
-            id_layers: id_layers.len(),
-        };
+        let shape = PixelShape::of(layers, id_layers);
         let current = PassSums::new(desc.crop_size, shape, 0);
         Film {
             desc,
@@ -107,9 +103,9 @@ impl Film {
 
     /// Memory of a film of `size` pixels with these layers, in bytes. It holds two `sums` if it has more passes than a block, else one.
     pub fn bytes_for(size: UVec2, layers: &[Layer], id_layers: &[IdLayer], sums: usize) -> usize {
-        let with_variance = layers.iter().filter(|layer| layer.has_variance());
-        let values = (layers.len() + with_variance.count()) * size_of::<[f64; 3]>()
-            + id_layers.len() * coverage::BYTES_PER_PIXEL;
+        let shape = PixelShape::of(layers, id_layers);
+        let values = (shape.layers + shape.with_variance) * size_of::<[f64; 3]>()
+            + shape.id_layers * coverage::BYTES_PER_PIXEL;
         let pass = layers.len() * size_of::<Rgb>();
         size.x as usize * size.y as usize * (sums * values + pass)
     }
@@ -146,11 +142,7 @@ impl Film {
     }
 
     fn shape(&self) -> PixelShape {
-        PixelShape {
-            layers: self.layers.len(),
-            with_variance: self.with_variance.len(),
-            id_layers: self.id_layers.len(),
-        }
+        PixelShape::of(&self.layers, &self.id_layers)
     }
 
     /// The tiles of a pass, moved up and left by `shift` pixels.

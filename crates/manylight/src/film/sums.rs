@@ -1,7 +1,8 @@
 //! Sums over a run of passes, which can be added to those of the passes before.
 
 use super::batches::{BatchCounts, BatchMoments, add};
-use super::coverage::CoverageSums;
+use super::coverage::{CoverageSums, IdLayer};
+use super::layer::Layer;
 use super::tiles::{Tile, TileGrid};
 use crate::color::Rgb;
 use crate::math::UVec2;
@@ -16,8 +17,6 @@ pub struct PassSums {
     /// Completed batches.
     pub(super) batches: BatchCounts,
     /// Moments of sums over all pixels, over completed batches: of the beauty, and of the beauty without [`Layer::Emission`].
-    ///
-    /// [`Layer::Emission`]: super::Layer::Emission
     pub(super) image_moments: [BatchMoments; 2],
     pub(super) tiles: Vec<TileSums>,
 }
@@ -44,6 +43,16 @@ pub(super) struct PixelShape {
     pub(super) layers: usize,
     pub(super) with_variance: usize,
     pub(super) id_layers: usize,
+}
+
+impl PixelShape {
+    pub(super) fn of(layers: &[Layer], id_layers: &[IdLayer]) -> Self {
+        PixelShape {
+            layers: layers.len(),
+            with_variance: layers.iter().filter(|layer| layer.has_variance()).count(),
+            id_layers: id_layers.len(),
+        }
+    }
 }
 
 impl PassSums {
@@ -90,7 +99,7 @@ impl PassSums {
         let mut image = [[0.0; 3]; 2];
         for tile in &mut self.tiles {
             for (sum, part) in image.iter_mut().zip(tile.batch) {
-                *sum = std::array::from_fn(|c| sum[c] + part[c]);
+                *sum = add(*sum, part);
             }
             let [beauty, _] = std::mem::take(&mut tile.batch);
             tile.moments.add(passes, beauty);
@@ -132,18 +141,15 @@ impl TileSums {
     ) {
         let emitted = emission.map_or(Rgb::BLACK, |l| pixel[l]);
         for (sum, value) in self.batch.iter_mut().zip([pixel[0], pixel[0] - emitted]) {
-            let value = value.to_array().map(f64::from);
-            *sum = std::array::from_fn(|c| sum[c] + value[c]);
+            *sum = add(*sum, value.to_array().map(f64::from));
         }
-        for (l, value) in pixel.iter().enumerate() {
-            for (c, v) in value.to_array().into_iter().enumerate() {
-                self.sums[i * pixel.len() + l][c] += f64::from(v);
-            }
+        let sums = &mut self.sums[i * pixel.len()..];
+        for (sum, value) in sums.iter_mut().zip(pixel) {
+            *sum = add(*sum, value.to_array().map(f64::from));
         }
-        for (k, &l) in with_variance.iter().enumerate() {
-            for (c, v) in pixel[l].to_array().into_iter().enumerate() {
-                self.squares[i * with_variance.len() + k][c] += f64::from(v) * f64::from(v);
-            }
+        let squares = &mut self.squares[i * with_variance.len()..];
+        for (square, &l) in squares.iter_mut().zip(with_variance) {
+            *square = add(*square, pixel[l].to_array().map(|v| f64::from(v).powi(2)));
         }
     }
 }

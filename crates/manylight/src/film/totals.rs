@@ -3,7 +3,7 @@
 use super::Film;
 use super::batches::{BatchCounts, BatchMoments, add};
 use super::coverage::CoverageSums;
-use super::sums::{PassSums, TileSums};
+use super::sums::TileSums;
 use super::tiles::Tile;
 use std::borrow::Cow;
 
@@ -81,14 +81,13 @@ impl Film {
         total
     }
 
-    /// Moments over completed batches of the sum over pixels of the beauty (0), or of the beauty without emission (1).
-    pub(super) fn image_moments(&self, which: usize) -> BatchMoments {
-        let of = |blocks: &PassSums| blocks.image_moments[which];
-        let mut total = self
-            .completed
-            .as_ref()
-            .map_or_else(BatchMoments::default, of);
-        total.merge(&self.current.image_moments[which]);
+    /// Moments over completed batches of sums over pixels: of the beauty, and of the beauty without emission.
+    pub(super) fn image_moments(&self) -> [BatchMoments; 2] {
+        let completed = self.completed.as_ref();
+        let mut total = completed.map_or_else(Default::default, |blocks| blocks.image_moments);
+        for (total, current) in total.iter_mut().zip(&self.current.image_moments) {
+            total.merge(current);
+        }
         total
     }
 }

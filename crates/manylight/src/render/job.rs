@@ -1,7 +1,7 @@
 //! The pass loop: passes are rendered until the budget is spent.
 
 use crate::emitters::EmissionGuide;
-use crate::film::blocks::DEFAULT_BLOCK;
+use crate::film::blocks::{DEFAULT_BLOCK, passes_of_block};
 use crate::film::{Film, PassSums};
 use crate::integrators::{ExtraLayers, Method, MethodKind, PassContext, Renderer};
 use crate::sampling::Pass;
@@ -145,11 +145,11 @@ pub fn render_blocks(
 ) -> Option<Vec<PassSums>> {
     let start = Instant::now();
     let mut passes = Passes::new(job, stats);
-    let block = job.block.get();
-    let end = job.budget.passes.unwrap_or(u32::MAX);
-    let rendered = blocks.map(|k| {
-        let mut film = job.film(k * block);
-        while film.passes() < block && film.next_pass() < end {
+    let last = job.budget.passes.unwrap_or(u32::MAX);
+    let rendered = blocks.map(|block| {
+        let range = passes_of_block(block, job.block, last);
+        let mut film = job.film(range.start);
+        while film.next_pass() < range.end {
             if !passes.render_next(&mut film, cancel)
                 || observer.pass_done(&film, stats, start.elapsed()).is_break()
             {
@@ -209,11 +209,6 @@ impl RenderJob<'_> {
         let desc = self.scene.sensor.desc().film.clone();
         let id_layers = self.method.extra.id_layers();
         Film::with_blocks(desc, &self.method.layers(), &id_layers, self.block, first)
-    }
-
-    /// Number of blocks of a render of `passes` passes.
-    pub fn block_count(&self, passes: u32) -> u32 {
-        passes.div_ceil(self.block.get())
     }
 }
 

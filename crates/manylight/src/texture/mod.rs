@@ -253,25 +253,27 @@ impl Texture {
         }
     }
 
+    /// The colors between which the texture chooses or interpolates.
+    fn alternatives(&self) -> Option<[&ColorInput; 2]> {
+        match self {
+            Texture::Checkerboard { color0, color1, .. } => Some([color0, color1]),
+            Texture::Dots {
+                inside, outside, ..
+            } => Some([inside, outside]),
+            Texture::Mix { first, second, .. } => Some([first, second]),
+            _ => None,
+        }
+    }
+
     /// Upper bound of the luminance over all uv.
     pub fn max_luminance(&self, textures: &[Texture]) -> f32 {
         match self {
             Texture::Bitmap(bitmap) => bitmap.max_luminance(),
-            Texture::Checkerboard {
-                color0: a,
-                color1: b,
-                ..
+            Texture::Checkerboard { .. } | Texture::Dots { .. } | Texture::Mix { .. } => {
+                let bounds = self.alternatives().into_iter().flatten();
+                let bounds = bounds.map(|color| color.max_luminance(textures));
+                bounds.reduce(f32::max).unwrap_or(0.0)
             }
-            | Texture::Dots {
-                inside: a,
-                outside: b,
-                ..
-            }
-            | Texture::Mix {
-                first: a,
-                second: b,
-                ..
-            } => a.max_luminance(textures).max(b.max_luminance(textures)),
             Texture::VertexColors(colors) => {
                 let luminances = colors.values.iter().map(|color| color.luminance());
                 luminances.fold(0.0, f32::max)
@@ -289,21 +291,11 @@ impl Texture {
     fn max_channel(&self, textures: &[Texture]) -> f32 {
         match self {
             Texture::Bitmap(bitmap) => bitmap.image.data.iter().copied().fold(0.0, f32::max),
-            Texture::Checkerboard {
-                color0: a,
-                color1: b,
-                ..
+            Texture::Checkerboard { .. } | Texture::Dots { .. } | Texture::Mix { .. } => {
+                let bounds = self.alternatives().into_iter().flatten();
+                let bounds = bounds.map(|color| color.max_channel(textures));
+                bounds.reduce(f32::max).unwrap_or(0.0)
             }
-            | Texture::Dots {
-                inside: a,
-                outside: b,
-                ..
-            }
-            | Texture::Mix {
-                first: a,
-                second: b,
-                ..
-            } => a.max_channel(textures).max(b.max_channel(textures)),
             Texture::Product { first, second } => {
                 first.max_channel(textures) * second.max_channel(textures)
             }

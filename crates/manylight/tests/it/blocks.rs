@@ -3,7 +3,7 @@
 use crate::common::{methods, methods_with_cuts};
 use manylight::emitters::EmissionGuide;
 use manylight::film::arrays::{ArrayValues, InvalidArray};
-use manylight::film::blocks::BLOCK_STEP;
+use manylight::film::blocks::{BLOCK_STEP, block_count};
 use manylight::film::{Film, IdLayer, PassSums};
 use manylight::integrators::{ExtraLayers, Method, MethodKind, PassContext, Renderer};
 use manylight::render::{Budget, Observer, RenderJob, Stats, Stop, render, render_blocks, resume};
@@ -113,7 +113,7 @@ fn blocks_made_apart_merge_to_the_whole() {
     let scene = glossy_box(16).build();
     for kind in methods().into_iter().chain(methods_with_cuts()) {
         let job = job(&scene, kind.clone());
-        let count = job.block_count(PASSES);
+        let count = block_count(PASSES, job.block);
         assert_eq!(count, 3);
         let block =
             |k: u32| render_blocks(&job, k..k + 1, &Stats::default(), &NEVER, &mut ()).unwrap();

@@ -3,19 +3,9 @@
 use manylight::film::Film;
 use manylight::film::blocks::DEFAULT_BLOCK;
 use manylight::integrators::{ExtraLayers, ManyLight, Method, MethodKind, PhotonMap};
-use manylight::render::{Budget, Observer, RenderJob, Stats, render};
+use manylight::render::{Budget, RenderJob, Stats, render};
 use manylight::scene::Scene;
-use std::ops::ControlFlow;
 use std::sync::atomic::AtomicBool;
-use std::time::Duration;
-
-struct Silent;
-
-impl Observer for Silent {
-    fn pass_done(&mut self, _: &Film, _: &Stats, _: Duration) -> ControlFlow<()> {
-        ControlFlow::Continue(())
-    }
-}
 
 fn small(method: ManyLight) -> MethodKind {
     MethodKind::ManyLight(ManyLight {
@@ -80,11 +70,5 @@ pub(crate) fn film_with(
         seed,
         block: DEFAULT_BLOCK,
     };
-    render(
-        &job,
-        &Stats::default(),
-        &AtomicBool::new(false),
-        &mut Silent,
-    )
-    .film
+    render(&job, &Stats::default(), &AtomicBool::new(false), &mut ()).film
 }

@@ -8,6 +8,7 @@ use crate::picture::PictureFacts;
 use crate::progress::{self, ProgressGoal};
 use crate::values::Shard;
 use manylight::film::PassSums;
+use manylight::film::blocks::{block_count, passes_of_block};
 use manylight::render::{Budget, RenderJob, render_blocks};
 use manylight_io::part::PartHeader;
 use serde_json::json;
@@ -19,23 +20,23 @@ impl Run<'_> {
         let (stats, interrupt, display) = (self.stats, self.interrupt, self.args.display);
         let job = self.job();
         let passes = job.budget.passes.unwrap_or_default();
-        let blocks = shard.range(job.block_count(passes));
+        let count = block_count(passes, job.block);
+        let blocks = shard.range(count);
         if blocks.is_empty() {
             return Err(Failure::usage(
                 format!(
-                    "--shard {}/{}: {passes} passes are {} blocks of {}",
-                    shard.index,
-                    shard.count,
-                    job.block_count(passes),
-                    job.block
+                    "--shard {}/{}: {passes} passes are {count} blocks of {}",
+                    shard.index, shard.count, job.block
                 ),
                 "use fewer shares, or a smaller --block in all of them",
             ));
         }
         self.pool
             .install(|| check_memory(self.request, &job, blocks.len(), None))?;
-        let own_passes =
-            (blocks.end * job.block.get()).min(passes) - blocks.start * job.block.get();
+        let own_passes = blocks
+            .clone()
+            .map(|block| passes_of_block(block, job.block, passes));
+        let own_passes = own_passes.map(|range| range.len() as u32).sum();
         let goal = ProgressGoal::new(Budget::passes(own_passes), display);
         let rendered = progress::show(goal, stats, interrupt.cancel(), &self.console, |observer| {
             self.pool
