@@ -10,6 +10,8 @@ use std::io::{self, IsTerminal, Write};
 use std::path::PathBuf;
 use thiserror::Error;
 
+/// Exit code: all went well.
+pub(crate) const DONE: u8 = 0;
 /// Exit code: internal error or failed render.
 pub(crate) const INTERNAL: u8 = 1;
 /// Exit code: wrong arguments.
@@ -25,7 +27,7 @@ pub(crate) const STRICT: u8 = 6;
 
 /// Why a command fails.
 #[derive(Debug, Error, Diagnostic)]
-pub(crate) enum Failure {
+pub enum Failure {
     /// The arguments do not fit each other or the scene.
     #[error("{message}")]
     #[diagnostic(code(manylight::usage))]
@@ -101,9 +103,9 @@ impl Failure {
     }
 
     /// The exit code of the process.
-    pub(crate) fn exit_code(&self) -> u8 {
+    pub fn exit_code(&self) -> u8 {
         match self {
-            Failure::ClosedPipe => 0,
+            Failure::ClosedPipe => DONE,
             Failure::Internal(_) | Failure::NotDenoised(_) => INTERNAL,
             Failure::Usage { .. } | Failure::Plan(_) => USAGE,
             Failure::Load(error) => match error.kind() {

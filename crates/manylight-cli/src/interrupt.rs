@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// The state of received signals.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Interrupt {
+pub struct Interrupt {
     cancel: Arc<AtomicBool>,
     signal: Arc<AtomicI32>,
     writing: Arc<Mutex<()>>,
@@ -69,6 +69,18 @@ impl Interrupt {
         }
         self.signal.store(signal, Ordering::Relaxed);
         self.cancel.store(true, Ordering::Relaxed);
+    }
+
+    /// Does what a signal does, without an end of the program.
+    pub fn stop(&self) {
+        if self.cancel.swap(true, Ordering::Relaxed) && self.denoising.load(Ordering::Relaxed) {
+            self.skip_denoising.store(true, Ordering::Relaxed);
+        }
+    }
+
+    /// Whether a signal was received.
+    pub fn is_stopped(&self) -> bool {
+        self.cancel.load(Ordering::Relaxed)
     }
 
     /// Becomes true with the first signal.

@@ -1,5 +1,6 @@
 //! Presets: the methods by name, with their settings.
 
+use crate::failure::Failure;
 use crate::names::{
     COMPENSATIONS, EMISSIONS, FLUX_RULES, KERNELS, PLACEMENTS, RESAMPLINGS, STRATEGIES,
     TABLE_STORAGES, emission_name, name_of, strategy_name,
@@ -118,6 +119,14 @@ pub(crate) fn names_with(option: &str) -> Vec<&'static str> {
         .filter(has_option)
         .map(|preset| preset.name)
         .collect()
+}
+
+/// The failure of a method without virtual lights.
+pub(crate) fn no_lights(method: &str) -> Failure {
+    Failure::usage(
+        format!("the method `{method}` has no virtual lights"),
+        format!("those with lights: {}", names_with("lights").join(", ")),
+    )
 }
 
 /// The settings of a method as (option, value), in the order of the help; empty for methods without settings.

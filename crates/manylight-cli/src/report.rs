@@ -20,7 +20,7 @@ pub(crate) struct RenderReport<'r> {
     /// Number of complete passes.
     pub(crate) passes: u32,
     /// Warnings without repetitions.
-    pub(crate) warnings: &'r [String],
+    pub(crate) warnings: Vec<String>,
     /// SHA-256 of the files of the scene.
     pub(crate) scene_digest: &'r str,
 }

@@ -9,7 +9,8 @@ use manylight::film::{FilmDesc, Filter};
 use manylight::integrators::{Method, MethodKind};
 use manylight::math::{UVec2, Vec2};
 use manylight::render::Budget;
-use manylight::scene::{PathLimits, SceneDesc};
+use manylight::scene::PathLimits;
+use manylight::sensors::SensorDesc;
 use manylight_io::image::ImageFormat;
 use manylight_io::{GltfOptions, LoadOptions};
 use manylight_lab::text::plural;
@@ -226,13 +227,13 @@ impl RenderRequest {
         }
     }
 
-    /// Applies the options of the film to the selected camera.
+    /// The selected one of the cameras of a scene, with the options of the film.
     ///
     /// # Errors
     /// The scene has no camera with this index.
-    pub(crate) fn adjust_camera(&self, scene: &mut SceneDesc) -> Result<(), Failure> {
-        let count = scene.sensors.len();
-        let Some(sensor) = scene.sensors.get_mut(self.sensor) else {
+    pub(crate) fn camera(&self, sensors: &[SensorDesc]) -> Result<SensorDesc, Failure> {
+        let count = sensors.len();
+        let Some(mut sensor) = sensors.get(self.sensor).cloned() else {
             return Err(Failure::usage(
                 format!(
                     "--sensor {}: the scene has {count} camera{}",
@@ -249,7 +250,7 @@ impl RenderRequest {
             set_crop(&mut sensor.film, crop);
         }
         sensor.film.filter = self.filter.unwrap_or(sensor.film.filter);
-        Ok(())
+        Ok(sensor)
     }
 }
 

@@ -1,14 +1,13 @@
 //! `manylight check`.
 
 use crate::args::CheckArgs;
-use crate::failure::{FILE_SYSTEM, Failure, Rendered, SCENE, STRICT};
+use crate::failure::{DONE, FILE_SYSTEM, Failure, Rendered, SCENE, STRICT};
 use crate::output::print_message;
 use manylight_io::{LoadErrorKind, LoadOptions, Severity, check_scene};
 use manylight_lab::text::plural;
-use std::process::ExitCode;
 
 /// Prints every error and warning of a scene.
-pub(crate) fn run(args: &CheckArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &CheckArgs) -> Result<u8, Failure> {
     let options = LoadOptions {
         defines: args.defines.clone(),
         gltf: args.gltf.options(),
@@ -28,9 +27,9 @@ pub(crate) fn run(args: &CheckArgs) -> Result<ExitCode, Failure> {
     ));
     let unreadable = |d: &manylight_io::Diagnostic| d.kind == LoadErrorKind::FileSystem;
     Ok(match (errors, warnings) {
-        (0, 1..) if args.strict => ExitCode::from(STRICT),
-        (0, _) => ExitCode::SUCCESS,
-        _ if found.iter().all(unreadable) => ExitCode::from(FILE_SYSTEM),
-        _ => ExitCode::from(SCENE),
+        (0, 1..) if args.strict => STRICT,
+        (0, _) => DONE,
+        _ if found.iter().all(unreadable) => FILE_SYSTEM,
+        _ => SCENE,
     })
 }

@@ -1,20 +1,19 @@
 //! `manylight compare`.
 
 use crate::args::CompareArgs;
-use crate::failure::Failure;
+use crate::failure::{DONE, Failure};
 use crate::output::print_data;
 use manylight_io::write_file;
 use manylight_lab::LabError;
 use manylight_lab::compare::{Comparison, ComparisonImage, compare_file, read_image, table};
 use manylight_lab::viewer::{self, ImageGroup};
 use serde_json::json;
-use std::process::ExitCode;
 
 /// Version of the shape of the JSON object.
 const SCHEMA: &str = "manylight.compare/1";
 
 /// Compares images with a reference.
-pub(crate) fn run(args: &CompareArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &CompareArgs) -> Result<u8, Failure> {
     let layer = args.layer.as_deref();
     let reference = read_image(&args.reference, layer)?;
     let name = args.reference.display().to_string();
@@ -39,5 +38,5 @@ pub(crate) fn run(args: &CompareArgs) -> Result<ExitCode, Failure> {
     } else {
         print_data(table(&name, &comparisons))?;
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(DONE)
 }

@@ -1,7 +1,7 @@
 //! `manylight info`.
 
 use crate::args::InfoArgs;
-use crate::failure::Failure;
+use crate::failure::{DONE, Failure};
 use crate::names::filter_name;
 use crate::output::{human_bytes, human_count, print_data, print_warnings};
 use manylight::film::{Film, Layer};
@@ -13,13 +13,12 @@ use manylight::texture::Texture;
 use manylight_io::LoadOptions;
 use serde::Serialize;
 use serde_json::{Value, json};
-use std::process::ExitCode;
 
 /// Version of the shape of the JSON object.
 const SCHEMA: &str = "manylight.info/1";
 
 /// Describes a scene.
-pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &InfoArgs) -> Result<u8, Failure> {
     let options = LoadOptions {
         defines: args.defines.clone(),
         gltf: args.gltf.options(),
@@ -40,7 +39,7 @@ pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode, Failure> {
     let bounds = scene.geometry.bounds();
     if !args.json {
         print_data(describe(&counts, bounds, &sensors, &memory))?;
-        return Ok(ExitCode::SUCCESS);
+        return Ok(DONE);
     }
     print_data(json!({
         "schema": SCHEMA,
@@ -57,7 +56,7 @@ pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode, Failure> {
         "memory_estimate": memory,
         "warnings": warnings,
     }))?;
-    Ok(ExitCode::SUCCESS)
+    Ok(DONE)
 }
 
 /// Numbers of the parts of a scene.

@@ -1,14 +1,13 @@
 //! `manylight list`.
 
 use crate::args::{ListArgs, Listing, SceneFormat};
-use crate::failure::Failure;
+use crate::failure::{DONE, Failure};
 use crate::output::print_data;
 use crate::preset::{PRESETS, Preset, settings};
 use clap::ValueEnum;
-use std::process::ExitCode;
 
 /// Prints a list of names.
-pub(crate) fn run(args: &ListArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &ListArgs) -> Result<u8, Failure> {
     let lines: Vec<String> = match args.what {
         Listing::Methods => PRESETS.iter().map(describe).collect(),
         family => plugins(family, args.format)
@@ -17,7 +16,7 @@ pub(crate) fn run(args: &ListArgs) -> Result<ExitCode, Failure> {
             .collect(),
     };
     print_data(lines.join("\n"))?;
-    Ok(ExitCode::SUCCESS)
+    Ok(DONE)
 }
 
 /// The supported plugins of one family in one format.

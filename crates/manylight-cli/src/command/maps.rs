@@ -1,21 +1,18 @@
 //! `manylight maps`: maps of importance and incident flux, and the positions of virtual lights, as images.
 
-use super::render::{Loaded, load, thread_pool};
+use super::render::open;
 use crate::args::{DisplayArgs, MapsArgs};
-use crate::failure::Failure;
+use crate::failure::{DONE, Failure};
 use crate::interrupt::Interrupt;
 use crate::output::print_message;
-use crate::preset;
+use crate::preset::no_lights;
 use crate::repeat::Settings;
 use crate::request::RenderRequest;
-use manylight::integrators::{InterimMaps, MethodKind, PassContext, PlacedLight};
+use manylight::integrators::{InterimMaps, MethodKind, PlacedLight};
 use manylight::math::Vec2;
-use manylight::render::Stats;
-use manylight::sampling::Pass;
 use manylight_io::FileError;
 use manylight_io::image::{LayeredImage, check_writable, write_image};
 use manylight_lab::false_color::{ColorScale, dots, false_colors, gray_layer, rgb_layer};
-use std::process::ExitCode;
 
 /// File names, in the order of [`pictures`].
 const FILES: [&str; 6] = [
@@ -28,54 +25,29 @@ const FILES: [&str; 6] = [
 ];
 
 /// Writes the interim maps of a many-light method.
-pub(crate) fn run(args: &MapsArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &MapsArgs) -> Result<u8, Failure> {
     let request = RenderRequest::for_maps(args, &FILES)?;
-    let MethodKind::ManyLight(lights) = request.kind else {
-        return Err(Failure::usage(
-            format!("the method `{}` has no virtual lights", request.method),
-            format!(
-                "those with lights: {}",
-                preset::names_with("lights").join(", ")
-            ),
-        ));
-    };
+    if !matches!(request.kind, MethodKind::ManyLight(_)) {
+        return Err(no_lights(request.method));
+    }
     let display = DisplayArgs {
         quiet: args.quiet,
         ..DisplayArgs::default()
     };
     let interrupt = Interrupt::install()?;
-    let pool = thread_pool(request.threads)?;
-    let stats = Stats::default();
-    let Loaded { scene, .. } = pool.install(|| load(&request, &stats, display))?;
+    let session = open(request, None, display)?;
     std::fs::create_dir_all(&args.output).map_err(|e| FileError::unwritable(&args.output, e))?;
+    let request = &session.request;
     request
         .outputs
         .iter()
         .try_for_each(|path| check_writable(path))?;
-
-    let method = request.method(scene.limits);
-    let guide = pool.install(|| scene.emission_guide());
-    let run = PassContext {
-        guide: &guide,
-        pass: Pass {
-            seed: request.seed,
-            index: 0,
-        },
-        stats: &stats,
-        cancel: interrupt.cancel(),
-    };
-    let Some(maps) = pool.install(|| lights.interim_maps(&scene, method.limits, &run)) else {
-        return Ok(ExitCode::from(interrupt.exit_code().unwrap_or_default()));
-    };
-    let settings = Settings {
-        request: &request,
-        method: &method,
-        film: &scene.sensor.desc().film,
-        threads: pool.current_num_threads(),
-        oidn: None,
+    let Some(maps) = session.interim_maps(&interrupt)? else {
+        return Ok(interrupt.exit_code().unwrap_or(DONE));
     };
     let color_maps = color_maps(&maps);
-    let pictures = pictures(&maps, &color_maps, metadata(&settings));
+    let job = session.job();
+    let pictures = pictures(&maps, &color_maps, metadata(&session.settings(&job)));
     for (path, picture) in request.outputs.iter().zip(&pictures) {
         let _complete_file = interrupt.writing();
         write_image(path, picture, request.picture.file.display())?;
@@ -86,7 +58,7 @@ pub(crate) fn run(args: &MapsArgs) -> Result<ExitCode, Failure> {
             print_message(format_args!("wrote {}", path.display()));
         }
     }
-    Ok(ExitCode::from(interrupt.exit_code().unwrap_or_default()))
+    Ok(interrupt.exit_code().unwrap_or(DONE))
 }
 
 /// Metadata of `maps.exr` (name, value).

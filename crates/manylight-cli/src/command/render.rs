@@ -1,148 +1,142 @@
 //! `manylight render`: load, build, render, denoise, write, report.
 
-mod denoise;
 mod preview;
 mod share;
 
 use crate::args::{DisplayArgs, RenderArgs};
-use crate::failure::Failure;
+use crate::failure::{DONE, Failure};
 use crate::interrupt::Interrupt;
-use crate::output::{Console, human_bytes, print_data, print_message, print_warnings};
-use crate::part::{Checkpoints, Resumed};
+use crate::memory::{check_memory, sums_of_render};
+use crate::output::{Console, print_data, print_message, print_warnings};
+use crate::part::Resumed;
 use crate::picture::{PictureFacts, PictureSource};
 use crate::progress::{self, ProgressGoal};
-use crate::repeat::Settings;
-use crate::report::{RenderReport, resident_bytes};
+use crate::report::RenderReport;
 use crate::request::RenderRequest;
-use manylight::integrators::StageMemory;
-use manylight::render::{Observer, Outcome, RenderJob, Stats, resume};
-use manylight::scene::Scene;
-use manylight_denoise::{Oidn, Version};
-use manylight_io::{FileError, check_replaceable, scene_digest};
+use crate::session::{SceneFile, Session, build_scene, open_denoiser, thread_pool};
+use manylight::render::Stats;
+use manylight_denoise::Oidn;
+use manylight_io::check_replaceable;
 use preview::RenderPreview;
-use rayon::{ThreadPool, ThreadPoolBuilder};
-use serde_json::{Map, Value};
-use std::path::PathBuf;
-use std::process::ExitCode;
-use std::time::Instant;
+use rayon::ThreadPool;
+use std::sync::Arc;
 
 /// Renders a scene to image files, or a share of it to a part file.
-pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &RenderArgs) -> Result<u8, Failure> {
     let request = RenderRequest::new(args)?;
     let checkpoint = request.checkpoint.as_ref().map(|plan| &plan.path);
     for path in request.outputs.iter().chain(checkpoint) {
         check_replaceable(path)?;
     }
     let interrupt = Interrupt::install()?;
-    let pool = thread_pool(request.threads)?;
-    let stats = Stats::default();
-    let oidn = denoise::open(&request, args.display)?;
-
-    let loaded = pool.install(|| load(&request, &stats, args.display))?;
-    let digest = stats.time("load", || {
-        pool.install(|| scene_digest(&request.scene, &loaded.files))
-    })?;
-    let mut run = Run {
+    let oidn = open_denoiser(&request)?;
+    let run = Run {
         args,
-        request: &request,
+        session: open(request, oidn.as_ref(), args.display)?,
         interrupt: &interrupt,
-        pool: &pool,
-        stats: &stats,
-        oidn: oidn.as_ref().map(Oidn::version),
-        scene: &loaded.scene,
-        digest: &digest,
-        warnings: loaded.warnings,
         console: Console::default(),
     };
-    match request.shard {
+    match run.session.request.shard {
         None => run.whole(oidn.as_ref()),
         Some(shard) => run.share(shard),
     }
 }
 
+/// Loads and builds the scene of `request`, to be denoised by `oidn`.
+pub(super) fn open(
+    request: RenderRequest,
+    oidn: Option<&Oidn>,
+    display: DisplayArgs,
+) -> Result<Session, Failure> {
+    if let Some(oidn) = oidn.filter(|_| display.verbose) {
+        print_message(format_args!(
+            "denoiser: Open Image Denoise {} ({})",
+            oidn.version(),
+            oidn.file().display()
+        ));
+    }
+    let (pool, stats) = (thread_pool(request.threads)?, Stats::default());
+    let file = load(&request, &pool, &stats, display)?;
+    let scene = build_scene(&request, file.desc, &pool, &stats)?;
+    Ok(Session {
+        request,
+        scene: Arc::new(scene),
+        digest: file.digest,
+        warnings: file.warnings,
+        oidn: oidn.map(Oidn::version),
+        pool,
+        stats,
+    })
+}
+
+/// Loads the scene of `request`, and prints its warnings.
+fn load(
+    request: &RenderRequest,
+    pool: &ThreadPool,
+    stats: &Stats,
+    display: DisplayArgs,
+) -> Result<SceneFile, Failure> {
+    if display.verbose {
+        print_message(format_args!("loading {}", request.scene.display()));
+    }
+    let file = SceneFile::load(request, &request.load_options(), pool, stats)?;
+    if !display.quiet || request.strict {
+        print_warnings(&file.warnings);
+    }
+    if request.strict && !file.warnings.is_empty() {
+        return Err(Failure::Strict(file.warnings.len()));
+    }
+    Ok(file)
+}
+
 /// A render of a loaded scene.
 struct Run<'r> {
     args: &'r RenderArgs,
-    request: &'r RenderRequest,
+    session: Session,
     interrupt: &'r Interrupt,
-    pool: &'r ThreadPool,
-    stats: &'r Stats,
-    /// Version of Open Image Denoise, if the image is to be denoised.
-    oidn: Option<Version>,
-    scene: &'r Scene,
-    /// SHA-256 of the files of the scene.
-    digest: &'r str,
-    /// Warnings without repetitions.
-    warnings: Vec<String>,
     console: Console,
 }
 
-impl<'r> Run<'r> {
-    fn job(&self) -> RenderJob<'r> {
-        RenderJob {
-            scene: self.scene,
-            method: self.request.method(self.scene.limits),
-            budget: self.request.budget,
-            seed: self.request.seed,
-            block: self.request.block,
-        }
-    }
-
-    /// Settings of a render of `job`.
-    fn settings<'s>(&'s self, job: &'s RenderJob<'r>) -> Settings<'s> {
-        Settings {
-            request: self.request,
-            method: &job.method,
-            film: &self.scene.sensor.desc().film,
-            threads: self.pool.current_num_threads(),
-            oidn: self.oidn,
-        }
-    }
-
-    /// Renders an image, and denoises it by `oidn`.
-    fn whole(&mut self, oidn: Option<&Oidn>) -> Result<ExitCode, Failure> {
-        let (stats, interrupt, display) = (self.stats, self.interrupt, self.args.display);
-        let mut preview = RenderPreview::start(self.args, self.request, &self.console);
-        let mut job = self.job();
-        let sums = if job.budget.passes.is_some_and(|n| n <= job.block.get()) {
-            1
-        } else {
-            2
-        };
-        let pictures = preview.memory(&job);
-        self.pool
-            .install(|| check_memory(self.request, &job, sums, pictures))?;
-        let identity = self.settings(&job).identity(self.digest);
-        let resumed = Resumed::load(self.request, &job, &identity)?;
-        let features = (oidn.is_some())
-            .then(|| {
-                self.pool
-                    .install(|| denoise::features(&mut job, stats, interrupt))
-            })
-            .flatten();
+impl Run<'_> {
+    /// Renders an image, and denoises it if that is asked for.
+    fn whole(&self, oidn: Option<&Oidn>) -> Result<u8, Failure> {
+        let (session, interrupt, display) = (&self.session, self.interrupt, self.args.display);
+        let (pool, stats) = (&session.pool, &session.stats);
+        let mut preview = RenderPreview::start(self.args, &session.request, &self.console);
+        let mut job = session.job();
+        let (limit, pictures) = (session.request.memory_limit, preview.memory(&job));
+        pool.install(|| check_memory(limit, &job, sums_of_render(&job), pictures))?;
+        let identity = session.settings(&job).identity(&session.digest);
+        let resumed = Resumed::load(&session.request, &job, &identity)?;
+        let features = session.features(&mut job, interrupt);
         resumed.state.add_to(stats);
         let goal = ProgressGoal::new(job.budget, display);
         let (outcome, checkpoint) =
             progress::show(goal, stats, interrupt.cancel(), &self.console, |observer| {
                 let observer = &mut preview.beside(observer);
-                self.pool
-                    .install(|| self.render(&job, resumed, &identity, observer))
+                resumed.render(session, &job, &identity, interrupt, &self.console, observer)
             });
-        self.warnings.extend(dropped_samples(stats, display));
-        let (film, features) = (&outcome.film, features.as_ref());
-        let denoised = denoise::denoise(oidn, film, features, stats, interrupt);
-        self.pool
-            .install(|| preview.finish(&outcome, denoised.image.as_ref(), stats));
+        let denoised = session.denoise(oidn, &outcome.film, features.as_ref(), interrupt);
+        if denoised.interrupted {
+            print_warnings(&["denoising was interrupted; the image keeps its noise".into()]);
+        }
+        pool.install(|| preview.finish(&outcome, denoised.image.as_ref(), stats));
+        self.warn_of_dropped_samples();
 
-        let report = self.report(&job, film.passes());
-        let facts = PictureFacts::new(self.scene, film.id_layers(), report.metadata());
+        let film = &outcome.film;
+        let report = session.report(&job, film.passes());
+        let facts = PictureFacts::new(&session.scene, film.id_layers(), report.metadata());
         let source = PictureSource {
             film,
             denoised: denoised.image.as_ref(),
             facts: &facts,
         };
-        stats.time("write", || {
-            source.write(&self.request.outputs, &self.request.picture.file, interrupt)
+        session.stats.time("write", || {
+            source.write(
+                &session.request.outputs,
+                &session.request.picture.file,
+                interrupt,
+            )
         })?;
         finish(&report, display)?;
         preview.close();
@@ -152,160 +146,23 @@ impl<'r> Run<'r> {
         }
     }
 
-    /// Renders the passes that `resumed` lacks. Also says whether the last checkpoint was written.
-    fn render(
-        &self,
-        job: &RenderJob,
-        resumed: Resumed,
-        identity: &Map<String, Value>,
-        observer: &mut dyn Observer,
-    ) -> (Outcome, Result<(), FileError>) {
-        let (stats, cancel, elapsed) =
-            (self.stats, self.interrupt.cancel(), resumed.state.elapsed());
-        let Some(plan) = &self.request.checkpoint else {
-            return (
-                resume(job, resumed.film, elapsed, stats, cancel, observer),
-                Ok(()),
-            );
-        };
-        let mut checkpoints = Checkpoints {
-            plan,
-            identity,
-            interrupt: self.interrupt,
-            console: &self.console,
-            last: Instant::now(),
-            failure: None,
-            observer,
-        };
-        let outcome = resume(job, resumed.film, elapsed, stats, cancel, &mut checkpoints);
-        (outcome, checkpoints.failure.map_or(Ok(()), Err))
-    }
-
-    fn report<'s>(&'s self, job: &'s RenderJob<'r>, passes: u32) -> RenderReport<'s> {
-        RenderReport {
-            settings: self.settings(job),
-            stats: self.stats,
-            passes,
-            warnings: &self.warnings,
-            scene_digest: self.digest,
+    /// Prints a warning if samples were not finite.
+    fn warn_of_dropped_samples(&self) {
+        if let Some(warning) = self.session.dropped_samples()
+            && !self.args.display.quiet
+        {
+            print_warnings(&[warning]);
         }
     }
 
-    fn exit_code(&self) -> Result<ExitCode, Failure> {
+    fn exit_code(&self) -> Result<u8, Failure> {
+        let warnings = self.session.all_warnings().len();
         match self.interrupt.exit_code() {
-            Some(code) => Ok(ExitCode::from(code)),
-            None if self.request.strict && !self.warnings.is_empty() => {
-                Err(Failure::Strict(self.warnings.len()))
-            }
-            None => Ok(ExitCode::SUCCESS),
+            Some(code) => Ok(code),
+            None if self.session.request.strict && warnings > 0 => Err(Failure::Strict(warnings)),
+            None => Ok(DONE),
         }
     }
-}
-
-/// Refuses a render with an estimated memory above its limit. It holds `sums` sums over passes at once.
-fn check_memory(
-    request: &RenderRequest,
-    job: &RenderJob,
-    sums: usize,
-    pictures: Option<StageMemory>,
-) -> Result<(), Failure> {
-    let Some(limit) = request.memory_limit else {
-        return Ok(());
-    };
-    let scene = StageMemory {
-        stage: "scene",
-        bytes: resident_bytes(),
-    };
-    let render = (job.method).memory(job.scene, job.budget.passes, sums, job.seed);
-    let stages: Vec<StageMemory> = std::iter::once(scene)
-        .chain(render)
-        .chain(pictures)
-        .collect();
-    let total = stages.iter().map(|stage| stage.bytes).sum();
-    if total <= limit {
-        return Ok(());
-    }
-    let parts: Vec<String> = (stages.iter())
-        .map(|stage| format!("{} {}", stage.stage, human_bytes(stage.bytes)))
-        .collect();
-    Err(Failure::usage(
-        format!(
-            "the render would take about {} ({}); --memory-limit is {}",
-            human_bytes(total),
-            parts.join(", "),
-            human_bytes(limit)
-        ),
-        "reduce --lights, --photons, --table-size or --size, or use --emission vmf",
-    ))
-}
-
-/// A pool of `threads` threads; `None` for one per processor.
-pub(super) fn thread_pool(threads: Option<usize>) -> Result<ThreadPool, Failure> {
-    ThreadPoolBuilder::new()
-        .num_threads(threads.unwrap_or(0))
-        .build()
-        .map_err(|error| Failure::Internal(format!("cannot start threads: {error}")))
-}
-
-/// A scene that is ready to be rendered.
-pub(super) struct Loaded {
-    /// The scene.
-    pub(super) scene: Scene,
-    /// Warnings without repetitions.
-    pub(super) warnings: Vec<String>,
-    /// The files that were read.
-    pub(super) files: Vec<PathBuf>,
-}
-
-/// Loads and builds the scene. Its warnings are printed too.
-pub(super) fn load(
-    request: &RenderRequest,
-    stats: &Stats,
-    display: DisplayArgs,
-) -> Result<Loaded, Failure> {
-    if display.verbose {
-        print_message(format_args!("loading {}", request.scene.display()));
-    }
-    let loaded = stats.time("load", || {
-        manylight_io::load_scene(&request.scene, &request.load_options())
-    })?;
-    let mut warnings: Vec<String> = Vec::new();
-    for warning in loaded.warnings.iter().map(ToString::to_string) {
-        if !warnings.contains(&warning) {
-            warnings.push(warning);
-        }
-    }
-    if !display.quiet || request.strict {
-        print_warnings(&warnings);
-    }
-    if request.strict && !warnings.is_empty() {
-        return Err(Failure::Strict(warnings.len()));
-    }
-    let mut desc = loaded.desc;
-    request.adjust_camera(&mut desc)?;
-    let scene = stats.time("build", || Scene::build(desc, request.sensor));
-    let scene = scene.map_err(|error| Failure::Scene {
-        scene: request.scene.clone(),
-        message: error.message,
-    })?;
-    Ok(Loaded {
-        scene,
-        warnings,
-        files: loaded.files,
-    })
-}
-
-/// A warning if samples were not finite, which is printed too.
-fn dropped_samples(stats: &Stats, display: DisplayArgs) -> Option<String> {
-    let dropped = Stats::get(&stats.dropped_samples);
-    if dropped == 0 {
-        return None;
-    }
-    let warning = format!("{dropped} samples were not finite and were replaced by black");
-    if !display.quiet {
-        print_warnings(std::slice::from_ref(&warning));
-    }
-    Some(warning)
 }
 
 fn finish(report: &RenderReport, display: DisplayArgs) -> Result<(), Failure> {

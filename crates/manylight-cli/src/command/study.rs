@@ -1,7 +1,7 @@
 //! `manylight study`: make the runs of a plan that have no result yet, and write the page.
 
 use crate::args::StudyArgs;
-use crate::failure::{Failure, INTERNAL};
+use crate::failure::{DONE, Failure, INTERNAL};
 use crate::interrupt::Interrupt;
 use crate::output::{human_time, print_message};
 use crate::study_interface::ThisProgram;
@@ -15,10 +15,9 @@ use manylight_lab::text::{plural, quoted};
 use manylight_lab::viewer::write_pages;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 /// Makes the runs of a plan, and its page.
-pub(crate) fn run(args: &StudyArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &StudyArgs) -> Result<u8, Failure> {
     let plan = load_plan(&args.plan, args.scale.as_deref(), &ThisProgram)?;
     let runs = plan_runs(&plan, &ThisProgram)?;
     let default_folder = plan.results_folder();
@@ -26,7 +25,7 @@ pub(crate) fn run(args: &StudyArgs) -> Result<ExitCode, Failure> {
     let mut results = Results::read(folder, &runs)?;
     let page_path = args.page.clone().unwrap_or_else(|| plan.page_path());
     check_folder(&page_path)?;
-    let mut code = ExitCode::SUCCESS;
+    let mut code = DONE;
     if !args.page_only {
         let selected = select_runs(&runs, &args.only)?;
         code = make_pending(args, &plan, &selected, &mut results)?;
@@ -80,7 +79,7 @@ fn make_pending(
     plan: &StudyPlan,
     selected: &[&Run],
     results: &mut Results,
-) -> Result<ExitCode, Failure> {
+) -> Result<u8, Failure> {
     let is_pending = |run: &&&Run| {
         let record = results.get(&run.key());
         args.again || !record.is_some_and(|record| record.settles(run))
@@ -93,7 +92,7 @@ fn make_pending(
         selected.len() - pending.len()
     ));
     if pending.is_empty() {
-        return Ok(ExitCode::SUCCESS);
+        return Ok(DONE);
     }
     let interrupt = Interrupt::install()?;
     let runner = runner(args, plan, &pending, &interrupt)?;
@@ -107,16 +106,16 @@ fn make_pending(
     }
     let failed = make_all(&runner, &pending, &interrupt, estimate, results)?;
     if let Some(code) = interrupt.exit_code() {
-        return Ok(ExitCode::from(code));
+        return Ok(code);
     }
     if failed > 0 {
         print_message(format_args!(
             "{failed} run{} failed; the next start tries again",
             plural(failed)
         ));
-        return Ok(ExitCode::from(INTERNAL));
+        return Ok(INTERNAL);
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(DONE)
 }
 
 /// The runner for `runs`, which starts this program.

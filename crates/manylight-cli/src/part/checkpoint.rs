@@ -6,8 +6,9 @@ use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::output::Console;
 use crate::request::{CheckpointPlan, RenderRequest};
+use crate::session::Session;
 use manylight::film::Film;
-use manylight::render::{Observer, RenderJob, Stats};
+use manylight::render::{Observer, Outcome, RenderJob, Stats, resume};
 use manylight_io::FileError;
 use manylight_io::part::{PartFile, PartHeader, write_part};
 use serde_json::{Map, Value, json};
@@ -21,17 +22,17 @@ const COMPLETED: &str = "completed.";
 const CURRENT: &str = "current.";
 
 /// An observer that writes checkpoints and calls another observer.
-pub(crate) struct Checkpoints<'a> {
-    pub(crate) plan: &'a CheckpointPlan,
+struct Checkpoints<'a> {
+    plan: &'a CheckpointPlan,
     /// What the checkpoint must agree with to be continued.
-    pub(crate) identity: &'a Map<String, Value>,
-    pub(crate) interrupt: &'a Interrupt,
-    pub(crate) console: &'a Console,
+    identity: &'a Map<String, Value>,
+    interrupt: &'a Interrupt,
+    console: &'a Console,
     /// When the last checkpoint was written.
-    pub(crate) last: Instant,
+    last: Instant,
     /// Why the last one was not written.
-    pub(crate) failure: Option<FileError>,
-    pub(crate) observer: &'a mut dyn Observer,
+    failure: Option<FileError>,
+    observer: &'a mut dyn Observer,
 }
 
 impl Checkpoints<'_> {
@@ -135,6 +136,37 @@ impl Resumed {
             ));
         }
         Ok(Resumed { film, state })
+    }
+
+    /// Renders the passes of `job` that follow, and keeps checkpoints if `session` asks for them. Also says whether the last one was written.
+    pub(crate) fn render(
+        self,
+        session: &Session,
+        job: &RenderJob,
+        identity: &Map<String, Value>,
+        interrupt: &Interrupt,
+        console: &Console,
+        observer: &mut (dyn Observer + Send),
+    ) -> (Outcome, Result<(), FileError>) {
+        let (pool, stats, cancel) = (&session.pool, &session.stats, interrupt.cancel());
+        let (film, elapsed) = (self.film, self.state.elapsed());
+        let Some(plan) = &session.request.checkpoint else {
+            let outcome = pool.install(|| resume(job, film, elapsed, stats, cancel, observer));
+            return (outcome, Ok(()));
+        };
+        pool.install(|| {
+            let mut checkpoints = Checkpoints {
+                plan,
+                identity,
+                interrupt,
+                console,
+                last: Instant::now(),
+                failure: None,
+                observer,
+            };
+            let outcome = resume(job, film, elapsed, stats, cancel, &mut checkpoints);
+            (outcome, checkpoints.failure.map_or(Ok(()), Err))
+        })
     }
 }
 

@@ -2,10 +2,10 @@
 
 mod checkpoint;
 mod identity;
+mod merge;
 mod run_state;
 mod shard;
 
-pub(crate) use checkpoint::{Checkpoints, Resumed};
-pub(crate) use identity::check_identity;
-pub(crate) use run_state::RunState;
-pub(crate) use shard::{block_group, write_shard};
+pub(crate) use checkpoint::Resumed;
+pub(crate) use merge::{blocks_of, merge_parts};
+pub(crate) use shard::write_share;

@@ -24,7 +24,7 @@ pub use layered::{ImageLayer, LayeredImage};
 pub use place::{ImageCamera, ImageWindow};
 pub use transfer::{Transfer, linear_from_srgb, srgb_from_linear};
 pub use view::{DisplayTransform, View};
-pub use write::{ImageFormat, check_writable, write_image};
+pub use write::{ImageFormat, check_writable, encode_png, write_image};
 
 use crate::file_error::{Fault, FileError, read_bytes};
 use manylight::image::Image;

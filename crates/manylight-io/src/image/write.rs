@@ -76,6 +76,19 @@ pub fn write_image(
     write_file(path, &bytes)
 }
 
+/// The picture of `image` as the bytes of a PNG file, as [`write_image`] writes them.
+///
+/// # Errors
+/// The channels are inconsistent or missing.
+pub fn encode_png(
+    image: &LayeredImage,
+    display: impl Into<DisplayTransform>,
+) -> Result<Vec<u8>, FileError> {
+    check_channels(image)
+        .and_then(|()| encode(ImageFormat::Png, image, display.into()))
+        .map_err(|fault| fault.in_file(Path::new("picture.png")))
+}
+
 /// Checks before a long computation that [`write_image`] can write `path`: the format is known and the folder is writable.
 ///
 /// # Errors

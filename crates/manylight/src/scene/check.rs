@@ -137,7 +137,7 @@ fn check_transform(transform: &Affine3A) -> Checked {
     })
 }
 
-fn check_sensor(sensor: &SensorDesc) -> Checked {
+pub(super) fn check_sensor(sensor: &SensorDesc) -> Checked {
     let film = &sensor.film;
     let check = check_transform(&sensor.world_from_camera).and_then(|()| {
         ensure(film.size.min_element() > 0, || {

@@ -20,7 +20,7 @@ use crate::geometry::{Geometry, Hit, Ray, Segment, SurfacePoint, SurfaceRef};
 use crate::ids::PrimitiveId;
 use crate::math::{Vec2, Vec3};
 use crate::sampling::{Pass, Stream};
-use crate::sensors::Sensor;
+use crate::sensors::{Sensor, SensorDesc};
 use crate::texture::{Texture, TexturePoint};
 
 /// Camera rays of the guiding pre-pass, see [`Scene::emission_guide`]. Not measured: more rays give a more accurate guide in more time.
@@ -52,6 +52,16 @@ impl Scene {
     /// Ids out of range, cycles of materials, singular or non-finite transforms, emitters inside of groups, an empty film.
     pub fn build(desc: SceneDesc, sensor: usize) -> Result<Scene, SceneError> {
         build::build(desc, sensor)
+    }
+
+    /// Replaces the sensor. Nothing else is built anew.
+    ///
+    /// # Errors
+    /// A singular or non-finite transform, or an empty film: the sensor stays.
+    pub fn set_sensor(&mut self, sensor: SensorDesc) -> Result<(), SceneError> {
+        check::check_sensor(&sensor)?;
+        self.sensor = Sensor::new(sensor);
+        Ok(())
     }
 
     /// The guide for photons of infinite lights, for [`Emitters::sample_emission`]: it concentrates them on the part of the scene

@@ -237,6 +237,21 @@ fn broken_films_are_refused() {
 }
 
 #[test]
+fn another_sensor_sees_the_same_scene() {
+    let mut scene = Scene::build(desc(), 0).unwrap();
+    let mut other = sensor();
+    other.film.size = UVec2::new(8, 6);
+    scene.set_sensor(other.clone()).unwrap();
+    assert_eq!(scene.sensor.desc().film.size, UVec2::new(8, 6));
+    let center = |scene: &Scene| scene.sensor.ray(Vec2::new(2.0, 1.5), Vec2::ZERO).ray.d;
+    let before = center(&scene);
+    other.film.crop_size = UVec2::ZERO;
+    assert!(scene.set_sensor(other).is_err());
+    assert_eq!(center(&scene), before);
+    assert_ne!(center(&Scene::build(desc(), 0).unwrap()), before);
+}
+
+#[test]
 fn a_small_scale_is_not_singular() {
     let mut small = desc();
     small.primitives[0].world_from_object = Affine3A::from_scale(Vec3::splat(1e-14));

@@ -46,7 +46,7 @@ pub enum FovAxis {
 }
 
 /// A sensor as a scene file describes it. Plain data; [`Sensor::new`] resolves it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct SensorDesc {
     /// Name or id in the file; may be empty.
     pub name: String,

@@ -1,0 +1,193 @@
+//! Scenes that are loaded once and rendered several times.
+
+use crate::args::{Cli, Command};
+use crate::failure::Failure;
+use crate::request::RenderRequest;
+use crate::session::{SceneFile, Session, build_scene, open_denoiser, scene_failure, thread_pool};
+use clap::Parser;
+use manylight::render::Stats;
+use manylight::scene::{Scene, SceneDesc};
+use manylight::sensors::SensorDesc;
+use manylight_io::LoadOptions;
+use rayon::ThreadPool;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// A loaded scene. It is built by the first render.
+pub struct HeldScene {
+    /// The words of the command line that load it: the file and its options.
+    words: Vec<String>,
+    digest: String,
+    warnings: Vec<String>,
+    cameras: Vec<SensorDesc>,
+    content: Mutex<Content>,
+}
+
+enum Content {
+    /// Not built yet.
+    Described(Box<SceneDesc>),
+    Built(Arc<Scene>),
+    /// The scene cannot be built, for this reason.
+    Invalid(String),
+}
+
+impl HeldScene {
+    /// Loads a scene. `words` are its file, and those options of `manylight render` that belong to loading.
+    ///
+    /// # Errors
+    /// An option is wrong, the scene is invalid, or a file of it cannot be read. With `--strict`, a warning.
+    pub fn load(words: Vec<String>) -> Result<Self, Failure> {
+        let request = request(&words, &[])?;
+        let options = LoadOptions {
+            strict: request.strict,
+            ..request.load_options()
+        };
+        let file = SceneFile::load(&request, &options, &thread_pool(None)?, &Stats::default())?;
+        Ok(HeldScene {
+            words,
+            digest: file.digest,
+            warnings: file.warnings,
+            cameras: file.desc.sensors.clone(),
+            content: Mutex::new(Content::Described(Box::new(file.desc))),
+        })
+    }
+
+    /// SHA-256 of the files of the scene, as [`manylight_io::scene_digest`] takes it.
+    pub fn digest(&self) -> &str {
+        &self.digest
+    }
+
+    /// Warnings about the scene, without repetitions.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    /// Names of the cameras; a name may be empty.
+    pub fn cameras(&self) -> impl Iterator<Item = &str> {
+        self.cameras.iter().map(|camera| camera.name.as_str())
+    }
+
+    /// A session that renders this scene. `words` are options of `manylight render`.
+    ///
+    /// # Errors
+    /// An option is wrong or contradicts another, the scene has no such camera, or it is being rendered with another camera or film.
+    pub fn session(&self, words: &[String]) -> Result<Session, Failure> {
+        let request = request(&self.words, words)?;
+        let (pool, stats) = (thread_pool(request.threads)?, Stats::default());
+        let oidn = open_denoiser(&request)?.map(|oidn| oidn.version());
+        let scene = self.scene(&request, &pool, &stats)?;
+        Ok(Session {
+            request,
+            scene,
+            digest: self.digest.clone(),
+            warnings: self.warnings.clone(),
+            oidn,
+            pool,
+            stats,
+        })
+    }
+
+    /// The scene with the camera of `request`.
+    fn scene(
+        &self,
+        request: &RenderRequest,
+        pool: &ThreadPool,
+        stats: &Stats,
+    ) -> Result<Arc<Scene>, Failure> {
+        let camera = request.camera(&self.cameras)?;
+        let mut content = self.content.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Content::Described(desc) = &mut *content {
+            let built = build_scene(request, std::mem::take(desc), pool, stats);
+            *content = match built {
+                Ok(scene) => Content::Built(Arc::new(scene)),
+                Err(failure) => Content::Invalid(failure.to_string()),
+            };
+        }
+        let scene = match &mut *content {
+            Content::Built(scene) => scene,
+            Content::Described(_) => unreachable!("the scene was built"),
+            Content::Invalid(message) => {
+                return Err(scene_failure(&request.scene, message.clone()));
+            }
+        };
+        if *scene.sensor.desc() != camera {
+            let Some(scene) = Arc::get_mut(scene) else {
+                return Err(Failure::usage(
+                    "the scene is being rendered with another camera or film",
+                    "end that render first, or load the scene a second time",
+                ));
+            };
+            let changed = scene.set_sensor(camera);
+            changed.map_err(|error| scene_failure(&request.scene, error.message))?;
+        }
+        Ok(Arc::clone(scene))
+    }
+}
+
+/// The request of a command line with these words.
+fn request(scene_words: &[String], words: &[String]) -> Result<RenderRequest, Failure> {
+    let command = ["manylight", "render"].into_iter();
+    let words = scene_words.iter().chain(words).map(String::as_str);
+    let cli = Cli::try_parse_from(command.chain(words)).map_err(usage)?;
+    let Command::Render(args) = cli.command else {
+        unreachable!("the subcommand is `render`")
+    };
+    let request = RenderRequest::new(&args)?;
+    Ok(RenderRequest {
+        outputs: Vec::new(),
+        ..request
+    })
+}
+
+/// The failure of a wrong command line. The message of `clap` ends with paragraphs of suggestions and usage.
+fn usage(error: clap::Error) -> Failure {
+    let text = error.to_string();
+    let mut paragraphs = text.split("\n\n").map(str::trim);
+    let message = paragraphs.next().unwrap_or_default();
+    let message = message.strip_prefix("error: ").unwrap_or(message);
+    let tip = paragraphs.find_map(|paragraph| paragraph.strip_prefix("tip: "));
+    Failure::usage(message, tip.unwrap_or("see `manylight render --help`"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn words(text: &str) -> Vec<String> {
+        text.split_whitespace().map(str::to_owned).collect()
+    }
+
+    fn room() -> HeldScene {
+        let scene = concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/../../scenes/furnace/emissive-box.xml"
+        );
+        HeldScene::load(vec![scene.into()]).unwrap()
+    }
+
+    #[test]
+    fn a_scene_is_built_once_and_seen_by_any_film() {
+        let room = room();
+        let first = room.session(&words("--size 8x6")).unwrap();
+        let other = room.session(&words("--size 9x6")).err().unwrap();
+        assert!(other.to_string().contains("another camera or film"));
+        let same = room.session(&words("--size 8x6 --method path")).unwrap();
+        assert!(Arc::ptr_eq(&first.scene, &same.scene));
+        drop((first, same));
+        let wide = room.session(&words("--size 9x6")).unwrap();
+        assert_eq!(wide.scene.sensor.desc().film.size.x, 9);
+        let missing = room.session(&words("--sensor 7")).err().unwrap();
+        assert_eq!(missing.exit_code(), 2);
+    }
+
+    #[test]
+    fn wrong_words_are_usage_failures_with_a_suggestion() {
+        let room = room();
+        let failure = |text| room.session(&words(text)).err().unwrap();
+        let Failure::Usage { message, help } = failure("--method rich-vlp") else {
+            panic!("expected a usage failure");
+        };
+        assert!(message.contains("'rich-vlp'"), "{message}");
+        assert!(help.contains("rich-vpl"), "{help}");
+        assert_eq!(failure("--method path --lights 5").exit_code(), 2);
+    }
+}

@@ -1,0 +1,12 @@
+//! Renders for programs that keep scenes and pictures in memory, such as the Python package.
+//!
+//! Settings are words of the command line of `manylight render`, so that both doors have the same names, defaults and messages.
+
+mod held_scene;
+mod maps;
+mod parts;
+mod render;
+
+pub use held_scene::HeldScene;
+pub use parts::{PartBlocks, merge, part_header};
+pub use render::{Picture, Rendered, display_transform};

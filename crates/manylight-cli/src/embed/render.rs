@@ -1,0 +1,122 @@
+//! Renders to pictures in memory.
+
+use crate::failure::Failure;
+use crate::interrupt::Interrupt;
+use crate::memory::{check_memory, sums_of_render};
+use crate::names::{AovNames, VIEWS};
+use crate::output::Console;
+use crate::part::Resumed;
+use crate::picture::{PictureFacts, PictureSource};
+use crate::session::{Session, open_denoiser};
+use manylight::film::Film;
+use manylight::image::Image;
+use manylight::render::{Observer, RenderJob, Stop};
+use manylight_io::image::{DisplayTransform, LayeredImage};
+
+/// A picture with what is known of its render.
+#[derive(Clone, Debug)]
+pub struct Picture {
+    /// The layers of an EXR file, with its metadata.
+    pub image: LayeredImage,
+    /// Number of passes.
+    pub passes: u32,
+    /// Estimate of the relative error, as `--target-error` takes it; infinite if it is unknown.
+    pub relative_error: f32,
+}
+
+impl Picture {
+    /// The picture of `film`, denoised if there is a denoised image.
+    pub(super) fn new(film: &Film, denoised: Option<&Image>, facts: &PictureFacts) -> Self {
+        let source = PictureSource {
+            film,
+            denoised,
+            facts,
+        };
+        Picture {
+            image: source.picture(AovNames::Manylight),
+            passes: film.passes(),
+            relative_error: film.relative_error(),
+        }
+    }
+}
+
+/// How values become colors of 8 bits: an exposure in stops, and a word that `--view` takes.
+///
+/// # Errors
+/// The word is unknown.
+pub fn display_transform(exposure: f32, view: &str) -> Result<DisplayTransform, Failure> {
+    let found = VIEWS.iter().find(|(name, _)| *name == view);
+    let view = found.map(|&(_, view)| view).ok_or_else(|| {
+        let names: Vec<&str> = VIEWS.iter().map(|&(name, _)| name).collect();
+        let help = format!("expected one of {}", names.join(", "));
+        Failure::usage(format!("--view: found '{view}'"), help)
+    })?;
+    Ok(DisplayTransform {
+        exposure_ev: exposure,
+        view,
+    })
+}
+
+/// The result of a render.
+#[derive(Debug)]
+pub struct Rendered {
+    /// The picture.
+    pub picture: Picture,
+    /// Whether it was interrupted.
+    pub interrupted: bool,
+    /// What went wrong at the end, such as a checkpoint that was not written.
+    pub failures: Vec<Failure>,
+}
+
+impl Session {
+    /// Number of passes of the render; `None` if another limit ends it.
+    pub fn passes(&self) -> Option<u32> {
+        self.request.budget.passes
+    }
+
+    /// Whether the picture is to be denoised.
+    pub fn denoises(&self) -> bool {
+        self.oidn.is_some()
+    }
+
+    /// Renders a picture, and denoises it if that is asked for.
+    ///
+    /// # Errors
+    /// The denoiser is missing, the memory limit is too small, or the checkpoint to continue from is not one of this render.
+    pub fn render(
+        &self,
+        interrupt: &Interrupt,
+        observer: &mut (dyn Observer + Send),
+    ) -> Result<Rendered, Failure> {
+        let oidn = open_denoiser(&self.request)?;
+        let mut job = self.job();
+        let limit = self.request.memory_limit;
+        self.pool
+            .install(|| check_memory(limit, &job, sums_of_render(&job), None))?;
+        let identity = self.settings(&job).identity(&self.digest);
+        let resumed = Resumed::load(&self.request, &job, &identity)?;
+        let features = self.features(&mut job, interrupt);
+        resumed.state.add_to(&self.stats);
+        let console = Console::default();
+        let (outcome, checkpoint) =
+            resumed.render(self, &job, &identity, interrupt, &console, observer);
+        let denoised = self.denoise(oidn.as_ref(), &outcome.film, features.as_ref(), interrupt);
+        let failures = checkpoint.err().map(Failure::from).into_iter();
+        Ok(Rendered {
+            picture: self.picture_of(&job, &outcome.film, denoised.image.as_ref()),
+            interrupted: outcome.stop == Stop::Cancelled || denoised.interrupted,
+            failures: failures.chain(denoised.failure).collect(),
+        })
+    }
+
+    /// The picture of a film of this session, as an observer gets it.
+    pub fn picture(&self, film: &Film) -> Picture {
+        self.picture_of(&self.job(), film, None)
+    }
+
+    fn picture_of(&self, job: &RenderJob, film: &Film, denoised: Option<&Image>) -> Picture {
+        let metadata = self.report(job, film.passes()).metadata();
+        let facts = PictureFacts::new(&self.scene, film.id_layers(), metadata);
+        Picture::new(film, denoised, &facts)
+    }
+}

@@ -1,0 +1,73 @@
+//! The front end of the renderer `manylight`: the command of that name, and the same renders for programs that keep scenes and
+//! pictures in memory ([`embed`]).
+//!
+//! `args` defines the command line, `request` gives the options of `render` their meaning, and `command` has one file per subcommand.
+//! `session` is a scene with the settings of a render, `picture` makes image files of a film, `part` the files of shares and checkpoints.
+//! Data goes to standard output, messages go to standard error.
+
+mod args;
+mod command;
+pub mod embed;
+mod failure;
+mod interrupt;
+mod memory;
+mod method;
+mod names;
+mod output;
+mod part;
+mod picture;
+mod preset;
+mod progress;
+mod repeat;
+mod report;
+mod request;
+mod session;
+mod study_interface;
+mod values;
+
+pub use failure::Failure;
+pub use interrupt::Interrupt;
+pub use session::Session;
+
+use args::{Cli, Command};
+use clap::Parser;
+use output::print_message;
+use std::ffi::OsString;
+
+/// Runs the command with these words, the first of which is its name. Returns its exit code.
+pub fn run_command(words: impl IntoIterator<Item = OsString>) -> u8 {
+    let cli = match Cli::try_parse_from(words) {
+        Ok(cli) => cli,
+        Err(error) => {
+            // A closed stream does not change the exit code.
+            let _ = error.print();
+            return u8::try_from(error.exit_code()).unwrap_or(failure::USAGE);
+        }
+    };
+    std::panic::set_hook(Box::new(|panic| {
+        print_message(format_args!("internal error: {panic}"))
+    }));
+    match std::panic::catch_unwind(|| run(&cli.command)) {
+        Ok(Ok(code)) => code,
+        Ok(Err(Failure::ClosedPipe)) => failure::DONE,
+        Ok(Err(failure)) => {
+            failure.print();
+            failure.exit_code()
+        }
+        Err(_) => failure::INTERNAL,
+    }
+}
+
+fn run(command: &Command) -> Result<u8, Failure> {
+    match command {
+        Command::Render(args) => command::render::run(args),
+        Command::Maps(args) => command::maps::run(args),
+        Command::Merge(args) => command::merge::run(args),
+        Command::Compare(args) => command::compare::run(args),
+        Command::Study(args) => command::study::run(args),
+        Command::Info(args) => command::info::run(args),
+        Command::Check(args) => command::check::run(args),
+        Command::List(args) => command::list::run(args),
+        Command::Completions(args) => command::completions::run(args),
+    }
+}

@@ -1,0 +1,175 @@
+//! The film of a render, from part files of all its blocks.
+
+use super::identity::check_identity;
+use super::run_state::RunState;
+use super::shard::{PASSES, block_group};
+use crate::failure::Failure;
+use crate::picture::PictureFacts;
+use manylight::film::Film;
+use manylight::film::blocks::{block_count, passes_of_block};
+use manylight_io::FileError;
+use manylight_io::part::PartFile;
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::num::NonZeroU32;
+use std::path::{Path, PathBuf};
+
+/// Most missing blocks that a message lists.
+const LISTED: usize = 10;
+
+/// Merges part files. One block of passes is in memory beside the sum of those before.
+///
+/// # Errors
+/// A part cannot be read, is damaged or belongs to another render, or a block is missing or given twice.
+pub(crate) fn merge_parts(paths: &[PathBuf]) -> Result<(Film, PictureFacts), Failure> {
+    let parts = paths
+        .iter()
+        .map(|path| PartFile::open(path))
+        .collect::<Result<Vec<_>, _>>()?;
+    let plan = MergePlan::new(&parts)?;
+    parts.iter().try_for_each(PartFile::verify)?;
+    Ok((merge(&parts, &plan)?, facts(&parts)?))
+}
+
+/// Which part has which block.
+struct MergePlan {
+    /// Passes of the render.
+    passes: u32,
+    /// Index of the part of each block.
+    part_of: Vec<usize>,
+}
+
+impl MergePlan {
+    /// Refuses parts of several renders, blocks that occur twice, and missing blocks.
+    fn new(parts: &[PartFile]) -> Result<Self, Failure> {
+        let limit = passes_of_render(parts)?;
+        let block_passes = parts[0].header().film.block;
+        let blocks = parts
+            .iter()
+            .map(blocks_of)
+            .collect::<Result<Vec<_>, Failure>>()?;
+        let passes = match limit {
+            Some(passes) => passes,
+            None => passes_of_blocks(blocks.iter().flatten(), block_passes),
+        };
+        let count = block_count(passes, block_passes);
+        let mut found: BTreeMap<u32, usize> = BTreeMap::new();
+        for (k, (part, blocks)) in parts.iter().zip(blocks).enumerate() {
+            for block in blocks {
+                if block >= count {
+                    let message = format!("found block {block} of {count}");
+                    return Err(damaged(part.path(), &message));
+                }
+                if let Some(other) = found.insert(block, k) {
+                    let [other, part] = [other, k].map(|k| parts[k].path().display());
+                    return Err(Failure::usage(
+                        format!("{other} and {part} both have block {block} of {count}"),
+                        "give each share once",
+                    ));
+                }
+            }
+        }
+        let missing = count as usize - found.len();
+        if missing > 0 {
+            let absent = (0..count).filter(|block| !found.contains_key(block));
+            let first: Vec<String> = absent.take(LISTED).map(|block| block.to_string()).collect();
+            let more = if missing > LISTED { ", ..." } else { "" };
+            return Err(Failure::usage(
+                format!(
+                    "{missing} of {count} blocks of passes are in no part: {}{more}",
+                    first.join(", ")
+                ),
+                "blocks are counted from 0; render their shares",
+            ));
+        }
+        Ok(MergePlan {
+            passes,
+            part_of: found.into_values().collect(),
+        })
+    }
+}
+
+/// Passes of a render of the blocks before the last of `blocks`, and of this one.
+fn passes_of_blocks<'b>(blocks: impl Iterator<Item = &'b u32>, block_passes: NonZeroU32) -> u32 {
+    let count = blocks.max().map_or(0, |last| last.saturating_add(1));
+    count.saturating_mul(block_passes.get())
+}
+
+/// Passes of the render that the parts belong to; `None` if it has no end. Refuses parts of several renders.
+fn passes_of_render(parts: &[PartFile]) -> Result<Option<u32>, Failure> {
+    let first = &parts[0];
+    for part in parts {
+        let other = first.path().display().to_string();
+        check_identity(part, &first.header().render, &other)?;
+        if part.header().film != first.header().film {
+            let message = "its film differs from that of the other parts";
+            return Err(damaged(part.path(), message));
+        }
+    }
+    let passes = first.header().render.get(PASSES);
+    if passes == Some(&Value::Null) {
+        return Ok(None);
+    }
+    let passes = passes.and_then(Value::as_u64);
+    let passes = passes.and_then(|n| u32::try_from(n).ok());
+    passes.filter(|&n| n > 0).map(Some).ok_or_else(|| {
+        let message = "found no share of a render, expected a part file that --shard has written";
+        damaged(first.path(), message)
+    })
+}
+
+/// The blocks of a part.
+pub(crate) fn blocks_of(part: &PartFile) -> Result<Vec<u32>, Failure> {
+    let number = |group: &String| {
+        let number = group.strip_prefix("block.")?.strip_suffix('.')?;
+        number.parse::<u32>().ok()
+    };
+    let blocks: Option<Vec<u32>> = part.groups().iter().map(number).collect();
+    blocks.ok_or_else(|| damaged(part.path(), "found a group of arrays that is no block"))
+}
+
+/// Adds the blocks in their order.
+fn merge(parts: &[PartFile], plan: &MergePlan) -> Result<Film, Failure> {
+    let mut film = parts[plan.part_of[0]].film(&block_group(0))?;
+    for (block, &k) in (0..).zip(&plan.part_of) {
+        let sums = parts[k].sums(&block_group(block), &film)?;
+        let (found, expected) = (
+            sums.passes(),
+            passes_of_block(block, film.block(), plan.passes),
+        );
+        if found != expected {
+            let message = format!("block {block} has the passes {found:?}, expected {expected:?}");
+            return Err(damaged(parts[k].path(), &message));
+        }
+        film.append(sums);
+    }
+    Ok(film)
+}
+
+/// What the first part says about its picture, with the seconds of all parts.
+fn facts(parts: &[PartFile]) -> Result<PictureFacts, Failure> {
+    let mut facts: PictureFacts = from_header(&parts[0], &parts[0].header().picture)?;
+    let mut seconds = 0.0;
+    for part in parts {
+        let state: RunState = from_header(part, &part.header().state)?;
+        seconds += state.seconds;
+    }
+    // Those of the stages belong to one part.
+    facts
+        .metadata
+        .retain(|(name, _)| !name.starts_with("seconds"));
+    facts
+        .metadata
+        .push(("seconds".into(), format!("{seconds:.3}")));
+    Ok(facts)
+}
+
+fn from_header<T: DeserializeOwned>(part: &PartFile, value: &Value) -> Result<T, Failure> {
+    serde_json::from_value(value.clone())
+        .map_err(|error| damaged(part.path(), &format!("the header is damaged: {error}")))
+}
+
+fn damaged(path: &Path, message: &str) -> Failure {
+    FileError::malformed(path, message).into()
+}

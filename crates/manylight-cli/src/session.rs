@@ -1,0 +1,235 @@
+//! A scene with the settings of a render.
+
+use crate::failure::Failure;
+use crate::interrupt::Interrupt;
+use crate::repeat::Settings;
+use crate::report::RenderReport;
+use crate::request::RenderRequest;
+use manylight::film::{Film, Layer};
+use manylight::image::Image;
+use manylight::render::{RenderJob, Stats};
+use manylight::scene::{Scene, SceneDesc};
+use manylight_denoise::{
+    FEATURE_PASSES, FeatureImages, FilterError, Oidn, SearchPlaces, Version, denoise_film,
+    render_features,
+};
+use manylight_io::{LoadOptions, LoadedScene, load_scene, scene_digest};
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// A scene with the settings of a render, and everything that the render uses.
+pub struct Session {
+    pub(crate) request: RenderRequest,
+    pub(crate) scene: Arc<Scene>,
+    /// SHA-256 of the files of the scene.
+    pub(crate) digest: String,
+    /// Warnings about the scene, without repetitions.
+    pub(crate) warnings: Vec<String>,
+    /// Version of Open Image Denoise, if the image is to be denoised.
+    pub(crate) oidn: Option<Version>,
+    pub(crate) pool: ThreadPool,
+    pub(crate) stats: Stats,
+}
+
+/// A pool of `threads` threads; `None` for one per processor.
+pub(crate) fn thread_pool(threads: Option<usize>) -> Result<ThreadPool, Failure> {
+    ThreadPoolBuilder::new()
+        .num_threads(threads.unwrap_or(0))
+        .build()
+        .map_err(|error| Failure::Internal(format!("cannot start threads: {error}")))
+}
+
+/// The denoiser of a request; `None` if it names none.
+///
+/// # Errors
+/// The library is not found or cannot be used.
+pub(crate) fn open_denoiser(request: &RenderRequest) -> Result<Option<Oidn>, Failure> {
+    if request.denoise.is_none() {
+        return Ok(None);
+    }
+    let places = SearchPlaces::from_environment(request.oidn_lib.clone());
+    Ok(Some(Oidn::open(&places, request.threads)?))
+}
+
+/// A loaded scene file.
+pub(crate) struct SceneFile {
+    pub(crate) desc: SceneDesc,
+    /// Warnings without repetitions.
+    pub(crate) warnings: Vec<String>,
+    /// SHA-256 of the files of the scene.
+    pub(crate) digest: String,
+}
+
+impl SceneFile {
+    /// Loads the scene of `request` on the threads of `pool`.
+    ///
+    /// # Errors
+    /// The scene is invalid, or a file of it cannot be read.
+    pub(crate) fn load(
+        request: &RenderRequest,
+        options: &LoadOptions,
+        pool: &ThreadPool,
+        stats: &Stats,
+    ) -> Result<Self, Failure> {
+        stats.time("load", || {
+            pool.install(|| {
+                let loaded = load_scene(&request.scene, options)?;
+                let digest = scene_digest(&request.scene, &loaded.files)?;
+                Ok(SceneFile {
+                    warnings: distinct_warnings(&loaded),
+                    desc: loaded.desc,
+                    digest,
+                })
+            })
+        })
+    }
+}
+
+fn distinct_warnings(loaded: &LoadedScene) -> Vec<String> {
+    let mut warnings: Vec<String> = Vec::new();
+    for warning in loaded.warnings.iter().map(ToString::to_string) {
+        if !warnings.contains(&warning) {
+            warnings.push(warning);
+        }
+    }
+    warnings
+}
+
+/// Builds a scene that the camera of `request` sees.
+///
+/// # Errors
+/// The scene is invalid, or has no such camera.
+pub(crate) fn build_scene(
+    request: &RenderRequest,
+    mut desc: SceneDesc,
+    pool: &ThreadPool,
+    stats: &Stats,
+) -> Result<Scene, Failure> {
+    desc.sensors = vec![request.camera(&desc.sensors)?];
+    let scene = stats.time("build", || pool.install(|| Scene::build(desc, 0)));
+    scene.map_err(|error| scene_failure(&request.scene, error.message))
+}
+
+/// The failure of a scene with invalid content.
+pub(crate) fn scene_failure(scene: &Path, message: String) -> Failure {
+    Failure::Scene {
+        scene: scene.to_owned(),
+        message,
+    }
+}
+
+impl Session {
+    /// The render.
+    pub(crate) fn job(&self) -> RenderJob<'_> {
+        let request = &self.request;
+        RenderJob {
+            scene: &self.scene,
+            method: request.method(self.scene.limits),
+            budget: request.budget,
+            seed: request.seed,
+            block: request.block,
+        }
+    }
+
+    /// Settings of a render of `job`.
+    pub(crate) fn settings<'s>(&'s self, job: &'s RenderJob) -> Settings<'s> {
+        Settings {
+            request: &self.request,
+            method: &job.method,
+            film: &self.scene.sensor.desc().film,
+            threads: self.pool.current_num_threads(),
+            oidn: self.oidn,
+        }
+    }
+
+    /// The report of a render of `job` after `passes` passes.
+    pub(crate) fn report<'s>(&'s self, job: &'s RenderJob, passes: u32) -> RenderReport<'s> {
+        RenderReport {
+            settings: self.settings(job),
+            stats: &self.stats,
+            passes,
+            warnings: self.all_warnings(),
+            scene_digest: &self.digest,
+        }
+    }
+
+    /// Warnings about the scene and the samples so far.
+    pub(crate) fn all_warnings(&self) -> Vec<String> {
+        let mut warnings = self.warnings.clone();
+        warnings.extend(self.dropped_samples());
+        warnings
+    }
+
+    /// A warning if samples were not finite.
+    pub(crate) fn dropped_samples(&self) -> Option<String> {
+        let dropped = Stats::get(&self.stats.dropped_samples);
+        (dropped > 0)
+            .then(|| format!("{dropped} samples were not finite and were replaced by black"))
+    }
+
+    /// Renders features that the film of `job` will lack, if the image is to be denoised. Their time is taken from the time limit of `job`.
+    pub(crate) fn features(&self, job: &mut RenderJob, interrupt: &Interrupt) -> Option<Film> {
+        self.oidn?;
+        let has_features = job.method.layers().contains(&Layer::Albedo);
+        let expected = job.budget.passes.filter(|_| has_features).unwrap_or(0);
+        let passes = FEATURE_PASSES.saturating_sub(expected);
+        if passes == 0 {
+            return None;
+        }
+        let start = Instant::now();
+        let film = self.stats.time("features", || {
+            let cancel = interrupt.cancel();
+            self.pool.install(|| render_features(job, passes, cancel))
+        });
+        job.budget.time = (job.budget.time).map(|limit| limit.saturating_sub(start.elapsed()));
+        Some(film)
+    }
+
+    /// Denoises `film` by `oidn`, if there is one. A second signal ends it.
+    pub(crate) fn denoise(
+        &self,
+        oidn: Option<&Oidn>,
+        film: &Film,
+        features: Option<&Film>,
+        interrupt: &Interrupt,
+    ) -> Denoised {
+        let Some(oidn) = oidn else {
+            return Denoised::default();
+        };
+        let films: Vec<&Film> = std::iter::once(film).chain(features).collect();
+        let result = interrupt.denoising(|skip| {
+            self.stats.time("denoise", || {
+                let features = FeatureImages::from_films(&films);
+                denoise_film(oidn, film, features.as_ref(), skip)
+            })
+        });
+        match result {
+            Ok(image) => Denoised {
+                image: Some(image),
+                failure: None,
+                interrupted: false,
+            },
+            Err(FilterError::Cancelled) => Denoised {
+                interrupted: true,
+                ..Denoised::default()
+            },
+            Err(error @ FilterError::Library(_)) => Denoised {
+                failure: Some(Failure::NotDenoised(error.to_string())),
+                ..Denoised::default()
+            },
+        }
+    }
+}
+
+/// A denoised image, or the reason why there is none.
+#[derive(Default)]
+pub(crate) struct Denoised {
+    /// The image.
+    pub(crate) image: Option<Image>,
+    /// The failure of the library, to be reported when the image is written.
+    pub(crate) failure: Option<Failure>,
+    /// Whether a second signal ended the denoising.
+    pub(crate) interrupted: bool,
+}
