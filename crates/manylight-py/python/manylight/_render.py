@@ -1,0 +1,208 @@
+"""Renders, parts of renders, and comparison."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import warnings
+from collections.abc import Callable, Iterable, Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from tqdm.auto import tqdm
+
+from . import _native
+from ._native import Image
+from ._options import words
+from ._scene import Scene, load_file
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+__all__ = ["Comparison", "compare", "merge", "part_info", "read_image", "render", "render_part"]
+
+Progress = Callable[[int, "int | None", float], object]
+
+# Passes of a render without a limit, as the command has it.
+_DEFAULT_PASSES = 16
+
+
+def render(
+    scene: Scene | str | os.PathLike[str],
+    method: str = "rich-vpl",
+    *,
+    passes: int | None = None,
+    time: float | str | None = None,
+    target_error: float | None = None,
+    seed: int = 0,
+    size: tuple[int, int] | None = None,
+    progress: bool | Progress = False,
+    **options: Any,
+) -> Image:
+    """Renders a scene to an image.
+
+    Ctrl-C stops the render: the image with the passes so far is returned, with a warning, and `Image.interrupted` is true.
+
+    Args:
+        scene: A scene, or the path of a scene file.
+        method: A method, as ``manylight list methods`` names it.
+        passes: Samples per pixel in total; a pass of a many-light method is one sample per pixel. Default: 16, or no limit with ``time`` or
+            ``target_error``.
+        time: Seconds, or text such as ``"10m"``; the render stops after the pass that ends closest to it.
+        target_error: The render stops when the estimated relative error of the image is below this value.
+        seed: Images with the same seed have the same bits, for any number of threads.
+        size: Width and height in pixels. Default: the size in the scene.
+        progress: Whether to show a progress bar; or a function that is called with the passes so far, the passes in total (None if another
+            limit ends the render), and seconds. An exception of it ends the render.
+        **options: Any other option of ``manylight render``, with underscores: ``max_depth=5``, ``filter="box"``, ``denoise="oidn"``,
+            ``aov=["position"]``, ``threads=4``, ``checkpoint="scene.part"``, and the axes of many-light methods such as ``lights=4096``,
+            ``emission="vmf"``, ``clamp="none"``.
+
+    Raises:
+        UsageError: An option has a wrong value, or contradicts another.
+        SceneError: The scene is invalid.
+        ComponentError: The denoiser is missing.
+    """
+    scene = as_scene(scene)
+    limits = {"passes": passes, "time": time, "target_error": target_error}
+    command = words({"method": method, **limits, "seed": seed, "size": size, **options})
+    open_ended = time is not None or target_error is not None
+    total = passes if passes is not None or open_ended else _DEFAULT_PASSES
+    with _shown(progress, total) as report:
+        image = _native.render(scene._native, command, report)
+    if image.interrupted:
+        warnings.warn(f"interrupted: the image has {image.passes} passes", RuntimeWarning, stacklevel=2)
+    return image
+
+
+def render_part(
+    scene: Scene | str | os.PathLike[str],
+    path: str | os.PathLike[str],
+    *,
+    shard: tuple[int, int] | None = None,
+    blocks: range | None = None,
+    passes: int | None = None,
+    method: str = "rich-vpl",
+    progress: bool | Progress = False,
+    **options: Any,
+) -> None:
+    """Renders a share of the passes of a render to a part file, for `merge`.
+
+    Args:
+        scene: A scene, or the path of a scene file.
+        path: The part file. It is written whole or not at all.
+        shard: Which share, counted from 1, of how many: ``(2, 8)``.
+        blocks: Blocks of passes instead, counted from 0; a block has 16 passes unless ``block=`` says otherwise.
+        passes: Passes of the whole render. With ``blocks``, None is a render without end: it has as many passes as the parts that are merged.
+        method: As for `render`.
+        progress: As for `render`, over the passes of this part.
+        **options: As for `render`. All parts of a render have the same.
+
+    Raises:
+        KeyboardInterrupt: Ctrl-C: no part was written.
+        UsageError, SceneError, FileError: As for `render`.
+    """
+    if (shard is None) == (blocks is None):
+        raise TypeError("expected either shard= or blocks=")
+    if blocks is not None and blocks.step != 1:
+        raise ValueError(f"blocks: found {blocks}, expected consecutive ones")
+    is_open = blocks is not None and passes is None
+    command = words({"method": method, "passes": passes, **options})
+    span = None if blocks is None else (blocks.start, blocks.stop)
+    with _shown(progress, None) as report:
+        _native.render_part(as_scene(scene)._native, command, os.fspath(path), share=shard, blocks=span, open=is_open, progress=report)
+
+
+def merge(parts: Iterable[str | os.PathLike[str]]) -> Image:
+    """Merges the part files of a render, in any order, to the image of one run, with the same bits.
+
+    Raises:
+        FileError: A part cannot be read, or is damaged.
+        UsageError: A part belongs to another render, or blocks are missing or given twice.
+    """
+    return _native.merge([os.fspath(part) for part in parts])
+
+
+def part_info(path: str | os.PathLike[str]) -> dict[str, Any]:
+    """Checks a part file, and returns what it says: ``render`` (what decides about its bits), ``film``, ``state``, ``blocks``.
+
+    Raises:
+        FileError: The file cannot be read, is damaged, or is no part of a render.
+    """
+    return json.loads(_native.part_info(os.fspath(path)))
+
+
+def read_image(path: str | os.PathLike[str]) -> Image:
+    """Reads an image file: exr with all layers, png, jpg, tga, bmp, hdr, pfm.
+
+    Raises:
+        FileError: The file cannot be read, or is damaged.
+    """
+    return _native.read_image(os.fspath(path))
+
+
+class Comparison(dict):
+    """How an image differs from a reference: the measures of ``manylight compare --json``, also as attributes.
+
+    ``relmse``, ``mse``, ``mape``, ``smape``, ``psnr``, ``ssim``, ``flip``, ``ratio_of_means`` (one number per channel), ``pixels``, and, if
+    both images know their variance, ``noise_floor`` and ``blocks`` (z-scores of 8x8 blocks). ``flip_map`` is an array (height, width).
+    """
+
+    def __getattr__(self, name: str) -> Any:
+        try:
+            return self[name]
+        except KeyError:
+            raise AttributeError(f"no measure {name!r}; there are {', '.join(self)}") from None
+
+    def __repr__(self) -> str:
+        return f"<manylight.Comparison relmse {self.relmse:.3g}, smape {self.smape:.3g}, flip {self.flip:.3g}>"
+
+
+def compare(
+    image: Image | ArrayLike | str | os.PathLike[str],
+    reference: Image | ArrayLike | str | os.PathLike[str],
+    *,
+    layer: str | None = None,
+) -> Comparison:
+    """Measures how an image differs from a reference of the same size.
+
+    Args:
+        image: An image, an array (height, width, 3) of linear values, or an image file.
+        reference: The same.
+        layer: A layer of both instead of the picture.
+
+    Raises:
+        UsageError: The sizes differ, or a layer is missing.
+    """
+    ours, theirs = _comparable(image), _comparable(reference)
+    text, flip = _native.compare(ours, theirs, layer)
+    measures = Comparison(json.loads(text))
+    del measures["image"]
+    measures["flip_map"] = np.array(flip, dtype=np.float32).reshape(np.shape(ours)[:2])
+    return measures
+
+
+def _comparable(picture: Any) -> Any:
+    if isinstance(picture, Image):
+        return picture
+    if isinstance(picture, (str, os.PathLike)):
+        return read_image(picture)
+    return np.asarray(picture, dtype=np.float32)
+
+
+def as_scene(scene: Scene | str | os.PathLike[str]) -> Scene:
+    """The scene, loaded if it is a path."""
+    return scene if isinstance(scene, Scene) else load_file(scene)
+
+
+@contextlib.contextmanager
+def _shown(progress: bool | Progress, total: int | None) -> Iterator[Callable[[int, float], object] | None]:
+    """The function to be called with (passes, seconds) after each pass."""
+    if not isinstance(progress, bool):
+        yield lambda passes, seconds: progress(passes, total, seconds)
+    elif progress:
+        with tqdm(total=total, unit="pass") as bar:
+            yield lambda passes, seconds: bar.update(passes - bar.n)
+    else:
+        yield None

@@ -1,0 +1,44 @@
+//! The native module of the Python package `manylight`.
+//!
+//! It is a thin layer: [`manylight_cli::embed`] renders, `image` shows pictures as numpy arrays, `errors` makes exceptions of failures.
+//! The public interface, its defaults and its documentation are in the Python sources.
+
+mod compare;
+mod errors;
+mod image;
+mod maps;
+mod parts;
+mod passes;
+mod render;
+mod scene;
+mod waiting;
+
+use pyo3::prelude::*;
+use std::ffi::OsString;
+
+/// Runs the command `manylight` with these words, the first of which is its name. Returns its exit code.
+#[pyfunction]
+fn run_command(py: Python<'_>, words: Vec<OsString>) -> u8 {
+    py.detach(|| manylight_cli::run_command(words))
+}
+
+#[pymodule]
+fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add("instruction_set", ::manylight::instruction_set())?;
+    module.add_class::<scene::Scene>()?;
+    module.add_class::<image::Image>()?;
+    module.add_class::<passes::Passes>()?;
+    module.add_function(wrap_pyfunction!(scene::load, module)?)?;
+    module.add_function(wrap_pyfunction!(scene::plugins, module)?)?;
+    module.add_function(wrap_pyfunction!(render::render, module)?)?;
+    module.add_function(wrap_pyfunction!(passes::passes, module)?)?;
+    module.add_function(wrap_pyfunction!(parts::render_part, module)?)?;
+    module.add_function(wrap_pyfunction!(parts::merge, module)?)?;
+    module.add_function(wrap_pyfunction!(parts::part_info, module)?)?;
+    module.add_function(wrap_pyfunction!(image::read_image, module)?)?;
+    module.add_function(wrap_pyfunction!(maps::maps, module)?)?;
+    module.add_function(wrap_pyfunction!(compare::compare, module)?)?;
+    module.add_function(wrap_pyfunction!(run_command, module)?)?;
+    Ok(())
+}

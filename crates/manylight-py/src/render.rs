@@ -1,0 +1,40 @@
+//! Renders.
+
+use crate::errors::exception;
+use crate::image::Image;
+use crate::scene::Scene;
+use crate::waiting::wait_for;
+use manylight_cli::Interrupt;
+use pyo3::exceptions::PyRuntimeWarning;
+use pyo3::prelude::*;
+use std::ffi::CString;
+
+/// Renders a scene. `words` are options of `manylight render`; `progress` is called with (passes, seconds) after each pass.
+#[pyfunction]
+#[pyo3(signature = (scene, words, progress=None))]
+pub(crate) fn render(
+    py: Python<'_>,
+    scene: &Scene,
+    words: Vec<String>,
+    progress: Option<Bound<'_, PyAny>>,
+) -> PyResult<Image> {
+    let (held, interrupt) = (scene.held(), Interrupt::default());
+    let (rendered, _) = wait_for(py, &interrupt, progress.as_ref(), |observer| {
+        held.session(&words)?.render(&interrupt, observer)
+    })?;
+    let rendered = rendered.map_err(|failure| exception(py, &failure))?;
+    for failure in &rendered.failures {
+        warn(py, &failure.to_string())?;
+    }
+    Ok(Image::new(
+        rendered.picture,
+        rendered.interrupted,
+        scene.label(),
+    ))
+}
+
+/// Issues a warning.
+pub(crate) fn warn(py: Python<'_>, message: &str) -> PyResult<()> {
+    let message = CString::new(message.replace('\0', ""))?;
+    PyErr::warn(py, &py.get_type::<PyRuntimeWarning>(), &message, 2)
+}
