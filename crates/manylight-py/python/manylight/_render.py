@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from tqdm.auto import tqdm
 
 from . import _native
 from ._native import Image
@@ -202,6 +201,9 @@ def _shown(progress: bool | Progress, total: int | None) -> Iterator[Callable[[i
     if not isinstance(progress, bool):
         yield lambda passes, seconds: progress(passes, total, seconds)
     elif progress:
+        # Inside of notebooks, this import looks for widgets, and warns if there are none.
+        from tqdm.auto import tqdm
+
         with tqdm(total=total, unit="pass") as bar:
             yield lambda passes, seconds: bar.update(passes - bar.n)
     else:
