@@ -99,8 +99,12 @@ impl MergePlan {
     }
 }
 
-/// Passes of the render that the parts belong to. Refuses parts of several renders.
+/// Passes of the render that the parts belong to. Refuses checkpoints, and parts of several renders.
 fn passes_of_render(parts: &[PartFile]) -> Result<u32, Failure> {
+    let passes: Vec<u32> = parts
+        .iter()
+        .map(passes_of_share)
+        .collect::<Result<_, _>>()?;
     let first = &parts[0];
     for part in parts {
         let other = first.path().display().to_string();
@@ -110,11 +114,16 @@ fn passes_of_render(parts: &[PartFile]) -> Result<u32, Failure> {
             return Err(damaged(part.path(), message));
         }
     }
-    let passes = first.header().render.get("passes").and_then(Value::as_u64);
+    Ok(passes[0])
+}
+
+/// Passes of the render that a share belongs to. A checkpoint does not state them.
+fn passes_of_share(part: &PartFile) -> Result<u32, Failure> {
+    let passes = part.header().render.get("passes").and_then(Value::as_u64);
     let passes = passes.and_then(|n| u32::try_from(n).ok());
     passes.filter(|&n| n > 0).ok_or_else(|| {
         let message = "found no share of a render, expected a part file that --shard has written";
-        damaged(first.path(), message)
+        damaged(part.path(), message)
     })
 }
 

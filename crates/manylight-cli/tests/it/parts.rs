@@ -277,6 +277,10 @@ fn gaps_repetitions_and_parts_of_another_kind_are_refused() {
         .code(4)
         .says(&["state.part", "no share"]);
     folder
+        .run("merge 1.part state.part 2.part -o m.exr")
+        .code(4)
+        .says(&["state.part", "no share"]);
+    folder
         .run("merge 1.part absent.part -o m.exr")
         .code(4)
         .says(&["absent.part"]);
@@ -285,8 +289,8 @@ fn gaps_repetitions_and_parts_of_another_kind_are_refused() {
         .code(4)
         .says(&["a.exr"]);
     render(&folder, "path", "--resume 1.part -o b.exr")
-        .code(2)
-        .says(&["1.part"]);
+        .code(4)
+        .says(&["1.part", "found a share", "expected a checkpoint"]);
     render(&folder, "path", "--resume absent.part -o b.exr")
         .code(4)
         .says(&["absent.part"]);
