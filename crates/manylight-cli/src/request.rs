@@ -20,6 +20,8 @@ use std::time::Duration;
 
 /// Default number of passes of a render without time or error limit.
 const DEFAULT_PASSES: u32 = 16;
+/// Extensions of scene files.
+const SCENE_EXTENSIONS: [&str; 4] = ["xml", "pbrt", "gltf", "glb"];
 
 /// A request to render.
 #[derive(Clone, Debug, PartialEq)]
@@ -97,6 +99,9 @@ impl RenderRequest {
         match args.parts.shard {
             None => check_formats(&outputs)?,
             Some(_) => check_part(args)?,
+        }
+        if let Some(path) = &args.parts.checkpoint {
+            check_part_name("--checkpoint", path)?;
         }
         let open_ended = args.budget.time.is_some() || args.budget.target_error.is_some();
         let passes = args.budget.passes.map(|n| n.get());
@@ -280,15 +285,7 @@ fn check_part(args: &RenderArgs) -> Result<(), Failure> {
             "name it by -o, such as -o image-1.part",
         ));
     };
-    if ImageFormat::from_path(part).is_ok() {
-        return Err(Failure::usage(
-            format!(
-                "--shard: found the image file {}, expected a part file",
-                part.display()
-            ),
-            "use an extension such as .part; `manylight merge` makes the image",
-        ));
-    }
+    check_part_name("--shard", part)?;
     if args.budget.time.is_some() || args.budget.target_error.is_some() {
         return Err(Failure::usage(
             "--shard: --time and --target-error depend on all shares",
@@ -296,6 +293,24 @@ fn check_part(args: &RenderArgs) -> Result<(), Failure> {
         ));
     }
     Ok(())
+}
+
+/// Refuses names of images and scenes for a part file, which replaces what is there.
+fn check_part_name(option: &str, path: &Path) -> Result<(), Failure> {
+    let extension = path.extension().map(|e| e.to_ascii_lowercase());
+    let is_scene = extension.is_some_and(|e| SCENE_EXTENSIONS.iter().any(|&scene| e == scene));
+    let kind = match ImageFormat::from_path(path) {
+        _ if is_scene => "scene",
+        Ok(_) => "image",
+        Err(_) => return Ok(()),
+    };
+    Err(Failure::usage(
+        format!(
+            "{option}: found the {kind} file {}, expected a part file",
+            path.display()
+        ),
+        "use an extension such as .part",
+    ))
 }
 
 /// Refuses outputs with an unknown format, and repeated outputs.
@@ -453,9 +468,22 @@ mod tests {
         for words in [
             "s.xml --shard 1/2",
             "s.xml --shard 1/2 -o a.exr",
+            "s.xml --shard 1/2 -o s.xml",
             "s.xml --shard 1/2 -o a.part -o b.part",
             "s.xml --shard 1/2 -o a.part --time 5s",
             "s.xml --shard 1/2 -o a.part --target-error 0.1",
+        ] {
+            assert_eq!(request(words).unwrap_err().exit_code(), 2, "{words}");
+        }
+    }
+
+    #[test]
+    fn a_checkpoint_replaces_neither_scene_nor_image() {
+        assert!(request("s.xml --checkpoint s.part").is_ok());
+        for words in [
+            "s.xml --checkpoint s.xml",
+            "s.glb --checkpoint s.GLB",
+            "s.xml -o a.exr --checkpoint a.exr",
         ] {
             assert_eq!(request(words).unwrap_err().exit_code(), 2, "{words}");
         }

@@ -122,6 +122,7 @@ impl Resumed {
             return Ok(Resumed::nothing(job));
         }
         let part = PartFile::open(path)?;
+        check_kind(&part)?;
         check_identity(&part, identity, "this command")?;
         part.verify()?;
         let film = read_film(&part, job)?;
@@ -170,18 +171,24 @@ impl Resumed {
     }
 }
 
+/// Refuses a share of a render.
+fn check_kind(part: &PartFile) -> Result<(), FileError> {
+    if has_group(part, CURRENT) {
+        return Ok(());
+    }
+    let message =
+        "found a share of a render, expected a checkpoint; `manylight merge` merges shares";
+    Err(FileError::malformed(part.path(), message))
+}
+
+fn has_group(part: &PartFile, prefix: &str) -> bool {
+    part.groups().iter().any(|group| group == prefix)
+}
+
 /// The film of a checkpoint.
 fn read_film(part: &PartFile, job: &RenderJob) -> Result<Film, FileError> {
-    let fault = |message| FileError::malformed(part.path(), message);
-    let groups = part.groups();
-    let has = |prefix: &str| groups.iter().any(|group| group == prefix);
-    if !has(CURRENT) {
-        return Err(fault(
-            "found a share of a render, expected a checkpoint; `manylight merge` merges shares",
-        ));
-    }
     let mut film = job.film(0);
-    let completed = has(COMPLETED)
+    let completed = has_group(part, COMPLETED)
         .then(|| part.sums(COMPLETED, &film))
         .transpose()?;
     let current = part.sums(CURRENT, &film)?;
@@ -191,7 +198,8 @@ fn read_film(part: &PartFile, job: &RenderJob) -> Result<Film, FileError> {
         && before.end == current.passes().start
         && before.end.is_multiple_of(block);
     if !are_whole || current.passes().len() > block as usize {
-        return Err(fault(
+        return Err(FileError::malformed(
+            part.path(),
             "its blocks do not follow each other: the file is damaged",
         ));
     }

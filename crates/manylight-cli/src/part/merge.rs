@@ -9,6 +9,7 @@ use manylight::film::Film;
 use manylight::film::blocks::{block_count, passes_of_block};
 use manylight_io::FileError;
 use manylight_io::part::PartFile;
+use rayon::prelude::*;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -28,7 +29,8 @@ pub(crate) fn merge_parts(paths: &[PathBuf]) -> Result<(Film, PictureFacts), Fai
         .map(|path| PartFile::open(path))
         .collect::<Result<Vec<_>, _>>()?;
     let plan = MergePlan::new(&parts)?;
-    parts.iter().try_for_each(PartFile::verify)?;
+    // Checksums take most of the time, so several files are checked at once.
+    parts.par_iter().try_for_each(PartFile::verify)?;
     Ok((merge(&parts, &plan)?, facts(&parts)?))
 }
 
@@ -96,8 +98,12 @@ fn passes_of_blocks<'b>(blocks: impl Iterator<Item = &'b u32>, block_passes: Non
     count.saturating_mul(block_passes.get())
 }
 
-/// Passes of the render that the parts belong to; `None` if it has no end. Refuses parts of several renders.
+/// Passes of the render that the parts belong to; `None` if it has no end. Refuses checkpoints, and parts of several renders.
 fn passes_of_render(parts: &[PartFile]) -> Result<Option<u32>, Failure> {
+    let passes: Vec<Option<u32>> = parts
+        .iter()
+        .map(passes_of_share)
+        .collect::<Result<_, _>>()?;
     let first = &parts[0];
     for part in parts {
         let other = first.path().display().to_string();
@@ -107,7 +113,12 @@ fn passes_of_render(parts: &[PartFile]) -> Result<Option<u32>, Failure> {
             return Err(damaged(part.path(), message));
         }
     }
-    let passes = first.header().render.get(PASSES);
+    Ok(passes[0])
+}
+
+/// Passes of the render that a share belongs to; `None` if it has no end. A checkpoint does not state them.
+fn passes_of_share(part: &PartFile) -> Result<Option<u32>, Failure> {
+    let passes = part.header().render.get(PASSES);
     if passes == Some(&Value::Null) {
         return Ok(None);
     }
@@ -115,7 +126,7 @@ fn passes_of_render(parts: &[PartFile]) -> Result<Option<u32>, Failure> {
     let passes = passes.and_then(|n| u32::try_from(n).ok());
     passes.filter(|&n| n > 0).map(Some).ok_or_else(|| {
         let message = "found no share of a render, expected a part file that --shard has written";
-        damaged(first.path(), message)
+        damaged(part.path(), message)
     })
 }
 

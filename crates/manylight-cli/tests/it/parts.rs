@@ -133,6 +133,36 @@ fn a_finished_render_can_be_given_more_passes() {
         .says(&["a.part has 10 passes"]);
 }
 
+/// A farm may have more shares than a process may have open files.
+#[cfg(unix)]
+#[test]
+fn more_parts_than_open_files_are_merged() {
+    let folder = Folder::new(BOX);
+    let options = "-m direct --size 4x3 --passes 320 --block 8 -q";
+    for share in 1..=40 {
+        folder
+            .run(&format!(
+                "render scene.xml {options} --shard {share}/40 -o {share}.part"
+            ))
+            .code(0);
+    }
+    folder
+        .run(&format!("render scene.xml {options} -o whole.exr"))
+        .code(0);
+    let merge = "ulimit -n 32 && exec \"$0\" merge *.part -o merged.exr";
+    let ended = std::process::Command::new("sh")
+        .args(["-c", merge, env!("CARGO_BIN_EXE_manylight")])
+        .current_dir(folder.path("."))
+        .output()
+        .unwrap();
+    assert!(
+        ended.status.success(),
+        "{}",
+        String::from_utf8_lossy(&ended.stderr)
+    );
+    assert!(channels(&folder, "merged.exr") == channels(&folder, "whole.exr"));
+}
+
 /// Two shares of a render, and a checkpoint of the same.
 fn parts() -> Folder {
     let folder = Folder::new(BOX);
@@ -247,6 +277,10 @@ fn gaps_repetitions_and_parts_of_another_kind_are_refused() {
         .code(4)
         .says(&["state.part", "no share"]);
     folder
+        .run("merge 1.part state.part 2.part -o m.exr")
+        .code(4)
+        .says(&["state.part", "no share"]);
+    folder
         .run("merge 1.part absent.part -o m.exr")
         .code(4)
         .says(&["absent.part"]);
@@ -255,8 +289,8 @@ fn gaps_repetitions_and_parts_of_another_kind_are_refused() {
         .code(4)
         .says(&["a.exr"]);
     render(&folder, "path", "--resume 1.part -o b.exr")
-        .code(2)
-        .says(&["1.part"]);
+        .code(4)
+        .says(&["1.part", "found a share", "expected a checkpoint"]);
     render(&folder, "path", "--resume absent.part -o b.exr")
         .code(4)
         .says(&["absent.part"]);

@@ -14,21 +14,23 @@ use std::path::{Path, PathBuf};
 /// Longest header that is read: a part with a thousand blocks has one of 3 MB.
 const MAX_HEADER: u64 = 100 << 20;
 
-/// An open part file.
+/// A part file with its header in memory. The file is open only while it is read: a merge may have more parts than a process may
+/// have open files.
 #[derive(Debug)]
 pub struct PartFile {
     path: PathBuf,
-    file: File,
     /// Length and JSON of the header, with zeros as checksum.
     head: Vec<u8>,
     /// The checksum that the file states.
     digest: String,
+    /// Where the file states it, in bytes.
+    digest_place: usize,
     arrays: Metadata,
     header: PartHeader,
 }
 
 impl PartFile {
-    /// Opens a file and reads its header. The arrays are not read: see [`PartFile::verify`].
+    /// Reads the header of a file. The arrays are not read: see [`PartFile::verify`].
     ///
     /// # Errors
     /// The file cannot be read, or is no part file of this version.
@@ -67,9 +69,9 @@ impl PartFile {
         head[place..place + DIGEST_DIGITS].fill(b'0');
         Ok(PartFile {
             path: path.into(),
-            file,
             head,
             digest,
+            digest_place: place,
             arrays,
             header,
         })
@@ -93,6 +95,22 @@ impl PartFile {
             .collect()
     }
 
+    /// Opens the file again.
+    ///
+    /// # Errors
+    /// The file cannot be read, or another one has taken its place: the checksum is compared.
+    fn file(&self) -> io::Result<File> {
+        let mut file = File::open(&self.path)?;
+        file.seek(SeekFrom::Start(self.digest_place as u64))?;
+        let mut digest = [0; DIGEST_DIGITS];
+        file.read_exact(&mut digest)?;
+        if digest == *self.digest.as_bytes() {
+            Ok(file)
+        } else {
+            Err(io::Error::other("it was replaced while it was read"))
+        }
+    }
+
     /// Compares the checksum: reads the whole file.
     ///
     /// # Errors
@@ -100,8 +118,8 @@ impl PartFile {
     pub fn verify(&self) -> Result<(), FileError> {
         let mut digest = Sha256::new();
         digest.update(&self.head);
-        let mut file = &self.file;
         let mut update = || -> io::Result<()> {
+            let mut file = self.file()?;
             file.seek(SeekFrom::Start(self.head.len() as u64))?;
             let mut buffer = vec![0; BUFFER];
             loop {
@@ -150,14 +168,22 @@ impl PartFile {
     /// # Errors
     /// The file cannot be read, or the arrays are missing or do not fit.
     pub fn sums(&self, group: &str, film: &Film) -> Result<PassSums, FileError> {
-        let read = |name: &str, shape: &[usize]| self.array(&format!("{group}{name}"), shape);
-        film.sums_of(read).map_err(|error| match error {
+        let sums = || -> Result<PassSums, PartError> {
+            let file = self.file()?;
+            film.sums_of(|name, shape| self.array(&file, &format!("{group}{name}"), shape))
+        };
+        sums().map_err(|error| match error {
             PartError::Io(error) => FileError::unreadable(&self.path, error),
             PartError::Content(message) => FileError::malformed(&self.path, message),
         })
     }
 
-    fn array(&self, name: &str, shape: &[usize]) -> Result<ArrayValues, PartError> {
+    fn array(
+        &self,
+        mut file: &File,
+        name: &str,
+        shape: &[usize],
+    ) -> Result<ArrayValues, PartError> {
         let missing = || PartError::Content(format!("array {name} is missing"));
         let info = self.arrays.info(name).ok_or_else(missing)?;
         if info.shape != shape {
@@ -167,7 +193,6 @@ impl PartFile {
             )));
         }
         let (start, end) = info.data_offsets;
-        let mut file = &self.file;
         file.seek(SeekFrom::Start((self.head.len() + start) as u64))?;
         let mut bytes = vec![0; end - start];
         file.read_exact(&mut bytes)?;

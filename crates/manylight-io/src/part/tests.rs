@@ -71,6 +71,25 @@ fn a_part_reads_back() {
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 
+/// A part is read in several steps.
+#[test]
+fn a_part_that_is_replaced_while_it_is_read_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.part");
+    let film = film();
+    write(&path, &film);
+    let part = PartFile::open(&path).unwrap();
+    let header = PartHeader::new(&film, Map::new(), Value::Null, Value::Null);
+    let groups = [("block.0.".into(), film.arrays(film.current()))];
+    write_part(&path, &header, &groups).unwrap();
+    for message in [
+        part.verify().unwrap_err().message,
+        part.sums("block.0.", &film).unwrap_err().message,
+    ] {
+        assert!(message.contains("replaced"), "{message}");
+    }
+}
+
 /// The numbers of a header are compared with the size of the file before memory is taken.
 #[test]
 fn a_header_with_a_huge_film_is_refused() {
