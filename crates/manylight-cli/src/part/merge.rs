@@ -9,11 +9,11 @@ use manylight::film::Film;
 use manylight::film::blocks::{block_count, passes_of_block};
 use manylight_io::FileError;
 use manylight_io::part::PartFile;
-use rayon::prelude::*;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::num::NonZeroU32;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// Most missing blocks that a message lists.
@@ -29,8 +29,6 @@ pub(crate) fn merge_parts(paths: &[PathBuf]) -> Result<(Film, PictureFacts), Fai
         .map(|path| PartFile::open(path))
         .collect::<Result<Vec<_>, _>>()?;
     let plan = MergePlan::new(&parts)?;
-    // Checksums take most of the time, so several files are checked at once.
-    parts.par_iter().try_for_each(PartFile::verify)?;
     Ok((merge(&parts, &plan)?, facts(&parts)?))
 }
 
@@ -92,6 +90,30 @@ impl MergePlan {
     }
 }
 
+/// Consecutive blocks of a part.
+struct Run {
+    /// Index of the part.
+    part: usize,
+    blocks: Range<u32>,
+}
+
+impl MergePlan {
+    /// The blocks in their order.
+    fn runs(&self) -> Vec<Run> {
+        let mut runs: Vec<Run> = Vec::new();
+        for (block, &part) in (0..).zip(&self.part_of) {
+            match runs.last_mut() {
+                Some(run) if run.part == part => run.blocks.end += 1,
+                _ => runs.push(Run {
+                    part,
+                    blocks: block..block + 1,
+                }),
+            }
+        }
+        runs
+    }
+}
+
 /// Passes of a render of the blocks before the last of `blocks`, and of this one.
 fn passes_of_blocks<'b>(blocks: impl Iterator<Item = &'b u32>, block_passes: NonZeroU32) -> u32 {
     let count = blocks.max().map_or(0, |last| last.saturating_add(1));
@@ -140,22 +162,46 @@ pub(crate) fn blocks_of(part: &PartFile) -> Result<Vec<u32>, Failure> {
     blocks.ok_or_else(|| damaged(part.path(), "found a group of arrays that is no block"))
 }
 
-/// Adds the blocks in their order.
+/// Adds the blocks in their order. A part is checked just before its blocks are read, while those of the part before are added: the system
+/// still has the file in memory, so that it is read from the disk once.
 fn merge(parts: &[PartFile], plan: &MergePlan) -> Result<Film, Failure> {
     let mut film = parts[plan.part_of[0]].film(&block_group(0))?;
-    for (block, &k) in (0..).zip(&plan.part_of) {
-        let sums = parts[k].sums(&block_group(block), &film)?;
-        let (found, expected) = (
-            sums.passes(),
-            passes_of_block(block, film.block(), plan.passes),
+    let runs = plan.runs();
+    let mut is_checked = vec![false; parts.len()];
+    check(parts, &mut is_checked, runs.first())?;
+    for (i, run) in runs.iter().enumerate() {
+        let (added, checked) = rayon::join(
+            || add(&mut film, &parts[run.part], run.blocks.clone(), plan.passes),
+            || check(parts, &mut is_checked, runs.get(i + 1)),
         );
+        added?;
+        checked?;
+    }
+    Ok(film)
+}
+
+/// Checks the part of `run`, unless it was checked before.
+fn check(parts: &[PartFile], is_checked: &mut [bool], run: Option<&Run>) -> Result<(), Failure> {
+    if let Some(run) = run
+        && !std::mem::replace(&mut is_checked[run.part], true)
+    {
+        parts[run.part].verify()?;
+    }
+    Ok(())
+}
+
+/// Adds blocks of a part to `film`, the film of the blocks before.
+fn add(film: &mut Film, part: &PartFile, blocks: Range<u32>, passes: u32) -> Result<(), Failure> {
+    for block in blocks {
+        let sums = part.sums(&block_group(block), film)?;
+        let (found, expected) = (sums.passes(), passes_of_block(block, film.block(), passes));
         if found != expected {
             let message = format!("block {block} has the passes {found:?}, expected {expected:?}");
-            return Err(damaged(parts[k].path(), &message));
+            return Err(damaged(part.path(), &message));
         }
         film.append(sums);
     }
-    Ok(film)
+    Ok(())
 }
 
 /// What the first part says about its picture, with the seconds of all parts.
