@@ -230,6 +230,20 @@ def test_parts_of_an_earlier_call_are_used_and_damaged_ones_rendered_again(scene
     assert tmp_path.exists() and not list(tmp_path.iterdir())
 
 
+def test_a_part_that_is_damaged_before_the_merge_is_rendered_again(scene, two, tmp_path):
+    options = {**SMALL, "passes": 64}
+
+    def spoil(passes, total, seconds):
+        if passes == total and len(parts(tmp_path)) == 4 and not spoiled:
+            spoiled.append(parts(tmp_path)[2])
+            spoiled[0].write_bytes(b"no part")
+
+    spoiled = []
+    image, report = render_with_report(scene, client=two, folder=tmp_path, progress=spoil, **options)
+    assert spoiled and report.repeated_blocks == 1
+    same(image, ml.render(scene, **options))
+
+
 # Deaths
 
 
@@ -336,7 +350,7 @@ def test_a_scheduler_that_is_started_again_in_time_goes_unnoticed(scene, undistu
         with distributed.Client(address, timeout=30) as client, ThreadPoolExecutor(1) as thread:
             client.wait_for_workers(2, timeout=30)
             call = thread.submit(render_with_report, scene, client=client, folder=tmp_path, progress=False, **DEATHS)
-            wait_until(lambda: parts(tmp_path) and in_mid_share(tmp_path))
+            wait_until(lambda: parts(tmp_path) and in_mid_share(tmp_path, 1))
             scheduler.kill()
             scheduler.wait()
             start_cluster(start, port)
@@ -344,6 +358,21 @@ def test_a_scheduler_that_is_started_again_in_time_goes_unnoticed(scene, undistu
     same(image, undisturbed)
     print(f"repeated: {report.repeated_passes} passes, {report.repeated_blocks} blocks")
     assert report.repeated_blocks <= 2, "those that were under way"
+
+
+def test_a_scheduler_that_stays_away_ends_the_call(scene, undisturbed, tmp_path):
+    with processes() as start:
+        address, scheduler = start_cluster(start, free_port())
+        with distributed.Client(address, timeout=3) as client, ThreadPoolExecutor(1) as thread:
+            client.wait_for_workers(2, timeout=30)
+            call = thread.submit(render, scene, client=client, folder=tmp_path, progress=False, **DEATHS)
+            wait_until(lambda: parts(tmp_path) and in_mid_share(tmp_path, 1))
+            scheduler.kill()
+            with pytest.raises(ml.Error, match="the scheduler of the Dask client is gone.*part files"):
+                call.result(60)
+    image, report = render_with_report(scene, folder=tmp_path, progress=False, **DEATHS)
+    same(image, undisturbed)
+    assert report.found_blocks >= 1
 
 
 DRIVER = """
@@ -364,7 +393,7 @@ def test_the_call_is_made_again_after_the_death_of_its_process(scene, undisturbe
     with processes() as start:
         address, scheduler = start_cluster(start, port)
         driver = start(sys.executable, "-c", DRIVER, address, str(SCENE), str(folder))
-        wait_until(lambda: len(parts(folder)) >= 2 and in_mid_share(folder))
+        wait_until(lambda: len(parts(folder)) >= 2 and in_mid_share(folder, 1))
         driver.kill()
         driver.wait()
         if "scheduler" in victims:
@@ -386,7 +415,7 @@ def test_an_interrupt_cancels_and_leaves_whole_files(scene, tmp_path):
     with processes() as start:
         address, _ = start_cluster(start, free_port())
         driver = start(sys.executable, "-c", DRIVER, address, str(SCENE), str(tmp_path))
-        wait_until(lambda: parts(tmp_path) and in_mid_share(tmp_path))
+        wait_until(lambda: parts(tmp_path) and in_mid_share(tmp_path, 1))
         driver.send_signal(signal.SIGINT)
         assert driver.wait(20) != 0
         with distributed.Client(address, timeout=30) as client:
