@@ -90,6 +90,8 @@ class Sender:
         while self._waiting and len(self._running) < self._cluster.workers:
             if self._waiting[0].not_before > time.monotonic():
                 return
+            if self._cluster.client.status != "running":
+                self._cluster.recover()
             self._send(self._waiting.popleft())
 
     def _send(self, piece: Piece) -> None:
@@ -114,12 +116,10 @@ class Sender:
         try:
             share = future.result()
         except (CancelledError, Cancelled):
-            # The scheduler is gone, or the worker was told to stop. The folder has what was complete.
-            self._display.drop(future.key)
-            self._waiting.appendleft(piece)
-            self._cluster.recover()
-            return None
+            return self._take_back(future, piece)
         except _PASSING as error:
+            if self._cluster.client.status != "running":
+                return self._take_back(future, piece)
             self._display.drop(future.key)
             if piece.failures >= self._most_retries:
                 raise _final(piece, error) from error
@@ -133,6 +133,12 @@ class Sender:
             future.release()
         self._display.end(future.key, share)
         return share
+
+    def _take_back(self, future: distributed.Future, piece: Piece) -> None:
+        """The scheduler is gone, or the worker was told to stop. The folder has what was complete."""
+        self._display.drop(future.key)
+        self._waiting.appendleft(piece)
+        self._cluster.recover()
 
     def _free_unassigned(self) -> None:
         """Sends tasks again that no worker has: Dask does not look again at a task that found no worker with the
