@@ -1,0 +1,70 @@
+"""Checks of the settings of a render, before anything is sent."""
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import manylight as ml
+
+#: Passes without `passes`, `time` and `target_error`, as in `manylight.render`.
+_PASSES = 16
+#: Options of `manylight.render` that need the whole image.
+_NOT_IN_SHARES = ("denoise", "checkpoint", "checkpoint_every", "resume", "preview", "shard", "blocks")
+
+
+@dataclass(frozen=True)
+class Goal:
+    """When the render ends."""
+
+    passes: int | None
+    time: float | None
+    target_error: float | None
+
+
+def goal_of(passes: int | None, time: float | str | None, target_error: float | None) -> Goal:
+    """When the render ends. Raises UsageError."""
+    open_ended = time is not None or target_error is not None
+    if passes is not None and open_ended:
+        raise ml.UsageError("passes: does not go with time or target_error on a cluster; give passes, or the others")
+    if passes is None and not open_ended:
+        passes = _PASSES
+    if passes is not None and not (_is_integer(passes) and passes >= 1):
+        raise ml.UsageError(f"passes: found {passes!r}, expected an integer from 1 on")
+    if target_error is not None and not (_is_number(target_error) and 0 < target_error < math.inf):
+        raise ml.UsageError(f"target_error: found {target_error!r}, expected a number above 0")
+    return Goal(passes, None if time is None else _seconds(time), target_error)
+
+
+def check(block: int, shares: int | None, retries: int, options: Mapping[str, Any]) -> None:
+    """Raises UsageError for other settings than could be right."""
+    if not (_is_integer(block) and block >= 8 and block % 8 == 0):
+        raise ml.UsageError(f"block: found {block!r}, expected a multiple of 8")
+    if shares is not None and not (_is_integer(shares) and shares >= 1):
+        raise ml.UsageError(f"shares: found {shares!r}, expected an integer from 1 on")
+    if not (_is_integer(retries) and retries >= 0):
+        raise ml.UsageError(f"retries: found {retries!r}, expected an integer from 0 on")
+    for name in _NOT_IN_SHARES:
+        if options.get(name) is not None:
+            raise ml.UsageError(f"{name}: does not go with shares of a render; leave it out")
+
+
+def _is_integer(value: Any) -> bool:
+    return hasattr(value, "__index__") and not isinstance(value, bool)
+
+
+def _is_number(value: Any) -> bool:
+    return hasattr(value, "__float__") and not isinstance(value, bool)
+
+
+def _seconds(time: float | str) -> float:
+    """Seconds of a number, or of a text such as ``"90"``, ``"60s"``, ``"1.5h"``."""
+    if isinstance(time, str):
+        match = re.fullmatch(r"(\d+(?:\.\d+)?)(s|m|h|)", time.strip())
+        seconds = float(match[1]) * {"h": 3600, "m": 60}.get(match[2], 1) if match else math.nan
+    else:
+        seconds = float(time) if _is_number(time) else math.nan
+    if not 0 < seconds < math.inf:
+        raise ml.UsageError(f"time: found {time!r}, expected seconds above 0, or a text such as '60s', '10m', '1h'")
+    return seconds
