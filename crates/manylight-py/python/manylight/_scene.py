@@ -35,6 +35,11 @@ class Scene:
         return self._source[1]
 
     @property
+    def options(self) -> dict[str, Any]:
+        """Options and parameters that the scene was loaded with."""
+        return dict(self._source[2])
+
+    @property
     def digest(self) -> str:
         """SHA-256 over all files of the scene, in hexadecimal digits. Parts of a render are merged if it agrees."""
         return self._native.digest

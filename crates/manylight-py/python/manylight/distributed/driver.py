@@ -118,8 +118,7 @@ def render_with_report(
 def _description(scene: ml.Scene, goal: Goal, options: Mapping[str, Any]) -> dict[str, Any]:
     """What the parts of one render have in common. The number of threads does not change the bits."""
     settings = {name: value for name, value in options.items() if name != "threads" and value is not None}
-    _, _, loading = scene._source
-    return {"version": ml.__version__, "scene": scene.digest, "loading": loading, "passes": goal.passes, **settings}
+    return {"version": ml.__version__, "scene": scene.digest, "loading": scene.options, "passes": goal.passes, **settings}
 
 
 @contextlib.contextmanager
