@@ -53,11 +53,20 @@ class ManylightEngine(bpy.types.RenderEngine):
                 raise RenderFailed(self.failure)
             render_layer(self, depsgraph)
         except launch.Cancelled:
-            pass
+            self.leave_black(depsgraph)
         except (RenderFailed, launch.ExportError) as error:
             self.fail(f"manylight: {error}")
         finally:
             shutil.rmtree(self.folder, ignore_errors=True)
+
+    def leave_black(self, depsgraph):
+        """Hands over an empty picture: Blender crashes when it saves a result that no engine has begun."""
+        _, _, width, height = launch.border(depsgraph.scene.render, launch.picture_size(depsgraph.scene.render))
+        self.end_result(self.begin_result(0, 0, width, height, layer=depsgraph.view_layer.name))
+
+    def is_cancelled(self):
+        """Whether the user has cancelled the render."""
+        return self.test_break()
 
     def fail(self, message):
         self.report({"ERROR"}, message)
@@ -75,7 +84,7 @@ def render_layer(engine, depsgraph):
     if lost:
         engine.report({"WARNING"}, f"manylight: these passes are not available: {', '.join(lost)}")
     engine.update_stats("", "Exporting the scene")
-    exported = launch.run(engine.request, engine.test_break)
+    exported = launch.run(engine.request, engine.is_cancelled)
     try:
         job = Job(engine, manylight, exported, options, scene, view_layer)
         for warning in exported["warnings"] + job.scene_warnings():
@@ -128,12 +137,11 @@ class Job:
         for name, channels, _ in self.passes:
             engine.add_pass(name, len(channels), channels, layer=self.view_layer.name)
         result = engine.begin_result(0, 0, width, height, layer=self.view_layer.name)
-        is_cancelled = True
         try:
             self.fill(result)
-            is_cancelled = engine.test_break()
         finally:
-            engine.end_result(result, cancel=is_cancelled)
+            # A cancelled render keeps the picture so far.
+            engine.end_result(result)
 
     def fill(self, result):
         background = self.background()
@@ -146,7 +154,7 @@ class Job:
                 self.engine.update_result(result)
                 shown_at = time.monotonic()
             self.report_progress(image.passes, time.monotonic() - started)
-            if self.engine.test_break():
+            if self.engine.is_cancelled():
                 break
         if image is None:
             raise RenderFailed("the render ended before its first pass")
@@ -161,7 +169,7 @@ class Job:
 
         def progress(passes_done, _, seconds):
             self.report_progress(passes_done, seconds)
-            if self.engine.test_break():
+            if self.engine.is_cancelled():
                 raise launch.Cancelled
 
         yield self.manylight.render(self.scene, progress=progress, **options)

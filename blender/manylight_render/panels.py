@@ -4,11 +4,11 @@
 import bpy
 
 ENGINE = "MANYLIGHT"
-# Panels of Blender that show settings which the engine uses, by the start of their names.
-SHARED = ("RENDER_PT_format", "RENDER_PT_frame_range", "RENDER_PT_output", "RENDER_PT_encoding", "RENDER_PT_color_management")
-SHARED_CONTEXTS = ("DATA_PT_camera", "DATA_PT_lens", "DATA_PT_context_camera", "DATA_PT_context_light", "MATERIAL_PT_preview",
-                   "WORLD_PT_context_world", "DATA_PT_EEVEE_light", "EEVEE_WORLD_PT_surface", "EEVEE_MATERIAL_PT_context_material",
-                   "EEVEE_MATERIAL_PT_surface")
+# Panels of EEVEE that show what this engine uses as well: surfaces, worlds and lamps.
+EEVEE = "BLENDER_EEVEE"
+FROM_EEVEE = ("DATA_PT_EEVEE_light", "EEVEE_WORLD_PT_surface", "EEVEE_MATERIAL_PT_context_material", "EEVEE_MATERIAL_PT_surface")
+# Panels for all engines that show what this one does not use.
+UNUSED = ("VIEWLAYER_PT_filter", "VIEWLAYER_PT_layer_passes", "RENDER_PT_simplify", "RENDER_PT_freestyle", "VIEWLAYER_PT_freestyle")
 
 
 class EnginePanel:
@@ -66,9 +66,11 @@ CLASSES = (RENDER_PT_manylight_method, RENDER_PT_manylight_film, VIEWLAYER_PT_ma
 
 
 def shared_panels():
-    starts = SHARED + SHARED_CONTEXTS
+    """Panels of Blender that show settings which the engine uses."""
     for panel in bpy.types.Panel.__subclasses__():
-        if panel.__name__.startswith(starts) and hasattr(panel, "COMPAT_ENGINES"):
+        engines, name = getattr(panel, "COMPAT_ENGINES", ()), panel.__name__
+        is_general = "BLENDER_RENDER" in engines and not name.startswith(UNUSED)
+        if is_general or (EEVEE in engines and name in FROM_EEVEE):
             yield panel
 
 

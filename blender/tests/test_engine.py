@@ -109,6 +109,30 @@ def test_the_same_seed_gives_the_same_picture():
     assert not np.array_equal(first["Combined"], other["Combined"])
 
 
+def test_cancel_keeps_what_is_there(monkeypatch):
+    import time
+
+    from manylight_render.engine import ManylightEngine
+
+    small()
+    end = time.monotonic() + 4
+    monkeypatch.setattr(ManylightEngine, "is_cancelled", lambda self: time.monotonic() > end)
+    picture = renders.color(renders.manylight("path", passes=20000))
+    assert time.monotonic() < end + 2
+    assert picture.min() > 0
+    monkeypatch.setattr(ManylightEngine, "is_cancelled", lambda self: True)
+    renders.manylight("path", passes=20000)
+    assert time.monotonic() < end + 4
+
+
+def test_panels_and_settings():
+    from manylight_render import panels
+
+    names = {panel.__name__ for panel in panels.shared_panels()}
+    assert names >= {"RENDER_PT_color_management", "DATA_PT_lens", *panels.FROM_EEVEE}
+    assert all(panels.ENGINE in panel.COMPAT_ENGINES for panel in panels.shared_panels())
+
+
 def test_time_limit():
     small()
     assert renders.color(renders.manylight("path", passes=0, time=0.5)).max() > 0

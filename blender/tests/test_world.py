@@ -39,6 +39,17 @@ def patterned_image(folder):
     return bpy.data.images.load(image.filepath_raw)
 
 
+def test_environment_texture(tmp_path):
+    scene = scenes.empty()
+    tree = scene.world.node_tree
+    texture = tree.nodes.new("ShaderNodeTexEnvironment")
+    texture.image = patterned_image(tmp_path)
+    texture.image.colorspace_settings.name = "Linear Rec.709"
+    tree.links.new(texture.outputs["Color"], scenes.background(scene.world).inputs["Color"])
+    stage()
+    renders.assert_alike(renders.manylight(passes=256), renders.cycles(256))
+
+
 def test_environment_texture_with_a_mapping(tmp_path):
     scene = scenes.empty()
     tree = scene.world.node_tree

@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Equirectangular images of the sky: their directions, and sun discs in them. Arrays of numpy, without Blender."""
+"""Equirectangular images of the sky: their directions, and sun discs in them. Arrays of numpy, without Blender.
+
+Images of Blender have their first row half a pixel from the pole; the renderer, as Mitsuba, takes the first and the last row
+as the poles themselves. `with_poles` leads from one to the other, and suns are drawn into the result.
+"""
 
 import math
 
@@ -28,27 +32,37 @@ def width_for_suns(suns):
 
 def enlarged(image, width):
     """The image with at least `width` pixels across, each pixel repeated."""
-    factor = math.ceil(width / image.shape[1])
     if image.shape[0] == 1:
         return np.broadcast_to(image, (width // 2, width, 3)).copy()
+    factor = math.ceil(width / image.shape[1])
     return image.repeat(factor, 0).repeat(factor, 1) if factor > 1 else image.copy()
 
 
+def with_poles(image):
+    """The image with rows at the poles and halfway between the rows: interpolated linearly, (2 height + 1, width, 3)."""
+    height, width, _ = image.shape
+    result = np.empty((2 * height + 1, width, 3), np.float32)
+    result[1::2] = image
+    result[2:-1:2] = 0.5 * (image[:-1] + image[1:])
+    result[0], result[-1] = image[0].mean(0), image[-1].mean(0)
+    return result
+
+
 def add_sun(image, sun):
-    """Adds the disc of a sun to the image, (height, width, 3), so that its irradiance is exact on the pixels."""
+    """Adds the disc of a sun to an image with rows at the poles, so that its irradiance is exact on the pixels."""
     height, width, _ = image.shape
     radius, toward = 0.5 * sun.angle, np.array(sun.direction)
     rows, columns = np.mgrid[0:height, 0:width]
-    centers = directions((columns + 0.5) / width, (rows + 0.5) / height)
+    centers = directions((columns + 0.5) / width, rows / (height - 1))
     near = np.arccos(np.clip(centers @ toward, -1, 1)) < radius + 2 * math.pi / width
-    rows, columns = rows[near], columns[near]
-    steps = (np.arange(SUBPIXELS) + 0.5) / SUBPIXELS
+    rows, columns, centers = rows[near], columns[near], centers[near]
     coverage = np.zeros(len(rows))
-    for dy in steps:
+    steps = (np.arange(SUBPIXELS) + 0.5) / SUBPIXELS
+    for dy in steps - 0.5:
         for dx in steps:
-            inside = directions((columns + dx) / width, (rows + dy) / height) @ toward >= math.cos(radius)
+            inside = directions((columns + dx) / width, (rows + dy) / (height - 1)) @ toward >= math.cos(radius)
             coverage += inside / SUBPIXELS**2
-    solid_angles = 2 * math.pi**2 / (width * height) * np.cos(math.pi * (0.5 - (rows + 0.5) / height))
-    cosines = np.maximum(centers[near] @ toward, 0)
-    total = (coverage * solid_angles * cosines).sum()
+    elevations = math.pi * (0.5 - rows / (height - 1))
+    solid_angles = 2 * math.pi**2 / (width * (height - 1)) * np.cos(elevations)
+    total = (coverage * solid_angles * np.maximum(centers @ toward, 0)).sum()
     image[rows, columns] += coverage[:, None] / total * np.array(sun.irradiance)

@@ -12,7 +12,7 @@ from . import sky
 from .materials import source
 
 DEFAULT_WIDTH = 1024
-SMALLEST_WIDTH, LARGEST_WIDTH = 256, 4096
+SMALLEST_WIDTH, FINE_WIDTH, LARGEST_WIDTH = 256, 2048, 4096
 # Width in pixels for a sky with a sun disc.
 SUN_WIDTH = 2048
 # Samples of a pixel, and of a pixel near the sun.
@@ -83,8 +83,9 @@ def used_nodes(world):
 
 
 def width_of(nodes):
-    """Width in pixels of the baked image."""
-    widths = [node.image.size[0] for node in nodes if node.type in ("TEX_ENVIRONMENT", "TEX_IMAGE") and node.image]
+    """Width in pixels of the baked image: that of its largest texture; twice that for small ones, which resampling would blur."""
+    textures = [node.image.size[0] for node in nodes if node.type in ("TEX_ENVIRONMENT", "TEX_IMAGE") and node.image]
+    widths = [max(width, min(2 * width, FINE_WIDTH)) for width in textures]
     if any(node.type == "TEX_SKY" and getattr(node, "sun_disc", False) for node in nodes):
         widths.append(SUN_WIDTH)
     width = min(max([*widths, SMALLEST_WIDTH] if widths else [DEFAULT_WIDTH]), LARGEST_WIDTH)
@@ -169,10 +170,12 @@ def pixels_of(image):
 
 
 def with_suns(image, suns):
-    """The image with the discs of sun lamps."""
-    if not suns:
+    """The image as the renderer takes it, with the discs of sun lamps; one pixel for a single color without suns."""
+    if suns:
+        image = sky.enlarged(image, sky.width_for_suns(suns))
+    if image.shape[:2] == (1, 1):
         return image
-    image = sky.enlarged(image, sky.width_for_suns(suns))
+    image = sky.with_poles(image)
     for sun in suns:
         sky.add_sun(image, sun)
     return image
