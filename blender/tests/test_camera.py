@@ -11,12 +11,12 @@ CAMERAS = {
     "wide": dict(size=(72, 40)),
     "tall": dict(size=(40, 72)),
     "fit to the width of a tall picture": dict(size=(40, 72), sensor_fit="HORIZONTAL", lens=50),
-    "fit to the height": dict(size=(72, 40), sensor_fit="VERTICAL", sensor_height=20),
+    "fit to the height": dict(size=(72, 40), sensor_fit="VERTICAL", sensor_height=16),
     "shifted": dict(size=(72, 40), shift_x=0.13, shift_y=-0.21),
     "shifted, tall": dict(size=(40, 72), shift_x=-0.1, shift_y=0.15),
     "orthographic": dict(size=(72, 40), type="ORTHO", ortho_scale=9),
     "orthographic, tall and shifted": dict(size=(40, 72), type="ORTHO", ortho_scale=9, shift_x=0.2, shift_y=0.1),
-    "clipped": dict(size=(72, 40), clip_start=6.2, clip_end=8.3),
+    "clipped": dict(size=(72, 40), clip_start=6.8, clip_end=7.4),
 }
 # Largest difference of blocks of 5 to 9 pixels. A perspective shift is met to a quarter of a pixel, which moves edges.
 BLOCK, SHIFTED_BLOCK = 0.08, 0.3

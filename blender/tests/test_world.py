@@ -64,7 +64,8 @@ def test_environment_texture_with_a_mapping(tmp_path):
     tree.links.new(texture.outputs["Color"], background.inputs["Color"])
     background.inputs["Strength"].default_value = 0.7
     stage()
-    renders.assert_alike(renders.manylight(passes=256), renders.cycles(256))
+    # The seam of the image, where its colors jump, lies across one part.
+    renders.assert_alike(renders.manylight(passes=256), renders.cycles(256), outliers=1)
 
 
 def test_sky_texture():
