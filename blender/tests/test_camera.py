@@ -16,7 +16,7 @@ CAMERAS = {
     "shifted, tall": dict(size=(40, 72), shift_x=-0.1, shift_y=0.15),
     "orthographic": dict(size=(72, 40), type="ORTHO", ortho_scale=9),
     "orthographic, tall and shifted": dict(size=(40, 72), type="ORTHO", ortho_scale=9, shift_x=0.2, shift_y=0.1),
-    "clipped": dict(size=(72, 40), clip_start=6.8, clip_end=7.4),
+    "clipped": dict(size=(72, 40), clip_end=7.3),
 }
 # Largest difference of blocks of 5 to 9 pixels. A perspective shift is met to a quarter of a pixel, which moves edges.
 BLOCK, SHIFTED_BLOCK = 0.08, 0.3

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Shells that keep emitting meshes visible.
 
-Cameras see emitting meshes but not lamps, if a lamp does not say otherwise. The renderer can hide emitters that a camera ray meets before any other surface,
-all of them. So lamps are hidden, and each emitting mesh of the scene gets a shell that light passes without change: the
-mesh then lies behind another surface and is seen.
+Cameras see emitting meshes but not lamps, if a lamp does not say otherwise. The renderer can hide emitters that a camera ray
+meets before any other surface, all of them. So lamps are hidden, and each emitting mesh of the scene gets a shell that light
+passes without change: the mesh then lies behind another surface and is seen.
 """
 
 import numpy as np
