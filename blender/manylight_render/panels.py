@@ -8,7 +8,7 @@ ENGINE = "MANYLIGHT"
 EEVEE = "BLENDER_EEVEE"
 FROM_EEVEE = ("DATA_PT_EEVEE_light", "EEVEE_WORLD_PT_surface", "EEVEE_MATERIAL_PT_context_material", "EEVEE_MATERIAL_PT_surface")
 # Panels for all engines that show what this one does not use.
-UNUSED = ("VIEWLAYER_PT_filter", "VIEWLAYER_PT_layer_passes", "RENDER_PT_simplify", "RENDER_PT_freestyle", "VIEWLAYER_PT_freestyle")
+UNUSED = ("VIEWLAYER_PT_filter", "VIEWLAYER_PT_layer_passes", "RENDER_PT_freestyle", "VIEWLAYER_PT_freestyle")
 
 
 class EnginePanel:

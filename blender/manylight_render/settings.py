@@ -40,7 +40,12 @@ class SceneSettings(bpy.types.PropertyGroup):
     target_error: FloatProperty(
         name="Target error", description="Stop below this estimated relative error; 0: none", min=0.0, precision=4
     )
-    lights: IntProperty(name="Lights", description="Virtual lights of a pass; 0: as the method says", default=0, min=0)
+    lights: IntProperty(
+        name="Lights",
+        description="Virtual lights of a pass; 0: as the method says. `lights=auto` in More options suits them to the scene",
+        default=0,
+        min=0,
+    )
     max_depth: IntProperty(
         name="Depth", description="Most segments of a path: 1 is emission, 2 direct light; 0: no limit", default=0, min=0
     )
@@ -58,7 +63,7 @@ class ViewLayerSettings(bpy.types.PropertyGroup):
     albedo: BoolProperty(name="Albedo", description="The pass `Denoising Albedo`: albedo of the first surface")
     terms: BoolProperty(
         name="Terms of the image",
-        description="Emission, direct light, light of virtual lights, its compensation, and caustics, which add up to the picture",
+        description="Emission, direct light, virtual lights, compensation of their clamping, and caustics",
     )
 
 
