@@ -87,7 +87,8 @@ def test_values_of_numpy_and_mitsuba_are_taken():
     class Transform:
         matrix = transforms.translate([0, 0, 0]).tolist()
 
-    ball = {"type": "sphere", "center": np.array([0, 0.5, 0]), "radius": np.float32(0.5), "flip_normals": np.bool_(False), "to_world": Transform()}
+    ball = {"type": "sphere", "center": np.array([0, 0.5, 0]), "radius": np.float32(0.5), "to_world": Transform()}
+    ball["flip_normals"] = np.bool_(False)
     spectrum = {"type": "spectrum", "value": [(400, 0.5), (700, 0.5)]}
     ml.load_dict(box_scene(ball={**ball, "bsdf": {"type": "diffuse", "reflectance": spectrum}}))
     ml.load_dict(box_scene(lamp={"type": "constant", "radiance": {"type": "blackbody", "temperature": 4000, "scale": 1e-12}}))

@@ -7,7 +7,6 @@ import subprocess
 import sys
 import threading
 import time
-import warnings
 
 import numpy as np
 import pytest
@@ -286,11 +285,14 @@ def test_comparison_takes_images_arrays_and_files(room, small, tmp_path):
         _ = measured.rmse
 
 
-def test_loading_options_reach_the_loader(tmp_path, scenes):
+def test_loading_options_reach_the_loader(tmp_path):
     path = tmp_path / "scene.xml"
-    text = (scenes / "furnace" / "emissive-box.xml").read_text()
-    path.write_text(text.replace("<scene version=\"3.0.0\">", '<scene version="3.0.0"><default name="n" value="9"/>').replace('name="width" value="', 'name="width" value="$n'))
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        with pytest.raises(ml.UsageError, match="not a glTF scene"):
-            ml.load_file(path, light_units="W")
+    path.write_text(
+        '<scene version="3.0.0"><default name="edge" value="9"/><sensor type="perspective"><film type="hdrfilm">'
+        '<integer name="width" value="$edge"/><integer name="height" value="4"/></film></sensor><emitter type="constant"/></scene>'
+    )
+    assert ml.load_file(path, edge=7).options == {"edge": 7}
+    widths = [ml.render(ml.load_file(path, **defines), "path", passes=1).width for defines in ({}, {"edge": 7})]
+    assert widths == [9, 7]
+    with pytest.raises(ml.UsageError, match="not a glTF scene"):
+        ml.load_file(path, light_units="W")

@@ -40,10 +40,16 @@ class Image:
         """Whether the render was interrupted."""
     @property
     def layers(self) -> dict[str, NDArray[np.float32]]:
-        """Arrays by the names of the layers: ``beauty`` is the picture. Shape (height, width, channels), or (height, width) for one channel."""
+        """Arrays by the names of the layers: ``beauty`` is the picture.
+
+        Shape (height, width, channels), or (height, width) for one channel.
+        """
     @property
     def variance(self) -> NDArray[np.float32] | None:
-        """Variance of the mean of each value of the picture, (height, width, 3); infinite with fewer than two passes, None if it is unknown."""
+        """Variance of the mean of each value of the picture, (height, width, 3).
+
+        Infinite with fewer than two passes; None if it is unknown.
+        """
     @property
     def metadata(self) -> dict[str, str]:
         """What is known of the render: settings, times, the command that repeats it."""

@@ -93,7 +93,7 @@ def render_part(
         path: The part file. It is written whole or not at all.
         shard: Which share, counted from 1, of how many: ``(2, 8)``.
         blocks: Blocks of passes instead, counted from 0; a block has 16 passes unless ``block=`` says otherwise.
-        passes: Passes of the whole render. With ``blocks``, None is a render without end: it has as many passes as the parts that are merged.
+        passes: Passes of the whole render. With ``blocks``, None is a render without end: it has the passes of all parts that are merged.
         method: As for `render`.
         progress: As for `render`, over the passes of this part.
         **options: As for `render`. All parts of a render have the same.
@@ -110,7 +110,8 @@ def render_part(
     command = words({"method": method, "passes": passes, **options})
     span = None if blocks is None else (blocks.start, blocks.stop)
     with _shown(progress, None) as report:
-        _native.render_part(as_scene(scene)._native, command, os.fspath(path), share=shard, blocks=span, open=is_open, progress=report)
+        native = as_scene(scene)._native
+        _native.render_part(native, command, os.fspath(path), share=shard, blocks=span, open=is_open, progress=report)
 
 
 def merge(parts: Iterable[str | os.PathLike[str]]) -> Image:

@@ -94,7 +94,7 @@ class Job:
             block_seconds = self._seconds_per_block(rendered, time.monotonic() - round_start) or block_seconds
             # The time needs no image; the first merge tells how long the last one takes.
             image = self._merge() if self._goal.target_error is not None or self.report.rounds == 1 else None
-            if self._goal.target_error is not None:
+            if self._goal.target_error is not None and image is not None:
                 self._display.note(f"relative error {image.relative_error:.3g} after {image.passes} passes")
 
     def _seconds_per_block(self, shares: list[Share], seconds: float) -> float | None:

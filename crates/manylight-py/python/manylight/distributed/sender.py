@@ -116,11 +116,13 @@ class Sender:
         try:
             share = future.result()
         except (CancelledError, Cancelled):
-            return self._take_back(future, piece)
+            self._take_back(future, piece)
+            return None
         except _PASSING as error:
             if self._cluster.client.status != "running":
-                return self._take_back(future, piece)
-            self._display.drop(future.key)
+                self._take_back(future, piece)
+                return None
+            self._display.drop(str(future.key))
             if piece.failures >= self._most_retries:
                 raise _final(piece, error) from error
             self.retries += 1
@@ -131,12 +133,12 @@ class Sender:
             return None
         finally:
             future.release()
-        self._display.end(future.key, share)
+        self._display.end(str(future.key), share)
         return share
 
     def _take_back(self, future: distributed.Future, piece: Piece) -> None:
         """The scheduler is gone, or the worker was told to stop. The folder has what was complete."""
-        self._display.drop(future.key)
+        self._display.drop(str(future.key))
         self._waiting.appendleft(piece)
         self._cluster.recover()
 
@@ -148,7 +150,7 @@ class Sender:
         # A task may be on its way. So only those that were seen twice.
         for future in unassigned & self._unassigned if self._cluster.workers else ():
             piece = self._running.pop(future)
-            self._display.drop(future.key)
+            self._display.drop(str(future.key))
             self._waiting.appendleft(piece)
             future.cancel()
         self._unassigned = unassigned
