@@ -170,12 +170,15 @@ fn merge(parts: &[PartFile], plan: &MergePlan) -> Result<Film, Failure> {
     let mut is_checked = vec![false; parts.len()];
     check(parts, &mut is_checked, runs.first())?;
     for (i, run) in runs.iter().enumerate() {
-        let (added, checked) = rayon::join(
-            || add(&mut film, &parts[run.part], run.blocks.clone(), plan.passes),
-            || check(parts, &mut is_checked, runs.get(i + 1)),
-        );
-        added?;
-        checked?;
+        let next = runs.get(i + 1);
+        // All blocks are added by this thread: memory that another thread frees would not be used again.
+        std::thread::scope(|scope| {
+            let checking = scope.spawn(|| check(parts, &mut is_checked, next));
+            add(&mut film, &parts[run.part], run.blocks.clone(), plan.passes)?;
+            checking
+                .join()
+                .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        })?;
     }
     Ok(film)
 }
