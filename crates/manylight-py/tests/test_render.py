@@ -198,6 +198,18 @@ def test_a_render_without_end_has_the_passes_of_its_parts(room, tmp_path):
         ml.merge([paths[0], paths[1]])
 
 
+def test_a_checkpoint_is_continued(room, tmp_path):
+    settings = {"method": "path", "size": (24, 16)}
+    state = tmp_path / "state.part"
+    ml.render(room, passes=20, checkpoint=state, **settings)
+    resumed = ml.render(room, passes=40, resume=state, **settings)
+    whole = ml.render(room, passes=40, **settings)
+    for name, layer in whole.layers.items():
+        assert np.array_equal(layer, resumed.layers[name]), name
+    with pytest.raises(ml.UsageError, match="seed is 0"):
+        ml.render(room, passes=40, resume=state, seed=1, **settings)
+
+
 def test_damaged_parts_are_refused_by_name(room, tmp_path):
     path = tmp_path / "one.part"
     ml.render_part(room, path, shard=(1, 1), method="path", size=(8, 6), passes=8)
