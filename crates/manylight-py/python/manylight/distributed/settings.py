@@ -13,6 +13,9 @@ _PASSES = 16
 #: Options of `manylight.render` that need the whole image.
 _NOT_IN_SHARES = ("denoise", "checkpoint", "checkpoint_every", "resume", "preview", "shard", "blocks")
 
+#: Seconds of the units of a time, as the command takes them.
+_UNITS = {"ms": 1e-3, "": 1.0, "s": 1.0, "m": 60.0, "min": 60.0, "h": 3600.0}
+
 
 @dataclass(frozen=True)
 class Goal:
@@ -61,8 +64,8 @@ def _is_number(value: Any) -> bool:
 def _seconds(time: float | str) -> float:
     """Seconds of a number, or of a text such as ``"90"``, ``"60s"``, ``"1.5h"``."""
     if isinstance(time, str):
-        match = re.fullmatch(r"(\d+(?:\.\d+)?)(s|m|h|)", time.strip())
-        seconds = float(match[1]) * {"h": 3600, "m": 60}.get(match[2], 1) if match else math.nan
+        match = re.fullmatch(r"(\d+(?:\.\d+)?)(ms|s|m|min|h|)", time.strip())
+        seconds = float(match[1]) * _UNITS[match[2]] if match else math.nan
     else:
         seconds = float(time) if _is_number(time) else math.nan
     if not 0 < seconds < math.inf:

@@ -53,7 +53,7 @@ def share_count(blocks: int, workers: int) -> int:
 
 
 def cut(runs: Iterable[range], shares: int) -> list[range]:
-    """Cuts runs of blocks into about `shares` shares, exactly so many for one run.
+    """Cuts runs of blocks into about `shares` shares; exactly this number for one run.
 
     The shares of a run differ by at most one block. The larger ones are first, so that workers end at the same time.
     """
