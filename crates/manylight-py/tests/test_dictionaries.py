@@ -171,3 +171,14 @@ def test_mitsuba_renders_the_same_dictionary():
     ours = np.asarray(ml.render(ml.load_dict(scene), "path", passes=1024))
     assert np.allclose(ours.mean(axis=(0, 1)), theirs.mean(axis=(0, 1)), rtol=0.01)
     assert np.abs(ours - theirs).mean() < 0.02 * theirs.mean()
+
+
+def test_the_cornell_box_of_mitsuba_is_taken_as_it_is():
+    mitsuba = pytest.importorskip("mitsuba", reason="mitsuba is not installed")
+    mitsuba.set_variant("scalar_rgb")
+    scene = mitsuba.cornell_box()
+    scene["sensor"]["film"].update(width=32, height=32)
+    scene["marble"] = {"type": "sphere", "center": mitsuba.ScalarPoint3f(0, 0.5, 0), "radius": 0.2}
+    theirs = np.array(mitsuba.render(mitsuba.load_dict(scene), spp=512))[:, :, :3]
+    ours = np.asarray(ml.render(ml.load_dict(scene), "path", passes=512))
+    assert np.allclose(ours.mean(axis=(0, 1)), theirs.mean(axis=(0, 1)), rtol=0.01)

@@ -173,10 +173,9 @@ def _value(name: str, value: object, keys: tuple[str, ...]) -> tuple[str, str]:
     if isinstance(value, (str, os.PathLike)):
         text = os.fspath(value)
         return "string", os.path.abspath(text) if name == "filename" else text
-    # Mitsuba's transforms have a matrix.
     try:
-        numbers = np.asarray(getattr(value, "matrix", value), dtype=np.float64)
-    except (TypeError, ValueError):
+        numbers = _numbers(value)
+    except (TypeError, ValueError, AttributeError):
         raise _unexpected(value, keys) from None
     if numbers.shape in ((4, 4), (3, 3)):
         return "transform", " ".join(map(repr, numbers.ravel().tolist()))
@@ -185,6 +184,14 @@ def _value(name: str, value: object, keys: tuple[str, ...]) -> tuple[str, str]:
     if numbers.size == 1:
         return "float", repr(float(numbers.item()))
     raise _unexpected(value, keys)
+
+
+def _numbers(value: Any) -> np.ndarray:
+    """An array of numbers; of the matrix for transforms of Mitsuba."""
+    try:
+        return np.asarray(value, dtype=np.float64)
+    except TypeError:
+        return np.asarray(value.matrix, dtype=np.float64)
 
 
 def _unexpected(value: object, keys: tuple[str, ...]) -> Error:
