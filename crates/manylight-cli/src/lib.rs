@@ -34,6 +34,22 @@ use clap::Parser;
 use output::print_message;
 use std::ffi::OsString;
 
+/// Selects the instruction set that the environment variable `MANYLIGHT_SIMD` names, if it is set. Call it before anything is rendered.
+///
+/// # Errors
+/// The machine lacks these instructions.
+pub fn select_instructions() -> Result<(), Failure> {
+    let Some(name) = std::env::var_os("MANYLIGHT_SIMD") else {
+        return Ok(());
+    };
+    manylight::select_instruction_set(&name.to_string_lossy()).map_err(|message| {
+        Failure::usage(
+            format!("MANYLIGHT_SIMD: {message}"),
+            "without this variable, the best instructions of the machine are used",
+        )
+    })
+}
+
 /// Runs the command with these words, the first of which is its name. Returns its exit code.
 pub fn run_command(words: impl IntoIterator<Item = OsString>) -> u8 {
     let cli = match Cli::try_parse_from(words) {
@@ -47,7 +63,10 @@ pub fn run_command(words: impl IntoIterator<Item = OsString>) -> u8 {
     std::panic::set_hook(Box::new(|panic| {
         print_message(format_args!("internal error: {panic}"))
     }));
-    match std::panic::catch_unwind(|| run(&cli.command)) {
+    match std::panic::catch_unwind(|| {
+        select_instructions()?;
+        run(&cli.command)
+    }) {
         Ok(Ok(code)) => code,
         Ok(Err(Failure::ClosedPipe)) => failure::DONE,
         Ok(Err(failure)) => {

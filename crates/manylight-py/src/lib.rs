@@ -24,6 +24,8 @@ fn run_command(py: Python<'_>, words: Vec<OsString>) -> u8 {
 
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    manylight_cli::select_instructions()
+        .map_err(|failure| errors::exception(module.py(), &failure))?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add("instruction_set", ::manylight::instruction_set())?;
     module.add_class::<scene::Scene>()?;

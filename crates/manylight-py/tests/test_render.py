@@ -305,3 +305,10 @@ def test_loading_options_reach_the_loader(tmp_path):
     assert widths == [9, 7]
     with pytest.raises(ml.UsageError, match="not a glTF scene"):
         ml.load_file(path, light_units="W")
+
+
+@pytest.mark.parametrize(("name", "found"), [("portable", "portable"), ("mmx", "UsageError: MANYLIGHT_SIMD: found 'mmx'")])
+def test_the_environment_selects_the_instructions(name, found):
+    command = [sys.executable, "-c", "import manylight; print(manylight.instruction_set)"]
+    ended = subprocess.run(command, env={**os.environ, "MANYLIGHT_SIMD": name}, capture_output=True, text=True)
+    assert found in ended.stdout + ended.stderr

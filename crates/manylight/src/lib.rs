@@ -59,7 +59,7 @@ pub mod image;
 pub mod ids;
 
 mod simd;
-pub use simd::instruction_set;
+pub use simd::{instruction_set, select_instruction_set};
 
 pub mod sampling;
 

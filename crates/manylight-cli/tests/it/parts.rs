@@ -312,3 +312,35 @@ fn gaps_repetitions_and_parts_of_another_kind_are_refused() {
         .says(&["newer.part", "format 2", "format 1"]);
     assert!(!folder.files().contains(&"m.exr".to_owned()));
 }
+
+/// Machines of a farm may have different instructions: the common ones give equal bits.
+#[test]
+fn parts_of_one_selected_instruction_set_are_merged() {
+    let folder = Folder::new(BOX);
+    let render = |set: &str, options: &str| {
+        let words = format!("render scene.xml -m path {PASSES} {options}");
+        let mut command = folder.command(&words);
+        Ended::from(command.env("MANYLIGHT_SIMD", set).output().unwrap())
+    };
+    render("portable", "-o whole.exr").code(0);
+    for share in [1, 2] {
+        render("portable", &format!("--shard {share}/2 -o {share}.part")).code(0);
+    }
+    folder.run("merge 2.part 1.part -o merged.exr -q").code(0);
+    assert!(channels(&folder, "merged.exr") == channels(&folder, "whole.exr"));
+    render("mmx", "-o other.exr")
+        .code(2)
+        .says(&["MANYLIGHT_SIMD", "'mmx'", "portable"]);
+    let best = manylight::instruction_set();
+    if !best.ends_with("portable") {
+        folder
+            .run(&format!(
+                "render scene.xml -m path {PASSES} --shard 2/2 -o best.part"
+            ))
+            .code(0);
+        folder
+            .run("merge 1.part best.part -o mixed.exr")
+            .code(2)
+            .says(&["best.part", "instruction_set", &best, "portable"]);
+    }
+}

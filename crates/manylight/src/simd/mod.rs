@@ -18,8 +18,38 @@ mod tests;
 
 use portable::Portable;
 use std::mem::MaybeUninit;
+use std::sync::OnceLock;
 
-/// The instruction set that renders use on this machine, such as `x86_64 avx512`. Another one may round otherwise.
+/// The instruction set of this process. The first use selects the best, unless [`select_instruction_set`] has selected another.
+static SELECTED: OnceLock<Isa> = OnceLock::new();
+
+/// Selects the instruction set of this process by its name: `avx512`, `avx2` or `portable`. Renders by one instruction set have
+/// equal bits on all machines that have it. Call it before the first scene is built.
+///
+/// # Errors
+/// What was found and expected: the machine lacks these instructions, or the process uses others already.
+pub fn select_instruction_set(name: &str) -> Result<(), String> {
+    let available: Vec<Isa> = Instructions::available()
+        .into_iter()
+        .filter_map(Isa::new)
+        .collect();
+    let Some(&isa) = available.iter().find(|isa| isa.name() == name) else {
+        let names: Vec<&str> = available.iter().map(|isa| isa.name()).collect();
+        return Err(format!(
+            "found '{name}', expected one of {}",
+            names.join(", ")
+        ));
+    };
+    let selected = SELECTED.get_or_init(|| isa).name();
+    if selected != name {
+        return Err(format!(
+            "found '{name}', but this process uses {selected} already"
+        ));
+    }
+    Ok(())
+}
+
+/// The instruction set that renders use in this process, such as `x86_64 avx512`. Another one may round otherwise.
 pub fn instruction_set() -> String {
     format!("{} {}", std::env::consts::ARCH, Isa::best().name())
 }
@@ -166,11 +196,13 @@ impl Isa {
         }
     }
 
-    /// The best instruction set of this machine. Cheap: the detection is cached.
+    /// The instruction set of this process: the best of this machine, unless another was selected.
     pub(crate) fn best() -> Isa {
-        Isa::new(Instructions::Avx512)
-            .or_else(|| Isa::new(Instructions::Avx2))
-            .unwrap_or(Isa::Portable)
+        *SELECTED.get_or_init(|| {
+            Isa::new(Instructions::Avx512)
+                .or_else(|| Isa::new(Instructions::Avx2))
+                .unwrap_or(Isa::Portable)
+        })
     }
 
     fn name(self) -> &'static str {

@@ -153,3 +153,18 @@ fn fused_operations_are_products_and_sums() {
         }
     }
 }
+
+#[test]
+fn only_known_instructions_are_selected() {
+    let selected = Isa::best().name();
+    assert_eq!(select_instruction_set(selected), Ok(()));
+    let unknown = select_instruction_set("mmx").unwrap_err();
+    assert!(
+        unknown.contains("'mmx'") && unknown.contains("portable"),
+        "{unknown}"
+    );
+    if selected != "portable" {
+        let late = select_instruction_set("portable").unwrap_err();
+        assert!(late.contains(selected), "{late}");
+    }
+}
