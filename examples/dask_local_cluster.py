@@ -12,9 +12,13 @@ import numpy as np
 from distributed import Client, LocalCluster
 
 import manylight as ml
-from manylight.distributed import render_with_report
+from manylight.distributed import Report, render
 
 SCENES = Path(__file__).resolve().parent.parent / "scenes"
+
+
+def say(report: Report) -> None:
+    print(f"{report.passes} passes in {len(report.shares)} shares: {report.seconds:.1f} s")
 
 
 def main() -> None:
@@ -24,8 +28,7 @@ def main() -> None:
     # A worker is a process. All its threads render one share.
     with LocalCluster(n_workers=2, threads_per_worker=threads) as cluster, Client(cluster) as client:
         print(f"dashboard: {client.dashboard_link}")
-        image, report = render_with_report(scene, client=client, **settings)
-    print(f"{report.passes} passes in {len(report.shares)} shares: {report.seconds:.1f} s")
+        image = render(scene, client=client, report=say, **settings)
 
     start = time.monotonic()
     alone = ml.render(scene, **settings)

@@ -16,7 +16,7 @@ import time
 import distributed
 import manylight as ml
 import numpy as np
-from manylight.distributed import render_with_report
+from manylight.distributed import render
 from program import Table
 
 SIZE, PASSES, BLOCK = (256, 256), 96, 8
@@ -43,7 +43,7 @@ def cluster(scene: ml.Scene, workers: int, threads: int, expected: ml.Image) -> 
     with made as local, distributed.Client(local) as client:
         before = sum(client.run(time.process_time).values())
         start, cpu = time.perf_counter(), time.process_time()
-        image, _ = render_with_report(scene, client=client, method="path", size=SIZE, passes=PASSES, block=BLOCK, progress=False)
+        image = render(scene, client=client, method="path", size=SIZE, passes=PASSES, block=BLOCK, progress=False)
         seconds, others = time.perf_counter() - start, time.process_time() - cpu
         rendering = sum(client.run(time.process_time).values()) - before
     if not np.array_equal(image, expected):

@@ -78,11 +78,6 @@ impl Interrupt {
         }
     }
 
-    /// Whether a signal was received.
-    pub fn is_stopped(&self) -> bool {
-        self.cancel.load(Ordering::Relaxed)
-    }
-
     /// Becomes true with the first signal.
     pub(crate) fn cancel(&self) -> &AtomicBool {
         &self.cancel

@@ -16,6 +16,7 @@ mod names;
 mod output;
 mod part;
 mod picture;
+mod prepared;
 mod preset;
 mod progress;
 mod repeat;

@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// Default number of passes of a render without time or error limit.
-const DEFAULT_PASSES: u32 = 16;
+pub(crate) const DEFAULT_PASSES: u32 = 16;
 /// Extensions of scene files.
 const SCENE_EXTENSIONS: [&str; 4] = ["xml", "pbrt", "gltf", "glb"];
 

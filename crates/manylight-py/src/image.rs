@@ -4,7 +4,7 @@ use crate::errors::{exception, file_exception, usage};
 use manylight::image::Image as Pixels;
 use manylight_cli::embed::{Picture, display_transform};
 use manylight_io::image::{
-    DisplayTransform, ImageCamera, ImageLayer, ImageWindow, LayeredImage, encode_png,
+    DisplayTransform, ImageCamera, ImageLayer, ImageWindow, LayeredImage, encode_png, interleave,
     read_layered_image, write_image,
 };
 use numpy::PyArray;
@@ -79,19 +79,14 @@ impl Image {
     pub(crate) fn picture(&self) -> LayeredImage {
         let mut layers: Vec<ImageLayer> = Vec::new();
         for layer in &self.layers {
-            let channels = layer.channels.iter().enumerate().map(|(c, channel)| {
-                let pixels = layer.pixels.data.chunks_exact(layer.channels.len());
-                (channel.clone(), pixels.map(|pixel| pixel[c]).collect())
-            });
+            let name = match layer.name.as_str() {
+                BEAUTY => "",
+                name => name,
+            };
+            let planes = ImageLayer::from_image(name, layer.channels.clone(), &layer.pixels);
             match layers.first_mut() {
-                Some(beauty) if layer.name == ALPHA => beauty.channels.extend(channels),
-                _ => layers.push(ImageLayer {
-                    name: match layer.name.as_str() {
-                        BEAUTY => String::new(),
-                        name => name.to_owned(),
-                    },
-                    channels: channels.collect(),
-                }),
+                Some(beauty) if layer.name == ALPHA => beauty.channels.extend(planes.channels),
+                _ => layers.push(planes),
             }
         }
         LayeredImage {
@@ -151,17 +146,12 @@ fn interleaved(layer: ImageLayer, width: usize, height: usize) -> impl Iterator<
     [(name, color), (ALPHA.to_owned(), alpha)]
         .into_iter()
         .filter(|(_, planes)| !planes.is_empty())
-        .map(move |(name, planes)| {
-            let mut pixels = Pixels::new(width, height, planes.len());
-            for (c, (_, values)) in planes.iter().enumerate() {
-                let places = pixels.data.iter_mut().skip(c).step_by(planes.len());
-                places
-                    .zip(values)
-                    .for_each(|(place, value)| *place = *value);
-            }
+        .map(move |(name, channels)| {
+            let planes: Vec<&[f32]> = channels.iter().map(|(_, v)| v.as_slice()).collect();
+            let pixels = interleave(width, height, &planes);
             Layer {
                 name,
-                channels: planes.into_iter().map(|(name, _)| name).collect(),
+                channels: channels.into_iter().map(|(name, _)| name).collect(),
                 pixels,
             }
         })

@@ -13,8 +13,17 @@ mod render;
 mod scene;
 mod waiting;
 
+use manylight_lab::text::parse_duration;
 use pyo3::prelude::*;
 use std::ffi::OsString;
+
+/// Seconds of a text such as `10m`, as `--time` of the command takes it.
+#[pyfunction]
+fn seconds(py: Python<'_>, text: &str) -> PyResult<f64> {
+    parse_duration(text)
+        .map(|duration| duration.as_secs_f64())
+        .map_err(|expected| errors::usage(py, &format!("found '{text}'"), &expected))
+}
 
 /// Runs the command `manylight` with these words, the first of which is its name. Returns its exit code.
 #[pyfunction]
@@ -27,6 +36,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     manylight_cli::select_instructions()
         .map_err(|failure| errors::exception(module.py(), &failure))?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add("DEFAULT_PASSES", manylight_cli::embed::DEFAULT_PASSES)?;
     module.add("instruction_set", ::manylight::instruction_set())?;
     module.add_class::<scene::Scene>()?;
     module.add_class::<image::Image>()?;
@@ -41,6 +51,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(image::read_image, module)?)?;
     module.add_function(wrap_pyfunction!(maps::maps, module)?)?;
     module.add_function(wrap_pyfunction!(compare::compare, module)?)?;
+    module.add_function(wrap_pyfunction!(seconds, module)?)?;
     module.add_function(wrap_pyfunction!(run_command, module)?)?;
     Ok(())
 }

@@ -19,7 +19,7 @@ distributed = pytest.importorskip("distributed", reason="the package `distribute
 import dask  # noqa: E402
 
 import manylight as ml  # noqa: E402
-from manylight.distributed import render, render_with_report  # noqa: E402
+from manylight.distributed import render  # noqa: E402
 from manylight.distributed.cluster import check_workers  # noqa: E402
 from manylight.distributed.folder import Folder  # noqa: E402
 from manylight.distributed.rounds import Progress, next_round  # noqa: E402
@@ -38,6 +38,13 @@ SMALL = {"size": (24, 24), "seed": 5, "method": "path"}
 #: A pass takes some hundredths of a second, so that there is time to kill something.
 SLOW = {"size": (96, 96), "seed": 5, "method": "path"}
 DEATHS = {**SLOW, "passes": 96, "block": 16}
+
+
+def render_with_report(scene, **options):
+    """The image and the report."""
+    reports = []
+    image = render(scene, report=reports.append, **options)
+    return image, reports[0]
 
 
 @pytest.fixture(scope="module")

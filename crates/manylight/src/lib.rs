@@ -3,7 +3,7 @@
 //! Rich-VPLs (Simon, Hanika, Dachsbacher, "Rich-VPLs for Improving the Versatility of Many-Light Methods", Eurographics 2015)
 //! and the methods they are compared with, as pure functions over plain data. The crate promises:
 //!
-//! * no files, no printing, and no failure but in [`scene::Scene::build`]; files belong to the crate `manylight-io`, the
+//! * no files, no printing, and no failure but where it checks what comes in, as in [`scene::Scene::build`]; files belong to the crate `manylight-io`, the
 //!   command line to `manylight-cli`;
 //! * the same bits for the same seed, for any number of threads;
 //! * units in SI, radiance in linear RGB, directions away from the surface.

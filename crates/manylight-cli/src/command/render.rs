@@ -6,10 +6,9 @@ mod share;
 use crate::args::{DisplayArgs, RenderArgs};
 use crate::failure::{DONE, Failure};
 use crate::interrupt::Interrupt;
-use crate::memory::{check_memory, sums_of_render};
 use crate::output::{Console, print_data, print_message, print_warnings};
-use crate::part::Resumed;
 use crate::picture::{PictureFacts, PictureSource};
+use crate::prepared::Prepared;
 use crate::progress::{self, ProgressGoal};
 use crate::report::RenderReport;
 use crate::request::RenderRequest;
@@ -103,13 +102,12 @@ impl Run<'_> {
         let (session, interrupt, display) = (&self.session, self.interrupt, self.args.display);
         let (pool, stats) = (&session.pool, &session.stats);
         let mut preview = RenderPreview::start(self.args, &session.request, &self.console);
-        let mut job = session.job();
-        let (limit, pictures) = (session.request.memory_limit, preview.memory(&job));
-        pool.install(|| check_memory(limit, &job, sums_of_render(&job), pictures))?;
-        let identity = session.settings(&job).identity(&session.digest);
-        let resumed = Resumed::load(&session.request, &job, &identity)?;
-        let features = session.features(&mut job, interrupt);
-        resumed.state.add_to(stats);
+        let Prepared {
+            job,
+            identity,
+            resumed,
+            features,
+        } = Prepared::new(session, preview.memory(&session.job()), interrupt)?;
         let goal = ProgressGoal::new(job.budget, display);
         let (outcome, checkpoint) =
             progress::show(goal, stats, interrupt.cancel(), &self.console, |observer| {

@@ -10,3 +10,6 @@ mod render;
 pub use held_scene::HeldScene;
 pub use parts::{PartBlocks, merge, part_header};
 pub use render::{Picture, Rendered, display_transform};
+
+/// Passes of a render without a limit.
+pub const DEFAULT_PASSES: u32 = crate::request::DEFAULT_PASSES;

@@ -2,11 +2,10 @@
 
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
-use crate::memory::{check_memory, sums_of_render};
 use crate::names::{AovNames, VIEWS};
 use crate::output::Console;
-use crate::part::Resumed;
 use crate::picture::{PictureFacts, PictureSource};
+use crate::prepared::Prepared;
 use crate::session::{Session, open_denoiser};
 use manylight::film::Film;
 use manylight::image::Image;
@@ -69,11 +68,6 @@ pub struct Rendered {
 }
 
 impl Session {
-    /// Number of passes of the render; `None` if another limit ends it.
-    pub fn passes(&self) -> Option<u32> {
-        self.request.budget.passes
-    }
-
     /// Whether the picture is to be denoised.
     pub fn denoises(&self) -> bool {
         self.oidn.is_some()
@@ -89,14 +83,12 @@ impl Session {
         observer: &mut (dyn Observer + Send),
     ) -> Result<Rendered, Failure> {
         let oidn = open_denoiser(&self.request)?;
-        let mut job = self.job();
-        let limit = self.request.memory_limit;
-        self.pool
-            .install(|| check_memory(limit, &job, sums_of_render(&job), None))?;
-        let identity = self.settings(&job).identity(&self.digest);
-        let resumed = Resumed::load(&self.request, &job, &identity)?;
-        let features = self.features(&mut job, interrupt);
-        resumed.state.add_to(&self.stats);
+        let Prepared {
+            job,
+            identity,
+            resumed,
+            features,
+        } = Prepared::new(self, None, interrupt)?;
         let console = Console::default();
         let (outcome, checkpoint) =
             resumed.render(self, &job, &identity, interrupt, &console, observer);

@@ -40,6 +40,13 @@ struct MergePlan {
     part_of: Vec<usize>,
 }
 
+/// Consecutive blocks of a part.
+struct Run {
+    /// Index of the part.
+    part: usize,
+    blocks: Range<u32>,
+}
+
 impl MergePlan {
     /// Refuses parts of several renders, blocks that occur twice, and missing blocks.
     fn new(parts: &[PartFile]) -> Result<Self, Failure> {
@@ -88,16 +95,7 @@ impl MergePlan {
             part_of: found.into_values().collect(),
         })
     }
-}
 
-/// Consecutive blocks of a part.
-struct Run {
-    /// Index of the part.
-    part: usize,
-    blocks: Range<u32>,
-}
-
-impl MergePlan {
     /// The blocks in their order.
     fn runs(&self) -> Vec<Run> {
         let mut runs: Vec<Run> = Vec::new();

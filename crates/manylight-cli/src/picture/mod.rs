@@ -156,21 +156,8 @@ pub(crate) fn full_name(layer: &str, channel: &str) -> String {
 }
 
 pub(crate) fn named(name: &str, channels: &[&str], image: &Image) -> ImageLayer {
-    let values = |c: usize| {
-        image
-            .data
-            .chunks_exact(image.channels)
-            .map(|p| p[c])
-            .collect()
-    };
-    let channels = channels
-        .iter()
-        .enumerate()
-        .map(|(c, channel)| (full_name(name, channel), values(c)));
-    ImageLayer {
-        name: name.into(),
-        channels: channels.collect(),
-    }
+    let channels = channels.iter().map(|channel| full_name(name, channel));
+    ImageLayer::from_image(name, channels, image)
 }
 
 #[cfg(test)]

@@ -12,6 +12,25 @@ pub struct ImageLayer {
     pub channels: Vec<(String, Vec<f32>)>,
 }
 
+impl ImageLayer {
+    /// The channels of an image. `channels` are their full names; channels of the image without a name are left out.
+    pub fn from_image(
+        name: impl Into<String>,
+        channels: impl IntoIterator<Item = String>,
+        image: &Image,
+    ) -> Self {
+        let plane = |c: usize| {
+            let values = image.data.iter().skip(c).step_by(image.channels);
+            values.copied().collect()
+        };
+        let channels = channels.into_iter().enumerate();
+        ImageLayer {
+            name: name.into(),
+            channels: channels.map(|(c, name)| (name, plane(c))).collect(),
+        }
+    }
+}
+
 /// A rendered image: named channels of equal size, and metadata.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LayeredImage {
@@ -65,21 +84,13 @@ impl LayeredImage {
         } else {
             &["Y"]
         };
-        let plane = |c: usize| {
-            image
-                .data
-                .iter()
-                .skip(c)
-                .step_by(image.channels)
-                .copied()
-                .collect()
-        };
-        let channels = names
-            .iter()
-            .enumerate()
-            .map(|(c, name)| ((*name).to_owned(), plane(c)))
-            .collect();
-        LayeredImage::from_channels(image.width, image.height, channels)
+        let names = names.iter().map(|&name| name.to_owned());
+        LayeredImage {
+            width: image.width,
+            height: image.height,
+            layers: vec![ImageLayer::from_image("", names, image)],
+            ..LayeredImage::default()
+        }
     }
 
     /// Groups channels into layers by the part of their names before the last dot. Layers are in the order of their first
@@ -114,7 +125,7 @@ impl LayeredImage {
 }
 
 /// One image from `planes`, each of `width * height` values.
-pub(super) fn interleave(width: usize, height: usize, planes: &[&[f32]]) -> Image {
+pub fn interleave(width: usize, height: usize, planes: &[&[f32]]) -> Image {
     let data = (0..width * height)
         .flat_map(|i| planes.iter().map(move |plane| plane[i]))
         .collect();

@@ -20,7 +20,7 @@ mod write;
 mod tests;
 
 pub use cryptomatte::Cryptomatte;
-pub use layered::{ImageLayer, LayeredImage};
+pub use layered::{ImageLayer, LayeredImage, interleave};
 pub use place::{ImageCamera, ImageWindow};
 pub use transfer::{Transfer, linear_from_srgb, srgb_from_linear};
 pub use view::{DisplayTransform, View};

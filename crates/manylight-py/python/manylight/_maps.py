@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _native
-from ._options import words
+from ._options import render_words
 from ._render import as_scene
 from ._scene import Scene
 
@@ -69,6 +69,6 @@ def maps(scene: Scene | str | os.PathLike[str], method: str = "rich-vpl", **opti
     Raises:
         UsageError: The method has no virtual lights, or an option is wrong.
     """
-    found = _native.maps(as_scene(scene)._native, words({"method": method, **options}))
+    found = _native.maps(as_scene(scene)._native, render_words({"method": method, **options}))
     placed, relaxed = (LightPositions(*found.pop(name)) for name in ("placed", "relaxed"))
     return Maps(**found, placed=placed, relaxed=relaxed)

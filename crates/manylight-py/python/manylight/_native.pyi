@@ -9,6 +9,7 @@ from numpy.typing import DTypeLike, NDArray
 
 __version__: str
 instruction_set: str
+DEFAULT_PASSES: int
 
 @final
 class Scene:
@@ -95,4 +96,5 @@ def read_image(path: str) -> Image: ...
 def compare(
     image: Image | NDArray[np.float32], reference: Image | NDArray[np.float32], layer: str | None = None
 ) -> tuple[str, list[float]]: ...
+def seconds(text: str) -> float: ...
 def run_command(words: list[str]) -> int: ...

@@ -21,16 +21,22 @@ _OTHERWISE = {
 }
 
 
-def words(options: Mapping[str, object]) -> list[str]:
-    """The words of options. None and False stand for an option that is not given.
+def render_words(options: Mapping[str, object]) -> list[str]:
+    """The words of options of a render. None and False stand for an option that is not given.
 
     Raises:
-        TypeError: A keyword is no option, or its value has no text.
+        TypeError: A keyword belongs to another function, or its value has no text.
     """
-    result: list[str] = []
-    for name, value in options.items():
+    for name in options:
         if name in _OTHERWISE:
             raise TypeError(f"unexpected keyword {name!r}: {_OTHERWISE[name]}")
+    return words(options)
+
+
+def words(options: Mapping[str, object]) -> list[str]:
+    """The words of any options."""
+    result: list[str] = []
+    for name, value in options.items():
         if value is None or value is False:
             continue
         option = "--" + name.replace("_", "-")

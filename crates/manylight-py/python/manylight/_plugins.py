@@ -14,7 +14,7 @@ _OTHERS = {
     "sensor": "batch distant irradiancemeter radiancemeter".split(),
     "shape": "blender ellipsoids ellipsoidsmesh sdfgrid".split(),
     "spectrum": "d65 irregular regular uniform".split(),
-    "texture": "checkerboard volume".split(),
+    "texture": ["volume"],
     "volume": "constvolume gridvolume".split(),
 }
 

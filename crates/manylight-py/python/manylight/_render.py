@@ -13,7 +13,7 @@ import numpy as np
 
 from . import _native
 from ._native import Image
-from ._options import words
+from ._options import render_words
 from ._scene import Scene, load_file
 
 if TYPE_CHECKING:
@@ -22,9 +22,6 @@ if TYPE_CHECKING:
 __all__ = ["Comparison", "compare", "merge", "part_info", "read_image", "render", "render_part"]
 
 Progress = Callable[[int, "int | None", float], object]
-
-# Passes of a render without a limit, as the command has it.
-_DEFAULT_PASSES = 16
 
 
 def render(
@@ -65,9 +62,9 @@ def render(
     """
     scene = as_scene(scene)
     limits = {"passes": passes, "time": time, "target_error": target_error}
-    command = words({"method": method, **limits, "seed": seed, "size": size, **options})
+    command = render_words({"method": method, **limits, "seed": seed, "size": size, **options})
     open_ended = time is not None or target_error is not None
-    total = passes if passes is not None or open_ended else _DEFAULT_PASSES
+    total = passes if passes is not None or open_ended else _native.DEFAULT_PASSES
     with _shown(progress, total) as report:
         image = _native.render(scene._native, command, report)
     if image.interrupted:
@@ -107,7 +104,7 @@ def render_part(
     if blocks is not None and blocks.step != 1:
         raise ValueError(f"blocks: found {blocks}, expected consecutive ones")
     is_open = blocks is not None and passes is None
-    command = words({"method": method, "passes": passes, **options})
+    command = render_words({"method": method, "passes": passes, **options})
     span = None if blocks is None else (blocks.start, blocks.stop)
     with _shown(progress, None) as report:
         native = as_scene(scene)._native

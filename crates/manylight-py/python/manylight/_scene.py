@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from . import _native
 from ._dictionary import written
-from ._options import words
+from ._options import render_words, words
 from .errors import Error
 
 if TYPE_CHECKING:
@@ -64,13 +64,7 @@ class Scene:
                 if image.relative_error < 0.02:
                     break
         """
-        return _native.passes(self._native, words({"method": method, **options}))
-
-    def render(self, method: str = "rich-vpl", **options: Any) -> Image:
-        """`manylight.render` of this scene."""
-        from ._render import render
-
-        return render(self, method, **options)
+        return _native.passes(self._native, render_words({"method": method, **options}))
 
     def __reduce__(self) -> tuple:
         return _load_again, self._source
@@ -118,22 +112,11 @@ def load_file(
         "environment_scale": environment_scale,
         "variant": variant,
     }
-    command = [path, *_load_words(options)]
+    command = [path, *words(options)]
     for name, value in defines.items():
         command.append(f"-D{name}={_define(value)}")
     given = {name: value for name, value in options.items() if value}
     return Scene(_native.load(command), ("file", path, {**given, **defines}))
-
-
-def _load_words(options: Mapping[str, Any]) -> list[str]:
-    """The words of options of loading."""
-    result = []
-    for name, value in options.items():
-        if value is None or value is False:
-            continue
-        option = "--" + name.replace("_", "-")
-        result.append(option if value is True else f"{option}={os.fspath(value) if isinstance(value, os.PathLike) else value}")
-    return result
 
 
 def _define(value: Any) -> str:
@@ -162,7 +145,7 @@ def load_dict(scene: Mapping[str, Any], *, strict: bool = False) -> Scene:
     """
     with written(scene) as file:
         try:
-            native = _native.load([file.path, *_load_words({"strict": strict})], label="dictionary")
+            native = _native.load([file.path, *words({"strict": strict})], label="dictionary")
         except Error as error:
             raise file.located(error) from None
         warnings = [file.warning(text) for text in native.warnings]

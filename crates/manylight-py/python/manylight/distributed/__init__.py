@@ -6,6 +6,6 @@ over the network. The calling process merges the parts. See docs/farms/dask.md.
 Needs the package ``distributed``: ``pip install manylight[distributed]``.
 """
 
-from .driver import Report, render, render_with_report
+from .driver import Report, render
 
-__all__ = ["Report", "render", "render_with_report"]
+__all__ = ["Report", "render"]

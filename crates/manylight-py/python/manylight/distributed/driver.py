@@ -1,9 +1,9 @@
-"""The calls that render on a cluster."""
+"""The call that renders on a cluster."""
 
 import contextlib
 import os
 import uuid
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +32,7 @@ def render(
     shares: int | None = None,
     retries: int = 2,
     progress: ProgressOption = True,
+    report: Callable[[Report], object] | None = None,
     **options: Any,
 ) -> ml.Image:
     """Renders a scene on the workers of a Dask client.
@@ -56,6 +57,7 @@ def render(
             (``distributed.scheduler.allowed-failures``).
         progress: Whether to show a progress bar; or a function that is called with the passes so far, the passes in total (None if another
             limit ends the render), and seconds. An exception of it ends the render.
+        report: A function that is called at the end with a `Report` of shares, retries, and blocks that were rendered more than once.
         **options: As for `manylight.render`; ``threads`` is by default the number of threads of the worker.
 
     Raises:
@@ -64,39 +66,6 @@ def render(
         SceneError, FileError: As for `manylight.render`, from the workers.
         Error: The scheduler is gone, or workers died again and again in the same share.
     """
-    image, _ = render_with_report(
-        scene,
-        client=client,
-        folder=folder,
-        passes=passes,
-        time=time,
-        target_error=target_error,
-        method=method,
-        block=block,
-        shares=shares,
-        retries=retries,
-        progress=progress,
-        **options,
-    )
-    return image
-
-
-def render_with_report(
-    scene: ml.Scene | str | os.PathLike[str],
-    *,
-    client: distributed.Client | None = None,
-    folder: str | os.PathLike[str] | None = None,
-    passes: int | None = None,
-    time: float | str | None = None,
-    target_error: float | None = None,
-    method: str = "rich-vpl",
-    block: int = 16,
-    shares: int | None = None,
-    retries: int = 2,
-    progress: ProgressOption = True,
-    **options: Any,
-) -> tuple[ml.Image, Report]:
-    """`render`, with a `Report` of shares, retries, and blocks that were rendered more than once."""
     goal = goal_of(passes, time, target_error)
     check(block, shares, retries, options)
     if not isinstance(scene, ml.Scene):
@@ -109,7 +78,10 @@ def render_with_report(
         try:
             sender = Sender(cluster, files, SceneReference.of(scene), goal.passes, options, retries, display)
             job = Job(cluster, sender, files, goal, block, shares, display)
-            return job.run(), job.report
+            image = job.run()
+            if report is not None:
+                report(job.report)
+            return image
         finally:
             cluster.close()
             display.close()

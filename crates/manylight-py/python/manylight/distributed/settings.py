@@ -1,20 +1,15 @@
 """Checks of the settings of a render, before anything is sent."""
 
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import manylight as ml
+from manylight._native import DEFAULT_PASSES, seconds
 
-#: Passes without `passes`, `time` and `target_error`, as in `manylight.render`.
-_PASSES = 16
 #: Options of `manylight.render` that need the whole image.
 _NOT_IN_SHARES = ("denoise", "checkpoint", "checkpoint_every", "resume", "preview", "shard", "blocks")
-
-#: Seconds of the units of a time, as the command takes them.
-_UNITS = {"ms": 1e-3, "": 1.0, "s": 1.0, "m": 60.0, "min": 60.0, "h": 3600.0}
 
 
 @dataclass(frozen=True)
@@ -32,7 +27,7 @@ def goal_of(passes: int | None, time: float | str | None, target_error: float | 
     if passes is not None and open_ended:
         raise ml.UsageError("passes: does not go with time or target_error on a cluster; give passes, or the others")
     if passes is None and not open_ended:
-        passes = _PASSES
+        passes = DEFAULT_PASSES
     if passes is not None and not (_is_integer(passes) and passes >= 1):
         raise ml.UsageError(f"passes: found {passes!r}, expected an integer from 1 on")
     if target_error is not None and not (_is_number(target_error) and 0 < target_error < math.inf):
@@ -62,12 +57,12 @@ def _is_number(value: Any) -> bool:
 
 
 def _seconds(time: float | str) -> float:
-    """Seconds of a number, or of a text such as ``"90"``, ``"60s"``, ``"1.5h"``."""
+    """Seconds of a number, or of a text as the command takes it."""
     if isinstance(time, str):
-        match = re.fullmatch(r"(\d+(?:\.\d+)?)(ms|s|m|min|h|)", time.strip())
-        seconds = float(match[1]) * _UNITS[match[2]] if match else math.nan
-    else:
-        seconds = float(time) if _is_number(time) else math.nan
-    if not 0 < seconds < math.inf:
+        try:
+            return seconds(time)
+        except ml.UsageError as error:
+            raise ml.UsageError(f"time: {error.message}", suggestion=error.suggestion) from None
+    if not (_is_number(time) and 0 < time < math.inf):
         raise ml.UsageError(f"time: found {time!r}, expected seconds above 0, or a text such as '60s', '10m', '1h'")
-    return seconds
+    return float(time)

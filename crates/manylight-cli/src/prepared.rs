@@ -1,0 +1,50 @@
+//! A render that is ready to start.
+
+use crate::failure::Failure;
+use crate::interrupt::Interrupt;
+use crate::memory::{check_memory, sums_of_render};
+use crate::part::Resumed;
+use crate::session::Session;
+use manylight::film::Film;
+use manylight::integrators::StageMemory;
+use manylight::render::RenderJob;
+use serde_json::{Map, Value};
+
+/// A render that is ready to start.
+pub(crate) struct Prepared<'s> {
+    pub(crate) job: RenderJob<'s>,
+    /// What checkpoints must agree with to be continued.
+    pub(crate) identity: Map<String, Value>,
+    /// What the render continues with.
+    pub(crate) resumed: Resumed,
+    /// Features for the denoiser that the film will lack.
+    pub(crate) features: Option<Film>,
+}
+
+impl<'s> Prepared<'s> {
+    /// Prepares the render of `session`. `others` is memory that the render does not know of.
+    ///
+    /// # Errors
+    /// The memory limit is too small, or the checkpoint to continue from is not one of this render.
+    pub(crate) fn new(
+        session: &'s Session,
+        others: Option<StageMemory>,
+        interrupt: &Interrupt,
+    ) -> Result<Self, Failure> {
+        let mut job = session.job();
+        let limit = session.request.memory_limit;
+        session
+            .pool
+            .install(|| check_memory(limit, &job, sums_of_render(&job), others))?;
+        let identity = session.settings(&job).identity(&session.digest);
+        let resumed = Resumed::load(&session.request, &job, &identity)?;
+        let features = session.features(&mut job, interrupt);
+        resumed.state.add_to(&session.stats);
+        Ok(Prepared {
+            job,
+            identity,
+            resumed,
+            features,
+        })
+    }
+}
