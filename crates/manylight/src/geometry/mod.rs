@@ -11,6 +11,7 @@ mod queries;
 pub mod ray;
 pub mod shape;
 pub mod surface_point;
+mod surface_points;
 mod surface_set;
 #[cfg(test)]
 mod tests;
@@ -25,4 +26,5 @@ pub use occluder::Occluder;
 pub use ray::{Ray, Segment};
 pub use shape::Shape;
 pub use surface_point::{SurfacePoint, SurfaceRef};
+pub use surface_points::SurfacePoints;
 pub use world::{AreaSample, Geometry, Hit, Instance, Primitive};

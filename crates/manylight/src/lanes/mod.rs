@@ -1,9 +1,24 @@
-//! Arrays of sixteen values for data-parallel code.
+//! Data-parallel code: one program for many values.
 //!
-//! Code for sixteen points is written as loops over lanes, which the compiler turns into vector instructions. For this a loop must be free
-//! of calls, early exits and saturating conversions.
+//! [`Float`], [`Vector`] and [`Color`] have a number of lanes as a type parameter, a [`Width`]: [`One`], or sixteen in the vectors of an
+//! instruction set. Code over them is written once for both.
+//!
+//! Arrays of sixteen values are for loops over lanes, which the compiler turns into vector instructions. For this a loop must be
+//! free of calls, early exits and saturating conversions.
 
+mod functions;
+mod numbers;
+#[cfg(test)]
+mod tests;
+mod vector;
 pub(crate) mod vectors;
+mod width;
+
+pub(crate) use functions::{cosine_hemisphere, cosine_hemisphere_pdf, disc};
+pub use numbers::{Float, Mask, Operand, Word};
+pub use vector::{Axes, Color, Pair, Vector};
+pub(crate) use width::Sixteen;
+pub use width::{One, Width};
 
 use crate::color::Rgb;
 use crate::math::Vec3;

@@ -33,6 +33,12 @@ fn run<K: SimdKernel>(avx2: Avx2, kernel: K) -> K::Output {
     kernel.run(avx2)
 }
 
+#[target_feature(enable = "avx2,fma,bmi1,popcnt")]
+#[inline(never)]
+fn call<K: SimdKernel>(avx2: Avx2, kernel: K) -> K::Output {
+    kernel.run(avx2)
+}
+
 /// For each mask of eight bits, the positions of its set bits, ascending.
 static SET_BITS: [[u8; NARROW]; 256] = set_bits();
 
@@ -167,6 +173,20 @@ macro_rules! in_halves {
     )*};
 }
 
+macro_rules! by_halves {
+    ($($name:ident($($arg:ident: $ty:ident),*) -> $out:ident = $body:expr;)*) => {$(
+        #[inline(always)]
+        fn $name(self, $($arg: Self::$ty),*) -> Self::$out {
+            let half = |i: usize| {
+                $(let $arg = $arg[i];)*
+                // SAFETY: `self` proves AVX2, and register arithmetic has no other condition.
+                unsafe { $body }
+            };
+            [half(0), half(1)]
+        }
+    )*};
+}
+
 impl Floats<WIDE> for Avx2 {
     type F = [__m256; 2];
     type M = [__m256; 2];
@@ -276,6 +296,56 @@ impl Wide for Avx2 {
         };
         (equal & bits).trailing_zeros()
     }
+
+    by_halves! {
+        copy_sign(a: F, b: F) -> F = {
+            let sign = _mm256_set1_ps(-0.0);
+            _mm256_or_ps(_mm256_andnot_ps(sign, a), _mm256_and_ps(sign, b))
+        };
+        not(m: M) -> M = {
+            let all = _mm256_castsi256_ps(_mm256_set1_epi32(-1));
+            _mm256_andnot_ps(m, all)
+        };
+        float_bits(x: F) -> U = _mm256_castps_si256(x);
+        floats_of_bits(x: U) -> F = _mm256_castsi256_ps(x);
+        add_words(a: U, b: U) -> U = _mm256_add_epi32(a, b);
+        sub_words(a: U, b: U) -> U = _mm256_sub_epi32(a, b);
+        and_words(a: U, b: U) -> U = _mm256_and_si256(a, b);
+        xor_words(a: U, b: U) -> U = _mm256_xor_si256(a, b);
+        equal_words(a: U, b: U) -> M = _mm256_castsi256_ps(_mm256_cmpeq_epi32(a, b));
+        select_words(m: M, a: U, b: U) -> U = _mm256_blendv_epi8(b, a, _mm256_castps_si256(m));
+    }
+
+    #[inline(always)]
+    fn splat_word(self, x: u32) -> [__m256i; 2] {
+        // SAFETY: `self` proves AVX2.
+        [unsafe { _mm256_set1_epi32(x as i32) }; 2]
+    }
+
+    #[inline(always)]
+    fn store_words(self, x: [__m256i; 2]) -> [u32; WIDE] {
+        let mut out = [0u32; WIDE];
+        let (halves, _) = out.as_chunks_mut::<NARROW>();
+        for (half, words) in halves.iter_mut().zip(x) {
+            // SAFETY: `self` proves AVX2; the half is eight writable words, and the store needs no alignment.
+            unsafe { _mm256_storeu_si256(half.as_mut_ptr().cast(), words) };
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn shift_left(self, a: [__m256i; 2], bits: u32) -> [__m256i; 2] {
+        let places = self.splat_word(bits)[0];
+        // SAFETY: `self` proves AVX2.
+        a.map(|half| unsafe { _mm256_sllv_epi32(half, places) })
+    }
+
+    #[inline(always)]
+    fn shift_right(self, a: [__m256i; 2], bits: u32) -> [__m256i; 2] {
+        let places = self.splat_word(bits)[0];
+        // SAFETY: `self` proves AVX2.
+        a.map(|half| unsafe { _mm256_srlv_epi32(half, places) })
+    }
 }
 
 impl Simd for Avx2 {
@@ -284,6 +354,12 @@ impl Simd for Avx2 {
     #[inline(always)]
     fn wide(self) -> Self {
         self
+    }
+
+    #[inline(always)]
+    fn call<K: SimdKernel>(self, kernel: K) -> K::Output {
+        // SAFETY: `self` exists only where `detect` found all that `call` enables.
+        unsafe { call(self, kernel) }
     }
 
     #[inline(always)]

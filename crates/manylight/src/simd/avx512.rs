@@ -41,6 +41,12 @@ fn run<K: SimdKernel>(avx512: Avx512, kernel: K) -> K::Output {
     kernel.run(avx512)
 }
 
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+#[inline(never)]
+fn call<K: SimdKernel>(avx512: Avx512, kernel: K) -> K::Output {
+    kernel.run(avx512)
+}
+
 macro_rules! intrinsics {
     ($($name:ident($($arg:ident: $ty:ident),*) -> $out:ident = $body:expr;)*) => {$(
         #[inline(always)]
@@ -181,6 +187,52 @@ impl Wide for Avx512 {
         };
         equal.trailing_zeros()
     }
+
+    intrinsics! {
+        copy_sign(a: F, b: F) -> F = {
+            let sign = _mm512_set1_ps(-0.0);
+            _mm512_or_ps(_mm512_andnot_ps(sign, a), _mm512_and_ps(sign, b))
+        };
+        float_bits(x: F) -> U = _mm512_castps_si512(x);
+        floats_of_bits(x: U) -> F = _mm512_castsi512_ps(x);
+        add_words(a: U, b: U) -> U = _mm512_add_epi32(a, b);
+        sub_words(a: U, b: U) -> U = _mm512_sub_epi32(a, b);
+        and_words(a: U, b: U) -> U = _mm512_and_si512(a, b);
+        xor_words(a: U, b: U) -> U = _mm512_xor_si512(a, b);
+        equal_words(a: U, b: U) -> M = _mm512_cmpeq_epi32_mask(a, b);
+        select_words(m: M, a: U, b: U) -> U = _mm512_mask_blend_epi32(m, b, a);
+    }
+
+    #[inline(always)]
+    fn not(self, m: __mmask16) -> __mmask16 {
+        !m
+    }
+
+    #[inline(always)]
+    fn splat_word(self, x: u32) -> __m512i {
+        // SAFETY: `self` proves AVX-512.
+        unsafe { _mm512_set1_epi32(x as i32) }
+    }
+
+    #[inline(always)]
+    fn store_words(self, x: __m512i) -> [u32; WIDE] {
+        let mut out = [0; WIDE];
+        // SAFETY: `self` proves AVX-512; the array is sixteen writable words, and the store needs no alignment.
+        unsafe { _mm512_storeu_epi32(out.as_mut_ptr().cast(), x) };
+        out
+    }
+
+    #[inline(always)]
+    fn shift_left(self, a: __m512i, bits: u32) -> __m512i {
+        // SAFETY: `self` proves AVX-512.
+        unsafe { _mm512_sllv_epi32(a, self.splat_word(bits)) }
+    }
+
+    #[inline(always)]
+    fn shift_right(self, a: __m512i, bits: u32) -> __m512i {
+        // SAFETY: `self` proves AVX-512.
+        unsafe { _mm512_srlv_epi32(a, self.splat_word(bits)) }
+    }
 }
 
 impl Simd for Avx512 {
@@ -189,6 +241,12 @@ impl Simd for Avx512 {
     #[inline(always)]
     fn wide(self) -> Self {
         self
+    }
+
+    #[inline(always)]
+    fn call<K: SimdKernel>(self, kernel: K) -> K::Output {
+        // SAFETY: `self` exists only where `detect` found all that `call` enables.
+        unsafe { call(self, kernel) }
     }
 
     #[inline(always)]

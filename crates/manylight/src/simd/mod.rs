@@ -103,10 +103,30 @@ pub(crate) trait Floats<const N: usize>: Copy {
     fn compress_words(self, bits: u32, x: Self::U) -> [u32; N];
 }
 
-/// Operations on wide vectors.
-pub(crate) trait Wide: Floats<16> {
+/// Operations on wide vectors. Words are unsigned, and their arithmetic wraps.
+pub(crate) trait Wide: Floats<16> + std::fmt::Debug {
     /// The first lane with the lowest value among those with set bits. At least one bit must be set.
     fn lowest(self, bits: u32, x: Self::F) -> u32;
+    /// `a` with the sign of `b`.
+    fn copy_sign(self, a: Self::F, b: Self::F) -> Self::F;
+    fn not(self, m: Self::M) -> Self::M;
+    /// The bits of floats.
+    fn float_bits(self, x: Self::F) -> Self::U;
+    /// The inverse of [`Wide::float_bits`].
+    fn floats_of_bits(self, x: Self::U) -> Self::F;
+    fn splat_word(self, x: u32) -> Self::U;
+    fn store_words(self, x: Self::U) -> [u32; 16];
+    fn add_words(self, a: Self::U, b: Self::U) -> Self::U;
+    fn sub_words(self, a: Self::U, b: Self::U) -> Self::U;
+    fn and_words(self, a: Self::U, b: Self::U) -> Self::U;
+    fn xor_words(self, a: Self::U, b: Self::U) -> Self::U;
+    /// All words shifted to the left by `bits` < 32.
+    fn shift_left(self, a: Self::U, bits: u32) -> Self::U;
+    /// All words shifted to the right by `bits` < 32; zeros come in.
+    fn shift_right(self, a: Self::U, bits: u32) -> Self::U;
+    fn equal_words(self, a: Self::U, b: Self::U) -> Self::M;
+    /// `a` in the lanes of `m`, `b` elsewhere.
+    fn select_words(self, m: Self::M, a: Self::U, b: Self::U) -> Self::U;
 }
 
 /// The narrow and the wide vectors of one instruction set.
@@ -116,6 +136,8 @@ pub(crate) trait Simd: Floats<8> {
 
     /// Operations on wide vectors.
     fn wide(self) -> Self::Wide;
+    /// Runs a kernel as a function that is not inlined: for large kernels with several callers.
+    fn call<K: SimdKernel>(self, kernel: K) -> K::Output;
     /// Selects the lanes with near <= far, `span` being (near, far). Writes their words and near values in the order `order`, three bits per
     /// place. Returns the selected places as bits; as many entries are initialized as bits are set.
     fn compress_ordered(

@@ -1,6 +1,6 @@
 //! Vector operations in plain Rust on arrays, which the compiler vectorizes as far as the target allows.
 
-use super::{Floats, NARROW, Simd, WIDE, Wide, set_bits};
+use super::{Floats, NARROW, Simd, SimdKernel, WIDE, Wide, set_bits};
 use std::mem::MaybeUninit;
 
 /// The portable instruction set, available on all machines.
@@ -138,6 +138,62 @@ impl Wide for Portable {
         let lowest = set_bits(bits).fold(first, |best, i| if x[i] < x[best] { i } else { best });
         lowest as u32
     }
+    #[inline(always)]
+    fn copy_sign(self, a: [f32; WIDE], b: [f32; WIDE]) -> [f32; WIDE] {
+        map2(a, b, f32::copysign)
+    }
+    #[inline(always)]
+    fn not(self, m: [bool; WIDE]) -> [bool; WIDE] {
+        m.map(|lane| !lane)
+    }
+    #[inline(always)]
+    fn float_bits(self, x: [f32; WIDE]) -> [u32; WIDE] {
+        x.map(f32::to_bits)
+    }
+    #[inline(always)]
+    fn floats_of_bits(self, x: [u32; WIDE]) -> [f32; WIDE] {
+        x.map(f32::from_bits)
+    }
+    #[inline(always)]
+    fn splat_word(self, x: u32) -> [u32; WIDE] {
+        [x; WIDE]
+    }
+    #[inline(always)]
+    fn store_words(self, x: [u32; WIDE]) -> [u32; WIDE] {
+        x
+    }
+    #[inline(always)]
+    fn add_words(self, a: [u32; WIDE], b: [u32; WIDE]) -> [u32; WIDE] {
+        map2(a, b, u32::wrapping_add)
+    }
+    #[inline(always)]
+    fn sub_words(self, a: [u32; WIDE], b: [u32; WIDE]) -> [u32; WIDE] {
+        map2(a, b, u32::wrapping_sub)
+    }
+    #[inline(always)]
+    fn and_words(self, a: [u32; WIDE], b: [u32; WIDE]) -> [u32; WIDE] {
+        map2(a, b, |a, b| a & b)
+    }
+    #[inline(always)]
+    fn xor_words(self, a: [u32; WIDE], b: [u32; WIDE]) -> [u32; WIDE] {
+        map2(a, b, |a, b| a ^ b)
+    }
+    #[inline(always)]
+    fn shift_left(self, a: [u32; WIDE], bits: u32) -> [u32; WIDE] {
+        a.map(|word| word << bits)
+    }
+    #[inline(always)]
+    fn shift_right(self, a: [u32; WIDE], bits: u32) -> [u32; WIDE] {
+        a.map(|word| word >> bits)
+    }
+    #[inline(always)]
+    fn equal_words(self, a: [u32; WIDE], b: [u32; WIDE]) -> [bool; WIDE] {
+        map2(a, b, |a, b| a == b)
+    }
+    #[inline(always)]
+    fn select_words(self, m: [bool; WIDE], a: [u32; WIDE], b: [u32; WIDE]) -> [u32; WIDE] {
+        std::array::from_fn(|i| if m[i] { a[i] } else { b[i] })
+    }
 }
 
 impl Simd for Portable {
@@ -146,6 +202,11 @@ impl Simd for Portable {
     #[inline(always)]
     fn wide(self) -> Self {
         self
+    }
+
+    #[inline(never)]
+    fn call<K: SimdKernel>(self, kernel: K) -> K::Output {
+        kernel.run(self)
     }
 
     #[inline(always)]

@@ -2,7 +2,9 @@
 
 use super::{Texture, TexturePoint};
 use crate::color::Rgb;
+use crate::geometry::SurfacePoints;
 use crate::ids::TextureId;
+use crate::lanes::{Color, Float, Width};
 use crate::math::{Vec2, Vec3};
 
 /// A color that may vary over the surface.
@@ -30,6 +32,23 @@ impl ColorInput {
         match *self {
             ColorInput::Constant(c) => c,
             ColorInput::Texture(id) => textures[id.index()].eval(at, textures),
+        }
+    }
+
+    /// Value in each lane.
+    #[inline(always)]
+    pub(crate) fn eval_each<S: Width>(
+        &self,
+        x: &SurfacePoints<S>,
+        textures: &[Texture],
+    ) -> Color<S> {
+        let s = x.offset.width();
+        match *self {
+            ColorInput::Constant(c) => Color::splat(s, c),
+            ColorInput::Texture(id) => {
+                let (texture, places) = (&textures[id.index()], TexturePoint::each(x));
+                Color::from_fn(s, |i| texture.eval(places.as_ref()[i], textures))
+            }
         }
     }
 
@@ -73,6 +92,23 @@ impl ColorInput {
 }
 
 impl FloatInput {
+    /// Value in each lane.
+    #[inline(always)]
+    pub(crate) fn eval_each<S: Width>(
+        &self,
+        x: &SurfacePoints<S>,
+        textures: &[Texture],
+    ) -> Float<S> {
+        let s = x.offset.width();
+        match *self {
+            FloatInput::Constant(c) => Float::splat(s, c),
+            FloatInput::Texture(id) => {
+                let (texture, places) = (&textures[id.index()], TexturePoint::each(x));
+                Float::from_fn(s, |i| texture.eval_float(places.as_ref()[i], textures))
+            }
+        }
+    }
+
     /// Value at a point.
     #[inline]
     pub fn eval(&self, at: impl Into<TexturePoint>, textures: &[Texture]) -> f32 {

@@ -1,6 +1,7 @@
 //! Places at which textures are evaluated, and values per vertex of a mesh.
 
-use crate::geometry::{SurfacePoint, SurfaceRef};
+use crate::geometry::{SurfacePoint, SurfacePoints, SurfaceRef};
+use crate::lanes::Width;
 use crate::math::{Vec2, Vec3};
 
 /// The place on a surface at which a texture is evaluated.
@@ -44,6 +45,21 @@ impl From<&SurfacePoint> for TexturePoint {
     #[inline]
     fn from(x: &SurfacePoint) -> Self {
         TexturePoint::new(x.uv, x.p, x.at)
+    }
+}
+
+impl TexturePoint {
+    /// The place of each lane.
+    #[inline(always)]
+    pub(crate) fn each<S: Width>(x: &SurfacePoints<S>) -> S::Each<TexturePoint> {
+        let (s, at) = (x.offset.width(), x.at.as_ref());
+        let (u, v) = (x.uv.x.store(), x.uv.y.store());
+        let p = x.p.store();
+        s.each(|i| {
+            let uv = Vec2::new(u.as_ref()[i], v.as_ref()[i]);
+            let p = Vec3::from_array(std::array::from_fn(|k| p[k].as_ref()[i]));
+            TexturePoint::new(uv, p, at[i])
+        })
     }
 }
 

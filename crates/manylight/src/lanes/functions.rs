@@ -1,0 +1,102 @@
+//! Elementary functions and warps in lanes: [`crate::math`] and [`crate::sampling::warp`] for [`Float`].
+
+use super::numbers::{Float, Word};
+use super::vector::{Pair, Vector};
+use super::width::Width;
+use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, LN_2};
+
+/// 1.5 · 2²³. Adding it to |x| < 2²² rounds x to the nearest integer, which the last bits of the sum then hold.
+const ROUNDING: f32 = 12_582_912.0;
+
+impl<S: Width> Float<S> {
+    /// See [`exp`](crate::math::float::exp).
+    #[inline(always)]
+    pub fn exp(self) -> Self {
+        // ln 2 as a sum of two terms, so that n ln 2 keeps its precision.
+        const LN2_HIGH: f32 = 0.693_359_4;
+        const LN2_LOW: f32 = -2.121_944_4e-4;
+        let within = self.max(-87.0).min(88.0);
+        let sum = within * std::f32::consts::LOG2_E + ROUNDING;
+        let n = sum - ROUNDING;
+        let r = within - n * LN2_HIGH - n * LN2_LOW;
+        let series = 1.0 / 120.0 + r * (1.0 / 720.0 + r * (1.0 / 5040.0));
+        let series = 1.0 + r * (1.0 + r * (0.5 + r * (1.0 / 6.0 + r * (1.0 / 24.0 + r * series))));
+        let power = ((sum.to_bits() - ROUNDING.to_bits() + 127) << 23).to_float();
+        self.lt(-87.0).select(0.0, series * power)
+    }
+
+    /// Natural logarithm of a normal positive number, with an absolute error below 1e-7 plus a relative error below 2e-7; a finite
+    /// number below -87 for 0.
+    ///
+    /// `ln x = n ln 2 + ln m` with m in [√½, √2), and `ln m = 2 artanh((m - 1) / (m + 1))` by its Taylor polynomial.
+    #[inline(always)]
+    pub fn ln(self) -> Self {
+        /// Bits of √½.
+        const SQRT_HALF: u32 = 0x3f35_04f3;
+        let bits = self.max(f32::MIN_POSITIVE).to_bits();
+        // The bits beyond those of √½: the exponent relative to that, which may be negative, above the mantissa.
+        let beyond = bits - SQRT_HALF + (128 << 23);
+        let m = ((beyond & 0x007f_ffff) + SQRT_HALF).to_float();
+        let n = ((beyond >> 23) + ROUNDING.to_bits()).to_float() - ROUNDING - 128.0;
+        let t = (m - 1.0) / (m + 1.0);
+        let t2 = t * t;
+        let series = 2.0 / 3.0 + t2 * (2.0 / 5.0 + t2 * (2.0 / 7.0 + t2 * (2.0 / 9.0)));
+        n * LN_2 + (2.0 * t + t * t2 * series)
+    }
+
+    /// `self` to the power `y`, for a positive normal base; 0 for 0 and a positive power. The relative error grows in proportion to
+    /// the logarithm of the result.
+    #[inline(always)]
+    pub fn powf(self, y: Self) -> Self {
+        self.le(0.0).select(0.0, (self.ln() * y).exp())
+    }
+
+    /// Sine and cosine of an angle of this many radians, up to π/4. See [`sin_cos_octant`](crate::math::trig::sin_cos_octant).
+    #[inline(always)]
+    pub fn sin_cos_octant(self) -> (Self, Self) {
+        let x2 = self * self;
+        let sin = (x2 * -1.951_529_6e-4 + 8.332_161e-3) * x2 - 1.666_665_5e-1;
+        let cos = (x2 * 2.443_315_7e-5 - 1.388_731_6e-3) * x2 + 4.166_664_6e-2;
+        (self + self * x2 * sin, 1.0 - 0.5 * x2 + x2 * x2 * cos)
+    }
+
+    /// Sine and cosine of an angle of this many full turns. See [`sin_cos_turns`](crate::math::trig::sin_cos_turns).
+    #[inline(always)]
+    pub fn sin_cos_turns(self) -> (Self, Self) {
+        let quarters = 4.0 * self;
+        let sum = quarters + ROUNDING;
+        let (sin, cos) = ((quarters - (sum - ROUNDING)) * FRAC_PI_2).sin_cos_octant();
+        let quadrant = sum.to_bits() - ROUNDING.to_bits();
+        let is_even = (quadrant & 1).equals(0);
+        let (sin, cos) = (is_even.select(sin, cos), is_even.select(cos, sin));
+        // Bit 1 of the quadrant is the sign of the sine; bit 1 of the next quadrant that of the cosine.
+        let turned =
+            |v: Float<S>, quadrant: Word<S>| (v.to_bits() ^ ((quadrant & 2) << 30)).to_float();
+        (turned(sin, quadrant), turned(cos, quadrant + 1))
+    }
+}
+
+/// See [`warp::disc`](crate::sampling::warp::disc).
+#[inline(always)]
+pub fn disc<S: Width>(u: Pair<S>) -> Pair<S> {
+    let (x, y) = (u.x * 2.0 - 1.0, u.y * 2.0 - 1.0);
+    // Angles relative to the nearer axis stay within an octant.
+    let along_x = x.abs().gt(y.abs());
+    let (r, across) = (along_x.select(x, y), along_x.select(y, x));
+    let at_center = r.equals(0.0);
+    let (sin, cos) = (across / at_center.select(1.0, r) * FRAC_PI_4).sin_cos_octant();
+    Pair::new(along_x.select(cos, sin), along_x.select(sin, cos)) * r
+}
+
+/// See [`warp::cosine_hemisphere`](crate::sampling::warp::cosine_hemisphere).
+#[inline(always)]
+pub fn cosine_hemisphere<S: Width>(u: Pair<S>) -> Vector<S> {
+    let d = disc(u);
+    Vector::new(d.x, d.y, (1.0 - d.length_squared()).safe_sqrt())
+}
+
+/// Density of [`cosine_hemisphere`] per solid angle.
+#[inline(always)]
+pub fn cosine_hemisphere_pdf<S: Width>(cos: Float<S>) -> Float<S> {
+    cos.max(0.0) * FRAC_1_PI
+}
