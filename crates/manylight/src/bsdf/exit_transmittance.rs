@@ -2,6 +2,7 @@
 
 use super::models::coat::{self, COSINES};
 use super::models::fresnel;
+use crate::lanes::One;
 
 /// `b(wo)` of a `DIFFUSE` lobe `f = a(wi) b(wo) / π`, a function of the cosine of `wo` to the shading normal. Virtual lights store it.
 #[derive(Clone, Copy, Debug)]
@@ -23,8 +24,10 @@ impl ExitTransmittance<'_> {
     pub fn eval(&self, cos: f32) -> f32 {
         match *self {
             ExitTransmittance::Lambert => 1.0,
-            ExitTransmittance::Fresnel { eta } => fresnel::coat_transmittance(cos, eta),
-            ExitTransmittance::Coated(table) => coat::interpolate(table, cos),
+            ExitTransmittance::Fresnel { eta } => {
+                fresnel::coat_transmittance::<One>(cos.into(), eta).get()
+            }
+            ExitTransmittance::Coated(table) => coat::interpolate::<One>(table, cos.into()).get(),
         }
     }
 }

@@ -50,7 +50,7 @@ impl FixedWi<'_, '_> {
         };
         let values = lanes.f_cos_wi(w, wo, active).load(w);
         // The reciprocal model is f_s |wi·ns|; f multiplies it by |wi·ns| / |wi·ng|, also for the swapped directions.
-        let (ng, ns) = (self.bsdf.ng, self.bsdf.frame.n);
+        let (ng, ns) = (Vec3::from(self.bsdf.ng), Vec3::from(self.bsdf.frame.n));
         let incident = (self.wi.dot(ns) / self.wi.dot(ng)).abs();
         let wo = wo.load(w);
         let (by_ng, by_ns) = (dot(w, wo, splat3(w, ng)), dot(w, wo, splat3(w, ns)));

@@ -3,7 +3,7 @@
 use super::batches::{BatchCounts, BatchMoments, add};
 use super::coverage::{CoverageSums, IdLayer};
 use super::layer::Layer;
-use super::tiles::{Tile, TileGrid};
+use super::tiles::{Tile, TileGrid, Tiling};
 use crate::color::Rgb;
 use crate::math::UVec2;
 use rayon::prelude::*;
@@ -58,7 +58,7 @@ impl PixelShape {
 impl PassSums {
     /// Sums over no pass; the first will be `first`.
     pub(super) fn new(size: UVec2, shape: PixelShape, first: u32) -> Self {
-        let tiles = TileGrid::new(size, UVec2::ZERO).tiles();
+        let tiles = TileGrid::new(size, Tiling::UNSHIFTED).tiles();
         PassSums {
             passes: first..first,
             batches: BatchCounts::default(),

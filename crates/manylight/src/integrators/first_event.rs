@@ -40,7 +40,7 @@ impl FirstEvent {
     }
 
     /// A ray that leaves the scene, in view of the camera.
-    fn escape(scene: &Scene) -> Self {
+    pub(super) fn escape(scene: &Scene) -> Self {
         if scene.emitters.has_environment() {
             FirstEvent::Environment
         } else {

@@ -3,12 +3,23 @@
 use super::numbers::{Float, Word};
 use super::vector::{Pair, Vector};
 use super::width::Width;
-use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, LN_2};
+use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, LN_2, PI};
 
 /// 1.5 · 2²³. Adding it to |x| < 2²² rounds x to the nearest integer, which the last bits of the sum then hold.
 const ROUNDING: f32 = 12_582_912.0;
 
 impl<S: Width> Float<S> {
+    /// The largest integer up to the value, for magnitudes below 2²², as a float and as a word in two's complement.
+    #[inline(always)]
+    pub fn floor(self) -> (Self, Word<S>) {
+        let sum = self + ROUNDING;
+        let nearest = sum - ROUNDING;
+        let is_above = nearest.gt(self);
+        let floor = is_above.select(nearest - 1.0, nearest);
+        let word = sum.to_bits() - ROUNDING.to_bits();
+        (floor, is_above.select_words(word - 1, word))
+    }
+
     /// See [`exp`](crate::math::float::exp).
     #[inline(always)]
     pub fn exp(self) -> Self {
@@ -49,6 +60,30 @@ impl<S: Width> Float<S> {
     #[inline(always)]
     pub fn powf(self, y: Self) -> Self {
         self.le(0.0).select(0.0, (self.ln() * y).exp())
+    }
+
+    /// The angle in [0, π] of a cosine in [-1, 1], with an absolute error below 4e-7.
+    ///
+    /// `acos x = √(1 - x) p(x)` on [0, 1]; the coefficients are Hastings' in Abramowitz and Stegun, "Handbook of Mathematical
+    /// Functions", 4.4.46.
+    #[inline(always)]
+    pub fn acos(self) -> Self {
+        const COEFFICIENTS: [f32; 8] = [
+            -0.001_262_491_1,
+            0.006_670_09,
+            -0.017_088_126,
+            0.030_891_88,
+            -0.050_174_305,
+            0.088_978_99,
+            -0.214_598_8,
+            1.570_796_3,
+        ];
+        let x = self.abs();
+        let series = COEFFICIENTS
+            .into_iter()
+            .fold(x.same(0.0), |sum, c| sum * x + c);
+        let angle = (1.0 - x).safe_sqrt() * series;
+        self.lt(0.0).select(PI - angle, angle)
     }
 
     /// Sine and cosine of an angle of this many radians, up to π/4. See [`sin_cos_octant`](crate::math::trig::sin_cos_octant).

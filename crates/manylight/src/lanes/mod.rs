@@ -17,7 +17,9 @@ mod width;
 pub(crate) use functions::{cosine_hemisphere, cosine_hemisphere_pdf, disc};
 pub use numbers::{Float, Mask, Operand, Word};
 pub use vector::{Axes, Color, Pair, Vector};
+#[cfg(test)]
 pub(crate) use width::Sixteen;
+pub(crate) use width::{LaneKernel, run};
 pub use width::{One, Width};
 
 use crate::color::Rgb;

@@ -1,6 +1,6 @@
 //! Code that is written once for one value and for sixteen: the operations, by number of lanes.
 
-use crate::simd::{WIDE, Wide};
+use crate::simd::{Isa, Outlined, Simd, SimdKernel, WIDE, Wide};
 use std::fmt::Debug;
 
 /// The number of lanes of [`Float`](super::Float) and the types made of it: [`One`], or [`Sixteen`] in the vectors of an instruction
@@ -59,6 +59,38 @@ pub trait Width: Copy + Debug {
     fn shift_right(self, a: Self::U, bits: u32) -> Self::U;
     fn equal_words(self, a: Self::U, b: Self::U) -> Self::M;
     fn select_words(self, m: Self::M, a: Self::U, b: Self::U) -> Self::U;
+
+    /// Runs code as a function of its own, which all callers share.
+    fn outline<K: Outlined>(self, kernel: K) -> K::Output;
+}
+
+/// Code that is compiled for each number of lanes.
+pub(crate) trait LaneKernel {
+    /// Result of the kernel.
+    type Output;
+    /// The body. Must be `inline(always)`.
+    fn run<S: Width>(self, s: S) -> Self::Output;
+}
+
+/// Runs a kernel with sixteen lanes, or with one in the portable instruction set: large code over arrays becomes poor vector code, in much
+/// time of the compiler.
+#[inline]
+pub(crate) fn run<K: LaneKernel>(isa: Isa, kernel: K) -> K::Output {
+    match isa.run_in_vectors(InVectors(kernel)) {
+        Ok(output) => output,
+        Err(InVectors(kernel)) => kernel.run(One),
+    }
+}
+
+struct InVectors<K>(K);
+
+impl<K: LaneKernel> SimdKernel for InVectors<K> {
+    type Output = K::Output;
+
+    #[inline(always)]
+    fn run<I: Simd>(self, isa: I) -> K::Output {
+        self.0.run(Sixteen(isa.wide()))
+    }
 }
 
 /// One lane: plain numbers.
@@ -216,6 +248,10 @@ impl Width for One {
     fn select_words(self, m: bool, a: u32, b: u32) -> u32 {
         if m { a } else { b }
     }
+    #[inline(never)]
+    fn outline<K: Outlined>(self, kernel: K) -> K::Output {
+        kernel.run()
+    }
 }
 
 macro_rules! wide {
@@ -273,6 +309,11 @@ impl<W: Wide> Width for Sixteen<W> {
     #[inline(always)]
     fn each<T: Copy>(self, value: impl FnMut(usize) -> T) -> [T; WIDE] {
         std::array::from_fn(value)
+    }
+
+    #[inline(always)]
+    fn outline<K: Outlined>(self, kernel: K) -> K::Output {
+        self.0.outline(kernel)
     }
 
     #[inline(always)]

@@ -105,6 +105,20 @@ impl Sampler {
         }
     }
 
+    /// State and increment of the generator.
+    #[inline(always)]
+    pub(crate) fn parts(&self) -> (u64, u64) {
+        self.rng.parts()
+    }
+
+    /// The inverse of [`Sampler::parts`].
+    #[inline(always)]
+    pub(crate) fn from_parts(state: u64, increment: u64) -> Self {
+        Sampler {
+            rng: Pcg::from_parts(state, increment),
+        }
+    }
+
     /// The next number.
     #[inline]
     pub fn next_1d(&mut self) -> f32 {

@@ -4,7 +4,7 @@
     reason = "vendor intrinsics; every kernel is tested against the portable path"
 )]
 
-use super::{Floats, NARROW, Simd, SimdKernel, WIDE, Wide};
+use super::{Floats, NARROW, Outlined, Simd, SimdKernel, WIDE, Wide};
 use std::arch::x86_64::*;
 use std::mem::MaybeUninit;
 
@@ -35,8 +35,8 @@ fn run<K: SimdKernel>(avx2: Avx2, kernel: K) -> K::Output {
 
 #[target_feature(enable = "avx2,fma,bmi1,popcnt")]
 #[inline(never)]
-fn call<K: SimdKernel>(avx2: Avx2, kernel: K) -> K::Output {
-    kernel.run(avx2)
+fn outline<K: Outlined>(kernel: K) -> K::Output {
+    kernel.run()
 }
 
 /// For each mask of eight bits, the positions of its set bits, ascending.
@@ -274,6 +274,12 @@ impl Floats<WIDE> for Avx2 {
 
 impl Wide for Avx2 {
     #[inline(always)]
+    fn outline<K: Outlined>(self, kernel: K) -> K::Output {
+        // SAFETY: `self` exists only where `detect` found all that `outline` enables.
+        unsafe { outline(kernel) }
+    }
+
+    #[inline(always)]
     fn lowest(self, bits: u32, x: [__m256; 2]) -> u32 {
         // SAFETY: `self` proves AVX2.
         let equal = unsafe {
@@ -354,12 +360,6 @@ impl Simd for Avx2 {
     #[inline(always)]
     fn wide(self) -> Self {
         self
-    }
-
-    #[inline(always)]
-    fn call<K: SimdKernel>(self, kernel: K) -> K::Output {
-        // SAFETY: `self` exists only where `detect` found all that `call` enables.
-        unsafe { call(self, kernel) }
     }
 
     #[inline(always)]

@@ -4,7 +4,7 @@
     reason = "vendor intrinsics; every kernel is tested against the portable path"
 )]
 
-use super::{Floats, NARROW, Simd, SimdKernel, WIDE, Wide};
+use super::{Floats, NARROW, Outlined, Simd, SimdKernel, WIDE, Wide};
 use std::arch::x86_64::*;
 use std::mem::MaybeUninit;
 
@@ -43,8 +43,8 @@ fn run<K: SimdKernel>(avx512: Avx512, kernel: K) -> K::Output {
 
 #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
 #[inline(never)]
-fn call<K: SimdKernel>(avx512: Avx512, kernel: K) -> K::Output {
-    kernel.run(avx512)
+fn outline<K: Outlined>(kernel: K) -> K::Output {
+    kernel.run()
 }
 
 macro_rules! intrinsics {
@@ -178,6 +178,12 @@ floats!(
 
 impl Wide for Avx512 {
     #[inline(always)]
+    fn outline<K: Outlined>(self, kernel: K) -> K::Output {
+        // SAFETY: `self` exists only where `detect` found all that `outline` enables.
+        unsafe { outline(kernel) }
+    }
+
+    #[inline(always)]
     fn lowest(self, bits: u32, x: __m512) -> u32 {
         // SAFETY: `self` proves AVX-512.
         let equal = unsafe {
@@ -241,12 +247,6 @@ impl Simd for Avx512 {
     #[inline(always)]
     fn wide(self) -> Self {
         self
-    }
-
-    #[inline(always)]
-    fn call<K: SimdKernel>(self, kernel: K) -> K::Output {
-        // SAFETY: `self` exists only where `detect` found all that `call` enables.
-        unsafe { call(self, kernel) }
     }
 
     #[inline(always)]

@@ -127,6 +127,8 @@ pub(crate) trait Wide: Floats<16> + std::fmt::Debug {
     fn equal_words(self, a: Self::U, b: Self::U) -> Self::M;
     /// `a` in the lanes of `m`, `b` elsewhere.
     fn select_words(self, m: Self::M, a: Self::U, b: Self::U) -> Self::U;
+    /// Runs code as a function of its own, compiled for this instruction set.
+    fn outline<K: Outlined>(self, kernel: K) -> K::Output;
 }
 
 /// The narrow and the wide vectors of one instruction set.
@@ -136,8 +138,6 @@ pub(crate) trait Simd: Floats<8> {
 
     /// Operations on wide vectors.
     fn wide(self) -> Self::Wide;
-    /// Runs a kernel as a function that is not inlined: for large kernels with several callers.
-    fn call<K: SimdKernel>(self, kernel: K) -> K::Output;
     /// Selects the lanes with near <= far, `span` being (near, far). Writes their words and near values in the order `order`, three bits per
     /// place. Returns the selected places as bits; as many entries are initialized as bits are set.
     fn compress_ordered(
@@ -167,6 +167,14 @@ pub(crate) trait SimdKernel {
     type Output;
     /// The body. Must be `inline(always)`, like all functions that get `s`.
     fn run<S: Simd>(self, s: S) -> Self::Output;
+}
+
+/// Code that is compiled once for each type, instead of once for each caller: large code with several callers.
+pub trait Outlined {
+    /// Result of the code.
+    type Output;
+    /// The body. Must be `inline(always)`.
+    fn run(self) -> Self::Output;
 }
 
 /// Instruction sets for which kernels are compiled.
@@ -234,6 +242,18 @@ impl Isa {
             Isa::Avx2(_) => "avx2",
             #[cfg(target_arch = "x86_64")]
             Isa::Avx512(_) => "avx512",
+        }
+    }
+
+    /// Runs a kernel in vectors, or returns it if this instruction set has none.
+    #[inline]
+    pub(crate) fn run_in_vectors<K: SimdKernel>(self, kernel: K) -> Result<K::Output, K> {
+        match self {
+            Isa::Portable => Err(kernel),
+            #[cfg(target_arch = "x86_64")]
+            Isa::Avx2(avx2) => Ok(avx2.run(kernel)),
+            #[cfg(target_arch = "x86_64")]
+            Isa::Avx512(avx512) => Ok(avx512.run(kernel)),
         }
     }
 

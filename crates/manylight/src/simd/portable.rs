@@ -1,6 +1,6 @@
 //! Vector operations in plain Rust on arrays, which the compiler vectorizes as far as the target allows.
 
-use super::{Floats, NARROW, Simd, SimdKernel, WIDE, Wide, set_bits};
+use super::{Floats, NARROW, Outlined, Simd, WIDE, Wide, set_bits};
 use std::mem::MaybeUninit;
 
 /// The portable instruction set, available on all machines.
@@ -194,6 +194,10 @@ impl Wide for Portable {
     fn select_words(self, m: [bool; WIDE], a: [u32; WIDE], b: [u32; WIDE]) -> [u32; WIDE] {
         std::array::from_fn(|i| if m[i] { a[i] } else { b[i] })
     }
+    #[inline(never)]
+    fn outline<K: Outlined>(self, kernel: K) -> K::Output {
+        kernel.run()
+    }
 }
 
 impl Simd for Portable {
@@ -202,11 +206,6 @@ impl Simd for Portable {
     #[inline(always)]
     fn wide(self) -> Self {
         self
-    }
-
-    #[inline(never)]
-    fn call<K: SimdKernel>(self, kernel: K) -> K::Output {
-        kernel.run(self)
     }
 
     #[inline(always)]

@@ -4,6 +4,7 @@ pub mod camera_step;
 pub mod direct;
 mod numbers;
 pub mod roulette;
+pub(crate) mod stream;
 pub mod walk;
 
 pub use camera_step::{CameraStep, SegmentEnd, next_scattering_vertex};

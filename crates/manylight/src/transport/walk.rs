@@ -38,6 +38,18 @@ pub struct Previous {
     pub pdf: f32,
 }
 
+impl Previous {
+    /// The start of a walk at `p`.
+    pub(crate) fn start(p: Vec3) -> Self {
+        Previous {
+            p,
+            n: None,
+            event: Lobes::NONE,
+            pdf: 0.0,
+        }
+    }
+}
+
 /// A random walk.
 #[derive(Clone, Debug)]
 pub struct Walk<'s> {
@@ -95,12 +107,6 @@ impl<'s> Walk<'s> {
     }
 
     fn new(scene: &'s Scene, origin: PathOrigin, ray: Ray, throughput: Rgb) -> Self {
-        let previous = Previous {
-            p: ray.o,
-            n: None,
-            event: Lobes::NONE,
-            pdf: 0.0,
-        };
         Walk {
             scene,
             origin,
@@ -109,7 +115,7 @@ impl<'s> Walk<'s> {
             throughput,
             eta_squared: 1.0,
             segments: 0,
-            previous,
+            previous: Previous::start(ray.o),
         }
     }
 

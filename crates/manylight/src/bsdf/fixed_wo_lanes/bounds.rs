@@ -7,7 +7,7 @@
 use super::{FixedWoLanes, LaneModel};
 use crate::bsdf::incident_cone::IncidentCone;
 use crate::bsdf::material::Distribution;
-use crate::bsdf::models::fresnel::{self, ConductorFresnel};
+use crate::bsdf::models::fresnel::ConductorFresnel;
 use crate::lanes::{LANES, LaneMask, Lanes, Lanes3, lanes_of};
 use crate::math::Spread;
 
@@ -79,7 +79,7 @@ impl FixedWoLanes<'_, '_> {
     fn bound_plastic(&self, i: usize, incident: &IncidentCone) -> f32 {
         let [_, cos] = incident.cosines();
         let cos = cos.max(0.0);
-        let enters = 1.0 - fresnel::coat_reflectance(cos, self.eta[i], self.inv_eta[i]);
+        let enters = 1.0 - self.coat_reflectance(i, cos);
         self.base.rgb(i).max_channel() * (enters * cos)
     }
 
@@ -106,7 +106,7 @@ impl FixedWoLanes<'_, '_> {
         let [_, cos] = incident.cosines();
         let base = self.base.rgb(i).max_channel() * self.max_transmittance[i];
         let lobe = self.facet_bound(i, incident, distribution);
-        let f = fresnel::coat_reflectance(lobe.cosines[0], self.eta[i], self.inv_eta[i]);
+        let f = self.coat_reflectance(i, lobe.cosines[0]);
         let coat = self.specular.rgb(i).max_channel() * (f * lobe.density);
         base * cos.max(0.0) + coat
     }

@@ -7,7 +7,7 @@
 use super::{FixedWoLanes, LaneModel};
 use crate::bsdf::material::Distribution;
 use crate::bsdf::models::coat::interpolate_lanes;
-use crate::bsdf::models::fresnel::{self, ConductorFresnel};
+use crate::bsdf::models::fresnel::ConductorFresnel;
 use crate::color::Rgb;
 use crate::lanes::vectors::{dot, scale3};
 use crate::lanes::{LANES, LaneMask, Lanes3, lanes_of};
@@ -71,7 +71,7 @@ impl FixedWoLanes<'_, '_> {
         let cos = self.cosines(w, wi);
         let mut enters = w.store(cos);
         for i in 0..LANES {
-            enters[i] = 1.0 - fresnel::coat_reflectance(enters[i], self.eta[i], self.inv_eta[i]);
+            enters[i] = 1.0 - self.coat_reflectance(i, enters[i]);
         }
         let share = w.mul(w.load(&enters), cos);
         Lanes3::store(w, scale3(w, self.base.load(w), share))
@@ -83,8 +83,8 @@ impl FixedWoLanes<'_, '_> {
         for i in 0..LANES {
             let lobe = self.facet_lobe(i, self.to_local(i, wi.vec(i)), distribution);
             let terms = [self.conductor[0].rgb(i), self.conductor[1].rgb(i)];
-            let f = ConductorFresnel::from_terms(terms).reflectance(lobe.cos);
-            out.set(i, self.specular.rgb(i) * f * lobe.density);
+            let f = ConductorFresnel::from_terms(terms).reflectance(lobe.cos.into());
+            out.set(i, self.specular.rgb(i) * Rgb::from(f) * lobe.density);
         }
         out
     }
@@ -98,7 +98,7 @@ impl FixedWoLanes<'_, '_> {
         let mut out = Lanes3::store(w, base);
         for i in 0..LANES {
             let lobe = self.facet_lobe(i, self.to_local(i, wi.vec(i)), distribution);
-            let f = fresnel::coat_reflectance(lobe.cos, self.eta[i], self.inv_eta[i]);
+            let f = self.coat_reflectance(i, lobe.cos);
             let coat = self.specular.rgb(i) * (f * lobe.density);
             out.set(i, out.rgb(i) + coat);
         }
@@ -113,11 +113,12 @@ impl FixedWoLanes<'_, '_> {
             let facets = self.facets(i, Distribution::Ggx);
             let value = self.principled.lane(i).eval::<EXTRAS>(
                 &facets,
-                wi,
-                self.wo.vec(i),
-                self.specular.0[0][i],
+                wi.into(),
+                self.wo.vec(i).into(),
+                self.specular.0[0][i].into(),
             );
-            out.set(i, if wi.z > 0.0 { value } else { Rgb::BLACK });
+            let lit = wi.z > 0.0;
+            out.set(i, if lit { value.into() } else { Rgb::BLACK });
         }
         out
     }
@@ -127,7 +128,10 @@ impl FixedWoLanes<'_, '_> {
     fn facet_lobe(&self, i: usize, wi: Vec3, distribution: Distribution) -> FacetLobe {
         let wo = self.wo.vec(i);
         let half = wi + wo;
-        let density = self.facets(i, distribution).visible_density(wi, half);
+        let density = self
+            .facets(i, distribution)
+            .visible_density(wi.into(), half.into())
+            .get();
         // For light from below, the half vector may be zero.
         let lit = wi.z > 0.0;
         FacetLobe {

@@ -14,7 +14,7 @@ use super::gather_points::{GatherPoint, TileGather};
 use super::prepared::PreparedPasses;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
-use crate::film::{FilmSampler, Layer, TILE_SIZE, TileSamples};
+use crate::film::{FilmSampler, Layer, TILE_SIZE, TileSamples, Tiling};
 use crate::gather::{CutLimits, Gathered, ShadingPoint, Strategy, WeightedPoint};
 use crate::integrators::context::PassContext;
 use crate::integrators::partition::PathStage;
@@ -23,15 +23,19 @@ use crate::math::UVec2;
 use crate::sampling::{Pass, Stream};
 use crate::stats::Stats;
 
-/// Offset of the tiles of a pass, in pixels. The points of a tile share a cut and its error: tiles that lie elsewhere in each
+/// The tiles of a pass. The points of a tile share a cut and its error: tiles that lie elsewhere in each
 /// pass leave no borders in the mean.
-pub(super) fn tile_shift(strategy: Strategy, pass: Pass) -> UVec2 {
-    match strategy {
+pub(super) fn tiling(strategy: Strategy, pass: Pass) -> Tiling {
+    let shift = match strategy {
         Strategy::All | Strategy::Bidirectional(_) => UVec2::ZERO,
         Strategy::Cuts(_) => {
             let u = pass.low_discrepancy_2d(Stream::Selection, 4);
             (u * TILE_SIZE as f32).as_uvec2()
         }
+    };
+    Tiling {
+        shift,
+        ..Tiling::UNSHIFTED
     }
 }
 

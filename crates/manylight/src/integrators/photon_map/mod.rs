@@ -22,7 +22,7 @@ use super::context::PassContext;
 use super::partition::PathStage;
 use crate::bsdf::{Bsdf, Lobes};
 use crate::emitters::EmissionGuide;
-use crate::film::Film;
+use crate::film::{Film, Tiling};
 use crate::maps::density::progressive_radius_scale;
 use crate::maps::{IncidentMap, KdTree};
 use crate::math::UVec2;
@@ -116,7 +116,7 @@ impl PhotonMap {
             camera_paths: self.camera_paths(film.image_size()),
         };
         let positions = film.desc().sampler();
-        run.shade(film, UVec2::ZERO, |samples| {
+        run.shade(film, Tiling::UNSHIFTED, |samples| {
             pass.shade_tile(run, &positions, samples)
         })
     }

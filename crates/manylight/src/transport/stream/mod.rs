@@ -1,0 +1,17 @@
+//! Streams: the walks of a tile in structures of arrays, advanced in stages.
+//!
+//! ```text
+//!   rays --trace--> hits --sort by material--> packets of sixteen --shade--> rays, connections
+//! ```
+//!
+//! All walks follow their rays (`arrivals`). Hits are sorted by material, so that the vertices of a packet share one: its model,
+//! its wrappers and its textures. A packet is shaded in lanes, with one generator of random numbers per lane (`generators`). The walks
+//! that go on are appended to the stream of the next segment (`walks`).
+
+mod arrivals;
+mod generators;
+mod walks;
+
+pub(crate) use arrivals::Arrivals;
+pub(crate) use generators::Generators;
+pub(crate) use walks::{WalkRow, Walks};
