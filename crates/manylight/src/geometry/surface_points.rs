@@ -2,6 +2,16 @@
 
 use super::{SurfacePoint, SurfaceRef};
 use crate::lanes::{Axes, Float, One, Pair, Vector, Width};
+use crate::math::{Frame, Vec3};
+
+/// Whether surface points get the derivatives of the position by the texture coordinates, which few materials need.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Derivatives {
+    /// `dp_du` and `dp_dv` are those of the position.
+    OfPosition,
+    /// `dp_du` and `dp_dv` are unspecified.
+    Unspecified,
+}
 
 /// A [`SurfacePoint`] per lane; the fields are those of a single one.
 #[derive(Clone, Copy, Debug)]
@@ -38,10 +48,49 @@ impl<S: Width> SurfacePoints<S> {
         }
     }
 
+    /// The point in each lane.
+    #[inline(always)]
+    pub fn store(&self) -> S::Each<SurfacePoint> {
+        let s = self.offset.width();
+        let vectors = [
+            self.p,
+            self.ng,
+            self.frame.s,
+            self.frame.t,
+            self.frame.n,
+            self.dp_du,
+            self.dp_dv,
+            Vector::new(self.uv.x, self.uv.y, self.offset),
+        ]
+        .map(Vector::store);
+        s.each(|i| {
+            let [p, ng, s, t, n, dp_du, dp_dv, rest] = vectors
+                .each_ref()
+                .map(|v| Vec3::from_array(v.each_ref().map(|lanes| lanes.as_ref()[i])));
+            SurfacePoint {
+                p,
+                ng,
+                frame: Frame { s, t, n },
+                uv: rest.truncate(),
+                dp_du,
+                dp_dv,
+                at: self.at.as_ref()[i],
+                offset: rest.z,
+            }
+        })
+    }
+
     /// The positions moved off their surfaces by `offset`, to the side of `w`.
     #[inline(always)]
     pub fn offset_towards(&self, w: Vector<S>) -> Vector<S> {
         self.p + self.ng * self.offset.copysign(self.ng.dot(w))
+    }
+}
+
+impl From<SurfacePoints<One>> for SurfacePoint {
+    #[inline(always)]
+    fn from(x: SurfacePoints<One>) -> Self {
+        x.store()[0]
     }
 }
 

@@ -78,6 +78,16 @@ impl<S: Width> Float<S> {
         self.s.store(self.v)
     }
 
+    /// Rows in memory, one per lane, of `N` times four floats: element `[n][k]` has number `k` of `row(i)[n]` in each lane `i`. The lanes
+    /// are asked for in ascending order.
+    #[inline(always)]
+    pub fn gather_quads<'a, const N: usize>(
+        s: S,
+        row: impl FnMut(usize) -> [&'a [f32; 4]; N],
+    ) -> [[Self; 4]; N] {
+        s.gather_quads(row).map(|quad| quad.map(|v| Float { v, s }))
+    }
+
     /// The number of lanes, as a proof of the instructions.
     #[inline(always)]
     pub fn width(self) -> S {

@@ -59,6 +59,11 @@ pub trait Width: Copy + Debug {
     fn shift_right(self, a: Self::U, bits: u32) -> Self::U;
     fn equal_words(self, a: Self::U, b: Self::U) -> Self::M;
     fn select_words(self, m: Self::M, a: Self::U, b: Self::U) -> Self::U;
+
+    fn gather_quads<'a, const N: usize>(
+        self,
+        row: impl FnMut(usize) -> [&'a [f32; 4]; N],
+    ) -> [[Self::F; 4]; N];
 }
 
 /// One lane: plain numbers.
@@ -216,6 +221,13 @@ impl Width for One {
     fn select_words(self, m: bool, a: u32, b: u32) -> u32 {
         if m { a } else { b }
     }
+    #[inline(always)]
+    fn gather_quads<'a, const N: usize>(
+        self,
+        mut row: impl FnMut(usize) -> [&'a [f32; 4]; N],
+    ) -> [[f32; 4]; N] {
+        row(0).map(|quad| *quad)
+    }
 }
 
 macro_rules! wide {
@@ -278,5 +290,13 @@ impl<W: Wide> Width for Sixteen<W> {
     #[inline(always)]
     fn mask(self, bits: u32) -> W::M {
         self.0.lanes(bits)
+    }
+
+    #[inline(always)]
+    fn gather_quads<'a, const N: usize>(
+        self,
+        row: impl FnMut(usize) -> [&'a [f32; 4]; N],
+    ) -> [[W::F; 4]; N] {
+        self.0.gather_quads(row)
     }
 }

@@ -346,6 +346,55 @@ impl Wide for Avx2 {
         // SAFETY: `self` proves AVX2.
         a.map(|half| unsafe { _mm256_srlv_epi32(half, places) })
     }
+
+    #[inline(always)]
+    fn gather_quads<'a, const N: usize>(
+        self,
+        mut row: impl FnMut(usize) -> [&'a [f32; 4]; N],
+    ) -> [[[__m256; 2]; 4]; N] {
+        let low = gather_half(self, &mut row);
+        let high = gather_half(self, |i| row(NARROW + i));
+        std::array::from_fn(|n| std::array::from_fn(|k| [low[n][k], high[n][k]]))
+    }
+}
+
+/// [`Wide::gather_quads`] for eight lanes.
+#[inline(always)]
+fn gather_half<'a, const N: usize>(
+    avx2: Avx2,
+    mut row: impl FnMut(usize) -> [&'a [f32; 4]; N],
+) -> [[__m256; 4]; N] {
+    // SAFETY: `avx2` proves AVX2; a quad is four readable floats, and the load needs no alignment.
+    let load = |quad: &[f32; 4]| unsafe { _mm_loadu_ps(quad.as_ptr()) };
+    // Part i of vector k has the quad of lane 4 i + k, so that the transposed vectors have the lanes in order.
+    let mut parts = [[<Avx2 as Floats<NARROW>>::splat(avx2, 0.0); 4]; N];
+    for k in 0..4 {
+        for (part, quad) in parts.iter_mut().zip(row(k)) {
+            // SAFETY: `avx2` proves AVX2.
+            part[k] = unsafe { _mm256_castps128_ps256(load(quad)) };
+        }
+    }
+    for k in 0..4 {
+        for (part, quad) in parts.iter_mut().zip(row(4 + k)) {
+            // SAFETY: `avx2` proves AVX2.
+            part[k] = unsafe { _mm256_insertf128_ps::<1>(part[k], load(quad)) };
+        }
+    }
+    // SAFETY: `avx2` proves AVX2.
+    parts.map(|[a, b, c, d]| unsafe {
+        let [a, b, c, d] = [
+            _mm256_unpacklo_ps(a, b),
+            _mm256_unpacklo_ps(c, d),
+            _mm256_unpackhi_ps(a, b),
+            _mm256_unpackhi_ps(c, d),
+        ];
+        [
+            _mm256_shuffle_ps::<0b01_00_01_00>(a, b),
+            _mm256_shuffle_ps::<0b11_10_11_10>(a, b),
+            _mm256_shuffle_ps::<0b01_00_01_00>(c, d),
+            _mm256_shuffle_ps::<0b11_10_11_10>(c, d),
+        ]
+    })
 }
 
 impl Simd for Avx2 {

@@ -233,6 +233,56 @@ impl Wide for Avx512 {
         // SAFETY: `self` proves AVX-512.
         unsafe { _mm512_srlv_epi32(a, self.splat_word(bits)) }
     }
+
+    #[inline(always)]
+    fn gather_quads<'a, const N: usize>(
+        self,
+        mut row: impl FnMut(usize) -> [&'a [f32; 4]; N],
+    ) -> [[__m512; 4]; N] {
+        // SAFETY: `self` proves AVX-512; a quad is four readable floats, and the load needs no alignment.
+        let load = |quad: &[f32; 4]| unsafe { _mm_loadu_ps(quad.as_ptr()) };
+        // Part i of vector k has the quad of lane 4 i + k, so that the transposed vectors have the lanes in order.
+        let mut parts = [[<Self as Floats<WIDE>>::splat(self, 0.0); 4]; N];
+        for k in 0..4 {
+            for (part, quad) in parts.iter_mut().zip(row(k)) {
+                // SAFETY: `self` proves AVX-512.
+                part[k] = unsafe { _mm512_castps128_ps512(load(quad)) };
+            }
+        }
+        for k in 0..4 {
+            for (part, quad) in parts.iter_mut().zip(row(4 + k)) {
+                // SAFETY: `self` proves AVX-512.
+                part[k] = unsafe { _mm512_insertf32x4::<1>(part[k], load(quad)) };
+            }
+        }
+        for k in 0..4 {
+            for (part, quad) in parts.iter_mut().zip(row(8 + k)) {
+                // SAFETY: `self` proves AVX-512.
+                part[k] = unsafe { _mm512_insertf32x4::<2>(part[k], load(quad)) };
+            }
+        }
+        for k in 0..4 {
+            for (part, quad) in parts.iter_mut().zip(row(12 + k)) {
+                // SAFETY: `self` proves AVX-512.
+                part[k] = unsafe { _mm512_insertf32x4::<3>(part[k], load(quad)) };
+            }
+        }
+        // SAFETY: `self` proves AVX-512.
+        parts.map(|[a, b, c, d]| unsafe {
+            let [a, b, c, d] = [
+                _mm512_unpacklo_ps(a, b),
+                _mm512_unpacklo_ps(c, d),
+                _mm512_unpackhi_ps(a, b),
+                _mm512_unpackhi_ps(c, d),
+            ];
+            [
+                _mm512_shuffle_ps::<0b01_00_01_00>(a, b),
+                _mm512_shuffle_ps::<0b11_10_11_10>(a, b),
+                _mm512_shuffle_ps::<0b01_00_01_00>(c, d),
+                _mm512_shuffle_ps::<0b11_10_11_10>(c, d),
+            ]
+        })
+    }
 }
 
 impl Simd for Avx512 {

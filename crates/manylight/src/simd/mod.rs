@@ -127,6 +127,12 @@ pub(crate) trait Wide: Floats<16> + std::fmt::Debug {
     fn equal_words(self, a: Self::U, b: Self::U) -> Self::M;
     /// `a` in the lanes of `m`, `b` elsewhere.
     fn select_words(self, m: Self::M, a: Self::U, b: Self::U) -> Self::U;
+    /// Transposes rows in memory, one per lane, of `N` times four floats: element `[n][k]` of the result has number `k` of `row(i)[n]` in each
+    /// lane `i`. The lanes are asked for in ascending order.
+    fn gather_quads<'a, const N: usize>(
+        self,
+        row: impl FnMut(usize) -> [&'a [f32; 4]; N],
+    ) -> [[Self::F; 4]; N];
 }
 
 /// The narrow and the wide vectors of one instruction set.

@@ -194,6 +194,21 @@ impl Wide for Portable {
     fn select_words(self, m: [bool; WIDE], a: [u32; WIDE], b: [u32; WIDE]) -> [u32; WIDE] {
         std::array::from_fn(|i| if m[i] { a[i] } else { b[i] })
     }
+    #[inline(always)]
+    fn gather_quads<'a, const N: usize>(
+        self,
+        mut row: impl FnMut(usize) -> [&'a [f32; 4]; N],
+    ) -> [[[f32; WIDE]; 4]; N] {
+        let mut out = [[[0.0; WIDE]; 4]; N];
+        for i in 0..WIDE {
+            for (quad, columns) in row(i).iter().zip(&mut out) {
+                for (k, column) in columns.iter_mut().enumerate() {
+                    column[i] = quad[k];
+                }
+            }
+        }
+        out
+    }
 }
 
 impl Simd for Portable {
