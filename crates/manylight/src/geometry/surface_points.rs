@@ -2,7 +2,7 @@
 
 use super::{SurfacePoint, SurfaceRef};
 use crate::lanes::{Axes, Float, One, Pair, Vector, Width};
-use crate::math::{Frame, Vec3};
+use crate::math::{Frame, Vec2, Vec3};
 
 /// Whether surface points get the derivatives of the position by the texture coordinates, which few materials need.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,30 +52,27 @@ impl<S: Width> SurfacePoints<S> {
     #[inline(always)]
     pub fn store(&self) -> S::Each<SurfacePoint> {
         let s = self.offset.width();
-        let vectors = [
-            self.p,
-            self.ng,
-            self.frame.s,
-            self.frame.t,
-            self.frame.n,
-            self.dp_du,
-            self.dp_dv,
-            Vector::new(self.uv.x, self.uv.y, self.offset),
-        ]
-        .map(Vector::store);
+        let (p, ng, frame) = (self.p.store(), self.ng.store(), &self.frame);
+        let axes = [frame.s.store(), frame.t.store(), frame.n.store()];
+        let (dp_du, dp_dv) = (self.dp_du.store(), self.dp_dv.store());
+        let (u, v, offset) = (self.uv.x.store(), self.uv.y.store(), self.offset.store());
         s.each(|i| {
-            let [p, ng, s, t, n, dp_du, dp_dv, rest] = vectors
-                .each_ref()
-                .map(|v| Vec3::from_array(v.each_ref().map(|lanes| lanes.as_ref()[i])));
+            let vector = |[x, y, z]: &[S::Each<f32>; 3]| {
+                Vec3::new(x.as_ref()[i], y.as_ref()[i], z.as_ref()[i])
+            };
             SurfacePoint {
-                p,
-                ng,
-                frame: Frame { s, t, n },
-                uv: rest.truncate(),
-                dp_du,
-                dp_dv,
+                p: vector(&p),
+                ng: vector(&ng),
+                frame: Frame {
+                    s: vector(&axes[0]),
+                    t: vector(&axes[1]),
+                    n: vector(&axes[2]),
+                },
+                uv: Vec2::new(u.as_ref()[i], v.as_ref()[i]),
+                dp_du: vector(&dp_du),
+                dp_dv: vector(&dp_dv),
                 at: self.at.as_ref()[i],
-                offset: rest.z,
+                offset: offset.as_ref()[i],
             }
         })
     }

@@ -81,11 +81,22 @@ impl<S: Width> Float<S> {
     /// Rows in memory, one per lane, of `N` times four floats: element `[n][k]` has number `k` of `row(i)[n]` in each lane `i`. The lanes
     /// are asked for in ascending order.
     #[inline(always)]
+    #[allow(
+        clippy::needless_range_loop,
+        reason = "iterators over vectors are not always inlined"
+    )]
     pub fn gather_quads<'a, const N: usize>(
         s: S,
         row: impl FnMut(usize) -> [&'a [f32; 4]; N],
     ) -> [[Self; 4]; N] {
-        s.gather_quads(row).map(|quad| quad.map(|v| Float { v, s }))
+        let gathered = s.gather_quads(row);
+        let mut out = [[Float::splat(s, 0.0); 4]; N];
+        for n in 0..N {
+            for k in 0..4 {
+                out[n][k].v = gathered[n][k];
+            }
+        }
+        out
     }
 
     /// The number of lanes, as a proof of the instructions.

@@ -222,11 +222,20 @@ impl Width for One {
         if m { a } else { b }
     }
     #[inline(always)]
+    #[allow(
+        clippy::needless_range_loop,
+        reason = "iterators over vectors are not always inlined"
+    )]
     fn gather_quads<'a, const N: usize>(
         self,
         mut row: impl FnMut(usize) -> [&'a [f32; 4]; N],
     ) -> [[f32; 4]; N] {
-        row(0).map(|quad| *quad)
+        let quads = row(0);
+        let mut out = [[0.0; 4]; N];
+        for n in 0..N {
+            out[n] = *quads[n];
+        }
+        out
     }
 }
 
@@ -283,8 +292,13 @@ impl<W: Wide> Width for Sixteen<W> {
     }
 
     #[inline(always)]
-    fn each<T: Copy>(self, value: impl FnMut(usize) -> T) -> [T; WIDE] {
-        std::array::from_fn(value)
+    fn each<T: Copy>(self, mut value: impl FnMut(usize) -> T) -> [T; WIDE] {
+        // Functions of the standard library over arrays are not always inlined.
+        let mut all = [value(0); WIDE];
+        for (i, element) in all.iter_mut().enumerate().skip(1) {
+            *element = value(i);
+        }
+        all
     }
 
     #[inline(always)]

@@ -348,53 +348,50 @@ impl Wide for Avx2 {
     }
 
     #[inline(always)]
+    #[allow(
+        clippy::needless_range_loop,
+        reason = "iterators over vectors are not always inlined"
+    )]
     fn gather_quads<'a, const N: usize>(
         self,
         mut row: impl FnMut(usize) -> [&'a [f32; 4]; N],
     ) -> [[[__m256; 2]; 4]; N] {
-        let low = gather_half(self, &mut row);
-        let high = gather_half(self, |i| row(NARROW + i));
-        std::array::from_fn(|n| std::array::from_fn(|k| [low[n][k], high[n][k]]))
-    }
-}
-
-/// [`Wide::gather_quads`] for eight lanes.
-#[inline(always)]
-fn gather_half<'a, const N: usize>(
-    avx2: Avx2,
-    mut row: impl FnMut(usize) -> [&'a [f32; 4]; N],
-) -> [[__m256; 4]; N] {
-    // SAFETY: `avx2` proves AVX2; a quad is four readable floats, and the load needs no alignment.
-    let load = |quad: &[f32; 4]| unsafe { _mm_loadu_ps(quad.as_ptr()) };
-    // Part i of vector k has the quad of lane 4 i + k, so that the transposed vectors have the lanes in order.
-    let mut parts = [[<Avx2 as Floats<NARROW>>::splat(avx2, 0.0); 4]; N];
-    for k in 0..4 {
-        for (part, quad) in parts.iter_mut().zip(row(k)) {
-            // SAFETY: `avx2` proves AVX2.
-            part[k] = unsafe { _mm256_castps128_ps256(load(quad)) };
+        let mut parts = [[<Self as Floats<WIDE>>::splat(self, 0.0); 4]; N];
+        // Part i of half h of vector k gets the quad of lane 8 h + 4 i + k, so that the transposed vectors have the lanes in order.
+        macro_rules! insert {
+            ($half:literal $part:literal: $($k:literal)*) => {$(
+                let quads = row(8 * $half + 4 * $part + $k);
+                for n in 0..N {
+                    let half = &mut parts[n][$k][$half];
+                    // SAFETY: `self` proves AVX2; a quad is four readable floats, and the load needs no alignment.
+                    *half = unsafe {
+                        _mm256_insertf128_ps::<$part>(*half, _mm_loadu_ps(quads[n].as_ptr()))
+                    };
+                }
+            )*};
         }
-    }
-    for k in 0..4 {
-        for (part, quad) in parts.iter_mut().zip(row(4 + k)) {
-            // SAFETY: `avx2` proves AVX2.
-            part[k] = unsafe { _mm256_insertf128_ps::<1>(part[k], load(quad)) };
+        insert!(0 0: 0 1 2 3);
+        insert!(0 1: 0 1 2 3);
+        insert!(1 0: 0 1 2 3);
+        insert!(1 1: 0 1 2 3);
+        for n in 0..N {
+            for half in 0..2 {
+                let vectors = &parts[n];
+                let (a, b) = (vectors[0][half], vectors[1][half]);
+                let (c, d) = (vectors[2][half], vectors[3][half]);
+                // SAFETY: `self` proves AVX2.
+                unsafe {
+                    let (ab, cd) = (_mm256_unpacklo_ps(a, b), _mm256_unpacklo_ps(c, d));
+                    let (ab_high, cd_high) = (_mm256_unpackhi_ps(a, b), _mm256_unpackhi_ps(c, d));
+                    parts[n][0][half] = _mm256_shuffle_ps::<0b01_00_01_00>(ab, cd);
+                    parts[n][1][half] = _mm256_shuffle_ps::<0b11_10_11_10>(ab, cd);
+                    parts[n][2][half] = _mm256_shuffle_ps::<0b01_00_01_00>(ab_high, cd_high);
+                    parts[n][3][half] = _mm256_shuffle_ps::<0b11_10_11_10>(ab_high, cd_high);
+                }
+            }
         }
+        parts
     }
-    // SAFETY: `avx2` proves AVX2.
-    parts.map(|[a, b, c, d]| unsafe {
-        let [a, b, c, d] = [
-            _mm256_unpacklo_ps(a, b),
-            _mm256_unpacklo_ps(c, d),
-            _mm256_unpackhi_ps(a, b),
-            _mm256_unpackhi_ps(c, d),
-        ];
-        [
-            _mm256_shuffle_ps::<0b01_00_01_00>(a, b),
-            _mm256_shuffle_ps::<0b11_10_11_10>(a, b),
-            _mm256_shuffle_ps::<0b01_00_01_00>(c, d),
-            _mm256_shuffle_ps::<0b11_10_11_10>(c, d),
-        ]
-    })
 }
 
 impl Simd for Avx2 {

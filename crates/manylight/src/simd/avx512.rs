@@ -235,53 +235,46 @@ impl Wide for Avx512 {
     }
 
     #[inline(always)]
+    #[allow(
+        clippy::needless_range_loop,
+        reason = "iterators over vectors are not always inlined"
+    )]
     fn gather_quads<'a, const N: usize>(
         self,
         mut row: impl FnMut(usize) -> [&'a [f32; 4]; N],
     ) -> [[__m512; 4]; N] {
-        // SAFETY: `self` proves AVX-512; a quad is four readable floats, and the load needs no alignment.
-        let load = |quad: &[f32; 4]| unsafe { _mm_loadu_ps(quad.as_ptr()) };
-        // Part i of vector k has the quad of lane 4 i + k, so that the transposed vectors have the lanes in order.
         let mut parts = [[<Self as Floats<WIDE>>::splat(self, 0.0); 4]; N];
-        for k in 0..4 {
-            for (part, quad) in parts.iter_mut().zip(row(k)) {
-                // SAFETY: `self` proves AVX-512.
-                part[k] = unsafe { _mm512_castps128_ps512(load(quad)) };
-            }
+        // Part i of vector k gets the quad of lane 4 i + k, so that the transposed vectors have the lanes in order.
+        macro_rules! insert {
+            ($part:literal: $($k:literal)*) => {$(
+                let quads = row(4 * $part + $k);
+                for n in 0..N {
+                    // SAFETY: `self` proves AVX-512; a quad is four readable floats, and the load needs no alignment.
+                    parts[n][$k] = unsafe {
+                        _mm512_insertf32x4::<$part>(parts[n][$k], _mm_loadu_ps(quads[n].as_ptr()))
+                    };
+                }
+            )*};
         }
-        for k in 0..4 {
-            for (part, quad) in parts.iter_mut().zip(row(4 + k)) {
-                // SAFETY: `self` proves AVX-512.
-                part[k] = unsafe { _mm512_insertf32x4::<1>(part[k], load(quad)) };
-            }
+        insert!(0: 0 1 2 3);
+        insert!(1: 0 1 2 3);
+        insert!(2: 0 1 2 3);
+        insert!(3: 0 1 2 3);
+        for n in 0..N {
+            let [a, b, c, d] = parts[n];
+            // SAFETY: `self` proves AVX-512.
+            parts[n] = unsafe {
+                let (ab, cd) = (_mm512_unpacklo_ps(a, b), _mm512_unpacklo_ps(c, d));
+                let (ab_high, cd_high) = (_mm512_unpackhi_ps(a, b), _mm512_unpackhi_ps(c, d));
+                [
+                    _mm512_shuffle_ps::<0b01_00_01_00>(ab, cd),
+                    _mm512_shuffle_ps::<0b11_10_11_10>(ab, cd),
+                    _mm512_shuffle_ps::<0b01_00_01_00>(ab_high, cd_high),
+                    _mm512_shuffle_ps::<0b11_10_11_10>(ab_high, cd_high),
+                ]
+            };
         }
-        for k in 0..4 {
-            for (part, quad) in parts.iter_mut().zip(row(8 + k)) {
-                // SAFETY: `self` proves AVX-512.
-                part[k] = unsafe { _mm512_insertf32x4::<2>(part[k], load(quad)) };
-            }
-        }
-        for k in 0..4 {
-            for (part, quad) in parts.iter_mut().zip(row(12 + k)) {
-                // SAFETY: `self` proves AVX-512.
-                part[k] = unsafe { _mm512_insertf32x4::<3>(part[k], load(quad)) };
-            }
-        }
-        // SAFETY: `self` proves AVX-512.
-        parts.map(|[a, b, c, d]| unsafe {
-            let [a, b, c, d] = [
-                _mm512_unpacklo_ps(a, b),
-                _mm512_unpacklo_ps(c, d),
-                _mm512_unpackhi_ps(a, b),
-                _mm512_unpackhi_ps(c, d),
-            ];
-            [
-                _mm512_shuffle_ps::<0b01_00_01_00>(a, b),
-                _mm512_shuffle_ps::<0b11_10_11_10>(a, b),
-                _mm512_shuffle_ps::<0b01_00_01_00>(c, d),
-                _mm512_shuffle_ps::<0b11_10_11_10>(c, d),
-            ]
-        })
+        parts
     }
 }
 

@@ -139,31 +139,38 @@ impl TriangleTable {
                 Some(triangle) => triangles.as_mut()[i] = triangle,
                 None => others |= 1 << i,
             }
-            triangles.as_ref()[i].constants.each_ref()
+            let [a, b, c, n] = &triangles.as_ref()[i].constants;
+            [a, b, c, n]
         });
-        let at_triangle = Pair::from_fn(s, |i| at.as_ref()[i].coordinates);
-        let weights = weights(at_triangle);
-        let corners: [[[Float<S>; 4]; 2]; 3] = std::array::from_fn(|k| {
-            Float::gather_quads(s, |i| {
-                let vertex = triangles.as_ref()[i].vertices[k];
-                self.vertices[vertex as usize].quads()
-            })
-        });
-        let [a, b, c, ng] = constants.map(|[x, y, z, _]| Vector::new(x, y, z));
-        let [offset, tx, ty, tz] = constants.map(|quad| quad[3]);
-        let normals = corners.map(|[[x, y, z, _], _]| Vector::new(x, y, z));
-        let (ns, is_unit) = mix_vectors(normals, weights).try_normalize();
+        let weights = weights(Pair::from_fn(s, |i| at.as_ref()[i].coordinates));
+        let [
+            [ax, ay, az, offset],
+            [bx, by, bz, tx],
+            [cx, cy, cz, ty],
+            [nx, ny, nz, tz],
+        ] = constants;
+        let ng = Vector::new(nx, ny, nz);
+        let corners = [
+            Vector::new(ax, ay, az),
+            Vector::new(bx, by, bz),
+            Vector::new(cx, cy, cz),
+        ];
+        let (na, uv_a) = self.vertex(s, &triangles, 0);
+        let (nb, uv_b) = self.vertex(s, &triangles, 1);
+        let (nc, uv_c) = self.vertex(s, &triangles, 2);
+        let (ns, is_unit) = mix_vectors([na, nb, nc], weights).try_normalize();
         let ns = Vector::select(is_unit, ns, ng);
         let tangent = self.vertex_tangents(&triangles, weights, Vector::new(tx, ty, tz));
-        let uvs = corner_uvs(corners.map(|[[.., u], [.., v]]| Pair::new(u, v)));
+        let uvs = corner_uvs([uv_a, uv_b, uv_c]);
         let [dp_du, dp_dv] = match wanted {
             Derivatives::Unspecified => [Vector::splat(s, Vec3::ZERO); 2],
             Derivatives::OfPosition => {
+                let [a, b, c] = corners;
                 derivatives([b - a, c - a], [uvs[1] - uvs[0], uvs[2] - uvs[0]], ng)
             }
         };
         let points = SurfacePoints {
-            p: mix_vectors([a, b, c], weights),
+            p: mix_vectors(corners, weights),
             ng,
             frame: Axes::from_normal_and_tangent(ns, tangent),
             uv: uv(uvs, weights),
@@ -173,6 +180,23 @@ impl TriangleTable {
             at: *at,
         };
         (points, others)
+    }
+
+    /// The normals and the texture coordinates of one corner of each triangle.
+    #[inline(always)]
+    fn vertex<S: Width>(
+        &self,
+        s: S,
+        triangles: &S::Each<&PlacedTriangle>,
+        corner: usize,
+    ) -> (Vector<S>, Pair<S>) {
+        let [[x, y, z, u], [.., v]] = Float::gather_quads(s, |i| {
+            // Indices out of range do not occur. To panic at them would order all checks before all loads.
+            let index = triangles.as_ref()[i].vertices[corner] as usize;
+            let vertex = self.vertices.get(index).unwrap_or(&PlacedVertex::PLAIN[0]);
+            vertex.quads()
+        });
+        (Vector::new(x, y, z), Pair::new(u, v))
     }
 
     /// The interpolated tangents of vertices, `other` where the mesh has none.
@@ -186,22 +210,24 @@ impl TriangleTable {
         if self.tangents.is_empty() {
             return other;
         }
-        let s = weights[0].width();
-        let (weights, mut tangents) = (weights.map(Float::store), other.store());
+        let s = other.x.width();
+        let [a, b, c] = weights;
+        let (a, b, c) = (a.store(), b.store(), c.store());
+        let [mut x, mut y, mut z] = other.store();
         for (i, triangle) in triangles.as_ref().iter().enumerate() {
             if triangle.tangents_behind == 0 {
                 continue;
             }
             let of_corner = |k: usize| {
-                self.tangents[(triangle.vertices[k] - triangle.tangents_behind) as usize]
+                let vertex = triangle.vertices[k];
+                self.tangents[(vertex - triangle.tangents_behind) as usize]
             };
-            let weighted = [0, 1, 2].map(|k| of_corner(k) * weights[k].as_ref()[i]);
-            let tangent = weighted[0] + weighted[1] + weighted[2];
-            for (k, component) in tangents.iter_mut().enumerate() {
-                component.as_mut()[i] = tangent[k];
-            }
+            let tangent = of_corner(0) * a.as_ref()[i]
+                + of_corner(1) * b.as_ref()[i]
+                + of_corner(2) * c.as_ref()[i];
+            (x.as_mut()[i], y.as_mut()[i], z.as_mut()[i]) = tangent.into();
         }
-        Vector::load(s, &tangents)
+        Vector::load(s, &[x, y, z])
     }
 }
 
@@ -231,9 +257,6 @@ fn mix_vectors<S: Width>([a, b, c]: [Vector<S>; 3], weights: [Float<S>; 3]) -> V
 }
 
 #[inline(always)]
-fn uv<S: Width>(corners: [Pair<S>; 3], weights: [Float<S>; 3]) -> Pair<S> {
-    Pair::new(
-        mix(corners.map(|corner| corner.x), weights),
-        mix(corners.map(|corner| corner.y), weights),
-    )
+fn uv<S: Width>([a, b, c]: [Pair<S>; 3], weights: [Float<S>; 3]) -> Pair<S> {
+    Pair::new(mix([a.x, b.x, c.x], weights), mix([a.y, b.y, c.y], weights))
 }

@@ -3,7 +3,7 @@
 use super::OFFSET_ROUNDINGS;
 use crate::geometry::Mesh;
 use crate::lanes::{Axes, One, Pair, Vector, Width};
-use crate::math::{Affine3A, Frame, Vec2, Vec3};
+use crate::math::{Affine3A, Frame, Vec3};
 
 /// Largest ratio of longest edge to height that enlarges the offset. For longer slivers a safe offset would no longer be small against
 /// the scene.

@@ -33,6 +33,7 @@ impl PlacedVertex {
         [first, last]
     }
 
+    /// The texture coordinates.
     #[inline]
     pub(super) fn uv(&self) -> Vec2 {
         Vec2::new(self.0[3], self.0[4])
@@ -136,19 +137,15 @@ pub(super) fn mix<S: Width>([a, b, c]: [Float<S>; 3], weights: [Float<S>; 3]) ->
     c.mul_add(weights[2], b.mul_add(weights[1], a * weights[0]))
 }
 
-/// The texture coordinates of the corners, and where the mesh has them.
+/// The texture coordinates of the corners, defaults where the mesh has none.
 #[inline(always)]
-pub(super) fn corner_uvs<S: Width>(corners: [Pair<S>; 3]) -> [Pair<S>; 3] {
-    let s = corners[0].x.width();
-    let exist = corners[0].x.equals(corners[0].x);
+pub(super) fn corner_uvs<S: Width>([a, b, c]: [Pair<S>; 3]) -> [Pair<S>; 3] {
+    let exist = a.x.equals(a.x);
     if exist.all() {
-        return corners;
+        return [a, b, c];
     }
-    let defaults = PlacedVertex::PLAIN.map(|vertex| Pair::splat(s, vertex.uv()));
-    std::array::from_fn(|k| {
-        Pair::new(
-            exist.select(corners[k].x, defaults[k].x),
-            exist.select(corners[k].y, defaults[k].y),
-        )
-    })
+    let or = |uv: Pair<S>, other: Vec2| {
+        Pair::new(exist.select(uv.x, other.x), exist.select(uv.y, other.y))
+    };
+    [or(a, Vec2::ZERO), or(b, Vec2::X), or(c, Vec2::Y)]
 }
