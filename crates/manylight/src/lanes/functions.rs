@@ -51,6 +51,19 @@ impl<S: Width> Float<S> {
         self.le(0.0).select(0.0, (self.ln() * y).exp())
     }
 
+    /// The largest integer that is not larger, for |x| < 2²².
+    #[inline(always)]
+    pub fn floor(self) -> Self {
+        let nearest = (self + ROUNDING) - ROUNDING;
+        nearest.gt(self).select(nearest - 1.0, nearest)
+    }
+
+    /// The integer that the value is, for 0 <= x < 2²².
+    #[inline(always)]
+    pub fn to_word(self) -> Word<S> {
+        (self + ROUNDING).to_bits() - ROUNDING.to_bits()
+    }
+
     /// Sine and cosine of an angle of this many radians, up to π/4. See [`sin_cos_octant`](crate::math::trig::sin_cos_octant).
     #[inline(always)]
     pub fn sin_cos_octant(self) -> (Self, Self) {

@@ -18,7 +18,7 @@ pub(crate) use functions::{cosine_hemisphere, cosine_hemisphere_pdf, disc};
 pub use numbers::{Float, Mask, Operand, Word};
 pub use vector::{Axes, Color, Pair, Vector};
 pub(crate) use width::Sixteen;
-pub use width::{One, Width};
+pub use width::{One, Program, Width};
 
 use crate::color::Rgb;
 use crate::math::Vec3;

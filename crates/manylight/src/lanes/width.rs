@@ -1,6 +1,6 @@
 //! Code that is written once for one value and for sixteen: the operations, by number of lanes.
 
-use crate::simd::{WIDE, Wide};
+use crate::simd::{WIDE, Wide, WideKernel};
 use std::fmt::Debug;
 
 /// The number of lanes of [`Float`](super::Float) and the types made of it: [`One`], or [`Sixteen`] in the vectors of an instruction
@@ -64,6 +64,29 @@ pub trait Width: Copy + Debug {
         self,
         row: impl FnMut(usize) -> [&'a [f32; 4]; N],
     ) -> [[Self::F; 4]; N];
+
+    /// Runs a program as a function that is not inlined: for large code with several callers, and for recursion.
+    fn call<P: Program<Self>>(self, program: P) -> P::Output;
+}
+
+/// Code for a number of lanes.
+pub trait Program<S> {
+    /// Result of the program.
+    type Output;
+    /// The body. Must be `inline(always)`.
+    fn run(self, s: S) -> Self::Output;
+}
+
+/// A program as a kernel.
+struct InLanes<P>(P);
+
+impl<W: Wide, P: Program<Sixteen<W>>> WideKernel<W> for InLanes<P> {
+    type Output = P::Output;
+
+    #[inline(always)]
+    fn run(self, w: W) -> P::Output {
+        self.0.run(Sixteen(w))
+    }
 }
 
 /// One lane: plain numbers.
@@ -237,6 +260,10 @@ impl Width for One {
         }
         out
     }
+    #[inline(never)]
+    fn call<P: Program<Self>>(self, program: P) -> P::Output {
+        program.run(self)
+    }
 }
 
 macro_rules! wide {
@@ -312,5 +339,10 @@ impl<W: Wide> Width for Sixteen<W> {
         row: impl FnMut(usize) -> [&'a [f32; 4]; N],
     ) -> [[W::F; 4]; N] {
         self.0.gather_quads(row)
+    }
+
+    #[inline(always)]
+    fn call<P: Program<Self>>(self, program: P) -> P::Output {
+        self.0.call_wide(InLanes(program))
     }
 }

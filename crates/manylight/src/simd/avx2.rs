@@ -4,7 +4,7 @@
     reason = "vendor intrinsics; every kernel is tested against the portable path"
 )]
 
-use super::{Floats, NARROW, Simd, SimdKernel, WIDE, Wide};
+use super::{Floats, NARROW, Simd, SimdKernel, WIDE, Wide, WideKernel};
 use std::arch::x86_64::*;
 use std::mem::MaybeUninit;
 
@@ -36,6 +36,12 @@ fn run<K: SimdKernel>(avx2: Avx2, kernel: K) -> K::Output {
 #[target_feature(enable = "avx2,fma,bmi1,popcnt")]
 #[inline(never)]
 fn call<K: SimdKernel>(avx2: Avx2, kernel: K) -> K::Output {
+    kernel.run(avx2)
+}
+
+#[target_feature(enable = "avx2,fma,bmi1,popcnt")]
+#[inline(never)]
+fn call_wide<K: WideKernel<Avx2>>(avx2: Avx2, kernel: K) -> K::Output {
     kernel.run(avx2)
 }
 
@@ -391,6 +397,12 @@ impl Wide for Avx2 {
             }
         }
         parts
+    }
+
+    #[inline(always)]
+    fn call_wide<K: WideKernel<Self>>(self, kernel: K) -> K::Output {
+        // SAFETY: `self` exists only where `detect` found all that `call_wide` enables.
+        unsafe { call_wide(self, kernel) }
     }
 }
 

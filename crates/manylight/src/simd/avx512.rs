@@ -4,7 +4,7 @@
     reason = "vendor intrinsics; every kernel is tested against the portable path"
 )]
 
-use super::{Floats, NARROW, Simd, SimdKernel, WIDE, Wide};
+use super::{Floats, NARROW, Simd, SimdKernel, WIDE, Wide, WideKernel};
 use std::arch::x86_64::*;
 use std::mem::MaybeUninit;
 
@@ -44,6 +44,12 @@ fn run<K: SimdKernel>(avx512: Avx512, kernel: K) -> K::Output {
 #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
 #[inline(never)]
 fn call<K: SimdKernel>(avx512: Avx512, kernel: K) -> K::Output {
+    kernel.run(avx512)
+}
+
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+#[inline(never)]
+fn call_wide<K: WideKernel<Avx512>>(avx512: Avx512, kernel: K) -> K::Output {
     kernel.run(avx512)
 }
 
@@ -275,6 +281,12 @@ impl Wide for Avx512 {
             };
         }
         parts
+    }
+
+    #[inline(always)]
+    fn call_wide<K: WideKernel<Self>>(self, kernel: K) -> K::Output {
+        // SAFETY: `self` exists only where `detect` found all that `call_wide` enables.
+        unsafe { call_wide(self, kernel) }
     }
 }
 

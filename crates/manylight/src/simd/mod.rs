@@ -133,6 +133,8 @@ pub(crate) trait Wide: Floats<16> + std::fmt::Debug {
         self,
         row: impl FnMut(usize) -> [&'a [f32; 4]; N],
     ) -> [[Self::F; 4]; N];
+    /// Runs a kernel as a function that is not inlined.
+    fn call_wide<K: WideKernel<Self>>(self, kernel: K) -> K::Output;
 }
 
 /// The narrow and the wide vectors of one instruction set.
@@ -165,6 +167,14 @@ pub(crate) fn set_bits(bits: impl Into<u64>) -> impl Iterator<Item = usize> {
         bits &= bits.wrapping_sub(1);
         (bit < u64::BITS).then_some(bit as usize)
     })
+}
+
+/// Code for the wide vectors of one instruction set.
+pub(crate) trait WideKernel<W> {
+    /// Result of the kernel.
+    type Output;
+    /// The body. Must be `inline(always)`.
+    fn run(self, w: W) -> Self::Output;
 }
 
 /// Code that is compiled for each instruction set.

@@ -1,6 +1,6 @@
 //! Vector operations in plain Rust on arrays, which the compiler vectorizes as far as the target allows.
 
-use super::{Floats, NARROW, Simd, SimdKernel, WIDE, Wide, set_bits};
+use super::{Floats, NARROW, Simd, SimdKernel, WIDE, Wide, WideKernel, set_bits};
 use std::mem::MaybeUninit;
 
 /// The portable instruction set, available on all machines.
@@ -218,6 +218,11 @@ impl Wide for Portable {
             }
         }
         out
+    }
+
+    #[inline(never)]
+    fn call_wide<K: WideKernel<Self>>(self, kernel: K) -> K::Output {
+        kernel.run(self)
     }
 }
 
