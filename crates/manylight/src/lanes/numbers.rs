@@ -461,6 +461,7 @@ macro_rules! word_operators {
 word_operators! {
     Add add add_words;
     Sub sub sub_words;
+    Mul mul mul_words;
     BitAnd bitand and_words;
     BitXor bitxor xor_words;
 }

@@ -53,6 +53,7 @@ pub trait Width: Copy + Debug {
     fn floats_of_bits(self, x: Self::U) -> Self::F;
     fn add_words(self, a: Self::U, b: Self::U) -> Self::U;
     fn sub_words(self, a: Self::U, b: Self::U) -> Self::U;
+    fn mul_words(self, a: Self::U, b: Self::U) -> Self::U;
     fn and_words(self, a: Self::U, b: Self::U) -> Self::U;
     fn xor_words(self, a: Self::U, b: Self::U) -> Self::U;
     fn shift_left(self, a: Self::U, bits: u32) -> Self::U;
@@ -221,6 +222,10 @@ impl Width for One {
         a.wrapping_sub(b)
     }
     #[inline(always)]
+    fn mul_words(self, a: u32, b: u32) -> u32 {
+        a.wrapping_mul(b)
+    }
+    #[inline(always)]
     fn and_words(self, a: u32, b: u32) -> u32 {
         a & b
     }
@@ -310,6 +315,7 @@ impl<W: Wide> Width for Sixteen<W> {
         floats_of_bits(x: W::U) -> W::F;
         add_words(a: W::U, b: W::U) -> W::U;
         sub_words(a: W::U, b: W::U) -> W::U;
+        mul_words(a: W::U, b: W::U) -> W::U;
         and_words(a: W::U, b: W::U) -> W::U;
         xor_words(a: W::U, b: W::U) -> W::U;
         shift_left(a: W::U, bits: u32) -> W::U;

@@ -316,6 +316,7 @@ impl Wide for Avx2 {
         floats_of_bits(x: U) -> F = _mm256_castsi256_ps(x);
         add_words(a: U, b: U) -> U = _mm256_add_epi32(a, b);
         sub_words(a: U, b: U) -> U = _mm256_sub_epi32(a, b);
+        mul_words(a: U, b: U) -> U = _mm256_mullo_epi32(a, b);
         and_words(a: U, b: U) -> U = _mm256_and_si256(a, b);
         xor_words(a: U, b: U) -> U = _mm256_xor_si256(a, b);
         equal_words(a: U, b: U) -> M = _mm256_castsi256_ps(_mm256_cmpeq_epi32(a, b));

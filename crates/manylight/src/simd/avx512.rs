@@ -203,6 +203,7 @@ impl Wide for Avx512 {
         floats_of_bits(x: U) -> F = _mm512_castsi512_ps(x);
         add_words(a: U, b: U) -> U = _mm512_add_epi32(a, b);
         sub_words(a: U, b: U) -> U = _mm512_sub_epi32(a, b);
+        mul_words(a: U, b: U) -> U = _mm512_mullo_epi32(a, b);
         and_words(a: U, b: U) -> U = _mm512_and_si512(a, b);
         xor_words(a: U, b: U) -> U = _mm512_xor_si512(a, b);
         equal_words(a: U, b: U) -> M = _mm512_cmpeq_epi32_mask(a, b);

@@ -118,6 +118,7 @@ pub(crate) trait Wide: Floats<16> + std::fmt::Debug {
     fn store_words(self, x: Self::U) -> [u32; 16];
     fn add_words(self, a: Self::U, b: Self::U) -> Self::U;
     fn sub_words(self, a: Self::U, b: Self::U) -> Self::U;
+    fn mul_words(self, a: Self::U, b: Self::U) -> Self::U;
     fn and_words(self, a: Self::U, b: Self::U) -> Self::U;
     fn xor_words(self, a: Self::U, b: Self::U) -> Self::U;
     /// All words shifted to the left by `bits` < 32.

@@ -181,6 +181,10 @@ impl Wide for Portable {
         map2(a, b, u32::wrapping_sub)
     }
     #[inline(always)]
+    fn mul_words(self, a: [u32; WIDE], b: [u32; WIDE]) -> [u32; WIDE] {
+        map2(a, b, u32::wrapping_mul)
+    }
+    #[inline(always)]
     fn and_words(self, a: [u32; WIDE], b: [u32; WIDE]) -> [u32; WIDE] {
         map2(a, b, |a, b| a & b)
     }

@@ -2,7 +2,7 @@
 
 use crate::color::Rgb;
 use crate::image::Image;
-use crate::lanes::{Color, Float, One, Pair, Width};
+use crate::lanes::{Color, Float, One, Pair, Width, Word};
 use crate::math::prefetch::prefetch;
 use crate::math::{Mat3, Vec2};
 
@@ -46,47 +46,38 @@ pub struct Bitmap {
 /// best, and [`Float::floor`] is not defined.
 const FARTHEST_TEXEL: f32 = 4e6;
 
-/// Texels of the lookups of bilinear interpolation.
+/// The lookups of bilinear interpolation.
 struct Footprint<S: Width> {
-    /// Indices of the left and of the right column.
-    columns: [S::Each<u32>; 2],
-    /// Indices of the upper and of the lower row.
-    rows: [S::Each<u32>; 2],
+    /// Indices of the upper left, upper right, lower left and lower right texel.
+    texels: [S::Each<u32>; 4],
     /// Position between the texels, in [0, 1)².
     between: Pair<S>,
 }
 
+// Closures over vectors are not always inlined; the parts are functions for this reason.
 impl Bitmap {
     /// Filtered color at `uv`.
     #[inline(always)]
     pub(super) fn eval<S: Width>(&self, uv: Pair<S>) -> Color<S> {
         let s = uv.x.width();
         if self.filtering == Filtering::Nearest {
-            let (column, row) = self.nearest(uv);
-            return self.color(s, &column, &row);
+            return self.color(s, &self.nearest(uv));
         }
-        let Footprint {
-            columns: [left, right],
-            rows: [above, below],
-            between,
-        } = self.footprint(uv);
-        let (a, b) = (self.color(s, &left, &above), self.color(s, &right, &above));
+        let Footprint { texels, between } = self.footprint(uv);
+        let (a, b) = (self.color(s, &texels[0]), self.color(s, &texels[1]));
         let top = mix_colors(a, b, between.x);
-        let (a, b) = (self.color(s, &left, &below), self.color(s, &right, &below));
+        let (a, b) = (self.color(s, &texels[2]), self.color(s, &texels[3]));
         mix_colors(top, mix_colors(a, b, between.x), between.y)
     }
 
     /// Filtered luminance at `uv`; for images of one channel their value.
     #[inline(always)]
     pub(super) fn eval_float<S: Width>(&self, uv: Pair<S>) -> Float<S> {
-        let s = uv.x.width();
         if self.filtering == Filtering::Nearest {
-            let (column, row) = self.nearest(uv);
-            return self.value(s, &column, &row);
+            return self.value(uv.x.width(), &self.nearest(uv));
         }
-        let (values, between) = self.four_values(uv);
-        let top = mix(values[0], values[1], between.x);
-        mix(top, mix(values[2], values[3], between.x), between.y)
+        let ([v00, v10, v01, v11], f) = self.four_values(uv);
+        mix(mix(v00, v10, f.x), mix(v01, v11, f.x), f.y)
     }
 
     /// Derivatives of [`Bitmap::eval_float`] by u and by v; zero for [`Filtering::Nearest`], as in Mitsuba.
@@ -99,8 +90,8 @@ impl Bitmap {
             return Pair::splat(uv.x.width(), Vec2::ZERO);
         }
         let ([v00, v10, v01, v11], f) = self.four_values(uv);
-        let du = (v11 - v01).mul_add(f.y, (v10 - v00) * (1.0 - f.y));
-        let dv = (v11 - v10).mul_add(f.x, (v01 - v00) * (1.0 - f.x));
+        let du = mix(v10 - v00, v11 - v01, f.y);
+        let dv = mix(v01 - v00, v11 - v10, f.x);
         let m = &self.uv_transform;
         Pair::new(
             (du * m.x_axis.x + dv * m.x_axis.y) * self.image.width as f32,
@@ -111,10 +102,10 @@ impl Bitmap {
     /// Prefetches the memory that evaluation at `uv` reads.
     #[inline]
     pub(super) fn prefetch(&self, uv: Vec2) {
-        let Footprint { columns, rows, .. } = self.footprint(Pair::<One>::from(uv));
-        for [row] in rows {
-            if let Some(texel) = self.image.data.get(self.start(columns[0][0], row)) {
-                prefetch(texel);
+        let Footprint { texels, .. } = self.footprint(Pair::<One>::from(uv));
+        for [texel] in [texels[0], texels[2]] {
+            if let Some(value) = self.image.data.get(texel as usize * self.image.channels) {
+                prefetch(value);
             }
         }
     }
@@ -131,49 +122,39 @@ impl Bitmap {
         pixels.map(value).fold(0.0, f32::max)
     }
 
-    /// Values of the upper left, upper right, lower left and lower right texel of a lookup, and the position between them.
+    /// Values of the texels of a lookup, and the position between them.
     #[inline(always)]
     fn four_values<S: Width>(&self, uv: Pair<S>) -> ([Float<S>; 4], Pair<S>) {
         let s = uv.x.width();
-        let Footprint {
-            columns: [left, right],
-            rows: [above, below],
-            between,
-        } = self.footprint(uv);
-        let values = [
-            self.value(s, &left, &above),
-            self.value(s, &right, &above),
-            self.value(s, &left, &below),
-            self.value(s, &right, &below),
-        ];
-        (values, between)
+        let Footprint { texels, between } = self.footprint(uv);
+        let [a, b, c, d] = &texels;
+        let top = (self.value(s, a), self.value(s, b));
+        let bottom = (self.value(s, c), self.value(s, d));
+        ([top.0, top.1, bottom.0, bottom.1], between)
     }
 
-    /// The texel that contains `uv`: column and row.
+    /// The texels that contain `uv`.
     #[inline(always)]
-    fn nearest<S: Width>(&self, uv: Pair<S>) -> (S::Each<u32>, S::Each<u32>) {
+    fn nearest<S: Width>(&self, uv: Pair<S>) -> S::Each<u32> {
         let p = self.in_texels(uv, 0.0);
-        let index = |x: Float<S>, wrap: Wrap, n: usize| wrap.index(x.floor(), n).to_word().store();
-        (
-            index(p.x, self.wrap[0], self.image.width),
-            index(p.y, self.wrap[1], self.image.height),
-        )
+        self.texel(self.column(p.x.floor()), self.row(p.y.floor()))
     }
 
     #[inline(always)]
     fn footprint<S: Width>(&self, uv: Pair<S>) -> Footprint<S> {
         // Texel centers are at half-integers.
         let p = self.in_texels(uv, 0.5);
-        let (left, above) = (p.x.floor(), p.y.floor());
-        let two = |first: Float<S>, wrap: Wrap, n: usize| {
-            let second = wrap.index(first + 1.0, n);
-            let first = wrap.index(first, n);
-            [first.to_word().store(), second.to_word().store()]
-        };
+        let (x, y) = (p.x.floor(), p.y.floor());
+        let (left, right) = (self.column(x), self.column(x + 1.0));
+        let (above, below) = (self.row(y), self.row(y + 1.0));
         Footprint {
-            columns: two(left, self.wrap[0], self.image.width),
-            rows: two(above, self.wrap[1], self.image.height),
-            between: Pair::new(p.x - left, p.y - above),
+            texels: [
+                self.texel(left, above),
+                self.texel(right, above),
+                self.texel(left, below),
+                self.texel(right, below),
+            ],
+            between: Pair::new(p.x - x, p.y - y),
         }
     }
 
@@ -181,49 +162,76 @@ impl Bitmap {
     #[inline(always)]
     fn in_texels<S: Width>(&self, uv: Pair<S>, half: f32) -> Pair<S> {
         let p = transformed(&self.uv_transform, uv);
-        let scaled =
-            |x: Float<S>, n: usize| (x * n as f32 - half).clamp(-FARTHEST_TEXEL, FARTHEST_TEXEL);
+        let (x, y) = (
+            p.x * self.image.width as f32 - half,
+            p.y * self.image.height as f32 - half,
+        );
         Pair::new(
-            scaled(p.x, self.image.width),
-            scaled(p.y, self.image.height),
+            x.clamp(-FARTHEST_TEXEL, FARTHEST_TEXEL),
+            y.clamp(-FARTHEST_TEXEL, FARTHEST_TEXEL),
         )
     }
 
-    /// Index of the first value of a texel.
     #[inline(always)]
-    fn start(&self, column: u32, row: u32) -> usize {
-        (row as usize * self.image.width + column as usize) * self.image.channels
+    fn column<S: Width>(&self, x: Float<S>) -> Word<S> {
+        self.wrap[0].index(x, self.image.width).to_word()
+    }
+
+    #[inline(always)]
+    fn row<S: Width>(&self, y: Float<S>) -> Word<S> {
+        self.wrap[1].index(y, self.image.height).to_word()
+    }
+
+    /// Indices of texels, of which an image has fewer than 2³².
+    #[inline(always)]
+    fn texel<S: Width>(&self, column: Word<S>, row: Word<S>) -> S::Each<u32> {
+        (row * self.image.width as u32 + column).store()
     }
 
     /// Colors of texels. Images of one or two channels give gray.
     #[inline(always)]
-    fn color<S: Width>(&self, s: S, column: &S::Each<u32>, row: &S::Each<u32>) -> Color<S> {
-        let start = |i: usize| self.start(column.as_ref()[i], row.as_ref()[i]);
-        let data = &self.image.data;
-        if self.image.channels < 3 {
-            let value = |i: usize| data.get(start(i)).copied().unwrap_or(0.0);
-            return Color::grey(Float::from_fn(s, value));
+    fn color<S: Width>(&self, s: S, texels: &S::Each<u32>) -> Color<S> {
+        let (data, channels) = (self.image.data.as_slice(), self.image.channels);
+        if channels < 3 {
+            return Color::grey(self.first_channel(s, texels));
         }
         // Four values from the first of a texel on; they end in the next texel, which the last one lacks.
-        let last = match **data {
+        let last = match *data {
             [.., r, g, b] => [r, g, b, 0.0],
             _ => [0.0; 4],
         };
         let [[r, g, b, _]] = Float::gather_quads(s, |i| {
-            let four = data.get(start(i)..).and_then(<[f32]>::first_chunk);
-            [four.unwrap_or(&last)]
+            let start = texels.as_ref()[i] as usize * channels;
+            [four_from(data, start, &last)]
         });
         Color::new(r, g, b)
     }
 
     /// Luminances of texels; for images of one channel their values.
     #[inline(always)]
-    fn value<S: Width>(&self, s: S, column: &S::Each<u32>, row: &S::Each<u32>) -> Float<S> {
-        let color = self.color(s, column, row);
+    fn value<S: Width>(&self, s: S, texels: &S::Each<u32>) -> Float<S> {
         match self.image.channels {
-            0..3 => color.r,
-            _ => color.luminance(),
+            0..3 => self.first_channel(s, texels),
+            _ => self.color(s, texels).luminance(),
         }
+    }
+
+    #[inline(always)]
+    fn first_channel<S: Width>(&self, s: S, texels: &S::Each<u32>) -> Float<S> {
+        let (data, channels) = (self.image.data.as_slice(), self.image.channels);
+        Float::from_fn(s, |i| {
+            let value = data.get(texels.as_ref()[i] as usize * channels);
+            *value.unwrap_or(&0.0)
+        })
+    }
+}
+
+/// The four values from `start` on, `last` if there are fewer.
+#[inline(always)]
+fn four_from<'a>(data: &'a [f32], start: usize, last: &'a [f32; 4]) -> &'a [f32; 4] {
+    match data.get(start..) {
+        Some(rest) => rest.first_chunk().unwrap_or(last),
+        None => last,
     }
 }
 
@@ -241,15 +249,18 @@ fn mix_colors<S: Width>(a: Color<S>, b: Color<S>, t: Float<S>) -> Color<S> {
 /// The texture coordinates under a transform of (u, v, 1).
 #[inline(always)]
 pub(super) fn transformed<S: Width>(m: &Mat3, uv: Pair<S>) -> Pair<S> {
-    let along = |u: f32, v: f32, offset: f32| {
-        let s = uv.x.width();
-        let sum = uv.y.mul_add(Float::splat(s, v), Float::splat(s, offset));
-        uv.x.mul_add(Float::splat(s, u), sum)
-    };
     Pair::new(
-        along(m.x_axis.x, m.y_axis.x, m.z_axis.x),
-        along(m.x_axis.y, m.y_axis.y, m.z_axis.y),
+        product(uv, [m.x_axis.x, m.y_axis.x, m.z_axis.x]),
+        product(uv, [m.x_axis.y, m.y_axis.y, m.z_axis.y]),
     )
+}
+
+/// The product of (u, v, 1) with `row`.
+#[inline(always)]
+fn product<S: Width>(uv: Pair<S>, row: [f32; 3]) -> Float<S> {
+    let [u, v, one] = row;
+    let sum = uv.y.mul_add(uv.y.same(v), uv.y.same(one));
+    uv.x.mul_add(uv.x.same(u), sum)
 }
 
 impl Wrap {

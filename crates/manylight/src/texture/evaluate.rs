@@ -345,13 +345,16 @@ fn power<S: Width>(base: Float<S>, exponent: f32) -> Float<S> {
 /// The lanes with coordinates in a cell of `color0`.
 #[inline(always)]
 fn is_main_cell<S: Width>(p: Pair<S>) -> Mask<S> {
+    let (u, v) = (is_upper(p.x), is_upper(p.y));
+    (u & v) | !(u | v)
+}
+
+/// The lanes with a fraction above 1/2.
+#[inline(always)]
+fn is_upper<S: Width>(x: Float<S>) -> Mask<S> {
     /// Largest coordinate; larger ones are clamped. From 2²² ≈ 4.2e6 on, `f32` resolves half cells at best, and [`Float::floor`] is not
     /// defined.
     const FARTHEST: f32 = 4e6;
-    let is_upper = |x: Float<S>| {
-        let x = x.clamp(-FARTHEST, FARTHEST);
-        (x - x.floor()).gt(0.5)
-    };
-    let (u, v) = (is_upper(p.x), is_upper(p.y));
-    (u & v) | !(u | v)
+    let x = x.clamp(-FARTHEST, FARTHEST);
+    (x - x.floor()).gt(0.5)
 }

@@ -144,8 +144,9 @@ pub(super) fn corner_uvs<S: Width>([a, b, c]: [Pair<S>; 3]) -> [Pair<S>; 3] {
     if exist.all() {
         return [a, b, c];
     }
-    let or = |uv: Pair<S>, other: Vec2| {
-        Pair::new(exist.select(uv.x, other.x), exist.select(uv.y, other.y))
-    };
-    [or(a, Vec2::ZERO), or(b, Vec2::X), or(c, Vec2::Y)]
+    [
+        Pair::new(exist.select(a.x, 0.0), exist.select(a.y, 0.0)),
+        Pair::new(exist.select(b.x, 1.0), exist.select(b.y, 0.0)),
+        Pair::new(exist.select(c.x, 0.0), exist.select(c.y, 1.0)),
+    ]
 }
