@@ -79,12 +79,13 @@ impl Geometry {
     /// # Panics
     /// If an id or index is out of range.
     pub fn build(
-        shapes: Vec<Shape>,
+        mut shapes: Vec<Shape>,
         primitives: Vec<Primitive>,
         groups: Vec<Range<usize>>,
         instances: Vec<Instance>,
     ) -> Self {
         let table = TriangleTable::new(&shapes, &primitives);
+        shapes.iter_mut().for_each(drop_attributes);
         let placements: Vec<PlacedShape> = primitives
             .par_iter()
             .enumerate()
@@ -132,7 +133,7 @@ impl Geometry {
         &self.primitives
     }
 
-    /// All shapes in object space, by [`ShapeId`].
+    /// All shapes in object space, by [`ShapeId`]; meshes without normals, tangents and texture coordinates.
     pub fn shapes(&self) -> &[Shape] {
         &self.shapes
     }
@@ -253,5 +254,14 @@ impl Geometry {
             point: self.surface_point(at),
             pdf_area,
         })
+    }
+}
+
+/// Frees the attributes of vertices, which the table of triangles has.
+fn drop_attributes(shape: &mut Shape) {
+    if let Shape::Mesh(mesh) = shape {
+        mesh.normals = Vec::new();
+        mesh.tangents = Vec::new();
+        mesh.uvs = Vec::new();
     }
 }
