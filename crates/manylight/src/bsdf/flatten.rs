@@ -13,9 +13,9 @@ use super::{ALIGNED_COSINE, Bsdf, ExitTransmittance, Lobes, MAX_LEAVES};
 use crate::geometry::{SurfacePoint, SurfacePoints};
 use crate::ids::{MaterialId, TextureId};
 use crate::lanes::{Color, Float, Mask, One, Vector, Width};
-use crate::math::{Vec2, Vec3};
+use crate::math::Vec3;
 use crate::simd::Outlined;
-use crate::texture::{ColorInput, Texture, TexturePoint};
+use crate::texture::{ColorInput, Texture};
 
 impl Materials {
     /// The scattering function of a material at a point; see [`Materials::bsdfs`].
@@ -320,33 +320,14 @@ impl<'s, S: Width> Flattening<'_, 's, S> {
     #[inline(always)]
     fn bumped_normal(&self, texture: TextureId, scale: f32) -> Vector<S> {
         let x = self.at.x;
-        let [gradient_u, gradient_v] = self.gradient(texture);
+        let textures = self.at.textures;
+        let gradient = textures[texture.index()].gradient_each(x, textures) * scale;
         let n = x.frame.n;
-        let du = x.dp_du + n * (gradient_u * scale - n.dot(x.dp_du));
-        let dv = x.dp_dv + n * (gradient_v * scale - n.dot(x.dp_dv));
+        let du = x.dp_du + n * (gradient.x - n.dot(x.dp_du));
+        let dv = x.dp_dv + n * (gradient.y - n.dot(x.dp_dv));
         let normal = du.cross(dv);
         let outward = normal * x.ng.dot(normal).lt(0.0).select(-1.0, 1.0);
         x.frame.to_local(outward)
-    }
-
-    /// Derivatives of a height texture by u and by v.
-    #[inline(always)]
-    fn gradient(&self, texture: TextureId) -> [Float<S>; 2] {
-        let (x, textures) = (self.at.x, self.at.textures);
-        let (s, texture) = (x.offset.width(), &textures[texture.index()]);
-        let places = TexturePoint::each(x);
-        let dp = [x.dp_du, x.dp_dv].map(Vector::store);
-        let gradients: S::Each<Vec2> = s.each(|i| {
-            let lane =
-                |v: &[S::Each<f32>; 3]| Vec3::from_array(std::array::from_fn(|k| v[k].as_ref()[i]));
-            let dp = [lane(&dp[0]), lane(&dp[1])];
-            texture.gradient(places.as_ref()[i], dp, textures)
-        });
-        let gradients = gradients.as_ref();
-        [
-            Float::from_fn(s, |i| gradients[i].x),
-            Float::from_fn(s, |i| gradients[i].y),
-        ]
     }
 }
 

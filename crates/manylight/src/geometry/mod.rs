@@ -26,5 +26,5 @@ pub use occluder::Occluder;
 pub use ray::{Ray, Segment};
 pub use shape::Shape;
 pub use surface_point::{SurfacePoint, SurfaceRef};
-pub use surface_points::SurfacePoints;
+pub use surface_points::{Derivatives, SurfacePoints};
 pub use world::{AreaSample, Geometry, Hit, Instance, Primitive};

@@ -2,6 +2,16 @@
 
 use super::{SurfacePoint, SurfaceRef};
 use crate::lanes::{Axes, Float, One, Pair, Vector, Width};
+use crate::math::{Frame, Vec2, Vec3};
+
+/// Whether surface points get the derivatives of the position by the texture coordinates, which few materials need.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Derivatives {
+    /// `dp_du` and `dp_dv` are those of the position.
+    OfPosition,
+    /// `dp_du` and `dp_dv` are unspecified.
+    Unspecified,
+}
 
 /// A [`SurfacePoint`] per lane; the fields are those of a single one.
 #[derive(Clone, Copy, Debug)]
@@ -38,10 +48,46 @@ impl<S: Width> SurfacePoints<S> {
         }
     }
 
+    /// The point in each lane.
+    #[inline(always)]
+    pub fn store(&self) -> S::Each<SurfacePoint> {
+        let s = self.offset.width();
+        let (p, ng, frame) = (self.p.store(), self.ng.store(), &self.frame);
+        let axes = [frame.s.store(), frame.t.store(), frame.n.store()];
+        let (dp_du, dp_dv) = (self.dp_du.store(), self.dp_dv.store());
+        let (u, v, offset) = (self.uv.x.store(), self.uv.y.store(), self.offset.store());
+        s.each(|i| {
+            let vector = |[x, y, z]: &[S::Each<f32>; 3]| {
+                Vec3::new(x.as_ref()[i], y.as_ref()[i], z.as_ref()[i])
+            };
+            SurfacePoint {
+                p: vector(&p),
+                ng: vector(&ng),
+                frame: Frame {
+                    s: vector(&axes[0]),
+                    t: vector(&axes[1]),
+                    n: vector(&axes[2]),
+                },
+                uv: Vec2::new(u.as_ref()[i], v.as_ref()[i]),
+                dp_du: vector(&dp_du),
+                dp_dv: vector(&dp_dv),
+                at: self.at.as_ref()[i],
+                offset: offset.as_ref()[i],
+            }
+        })
+    }
+
     /// The positions moved off their surfaces by `offset`, to the side of `w`.
     #[inline(always)]
     pub fn offset_towards(&self, w: Vector<S>) -> Vector<S> {
         self.p + self.ng * self.offset.copysign(self.ng.dot(w))
+    }
+}
+
+impl From<SurfacePoints<One>> for SurfacePoint {
+    #[inline(always)]
+    fn from(x: SurfacePoints<One>) -> Self {
+        x.store()[0]
     }
 }
 

@@ -9,17 +9,6 @@ use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, LN_2, PI};
 const ROUNDING: f32 = 12_582_912.0;
 
 impl<S: Width> Float<S> {
-    /// The largest integer up to the value, for magnitudes below 2²², as a float and as a word in two's complement.
-    #[inline(always)]
-    pub fn floor(self) -> (Self, Word<S>) {
-        let sum = self + ROUNDING;
-        let nearest = sum - ROUNDING;
-        let is_above = nearest.gt(self);
-        let floor = is_above.select(nearest - 1.0, nearest);
-        let word = sum.to_bits() - ROUNDING.to_bits();
-        (floor, is_above.select_words(word - 1, word))
-    }
-
     /// See [`exp`](crate::math::float::exp).
     #[inline(always)]
     pub fn exp(self) -> Self {
@@ -84,6 +73,19 @@ impl<S: Width> Float<S> {
             .fold(x.same(0.0), |sum, c| sum * x + c);
         let angle = (1.0 - x).safe_sqrt() * series;
         self.lt(0.0).select(PI - angle, angle)
+    }
+
+    /// The largest integer that is not larger, for |x| < 2²².
+    #[inline(always)]
+    pub fn floor(self) -> Self {
+        let nearest = (self + ROUNDING) - ROUNDING;
+        nearest.gt(self).select(nearest - 1.0, nearest)
+    }
+
+    /// The integer that the value is, for 0 <= x < 2²².
+    #[inline(always)]
+    pub fn to_word(self) -> Word<S> {
+        (self + ROUNDING).to_bits() - ROUNDING.to_bits()
     }
 
     /// Sine and cosine of an angle of this many radians, up to π/4. See [`sin_cos_octant`](crate::math::trig::sin_cos_octant).

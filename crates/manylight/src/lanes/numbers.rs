@@ -78,6 +78,27 @@ impl<S: Width> Float<S> {
         self.s.store(self.v)
     }
 
+    /// Rows in memory, one per lane, of `N` times four floats: element `[n][k]` has number `k` of `row(i)[n]` in each lane `i`. The lanes
+    /// are asked for in ascending order.
+    #[inline(always)]
+    #[allow(
+        clippy::needless_range_loop,
+        reason = "iterators over vectors are not always inlined"
+    )]
+    pub fn gather_quads<'a, const N: usize>(
+        s: S,
+        row: impl FnMut(usize) -> [&'a [f32; 4]; N],
+    ) -> [[Self; 4]; N] {
+        let gathered = s.gather_quads(row);
+        let mut out = [[Float::splat(s, 0.0); 4]; N];
+        for n in 0..N {
+            for k in 0..4 {
+                out[n][k].v = gathered[n][k];
+            }
+        }
+        out
+    }
+
     /// The number of lanes, as a proof of the instructions.
     #[inline(always)]
     pub fn width(self) -> S {
@@ -440,6 +461,7 @@ macro_rules! word_operators {
 word_operators! {
     Add add add_words;
     Sub sub sub_words;
+    Mul mul mul_words;
     BitAnd bitand and_words;
     BitXor bitxor xor_words;
 }

@@ -57,15 +57,21 @@ impl<S: Width> Pair<S> {
     /// The pair `value(i)` in each lane `i`.
     #[inline(always)]
     pub fn from_fn(s: S, value: impl Fn(usize) -> Vec2) -> Self {
+        let all = s.each(value);
         Pair::new(
-            Float::from_fn(s, |i| value(i).x),
-            Float::from_fn(s, |i| value(i).y),
+            Float::from_fn(s, |i| all.as_ref()[i].x),
+            Float::from_fn(s, |i| all.as_ref()[i].y),
         )
     }
 
     #[inline(always)]
+    pub fn dot(self, o: Self) -> Float<S> {
+        self.x.mul_add(o.x, self.y * o.y)
+    }
+
+    #[inline(always)]
     pub fn length_squared(self) -> Float<S> {
-        self.x.mul_add(self.x, self.y * self.y)
+        self.dot(self)
     }
 }
 

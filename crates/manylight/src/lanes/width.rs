@@ -53,12 +53,18 @@ pub trait Width: Copy + Debug {
     fn floats_of_bits(self, x: Self::U) -> Self::F;
     fn add_words(self, a: Self::U, b: Self::U) -> Self::U;
     fn sub_words(self, a: Self::U, b: Self::U) -> Self::U;
+    fn mul_words(self, a: Self::U, b: Self::U) -> Self::U;
     fn and_words(self, a: Self::U, b: Self::U) -> Self::U;
     fn xor_words(self, a: Self::U, b: Self::U) -> Self::U;
     fn shift_left(self, a: Self::U, bits: u32) -> Self::U;
     fn shift_right(self, a: Self::U, bits: u32) -> Self::U;
     fn equal_words(self, a: Self::U, b: Self::U) -> Self::M;
     fn select_words(self, m: Self::M, a: Self::U, b: Self::U) -> Self::U;
+
+    fn gather_quads<'a, const N: usize>(
+        self,
+        row: impl FnMut(usize) -> [&'a [f32; 4]; N],
+    ) -> [[Self::F; 4]; N];
 
     /// Runs code as a function of its own, which all callers share.
     fn outline<K: Outlined>(self, kernel: K) -> K::Output;
@@ -225,6 +231,10 @@ impl Width for One {
         a.wrapping_sub(b)
     }
     #[inline(always)]
+    fn mul_words(self, a: u32, b: u32) -> u32 {
+        a.wrapping_mul(b)
+    }
+    #[inline(always)]
     fn and_words(self, a: u32, b: u32) -> u32 {
         a & b
     }
@@ -247,6 +257,22 @@ impl Width for One {
     #[inline(always)]
     fn select_words(self, m: bool, a: u32, b: u32) -> u32 {
         if m { a } else { b }
+    }
+    #[inline(always)]
+    #[allow(
+        clippy::needless_range_loop,
+        reason = "iterators over vectors are not always inlined"
+    )]
+    fn gather_quads<'a, const N: usize>(
+        self,
+        mut row: impl FnMut(usize) -> [&'a [f32; 4]; N],
+    ) -> [[f32; 4]; N] {
+        let quads = row(0);
+        let mut out = [[0.0; 4]; N];
+        for n in 0..N {
+            out[n] = *quads[n];
+        }
+        out
     }
     #[inline(never)]
     fn outline<K: Outlined>(self, kernel: K) -> K::Output {
@@ -298,6 +324,7 @@ impl<W: Wide> Width for Sixteen<W> {
         floats_of_bits(x: W::U) -> W::F;
         add_words(a: W::U, b: W::U) -> W::U;
         sub_words(a: W::U, b: W::U) -> W::U;
+        mul_words(a: W::U, b: W::U) -> W::U;
         and_words(a: W::U, b: W::U) -> W::U;
         xor_words(a: W::U, b: W::U) -> W::U;
         shift_left(a: W::U, bits: u32) -> W::U;
@@ -307,8 +334,13 @@ impl<W: Wide> Width for Sixteen<W> {
     }
 
     #[inline(always)]
-    fn each<T: Copy>(self, value: impl FnMut(usize) -> T) -> [T; WIDE] {
-        std::array::from_fn(value)
+    fn each<T: Copy>(self, mut value: impl FnMut(usize) -> T) -> [T; WIDE] {
+        // Functions of the standard library over arrays are not always inlined.
+        let mut all = [value(0); WIDE];
+        for (i, element) in all.iter_mut().enumerate().skip(1) {
+            *element = value(i);
+        }
+        all
     }
 
     #[inline(always)]
@@ -319,5 +351,13 @@ impl<W: Wide> Width for Sixteen<W> {
     #[inline(always)]
     fn mask(self, bits: u32) -> W::M {
         self.0.lanes(bits)
+    }
+
+    #[inline(always)]
+    fn gather_quads<'a, const N: usize>(
+        self,
+        row: impl FnMut(usize) -> [&'a [f32; 4]; N],
+    ) -> [[W::F; 4]; N] {
+        self.0.gather_quads(row)
     }
 }

@@ -316,6 +316,7 @@ impl Wide for Avx2 {
         floats_of_bits(x: U) -> F = _mm256_castsi256_ps(x);
         add_words(a: U, b: U) -> U = _mm256_add_epi32(a, b);
         sub_words(a: U, b: U) -> U = _mm256_sub_epi32(a, b);
+        mul_words(a: U, b: U) -> U = _mm256_mullo_epi32(a, b);
         and_words(a: U, b: U) -> U = _mm256_and_si256(a, b);
         xor_words(a: U, b: U) -> U = _mm256_xor_si256(a, b);
         equal_words(a: U, b: U) -> M = _mm256_castsi256_ps(_mm256_cmpeq_epi32(a, b));
@@ -351,6 +352,52 @@ impl Wide for Avx2 {
         let places = self.splat_word(bits)[0];
         // SAFETY: `self` proves AVX2.
         a.map(|half| unsafe { _mm256_srlv_epi32(half, places) })
+    }
+
+    #[inline(always)]
+    #[allow(
+        clippy::needless_range_loop,
+        reason = "iterators over vectors are not always inlined"
+    )]
+    fn gather_quads<'a, const N: usize>(
+        self,
+        mut row: impl FnMut(usize) -> [&'a [f32; 4]; N],
+    ) -> [[[__m256; 2]; 4]; N] {
+        let mut parts = [[<Self as Floats<WIDE>>::splat(self, 0.0); 4]; N];
+        // Part i of half h of vector k gets the quad of lane 8 h + 4 i + k, so that the transposed vectors have the lanes in order.
+        macro_rules! insert {
+            ($half:literal $part:literal: $($k:literal)*) => {$(
+                let quads = row(8 * $half + 4 * $part + $k);
+                for n in 0..N {
+                    let half = &mut parts[n][$k][$half];
+                    // SAFETY: `self` proves AVX2; a quad is four readable floats, and the load needs no alignment.
+                    *half = unsafe {
+                        _mm256_insertf128_ps::<$part>(*half, _mm_loadu_ps(quads[n].as_ptr()))
+                    };
+                }
+            )*};
+        }
+        insert!(0 0: 0 1 2 3);
+        insert!(0 1: 0 1 2 3);
+        insert!(1 0: 0 1 2 3);
+        insert!(1 1: 0 1 2 3);
+        for n in 0..N {
+            for half in 0..2 {
+                let vectors = &parts[n];
+                let (a, b) = (vectors[0][half], vectors[1][half]);
+                let (c, d) = (vectors[2][half], vectors[3][half]);
+                // SAFETY: `self` proves AVX2.
+                unsafe {
+                    let (ab, cd) = (_mm256_unpacklo_ps(a, b), _mm256_unpacklo_ps(c, d));
+                    let (ab_high, cd_high) = (_mm256_unpackhi_ps(a, b), _mm256_unpackhi_ps(c, d));
+                    parts[n][0][half] = _mm256_shuffle_ps::<0b01_00_01_00>(ab, cd);
+                    parts[n][1][half] = _mm256_shuffle_ps::<0b11_10_11_10>(ab, cd);
+                    parts[n][2][half] = _mm256_shuffle_ps::<0b01_00_01_00>(ab_high, cd_high);
+                    parts[n][3][half] = _mm256_shuffle_ps::<0b11_10_11_10>(ab_high, cd_high);
+                }
+            }
+        }
+        parts
     }
 }
 

@@ -203,6 +203,7 @@ impl Wide for Avx512 {
         floats_of_bits(x: U) -> F = _mm512_castsi512_ps(x);
         add_words(a: U, b: U) -> U = _mm512_add_epi32(a, b);
         sub_words(a: U, b: U) -> U = _mm512_sub_epi32(a, b);
+        mul_words(a: U, b: U) -> U = _mm512_mullo_epi32(a, b);
         and_words(a: U, b: U) -> U = _mm512_and_si512(a, b);
         xor_words(a: U, b: U) -> U = _mm512_xor_si512(a, b);
         equal_words(a: U, b: U) -> M = _mm512_cmpeq_epi32_mask(a, b);
@@ -238,6 +239,49 @@ impl Wide for Avx512 {
     fn shift_right(self, a: __m512i, bits: u32) -> __m512i {
         // SAFETY: `self` proves AVX-512.
         unsafe { _mm512_srlv_epi32(a, self.splat_word(bits)) }
+    }
+
+    #[inline(always)]
+    #[allow(
+        clippy::needless_range_loop,
+        reason = "iterators over vectors are not always inlined"
+    )]
+    fn gather_quads<'a, const N: usize>(
+        self,
+        mut row: impl FnMut(usize) -> [&'a [f32; 4]; N],
+    ) -> [[__m512; 4]; N] {
+        let mut parts = [[<Self as Floats<WIDE>>::splat(self, 0.0); 4]; N];
+        // Part i of vector k gets the quad of lane 4 i + k, so that the transposed vectors have the lanes in order.
+        macro_rules! insert {
+            ($part:literal: $($k:literal)*) => {$(
+                let quads = row(4 * $part + $k);
+                for n in 0..N {
+                    // SAFETY: `self` proves AVX-512; a quad is four readable floats, and the load needs no alignment.
+                    parts[n][$k] = unsafe {
+                        _mm512_insertf32x4::<$part>(parts[n][$k], _mm_loadu_ps(quads[n].as_ptr()))
+                    };
+                }
+            )*};
+        }
+        insert!(0: 0 1 2 3);
+        insert!(1: 0 1 2 3);
+        insert!(2: 0 1 2 3);
+        insert!(3: 0 1 2 3);
+        for n in 0..N {
+            let [a, b, c, d] = parts[n];
+            // SAFETY: `self` proves AVX-512.
+            parts[n] = unsafe {
+                let (ab, cd) = (_mm512_unpacklo_ps(a, b), _mm512_unpacklo_ps(c, d));
+                let (ab_high, cd_high) = (_mm512_unpackhi_ps(a, b), _mm512_unpackhi_ps(c, d));
+                [
+                    _mm512_shuffle_ps::<0b01_00_01_00>(ab, cd),
+                    _mm512_shuffle_ps::<0b11_10_11_10>(ab, cd),
+                    _mm512_shuffle_ps::<0b01_00_01_00>(ab_high, cd_high),
+                    _mm512_shuffle_ps::<0b11_10_11_10>(ab_high, cd_high),
+                ]
+            };
+        }
+        parts
     }
 }
 

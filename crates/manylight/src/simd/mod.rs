@@ -118,6 +118,7 @@ pub(crate) trait Wide: Floats<16> + std::fmt::Debug {
     fn store_words(self, x: Self::U) -> [u32; 16];
     fn add_words(self, a: Self::U, b: Self::U) -> Self::U;
     fn sub_words(self, a: Self::U, b: Self::U) -> Self::U;
+    fn mul_words(self, a: Self::U, b: Self::U) -> Self::U;
     fn and_words(self, a: Self::U, b: Self::U) -> Self::U;
     fn xor_words(self, a: Self::U, b: Self::U) -> Self::U;
     /// All words shifted to the left by `bits` < 32.
@@ -129,6 +130,12 @@ pub(crate) trait Wide: Floats<16> + std::fmt::Debug {
     fn select_words(self, m: Self::M, a: Self::U, b: Self::U) -> Self::U;
     /// Runs code as a function of its own, compiled for this instruction set.
     fn outline<K: Outlined>(self, kernel: K) -> K::Output;
+    /// Transposes rows in memory, one per lane, of `N` times four floats: element `[n][k]` of the result has number `k` of `row(i)[n]` in each
+    /// lane `i`. The lanes are asked for in ascending order.
+    fn gather_quads<'a, const N: usize>(
+        self,
+        row: impl FnMut(usize) -> [&'a [f32; 4]; N],
+    ) -> [[Self::F; 4]; N];
 }
 
 /// The narrow and the wide vectors of one instruction set.

@@ -5,7 +5,7 @@ use crate::color::Rgb;
 use crate::geometry::SurfacePoints;
 use crate::ids::TextureId;
 use crate::lanes::{Color, Float, Width};
-use crate::math::{Vec2, Vec3};
+use crate::math::Vec2;
 
 /// A color that may vary over the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,12 +42,11 @@ impl ColorInput {
         x: &SurfacePoints<S>,
         textures: &[Texture],
     ) -> Color<S> {
-        let s = x.offset.width();
         match *self {
-            ColorInput::Constant(c) => Color::splat(s, c),
+            ColorInput::Constant(c) => Color::splat(x.offset.width(), c),
             ColorInput::Texture(id) => {
-                let (texture, places) = (&textures[id.index()], TexturePoint::each(x));
-                Color::from_fn(s, |i| texture.eval(places.as_ref()[i], textures))
+                let texture = &textures[id.index()];
+                texture.lookup(x.into(), textures).color()
             }
         }
     }
@@ -60,26 +59,10 @@ impl ColorInput {
         }
     }
 
-    /// Luminance at a point, for float parameters.
-    pub(super) fn eval_float(&self, at: TexturePoint, textures: &[Texture]) -> f32 {
-        match *self {
-            ColorInput::Constant(c) => c.luminance(),
-            ColorInput::Texture(id) => textures[id.index()].eval_float(at, textures),
-        }
-    }
-
     pub(super) fn max_channel(&self, textures: &[Texture]) -> f32 {
         match *self {
             ColorInput::Constant(c) => c.max_channel(),
             ColorInput::Texture(id) => textures[id.index()].max_channel(textures),
-        }
-    }
-
-    /// [`Texture::gradient`] of a textured input, else 0.
-    pub(super) fn gradient(&self, at: TexturePoint, dp: [Vec3; 2], textures: &[Texture]) -> Vec2 {
-        match *self {
-            ColorInput::Constant(_) => Vec2::ZERO,
-            ColorInput::Texture(id) => textures[id.index()].gradient(at, dp, textures),
         }
     }
 
@@ -99,12 +82,11 @@ impl FloatInput {
         x: &SurfacePoints<S>,
         textures: &[Texture],
     ) -> Float<S> {
-        let s = x.offset.width();
         match *self {
-            FloatInput::Constant(c) => Float::splat(s, c),
+            FloatInput::Constant(c) => Float::splat(x.offset.width(), c),
             FloatInput::Texture(id) => {
-                let (texture, places) = (&textures[id.index()], TexturePoint::each(x));
-                Float::from_fn(s, |i| texture.eval_float(places.as_ref()[i], textures))
+                let texture = &textures[id.index()];
+                texture.lookup(x.into(), textures).value()
             }
         }
     }

@@ -1,7 +1,8 @@
 //! Places at which textures are evaluated, and values per vertex of a mesh.
 
 use crate::geometry::{SurfacePoint, SurfacePoints, SurfaceRef};
-use crate::lanes::Width;
+use crate::ids::PrimitiveId;
+use crate::lanes::{One, Pair, Vector, Width};
 use crate::math::{Vec2, Vec3};
 
 /// The place on a surface at which a texture is evaluated.
@@ -48,18 +49,63 @@ impl From<&SurfacePoint> for TexturePoint {
     }
 }
 
-impl TexturePoint {
-    /// The place of each lane.
+/// The places in all lanes at which a texture is evaluated.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TexturePoints<'a, S: Width> {
+    /// Texture coordinates of the mesh.
+    pub(super) uv: Pair<S>,
+    /// Positions in world space.
+    pub(super) p: Vector<S>,
+    /// Triangles of the mesh, and the coordinates on them.
+    pub(super) at: &'a S::Each<SurfaceRef>,
+}
+
+impl<'a, S: Width> From<&'a SurfacePoints<S>> for TexturePoints<'a, S> {
     #[inline(always)]
-    pub(crate) fn each<S: Width>(x: &SurfacePoints<S>) -> S::Each<TexturePoint> {
-        let (s, at) = (x.offset.width(), x.at.as_ref());
-        let (u, v) = (x.uv.x.store(), x.uv.y.store());
-        let p = x.p.store();
+    fn from(x: &'a SurfacePoints<S>) -> Self {
+        TexturePoints {
+            uv: x.uv,
+            p: x.p,
+            at: &x.at,
+        }
+    }
+}
+
+impl<S: Width> TexturePoints<'_, S> {
+    /// The place in each lane.
+    #[inline(always)]
+    pub(super) fn each(&self) -> S::Each<TexturePoint> {
+        let s = self.uv.x.width();
+        let (u, v) = (self.uv.x.store(), self.uv.y.store());
+        let [x, y, z] = self.p.store();
         s.each(|i| {
             let uv = Vec2::new(u.as_ref()[i], v.as_ref()[i]);
-            let p = Vec3::from_array(std::array::from_fn(|k| p[k].as_ref()[i]));
-            TexturePoint::new(uv, p, at[i])
+            let p = Vec3::new(x.as_ref()[i], y.as_ref()[i], z.as_ref()[i]);
+            TexturePoint::new(uv, p, self.at.as_ref()[i])
         })
+    }
+}
+
+impl TexturePoint {
+    /// The reference to the place, of which textures use the triangle and the coordinates.
+    #[inline]
+    pub(super) fn reference(&self) -> [SurfaceRef; 1] {
+        [SurfaceRef {
+            primitive: PrimitiveId(0),
+            element: self.element,
+            instance: SurfaceRef::NO_INSTANCE,
+            coordinates: self.coordinates,
+        }]
+    }
+
+    /// The place in the only lane, with its reference.
+    #[inline]
+    pub(super) fn in_lane<'a>(&self, at: &'a [SurfaceRef; 1]) -> TexturePoints<'a, One> {
+        TexturePoints {
+            uv: self.uv.into(),
+            p: self.p.into(),
+            at,
+        }
     }
 }
 
@@ -78,7 +124,7 @@ where
 {
     /// The value at a point; the default value on other meshes, which have more triangles.
     #[inline]
-    pub(super) fn at(&self, point: TexturePoint) -> T {
+    pub(super) fn at(&self, point: &SurfaceRef) -> T {
         let Some(corners) = self.triangles.get(point.element as usize) else {
             return T::default();
         };

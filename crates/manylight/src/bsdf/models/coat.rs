@@ -40,8 +40,8 @@ fn locate(cos: f32) -> (i32, f32) {
 #[inline(always)]
 pub(in crate::bsdf) fn interpolate<S: Width>(table: &[f32; COSINES], cos: Float<S>) -> Float<S> {
     let at = cos.clamp(0.0, 1.0) * ((COSINES - 1) as f32 * (1.0 - f32::EPSILON));
-    let (below, index) = at.floor();
-    let (s, index) = (at.width(), index.store());
+    let below = at.floor();
+    let (s, index) = (at.width(), below.to_word().store());
     let entry = |i: usize, step: usize| table[(index.as_ref()[i] as usize + step) % COSINES];
     let low = Float::from_fn(s, |i| entry(i, 0));
     let high = Float::from_fn(s, |i| entry(i, 1));

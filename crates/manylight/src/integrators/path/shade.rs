@@ -120,7 +120,7 @@ impl<'a> Shading<'a, '_, '_> {
         active: Bits,
         (firsts, ends): (Bits, Bits),
     ) {
-        let (scene, walks) = (self.scene, self.walks);
+        let walks = self.walks;
         let walk = |i: usize| v.index.as_ref()[i] as usize;
         let mut generators = Generators::from_fn(s, |i| &walks.samplers[walk(i)]);
         let u_emitter = (generators.next(), generators.next_pair());
