@@ -2,8 +2,11 @@
 
 pub mod camera_step;
 pub mod direct;
+pub mod direct_lanes;
 mod numbers;
 pub mod roulette;
+#[cfg(test)]
+mod tests;
 pub mod walk;
 
 pub use camera_step::{CameraStep, SegmentEnd, next_scattering_vertex};
