@@ -3,7 +3,7 @@
 use super::numbers::{Float, Word};
 use super::vector::{Pair, Vector};
 use super::width::Width;
-use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, LN_2, PI};
+use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, LN_2, PI, TAU};
 
 /// 1.5 · 2²³. Adding it to |x| < 2²² rounds x to the nearest integer, which the last bits of the sum then hold.
 const ROUNDING: f32 = 12_582_912.0;
@@ -86,6 +86,23 @@ impl<S: Width> Float<S> {
     #[inline(always)]
     pub fn to_word(self) -> Word<S> {
         (self + ROUNDING).to_bits() - ROUNDING.to_bits()
+    }
+
+    /// Angle of the point (`x`, `self`) in full turns, in [-1/2, 1/2]. See [`atan2_turns`](crate::math::trig::atan2_turns).
+    #[inline(always)]
+    pub fn atan2_turns(self, x: Self) -> Self {
+        let (low, high) = (self.abs().min(x.abs()), self.abs().max(x.abs()));
+        // tan(π/8): beyond it, measure from the diagonal.
+        let beyond = low.gt(high * 0.414_213_57);
+        let t = beyond.select(low - high, low) / beyond.select(low + high, high);
+        let t2 = t * t;
+        let series = (t2 * 8.053_744_5e-2 - 1.387_768_6e-1) * t2 + 1.997_771e-1;
+        let series = series * t2 - 3.333_295e-1;
+        let angle = t + t * t2 * series + beyond.select(FRAC_PI_4, 0.0);
+        let angle = self.abs().gt(x.abs()).select(FRAC_PI_2 - angle, angle);
+        let angle = x.lt(0.0).select(PI - angle, angle);
+        let angle = high.equals(0.0).select(0.0, angle.copysign(self));
+        angle * (1.0 / TAU)
     }
 
     /// Sine and cosine of an angle of this many radians, up to π/4. See [`sin_cos_octant`](crate::math::trig::sin_cos_octant).

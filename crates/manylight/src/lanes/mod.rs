@@ -10,7 +10,9 @@
 //! Arrays of sixteen values are for loops over lanes, which the compiler turns into vector instructions. For this a loop must be
 //! free of calls, early exits and saturating conversions.
 
+mod choices;
 mod functions;
+mod groups;
 mod numbers;
 #[cfg(test)]
 mod tests;
@@ -18,12 +20,11 @@ mod vector;
 pub(crate) mod vectors;
 mod width;
 
+pub(crate) use choices::{power, sample_linear, sphere, split, triangle};
 pub(crate) use functions::{cosine_hemisphere, cosine_hemisphere_pdf, disc};
 pub use numbers::{Float, Mask, Operand, Word};
 pub use vector::{Axes, Color, Pair, Vector};
-#[cfg(test)]
-pub(crate) use width::Sixteen;
-pub(crate) use width::{LaneKernel, run};
+pub(crate) use width::{LaneKernel, Sixteen, run};
 pub use width::{One, Width};
 
 use crate::color::Rgb;

@@ -324,6 +324,12 @@ impl<S: Width> Word<S> {
         self.s.store_words(self.u)
     }
 
+    /// The number of lanes, as a proof of the instructions.
+    #[inline(always)]
+    pub fn width(self) -> S {
+        self.s
+    }
+
     /// The floats with these bits.
     #[inline(always)]
     pub fn to_float(self) -> Float<S> {

@@ -1,9 +1,12 @@
 //! Functions in lanes beside those of the standard library, in all instruction sets.
 
-use super::{Float, One, Pair, Sixteen, Vector, Width, cosine_hemisphere, disc};
-use crate::math::trig::sin_cos_turns;
+use super::{
+    Float, Mask, One, Pair, Sixteen, Vector, Width, Word, cosine_hemisphere, disc, power,
+    sample_linear, sphere, split, triangle,
+};
+use crate::math::trig::{atan2_turns, sin_cos_turns};
 use crate::math::{Vec2, Vec3};
-use crate::sampling::warp;
+use crate::sampling::{mis, warp};
 use crate::simd::{Instructions, Isa, Simd, SimdKernel};
 
 /// A check of `f(x)` for many `x`.
@@ -96,6 +99,69 @@ fn warps_are_those_of_single_numbers() {
     }
     let center = disc(Pair::from(Vec2::splat(0.5)));
     assert_eq!([center.x.get(), center.y.get()], [0.0, 0.0]);
+}
+
+#[test]
+fn choices_are_those_of_single_numbers() {
+    let float = |x: f32| Float::from(x);
+    for i in 0..1000 {
+        let u = Vec2::new(i as f32 / 1000.0, (i as f32 * 0.618_034).fract());
+        let (a, b) = (4.0 * u.x - 1.0, 4.0 * u.y - 1.0);
+        assert!((power(float(a), float(b)).get() - mis::power(a, b)).abs() < 1e-6);
+        let at = triangle(Pair::from(u));
+        assert_eq!(Vec2::new(at.x.get(), at.y.get()), warp::triangle(u));
+        let w: Vec3 = sphere(Pair::from(u)).into();
+        assert!(w.abs_diff_eq(warp::sphere(u), 1e-6));
+        assert_eq!(float(a).atan2_turns(float(b)).get(), atan2_turns(a, b));
+        let floor = float(100.0 * a).floor();
+        assert_eq!(floor.get(), (100.0 * a).floor());
+        let word = floor.abs().to_word().store()[0];
+        assert_eq!(word as f32, floor.get().abs());
+        let (is_below, rest) = split(float(u.x), u.y);
+        let expected = if u.x < u.y {
+            u.x / u.y
+        } else {
+            (u.x - u.y) / (1.0 - u.y)
+        };
+        assert_eq!(is_below.any(), u.x < u.y);
+        assert!((rest.get() - expected).abs() < 1e-6 && rest.get() < 1.0);
+        // The integral of the line up to the number is the given fraction of the whole.
+        let x = sample_linear(float(u.x), float(0.3), float(u.y)).get();
+        let below = |x: f32| 0.3 * x + 0.5 * (u.y - 0.3) * x * x;
+        assert!((below(x) / below(1.0) - u.x).abs() < 1e-5);
+    }
+    assert_eq!(sample_linear(float(0.4), float(0.0), float(0.0)).get(), 0.4);
+    assert_eq!(float(0.0).atan2_turns(float(0.0)).get(), 0.0);
+    for (u, p) in [(0.25, 0.0), (0.25, 1.0)] {
+        assert_eq!(split(float(u), p).1.get(), u);
+    }
+}
+
+#[test]
+fn groups_are_the_lanes_of_equal_words() {
+    struct Groups;
+    impl SimdKernel for Groups {
+        type Output = Vec<(u32, u32)>;
+        #[inline(always)]
+        fn run<S: Simd>(self, s: S) -> Vec<(u32, u32)> {
+            let s = Sixteen(s.wide());
+            let words = Word::load(s, &s.each(|i| [7, 0, 7, 3][i % 4] + i as u32 / 12));
+            let within = Mask::from_bits(s, 0xfff6);
+            words.groups(within).map(|(w, m)| (w, m.bits())).collect()
+        }
+    }
+    for set in Instructions::available() {
+        let groups = Isa::new(set).expect("available").run(Groups);
+        let expected = [
+            (0, 0x0222),
+            (7, 0x0554),
+            (3, 0x0880),
+            (8, 0x5000),
+            (1, 0x2000),
+            (4, 0x8000),
+        ];
+        assert_eq!(groups, expected);
+    }
 }
 
 #[test]

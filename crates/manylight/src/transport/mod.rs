@@ -2,9 +2,12 @@
 
 pub mod camera_step;
 pub mod direct;
+pub mod direct_lanes;
 mod numbers;
 pub mod roulette;
 pub(crate) mod stream;
+#[cfg(test)]
+mod tests;
 pub mod walk;
 
 pub use camera_step::{CameraStep, SegmentEnd, next_scattering_vertex};

@@ -2,8 +2,8 @@
 
 use crate::color::Rgb;
 use crate::film::{Layer, TileSamples};
+use crate::geometry::Segment;
 use crate::scene::Scene;
-use crate::transport::direct::EmitterSample;
 
 /// The connections of a round.
 #[derive(Clone, Debug, Default)]
@@ -15,7 +15,8 @@ pub(super) struct Connections(Vec<Connection>);
 pub(super) struct Connection {
     /// Index of the pixel in the tile.
     pub(super) pixel: u32,
-    pub(super) light: EmitterSample,
+    /// The shadow ray.
+    pub(super) segment: Segment,
     /// Transparent surfaces that the shadow ray may cross.
     pub(super) max_crossings: u32,
     pub(super) terms: [(Layer, Rgb); 2],
@@ -30,10 +31,8 @@ impl Connections {
     pub(super) fn add_all(&mut self, scene: &Scene, out: &mut TileSamples) -> u64 {
         let count = self.0.len() as u64;
         for connection in self.0.drain(..) {
-            let arriving = connection
-                .light
-                .transmittance(scene, connection.max_crossings);
-            if arriving.is_black() {
+            let (arriving, crossings) = scene.transmittance_and_crossings(&connection.segment);
+            if arriving.is_black() || crossings > connection.max_crossings {
                 continue;
             }
             for (layer, value) in connection.terms {

@@ -5,14 +5,15 @@ use super::{PathState, add_emitted};
 use crate::bsdf::{Bsdf, BsdfSamples, Lobes};
 use crate::color::Rgb;
 use crate::film::{Layer, TileSamples};
-use crate::geometry::{Hit, Ray, SurfacePoint, SurfacePoints};
+use crate::geometry::{Derivatives, Hit, Ray, Segment, SurfacePoints};
 use crate::ids::MaterialId;
 use crate::integrators::first_event::FirstEvent;
-use crate::lanes::{Color, Float, LaneKernel, Mask, Vector, Width};
-use crate::math::{Vec2, Vec3};
+use crate::lanes::{Color, Float, LaneKernel, Mask, Pair, Vector, Width};
+use crate::math::Vec3;
 use crate::scene::{PathLimits, Scene};
 use crate::simd::set_bits;
-use crate::transport::direct::{EmitterSample, emitted_with_mis};
+use crate::transport::direct::emitted_with_mis;
+use crate::transport::direct_lanes::EmitterSamples;
 use crate::transport::stream::{Arrivals, Generators, WalkRow, Walks};
 use crate::transport::walk::Previous;
 
@@ -46,12 +47,17 @@ struct Vertices<'a, S: Width> {
     /// The walks; in unused lanes the first.
     index: S::Each<u32>,
     hits: S::Each<Hit>,
-    points: S::Each<SurfacePoint>,
     x: SurfacePoints<S>,
     bsdf: Bsdf<'a, S>,
     w_prev: Vector<S>,
     /// Segments up to here, by lane.
     segments: S::Each<u32>,
+}
+
+/// The three components in lane `i`.
+#[inline(always)]
+fn lane<E: AsRef<[f32]>>([x, y, z]: &[E; 3], i: usize) -> [f32; 3] {
+    [x.as_ref()[i], y.as_ref()[i], z.as_ref()[i]]
 }
 
 /// Lanes of a packet, one bit each.
@@ -66,9 +72,8 @@ impl<'a> Shading<'a, '_, '_> {
         let index = s.each(|i| packet[if i < packet.len() { i } else { 0 }]);
         let walk = |i: usize| index.as_ref()[i] as usize;
         let hits = s.each(|i| self.arrivals.hits[walk(i)].expect("invariant: walks of runs hit"));
-        let points = s.each(|i| scene.surface_point(hits.as_ref()[i].at));
         let w_prev = Vector::from_fn(s, |i| -walks.rays[walk(i)].d);
-        self.add_emission(&index, &points, active);
+        self.add_emission(index.as_ref(), hits.as_ref(), active);
 
         let segments = s.each(|i| walks.segments[walk(i)] + 1);
         let lanes = |test: &dyn Fn(usize) -> bool| {
@@ -79,12 +84,16 @@ impl<'a> Shading<'a, '_, '_> {
         if active & (firsts | !ends) == 0 {
             return;
         }
-        let x = SurfacePoints::load(s, &points);
+        let derivatives = match scene.materials.has_tilts(material) {
+            true => Derivatives::OfPosition,
+            false => Derivatives::Unspecified,
+        };
+        let at = s.each(|i| hits.as_ref()[i].at);
+        let x = scene.geometry.surface_points(s, &at, derivatives);
         let vertices = Vertices {
             bsdf: scene.materials.bsdfs(material, &x, &scene.textures),
             index,
             hits,
-            points,
             x,
             w_prev,
             segments,
@@ -93,19 +102,15 @@ impl<'a> Shading<'a, '_, '_> {
     }
 
     /// Adds the radiance that the surfaces emit towards the walks.
-    #[inline(always)]
-    fn add_emission<I, P>(&mut self, index: &I, points: &P, active: Bits)
-    where
-        I: AsRef<[u32]>,
-        P: AsRef<[SurfacePoint]>,
-    {
+    fn add_emission(&mut self, index: &[u32], hits: &[Hit], active: Bits) {
+        let primitives = self.scene.geometry.primitives();
         for i in set_bits(active) {
-            let (walk, y) = (index.as_ref()[i], &points.as_ref()[i]);
-            let primitive = &self.scene.geometry.primitives()[y.at.primitive.index()];
-            if primitive.emitter.is_some() {
+            let (walk, at) = (index[i], hits[i].at);
+            if primitives[at.primitive.index()].emitter.is_some() {
                 let previous = &self.walks.previous[walk as usize];
                 let wo = -self.walks.rays[walk as usize].d;
-                let radiance = emitted_with_mis(self.scene, previous, y, wo);
+                let y = self.scene.surface_point(at);
+                let radiance = emitted_with_mis(self.scene, previous, &y, wo);
                 add_emitted(self.walks, walk, radiance, self.out);
             }
         }
@@ -144,7 +149,7 @@ impl<'a> Shading<'a, '_, '_> {
             let factor = Color::select(through, transmittance / p, Color::grey((1.0 - p).recip()));
             let factor = Color::select(is_open, factor, Color::grey(p.same(1.0)));
             throughput = throughput * factor;
-            self.pass_through(s, v, throughput, &generators, passes);
+            self.pass_through(v, throughput, &generators, passes);
         }
         let scatters = goes_on & !passes;
         for i in set_bits(scatters & firsts) {
@@ -166,25 +171,25 @@ impl<'a> Shading<'a, '_, '_> {
             return;
         }
         let albedo = sample.weight.within(sample.valid).store();
+        let normal = v.x.frame.n.store();
         for i in set_bits(active).filter(|&i| v.segments.as_ref()[i] == 1) {
             let path = self.walks.kept[v.index.as_ref()[i] as usize];
             let pixel = path.pixel as usize;
-            let n = v.points.as_ref()[i].frame.n;
+            let n = lane(&normal, i);
             let depth = path.hidden + v.hits.as_ref()[i].t;
-            let albedo = albedo.each_ref().map(|channel| channel.as_ref()[i]);
-            self.out.add(pixel, Layer::Normal, Rgb::new(n.x, n.y, n.z));
+            self.out.add(pixel, Layer::Normal, Rgb::from(n));
             self.out.add(pixel, Layer::Depth, Rgb::splat(depth));
-            self.out.add(pixel, Layer::Albedo, albedo.into());
+            self.out
+                .add(pixel, Layer::Albedo, Rgb::from(lane(&albedo, i)));
         }
     }
 
     /// Adds the vertex in lane `i` as the first event of its path.
     #[inline(always)]
     fn add_event<S: Width>(&mut self, v: &Vertices<S>, i: usize, opacity: f32) {
-        let x = &v.points.as_ref()[i];
         let event = FirstEvent::Surface {
-            at: x.at,
-            p: x.p,
+            at: v.x.at.as_ref()[i],
+            p: Vec3::from(lane(&v.x.p.store(), i)),
             opacity,
         };
         let path = self.walks.kept[v.index.as_ref()[i] as usize];
@@ -195,22 +200,23 @@ impl<'a> Shading<'a, '_, '_> {
     #[inline(always)]
     fn pass_through<S: Width>(
         &mut self,
-        _s: S,
         v: &Vertices<S>,
         throughput: Color<S>,
         generators: &Generators<S>,
         passes: Bits,
     ) {
         let throughput = throughput.store();
+        let origin = v.x.offset_towards(-v.w_prev).store();
         for i in set_bits(passes) {
             let walk = v.index.as_ref()[i] as usize;
             let ray = &self.walks.rays[walk];
             self.next.push(WalkRow {
                 ray: Ray {
+                    o: Vec3::from(lane(&origin, i)),
+                    d: ray.d,
                     t_max: ray.t_max - v.hits.as_ref()[i].t,
-                    ..v.points.as_ref()[i].spawn(ray.d)
                 },
-                throughput: throughput.each_ref().map(|channel| channel.as_ref()[i]),
+                throughput: lane(&throughput, i),
                 eta_squared: self.walks.eta_squared[walk],
                 segments: v.segments.as_ref()[i],
                 previous: self.walks.previous[walk],
@@ -227,54 +233,38 @@ impl<'a> Shading<'a, '_, '_> {
         s: S,
         v: &Vertices<S>,
         throughput: Color<S>,
-        (u_choice, u): (Float<S>, crate::lanes::Pair<S>),
+        numbers: (Float<S>, Pair<S>),
         scatters: Bits,
     ) {
         let receives = scatters & v.bsdf.has(Lobes::FINITE).bits();
         if receives == 0 {
             return;
         }
-        let (n, is_one_sided) = v.bsdf.receiving_normals(v.w_prev);
-        let (n, one_sided) = (n.store(), is_one_sided.bits());
-        let (u_choice, u_x, u_y) = (u_choice.store(), u.x.store(), u.y.store());
-        let lights: S::Each<Option<EmitterSample>> = s.each(|i| {
-            if receives >> i & 1 == 0 {
-                return None;
-            }
-            let n = Vec3::from(n.each_ref().map(|component| component.as_ref()[i]));
-            let n = (one_sided >> i & 1 != 0).then_some(n);
-            let u = Vec2::new(u_x.as_ref()[i], u_y.as_ref()[i]);
-            let plan = self.scene.emitters.plan(u_choice.as_ref()[i], u);
-            EmitterSample::new(self.scene, &v.points.as_ref()[i], n, &plan)
-        });
-        let light = |i: usize| lights.as_ref()[i].as_ref();
-        let wi = Vector::from_fn(s, |i| light(i).map_or(Vec3::Z, |light| light.wi));
-        let seen = v.bsdf.direct_responses(wi, v.w_prev);
-        let pdf = Float::from_fn(s, |i| light(i).map_or(1.0, |light| light.pdf));
-        let weight = Color::from_fn(s, |i| light(i).map_or(Rgb::BLACK, |light| light.weight));
-        let (pdf2, walk2) = (pdf * pdf, seen.pdf * seen.pdf);
-        let mis = pdf.gt(0.0).select(pdf2 / (pdf2 + walk2), 1.0);
-        let scale = throughput * weight * mis;
+        let normals = v.bsdf.receiving_normals(v.w_prev);
+        let receives = Mask::from_bits(s, receives);
+        let lights = EmitterSamples::new(self.scene, &v.x, normals, numbers, None, receives);
+        if lights.valid.none() {
+            return;
+        }
+        let seen = v.bsdf.direct_responses(lights.wi, v.w_prev);
+        let scale = throughput * lights.weight * lights.mis_weight(seen.pdf);
         let terms = [scale * seen.non_specular, scale * seen.near_delta];
         let is_lit = !(terms[0].is_black() & terms[1].is_black());
-        let terms = terms.map(Color::store);
-        for i in set_bits(receives & is_lit.bits()) {
-            let Some(&light) = light(i) else {
-                continue;
-            };
-            let walk = v.index.as_ref()[i] as usize;
-            let path = self.walks.kept[walk];
-            let value = |k: usize| {
-                let channels: &[S::Each<f32>; 3] = &terms[k];
-                Rgb::from(channels.each_ref().map(|channel| channel.as_ref()[i]))
-            };
+        let [non_specular, near_delta] = [terms[0].store(), terms[1].store()];
+        let (from, to) = (lights.from.store(), lights.to.store());
+        for i in set_bits((lights.valid & is_lit).bits()) {
+            let path = self.walks.kept[v.index.as_ref()[i] as usize];
+            let layer = |event| path.stage.after(event).layer();
             self.connections.push(Connection {
                 pixel: path.pixel,
-                light,
+                segment: Segment {
+                    from: Vec3::from(lane(&from, i)),
+                    to: Vec3::from(lane(&to, i)),
+                },
                 max_crossings: self.limits.left_after(v.segments.as_ref()[i] + 1),
                 terms: [
-                    (path.stage.after(Lobes::DIFFUSE).layer(), value(0)),
-                    (path.stage.after(Lobes::NEAR_DELTA).layer(), value(1)),
+                    (layer(Lobes::DIFFUSE), Rgb::from(lane(&non_specular, i))),
+                    (layer(Lobes::NEAR_DELTA), Rgb::from(lane(&near_delta, i))),
                 ],
             });
         }
@@ -312,22 +302,19 @@ impl<'a> Shading<'a, '_, '_> {
         let n = v.bsdf.receiving_normals(v.w_prev);
         let (normal, one_sided) = (n.0.store(), n.1.bits());
         let (throughput, eta_squared) = (survivor.store(), eta_squared.store());
-        let origin = v.x.offset_towards(sample.w).store();
+        let (p, origin) = (v.x.p.store(), v.x.offset_towards(sample.w).store());
         let (w, pdf, lobe) = (sample.w.store(), sample.pdf.store(), sample.lobe.store());
-        let vector = |v: &[S::Each<f32>; 3], i: usize| {
-            Vec3::from(v.each_ref().map(|component| component.as_ref()[i]))
-        };
         for i in set_bits(alive) {
             let event = Lobes(lobe.as_ref()[i] as u8);
             let path = walks.kept[walk(i)];
             self.next.push(WalkRow {
-                ray: Ray::new(vector(&origin, i), vector(&w, i)),
-                throughput: throughput.each_ref().map(|channel| channel.as_ref()[i]),
+                ray: Ray::new(Vec3::from(lane(&origin, i)), Vec3::from(lane(&w, i))),
+                throughput: lane(&throughput, i),
                 eta_squared: eta_squared.as_ref()[i],
                 segments: v.segments.as_ref()[i],
                 previous: Previous {
-                    p: v.points.as_ref()[i].p,
-                    n: (one_sided >> i & 1 != 0).then(|| vector(&normal, i)),
+                    p: Vec3::from(lane(&p, i)),
+                    n: (one_sided >> i & 1 != 0).then(|| Vec3::from(lane(&normal, i))),
                     event,
                     pdf: pdf.as_ref()[i],
                 },
