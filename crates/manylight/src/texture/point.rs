@@ -71,21 +71,6 @@ impl<'a, S: Width> From<&'a SurfacePoints<S>> for TexturePoints<'a, S> {
     }
 }
 
-impl<S: Width> TexturePoints<'_, S> {
-    /// The place in each lane.
-    #[inline(always)]
-    pub(super) fn each(&self) -> S::Each<TexturePoint> {
-        let s = self.uv.x.width();
-        let (u, v) = (self.uv.x.store(), self.uv.y.store());
-        let [x, y, z] = self.p.store();
-        s.each(|i| {
-            let uv = Vec2::new(u.as_ref()[i], v.as_ref()[i]);
-            let p = Vec3::new(x.as_ref()[i], y.as_ref()[i], z.as_ref()[i]);
-            TexturePoint::new(uv, p, self.at.as_ref()[i])
-        })
-    }
-}
-
 impl TexturePoint {
     /// The reference to the place, of which textures use the triangle and the coordinates.
     #[inline]
