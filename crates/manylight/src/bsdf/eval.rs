@@ -110,9 +110,13 @@ impl Bsdf<'_> {
 }
 
 impl<S: Width> Bsdf<'_, S> {
-    /// [`Bsdf::direct_response`] in each lane.
+    /// See [`Bsdf::direct_responses`].
     #[inline(always)]
-    pub(crate) fn direct_responses(&self, wi: Vector<S>, wo: Vector<S>) -> DirectResponses<S> {
+    pub(super) fn direct_responses_inlined(
+        &self,
+        wi: Vector<S>,
+        wo: Vector<S>,
+    ) -> DirectResponses<S> {
         let (wi, wo) = (self.frame.to_local(wi), self.frame.to_local(wo));
         if let Some(lambert) = self.plain_lambert(wo) {
             let pdf = lambert.pdf(wi);

@@ -1,10 +1,11 @@
-//! The functions of a leaf that dispatch among all models. They are compiled once for each instruction set, because every caller would
-//! otherwise have a copy of every model.
+//! The large functions: those of a leaf that dispatch among all models, and those of a scattering function. They are compiled once
+//! for each instruction set, because every caller would otherwise have a copy of every model.
 
 use super::leaf::{Given, Leaf};
-use super::lobes::Classes;
+use super::lobes::{Classes, Lobes};
 use super::model_sample::{ModelSample, Numbers};
 use super::response::Response;
+use super::{Bsdf, BsdfSamples, DirectResponses};
 use crate::lanes::{Float, Vector, Width};
 use crate::simd::Outlined;
 
@@ -129,6 +130,88 @@ impl<S: Width> Leaf<'_, S> {
         self.width().outline(SamplingWeight {
             leaf: self,
             given,
+            lobes,
+        })
+    }
+}
+
+struct DirectResponsesOf<'a, 's, S: Width> {
+    bsdf: &'a Bsdf<'s, S>,
+    wi: Vector<S>,
+    wo: Vector<S>,
+}
+
+struct SampleEach<'a, 's, S: Width> {
+    bsdf: &'a Bsdf<'s, S>,
+    end: Given,
+    given: Vector<S>,
+    u: Numbers<S>,
+    lobes: Lobes,
+}
+
+impl<S: Width> Outlined for DirectResponsesOf<'_, '_, S> {
+    type Output = DirectResponses<S>;
+
+    #[inline(always)]
+    fn run(self) -> DirectResponses<S> {
+        self.bsdf.direct_responses_inlined(self.wi, self.wo)
+    }
+}
+
+impl<S: Width> Outlined for SampleEach<'_, '_, S> {
+    type Output = BsdfSamples<S>;
+
+    #[inline(always)]
+    fn run(self) -> BsdfSamples<S> {
+        match self.end {
+            Given::Wo => self
+                .bsdf
+                .sample_each_wi_inlined(self.given, self.u, self.lobes),
+            Given::Wi => self
+                .bsdf
+                .sample_each_wo_inlined(self.given, self.u, self.lobes),
+        }
+    }
+}
+
+impl<S: Width> Bsdf<'_, S> {
+    /// [`Bsdf::direct_response`] in each lane.
+    #[inline(always)]
+    pub(crate) fn direct_responses(&self, wi: Vector<S>, wo: Vector<S>) -> DirectResponses<S> {
+        self.width()
+            .outline(DirectResponsesOf { bsdf: self, wi, wo })
+    }
+
+    /// [`Bsdf::sample_wi`] in each lane.
+    #[inline(always)]
+    pub(crate) fn sample_each_wi(
+        &self,
+        wo: Vector<S>,
+        u: Numbers<S>,
+        lobes: Lobes,
+    ) -> BsdfSamples<S> {
+        self.width().outline(SampleEach {
+            bsdf: self,
+            end: Given::Wo,
+            given: wo,
+            u,
+            lobes,
+        })
+    }
+
+    /// [`Bsdf::sample_wo`] in each lane.
+    #[inline(always)]
+    pub(crate) fn sample_each_wo(
+        &self,
+        wi: Vector<S>,
+        u: Numbers<S>,
+        lobes: Lobes,
+    ) -> BsdfSamples<S> {
+        self.width().outline(SampleEach {
+            bsdf: self,
+            end: Given::Wi,
+            given: wi,
+            u,
             lobes,
         })
     }

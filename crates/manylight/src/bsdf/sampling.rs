@@ -116,9 +116,9 @@ impl Bsdf<'_> {
 }
 
 impl<S: Width> Bsdf<'_, S> {
-    /// [`Bsdf::sample_wi`] in each lane.
+    /// See [`Bsdf::sample_each_wi`].
     #[inline(always)]
-    pub(crate) fn sample_each_wi(
+    pub(super) fn sample_each_wi_inlined(
         &self,
         wo: Vector<S>,
         u: Numbers<S>,
@@ -140,9 +140,9 @@ impl<S: Width> Bsdf<'_, S> {
         drawn.complete(&values, pdf, u)
     }
 
-    /// [`Bsdf::sample_wo`] in each lane.
+    /// See [`Bsdf::sample_each_wo`].
     #[inline(always)]
-    pub(crate) fn sample_each_wo(
+    pub(super) fn sample_each_wo_inlined(
         &self,
         wi: Vector<S>,
         u: Numbers<S>,
@@ -199,7 +199,10 @@ impl<S: Width> Bsdf<'_, S> {
         for (i, leaf) in self.leaves().enumerate() {
             let weight = weights[i];
             // Rounding must not end without a leaf.
-            let beyond = weights[i + 1..].iter().fold(zero, |sum, w| sum + *w);
+            let mut beyond = zero;
+            for later in &weights[i + 1..] {
+                beyond += *later;
+            }
             let takes = undecided & weight.gt(0.0) & (left.lt(weight) | beyond.equals(0.0));
             if takes.any() {
                 let lobe = (left / weight).min(LARGEST);
@@ -339,40 +342,44 @@ impl<S: Width> Drawn<S> {
 /// A finite class in proportion to its luminance, and its value over the probability of the choice.
 #[inline(always)]
 fn choose_class<S: Width>(values: &ByClass<S>, u: Numbers<S>) -> (Color<S>, Word<S>) {
-    let s = u.lobe.width();
-    let classes = [Lobes::DIFFUSE, Lobes::GLOSSY, Lobes::NEAR_DELTA];
-    let colors = [values.diffuse, values.glossy, values.near_delta];
-    let luminances = colors.map(Color::luminance);
-    let [diffuse, glossy, near_delta] = luminances.map(|l| l.gt(0.0));
-    let several = (diffuse & (glossy | near_delta)) | (glossy & near_delta);
+    let ByClass {
+        diffuse,
+        glossy,
+        near_delta,
+    } = *values;
+    let (d, g, n) = (
+        diffuse.luminance(),
+        glossy.luminance(),
+        near_delta.luminance(),
+    );
+    let (has_d, has_g, has_n) = (d.gt(0.0), g.gt(0.0), n.gt(0.0));
+    let mut takes_d = has_d;
+    let mut takes_n = has_n & !has_d;
     let mut value = values.sum();
-    let word = |class: Lobes| Word::splat(s, u32::from(class.0));
-    let mut lobe = near_delta.select_words(word(Lobes::NEAR_DELTA), word(Lobes::GLOSSY));
-    lobe = diffuse.select_words(word(Lobes::DIFFUSE), lobe);
+    let several = (has_d & (has_g | has_n)) | (has_g & has_n);
     if several.any() {
-        let total = luminances[0] + luminances[1] + luminances[2];
-        let (mut left, mut undecided) = (class_number(u) * total, several);
-        for (i, class) in classes.into_iter().enumerate() {
-            let luminance = luminances[i];
-            let beyond = luminances[i + 1..]
-                .iter()
-                .fold(total.same(0.0), |sum, l| sum + *l);
-            let takes = undecided & luminance.gt(0.0) & (left.lt(luminance) | beyond.equals(0.0));
-            value = Color::select(takes, colors[i] * (total / luminance), value);
-            lobe = takes.select_words(word(class), lobe);
-            undecided = undecided & !takes;
-            left = left - luminance;
-        }
+        // Rounding must not choose a class without light.
+        let total = d + g + n;
+        let left = class_number(u) * total;
+        takes_d = has_d & (left.lt(d) | !(has_g | has_n));
+        takes_n = has_n & !takes_d & !(has_g & (left - d).lt(g));
+        let chosen = Color::select(takes_n, near_delta, glossy);
+        let chosen = Color::select(takes_d, diffuse, chosen);
+        let luminance = takes_d.select(d, takes_n.select(n, g));
+        value = Color::select(several, chosen * (total / luminance), value);
     }
-    (value, lobe)
+    let word = |class: Lobes| Word::splat(u.lobe.width(), u32::from(class.0));
+    let lobe = takes_n.select_words(word(Lobes::NEAR_DELTA), word(Lobes::GLOSSY));
+    (value, takes_d.select_words(word(Lobes::DIFFUSE), lobe))
 }
 
 /// A number for the choice of a class, independent of the direction: hashed from all digits of `u`, because the direction depends
 /// on the leading ones.
 #[inline(always)]
 fn class_number<S: Width>(u: Numbers<S>) -> Float<S> {
-    let numbers = [u.lobe, u.direction.x, u.direction.y].map(Float::store);
+    let (lobe, x, y) = (u.lobe.store(), u.direction.x.store(), u.direction.y.store());
+    let (lobe, x, y) = (lobe.as_ref(), x.as_ref(), y.as_ref());
     Float::from_fn(u.lobe.width(), |i| {
-        rng::unit(rng::key(std::array::from_fn(|k| numbers[k].as_ref()[i])))
+        rng::unit(rng::key([lobe[i], x[i], y[i]]))
     })
 }

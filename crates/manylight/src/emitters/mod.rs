@@ -19,6 +19,7 @@ mod infinite;
 mod point;
 mod receivers;
 mod selection_weight;
+#[cfg(any(test, feature = "testing"))]
 mod sixteen;
 #[cfg(test)]
 mod tests;
@@ -31,6 +32,7 @@ pub use emission::{EmissionGuide, EmissionNumbers, EmissionSample};
 pub use environment_lobes::{EnvironmentLobes, MAX_ENVIRONMENT_LOBES};
 pub use infinite::InfiniteLightPlan;
 pub use receivers::Receivers;
+#[cfg(any(test, feature = "testing"))]
 pub use sixteen::{SixteenDirectSamples, SixteenReceivers};
 
 use crate::color::Rgb;

@@ -9,6 +9,7 @@ use crate::lanes::{One, Width};
 use crate::math::{Aabb, Affine3A, Vec2};
 #[cfg(any(test, feature = "testing"))]
 use crate::simd::Instructions;
+use crate::simd::Outlined;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -199,6 +200,21 @@ impl Geometry {
         at: &S::Each<SurfaceRef>,
         derivatives: Derivatives,
     ) -> SurfacePoints<S> {
+        s.outline(FindPoints {
+            geometry: self,
+            s,
+            at,
+            derivatives,
+        })
+    }
+
+    #[inline(always)]
+    fn surface_points_inlined<S: Width>(
+        &self,
+        s: S,
+        at: &S::Each<SurfaceRef>,
+        derivatives: Derivatives,
+    ) -> SurfacePoints<S> {
         let in_world = |all: u32, at: &SurfaceRef| all & at.instance;
         let is_in_world = at.as_ref().iter().fold(u32::MAX, in_world) == SurfaceRef::NO_INSTANCE;
         // The frames of points in instances follow from their derivatives.
@@ -263,5 +279,23 @@ fn drop_attributes(shape: &mut Shape) {
         mesh.normals = Vec::new();
         mesh.tangents = Vec::new();
         mesh.uvs = Vec::new();
+    }
+}
+
+/// [`Geometry::surface_points`], which is too large for a part of other code.
+struct FindPoints<'a, S: Width> {
+    geometry: &'a Geometry,
+    s: S,
+    at: &'a S::Each<SurfaceRef>,
+    derivatives: Derivatives,
+}
+
+impl<S: Width> Outlined for FindPoints<'_, S> {
+    type Output = SurfacePoints<S>;
+
+    #[inline(always)]
+    fn run(self) -> SurfacePoints<S> {
+        self.geometry
+            .surface_points_inlined(self.s, self.at, self.derivatives)
     }
 }

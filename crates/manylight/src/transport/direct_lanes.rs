@@ -1,9 +1,10 @@
 //! Next-event estimation, and the MIS weights of emitters that walks run into, in lanes.
 
-use crate::emitters::{LobesOfLanes, Receivers};
+use crate::emitters::{DirectSamples, LobesOfLanes, Receivers};
 use crate::geometry::SurfacePoints;
 use crate::lanes::{Color, Float, Mask, Pair, Vector, Width, power};
 use crate::scene::Scene;
+use crate::simd::Outlined;
 
 /// Directions from points to emitters, visibility not yet tested; see [`EmitterSample`](super::direct::EmitterSample).
 #[derive(Clone, Copy, Debug)]
@@ -22,16 +23,42 @@ pub struct EmitterSamples<S: Width> {
     pub valid: Mask<S>,
 }
 
+/// [`Emitters::sample_lanes`](crate::emitters::Emitters::sample_lanes), which is too large for a part of other code.
+struct SampleEmitters<'a, S: Width> {
+    scene: &'a Scene,
+    receivers: Receivers<S>,
+    numbers: (Float<S>, Pair<S>),
+    lobes: LobesOfLanes<'a, S>,
+    lanes: Mask<S>,
+}
+
+impl<S: Width> Outlined for SampleEmitters<'_, S> {
+    type Output = DirectSamples<S>;
+
+    #[inline(always)]
+    fn run(self) -> DirectSamples<S> {
+        let (geometry, textures) = (&self.scene.geometry, &self.scene.textures);
+        self.scene.emitters.sample_lanes(
+            geometry,
+            textures,
+            &self.receivers,
+            self.numbers,
+            self.lobes,
+            self.lanes,
+        )
+    }
+}
+
 impl<S: Width> EmitterSamples<S> {
     /// Directions from the points `x` in the lanes of `lanes`, with the random numbers of the choice of an emitter and of a point on it.
     /// `normals` are vectors and the lanes that have one, as in [`Bsdf::receiving_normal`](crate::bsdf::Bsdf::receiving_normal).
     #[inline(always)]
-    pub fn new(
-        scene: &Scene,
+    pub fn new<'a>(
+        scene: &'a Scene,
         x: &SurfacePoints<S>,
         normals: (Vector<S>, Mask<S>),
         numbers: (Float<S>, Pair<S>),
-        lobes: LobesOfLanes<S>,
+        lobes: LobesOfLanes<'a, S>,
         lanes: Mask<S>,
     ) -> Self {
         let (n, has_normal) = normals;
@@ -40,9 +67,13 @@ impl<S: Width> EmitterSamples<S> {
             n,
             has_normal,
         };
-        let (geometry, textures) = (&scene.geometry, &scene.textures);
-        let emitters = &scene.emitters;
-        let samples = emitters.sample_lanes(geometry, textures, &receivers, numbers, lobes, lanes);
+        let samples = x.offset.width().outline(SampleEmitters {
+            scene,
+            receivers,
+            numbers,
+            lobes,
+            lanes,
+        });
         EmitterSamples {
             wi: samples.wi,
             weight: samples.weight,

@@ -86,6 +86,24 @@ pub(in crate::bsdf) fn reflect<S: Width>(w: Vector<S>, m: Vector<S>) -> Vector<S
     m * (2.0 * w.dot(m)) - w
 }
 
+/// Reflectance of a conductor at the cosine `cos` >= 0, from η² - k² and 4 η² k².
+#[inline(always)]
+fn conductor_reflectance<S: Width>(
+    cos: Float<S>,
+    difference: Float<S>,
+    product: Float<S>,
+) -> Float<S> {
+    let cos2 = cos * cos;
+    let sin2 = 1.0 - cos2;
+    let real = difference - sin2;
+    let modulus = (real * real + product).safe_sqrt();
+    let a = (0.5 * (modulus + real)).safe_sqrt();
+    let (s1, s2) = (modulus + cos2, 2.0 * cos * a);
+    let (p1, p2) = (modulus * cos2 + sin2 * sin2, s2 * sin2);
+    // The mean of s = (s1 - s2)/(s1 + s2) and p = s (p1 - p2)/(p1 + p2).
+    (s1 - s2) * p1 / ((s1 + s2) * (p1 + p2))
+}
+
 /// Fresnel's equations of a conductor, with precomputed terms.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::bsdf) struct ConductorFresnel<S: Width> {
@@ -109,17 +127,12 @@ impl<S: Width> ConductorFresnel<S> {
     /// Reflectance of unpolarised light at the cosine `cos` >= 0.
     #[inline(always)]
     pub(in crate::bsdf) fn reflectance(&self, cos: Float<S>) -> Color<S> {
-        let cos2 = cos * cos;
-        let sin2 = 1.0 - cos2;
-        self.difference.zip(self.product, |difference, product| {
-            let real = difference - sin2;
-            let modulus = (real * real + product).safe_sqrt();
-            let a = (0.5 * (modulus + real)).safe_sqrt();
-            let (s1, s2) = (modulus + cos2, 2.0 * cos * a);
-            let (p1, p2) = (modulus * cos2 + sin2 * sin2, s2 * sin2);
-            // The mean of s = (s1 - s2)/(s1 + s2) and p = s (p1 - p2)/(p1 + p2).
-            (s1 - s2) * p1 / ((s1 + s2) * (p1 + p2))
-        })
+        let (d, p) = (self.difference, self.product);
+        Color::new(
+            conductor_reflectance(cos, d.r, p.r),
+            conductor_reflectance(cos, d.g, p.g),
+            conductor_reflectance(cos, d.b, p.b),
+        )
     }
 }
 

@@ -30,7 +30,7 @@ struct Angles<S: Width> {
 impl<S: Width> Angles<S> {
     #[inline(always)]
     fn new(a: Vector<S>, b: Vector<S>) -> Self {
-        let [sin_a, sin_b] = [a, b].map(|w| (1.0 - w.z * w.z).safe_sqrt());
+        let (sin_a, sin_b) = ((1.0 - a.z * a.z).safe_sqrt(), (1.0 - b.z * b.z).safe_sqrt());
         let sines = sin_a * sin_b;
         let cos_phi = ((a.x * b.x + a.y * b.y) / sines).clamp(-1.0, 1.0);
         let a_is_beta = a.z.gt(b.z);
@@ -121,8 +121,8 @@ impl<S: Width> RoughDiffuse<S> {
     /// Oren and Nayar's fit of single scattering and interreflection.
     #[inline(always)]
     fn full_model(&self, t: &Angles<S>) -> Color<S> {
-        let [alpha_part, beta_part] =
-            [t.cos_alpha, t.cos_beta].map(|cos| cos.clamp(-1.0, 1.0).acos() * (1.0 / FRAC_PI_2));
+        let alpha_part = t.cos_alpha.clamp(-1.0, 1.0).acos() * (1.0 / FRAC_PI_2);
+        let beta_part = t.cos_beta.clamp(-1.0, 1.0).acos() * (1.0 / FRAC_PI_2);
         let rough = self.sigma2 / (self.sigma2 + 0.09);
 
         let c1 = 1.0 - 0.5 * self.sigma2 / (self.sigma2 + 0.33);

@@ -11,7 +11,7 @@ use crate::integrators::first_event::FirstEvent;
 use crate::lanes::{Color, Float, LaneKernel, Mask, Pair, Vector, Width};
 use crate::math::Vec3;
 use crate::scene::{PathLimits, Scene};
-use crate::simd::set_bits;
+use crate::simd::{Outlined, set_bits};
 use crate::transport::direct::emitted_with_mis;
 use crate::transport::direct_lanes::EmitterSamples;
 use crate::transport::stream::{Arrivals, Generators, WalkRow, Walks};
@@ -36,9 +36,32 @@ impl LaneKernel for Shading<'_, '_, '_> {
         let arrivals = self.arrivals;
         for (material, walks) in arrivals.runs() {
             for packet in walks.chunks(S::LANES) {
-                self.shade(s, material, packet);
+                s.outline(Packet {
+                    shading: &mut self,
+                    s,
+                    material,
+                    walks: packet,
+                });
             }
         }
+    }
+}
+
+/// Up to [`Width::LANES`] walks that hit one material. Not part of the loop over packets, which the compiler would copy for every
+/// condition on the material.
+struct Packet<'k, 'a, 'o, 't, S> {
+    shading: &'k mut Shading<'a, 'o, 't>,
+    s: S,
+    material: MaterialId,
+    walks: &'k [u32],
+}
+
+impl<S: Width> Outlined for Packet<'_, '_, '_, '_, S> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.shading.shade(self.s, self.material, self.walks);
     }
 }
 
