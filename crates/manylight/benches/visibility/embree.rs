@@ -86,6 +86,8 @@ impl Arguments {
 
 /// `RTCDevice`, `RTCScene` or `RTCGeometry`.
 type Handle = *mut c_void;
+/// `rtcReleaseDevice`, `rtcReleaseScene` or `rtcReleaseGeometry`.
+type Release = unsafe extern "C" fn(Handle);
 /// `rtcIntersect1` or `rtcOccluded1`.
 type Trace1 = unsafe extern "C" fn(Handle, *mut RayHit1, *mut Arguments);
 /// `rtcOccluded8` or `rtcOccluded16`: validity of each ray, scene, rays, arguments.
@@ -109,6 +111,9 @@ pub(crate) enum Coherence {
 /// A scene in Embree.
 pub(crate) struct Embree {
     scene: Handle,
+    device: Handle,
+    release_scene: Release,
+    release_device: Release,
     intersect1: Trace1,
     occluded1: Trace1,
     occluded8: TracePacket,
@@ -134,8 +139,8 @@ impl Embree {
     pub(crate) fn new(triangles: &[[Vec3; 3]], threads: usize) -> Option<Self> {
         let path = std::env::var_os("MANYLIGHT_EMBREE")?;
         ALLOCATED.store(0, Ordering::Relaxed);
-        // SAFETY: the user names the library of Embree 4. Its functions have the signatures declared here. Handles stay valid
-        // because nothing is released.
+        // SAFETY: the user names the library of Embree 4. Its functions have the signatures declared here. The scene keeps its
+        // geometry; scene and device are released when the result is dropped.
         unsafe {
             let library = Library::new(path).expect("MANYLIGHT_EMBREE is not a shared library");
             let new_scene =
@@ -145,12 +150,17 @@ impl Embree {
             let commit = function!(library, b"rtcCommitScene\0": unsafe extern "C" fn(Handle));
             let device = new_device(&library, threads);
             let scene = new_scene(device);
-            attach(scene, new_geometry(&library, device, triangles));
+            let geometry = new_geometry(&library, device, triangles);
+            attach(scene, geometry);
+            function!(library, b"rtcReleaseGeometry\0": Release)(geometry);
             let start = std::time::Instant::now();
             commit(scene);
             let seconds = start.elapsed().as_secs_f64();
             let embree = Embree {
                 scene,
+                device,
+                release_scene: function!(library, b"rtcReleaseScene\0": Release),
+                release_device: function!(library, b"rtcReleaseDevice\0": Release),
                 intersect1: function!(library, b"rtcIntersect1\0": Trace1),
                 occluded1: function!(library, b"rtcOccluded1\0": Trace1),
                 occluded8: function!(library, b"rtcOccluded8\0": TracePacket),
@@ -227,6 +237,16 @@ impl Embree {
             .rev()
             .fold(0, |b, &t| b << 1 | u32::from(t < 0.0));
         blocked & wanted
+    }
+}
+
+impl Drop for Embree {
+    fn drop(&mut self) {
+        // SAFETY: both handles are valid, and nobody else holds them.
+        unsafe {
+            (self.release_scene)(self.scene);
+            (self.release_device)(self.device);
+        }
     }
 }
 

@@ -23,7 +23,7 @@ use std::hint::black_box;
 use std::path::Path;
 use workload::{RayBlock, Workload};
 
-/// Timed runs per kernel; the median is reported.
+/// Timed runs per kernel, and builds; the median is reported.
 const REPEATS: usize = 9;
 /// Numbers of lights in the sets `tile` and `block`.
 const LIGHTS: [usize; 4] = [1 << 12, 1 << 15, 1 << 18, 1 << 20];
@@ -40,21 +40,7 @@ fn main() {
 
 fn bench_scene(path: &Path, is_wanted: &dyn Fn(&str) -> bool) {
     let mut work = Workload::load(path);
-    let count = work.triangles.len() as f64;
-    let embree = Embree::new(&work.triangles, 0);
-    let bytes = work.geometry.acceleration_bytes() as f64 / count;
-    println!("{count} triangles");
-    println!(
-        "build: own {:.3} s, {bytes:.0} B/triangle",
-        work.build_seconds
-    );
-    if let Some(embree) = &embree {
-        println!(
-            "       Embree {:.3} s, {:.0} B/triangle (48 of them vertices and indices)",
-            embree.seconds,
-            embree.bytes as f64 / count
-        );
-    }
+    let embree = builds(&work);
     if is_wanted("camera") {
         let rays = work.camera();
         nearest(&mut work.geometry, embree.as_ref(), "camera", &rays);
@@ -81,6 +67,36 @@ fn bench_scene(path: &Path, is_wanted: &dyn Fn(&str) -> bool) {
             }
         }
     }
+}
+
+/// Builds in turns, and prints the median times. Returns Embree's last scene.
+fn builds(work: &Workload) -> Option<Embree> {
+    let count = work.triangles.len() as f64;
+    let (mut own, mut other, mut embree) = (Vec::new(), Vec::new(), None);
+    for _ in 0..REPEATS {
+        own.push(work.build_seconds());
+        embree = Embree::new(&work.triangles, 0);
+        other.extend(embree.as_ref().map(|embree| embree.seconds));
+    }
+    let bytes = work.geometry.acceleration_bytes() as f64 / count;
+    let own = median(&mut own);
+    println!("{count} triangles");
+    println!("build: own {:.3} ms, {bytes:.0} B/triangle", 1e3 * own);
+    if let Some(embree) = &embree {
+        let other = median(&mut other);
+        println!(
+            "       Embree {:.3} ms, {:.0} B/triangle (48 of them vertices and indices); own takes {:.2} times as long",
+            1e3 * other,
+            embree.bytes as f64 / count,
+            own / other
+        );
+    }
+    embree
+}
+
+fn median(times: &mut [f64]) -> f64 {
+    times.sort_by(f64::total_cmp);
+    times[times.len() / 2]
 }
 
 /// A kernel that traces a whole ray set and returns the number of hits.
@@ -139,8 +155,7 @@ impl Comparison<'_> {
             .map(|times| {
                 // The first run only warms the caches.
                 times.remove(0);
-                times.sort_by(f64::total_cmp);
-                times[times.len() / 2]
+                median(times)
             })
             .collect();
         let reference = medians[..self.references]

@@ -24,8 +24,7 @@ pub(crate) struct Workload {
     pub(crate) geometry: Geometry,
     /// The triangles of `geometry` in world space.
     pub(crate) triangles: Vec<[Vec3; 3]>,
-    /// Median time of a build.
-    pub(crate) build_seconds: f64,
+    desc: SceneDesc,
     sensor: Sensor,
     /// For each pixel, the surface point seen and the direction towards the camera.
     hits: Vec<Option<(SurfacePoint, Vec3)>>,
@@ -48,31 +47,11 @@ impl Workload {
             .desc;
         let sensor = square_sensor(&desc.sensors[0]);
         let triangles = world_triangles(&desc);
-        let build = || {
-            let primitives = desc.primitives.iter();
-            let meshes =
-                primitives.filter(|p| matches!(desc.shapes[p.shape.index()], Shape::Mesh(_)));
-            let opaque = meshes.map(|p| Primitive {
-                shape: p.shape,
-                world_from_object: p.world_from_object,
-                flip_normals: false,
-                material: p.material,
-                emitter: None,
-                transparent: false,
-            });
-            let (shapes, primitives) = (desc.shapes.clone(), opaque.collect());
-            let start = std::time::Instant::now();
-            let geometry = Geometry::build(shapes, primitives, Vec::new(), Vec::new());
-            (geometry, start.elapsed().as_secs_f64())
-        };
-        let mut builds: Vec<_> = (0..3).map(|_| build()).collect();
-        builds.sort_by(|a, b| a.1.total_cmp(&b.1));
-        let (geometry, build_seconds) = builds.swap_remove(1);
-        drop(builds);
+        let (geometry, _) = build(&desc);
         let mut workload = Workload {
             geometry,
             triangles,
-            build_seconds,
+            desc,
             sensor,
             hits: Vec::new(),
         };
@@ -82,6 +61,11 @@ impl Workload {
             .map(|ray| workload.hit(ray))
             .collect();
         workload
+    }
+
+    /// Time of another build, in seconds.
+    pub(crate) fn build_seconds(&self) -> f64 {
+        build(&self.desc).1
     }
 
     /// One ray through the center of every pixel.
@@ -194,6 +178,24 @@ impl RayBlock {
         let counts = self.wanted.iter().map(|lights| lights.count_ones());
         counts.sum::<u32>() as usize
     }
+}
+
+/// Builds the geometry of the meshes, and times it in seconds.
+fn build(desc: &SceneDesc) -> (Geometry, f64) {
+    let primitives = desc.primitives.iter();
+    let meshes = primitives.filter(|p| matches!(desc.shapes[p.shape.index()], Shape::Mesh(_)));
+    let opaque = meshes.map(|p| Primitive {
+        shape: p.shape,
+        world_from_object: p.world_from_object,
+        flip_normals: false,
+        material: p.material,
+        emitter: None,
+        transparent: false,
+    });
+    let (shapes, primitives) = (desc.shapes.clone(), opaque.collect());
+    let start = std::time::Instant::now();
+    let geometry = Geometry::build(shapes, primitives, Vec::new(), Vec::new());
+    (geometry, start.elapsed().as_secs_f64())
 }
 
 fn square_sensor(desc: &SensorDesc) -> Sensor {

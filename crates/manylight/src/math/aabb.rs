@@ -3,7 +3,7 @@
 use super::{Affine3A, Vec3};
 
 /// An axis-aligned box; empty if `min > max` in any coordinate.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Zeroable)]
 pub struct Aabb {
     /// Lower corner.
     pub min: Vec3,

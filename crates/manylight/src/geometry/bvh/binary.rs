@@ -1,25 +1,30 @@
-//! Binary bounding volume hierarchies over boxes.
+//! Binary bounding volume hierarchies.
 
+use super::item_box::{Bounds, ItemBox};
 use super::reinsert::reinsert;
+use super::split::{Split, split, split_evenly};
 use crate::math::Aabb;
-use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
+use crate::simd::Isa;
 use rayon::prelude::*;
+use std::collections::VecDeque;
+use std::ops::Range;
 
-/// A node of a binary tree: a leaf with one item, or an inner node with two adjacent children.
-#[derive(Clone, Copy, Debug)]
+/// A node of a binary tree: a leaf with adjacent items, or an inner node with two adjacent children.
+#[derive(Clone, Copy, Debug, bytemuck::Zeroable)]
 pub(super) struct BinaryNode {
     pub(super) bounds: Aabb,
-    /// Index of the first child, or item of a leaf.
+    /// Index of the first child, or first item of a leaf.
     first: u32,
-    is_leaf: bool,
+    /// Number of items of a leaf, 0 for an inner node.
+    count: u32,
 }
 
 impl BinaryNode {
-    pub(super) fn leaf(bounds: Aabb, item: u32) -> Self {
+    pub(super) fn leaf(bounds: Aabb, items: Range<u32>) -> Self {
         BinaryNode {
             bounds,
-            first: item,
-            is_leaf: true,
+            first: items.start,
+            count: items.end - items.start,
         }
     }
 
@@ -27,17 +32,20 @@ impl BinaryNode {
         BinaryNode {
             bounds,
             first: first_child as u32,
-            is_leaf: false,
+            count: 0,
         }
     }
 
-    pub(super) fn item(&self) -> Option<u32> {
-        self.is_leaf.then_some(self.first)
+    /// The items of a leaf; none for an inner node.
+    #[inline(always)]
+    pub(super) fn items(&self) -> Range<usize> {
+        let first = self.first as usize;
+        first..first + self.count as usize
     }
 
     #[inline(always)]
     pub(super) fn children(&self) -> Option<[usize; 2]> {
-        (!self.is_leaf).then_some([self.first as usize, self.first as usize + 1])
+        (self.count == 0).then_some([self.first as usize, self.first as usize + 1])
     }
 
     #[inline(always)]
@@ -53,42 +61,138 @@ pub(super) fn half_area(b: &Aabb) -> f32 {
     d.x * d.y + d.y * d.z + d.z * d.x
 }
 
-/// A tree with one item per leaf. The root has index 0, index 1 is unused: the indices of siblings differ in the last bit only.
+/// Number of items of a subtree that is built without parallel tasks: a third of a millisecond. Unmeasured.
+const GRAIN: usize = 1 << 11;
+
+/// Depth from which items are divided evenly, which bounds the effort for items of very different sizes. Scenes stay far below.
+const BALANCED_DEPTH: usize = 64;
+
+/// A tree over at least one item, for wide nodes with up to `max_leaf` items per leaf. Its leaves hold up to half as many: runs of `items`,
+/// which are reordered. The root has index 0, index 1 is unused: the indices of siblings differ in the last bit only.
 ///
-/// Built bottom-up by Meister and Bittner, "Parallel Locally-Ordered Clustering for Bounding Volume Hierarchy Construction",
-/// TVCG 24(3), 2018, then improved by [`reinsert`].
-pub(super) fn binary_tree(boxes: &[Aabb]) -> Vec<BinaryNode> {
-    let boxes: Vec<obvhs::aabb::Aabb> = boxes
-        .par_iter()
-        .map(|b| obvhs::aabb::Aabb::new(b.min.to_vec3a(), b.max.to_vec3a()))
-        .collect();
-    /// Iterations of the clustering with a search distance of 1 before the medium one. The value of obvhs for its medium builds.
-    const SEARCH_DEPTH_THRESHOLD: usize = 3;
-    let indices = (0..boxes.len() as u32).collect();
-    let clustered = PlocBuilder::with_capacity(boxes.len()).build(
-        PlocSearchDistance::Medium,
-        &boxes,
-        indices,
-        SortPrecision::U64,
-        SEARCH_DEPTH_THRESHOLD,
-    );
-    let convert = |index: usize| {
-        let node = &clustered.nodes[index];
-        let bounds = Aabb {
-            min: node.aabb().min.into(),
-            max: node.aabb().max.into(),
-        };
-        let first = node.first_index as usize;
-        if node.is_leaf() {
-            BinaryNode::leaf(bounds, clustered.primitive_indices[first])
-        } else {
-            BinaryNode::parent(bounds, first + 1)
-        }
+/// Built top-down by binned divisions ([`split`]), then improved by [`reinsert`].
+pub(super) fn binary_tree(items: &mut [ItemBox], max_leaf: usize) -> Vec<BinaryNode> {
+    let growth = Growth {
+        isa: Isa::best(),
+        max_leaf,
     };
-    let mut nodes: Vec<BinaryNode> = (0..=clustered.nodes.len())
-        .into_par_iter()
-        .map(|place| convert(place.saturating_sub(1)))
-        .collect();
+    let bounds = Bounds::of(items);
+    let mut nodes = assemble(growth.grow(items, 0, bounds, 0));
     reinsert(&mut nodes);
+    nodes
+}
+
+/// A subtree.
+enum Grown {
+    Divided(Bounds, Box<[Grown; 2]>),
+    /// The nodes of a whole subtree, with indices as in [`binary_tree`].
+    Nodes(Vec<BinaryNode>),
+}
+
+struct Growth {
+    isa: Isa,
+    max_leaf: usize,
+}
+
+impl Growth {
+    /// The subtree over `items`, the first of which has index `first`.
+    fn grow(&self, items: &mut [ItemBox], first: usize, bounds: Bounds, depth: usize) -> Grown {
+        if items.len() <= GRAIN {
+            let mut nodes = vec![self.leaf(items, first, bounds); 2];
+            self.grow_below(&mut nodes, 0, (items, first), bounds, depth);
+            return Grown::Nodes(nodes);
+        }
+        let split = self.split(items, depth);
+        let middle = first + split.count;
+        let (left, right) = items.split_at_mut(split.count);
+        let [left_bounds, right_bounds] = split.bounds;
+        let (left, right) = rayon::join(
+            || self.grow(left, first, left_bounds, depth + 1),
+            || self.grow(right, middle, right_bounds, depth + 1),
+        );
+        Grown::Divided(bounds, Box::new([left, right]))
+    }
+
+    fn split(&self, items: &mut [ItemBox], depth: usize) -> Split {
+        if depth < BALANCED_DEPTH {
+            split(self.isa, items, self.max_leaf)
+        } else {
+            split_evenly(items)
+        }
+    }
+
+    fn leaf(&self, items: &[ItemBox], first: usize, bounds: Bounds) -> BinaryNode {
+        let first = first as u32;
+        BinaryNode::leaf(bounds.into(), first..first + items.len() as u32)
+    }
+
+    /// Sets the node `slot` and appends those below it.
+    fn grow_below(
+        &self,
+        nodes: &mut Vec<BinaryNode>,
+        slot: usize,
+        (items, first): (&mut [ItemBox], usize),
+        bounds: Bounds,
+        depth: usize,
+    ) {
+        if items.len() <= self.max_leaf.div_ceil(2) {
+            nodes[slot] = self.leaf(items, first, bounds);
+            return;
+        }
+        let split = self.split(items, depth);
+        let child = nodes.len();
+        nodes[slot] = BinaryNode::parent(bounds.into(), child);
+        nodes.extend([nodes[slot]; 2]);
+        let middle = first + split.count;
+        let (left, right) = items.split_at_mut(split.count);
+        let [left_bounds, right_bounds] = split.bounds;
+        self.grow_below(nodes, child, (left, first), left_bounds, depth + 1);
+        self.grow_below(nodes, child + 1, (right, middle), right_bounds, depth + 1);
+    }
+}
+
+/// Puts the nodes of all subtrees in one list: first the divided ones, level by level.
+fn assemble(root: Grown) -> Vec<BinaryNode> {
+    let root = match root {
+        Grown::Nodes(nodes) => return nodes,
+        divided => divided,
+    };
+    let mut top = vec![BinaryNode::leaf(Aabb::EMPTY, 0..0); 2];
+    let mut parts = Vec::new();
+    let mut queue = VecDeque::from([(0, root)]);
+    while let Some((slot, grown)) = queue.pop_front() {
+        match grown {
+            Grown::Nodes(nodes) => parts.push((slot, nodes)),
+            Grown::Divided(bounds, halves) => {
+                let child = top.len();
+                top[slot] = BinaryNode::parent(bounds.into(), child);
+                top.extend([top[slot]; 2]);
+                queue.extend((child..).zip(*halves));
+            }
+        }
+    }
+    let below: usize = parts.iter().map(|(_, part)| part.len() - 2).sum();
+    let mut nodes: Vec<BinaryNode> = bytemuck::zeroed_vec(top.len() + below);
+    let mut end = top.len();
+    let (upper, mut rest) = nodes.split_at_mut(end);
+    let mut copies = Vec::new();
+    for (slot, part) in parts {
+        let shift = end as u32 - 2;
+        let shifted = move |mut node: BinaryNode| {
+            node.first += if node.count == 0 { shift } else { 0 };
+            node
+        };
+        top[slot] = shifted(part[0]);
+        end += part.len() - 2;
+        let (place, next) = rest.split_at_mut(part.len() - 2);
+        rest = next;
+        copies.push((place, part, shifted));
+    }
+    upper.copy_from_slice(&top);
+    copies.into_par_iter().for_each(|(place, part, shifted)| {
+        for (node, copy) in place.iter_mut().zip(part.into_iter().skip(2)) {
+            *node = shifted(copy);
+        }
+    });
     nodes
 }

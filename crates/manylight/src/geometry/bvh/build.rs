@@ -3,7 +3,8 @@
 //! Subtrees are written in parallel. The division into subtrees does not depend on the number of threads.
 
 use super::binary::{BinaryNode, binary_tree};
-use super::collapse::CollapsePlan;
+use super::collapse::{Children, CollapsePlan};
+use super::item_box::{Bounds, ItemBox};
 use super::node::{LEAF, WideNode, empty_node, set_child, set_order};
 use crate::math::Aabb;
 use crate::simd::NARROW;
@@ -29,16 +30,16 @@ pub(super) struct WideTree {
 }
 
 impl WideTree {
-    /// Builds a tree with at most `max_leaf` items per leaf. All boxes must be finite and not empty.
-    pub(super) fn new(boxes: &[Aabb], max_leaf: usize) -> Self {
+    /// Builds a tree with at most `max_leaf` items per leaf. All boxes must be finite and not empty. They are reordered.
+    pub(super) fn new(mut boxes: Vec<ItemBox>, max_leaf: usize) -> Self {
         if boxes.is_empty() {
             return WideTree::default();
         }
-        let binary = binary_tree(boxes);
+        let binary = binary_tree(&mut boxes, max_leaf);
         let emitter = TreeWriter {
             binary: &binary,
             plan: CollapsePlan::new(&binary, max_leaf),
-            boxes,
+            boxes: &boxes,
             max_leaf,
         };
         let mut tree = emitter.tree();
@@ -101,7 +102,7 @@ impl WideTree {
 struct TreeWriter<'a> {
     binary: &'a [BinaryNode],
     plan: CollapsePlan,
-    boxes: &'a [Aabb],
+    boxes: &'a [ItemBox],
     max_leaf: usize,
 }
 
@@ -122,8 +123,10 @@ impl TreeWriter<'_> {
     fn tree(&self) -> WideTree {
         let mut tree = WideTree::default();
         // The root is a node even over a single leaf, which saves traversal a special case.
-        let children = if self.binary[0].item().is_some() {
-            vec![0]
+        let children = if self.binary[0].children().is_none() {
+            let mut root = Children::default();
+            root.push(0);
+            root
         } else {
             self.plan.children(self.binary, 0)
         };
@@ -150,17 +153,17 @@ impl TreeWriter<'_> {
         &self,
         tree: &mut WideTree,
         slot: usize,
-        children: &[usize],
+        children: &Children,
         depth: usize,
         cuts: &mut Vec<Cut>,
     ) {
         let mut node = empty_node();
-        for (lane, &child) in children.iter().enumerate() {
+        for (lane, child) in children.iter().enumerate() {
             set_child(&mut node, lane, self.binary[child].bounds);
         }
         set_order(&mut node, children.len());
         // Siblings are adjacent: allocate all of them before any is filled.
-        for (lane, &child) in children.iter().enumerate() {
+        for (lane, child) in children.iter().enumerate() {
             node.children[lane] = if self.plan.at(child).is_leaf() {
                 self.add_leaf(tree, child)
             } else if depth == CUT_DEPTH {
@@ -172,7 +175,7 @@ impl TreeWriter<'_> {
                 (tree.nodes.len() - 1) as u32
             };
         }
-        for (lane, &child) in children.iter().enumerate() {
+        for (lane, child) in children.iter().enumerate() {
             let word = node.children[lane];
             if word == 0 || word & LEAF != 0 {
                 continue;
@@ -181,28 +184,24 @@ impl TreeWriter<'_> {
                 let grandchildren = self.plan.children(self.binary, child);
                 self.fill_node(tree, word as usize, &grandchildren, depth + 1, cuts);
             } else {
-                let mut items = Vec::new();
-                self.collect_items(child, &mut items);
-                self.fill_balanced(tree, word as usize, &items);
+                let boxes = self.boxes_below(child);
+                self.fill_balanced(tree, word as usize, &boxes);
             }
         }
         tree.nodes[slot] = node;
     }
 
     /// Splits items evenly by number, to bound the depth of pathological trees over coincident or nested items.
-    fn fill_balanced(&self, tree: &mut WideTree, slot: usize, items: &[u32]) {
+    fn fill_balanced(&self, tree: &mut WideTree, slot: usize, items: &[ItemBox]) {
         let mut node = empty_node();
         let chunk = items.len().div_ceil(NARROW).max(self.max_leaf);
         let mut count = 0;
         for (lane, part) in items.chunks(chunk).enumerate() {
-            let bounds = part
-                .iter()
-                .fold(Aabb::EMPTY, |all, &i| all.union(self.boxes[i as usize]));
-            set_child(&mut node, lane, bounds);
+            set_child(&mut node, lane, Bounds::of(part).into());
             count = lane + 1;
             node.children[lane] = if part.len() <= self.max_leaf {
                 let word = tree.begin_leaf();
-                tree.items.extend_from_slice(part);
+                tree.items.extend(part.iter().map(ItemBox::item));
                 word
             } else {
                 tree.nodes.push(empty_node());
@@ -217,17 +216,60 @@ impl TreeWriter<'_> {
 
     fn add_leaf(&self, tree: &mut WideTree, index: usize) -> u32 {
         let word = tree.begin_leaf();
-        self.collect_items(index, &mut tree.items);
+        self.add_items(index, &mut tree.items);
         word
     }
 
-    /// Appends the items below a binary node.
-    fn collect_items(&self, index: usize, items: &mut Vec<u32>) {
-        let mut pending = vec![index];
+    /// Appends the items of a node that becomes a leaf.
+    fn add_items(&self, index: usize, items: &mut Vec<u32>) {
+        let node = &self.binary[index];
+        match node.children() {
+            // At most as deep as a leaf has items.
+            Some(children) => children.map(|child| self.add_items(child, items)),
+            None => return items.extend(self.boxes[node.items()].iter().map(ItemBox::item)),
+        };
+    }
+
+    /// The boxes of the items below a node.
+    fn boxes_below(&self, index: usize) -> Vec<ItemBox> {
+        let (mut boxes, mut pending) = (Vec::new(), vec![index]);
         while let Some(index) = pending.pop() {
             let node = &self.binary[index];
-            items.extend(node.item());
-            pending.extend(node.children().into_iter().flatten());
+            match node.children() {
+                Some(children) => pending.extend(children),
+                None => boxes.extend_from_slice(&self.boxes[node.items()]),
+            }
+        }
+        boxes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Vec3;
+
+    #[test]
+    fn the_balanced_split_holds_every_item() {
+        let place = |i: u32| Aabb::from_point(Vec3::splat(i as f32));
+        let boxes: Vec<ItemBox> = (0..1000).map(|i| ItemBox::new(place(i), i)).collect();
+        let binary = [BinaryNode::leaf(Bounds::of(&boxes).into(), 0..1000)];
+        let writer = TreeWriter {
+            binary: &binary,
+            plan: CollapsePlan::new(&binary, 3),
+            boxes: &boxes,
+            max_leaf: 3,
+        };
+        let mut tree = WideTree::default();
+        tree.nodes.push(empty_node());
+        writer.fill_balanced(&mut tree, 0, &boxes);
+        assert!(tree.items.iter().copied().eq(0..1000));
+        tree.leaves.push(1000);
+        assert!(tree.leaves.windows(2).all(|leaf| leaf[1] - leaf[0] <= 3));
+        // Eight boxes per node, from the root with its 125 items per child.
+        for (lane, first) in (0..1000).step_by(125).enumerate() {
+            let expected = place(first).union(place(first + 124));
+            assert_eq!(tree.nodes[0].child_bounds(lane), expected);
         }
     }
 }

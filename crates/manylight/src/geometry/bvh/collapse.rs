@@ -13,6 +13,9 @@ use std::sync::atomic::{AtomicU32, Ordering};
 /// Cost of testing a leaf, in units of the cost of testing a node. Larger values add nodes to save leaf tests.
 const LEAF_COST: f32 = 1.2;
 
+/// Number of nodes of a tree that is solved without parallel tasks.
+const SMALL: usize = 1 << 11;
+
 /// For each binary node the cheapest representation by up to `i` wide subtrees, for `i` = 1 to 8. The elements are words of [`Choices`];
 /// atomic, because threads write to disjoint sets of nodes.
 pub(super) struct CollapsePlan(Vec<AtomicU32>);
@@ -28,6 +31,8 @@ struct Priced {
     cost: [f32; NARROW],
     /// Number of items in the subtree.
     items: u32,
+    /// Number of binary leaves in the subtree, up to eight.
+    leaves: usize,
 }
 
 impl Choices {
@@ -55,14 +60,39 @@ impl Choices {
     }
 }
 
+/// Up to eight binary nodes.
+#[derive(Default)]
+pub(super) struct Children {
+    nodes: [u32; NARROW],
+    count: usize,
+}
+
+impl Children {
+    pub(super) fn push(&mut self, node: usize) {
+        self.nodes[self.count] = node as u32;
+        self.count += 1;
+    }
+
+    pub(super) fn iter(&self) -> impl Iterator<Item = usize> {
+        self.nodes[..self.count].iter().map(|&node| node as usize)
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.count
+    }
+}
+
 impl CollapsePlan {
     /// The plan for a tree with at most `max_leaf` items per leaf.
     pub(super) fn new(binary: &[BinaryNode], max_leaf: usize) -> Self {
         let leaf = Choices::new([0; NARROW], u32::from(u8::MAX));
-        let words = binary.par_iter().map(|_| AtomicU32::new(leaf.0));
+        let words = binary.iter().map(|_| AtomicU32::new(leaf.0));
         let plan = CollapsePlan(words.collect());
-        let subtrees = subtrees(binary);
-        let below: HashMap<usize, Priced> = subtrees
+        if binary.len() < SMALL {
+            plan.price(binary, 0, max_leaf, |_| None);
+            return plan;
+        }
+        let below: HashMap<usize, Priced> = subtrees(binary)
             .into_par_iter()
             .map(|root| (root, plan.price(binary, root, max_leaf, |_| None)))
             .collect();
@@ -90,10 +120,11 @@ impl CollapsePlan {
             let node = &binary[index];
             let price = if let Some(price) = known(index) {
                 price
-            } else if node.item().is_some() {
+            } else if node.children().is_none() {
                 Priced {
                     cost: [node.half_area() * LEAF_COST; NARROW],
-                    items: 1,
+                    items: node.items().len() as u32,
+                    leaves: 1,
                 }
             } else {
                 let [.., left, right] = &priced[..] else {
@@ -114,20 +145,30 @@ impl CollapsePlan {
     }
 
     /// The binary nodes that become the children of the wide node at the inner binary node `index`.
-    pub(super) fn children(&self, binary: &[BinaryNode], index: usize) -> Vec<usize> {
-        let mut children = Vec::with_capacity(NARROW);
-        let mut pending = self.halves(binary, index, NARROW).to_vec();
-        while let Some((node, mut slots)) = pending.pop() {
+    pub(super) fn children(&self, binary: &[BinaryNode], index: usize) -> Children {
+        let mut children = Children::default();
+        self.add_children(binary, index, NARROW, &mut children);
+        children
+    }
+
+    /// Adds the children below an inner node that represent it with up to `slots` subtrees.
+    fn add_children(
+        &self,
+        binary: &[BinaryNode],
+        index: usize,
+        slots: usize,
+        children: &mut Children,
+    ) {
+        for (node, mut slots) in self.halves(binary, index, slots) {
             while slots > 1 && self.at(node).takes_fewer(slots) {
                 slots -= 1;
             }
             if slots == 1 {
                 children.push(node);
             } else {
-                pending.extend(self.halves(binary, node, slots));
+                self.add_children(binary, node, slots, children);
             }
         }
-        children
     }
 
     /// Both children of an inner node, with their numbers of subtrees.
@@ -144,9 +185,11 @@ impl CollapsePlan {
 fn choose(node: &BinaryNode, left: &Priced, right: &Priced, max_leaf: usize) -> (Priced, Choices) {
     let (area, items) = (node.half_area(), left.items.saturating_add(right.items));
     let mut cost = [f32::INFINITY; NARROW];
-    let (mut share, mut fewer) = ([0; NARROW], 0);
-    for k in 1..NARROW {
-        for i in k..NARROW {
+    // With as many subtrees as leaves, or more, each side gets enough. The loops find the other shares.
+    let mut share = std::array::from_fn(|i| left.leaves.min(i) as u32);
+    let mut fewer = 0;
+    for k in 1..NARROW.min(left.leaves + 1) {
+        for i in k..NARROW.min(k + right.leaves) {
             let c = left.cost[k - 1] + right.cost[i - k];
             if c < cost[i] {
                 (cost[i], share[i]) = (c, k as u32);
@@ -154,7 +197,7 @@ fn choose(node: &BinaryNode, left: &Priced, right: &Priced, max_leaf: usize) -> 
         }
     }
     // One subtree: a wide node over the best eight, or a leaf.
-    cost[0] = area + cost[NARROW - 1];
+    cost[0] = area + cost.iter().copied().fold(f32::INFINITY, f32::min);
     if items as usize <= max_leaf && area * LEAF_COST <= cost[0] {
         cost[0] = area * LEAF_COST;
         fewer |= 1;
@@ -165,7 +208,13 @@ fn choose(node: &BinaryNode, left: &Priced, right: &Priced, max_leaf: usize) -> 
             fewer |= 1 << i;
         }
     }
-    (Priced { cost, items }, Choices::new(share, fewer))
+    let leaves = NARROW.min(left.leaves + right.leaves);
+    let priced = Priced {
+        cost,
+        items,
+        leaves,
+    };
+    (priced, Choices::new(share, fewer))
 }
 
 /// Roots of disjoint subtrees that together hold all leaves: the parallel tasks.

@@ -1,6 +1,7 @@
 //! Eight-wide bounding volume hierarchies over triangles and over other objects.
 //!
-//! * Construction: [`binary`] and [`reinsert`] make a binary tree, [`collapse`] chooses the wide nodes ([`node`]), [`build`] writes them.
+//! * Construction: [`binary`] divides items ([`item_box`], [`split`], [`join_chunks`]) into a binary tree, which [`reinsert`] improves. [`collapse`] chooses the
+//!   wide nodes ([`node`]), [`build`] writes them.
 //! * Single rays: [`traverse`] visits the nodes, [`watertight`] tests triangles ([`triangle_block`]).
 //! * Packets of up to 64 rays with a common origin: [`packet`] with [`edge_volumes`].
 //! * Tiles of up to 64 x 64 segments: [`tile`] with [`shaft`], [`rows`], [`end_groups`] and [`tile_triangle`].
@@ -12,12 +13,15 @@ mod build;
 mod collapse;
 mod edge_volumes;
 mod end_groups;
+mod item_box;
+mod join_chunks;
 mod node;
 mod object_bvh;
 mod packet;
 mod reinsert;
 mod rows;
 mod shaft;
+mod split;
 mod stack;
 #[cfg(test)]
 mod tests;

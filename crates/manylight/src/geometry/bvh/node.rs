@@ -1,6 +1,6 @@
 //! Nodes with eight children.
 
-use crate::math::{Aabb, Vec3};
+use crate::math::{Aabb, Vec3, Vec4};
 use crate::simd::NARROW;
 
 /// Flag of a child word. With it the other bits are the index of a leaf, without it that of a node. 0 means no child, as the root is
@@ -57,22 +57,39 @@ pub(super) fn set_child(node: &mut WideNode, lane: usize, bounds: Aabb) {
 
 /// Sets the visiting orders of a node with `count` children: by the centers of their boxes along the diagonal of each octant.
 pub(super) fn set_order(node: &mut WideNode, count: usize) {
-    let center = |i: usize| {
-        Vec3::from_array(std::array::from_fn(|a| {
-            0.5 * node.bounds[a][i] + 0.5 * node.bounds[a + 3][i]
-        }))
-    };
-    let centers: [Vec3; NARROW] = std::array::from_fn(center);
-    node.order = std::array::from_fn(|octant| {
-        let direction = Vec3::from_array(std::array::from_fn(|a| {
-            if octant >> a & 1 == 0 { 1.0 } else { -1.0 }
-        }));
-        let distances = centers.map(|center| center.dot(direction));
-        let mut lanes: [usize; NARROW] = std::array::from_fn(|i| i);
-        lanes[..count].sort_by(|&i, &j| distances[j].total_cmp(&distances[i]));
-        lanes
-            .iter()
-            .rev()
-            .fold(0, |word, &lane| word << 3 | lane as u32)
+    // Vectors hold the octants 0 to 3. Along the opposite ones the order is reversed.
+    let signs = [
+        Vec4::new(1.0, -1.0, 1.0, -1.0),
+        Vec4::new(1.0, 1.0, -1.0, -1.0),
+        Vec4::ONE,
+    ];
+    let distances: [Vec4; NARROW] = std::array::from_fn(|lane| {
+        let along = |axis: usize| {
+            let b = &node.bounds;
+            signs[axis] * (0.5 * b[axis][lane] + 0.5 * b[axis + 3][lane])
+        };
+        along(0) + along(1) + along(2)
     });
+    // The place of a lane is the number of farther lanes. Its weight in the word is 8 to the power of the place, which is exact, as are
+    // sums below 2^24.
+    let base = Vec4::splat(NARROW as f32);
+    let mut weights = [Vec4::ONE; NARROW];
+    for j in 0..count {
+        for i in 0..j {
+            let is_farther = distances[i].cmpge(distances[j]);
+            weights[j] *= Vec4::select(is_farther, base, Vec4::ONE);
+            weights[i] *= Vec4::select(is_farther, Vec4::ONE, base);
+        }
+    }
+    let (mut words, mut reversed) = (Vec4::ZERO, Vec4::ZERO);
+    let last = (NARROW as f32).powi(count.max(1) as i32 - 1);
+    for (lane, &weight) in weights[..count].iter().enumerate() {
+        words += lane as f32 * weight;
+        reversed += lane as f32 * (last / weight);
+    }
+    let unused = (count..NARROW).fold(0, |word, lane| word | (lane as u32) << (3 * lane));
+    for octant in 0..NARROW / 2 {
+        node.order[octant] = words[octant] as u32 | unused;
+        node.order[NARROW - 1 - octant] = reversed[octant] as u32 | unused;
+    }
 }

@@ -1,6 +1,7 @@
 //! The hierarchy over objects with boxes, and the kernels that query it.
 
 use super::build::WideTree;
+use super::item_box::ItemBox;
 use super::node::LEAF;
 use super::shaft::Shaft;
 use super::stack::WordStack;
@@ -21,6 +22,10 @@ pub(in crate::geometry) struct ObjectBvh {
 impl ObjectBvh {
     /// Builds the hierarchy. All boxes must be finite and not empty.
     pub(in crate::geometry) fn new(boxes: &[Aabb]) -> Self {
+        let boxes = boxes.iter().zip(0..);
+        let boxes = boxes
+            .map(|(&bounds, index)| ItemBox::new(bounds, index))
+            .collect();
         ObjectBvh {
             tree: WideTree::new(boxes, 1),
             isa: Isa::best(),

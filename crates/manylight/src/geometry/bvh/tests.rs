@@ -1,6 +1,7 @@
 //! All kernels in all instruction sets against a loop over the triangles in `f64`.
 
 use super::build::{self, WideTree};
+use super::item_box::ItemBox;
 use super::{TriangleBvh, node};
 use crate::geometry::Ray;
 use crate::math::{Aabb, Vec2, Vec3};
@@ -452,15 +453,13 @@ fn piles_of_coincident_triangles_keep_the_depth_bounded() {
 }
 
 #[test]
-fn the_balanced_split_holds_every_item() {
-    // Nested boxes, which the surface area heuristic splits off one by one.
-    let boxes: Vec<Aabb> = (0..120)
-        .map(|i| Aabb {
-            min: Vec3::ZERO,
-            max: Vec3::splat(1.5f32.powi(i - 60)),
-        })
-        .collect();
-    let tree = WideTree::new(&boxes, 1);
+fn nested_boxes_keep_the_depth_bounded() {
+    let nested = |i: u32| Aabb {
+        min: Vec3::ZERO,
+        max: Vec3::splat(1.5f32.powi(i as i32 - 60)),
+    };
+    let boxes = (0..120).map(|i| ItemBox::new(nested(i), i)).collect();
+    let tree = WideTree::new(boxes, 1);
     let mut seen: Vec<u32> = tree.items.clone();
     seen.sort_unstable();
     assert!(seen.into_iter().eq(0..120));
@@ -476,6 +475,38 @@ fn depth(tree: &WideTree, node: usize) -> usize {
         .map(|&word| depth(tree, word as usize))
         .max()
         .unwrap_or(0)
+}
+
+#[test]
+fn the_tree_does_not_depend_on_the_number_of_threads() {
+    // Long enough for divisions in chunks.
+    let triangles = soup(80_000, 0.02, 9);
+    let build = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let bvh = pool.unwrap().install(|| TriangleBvh::new(&triangles));
+        let (nodes, blocks) = bvh.parts();
+        let nodes = nodes.iter().map(|n| (n.bounds, n.children, n.order));
+        let blocks = blocks.iter().map(|b| (b.corners, b.ids));
+        (nodes.collect::<Vec<_>>(), blocks.collect::<Vec<_>>())
+    };
+    let one = build(1);
+    assert!([2, 3, 8].into_iter().all(|threads| build(threads) == one));
+}
+
+#[test]
+fn every_triangle_is_in_one_leaf() {
+    let triangles = soup(20_000, 0.05, 10);
+    let bvh = TriangleBvh::new(&triangles);
+    let (_, blocks) = bvh.parts();
+    // Unused lanes are degenerate, and repeat index 0.
+    let used = blocks.iter().flat_map(|block| {
+        let is_used =
+            |&lane: &usize| (0..3).any(|a| block.corners[0][a][lane] != block.corners[1][a][lane]);
+        (0..8).filter(is_used).map(|lane| block.ids[lane])
+    });
+    let mut used: Vec<u32> = used.collect();
+    used.sort_unstable();
+    assert!(used.into_iter().eq(0..20_000));
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! The hierarchy over triangles, and the kernels that query it.
 
 use super::build::WideTree;
+use super::item_box::ItemBox;
 use super::node::WideNode;
 use super::packet::{EMPTY_STACK, Packet, RAYS, Targets};
 use super::tile::{SIDE, VisibilityTile};
@@ -25,25 +26,30 @@ pub(in crate::geometry) struct TriangleBvh {
 impl TriangleBvh {
     /// Builds the hierarchy over triangles, given by their corners. Degenerate and non-finite ones are left out.
     pub(in crate::geometry) fn new(triangles: &[[Vec3; 3]]) -> Self {
-        let ids: Vec<u32> = (0..triangles.len() as u32)
-            .into_par_iter()
-            .filter(|&id| can_be_hit(&triangles[id as usize]))
-            .collect();
-        let boxes: Vec<Aabb> = ids
+        /// Number of triangles from which on tasks are worth their overhead.
+        const GRAIN: usize = 1 << 10;
+        let mut boxes: Vec<ItemBox> = triangles
             .par_iter()
-            .map(|&id| Aabb::from_points(triangles[id as usize]))
+            .with_min_len(GRAIN)
+            .enumerate()
+            .map(|(id, triangle)| {
+                let id = if can_be_hit(triangle) {
+                    id as u32
+                } else {
+                    NONE
+                };
+                ItemBox::new(Aabb::from_points(*triangle), id)
+            })
             .collect();
-        let mut tree = WideTree::new(&boxes, NARROW);
+        boxes.retain(|item| item.item() != NONE);
+        let mut tree = WideTree::new(boxes, NARROW);
         let blocks = tree
             .leaves
             .par_windows(2)
+            .with_min_len(GRAIN)
             .map(|leaf| {
                 let items = &tree.items[leaf[0] as usize..leaf[1] as usize];
-                let mut lanes = [0; NARROW];
-                for (lane, &item) in lanes.iter_mut().zip(items) {
-                    *lane = ids[item as usize];
-                }
-                TriangleBlock::new(&lanes[..items.len()], triangles)
+                TriangleBlock::new(items, triangles)
             })
             .collect();
         // The blocks replace the leaves.
@@ -149,10 +155,13 @@ impl TriangleBvh {
         open
     }
 
-    fn parts(&self) -> (&[WideNode], &[TriangleBlock]) {
+    pub(super) fn parts(&self) -> (&[WideNode], &[TriangleBlock]) {
         (&self.tree.nodes, &self.blocks)
     }
 }
+
+/// Index of triangles that are left out.
+const NONE: u32 = u32::MAX;
 
 fn can_be_hit([a, b, c]: &[Vec3; 3]) -> bool {
     let normal = (b.as_dvec3() - a.as_dvec3()).cross(c.as_dvec3() - a.as_dvec3());
