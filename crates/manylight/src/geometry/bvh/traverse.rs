@@ -31,8 +31,8 @@ fn prefetch_next(nodes: &[WideNode], leaves: &impl Leaves, next: Option<u32>) {
 
 /// Leaves that are tested for the nearest hit.
 pub(super) trait NearestLeaves<S: Simd>: Leaves {
-    /// Records the nearest hit in the leaf below `t_max`; returns its ray parameter, or `t_max` without a hit.
-    fn visit(&mut self, s: S, leaf: usize, t_max: f32) -> f32;
+    /// Records hits in the leaf. `reach` is the bound of the parameters at which the ray enters boxes; returns the new one.
+    fn visit(&mut self, s: S, leaf: usize, reach: f32) -> f32;
 }
 
 /// Leaves that are tested for any hit.
@@ -46,7 +46,7 @@ pub(super) trait AnyLeaves<S: Simd>: Leaves {
 pub(super) const FAR_MARGIN: f32 = 1.0 + 8.0 * f32::EPSILON;
 
 /// Margin for the rounding of `o / d` in a slab test, relative to it.
-const ORIGIN_MARGIN: f32 = 2.0 * f32::EPSILON;
+pub(super) const ORIGIN_MARGIN: f32 = 2.0 * f32::EPSILON;
 
 /// Smallest magnitude of a direction's component in slab tests, relative to the largest component. Far below rounding.
 pub(super) const NEGLIGIBLE: f32 = 1e-12;
@@ -59,26 +59,34 @@ pub(super) fn slab_reciprocal(d: Vec3) -> Vec3 {
     Vec3::new(reciprocal(d.x), reciprocal(d.y), reciprocal(d.z))
 }
 
+/// The octant of a direction: bit `a` is set if component `a` is negative.
+#[inline(always)]
+pub(super) fn octant(d: Vec3) -> usize {
+    let negative = |x: f32| usize::from(x.is_sign_negative());
+    negative(d.x) | negative(d.y) << 1 | negative(d.z) << 2
+}
+
 /// A ray prepared for slab tests `t = b / d - o / d`, one fused operation per plane. The rounding of `o / d` has the effect of a moved
 /// origin, by one unit in the last place; near and far planes are moved apart by more.
-struct BoxRay {
-    scale: [f32; 3],
-    near_shift: [f32; 3],
-    far_shift: [f32; 3],
-    octant: usize,
+pub(super) struct BoxRay {
+    pub(super) scale: [f32; 3],
+    pub(super) near_shift: [f32; 3],
+    pub(super) far_shift: [f32; 3],
+    /// Bit `a` is set if component `a` of the direction is negative.
+    pub(super) octant: usize,
 }
 
 impl BoxRay {
+    /// A ray from `o`; `scale` is the [`slab_reciprocal`] of its direction.
     #[inline(always)]
-    fn new(o: Vec3, scale: Vec3) -> Self {
+    pub(super) fn new(o: Vec3, scale: Vec3) -> Self {
         let shift = o * scale;
         let margin = shift.abs() * ORIGIN_MARGIN;
-        let negative = |x: f32| usize::from(x.is_sign_negative());
         BoxRay {
             scale: scale.to_array(),
             near_shift: (shift + margin).to_array(),
             far_shift: (shift - margin).to_array(),
-            octant: negative(scale.x) | negative(scale.y) << 1 | negative(scale.z) << 2,
+            octant: octant(scale),
         }
     }
 
@@ -122,22 +130,22 @@ impl BoxRay {
     }
 }
 
-/// Visits the leaves that the ray may hit, approximately front to back.
+/// Visits the leaves below the child word `root` that the ray enters before `reach`, approximately front to back.
 #[inline(always)]
 pub(super) fn nearest<S: Simd>(
     s: S,
     nodes: &[WideNode],
-    ray: &Ray,
+    root: u32,
+    slabs: &BoxRay,
+    mut reach: f32,
     leaves: &mut impl NearestLeaves<S>,
 ) {
-    let slabs = BoxRay::new(ray.o, slab_reciprocal(ray.d));
     let mut stack = Stack::new();
-    let mut t_max = ray.t_max;
-    let mut word = 0;
+    let mut word = root;
     loop {
         if word & LEAF == 0 {
             let node = &nodes[word as usize];
-            let span = slabs.cut(s, node, t_max);
+            let span = slabs.cut(s, node, reach);
             let order = slabs.order(node);
             if let Some(next) = stack.push_but_last(s, order, &node.children, span) {
                 word = next;
@@ -145,36 +153,33 @@ pub(super) fn nearest<S: Simd>(
             }
         } else {
             prefetch_next(nodes, leaves, stack.top());
-            t_max = leaves.visit(s, (word & !LEAF) as usize, t_max);
+            reach = leaves.visit(s, (word & !LEAF) as usize, reach);
         }
-        let Some(next) = stack.pop_before(t_max) else {
+        let Some(next) = stack.pop_before(reach) else {
             return;
         };
         word = next;
     }
 }
 
-/// Whether a segment hits a leaf below the child word `root`. The segment starts at `o`; `scale` is the [`slab_reciprocal`] of its
-/// direction.
+/// Whether a segment hits a leaf below the child word `root`.
 #[inline(always)]
 pub(super) fn any<S: Simd>(
     s: S,
     nodes: &[WideNode],
     root: u32,
-    o: Vec3,
-    scale: Vec3,
+    slabs: &BoxRay,
     leaves: &impl AnyLeaves<S>,
 ) -> bool {
-    let slabs = BoxRay::new(o, scale);
     let mut stack = WordStack::new();
     let mut word = root;
     loop {
         if word & LEAF == 0 {
             let node = &nodes[word as usize];
             let bits = slabs.meets(s, node);
-            if bits != 0 {
-                word = node.children[bits.trailing_zeros() as usize % NARROW];
-                stack.push(s, &node.children, bits & (bits - 1));
+            if let Some(last) = bits.checked_ilog2() {
+                word = node.children[last as usize % NARROW];
+                stack.push(s, &node.children, bits ^ 1 << last);
                 continue;
             }
         } else {
