@@ -4,11 +4,10 @@ use super::node::WideNode;
 use super::ray_lanes::Lanes;
 use super::traverse::FAR_MARGIN;
 use super::triangle_block::TriangleBlock;
-use crate::math::Vec3;
-use crate::simd::{NARROW, Simd};
+use crate::simd::Simd;
 
 /// Margin for the rounding of a ray's slab test, in units of the largest `|o / d|`. Twice the error of the test.
-const SHIFT_MARGIN: f32 = 8.0 * f32::EPSILON;
+const SHIFT_MARGIN: f32 = 16.0 * f32::EPSILON;
 
 /// Bounds of the origins and of the reciprocal directions of rays of one octant.
 pub(super) struct Beam {
@@ -103,7 +102,7 @@ impl Beam {
 
 /// Least and largest value.
 #[inline(always)]
-fn range<const N: usize>(x: &[f32; N]) -> (f32, f32) {
+pub(super) fn range<const N: usize>(x: &[f32; N]) -> (f32, f32) {
     let mut low = *x;
     let mut high = *x;
     let mut half = N / 2;

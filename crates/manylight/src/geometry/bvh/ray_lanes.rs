@@ -7,7 +7,7 @@ use super::beam::Beam;
 use super::node::WideNode;
 use super::traverse::{self, BoxRay, FAR_MARGIN, ORIGIN_MARGIN};
 use super::triangle_block::TriangleBlock;
-use super::watertight::{Crossing, Sheared, axes_before, main_axis, shear_corner};
+use super::watertight::{Crossing, Sheared, Sides, axes_before, main_axis, shear_corner};
 use crate::math::Vec3;
 use crate::simd::{NARROW, WIDE, Wide};
 
@@ -45,8 +45,9 @@ pub(super) struct RayLanes {
     octant: usize,
     axes: [usize; 3],
     /// See [`BoxRay`].
-    scale: [Lanes; 3],
+    near_scale: [Lanes; 3],
     near_shift: [Lanes; 3],
+    far_scale: [Lanes; 3],
     far_shift: [Lanes; 3],
     /// See [`Sheared`].
     o: [Lanes; 3],
@@ -81,8 +82,9 @@ impl RayLanes {
             beam: Beam::new(octant, o, &scale),
             octant,
             axes,
-            scale,
+            near_scale: scale,
             near_shift: [Lanes::ZERO; 3],
+            far_scale: [Lanes::ZERO; 3],
             far_shift: [Lanes::ZERO; 3],
             o: [o[axes[0]], o[axes[1]], o[axes[2]]],
             shear: [Lanes::ZERO; 2],
@@ -90,10 +92,13 @@ impl RayLanes {
         };
         for axis in 0..3 {
             // As in `BoxRay::new`.
-            let shift = w.mul(origin[axis], w.load(&lanes.scale[axis].0));
+            let scale = w.load(&lanes.near_scale[axis].0);
+            let shift = w.mul(origin[axis], scale);
             let margin = w.mul(w.abs(shift), w.splat(ORIGIN_MARGIN));
             lanes.near_shift[axis] = store(w.add(shift, margin));
-            lanes.far_shift[axis] = store(w.sub(shift, margin));
+            let far_margin = w.splat(FAR_MARGIN);
+            lanes.far_scale[axis] = store(w.mul(scale, far_margin));
+            lanes.far_shift[axis] = store(w.mul(w.sub(shift, margin), far_margin));
         }
         // As in `Sheared::new`.
         let reciprocal = w.div(one, direction[axes[2]]);
@@ -125,32 +130,32 @@ impl RayLanes {
         let near = |axis: usize| {
             w.mul_sub(
                 plane(axis, self.octant >> axis & 1),
-                w.load(&self.scale[axis].0),
+                w.load(&self.near_scale[axis].0),
                 w.load(&self.near_shift[axis].0),
             )
         };
         let far = |axis: usize| {
             w.mul_sub(
                 plane(axis, !self.octant >> axis & 1),
-                w.load(&self.scale[axis].0),
+                w.load(&self.far_scale[axis].0),
                 w.load(&self.far_shift[axis].0),
             )
         };
         let enter = w.max(w.max(near(0), near(1)), w.max(near(2), w.splat(0.0)));
-        let leave = w.min(w.min(far(0), far(1)), far(2));
-        let leave = w.min(w.mul(leave, w.splat(FAR_MARGIN)), reach);
+        let leave = w.min(w.min(far(0), far(1)), w.min(far(2), reach));
         (enter, w.bits(w.le(enter, leave)))
     }
 
-    /// The test of triangle `place` of a block.
+    /// The test of triangle `place` of a block; `None` if it has none of `rays` inside.
     #[inline(always)]
     pub(super) fn cross<W: Wide>(
         &self,
         w: W,
         block: &TriangleBlock,
         place: usize,
+        rays: u32,
         limit: W::F,
-    ) -> Crossing<WIDE, W> {
+    ) -> Option<Crossing<WIDE, W>> {
         let o = load3(w, &self.o);
         let shear = [w.load(&self.shear[0].0), w.load(&self.shear[1].0)];
         let corners = [
@@ -158,7 +163,13 @@ impl RayLanes {
             shear_corner(w, self.point(w, &block.corners[1], place), o, shear),
             shear_corner(w, self.point(w, &block.corners[2], place), o, shear),
         ];
-        Crossing::new(w, corners, w.load(&self.reciprocal.0), limit)
+        let sides = Sides::new(w, corners);
+        // Not a closure, which would not be inlined.
+        if w.bits(sides.inside) & rays == 0 {
+            None
+        } else {
+            Some(sides.crossing(w, w.load(&self.reciprocal.0), limit))
+        }
     }
 
     /// A corner of triangle `place` in all lanes, with permuted axes.
@@ -176,8 +187,9 @@ impl RayLanes {
     pub(super) fn single(&self, lane: usize) -> (BoxRay, Sheared) {
         let at = |lanes: &[Lanes; 3]| [lanes[0].0[lane], lanes[1].0[lane], lanes[2].0[lane]];
         let slabs = BoxRay {
-            scale: at(&self.scale),
+            near_scale: at(&self.near_scale),
             near_shift: at(&self.near_shift),
+            far_scale: at(&self.far_scale),
             far_shift: at(&self.far_shift),
             octant: self.octant,
         };

@@ -1,8 +1,7 @@
 //! Traversal with single rays: nearest hit, front to back, and any hit with early termination.
 
 use super::node::{LEAF, WideNode};
-use super::stack::{Stack, WordStack};
-use crate::geometry::Ray;
+use super::stack::{Stack, WordStack, highest};
 use crate::math::Vec3;
 use crate::math::prefetch::prefetch_at;
 use crate::simd::{NARROW, Simd};
@@ -45,8 +44,8 @@ pub(super) trait AnyLeaves<S: Simd>: Leaves {
 /// Source: Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013.
 pub(super) const FAR_MARGIN: f32 = 1.0 + 8.0 * f32::EPSILON;
 
-/// Margin for the rounding of `o / d` in a slab test, relative to it.
-pub(super) const ORIGIN_MARGIN: f32 = 2.0 * f32::EPSILON;
+/// Margin for the rounding of `o / d` in a slab test, relative to it. At most half of it is needed.
+pub(super) const ORIGIN_MARGIN: f32 = 4.0 * f32::EPSILON;
 
 /// Smallest magnitude of a direction's component in slab tests, relative to the largest component. Far below rounding.
 pub(super) const NEGLIGIBLE: f32 = 1e-12;
@@ -69,8 +68,10 @@ pub(super) fn octant(d: Vec3) -> usize {
 /// A ray prepared for slab tests `t = b / d - o / d`, one fused operation per plane. The rounding of `o / d` has the effect of a moved
 /// origin, by one unit in the last place; near and far planes are moved apart by more.
 pub(super) struct BoxRay {
-    pub(super) scale: [f32; 3],
+    pub(super) near_scale: [f32; 3],
     pub(super) near_shift: [f32; 3],
+    /// With the factor [`FAR_MARGIN`], like the shift.
+    pub(super) far_scale: [f32; 3],
     pub(super) far_shift: [f32; 3],
     /// Bit `a` is set if component `a` of the direction is negative.
     pub(super) octant: usize,
@@ -83,9 +84,10 @@ impl BoxRay {
         let shift = o * scale;
         let margin = shift.abs() * ORIGIN_MARGIN;
         BoxRay {
-            scale: scale.to_array(),
+            near_scale: scale.to_array(),
             near_shift: (shift + margin).to_array(),
-            far_shift: (shift - margin).to_array(),
+            far_scale: (scale * FAR_MARGIN).to_array(),
+            far_shift: ((shift - margin) * FAR_MARGIN).to_array(),
             octant: octant(scale),
         }
     }
@@ -99,12 +101,12 @@ impl BoxRay {
     /// Ray parameters of entry into the children, and of exit or `t_max`. The ray meets the children with entry <= exit.
     #[inline(always)]
     fn cut<S: Simd>(&self, s: S, node: &WideNode, t_max: f32) -> (S::F, S::F) {
-        // The planes are lower x, y, z, upper x, y, z. The margin of the far planes is applied once, to the nearest of them.
+        // The planes are lower x, y, z, upper x, y, z.
         let near = |axis: usize| {
             let plane = s.load(&node.bounds[axis + 3 * (self.octant >> axis & 1)]);
             s.mul_sub(
                 plane,
-                s.splat(self.scale[axis]),
+                s.splat(self.near_scale[axis]),
                 s.splat(self.near_shift[axis]),
             )
         };
@@ -112,13 +114,12 @@ impl BoxRay {
             let plane = s.load(&node.bounds[axis + 3 * (!self.octant >> axis & 1)]);
             s.mul_sub(
                 plane,
-                s.splat(self.scale[axis]),
+                s.splat(self.far_scale[axis]),
                 s.splat(self.far_shift[axis]),
             )
         };
         let enter = s.max(s.max(near(0), near(1)), s.max(near(2), s.splat(0.0)));
-        let leave = s.min(s.min(far(0), far(1)), far(2));
-        let leave = s.min(s.mul(leave, s.splat(FAR_MARGIN)), s.splat(t_max));
+        let leave = s.min(s.min(far(0), far(1)), s.min(far(2), s.splat(t_max)));
         (enter, leave)
     }
 
@@ -177,8 +178,9 @@ pub(super) fn any<S: Simd>(
         if word & LEAF == 0 {
             let node = &nodes[word as usize];
             let bits = slabs.meets(s, node);
-            if let Some(last) = bits.checked_ilog2() {
-                word = node.children[last as usize % NARROW];
+            if bits != 0 {
+                let last = highest(bits);
+                word = node.children[last % NARROW];
                 stack.push(s, &node.children, bits ^ 1 << last);
                 continue;
             }

@@ -61,32 +61,52 @@ pub(super) fn shear_corner<const N: usize, V: Floats<N>>(
     ]
 }
 
-impl<const N: usize, V: Floats<N>> Crossing<N, V> {
-    /// The test of triangles with the sheared corners `a`, `b` and `c`. `scale` is the reciprocal of the ray's largest component.
+/// The lines of rays against sheared triangles: the first part of a [`Crossing`].
+pub(super) struct Sides<const N: usize, V: Floats<N>> {
+    edges: [V::F; 3],
+    /// The z coordinates of the corners.
+    z: [V::F; 3],
+    /// Lanes where the line of the ray cuts the triangle.
+    pub(super) inside: V::M,
+}
+
+impl<const N: usize, V: Floats<N>> Sides<N, V> {
+    /// The test of triangles with the sheared corners `a`, `b` and `c`.
     #[inline(always)]
-    pub(super) fn new(v: V, [a, b, c]: [[V::F; 3]; 3], scale: V::F, limit: V::F) -> Self {
+    pub(super) fn new(v: V, [a, b, c]: [[V::F; 3]; 3]) -> Self {
         // The difference of two rounded products has the exact sign or is zero.
         let edge = |p: [V::F; 3], q: [V::F; 3]| v.sub(v.mul(p[0], q[1]), v.mul(p[1], q[0]));
-        let (e0, e1, e2) = (edge(c, b), edge(a, c), edge(b, a));
-        let det = v.add(v.add(e0, e1), e2);
+        let edges = [edge(c, b), edge(a, c), edge(b, a)];
         let zero = v.splat(0.0);
-        let inside = v.or(
-            v.le(zero, v.min(v.min(e0, e1), e2)),
-            v.le(v.max(v.max(e0, e1), e2), zero),
-        );
-        let z = v.mul_add(e0, a[2], v.mul_add(e1, b[2], v.mul(e2, c[2])));
-        let height = v.mul_sign(v.mul(z, scale), det);
-        // For a degenerate or edge-on triangle all values are zero, and the strict comparisons fail.
-        let farthest = v.mul(v.abs(det), limit);
-        let between = v.and(v.lt(zero, height), v.lt(height, farthest));
-        Crossing {
-            edges: [e0, e1, e2],
-            det,
-            height,
-            hit: v.and(inside, between),
+        let least = v.min(v.min(edges[0], edges[1]), edges[2]);
+        let most = v.max(v.max(edges[0], edges[1]), edges[2]);
+        Sides {
+            edges,
+            z: [a[2], b[2], c[2]],
+            inside: v.or(v.le(zero, least), v.le(most, zero)),
         }
     }
 
+    /// The hits before `limit`. `scale` is the reciprocal of the ray's largest component.
+    #[inline(always)]
+    pub(super) fn crossing(self, v: V, scale: V::F, limit: V::F) -> Crossing<N, V> {
+        let ([e0, e1, e2], [z0, z1, z2]) = (self.edges, self.z);
+        let det = v.add(v.add(e0, e1), e2);
+        let z = v.mul_add(e0, z0, v.mul_add(e1, z1, v.mul(e2, z2)));
+        let height = v.mul_sign(v.mul(z, scale), det);
+        // For a degenerate or edge-on triangle all values are zero, and the strict comparisons fail.
+        let farthest = v.mul(v.abs(det), limit);
+        let between = v.and(v.lt(v.splat(0.0), height), v.lt(height, farthest));
+        Crossing {
+            edges: self.edges,
+            det,
+            height,
+            hit: v.and(self.inside, between),
+        }
+    }
+}
+
+impl<const N: usize, V: Floats<N>> Crossing<N, V> {
     /// Ray parameters.
     #[inline(always)]
     pub(super) fn distances(&self, v: V) -> V::F {
@@ -109,6 +129,12 @@ impl Sheared {
 
     #[inline(always)]
     fn cross<S: Simd>(&self, s: S, block: &TriangleBlock, limit: f32) -> Crossing<NARROW, S> {
+        let sides = self.sides(s, block);
+        sides.crossing(s, s.splat(self.scale), s.splat(limit))
+    }
+
+    #[inline(always)]
+    fn sides<S: Simd>(&self, s: S, block: &TriangleBlock) -> Sides<NARROW, S> {
         let o = [s.splat(self.o[0]), s.splat(self.o[1]), s.splat(self.o[2])];
         let shear = [s.splat(self.shear[0]), s.splat(self.shear[1])];
         let corners = [
@@ -116,7 +142,7 @@ impl Sheared {
             shear_corner(s, self.planes(s, &block.corners[1]), o, shear),
             shear_corner(s, self.planes(s, &block.corners[2]), o, shear),
         ];
-        Crossing::new(s, corners, s.splat(self.scale), s.splat(limit))
+        Sides::new(s, corners)
     }
 
     #[inline(always)]
@@ -131,7 +157,11 @@ impl Sheared {
     /// Makes `best` the nearest hit with the triangles of a block, if it comes before `best`.
     #[inline(always)]
     pub(super) fn nearest<S: Simd>(&self, s: S, block: &TriangleBlock, best: &mut NearestHit) {
-        let crossing = self.cross(s, block, best.reach());
+        let sides = self.sides(s, block);
+        if s.bits(sides.inside) == 0 {
+            return;
+        }
+        let crossing = sides.crossing(s, s.splat(self.scale), s.splat(best.reach()));
         let bits = s.bits(crossing.hit);
         if bits == 0 {
             return;
@@ -151,7 +181,12 @@ impl Sheared {
     /// Whether a triangle of a block is hit before parameter 1.
     #[inline(always)]
     pub(super) fn any<S: Simd>(&self, s: S, block: &TriangleBlock) -> bool {
-        s.bits(self.cross(s, block, 1.0).hit) != 0
+        let sides = self.sides(s, block);
+        if s.bits(sides.inside) == 0 {
+            return false;
+        }
+        let crossing = sides.crossing(s, s.splat(self.scale), s.splat(1.0));
+        s.bits(crossing.hit) != 0
     }
 }
 
