@@ -68,8 +68,12 @@ impl SurfaceSet {
     pub(super) fn nearest_triangles(&self, rays: &[Ray], hits: &mut Vec<Option<Hit>>) {
         hits.clear();
         hits.resize(rays.len(), None);
-        self.triangles.nearest_stream(rays, |index, hit| {
-            hits[index] = hit.map(|hit| self.hit(hit));
+        self.triangles.nearest_stream(rays, |group, found| {
+            for (lane, &index) in group.iter().enumerate() {
+                if let Some(hit) = found.get(lane) {
+                    hits[index as usize] = Some(self.hit(hit));
+                }
+            }
         });
     }
 

@@ -90,10 +90,10 @@ impl RayLanes {
             shear: [Lanes::ZERO; 2],
             reciprocal: Lanes::ZERO,
         };
-        for axis in 0..3 {
+        for (axis, &origin) in origin.iter().enumerate() {
             // As in `BoxRay::new`.
             let scale = w.load(&lanes.near_scale[axis].0);
-            let shift = w.mul(origin[axis], scale);
+            let shift = w.mul(origin, scale);
             let margin = w.mul(w.abs(shift), w.splat(ORIGIN_MARGIN));
             lanes.near_shift[axis] = store(w.add(shift, margin));
             let far_margin = w.splat(FAR_MARGIN);

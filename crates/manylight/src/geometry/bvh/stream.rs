@@ -8,7 +8,7 @@ use super::traverse;
 use super::triangle_block::{TriangleBlock, TriangleHit};
 use super::watertight::{AnyTriangle, NearestHit, NearestTriangle, REACH_MARGIN};
 use crate::geometry::{Ray, Segment};
-use crate::math::Vec3;
+use crate::math::{Vec2, Vec3};
 use crate::simd::{Floats, NARROW, Simd, WIDE, set_bits};
 
 /// Largest number of rays of a group that are traced singly. Set by the sets of tiles of `benches/visibility`: 4 costs late rays of
@@ -102,21 +102,41 @@ struct NearestLanes {
     farthest: f32,
 }
 
-/// Finds the nearest hit of each ray of a stream, and calls `found` with the index of the ray.
+/// The nearest hits of up to sixteen rays.
+pub(in crate::geometry) struct LaneHits {
+    is_hit: u32,
+    t: Lanes,
+    /// The bits of the indices.
+    ids: Lanes,
+    coordinates: [Lanes; 2],
+}
+
+impl LaneHits {
+    /// The hit of the ray in `lane`.
+    #[inline(always)]
+    pub(in crate::geometry) fn get(&self, lane: usize) -> Option<TriangleHit> {
+        let [x, y] = &self.coordinates;
+        (self.is_hit >> lane & 1 != 0).then(|| TriangleHit {
+            t: self.t.0[lane],
+            id: self.ids.0[lane].to_bits(),
+            coordinates: Vec2::new(x.0[lane], y.0[lane]),
+        })
+    }
+}
+
+/// Finds the nearest hit of each ray of a stream. Calls `found` with the indices of up to sixteen rays, and their hits in lanes.
 #[inline(always)]
 pub(super) fn nearest_stream<S: Simd>(
     s: S,
     tree: TreeParts,
     rays: &[Ray],
-    mut found: impl FnMut(usize, Option<TriangleHit>),
+    mut found: impl FnMut(&[u32], &LaneHits),
 ) {
     let order = ByClass::new(rays.iter().map(|ray| ray.d));
     let mut stack = NearestStack::new();
     for (class, group) in order.groups() {
         let best = nearest_of_group(s, tree, &mut stack, class, group, rays);
-        for (lane, &index) in group.iter().enumerate() {
-            found(index as usize, best.single(lane).hit());
-        }
+        found(group, &best.hits(s));
     }
 }
 
@@ -166,6 +186,23 @@ fn nearest_of_group<S: Simd>(
 }
 
 impl NearestLanes {
+    /// The hits, with the coordinates by the operations of [`NearestHit::hit`].
+    #[inline(always)]
+    fn hits<S: Simd>(&self, s: S) -> LaneHits {
+        let w = s.wide();
+        let [y, z, sum] = &self.weights;
+        let sum = w.load(&sum.0);
+        LaneHits {
+            is_hit: self.is_hit,
+            t: self.t,
+            ids: self.ids,
+            coordinates: [
+                Lanes(w.store(w.div(w.load(&y.0), sum))),
+                Lanes(w.store(w.div(w.load(&z.0), sum))),
+            ],
+        }
+    }
+
     #[inline(always)]
     fn single(&self, lane: usize) -> NearestHit {
         NearestHit {

@@ -3,7 +3,7 @@
 use super::build::WideTree;
 use super::node::WideNode;
 use super::packet::{EMPTY_STACK, Packet, RAYS, Targets};
-use super::stream::{self, TreeParts};
+use super::stream::{self, LaneHits, TreeParts};
 use super::tile::{SIDE, VisibilityTile};
 use super::traverse::{self, BoxRay};
 use super::triangle_block::{TriangleBlock, TriangleHit};
@@ -115,11 +115,11 @@ impl TriangleBvh {
             })
     }
 
-    /// [`TriangleBvh::nearest`] for each ray: calls `found` with the index of the ray and its hit, in any order.
+    /// [`TriangleBvh::nearest`] for each ray: calls `found` with the indices of up to sixteen rays and their hits, in any order.
     pub(in crate::geometry) fn nearest_stream(
         &self,
         rays: &[Ray],
-        found: impl FnMut(usize, Option<TriangleHit>),
+        found: impl FnMut(&[u32], &LaneHits),
     ) {
         if !self.is_empty() {
             self.isa.run(NearestStream {
@@ -258,7 +258,7 @@ struct NearestStream<'a, F> {
     found: F,
 }
 
-impl<F: FnMut(usize, Option<TriangleHit>)> SimdKernel for NearestStream<'_, F> {
+impl<F: FnMut(&[u32], &LaneHits)> SimdKernel for NearestStream<'_, F> {
     type Output = ();
 
     #[inline(always)]
