@@ -374,7 +374,7 @@ fn open_of_group<S: Simd>(
     let mut open = rays;
     let mut top = 1;
     stack[0] = (0, rays);
-    while top > 0 {
+    while top > 0 && open != 0 {
         top -= 1;
         let (word, active) = stack[top];
         let active = active & open;
