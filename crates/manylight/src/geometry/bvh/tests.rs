@@ -152,6 +152,21 @@ fn random_rays(count: usize, seed: u64) -> Vec<Ray> {
         .collect()
 }
 
+/// Each triangle three times: hits do not depend on the tree, which mixes the copies.
+#[test]
+fn of_coincident_triangles_the_first_is_hit() {
+    let once = soup(300, 0.4, 21);
+    let all = [&once[..], &once, &once].concat();
+    for bvh in structures(&all) {
+        let hits = random_rays(3000, 22)
+            .iter()
+            .filter_map(|ray| bvh.nearest(ray))
+            .map(|hit| assert!((hit.id as usize) < once.len(), "{:?}: {hit:?}", bvh.isa))
+            .count();
+        assert!(hits > 1000, "{hits}");
+    }
+}
+
 #[test]
 fn nearest_hits_equal_the_loop() {
     for (count, size) in [(1, 1.0), (7, 0.7), (9, 0.7), (64, 0.5), (700, 0.2)] {
