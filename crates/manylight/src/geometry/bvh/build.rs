@@ -226,9 +226,13 @@ impl TreeWriter<'_> {
         let node = &self.binary[index];
         match node.children() {
             // At most as deep as a leaf has items.
-            Some(children) => children.map(|child| self.add_items(child, items)),
-            None => return items.extend(self.boxes[node.items()].iter().map(ItemBox::item)),
-        };
+            Some(children) => {
+                for child in children {
+                    self.add_items(child, items);
+                }
+            }
+            None => items.extend(self.boxes[node.items()].iter().map(ItemBox::item)),
+        }
     }
 
     /// The boxes of the items below a node.
