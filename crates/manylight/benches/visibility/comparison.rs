@@ -40,6 +40,12 @@ pub(crate) fn embree_kernel<'a>(name: &str, trace: impl Fn() -> u64 + 'a) -> Ray
     }
 }
 
+/// The median. Sorts the times.
+pub(crate) fn median(times: &mut [f64]) -> f64 {
+    times.sort_by(f64::total_cmp);
+    times[times.len() / 2]
+}
+
 /// A ray set and the kernels that trace it. The first `references` kernels are Embree's.
 pub(crate) struct Comparison<'a> {
     pub(crate) set: String,
@@ -67,8 +73,7 @@ impl Comparison<'_> {
             .map(|times| {
                 // The first run only warms the caches.
                 times.remove(0);
-                times.sort_by(f64::total_cmp);
-                times[times.len() / 2]
+                median(times)
             })
             .collect();
         let reference = medians[..self.references]

@@ -20,7 +20,7 @@ mod scene_list;
 mod streams;
 mod workload;
 
-use comparison::{Comparison, REPEATS, RayKernel, embree_kernel, own_kernels};
+use comparison::{Comparison, REPEATS, RayKernel, embree_kernel, median, own_kernels};
 use embree::{Coherence, Embree};
 use manylight::geometry::{Geometry, Instructions, Ray, Segment};
 use manylight::math::Vec3;
@@ -97,11 +97,6 @@ fn builds(work: &Workload) -> Option<Embree> {
         );
     }
     embree
-}
-
-fn median(times: &mut [f64]) -> f64 {
-    times.sort_by(f64::total_cmp);
-    times[times.len() / 2]
 }
 
 fn nearest(geometry: &mut Geometry, embree: Option<&Embree>, set: &str, rays: &[Ray]) {

@@ -1,9 +1,9 @@
 //! The region that rays of one octant may reach: which boxes and triangles are tested against single rays of a group at all.
 
 use super::node::WideNode;
-use super::ray_lanes::Lanes;
 use super::traverse::FAR_MARGIN;
 use super::triangle_block::TriangleBlock;
+use crate::lanes::Lanes3;
 use crate::simd::Simd;
 
 /// Margin for the rounding of a ray's slab test, in units of the largest `|o / d|`. Twice the error of the test.
@@ -25,7 +25,7 @@ pub(super) struct Beam {
 impl Beam {
     /// The beam around rays with origins `o` and reciprocal directions `scale`.
     #[inline(always)]
-    pub(super) fn new(octant: usize, o: &[Lanes; 3], scale: &[Lanes; 3]) -> Self {
+    pub(super) fn new(octant: usize, o: &Lanes3, scale: &Lanes3) -> Self {
         let mut beam = Beam {
             octant,
             first: [0.0; 3],
@@ -35,8 +35,8 @@ impl Beam {
             slack: [0.0; 3],
         };
         for axis in 0..3 {
-            let (low, high) = range(&o[axis].0);
-            let (least, most) = range(&scale[axis].0);
+            let (low, high) = range(&o.0[axis]);
+            let (least, most) = range(&scale.0[axis]);
             let rising = octant >> axis & 1 == 0;
             (beam.first[axis], beam.last[axis]) = if rising { (high, low) } else { (low, high) };
             (beam.least[axis], beam.most[axis]) = (least, most);

@@ -20,12 +20,6 @@ pub(super) struct BinaryNode {
 }
 
 impl BinaryNode {
-    /// The node with its children moved by `shift` places.
-    fn shifted(mut self, shift: u32) -> Self {
-        self.first += if self.count == 0 { shift } else { 0 };
-        self
-    }
-
     pub(super) fn leaf(bounds: Aabb, items: Range<u32>) -> Self {
         BinaryNode {
             bounds,
@@ -40,6 +34,12 @@ impl BinaryNode {
             first: first_child as u32,
             count: 0,
         }
+    }
+
+    /// The node with its children moved by `shift` places.
+    fn shifted(mut self, shift: u32) -> Self {
+        self.first += if self.count == 0 { shift } else { 0 };
+        self
     }
 
     /// The items of a leaf; none for an inner node.

@@ -1,5 +1,6 @@
 //! Nodes with eight children.
 
+use super::binary::half_area;
 use crate::math::{Aabb, Vec3, Vec4};
 use crate::simd::NARROW;
 
@@ -99,8 +100,7 @@ pub(super) fn set_order(node: &mut WideNode, count: usize) {
 pub(super) fn sort_children(node: &mut WideNode) {
     let count = node.children.iter().take_while(|&&word| word != 0).count();
     let value: [f32; NARROW] = std::array::from_fn(|lane| {
-        let d = node.child_bounds(lane).extent();
-        (d.x * d.y + d.y * d.z + d.z * d.x) / node.items_below(lane).max(NARROW as f32)
+        half_area(&node.child_bounds(lane)) / node.items_below(lane).max(NARROW as f32)
     });
     let mut lanes: [usize; NARROW] = std::array::from_fn(|lane| lane);
     lanes[..count].sort_by(|&i, &j| value[i].total_cmp(&value[j]));

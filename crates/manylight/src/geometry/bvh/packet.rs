@@ -8,7 +8,7 @@ use super::edge_volumes::{EdgeVolumes, SegmentDirections};
 use super::node::{LEAF, WideNode};
 use super::shaft::{Shaft, middle_and_half};
 use super::traverse::{self, BoxRay, FAR_MARGIN};
-use super::triangle_block::TriangleBlock;
+use super::triangle_block::{TreeParts, TriangleBlock};
 use super::watertight::AnyTriangle;
 use crate::lanes::vectors::{broadcast3, load3, splat3, store3, sub3};
 use crate::math::{Aabb, Vec3};
@@ -81,7 +81,7 @@ impl<'a> Packet<'a> {
     #[inline(always)]
     pub(super) fn new<S: Simd>(
         s: S,
-        (nodes, blocks): (&'a [WideNode], &'a [TriangleBlock]),
+        TreeParts { nodes, blocks }: TreeParts<'a>,
         from: Vec3,
         targets: &Targets<'a>,
         rays: u64,

@@ -8,6 +8,7 @@ use super::node::WideNode;
 use super::traverse::{self, BoxRay, FAR_MARGIN, ORIGIN_MARGIN};
 use super::triangle_block::TriangleBlock;
 use super::watertight::{Crossing, Sheared, Sides, axes_before, main_axis, shear_corner};
+use crate::lanes::Lanes3;
 use crate::math::Vec3;
 use crate::simd::{NARROW, WIDE, Wide};
 
@@ -23,19 +24,10 @@ pub(super) fn class(d: Vec3) -> usize {
 /// One value per lane, aligned for loads of whole vectors.
 #[derive(Clone, Copy)]
 #[repr(align(64))]
-pub(super) struct Lanes(pub(super) [f32; WIDE]);
+pub(super) struct AlignedLanes(pub(super) [f32; WIDE]);
 
-impl Lanes {
-    pub(super) const ZERO: Self = Lanes([0.0; WIDE]);
-}
-
-#[inline(always)]
-fn load3<W: Wide>(w: W, lanes: &[Lanes; 3]) -> [W::F; 3] {
-    [
-        w.load(&lanes[0].0),
-        w.load(&lanes[1].0),
-        w.load(&lanes[2].0),
-    ]
+impl AlignedLanes {
+    pub(super) const ZERO: Self = AlignedLanes([0.0; WIDE]);
 }
 
 /// Sixteen rays of one class.
@@ -45,24 +37,24 @@ pub(super) struct RayLanes {
     octant: usize,
     axes: [usize; 3],
     /// See [`BoxRay`].
-    near_scale: [Lanes; 3],
-    near_shift: [Lanes; 3],
-    far_scale: [Lanes; 3],
-    far_shift: [Lanes; 3],
+    near_scale: Lanes3,
+    near_shift: Lanes3,
+    far_scale: Lanes3,
+    far_shift: Lanes3,
     /// See [`Sheared`].
-    o: [Lanes; 3],
-    shear: [Lanes; 2],
-    reciprocal: Lanes,
+    o: Lanes3,
+    shear: [AlignedLanes; 2],
+    reciprocal: AlignedLanes,
 }
 
 impl RayLanes {
     /// The rays with origins `o` and directions `d`, all of `class`. Unused lanes repeat a used one.
     #[inline(always)]
-    pub(super) fn new<W: Wide>(w: W, class: usize, o: &[Lanes; 3], d: &[Lanes; 3]) -> Self {
+    pub(super) fn new<W: Wide>(w: W, class: usize, o: &Lanes3, d: &Lanes3) -> Self {
         let octant = class / 3;
         let axes = axes_before(class % 3);
         let one = w.splat(1.0);
-        let (origin, direction) = (load3(w, o), load3(w, d));
+        let (origin, direction) = (o.load(w), d.load(w));
         let largest = w.max(
             w.max(w.abs(direction[0]), w.abs(direction[1])),
             w.abs(direction[2]),
@@ -71,34 +63,34 @@ impl RayLanes {
             w.mul(largest, w.splat(traverse::NEGLIGIBLE)),
             w.splat(f32::MIN_POSITIVE),
         );
-        let store = |x: W::F| Lanes(w.store(x));
-        let mut scale = [Lanes::ZERO; 3];
-        for axis in 0..3 {
+        let store = |x: W::F| AlignedLanes(w.store(x));
+        let mut scale = Lanes3::ZERO;
+        for (scale, &direction) in scale.0.iter_mut().zip(&direction) {
             // As in `traverse::slab_reciprocal`.
-            let size = w.max(w.abs(direction[axis]), tiny);
-            scale[axis] = store(w.div(one, w.mul_sign(size, direction[axis])));
+            let size = w.max(w.abs(direction), tiny);
+            *scale = w.store(w.div(one, w.mul_sign(size, direction)));
         }
         let mut lanes = RayLanes {
             beam: Beam::new(octant, o, &scale),
             octant,
             axes,
             near_scale: scale,
-            near_shift: [Lanes::ZERO; 3],
-            far_scale: [Lanes::ZERO; 3],
-            far_shift: [Lanes::ZERO; 3],
-            o: [o[axes[0]], o[axes[1]], o[axes[2]]],
-            shear: [Lanes::ZERO; 2],
-            reciprocal: Lanes::ZERO,
+            near_shift: Lanes3::ZERO,
+            far_scale: Lanes3::ZERO,
+            far_shift: Lanes3::ZERO,
+            o: Lanes3([o.0[axes[0]], o.0[axes[1]], o.0[axes[2]]]),
+            shear: [AlignedLanes::ZERO; 2],
+            reciprocal: AlignedLanes::ZERO,
         };
         for (axis, &origin) in origin.iter().enumerate() {
             // As in `BoxRay::new`.
-            let scale = w.load(&lanes.near_scale[axis].0);
+            let scale = w.load(&lanes.near_scale.0[axis]);
             let shift = w.mul(origin, scale);
             let margin = w.mul(w.abs(shift), w.splat(ORIGIN_MARGIN));
-            lanes.near_shift[axis] = store(w.add(shift, margin));
+            lanes.near_shift.0[axis] = w.store(w.add(shift, margin));
             let far_margin = w.splat(FAR_MARGIN);
-            lanes.far_scale[axis] = store(w.mul(scale, far_margin));
-            lanes.far_shift[axis] = store(w.mul(w.sub(shift, margin), far_margin));
+            lanes.far_scale.0[axis] = w.store(w.mul(scale, far_margin));
+            lanes.far_shift.0[axis] = w.store(w.mul(w.sub(shift, margin), far_margin));
         }
         // As in `Sheared::new`.
         let reciprocal = w.div(one, direction[axes[2]]);
@@ -130,15 +122,15 @@ impl RayLanes {
         let near = |axis: usize| {
             w.mul_sub(
                 plane(axis, self.octant >> axis & 1),
-                w.load(&self.near_scale[axis].0),
-                w.load(&self.near_shift[axis].0),
+                w.load(&self.near_scale.0[axis]),
+                w.load(&self.near_shift.0[axis]),
             )
         };
         let far = |axis: usize| {
             w.mul_sub(
                 plane(axis, !self.octant >> axis & 1),
-                w.load(&self.far_scale[axis].0),
-                w.load(&self.far_shift[axis].0),
+                w.load(&self.far_scale.0[axis]),
+                w.load(&self.far_shift.0[axis]),
             )
         };
         let enter = w.max(w.max(near(0), near(1)), w.max(near(2), w.splat(0.0)));
@@ -156,7 +148,7 @@ impl RayLanes {
         rays: u32,
         limit: W::F,
     ) -> Option<Crossing<WIDE, W>> {
-        let o = load3(w, &self.o);
+        let o = self.o.load(w);
         let shear = [w.load(&self.shear[0].0), w.load(&self.shear[1].0)];
         let corners = [
             shear_corner(w, self.point(w, &block.corners[0], place), o, shear),
@@ -185,7 +177,7 @@ impl RayLanes {
     /// The ray of one lane.
     #[inline(always)]
     pub(super) fn single(&self, lane: usize) -> (BoxRay, Sheared) {
-        let at = |lanes: &[Lanes; 3]| [lanes[0].0[lane], lanes[1].0[lane], lanes[2].0[lane]];
+        let at = |lanes: &Lanes3| lanes.vec(lane).to_array();
         let slabs = BoxRay {
             near_scale: at(&self.near_scale),
             near_shift: at(&self.near_shift),
@@ -201,7 +193,7 @@ impl RayLanes {
     pub(super) fn sheared(&self, lane: usize) -> Sheared {
         Sheared {
             axes: self.axes,
-            o: [self.o[0].0[lane], self.o[1].0[lane], self.o[2].0[lane]],
+            o: self.o.vec(lane).to_array(),
             shear: [self.shear[0].0[lane], self.shear[1].0[lane]],
             scale: self.reciprocal.0[lane],
         }

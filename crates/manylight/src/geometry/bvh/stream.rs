@@ -2,12 +2,13 @@
 
 use super::beam::range;
 use super::build::MAX_DEPTH;
-use super::node::{LEAF, WideNode};
-use super::ray_lanes::{CLASSES, Lanes, RayLanes, class};
+use super::node::LEAF;
+use super::ray_lanes::{AlignedLanes, CLASSES, RayLanes, class};
 use super::traverse;
-use super::triangle_block::{TriangleBlock, TriangleHit};
+use super::triangle_block::{TreeParts, TriangleBlock, TriangleHit};
 use super::watertight::{AnyTriangle, NearestHit, NearestTriangle, REACH_MARGIN};
 use crate::geometry::{Ray, Segment};
+use crate::lanes::Lanes3;
 use crate::math::{Vec2, Vec3};
 use crate::simd::{Floats, NARROW, Simd, WIDE, set_bits};
 
@@ -25,13 +26,6 @@ const NARROW_BEAM: u32 = 2;
 
 /// Entries of a stack: each level pops one and pushes at most eight.
 const CAPACITY: usize = (NARROW - 1) * MAX_DEPTH + 1;
-
-/// The nodes and leaves of a tree.
-#[derive(Clone, Copy)]
-pub(super) struct TreeParts<'a> {
-    pub(super) nodes: &'a [WideNode],
-    pub(super) blocks: &'a [TriangleBlock],
-}
 
 /// Indices of a list of directions, sorted by [`class`], each class in the order of the list.
 struct ByClass {
@@ -72,17 +66,15 @@ impl ByClass {
 
 /// Rays of a group in lanes: origins and directions.
 #[inline(always)]
-fn in_lanes(group: &[u32], ray: impl Fn(usize) -> (Vec3, Vec3)) -> ([Lanes; 3], [Lanes; 3]) {
-    let (mut o, mut d) = ([Lanes::ZERO; 3], [Lanes::ZERO; 3]);
+fn in_lanes(group: &[u32], ray: impl Fn(usize) -> (Vec3, Vec3)) -> [Lanes3; 2] {
+    let mut lanes = [Lanes3::ZERO; 2];
     for lane in 0..WIDE {
         let index = group[lane.min(group.len() - 1)];
         let (origin, direction) = ray(index as usize);
-        for axis in 0..3 {
-            o[axis].0[lane] = origin[axis];
-            d[axis].0[lane] = direction[axis];
-        }
+        lanes[0].set(lane, origin);
+        lanes[1].set(lane, direction);
     }
-    (o, d)
+    lanes
 }
 
 /// Bits of the first `count` lanes.
@@ -92,12 +84,12 @@ fn first_lanes(count: usize) -> u32 {
 
 /// The nearest hits so far of sixteen rays; see [`NearestHit`].
 struct NearestLanes {
-    t: Lanes,
+    t: AlignedLanes,
     /// The bits of the indices.
-    ids: Lanes,
+    ids: AlignedLanes,
     is_hit: u32,
-    weights: [Lanes; 3],
-    reach: Lanes,
+    weights: [AlignedLanes; 3],
+    reach: AlignedLanes,
     /// Largest `reach` of any ray.
     farthest: f32,
 }
@@ -105,10 +97,10 @@ struct NearestLanes {
 /// The nearest hits of up to sixteen rays.
 pub(in crate::geometry) struct LaneHits {
     is_hit: u32,
-    t: Lanes,
+    t: AlignedLanes,
     /// The bits of the indices.
-    ids: Lanes,
-    coordinates: [Lanes; 2],
+    ids: AlignedLanes,
+    coordinates: [AlignedLanes; 2],
 }
 
 impl LaneHits {
@@ -143,14 +135,14 @@ pub(super) fn nearest_stream<S: Simd>(
 /// Subtrees to visit with the parameters at which the rays of a group enter them, infinite for rays that do not.
 struct NearestStack {
     words: [u32; CAPACITY],
-    near: [Lanes; CAPACITY],
+    near: [AlignedLanes; CAPACITY],
 }
 
 impl NearestStack {
     fn new() -> Self {
         NearestStack {
             words: [0; CAPACITY],
-            near: [Lanes::ZERO; CAPACITY],
+            near: [AlignedLanes::ZERO; CAPACITY],
         }
     }
 }
@@ -165,22 +157,22 @@ fn nearest_of_group<S: Simd>(
     rays: &[Ray],
 ) -> NearestLanes {
     let w = s.wide();
-    let (o, d) = in_lanes(group, |i| (rays[i].o, rays[i].d));
+    let [o, d] = in_lanes(group, |i| (rays[i].o, rays[i].d));
     let lanes = RayLanes::new(w, class, &o, &d);
     let mut best = NearestLanes {
         // Unused lanes enter no box.
-        t: Lanes(std::array::from_fn(|lane| {
+        t: AlignedLanes(std::array::from_fn(|lane| {
             group
                 .get(lane)
                 .map_or(f32::NEG_INFINITY, |&i| rays[i as usize].t_max)
         })),
-        ids: Lanes::ZERO,
+        ids: AlignedLanes::ZERO,
         is_hit: 0,
-        weights: [Lanes::ZERO; 3],
-        reach: Lanes::ZERO,
+        weights: [AlignedLanes::ZERO; 3],
+        reach: AlignedLanes::ZERO,
         farthest: f32::INFINITY,
     };
-    best.reach = Lanes(w.store(w.mul(w.load(&best.t.0), w.splat(REACH_MARGIN))));
+    best.reach = AlignedLanes(w.store(w.mul(w.load(&best.t.0), w.splat(REACH_MARGIN))));
     best.trace(s, tree, stack, &lanes);
     best
 }
@@ -197,8 +189,8 @@ impl NearestLanes {
             t: self.t,
             ids: self.ids,
             coordinates: [
-                Lanes(w.store(w.div(w.load(&y.0), sum))),
-                Lanes(w.store(w.div(w.load(&z.0), sum))),
+                AlignedLanes(w.store(w.div(w.load(&y.0), sum))),
+                AlignedLanes(w.store(w.div(w.load(&z.0), sum))),
             ],
         }
     }
@@ -241,7 +233,7 @@ impl NearestLanes {
         let infinity = w.splat(f32::INFINITY);
         let mut top = 1;
         stack.words[0] = 0;
-        stack.near[0] = Lanes::ZERO;
+        stack.near[0] = AlignedLanes::ZERO;
         while top > 0 {
             top -= 1;
             let (word, near) = (stack.words[top], w.load(&stack.near[top].0));
@@ -277,14 +269,15 @@ impl NearestLanes {
                 }
                 if is_narrow && node.children[lane] & LEAF == 0 {
                     stack.words[top] = node.children[lane];
-                    stack.near[top] = Lanes(w.store(near));
+                    stack.near[top] = AlignedLanes(w.store(near));
                     top += 1;
                     continue;
                 }
                 let (enter, entering) = lanes.enter(w, node, lane, reach);
                 if entering != 0 {
                     stack.words[top] = node.children[lane];
-                    stack.near[top] = Lanes(w.store(w.select(w.lanes(entering), enter, infinity)));
+                    stack.near[top] =
+                        AlignedLanes(w.store(w.select(w.lanes(entering), enter, infinity)));
                     top += 1;
                 }
             }
@@ -321,14 +314,14 @@ impl NearestLanes {
                 nearer |= u32::from(id < self.ids.0[lane].to_bits()) << lane;
             }
             let m = w.lanes(nearer);
-            self.t = Lanes(w.store(w.select(m, distance, t)));
+            self.t = AlignedLanes(w.store(w.select(m, distance, t)));
             let closer = w.mul(distance, w.splat(REACH_MARGIN));
-            self.reach = Lanes(w.store(w.select(m, closer, reach)));
+            self.reach = AlignedLanes(w.store(w.select(m, closer, reach)));
             let id = w.splat(f32::from_bits(id));
-            self.ids = Lanes(w.store(w.select(m, id, w.load(&self.ids.0))));
+            self.ids = AlignedLanes(w.store(w.select(m, id, w.load(&self.ids.0))));
             let weights = [crossing.edges[1], crossing.edges[2], crossing.det];
             for (own, weight) in self.weights.iter_mut().zip(weights) {
-                *own = Lanes(w.store(w.select(m, weight, w.load(&own.0))));
+                *own = AlignedLanes(w.store(w.select(m, weight, w.load(&own.0))));
             }
             self.is_hit |= nearer;
             is_nearer |= nearer != 0;
@@ -351,7 +344,7 @@ pub(super) fn any_stream<S: Simd>(
     let mut stack = [(0, 0); CAPACITY];
     for (class, group) in order.groups() {
         let ray = |i: usize| (segments[i].from, segments[i].to - segments[i].from);
-        let (o, d) = in_lanes(group, ray);
+        let [o, d] = in_lanes(group, ray);
         let lanes = RayLanes::new(s.wide(), class, &o, &d);
         let all = first_lanes(group.len());
         let open = open_of_group(s, tree, &mut stack, &lanes, all);

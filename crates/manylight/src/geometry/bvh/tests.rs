@@ -2,6 +2,7 @@
 
 use super::build::{self, WideTree};
 use super::item_box::ItemBox;
+use super::triangle_block::TreeParts;
 use super::{TriangleBvh, node};
 use crate::geometry::Ray;
 use crate::math::{Aabb, Vec2, Vec3};
@@ -499,7 +500,7 @@ fn the_tree_does_not_depend_on_the_number_of_threads() {
     let build = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let bvh = pool.unwrap().install(|| TriangleBvh::new(&triangles));
-        let (nodes, blocks) = bvh.parts();
+        let TreeParts { nodes, blocks } = bvh.parts();
         let nodes = nodes.iter().map(|n| (n.bounds, n.children, n.order));
         let blocks = blocks.iter().map(|b| (b.corners, b.ids));
         (nodes.collect::<Vec<_>>(), blocks.collect::<Vec<_>>())
@@ -512,7 +513,7 @@ fn the_tree_does_not_depend_on_the_number_of_threads() {
 fn every_triangle_is_in_one_leaf() {
     let triangles = soup(20_000, 0.05, 10);
     let bvh = TriangleBvh::new(&triangles);
-    let (_, blocks) = bvh.parts();
+    let blocks = bvh.parts().blocks;
     // Unused lanes are degenerate, and repeat index 0.
     let used = blocks.iter().flat_map(|block| {
         let is_used =

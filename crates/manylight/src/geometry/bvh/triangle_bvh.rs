@@ -2,12 +2,11 @@
 
 use super::build::WideTree;
 use super::item_box::ItemBox;
-use super::node::WideNode;
 use super::packet::{EMPTY_STACK, Packet, RAYS, Targets};
-use super::stream::{self, LaneHits, TreeParts};
+use super::stream::{self, LaneHits};
 use super::tile::{SIDE, VisibilityTile};
 use super::traverse::{self, BoxRay};
-use super::triangle_block::{TriangleBlock, TriangleHit};
+use super::triangle_block::{TreeParts, TriangleBlock, TriangleHit};
 use super::watertight::{AnyTriangle, EachTriangle, NearestHit, NearestTriangle, Sheared};
 use crate::geometry::{Ray, Segment};
 use crate::math::{Aabb, Vec3};
@@ -182,15 +181,11 @@ impl TriangleBvh {
         open
     }
 
-    fn tree_parts(&self) -> TreeParts<'_> {
+    pub(super) fn parts(&self) -> TreeParts<'_> {
         TreeParts {
             nodes: &self.tree.nodes,
             blocks: &self.blocks,
         }
-    }
-
-    pub(super) fn parts(&self) -> (&[WideNode], &[TriangleBlock]) {
-        (&self.tree.nodes, &self.blocks)
     }
 }
 
@@ -272,7 +267,7 @@ impl<F: FnMut(&[u32], &LaneHits)> SimdKernel for NearestStream<'_, F> {
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) {
-        stream::nearest_stream(s, self.bvh.tree_parts(), self.rays, self.found);
+        stream::nearest_stream(s, self.bvh.parts(), self.rays, self.found);
     }
 }
 
@@ -288,7 +283,7 @@ impl SimdKernel for AnyStream<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) {
-        stream::any_stream(s, self.bvh.tree_parts(), self.segments, self.blocked);
+        stream::any_stream(s, self.bvh.parts(), self.segments, self.blocked);
     }
 }
 
