@@ -58,6 +58,18 @@ struct Rays<const N: usize> {
     flags: [u32; N],
 }
 
+/// `RTCRayHit16`.
+#[repr(C, align(64))]
+#[derive(Clone, Copy)]
+struct RayHit16 {
+    rays: Rays<16>,
+    ng: [[f32; 16]; 3],
+    uv: [[f32; 16]; 2],
+    primitive: [u32; 16],
+    geometry: [u32; 16],
+    instance: [[u32; 16]; 2],
+}
+
 /// `RTCIntersectArguments` or `RTCOccludedArguments`, and padding.
 #[repr(C)]
 struct Arguments {
@@ -108,6 +120,24 @@ pub(crate) enum Coherence {
     Incoherent,
 }
 
+impl Coherence {
+    fn arguments(self) -> Arguments {
+        Arguments::new(match self {
+            Coherence::Coherent => COHERENT,
+            Coherence::Incoherent => 0,
+        })
+    }
+}
+
+/// Validity of each ray of a packet: -1 or 0.
+#[repr(align(64))]
+struct Valid<const N: usize>([c_int; N]);
+
+/// The first `count` rays of a packet as valid.
+fn first_valid(count: usize) -> Valid<16> {
+    Valid(std::array::from_fn(|i| -c_int::from(i < count)))
+}
+
 /// A scene in Embree.
 pub(crate) struct Embree {
     scene: Handle,
@@ -118,6 +148,7 @@ pub(crate) struct Embree {
     occluded1: Trace1,
     occluded8: TracePacket,
     occluded16: TracePacket,
+    intersect16: TracePacket,
     /// Bytes allocated, vertices and indices included.
     pub(crate) bytes: isize,
     /// Time of the build.
@@ -165,6 +196,7 @@ impl Embree {
                 occluded1: function!(library, b"rtcOccluded1\0": Trace1),
                 occluded8: function!(library, b"rtcOccluded8\0": TracePacket),
                 occluded16: function!(library, b"rtcOccluded16\0": TracePacket),
+                intersect16: function!(library, b"rtcIntersect16\0": TracePacket),
                 bytes: ALLOCATED.load(Ordering::Relaxed),
                 seconds,
             };
@@ -194,6 +226,61 @@ impl Embree {
         query.t_far < 0.0
     }
 
+    /// Distances of the nearest hits of up to 16 rays; infinite without one.
+    pub(crate) fn intersect16(&self, rays: &[Ray], coherence: Coherence) -> [f32; 16] {
+        let at = |lane: usize| &rays[lane.min(rays.len() - 1)];
+        let mut query = RayHit16 {
+            rays: packet(
+                rays.len(),
+                |lane| (at(lane).o, at(lane).d),
+                |lane| at(lane).t_max,
+            ),
+            ng: [[0.0; 16]; 3],
+            uv: [[0.0; 16]; 2],
+            primitive: [INVALID; 16],
+            geometry: [INVALID; 16],
+            instance: [[INVALID; 16]; 2],
+        };
+        let valid = first_valid(rays.len());
+        // SAFETY: as in `intersect`; the function takes 16 rays, and masks and rays have the alignment that Embree requires.
+        unsafe {
+            let query = (&raw mut query).cast();
+            (self.intersect16)(
+                valid.0.as_ptr(),
+                self.scene,
+                query,
+                &mut coherence.arguments(),
+            );
+        }
+        std::array::from_fn(|lane| {
+            if query.geometry[lane] == INVALID {
+                f32::INFINITY
+            } else {
+                query.rays.t_far[lane]
+            }
+        })
+    }
+
+    /// The occluded ones of up to 16 segments, as bits.
+    pub(crate) fn occluded16(&self, segments: &[Segment], coherence: Coherence) -> u32 {
+        let at = |lane: usize| &segments[lane.min(segments.len() - 1)];
+        let ray = |lane| (at(lane).from, at(lane).to - at(lane).from);
+        let mut query = packet(segments.len(), ray, |_| 1.0);
+        let valid = first_valid(segments.len());
+        // SAFETY: as in `intersect16`.
+        unsafe {
+            let query = (&raw mut query).cast();
+            (self.occluded16)(
+                valid.0.as_ptr(),
+                self.scene,
+                query,
+                &mut coherence.arguments(),
+            );
+        }
+        let t_far = query.t_far[..segments.len()].iter().rev();
+        t_far.fold(0, |bits, &t| bits << 1 | u32::from(t < 0.0))
+    }
+
     /// Traces segments from `from` to the points `to` (structure of arrays, `N` is 8 or 16) with a bit in `wanted`. Returns the
     /// occluded ones as bits.
     #[inline]
@@ -204,9 +291,7 @@ impl Embree {
         wanted: u32,
         coherence: Coherence,
     ) -> u32 {
-        #[repr(align(64))]
-        struct Aligned<const N: usize>([c_int; N]);
-        let valid: Aligned<N> = Aligned(std::array::from_fn(|i| -((wanted >> i & 1) as c_int)));
+        let valid: Valid<N> = Valid(std::array::from_fn(|i| -((wanted >> i & 1) as c_int)));
         let mut rays = Rays {
             o: from.to_array().map(|x| [x; N]),
             t_near: [0.0; N],
@@ -217,10 +302,7 @@ impl Embree {
             id: [0; N],
             flags: [0; N],
         };
-        let mut arguments = Arguments::new(match coherence {
-            Coherence::Coherent => COHERENT,
-            Coherence::Incoherent => 0,
-        });
+        let mut arguments = coherence.arguments();
         let trace = match N {
             8 => self.occluded8,
             16 => self.occluded16,
@@ -259,7 +341,10 @@ unsafe fn new_device(library: &Library, threads: usize) -> Handle {
             function!(library, b"rtcNewDevice\0": unsafe extern "C" fn(*const c_char) -> Handle);
         let set_monitor = function!(library, b"rtcSetDeviceMemoryMonitorFunction\0":
             unsafe extern "C" fn(Handle, extern "C" fn(*mut c_void, isize, bool) -> bool, *mut c_void));
-        let config = std::ffi::CString::new(format!("threads={threads}"))
+        // Embree takes the best instruction set of the machine unless told otherwise.
+        let isa = std::env::var("MANYLIGHT_EMBREE_ISA")
+            .map_or(String::new(), |isa| format!(",isa={isa}"));
+        let config = std::ffi::CString::new(format!("threads={threads}{isa}"))
             .expect("invariant: no zero byte inside");
         let device = new_device(config.as_ptr());
         assert!(!device.is_null(), "Embree cannot create a device");
@@ -298,6 +383,33 @@ unsafe fn new_geometry(library: &Library, device: Handle, triangles: &[[Vec3; 3]
         commit_geometry(geometry);
         geometry
     }
+}
+
+/// Sixteen rays as Embree takes them, of which `count` are traced: their origins and directions, and their ends.
+fn packet(
+    count: usize,
+    ray: impl Fn(usize) -> (Vec3, Vec3),
+    t_far: impl Fn(usize) -> f32,
+) -> Rays<16> {
+    let mut rays = Rays {
+        o: [[0.0; 16]; 3],
+        t_near: [0.0; 16],
+        d: [[0.0; 16]; 3],
+        time: [0.0; 16],
+        t_far: [0.0; 16],
+        mask: [u32::MAX; 16],
+        id: [0; 16],
+        flags: [0; 16],
+    };
+    for lane in 0..count {
+        let (o, d) = ray(lane);
+        for axis in 0..3 {
+            rays.o[axis][lane] = o[axis];
+            rays.d[axis][lane] = d[axis];
+        }
+        rays.t_far[lane] = t_far(lane);
+    }
+    rays
 }
 
 /// One ray as Embree takes it.

@@ -1,9 +1,10 @@
-//! Rays per second and thread of single-ray, packet and block queries, compared with other kernels on the same rays.
+//! Rays per second and thread of single-ray, stream, packet and block queries, compared with other kernels on the same rays.
 //!
 //! `MANYLIGHT_BENCH_SCENES=a.xml:b.xml cargo bench -p manylight --bench visibility [-- SET...]`, where SET is part of the name
-//! of a ray set: `camera`, `bounce`, `random`, `tile`, `block` or a number of lights such as `32k`.
+//! of a ray set: `camera`, `bounce`, `random`, `stream`, `tile`, `block` or a number of lights such as `32k`.
 //!
-//! If `MANYLIGHT_EMBREE` names the shared library of Embree 4, its kernels are the reference.
+//! If `MANYLIGHT_EMBREE` names the shared library of Embree 4, its kernels are the reference; `MANYLIGHT_EMBREE_ISA=avx2` limits
+//! them to this instruction set.
 #![allow(
     clippy::print_stdout,
     reason = "a benchmark reports on standard output"
@@ -11,20 +12,21 @@
 
 #[path = "../shared/clock.rs"]
 mod clock;
+mod comparison;
 mod embree;
+mod path_tile;
 #[path = "../shared/scene_list.rs"]
 mod scene_list;
+mod streams;
 mod workload;
 
+use comparison::{Comparison, REPEATS, RayKernel, embree_kernel, median, own_kernels};
 use embree::{Coherence, Embree};
 use manylight::geometry::{Geometry, Instructions, Ray, Segment};
 use manylight::math::Vec3;
-use std::hint::black_box;
 use std::path::Path;
 use workload::{RayBlock, Workload};
 
-/// Timed runs per kernel, and builds; the median is reported.
-const REPEATS: usize = 9;
 /// Numbers of lights in the sets `tile` and `block`.
 const LIGHTS: [usize; 4] = [1 << 12, 1 << 15, 1 << 18, 1 << 20];
 
@@ -52,6 +54,9 @@ fn bench_scene(path: &Path, is_wanted: &dyn Fn(&str) -> bool) {
     if is_wanted("random") {
         let segments = work.random_segments();
         occlusion(&mut work.geometry, embree.as_ref(), "random", &segments);
+    }
+    if is_wanted("stream") {
+        streams::compare(&mut work, embree.as_ref());
     }
     for lights in LIGHTS {
         let set = format!("{}k lights", lights >> 10);
@@ -92,87 +97,6 @@ fn builds(work: &Workload) -> Option<Embree> {
         );
     }
     embree
-}
-
-fn median(times: &mut [f64]) -> f64 {
-    times.sort_by(f64::total_cmp);
-    times[times.len() / 2]
-}
-
-/// A kernel that traces a whole ray set and returns the number of hits.
-struct RayKernel<'a> {
-    name: String,
-    trace: Box<dyn Fn(&Geometry) -> u64 + 'a>,
-    instructions: Instructions,
-}
-
-/// A kernel of this project, once for each instruction set of the machine.
-fn own_kernels<'a>(
-    name: &str,
-    trace: impl Fn(&Geometry) -> u64 + Clone + 'a,
-) -> impl Iterator<Item = RayKernel<'a>> {
-    let all = Instructions::available().into_iter();
-    all.map(move |instructions| RayKernel {
-        name: format!("{name} {instructions:?}"),
-        trace: Box::new(trace.clone()),
-        instructions,
-    })
-}
-
-/// A kernel of Embree.
-fn embree_kernel<'a>(name: &str, trace: impl Fn() -> u64 + 'a) -> RayKernel<'a> {
-    RayKernel {
-        name: name.to_owned(),
-        trace: Box::new(move |_| trace()),
-        instructions: Instructions::Portable,
-    }
-}
-
-/// A ray set and the kernels that trace it. The first `references` kernels are Embree's.
-struct Comparison<'a> {
-    set: String,
-    rays: usize,
-    references: usize,
-    kernels: Vec<RayKernel<'a>>,
-}
-
-impl Comparison<'_> {
-    /// Times the kernels alternately and prints their median rates, as ratios to the fastest reference, or to the last kernel
-    /// if there is no reference.
-    fn run(&self, geometry: &mut Geometry) {
-        let mut seconds = vec![Vec::new(); self.kernels.len()];
-        let mut hits = vec![0; self.kernels.len()];
-        for _ in 0..=REPEATS {
-            for (i, kernel) in self.kernels.iter().enumerate() {
-                geometry.use_instructions(kernel.instructions);
-                let start = clock::thread_seconds();
-                hits[i] = black_box((kernel.trace)(geometry));
-                seconds[i].push(clock::thread_seconds() - start);
-            }
-        }
-        let medians: Vec<f64> = seconds
-            .iter_mut()
-            .map(|times| {
-                // The first run only warms the caches.
-                times.remove(0);
-                median(times)
-            })
-            .collect();
-        let reference = medians[..self.references]
-            .iter()
-            .copied()
-            .min_by(f64::total_cmp)
-            .unwrap_or(medians[medians.len() - 1]);
-        println!("{}: {} rays", self.set, self.rays);
-        for ((kernel, median), hits) in self.kernels.iter().zip(&medians).zip(&hits) {
-            let rate = self.rays as f64 / median * 1e-6;
-            println!(
-                "  {:32} {rate:8.2} M/s {:6.2}x  {hits} hits",
-                kernel.name,
-                reference / median
-            );
-        }
-    }
 }
 
 fn nearest(geometry: &mut Geometry, embree: Option<&Embree>, set: &str, rays: &[Ray]) {

@@ -3,13 +3,13 @@
 use manylight::geometry::{Geometry, Primitive, Ray, Segment, Shape, SurfacePoint};
 use manylight::math::{Aabb, UVec2, Vec2, Vec3};
 use manylight::sampling::{rng::Pcg, warp};
-use manylight::scene::SceneDesc;
+use manylight::scene::{PrimitiveDesc, SceneDesc};
 use manylight::sensors::{Sensor, SensorDesc};
 use manylight_io::{LoadOptions, load_scene};
 use std::path::Path;
 
 /// Width and height of the image in pixels.
-const SIDE: usize = 512;
+pub(crate) const SIDE: usize = 512;
 
 /// Width and height of a tile in pixels.
 const TILE: usize = 8;
@@ -25,7 +25,9 @@ pub(crate) struct Workload {
     /// The triangles of `geometry` in world space.
     pub(crate) triangles: Vec<[Vec3; 3]>,
     desc: SceneDesc,
-    sensor: Sensor,
+    /// The triangles of area emitters.
+    pub(crate) emitters: Vec<[Vec3; 3]>,
+    pub(crate) sensor: Sensor,
     /// For each pixel, the surface point seen and the direction towards the camera.
     hits: Vec<Option<(SurfacePoint, Vec3)>>,
 }
@@ -46,12 +48,14 @@ impl Workload {
             .unwrap_or_else(|error| panic!("{}: {error}", path.display()))
             .desc;
         let sensor = square_sensor(&desc.sensors[0]);
-        let triangles = world_triangles(&desc);
+        let triangles = world_triangles(&desc, |_| true);
+        let emitters = world_triangles(&desc, |p| p.emitter.is_some());
         let (geometry, _) = build(&desc);
         let mut workload = Workload {
             geometry,
             triangles,
             desc,
+            emitters,
             sensor,
             hits: Vec::new(),
         };
@@ -93,7 +97,8 @@ impl Workload {
             .collect()
     }
 
-    fn hit(&self, ray: &Ray) -> Option<(SurfacePoint, Vec3)> {
+    /// The surface point that the ray meets, and the direction back along the ray.
+    pub(crate) fn hit(&self, ray: &Ray) -> Option<(SurfacePoint, Vec3)> {
         let hit = self.geometry.intersect(ray)?;
         Some((self.geometry.surface_point(hit.at), -ray.d))
     }
@@ -205,9 +210,10 @@ fn square_sensor(desc: &SensorDesc) -> Sensor {
     })
 }
 
-fn world_triangles(desc: &SceneDesc) -> Vec<[Vec3; 3]> {
+/// The triangles of the wanted primitives in world space.
+fn world_triangles(desc: &SceneDesc, wanted: impl Fn(&PrimitiveDesc) -> bool) -> Vec<[Vec3; 3]> {
     let mut triangles = Vec::new();
-    for primitive in &desc.primitives {
+    for primitive in desc.primitives.iter().filter(|p| wanted(p)) {
         if let Shape::Mesh(mesh) = &desc.shapes[primitive.shape.index()] {
             let corner = |i: u32| {
                 let p = mesh.positions[i as usize];
@@ -219,7 +225,8 @@ fn world_triangles(desc: &SceneDesc) -> Vec<[Vec3; 3]> {
     triangles
 }
 
-fn spawn(x: &SurfacePoint, wo: Vec3, random: &mut Pcg) -> Ray {
+/// A cosine-distributed ray on the side of `wo`.
+pub(crate) fn spawn(x: &SurfacePoint, wo: Vec3, random: &mut Pcg) -> Ray {
     let side = 1.0f32.copysign(x.ng.dot(wo));
     let w = warp::cosine_hemisphere(Vec2::new(random.next_f32(), random.next_f32()));
     x.spawn(manylight::math::Frame::from_normal(x.ng * side).to_world(w))

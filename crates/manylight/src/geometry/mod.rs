@@ -10,6 +10,7 @@ mod placement;
 mod queries;
 pub mod ray;
 pub mod shape;
+mod stream;
 pub mod surface_point;
 mod surface_points;
 mod surface_set;

@@ -13,11 +13,8 @@ impl Geometry {
         if !self.has_transparent() {
             return opaque;
         }
-        let rest = Ray {
-            t_max: opaque.map_or(ray.t_max, |hit| hit.t),
-            ..*ray
-        };
-        self.nearest(SurfaceClass::Transparent, &rest).or(opaque)
+        self.nearest(SurfaceClass::Transparent, &up_to(ray, &opaque))
+            .or(opaque)
     }
 
     /// Whether an opaque surface lies on the segment.
@@ -67,7 +64,7 @@ impl Geometry {
         }
         let mut ended = false;
         let whole = segment.ray();
-        surfaces.visit_objects(&whole, whole.t_max, |object, t_max| {
+        surfaces.visit_objects(&whole, |object, t_max| {
             ended = match object {
                 Object::Analytic(primitive) => self.visit_analytic(primitive, segment, visit),
                 Object::Instance(index) => {
@@ -114,15 +111,24 @@ impl Geometry {
     /// The nearest hit with surfaces of one class.
     fn nearest(&self, class: SurfaceClass, ray: &Ray) -> Option<Hit> {
         let surfaces = self.world.surfaces(class);
-        let mut best = surfaces.nearest_triangle(ray);
+        let triangle = surfaces.nearest_triangle(ray);
         if !surfaces.has_objects() {
-            return best;
+            return triangle;
         }
-        let mut rest = Ray {
-            t_max: best.map_or(ray.t_max, |hit| hit.t),
-            ..*ray
-        };
-        surfaces.visit_objects(ray, rest.t_max, |object, t_max| {
+        self.nearest_object(class, surfaces, &up_to(ray, &triangle))
+            .or(triangle)
+    }
+
+    /// The nearest hit with an analytic shape or an instance in the set.
+    pub(super) fn nearest_object(
+        &self,
+        class: SurfaceClass,
+        surfaces: &SurfaceSet,
+        ray: &Ray,
+    ) -> Option<Hit> {
+        let mut best = None;
+        let mut rest = *ray;
+        surfaces.visit_objects(ray, |object, t_max| {
             rest.t_max = t_max;
             let hit = match object {
                 Object::Analytic(primitive) => {
@@ -140,32 +146,20 @@ impl Geometry {
     fn nearest_in_instance(&self, class: SurfaceClass, index: usize, ray: &Ray) -> Option<Hit> {
         let instance = &self.instances[index];
         let surfaces = self.groups[instance.group()].surfaces(class);
-        let mut rest = instance.ray_in_group(ray);
-        let mut best = surfaces.nearest_triangle(&rest);
-        rest.t_max = best.map_or(ray.t_max, |hit| hit.t);
-        let start = rest;
-        surfaces.visit_objects(&start, start.t_max, |object, t_max| {
-            rest.t_max = t_max;
-            let hit = match object {
-                Object::Analytic(primitive) => {
-                    self.placements[primitive.index()].intersect_analytic(primitive, &rest)
-                }
-                Object::Instance(_) => None,
-            };
-            best = hit.or(best);
-            hit.map_or(t_max, |hit| hit.t)
-        });
-        best.map(|hit| Hit {
-            at: SurfaceRef {
-                instance: index as u32,
-                ..hit.at
-            },
-            ..hit
-        })
+        let local = instance.ray_in_group(ray);
+        let triangle = surfaces.nearest_triangle(&local);
+        // Groups hold no instances.
+        let object = self.nearest_object(class, surfaces, &up_to(&local, &triangle));
+        let hit = object.or(triangle)?;
+        let at = SurfaceRef {
+            instance: index as u32,
+            ..hit.at
+        };
+        Some(Hit { at, ..hit })
     }
 
     /// Whether an analytic shape or an instance blocks the segment.
-    fn any_object(&self, surfaces: &SurfaceSet, segment: &Segment) -> bool {
+    pub(super) fn any_object(&self, surfaces: &SurfaceSet, segment: &Segment) -> bool {
         surfaces.any_object(segment, |object| match object {
             Object::Analytic(primitive) => self.placements[primitive.index()].blocks(segment),
             Object::Instance(index) => {
@@ -175,5 +169,13 @@ impl Geometry {
                 group.any_triangle(&segment) || self.any_object(group, &segment)
             }
         })
+    }
+}
+
+/// The part of the ray before the hit.
+pub(super) fn up_to(ray: &Ray, hit: &Option<Hit>) -> Ray {
+    Ray {
+        t_max: hit.map_or(ray.t_max, |hit| hit.t),
+        ..*ray
     }
 }

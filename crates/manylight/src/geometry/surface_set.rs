@@ -64,6 +64,26 @@ impl SurfaceSet {
         self.triangles.nearest(ray).map(|hit| self.hit(hit))
     }
 
+    /// [`SurfaceSet::nearest_triangle`] for each ray.
+    pub(super) fn nearest_triangles(&self, rays: &[Ray], hits: &mut Vec<Option<Hit>>) {
+        hits.clear();
+        hits.resize(rays.len(), None);
+        self.triangles.nearest_stream(rays, |group, found| {
+            for (lane, &index) in group.iter().enumerate() {
+                if let Some(hit) = found.get(lane) {
+                    hits[index as usize] = Some(self.hit(hit));
+                }
+            }
+        });
+    }
+
+    /// [`SurfaceSet::any_triangle`] for each segment.
+    pub(super) fn any_triangles(&self, segments: &[Segment], blocked: &mut Vec<bool>) {
+        blocked.clear();
+        blocked.resize(segments.len(), false);
+        self.triangles.any_stream(segments, blocked);
+    }
+
     /// Calls `visit` for all hits with triangles until it returns true; returns whether it has.
     pub(super) fn visit_triangles(
         &self,
@@ -107,15 +127,9 @@ impl SurfaceSet {
     }
 
     /// See [`ObjectBvh::nearest`].
-    pub(super) fn visit_objects(
-        &self,
-        ray: &Ray,
-        t_max: f32,
-        mut visit: impl FnMut(Object, f32) -> f32,
-    ) {
-        let ray = Ray { t_max, ..*ray };
+    pub(super) fn visit_objects(&self, ray: &Ray, mut visit: impl FnMut(Object, f32) -> f32) {
         self.object_bvh
-            .nearest(&ray, |index, t_max| visit(self.objects[index], t_max));
+            .nearest(ray, |index, t_max| visit(self.objects[index], t_max));
     }
 
     /// See [`ObjectBvh::visit_between`].

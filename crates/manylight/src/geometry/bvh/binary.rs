@@ -36,6 +36,12 @@ impl BinaryNode {
         }
     }
 
+    /// The node with its children moved by `shift` places.
+    fn shifted(mut self, shift: u32) -> Self {
+        self.first += if self.count == 0 { shift } else { 0 };
+        self
+    }
+
     /// The items of a leaf; none for an inner node.
     #[inline(always)]
     pub(super) fn items(&self) -> Range<usize> {
@@ -178,20 +184,16 @@ fn assemble(root: Grown) -> Vec<BinaryNode> {
     let mut copies = Vec::new();
     for (slot, part) in parts {
         let shift = end as u32 - 2;
-        let shifted = move |mut node: BinaryNode| {
-            node.first += if node.count == 0 { shift } else { 0 };
-            node
-        };
-        top[slot] = shifted(part[0]);
+        top[slot] = part[0].shifted(shift);
         end += part.len() - 2;
         let (place, next) = rest.split_at_mut(part.len() - 2);
         rest = next;
-        copies.push((place, part, shifted));
+        copies.push((place, part, shift));
     }
     upper.copy_from_slice(&top);
-    copies.into_par_iter().for_each(|(place, part, shifted)| {
+    copies.into_par_iter().for_each(|(place, part, shift)| {
         for (node, copy) in place.iter_mut().zip(part.into_iter().skip(2)) {
-            *node = shifted(copy);
+            *node = copy.shifted(shift);
         }
     });
     nodes

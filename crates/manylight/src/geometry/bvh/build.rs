@@ -5,7 +5,7 @@
 use super::binary::{BinaryNode, binary_tree};
 use super::collapse::{Children, CollapsePlan};
 use super::item_box::{Bounds, ItemBox};
-use super::node::{LEAF, WideNode, empty_node, set_child, set_order};
+use super::node::{LEAF, WideNode, empty_node, set_child, set_order, sort_children};
 use crate::math::Aabb;
 use crate::simd::NARROW;
 use rayon::prelude::*;
@@ -45,6 +45,7 @@ impl WideTree {
         let mut tree = emitter.tree();
         tree.leaves.push(tree.items.len() as u32);
         tree.note_items_below();
+        tree.nodes.par_iter_mut().for_each(sort_children);
         tree.bounds = Some(binary[0].bounds);
         tree
     }
@@ -225,9 +226,13 @@ impl TreeWriter<'_> {
         let node = &self.binary[index];
         match node.children() {
             // At most as deep as a leaf has items.
-            Some(children) => children.map(|child| self.add_items(child, items)),
-            None => return items.extend(self.boxes[node.items()].iter().map(ItemBox::item)),
-        };
+            Some(children) => {
+                for child in children {
+                    self.add_items(child, items);
+                }
+            }
+            None => items.extend(self.boxes[node.items()].iter().map(ItemBox::item)),
+        }
     }
 
     /// The boxes of the items below a node.

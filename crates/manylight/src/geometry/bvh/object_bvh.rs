@@ -5,7 +5,7 @@ use super::item_box::ItemBox;
 use super::node::LEAF;
 use super::shaft::Shaft;
 use super::stack::WordStack;
-use super::traverse::{self, AnyLeaves, Leaves, NearestLeaves};
+use super::traverse::{self, AnyLeaves, BoxRay, Leaves, NearestLeaves};
 use crate::geometry::Ray;
 use crate::math::{Aabb, Vec3};
 #[cfg(any(test, feature = "testing"))]
@@ -107,8 +107,9 @@ impl<V: FnMut(usize, f32) -> f32> SimdKernel for NearestObject<'_, V> {
 
     #[inline(always)]
     fn run<S: Simd>(mut self, s: S) {
-        let ray = self.ray;
-        traverse::nearest(s, &self.bvh.tree.nodes, ray, &mut self);
+        let (ray, nodes) = (self.ray, &self.bvh.tree.nodes);
+        let slabs = BoxRay::new(ray.o, traverse::slab_reciprocal(ray.d));
+        traverse::nearest(s, nodes, 0, &slabs, ray.t_max, &mut self);
     }
 }
 
@@ -169,8 +170,8 @@ impl<V: Fn(usize) -> bool> SimdKernel for AnyObject<'_, V> {
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> bool {
-        let scale = traverse::slab_reciprocal(self.d);
-        traverse::any(s, &self.bvh.tree.nodes, 0, self.from, scale, &self)
+        let slabs = BoxRay::new(self.from, traverse::slab_reciprocal(self.d));
+        traverse::any(s, &self.bvh.tree.nodes, 0, &slabs, &self)
     }
 }
 

@@ -7,8 +7,8 @@ use super::build::MAX_DEPTH;
 use super::edge_volumes::{EdgeVolumes, SegmentDirections};
 use super::node::{LEAF, WideNode};
 use super::shaft::{Shaft, middle_and_half};
-use super::traverse::{self, FAR_MARGIN};
-use super::triangle_block::TriangleBlock;
+use super::traverse::{self, BoxRay, FAR_MARGIN};
+use super::triangle_block::{TreeParts, TriangleBlock};
 use super::watertight::AnyTriangle;
 use crate::lanes::vectors::{broadcast3, load3, splat3, store3, sub3};
 use crate::math::{Aabb, Vec3};
@@ -81,7 +81,7 @@ impl<'a> Packet<'a> {
     #[inline(always)]
     pub(super) fn new<S: Simd>(
         s: S,
-        (nodes, blocks): (&'a [WideNode], &'a [TriangleBlock]),
+        TreeParts { nodes, blocks }: TreeParts<'a>,
         from: Vec3,
         targets: &Targets<'a>,
         rays: u64,
@@ -180,7 +180,8 @@ impl<'a> Packet<'a> {
             let lane = ray % WIDE;
             let scale = Vec3::new(x[lane], y[lane], z[lane]);
             let leaves = AnyTriangle::new(self.blocks, self.from, d);
-            if traverse::any(s, self.nodes, word, self.from, scale, &leaves) {
+            let slabs = BoxRay::new(self.from, scale);
+            if traverse::any(s, self.nodes, word, &slabs, &leaves) {
                 self.open &= !(1 << ray);
             }
         }

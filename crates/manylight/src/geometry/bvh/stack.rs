@@ -68,16 +68,17 @@ impl Stack {
         let met = s.bits(s.le(span.0, span.1));
         if met & met.wrapping_sub(1) == 0 {
             // At most one child, as in most nodes: no order needed.
-            return met
-                .checked_ilog2()
-                .map(|only| children[only as usize % NARROW]);
+            return (met != 0).then(|| children[met.trailing_zeros() as usize % NARROW]);
         }
         let (words, near) = (
             above(&mut self.children, self.len),
             above(&mut self.near, self.len),
         );
         let places = s.compress_ordered(order, children, span, words, near);
-        let last = places.checked_ilog2()?;
+        if places == 0 {
+            return None;
+        }
+        let last = highest(places);
         self.len += places.count_ones() as usize - 1;
         Some(children[(order >> (3 * last)) as usize % NARROW])
     }
@@ -119,6 +120,14 @@ impl WordStack {
         above(&mut self.words, self.len).write_copy_of_slice(&words);
         self.len += (bits.count_ones() as usize).min(NARROW);
     }
+}
+
+/// The highest set bit of the low eight, one of which is set. Not by `ilog2`, which compiles to an instruction that is slow on many
+/// processors.
+#[inline(always)]
+pub(super) fn highest(bits: u32) -> usize {
+    const UNUSED: u32 = u32::BITS - NARROW as u32;
+    NARROW - 1 - (bits << UNUSED).leading_zeros() as usize
 }
 
 /// The eight entries above the top.

@@ -13,7 +13,7 @@ use super::packet::{EMPTY_STACK, Packet, Targets};
 use super::rows::Rows;
 use super::shaft::{Shaft, Shafts};
 use super::tile_triangle::LeafTriangles;
-use super::triangle_block::TriangleBlock;
+use super::triangle_block::{TreeParts, TriangleBlock};
 use crate::math::bits::transpose;
 use crate::math::{Aabb, Vec3};
 use crate::simd::{NARROW, Simd, WIDE};
@@ -62,7 +62,7 @@ impl<'a> VisibilityTile<'a> {
     #[inline(always)]
     pub(super) fn new<S: Simd>(
         s: S,
-        (nodes, blocks): (&'a [WideNode], &'a [TriangleBlock]),
+        TreeParts { nodes, blocks }: TreeParts<'a>,
         (points, lights): (&'a [Vec3], &'a [Vec3]),
         wanted: &[u64],
     ) -> Self {
@@ -219,7 +219,10 @@ impl<'a> VisibilityTile<'a> {
             if *open == 0 {
                 continue;
             }
-            let tree = (self.nodes, self.blocks);
+            let tree = TreeParts {
+                nodes: self.nodes,
+                blocks: self.blocks,
+            };
             let mut packet = Packet::new(s, tree, from, &targets, *open);
             for &(word, shafts) in &deferred.subtrees[..deferred.len] {
                 let rays = groups_of(shafts, i / WIDE, role) & packet.open;

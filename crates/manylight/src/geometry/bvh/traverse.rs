@@ -1,8 +1,7 @@
 //! Traversal with single rays: nearest hit, front to back, and any hit with early termination.
 
 use super::node::{LEAF, WideNode};
-use super::stack::{Stack, WordStack};
-use crate::geometry::Ray;
+use super::stack::{Stack, WordStack, highest};
 use crate::math::Vec3;
 use crate::math::prefetch::prefetch_at;
 use crate::simd::{NARROW, Simd};
@@ -31,8 +30,8 @@ fn prefetch_next(nodes: &[WideNode], leaves: &impl Leaves, next: Option<u32>) {
 
 /// Leaves that are tested for the nearest hit.
 pub(super) trait NearestLeaves<S: Simd>: Leaves {
-    /// Records the nearest hit in the leaf below `t_max`; returns its ray parameter, or `t_max` without a hit.
-    fn visit(&mut self, s: S, leaf: usize, t_max: f32) -> f32;
+    /// Records hits in the leaf. `reach` is the bound of the parameters at which the ray enters boxes; returns the new one.
+    fn visit(&mut self, s: S, leaf: usize, reach: f32) -> f32;
 }
 
 /// Leaves that are tested for any hit.
@@ -45,8 +44,8 @@ pub(super) trait AnyLeaves<S: Simd>: Leaves {
 /// Source: Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013.
 pub(super) const FAR_MARGIN: f32 = 1.0 + 8.0 * f32::EPSILON;
 
-/// Margin for the rounding of `o / d` in a slab test, relative to it.
-const ORIGIN_MARGIN: f32 = 2.0 * f32::EPSILON;
+/// Margin for the rounding of `o / d` in a slab test, relative to it. At most half of it is needed.
+pub(super) const ORIGIN_MARGIN: f32 = 4.0 * f32::EPSILON;
 
 /// Smallest magnitude of a direction's component in slab tests, relative to the largest component. Far below rounding.
 pub(super) const NEGLIGIBLE: f32 = 1e-12;
@@ -59,26 +58,37 @@ pub(super) fn slab_reciprocal(d: Vec3) -> Vec3 {
     Vec3::new(reciprocal(d.x), reciprocal(d.y), reciprocal(d.z))
 }
 
+/// The octant of a direction: bit `a` is set if component `a` is negative.
+#[inline(always)]
+pub(super) fn octant(d: Vec3) -> usize {
+    let negative = |x: f32| usize::from(x.is_sign_negative());
+    negative(d.x) | negative(d.y) << 1 | negative(d.z) << 2
+}
+
 /// A ray prepared for slab tests `t = b / d - o / d`, one fused operation per plane. The rounding of `o / d` has the effect of a moved
 /// origin, by one unit in the last place; near and far planes are moved apart by more.
-struct BoxRay {
-    scale: [f32; 3],
-    near_shift: [f32; 3],
-    far_shift: [f32; 3],
-    octant: usize,
+pub(super) struct BoxRay {
+    pub(super) near_scale: [f32; 3],
+    pub(super) near_shift: [f32; 3],
+    /// With the factor [`FAR_MARGIN`], like the shift.
+    pub(super) far_scale: [f32; 3],
+    pub(super) far_shift: [f32; 3],
+    /// Bit `a` is set if component `a` of the direction is negative.
+    pub(super) octant: usize,
 }
 
 impl BoxRay {
+    /// A ray from `o`; `scale` is the [`slab_reciprocal`] of its direction.
     #[inline(always)]
-    fn new(o: Vec3, scale: Vec3) -> Self {
+    pub(super) fn new(o: Vec3, scale: Vec3) -> Self {
         let shift = o * scale;
         let margin = shift.abs() * ORIGIN_MARGIN;
-        let negative = |x: f32| usize::from(x.is_sign_negative());
         BoxRay {
-            scale: scale.to_array(),
+            near_scale: scale.to_array(),
             near_shift: (shift + margin).to_array(),
-            far_shift: (shift - margin).to_array(),
-            octant: negative(scale.x) | negative(scale.y) << 1 | negative(scale.z) << 2,
+            far_scale: (scale * FAR_MARGIN).to_array(),
+            far_shift: ((shift - margin) * FAR_MARGIN).to_array(),
+            octant: octant(scale),
         }
     }
 
@@ -91,12 +101,12 @@ impl BoxRay {
     /// Ray parameters of entry into the children, and of exit or `t_max`. The ray meets the children with entry <= exit.
     #[inline(always)]
     fn cut<S: Simd>(&self, s: S, node: &WideNode, t_max: f32) -> (S::F, S::F) {
-        // The planes are lower x, y, z, upper x, y, z. The margin of the far planes is applied once, to the nearest of them.
+        // The planes are lower x, y, z, upper x, y, z.
         let near = |axis: usize| {
             let plane = s.load(&node.bounds[axis + 3 * (self.octant >> axis & 1)]);
             s.mul_sub(
                 plane,
-                s.splat(self.scale[axis]),
+                s.splat(self.near_scale[axis]),
                 s.splat(self.near_shift[axis]),
             )
         };
@@ -104,13 +114,12 @@ impl BoxRay {
             let plane = s.load(&node.bounds[axis + 3 * (!self.octant >> axis & 1)]);
             s.mul_sub(
                 plane,
-                s.splat(self.scale[axis]),
+                s.splat(self.far_scale[axis]),
                 s.splat(self.far_shift[axis]),
             )
         };
         let enter = s.max(s.max(near(0), near(1)), s.max(near(2), s.splat(0.0)));
-        let leave = s.min(s.min(far(0), far(1)), far(2));
-        let leave = s.min(s.mul(leave, s.splat(FAR_MARGIN)), s.splat(t_max));
+        let leave = s.min(s.min(far(0), far(1)), s.min(far(2), s.splat(t_max)));
         (enter, leave)
     }
 
@@ -122,22 +131,22 @@ impl BoxRay {
     }
 }
 
-/// Visits the leaves that the ray may hit, approximately front to back.
+/// Visits the leaves below the child word `root` that the ray enters before `reach`, approximately front to back.
 #[inline(always)]
 pub(super) fn nearest<S: Simd>(
     s: S,
     nodes: &[WideNode],
-    ray: &Ray,
+    root: u32,
+    slabs: &BoxRay,
+    mut reach: f32,
     leaves: &mut impl NearestLeaves<S>,
 ) {
-    let slabs = BoxRay::new(ray.o, slab_reciprocal(ray.d));
     let mut stack = Stack::new();
-    let mut t_max = ray.t_max;
-    let mut word = 0;
+    let mut word = root;
     loop {
         if word & LEAF == 0 {
             let node = &nodes[word as usize];
-            let span = slabs.cut(s, node, t_max);
+            let span = slabs.cut(s, node, reach);
             let order = slabs.order(node);
             if let Some(next) = stack.push_but_last(s, order, &node.children, span) {
                 word = next;
@@ -145,27 +154,24 @@ pub(super) fn nearest<S: Simd>(
             }
         } else {
             prefetch_next(nodes, leaves, stack.top());
-            t_max = leaves.visit(s, (word & !LEAF) as usize, t_max);
+            reach = leaves.visit(s, (word & !LEAF) as usize, reach);
         }
-        let Some(next) = stack.pop_before(t_max) else {
+        let Some(next) = stack.pop_before(reach) else {
             return;
         };
         word = next;
     }
 }
 
-/// Whether a segment hits a leaf below the child word `root`. The segment starts at `o`; `scale` is the [`slab_reciprocal`] of its
-/// direction.
+/// Whether a segment hits a leaf below the child word `root`.
 #[inline(always)]
 pub(super) fn any<S: Simd>(
     s: S,
     nodes: &[WideNode],
     root: u32,
-    o: Vec3,
-    scale: Vec3,
+    slabs: &BoxRay,
     leaves: &impl AnyLeaves<S>,
 ) -> bool {
-    let slabs = BoxRay::new(o, scale);
     let mut stack = WordStack::new();
     let mut word = root;
     loop {
@@ -173,8 +179,9 @@ pub(super) fn any<S: Simd>(
             let node = &nodes[word as usize];
             let bits = slabs.meets(s, node);
             if bits != 0 {
-                word = node.children[bits.trailing_zeros() as usize % NARROW];
-                stack.push(s, &node.children, bits & (bits - 1));
+                let last = highest(bits);
+                word = node.children[last % NARROW];
+                stack.push(s, &node.children, bits ^ 1 << last);
                 continue;
             }
         } else {

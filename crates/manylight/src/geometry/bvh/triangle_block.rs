@@ -1,5 +1,6 @@
 //! Blocks of eight triangles: the leaves of triangle hierarchies.
 
+use super::node::WideNode;
 use crate::math::{Vec2, Vec3};
 use crate::simd::NARROW;
 
@@ -29,6 +30,13 @@ impl TriangleBlock {
         }
         block
     }
+}
+
+/// The nodes and leaves of a tree.
+#[derive(Clone, Copy)]
+pub(super) struct TreeParts<'a> {
+    pub(super) nodes: &'a [WideNode],
+    pub(super) blocks: &'a [TriangleBlock],
 }
 
 /// A hit on a triangle.

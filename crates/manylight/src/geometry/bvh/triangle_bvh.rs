@@ -2,13 +2,13 @@
 
 use super::build::WideTree;
 use super::item_box::ItemBox;
-use super::node::WideNode;
 use super::packet::{EMPTY_STACK, Packet, RAYS, Targets};
+use super::stream::{self, LaneHits};
 use super::tile::{SIDE, VisibilityTile};
-use super::traverse;
-use super::triangle_block::{TriangleBlock, TriangleHit};
-use super::watertight::{AnyTriangle, EachTriangle, NearestTriangle};
-use crate::geometry::Ray;
+use super::traverse::{self, BoxRay};
+use super::triangle_block::{TreeParts, TriangleBlock, TriangleHit};
+use super::watertight::{AnyTriangle, EachTriangle, NearestHit, NearestTriangle, Sheared};
+use crate::geometry::{Ray, Segment};
 use crate::math::{Aabb, Vec3};
 #[cfg(any(test, feature = "testing"))]
 use crate::simd::Instructions;
@@ -120,6 +120,32 @@ impl TriangleBvh {
             })
     }
 
+    /// [`TriangleBvh::nearest`] for each ray: calls `found` with the indices of up to sixteen rays and their hits, in any order.
+    pub(in crate::geometry) fn nearest_stream(
+        &self,
+        rays: &[Ray],
+        found: impl FnMut(&[u32], &LaneHits),
+    ) {
+        if !self.is_empty() {
+            self.isa.run(NearestStream {
+                bvh: self,
+                rays,
+                found,
+            });
+        }
+    }
+
+    /// [`TriangleBvh::any`] for each segment: element `i` of `blocked` becomes the answer for `segments[i]`.
+    pub(in crate::geometry) fn any_stream(&self, segments: &[Segment], blocked: &mut [bool]) {
+        if !self.is_empty() {
+            self.isa.run(AnyStream {
+                bvh: self,
+                segments,
+                blocked,
+            });
+        }
+    }
+
     /// [`TriangleBvh::any`] for up to 64 targets: bit `i` is the answer for `to[i]`.
     #[inline]
     pub(in crate::geometry) fn any_packet(&self, from: Vec3, to: &[Vec3]) -> u64 {
@@ -155,8 +181,11 @@ impl TriangleBvh {
         open
     }
 
-    pub(super) fn parts(&self) -> (&[WideNode], &[TriangleBlock]) {
-        (&self.tree.nodes, &self.blocks)
+    pub(super) fn parts(&self) -> TreeParts<'_> {
+        TreeParts {
+            nodes: &self.tree.nodes,
+            blocks: &self.blocks,
+        }
     }
 }
 
@@ -179,9 +208,12 @@ impl SimdKernel for NearestQuery<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> Self::Output {
-        let mut leaves = NearestTriangle::new(&self.bvh.blocks, self.ray);
-        traverse::nearest(s, &self.bvh.tree.nodes, self.ray, &mut leaves);
-        leaves.best
+        let (Ray { o, d, t_max }, nodes) = (*self.ray, &self.bvh.tree.nodes);
+        let best = NearestHit::none(t_max);
+        let mut leaves = NearestTriangle::new(&self.bvh.blocks, Sheared::new(o, d), best);
+        let slabs = BoxRay::new(o, traverse::slab_reciprocal(d));
+        traverse::nearest(s, nodes, 0, &slabs, best.reach(), &mut leaves);
+        leaves.best.hit()
     }
 }
 
@@ -197,8 +229,10 @@ impl<V: FnMut(TriangleHit) -> bool> SimdKernel for EachQuery<'_, V> {
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> bool {
-        let mut leaves = EachTriangle::new(&self.bvh.blocks, self.ray, self.visit);
-        traverse::nearest(s, &self.bvh.tree.nodes, self.ray, &mut leaves);
+        let (ray, nodes) = (self.ray, &self.bvh.tree.nodes);
+        let mut leaves = EachTriangle::new(&self.bvh.blocks, ray, self.visit);
+        let slabs = BoxRay::new(ray.o, traverse::slab_reciprocal(ray.d));
+        traverse::nearest(s, nodes, 0, &slabs, ray.t_max, &mut leaves);
         leaves.ended
     }
 }
@@ -216,8 +250,40 @@ impl SimdKernel for AnyQuery<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> bool {
         let leaves = AnyTriangle::new(&self.bvh.blocks, self.from, self.d);
-        let scale = traverse::slab_reciprocal(self.d);
-        traverse::any(s, &self.bvh.tree.nodes, 0, self.from, scale, &leaves)
+        let slabs = BoxRay::new(self.from, traverse::slab_reciprocal(self.d));
+        traverse::any(s, &self.bvh.tree.nodes, 0, &slabs, &leaves)
+    }
+}
+
+/// Kernel of [`TriangleBvh::nearest_stream`].
+struct NearestStream<'a, F> {
+    bvh: &'a TriangleBvh,
+    rays: &'a [Ray],
+    found: F,
+}
+
+impl<F: FnMut(&[u32], &LaneHits)> SimdKernel for NearestStream<'_, F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) {
+        stream::nearest_stream(s, self.bvh.parts(), self.rays, self.found);
+    }
+}
+
+/// Kernel of [`TriangleBvh::any_stream`].
+struct AnyStream<'a> {
+    bvh: &'a TriangleBvh,
+    segments: &'a [Segment],
+    blocked: &'a mut [bool],
+}
+
+impl SimdKernel for AnyStream<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) {
+        stream::any_stream(s, self.bvh.parts(), self.segments, self.blocked);
     }
 }
 

@@ -4,6 +4,7 @@ mod areas;
 mod mitsuba;
 mod offsets;
 mod points;
+mod streams;
 mod structures;
 
 use super::*;

@@ -5,7 +5,7 @@ use crate::simd::Instructions;
 use std::f32::consts::TAU;
 
 /// A scene with opaque and transparent meshes and analytic shapes, and instances of them.
-fn mixed() -> Geometry {
+pub(super) fn mixed() -> Geometry {
     let mut random = Random(Pcg::new(4));
     let shapes = vec![
         Shape::Mesh(soup(&mut random, 60)),
