@@ -5,7 +5,7 @@ use super::leaf::Leaf;
 use super::lobes::Classes;
 use super::material::{Bitangent, Material};
 use super::materials::Materials;
-use super::model::Model;
+use super::model::{Model, ScatteringModel};
 use super::models::diffuse::Diffuse;
 use super::sides::Sides;
 use super::tilt::Tilt;
@@ -95,6 +95,7 @@ impl<'s, S: Width> Bsdf<'s, S> {
             tilt: None,
             inner: Sides::Own,
             diffuse_is_glossy: Mask::splat(s, false),
+            lobes: Classes::splat(s, Lobes::DIFFUSE),
         };
         Bsdf {
             leaves: [Some(leaf), None, None, None],
@@ -257,6 +258,7 @@ impl<'s, S: Width> Flattening<'_, 's, S> {
             tilt,
             inner,
             diffuse_is_glossy: Mask::splat(weight.width(), false),
+            lobes: Classes::splat(weight.width(), Lobes::NONE),
         };
         if self.count < MAX_LEAVES {
             self.bsdf.leaves[self.count] = Some(leaf);
@@ -294,8 +296,9 @@ impl<'s, S: Width> Flattening<'_, 's, S> {
         if !is_plain {
             unify_diffuse(&mut bsdf.leaves);
         }
-        for leaf in bsdf.leaves.iter().map_while(Option::as_ref) {
-            bsdf.classes = bsdf.classes.or(leaf.lobes());
+        for leaf in bsdf.leaves.iter_mut().map_while(Option::as_mut) {
+            leaf.set_lobes();
+            bsdf.classes = bsdf.classes.or(leaf.lobes);
             bsdf.is_transparent |= matches!(leaf.model, Model::ThinDielectric(_));
             bsdf.transmits |= leaf.model.transmits(front.width());
             if let Some(tilt) = &leaf.tilt {

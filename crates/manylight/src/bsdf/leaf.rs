@@ -4,7 +4,7 @@ use super::LARGEST;
 use super::incident_cone::IncidentCone;
 use super::lambert::Lambert;
 use super::lobes::{Classes, Lobes};
-use super::model::Model;
+use super::model::{Model, ScatteringModel};
 use super::model_sample::{ModelSample, Numbers};
 use super::response::Response;
 use super::sides::Sides;
@@ -35,6 +35,8 @@ pub(super) struct Leaf<'s, S: Width> {
     /// The lanes in which the model's `DIFFUSE` lobe belongs to the class `GLOSSY`, because it does not have the exit transmittance of the
     /// material's `DIFFUSE` lobes around the shading normal.
     pub diffuse_is_glossy: Mask<S>,
+    /// The classes of the lobes: those of the model, without lanes of weight 0.
+    pub lobes: Classes<S>,
 }
 
 /// Directions in the frame of a model.
@@ -53,11 +55,11 @@ impl<'s, S: Width> Leaf<'s, S> {
         self.weight.width()
     }
 
-    /// The classes of the leaf's lobes.
+    /// Sets the field [`Leaf::lobes`].
     #[inline(always)]
-    pub(super) fn lobes(&self) -> Classes<S> {
+    pub(super) fn set_lobes(&mut self) {
         let lobes = self.model.lobes().within(self.weight.gt(0.0));
-        lobes.diffuse_as_glossy(self.diffuse_is_glossy)
+        self.lobes = lobes.diffuse_as_glossy(self.diffuse_is_glossy);
     }
 
     /// `a(wi)` of the `DIFFUSE` lobe.
@@ -82,12 +84,12 @@ impl<'s, S: Width> Leaf<'s, S> {
     #[inline(always)]
     pub(super) fn can_sample(&self, given: Vector<S>, lobes: Classes<S>) -> Mask<S> {
         let (_, valid) = self.outer.mirror(given.z);
-        valid & self.lobes().has(lobes)
+        valid & self.lobes.has(lobes)
     }
 
-    /// See [`Leaf::sampling_weight`].
+    /// The weight of the leaf in the choice among leaves: an estimate of the light that `lobes` return, given the direction `given`.
     #[inline(always)]
-    pub(super) fn sampling_weight_inlined(&self, given: Vector<S>, lobes: Classes<S>) -> Float<S> {
+    pub(super) fn sampling_weight(&self, given: Vector<S>, lobes: Classes<S>) -> Float<S> {
         let (outer, valid) = self.outer.mirror(given.z);
         let lobes = self.model_lobes(lobes);
         // The tilted frame may have the direction on its other side. A loop, so that the models are compiled once.
@@ -125,14 +127,9 @@ impl<'s, S: Width> Leaf<'s, S> {
         }
     }
 
-    /// See [`Leaf::respond`].
+    /// `f(wi → wo) |cosθ_i|` by class without the leaf's weight, with the cosine to the normal of the model, and [`Leaf::pdf`] given `wo`.
     #[inline(always)]
-    pub(super) fn respond_inlined(
-        &self,
-        wi: Vector<S>,
-        wo: Vector<S>,
-        lobes: Classes<S>,
-    ) -> Response<S> {
+    pub(super) fn respond(&self, wi: Vector<S>, wo: Vector<S>, lobes: Classes<S>) -> Response<S> {
         let at = self.in_model(wi, wo);
         if at.valid.none() {
             return Response::none(self.width());
@@ -174,9 +171,9 @@ impl<'s, S: Width> Leaf<'s, S> {
         (outer * inner, on_outer & on_inner)
     }
 
-    /// See [`Leaf::pdf`].
+    /// Density of sampling `other` given `given` with [`Leaf::sample`].
     #[inline(always)]
-    pub(super) fn pdf_inlined(
+    pub(super) fn pdf(
         &self,
         end: Given,
         given: Vector<S>,
@@ -225,9 +222,9 @@ impl<'s, S: Width> Leaf<'s, S> {
         valid.select(self.model.pdf(given, other, lobes), 0.0)
     }
 
-    /// See [`Leaf::sample`].
+    /// Samples the other direction. The leaf's weight is not in the fraction of delta events.
     #[inline(always)]
-    pub(super) fn sample_inlined(
+    pub(super) fn sample(
         &self,
         end: Given,
         given: Vector<S>,

@@ -45,7 +45,7 @@ pub use lobes::{Lobes, NEAR_DELTA_ALPHA};
 pub use material::{Bitangent, Material};
 pub use materials::Materials;
 pub(crate) use model_sample::Numbers;
-pub use models::coat::{COSINES, interpolate_lanes};
+pub use models::coat::COSINES;
 pub(crate) use sampling::BsdfSamples;
 pub use sampling::{BsdfNumbers, BsdfSample};
 
@@ -98,7 +98,7 @@ impl<'s> Bsdf<'s> {
     /// `b(wo)` of the `DIFFUSE` lobes; see [`Bsdf::diffuse_weight`].
     #[inline]
     pub fn exit_transmittance(&self) -> ExitTransmittance<'s> {
-        let diffuse = self.leaves().find(|leaf| leaf.lobes().diffuse.any());
+        let diffuse = self.leaves().find(|leaf| leaf.lobes.diffuse.any());
         diffuse.map_or(ExitTransmittance::Lambert, |leaf| {
             leaf.model.exit_transmittance()
         })

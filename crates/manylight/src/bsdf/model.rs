@@ -18,6 +18,7 @@ use super::models::principled::{Principled, PrincipledThin};
 use super::models::rough_diffuse::RoughDiffuse;
 use super::models::thin_dielectric::ThinDielectric;
 use super::models::ward::Ward;
+use super::outlined::{AlbedoEstimate, Density, Respond, Sample};
 use super::response::Response;
 use crate::lanes::{Color, Float, Mask, One, Vector, Width};
 use crate::math::Vec3;
@@ -41,28 +42,82 @@ pub(super) enum Model<'s, S: Width> {
     PrincipledThin(PrincipledThin<S>),
 }
 
-impl<'s, S: Width> Model<'s, S> {
+/// What every scattering model does.
+pub(super) trait ScatteringModel<S: Width> {
     /// The classes of the lobes.
+    fn lobes(&self) -> Classes<S>;
+
+    /// Estimated albedo of `lobes` for a given direction with this cosine: the largest channel. It decides how often the model is
+    /// sampled beside others. Positive wherever `sample` or `respond` give light, as far as one cosine tells.
+    fn albedo_estimate(&self, cos: Float<S>, lobes: Classes<S>) -> Float<S>;
+
+    /// `f(wi → wo) |cosθ_i|` of the finite lobes in `lobes` by class, and the density of sampling `wi` given `wo` from `lobes`. Delta lobes have
+    /// neither.
     #[inline(always)]
-    pub(super) fn lobes(&self) -> Classes<S> {
-        match self {
-            Model::Diffuse(m) => m.lobes(),
-            Model::RoughDiffuse(m) => m.lobes(),
-            Model::DiffuseTransmitter(m) => m.lobes(),
-            Model::SmoothConductor(m) => m.lobes(),
-            Model::RoughConductor(m) => m.lobes(),
-            Model::SmoothDielectric(m) => m.lobes(),
-            Model::RoughDielectric(m) => m.lobes(),
-            Model::ThinDielectric(m) => m.lobes(),
-            Model::Plastic(m) => m.lobes(),
-            Model::RoughPlastic(m) => m.lobes(),
-            Model::Phong(m) => m.lobes(),
-            Model::Ward(m) => m.lobes(),
-            Model::Principled(m) => m.lobes(),
-            Model::PrincipledThin(m) => m.lobes(),
-        }
+    fn respond(&self, wi: Vector<S>, _: Vector<S>, _: Classes<S>) -> Response<S> {
+        Response::none(wi.z.width())
     }
 
+    /// Density of sampling `other` given `given` with [`ScatteringModel::sample`] from the finite lobes.
+    #[inline(always)]
+    fn pdf(&self, given: Vector<S>, _: Vector<S>, _: Classes<S>) -> Float<S> {
+        given.z.same(0.0)
+    }
+
+    /// Samples the other direction. `lobes` and the lobes of the model have a class in common.
+    fn sample(&self, given: Vector<S>, u: Numbers<S>, lobes: Classes<S>) -> ModelSample<S>;
+}
+
+/// Calls a function of the [`ScatteringModel`] of a [`Model`].
+macro_rules! of_model {
+    ($model:expr, $m:ident => $call:expr) => {
+        match $model {
+            Model::Diffuse($m) => $call,
+            Model::RoughDiffuse($m) => $call,
+            Model::DiffuseTransmitter($m) => $call,
+            Model::SmoothConductor($m) => $call,
+            Model::RoughConductor($m) => $call,
+            Model::SmoothDielectric($m) => $call,
+            Model::RoughDielectric($m) => $call,
+            Model::ThinDielectric($m) => $call,
+            Model::Plastic($m) => $call,
+            Model::RoughPlastic($m) => $call,
+            Model::Phong($m) => $call,
+            Model::Ward($m) => $call,
+            Model::Principled($m) => $call,
+            Model::PrincipledThin($m) => $call,
+        }
+    };
+}
+
+impl<S: Width> ScatteringModel<S> for Model<'_, S> {
+    #[inline(always)]
+    fn lobes(&self) -> Classes<S> {
+        of_model!(self, m => m.lobes())
+    }
+
+    #[inline(always)]
+    fn albedo_estimate(&self, cos: Float<S>, lobes: Classes<S>) -> Float<S> {
+        of_model!(self, model => cos.width().outline(AlbedoEstimate { model, cos, lobes }))
+    }
+
+    #[inline(always)]
+    fn respond(&self, wi: Vector<S>, wo: Vector<S>, lobes: Classes<S>) -> Response<S> {
+        of_model!(self, model => wi.z.width().outline(Respond { model, wi, wo, lobes }))
+    }
+
+    #[inline(always)]
+    fn pdf(&self, given: Vector<S>, other: Vector<S>, lobes: Classes<S>) -> Float<S> {
+        of_model!(self, model => given.z.width().outline(Density { model, given, other, lobes }))
+    }
+
+    #[inline(always)]
+    fn sample(&self, given: Vector<S>, u: Numbers<S>, lobes: Classes<S>) -> ModelSample<S> {
+        of_model!(self, model => given.z.width().outline(Sample { model, given, u, lobes }))
+    }
+}
+
+impl<'s, S: Width> Model<'s, S> {
     /// The lanes in which a finite lobe transmits light to the other side.
     #[inline(always)]
     pub(super) fn transmits(&self, s: S) -> Mask<S> {
@@ -72,96 +127,6 @@ impl<'s, S: Width> Model<'s, S> {
             }
             Model::Principled(m) => m.transmits(),
             _ => Mask::splat(s, false),
-        }
-    }
-
-    /// `f(wi → wo) |cosθ_i|` of the finite lobes in `lobes` by class, and the density of sampling `wi` given `wo` from `lobes`.
-    #[inline(always)]
-    pub(super) fn respond(&self, wi: Vector<S>, wo: Vector<S>, lobes: Classes<S>) -> Response<S> {
-        match self {
-            Model::Diffuse(m) => m.respond(wi, wo, lobes),
-            Model::RoughDiffuse(m) => m.respond(wi, wo, lobes),
-            Model::DiffuseTransmitter(m) => m.respond(wi, wo, lobes),
-            Model::RoughConductor(m) => m.respond(wi, wo, lobes),
-            Model::RoughDielectric(m) => m.respond(wi, wo, lobes),
-            Model::Plastic(m) => m.respond(wi, wo, lobes),
-            Model::RoughPlastic(m) => m.respond(wi, wo, lobes),
-            Model::Phong(m) => m.respond(wi, wo, lobes),
-            Model::Ward(m) => m.respond(wi, wo, lobes),
-            Model::Principled(m) => m.respond(wi, wo, lobes),
-            Model::PrincipledThin(m) => m.respond(wi, wo, lobes),
-            Model::SmoothConductor(_) | Model::SmoothDielectric(_) | Model::ThinDielectric(_) => {
-                Response::none(wi.z.width())
-            }
-        }
-    }
-
-    /// Density of sampling `other` given `given` with [`Model::sample`] from the finite lobes.
-    #[inline(always)]
-    pub(super) fn pdf(&self, given: Vector<S>, other: Vector<S>, lobes: Classes<S>) -> Float<S> {
-        match self {
-            Model::Diffuse(m) => m.pdf(given, other),
-            Model::RoughDiffuse(m) => m.pdf(given, other),
-            Model::DiffuseTransmitter(m) => m.pdf(given, other),
-            Model::RoughConductor(m) => m.pdf(given, other, lobes),
-            Model::RoughDielectric(m) => m.pdf(given, other, lobes),
-            Model::Plastic(m) => m.pdf(given, other, lobes),
-            Model::RoughPlastic(m) => m.pdf(given, other, lobes),
-            Model::Phong(m) => m.pdf(given, other, lobes),
-            Model::Ward(m) => m.pdf(given, other, lobes),
-            Model::Principled(m) => m.pdf(given, other, lobes),
-            Model::PrincipledThin(m) => m.pdf(given, other, lobes),
-            Model::SmoothConductor(_) | Model::SmoothDielectric(_) | Model::ThinDielectric(_) => {
-                given.z.same(0.0)
-            }
-        }
-    }
-
-    /// Estimated albedo of `lobes` for a given direction with this cosine: the largest channel. It decides how often the model is
-    /// sampled beside others. Positive wherever `sample` or `respond` give light, as far as one cosine tells.
-    #[inline(always)]
-    pub(super) fn albedo_estimate(&self, cos: Float<S>, lobes: Classes<S>) -> Float<S> {
-        match self {
-            Model::Diffuse(m) => m.albedo_estimate(cos),
-            Model::RoughDiffuse(m) => m.albedo_estimate(cos),
-            Model::DiffuseTransmitter(m) => m.albedo_estimate(),
-            Model::SmoothConductor(m) => m.albedo_estimate(cos),
-            Model::RoughConductor(m) => m.albedo_estimate(cos),
-            Model::SmoothDielectric(m) => m.albedo_estimate(cos),
-            Model::RoughDielectric(m) => m.albedo_estimate(cos),
-            Model::ThinDielectric(m) => m.albedo_estimate(cos),
-            Model::Plastic(m) => m.albedo_estimate(cos, lobes),
-            Model::RoughPlastic(m) => m.albedo_estimate(cos, lobes),
-            Model::Phong(m) => m.albedo_estimate(cos, lobes),
-            Model::Ward(m) => m.albedo_estimate(cos, lobes),
-            Model::Principled(m) => m.albedo_estimate(cos, lobes),
-            Model::PrincipledThin(m) => m.albedo_estimate(cos, lobes),
-        }
-    }
-
-    /// Samples the other direction. `lobes` and the lobes of the model have a class in common.
-    #[inline(always)]
-    pub(super) fn sample(
-        &self,
-        given: Vector<S>,
-        u: Numbers<S>,
-        lobes: Classes<S>,
-    ) -> ModelSample<S> {
-        match self {
-            Model::Diffuse(m) => m.sample(given, u),
-            Model::RoughDiffuse(m) => m.sample(given, u),
-            Model::DiffuseTransmitter(m) => m.sample(given, u),
-            Model::SmoothConductor(m) => m.sample(given),
-            Model::RoughConductor(m) => m.sample(given, u),
-            Model::SmoothDielectric(m) => m.sample(given, u),
-            Model::RoughDielectric(m) => m.sample(given, u),
-            Model::ThinDielectric(m) => m.sample(given),
-            Model::Plastic(m) => m.sample(given, u, lobes),
-            Model::RoughPlastic(m) => m.sample(given, u, lobes),
-            Model::Phong(m) => m.sample(given, u, lobes),
-            Model::Ward(m) => m.sample(given, u, lobes),
-            Model::Principled(m) => m.sample(given, u, lobes),
-            Model::PrincipledThin(m) => m.sample(given, u, lobes),
         }
     }
 

@@ -16,6 +16,7 @@ mod emission;
 mod emitter_tree;
 mod environment_lobes;
 mod infinite;
+mod outlined;
 mod point;
 mod receivers;
 mod selection_weight;

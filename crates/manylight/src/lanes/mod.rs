@@ -118,6 +118,30 @@ impl Lanes3 {
         Lanes3(store3(w, v))
     }
 
+    /// All lanes as vectors.
+    #[inline(always)]
+    pub(crate) fn vectors<W: Wide>(&self, s: Sixteen<W>) -> Vector<Sixteen<W>> {
+        Vector::load(s, &self.0)
+    }
+
+    /// All lanes as colors.
+    #[inline(always)]
+    pub(crate) fn colors<W: Wide>(&self, s: Sixteen<W>) -> Color<Sixteen<W>> {
+        Color::load(s, &self.0)
+    }
+
+    /// From vectors.
+    #[inline(always)]
+    pub(crate) fn of_vectors<W: Wide>(vectors: Vector<Sixteen<W>>) -> Self {
+        Lanes3(vectors.store())
+    }
+
+    /// From colors.
+    #[inline(always)]
+    pub(crate) fn of_colors<W: Wide>(colors: Color<Sixteen<W>>) -> Self {
+        Lanes3(colors.store())
+    }
+
     /// Copies lane 0 to all lanes.
     #[inline(always)]
     pub(crate) fn broadcast(&mut self) {

@@ -198,6 +198,12 @@ impl<S: Width> Color<S> {
         Color::new(channel(0), channel(1), channel(2))
     }
 
+    /// From an array with an element per lane for each channel.
+    #[inline(always)]
+    pub fn load(s: S, [r, g, b]: &[S::Each<f32>; 3]) -> Self {
+        Color::new(Float::load(s, r), Float::load(s, g), Float::load(s, b))
+    }
+
     /// An array with an element per lane for each channel.
     #[inline(always)]
     pub fn store(self) -> [S::Each<f32>; 3] {

@@ -8,7 +8,7 @@ mod values;
 
 use super::leaf::Leaf;
 use super::material::Distribution;
-use super::model::Model;
+use super::model::{Model, ScatteringModel};
 use super::models::coat::{COSINES, interpolate};
 use super::models::conductor::RoughConductor;
 use super::models::fresnel;
@@ -241,6 +241,6 @@ impl<'b, 's> FixedWoLanes<'b, 's> {
     #[inline(always)]
     fn facets(&self, i: usize, distribution: Distribution) -> Microfacets<One> {
         let pair = |k: usize| Vec2::new(self.roughness[k][0][i], self.roughness[k][1][i]);
-        Microfacets::from_roughness(distribution, [pair(0), pair(1)])
+        Microfacets::from_roughness(distribution, pair(0).into(), pair(1).into())
     }
 }

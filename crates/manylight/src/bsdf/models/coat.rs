@@ -3,8 +3,7 @@
 use super::fresnel::{self, Interface, reflect, refract};
 use super::microfacet::Microfacets;
 use crate::bsdf::material::Distribution;
-use crate::lanes::{Float, LANES, Lanes, One, Pair, Vector, Width};
-use crate::math::float::floor;
+use crate::lanes::{Float, One, Pair, Vector, Width};
 use rayon::prelude::*;
 
 /// Quadrature points per dimension for light into a denser medium; an even number. Not measured.
@@ -27,41 +26,27 @@ pub(in crate::bsdf) struct Coat {
 /// Entries of a table over the cosine on [0, 1], with linear interpolation. Not measured.
 pub const COSINES: usize = 64;
 
-/// The entry below a cosine in [0, 1], and the weight of the entry above.
-#[inline(always)]
-fn locate(cos: f32) -> (i32, f32) {
-    // The factor makes a cosine of 1 lie between the last two entries.
-    let at = cos * (COSINES - 1) as f32 * (1.0 - f32::EPSILON);
-    let (below, i) = floor(at);
-    (i, at - below)
-}
-
 /// Linear interpolation in a table.
 #[inline(always)]
 pub(in crate::bsdf) fn interpolate<S: Width>(table: &[f32; COSINES], cos: Float<S>) -> Float<S> {
+    interpolate_tables(&cos.width().each(|_| table), cos)
+}
+
+/// Linear interpolation in one table per lane.
+#[inline(always)]
+pub(in crate::bsdf) fn interpolate_tables<S: Width>(
+    tables: &S::Each<&[f32; COSINES]>,
+    cos: Float<S>,
+) -> Float<S> {
+    // The factor makes a cosine of 1 lie between the last two entries.
     let at = cos.clamp(0.0, 1.0) * ((COSINES - 1) as f32 * (1.0 - f32::EPSILON));
     let below = at.floor();
     let (s, index) = (at.width(), below.to_word().store());
-    let entry = |i: usize, step: usize| table[(index.as_ref()[i] as usize + step) % COSINES];
+    let entry =
+        |i: usize, step: usize| tables.as_ref()[i][(index.as_ref()[i] as usize + step) % COSINES];
     let low = Float::from_fn(s, |i| entry(i, 0));
     let high = Float::from_fn(s, |i| entry(i, 1));
     (at - below).mul_add(high - low, low)
-}
-
-/// `interpolate` in each lane, for cosines in [0, 1].
-#[inline(always)]
-pub fn interpolate_lanes(tables: &[&[f32; COSINES]; LANES], cos: &Lanes) -> Lanes {
-    let (mut i, mut w) = ([0; LANES], [0.0; LANES]);
-    for lane in 0..LANES {
-        (i[lane], w[lane]) = locate(cos[lane]);
-    }
-    let (mut low, mut high) = ([0.0; LANES], [0.0; LANES]);
-    for lane in 0..LANES {
-        let i = i[lane] as usize % COSINES;
-        low[lane] = tables[lane][i];
-        high[lane] = tables[lane][(i + 1) % COSINES];
-    }
-    std::array::from_fn(|lane| low[lane] * (1.0 - w[lane]) + high[lane] * w[lane])
 }
 
 impl Coat {

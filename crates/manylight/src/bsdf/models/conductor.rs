@@ -4,6 +4,7 @@ use super::fresnel::{ConductorFresnel, reflect};
 use super::microfacet::Microfacets;
 use crate::bsdf::incident_cone::IncidentCone;
 use crate::bsdf::lobes::{Classes, Lobes};
+use crate::bsdf::model::ScatteringModel;
 use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::{ByClass, Response};
 use crate::color::Rgb;
@@ -20,21 +21,20 @@ pub(in crate::bsdf) struct SmoothConductor<S: Width> {
     pub tint: Color<S>,
 }
 
-impl<S: Width> SmoothConductor<S> {
-    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
+impl<S: Width> ScatteringModel<S> for SmoothConductor<S> {
     #[inline(always)]
-    pub(in crate::bsdf) fn albedo_estimate(&self, cos: Float<S>) -> Float<S> {
+    fn lobes(&self) -> Classes<S> {
+        Classes::splat(self.tint.r.width(), Lobes::DELTA)
+    }
+
+    #[inline(always)]
+    fn albedo_estimate(&self, cos: Float<S>, _: Classes<S>) -> Float<S> {
         let albedo = (self.fresnel.reflectance(cos) * self.tint).max_channel();
         cos.gt(0.0).select(albedo, 0.0)
     }
 
     #[inline(always)]
-    pub(in crate::bsdf) fn lobes(&self) -> Classes<S> {
-        Classes::splat(self.tint.r.width(), Lobes::DELTA)
-    }
-
-    #[inline(always)]
-    pub(in crate::bsdf) fn sample(&self, given: Vector<S>) -> ModelSample<S> {
+    fn sample(&self, given: Vector<S>, _: Numbers<S>, _: Classes<S>) -> ModelSample<S> {
         let fraction = self.fresnel.reflectance(given.z) * self.tint;
         ModelSample::mirror(given, fraction, given.z.same(1.0), given.z.gt(0.0))
     }
@@ -49,32 +49,27 @@ pub(in crate::bsdf) struct RoughConductor<S: Width> {
 }
 
 impl<S: Width> RoughConductor<S> {
-    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
     #[inline(always)]
-    pub(in crate::bsdf) fn albedo_estimate(&self, cos: Float<S>) -> Float<S> {
+    pub(in crate::bsdf) fn alpha(&self) -> Float<S> {
+        self.facets.min_alpha()
+    }
+}
+
+impl<S: Width> ScatteringModel<S> for RoughConductor<S> {
+    #[inline(always)]
+    fn lobes(&self) -> Classes<S> {
+        self.facets.class()
+    }
+
+    #[inline(always)]
+    fn albedo_estimate(&self, cos: Float<S>, _: Classes<S>) -> Float<S> {
         let f = self.fresnel.reflectance(cos);
         let albedo = (f.map(|f| f.max(MIN_FACET_REFLECTANCE)) * self.tint).max_channel();
         cos.gt(0.0).select(albedo, 0.0)
     }
 
     #[inline(always)]
-    pub(in crate::bsdf) fn alpha(&self) -> Float<S> {
-        self.facets.min_alpha()
-    }
-
-    #[inline(always)]
-    pub(in crate::bsdf) fn lobes(&self) -> Classes<S> {
-        self.facets.class()
-    }
-
-    /// See [`Model::respond`](crate::bsdf::model::Model::respond).
-    #[inline(always)]
-    pub(in crate::bsdf) fn respond(
-        &self,
-        wi: Vector<S>,
-        wo: Vector<S>,
-        lobes: Classes<S>,
-    ) -> Response<S> {
+    fn respond(&self, wi: Vector<S>, wo: Vector<S>, lobes: Classes<S>) -> Response<S> {
         let above = lobes.has(self.lobes()) & wi.z.gt(0.0) & wo.z.gt(0.0);
         if above.none() {
             return Response::none(wi.z.width());
@@ -88,19 +83,14 @@ impl<S: Width> RoughConductor<S> {
     }
 
     #[inline(always)]
-    pub(in crate::bsdf) fn pdf(
-        &self,
-        given: Vector<S>,
-        other: Vector<S>,
-        lobes: Classes<S>,
-    ) -> Float<S> {
+    fn pdf(&self, given: Vector<S>, other: Vector<S>, lobes: Classes<S>) -> Float<S> {
         let above = lobes.has(self.lobes()) & given.z.gt(0.0) & other.z.gt(0.0);
         let m = (given + other).normalize();
         above.select(self.facets.reflected_pdf(given, m), 0.0)
     }
 
     #[inline(always)]
-    pub(in crate::bsdf) fn sample(&self, given: Vector<S>, u: Numbers<S>) -> ModelSample<S> {
+    fn sample(&self, given: Vector<S>, u: Numbers<S>, _: Classes<S>) -> ModelSample<S> {
         let w = reflect(given, self.facets.sample(given, u.direction));
         ModelSample::finite(w, given.z.gt(0.0) & w.z.gt(0.0))
     }

@@ -6,6 +6,7 @@ use super::fresnel::{self, reflect, refract};
 use super::microfacet::Microfacets;
 use crate::bsdf::incident_cone::IncidentCone;
 use crate::bsdf::lobes::{Classes, Lobes};
+use crate::bsdf::model::ScatteringModel;
 use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::{ByClass, Response};
 use crate::lanes::{Color, Float, Mask, One, Vector, Width};
@@ -45,21 +46,20 @@ pub(in crate::bsdf) struct SmoothDielectric<S: Width> {
     pub tints: InterfaceTints<S>,
 }
 
-impl<S: Width> SmoothDielectric<S> {
-    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
+impl<S: Width> ScatteringModel<S> for SmoothDielectric<S> {
     #[inline(always)]
-    pub(in crate::bsdf) fn albedo_estimate(&self, cos: Float<S>) -> Float<S> {
+    fn lobes(&self) -> Classes<S> {
+        Classes::splat(self.tints.reflection.r.width(), Lobes::DELTA)
+    }
+
+    #[inline(always)]
+    fn albedo_estimate(&self, cos: Float<S>, _: Classes<S>) -> Float<S> {
         let interface = fresnel::dielectric(cos, cos.same(self.eta));
         self.tints.albedo_estimate(interface.reflectance)
     }
 
     #[inline(always)]
-    pub(in crate::bsdf) fn lobes(&self) -> Classes<S> {
-        Classes::splat(self.tints.reflection.r.width(), Lobes::DELTA)
-    }
-
-    #[inline(always)]
-    pub(in crate::bsdf) fn sample(&self, given: Vector<S>, u: Numbers<S>) -> ModelSample<S> {
+    fn sample(&self, given: Vector<S>, u: Numbers<S>, _: Classes<S>) -> ModelSample<S> {
         let interface = fresnel::dielectric(given.z, given.z.same(self.eta));
         let r = interface.reflectance;
         let (reflection, returns_light) = self.tints.reflection_probability(r);
@@ -92,32 +92,37 @@ pub(in crate::bsdf) struct RoughDielectric<S: Width> {
 }
 
 impl<S: Width> RoughDielectric<S> {
-    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
     #[inline(always)]
-    pub(in crate::bsdf) fn albedo_estimate(&self, cos: Float<S>) -> Float<S> {
+    pub(in crate::bsdf) fn alpha(&self) -> Float<S> {
+        self.facets.min_alpha()
+    }
+
+    /// The density for two directions with this half vector.
+    #[inline(always)]
+    fn pdf_by(&self, half: &HalfVector<S>, given: Vector<S>, other: Vector<S>) -> Float<S> {
+        let cos = given.dot(half.m);
+        let r = fresnel::dielectric(cos, cos.same(self.eta)).reflectance;
+        let (reflection, returns_light) = self.tints.reflection_probability(r);
+        let event = half.reflects.select(reflection, 1.0 - reflection);
+        returns_light.select(half.pdf(&self.facets, given, other) * event, 0.0)
+    }
+}
+
+impl<S: Width> ScatteringModel<S> for RoughDielectric<S> {
+    #[inline(always)]
+    fn lobes(&self) -> Classes<S> {
+        self.facets.class()
+    }
+
+    #[inline(always)]
+    fn albedo_estimate(&self, cos: Float<S>, _: Classes<S>) -> Float<S> {
         let [least, most] = FACET_REFLECTANCES;
         let r = fresnel::dielectric(cos, cos.same(self.eta)).reflectance;
         self.tints.albedo_estimate(r.clamp(least, most))
     }
 
     #[inline(always)]
-    pub(in crate::bsdf) fn alpha(&self) -> Float<S> {
-        self.facets.min_alpha()
-    }
-
-    #[inline(always)]
-    pub(in crate::bsdf) fn lobes(&self) -> Classes<S> {
-        self.facets.class()
-    }
-
-    /// See [`Model::respond`](crate::bsdf::model::Model::respond).
-    #[inline(always)]
-    pub(in crate::bsdf) fn respond(
-        &self,
-        wi: Vector<S>,
-        wo: Vector<S>,
-        lobes: Classes<S>,
-    ) -> Response<S> {
+    fn respond(&self, wi: Vector<S>, wo: Vector<S>, lobes: Classes<S>) -> Response<S> {
         let half = HalfVector::new(wo, wi, self.eta);
         let valid = half.valid & lobes.has(self.lobes());
         if valid.none() {
@@ -139,30 +144,15 @@ impl<S: Width> RoughDielectric<S> {
         .within(valid)
     }
 
-    /// The density for two directions with this half vector.
     #[inline(always)]
-    fn pdf_by(&self, half: &HalfVector<S>, given: Vector<S>, other: Vector<S>) -> Float<S> {
-        let cos = given.dot(half.m);
-        let r = fresnel::dielectric(cos, cos.same(self.eta)).reflectance;
-        let (reflection, returns_light) = self.tints.reflection_probability(r);
-        let event = half.reflects.select(reflection, 1.0 - reflection);
-        returns_light.select(half.pdf(&self.facets, given, other) * event, 0.0)
-    }
-
-    #[inline(always)]
-    pub(in crate::bsdf) fn pdf(
-        &self,
-        given: Vector<S>,
-        other: Vector<S>,
-        lobes: Classes<S>,
-    ) -> Float<S> {
+    fn pdf(&self, given: Vector<S>, other: Vector<S>, lobes: Classes<S>) -> Float<S> {
         let half = HalfVector::new(given, other, self.eta);
         let valid = half.valid & lobes.has(self.lobes());
         valid.select(self.pdf_by(&half, given, other), 0.0)
     }
 
     #[inline(always)]
-    pub(in crate::bsdf) fn sample(&self, given: Vector<S>, u: Numbers<S>) -> ModelSample<S> {
+    fn sample(&self, given: Vector<S>, u: Numbers<S>, _: Classes<S>) -> ModelSample<S> {
         let m = self.facets.sample(given * given.z.sign(), u.direction);
         let cos = given.dot(m);
         let interface = fresnel::dielectric(cos, cos.same(self.eta));

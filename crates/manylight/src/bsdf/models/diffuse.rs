@@ -2,6 +2,7 @@
 
 use crate::bsdf::incident_cone::IncidentCone;
 use crate::bsdf::lobes::{Classes, Lobes};
+use crate::bsdf::model::ScatteringModel;
 use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::{ByClass, Response};
 use crate::lanes::{Color, Float, One, Vector, Width, cosine_hemisphere, cosine_hemisphere_pdf};
@@ -15,25 +16,25 @@ pub(in crate::bsdf) struct Diffuse<S: Width> {
 }
 
 impl<S: Width> Diffuse<S> {
-    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
     #[inline(always)]
-    pub(in crate::bsdf) fn albedo_estimate(&self, cos: Float<S>) -> Float<S> {
+    pub(in crate::bsdf) fn diffuse_weight(&self, wi: Vector<S>) -> Color<S> {
+        self.reflectance.within(wi.z.gt(0.0))
+    }
+}
+
+impl<S: Width> ScatteringModel<S> for Diffuse<S> {
+    #[inline(always)]
+    fn lobes(&self) -> Classes<S> {
+        Classes::splat(self.reflectance.r.width(), Lobes::DIFFUSE)
+    }
+
+    #[inline(always)]
+    fn albedo_estimate(&self, cos: Float<S>, _: Classes<S>) -> Float<S> {
         cos.gt(0.0).select(self.reflectance.max_channel(), 0.0)
     }
 
     #[inline(always)]
-    pub(in crate::bsdf) fn lobes(&self) -> Classes<S> {
-        Classes::splat(self.reflectance.r.width(), Lobes::DIFFUSE)
-    }
-
-    /// See [`Model::respond`](crate::bsdf::model::Model::respond).
-    #[inline(always)]
-    pub(in crate::bsdf) fn respond(
-        &self,
-        wi: Vector<S>,
-        wo: Vector<S>,
-        lobes: Classes<S>,
-    ) -> Response<S> {
+    fn respond(&self, wi: Vector<S>, wo: Vector<S>, lobes: Classes<S>) -> Response<S> {
         let above = wi.z.gt(0.0) & wo.z.gt(0.0) & lobes.diffuse;
         let pdf = above.select(wi.z * FRAC_1_PI, 0.0);
         let values = ByClass {
@@ -44,18 +45,13 @@ impl<S: Width> Diffuse<S> {
     }
 
     #[inline(always)]
-    pub(in crate::bsdf) fn pdf(&self, given: Vector<S>, other: Vector<S>) -> Float<S> {
+    fn pdf(&self, given: Vector<S>, other: Vector<S>, _: Classes<S>) -> Float<S> {
         given.z.gt(0.0).select(cosine_hemisphere_pdf(other.z), 0.0)
     }
 
     #[inline(always)]
-    pub(in crate::bsdf) fn sample(&self, given: Vector<S>, u: Numbers<S>) -> ModelSample<S> {
+    fn sample(&self, given: Vector<S>, u: Numbers<S>, _: Classes<S>) -> ModelSample<S> {
         ModelSample::finite(cosine_hemisphere(u.direction), given.z.gt(0.0))
-    }
-
-    #[inline(always)]
-    pub(in crate::bsdf) fn diffuse_weight(&self, wi: Vector<S>) -> Color<S> {
-        self.reflectance.within(wi.z.gt(0.0))
     }
 }
 

@@ -2,6 +2,7 @@
 
 use crate::bsdf::incident_cone::IncidentCone;
 use crate::bsdf::lobes::{Classes, Lobes};
+use crate::bsdf::model::ScatteringModel;
 use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::{ByClass, Response};
 use crate::lanes::{
@@ -17,27 +18,20 @@ pub(in crate::bsdf) struct DiffuseTransmitter<S: Width> {
     pub transmittance: Color<S>,
 }
 
-impl<S: Width> DiffuseTransmitter<S> {
-    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
+impl<S: Width> ScatteringModel<S> for DiffuseTransmitter<S> {
     #[inline(always)]
-    pub(in crate::bsdf) fn albedo_estimate(&self) -> Float<S> {
+    fn lobes(&self) -> Classes<S> {
+        Classes::splat(self.transmittance.r.width(), Lobes::GLOSSY)
+    }
+
+    #[inline(always)]
+    fn albedo_estimate(&self, _: Float<S>, _: Classes<S>) -> Float<S> {
         self.transmittance.max_channel()
     }
 
     #[inline(always)]
-    pub(in crate::bsdf) fn lobes(&self) -> Classes<S> {
-        Classes::splat(self.transmittance.r.width(), Lobes::GLOSSY)
-    }
-
-    /// See [`Model::respond`](crate::bsdf::model::Model::respond).
-    #[inline(always)]
-    pub(in crate::bsdf) fn respond(
-        &self,
-        wi: Vector<S>,
-        wo: Vector<S>,
-        lobes: Classes<S>,
-    ) -> Response<S> {
-        let pdf = lobes.glossy.select(self.pdf(wo, wi), 0.0);
+    fn respond(&self, wi: Vector<S>, wo: Vector<S>, lobes: Classes<S>) -> Response<S> {
+        let pdf = lobes.glossy.select(self.pdf(wo, wi, lobes), 0.0);
         let values = ByClass {
             glossy: self.transmittance * pdf,
             ..ByClass::black(pdf.width())
@@ -46,13 +40,13 @@ impl<S: Width> DiffuseTransmitter<S> {
     }
 
     #[inline(always)]
-    pub(in crate::bsdf) fn pdf(&self, given: Vector<S>, other: Vector<S>) -> Float<S> {
+    fn pdf(&self, given: Vector<S>, other: Vector<S>, _: Classes<S>) -> Float<S> {
         let crosses = (given.z * other.z).lt(0.0);
         crosses.select(cosine_hemisphere_pdf(other.z.abs()), 0.0)
     }
 
     #[inline(always)]
-    pub(in crate::bsdf) fn sample(&self, given: Vector<S>, u: Numbers<S>) -> ModelSample<S> {
+    fn sample(&self, given: Vector<S>, u: Numbers<S>, _: Classes<S>) -> ModelSample<S> {
         let w = cosine_hemisphere(u.direction).scale_z(-given.z.sign());
         ModelSample::finite(w, Mask::splat(given.z.width(), true))
     }

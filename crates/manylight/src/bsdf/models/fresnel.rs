@@ -124,6 +124,15 @@ impl<S: Width> ConductorFresnel<S> {
         }
     }
 
+    /// From `η² - k²` and `4 η² k²`.
+    #[inline(always)]
+    pub(in crate::bsdf) fn from_terms([difference, product]: [Color<S>; 2]) -> Self {
+        ConductorFresnel {
+            difference,
+            product,
+        }
+    }
+
     /// Reflectance of unpolarised light at the cosine `cos` >= 0.
     #[inline(always)]
     pub(in crate::bsdf) fn reflectance(&self, cos: Float<S>) -> Color<S> {
@@ -137,15 +146,6 @@ impl<S: Width> ConductorFresnel<S> {
 }
 
 impl ConductorFresnel<One> {
-    /// From [`ConductorFresnel::terms`].
-    #[inline(always)]
-    pub(in crate::bsdf) fn from_terms([difference, product]: [Rgb; 2]) -> Self {
-        ConductorFresnel {
-            difference: difference.into(),
-            product: product.into(),
-        }
-    }
-
     /// `η² - k²` and `4 η² k²`.
     #[inline]
     pub(in crate::bsdf) fn terms(&self) -> [Rgb; 2] {

@@ -40,6 +40,20 @@ impl<S: Width> Microfacets<S> {
         }
     }
 
+    /// From the roughness alpha along both axes, and its inverse.
+    #[inline(always)]
+    pub(in crate::bsdf) fn from_roughness(
+        distribution: Distribution,
+        alpha: Pair<S>,
+        inv_alpha: Pair<S>,
+    ) -> Self {
+        Microfacets {
+            distribution,
+            alpha,
+            inv_alpha,
+        }
+    }
+
     /// The type of distribution.
     #[inline(always)]
     pub(in crate::bsdf) fn distribution(&self) -> Distribution {
@@ -153,19 +167,6 @@ impl<S: Width> Microfacets<S> {
 
 /// Upper bounds, and access to the parameters.
 impl Microfacets<One> {
-    /// From [`Microfacets::roughness`].
-    #[inline(always)]
-    pub(in crate::bsdf) fn from_roughness(
-        distribution: Distribution,
-        [alpha, inv_alpha]: [Vec2; 2],
-    ) -> Self {
-        Microfacets {
-            distribution,
-            alpha: alpha.into(),
-            inv_alpha: inv_alpha.into(),
-        }
-    }
-
     /// Roughness alpha along both axes, and its inverse.
     #[inline(always)]
     pub(in crate::bsdf) fn roughness(&self) -> [Vec2; 2] {

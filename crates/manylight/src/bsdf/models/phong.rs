@@ -5,6 +5,7 @@
 use super::diffuse::Diffuse;
 use crate::bsdf::incident_cone::IncidentCone;
 use crate::bsdf::lobes::{Classes, Lobes};
+use crate::bsdf::model::ScatteringModel;
 use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::{ByClass, Response};
 use crate::lanes::{
@@ -131,21 +132,10 @@ impl<S: Width> Phong<S> {
         }
     }
 
-    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
-    #[inline(always)]
-    pub(in crate::bsdf) fn albedo_estimate(&self, cos: Float<S>, lobes: Classes<S>) -> Float<S> {
-        self.layers.albedo_estimate(cos, lobes)
-    }
-
     /// Roughness of a microfacet lobe of the same width.
     #[inline(always)]
     pub(in crate::bsdf) fn alpha(&self) -> Float<S> {
         alpha(self.exponent)
-    }
-
-    #[inline(always)]
-    pub(in crate::bsdf) fn lobes(&self) -> Classes<S> {
-        self.layers.lobes()
     }
 
     #[inline(always)]
@@ -159,15 +149,21 @@ impl<S: Width> Phong<S> {
         let cos = (a.z * b.z - a.x * b.x - a.y * b.y).min(1.0);
         cos.gt(0.0).select(cos.powf(self.exponent), 0.0)
     }
+}
 
-    /// See [`Model::respond`](crate::bsdf::model::Model::respond).
+impl<S: Width> ScatteringModel<S> for Phong<S> {
     #[inline(always)]
-    pub(in crate::bsdf) fn respond(
-        &self,
-        wi: Vector<S>,
-        wo: Vector<S>,
-        lobes: Classes<S>,
-    ) -> Response<S> {
+    fn lobes(&self) -> Classes<S> {
+        self.layers.lobes()
+    }
+
+    #[inline(always)]
+    fn albedo_estimate(&self, cos: Float<S>, lobes: Classes<S>) -> Float<S> {
+        self.layers.albedo_estimate(cos, lobes)
+    }
+
+    #[inline(always)]
+    fn respond(&self, wi: Vector<S>, wo: Vector<S>, lobes: Classes<S>) -> Response<S> {
         let falloff = self.falloff(wi, wo) * (1.0 / TAU);
         let value = (self.exponent + 2.0) * falloff * wi.z;
         let pdf = (self.exponent + 1.0) * falloff;
@@ -175,24 +171,14 @@ impl<S: Width> Phong<S> {
     }
 
     #[inline(always)]
-    pub(in crate::bsdf) fn pdf(
-        &self,
-        given: Vector<S>,
-        other: Vector<S>,
-        lobes: Classes<S>,
-    ) -> Float<S> {
+    fn pdf(&self, given: Vector<S>, other: Vector<S>, lobes: Classes<S>) -> Float<S> {
         let lobe = (self.exponent + 1.0) * (1.0 / TAU) * self.falloff(given, other);
         let above = given.z.gt(0.0) & other.z.gt(0.0);
         above.select(self.layers.pdf(other.z, lobes, lobe), 0.0)
     }
 
     #[inline(always)]
-    pub(in crate::bsdf) fn sample(
-        &self,
-        given: Vector<S>,
-        u: Numbers<S>,
-        lobes: Classes<S>,
-    ) -> ModelSample<S> {
+    fn sample(&self, given: Vector<S>, u: Numbers<S>, lobes: Classes<S>) -> ModelSample<S> {
         let cos = (1.0 - u.direction.y).powf((self.exponent + 1.0).recip());
         let sin = (1.0 - cos * cos).safe_sqrt();
         let (sin_phi, cos_phi) = u.direction.x.sin_cos_turns();

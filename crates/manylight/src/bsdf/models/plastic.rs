@@ -5,6 +5,7 @@ use super::fresnel::{self, reflect};
 use super::microfacet::Microfacets;
 use crate::bsdf::incident_cone::IncidentCone;
 use crate::bsdf::lobes::{Classes, Lobes};
+use crate::bsdf::model::ScatteringModel;
 use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::{ByClass, Response};
 use crate::lanes::{Color, Float, One, Vector, Width, cosine_hemisphere, cosine_hemisphere_pdf};
@@ -106,21 +107,6 @@ impl<S: Width> Plastic<S> {
         self.layers.base
     }
 
-    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
-    #[inline(always)]
-    pub(in crate::bsdf) fn albedo_estimate(&self, cos: Float<S>, lobes: Classes<S>) -> Float<S> {
-        let r = self.reflectance(cos);
-        let albedo = self
-            .layers
-            .albedo_estimate(r, self.coat_class(cos.width()), lobes);
-        cos.gt(0.0).select(albedo, 0.0)
-    }
-
-    #[inline(always)]
-    pub(in crate::bsdf) fn lobes(&self) -> Classes<S> {
-        Classes::splat(self.layers.tint.r.width(), Lobes::DIFFUSE.or(Lobes::DELTA))
-    }
-
     #[inline(always)]
     fn coat_class(&self, s: S) -> Classes<S> {
         Classes::splat(s, Lobes::DELTA)
@@ -142,15 +128,25 @@ impl<S: Width> Plastic<S> {
     pub(in crate::bsdf) fn diffuse_weight(&self, wi: Vector<S>) -> Color<S> {
         (self.layers.base * fresnel::coat_transmittance(wi.z, self.eta)).within(wi.z.gt(0.0))
     }
+}
 
-    /// See [`Model::respond`](crate::bsdf::model::Model::respond).
+impl<S: Width> ScatteringModel<S> for Plastic<S> {
     #[inline(always)]
-    pub(in crate::bsdf) fn respond(
-        &self,
-        wi: Vector<S>,
-        wo: Vector<S>,
-        lobes: Classes<S>,
-    ) -> Response<S> {
+    fn lobes(&self) -> Classes<S> {
+        Classes::splat(self.layers.tint.r.width(), Lobes::DIFFUSE.or(Lobes::DELTA))
+    }
+
+    #[inline(always)]
+    fn albedo_estimate(&self, cos: Float<S>, lobes: Classes<S>) -> Float<S> {
+        let r = self.reflectance(cos);
+        let albedo = self
+            .layers
+            .albedo_estimate(r, self.coat_class(cos.width()), lobes);
+        cos.gt(0.0).select(albedo, 0.0)
+    }
+
+    #[inline(always)]
+    fn respond(&self, wi: Vector<S>, wo: Vector<S>, lobes: Classes<S>) -> Response<S> {
         let above = lobes.diffuse & wi.z.gt(0.0) & wo.z.gt(0.0);
         let leaves = self.reflectance(wo.z);
         let cosine = cosine_hemisphere_pdf(wi.z);
@@ -163,24 +159,14 @@ impl<S: Width> Plastic<S> {
     }
 
     #[inline(always)]
-    pub(in crate::bsdf) fn pdf(
-        &self,
-        given: Vector<S>,
-        other: Vector<S>,
-        lobes: Classes<S>,
-    ) -> Float<S> {
+    fn pdf(&self, given: Vector<S>, other: Vector<S>, lobes: Classes<S>) -> Float<S> {
         let above = lobes.diffuse & given.z.gt(0.0) & other.z.gt(0.0);
         let base = 1.0 - self.coat_probability(self.reflectance(given.z), lobes);
         above.select(base * cosine_hemisphere_pdf(other.z), 0.0)
     }
 
     #[inline(always)]
-    pub(in crate::bsdf) fn sample(
-        &self,
-        given: Vector<S>,
-        u: Numbers<S>,
-        lobes: Classes<S>,
-    ) -> ModelSample<S> {
+    fn sample(&self, given: Vector<S>, u: Numbers<S>, lobes: Classes<S>) -> ModelSample<S> {
         let above = given.z.gt(0.0);
         let r = self.reflectance(given.z);
         let probability = self.coat_probability(r, lobes);
@@ -243,23 +229,9 @@ impl<'s, S: Width> RoughPlastic<'s, S> {
         self.layers.tint
     }
 
-    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
-    #[inline(always)]
-    pub(in crate::bsdf) fn albedo_estimate(&self, cos: Float<S>, lobes: Classes<S>) -> Float<S> {
-        let r = 1.0 - interpolate(self.transmittance, cos);
-        let albedo = self.layers.albedo_estimate(r, self.facets.class(), lobes);
-        cos.gt(0.0).select(albedo, 0.0)
-    }
-
     #[inline(always)]
     pub(in crate::bsdf) fn alpha(&self) -> Float<S> {
         self.facets.min_alpha()
-    }
-
-    #[inline(always)]
-    pub(in crate::bsdf) fn lobes(&self) -> Classes<S> {
-        let coat = self.facets.class();
-        coat.or(Classes::splat(coat.glossy.width(), Lobes::DIFFUSE))
     }
 
     /// Probability of sampling the coat, for its transmittance in the given direction.
@@ -273,15 +245,24 @@ impl<'s, S: Width> RoughPlastic<'s, S> {
     pub(in crate::bsdf) fn diffuse_weight(&self, wi: Vector<S>) -> Color<S> {
         (self.layers.base * interpolate(self.transmittance, wi.z)).within(wi.z.gt(0.0))
     }
+}
 
-    /// See [`Model::respond`](crate::bsdf::model::Model::respond).
+impl<S: Width> ScatteringModel<S> for RoughPlastic<'_, S> {
     #[inline(always)]
-    pub(in crate::bsdf) fn respond(
-        &self,
-        wi: Vector<S>,
-        wo: Vector<S>,
-        lobes: Classes<S>,
-    ) -> Response<S> {
+    fn lobes(&self) -> Classes<S> {
+        let coat = self.facets.class();
+        coat.or(Classes::splat(coat.glossy.width(), Lobes::DIFFUSE))
+    }
+
+    #[inline(always)]
+    fn albedo_estimate(&self, cos: Float<S>, lobes: Classes<S>) -> Float<S> {
+        let r = 1.0 - interpolate(self.transmittance, cos);
+        let albedo = self.layers.albedo_estimate(r, self.facets.class(), lobes);
+        cos.gt(0.0).select(albedo, 0.0)
+    }
+
+    #[inline(always)]
+    fn respond(&self, wi: Vector<S>, wo: Vector<S>, lobes: Classes<S>) -> Response<S> {
         let above = wi.z.gt(0.0) & wo.z.gt(0.0) & lobes.has(self.lobes());
         if above.none() {
             return Response::none(wi.z.width());
@@ -305,12 +286,7 @@ impl<'s, S: Width> RoughPlastic<'s, S> {
     }
 
     #[inline(always)]
-    pub(in crate::bsdf) fn pdf(
-        &self,
-        given: Vector<S>,
-        other: Vector<S>,
-        lobes: Classes<S>,
-    ) -> Float<S> {
+    fn pdf(&self, given: Vector<S>, other: Vector<S>, lobes: Classes<S>) -> Float<S> {
         let above = given.z.gt(0.0) & other.z.gt(0.0) & lobes.has(self.lobes());
         let coat = self.coat_probability(interpolate(self.transmittance, given.z), lobes);
         let density = self
@@ -321,12 +297,7 @@ impl<'s, S: Width> RoughPlastic<'s, S> {
     }
 
     #[inline(always)]
-    pub(in crate::bsdf) fn sample(
-        &self,
-        given: Vector<S>,
-        u: Numbers<S>,
-        lobes: Classes<S>,
-    ) -> ModelSample<S> {
+    fn sample(&self, given: Vector<S>, u: Numbers<S>, lobes: Classes<S>) -> ModelSample<S> {
         let above = given.z.gt(0.0);
         let transmittance = interpolate(self.transmittance, given.z);
         let of_coat = u.lobe.lt(self.coat_probability(transmittance, lobes));

@@ -4,6 +4,7 @@
 
 use crate::bsdf::incident_cone::IncidentCone;
 use crate::bsdf::lobes::{Classes, Lobes};
+use crate::bsdf::model::ScatteringModel;
 use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::{ByClass, Response};
 use crate::lanes::{Color, Float, One, Vector, Width, cosine_hemisphere, cosine_hemisphere_pdf};
@@ -61,53 +62,10 @@ impl<S: Width> RoughDiffuse<S> {
         }
     }
 
-    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
-    #[inline(always)]
-    pub(in crate::bsdf) fn albedo_estimate(&self, cos: Float<S>) -> Float<S> {
-        cos.gt(0.0).select(self.reflectance.max_channel(), 0.0)
-    }
-
-    /// `GLOSSY`, but `DIFFUSE` without roughness: then it is Lambert's model.
-    #[inline(always)]
-    pub(in crate::bsdf) fn lobes(&self) -> Classes<S> {
-        let is_smooth = self.sigma2.equals(0.0);
-        Classes {
-            diffuse: is_smooth,
-            glossy: !is_smooth,
-            ..Classes::splat(is_smooth.width(), Lobes::NONE)
-        }
-    }
-
     /// `a(wi)` of the `DIFFUSE` lobe of a smooth surface.
     #[inline(always)]
     pub(in crate::bsdf) fn diffuse_weight(&self, wi: Vector<S>) -> Color<S> {
         self.reflectance.within(wi.z.gt(0.0) & self.lobes().diffuse)
-    }
-
-    /// See [`Model::respond`](crate::bsdf::model::Model::respond).
-    #[inline(always)]
-    pub(in crate::bsdf) fn respond(
-        &self,
-        wi: Vector<S>,
-        wo: Vector<S>,
-        lobes: Classes<S>,
-    ) -> Response<S> {
-        let class = self.lobes().and(lobes);
-        let above = wi.z.gt(0.0) & wo.z.gt(0.0) & class.any();
-        let angles = Angles::new(wi, wo);
-        let shape = if self.full {
-            self.full_model(&angles)
-        } else {
-            self.qualitative_model(&angles)
-        };
-        let pdf = wi.z * FRAC_1_PI;
-        let value = shape * pdf;
-        let values = ByClass {
-            diffuse: value.within(class.diffuse),
-            glossy: value.within(class.glossy),
-            near_delta: Color::black(pdf.width()),
-        };
-        Response { values, pdf }.within(above)
     }
 
     /// Oren and Nayar's qualitative model.
@@ -138,14 +96,52 @@ impl<S: Width> RoughDiffuse<S> {
         let double = c4 * (1.0 - t.cos_phi * beta_part.squared());
         self.reflectance * single + self.reflectance * self.reflectance * double
     }
+}
+
+impl<S: Width> ScatteringModel<S> for RoughDiffuse<S> {
+    /// `GLOSSY`, but `DIFFUSE` without roughness: then it is Lambert's model.
+    #[inline(always)]
+    fn lobes(&self) -> Classes<S> {
+        let is_smooth = self.sigma2.equals(0.0);
+        Classes {
+            diffuse: is_smooth,
+            glossy: !is_smooth,
+            ..Classes::splat(is_smooth.width(), Lobes::NONE)
+        }
+    }
 
     #[inline(always)]
-    pub(in crate::bsdf) fn pdf(&self, given: Vector<S>, other: Vector<S>) -> Float<S> {
+    fn albedo_estimate(&self, cos: Float<S>, _: Classes<S>) -> Float<S> {
+        cos.gt(0.0).select(self.reflectance.max_channel(), 0.0)
+    }
+
+    #[inline(always)]
+    fn respond(&self, wi: Vector<S>, wo: Vector<S>, lobes: Classes<S>) -> Response<S> {
+        let class = self.lobes().and(lobes);
+        let above = wi.z.gt(0.0) & wo.z.gt(0.0) & class.any();
+        let angles = Angles::new(wi, wo);
+        let shape = if self.full {
+            self.full_model(&angles)
+        } else {
+            self.qualitative_model(&angles)
+        };
+        let pdf = wi.z * FRAC_1_PI;
+        let value = shape * pdf;
+        let values = ByClass {
+            diffuse: value.within(class.diffuse),
+            glossy: value.within(class.glossy),
+            near_delta: Color::black(pdf.width()),
+        };
+        Response { values, pdf }.within(above)
+    }
+
+    #[inline(always)]
+    fn pdf(&self, given: Vector<S>, other: Vector<S>, _: Classes<S>) -> Float<S> {
         given.z.gt(0.0).select(cosine_hemisphere_pdf(other.z), 0.0)
     }
 
     #[inline(always)]
-    pub(in crate::bsdf) fn sample(&self, given: Vector<S>, u: Numbers<S>) -> ModelSample<S> {
+    fn sample(&self, given: Vector<S>, u: Numbers<S>, _: Classes<S>) -> ModelSample<S> {
         ModelSample::finite(cosine_hemisphere(u.direction), given.z.gt(0.0))
     }
 }

@@ -2,7 +2,8 @@
 
 use super::fresnel;
 use crate::bsdf::lobes::{Classes, Lobes};
-use crate::bsdf::model_sample::ModelSample;
+use crate::bsdf::model::ScatteringModel;
+use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::lanes::{Color, Float, Mask, Vector, Width};
 
 /// Mirror reflection on both sides, and straight-through transmission.
@@ -21,25 +22,26 @@ impl<S: Width> ThinDielectric<S> {
         2.0 * r / (1.0 + r)
     }
 
-    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
-    #[inline(always)]
-    pub(in crate::bsdf) fn albedo_estimate(&self, cos: Float<S>) -> Float<S> {
-        self.reflection_tint.max_channel() * self.reflectance(cos)
-    }
-
     /// Straight-through transmittance at the cosine `cos`.
     #[inline(always)]
     pub(in crate::bsdf) fn transmittance(&self, cos: Float<S>) -> Color<S> {
         self.transmission_tint * (1.0 - self.reflectance(cos))
     }
+}
 
+impl<S: Width> ScatteringModel<S> for ThinDielectric<S> {
     #[inline(always)]
-    pub(in crate::bsdf) fn lobes(&self) -> Classes<S> {
+    fn lobes(&self) -> Classes<S> {
         Classes::splat(self.reflection_tint.r.width(), Lobes::DELTA)
     }
 
     #[inline(always)]
-    pub(in crate::bsdf) fn sample(&self, given: Vector<S>) -> ModelSample<S> {
+    fn albedo_estimate(&self, cos: Float<S>, _: Classes<S>) -> Float<S> {
+        self.reflection_tint.max_channel() * self.reflectance(cos)
+    }
+
+    #[inline(always)]
+    fn sample(&self, given: Vector<S>, _: Numbers<S>, _: Classes<S>) -> ModelSample<S> {
         let fraction = self.reflection_tint * self.reflectance(given.z);
         let everywhere = Mask::splat(given.z.width(), true);
         ModelSample::mirror(given, fraction, given.z.same(1.0), everywhere)

@@ -9,6 +9,7 @@ use super::phong::LobeOverBase;
 use crate::bsdf::incident_cone::IncidentCone;
 use crate::bsdf::lobes::{Classes, Lobes};
 use crate::bsdf::material::WardVariant;
+use crate::bsdf::model::ScatteringModel;
 use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::Response;
 use crate::lanes::{Color, Float, One, Pair, Vector, Width};
@@ -45,20 +46,9 @@ impl<S: Width> Ward<S> {
         }
     }
 
-    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
-    #[inline(always)]
-    pub(in crate::bsdf) fn albedo_estimate(&self, cos: Float<S>, lobes: Classes<S>) -> Float<S> {
-        self.layers.albedo_estimate(cos, lobes)
-    }
-
     #[inline(always)]
     pub(in crate::bsdf) fn alpha(&self) -> Float<S> {
         self.alpha.x.min(self.alpha.y)
-    }
-
-    #[inline(always)]
-    pub(in crate::bsdf) fn lobes(&self) -> Classes<S> {
-        self.layers.lobes()
     }
 
     #[inline(always)]
@@ -73,14 +63,27 @@ impl<S: Width> Ward<S> {
         (-slope.length_squared()).exp() * FRAC_1_PI / (self.alpha.x * self.alpha.y)
     }
 
-    /// See [`Model::respond`](crate::bsdf::model::Model::respond).
+    /// Density of directions of the lobe: that of half vectors over the Jacobian 4 (h·w).
     #[inline(always)]
-    pub(in crate::bsdf) fn respond(
-        &self,
-        wi: Vector<S>,
-        wo: Vector<S>,
-        lobes: Classes<S>,
-    ) -> Response<S> {
+    fn lobe_pdf(&self, given: Vector<S>, other: Vector<S>) -> Float<S> {
+        let h = (given + other).normalize();
+        self.gaussian(h) / (4.0 * h.dot(given) * (h.z * h.z * h.z))
+    }
+}
+
+impl<S: Width> ScatteringModel<S> for Ward<S> {
+    #[inline(always)]
+    fn lobes(&self) -> Classes<S> {
+        self.layers.lobes()
+    }
+
+    #[inline(always)]
+    fn albedo_estimate(&self, cos: Float<S>, lobes: Classes<S>) -> Float<S> {
+        self.layers.albedo_estimate(cos, lobes)
+    }
+
+    #[inline(always)]
+    fn respond(&self, wi: Vector<S>, wo: Vector<S>, lobes: Classes<S>) -> Response<S> {
         let h = wi + wo;
         let norm = match self.variant {
             WardVariant::Ward => 0.25 / (wi.z * wo.z).sqrt(),
@@ -93,32 +96,15 @@ impl<S: Width> Ward<S> {
             .respond((wi, wo), lobes, value, self.lobe_pdf(wo, wi))
     }
 
-    /// Density of directions of the lobe: that of half vectors over the Jacobian 4 (h·w).
     #[inline(always)]
-    fn lobe_pdf(&self, given: Vector<S>, other: Vector<S>) -> Float<S> {
-        let h = (given + other).normalize();
-        self.gaussian(h) / (4.0 * h.dot(given) * (h.z * h.z * h.z))
-    }
-
-    #[inline(always)]
-    pub(in crate::bsdf) fn pdf(
-        &self,
-        given: Vector<S>,
-        other: Vector<S>,
-        lobes: Classes<S>,
-    ) -> Float<S> {
+    fn pdf(&self, given: Vector<S>, other: Vector<S>, lobes: Classes<S>) -> Float<S> {
         let above = given.z.gt(0.0) & other.z.gt(0.0);
         let pdf = self.layers.pdf(other.z, lobes, self.lobe_pdf(given, other));
         above.select(pdf, 0.0)
     }
 
     #[inline(always)]
-    pub(in crate::bsdf) fn sample(
-        &self,
-        given: Vector<S>,
-        u: Numbers<S>,
-        lobes: Classes<S>,
-    ) -> ModelSample<S> {
+    fn sample(&self, given: Vector<S>, u: Numbers<S>, lobes: Classes<S>) -> ModelSample<S> {
         let (sin_phi, cos_phi) = u.direction.y.sin_cos_turns();
         let radius = (-(1.0 - u.direction.x).ln()).safe_sqrt();
         let slope = self.alpha * Pair::new(cos_phi, sin_phi) * radius;

@@ -34,9 +34,9 @@ pub(in crate::emitters) struct EmittingScene<'a> {
 pub(in crate::emitters) type PointsOfElements<S> = (VisiblePoints<S>, Mask<S>);
 
 impl ElementList {
-    /// Points of elements, by their indices, as seen from `p`, with the uniform numbers `u`.
+    /// See [`ElementList::sample`].
     #[inline(always)]
-    pub(in crate::emitters) fn sample<S: Width>(
+    pub(in crate::emitters) fn sample_inlined<S: Width>(
         &self,
         scene: EmittingScene,
         element: Word<S>,

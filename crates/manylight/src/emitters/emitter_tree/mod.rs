@@ -104,9 +104,9 @@ impl EmitterTree {
         self.nodes.is_empty()
     }
 
-    /// An element for each receiver, and the probability of the choice.
+    /// See [`EmitterTree::sample`].
     #[inline(always)]
-    pub(super) fn sample<S: Width>(
+    pub(super) fn sample_inlined<S: Width>(
         &self,
         receivers: &Receivers<S>,
         mut u: Float<S>,

@@ -143,9 +143,9 @@ impl EnvironmentSampler {
         self.total
     }
 
-    /// Directions in the lanes of `lanes` with density proportional to the interpolated luminance; elsewhere any.
+    /// See [`EnvironmentSampler::sample`].
     #[inline(always)]
-    pub(in crate::emitters) fn sample<S: Width>(
+    pub(in crate::emitters) fn sample_inlined<S: Width>(
         &self,
         u: Pair<S>,
         lanes: Mask<S>,
@@ -214,9 +214,12 @@ impl EnvironmentSampler {
         Vector::new(sin_phi * sin_theta, cos_theta, -cos_phi * sin_theta)
     }
 
-    /// Radiance from the unit directions `wi` (pointing away from the scene), and their densities.
+    /// See [`EnvironmentSampler::look_up`].
     #[inline(always)]
-    pub(in crate::emitters) fn look_up<S: Width>(&self, wi: Vector<S>) -> EnvironmentSamples<S> {
+    pub(in crate::emitters) fn look_up_inlined<S: Width>(
+        &self,
+        wi: Vector<S>,
+    ) -> EnvironmentSamples<S> {
         let d = product(&self.world_from_emitter.transpose(), wi);
         let at = self.locate(d);
         let corners = self.corners(&at);

@@ -11,8 +11,7 @@ mod plan;
 mod prepass;
 
 pub(super) use bounding_sphere::BoundingSphere;
-#[cfg(test)]
-pub(super) use environment::EnvironmentSampler;
+pub(super) use environment::{EnvironmentSampler, EnvironmentSamples};
 pub(super) use guides::InfiniteLightGuides;
 pub(super) use lights::{InfiniteEmissionNumbers, InfiniteLightSamples, InfiniteLights};
 pub use plan::InfiniteLightPlan;

@@ -5,8 +5,11 @@ use crate::bsdf::incident_cone::IncidentCone;
 use crate::bsdf::models::fresnel;
 use crate::bsdf::models::microfacet::Microfacets;
 use crate::color::Rgb;
-use crate::lanes::{Color, Float, LANES, Lanes, Lanes3, Mask, One, Vector, Width, broadcast};
+use crate::lanes::{
+    Color, Float, LANES, Lanes, Lanes3, Mask, One, Sixteen, Vector, Width, broadcast,
+};
 use crate::math::Vec3;
+use crate::simd::Wide;
 
 /// Roughness alpha of the masking of the clear coat (Burley 2012).
 const CLEARCOAT_MASKING_ALPHA: f32 = 0.25;
@@ -302,6 +305,26 @@ impl PrincipledFrontLanes {
         }
         for colors in [&mut self.schlick_r0, &mut self.base, &mut self.sheen] {
             colors.broadcast();
+        }
+    }
+
+    /// All lanes.
+    #[inline(always)]
+    pub(in crate::bsdf) fn load<W: Wide>(&self, s: Sixteen<W>) -> PrincipledFront<Sixteen<W>> {
+        PrincipledFront {
+            eta: Float::load(s, &self.eta),
+            inv_eta: Float::load(s, &self.inv_eta),
+            plain: Float::load(s, &self.plain),
+            schlick: Float::load(s, &self.schlick),
+            schlick_r0: self.schlick_r0.colors(s),
+            base: self.base.colors(s),
+            sheen: self.sheen.colors(s),
+            roughness: Float::load(s, &self.roughness),
+            flatness: Float::load(s, &self.flatness),
+            layered: Float::load(s, &self.layered),
+            clearcoat: Float::load(s, &self.clearcoat),
+            clearcoat_excess: Float::load(s, &self.clearcoat_excess),
+            clearcoat_norm: Float::load(s, &self.clearcoat_norm),
         }
     }
 

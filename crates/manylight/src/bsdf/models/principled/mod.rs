@@ -17,6 +17,8 @@ use super::microfacet::Microfacets;
 use crate::bsdf::incident_cone::IncidentCone;
 use crate::bsdf::lobes::{Classes, Lobes, NEAR_DELTA_ALPHA};
 use crate::bsdf::material::Distribution;
+use crate::bsdf::model::ScatteringModel;
+use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::{ByClass, Response};
 use crate::lanes::{Color, Float, Mask, One, Vector, Width};
 use crate::math::{Vec3, float::safe_sqrt};
@@ -151,47 +153,11 @@ impl<S: Width> Principled<S> {
         Classes::of_microfacets(self.clearcoat_alpha)
     }
 
-    #[inline(always)]
-    pub(in crate::bsdf) fn lobes(&self) -> Classes<S> {
-        let has_diffuse = self.brdf.gt(0.0) | self.sheen.gt(0.0);
-        let glossy = Classes::splat(has_diffuse.width(), Lobes::GLOSSY);
-        self.specular_class()
-            .or(glossy.within(has_diffuse))
-            .or(self.clearcoat_class().within(self.clearcoat.gt(0.0)))
-    }
-
     /// Smallest roughness alpha of the `GLOSSY` lobes; 1 without such lobes.
     #[inline(always)]
     pub(in crate::bsdf) fn glossy_alpha(&self) -> Float<S> {
         let clearcoat = self.clearcoat.gt(0.0).select(self.clearcoat_alpha, 1.0);
         least_glossy([self.facets.min_alpha(), clearcoat])
-    }
-
-    /// See [`Model::respond`](crate::bsdf::model::Model::respond).
-    #[inline(always)]
-    pub(in crate::bsdf) fn respond(
-        &self,
-        wi: Vector<S>,
-        wo: Vector<S>,
-        lobes: Classes<S>,
-    ) -> Response<S> {
-        let half = HalfVector::new(wo, wi, self.eta);
-        if half.valid.none() {
-            return Response::none(wi.z.width());
-        }
-        let on_front = half.valid & half.reflects & wo.z.gt(0.0);
-        let mut values = self.front_values(wi, wo, lobes).map(|v| v.within(on_front));
-        let through = half.valid & !on_front & self.transmits();
-        if through.any() {
-            let value = self.interface(wi, wo, &half).within(through);
-            let one = wi.z.same(1.0);
-            let interface = ByClass::of_microfacets(self.specular_class(), lobes, value);
-            values.add(&interface, one);
-        }
-        Response {
-            values,
-            pdf: half.valid.select(self.pdf_by(&half, wo, wi, lobes), 0.0),
-        }
     }
 
     /// Reflection on the front by class.
@@ -270,6 +236,55 @@ impl<S: Width> Principled<S> {
         let scale = (1.0 - r) * common * (i * o).abs() / (o + half.eta * i).squared();
         let transmitted = self.base_color.map(Float::safe_sqrt) * scale;
         Color::select(half.reflects, Color::grey(reflected), transmitted)
+    }
+}
+
+impl<S: Width> ScatteringModel<S> for Principled<S> {
+    #[inline(always)]
+    fn lobes(&self) -> Classes<S> {
+        let has_diffuse = self.brdf.gt(0.0) | self.sheen.gt(0.0);
+        let glossy = Classes::splat(has_diffuse.width(), Lobes::GLOSSY);
+        self.specular_class()
+            .or(glossy.within(has_diffuse))
+            .or(self.clearcoat_class().within(self.clearcoat.gt(0.0)))
+    }
+
+    #[inline(always)]
+    fn albedo_estimate(&self, cos: Float<S>, lobes: Classes<S>) -> Float<S> {
+        self.strategies(cos, lobes).total()
+    }
+
+    #[inline(always)]
+    fn respond(&self, wi: Vector<S>, wo: Vector<S>, lobes: Classes<S>) -> Response<S> {
+        let half = HalfVector::new(wo, wi, self.eta);
+        if half.valid.none() {
+            return Response::none(wi.z.width());
+        }
+        let on_front = half.valid & half.reflects & wo.z.gt(0.0);
+        let mut values = self.front_values(wi, wo, lobes).map(|v| v.within(on_front));
+        let through = half.valid & !on_front & self.transmits();
+        if through.any() {
+            let value = self.interface(wi, wo, &half).within(through);
+            let one = wi.z.same(1.0);
+            let interface = ByClass::of_microfacets(self.specular_class(), lobes, value);
+            values.add(&interface, one);
+        }
+        Response {
+            values,
+            pdf: half.valid.select(self.pdf_by(&half, wo, wi, lobes), 0.0),
+        }
+    }
+
+    #[inline(always)]
+    fn pdf(&self, given: Vector<S>, other: Vector<S>, lobes: Classes<S>) -> Float<S> {
+        let half = HalfVector::new(given, other, self.eta);
+        half.valid
+            .select(self.pdf_by(&half, given, other, lobes), 0.0)
+    }
+
+    #[inline(always)]
+    fn sample(&self, given: Vector<S>, u: Numbers<S>, lobes: Classes<S>) -> ModelSample<S> {
+        self.sample_by(&self.strategies(given.z, lobes), given, u)
     }
 }
 

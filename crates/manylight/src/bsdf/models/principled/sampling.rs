@@ -16,7 +16,7 @@ pub(super) const SHEEN_ALBEDO: f32 = 0.05;
 pub(super) const MIN_SCHLICK: f32 = 0.02;
 
 /// Unnormalized probabilities of the sampling strategies.
-struct Strategies<S: Width> {
+pub(super) struct Strategies<S: Width> {
     diffuse: Float<S>,
     clearcoat: Float<S>,
     specular: Float<S>,
@@ -24,22 +24,16 @@ struct Strategies<S: Width> {
 
 impl<S: Width> Strategies<S> {
     #[inline(always)]
-    fn total(&self) -> Float<S> {
+    pub(super) fn total(&self) -> Float<S> {
         self.diffuse + self.clearcoat + self.specular
     }
 }
 
 impl<S: Width> Principled<S> {
-    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
-    #[inline(always)]
-    pub(in crate::bsdf) fn albedo_estimate(&self, cos: Float<S>, lobes: Classes<S>) -> Float<S> {
-        self.strategies(cos, lobes).total()
-    }
-
     /// Probabilities for a given direction of this cosine: estimates of the light that each lobe returns, times the rate of the material.
     /// From below, only the main interface is sampled.
     #[inline(always)]
-    fn strategies(&self, cos: Float<S>, lobes: Classes<S>) -> Strategies<S> {
+    pub(super) fn strategies(&self, cos: Float<S>, lobes: Classes<S>) -> Strategies<S> {
         let front = self.front(Classes::splat(cos.width(), Lobes::FINITE));
         let diffuse = PI * front.base.max_channel() + SHEEN_ALBEDO * front.sheen.max_channel();
         let specular =
@@ -93,19 +87,6 @@ impl<S: Width> Principled<S> {
         transmitted.equals(0.0).select(0.0, probability)
     }
 
-    /// See [`Model::pdf`](crate::bsdf::model::Model::pdf).
-    #[inline(always)]
-    pub(in crate::bsdf) fn pdf(
-        &self,
-        given: Vector<S>,
-        other: Vector<S>,
-        lobes: Classes<S>,
-    ) -> Float<S> {
-        let half = HalfVector::new(given, other, self.eta);
-        half.valid
-            .select(self.pdf_by(&half, given, other, lobes), 0.0)
-    }
-
     /// The density for two directions with this half vector.
     #[inline(always)]
     pub(super) fn pdf_by(
@@ -133,15 +114,14 @@ impl<S: Width> Principled<S> {
         total.gt(0.0).select(pdf / total, 0.0)
     }
 
-    /// See [`Model::sample`](crate::bsdf::model::Model::sample).
+    /// Samples the other direction with these strategies.
     #[inline(always)]
-    pub(in crate::bsdf) fn sample(
+    pub(super) fn sample_by(
         &self,
+        strategies: &Strategies<S>,
         given: Vector<S>,
         u: Numbers<S>,
-        lobes: Classes<S>,
     ) -> ModelSample<S> {
-        let strategies = self.strategies(given.z, lobes);
         let chosen = u.lobe * strategies.total();
         let of_base = chosen.lt(strategies.diffuse);
         let of_clearcoat = chosen.lt(strategies.diffuse + strategies.clearcoat) & !of_base;

@@ -8,6 +8,7 @@ use super::sampling::{MIN_SCHLICK, SHEEN_ALBEDO};
 use super::{PrincipledFront, disney_facets, least_glossy, luminance_tint};
 use crate::bsdf::incident_cone::IncidentCone;
 use crate::bsdf::lobes::{Classes, Lobes};
+use crate::bsdf::model::ScatteringModel;
 use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::models::fresnel::{self, reflect};
 use crate::bsdf::models::microfacet::Microfacets;
@@ -85,16 +86,6 @@ impl<S: Width> PrincipledThin<S> {
         self.p.spec_trans.gt(0.0)
     }
 
-    #[inline(always)]
-    pub(in crate::bsdf) fn lobes(&self) -> Classes<S> {
-        let has_diffuse = self.p.spec_trans.lt(1.0);
-        let glossy = Classes::splat(has_diffuse.width(), Lobes::GLOSSY);
-        let specular = self.facets.class().or(self.through.class());
-        glossy
-            .within(has_diffuse)
-            .or(specular.within(self.has_specular()))
-    }
-
     /// Smallest roughness alpha of the `GLOSSY` lobes; 1 without such lobes.
     #[inline(always)]
     pub(in crate::bsdf) fn glossy_alpha(&self) -> Float<S> {
@@ -146,14 +137,40 @@ impl<S: Width> PrincipledThin<S> {
         self.p.base_color * lobes.glossy.select(weight, 0.0)
     }
 
-    /// See [`Model::respond`](crate::bsdf::model::Model::respond).
+    /// Probabilities for a given direction of this cosine: estimates of the light that each lobe returns.
     #[inline(always)]
-    pub(in crate::bsdf) fn respond(
-        &self,
-        wi: Vector<S>,
-        wo: Vector<S>,
-        lobes: Classes<S>,
-    ) -> Response<S> {
+    fn strategies(&self, cos: Float<S>, lobes: Classes<S>) -> Strategies<S> {
+        let cos = cos.abs();
+        let front = self.front(lobes);
+        let passed = 1.0 - fresnel::dielectric(cos, self.p.eta).reflectance;
+        Strategies {
+            diffuse: PI * front.base.max_channel() + SHEEN_ALBEDO * front.sheen.max_channel(),
+            diffuse_through: PI * self.diffuse_through(lobes).max_channel(),
+            specular: front.interface_reflectance(cos, MIN_SCHLICK).max_channel(),
+            // Facets transmit at other angles than that to the surface normal.
+            specular_through: self.specular_through(lobes).max_channel() * passed.max(MIN_SCHLICK),
+        }
+    }
+}
+
+impl<S: Width> ScatteringModel<S> for PrincipledThin<S> {
+    #[inline(always)]
+    fn lobes(&self) -> Classes<S> {
+        let has_diffuse = self.p.spec_trans.lt(1.0);
+        let glossy = Classes::splat(has_diffuse.width(), Lobes::GLOSSY);
+        let specular = self.facets.class().or(self.through.class());
+        glossy
+            .within(has_diffuse)
+            .or(specular.within(self.has_specular()))
+    }
+
+    #[inline(always)]
+    fn albedo_estimate(&self, cos: Float<S>, lobes: Classes<S>) -> Float<S> {
+        self.strategies(cos, lobes).total()
+    }
+
+    #[inline(always)]
+    fn respond(&self, wi: Vector<S>, wo: Vector<S>, lobes: Classes<S>) -> Response<S> {
         let product = wi.z * wo.z;
         let (reflects, transmits) = (product.gt(0.0), product.lt(0.0));
         let pdf = self.pdf(wo, wi, lobes);
@@ -177,35 +194,8 @@ impl<S: Width> PrincipledThin<S> {
         Response { values, pdf }
     }
 
-    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
     #[inline(always)]
-    pub(in crate::bsdf) fn albedo_estimate(&self, cos: Float<S>, lobes: Classes<S>) -> Float<S> {
-        self.strategies(cos, lobes).total()
-    }
-
-    /// Probabilities for a given direction of this cosine: estimates of the light that each lobe returns.
-    #[inline(always)]
-    fn strategies(&self, cos: Float<S>, lobes: Classes<S>) -> Strategies<S> {
-        let cos = cos.abs();
-        let front = self.front(lobes);
-        let passed = 1.0 - fresnel::dielectric(cos, self.p.eta).reflectance;
-        Strategies {
-            diffuse: PI * front.base.max_channel() + SHEEN_ALBEDO * front.sheen.max_channel(),
-            diffuse_through: PI * self.diffuse_through(lobes).max_channel(),
-            specular: front.interface_reflectance(cos, MIN_SCHLICK).max_channel(),
-            // Facets transmit at other angles than that to the surface normal.
-            specular_through: self.specular_through(lobes).max_channel() * passed.max(MIN_SCHLICK),
-        }
-    }
-
-    /// See [`Model::pdf`](crate::bsdf::model::Model::pdf).
-    #[inline(always)]
-    pub(in crate::bsdf) fn pdf(
-        &self,
-        given: Vector<S>,
-        other: Vector<S>,
-        lobes: Classes<S>,
-    ) -> Float<S> {
+    fn pdf(&self, given: Vector<S>, other: Vector<S>, lobes: Classes<S>) -> Float<S> {
         let product = given.z * other.z;
         let reflects = product.gt(0.0);
         let s = self.strategies(given.z, lobes);
@@ -222,14 +212,8 @@ impl<S: Width> PrincipledThin<S> {
         valid.select(pdf / total, 0.0)
     }
 
-    /// See [`Model::sample`](crate::bsdf::model::Model::sample).
     #[inline(always)]
-    pub(in crate::bsdf) fn sample(
-        &self,
-        given: Vector<S>,
-        u: Numbers<S>,
-        lobes: Classes<S>,
-    ) -> ModelSample<S> {
+    fn sample(&self, given: Vector<S>, u: Numbers<S>, lobes: Classes<S>) -> ModelSample<S> {
         let side = given.z.sign();
         let valid = !given.z.equals(0.0);
         let given = upwards(given);
