@@ -130,9 +130,17 @@ impl<S: Width> Float<S> {
     }
 }
 
+impl<S: Width> Word<S> {
+    /// The words as numbers, for words below 2²².
+    #[inline(always)]
+    pub fn integer(self) -> Float<S> {
+        (self + ROUNDING.to_bits()).to_float() - ROUNDING
+    }
+}
+
 /// See [`warp::disc`](crate::sampling::warp::disc).
 #[inline(always)]
-pub fn disc<S: Width>(u: Pair<S>) -> Pair<S> {
+pub(crate) fn disc<S: Width>(u: Pair<S>) -> Pair<S> {
     let (x, y) = (u.x * 2.0 - 1.0, u.y * 2.0 - 1.0);
     // Angles relative to the nearer axis stay within an octant.
     let along_x = x.abs().gt(y.abs());
@@ -144,13 +152,13 @@ pub fn disc<S: Width>(u: Pair<S>) -> Pair<S> {
 
 /// See [`warp::cosine_hemisphere`](crate::sampling::warp::cosine_hemisphere).
 #[inline(always)]
-pub fn cosine_hemisphere<S: Width>(u: Pair<S>) -> Vector<S> {
+pub(crate) fn cosine_hemisphere<S: Width>(u: Pair<S>) -> Vector<S> {
     let d = disc(u);
     Vector::new(d.x, d.y, (1.0 - d.length_squared()).safe_sqrt())
 }
 
 /// Density of [`cosine_hemisphere`] per solid angle.
 #[inline(always)]
-pub fn cosine_hemisphere_pdf<S: Width>(cos: Float<S>) -> Float<S> {
+pub(crate) fn cosine_hemisphere_pdf<S: Width>(cos: Float<S>) -> Float<S> {
     cos.max(0.0) * FRAC_1_PI
 }

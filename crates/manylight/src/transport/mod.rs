@@ -10,5 +10,5 @@ pub(crate) mod stream;
 mod tests;
 pub mod walk;
 
-pub use camera_step::{CameraStep, SegmentEnd, next_scattering_vertex};
+pub use camera_step::{CameraStep, next_scattering_vertex};
 pub use walk::{Arrival, Vertex, Walk, past_emitters};

@@ -139,12 +139,6 @@ impl<S: Width> Microfacets<S> {
         self.density(m) * self.masking(v, m) / (4.0 * v.z.abs())
     }
 
-    /// Density of [`Microfacets::sample`] per solid angle of `m`: `D(m) G1(v) |v·m| / cosθ_v`.
-    #[inline(always)]
-    pub(in crate::bsdf) fn pdf(&self, v: Vector<S>, m: Vector<S>) -> Float<S> {
-        self.density(m) * self.masking(v, m) * v.dot(m).abs() / v.z.abs()
-    }
-
     /// A facet normal visible from `v`, for `v.z > 0`.
     #[inline(always)]
     pub(in crate::bsdf) fn sample(&self, v: Vector<S>, u: Pair<S>) -> Vector<S> {

@@ -7,7 +7,13 @@ use crate::scene::Scene;
 
 /// The connections of a round.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Connections(Vec<Connection>);
+pub(super) struct Connections {
+    /// The shadow rays.
+    segments: Vec<Segment>,
+    connections: Vec<Connection>,
+    /// By shadow ray: whether an opaque surface blocks it.
+    occluded: Vec<bool>,
+}
 
 /// Light from an emitter that a path reflects, visibility not yet tested. Low-roughness lobes belong to another layer than
 /// non-specular ones, so that there are two terms.
@@ -15,23 +21,30 @@ pub(super) struct Connections(Vec<Connection>);
 pub(super) struct Connection {
     /// Index of the pixel in the tile.
     pub(super) pixel: u32,
-    /// The shadow ray.
-    pub(super) segment: Segment,
     /// Transparent surfaces that the shadow ray may cross.
     pub(super) max_crossings: u32,
     pub(super) terms: [(Layer, Rgb); 2],
 }
 
 impl Connections {
-    pub(super) fn push(&mut self, connection: Connection) {
-        self.0.push(connection);
+    /// Adds a connection with the shadow ray `segment`.
+    pub(super) fn push(&mut self, segment: Segment, connection: Connection) {
+        self.segments.push(segment);
+        self.connections.push(connection);
     }
 
     /// Adds the connections that nothing blocks, and empties the list. Returns the number of shadow rays.
     pub(super) fn add_all(&mut self, scene: &Scene, out: &mut TileSamples) -> u64 {
-        let count = self.0.len() as u64;
-        for connection in self.0.drain(..) {
-            let (arriving, crossings) = scene.transmittance_and_crossings(&connection.segment);
+        let count = self.segments.len() as u64;
+        scene
+            .geometry
+            .occluded_stream(&self.segments, &mut self.occluded);
+        let shadow_rays = self.segments.drain(..).zip(&self.occluded);
+        for (connection, (segment, &is_occluded)) in self.connections.drain(..).zip(shadow_rays) {
+            if is_occluded {
+                continue;
+            }
+            let (arriving, crossings) = scene.cross_transparent(&segment);
             if arriving.is_black() || crossings > connection.max_crossings {
                 continue;
             }

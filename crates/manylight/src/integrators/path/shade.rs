@@ -278,18 +278,19 @@ impl<'a> Shading<'a, '_, '_> {
         for i in set_bits((lights.valid & is_lit).bits()) {
             let path = self.walks.kept[v.index.as_ref()[i] as usize];
             let layer = |event| path.stage.after(event).layer();
-            self.connections.push(Connection {
+            let segment = Segment {
+                from: Vec3::from(lane(&from, i)),
+                to: Vec3::from(lane(&to, i)),
+            };
+            let connection = Connection {
                 pixel: path.pixel,
-                segment: Segment {
-                    from: Vec3::from(lane(&from, i)),
-                    to: Vec3::from(lane(&to, i)),
-                },
                 max_crossings: self.limits.left_after(v.segments.as_ref()[i] + 1),
                 terms: [
                     (layer(Lobes::DIFFUSE), Rgb::from(lane(&non_specular, i))),
                     (layer(Lobes::NEAR_DELTA), Rgb::from(lane(&near_delta, i))),
                 ],
-            });
+            };
+            self.connections.push(segment, connection);
         }
     }
 

@@ -34,9 +34,7 @@ const NONE: u32 = u32::MAX;
 impl Arrivals {
     /// Intersects rays with the scene.
     pub(crate) fn trace(&mut self, scene: &Scene, rays: &[Ray]) {
-        self.hits.clear();
-        self.hits
-            .extend(rays.iter().map(|ray| scene.geometry.intersect(ray)));
+        scene.geometry.intersect_stream(rays, &mut self.hits);
         self.sort(scene);
     }
 
