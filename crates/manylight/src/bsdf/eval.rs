@@ -135,6 +135,26 @@ impl<S: Width> Bsdf<'_, S> {
         }
     }
 
+    /// See [`Bsdf::responses`].
+    #[inline(always)]
+    pub(super) fn responses_inlined(
+        &self,
+        wi: Vector<S>,
+        wo: Vector<S>,
+        lobes: Lobes,
+    ) -> (Color<S>, Float<S>) {
+        let (wi, wo) = (self.frame.to_local(wi), self.frame.to_local(wo));
+        if lobes.has(Lobes::DIFFUSE)
+            && let Some(lambert) = self.plain_lambert(wo)
+        {
+            let pdf = lambert.pdf(wi);
+            return (lambert.albedo * pdf, pdf);
+        }
+        let lobes = Classes::splat(self.width(), lobes);
+        let Response { values, pdf } = self.respond_local(wi, wo, lobes);
+        (values.sum(), pdf)
+    }
+
     /// [`Bsdf::transmittance`] in each lane; `None` if no light passes straight through in any.
     #[inline(always)]
     pub(crate) fn transmittances(&self, w: Vector<S>) -> Option<Color<S>> {

@@ -7,7 +7,7 @@ use super::model::ScatteringModel;
 use super::model_sample::{ModelSample, Numbers};
 use super::response::Response;
 use super::{Bsdf, BsdfSamples, DirectResponses};
-use crate::lanes::{Float, Vector, Width};
+use crate::lanes::{Color, Float, Vector, Width};
 use crate::simd::Outlined;
 
 /// [`ScatteringModel::respond`].
@@ -83,6 +83,13 @@ struct DirectResponsesOf<'a, 's, S: Width> {
     wo: Vector<S>,
 }
 
+struct ResponsesOf<'a, 's, S: Width> {
+    bsdf: &'a Bsdf<'s, S>,
+    wi: Vector<S>,
+    wo: Vector<S>,
+    lobes: Lobes,
+}
+
 struct SampleEach<'a, 's, S: Width> {
     bsdf: &'a Bsdf<'s, S>,
     end: Given,
@@ -97,6 +104,15 @@ impl<S: Width> Outlined for DirectResponsesOf<'_, '_, S> {
     #[inline(always)]
     fn run(self) -> DirectResponses<S> {
         self.bsdf.direct_responses_inlined(self.wi, self.wo)
+    }
+}
+
+impl<S: Width> Outlined for ResponsesOf<'_, '_, S> {
+    type Output = (Color<S>, Float<S>);
+
+    #[inline(always)]
+    fn run(self) -> (Color<S>, Float<S>) {
+        self.bsdf.responses_inlined(self.wi, self.wo, self.lobes)
     }
 }
 
@@ -122,6 +138,22 @@ impl<S: Width> Bsdf<'_, S> {
     pub(crate) fn direct_responses(&self, wi: Vector<S>, wo: Vector<S>) -> DirectResponses<S> {
         self.width()
             .outline(DirectResponsesOf { bsdf: self, wi, wo })
+    }
+
+    /// [`Bsdf::f_cos_wi`] and [`Bsdf::pdf_wi`] of `lobes` in each lane.
+    #[inline(always)]
+    pub(crate) fn responses(
+        &self,
+        wi: Vector<S>,
+        wo: Vector<S>,
+        lobes: Lobes,
+    ) -> (Color<S>, Float<S>) {
+        self.width().outline(ResponsesOf {
+            bsdf: self,
+            wi,
+            wo,
+            lobes,
+        })
     }
 
     /// [`Bsdf::sample_wi`] in each lane.

@@ -119,6 +119,15 @@ impl Sampler {
         }
     }
 
+    /// An independent generator: its key is two numbers of this one.
+    #[inline]
+    pub fn branch(&mut self) -> Self {
+        let (high, low) = (self.rng.next_u32(), self.rng.next_u32());
+        Sampler {
+            rng: Pcg::new(u64::from(high) << 32 | u64::from(low)),
+        }
+    }
+
     /// The next number.
     #[inline]
     pub fn next_1d(&mut self) -> f32 {

@@ -8,7 +8,7 @@ use crate::color::Rgb;
 use crate::emitters::EnvironmentLobes;
 use crate::math::Vec3;
 use crate::sampling::Sampler;
-use crate::scene::{PathLimits, Scene};
+use crate::scene::PathLimits;
 
 /// A segment of a camera path that was followed to its end.
 #[derive(Clone, Debug)]

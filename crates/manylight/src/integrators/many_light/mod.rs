@@ -34,11 +34,13 @@ mod pre_pass;
 mod prepared;
 mod presets;
 mod radiance_cache;
+mod sampling_lanes;
 mod schedule;
 mod settings;
 mod shade;
 mod specular_chains;
 mod trace;
+mod waiting;
 
 pub use crate::gather::{CutLimits, Kernel, Strategy};
 pub use crate::virtual_lights::{GlossyForm, TableStorage};

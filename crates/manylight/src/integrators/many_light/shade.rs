@@ -3,7 +3,8 @@
 //! | stage | file |
 //! |---|---|
 //! | camera paths through specular events | `camera_paths.rs` |
-//! | at a non-specular vertex: emitters, directions, a gather point | `gathering.rs`, `gather_points.rs` |
+//! | at a non-specular vertex: a gather point; emitters and directions | `gathering.rs`, `gather_points.rs` |
+//! | emitters and directions of all vertices together | `waiting.rs`, `sampling_lanes.rs` |
 //! | light that clamping removes | `compensation.rs`, `compensation_photons.rs` |
 //! | specular chains seen by glossy lobes | `specular_chains.rs` |
 //! | virtual lights at all gather points of the tile | [`crate::gather`] |
@@ -52,6 +53,7 @@ impl<'s> PreparedPasses<'s> {
         for pixel in tile.out.tile().pixels().enumerate() {
             self.trace_pixel(run, positions, pixel, lights, &mut tile);
         }
+        self.serve_waiting(lights, &mut tile);
         let TileGather {
             points,
             shadow_rays,
@@ -118,9 +120,10 @@ impl<'s> PreparedPasses<'s> {
     /// [`PreparedPasses::sums`] by one product cut for each pixel.
     fn product_sums(
         &self,
-        points: Vec<GatherPoint<'s>>,
+        mut points: Vec<GatherPoint<'s>>,
         limits: CutLimits,
     ) -> Vec<(GatherPoint<'s>, Gathered)> {
+        points.sort_by_key(|point| point.pixel);
         let mut sums = Vec::with_capacity(points.len());
         for of_pixel in points.chunk_by(|a, b| a.pixel == b.pixel) {
             let weighted: Vec<WeightedPoint> = (of_pixel.iter())
