@@ -97,15 +97,7 @@ impl Bsdf<'_> {
     /// `a(wi)` of the `DIFFUSE` lobes, `f = a(wi) b(wo) / π` on the side of `wi`: incident flux Φ gives the radiant intensity
     /// `Φ a(wi) b(wo) |wo·ng| / π`.
     pub fn diffuse_weight(&self, wi: Vec3) -> Rgb {
-        let cos = wi.dot(self.ng.into()).abs();
-        if cos == 0.0 || !self.lobes().has(Lobes::DIFFUSE) {
-            return Rgb::BLACK;
-        }
-        let local = self.frame.to_local(wi.into());
-        let weights = self
-            .leaves()
-            .map(|leaf| Rgb::from(leaf.diffuse_weight(local)));
-        weights.sum::<Rgb>() * (local.z.get().abs() / cos)
+        self.diffuse_weights(wi.into()).into()
     }
 }
 
@@ -153,6 +145,22 @@ impl<S: Width> Bsdf<'_, S> {
         let lobes = Classes::splat(self.width(), lobes);
         let Response { values, pdf } = self.respond_local(wi, wo, lobes);
         (values.sum(), pdf)
+    }
+
+    /// [`Bsdf::diffuse_weight`] in each lane.
+    #[inline(always)]
+    pub(crate) fn diffuse_weights(&self, wi: Vector<S>) -> Color<S> {
+        let cos = wi.dot(self.ng).abs();
+        let mut sum = Color::black(self.width());
+        let defined = cos.gt(0.0) & self.classes.diffuse;
+        if defined.none() {
+            return sum;
+        }
+        let local = self.frame.to_local(wi);
+        for leaf in self.leaves() {
+            sum += leaf.diffuse_weight(local);
+        }
+        (sum * (local.z.abs() / cos)).within(defined)
     }
 
     /// [`Bsdf::transmittance`] in each lane; `None` if no light passes straight through in any.

@@ -143,15 +143,29 @@ impl<S: Width> Classes<S> {
     }
 }
 
+impl<S: Width> Classes<S> {
+    /// The set of each lane.
+    #[inline(always)]
+    pub(super) fn each(self) -> S::Each<Lobes> {
+        let (diffuse, glossy) = (self.diffuse.bits(), self.glossy.bits());
+        let (near_delta, delta) = (self.near_delta.bits(), self.delta.bits());
+        self.delta.width().each(|i| {
+            let bit = |bits: u32, class: Lobes| if bits >> i & 1 != 0 { class.0 } else { 0 };
+            Lobes(
+                bit(diffuse, Lobes::DIFFUSE)
+                    | bit(glossy, Lobes::GLOSSY)
+                    | bit(near_delta, Lobes::NEAR_DELTA)
+                    | bit(delta, Lobes::DELTA),
+            )
+        })
+    }
+}
+
 impl Classes<One> {
     /// The set of the only lane.
     #[inline(always)]
     pub(super) fn get(self) -> Lobes {
-        let bit = |m: Mask<One>, class: Lobes| if m.any() { class } else { Lobes::NONE };
-        bit(self.diffuse, Lobes::DIFFUSE)
-            .or(bit(self.glossy, Lobes::GLOSSY))
-            .or(bit(self.near_delta, Lobes::NEAR_DELTA))
-            .or(bit(self.delta, Lobes::DELTA))
+        self.each()[0]
     }
 }
 

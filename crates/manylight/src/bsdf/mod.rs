@@ -134,6 +134,18 @@ impl<'s, S: Width> Bsdf<'s, S> {
         (n * wo.dot(n).sign(), !self.transmits)
     }
 
+    /// [`Bsdf::lobes`] of each lane.
+    #[inline(always)]
+    pub(crate) fn lobes_each(&self) -> S::Each<Lobes> {
+        self.classes.each()
+    }
+
+    /// The lanes in which a finite lobe transmits.
+    #[inline(always)]
+    pub(crate) fn transmitting(&self) -> Mask<S> {
+        self.transmits
+    }
+
     /// The lanes with lobes of the classes `lobes`.
     #[inline(always)]
     pub(crate) fn has(&self, lobes: Lobes) -> Mask<S> {

@@ -33,6 +33,12 @@ use crate::math::float;
 use crate::simd::{Wide, set_bits};
 use vectors::{load3, store3};
 
+/// The three components in lane `i` of a stored [`Vector`] or [`Color`].
+#[inline(always)]
+pub(crate) fn lane<E: AsRef<[f32]>>([x, y, z]: &[E; 3], i: usize) -> [f32; 3] {
+    [x.as_ref()[i], y.as_ref()[i], z.as_ref()[i]]
+}
+
 /// Number of lanes.
 pub const LANES: usize = 16;
 

@@ -8,11 +8,12 @@ use crate::bsdf::{Bsdf, Lobes, Numbers};
 use crate::color::Rgb;
 use crate::geometry::{Derivatives, Ray, Segment, SurfacePoints};
 use crate::ids::MaterialId;
-use crate::lanes::{Color, Float, LaneKernel, Mask, Pair, Vector, Width};
+use crate::lanes::{Color, Float, LaneKernel, Mask, Pair, Vector, Width, lane};
 use crate::math::Vec3;
 use crate::sampling::LowDiscrepancySequence;
 use crate::simd::{Outlined, set_bits};
 use crate::transport::direct_lanes::EmitterSamples;
+use crate::transport::stream::{lanes_where, used};
 
 /// What the vertices of a round sample.
 #[derive(Default)]
@@ -127,7 +128,7 @@ impl<'a, 's> Sampling<'a, '_, 's> {
         Vertices {
             bsdf: scene.materials.bsdfs(material, &x, &scene.textures),
             index,
-            used: Mask::from_bits(s, u32::MAX >> (32 - packet.len())),
+            used: Mask::from_bits(s, used(packet.len())),
             x,
             wo: Vector::from_fn(s, |i| point(i).at.wo),
             counts,
@@ -234,11 +235,7 @@ impl<S: Width> Vertices<'_, S> {
     /// The used lanes for which `test` holds.
     #[inline(always)]
     fn lanes(&self, test: impl Fn(usize) -> bool) -> Mask<S> {
-        let mut bits = 0;
-        for i in set_bits(self.used.bits()) {
-            bits |= u32::from(test(i)) << i;
-        }
-        Mask::from_bits(self.used.width(), bits)
+        Mask::from_bits(self.used.width(), lanes_where(self.used.bits(), test))
     }
 }
 
@@ -257,10 +254,4 @@ fn triples<S: Width>(
         Float::from_fn(s, |i| all[i].0),
         Pair::from_fn(s, |i| all[i].1),
     )
-}
-
-/// The three components in lane `i`.
-#[inline(always)]
-fn lane<E: AsRef<[f32]>>([x, y, z]: &[E; 3], i: usize) -> [f32; 3] {
-    [x.as_ref()[i], y.as_ref()[i], z.as_ref()[i]]
 }

@@ -3,15 +3,15 @@
 //! It fills the same layers as the many-light methods, so that each of their terms can be checked by itself.
 //!
 //! The paths of a tile are a stream (`transport/stream`). In each round all follow their rays, the vertices are shaded in packets of one
-//! material (`shade`), then all shadow rays are tested (`connections`).
+//! material (`shade`), then all shadow rays are tested (`connections`). Paths that leave the scene see the environment (`escapes`).
 
 mod connections;
+mod escapes;
 mod shade;
 
 use super::context::PassContext;
 use super::first_event::{FirstEvent, SampleShare, add_first_event};
 use super::partition::PathStage;
-use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::film::{Film, TileSamples, Tiling};
 use crate::geometry::Ray;
@@ -21,11 +21,11 @@ use crate::sampling::Stream;
 use crate::scene::{PathLimits, Scene};
 use crate::simd::Isa;
 use crate::stats::Stats;
-use crate::transport::direct::environment_with_mis;
 use crate::transport::past_emitters;
 use crate::transport::stream::{Arrivals, WalkRow, Walks};
 use crate::transport::walk::Previous;
 use connections::Connections;
+use escapes::Escapes;
 use shade::Shading;
 
 /// The tiles of a pass: large, so that most packets are full.
@@ -104,7 +104,14 @@ fn trace(
     let mut shadow_rays = 0;
     while !walks.is_empty() {
         arrivals.trace(scene, &walks.rays);
-        add_escaped(scene, limits, &walks, &arrivals.escaped, out);
+        let escapes = Escapes {
+            scene,
+            limits,
+            walks: &walks,
+            escaped: &arrivals.escaped,
+            out,
+        };
+        lanes::run(Isa::best(), escapes);
         next.clear();
         let shading = Shading {
             scene,
@@ -120,33 +127,6 @@ fn trace(
         std::mem::swap(&mut walks, &mut next);
     }
     shadow_rays
-}
-
-/// Adds the environment to the paths that leave the scene.
-fn add_escaped(
-    scene: &Scene,
-    limits: PathLimits,
-    walks: &Walks<PathState>,
-    escaped: &[u32],
-    out: &mut TileSamples,
-) {
-    for &i in escaped {
-        let (previous, path) = (&walks.previous[i as usize], walks.kept[i as usize]);
-        let is_first = previous.event == Lobes::NONE;
-        let is_hidden = is_first && limits.hide_emitters;
-        if !is_hidden {
-            let wi = walks.rays[i as usize].d;
-            let radiance = environment_with_mis(scene, previous, wi, None);
-            add_emitted(walks, i, radiance, out);
-        }
-        if is_first {
-            let event = match is_hidden {
-                true => FirstEvent::Nothing,
-                false => FirstEvent::escape(scene),
-            };
-            path.add_event(scene, event, out);
-        }
-    }
 }
 
 /// Adds radiance emitted towards walk `i`.

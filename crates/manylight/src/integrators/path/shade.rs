@@ -2,19 +2,20 @@
 
 use super::connections::{Connection, Connections};
 use super::{PathState, add_emitted};
-use crate::bsdf::{Bsdf, BsdfSamples, Lobes};
+use crate::bsdf::{BsdfSamples, Lobes};
 use crate::color::Rgb;
 use crate::film::{Layer, TileSamples};
-use crate::geometry::{Derivatives, Hit, Ray, Segment, SurfacePoints};
+use crate::geometry::{Ray, Segment};
 use crate::ids::MaterialId;
 use crate::integrators::first_event::FirstEvent;
-use crate::lanes::{Color, Float, LaneKernel, Mask, Pair, Vector, Width};
+use crate::lanes::{Color, Float, LaneKernel, Mask, Pair, Width, lane};
 use crate::math::Vec3;
 use crate::scene::{PathLimits, Scene};
 use crate::simd::{Outlined, set_bits};
-use crate::transport::direct::emitted_with_mis;
-use crate::transport::direct_lanes::EmitterSamples;
-use crate::transport::stream::{Arrivals, Generators, WalkRow, Walks};
+use crate::transport::direct_lanes::{EmitterSamples, emitted_with_mis_lanes};
+use crate::transport::stream::{
+    Arrivals, Bits, Generators, Vertices, WalkRow, Walks, lanes_where, used,
+};
 use crate::transport::walk::Previous;
 
 /// Shades all vertices of a round.
@@ -65,77 +66,44 @@ impl<S: Width> Outlined for Packet<'_, '_, '_, '_, S> {
     }
 }
 
-/// The vertices of a packet.
-struct Vertices<'a, S: Width> {
-    /// The walks; in unused lanes the first.
-    index: S::Each<u32>,
-    hits: S::Each<Hit>,
-    x: SurfacePoints<S>,
-    bsdf: Bsdf<'a, S>,
-    w_prev: Vector<S>,
-    /// Segments up to here, by lane.
-    segments: S::Each<u32>,
-}
-
-/// The three components in lane `i`.
-#[inline(always)]
-fn lane<E: AsRef<[f32]>>([x, y, z]: &[E; 3], i: usize) -> [f32; 3] {
-    [x.as_ref()[i], y.as_ref()[i], z.as_ref()[i]]
-}
-
-/// Lanes of a packet, one bit each.
-type Bits = u32;
-
 impl<'a> Shading<'a, '_, '_> {
     /// Shades a packet of walks that hit one material.
     #[inline(always)]
     fn shade<S: Width>(&mut self, s: S, material: MaterialId, packet: &[u32]) {
         let (scene, limits, walks) = (self.scene, self.limits, self.walks);
-        let active: Bits = u32::MAX >> (32 - packet.len());
-        let index = s.each(|i| packet[if i < packet.len() { i } else { 0 }]);
-        let walk = |i: usize| index.as_ref()[i] as usize;
-        let hits = s.each(|i| self.arrivals.hits[walk(i)].expect("invariant: walks of runs hit"));
-        let w_prev = Vector::from_fn(s, |i| -walks.rays[walk(i)].d);
-        self.add_emission(index.as_ref(), hits.as_ref(), active);
-
-        let segments = s.each(|i| walks.segments[walk(i)] + 1);
-        let lanes = |test: &dyn Fn(usize) -> bool| {
-            set_bits(active).fold(0, |bits, i| bits | u32::from(test(i)) << i)
-        };
-        let firsts = lanes(&|i| walks.event(index.as_ref()[i]) == Lobes::NONE);
-        let ends = lanes(&|i| !limits.allow(segments.as_ref()[i] + 1));
-        if active & (firsts | !ends) == 0 {
+        let active = used(packet.len());
+        let primitives = scene.geometry.primitives();
+        let emits = lanes_where(active, |i| {
+            let hit = self.arrivals.hits[packet[i] as usize];
+            hit.is_some_and(|hit| primitives[hit.at.primitive.index()].emitter.is_some())
+        });
+        let firsts = lanes_where(active, |i| walks.event(packet[i]) == Lobes::NONE);
+        let ends = lanes_where(active, |i| {
+            !limits.allow(walks.segments[packet[i] as usize] + 2)
+        });
+        let matters = firsts | (active & !ends);
+        if emits | matters == 0 {
             return;
         }
-        let derivatives = match scene.materials.has_tilts(material) {
-            true => Derivatives::OfPosition,
-            false => Derivatives::Unspecified,
-        };
-        let at = s.each(|i| hits.as_ref()[i].at);
-        let x = scene.geometry.surface_points(s, &at, derivatives);
-        let vertices = Vertices {
-            bsdf: scene.materials.bsdfs(material, &x, &scene.textures),
-            index,
-            hits,
-            x,
-            w_prev,
-            segments,
-        };
-        self.advance(s, &vertices, active, (firsts, ends));
+        let vertices = Vertices::new(s, scene, walks, self.arrivals, material, packet);
+        if emits != 0 {
+            self.add_emission(&vertices, emits);
+        }
+        if matters != 0 {
+            self.advance(s, &vertices, active, (firsts, ends));
+        }
     }
 
     /// Adds the radiance that the surfaces emit towards the walks.
-    fn add_emission(&mut self, index: &[u32], hits: &[Hit], active: Bits) {
-        let primitives = self.scene.geometry.primitives();
-        for i in set_bits(active) {
-            let (walk, at) = (index[i], hits[i].at);
-            if primitives[at.primitive.index()].emitter.is_some() {
-                let previous = &self.walks.previous[walk as usize];
-                let wo = -self.walks.rays[walk as usize].d;
-                let y = self.scene.surface_point(at);
-                let radiance = emitted_with_mis(self.scene, previous, &y, wo);
-                add_emitted(self.walks, walk, radiance, self.out);
-            }
+    #[inline(always)]
+    fn add_emission<S: Width>(&mut self, v: &Vertices<S>, emits: Bits) {
+        let previous = self.walks.previous_events(v.w_prev.x.width(), &v.index);
+        let emits = v.mask(emits);
+        let radiance = emitted_with_mis_lanes(self.scene, &previous, &v.x, v.w_prev, emits);
+        let radiance = radiance.store();
+        for i in set_bits(emits.bits()) {
+            let radiance = Rgb::from(lane(&radiance, i));
+            add_emitted(self.walks, v.index.as_ref()[i], radiance, self.out);
         }
     }
 
@@ -149,30 +117,24 @@ impl<'a> Shading<'a, '_, '_> {
         (firsts, ends): (Bits, Bits),
     ) {
         let walks = self.walks;
-        let walk = |i: usize| v.index.as_ref()[i] as usize;
-        let mut generators = Generators::from_fn(s, |i| &walks.samplers[walk(i)]);
+        let mut generators = v.generators(s, walks);
         let u_emitter = (generators.next(), generators.next_pair());
         let sample = v
             .bsdf
             .sample_each_wi(v.w_prev, generators.next_bsdf(), Lobes::ALL);
         self.add_first_surfaces(v, &sample, active);
         for i in set_bits(active & firsts & ends) {
-            let opacity = 1.0 - v.transmittance(i);
+            let opacity = 1.0 - transmittance(v, i);
             self.add_event(v, i, opacity);
         }
         let goes_on = active & !ends;
         let mut throughput = walks.throughput(s, &v.index);
         let u_through = generators.next_within(Mask::from_bits(s, goes_on));
         let mut passes = 0;
-        if let Some(transmittance) = v.bsdf.transmittances(v.w_prev) {
-            let p = transmittance.max_channel().min(1.0);
-            let is_open = p.gt(0.0);
-            let through = is_open & u_through.lt(p);
-            passes = through.bits() & goes_on;
-            let factor = Color::select(through, transmittance / p, Color::grey((1.0 - p).recip()));
-            let factor = Color::select(is_open, factor, Color::grey(p.same(1.0)));
+        if let Some((through, factor)) = v.passes(u_through, goes_on) {
+            passes = through;
             throughput = throughput * factor;
-            self.pass_through(v, throughput, &generators, passes);
+            v.pass_through(walks, self.next, throughput, &generators, passes);
         }
         let scatters = goes_on & !passes;
         for i in set_bits(scatters & firsts) {
@@ -217,36 +179,6 @@ impl<'a> Shading<'a, '_, '_> {
         };
         let path = self.walks.kept[v.index.as_ref()[i] as usize];
         path.add_event(self.scene, event, self.out);
-    }
-
-    /// Appends the walks that continue straight through.
-    #[inline(always)]
-    fn pass_through<S: Width>(
-        &mut self,
-        v: &Vertices<S>,
-        throughput: Color<S>,
-        generators: &Generators<S>,
-        passes: Bits,
-    ) {
-        let throughput = throughput.store();
-        let origin = v.x.offset_towards(-v.w_prev).store();
-        for i in set_bits(passes) {
-            let walk = v.index.as_ref()[i] as usize;
-            let ray = &self.walks.rays[walk];
-            self.next.push(WalkRow {
-                ray: Ray {
-                    o: Vec3::from(lane(&origin, i)),
-                    d: ray.d,
-                    t_max: ray.t_max - v.hits.as_ref()[i].t,
-                },
-                throughput: lane(&throughput, i),
-                eta_squared: self.walks.eta_squared[walk],
-                segments: v.segments.as_ref()[i],
-                previous: self.walks.previous[walk],
-                sampler: generators.get(i),
-                kept: self.walks.kept[walk],
-            });
-        }
     }
 
     /// Next-event estimation.
@@ -352,10 +284,9 @@ impl<'a> Shading<'a, '_, '_> {
     }
 }
 
-impl<S: Width> Vertices<'_, S> {
-    /// Largest channel of the straight-through transmittance of lane `i`, at most 1.
-    fn transmittance(&self, i: usize) -> f32 {
-        let transmittance = self.bsdf.transmittances(self.w_prev);
-        transmittance.map_or(0.0, |t| t.max_channel().min(1.0).store().as_ref()[i])
-    }
+/// Largest channel of the straight-through transmittance of lane `i`, at most 1.
+#[inline(always)]
+fn transmittance<S: Width>(v: &Vertices<S>, i: usize) -> f32 {
+    let transmittance = v.bsdf.transmittances(v.w_prev);
+    transmittance.map_or(0.0, |t| t.max_channel().min(1.0).store().as_ref()[i])
 }

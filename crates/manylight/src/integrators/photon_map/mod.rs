@@ -130,10 +130,10 @@ impl PhotonMap {
         paths: u32,
         pass: Pass,
     ) -> Vec<Photon> {
-        trace_photons(scene, guide, limits, paths, pass, |bsdf, event| {
+        trace_photons(scene, guide, limits, paths, pass, |surface, event| {
             // After a non-specular event, all non-specular lobes gather. Photons of the environment guide directions.
             let is_useful = self.counts(event) || scene.emitters.has_environment();
-            (bsdf.lobes().has(Lobes::NON_SPECULAR) && is_useful).then_some(1)
+            (surface.has(Lobes::NON_SPECULAR) && is_useful).then_some(1)
         })
     }
 

@@ -5,13 +5,15 @@
 //! ```
 //!
 //! All walks follow their rays (`arrivals`). Hits are sorted by material, so that the vertices of a packet share one: its model,
-//! its wrappers and its textures. A packet is shaded in lanes, with one generator of random numbers per lane (`generators`). The walks
+//! its wrappers and its textures (`vertices`). A packet is shaded in lanes, with one generator of random numbers per lane (`generators`). The walks
 //! that go on are appended to the stream of the next segment (`walks`).
 
 mod arrivals;
 mod generators;
+mod vertices;
 mod walks;
 
 pub(crate) use arrivals::Arrivals;
 pub(crate) use generators::Generators;
+pub(crate) use vertices::{Bits, Vertices, lanes_where, used};
 pub(crate) use walks::{WalkRow, Walks};

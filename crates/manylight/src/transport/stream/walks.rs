@@ -1,9 +1,12 @@
 //! The states of the walks of a stream, between two segments.
 
 use crate::bsdf::Lobes;
+use crate::emitters::Receivers;
 use crate::geometry::Ray;
-use crate::lanes::{Color, Float, Width};
+use crate::lanes::{Color, Float, Mask, Vector, Width};
+use crate::math::Vec3;
 use crate::sampling::Sampler;
+use crate::transport::direct_lanes::PreviousEvents;
 use crate::transport::walk::Previous;
 
 /// The walks of a tile. All vectors have an element per walk. `T` is what a method keeps for each walk.
@@ -86,6 +89,31 @@ impl<T: Copy> Walks<T> {
         let index = index.as_ref();
         let channel = |k: usize| Float::from_fn(s, |i| self.throughput[k][index[i] as usize]);
         Color::new(channel(0), channel(1), channel(2))
+    }
+
+    /// The last events of the walks `index[i]`.
+    #[inline(always)]
+    pub(crate) fn previous_events<S: Width>(
+        &self,
+        s: S,
+        index: &S::Each<u32>,
+    ) -> PreviousEvents<S> {
+        let previous = |i: usize| &self.previous[index.as_ref()[i] as usize];
+        let (mut has_normal, mut has_next_event) = (0, 0);
+        for i in 0..S::LANES {
+            let event = previous(i).event;
+            has_normal |= u32::from(previous(i).n.is_some()) << i;
+            has_next_event |= u32::from(event != Lobes::NONE && event != Lobes::DELTA) << i;
+        }
+        PreviousEvents {
+            receivers: Receivers {
+                p: Vector::from_fn(s, |i| previous(i).p),
+                n: Vector::from_fn(s, |i| previous(i).n.unwrap_or(Vec3::ZERO)),
+                has_normal: Mask::from_bits(s, has_normal),
+            },
+            pdf: Float::from_fn(s, |i| previous(i).pdf),
+            has_next_event: Mask::from_bits(s, has_next_event),
+        }
     }
 
     /// The class of the last event of walk `i`.
