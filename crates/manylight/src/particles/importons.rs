@@ -1,7 +1,6 @@
 //! Importons: importance incident at surfaces, traced from the camera by way of the points at which virtual lights are summed.
 
 use crate::bsdf::Lobes;
-use crate::geometry::Ray;
 use crate::ids::MaterialId;
 use crate::lanes::{self, Color, LaneKernel, Width, lane};
 use crate::math::{Vec2, Vec3};
@@ -245,20 +244,14 @@ impl Round<'_, '_> {
         let sample = v.bsdf.sample_each_wi(v.w_prev, numbers, Lobes::ALL);
         let alive = sample.valid & !sample.weight.is_black();
         let throughput = (throughput * sample.weight).store();
-        let (origin, w) = (v.x.offset_towards(sample.w).store(), sample.w.store());
-        let (p, pdf, lobe) = (v.x.p.store(), sample.pdf.store(), sample.lobe.store());
+        let scattered = v.scattered(&sample);
         for i in set_bits(alive.bits() & scatters) {
             self.next.push(WalkRow {
-                ray: Ray::new(Vec3::from(lane(&origin, i)), Vec3::from(lane(&w, i))),
+                ray: scattered.ray(i),
                 throughput: lane(&throughput, i),
                 eta_squared: 1.0,
                 segments: v.segments.as_ref()[i],
-                previous: Previous {
-                    p: Vec3::from(lane(&p, i)),
-                    n: None,
-                    event: Lobes(lobe.as_ref()[i] as u8),
-                    pdf: pdf.as_ref()[i],
-                },
+                previous: scattered.previous(i, None),
                 sampler: generators.get(i),
                 kept: self.walks.kept[v.index.as_ref()[i] as usize],
             });

@@ -3,9 +3,9 @@
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::emitters::EmissionGuide;
-use crate::geometry::{Ray, SurfaceRef};
+use crate::geometry::SurfaceRef;
 use crate::ids::MaterialId;
-use crate::lanes::{self, Color, LaneKernel, Vector, Width, lane};
+use crate::lanes::{self, Color, LaneKernel, Width, lane};
 use crate::math::Vec3;
 use crate::sampling::{Pass, Stream};
 use crate::scene::{PathLimits, Scene};
@@ -328,24 +328,16 @@ impl<F: Fn(Lobes, Lobes) -> Option<u32>> Round<'_, '_, F> {
         let survives = generators.next().lt(survival);
         let alive = sample.valid & !sample.weight.is_black() & survives;
         let flux = (flux / survival).store();
-        let (origin, w): (_, Vector<S>) = (v.x.offset_towards(sample.w).store(), sample.w);
-        let (p, w, pdf) = (v.x.p.store(), w.store(), sample.pdf.store());
-        let lobe = sample.lobe.store();
+        let scattered = v.scattered(&sample);
         for i in set_bits(alive.bits() & scatters) {
-            let walk = v.index.as_ref()[i];
             self.next.push(WalkRow {
-                ray: Ray::new(Vec3::from(lane(&origin, i)), Vec3::from(lane(&w, i))),
+                ray: scattered.ray(i),
                 throughput: lane(&flux, i),
                 eta_squared: 1.0,
                 segments: v.segments.as_ref()[i],
-                previous: Previous {
-                    p: Vec3::from(lane(&p, i)),
-                    n: None,
-                    event: Lobes(lobe.as_ref()[i] as u8),
-                    pdf: pdf.as_ref()[i],
-                },
+                previous: scattered.previous(i, None),
                 sampler: generators.get(i),
-                kept: self.path_at(walk),
+                kept: self.path_at(v.index.as_ref()[i]),
             });
         }
     }

@@ -96,6 +96,7 @@ impl EmitterTree {
     }
 
     /// The instruction set of the tree.
+    #[cfg(any(test, feature = "testing"))]
     pub(super) fn isa(&self) -> Isa {
         self.isa
     }

@@ -5,7 +5,7 @@ use super::{PathState, add_emitted};
 use crate::bsdf::{BsdfSamples, Lobes};
 use crate::color::Rgb;
 use crate::film::{Layer, TileSamples};
-use crate::geometry::{Ray, Segment};
+use crate::geometry::Segment;
 use crate::ids::MaterialId;
 use crate::integrators::first_event::FirstEvent;
 use crate::lanes::{Color, Float, LaneKernel, Mask, Pair, Width, lane};
@@ -16,7 +16,6 @@ use crate::transport::direct_lanes::{EmitterSamples, emitted_with_mis_lanes};
 use crate::transport::stream::{
     Arrivals, Bits, Generators, Vertices, WalkRow, Walks, lanes_where, used,
 };
-use crate::transport::walk::Previous;
 
 /// Shades all vertices of a round.
 pub(super) struct Shading<'a, 'o, 't> {
@@ -258,25 +257,19 @@ impl<'a> Shading<'a, '_, '_> {
         let n = v.bsdf.receiving_normals(v.w_prev);
         let (normal, one_sided) = (n.0.store(), n.1.bits());
         let (throughput, eta_squared) = (survivor.store(), eta_squared.store());
-        let (p, origin) = (v.x.p.store(), v.x.offset_towards(sample.w).store());
-        let (w, pdf, lobe) = (sample.w.store(), sample.pdf.store(), sample.lobe.store());
+        let scattered = v.scattered(sample);
         for i in set_bits(alive) {
-            let event = Lobes(lobe.as_ref()[i] as u8);
             let path = walks.kept[walk(i)];
+            let n = (one_sided >> i & 1 != 0).then(|| Vec3::from(lane(&normal, i)));
             self.next.push(WalkRow {
-                ray: Ray::new(Vec3::from(lane(&origin, i)), Vec3::from(lane(&w, i))),
+                ray: scattered.ray(i),
                 throughput: lane(&throughput, i),
                 eta_squared: eta_squared.as_ref()[i],
                 segments: v.segments.as_ref()[i],
-                previous: Previous {
-                    p: Vec3::from(lane(&p, i)),
-                    n: (one_sided >> i & 1 != 0).then(|| Vec3::from(lane(&normal, i))),
-                    event,
-                    pdf: pdf.as_ref()[i],
-                },
+                previous: scattered.previous(i, n),
                 sampler: generators.get(i),
                 kept: PathState {
-                    stage: path.stage.after(event),
+                    stage: path.stage.after(scattered.event(i)),
                     ..path
                 },
             });

@@ -1,13 +1,14 @@
 //! The vertices of a packet: walks that hit one material.
 
 use super::{Arrivals, Generators, WalkRow, Walks};
-use crate::bsdf::Bsdf;
+use crate::bsdf::{Bsdf, BsdfSamples, Lobes};
 use crate::geometry::{Derivatives, Hit, Ray, SurfacePoints};
 use crate::ids::MaterialId;
 use crate::lanes::{Color, Float, Mask, Vector, Width, lane};
 use crate::math::Vec3;
 use crate::scene::Scene;
 use crate::simd::set_bits;
+use crate::transport::walk::Previous;
 
 /// Lanes of a packet, one bit each.
 pub(crate) type Bits = u32;
@@ -23,6 +24,43 @@ pub(crate) struct Vertices<'a, S: Width> {
     pub(crate) w_prev: Vector<S>,
     /// Segments up to here, by lane.
     pub(crate) segments: S::Each<u32>,
+}
+
+/// The next segments of walks that scatter, by lane.
+pub(crate) struct Scattered<S: Width> {
+    origin: [S::Each<f32>; 3],
+    w: [S::Each<f32>; 3],
+    p: [S::Each<f32>; 3],
+    pdf: S::Each<f32>,
+    lobe: S::Each<u32>,
+}
+
+impl<S: Width> Scattered<S> {
+    /// The ray in lane `i`.
+    #[inline(always)]
+    pub(crate) fn ray(&self, i: usize) -> Ray {
+        Ray::new(
+            Vec3::from(lane(&self.origin, i)),
+            Vec3::from(lane(&self.w, i)),
+        )
+    }
+
+    /// The class of the sampled lobe in lane `i`.
+    #[inline(always)]
+    pub(crate) fn event(&self, i: usize) -> Lobes {
+        Lobes(self.lobe.as_ref()[i] as u8)
+    }
+
+    /// The scattering event in lane `i`, with a normal as in [`Previous::n`].
+    #[inline(always)]
+    pub(crate) fn previous(&self, i: usize, n: Option<Vec3>) -> Previous {
+        Previous {
+            p: Vec3::from(lane(&self.p, i)),
+            n,
+            event: self.event(i),
+            pdf: self.pdf.as_ref()[i],
+        }
+    }
 }
 
 /// The lanes of a packet of `count` walks.
@@ -113,6 +151,18 @@ impl<'a, S: Width> Vertices<'a, S> {
                 sampler: generators.get(i),
                 kept: walks.kept[walk],
             });
+        }
+    }
+
+    /// The next segments of the walks along sampled directions.
+    #[inline(always)]
+    pub(crate) fn scattered(&self, sample: &BsdfSamples<S>) -> Scattered<S> {
+        Scattered {
+            origin: self.x.offset_towards(sample.w).store(),
+            w: sample.w.store(),
+            p: self.x.p.store(),
+            pdf: sample.pdf.store(),
+            lobe: sample.lobe.store(),
         }
     }
 
