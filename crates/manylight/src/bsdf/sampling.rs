@@ -214,7 +214,7 @@ impl<S: Width> Bsdf<'_, S> {
                 };
                 undecided = undecided & !takes;
             }
-            left = left - weight;
+            left -= weight;
         }
         chosen
     }

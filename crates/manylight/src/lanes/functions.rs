@@ -65,7 +65,7 @@ impl<S: Width> Float<S> {
             -0.050_174_305,
             0.088_978_99,
             -0.214_598_8,
-            1.570_796_3,
+            FRAC_PI_2,
         ];
         let x = self.abs();
         let series = COEFFICIENTS
