@@ -2,14 +2,15 @@
 
 use crate::bsdf::Lobes;
 use crate::ids::MaterialId;
-use crate::lanes::{self, Color, LaneKernel, Width, lane};
+use crate::lanes::{Color, Width, lane};
 use crate::math::{Vec2, Vec3};
 use crate::sampling::{Pass, Stream};
 use crate::scene::{PathLimits, Scene};
-use crate::simd::{Isa, Outlined, set_bits};
+use crate::simd::set_bits;
 use crate::transport::past_emitters;
 use crate::transport::stream::{
-    Arrivals, Bits, Generators, Vertices, WalkRow, Walks, lanes_where, used,
+    Arrivals, Bits, Generators, PacketShader, Vertices, WalkRow, Walks, follow_all, lanes_where,
+    shade_packets, used,
 };
 use crate::transport::walk::Previous;
 use rayon::prelude::*;
@@ -69,23 +70,21 @@ struct PathTracer<'a> {
 impl PathTracer<'_> {
     /// Traces paths, and returns their importons in path order.
     fn trace(&self, pass: Pass, paths: Range<u32>) -> Vec<Importon> {
-        let mut walks = self.start(pass, paths);
-        let mut next = Walks::with_capacity(walks.rays.len());
-        let mut arrivals = Arrivals::default();
         let mut stored = Vec::new();
-        while !walks.is_empty() {
-            arrivals.trace(self.scene, &walks.rays);
-            next.clear();
-            let round = Round {
-                tracer: self,
-                walks: &walks,
-                arrivals: &arrivals,
-                next: &mut next,
-                stored: &mut stored,
-            };
-            lanes::run(Isa::best(), round);
-            std::mem::swap(&mut walks, &mut next);
-        }
+        follow_all(
+            self.scene,
+            self.start(pass, paths),
+            |walks, arrivals, next| {
+                let mut round = Round {
+                    tracer: self,
+                    walks,
+                    arrivals,
+                    next,
+                    stored: &mut stored,
+                };
+                shade_packets(arrivals.runs(), &mut round);
+            },
+        );
         // Stable: the importons of a path stay in the order of their depth.
         stored.sort_by_key(|&(path, _)| path);
         stored.into_iter().map(|(_, importon)| importon).collect()
@@ -127,52 +126,17 @@ struct Round<'a, 'o> {
     stored: &'o mut Vec<(u32, Importon)>,
 }
 
-impl LaneKernel for Round<'_, '_> {
-    type Output = ();
-
+impl PacketShader for Round<'_, '_> {
     #[inline(always)]
-    fn run<S: Width>(mut self, s: S) {
-        let arrivals = self.arrivals;
-        for (material, walks) in arrivals.runs() {
-            for packet in walks.chunks(S::LANES) {
-                s.outline(Packet {
-                    round: &mut self,
-                    s,
-                    material,
-                    packet,
-                });
-            }
-        }
-    }
-}
-
-/// Up to [`Width::LANES`] paths that hit one material.
-struct Packet<'k, 'a, 'o, S> {
-    round: &'k mut Round<'a, 'o>,
-    s: S,
-    material: MaterialId,
-    packet: &'k [u32],
-}
-
-impl<S: Width> Outlined for Packet<'_, '_, '_, S> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let Packet {
-            round,
-            s,
-            material,
-            packet,
-        } = self;
-        let (scene, walks) = (round.tracer.scene, round.walks);
-        let v = Vertices::new(s, scene, walks, round.arrivals, material, packet);
+    fn shade<S: Width>(&mut self, s: S, material: MaterialId, packet: &[u32]) {
+        let (scene, walks) = (self.tracer.scene, self.walks);
+        let v = Vertices::new(s, scene, walks, self.arrivals, material, packet);
         let used = used(packet.len());
         let gathered = lanes_where(used, |i| {
             walks.event(v.index.as_ref()[i]).has(Lobes::NON_SPECULAR)
         });
-        round.store(s, &v, gathered);
-        round.advance(s, &v, used, gathered);
+        self.store(s, &v, gathered);
+        self.advance(s, &v, used, gathered);
     }
 }
 

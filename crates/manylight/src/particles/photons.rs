@@ -5,14 +5,15 @@ use crate::color::Rgb;
 use crate::emitters::EmissionGuide;
 use crate::geometry::SurfaceRef;
 use crate::ids::MaterialId;
-use crate::lanes::{self, Color, LaneKernel, Width, lane};
+use crate::lanes::{Color, Width, lane};
 use crate::math::Vec3;
 use crate::sampling::{Pass, Stream};
 use crate::scene::{PathLimits, Scene};
-use crate::simd::{Isa, Outlined, set_bits};
+use crate::simd::set_bits;
 use crate::transport::roulette::photon_survivals;
 use crate::transport::stream::{
-    Arrivals, Bits, Generators, Vertices, WalkRow, Walks, lanes_where, used,
+    Arrivals, Bits, Generators, PacketShader, Vertices, WalkRow, Walks, follow_all, lanes_where,
+    shade_packets, used,
 };
 use crate::transport::walk::Previous;
 use rayon::prelude::*;
@@ -134,23 +135,21 @@ struct PhotonPath {
 impl<F: Fn(Lobes, Lobes) -> Option<u32>> PathTracer<'_, F> {
     /// Traces paths, and returns their photons in path order.
     fn trace(&self, pass: Pass, paths: Range<u32>) -> Vec<Photon> {
-        let mut walks = self.start(pass, paths);
-        let mut next = Walks::with_capacity(walks.rays.len());
-        let mut arrivals = Arrivals::default();
         let mut stored = Vec::new();
-        while !walks.is_empty() {
-            arrivals.trace(self.scene, &walks.rays);
-            next.clear();
-            let round = Round {
-                tracer: self,
-                walks: &walks,
-                arrivals: &arrivals,
-                next: &mut next,
-                stored: &mut stored,
-            };
-            lanes::run(Isa::best(), round);
-            std::mem::swap(&mut walks, &mut next);
-        }
+        follow_all(
+            self.scene,
+            self.start(pass, paths),
+            |walks, arrivals, next| {
+                let mut round = Round {
+                    tracer: self,
+                    walks,
+                    arrivals,
+                    next,
+                    stored: &mut stored,
+                };
+                shade_packets(arrivals.runs(), &mut round);
+            },
+        );
         // Stable: the photons of a path stay in the order of their depth.
         stored.sort_by_key(|&(path, _)| path);
         stored.into_iter().map(|(_, photon)| photon).collect()
@@ -195,49 +194,14 @@ struct Round<'a, 'o, F> {
     stored: &'o mut Vec<(u32, Photon)>,
 }
 
-impl<F: Fn(Lobes, Lobes) -> Option<u32>> LaneKernel for Round<'_, '_, F> {
-    type Output = ();
-
+impl<F: Fn(Lobes, Lobes) -> Option<u32>> PacketShader for Round<'_, '_, F> {
     #[inline(always)]
-    fn run<S: Width>(mut self, s: S) {
-        let arrivals = self.arrivals;
-        for (material, walks) in arrivals.runs() {
-            for packet in walks.chunks(S::LANES) {
-                s.outline(Packet {
-                    round: &mut self,
-                    s,
-                    material,
-                    packet,
-                });
-            }
-        }
-    }
-}
-
-/// Up to [`Width::LANES`] photons that hit one material.
-struct Packet<'k, 'a, 'o, S, F> {
-    round: &'k mut Round<'a, 'o, F>,
-    s: S,
-    material: MaterialId,
-    packet: &'k [u32],
-}
-
-impl<S: Width, F: Fn(Lobes, Lobes) -> Option<u32>> Outlined for Packet<'_, '_, '_, S, F> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let Packet {
-            round,
-            s,
-            material,
-            packet,
-        } = self;
-        let (scene, walks) = (round.tracer.scene, round.walks);
-        let v = Vertices::new(s, scene, walks, round.arrivals, material, packet);
+    fn shade<S: Width>(&mut self, s: S, material: MaterialId, packet: &[u32]) {
+        let (scene, walks) = (self.tracer.scene, self.walks);
+        let v = Vertices::new(s, scene, walks, self.arrivals, material, packet);
         let used = used(packet.len());
-        round.store(s, &v, used);
-        round.advance(s, &v, used);
+        self.store(s, &v, used);
+        self.advance(s, &v, used);
     }
 }
 

@@ -8,12 +8,12 @@ use crate::bsdf::{Bsdf, Lobes, Numbers};
 use crate::color::Rgb;
 use crate::geometry::{Derivatives, Ray, Segment, SurfacePoints};
 use crate::ids::MaterialId;
-use crate::lanes::{Color, Float, LaneKernel, Mask, Pair, Vector, Width, lane};
+use crate::lanes::{Color, Float, Mask, Pair, Vector, Width, lane};
 use crate::math::Vec3;
 use crate::sampling::LowDiscrepancySequence;
-use crate::simd::{Outlined, set_bits};
+use crate::simd::set_bits;
 use crate::transport::direct_lanes::EmitterSamples;
-use crate::transport::stream::{lanes_where, used};
+use crate::transport::stream::{PacketShader, lanes_where, used};
 
 /// What the vertices of a round sample.
 #[derive(Default)]
@@ -40,54 +40,15 @@ pub(super) struct Sampling<'a, 'o, 's> {
     pub(super) prepared: &'a PreparedPasses<'s>,
     pub(super) points: &'a [GatherPoint<'s>],
     pub(super) waiting: &'a [WaitingVertex<'s>],
-    /// Indices of the vertices by material.
-    pub(super) order: Vec<u32>,
     pub(super) round: &'o mut SampledRound,
 }
 
-impl LaneKernel for Sampling<'_, '_, '_> {
-    type Output = ();
-
+impl PacketShader for Sampling<'_, '_, '_> {
     #[inline(always)]
-    fn run<S: Width>(mut self, s: S) {
-        let order = std::mem::take(&mut self.order);
-        let waiting = self.waiting;
-        let material = |i: u32| waiting[i as usize].material;
-        for run in order.chunk_by(|&i, &j| material(i) == material(j)) {
-            for vertices in run.chunks(S::LANES) {
-                s.outline(Packet {
-                    sampling: &mut self,
-                    s,
-                    material: material(run[0]),
-                    vertices,
-                });
-            }
-        }
-    }
-}
-
-/// Up to [`Width::LANES`] vertices of one material.
-struct Packet<'k, 'a, 'o, 's, S> {
-    sampling: &'k mut Sampling<'a, 'o, 's>,
-    s: S,
-    material: MaterialId,
-    vertices: &'k [u32],
-}
-
-impl<S: Width> Outlined for Packet<'_, '_, '_, '_, S> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let Packet {
-            sampling,
-            s,
-            material,
-            vertices,
-        } = self;
-        let packet = sampling.vertices(s, material, vertices);
-        sampling.sample_emitters(&packet);
-        sampling.sample_directions(&packet);
+    fn shade<S: Width>(&mut self, s: S, material: MaterialId, packet: &[u32]) {
+        let packet = self.vertices(s, material, packet);
+        self.sample_emitters(&packet);
+        self.sample_directions(&packet);
     }
 }
 

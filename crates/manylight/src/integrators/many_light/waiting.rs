@@ -19,10 +19,9 @@ use crate::film::Layer;
 use crate::gather::{ClampReceiver, Subset};
 use crate::geometry::{Hit, SurfacePoint};
 use crate::ids::MaterialId;
-use crate::lanes;
 use crate::math::Vec3;
 use crate::sampling::Sampler;
-use crate::simd::Isa;
+use crate::transport::stream::shade_packets;
 use crate::transport::walk::{Continuation, Previous};
 
 /// A vertex of a camera path at which the light of emitters is not yet estimated, and no direction sampled.
@@ -100,14 +99,16 @@ impl<'s> PreparedPasses<'s> {
         while !tile.waiting.is_empty() {
             let mut waiting = std::mem::take(&mut tile.waiting);
             round.clear();
-            let sampling = Sampling {
+            let mut sampling = Sampling {
                 prepared: self,
                 points: &tile.points,
                 waiting: &waiting,
-                order: in_order_of_material(&waiting),
                 round: &mut round,
             };
-            lanes::run(Isa::best(), sampling);
+            let order = in_order_of_material(&waiting);
+            let material = |i: u32| waiting[i as usize].material;
+            let runs = order.chunk_by(|&i, &j| material(i) == material(j));
+            shade_packets(runs.map(|run| (material(run[0]), run)), &mut sampling);
             let geometry = &self.scene.geometry;
             geometry.occluded_stream(&round.shadow_rays, &mut occluded);
             self.add_emitter_terms(&round, &occluded, tile);

@@ -22,7 +22,7 @@ use crate::scene::{PathLimits, Scene};
 use crate::simd::Isa;
 use crate::stats::Stats;
 use crate::transport::past_emitters;
-use crate::transport::stream::{Arrivals, WalkRow, Walks};
+use crate::transport::stream::{WalkRow, Walks, follow_all, shade_packets};
 use crate::transport::walk::Previous;
 use connections::Connections;
 use escapes::Escapes;
@@ -92,40 +92,30 @@ fn visible_part(scene: &Scene, limits: PathLimits, ray: Ray) -> (Ray, f32) {
 }
 
 /// Follows all paths to their ends and returns the number of shadow rays.
-fn trace(
-    scene: &Scene,
-    limits: PathLimits,
-    mut walks: Walks<PathState>,
-    out: &mut TileSamples,
-) -> u64 {
-    let mut arrivals = Arrivals::default();
+fn trace(scene: &Scene, limits: PathLimits, walks: Walks<PathState>, out: &mut TileSamples) -> u64 {
     let mut connections = Connections::default();
-    let mut next = Walks::with_capacity(walks.rays.len());
     let mut shadow_rays = 0;
-    while !walks.is_empty() {
-        arrivals.trace(scene, &walks.rays);
+    follow_all(scene, walks, |walks, arrivals, next| {
         let escapes = Escapes {
             scene,
             limits,
-            walks: &walks,
+            walks,
             escaped: &arrivals.escaped,
             out,
         };
         lanes::run(Isa::best(), escapes);
-        next.clear();
-        let shading = Shading {
+        let mut shading = Shading {
             scene,
             limits,
-            walks: &walks,
-            arrivals: &arrivals,
-            next: &mut next,
+            walks,
+            arrivals,
+            next,
             connections: &mut connections,
             out,
         };
-        lanes::run(Isa::best(), shading);
+        shade_packets(arrivals.runs(), &mut shading);
         shadow_rays += connections.add_all(scene, out);
-        std::mem::swap(&mut walks, &mut next);
-    }
+    });
     shadow_rays
 }
 

@@ -8,13 +8,13 @@ use crate::film::{Layer, TileSamples};
 use crate::geometry::Segment;
 use crate::ids::MaterialId;
 use crate::integrators::first_event::FirstEvent;
-use crate::lanes::{Color, Float, LaneKernel, Mask, Pair, Width, lane};
+use crate::lanes::{Color, Float, Mask, Pair, Width, lane};
 use crate::math::Vec3;
 use crate::scene::{PathLimits, Scene};
-use crate::simd::{Outlined, set_bits};
+use crate::simd::set_bits;
 use crate::transport::direct_lanes::{EmitterSamples, emitted_with_mis_lanes};
 use crate::transport::stream::{
-    Arrivals, Bits, Generators, Vertices, WalkRow, Walks, lanes_where, used,
+    Arrivals, Bits, Generators, PacketShader, Vertices, WalkRow, Walks, lanes_where, used,
 };
 
 /// Shades all vertices of a round.
@@ -28,45 +28,7 @@ pub(super) struct Shading<'a, 'o, 't> {
     pub(super) out: &'o mut TileSamples<'t>,
 }
 
-impl LaneKernel for Shading<'_, '_, '_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<S: Width>(mut self, s: S) {
-        let arrivals = self.arrivals;
-        for (material, walks) in arrivals.runs() {
-            for packet in walks.chunks(S::LANES) {
-                s.outline(Packet {
-                    shading: &mut self,
-                    s,
-                    material,
-                    walks: packet,
-                });
-            }
-        }
-    }
-}
-
-/// Up to [`Width::LANES`] walks that hit one material. Not part of the loop over packets, which the compiler would copy for every
-/// condition on the material.
-struct Packet<'k, 'a, 'o, 't, S> {
-    shading: &'k mut Shading<'a, 'o, 't>,
-    s: S,
-    material: MaterialId,
-    walks: &'k [u32],
-}
-
-impl<S: Width> Outlined for Packet<'_, '_, '_, '_, S> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        self.shading.shade(self.s, self.material, self.walks);
-    }
-}
-
-impl<'a> Shading<'a, '_, '_> {
-    /// Shades a packet of walks that hit one material.
+impl PacketShader for Shading<'_, '_, '_> {
     #[inline(always)]
     fn shade<S: Width>(&mut self, s: S, material: MaterialId, packet: &[u32]) {
         let (scene, limits, walks) = (self.scene, self.limits, self.walks);
@@ -92,7 +54,9 @@ impl<'a> Shading<'a, '_, '_> {
             self.advance(s, &vertices, active, (firsts, ends));
         }
     }
+}
 
+impl Shading<'_, '_, '_> {
     /// Adds the radiance that the surfaces emit towards the walks.
     #[inline(always)]
     fn add_emission<S: Width>(&mut self, v: &Vertices<S>, emits: Bits) {

@@ -6,14 +6,16 @@
 //!
 //! All walks follow their rays (`arrivals`). Hits are sorted by material, so that the vertices of a packet share one: its model,
 //! its wrappers and its textures (`vertices`). A packet is shaded in lanes, with one generator of random numbers per lane (`generators`). The walks
-//! that go on are appended to the stream of the next segment (`walks`).
+//! that go on are appended to the stream of the next segment (`walks`), the next round (`rounds`).
 
 mod arrivals;
 mod generators;
+mod rounds;
 mod vertices;
 mod walks;
 
 pub(crate) use arrivals::Arrivals;
 pub(crate) use generators::Generators;
+pub(crate) use rounds::{PacketShader, follow_all, shade_packets};
 pub(crate) use vertices::{Bits, Vertices, lanes_where, used};
 pub(crate) use walks::{WalkRow, Walks};
