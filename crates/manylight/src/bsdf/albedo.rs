@@ -19,8 +19,8 @@ impl Bsdf<'_> {
     /// Fraction of flux from `wi` that `lobes` scatter (delta lobes included, straight-through transmission not). In closed form for
     /// Lambert's model, else by deterministic quadrature over [`Bsdf::sample_wo`] with an error of about one percent.
     pub fn albedo(&self, wi: Vec3, lobes: Lobes) -> Rgb {
-        if self.lobes.and(lobes) == Lobes::DIFFUSE
-            && matches!(self.exit_transmittance, ExitTransmittance::Lambert)
+        if self.lobes().and(lobes) == Lobes::DIFFUSE
+            && matches!(self.exit_transmittance(), ExitTransmittance::Lambert)
         {
             // |wo·ng| / π integrates to 1 over any hemisphere, also over that around ns.
             return self.diffuse_weight(wi);

@@ -2,10 +2,12 @@
 
 use super::lambert::Lambert;
 use super::leaf::Given;
+use super::lobes::Classes;
 use super::model::Model;
-use super::response::Response;
+use super::response::{ByClass, Response};
 use super::{Bsdf, Lobes};
 use crate::color::Rgb;
+use crate::lanes::{Color, Float, Vector, Width};
 use crate::math::Vec3;
 use std::f32::consts::FRAC_1_PI;
 
@@ -20,13 +22,20 @@ pub struct DirectResponse {
     pub pdf: f32,
 }
 
+/// A [`DirectResponse`] per lane; black where nothing is scattered.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct DirectResponses<S: Width> {
+    pub(crate) non_specular: Color<S>,
+    pub(crate) near_delta: Color<S>,
+    pub(crate) pdf: Float<S>,
+}
+
 impl Bsdf<'_> {
     /// `f(wi → wo)` in 1/sr: `f_s |wi·ns| / |wi·ng|`, where `f_s` is the model in the shading frame. With this definition all
     /// other formulas use geometric cosines. Whether `wi` and `wo` are on the same side is decided by the shading normal `ns`, as in
     /// Mitsuba's path tracer. Transmission scales radiance by η².
-    #[inline]
     pub fn f(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Rgb {
-        let cos = wi.dot(self.ng).abs();
+        let cos = wi.dot(self.ng.into()).abs();
         if cos == 0.0 {
             return Rgb::BLACK;
         }
@@ -34,163 +43,232 @@ impl Bsdf<'_> {
     }
 
     /// `f |wi·ng|`, the factor of incident radiance. Computed without a division by the cosine.
-    #[inline]
     pub fn f_cos_wi(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Rgb {
-        if !self.lobes.has(lobes.and(Lobes::FINITE)) {
+        if !self.lobes().has(lobes.and(Lobes::FINITE)) {
             return Rgb::BLACK;
         }
-        self.eval_local(self.frame.to_local(wi), self.frame.to_local(wo), lobes)
+        let (wi, wo) = (
+            self.frame.to_local(wi.into()),
+            self.frame.to_local(wo.into()),
+        );
+        self.values_local(wi, wo, lobes.into()).sum().into()
     }
 
     /// [`Bsdf::f_cos_wi`] of the `NON_SPECULAR` and of the `NEAR_DELTA` lobes, and [`Bsdf::pdf_wi`] of all lobes, at the cost of one
     /// evaluation: what next-event estimation needs. `None` if nothing is scattered to `wo`.
-    #[inline]
     pub fn direct_response(&self, wi: Vec3, wo: Vec3) -> Option<DirectResponse> {
-        let (wi, wo) = (self.frame.to_local(wi), self.frame.to_local(wo));
-        if let Some(lambert) = self.plain_lambert(wo) {
-            let pdf = lambert.pdf(wi);
-            return (pdf > 0.0).then_some(DirectResponse {
-                non_specular: lambert.albedo * pdf,
-                near_delta: Rgb::BLACK,
-                pdf,
-            });
-        }
-        let Response { values, pdf } = self.respond_local(wi, wo, Lobes::ALL);
-        let non_specular = values[Lobes::DIFFUSE] + values[Lobes::GLOSSY];
-        let near_delta = values[Lobes::NEAR_DELTA];
+        let response = self.direct_responses(wi.into(), wo.into());
+        let non_specular = Rgb::from(response.non_specular);
+        let near_delta = Rgb::from(response.near_delta);
         (!non_specular.is_black() || !near_delta.is_black()).then_some(DirectResponse {
             non_specular,
             near_delta,
-            pdf,
+            pdf: response.pdf.get(),
         })
     }
 
     /// `f |wo·ng|`: radiant intensity towards `wo` over incident flux.
-    #[inline]
     pub fn f_cos_wo(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Rgb {
-        self.f(wi, wo, lobes) * wo.dot(self.ng).abs()
+        self.f(wi, wo, lobes) * wo.dot(self.ng.into()).abs()
     }
 
     /// Density of [`Bsdf::sample_wi`] per solid angle, without delta lobes.
-    #[inline]
     pub fn pdf_wi(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> f32 {
-        self.pdf_local(
-            Given::Wo,
-            self.frame.to_local(wo),
-            self.frame.to_local(wi),
-            lobes,
-        )
+        let (wi, wo) = (
+            self.frame.to_local(wi.into()),
+            self.frame.to_local(wo.into()),
+        );
+        self.pdf_local(Given::Wo, wo, wi, lobes.into()).get()
     }
 
     /// Density of [`Bsdf::sample_wo`] per solid angle, without delta lobes.
-    #[inline]
     pub fn pdf_wo(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> f32 {
-        self.pdf_wo_local(self.frame.to_local(wi), wo, self.frame.to_local(wo), lobes)
-    }
-
-    /// [`Bsdf::pdf_wo`] with `wi` and `wo` in the shading frame as `given` and `other`.
-    #[inline]
-    pub(super) fn pdf_wo_local(&self, given: Vec3, wo: Vec3, other: Vec3, lobes: Lobes) -> f32 {
-        let pdf = self.pdf_local(Given::Wi, given, other, lobes);
-        let defensive = self.defensive_probability(given, lobes);
-        if defensive == 0.0 {
-            return pdf;
-        }
-        let about_ng = if given.z * other.z > 0.0 {
-            wo.dot(self.ng).abs() * FRAC_1_PI
-        } else {
-            0.0
-        };
-        (1.0 - defensive) * pdf + defensive * about_ng
+        let (given, wo) = (self.frame.to_local(wi.into()), wo.into());
+        let other = self.frame.to_local(wo);
+        self.pdf_wo_local(given, wo, other, lobes.into()).get()
     }
 
     /// Fraction of light that passes straight through along `w`, as if there were no surface (mask, null, thin dielectric).
     /// The weights of the lobes contain the opacity.
-    #[inline]
     pub fn transmittance(&self, w: Vec3) -> Rgb {
-        if !self.is_transparent {
-            return Rgb::BLACK;
-        }
-        let local = self.frame.to_local(w);
-        let mut sum = Rgb::splat(self.pass_through[usize::from(local.z < 0.0)]);
-        for leaf in self.leaves.iter().flatten() {
-            if let Model::ThinDielectric(thin) = &leaf.model {
-                sum += thin.transmittance(local.z) * leaf.weight;
-            }
-        }
-        sum
+        self.transmittances(w.into()).map_or(Rgb::BLACK, Rgb::from)
     }
 
     /// `a(wi)` of the `DIFFUSE` lobes, `f = a(wi) b(wo) / π` on the side of `wi`: incident flux Φ gives the radiant intensity
     /// `Φ a(wi) b(wo) |wo·ng| / π`.
-    #[inline]
     pub fn diffuse_weight(&self, wi: Vec3) -> Rgb {
+        self.diffuse_weights(wi.into()).into()
+    }
+}
+
+impl<S: Width> Bsdf<'_, S> {
+    /// See [`Bsdf::direct_responses`].
+    #[inline(always)]
+    pub(super) fn direct_responses_inlined(
+        &self,
+        wi: Vector<S>,
+        wo: Vector<S>,
+    ) -> DirectResponses<S> {
+        let (wi, wo) = (self.frame.to_local(wi), self.frame.to_local(wo));
+        if let Some(lambert) = self.plain_lambert(wo) {
+            let pdf = lambert.pdf(wi);
+            return DirectResponses {
+                non_specular: lambert.albedo * pdf,
+                near_delta: Color::black(self.width()),
+                pdf,
+            };
+        }
+        let all = Classes::splat(self.width(), Lobes::ALL);
+        let Response { values, pdf } = self.respond_local(wi, wo, all);
+        DirectResponses {
+            non_specular: values.diffuse + values.glossy,
+            near_delta: values.near_delta,
+            pdf,
+        }
+    }
+
+    /// See [`Bsdf::responses`].
+    #[inline(always)]
+    pub(super) fn responses_inlined(
+        &self,
+        wi: Vector<S>,
+        wo: Vector<S>,
+        lobes: Lobes,
+    ) -> (Color<S>, Float<S>) {
+        let (wi, wo) = (self.frame.to_local(wi), self.frame.to_local(wo));
+        if lobes.has(Lobes::DIFFUSE)
+            && let Some(lambert) = self.plain_lambert(wo)
+        {
+            let pdf = lambert.pdf(wi);
+            return (lambert.albedo * pdf, pdf);
+        }
+        let lobes = Classes::splat(self.width(), lobes);
+        let Response { values, pdf } = self.respond_local(wi, wo, lobes);
+        (values.sum(), pdf)
+    }
+
+    /// [`Bsdf::diffuse_weight`] in each lane.
+    #[inline(always)]
+    pub(crate) fn diffuse_weights(&self, wi: Vector<S>) -> Color<S> {
         let cos = wi.dot(self.ng).abs();
-        if cos == 0.0 || !self.lobes.has(Lobes::DIFFUSE) {
-            return Rgb::BLACK;
+        let mut sum = Color::black(self.width());
+        let defined = cos.gt(0.0) & self.classes.diffuse;
+        if defined.none() {
+            return sum;
         }
         let local = self.frame.to_local(wi);
-        let sum: Rgb = self
-            .leaves
-            .iter()
-            .flatten()
-            .map(|leaf| leaf.diffuse_weight(local))
-            .sum();
-        sum * (local.z.abs() / cos)
-    }
-
-    /// The surface as Lambert's model alone, for the shortcuts of the most frequent material. `None` for other materials, and on a
-    /// black side.
-    #[inline]
-    pub(super) fn plain_lambert(&self, wo: Vec3) -> Option<Lambert> {
-        match &self.leaves {
-            [Some(leaf), None, ..] => leaf.plain_lambert(wo),
-            _ => None,
+        for leaf in self.leaves() {
+            sum += leaf.diffuse_weight(local);
         }
+        (sum * (local.z.abs() / cos)).within(defined)
     }
 
-    /// [`Bsdf::f_cos_wi`] for directions in the shading frame.
-    #[inline]
-    pub(super) fn eval_local(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Rgb {
-        let mut sum = Rgb::BLACK;
-        for leaf in self.leaves.iter().map_while(Option::as_ref) {
-            sum += leaf.eval(wi, wo, lobes);
+    /// [`Bsdf::transmittance`] in each lane; `None` if no light passes straight through in any.
+    #[inline(always)]
+    pub(crate) fn transmittances(&self, w: Vector<S>) -> Option<Color<S>> {
+        if !self.is_transparent {
+            return None;
+        }
+        let local = self.frame.to_local(w);
+        let [front, back] = self.pass_through;
+        let mut sum = Color::grey(local.z.lt(0.0).select(back, front));
+        for leaf in self.leaves() {
+            if let Model::ThinDielectric(thin) = &leaf.model {
+                sum += thin.transmittance(local.z) * leaf.weight;
+            }
+        }
+        Some(sum)
+    }
+
+    /// [`Bsdf::pdf_wo`] with `wi` and `wo` in the shading frame as `given` and `other`.
+    #[inline(always)]
+    pub(super) fn pdf_wo_local(
+        &self,
+        given: Vector<S>,
+        wo: Vector<S>,
+        other: Vector<S>,
+        lobes: Classes<S>,
+    ) -> Float<S> {
+        let pdf = self.pdf_local(Given::Wi, given, other, lobes);
+        let defensive = self.defensive_probability(given, lobes);
+        if defensive.gt(0.0).none() {
+            return pdf;
+        }
+        let same_side = (given.z * other.z).gt(0.0);
+        let about_ng = same_side.select(wo.dot(self.ng).abs() * FRAC_1_PI, 0.0);
+        (1.0 - defensive) * pdf + defensive * about_ng
+    }
+
+    /// The surface as Lambert's model alone, for the shortcuts of the most frequent material. `None` for other materials.
+    #[inline(always)]
+    pub(super) fn plain_lambert(&self, wo: Vector<S>) -> Option<Lambert<S>> {
+        self.only_leaf()?.plain_lambert(wo)
+    }
+
+    /// `f |wi·ns|` of `lobes` by class. Directions in the shading frame.
+    #[inline(always)]
+    pub(super) fn values_local(
+        &self,
+        wi: Vector<S>,
+        wo: Vector<S>,
+        lobes: Classes<S>,
+    ) -> ByClass<S> {
+        let mut sum = ByClass::black(self.width());
+        for leaf in self.leaves() {
+            sum.add(&leaf.respond(wi, wo, lobes).values, leaf.weight);
         }
         sum
     }
 
     /// Density of sampling `other` given `given`, both in the shading frame, without defensive sampling.
-    #[inline]
-    fn pdf_local(&self, end: Given, given: Vec3, other: Vec3, lobes: Lobes) -> f32 {
-        if let [Some(leaf), None, ..] = &self.leaves {
-            return if leaf.can_sample(given, lobes) {
-                leaf.pdf(end, given, other, lobes)
-            } else {
-                0.0
-            };
+    #[inline(always)]
+    fn pdf_local(
+        &self,
+        end: Given,
+        given: Vector<S>,
+        other: Vector<S>,
+        lobes: Classes<S>,
+    ) -> Float<S> {
+        if let Some(leaf) = self.only_leaf() {
+            let can_sample = leaf.can_sample(given, lobes);
+            return can_sample.select(leaf.pdf(end, given, other, lobes), 0.0);
         }
-        let (mut sum, mut total) = (0.0, 0.0);
-        for (leaf, weight) in self.weighted_leaves(given, lobes) {
-            sum += weight * leaf.pdf(end, given, other, lobes);
+        let zero = Float::splat(self.width(), 0.0);
+        let (mut sum, mut total) = (zero, zero);
+        for leaf in self.leaves() {
+            let weight = self.choice_weight(leaf, given, lobes);
+            let pdf = leaf.pdf(end, given, other, lobes);
+            sum += weight.gt(0.0).select(weight * pdf, 0.0);
             total += weight;
         }
-        if total > 0.0 { sum / total } else { 0.0 }
+        total.gt(0.0).select(sum / total, 0.0)
     }
 
     /// `f |wi·ns|` of `lobes` by class, and the density of sampling `wi` given `wo`. Directions in the shading frame.
-    #[inline]
-    pub(super) fn respond_local(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Response {
-        let mut sum = Response::NONE;
-        let mut total = 0.0;
-        for (leaf, weight) in self.weighted_leaves(wo, lobes) {
+    #[inline(always)]
+    pub(super) fn respond_local(
+        &self,
+        wi: Vector<S>,
+        wo: Vector<S>,
+        lobes: Classes<S>,
+    ) -> Response<S> {
+        if let Some(leaf) = self.only_leaf() {
+            let Response { values, pdf } = leaf.respond(wi, wo, lobes);
+            return Response {
+                values: values.map(|v| v * leaf.weight),
+                pdf: leaf.can_sample(wo, lobes).select(pdf, 0.0),
+            };
+        }
+        let mut sum = Response::none(self.width());
+        let mut total = sum.pdf;
+        for leaf in self.leaves() {
+            let weight = self.choice_weight(leaf, wo, lobes);
             let Response { values, pdf } = leaf.respond(wi, wo, lobes);
             sum.values.add(&values, leaf.weight);
-            sum.pdf += pdf * weight;
+            sum.pdf += weight.gt(0.0).select(weight * pdf, 0.0);
             total += weight;
         }
-        if total > 0.0 {
-            sum.pdf /= total;
-        }
+        sum.pdf = total.gt(0.0).select(sum.pdf / total, 0.0);
         sum
     }
 }

@@ -2,6 +2,7 @@
 
 use super::models::coat::{self, COSINES};
 use super::models::fresnel;
+use crate::lanes::{Float, One, Width};
 
 /// `b(wo)` of a `DIFFUSE` lobe `f = a(wi) b(wo) / π`, a function of the cosine of `wo` to the shading normal. Virtual lights store it.
 #[derive(Clone, Copy, Debug)]
@@ -19,10 +20,16 @@ pub enum ExitTransmittance<'s> {
 
 impl ExitTransmittance<'_> {
     /// `b` at a cosine in [0, 1].
-    #[inline(always)]
+    #[inline]
     pub fn eval(&self, cos: f32) -> f32 {
+        self.at_cosines::<One>(cos.into()).get()
+    }
+
+    /// `b` at a cosine in [0, 1] per lane.
+    #[inline(always)]
+    pub(crate) fn at_cosines<S: Width>(&self, cos: Float<S>) -> Float<S> {
         match *self {
-            ExitTransmittance::Lambert => 1.0,
+            ExitTransmittance::Lambert => cos.same(1.0),
             ExitTransmittance::Fresnel { eta } => fresnel::coat_transmittance(cos, eta),
             ExitTransmittance::Coated(table) => coat::interpolate(table, cos),
         }

@@ -2,8 +2,7 @@
 
 use super::{Bsdf, FixedWoLanes, LaneModel, Lobes};
 use crate::color::Rgb;
-use crate::lanes::vectors::{dot, scale3, splat3};
-use crate::lanes::{LANES, LaneMask, Lanes3, lanes_of};
+use crate::lanes::{LANES, LaneMask, Lanes3, Sixteen, Vector, lanes_of};
 use crate::math::Vec3;
 use crate::simd::{Isa, Simd, SimdKernel, Wide};
 
@@ -48,16 +47,16 @@ impl FixedWi<'_, '_> {
             }
             return out;
         };
-        let values = lanes.f_cos_wi(w, wo, active).load(w);
+        let s = Sixteen(w);
+        let values = lanes.f_cos_wi(w, wo, active).colors(s);
         // The reciprocal model is f_s |wi·ns|; f multiplies it by |wi·ns| / |wi·ng|, also for the swapped directions.
-        let (ng, ns) = (self.bsdf.ng, self.bsdf.frame.n);
+        let (ng, ns) = (Vec3::from(self.bsdf.ng), Vec3::from(self.bsdf.frame.n));
         let incident = (self.wi.dot(ns) / self.wi.dot(ng)).abs();
-        let wo = wo.load(w);
-        let (by_ng, by_ns) = (dot(w, wo, splat3(w, ng)), dot(w, wo, splat3(w, ns)));
+        let wo = wo.vectors(s);
+        let (by_ng, by_ns) = (wo.dot(Vector::splat(s, ng)), wo.dot(Vector::splat(s, ns)));
         // Where `by_ns` is zero, the value is zero as well.
-        let by_ns = w.max(w.abs(by_ns), w.splat(f32::MIN_POSITIVE));
-        let tilt = w.div(w.mul(w.abs(by_ng), w.splat(incident)), by_ns);
-        Lanes3::store(w, scale3(w, values, tilt))
+        let tilt = by_ng.abs() * incident / by_ns.abs().max(f32::MIN_POSITIVE);
+        Lanes3::of_colors(values * tilt)
     }
 }
 

@@ -22,17 +22,21 @@ impl FixedWo<'_, '_> {
     #[inline]
     pub fn f_cos_wi(&self, wi: Vec3) -> Rgb {
         if let Some(f) = self.lambert {
-            let cos = self.bsdf.frame.n.dot(wi) * 1.0f32.copysign(self.wo.z);
+            let n = Vec3::from(self.bsdf.frame.n);
+            let cos = n.dot(wi) * 1.0f32.copysign(self.wo.z);
             return f * cos.max(0.0);
         }
-        self.bsdf
-            .eval_local(self.bsdf.frame.to_local(wi), self.wo, self.lobes)
+        let wi = self.bsdf.frame.to_local(wi.into());
+        let values = self
+            .bsdf
+            .values_local(wi, self.wo.into(), self.lobes.into());
+        values.sum().into()
     }
 
     /// Upper bound of all channels of [`FixedWo::f_cos_wi`] over the cone around the unit vector `axis`.
     pub(crate) fn bound(&self, axis: Vec3, spread: Spread) -> f32 {
         let incident = IncidentCone {
-            axis: self.bsdf.frame.to_local(axis),
+            axis: self.bsdf.frame.to_local(axis.into()).into(),
             spread,
             projected: None,
         };
@@ -44,14 +48,14 @@ impl<'s> Bsdf<'s> {
     /// The function of `wi` for a fixed `wo` and set of lobes.
     #[inline]
     pub fn with_wo(&self, wo: Vec3, lobes: Lobes) -> FixedWo<'_, 's> {
-        let wo = self.frame.to_local(wo);
+        let wo = self.frame.to_local(wo.into());
         let lambert = self
             .plain_lambert(wo)
-            .filter(|_| lobes.has(Lobes::DIFFUSE))
-            .map(|lambert| lambert.albedo * FRAC_1_PI);
+            .filter(|lambert| lobes.has(Lobes::DIFFUSE) && lambert.valid.any())
+            .map(|lambert| Rgb::from(lambert.albedo) * FRAC_1_PI);
         FixedWo {
             bsdf: self,
-            wo,
+            wo: wo.into(),
             lobes,
             lambert,
         }

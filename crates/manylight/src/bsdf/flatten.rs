@@ -2,66 +2,53 @@
 
 use super::instantiate::ModelInstantiation;
 use super::leaf::Leaf;
+use super::lobes::Classes;
 use super::material::{Bitangent, Material};
 use super::materials::Materials;
-use super::model::Model;
+use super::model::{Model, ScatteringModel};
 use super::models::diffuse::Diffuse;
 use super::sides::Sides;
 use super::tilt::Tilt;
 use super::{ALIGNED_COSINE, Bsdf, ExitTransmittance, Lobes, MAX_LEAVES};
-use crate::geometry::SurfacePoint;
+use crate::geometry::{SurfacePoint, SurfacePoints};
 use crate::ids::{MaterialId, TextureId};
+use crate::lanes::{Color, Float, Mask, One, Vector, Width};
 use crate::math::Vec3;
+use crate::simd::Outlined;
 use crate::texture::{ColorInput, Texture};
 
 impl Materials {
-    /// The scattering function of a material at a point.
-    ///
-    /// The material and its wrappers are flattened to a weighted list of at most four leaves. If there are more, the leaves with the
-    /// smallest weights are left out, and leaves on the same side get their weight.
+    /// The scattering function of a material at a point; see [`Materials::bsdfs`].
     pub fn bsdf<'s>(
         &'s self,
         id: MaterialId,
         x: &SurfacePoint,
         textures: &'s [Texture],
     ) -> Bsdf<'s> {
-        let mut bsdf = Bsdf {
-            ng: x.ng,
-            frame: x.frame,
-            leaves: [None; MAX_LEAVES],
-            pass_through: [0.0; 2],
-            is_transparent: false,
-            transmits: false,
-            lobes: Lobes::NONE,
-            exit_transmittance: ExitTransmittance::Lambert,
-            glossy_width: 1.0,
-            is_defensive: x.frame.n.dot(x.ng).abs() < ALIGNED_COSINE,
-        };
+        self.bsdfs::<One>(id, &x.into(), textures)
+    }
+
+    /// The scattering functions of a material at a point in each lane.
+    ///
+    /// The material and its wrappers are flattened to a weighted list of at most four leaves. If there are more, the leaves with the
+    /// smallest weights are left out, and leaves on the same side get their weight.
+    #[inline(always)]
+    pub(crate) fn bsdfs<'s, S: Width>(
+        &'s self,
+        id: MaterialId,
+        x: &SurfacePoints<S>,
+        textures: &'s [Texture],
+    ) -> Bsdf<'s, S> {
         if let Some((reflectance, outer)) = self.plain_diffuse(id) {
-            let reflectance = reflectance.eval(x, textures);
-            bsdf.leaves[0] = Some(Leaf {
-                model: Model::Diffuse(Diffuse { reflectance }),
-                weight: 1.0,
-                outer,
-                tilt: None,
-                inner: Sides::Own,
-                diffuse_is_glossy: false,
-            });
-            bsdf.lobes = Lobes::DIFFUSE;
-        } else {
-            let mut flattening = Flattening {
-                at: ModelInstantiation {
-                    materials: self,
-                    x,
-                    textures,
-                },
-                count: 0,
-                bsdf: &mut bsdf,
-            };
-            flattening.add(id, Wrapping::NONE);
-            flattening.finish();
+            let reflectance = reflectance.eval_each(x, textures);
+            return Bsdf::lambert(x, reflectance, outer);
         }
-        bsdf
+        let at = ModelInstantiation {
+            materials: self,
+            x,
+            textures,
+        };
+        x.offset.width().outline(Flatten { at, id })
     }
 
     /// Reflectance and sides of the most frequent materials: diffuse on one side or on both. A shortcut.
@@ -80,29 +67,109 @@ impl Materials {
     }
 }
 
+impl<'s, S: Width> Bsdf<'s, S> {
+    /// Without leaves.
+    #[inline(always)]
+    fn empty(x: &SurfacePoints<S>) -> Self {
+        let s = x.offset.width();
+        Bsdf {
+            ng: x.ng,
+            frame: x.frame,
+            leaves: [None; MAX_LEAVES],
+            pass_through: [Float::splat(s, 0.0); 2],
+            is_transparent: false,
+            transmits: Mask::splat(s, false),
+            classes: Classes::splat(s, Lobes::NONE),
+            is_defensive: x.frame.n.dot(x.ng).abs().lt(ALIGNED_COSINE),
+        }
+    }
+
+    /// Lambert's model alone.
+    #[inline(always)]
+    fn lambert(x: &SurfacePoints<S>, reflectance: Color<S>, outer: Sides) -> Self {
+        let s = x.offset.width();
+        let leaf = Leaf {
+            model: Model::Diffuse(Diffuse { reflectance }),
+            weight: Float::splat(s, 1.0),
+            outer,
+            tilt: None,
+            inner: Sides::Own,
+            diffuse_is_glossy: Mask::splat(s, false),
+            lobes: Classes::splat(s, Lobes::DIFFUSE),
+        };
+        Bsdf {
+            leaves: [Some(leaf), None, None, None],
+            classes: Classes::splat(s, Lobes::DIFFUSE),
+            ..Bsdf::empty(x)
+        }
+    }
+}
+
+/// The scattering functions of a material tree.
+struct Flatten<'a, 's, S: Width> {
+    at: ModelInstantiation<'a, 's, S>,
+    id: MaterialId,
+}
+
+impl<'s, S: Width> Outlined for Flatten<'_, 's, S> {
+    type Output = Bsdf<'s, S>;
+
+    #[inline(always)]
+    fn run(self) -> Bsdf<'s, S> {
+        let mut bsdf = Bsdf::empty(self.at.x);
+        let mut flattening = Flattening {
+            at: self.at,
+            count: 0,
+            bsdf: &mut bsdf,
+        };
+        flattening.add(self.id, Wrapping::none(self.at.x.offset.width()));
+        flattening.finish();
+        bsdf
+    }
+}
+
 /// The wrappers around a node of the material tree; see [`Leaf`] for the fields.
 #[derive(Clone, Copy)]
-struct Wrapping {
-    weight: f32,
+struct Wrapping<S: Width> {
+    weight: Float<S>,
     outer: Sides,
-    tilt: Option<Tilt>,
+    tilt: Option<Tilt<S>>,
     inner: Sides,
 }
 
+/// A subtree of the material tree that waits to be added.
+type Pending<S> = (MaterialId, Wrapping<S>);
+
 /// A traversal of the material tree.
-struct Flattening<'a, 's> {
-    at: ModelInstantiation<'a, 's>,
+struct Flattening<'a, 's, S: Width> {
+    at: ModelInstantiation<'a, 's, S>,
     /// Number of leaves.
     count: usize,
-    bsdf: &'a mut Bsdf<'s>,
+    bsdf: &'a mut Bsdf<'s, S>,
 }
 
-impl<'s> Flattening<'_, 's> {
-    /// Adds the subtree of a material.
-    fn add(&mut self, id: MaterialId, at: Wrapping) {
-        if at.weight <= 0.0 {
-            return;
+impl<'s, S: Width> Flattening<'_, 's, S> {
+    /// Adds the subtree of a material, in depth-first order.
+    #[inline(always)]
+    fn add(&mut self, id: MaterialId, at: Wrapping<S>) {
+        let mut current = Some((id, at));
+        let mut pending: Vec<Pending<S>> = Vec::new();
+        while let Some((id, at)) = current.take().or_else(|| pending.pop()) {
+            if at.weight.gt(0.0).none() {
+                continue;
+            }
+            current = self.add_node(id, at, &mut pending);
         }
+    }
+
+    /// Adds a leaf, or returns the first child of a wrapper. Other children become pending.
+    #[inline(always)]
+    fn add_node(
+        &mut self,
+        id: MaterialId,
+        at: Wrapping<S>,
+        pending: &mut Vec<Pending<S>>,
+    ) -> Option<Pending<S>> {
         match &self.at.materials.descriptions()[id.index()] {
             Material::Blend {
                 weight,
@@ -110,21 +177,24 @@ impl<'s> Flattening<'_, 's> {
                 second,
             } => {
                 let w = self.at.float(weight).clamp(0.0, 1.0);
-                self.add(*first, at.weighted(1.0 - w));
-                self.add(*second, at.weighted(w));
+                pending.push((*second, at.weighted(w)));
+                Some((*first, at.weighted(1.0 - w)))
             }
             Material::Mask { opacity, inner } => {
                 let opacity = self.at.float(opacity).clamp(0.0, 1.0);
                 self.add_pass_through(at, at.weight * (1.0 - opacity));
-                self.add(*inner, at.weighted(opacity));
+                Some((*inner, at.weighted(opacity)))
             }
-            Material::Null => self.add_pass_through(at, at.weight),
+            Material::Null => {
+                self.add_pass_through(at, at.weight);
+                None
+            }
             Material::TwoSided { front, back } if front == back => {
-                self.add(*front, at.on(Sides::Both))
+                Some((*front, at.on(Sides::Both)))
             }
             Material::TwoSided { front, back } => {
-                self.add(*front, at.on(Sides::Front));
-                self.add(*back, at.on(Sides::Back));
+                pending.push((*back, at.on(Sides::Back)));
+                Some((*front, at.on(Sides::Front)))
             }
             Material::BumpMap {
                 texture,
@@ -134,7 +204,7 @@ impl<'s> Flattening<'_, 's> {
                 let normal = self.bumped_normal(*texture, *scale);
                 // As in Mitsuba 3.9.1, the world-space components of dp_du are used as if they were in the shading frame. Only
                 // anisotropic models depend on them.
-                self.add(*inner, at.tilted(normal, self.at.x.dp_du));
+                Some((*inner, at.tilted(normal, self.at.x.dp_du)))
             }
             Material::NormalMap {
                 texture,
@@ -142,19 +212,25 @@ impl<'s> Flattening<'_, 's> {
                 bitangent,
                 inner,
             } => {
-                let textures = self.at.textures;
-                let color = textures[texture.index()].eval(self.at.x, textures);
-                let mut normal = Vec3::from_array(color.to_array()) * 2.0 - Vec3::ONE;
-                normal.x *= scale;
-                normal.y *= scale * self.bitangent_sign(*bitangent);
-                self.add(*inner, at.tilted(normal, Vec3::X));
+                let color = ColorInput::Texture(*texture).eval_each(self.at.x, self.at.textures);
+                let normal = Vector::new(
+                    (color.r * 2.0 - 1.0) * *scale,
+                    (color.g * 2.0 - 1.0) * *scale * self.bitangent_sign(*bitangent),
+                    color.b * 2.0 - 1.0,
+                );
+                let tangent = Vector::splat(normal.z.width(), Vec3::X);
+                Some((*inner, at.tilted(normal, tangent)))
             }
-            model => self.add_model(id, model, at),
+            model => {
+                self.add_model(id, model, at);
+                None
+            }
         }
     }
 
     /// Adds straight-through transmission.
-    fn add_pass_through(&mut self, at: Wrapping, weight: f32) {
+    #[inline(always)]
+    fn add_pass_through(&mut self, at: Wrapping<S>, weight: Float<S>) {
         let [front, back] = &mut self.bsdf.pass_through;
         match (at.outer, at.inner) {
             (Sides::Front, _) | (_, Sides::Front) => *front += weight,
@@ -167,7 +243,8 @@ impl<'s> Flattening<'_, 's> {
     }
 
     /// Adds a leaf.
-    fn add_model(&mut self, id: MaterialId, material: &Material, at: Wrapping) {
+    #[inline(always)]
+    fn add_model(&mut self, id: MaterialId, material: &Material, at: Wrapping<S>) {
         let Wrapping {
             weight,
             outer,
@@ -180,7 +257,8 @@ impl<'s> Flattening<'_, 's> {
             outer,
             tilt,
             inner,
-            diffuse_is_glossy: false,
+            diffuse_is_glossy: Mask::splat(weight.width(), false),
+            lobes: Classes::splat(weight.width(), Lobes::NONE),
         };
         if self.count < MAX_LEAVES {
             self.bsdf.leaves[self.count] = Some(leaf);
@@ -188,16 +266,16 @@ impl<'s> Flattening<'_, 's> {
             return;
         }
         // No space: the leaf with the smallest weight on the same sides and the new one are merged. The heavier model remains, with
-        // the sum of the weights.
+        // the sum of the weights. In lanes, the sum of the lanes decides.
         let rivals = self
             .bsdf
             .leaves
             .iter_mut()
             .flatten()
             .filter(|l| l.outer == outer && l.inner == inner);
-        if let Some(rival) = rivals.min_by(|a, b| a.weight.total_cmp(&b.weight)) {
+        if let Some(rival) = rivals.min_by(|a, b| total(a.weight).total_cmp(&total(b.weight))) {
             let sum = rival.weight + weight;
-            if rival.weight < weight {
+            if total(rival.weight) < total(weight) {
                 *rival = leaf;
             }
             rival.weight = sum;
@@ -205,65 +283,78 @@ impl<'s> Flattening<'_, 's> {
     }
 
     /// Sets the fields that summarize the leaves.
+    #[inline(always)]
     fn finish(self) {
         let bsdf = self.bsdf;
-        bsdf.is_transparent = bsdf.pass_through != [0.0; 2];
-        bsdf.exit_transmittance = match &bsdf.leaves {
+        let [front, back] = bsdf.pass_through;
+        bsdf.is_transparent = (front.gt(0.0) | back.gt(0.0)).any();
+        let is_plain = match &bsdf.leaves {
             // The frequent case of `unify_diffuse`.
-            [Some(leaf), None, ..] if leaf.tilt.is_none() => leaf.model.exit_transmittance(),
-            _ => unify_diffuse(&mut bsdf.leaves),
+            [Some(leaf), None, ..] => leaf.tilt.is_none(),
+            _ => false,
         };
-        for leaf in bsdf.leaves.iter().map_while(Option::as_ref) {
-            bsdf.lobes = bsdf.lobes.or(leaf.lobes());
-            bsdf.glossy_width = bsdf.glossy_width.min(leaf.model.glossy_width());
+        if !is_plain {
+            unify_diffuse(&mut bsdf.leaves);
+        }
+        for leaf in bsdf.leaves.iter_mut().map_while(Option::as_mut) {
+            leaf.set_lobes();
+            bsdf.classes = bsdf.classes.or(leaf.lobes);
             bsdf.is_transparent |= matches!(leaf.model, Model::ThinDielectric(_));
-            bsdf.transmits |= leaf.model.transmits();
+            bsdf.transmits |= leaf.model.transmits(front.width());
             if let Some(tilt) = &leaf.tilt {
                 let cos = bsdf.frame.to_world(tilt.normal()).dot(bsdf.ng).abs();
-                bsdf.is_defensive |= cos < ALIGNED_COSINE;
+                bsdf.is_defensive |= cos.lt(ALIGNED_COSINE) & tilt.is_tilted;
             }
         }
     }
 
     /// Sign of the second axis of a normal map along n x s.
-    fn bitangent_sign(&self, bitangent: Bitangent) -> f32 {
+    #[inline(always)]
+    fn bitangent_sign(&self, bitangent: Bitangent) -> Float<S> {
         let x = self.at.x;
-        let is_mirrored = || x.dp_du.cross(x.dp_dv).dot(x.frame.n) > 0.0;
+        let is_mirrored = x.dp_du.cross(x.dp_dv).dot(x.frame.n).gt(0.0);
         match bitangent {
-            Bitangent::AgainstV if is_mirrored() => -1.0,
-            _ => 1.0,
+            Bitangent::AgainstV => is_mirrored.select(-1.0, 1.0),
+            Bitangent::RightHanded => x.offset.same(1.0),
         }
     }
 
     /// The normal of the surface displaced by a height texture, in the shading frame.
-    fn bumped_normal(&self, texture: TextureId, scale: f32) -> Vec3 {
+    #[inline(always)]
+    fn bumped_normal(&self, texture: TextureId, scale: f32) -> Vector<S> {
         let x = self.at.x;
         let textures = self.at.textures;
-        let gradient = textures[texture.index()].gradient(x, [x.dp_du, x.dp_dv], textures) * scale;
+        let gradient = textures[texture.index()].gradient_each(x, textures) * scale;
         let n = x.frame.n;
         let du = x.dp_du + n * (gradient.x - n.dot(x.dp_du));
         let dv = x.dp_dv + n * (gradient.y - n.dot(x.dp_dv));
         let normal = du.cross(dv);
-        let outward = if x.ng.dot(normal) < 0.0 {
-            -normal
-        } else {
-            normal
-        };
+        let outward = normal * x.ng.dot(normal).lt(0.0).select(-1.0, 1.0);
         x.frame.to_local(outward)
     }
 }
 
-impl Wrapping {
+/// The sum over the lanes.
+#[inline(always)]
+fn total<S: Width>(x: Float<S>) -> f32 {
+    x.store().as_ref().iter().sum()
+}
+
+impl<S: Width> Wrapping<S> {
     /// No wrappers.
-    const NONE: Wrapping = Wrapping {
-        weight: 1.0,
-        outer: Sides::Own,
-        tilt: None,
-        inner: Sides::Own,
-    };
+    #[inline(always)]
+    fn none(s: S) -> Self {
+        Wrapping {
+            weight: Float::splat(s, 1.0),
+            outer: Sides::Own,
+            tilt: None,
+            inner: Sides::Own,
+        }
+    }
 
     /// With a factor of the weight.
-    fn weighted(self, factor: f32) -> Self {
+    #[inline(always)]
+    fn weighted(self, factor: Float<S>) -> Self {
         Wrapping {
             weight: self.weight * factor,
             ..self
@@ -271,8 +362,9 @@ impl Wrapping {
     }
 
     /// Within a two-sided wrapper. The innermost of several in one frame decides.
+    #[inline(always)]
     fn on(self, sides: Sides) -> Self {
-        if self.tilt.is_some() {
+        if self.tilt.is_some_and(|tilt| tilt.is_tilted.any()) {
             Wrapping {
                 inner: sides,
                 ..self
@@ -286,35 +378,57 @@ impl Wrapping {
     }
 
     /// Within a bump or normal map with this normal in the frame of the wrappers outside. Tilts are concatenated.
-    fn tilted(self, normal: Vec3, tangent: Vec3) -> Self {
-        let Some(normal) = normal.try_normalize() else {
-            return self;
-        };
+    #[inline(always)]
+    fn tilted(self, normal: Vector<S>, tangent: Vector<S>) -> Self {
+        let (normal, valid) = normal.try_normalize();
         let normal = self.tilt.map_or(normal, |outer| outer.within(normal));
+        let tilt = Tilt::new(normal, tangent, valid);
         Wrapping {
-            tilt: Tilt::new(normal, tangent),
+            tilt: Some(match self.tilt {
+                Some(outer) => tilt.or(valid, outer),
+                None => tilt,
+            }),
             ..self
         }
     }
 }
 
 /// Makes all `DIFFUSE` lobes of the leaves have one exit transmittance `b(wo)` around the shading normal, that of the leaf with the
-/// largest weight, and returns it. Diffuse lobes of other leaves become `GLOSSY`.
-fn unify_diffuse<'s>(leaves: &mut [Option<Leaf<'s>>]) -> ExitTransmittance<'s> {
-    let eligible = |leaf: &&Leaf| leaf.tilt.is_none() && leaf.model.lobes().has(Lobes::DIFFUSE);
-    let heaviest = leaves
-        .iter()
-        .flatten()
-        .filter(eligible)
-        .max_by(|a, b| a.weight.total_cmp(&b.weight));
-    let exit = heaviest.map_or(ExitTransmittance::Lambert, |leaf| {
-        leaf.model.exit_transmittance()
+/// largest weight. Diffuse lobes of other leaves become `GLOSSY`.
+#[inline(always)]
+fn unify_diffuse<S: Width>(leaves: &mut [Option<Leaf<S>>; MAX_LEAVES]) {
+    let Some(first) = &leaves[0] else {
+        return;
+    };
+    let none = Mask::splat(first.weight.width(), false);
+    let exits = leaves.map(|leaf| leaf.map(|leaf| leaf.model.exit_transmittance()));
+    // The weight of each leaf in the lanes in which its lobe can decide, else 0.
+    let weights = leaves.map(|leaf| {
+        leaf.map(|leaf| {
+            let untilted = leaf.tilt.map_or(!none, |tilt| !tilt.is_tilted);
+            (leaf.model.lobes().diffuse & untilted).select(leaf.weight, 0.0)
+        })
     });
-    for leaf in leaves.iter_mut().flatten() {
-        leaf.diffuse_is_glossy =
-            leaf.tilt.is_some() || !same_exit(&leaf.model.exit_transmittance(), &exit);
+    for (i, leaf) in leaves.iter_mut().enumerate() {
+        let (Some(leaf), Some(exit)) = (leaf, &exits[i]) else {
+            break;
+        };
+        // The heaviest leaf with this exit against the heaviest with another; the last of equal ones decides.
+        let mut heaviest = leaf.weight.same(0.0);
+        let mut is_other = none;
+        for (weight, other) in weights.iter().zip(&exits) {
+            if let (Some(weight), Some(other)) = (weight, other) {
+                let decides = weight.gt(0.0) & weight.ge(heaviest);
+                heaviest = decides.select(*weight, heaviest);
+                is_other = match same_exit(exit, other) {
+                    true => is_other & !decides,
+                    false => is_other | decides,
+                };
+            }
+        }
+        let is_tilted = leaf.tilt.map_or(none, |tilt| tilt.is_tilted);
+        leaf.diffuse_is_glossy = is_tilted | is_other;
     }
-    exit
 }
 
 fn same_exit(a: &ExitTransmittance, b: &ExitTransmittance) -> bool {

@@ -17,30 +17,32 @@ use super::models::principled::{
 use super::models::rough_diffuse::RoughDiffuse;
 use super::models::thin_dielectric::ThinDielectric;
 use super::models::ward::Ward;
-use crate::color::Rgb;
-use crate::geometry::SurfacePoint;
+use crate::geometry::SurfacePoints;
 use crate::ids::MaterialId;
-use crate::math::Vec2;
+use crate::lanes::{Color, Float, Pair, Width};
 use crate::texture::{ColorInput, FloatInput, Texture};
 
-/// Evaluates the parameters of materials at one point.
+/// Evaluates the parameters of materials at a point in each lane.
 #[derive(Clone, Copy)]
-pub(super) struct ModelInstantiation<'a, 's> {
+pub(super) struct ModelInstantiation<'a, 's, S: Width> {
     pub(super) materials: &'s Materials,
-    pub(super) x: &'a SurfacePoint,
+    pub(super) x: &'a SurfacePoints<S>,
     pub(super) textures: &'s [Texture],
 }
 
-impl<'s> ModelInstantiation<'_, 's> {
-    fn color(&self, input: &ColorInput) -> Rgb {
-        input.eval(self.x, self.textures)
+impl<'s, S: Width> ModelInstantiation<'_, 's, S> {
+    #[inline(always)]
+    fn color(&self, input: &ColorInput) -> Color<S> {
+        input.eval_each(self.x, self.textures)
     }
 
-    pub(super) fn float(&self, input: &FloatInput) -> f32 {
-        input.eval(self.x, self.textures)
+    #[inline(always)]
+    pub(super) fn float(&self, input: &FloatInput) -> Float<S> {
+        input.eval_each(self.x, self.textures)
     }
 
-    fn microfacets(&self, r: &Roughness) -> Microfacets {
+    #[inline(always)]
+    fn microfacets(&self, r: &Roughness) -> Microfacets<S> {
         Microfacets::new(
             r.distribution,
             self.float(&r.alpha_u),
@@ -49,7 +51,8 @@ impl<'s> ModelInstantiation<'_, 's> {
     }
 
     /// The model of a material that is no wrapper.
-    pub(super) fn model(&self, id: MaterialId, material: &Material) -> Model<'s> {
+    #[inline(always)]
+    pub(super) fn model(&self, id: MaterialId, material: &Material) -> Model<'s, S> {
         match material {
             Material::Diffuse { reflectance } => Model::Diffuse(Diffuse {
                 reflectance: self.color(reflectance),
@@ -60,7 +63,7 @@ impl<'s> ModelInstantiation<'_, 's> {
                 full,
             } => {
                 let (reflectance, alpha) = (self.color(reflectance), self.float(alpha));
-                if alpha == 0.0 {
+                if alpha.equals(0.0).all() {
                     return Model::Diffuse(Diffuse { reflectance });
                 }
                 Model::RoughDiffuse(RoughDiffuse::new(reflectance, alpha, *full))
@@ -101,7 +104,7 @@ impl<'s> ModelInstantiation<'_, 's> {
                 *variant,
                 self.color(diffuse_reflectance),
                 self.color(specular_reflectance),
-                Vec2::new(self.float(alpha_u), self.float(alpha_v)),
+                Pair::new(self.float(alpha_u), self.float(alpha_v)),
             )),
             Material::Principled(p) => Model::Principled(self.principled(p)),
             Material::PrincipledThin(p) => Model::PrincipledThin(self.principled_thin(p)),
@@ -109,7 +112,8 @@ impl<'s> ModelInstantiation<'_, 's> {
         }
     }
 
-    fn conductor(&self, material: &Material) -> Model<'s> {
+    #[inline(always)]
+    fn conductor(&self, material: &Material) -> Model<'s, S> {
         let Material::Conductor {
             eta,
             k,
@@ -131,7 +135,8 @@ impl<'s> ModelInstantiation<'_, 's> {
         }
     }
 
-    fn dielectric(&self, material: &Material) -> Model<'s> {
+    #[inline(always)]
+    fn dielectric(&self, material: &Material) -> Model<'s, S> {
         let Material::Dielectric {
             eta,
             specular_reflectance,
@@ -155,7 +160,8 @@ impl<'s> ModelInstantiation<'_, 's> {
         }
     }
 
-    fn plastic(&self, id: MaterialId, material: &Material) -> Model<'s> {
+    #[inline(always)]
+    fn plastic(&self, id: MaterialId, material: &Material) -> Model<'s, S> {
         let Material::Plastic {
             eta,
             diffuse_reflectance,
@@ -178,7 +184,8 @@ impl<'s> ModelInstantiation<'_, 's> {
         let coat = self.materials.coat_of[id.index()].map(|coat| &self.materials.coats[coat]);
         match (coat, roughness) {
             (Some(coat), Some((distribution, alpha))) => {
-                let facets = Microfacets::new(*distribution, *alpha, *alpha);
+                let alpha = Float::splat(self.x.offset.width(), *alpha);
+                let facets = Microfacets::new(*distribution, alpha, alpha);
                 Model::RoughPlastic(RoughPlastic::new(
                     facets,
                     *eta,
@@ -191,7 +198,8 @@ impl<'s> ModelInstantiation<'_, 's> {
         }
     }
 
-    fn principled_thin(&self, p: &PrincipledThinMaterial) -> PrincipledThin {
+    #[inline(always)]
+    fn principled_thin(&self, p: &PrincipledThinMaterial) -> PrincipledThin<S> {
         PrincipledThin::new(PrincipledThinParameters {
             base_color: self.color(&p.base_color),
             roughness: self.float(&p.roughness),
@@ -206,7 +214,8 @@ impl<'s> ModelInstantiation<'_, 's> {
         })
     }
 
-    fn principled(&self, p: &PrincipledMaterial) -> Principled {
+    #[inline(always)]
+    fn principled(&self, p: &PrincipledMaterial) -> Principled<S> {
         Principled::new(PrincipledParameters {
             base_color: self.color(&p.base_color),
             roughness: self.float(&p.roughness),

@@ -1,37 +1,41 @@
 //! Lambert's model in the shading frame, for the shortcuts of the most frequent material.
 
-use super::{BsdfSample, Lobes};
-use crate::color::Rgb;
-use crate::math::{Frame, Vec2, Vec3};
-use crate::sampling::warp;
+use super::BsdfSamples;
+use super::lobes::Lobes;
+use crate::lanes::{
+    Axes, Color, Float, Mask, Pair, Vector, Width, Word, cosine_hemisphere, cosine_hemisphere_pdf,
+};
 
 /// Lambertian reflection on one side of the shading frame.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Lambert {
-    pub albedo: Rgb,
+pub(super) struct Lambert<S: Width> {
+    pub albedo: Color<S>,
     /// The sign of z on that side.
-    pub side: f32,
+    pub side: Float<S>,
+    /// The lanes in which the given direction is on that side.
+    pub valid: Mask<S>,
 }
 
-impl Lambert {
+impl<S: Width> Lambert<S> {
     /// Density of cosine-distributed directions, which is also `f cosθ` over the albedo.
-    #[inline]
-    pub(super) fn pdf(&self, w: Vec3) -> f32 {
-        warp::cosine_hemisphere_pdf(w.z * self.side)
+    #[inline(always)]
+    pub(super) fn pdf(&self, w: Vector<S>) -> Float<S> {
+        self.valid
+            .select(cosine_hemisphere_pdf(w.z * self.side), 0.0)
     }
 
     /// A cosine-distributed direction. Its weight is the albedo.
-    #[inline]
-    pub(super) fn sample(&self, frame: &Frame, u: Vec2) -> Option<BsdfSample> {
-        let mut w = warp::cosine_hemisphere(u);
-        let pdf = warp::cosine_hemisphere_pdf(w.z);
-        w.z *= self.side;
-        (pdf > 0.0 && !self.albedo.is_black()).then(|| BsdfSample {
-            w: frame.to_world(w),
+    #[inline(always)]
+    pub(super) fn sample(&self, frame: &Axes<S>, u: Pair<S>) -> BsdfSamples<S> {
+        let w = cosine_hemisphere(u);
+        let pdf = cosine_hemisphere_pdf(w.z);
+        BsdfSamples {
+            w: frame.to_world(w.scale_z(self.side)),
             weight: self.albedo,
             pdf,
-            lobe: Lobes::DIFFUSE,
-            eta: 1.0,
-        })
+            lobe: Word::splat(pdf.width(), u32::from(Lobes::DIFFUSE.0)),
+            eta: pdf.same(1.0),
+            valid: self.valid & pdf.gt(0.0) & !self.albedo.is_black(),
+        }
     }
 }

@@ -1,15 +1,16 @@
 //! A scattering model with its wrappers: weight, sides, a tilted frame. Directions are in the shading frame of the surface.
 
+use super::LARGEST;
 use super::incident_cone::IncidentCone;
 use super::lambert::Lambert;
-use super::model::Model;
-use super::model_sample::ModelSample;
+use super::lobes::{Classes, Lobes};
+use super::model::{Model, ScatteringModel};
+use super::model_sample::{ModelSample, Numbers};
 use super::response::Response;
 use super::sides::Sides;
-use super::tilt::{FACING_FRAME_PROBABILITY, Tilt};
-use super::{BsdfNumbers, LARGEST, Lobes};
-use crate::color::Rgb;
-use crate::math::{Frame, Vec3};
+use super::tilt::{FACING_FRAME_PROBABILITY, Tilt, rotate};
+use crate::lanes::{Axes, Color, Float, Mask, One, Pair, Vector, Width};
+use crate::math::Vec3;
 
 /// The given direction of a scattering event; the other one is sampled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,336 +23,374 @@ pub(super) enum Given {
 
 /// A model with its wrappers.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Leaf<'s> {
-    pub model: Model<'s>,
+pub(super) struct Leaf<'s, S: Width> {
+    pub model: Model<'s, S>,
     /// Factor of the model: the product of blend weights and opacities.
-    pub weight: f32,
+    pub weight: Float<S>,
     /// Sides of the shading frame.
     pub outer: Sides,
-    pub tilt: Option<Tilt>,
+    pub tilt: Option<Tilt<S>>,
     /// Sides of the tilted frame.
     pub inner: Sides,
-    /// Whether the model's `DIFFUSE` lobe belongs to the class `GLOSSY`, because it does not have the exit transmittance of the material's
-    /// `DIFFUSE` lobes around the shading normal.
-    pub diffuse_is_glossy: bool,
+    /// The lanes in which the model's `DIFFUSE` lobe belongs to the class `GLOSSY`, because it does not have the exit transmittance of the
+    /// material's `DIFFUSE` lobes around the shading normal.
+    pub diffuse_is_glossy: Mask<S>,
+    /// The classes of the lobes: those of the model, without lanes of weight 0.
+    pub lobes: Classes<S>,
 }
 
-impl Leaf<'_> {
-    /// The classes of the leaf's lobes.
-    #[inline]
-    pub(super) fn lobes(&self) -> Lobes {
-        let lobes = self.model.lobes();
-        if self.diffuse_is_glossy && lobes.has(Lobes::DIFFUSE) {
-            return Lobes(lobes.0 & !Lobes::DIFFUSE.0).or(Lobes::GLOSSY);
-        }
-        lobes
+/// Directions in the frame of a model.
+struct InModel<S: Width> {
+    wi: Vector<S>,
+    wo: Vector<S>,
+    /// Shadowing of the tilt.
+    shadowing: Float<S>,
+    /// The lanes in which the model scatters from `wi` to `wo`.
+    valid: Mask<S>,
+}
+
+impl<'s, S: Width> Leaf<'s, S> {
+    #[inline(always)]
+    pub(super) fn width(&self) -> S {
+        self.weight.width()
+    }
+
+    /// Sets the field [`Leaf::lobes`].
+    #[inline(always)]
+    pub(super) fn set_lobes(&mut self) {
+        let lobes = self.model.lobes().within(self.weight.gt(0.0));
+        self.lobes = lobes.diffuse_as_glossy(self.diffuse_is_glossy);
     }
 
     /// `a(wi)` of the `DIFFUSE` lobe.
-    #[inline]
-    pub(super) fn diffuse_weight(&self, mut wi: Vec3) -> Rgb {
-        match self.outer.mirror(wi.z) {
-            Some(mirror) if !self.diffuse_is_glossy => {
-                wi.z *= mirror;
-                self.model.diffuse_weight(wi) * self.weight
-            }
-            _ => Rgb::BLACK,
-        }
+    #[inline(always)]
+    pub(super) fn diffuse_weight(&self, wi: Vector<S>) -> Color<S> {
+        let (mirror, valid) = self.outer.mirror(wi.z);
+        let value = self.model.diffuse_weight(wi.scale_z(mirror)) * self.weight;
+        value.within(valid & !self.diffuse_is_glossy)
     }
 
     /// The set of classes of the model for a set of classes of the leaf.
-    #[inline]
-    fn model_lobes(&self, lobes: Lobes) -> Lobes {
-        if !self.diffuse_is_glossy {
-            return lobes;
-        }
-        let rest = Lobes(lobes.0 & !Lobes::DIFFUSE.0);
-        if lobes.has(Lobes::GLOSSY) {
-            rest.or(Lobes::DIFFUSE)
-        } else {
-            rest
+    #[inline(always)]
+    fn model_lobes(&self, lobes: Classes<S>) -> Classes<S> {
+        let m = self.diffuse_is_glossy;
+        Classes {
+            diffuse: (lobes.diffuse & !m) | (lobes.glossy & m),
+            ..lobes
         }
     }
 
-    /// Whether a direction of `lobes` can be sampled given `given`.
-    #[inline]
-    pub(super) fn can_sample(&self, given: Vec3, lobes: Lobes) -> bool {
-        self.outer.mirror(given.z).is_some() && self.lobes().has(lobes)
+    /// The lanes in which a direction of `lobes` can be sampled given `given`.
+    #[inline(always)]
+    pub(super) fn can_sample(&self, given: Vector<S>, lobes: Classes<S>) -> Mask<S> {
+        let (_, valid) = self.outer.mirror(given.z);
+        valid & self.lobes.has(lobes)
     }
 
     /// The weight of the leaf in the choice among leaves: an estimate of the light that `lobes` return, given the direction `given`.
-    pub(super) fn sampling_weight(&self, given: Vec3, lobes: Lobes) -> f32 {
-        let Some(outer) = self.outer.mirror(given.z) else {
-            return 0.0;
-        };
+    #[inline(always)]
+    pub(super) fn sampling_weight(&self, given: Vector<S>, lobes: Classes<S>) -> Float<S> {
+        let (outer, valid) = self.outer.mirror(given.z);
         let lobes = self.model_lobes(lobes);
-        let albedo = |cos: f32| {
-            let inner = self.inner.mirror(cos);
-            inner.map_or(0.0, |inner| self.model.albedo_estimate(cos * inner, lobes))
-        };
-        let cos = given.z * outer;
-        // The tilted frame may have the direction on its other side.
-        let value = match self.tilt {
-            None => albedo(cos),
-            Some(_) => albedo(cos).max(albedo(-cos)),
-        };
-        self.weight * value
+        // The tilted frame may have the direction on its other side. A loop, so that the models are compiled once.
+        let mut cos = given.z * outer;
+        let mut value = cos.same(0.0);
+        for _ in 0..if self.tilt.is_some() { 2 } else { 1 } {
+            let (inner, on_side) = self.inner.mirror(cos);
+            let albedo = self.model.albedo_estimate(cos * inner, lobes);
+            value = value.max(on_side.select(albedo, 0.0));
+            cos = -cos;
+        }
+        valid.select(self.weight * value, 0.0)
     }
 
-    /// `wi` and `wo` in the frame of the model, and the shadowing of the tilt. `None` if the model does not scatter from `wi` to `wo`.
-    #[inline]
-    fn in_model(&self, mut wi: Vec3, mut wo: Vec3) -> Option<(Vec3, Vec3, f32)> {
-        let mirror = self.outer.mirror(wo.z)?;
-        wi.z *= mirror;
-        wo.z *= mirror;
-        let mut shadowing = 1.0;
+    /// `wi` and `wo` in the frame of the model.
+    #[inline(always)]
+    fn in_model(&self, wi: Vector<S>, wo: Vector<S>) -> InModel<S> {
+        let (mirror, mut valid) = self.outer.mirror(wo.z);
+        let (mut wi, mut wo) = (wi.scale_z(mirror), wo.scale_z(mirror));
+        let mut shadowing = wi.z.same(1.0);
         if let Some(tilt) = &self.tilt {
             let frame = tilt.frame(tilt.facing(wo));
             let local = frame.to_local(wi);
-            if local.z * wi.z <= 0.0 {
-                return None;
-            }
+            valid = valid & ((local.z * wi.z).gt(0.0) | !tilt.is_tilted);
             shadowing = tilt.shadowing(wi);
             wi = local;
             wo = frame.to_local(wo);
         }
-        let mirror = self.inner.mirror(wo.z)?;
-        wi.z *= mirror;
-        wo.z *= mirror;
-        Some((wi, wo, shadowing))
+        let (mirror, on_side) = self.inner.mirror(wo.z);
+        InModel {
+            wi: wi.scale_z(mirror),
+            wo: wo.scale_z(mirror),
+            shadowing,
+            valid: valid & on_side,
+        }
     }
 
-    /// `f(wi → wo) |cosθ_i|` of the leaf, with the cosine to the normal of the model.
-    #[inline]
-    pub(super) fn eval(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Rgb {
-        let Some((wi, wo, shadowing)) = self.in_model(wi, wo) else {
-            return Rgb::BLACK;
+    /// `f(wi → wo) |cosθ_i|` by class without the leaf's weight, with the cosine to the normal of the model, and [`Leaf::pdf`] given `wo`.
+    #[inline(always)]
+    pub(super) fn respond(&self, wi: Vector<S>, wo: Vector<S>, lobes: Classes<S>) -> Response<S> {
+        let at = self.in_model(wi, wo);
+        if at.valid.none() {
+            return Response::none(self.width());
+        }
+        let response = self.model.respond(at.wi, at.wo, self.model_lobes(lobes));
+        let mut values = response.values;
+        if self.tilt.is_some() {
+            values = values.map(|v| v * at.shadowing);
+        }
+        if self.diffuse_is_glossy.any() {
+            values = values.diffuse_as_glossy(self.diffuse_is_glossy);
+        }
+        Response { values, ..response }.within(at.valid)
+    }
+
+    /// The leaf as Lambert's model; `None` for other models and tilted ones.
+    #[inline(always)]
+    pub(super) fn plain_lambert(&self, wo: Vector<S>) -> Option<Lambert<S>> {
+        let Model::Diffuse(diffuse) = &self.model else {
+            return None;
         };
-        self.model.eval(wi, wo, self.model_lobes(lobes)) * (self.weight * shadowing)
+        if self.tilt.is_some() || self.diffuse_is_glossy.any() {
+            return None;
+        }
+        let (side, valid) = self.side(wo.z);
+        Some(Lambert {
+            albedo: diffuse.reflectance * self.weight,
+            side,
+            valid: valid & (wo.z * side).gt(0.0),
+        })
     }
 
+    /// The factor by which z is multiplied for the model of a leaf without tilt, given a direction with the coordinate `z`, and the
+    /// lanes on a side with scattering.
+    #[inline(always)]
+    pub(super) fn side(&self, z: Float<S>) -> (Float<S>, Mask<S>) {
+        let (outer, on_outer) = self.outer.mirror(z);
+        let (inner, on_inner) = self.inner.mirror(z * outer);
+        (outer * inner, on_outer & on_inner)
+    }
+
+    /// Density of sampling `other` given `given` with [`Leaf::sample`].
+    #[inline(always)]
+    pub(super) fn pdf(
+        &self,
+        end: Given,
+        given: Vector<S>,
+        other: Vector<S>,
+        lobes: Classes<S>,
+    ) -> Float<S> {
+        let (mirror, valid) = self.outer.mirror(given.z);
+        let (given, other) = (given.scale_z(mirror), other.scale_z(mirror));
+        let lobes = self.model_lobes(lobes);
+        let n = self.tilt.map_or(given, |tilt| tilt.facing(given));
+        // Given `wi`, either of two frames is sampled. A loop, so that the models are compiled once.
+        let both = [
+            (n, FACING_FRAME_PROBABILITY),
+            (rotate(n), 1.0 - FACING_FRAME_PROBABILITY),
+        ];
+        let one = [(n, 1.0)];
+        let frames: &[(Vector<S>, f32)] = match (&self.tilt, end) {
+            (Some(_), Given::Wi) => &both,
+            _ => &one,
+        };
+        let mut sum = given.z.same(0.0);
+        for &(n, probability) in frames {
+            let pdf = match &self.tilt {
+                None => self.inner_pdf(given, other, lobes),
+                Some(tilt) => {
+                    let frame = tilt.frame(n);
+                    let local = frame.to_local(other);
+                    let agrees = (local.z * other.z).gt(0.0) | !tilt.is_tilted;
+                    let pdf = self.inner_pdf(frame.to_local(given), local, lobes);
+                    match end {
+                        Given::Wo => agrees.select(pdf, 0.0),
+                        Given::Wi => pdf,
+                    }
+                }
+            };
+            sum += probability * pdf;
+        }
+        valid.select(sum, 0.0)
+    }
+
+    /// Density in the tilted frame (or the shading frame without tilt).
+    #[inline(always)]
+    fn inner_pdf(&self, given: Vector<S>, other: Vector<S>, lobes: Classes<S>) -> Float<S> {
+        let (mirror, valid) = self.inner.mirror(given.z);
+        let (given, other) = (given.scale_z(mirror), other.scale_z(mirror));
+        valid.select(self.model.pdf(given, other, lobes), 0.0)
+    }
+
+    /// Samples the other direction. The leaf's weight is not in the fraction of delta events.
+    #[inline(always)]
+    pub(super) fn sample(
+        &self,
+        end: Given,
+        given: Vector<S>,
+        u: Numbers<S>,
+        lobes: Classes<S>,
+    ) -> ModelSample<S> {
+        let (outer, valid) = self.outer.mirror(given.z);
+        let given = given.scale_z(outer);
+        let lobes = self.model_lobes(lobes);
+        let tilted = self.tilt.as_ref().map(|tilt| match end {
+            Given::Wo => FrameChoice::facing(tilt, given, u),
+            Given::Wi => FrameChoice::either(tilt, given, u),
+        });
+        let (local, u) = match &tilted {
+            None => (given, u),
+            Some(choice) => (choice.frame.to_local(given), choice.u),
+        };
+        let (mirror, on_side) = self.inner.mirror(local.z);
+        let mut sample = self.model.sample(local.scale_z(mirror), u, lobes);
+        sample.w = sample.w.scale_z(mirror);
+        sample.valid = sample.valid & on_side;
+        if let (Some(tilt), Some(choice)) = (&self.tilt, &tilted) {
+            sample = choice.complete(tilt, end, given, sample);
+        }
+        ModelSample {
+            w: sample.w.scale_z(outer),
+            valid: sample.valid & valid,
+            ..sample
+        }
+    }
+}
+
+/// The frame of a tilt in which a direction is sampled.
+struct FrameChoice<S: Width> {
+    frame: Axes<S>,
+    /// Probability of this frame.
+    probability: Float<S>,
+    /// Numbers that are uniform given the frame.
+    u: Numbers<S>,
+}
+
+impl<S: Width> FrameChoice<S> {
+    /// The frame that faces `wo`.
+    #[inline(always)]
+    fn facing(tilt: &Tilt<S>, wo: Vector<S>, u: Numbers<S>) -> Self {
+        FrameChoice {
+            frame: tilt.frame(tilt.facing(wo)),
+            probability: wo.z.same(1.0),
+            u,
+        }
+    }
+
+    /// Given `wi`, the frame depends on the sampled direction, so each of the two has a positive probability.
+    #[inline(always)]
+    fn either(tilt: &Tilt<S>, wi: Vector<S>, u: Numbers<S>) -> Self {
+        let facing = tilt.facing(wi);
+        let x = u.direction.x;
+        let faces = x.lt(FACING_FRAME_PROBABILITY);
+        let n = Vector::select(faces, facing, rotate(facing));
+        let probability = faces.select(FACING_FRAME_PROBABILITY, 1.0 - FACING_FRAME_PROBABILITY);
+        let x = (x - faces.select(0.0, FACING_FRAME_PROBABILITY)) / probability;
+        let direction = Pair::new(x.min(LARGEST), u.direction.y);
+        FrameChoice {
+            frame: tilt.frame(n),
+            probability,
+            u: Numbers { direction, ..u },
+        }
+    }
+
+    /// The sample in the shading frame.
+    #[inline(always)]
+    fn complete(
+        &self,
+        tilt: &Tilt<S>,
+        end: Given,
+        given: Vector<S>,
+        sample: ModelSample<S>,
+    ) -> ModelSample<S> {
+        let w = self.frame.to_world(sample.w);
+        let (wi, agrees) = match end {
+            Given::Wo => (w, (sample.w.z * w.z).gt(0.0) | !tilt.is_tilted),
+            // A delta lobe exists only in the frame that its own direction selects.
+            Given::Wi => {
+                let (n, seen) = (self.frame.n, tilt.facing(w));
+                let selects = seen.x.equals(n.x) & seen.y.equals(n.y);
+                let faces = (n.dot(given) * given.z).gt(0.0);
+                (given, !sample.is_delta | (selects & faces))
+            }
+        };
+        ModelSample {
+            w,
+            fraction: sample.fraction * tilt.shadowing(wi),
+            probability: sample.probability * self.probability,
+            valid: sample.valid & agrees,
+            ..sample
+        }
+    }
+}
+
+impl Leaf<'_, One> {
     /// Upper bound of all channels of `f(wi → wo) |cosθ_i|` times the projected cosine of `leaving`, over the directions `wo` in that
     /// cone. It uses the reciprocity of the model.
     pub(super) fn bound_leaving(&self, wi: Vec3, leaving: &IncidentCone, lobes: Lobes) -> f32 {
-        let Some(tilt) = &self.tilt else {
+        let Some(tilt) = self.tilted() else {
             return self.bound(leaving, wi, lobes) * wi.z.abs();
         };
-        let Some(outer) = self.outer.mirror(wi.z) else {
+        let Some(outer) = mirror(self.outer, wi.z) else {
             return 0.0;
         };
-        let mirrored = |mirror: f32| move |w: Vec3| Vec3::new(w.x, w.y, w.z * mirror);
         let (wi, leaving) = (mirrored(outer)(wi), leaving.map(mirrored(outer)));
         // The frame depends on `wo`, so both count. The projected cosine is not to either tilted normal.
         let leaving = IncidentCone {
             projected: Some(leaving.projected.unwrap_or(1.0)),
             ..leaving
         };
-        let within = |normal: Vec3| {
+        let within = |normal: Vector<One>| {
             let frame = tilt.frame(normal);
-            let local = frame.to_local(wi);
-            let Some(inner) = self.inner.mirror(local.z) else {
+            let local = Vec3::from(frame.to_local(wi.into()));
+            let Some(inner) = mirror(self.inner, local.z) else {
                 return 0.0;
             };
-            let leaving = leaving.map(|w| mirrored(inner)(frame.to_local(w)));
+            let leaving = leaving.map(|w| mirrored(inner)(frame.to_local(w.into()).into()));
             let local = mirrored(inner)(local);
-            let bound = self.model.bound(&leaving, local, self.model_lobes(lobes));
-            self.weight * bound * local.z.abs()
+            let lobes = self.model_lobes(lobes.into()).get();
+            let bound = self.model.bound(&leaving, local, lobes);
+            self.weight.get() * bound * local.z.abs()
         };
         within(tilt.normal()).max(within(tilt.rotated()))
     }
 
-    /// Upper bound of all channels of [`Leaf::eval`] over a cone of `wi`, without the shadowing of tilts.
+    /// Upper bound of all channels of the values over a cone of `wi`, without the shadowing of tilts.
     pub(super) fn bound(&self, incident: &IncidentCone, mut wo: Vec3, lobes: Lobes) -> f32 {
-        let mirrored = |mirror: f32| move |w: Vec3| Vec3::new(w.x, w.y, w.z * mirror);
-        let Some(outer) = self.outer.mirror(wo.z) else {
+        let Some(outer) = mirror(self.outer, wo.z) else {
             return 0.0;
         };
         let mut incident = incident.map(mirrored(outer));
         wo.z *= outer;
-        if let Some(tilt) = &self.tilt {
-            let frame = tilt.frame(tilt.facing(wo));
-            incident = incident.map(|w| frame.to_local(w));
-            wo = frame.to_local(wo);
+        if let Some(tilt) = self.tilted() {
+            let frame = tilt.frame(tilt.facing(wo.into()));
+            incident = incident.map(|w| frame.to_local(w.into()).into());
+            wo = frame.to_local(wo.into()).into();
         }
-        let Some(inner) = self.inner.mirror(wo.z) else {
+        let Some(inner) = mirror(self.inner, wo.z) else {
             return 0.0;
         };
         wo.z *= inner;
         let incident = incident.map(mirrored(inner));
-        self.weight * self.model.bound(&incident, wo, self.model_lobes(lobes))
+        let lobes = self.model_lobes(lobes.into()).get();
+        self.weight.get() * self.model.bound(&incident, wo, lobes)
     }
 
-    /// [`Leaf::eval`] by class without the leaf's weight, and [`Leaf::pdf`] given `wo`.
+    /// The tilt, if the normal is not the shading normal.
     #[inline]
-    pub(super) fn respond(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Response {
-        let Some((wi, wo, shadowing)) = self.in_model(wi, wo) else {
-            return Response::NONE;
-        };
-        let mut response = self.model.respond(wi, wo, self.model_lobes(lobes));
-        response.values.scale(shadowing);
-        if self.diffuse_is_glossy {
-            response.values.move_diffuse_to_glossy();
-        }
-        response
+    pub(super) fn tilted(&self) -> Option<&Tilt<One>> {
+        self.tilt.as_ref().filter(|tilt| tilt.is_tilted.any())
     }
+}
 
-    /// The leaf as Lambert's model; `None` for other models and tilted ones, and on a black side.
-    #[inline]
-    pub(super) fn plain_lambert(&self, wo: Vec3) -> Option<Lambert> {
-        let Model::Diffuse(diffuse) = &self.model else {
-            return None;
-        };
-        if self.tilt.is_some() || self.diffuse_is_glossy {
-            return None;
-        }
-        let side = self.side(wo.z)?;
-        (wo.z * side > 0.0).then_some(Lambert {
-            albedo: diffuse.reflectance * self.weight,
-            side,
-        })
-    }
+/// [`Sides::mirror`] for one direction.
+#[inline]
+fn mirror(sides: Sides, z: f32) -> Option<f32> {
+    let (factor, valid) = sides.mirror::<One>(z.into());
+    valid.any().then_some(factor.get())
+}
 
-    /// The factor by which z is multiplied for the model of a leaf without tilt, given a direction with the coordinate `z`. `None`
-    /// on a side without scattering.
-    #[inline]
-    pub(super) fn side(&self, z: f32) -> Option<f32> {
-        let outer = self.outer.mirror(z)?;
-        Some(outer * self.inner.mirror(z * outer)?)
-    }
-
-    /// Density of sampling `other` given `given` with [`Leaf::sample`].
-    #[inline]
-    pub(super) fn pdf(&self, end: Given, mut given: Vec3, mut other: Vec3, lobes: Lobes) -> f32 {
-        let Some(mirror) = self.outer.mirror(given.z) else {
-            return 0.0;
-        };
-        given.z *= mirror;
-        other.z *= mirror;
-        let lobes = self.model_lobes(lobes);
-        let Some(tilt) = &self.tilt else {
-            return self.inner_pdf(given, other, lobes);
-        };
-        let pdf_about = |n: Vec3| {
-            let frame = tilt.frame(n);
-            let local = frame.to_local(other);
-            if end == Given::Wo && local.z * other.z <= 0.0 {
-                return 0.0;
-            }
-            self.inner_pdf(frame.to_local(given), local, lobes)
-        };
-        match end {
-            Given::Wo => pdf_about(tilt.facing(given)),
-            Given::Wi => {
-                let facing = tilt.facing(given);
-                let rotated = Vec3::new(-facing.x, -facing.y, facing.z);
-                FACING_FRAME_PROBABILITY * pdf_about(facing)
-                    + (1.0 - FACING_FRAME_PROBABILITY) * pdf_about(rotated)
-            }
-        }
-    }
-
-    /// Density in the tilted frame (or the shading frame without tilt).
-    #[inline]
-    fn inner_pdf(&self, mut given: Vec3, mut other: Vec3, lobes: Lobes) -> f32 {
-        let Some(mirror) = self.inner.mirror(given.z) else {
-            return 0.0;
-        };
-        given.z *= mirror;
-        other.z *= mirror;
-        self.model.pdf(given, other, lobes)
-    }
-
-    /// Samples the other direction. The leaf's weight is not in the fraction of delta events.
-    pub(super) fn sample(
-        &self,
-        end: Given,
-        mut given: Vec3,
-        u: BsdfNumbers,
-        lobes: Lobes,
-    ) -> Option<ModelSample> {
-        let outer = self.outer.mirror(given.z)?;
-        given.z *= outer;
-        let lobes = self.model_lobes(lobes);
-        let mut sample = match (&self.tilt, end) {
-            (None, _) => self.inner_sample(given, u, lobes),
-            (Some(tilt), Given::Wo) => self.sample_tilted_wi(tilt, given, u, lobes),
-            (Some(tilt), Given::Wi) => self.sample_tilted_wo(tilt, given, u, lobes),
-        }?;
-        sample.w.z *= outer;
-        Some(sample)
-    }
-
-    /// Samples in the tilted frame (or the shading frame without tilt).
-    fn inner_sample(&self, mut given: Vec3, u: BsdfNumbers, lobes: Lobes) -> Option<ModelSample> {
-        let mirror = self.inner.mirror(given.z)?;
-        given.z *= mirror;
-        let mut sample = self.model.sample(given, u, lobes)?;
-        sample.w.z *= mirror;
-        Some(sample)
-    }
-
-    /// Samples in a tilted frame. Also returns the direction in that frame.
-    fn sample_in(
-        &self,
-        frame: &Frame,
-        given: Vec3,
-        u: BsdfNumbers,
-        lobes: Lobes,
-    ) -> Option<(ModelSample, Vec3)> {
-        let mut sample = self.inner_sample(frame.to_local(given), u, lobes)?;
-        let local = sample.w;
-        sample.w = frame.to_world(local);
-        Some((sample, local))
-    }
-
-    fn sample_tilted_wi(
-        &self,
-        tilt: &Tilt,
-        wo: Vec3,
-        u: BsdfNumbers,
-        lobes: Lobes,
-    ) -> Option<ModelSample> {
-        let frame = tilt.frame(tilt.facing(wo));
-        let (mut sample, local) = self.sample_in(&frame, wo, u, lobes)?;
-        if local.z * sample.w.z <= 0.0 {
-            return None;
-        }
-        if let Some(delta) = &mut sample.delta {
-            delta.fraction *= tilt.shadowing(sample.w);
-        }
-        Some(sample)
-    }
-
-    /// The frame depends on the sampled direction, so each of the two has a positive probability.
-    fn sample_tilted_wo(
-        &self,
-        tilt: &Tilt,
-        wi: Vec3,
-        mut u: BsdfNumbers,
-        lobes: Lobes,
-    ) -> Option<ModelSample> {
-        let facing = tilt.facing(wi);
-        let (n, probability) = if u.direction.x < FACING_FRAME_PROBABILITY {
-            u.direction.x /= FACING_FRAME_PROBABILITY;
-            (facing, FACING_FRAME_PROBABILITY)
-        } else {
-            u.direction.x =
-                (u.direction.x - FACING_FRAME_PROBABILITY) / (1.0 - FACING_FRAME_PROBABILITY);
-            (
-                Vec3::new(-facing.x, -facing.y, facing.z),
-                1.0 - FACING_FRAME_PROBABILITY,
-            )
-        };
-        u.direction.x = u.direction.x.min(LARGEST);
-        let (mut sample, _) = self.sample_in(&tilt.frame(n), wi, u, lobes)?;
-        if let Some(delta) = &mut sample.delta {
-            // A delta lobe exists only in the frame that its own direction selects.
-            if tilt.facing(sample.w) != n || n.dot(wi) * wi.z <= 0.0 {
-                return None;
-            }
-            delta.probability *= probability;
-            delta.fraction *= tilt.shadowing(wi);
-        }
-        Some(sample)
-    }
+/// Multiplies the z coordinate.
+fn mirrored(factor: f32) -> impl Fn(Vec3) -> Vec3 {
+    move |w| Vec3::new(w.x, w.y, w.z * factor)
 }

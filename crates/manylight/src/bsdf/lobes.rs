@@ -1,5 +1,7 @@
 //! Classes of lobes, by which the path partition (docs/path_partition.md) distinguishes scattering events.
 
+use crate::lanes::{Float, Mask, One, Width};
+
 /// Roughness alpha below which a microfacet lobe is near-delta: such a lobe is narrower than a texel of a 32 x 32 octahedral table. It is a
 /// constant and no option, because the class of a lobe must be the same at both ends of a connection.
 pub const NEAR_DELTA_ALPHA: f32 = 0.1;
@@ -45,12 +47,6 @@ impl Lobes {
         Lobes(self.0 & o.0)
     }
 
-    /// `value` if the sets have a class in common, else 0.
-    #[inline]
-    pub(super) fn pick(self, o: Lobes, value: f32) -> f32 {
-        if self.has(o) { value } else { 0.0 }
-    }
-
     /// Whether the sets have a class in common.
     #[inline]
     pub const fn has(self, o: Lobes) -> bool {
@@ -58,12 +54,124 @@ impl Lobes {
     }
 }
 
-/// The class of a microfacet lobe of roughness `alpha`.
-#[inline]
-pub(super) fn microfacet_class(alpha: f32) -> Lobes {
-    if alpha < NEAR_DELTA_ALPHA {
-        Lobes::NEAR_DELTA
-    } else {
-        Lobes::GLOSSY
+/// A set of classes per lane.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Classes<S: Width> {
+    pub diffuse: Mask<S>,
+    pub glossy: Mask<S>,
+    pub near_delta: Mask<S>,
+    pub delta: Mask<S>,
+}
+
+impl<S: Width> Classes<S> {
+    /// The set `lobes` in all lanes.
+    #[inline(always)]
+    pub(super) fn splat(s: S, lobes: Lobes) -> Self {
+        let has = |class| Mask::splat(s, lobes.has(class));
+        Classes {
+            diffuse: has(Lobes::DIFFUSE),
+            glossy: has(Lobes::GLOSSY),
+            near_delta: has(Lobes::NEAR_DELTA),
+            delta: has(Lobes::DELTA),
+        }
+    }
+
+    /// The class of microfacet lobes of roughness `alpha`: `NEAR_DELTA` or `GLOSSY`.
+    #[inline(always)]
+    pub(super) fn of_microfacets(alpha: Float<S>) -> Self {
+        let near_delta = alpha.lt(NEAR_DELTA_ALPHA);
+        Classes {
+            glossy: !near_delta,
+            near_delta,
+            ..Classes::splat(alpha.width(), Lobes::NONE)
+        }
+    }
+
+    /// Set union.
+    #[inline(always)]
+    pub(super) fn or(self, o: Self) -> Self {
+        Classes {
+            diffuse: self.diffuse | o.diffuse,
+            glossy: self.glossy | o.glossy,
+            near_delta: self.near_delta | o.near_delta,
+            delta: self.delta | o.delta,
+        }
+    }
+
+    /// Set intersection.
+    #[inline(always)]
+    pub(super) fn and(self, o: Self) -> Self {
+        Classes {
+            diffuse: self.diffuse & o.diffuse,
+            glossy: self.glossy & o.glossy,
+            near_delta: self.near_delta & o.near_delta,
+            delta: self.delta & o.delta,
+        }
+    }
+
+    /// The set in the lanes of `m`, the empty set elsewhere.
+    #[inline(always)]
+    pub(super) fn within(self, m: Mask<S>) -> Self {
+        Classes {
+            diffuse: self.diffuse & m,
+            glossy: self.glossy & m,
+            near_delta: self.near_delta & m,
+            delta: self.delta & m,
+        }
+    }
+
+    /// The lanes with a class.
+    #[inline(always)]
+    pub(super) fn any(self) -> Mask<S> {
+        self.diffuse | self.glossy | self.near_delta | self.delta
+    }
+
+    /// The lanes in which both sets have a class in common.
+    #[inline(always)]
+    pub(super) fn has(self, o: Self) -> Mask<S> {
+        self.and(o).any()
+    }
+
+    /// With `DIFFUSE` replaced by `GLOSSY` in the lanes of `m`.
+    #[inline(always)]
+    pub(super) fn diffuse_as_glossy(self, m: Mask<S>) -> Self {
+        Classes {
+            diffuse: self.diffuse & !m,
+            glossy: self.glossy | (self.diffuse & m),
+            ..self
+        }
+    }
+}
+
+impl<S: Width> Classes<S> {
+    /// The set of each lane.
+    #[inline(always)]
+    pub(super) fn each(self) -> S::Each<Lobes> {
+        let (diffuse, glossy) = (self.diffuse.bits(), self.glossy.bits());
+        let (near_delta, delta) = (self.near_delta.bits(), self.delta.bits());
+        self.delta.width().each(|i| {
+            let bit = |bits: u32, class: Lobes| if bits >> i & 1 != 0 { class.0 } else { 0 };
+            Lobes(
+                bit(diffuse, Lobes::DIFFUSE)
+                    | bit(glossy, Lobes::GLOSSY)
+                    | bit(near_delta, Lobes::NEAR_DELTA)
+                    | bit(delta, Lobes::DELTA),
+            )
+        })
+    }
+}
+
+impl Classes<One> {
+    /// The set of the only lane.
+    #[inline(always)]
+    pub(super) fn get(self) -> Lobes {
+        self.each()[0]
+    }
+}
+
+impl From<Lobes> for Classes<One> {
+    #[inline(always)]
+    fn from(lobes: Lobes) -> Self {
+        Classes::splat(One, lobes)
     }
 }

@@ -92,6 +92,19 @@ impl Materials {
         }
     }
 
+    /// Whether a bump or normal map tilts the shading frame somewhere.
+    pub(crate) fn has_tilts(&self, id: MaterialId) -> bool {
+        match &self.materials[id.index()] {
+            Material::BumpMap { .. } | Material::NormalMap { .. } => true,
+            Material::Mask { inner, .. } => self.has_tilts(*inner),
+            Material::Blend { first, second, .. } => {
+                self.has_tilts(*first) || self.has_tilts(*second)
+            }
+            Material::TwoSided { front, back } => self.has_tilts(*front) || self.has_tilts(*back),
+            _ => false,
+        }
+    }
+
     /// Prefetches the texels of the main color of a material at `uv`.
     #[inline]
     pub fn prefetch(&self, id: MaterialId, uv: Vec2, textures: &[Texture]) {

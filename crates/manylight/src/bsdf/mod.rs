@@ -27,6 +27,7 @@ mod materials;
 mod model;
 mod model_sample;
 mod models;
+mod outlined;
 mod response;
 mod sampling;
 mod sides;
@@ -35,6 +36,7 @@ mod tests;
 mod tilt;
 
 pub use eval::DirectResponse;
+pub(crate) use eval::DirectResponses;
 pub use exit_transmittance::ExitTransmittance;
 pub use fixed_wi::FixedWi;
 pub use fixed_wo::FixedWo;
@@ -42,11 +44,15 @@ pub use fixed_wo_lanes::{FixedWoLanes, LaneModel};
 pub use lobes::{Lobes, NEAR_DELTA_ALPHA};
 pub use material::{Bitangent, Material};
 pub use materials::Materials;
-pub use models::coat::{COSINES, interpolate_lanes};
+pub(crate) use model_sample::Numbers;
+pub use models::coat::COSINES;
+pub(crate) use sampling::BsdfSamples;
 pub use sampling::{BsdfNumbers, BsdfSample};
 
-use crate::math::{Frame, Vec3};
+use crate::lanes::{Axes, Float, Mask, One, Vector, Width};
+use crate::math::Vec3;
 use leaf::Leaf;
+use lobes::Classes;
 
 /// Most leaves of a material at a point; see [`Materials::bsdf`].
 const MAX_LEAVES: usize = 4;
@@ -54,84 +60,117 @@ const MAX_LEAVES: usize = 4;
 /// Absolute cosine between shading normal and geometric normal from which they count as equal: rounding of interpolated normals.
 const ALIGNED_COSINE: f32 = 0.9998;
 
-/// The scattering function at a point. It is small and `Copy`, and borrows only precomputed tables of the scene.
+/// The scattering function at a point, or at a point of one material in each lane. It is `Copy`, and borrows only precomputed tables of
+/// the scene.
 #[derive(Clone, Copy, Debug)]
-pub struct Bsdf<'s> {
+pub struct Bsdf<'s, S: Width = One> {
     /// Geometric normal.
-    ng: Vec3,
+    ng: Vector<S>,
     /// Shading frame.
-    frame: Frame,
+    frame: Axes<S>,
     /// The leaves, followed by `None`.
-    leaves: [Option<Leaf<'s>>; MAX_LEAVES],
+    leaves: [Option<Leaf<'s, S>>; MAX_LEAVES],
     /// Fraction of light that passes straight through masks and null materials, by side: that of the shading normal, the other.
-    pass_through: [f32; 2],
+    pass_through: [Float<S>; 2],
     /// Whether any light passes straight through, thin dielectrics included.
     is_transparent: bool,
-    /// Whether a finite lobe transmits.
-    transmits: bool,
-    lobes: Lobes,
-    exit_transmittance: ExitTransmittance<'s>,
-    glossy_width: f32,
-    /// Whether photon walks need defensive sampling: some normal in use is not the geometric one.
-    is_defensive: bool,
+    /// The lanes in which a finite lobe transmits.
+    transmits: Mask<S>,
+    /// The classes of all lobes with positive weight.
+    classes: Classes<S>,
+    /// The lanes in which photon walks need defensive sampling: some normal in use is not the geometric one.
+    is_defensive: Mask<S>,
 }
 
 impl<'s> Bsdf<'s> {
     /// The classes of all lobes with positive weight.
     #[inline]
     pub fn lobes(&self) -> Lobes {
-        self.lobes
+        self.classes.get()
     }
 
     /// Whether a finite lobe transmits light to the other side.
     #[inline]
     pub fn transmits(&self) -> bool {
-        self.transmits
+        self.transmits.any()
     }
 
     /// `b(wo)` of the `DIFFUSE` lobes; see [`Bsdf::diffuse_weight`].
     #[inline]
     pub fn exit_transmittance(&self) -> ExitTransmittance<'s> {
-        self.exit_transmittance
+        let diffuse = self.leaves().find(|leaf| leaf.lobes.diffuse.any());
+        diffuse.map_or(ExitTransmittance::Lambert, |leaf| {
+            leaf.model.exit_transmittance()
+        })
     }
 
     /// Smallest roughness alpha of the `GLOSSY` lobes; 1 without such lobes. It is roughly the width of the lobe in radians.
     #[inline]
     pub fn glossy_width(&self) -> f32 {
-        self.glossy_width
+        let widths = self.leaves().map(|leaf| leaf.model.glossy_width(One).get());
+        widths.fold(1.0, f32::min)
     }
 
     /// The normal for sampling emitters: the shading normal on the side of `wo`. `None` if some lobe transmits, because then light
     /// from both sides contributes.
     #[inline]
     pub fn receiving_normal(&self, wo: Vec3) -> Option<Vec3> {
-        if self.transmits {
-            return None;
+        let (n, is_one_sided) = self.receiving_normals(wo.into());
+        is_one_sided.any().then(|| n.into())
+    }
+}
+
+impl<'s, S: Width> Bsdf<'s, S> {
+    /// The instruction set of the lanes.
+    #[inline(always)]
+    fn width(&self) -> S {
+        self.ng.x.width()
+    }
+
+    /// [`Bsdf::receiving_normal`], and the lanes in which there is one.
+    #[inline(always)]
+    pub(crate) fn receiving_normals(&self, wo: Vector<S>) -> (Vector<S>, Mask<S>) {
+        let n = self.frame.n;
+        (n * wo.dot(n).sign(), !self.transmits)
+    }
+
+    /// [`Bsdf::lobes`] of each lane.
+    #[inline(always)]
+    pub(crate) fn lobes_each(&self) -> S::Each<Lobes> {
+        self.classes.each()
+    }
+
+    /// The lanes in which a finite lobe transmits.
+    #[inline(always)]
+    pub(crate) fn transmitting(&self) -> Mask<S> {
+        self.transmits
+    }
+
+    /// The lanes with lobes of the classes `lobes`.
+    #[inline(always)]
+    pub(crate) fn has(&self, lobes: Lobes) -> Mask<S> {
+        self.classes.has(Classes::splat(self.width(), lobes))
+    }
+
+    #[inline(always)]
+    fn leaves(&self) -> impl Iterator<Item = &Leaf<'s, S>> {
+        self.leaves.iter().map_while(Option::as_ref)
+    }
+
+    /// The only leaf, if there is one.
+    #[inline(always)]
+    fn only_leaf(&self) -> Option<&Leaf<'s, S>> {
+        match &self.leaves {
+            [Some(leaf), None, ..] => Some(leaf),
+            _ => None,
         }
-        Some(self.frame.n * 1.0f32.copysign(wo.dot(self.frame.n)))
     }
 
-    /// The leaves from which `lobes` can be sampled given the local direction `given`, with the weights of the choice among them.
-    #[inline]
-    fn weighted_leaves(&self, given: Vec3, lobes: Lobes) -> impl Iterator<Item = (&Leaf<'s>, f32)> {
-        let is_alone = self.leaves[1].is_none();
-        self.sampleable_leaves(given, lobes).map(move |leaf| {
-            let weight = if is_alone {
-                1.0
-            } else {
-                leaf.sampling_weight(given, lobes)
-            };
-            (leaf, weight)
-        })
-    }
-
-    /// The leaves from which `lobes` can be sampled given the local direction `given`.
-    #[inline]
-    fn sampleable_leaves(&self, given: Vec3, lobes: Lobes) -> impl Iterator<Item = &Leaf<'s>> {
-        self.leaves
-            .iter()
-            .map_while(Option::as_ref)
-            .filter(move |leaf| leaf.can_sample(given, lobes))
+    /// The weight of a leaf in the choice among several: 0 where `lobes` cannot be sampled given the local direction `given`.
+    #[inline(always)]
+    fn choice_weight(&self, leaf: &Leaf<'s, S>, given: Vector<S>, lobes: Classes<S>) -> Float<S> {
+        let can_sample = leaf.can_sample(given, lobes);
+        can_sample.select(leaf.sampling_weight(given, lobes), 0.0)
     }
 }
 

@@ -1,11 +1,13 @@
 //! The contract of all scattering models, and dispatch among them.
 //!
-//! Models work in a local frame with the normal as z axis. `eval` is `f(wi → wo) |cosθ_i|`, `bound` its upper bound over a cone of `wi`.
-//! `sample` and `pdf` take the given direction, `wi` or `wo`: sampling is the same for both, because visible half vectors depend on
-//! one direction only.
+//! Models work in a local frame with the normal as z axis, and are written in lanes: for one point or for sixteen. `respond` is
+//! `f(wi → wo) |cosθ_i|` with its density, `bound` an upper bound over a cone of `wi`. `sample` and `pdf` take the given direction, `wi`
+//! or `wo`: sampling is the same for both, because visible half vectors depend on one direction only.
 
+use super::ExitTransmittance;
 use super::incident_cone::IncidentCone;
-use super::model_sample::ModelSample;
+use super::lobes::{Classes, Lobes, NEAR_DELTA_ALPHA};
+use super::model_sample::{ModelSample, Numbers};
 use super::models::conductor::{RoughConductor, SmoothConductor};
 use super::models::dielectric::{RoughDielectric, SmoothDielectric};
 use super::models::diffuse::Diffuse;
@@ -16,31 +18,58 @@ use super::models::principled::{Principled, PrincipledThin};
 use super::models::rough_diffuse::RoughDiffuse;
 use super::models::thin_dielectric::ThinDielectric;
 use super::models::ward::Ward;
-use super::response::{ByClass, Response};
-use super::{BsdfNumbers, ExitTransmittance, Lobes, NEAR_DELTA_ALPHA};
-use crate::color::Rgb;
+use super::outlined::{AlbedoEstimate, Density, Respond, Sample};
+use super::response::Response;
+use crate::lanes::{Color, Float, Mask, One, Vector, Width};
 use crate::math::Vec3;
 
 /// A scattering model with its parameters at a point.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Model<'s> {
-    Diffuse(Diffuse),
-    RoughDiffuse(RoughDiffuse),
-    DiffuseTransmitter(DiffuseTransmitter),
-    SmoothConductor(SmoothConductor),
-    RoughConductor(RoughConductor),
-    SmoothDielectric(SmoothDielectric),
-    RoughDielectric(RoughDielectric),
-    ThinDielectric(ThinDielectric),
-    Plastic(Plastic),
-    RoughPlastic(RoughPlastic<'s>),
-    Phong(Phong),
-    Ward(Ward),
-    Principled(Principled),
-    PrincipledThin(PrincipledThin),
+pub(super) enum Model<'s, S: Width> {
+    Diffuse(Diffuse<S>),
+    RoughDiffuse(RoughDiffuse<S>),
+    DiffuseTransmitter(DiffuseTransmitter<S>),
+    SmoothConductor(SmoothConductor<S>),
+    RoughConductor(RoughConductor<S>),
+    SmoothDielectric(SmoothDielectric<S>),
+    RoughDielectric(RoughDielectric<S>),
+    ThinDielectric(ThinDielectric<S>),
+    Plastic(Plastic<S>),
+    RoughPlastic(RoughPlastic<'s, S>),
+    Phong(Phong<S>),
+    Ward(Ward<S>),
+    Principled(Principled<S>),
+    PrincipledThin(PrincipledThin<S>),
 }
 
-macro_rules! dispatch {
+/// What every scattering model does.
+pub(super) trait ScatteringModel<S: Width> {
+    /// The classes of the lobes.
+    fn lobes(&self) -> Classes<S>;
+
+    /// Estimated albedo of `lobes` for a given direction with this cosine: the largest channel. It decides how often the model is
+    /// sampled beside others. Positive wherever `sample` or `respond` give light, as far as one cosine tells.
+    fn albedo_estimate(&self, cos: Float<S>, lobes: Classes<S>) -> Float<S>;
+
+    /// `f(wi → wo) |cosθ_i|` of the finite lobes in `lobes` by class, and the density of sampling `wi` given `wo` from `lobes`. Delta lobes have
+    /// neither.
+    #[inline(always)]
+    fn respond(&self, wi: Vector<S>, _: Vector<S>, _: Classes<S>) -> Response<S> {
+        Response::none(wi.z.width())
+    }
+
+    /// Density of sampling `other` given `given` with [`ScatteringModel::sample`] from the finite lobes.
+    #[inline(always)]
+    fn pdf(&self, given: Vector<S>, _: Vector<S>, _: Classes<S>) -> Float<S> {
+        given.z.same(0.0)
+    }
+
+    /// Samples the other direction. `lobes` and the lobes of the model have a class in common.
+    fn sample(&self, given: Vector<S>, u: Numbers<S>, lobes: Classes<S>) -> ModelSample<S>;
+}
+
+/// Calls a function of the [`ScatteringModel`] of a [`Model`].
+macro_rules! of_model {
     ($model:expr, $m:ident => $call:expr) => {
         match $model {
             Model::Diffuse($m) => $call,
@@ -61,71 +90,49 @@ macro_rules! dispatch {
     };
 }
 
-impl<'s> Model<'s> {
-    /// The classes of the lobes.
-    #[inline]
-    pub(super) fn lobes(&self) -> Lobes {
-        dispatch!(self, m => m.lobes())
+impl<S: Width> ScatteringModel<S> for Model<'_, S> {
+    #[inline(always)]
+    fn lobes(&self) -> Classes<S> {
+        of_model!(self, m => m.lobes())
     }
 
-    /// Whether a finite lobe transmits light to the other side.
-    #[inline]
-    pub(super) fn transmits(&self) -> bool {
+    #[inline(always)]
+    fn albedo_estimate(&self, cos: Float<S>, lobes: Classes<S>) -> Float<S> {
+        of_model!(self, model => cos.width().outline(AlbedoEstimate { model, cos, lobes }))
+    }
+
+    #[inline(always)]
+    fn respond(&self, wi: Vector<S>, wo: Vector<S>, lobes: Classes<S>) -> Response<S> {
+        of_model!(self, model => wi.z.width().outline(Respond { model, wi, wo, lobes }))
+    }
+
+    #[inline(always)]
+    fn pdf(&self, given: Vector<S>, other: Vector<S>, lobes: Classes<S>) -> Float<S> {
+        of_model!(self, model => given.z.width().outline(Density { model, given, other, lobes }))
+    }
+
+    #[inline(always)]
+    fn sample(&self, given: Vector<S>, u: Numbers<S>, lobes: Classes<S>) -> ModelSample<S> {
+        of_model!(self, model => given.z.width().outline(Sample { model, given, u, lobes }))
+    }
+}
+
+impl<'s, S: Width> Model<'s, S> {
+    /// The lanes in which a finite lobe transmits light to the other side.
+    #[inline(always)]
+    pub(super) fn transmits(&self, s: S) -> Mask<S> {
         match self {
             Model::RoughDielectric(_) | Model::DiffuseTransmitter(_) | Model::PrincipledThin(_) => {
-                true
+                Mask::splat(s, true)
             }
             Model::Principled(m) => m.transmits(),
-            _ => false,
+            _ => Mask::splat(s, false),
         }
-    }
-
-    /// `f(wi → wo) |cosθ_i|` of the finite lobes in `lobes`.
-    #[inline]
-    pub(super) fn eval(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Rgb {
-        dispatch!(self, m => m.eval(wi, wo, lobes))
-    }
-
-    /// Upper bound of all channels of [`Model::eval`] over a cone of `wi`.
-    #[inline]
-    pub(super) fn bound(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
-        dispatch!(self, m => m.bound(incident, wo, lobes))
-    }
-
-    /// Density of sampling `other` given `given` with [`Model::sample`] from the finite lobes.
-    #[inline]
-    pub(super) fn pdf(&self, given: Vec3, other: Vec3, lobes: Lobes) -> f32 {
-        dispatch!(self, m => m.pdf(given, other, lobes))
-    }
-
-    /// [`Model::eval`] by class, and [`Model::pdf`] given `wo`, with shared computations.
-    #[inline]
-    pub(super) fn respond(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Response {
-        match self {
-            Model::RoughConductor(m) => m.respond(wi, wo, lobes),
-            Model::RoughPlastic(m) => m.respond(wi, wo, lobes),
-            Model::Principled(m) => m.respond(wi, wo, lobes),
-            _ => Response {
-                values: ByClass::of(self.lobes().and(lobes), |class| self.eval(wi, wo, class)),
-                pdf: self.pdf(wo, wi, lobes),
-            },
-        }
-    }
-
-    /// Estimated albedo of `lobes` for a given direction with this cosine: the largest channel. It decides how often the model is
-    /// sampled beside others. Positive wherever `sample` or `eval` give light, as far as one cosine tells.
-    pub(super) fn albedo_estimate(&self, cos: f32, lobes: Lobes) -> f32 {
-        dispatch!(self, m => m.albedo_estimate(cos, lobes))
-    }
-
-    /// Samples the other direction. `lobes` and the lobes of the model have a class in common.
-    #[inline]
-    pub(super) fn sample(&self, given: Vec3, u: BsdfNumbers, lobes: Lobes) -> Option<ModelSample> {
-        dispatch!(self, m => m.sample(given, u, lobes))
     }
 
     /// Smallest roughness alpha of the `GLOSSY` lobes, at most 1; 1 without such lobes.
-    pub(super) fn glossy_width(&self) -> f32 {
+    #[inline(always)]
+    pub(super) fn glossy_width(&self, s: S) -> Float<S> {
         let alpha = match self {
             Model::RoughConductor(m) => m.alpha(),
             Model::RoughDielectric(m) => m.alpha(),
@@ -134,34 +141,55 @@ impl<'s> Model<'s> {
             Model::Ward(m) => m.alpha(),
             Model::Principled(m) => m.glossy_alpha(),
             Model::PrincipledThin(m) => m.glossy_alpha(),
-            _ => 1.0,
+            _ => Float::splat(s, 1.0),
         };
-        if alpha < NEAR_DELTA_ALPHA {
-            1.0
-        } else {
-            alpha.min(1.0)
-        }
+        alpha.lt(NEAR_DELTA_ALPHA).select(1.0, alpha.min(1.0))
     }
 
     /// `a(wi)` of the `DIFFUSE` lobe, `f = a(wi) b(wo) / π`.
-    #[inline]
-    pub(super) fn diffuse_weight(&self, wi: Vec3) -> Rgb {
+    #[inline(always)]
+    pub(super) fn diffuse_weight(&self, wi: Vector<S>) -> Color<S> {
         match self {
             Model::Diffuse(m) => m.diffuse_weight(wi),
+            Model::RoughDiffuse(m) => m.diffuse_weight(wi),
             Model::Plastic(m) => m.diffuse_weight(wi),
             Model::RoughPlastic(m) => m.diffuse_weight(wi),
-            Model::Phong(m) => m.base.diffuse_weight(wi),
-            Model::Ward(m) => m.base.diffuse_weight(wi),
-            _ => Rgb::BLACK,
+            Model::Phong(m) => m.diffuse_weight(wi),
+            Model::Ward(m) => m.diffuse_weight(wi),
+            _ => Color::black(wi.z.width()),
         }
     }
 
     /// `b(wo)` of the `DIFFUSE` lobe.
+    #[inline(always)]
     pub(super) fn exit_transmittance(&self) -> ExitTransmittance<'s> {
         match self {
             Model::Plastic(m) => ExitTransmittance::Fresnel { eta: m.eta },
             Model::RoughPlastic(m) => ExitTransmittance::Coated(m.transmittance),
             _ => ExitTransmittance::Lambert,
+        }
+    }
+}
+
+impl Model<'_, One> {
+    /// Upper bound of all channels of the values over a cone of `wi`.
+    #[inline]
+    pub(super) fn bound(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
+        match self {
+            Model::Diffuse(m) => m.bound(incident, wo, lobes),
+            Model::RoughDiffuse(m) => m.bound(incident, wo, lobes),
+            Model::DiffuseTransmitter(m) => m.bound(incident, wo, lobes),
+            Model::RoughConductor(m) => m.bound(incident, wo, lobes),
+            Model::RoughDielectric(m) => m.bound(incident, wo, lobes),
+            Model::Plastic(m) => m.bound(incident, wo, lobes),
+            Model::RoughPlastic(m) => m.bound(incident, wo, lobes),
+            Model::Phong(m) => m.bound(incident, wo, lobes),
+            Model::Ward(m) => m.bound(incident, wo, lobes),
+            Model::Principled(m) => m.bound(incident, wo, lobes),
+            Model::PrincipledThin(m) => m.bound(incident, wo, lobes),
+            Model::SmoothConductor(_) | Model::SmoothDielectric(_) | Model::ThinDielectric(_) => {
+                0.0
+            }
         }
     }
 }

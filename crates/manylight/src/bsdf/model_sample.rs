@@ -1,48 +1,77 @@
 //! Samples of scattering models.
 
-use crate::color::Rgb;
-use crate::math::Vec3;
+use crate::lanes::{Color, Float, Mask, Pair, Vector, Width};
 
-/// A direction sampled from a model.
+/// The random numbers of one sample per lane; see [`BsdfNumbers`](super::BsdfNumbers).
 #[derive(Clone, Copy, Debug)]
-pub(super) struct ModelSample {
+pub(crate) struct Numbers<S: Width> {
+    /// Choice of the lobe.
+    pub lobe: Float<S>,
+    /// Choice of the direction.
+    pub direction: Pair<S>,
+}
+
+/// A direction sampled from a model in each lane.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ModelSample<S: Width> {
     /// The unit direction in the frame of the model.
-    pub w: Vec3,
+    pub w: Vector<S>,
     /// Index of refraction on the far side over that on the near side; 1 for reflection.
-    pub eta: f32,
-    /// Set for delta lobes.
-    pub delta: Option<DeltaEvent>,
+    pub eta: Float<S>,
+    /// The lanes of delta lobes.
+    pub is_delta: Mask<S>,
+    /// Delta lobes: fraction of incident flux that the lobe scatters.
+    pub fraction: Color<S>,
+    /// Delta lobes: probability of choosing the lobe.
+    pub probability: Float<S>,
+    /// The lanes with a sample; others are unspecified.
+    pub valid: Mask<S>,
 }
 
-/// A sampled delta lobe.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct DeltaEvent {
-    /// Fraction of incident flux that the lobe scatters.
-    pub fraction: Rgb,
-    /// Probability of choosing the lobe.
-    pub probability: f32,
-}
-
-impl ModelSample {
+impl<S: Width> ModelSample<S> {
     /// A direction of a finite lobe.
-    pub(super) fn finite(w: Vec3) -> Self {
+    #[inline(always)]
+    pub(super) fn finite(w: Vector<S>, valid: Mask<S>) -> Self {
         ModelSample {
             w,
-            eta: 1.0,
-            delta: None,
+            eta: w.z.same(1.0),
+            is_delta: Mask::splat(w.z.width(), false),
+            fraction: Color::black(w.z.width()),
+            probability: w.z.same(1.0),
+            valid,
         }
     }
 
     /// Mirror reflection at the surface normal.
-    pub(super) fn mirror(given: Vec3, fraction: Rgb, probability: f32) -> Self {
-        let w = Vec3::new(-given.x, -given.y, given.z);
+    #[inline(always)]
+    pub(super) fn mirror(
+        given: Vector<S>,
+        fraction: Color<S>,
+        probability: Float<S>,
+        valid: Mask<S>,
+    ) -> Self {
+        let s = given.z.width();
         ModelSample {
-            w,
-            eta: 1.0,
-            delta: Some(DeltaEvent {
-                fraction,
-                probability,
-            }),
+            w: Vector::new(-given.x, -given.y, given.z),
+            eta: given.z.same(1.0),
+            is_delta: Mask::splat(s, true),
+            fraction,
+            probability,
+            valid,
+        }
+    }
+
+    /// `a` in the lanes of `m`, `b` elsewhere.
+    #[inline(always)]
+    pub(super) fn select(m: Mask<S>, a: &Self, b: &Self) -> Self {
+        let pick = |a: Mask<S>, b: Mask<S>| (a & m) | (b & !m);
+        ModelSample {
+            w: Vector::select(m, a.w, b.w),
+            eta: m.select(a.eta, b.eta),
+            is_delta: pick(a.is_delta, b.is_delta),
+            fraction: Color::select(m, a.fraction, b.fraction),
+            probability: m.select(a.probability, b.probability),
+            valid: pick(a.valid, b.valid),
         }
     }
 }

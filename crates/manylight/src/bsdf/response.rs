@@ -1,91 +1,98 @@
 //! Values by class and density of a scattering function, for two given directions.
 
-use super::Lobes;
-use crate::color::Rgb;
-use std::ops::{Index, IndexMut};
-
-/// The finite classes, in the order of [`ByClass`].
-pub(super) const CLASSES: [Lobes; 3] = [Lobes::DIFFUSE, Lobes::GLOSSY, Lobes::NEAR_DELTA];
+use super::lobes::Classes;
+use crate::lanes::{Color, Float, Mask, Width};
 
 /// `f |cosθ_i|` of the lobes of each finite class.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct ByClass([Rgb; 3]);
+pub(super) struct ByClass<S: Width> {
+    pub(super) diffuse: Color<S>,
+    pub(super) glossy: Color<S>,
+    pub(super) near_delta: Color<S>,
+}
 
-impl ByClass {
+impl<S: Width> ByClass<S> {
     /// Zero.
-    pub(super) const BLACK: ByClass = ByClass([Rgb::BLACK; 3]);
-
-    /// `value` of each class in `lobes`; black for the others.
-    #[inline]
-    pub(super) fn of(lobes: Lobes, value: impl Fn(Lobes) -> Rgb) -> Self {
-        ByClass(CLASSES.map(|class| {
-            if lobes.has(class) {
-                value(class)
-            } else {
-                Rgb::BLACK
-            }
-        }))
-    }
-
-    /// The sum over the classes.
-    #[inline]
-    pub(super) fn sum(&self) -> Rgb {
-        self.0.into_iter().sum()
-    }
-
-    /// Adds `weight` times `other`.
-    #[inline]
-    pub(super) fn add(&mut self, other: &ByClass, weight: f32) {
-        for (sum, value) in self.0.iter_mut().zip(other.0) {
-            *sum += value * weight;
+    #[inline(always)]
+    pub(super) fn black(s: S) -> Self {
+        let black = Color::black(s);
+        ByClass {
+            diffuse: black,
+            glossy: black,
+            near_delta: black,
         }
     }
 
-    /// Multiplies all values.
-    #[inline]
-    pub(super) fn scale(&mut self, factor: f32) {
-        self.0 = self.0.map(|value| value * factor);
+    /// `value` in the class of microfacet lobes: that of the set `class` which is in `lobes`, too.
+    #[inline(always)]
+    pub(super) fn of_microfacets(class: Classes<S>, lobes: Classes<S>, value: Color<S>) -> Self {
+        ByClass {
+            glossy: value.within(class.glossy & lobes.glossy),
+            near_delta: value.within(class.near_delta & lobes.near_delta),
+            diffuse: Color::black(value.r.width()),
+        }
     }
 
-    /// Adds the value of `DIFFUSE` to `GLOSSY`, and sets it to zero.
-    #[inline]
-    pub(super) fn move_diffuse_to_glossy(&mut self) {
-        let [diffuse, glossy, _] = &mut self.0;
-        *glossy += *diffuse;
-        *diffuse = Rgb::BLACK;
+    /// The sum over the classes.
+    #[inline(always)]
+    pub(super) fn sum(&self) -> Color<S> {
+        self.diffuse + self.glossy + self.near_delta
     }
-}
 
-impl Index<Lobes> for ByClass {
-    type Output = Rgb;
-
-    /// The value of one finite class.
-    #[inline]
-    fn index(&self, class: Lobes) -> &Rgb {
-        &self.0[class.0.trailing_zeros() as usize]
+    /// Applies `f` to the values of all classes.
+    #[inline(always)]
+    pub(super) fn map(self, f: impl Fn(Color<S>) -> Color<S>) -> Self {
+        ByClass {
+            diffuse: f(self.diffuse),
+            glossy: f(self.glossy),
+            near_delta: f(self.near_delta),
+        }
     }
-}
 
-impl IndexMut<Lobes> for ByClass {
-    #[inline]
-    fn index_mut(&mut self, class: Lobes) -> &mut Rgb {
-        &mut self.0[class.0.trailing_zeros() as usize]
+    /// Adds `weight` times `o`.
+    #[inline(always)]
+    pub(super) fn add(&mut self, o: &Self, weight: Float<S>) {
+        self.diffuse += o.diffuse * weight;
+        self.glossy += o.glossy * weight;
+        self.near_delta += o.near_delta * weight;
+    }
+
+    /// Moves the value of `DIFFUSE` to `GLOSSY` in the lanes of `m`.
+    #[inline(always)]
+    pub(super) fn diffuse_as_glossy(self, m: Mask<S>) -> Self {
+        ByClass {
+            diffuse: self.diffuse.within(!m),
+            glossy: self.glossy + self.diffuse.within(m),
+            near_delta: self.near_delta,
+        }
     }
 }
 
 /// Values and density for two directions.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Response {
+pub(super) struct Response<S: Width> {
     /// `f |cosθ_i|` by class.
-    pub(super) values: ByClass,
+    pub(super) values: ByClass<S>,
     /// Density of sampling `wi` given `wo`, per solid angle.
-    pub(super) pdf: f32,
+    pub(super) pdf: Float<S>,
 }
 
-impl Response {
+impl<S: Width> Response<S> {
     /// No scattering.
-    pub(super) const NONE: Response = Response {
-        values: ByClass::BLACK,
-        pdf: 0.0,
-    };
+    #[inline(always)]
+    pub(super) fn none(s: S) -> Self {
+        Response {
+            values: ByClass::black(s),
+            pdf: Float::splat(s, 0.0),
+        }
+    }
+
+    /// The response in the lanes of `m`, no scattering elsewhere.
+    #[inline(always)]
+    pub(super) fn within(self, m: Mask<S>) -> Self {
+        Response {
+            values: self.values.map(|value| value.within(m)),
+            pdf: m.select(self.pdf, 0.0),
+        }
+    }
 }

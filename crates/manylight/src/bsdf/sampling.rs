@@ -1,12 +1,14 @@
 //! Sampling of a scattering function.
 
-use super::leaf::{Given, Leaf};
-use super::model_sample::ModelSample;
-use super::response::{ByClass, CLASSES, Response};
-use super::{Bsdf, LARGEST, Lobes};
+use super::leaf::Given;
+use super::lobes::Classes;
+use super::model_sample::{ModelSample, Numbers};
+use super::response::{ByClass, Response};
+use super::{Bsdf, LARGEST, Lobes, MAX_LEAVES};
 use crate::color::Rgb;
-use crate::math::{Frame, Vec2, Vec3};
-use crate::sampling::{rng, warp};
+use crate::lanes::{Axes, Color, Float, Mask, One, Vector, Width, Word, cosine_hemisphere};
+use crate::math::{Vec2, Vec3};
+use crate::sampling::rng;
 
 /// The random numbers of one BSDF sample, each in [0, 1).
 #[derive(Clone, Copy, Debug)]
@@ -15,6 +17,16 @@ pub struct BsdfNumbers {
     pub lobe: f32,
     /// Choice of the direction.
     pub direction: Vec2,
+}
+
+impl From<BsdfNumbers> for Numbers<One> {
+    #[inline(always)]
+    fn from(u: BsdfNumbers) -> Self {
+        Numbers {
+            lobe: u.lobe.into(),
+            direction: u.direction.into(),
+        }
+    }
 }
 
 /// A sampled direction.
@@ -32,217 +44,342 @@ pub struct BsdfSample {
     pub eta: f32,
 }
 
+/// A [`BsdfSample`] per lane.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BsdfSamples<S: Width> {
+    pub(crate) w: Vector<S>,
+    pub(crate) weight: Color<S>,
+    pub(crate) pdf: Float<S>,
+    /// The bits of [`Lobes`].
+    pub(crate) lobe: Word<S>,
+    pub(crate) eta: Float<S>,
+    /// The lanes with a sample; in others the walk is absorbed, and the fields are unspecified.
+    pub(crate) valid: Mask<S>,
+}
+
+impl BsdfSamples<One> {
+    /// The sample of the only lane.
+    #[inline(always)]
+    fn get(self) -> Option<BsdfSample> {
+        self.valid.any().then(|| BsdfSample {
+            w: self.w.into(),
+            weight: self.weight.into(),
+            pdf: self.pdf.get(),
+            lobe: Lobes(self.lobe.store()[0] as u8),
+            eta: self.eta.get(),
+        })
+    }
+}
+
 /// Largest probability of defensive sampling. It bounds the weight of photons on surfaces with tilted shading normals by about
 /// 1 / 0.5 = 2. Not measured.
 pub(super) const MAX_DEFENSIVE_PROBABILITY: f32 = 0.5;
 
-/// A sampled direction without its weight.
-pub(super) enum SampledDirection {
-    /// A complete sample of a delta lobe.
-    Delta(BsdfSample),
-    /// A direction of a finite lobe, in world space and in the shading frame.
-    Finite { w: Vec3, local: Vec3, eta: f32 },
+/// A sampled direction in each lane, without the weight of finite lobes.
+pub(super) struct Drawn<S: Width> {
+    /// In world space.
+    pub(super) w: Vector<S>,
+    /// In the shading frame.
+    local: Vector<S>,
+    eta: Float<S>,
+    /// The lanes of delta lobes.
+    pub(super) is_delta: Mask<S>,
+    /// Weight of the samples of delta lobes.
+    delta_weight: Color<S>,
+    /// The lanes with a sample.
+    pub(super) valid: Mask<S>,
 }
 
-impl<'s> Bsdf<'s> {
+/// A leaf's sample, and how the leaf was chosen.
+struct LeafSample<S: Width> {
+    sample: ModelSample<S>,
+    /// Probability of the choice.
+    share: Float<S>,
+    /// Weight of the leaf.
+    weight: Float<S>,
+}
+
+impl Bsdf<'_> {
     /// Samples `wi` for a camera walk that arrives along `-wo`. `None` if the walk is absorbed.
     ///
     /// If `lobes` contains several finite classes, the class of the event is chosen in proportion to the luminance of each class in
     /// the sampled direction. `weight` is that of the chosen class, divided by the probability of the choice. So the sum over
     /// the events of one class is an estimate of that class.
     pub fn sample_wi(&self, wo: Vec3, u: BsdfNumbers, lobes: Lobes) -> Option<BsdfSample> {
-        let given = self.frame.to_local(wo);
-        if let Some(lambert) = self
-            .plain_lambert(given)
-            .filter(|_| lobes.has(Lobes::DIFFUSE))
-        {
-            return lambert.sample(&self.frame, u.direction);
-        }
-        match self.draw_wi(given, u, lobes)? {
-            SampledDirection::Delta(sample) => Some(sample),
-            SampledDirection::Finite { w, local, eta } => {
-                let Response { values, pdf } = self.respond_local(local, given, lobes);
-                let (weight, lobe) = choose_class(&values, u)?;
-                complete(w, weight, pdf, lobe, eta)
-            }
-        }
+        self.sample_each_wi(wo.into(), u.into(), lobes).get()
     }
 
     /// Samples `wo` for a photon that arrives from `wi`. `None` if it is absorbed. Classes as in [`Bsdf::sample_wi`].
     pub fn sample_wo(&self, wi: Vec3, u: BsdfNumbers, lobes: Lobes) -> Option<BsdfSample> {
-        let given = self.frame.to_local(wi);
-        match self.draw_wo(wi, given, u, lobes)? {
-            SampledDirection::Delta(sample) => Some(sample),
-            SampledDirection::Finite { w, local, eta } => {
-                let present = self.lobes.and(lobes);
-                let values = ByClass::of(present, |class| self.eval_local(given, local, class));
-                let (value, lobe) = choose_class(&values, u)?;
-                let weight = value * (w.dot(self.ng) / wi.dot(self.ng)).abs();
-                complete(
-                    w,
-                    weight,
-                    self.pdf_wo_local(given, w, local, lobes),
-                    lobe,
-                    eta,
-                )
-            }
+        self.sample_each_wo(wi.into(), u.into(), lobes).get()
+    }
+}
+
+impl<S: Width> Bsdf<'_, S> {
+    /// See [`Bsdf::sample_each_wi`].
+    #[inline(always)]
+    pub(super) fn sample_each_wi_inlined(
+        &self,
+        wo: Vector<S>,
+        u: Numbers<S>,
+        lobes: Lobes,
+    ) -> BsdfSamples<S> {
+        let given = self.frame.to_local(wo);
+        if lobes.has(Lobes::DIFFUSE)
+            && let Some(lambert) = self.plain_lambert(given)
+        {
+            return lambert.sample(&self.frame, u.direction);
         }
+        let lobes = Classes::splat(self.width(), lobes);
+        let drawn = self.draw_wi(given, u, lobes);
+        let Response { values, pdf } = if drawn.is_finite().any() {
+            self.respond_local(drawn.local, given, lobes)
+        } else {
+            Response::none(self.width())
+        };
+        drawn.complete(&values, pdf, u)
     }
 
-    /// A leaf in proportion to the light that it returns, the probability of the choice, and a number that is uniform in [0, 1) given the choice.
-    #[inline]
-    fn choose_leaf(&self, given: Vec3, u: f32, lobes: Lobes) -> Option<(&Leaf<'s>, f32, f32)> {
-        if let [Some(leaf), None, ..] = &self.leaves {
-            return leaf.can_sample(given, lobes).then_some((leaf, 1.0, u));
+    /// See [`Bsdf::sample_each_wo`].
+    #[inline(always)]
+    pub(super) fn sample_each_wo_inlined(
+        &self,
+        wi: Vector<S>,
+        u: Numbers<S>,
+        lobes: Lobes,
+    ) -> BsdfSamples<S> {
+        let given = self.frame.to_local(wi);
+        let lobes = Classes::splat(self.width(), lobes);
+        let drawn = self.draw_wo(wi, given, u, lobes);
+        if drawn.is_finite().none() {
+            let Response { values, pdf } = Response::none(self.width());
+            return drawn.complete(&values, pdf, u);
         }
-        let total: f32 = self
-            .weighted_leaves(given, lobes)
-            .map(|(_, weight)| weight)
-            .sum();
-        let mut left = u * total;
-        let mut chosen = None;
-        for (leaf, weight) in self.weighted_leaves(given, lobes) {
-            if weight > 0.0 {
-                chosen = Some((leaf, weight / total, (left / weight).min(LARGEST)));
-                if left < weight {
-                    break;
-                }
-                left -= weight;
+        let cosines = (drawn.w.dot(self.ng) / wi.dot(self.ng)).abs();
+        let values = self.values_local(given, drawn.local, lobes);
+        let values = values.map(|v| v * cosines);
+        let pdf = self.pdf_wo_local(given, drawn.w, drawn.local, lobes);
+        drawn.complete(&values, pdf, u)
+    }
+
+    /// A direction from a leaf that is chosen in proportion to the light that it returns.
+    #[inline(always)]
+    fn sample_leaf(
+        &self,
+        end: Given,
+        given: Vector<S>,
+        u: Numbers<S>,
+        lobes: Classes<S>,
+    ) -> LeafSample<S> {
+        let zero = Float::splat(self.width(), 0.0);
+        if let Some(leaf) = self.only_leaf() {
+            let sample = leaf.sample(end, given, u, lobes);
+            return LeafSample {
+                sample: ModelSample {
+                    valid: sample.valid & leaf.can_sample(given, lobes),
+                    ..sample
+                },
+                share: zero.same(1.0),
+                weight: leaf.weight,
+            };
+        }
+        let mut weights = [zero; MAX_LEAVES];
+        let mut total = zero;
+        for (weight, leaf) in weights.iter_mut().zip(self.leaves()) {
+            *weight = self.choice_weight(leaf, given, lobes);
+            total += *weight;
+        }
+        let none = Mask::splat(self.width(), false);
+        let mut chosen = LeafSample {
+            sample: ModelSample::finite(given, none),
+            share: zero,
+            weight: zero,
+        };
+        let (mut left, mut undecided) = (u.lobe * total, !none);
+        for (i, leaf) in self.leaves().enumerate() {
+            let weight = weights[i];
+            // Rounding must not end without a leaf.
+            let mut beyond = zero;
+            for later in &weights[i + 1..] {
+                beyond += *later;
             }
+            let takes = undecided & weight.gt(0.0) & (left.lt(weight) | beyond.equals(0.0));
+            if takes.any() {
+                let lobe = (left / weight).min(LARGEST);
+                let sample = leaf.sample(end, given, Numbers { lobe, ..u }, lobes);
+                chosen = LeafSample {
+                    sample: ModelSample::select(takes, &sample, &chosen.sample),
+                    share: takes.select(weight / total, chosen.share),
+                    weight: takes.select(leaf.weight, chosen.weight),
+                };
+                undecided = undecided & !takes;
+            }
+            left -= weight;
         }
         chosen
     }
 
     /// Probability with which [`Bsdf::sample_wo`] samples the cosine to the geometric normal: [`MAX_DEFENSIVE_PROBABILITY`] times the
     /// share of the light that non-specular lobes return.
-    #[inline]
-    pub(super) fn defensive_probability(&self, given: Vec3, lobes: Lobes) -> f32 {
-        if !self.is_defensive || !self.lobes.has(lobes.and(Lobes::NON_SPECULAR)) {
-            return 0.0;
+    #[inline(always)]
+    pub(super) fn defensive_probability(&self, given: Vector<S>, lobes: Classes<S>) -> Float<S> {
+        let zero = Float::splat(self.width(), 0.0);
+        let of_base = lobes.and(Classes::splat(self.width(), Lobes::NON_SPECULAR));
+        let defends = self.is_defensive & self.classes.has(of_base);
+        if defends.none() {
+            return zero;
         }
-        let weight = |lobes| {
-            self.sampleable_leaves(given, lobes)
-                .map(|leaf| leaf.sampling_weight(given, lobes))
-                .sum::<f32>()
+        let weight = |lobes: Classes<S>| {
+            let weights = self
+                .leaves()
+                .map(|leaf| self.choice_weight(leaf, given, lobes));
+            weights.fold(zero, |sum, weight| sum + weight)
         };
-        let (non_specular, all) = (weight(lobes.and(Lobes::NON_SPECULAR)), weight(lobes));
-        if all > 0.0 {
-            MAX_DEFENSIVE_PROBABILITY * non_specular / all
-        } else {
-            0.0
-        }
+        let (non_specular, all) = (weight(of_base), weight(lobes));
+        let share = MAX_DEFENSIVE_PROBABILITY * non_specular / all;
+        (defends & all.gt(0.0)).select(share, 0.0)
     }
 
     /// Samples a direction `wi` given `wo` in the shading frame. Finite directions have the density [`Bsdf::pdf_wi`].
-    #[inline]
-    pub(super) fn draw_wi(
-        &self,
-        local: Vec3,
-        u: BsdfNumbers,
-        lobes: Lobes,
-    ) -> Option<SampledDirection> {
-        let (leaf, share, lobe) = self.choose_leaf(local, u.lobe, lobes)?;
-        let ModelSample { w, eta, delta } =
-            leaf.sample(Given::Wo, local, BsdfNumbers { lobe, ..u }, lobes)?;
-        let wi = self.frame.to_world(w);
-        let Some(delta) = delta else {
-            return Some(SampledDirection::Finite {
-                w: wi,
-                local: w,
-                eta,
-            });
-        };
+    #[inline(always)]
+    pub(super) fn draw_wi(&self, local: Vector<S>, u: Numbers<S>, lobes: Classes<S>) -> Drawn<S> {
+        let LeafSample {
+            sample,
+            share,
+            weight,
+        } = self.sample_leaf(Given::Wo, local, u, lobes);
         // Transmission scales radiance by the squared index of its own side over that of the side it comes from.
-        let weight = delta.fraction * (leaf.weight / (share * delta.probability * eta * eta));
-        complete(wi, weight, 1.0, Lobes::DELTA, eta)
-            .map(|sample| SampledDirection::Delta(BsdfSample { pdf: 0.0, ..sample }))
+        let scale = weight / (share * sample.probability * sample.eta * sample.eta);
+        Drawn {
+            w: self.frame.to_world(sample.w),
+            local: sample.w,
+            eta: sample.eta,
+            is_delta: sample.is_delta,
+            delta_weight: sample.fraction * scale,
+            valid: sample.valid,
+        }
     }
 
     /// Samples a direction `wo` given `wi` in world space and in the shading frame (`local`). Finite directions have the density
     /// [`Bsdf::pdf_wo`].
+    #[inline(always)]
     pub(super) fn draw_wo(
         &self,
-        wi: Vec3,
-        local: Vec3,
-        mut u: BsdfNumbers,
-        lobes: Lobes,
-    ) -> Option<SampledDirection> {
+        wi: Vector<S>,
+        local: Vector<S>,
+        u: Numbers<S>,
+        lobes: Classes<S>,
+    ) -> Drawn<S> {
         let defensive = self.defensive_probability(local, lobes);
-        if u.lobe < defensive {
-            return Some(self.draw_defensive(local, u));
-        }
-        u.lobe = ((u.lobe - defensive) / (1.0 - defensive)).min(LARGEST);
-        let (leaf, share, lobe) = self.choose_leaf(local, u.lobe, lobes)?;
-        let ModelSample { w, eta, delta } =
-            leaf.sample(Given::Wi, local, BsdfNumbers { lobe, ..u }, lobes)?;
-        let wo = self.frame.to_world(w);
-        let Some(delta) = delta else {
-            return Some(SampledDirection::Finite {
-                w: wo,
-                local: w,
-                eta,
-            });
-        };
+        let defends = u.lobe.lt(defensive);
+        let lobe = ((u.lobe - defensive) / (1.0 - defensive)).min(LARGEST);
+        let LeafSample {
+            sample,
+            share,
+            weight,
+        } = self.sample_leaf(Given::Wi, local, Numbers { lobe, ..u }, lobes);
+        let w = self.frame.to_world(sample.w);
         // f |wo·ng| = f_s |wi·ns| |wo·ng| / |wi·ng|, and f_s |wo·ns| integrates to the fraction.
-        let cosines = (local.z * wo.dot(self.ng) / (wi.dot(self.ng) * w.z)).abs();
-        let weight = delta.fraction
-            * (leaf.weight * cosines / (share * delta.probability * (1.0 - defensive)));
-        complete(wo, weight, 1.0, Lobes::DELTA, eta)
-            .map(|sample| SampledDirection::Delta(BsdfSample { pdf: 0.0, ..sample }))
+        let cosines = (local.z * w.dot(self.ng) / (wi.dot(self.ng) * sample.w.z)).abs();
+        let scale = weight * cosines / (share * sample.probability * (1.0 - defensive));
+        let drawn = Drawn {
+            w,
+            local: sample.w,
+            eta: sample.eta,
+            is_delta: sample.is_delta,
+            delta_weight: sample.fraction * scale,
+            valid: sample.valid,
+        };
+        if defends.none() {
+            return drawn;
+        }
+        let w = self.draw_defensive(local, u);
+        Drawn {
+            w: Vector::select(defends, w, drawn.w),
+            local: Vector::select(defends, self.frame.to_local(w), drawn.local),
+            eta: defends.select(1.0, drawn.eta),
+            is_delta: drawn.is_delta & !defends,
+            delta_weight: drawn.delta_weight,
+            valid: drawn.valid | defends,
+        }
     }
 
     /// A direction `wo` of reflection, cosine-distributed around the geometric normal; this bounds the weight `|wo·ng| / pdf`.
-    fn draw_defensive(&self, local: Vec3, u: BsdfNumbers) -> SampledDirection {
-        let w = Frame::from_normal(self.ng).to_world(warp::cosine_hemisphere(u.direction));
+    #[inline(always)]
+    fn draw_defensive(&self, local: Vector<S>, u: Numbers<S>) -> Vector<S> {
+        let w = Axes::from_normal(self.ng).to_world(cosine_hemisphere(u.direction));
         // The shading normal decides the side of reflection. Of two opposite directions exactly one is on that side.
-        let same_side = w.dot(self.frame.n) * local.z > 0.0;
-        let w = if same_side { w } else { -w };
-        SampledDirection::Finite {
-            w,
-            local: self.frame.to_local(w),
-            eta: 1.0,
+        let same_side = (w.dot(self.frame.n) * local.z).gt(0.0);
+        w * same_side.select(1.0, -1.0)
+    }
+}
+
+impl<S: Width> Drawn<S> {
+    /// The lanes with a direction of a finite lobe.
+    #[inline(always)]
+    fn is_finite(&self) -> Mask<S> {
+        self.valid & !self.is_delta
+    }
+
+    /// The sample, by the `values` of finite lobes times the cosine and their density.
+    #[inline(always)]
+    fn complete(&self, values: &ByClass<S>, pdf: Float<S>, u: Numbers<S>) -> BsdfSamples<S> {
+        let (value, lobe) = choose_class(values, u);
+        let weight = Color::select(self.is_delta, self.delta_weight, value / pdf);
+        let delta = Word::splat(pdf.width(), u32::from(Lobes::DELTA.0));
+        let is_sampled = (self.is_delta | pdf.gt(0.0)) & weight.is_finite() & !weight.is_black();
+        BsdfSamples {
+            w: self.w,
+            weight,
+            pdf: self.is_delta.select(0.0, pdf),
+            lobe: self.is_delta.select_words(delta, lobe),
+            eta: self.eta,
+            valid: self.valid & is_sampled,
         }
     }
 }
 
 /// A finite class in proportion to its luminance, and its value over the probability of the choice.
-#[inline]
-fn choose_class(values: &ByClass, u: BsdfNumbers) -> Option<(Rgb, Lobes)> {
-    let luminances = CLASSES.map(|class| values[class].luminance());
-    let total: f32 = luminances.iter().sum();
-    let alone = luminances.iter().position(|&l| l > 0.0 && l == total);
-    if let Some(class) = alone.map(|i| CLASSES[i]) {
-        return Some((values[class], class));
+#[inline(always)]
+fn choose_class<S: Width>(values: &ByClass<S>, u: Numbers<S>) -> (Color<S>, Word<S>) {
+    let ByClass {
+        diffuse,
+        glossy,
+        near_delta,
+    } = *values;
+    let (d, g, n) = (
+        diffuse.luminance(),
+        glossy.luminance(),
+        near_delta.luminance(),
+    );
+    let (has_d, has_g, has_n) = (d.gt(0.0), g.gt(0.0), n.gt(0.0));
+    let mut takes_d = has_d;
+    let mut takes_n = has_n & !has_d;
+    let mut value = values.sum();
+    let several = (has_d & (has_g | has_n)) | (has_g & has_n);
+    if several.any() {
+        // Rounding must not choose a class without light.
+        let total = d + g + n;
+        let left = class_number(u) * total;
+        takes_d = has_d & (left.lt(d) | !(has_g | has_n));
+        takes_n = has_n & !takes_d & !(has_g & (left - d).lt(g));
+        let chosen = Color::select(takes_n, near_delta, glossy);
+        let chosen = Color::select(takes_d, diffuse, chosen);
+        let luminance = takes_d.select(d, takes_n.select(n, g));
+        value = Color::select(several, chosen * (total / luminance), value);
     }
-    let mut left = class_number(u) * total;
-    let mut chosen = None;
-    for (luminance, class) in luminances.into_iter().zip(CLASSES) {
-        if luminance > 0.0 {
-            chosen = Some((values[class] * (total / luminance), class));
-            if left < luminance {
-                break;
-            }
-            left -= luminance;
-        }
-    }
-    chosen
+    let word = |class: Lobes| Word::splat(u.lobe.width(), u32::from(class.0));
+    let lobe = takes_n.select_words(word(Lobes::NEAR_DELTA), word(Lobes::GLOSSY));
+    (value, takes_d.select_words(word(Lobes::DIFFUSE), lobe))
 }
 
 /// A number for the choice of a class, independent of the direction: hashed from all digits of `u`, because the direction depends
 /// on the leading ones.
-fn class_number(u: BsdfNumbers) -> f32 {
-    rng::unit(rng::key([u.lobe, u.direction.x, u.direction.y]))
-}
-
-/// A sample, with `weight` divided by `pdf`; `None` without a positive density and weight.
-fn complete(w: Vec3, weight: Rgb, pdf: f32, lobe: Lobes, eta: f32) -> Option<BsdfSample> {
-    let weight = weight / pdf;
-    let valid = pdf > 0.0 && weight.is_finite() && !weight.is_black();
-    valid.then_some(BsdfSample {
-        w,
-        weight,
-        pdf,
-        lobe,
-        eta,
+#[inline(always)]
+fn class_number<S: Width>(u: Numbers<S>) -> Float<S> {
+    let (lobe, x, y) = (u.lobe.store(), u.direction.x.store(), u.direction.y.store());
+    let (lobe, x, y) = (lobe.as_ref(), x.as_ref(), y.as_ref());
+    Float::from_fn(u.lobe.width(), |i| {
+        rng::unit(rng::key([lobe[i], x[i], y[i]]))
     })
 }

@@ -1,5 +1,7 @@
 //! Sides of a surface.
 
+use crate::lanes::{Float, Mask, Width};
+
 /// The sides of a frame on which a model scatters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Sides {
@@ -14,15 +16,16 @@ pub(super) enum Sides {
 }
 
 impl Sides {
-    /// The factor by which z is multiplied for the model, given a direction with the coordinate `z`. `None` on a side without
+    /// The factor by which z is multiplied for the model, given a direction with the coordinate `z`, and the lanes on a side with
     /// scattering.
-    #[inline]
-    pub(super) fn mirror(self, z: f32) -> Option<f32> {
+    #[inline(always)]
+    pub(super) fn mirror<S: Width>(self, z: Float<S>) -> (Float<S>, Mask<S>) {
+        let everywhere = Mask::splat(z.width(), true);
         match self {
-            Sides::Own => Some(1.0),
-            Sides::Front => (z > 0.0).then_some(1.0),
-            Sides::Back => (z < 0.0).then_some(-1.0),
-            Sides::Both => Some(1.0f32.copysign(z)),
+            Sides::Own => (z.same(1.0), everywhere),
+            Sides::Front => (z.same(1.0), z.gt(0.0)),
+            Sides::Back => (z.same(-1.0), z.lt(0.0)),
+            Sides::Both => (z.sign(), everywhere),
         }
     }
 }

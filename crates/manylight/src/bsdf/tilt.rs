@@ -1,6 +1,7 @@
 //! Tilted shading frames.
 
-use crate::math::{Frame, Vec2, Vec3};
+use crate::lanes::{Axes, Float, Mask, Vector, Width};
+use crate::math::Vec3;
 
 /// A normal tilted by a bump or normal map, in the shading frame.
 ///
@@ -8,53 +9,74 @@ use crate::math::{Frame, Vec2, Vec3};
 /// "Microfacet-based Normal Mapping", 2017). So the tilted frame depends on `wo`. Incident light is attenuated towards the horizon
 /// (Conty Estevez et al., "A Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem", 2019). Both as in Mitsuba 3.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Tilt {
-    normal: Vec3,
+pub(super) struct Tilt<S: Width> {
+    /// Unit vector.
+    normal: Vector<S>,
     /// Its projection is the x axis of the tilted frame.
-    tangent: Vec3,
+    tangent: Vector<S>,
+    /// The lanes in which the normal is not the shading normal. In the others, the frame is the shading frame.
+    pub(super) is_tilted: Mask<S>,
 }
 
 /// Probability with which a photon walk samples in the frame that faces `wi`, instead of the rotated one. The frame depends on `wo`, which
 /// is not known before sampling. Not measured: `wo` mostly sees the frame that faces `wi`.
 pub(super) const FACING_FRAME_PROBABILITY: f32 = 0.75;
 
-impl Tilt {
-    /// `normal` is a unit vector in the shading frame. `None` if it is the shading normal.
-    pub(super) fn new(normal: Vec3, tangent: Vec3) -> Option<Self> {
-        (normal.is_finite() && normal.truncate() != Vec2::ZERO).then_some(Tilt { normal, tangent })
+impl<S: Width> Tilt<S> {
+    /// `normal` is a unit vector in the shading frame, or unspecified in the lanes without a tilt.
+    #[inline(always)]
+    pub(super) fn new(normal: Vector<S>, tangent: Vector<S>, valid: Mask<S>) -> Self {
+        let s = normal.z.width();
+        let is_flat = normal.x.equals(0.0) & normal.y.equals(0.0);
+        let is_tilted = valid & !is_flat;
+        Tilt {
+            normal: Vector::select(is_tilted, normal, Vector::splat(s, Vec3::Z)),
+            tangent: Vector::select(is_tilted, tangent, Vector::splat(s, Vec3::X)),
+            is_tilted,
+        }
+    }
+
+    /// `self` in the lanes of `m`, `other` elsewhere.
+    #[inline(always)]
+    pub(super) fn or(self, m: Mask<S>, other: Tilt<S>) -> Self {
+        Tilt {
+            normal: Vector::select(m, self.normal, other.normal),
+            tangent: Vector::select(m, self.tangent, other.tangent),
+            is_tilted: (self.is_tilted & m) | (other.is_tilted & !m),
+        }
     }
 
     /// The tilted normal.
-    pub(super) fn normal(&self) -> Vec3 {
+    #[inline(always)]
+    pub(super) fn normal(&self) -> Vector<S> {
         self.normal
     }
 
     /// Transforms a normal from the tilted frame to the shading frame.
-    pub(super) fn within(&self, normal: Vec3) -> Vec3 {
+    #[inline(always)]
+    pub(super) fn within(&self, normal: Vector<S>) -> Vector<S> {
         self.frame(self.normal).to_world(normal)
     }
 
     /// The tilted normal, rotated around the original one by 180 degrees.
-    pub(super) fn rotated(&self) -> Vec3 {
-        Vec3::new(-self.normal.x, -self.normal.y, self.normal.z)
+    #[inline(always)]
+    pub(super) fn rotated(&self) -> Vector<S> {
+        rotate(self.normal)
     }
 
     /// That of the two normals which faces `w`.
-    #[inline]
-    pub(super) fn facing(&self, w: Vec3) -> Vec3 {
-        if w.z * self.normal.dot(w) <= 0.0 {
-            self.rotated()
-        } else {
-            self.normal
-        }
+    #[inline(always)]
+    pub(super) fn facing(&self, w: Vector<S>) -> Vector<S> {
+        let faces_away = (w.z * self.normal.dot(w)).le(0.0) & self.is_tilted;
+        Vector::select(faces_away, self.rotated(), self.normal)
     }
 
     /// The tilted frame with the normal `n`.
-    pub(super) fn frame(&self, n: Vec3) -> Frame {
-        let s = (self.tangent - n * n.dot(self.tangent))
-            .try_normalize()
-            .unwrap_or(Vec3::Y);
-        Frame {
+    #[inline(always)]
+    pub(super) fn frame(&self, n: Vector<S>) -> Axes<S> {
+        let (s, is_unit) = (self.tangent - n * n.dot(self.tangent)).try_normalize();
+        let s = Vector::select(is_unit, s, Vector::splat(n.z.width(), Vec3::Y));
+        Axes {
             s,
             t: n.cross(s),
             n,
@@ -62,10 +84,19 @@ impl Tilt {
     }
 
     /// Fraction of light from `wi` that the bumps do not shadow.
-    #[inline]
-    pub(super) fn shadowing(&self, wi: Vec3) -> f32 {
-        let tan2 = |w: Vec3| (1.0 - w.z * w.z).max(0.0) / (w.z * w.z).max(f32::MIN_POSITIVE);
+    #[inline(always)]
+    pub(super) fn shadowing(&self, wi: Vector<S>) -> Float<S> {
+        let tan2 = |w: Vector<S>| {
+            let cos2 = w.z * w.z;
+            (1.0 - cos2).max(0.0) / cos2.max(f32::MIN_POSITIVE)
+        };
         let alpha2 = (0.125 * tan2(self.normal)).min(1.0);
         2.0 / (1.0 + (1.0 + alpha2 * tan2(wi)).sqrt())
     }
+}
+
+/// `n` rotated around the z axis by 180 degrees.
+#[inline(always)]
+pub(super) fn rotate<S: Width>(n: Vector<S>) -> Vector<S> {
+    Vector::new(-n.x, -n.y, n.z)
 }

@@ -3,8 +3,10 @@
 //! Few directions to the sky lead through a small window. Photons from the environment have found such directions.
 //! Source: Jensen, "Importance Driven Path Tracing Using the Photon Map", EGWR 1995; here with von Mises-Fisher lobes.
 
+use crate::lanes::{Float, LANES, Mask, Sixteen, Vector, Width};
 use crate::math::{Frame, Vec2, Vec3};
 use crate::sampling::warp::{von_mises_fisher, von_mises_fisher_pdf};
+use crate::simd::{Isa, Simd, SimdKernel};
 
 /// Largest number of lobes of a density. More make it smoother and slower to evaluate. Unmeasured.
 pub const MAX_ENVIRONMENT_LOBES: usize = 32;
@@ -17,22 +19,28 @@ const VARIANCE: [f32; 2] = [4e-4, 0.25];
 /// each photon.
 #[derive(Clone, Debug)]
 pub struct EnvironmentLobes {
-    axes: [Vec3; MAX_ENVIRONMENT_LOBES],
+    /// Unit axes; indices: component, lobe.
+    axes: [[f32; MAX_ENVIRONMENT_LOBES]; 3],
     count: usize,
     kappa: f32,
+    /// Density on the axis of a lobe over the number of lobes, in 1/sr.
+    peak: f32,
 }
 
 impl EnvironmentLobes {
     /// Of photons by their unit directions to the environment, at most [`MAX_ENVIRONMENT_LOBES`]; `None` for fewer than 4.
     pub fn new(directions: impl Iterator<Item = Vec3>) -> Option<Self> {
         let mut lobes = EnvironmentLobes {
-            axes: [Vec3::Z; MAX_ENVIRONMENT_LOBES],
+            axes: [[0.0; MAX_ENVIRONMENT_LOBES]; 3],
             count: 0,
             kappa: 0.0,
+            peak: 0.0,
         };
         let mut sum = Vec3::ZERO;
         for direction in directions.take(MAX_ENVIRONMENT_LOBES) {
-            lobes.axes[lobes.count] = direction;
+            for (axes, x) in lobes.axes.iter_mut().zip(direction.to_array()) {
+                axes[lobes.count] = x;
+            }
             lobes.count += 1;
             sum += direction;
         }
@@ -43,24 +51,54 @@ impl EnvironmentLobes {
         let n = lobes.count as f32;
         let variance = (1.0 - sum.length() / n) * n.powf(-1.0 / 3.0);
         lobes.kappa = variance.clamp(VARIANCE[0], VARIANCE[1]).recip();
+        lobes.peak = von_mises_fisher_pdf(1.0, lobes.kappa) / n;
         Some(lobes)
     }
 
     /// Samples a unit direction with the density [`EnvironmentLobes::pdf`]; `u_lobe` and `u` are uniform in [0, 1).
     pub fn sample(&self, u_lobe: f32, u: Vec2) -> Vec3 {
         let lobe = ((u_lobe * self.count as f32) as usize).min(self.count - 1);
-        Frame::from_normal(self.axes[lobe])
+        Frame::from_normal(self.axes.map(|axes| axes[lobe]).into())
             .to_world(von_mises_fisher(u, self.kappa))
             .normalize()
     }
 
     /// Density of the unit direction `w` by solid angle, in 1/sr.
     pub fn pdf(&self, w: Vec3) -> f32 {
-        let lobes = &self.axes[..self.count];
-        let sum: f32 = lobes
-            .iter()
-            .map(|axis| von_mises_fisher_pdf(axis.dot(w), self.kappa))
-            .sum();
-        sum / self.count as f32
+        Isa::best().run(LobesKernel { lobes: self, w })
+    }
+
+    /// As [`EnvironmentLobes::pdf`], with the lobes in the lanes of `s`, sixteen.
+    #[inline(always)]
+    pub(super) fn pdf_in_lanes<S: Width>(&self, s: S, w: Vec3) -> f32 {
+        let w = Vector::splat(s, w);
+        let mut sum = Float::splat(s, 0.0);
+        for first in (0..self.count).step_by(LANES) {
+            let [x, y, z] = &self.axes;
+            let at = |i: usize| (first + i) % MAX_ENVIRONMENT_LOBES;
+            let axes = Vector::new(
+                Float::from_fn(s, |i| x[at(i)]),
+                Float::from_fn(s, |i| y[at(i)]),
+                Float::from_fn(s, |i| z[at(i)]),
+            );
+            let cos = axes.dot(w);
+            let used = Mask::from_bits(s, !(u32::MAX << (self.count - first).min(LANES)));
+            sum += used.select(((cos - 1.0) * self.kappa).exp(), 0.0);
+        }
+        self.peak * sum.store().as_ref().iter().sum::<f32>()
+    }
+}
+
+struct LobesKernel<'a> {
+    lobes: &'a EnvironmentLobes,
+    w: Vec3,
+}
+
+impl SimdKernel for LobesKernel<'_> {
+    type Output = f32;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) -> f32 {
+        self.lobes.pdf_in_lanes(Sixteen(s.wide()), self.w)
     }
 }

@@ -1,6 +1,6 @@
 //! Reconstruction filters by importance sampling. A sample is drawn around the center of one pixel and contributes to that pixel only.
 
-use crate::math::{Vec2, float::find_interval};
+use crate::math::Vec2;
 
 /// A reconstruction filter, as scene files name it. Radii and deviations are in pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -106,6 +106,8 @@ pub struct FilterSampler {
     radius: f32,
     /// Cumulative sum of the absolute values of the cells, normalized to end at 1; empty for a box, which needs no table.
     cdf: Vec<f32>,
+    /// By interval of the CDF's values, all of one size: the last cell that starts below all values of the interval.
+    guide: Vec<u16>,
     /// Sample weight by cell: the sign of the filter times the integral of its absolute value over its integral.
     weights: Vec<f32>,
 }
@@ -137,6 +139,7 @@ impl FilterSampler {
             return FilterSampler {
                 radius,
                 cdf: Vec::new(),
+                guide: Vec::new(),
                 weights: Vec::new(),
             };
         }
@@ -152,11 +155,17 @@ impl FilterSampler {
             running += c.abs();
             cdf.push((running / total) as f32);
         }
+        let guide = (0..TABLE_CELLS).map(|k| {
+            let least = k as f32 / TABLE_CELLS as f32;
+            cdf.partition_point(|&c| c <= least).saturating_sub(1) as u16
+        });
+        let guide = guide.collect();
         let gain = total / cells.iter().sum::<f64>();
         let weights = cells.iter().map(|c| (c.signum() * gain) as f32).collect();
         FilterSampler {
             radius,
             cdf,
+            guide,
             weights,
         }
     }
@@ -208,8 +217,19 @@ impl FilterSampler {
         (x, weight * window.gain)
     }
 
+    /// The cell within which the CDF has the value `u` in [0, 1].
+    #[inline]
+    fn cell(&self, u: f32) -> usize {
+        let interval = ((u * TABLE_CELLS as f32) as usize).min(TABLE_CELLS - 1);
+        let mut i = usize::from(self.guide[interval]);
+        while i + 1 < TABLE_CELLS && self.cdf[i + 1] <= u {
+            i += 1;
+        }
+        i
+    }
+
     fn sample_table(&self, u: f32) -> (f32, f32) {
-        let i = find_interval(&self.cdf, u).min(TABLE_CELLS - 1);
+        let i = self.cell(u);
         let width = self.cdf[i + 1] - self.cdf[i];
         let fraction = if width > 0.0 {
             ((u - self.cdf[i]) / width).min(1.0)

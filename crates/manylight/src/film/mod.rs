@@ -30,7 +30,7 @@ pub use layer::Layer;
 pub use sampler::{FilmSample, FilmSampler};
 pub use sums::PassSums;
 pub use tile_samples::{TileSamples, shaded_pixels};
-pub use tiles::{TILE_SIZE, Tile};
+pub use tiles::{TILE_SIZE, Tile, Tiling};
 
 use crate::color::Rgb;
 use crate::math::UVec2;
@@ -146,13 +146,13 @@ impl Film {
     }
 
     /// The tiles of a pass, moved up and left by `shift` pixels.
-    fn grid(&self, shift: UVec2) -> TileGrid {
-        TileGrid::new(self.desc.crop_size, shift)
+    fn grid(&self, tiling: Tiling) -> TileGrid {
+        TileGrid::new(self.desc.crop_size, tiling)
     }
 
-    /// Number of tiles of a pass with this shift; see [`Film::add_shifted_pass`].
-    pub fn tile_count(&self, shift: UVec2) -> usize {
-        self.grid(shift).count()
+    /// Number of tiles of a pass with this tiling; see [`Film::add_tiled_pass`].
+    pub fn tile_count(&self, tiling: Tiling) -> usize {
+        self.grid(tiling).count()
     }
 
     /// Completes the current batch and begins a new one. Passes of one batch may share virtual lights; passes of different batches
@@ -175,18 +175,18 @@ impl Film {
         dropped: &AtomicU64,
         shade: impl Fn(&mut TileSamples) + Sync,
     ) -> bool {
-        self.add_shifted_pass(UVec2::ZERO, cancel, dropped, shade)
+        self.add_tiled_pass(Tiling::UNSHIFTED, cancel, dropped, shade)
     }
 
-    /// [`Film::add_pass`] with tiles moved up and left by `shift` pixels, modulo [`TILE_SIZE`].
-    pub fn add_shifted_pass(
+    /// [`Film::add_pass`] with tiles of any size and offset.
+    pub fn add_tiled_pass(
         &mut self,
-        shift: UVec2,
+        tiling: Tiling,
         cancel: &AtomicBool,
         dropped: &AtomicU64,
         shade: impl Fn(&mut TileSamples) + Sync,
     ) -> bool {
-        let grid = self.grid(shift);
+        let grid = self.grid(tiling);
         let (slots, stride) = (Slots::new(&self.layers), self.layers.len());
         let tiles: Vec<Tile> = grid.tiles().collect();
         self.pass.resize_with(tiles.len(), Vec::new);
@@ -224,7 +224,7 @@ impl Film {
             for (i, pixel) in sums.tile.pixels().enumerate() {
                 let (tile, k) = grid.locate(pixel);
                 let values = &pass[tile][k * stride..][..stride];
-                if values.iter().all(|v| v.is_finite()) {
+                if are_finite(values) {
                     sums.commit(i, values, emission, with_variance);
                     let coverage = &mut sums.coverage[i * id_count..][..id_count];
                     coverage::add_samples(&pass_ids[tile], k, coverage);
@@ -250,4 +250,10 @@ impl Film {
             }
         });
     }
+}
+
+/// Whether all channels are finite. Without an early exit, so that the loop becomes vector instructions.
+fn are_finite(values: &[Rgb]) -> bool {
+    let channels: &[f32] = bytemuck::cast_slice(values);
+    channels.iter().fold(true, |all, v| all & v.is_finite())
 }

@@ -3,7 +3,7 @@
 use super::batches::{BatchCounts, BatchMoments, add};
 use super::coverage::{CoverageSums, IdLayer};
 use super::layer::Layer;
-use super::tiles::{Tile, TileGrid};
+use super::tiles::{Tile, TileGrid, Tiling};
 use crate::color::Rgb;
 use crate::math::UVec2;
 use rayon::prelude::*;
@@ -58,7 +58,7 @@ impl PixelShape {
 impl PassSums {
     /// Sums over no pass; the first will be `first`.
     pub(super) fn new(size: UVec2, shape: PixelShape, first: u32) -> Self {
-        let tiles = TileGrid::new(size, UVec2::ZERO).tiles();
+        let tiles = TileGrid::new(size, Tiling::UNSHIFTED).tiles();
         PassSums {
             passes: first..first,
             batches: BatchCounts::default(),
@@ -143,13 +143,18 @@ impl TileSums {
         for (sum, value) in self.batch.iter_mut().zip([pixel[0], pixel[0] - emitted]) {
             *sum = add(*sum, value.to_array().map(f64::from));
         }
-        let sums = &mut self.sums[i * pixel.len()..];
-        for (sum, value) in sums.iter_mut().zip(pixel) {
-            *sum = add(*sum, value.to_array().map(f64::from));
+        // Flat slices, of which loops become vector instructions.
+        let sums = &mut self.sums[i * pixel.len()..][..pixel.len()];
+        let values: &[f32] = bytemuck::cast_slice(pixel);
+        for (sum, &value) in sums.as_flattened_mut().iter_mut().zip(values) {
+            *sum += f64::from(value);
         }
-        let squares = &mut self.squares[i * with_variance.len()..];
+        let squares = &mut self.squares[i * with_variance.len()..][..with_variance.len()];
         for (square, &l) in squares.iter_mut().zip(with_variance) {
-            *square = add(*square, pixel[l].to_array().map(|v| f64::from(v).powi(2)));
+            let Rgb { r, g, b } = pixel[l];
+            square[0] += f64::from(r) * f64::from(r);
+            square[1] += f64::from(g) * f64::from(g);
+            square[2] += f64::from(b) * f64::from(b);
         }
     }
 }

@@ -17,12 +17,20 @@ fn add(film: &mut Film, value: impl Fn(UVec2) -> f32 + Sync, cancel: bool) -> u6
     let dropped = AtomicU64::new(0);
     // Tiles may lie elsewhere in each pass.
     let shift = UVec2::new(5, 3) * film.passes();
-    film.add_shifted_pass(shift, &AtomicBool::new(cancel), &dropped, |samples| {
-        for (i, pixel) in samples.tile().pixels().enumerate() {
-            samples.add(i, Layer::Direct, Rgb::splat(value(pixel)));
-            samples.add(i, Layer::Depth, Rgb::splat(1.0));
-        }
-    });
+    film.add_tiled_pass(
+        Tiling {
+            shift,
+            ..Tiling::UNSHIFTED
+        },
+        &AtomicBool::new(cancel),
+        &dropped,
+        |samples| {
+            for (i, pixel) in samples.tile().pixels().enumerate() {
+                samples.add(i, Layer::Direct, Rgb::splat(value(pixel)));
+                samples.add(i, Layer::Depth, Rgb::splat(1.0));
+            }
+        },
+    );
     dropped.into_inner()
 }
 

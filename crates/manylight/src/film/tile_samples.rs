@@ -2,7 +2,7 @@
 
 use super::coverage::{IdLayer, IdSample};
 use super::layer::Slots;
-use super::tiles::TileGrid;
+use super::tiles::{TileGrid, Tiling};
 use super::{Layer, Tile};
 use crate::color::Rgb;
 use crate::math::UVec2;
@@ -27,7 +27,7 @@ pub fn shaded_pixels(
     layers: &[Layer],
     shade: impl Fn(&mut TileSamples) + Sync,
 ) -> Vec<Rgb> {
-    let tiles: Vec<Tile> = TileGrid::new(size, UVec2::ZERO).tiles().collect();
+    let tiles: Vec<Tile> = TileGrid::new(size, Tiling::UNSHIFTED).tiles().collect();
     let shaded = |&tile: &Tile| {
         let mut values = vec![Rgb::BLACK; tile.count() * layers.len()];
         shade(&mut TileSamples {

@@ -227,7 +227,7 @@ impl AddCut<'_> {
             if facing == 0 {
                 continue;
             }
-            let all = node.sent(&batch.p, &batch.receivers, facing);
+            let all = node.sent(w, &batch.p, &batch.receivers, facing);
             for i in lanes_of(facing) {
                 sent.bounds[i] = all.bounds[i];
                 sent.likely[i] = all.likely[i];

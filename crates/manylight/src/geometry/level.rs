@@ -1,7 +1,7 @@
 //! The surfaces of one space: the world, or a group of instanced primitives.
 
 use super::Primitive;
-use super::placement::{PlacedInstance, PlacedShape};
+use super::placement::{PlacedInstance, PlacedShape, TriangleTable};
 use super::surface_set::{SurfaceSet, SurfaceSetBuilder};
 use crate::ids::PrimitiveId;
 use crate::math::Aabb;
@@ -43,6 +43,7 @@ impl Level {
     pub(super) fn build(
         primitives: &[Primitive],
         placements: &[PlacedShape],
+        table: &TriangleTable,
         range: Range<usize>,
         instances: &[InstanceBounds],
     ) -> Self {
@@ -50,7 +51,7 @@ impl Level {
             let mut builder = SurfaceSetBuilder::default();
             for i in range.clone() {
                 if primitives[i].transparent == (class == SurfaceClass::Transparent) {
-                    builder.add_primitive(PrimitiveId::from(i), &placements[i]);
+                    builder.add_primitive(PrimitiveId::from(i), &placements[i], table);
                 }
             }
             for (index, bounds) in instances.iter().enumerate() {

@@ -12,6 +12,7 @@ pub mod ray;
 pub mod shape;
 mod stream;
 pub mod surface_point;
+mod surface_points;
 mod surface_set;
 #[cfg(test)]
 mod tests;
@@ -26,4 +27,5 @@ pub use occluder::Occluder;
 pub use ray::{Ray, Segment};
 pub use shape::Shape;
 pub use surface_point::{SurfacePoint, SurfaceRef};
+pub use surface_points::{Derivatives, SurfacePoints};
 pub use world::{AreaSample, Geometry, Hit, Instance, Primitive};

@@ -1,7 +1,7 @@
 //! The surfaces of one class in one space: a hierarchy over all baked triangles, and one over analytic shapes and instances.
 
 use super::bvh::{ObjectBvh, Shaft, TriangleBvh, TriangleHit};
-use super::placement::PlacedShape;
+use super::placement::{PlacedShape, TriangleTable};
 use super::{Hit, Ray, Segment, SurfaceRef};
 use crate::ids::PrimitiveId;
 use crate::math::{Aabb, Vec3};
@@ -155,12 +155,17 @@ pub(super) struct SurfaceSetBuilder {
 }
 
 impl SurfaceSetBuilder {
-    pub(super) fn add_primitive(&mut self, primitive: PrimitiveId, placement: &PlacedShape) {
+    pub(super) fn add_primitive(
+        &mut self,
+        primitive: PrimitiveId,
+        placement: &PlacedShape,
+        table: &TriangleTable,
+    ) {
         match placement.analytic() {
             Some(shape) => self.add_object(Object::Analytic(primitive), shape.bounds()),
             None => {
                 self.runs.push((self.triangles.len() as u32, primitive));
-                placement.bake(&mut self.triangles);
+                placement.bake(table, &mut self.triangles);
             }
         }
     }

@@ -1,13 +1,15 @@
 //! All surfaces of a scene: primitives, instances, surface points and sampling by area.
 
 use super::level::{InstanceBounds, Level};
-use super::placement::{PlacedInstance, PlacedShape};
+use super::placement::{PlacedInstance, PlacedShape, TriangleTable};
 use super::surface_set::SurfaceSet;
-use super::{Shape, SurfacePoint, SurfaceRef};
+use super::{Derivatives, Shape, SurfacePoint, SurfacePoints, SurfaceRef};
 use crate::ids::{EmitterId, MaterialId, PrimitiveId, ShapeId};
+use crate::lanes::{One, Width};
 use crate::math::{Aabb, Affine3A, Vec2};
 #[cfg(any(test, feature = "testing"))]
 use crate::simd::Instructions;
+use crate::simd::Outlined;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -62,6 +64,7 @@ pub struct Geometry {
     primitives: Vec<Primitive>,
     /// One per primitive.
     pub(super) placements: Vec<PlacedShape>,
+    table: TriangleTable,
     pub(super) world: Level,
     pub(super) groups: Vec<Level>,
     pub(super) instances: Vec<PlacedInstance>,
@@ -77,14 +80,17 @@ impl Geometry {
     /// # Panics
     /// If an id or index is out of range.
     pub fn build(
-        shapes: Vec<Shape>,
+        mut shapes: Vec<Shape>,
         primitives: Vec<Primitive>,
         groups: Vec<Range<usize>>,
         instances: Vec<Instance>,
     ) -> Self {
+        let table = TriangleTable::new(&shapes, &primitives);
+        shapes.iter_mut().for_each(drop_attributes);
         let placements: Vec<PlacedShape> = primitives
             .par_iter()
-            .map(|p| PlacedShape::new(&shapes[p.shape.index()], &p.world_from_object))
+            .enumerate()
+            .map(|(i, p)| PlacedShape::new(&shapes[p.shape.index()], p, i, &table))
             .collect();
         let world_end = groups
             .iter()
@@ -93,7 +99,7 @@ impl Geometry {
             .unwrap_or(primitives.len());
         let groups: Vec<Level> = groups
             .into_iter()
-            .map(|range| Level::build(&primitives, &placements, range, &[]))
+            .map(|range| Level::build(&primitives, &placements, &table, range, &[]))
             .collect();
         let instances: Vec<PlacedInstance> = instances
             .iter()
@@ -103,12 +109,19 @@ impl Geometry {
             .iter()
             .map(|i| InstanceBounds::new(i, &groups[i.group()]))
             .collect();
-        let world = Level::build(&primitives, &placements, 0..world_end, &instance_bounds);
+        let world = Level::build(
+            &primitives,
+            &placements,
+            &table,
+            0..world_end,
+            &instance_bounds,
+        );
         let bounds = world.opaque.bounds().union(world.transparent.bounds());
         Geometry {
             shapes,
             primitives,
             placements,
+            table,
             world,
             groups,
             instances,
@@ -121,7 +134,7 @@ impl Geometry {
         &self.primitives
     }
 
-    /// All shapes in object space, by [`ShapeId`].
+    /// All shapes in object space, by [`ShapeId`]; meshes without normals, tangents and texture coordinates.
     pub fn shapes(&self) -> &[Shape] {
         &self.shapes
     }
@@ -162,57 +175,78 @@ impl Geometry {
     /// Prefetches the memory that [`Geometry::surface_point`] reads first.
     #[inline]
     pub fn prefetch(&self, at: SurfaceRef) {
-        let (shape, placement) = self.placed(at.primitive);
-        placement.prefetch(shape, at.element);
+        self.table.prefetch(&at);
     }
 
     /// Prefetches the vertex attributes that [`Geometry::surface_point`] reads. Call after the memory of [`Geometry::prefetch`] has
     /// arrived.
     #[inline]
     pub fn prefetch_vertices(&self, at: SurfaceRef) {
-        let (shape, placement) = self.placed(at.primitive);
-        placement.prefetch_vertices(shape, at.element);
-    }
-
-    #[inline]
-    fn placed(&self, primitive: PrimitiveId) -> (&Shape, &PlacedShape) {
-        let shape = self.primitives[primitive.index()].shape;
-        (
-            &self.shapes[shape.index()],
-            &self.placements[primitive.index()],
-        )
+        self.table.prefetch_vertices(&at);
     }
 
     /// The surface point that a reference names, in world space.
     #[inline]
     pub fn surface_point(&self, at: SurfaceRef) -> SurfacePoint {
-        let primitive = &self.primitives[at.primitive.index()];
-        let shape = &self.shapes[primitive.shape.index()];
-        let placement = &self.placements[at.primitive.index()];
-        let mut surface = placement.surface(shape, at.element, at.coordinates);
-        if primitive.flip_normals {
-            surface = surface.flipped();
-        }
-        if at.instance != SurfaceRef::NO_INSTANCE {
-            surface = self.instances[at.instance as usize].surface_in_world(&surface);
-        }
-        SurfacePoint {
-            p: surface.p,
-            ng: surface.ng,
-            frame: surface.frame,
-            uv: surface.uv,
-            dp_du: surface.dp_du,
-            dp_dv: surface.dp_dv,
+        self.surface_points(One, &[at], Derivatives::OfPosition)
+            .into()
+    }
+
+    /// The surface point that the reference in each lane names, in world space.
+    #[inline(always)]
+    pub fn surface_points<S: Width>(
+        &self,
+        s: S,
+        at: &S::Each<SurfaceRef>,
+        derivatives: Derivatives,
+    ) -> SurfacePoints<S> {
+        s.outline(FindPoints {
+            geometry: self,
+            s,
             at,
-            offset: surface.offset,
+            derivatives,
+        })
+    }
+
+    #[inline(always)]
+    fn surface_points_inlined<S: Width>(
+        &self,
+        s: S,
+        at: &S::Each<SurfaceRef>,
+        derivatives: Derivatives,
+    ) -> SurfacePoints<S> {
+        let in_world = |all: u32, at: &SurfaceRef| all & at.instance;
+        let is_in_world = at.as_ref().iter().fold(u32::MAX, in_world) == SurfaceRef::NO_INSTANCE;
+        // The frames of points in instances follow from their derivatives.
+        let derivatives = match is_in_world {
+            true => derivatives,
+            false => Derivatives::OfPosition,
+        };
+        let (points, others) = self.table.points(s, at, derivatives);
+        if others == 0 && is_in_world {
+            return points;
+        }
+        let points = points.store();
+        SurfacePoints::load(s, &s.each(|i| self.completed(points.as_ref()[i])))
+    }
+
+    /// The point in world space of a point in the space of its primitive, which is unspecified on analytic shapes.
+    fn completed(&self, point: SurfacePoint) -> SurfacePoint {
+        let at = point.at;
+        let analytic = self.placements[at.primitive.index()].analytic_point(at);
+        let point = analytic.unwrap_or(point);
+        match at.instance {
+            SurfaceRef::NO_INSTANCE => point,
+            instance => self.instances[instance as usize].surface_in_world(&point),
         }
     }
 
     /// Texture coordinates of a reference: [`SurfacePoint::uv`].
     #[inline]
     pub fn uv(&self, at: SurfaceRef) -> Vec2 {
-        let (shape, placement) = self.placed(at.primitive);
-        placement.uv(shape, at.element, at.coordinates)
+        self.table
+            .uv(&at)
+            .unwrap_or_else(|| self.surface_point(at).uv)
     }
 
     /// Area of a primitive under its transform, in m². Instances are ignored.
@@ -224,7 +258,8 @@ impl Geometry {
     ///
     /// On spheres and cylinders under a transform that is not a similarity the density is not quite uniform; `pdf_area` is exact.
     pub fn sample_area(&self, primitive: PrimitiveId, u: Vec2) -> Option<AreaSample> {
-        let (element, coordinates, pdf_area) = self.placements[primitive.index()].sample(u)?;
+        let placement = &self.placements[primitive.index()];
+        let (element, coordinates, pdf_area) = placement.sample(&self.table, u)?;
         let at = SurfaceRef {
             primitive,
             element,
@@ -235,5 +270,32 @@ impl Geometry {
             point: self.surface_point(at),
             pdf_area,
         })
+    }
+}
+
+/// Frees the attributes of vertices, which the table of triangles has.
+fn drop_attributes(shape: &mut Shape) {
+    if let Shape::Mesh(mesh) = shape {
+        mesh.normals = Vec::new();
+        mesh.tangents = Vec::new();
+        mesh.uvs = Vec::new();
+    }
+}
+
+/// [`Geometry::surface_points`], which is too large for a part of other code.
+struct FindPoints<'a, S: Width> {
+    geometry: &'a Geometry,
+    s: S,
+    at: &'a S::Each<SurfaceRef>,
+    derivatives: Derivatives,
+}
+
+impl<S: Width> Outlined for FindPoints<'_, S> {
+    type Output = SurfacePoints<S>;
+
+    #[inline(always)]
+    fn run(self) -> SurfacePoints<S> {
+        self.geometry
+            .surface_points_inlined(self.s, self.at, self.derivatives)
     }
 }

@@ -4,8 +4,7 @@ use super::context::PassContext;
 use super::first_event::{FirstEvent, SampleShare, add_first_event};
 use super::first_surface::add_first_surface;
 use crate::color::Rgb;
-use crate::film::Film;
-use crate::math::UVec2;
+use crate::film::{Film, Tiling};
 use crate::sampling::Stream;
 use crate::scene::{PathLimits, Scene};
 use crate::transport::{Walk, next_scattering_vertex};
@@ -18,7 +17,7 @@ pub(super) fn render_pass(
     film: &mut Film,
 ) -> bool {
     let positions = film.desc().sampler();
-    run.shade(film, UVec2::ZERO, |samples| {
+    run.shade(film, Tiling::UNSHIFTED, |samples| {
         for (i, pixel) in samples.tile().pixels().enumerate() {
             let mut sampler = run.pass.sampler(Stream::Pixel, positions.index(pixel));
             let at = positions.sample(pixel, sampler.next_2d());

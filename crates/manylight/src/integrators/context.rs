@@ -1,8 +1,7 @@
 //! What a pass works with, besides the scene.
 
 use crate::emitters::EmissionGuide;
-use crate::film::{Film, TileSamples};
-use crate::math::UVec2;
+use crate::film::{Film, TileSamples, Tiling};
 use crate::sampling::Pass;
 use crate::stats::Stats;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -27,22 +26,27 @@ impl PassContext<'_> {
         PassContext { pass, ..self }
     }
 
-    /// [`Film::add_shifted_pass`] with progress, as the stage "shade". `false` if cancelled.
+    /// [`Film::add_tiled_pass`] with progress, as the stage "shade". `false` if cancelled.
     pub(super) fn shade(
         &self,
         film: &mut Film,
-        shift: UVec2,
+        tiling: Tiling,
         shade: impl Fn(&mut TileSamples) + Sync,
     ) -> bool {
         let done = &self.stats.tiles_done;
         done.store(0, Ordering::Relaxed);
-        let tiles = film.tile_count(shift) as u64;
+        let tiles = film.tile_count(tiling) as u64;
         self.stats.tiles.store(tiles, Ordering::Relaxed);
         self.stats.time("shade", || {
-            film.add_shifted_pass(shift, self.cancel, &self.stats.dropped_samples, |samples| {
-                shade(samples);
-                Stats::count(done, 1);
-            })
+            film.add_tiled_pass(
+                tiling,
+                self.cancel,
+                &self.stats.dropped_samples,
+                |samples| {
+                    shade(samples);
+                    Stats::count(done, 1);
+                },
+            )
         })
     }
 

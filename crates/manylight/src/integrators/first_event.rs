@@ -6,7 +6,7 @@ use crate::film::{IdLayer, Layer, TileSamples};
 use crate::geometry::SurfaceRef;
 use crate::math::Vec3;
 use crate::scene::{PathLimits, Scene};
-use crate::transport::{CameraStep, SegmentEnd, Vertex, Walk};
+use crate::transport::{CameraStep, Vertex, Walk};
 
 /// What a camera path meets before its first scattering event.
 #[derive(Clone, Copy, Debug)]
@@ -31,16 +31,8 @@ impl FirstEvent {
         walk.previous().event == Lobes::NONE
     }
 
-    /// The end of a segment that no surface ends.
-    pub(super) fn of_end(scene: &Scene, end: &SegmentEnd) -> Self {
-        match end {
-            SegmentEnd::Environment(_) => FirstEvent::escape(scene),
-            SegmentEnd::Surface(..) | SegmentEnd::Hidden => FirstEvent::Nothing,
-        }
-    }
-
     /// A ray that leaves the scene, in view of the camera.
-    fn escape(scene: &Scene) -> Self {
+    pub(super) fn escape(scene: &Scene) -> Self {
         if scene.emitters.has_environment() {
             FirstEvent::Environment
         } else {

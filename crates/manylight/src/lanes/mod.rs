@@ -1,15 +1,43 @@
-//! Arrays of sixteen values for data-parallel code.
+//! Data-parallel code: one program for many values.
 //!
-//! Code for sixteen points is written as loops over lanes, which the compiler turns into vector instructions. For this a loop must be free
-//! of calls, early exits and saturating conversions.
+//! [`Float`], [`Vector`] and [`Color`] have a number of lanes as a type parameter, a [`Width`]: [`One`], or sixteen in the vectors of an
+//! instruction set. Code over them is written once for both.
+//!
+//! Code that is not inlined gets vectors through memory and lacks the instructions, which costs a factor of ten. Functions over lanes are
+//! therefore `inline(always)`; large or recursive ones are `Outlined`, and called by [`Width::outline`]. Closures, iterators, and the functions of
+//! arrays such as `map` and `from_fn` are not always inlined: they fit for single lanes, not for vectors.
+//!
+//! Arrays of sixteen values are for loops over lanes, which the compiler turns into vector instructions. For this a loop must be
+//! free of calls, early exits and saturating conversions.
 
+mod choices;
+mod functions;
+mod groups;
+mod numbers;
+#[cfg(test)]
+mod tests;
+mod vector;
 pub(crate) mod vectors;
+mod width;
+
+pub(crate) use choices::{power, sample_linear, sphere, split, triangle};
+pub(crate) use functions::{cosine_hemisphere, cosine_hemisphere_pdf, disc};
+pub use numbers::{Float, Mask, Operand, Word};
+pub use vector::{Axes, Color, Pair, Vector};
+pub(crate) use width::{LaneKernel, Sixteen, run};
+pub use width::{One, Width};
 
 use crate::color::Rgb;
 use crate::math::Vec3;
 use crate::math::float;
 use crate::simd::{Wide, set_bits};
 use vectors::{load3, store3};
+
+/// The three components in lane `i` of a stored [`Vector`] or [`Color`].
+#[inline(always)]
+pub(crate) fn lane<E: AsRef<[f32]>>([x, y, z]: &[E; 3], i: usize) -> [f32; 3] {
+    [x.as_ref()[i], y.as_ref()[i], z.as_ref()[i]]
+}
 
 /// Number of lanes.
 pub const LANES: usize = 16;
@@ -94,6 +122,30 @@ impl Lanes3 {
     #[inline(always)]
     pub(crate) fn store<W: Wide>(w: W, v: [W::F; 3]) -> Self {
         Lanes3(store3(w, v))
+    }
+
+    /// All lanes as vectors.
+    #[inline(always)]
+    pub(crate) fn vectors<W: Wide>(&self, s: Sixteen<W>) -> Vector<Sixteen<W>> {
+        Vector::load(s, &self.0)
+    }
+
+    /// All lanes as colors.
+    #[inline(always)]
+    pub(crate) fn colors<W: Wide>(&self, s: Sixteen<W>) -> Color<Sixteen<W>> {
+        Color::load(s, &self.0)
+    }
+
+    /// From vectors.
+    #[inline(always)]
+    pub(crate) fn of_vectors<W: Wide>(vectors: Vector<Sixteen<W>>) -> Self {
+        Lanes3(vectors.store())
+    }
+
+    /// From colors.
+    #[inline(always)]
+    pub(crate) fn of_colors<W: Wide>(colors: Color<Sixteen<W>>) -> Self {
+        Lanes3(colors.store())
     }
 
     /// Copies lane 0 to all lanes.

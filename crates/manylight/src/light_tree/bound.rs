@@ -4,6 +4,7 @@ use super::LightNode;
 use crate::bsdf::FixedWoLanes;
 use crate::lanes::{LANES, LaneMask, Lanes, Lanes3};
 use crate::math::{Spread, Vec3};
+use crate::simd::Wide;
 
 /// Luminance of the light of a node reflected at receivers, lane by lane.
 #[derive(Clone, Copy, Debug)]
@@ -35,7 +36,13 @@ impl LightNode {
     /// The product of the maxima of `f |w·n|` and `Σ I` over the cone of directions to the bounding sphere, with `V = 1` and the
     /// distance to the nearest point of the box (Walter et al. 2005, section 4). Infinite for receivers in the box.
     #[inline(always)]
-    pub(crate) fn sent(&self, p: &Lanes3, receivers: &FixedWoLanes, active: LaneMask) -> Sent {
+    pub(crate) fn sent<W: Wide>(
+        &self,
+        w: W,
+        p: &Lanes3,
+        receivers: &FixedWoLanes,
+        active: LaneMask,
+    ) -> Sent {
         let (center, radius) = (self.bounds.center(), 0.5 * self.bounds.diagonal());
         let (low, high) = (self.bounds.min, self.bounds.max);
         let (mut towards, mut back) = (Lanes3::ZERO, Lanes3::ZERO);
@@ -55,7 +62,7 @@ impl LightNode {
         for i in 0..LANES {
             spreads[i] = Spread::to_ball(radius, distances[i]);
         }
-        let reflected = receivers.bounds(&towards, &spreads, active);
+        let reflected = receivers.bounds(w, &towards, &spreads, active);
         let intensities = self.intensity.luminances(&back, &spreads);
         let mut sent = Sent::NOTHING;
         for i in 0..LANES {

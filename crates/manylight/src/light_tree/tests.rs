@@ -8,6 +8,7 @@ use crate::particles::{Photon, trace_photons, usable_by_virtual_lights};
 use crate::sampling::rng::Pcg;
 use crate::sampling::{Pass, warp};
 use crate::scene::{PathLimits, Scene};
+use crate::simd::{Isa, Simd, SimdKernel};
 use crate::testing::scenes::glossy_box;
 use crate::virtual_lights::moments::POINTS;
 use crate::virtual_lights::{
@@ -19,6 +20,19 @@ const TABLES: GlossyForm = GlossyForm::Table {
     side: 32,
     storage: TableStorage::Shared,
 };
+
+/// The bound of [`LightNode::sent`] in the first lane.
+struct BoundAtOne<'a>(&'a LightNode, &'a Lanes3, &'a FixedWoLanes<'a, 'a>);
+
+impl SimdKernel for BoundAtOne<'_> {
+    type Output = f32;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) -> f32 {
+        let BoundAtOne(node, places, receivers) = self;
+        node.sent(s.wide(), places, receivers, 1).bounds[0]
+    }
+}
 
 /// Some photons of a glossy room, and lights made of them.
 fn lit(scene: &Scene, count: usize, form: Option<GlossyForm>) -> (Vec<Photon>, VirtualLights<'_>) {
@@ -158,7 +172,7 @@ fn hold_bounds(form: Option<GlossyForm>, count: u32) -> (f64, u64) {
         let receivers =
             FixedWoLanes::new(bsdf.lane_model(), Lobes::NON_SPECULAR, once((&bsdf, wo)));
         let places = Lanes3::from_fn(|_| x.p);
-        let bound = tree.nodes()[node].sent(&places, &receivers, 1).bounds[0];
+        let bound = Isa::best().run(BoundAtOne(&tree.nodes()[node], &places, &receivers));
         let mut sum = 0.0;
         for id in below(&tree, node) {
             let point = (rng.next_f32() * POINTS as f32) as usize;

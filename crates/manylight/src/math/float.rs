@@ -46,12 +46,6 @@ pub fn exp(x: f32) -> f32 {
     if x < -87.0 { 0.0 } else { series * power }
 }
 
-/// Index of the last element of the sorted list `cdf` that is `<= u`; `cdf[0]` must be 0.
-#[inline]
-pub fn find_interval(cdf: &[f32], u: f32) -> usize {
-    cdf.partition_point(|&c| c <= u).saturating_sub(1)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,12 +1,20 @@
 //! Importons: importance incident at surfaces, traced from the camera by way of the points at which virtual lights are summed.
 
 use crate::bsdf::Lobes;
-use crate::color::Rgb;
+use crate::ids::MaterialId;
+use crate::lanes::{Color, Width, lane};
 use crate::math::{Vec2, Vec3};
-use crate::sampling::{Pass, Sampler, Stream};
+use crate::sampling::{Pass, Stream};
 use crate::scene::{PathLimits, Scene};
-use crate::transport::Walk;
+use crate::simd::set_bits;
+use crate::transport::past_emitters;
+use crate::transport::stream::{
+    Arrivals, Bits, Generators, PacketShader, Vertices, WalkRow, Walks, follow_all, lanes_where,
+    shade_packets, used,
+};
+use crate::transport::walk::Previous;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Importance incident at `p` from a gather point: the weight of a virtual light at `p` in the image.
 #[derive(Clone, Copy, Debug)]
@@ -36,70 +44,181 @@ pub fn trace_importons(
     path_count: u32,
     pass: Pass,
 ) -> Vec<Importon> {
+    let tracer = PathTracer {
+        scene,
+        limits,
+        path_fraction: 1.0 / path_count as f32,
+    };
     let tasks: Vec<Vec<Importon>> = (0..path_count.div_ceil(PATHS_PER_TASK))
         .into_par_iter()
         .map(|task| {
-            let mut importons = Vec::new();
-            for index in task * PATHS_PER_TASK..((task + 1) * PATHS_PER_TASK).min(path_count) {
-                let mut sampler = pass.sampler(Stream::Importon, u64::from(index));
-                trace_path(
-                    scene,
-                    limits,
-                    1.0 / path_count as f32,
-                    &mut sampler,
-                    &mut importons,
-                );
-            }
-            importons
+            let first = task * PATHS_PER_TASK;
+            tracer.trace(pass, first..(first + PATHS_PER_TASK).min(path_count))
         })
         .collect();
     tasks.concat()
 }
 
-/// Traces one path with the fraction `share` of the importance of the sensor and appends its importons.
-fn trace_path(
-    scene: &Scene,
+/// The arguments of [`trace_importons`] that all paths share.
+struct PathTracer<'a> {
+    scene: &'a Scene,
     limits: PathLimits,
-    share: f32,
-    sampler: &mut Sampler,
-    importons: &mut Vec<Importon>,
-) {
-    let size = scene.sensor.desc().film.crop_size.as_vec2();
-    let film_position: Vec2 = sampler.next_2d() * size;
-    let camera = scene.sensor.ray(film_position, sampler.next_2d());
-    let mut walk = Walk::from_sensor(scene, limits, camera.ray, Rgb::splat(camera.weight * share));
-    while let Some(v) = walk.advance() {
-        if walk.previous().event.has(Lobes::NON_SPECULAR) && v.bsdf.lobes().has(Lobes::NON_SPECULAR)
-        {
+    /// One over the number of paths.
+    path_fraction: f32,
+}
+
+impl PathTracer<'_> {
+    /// Traces paths, and returns their importons in path order.
+    fn trace(&self, pass: Pass, paths: Range<u32>) -> Vec<Importon> {
+        let mut stored = Vec::new();
+        follow_all(
+            self.scene,
+            self.start(pass, paths),
+            |walks, arrivals, next| {
+                let mut round = Round {
+                    tracer: self,
+                    walks,
+                    arrivals,
+                    next,
+                    stored: &mut stored,
+                };
+                shade_packets(arrivals.runs(), &mut round);
+            },
+        );
+        // Stable: the importons of a path stay in the order of their depth.
+        stored.sort_by_key(|&(path, _)| path);
+        stored.into_iter().map(|(_, importon)| importon).collect()
+    }
+
+    /// The paths at the camera. What they keep is their index.
+    fn start(&self, pass: Pass, paths: Range<u32>) -> Walks<u32> {
+        let scene = self.scene;
+        let size = scene.sensor.desc().film.crop_size.as_vec2();
+        let mut walks = Walks::with_capacity(paths.len());
+        for index in paths {
+            let mut sampler = pass.sampler(Stream::Importon, u64::from(index));
+            let film_position: Vec2 = sampler.next_2d() * size;
+            let camera = scene.sensor.ray(film_position, sampler.next_2d());
+            walks.push(WalkRow {
+                ray: match self.limits.hide_emitters {
+                    true => past_emitters(scene, camera.ray),
+                    false => camera.ray,
+                },
+                throughput: [camera.weight * self.path_fraction; 3],
+                eta_squared: 1.0,
+                segments: 0,
+                previous: Previous::start(camera.ray.o),
+                sampler,
+                kept: index,
+            });
+        }
+        walks
+    }
+}
+
+/// One segment of all paths of a task, and the vertices at its end.
+struct Round<'a, 'o> {
+    tracer: &'a PathTracer<'a>,
+    walks: &'a Walks<u32>,
+    arrivals: &'a Arrivals,
+    next: &'o mut Walks<u32>,
+    /// Importons with the index of their path.
+    stored: &'o mut Vec<(u32, Importon)>,
+}
+
+impl PacketShader for Round<'_, '_> {
+    #[inline(always)]
+    fn shade<S: Width>(&mut self, s: S, material: MaterialId, packet: &[u32]) {
+        let (scene, walks) = (self.tracer.scene, self.walks);
+        let v = Vertices::new(s, scene, walks, self.arrivals, material, packet);
+        let used = used(packet.len());
+        let gathered = lanes_where(used, |i| {
+            walks.event(v.index.as_ref()[i]).has(Lobes::NON_SPECULAR)
+        });
+        self.store(s, &v, gathered);
+        self.advance(s, &v, used, gathered);
+    }
+}
+
+impl Round<'_, '_> {
+    /// Stores the importons of the paths that come from a gather point, the lanes `gathered`.
+    #[inline(always)]
+    fn store<S: Width>(&mut self, s: S, v: &Vertices<S>, gathered: Bits) {
+        let receives = gathered & v.bsdf.has(Lobes::NON_SPECULAR).bits();
+        if receives == 0 {
+            return;
+        }
+        let transmits = v.bsdf.transmitting().bits();
+        let importance = self.walks.throughput(s, &v.index).luminance().store();
+        let n = (v.x.ng * v.x.ng.dot(v.w_prev).sign()).store();
+        let (p, wo) = (v.x.p.store(), v.w_prev.store());
+        for i in set_bits(receives) {
+            let path = self.walks.kept[v.index.as_ref()[i] as usize];
             let importon = Importon {
-                p: v.x.p,
-                n: v.x.normal_towards(v.w_prev),
-                wo: v.w_prev,
-                importance: walk.throughput().luminance(),
+                p: Vec3::from(lane(&p, i)),
+                n: Vec3::from(lane(&n, i)),
+                wo: Vec3::from(lane(&wo, i)),
+                importance: importance.as_ref()[i],
             };
-            importons.push(importon);
-            if v.bsdf.transmits() {
+            self.stored.push((path, importon));
+            if transmits >> i & 1 != 0 {
                 // Lights on the far side emit through the surface.
-                importons.push(Importon {
-                    n: -importon.n,
-                    ..importon
-                });
+                let n = -importon.n;
+                self.stored.push((path, Importon { n, ..importon }));
             }
         }
+    }
+
+    /// Scatters the paths, and appends those that go on.
+    #[inline(always)]
+    fn advance<S: Width>(&mut self, s: S, v: &Vertices<S>, used: Bits, gathered: Bits) {
+        let (walks, limits) = (self.walks, self.tracer.limits);
         // A light here lengthens the path by at least its own connection and one photon segment.
-        if !limits.allow(v.segments + 2) {
+        let goes_on = lanes_where(used, |i| limits.allow(v.segments.as_ref()[i] + 2));
+        if goes_on == 0 {
             return;
         }
-        if walk.pass_through(&v, sampler.next_1d()) {
-            continue;
+        let mut generators = v.generators(s, walks);
+        let mut throughput = walks.throughput(s, &v.index);
+        let u_through = generators.next();
+        let mut passes = 0;
+        if let Some((through, factor)) = v.passes(u_through, goes_on) {
+            passes = through;
+            throughput = throughput * factor;
+            v.pass_through(walks, self.next, throughput, &generators, passes);
         }
-        if walk.previous().event.has(Lobes::NON_SPECULAR)
-            || !walk.scatter(&v, sampler.next_bsdf(), Lobes::ALL)
-        {
-            return;
+        let scatters = lanes_where(goes_on & !passes & !gathered, |i| {
+            v.segments.as_ref()[i] <= MAX_SPECULAR_SEGMENTS
+        });
+        if scatters != 0 {
+            self.scatter(v, throughput, generators, scatters);
         }
-        if v.segments > MAX_SPECULAR_SEGMENTS {
-            return;
+    }
+
+    /// Samples the next directions in the lanes `scatters`.
+    #[inline(always)]
+    fn scatter<S: Width>(
+        &mut self,
+        v: &Vertices<S>,
+        throughput: Color<S>,
+        mut generators: Generators<S>,
+        scatters: Bits,
+    ) {
+        let numbers = generators.next_bsdf();
+        let sample = v.bsdf.sample_each_wi(v.w_prev, numbers, Lobes::ALL);
+        let alive = sample.valid & !sample.weight.is_black();
+        let throughput = (throughput * sample.weight).store();
+        let scattered = v.scattered(&sample);
+        for i in set_bits(alive.bits() & scatters) {
+            self.next.push(WalkRow {
+                ray: scattered.ray(i),
+                throughput: lane(&throughput, i),
+                eta_squared: 1.0,
+                segments: v.segments.as_ref()[i],
+                previous: scattered.previous(i, None),
+                sampler: generators.get(i),
+                kept: self.walks.kept[v.index.as_ref()[i] as usize],
+            });
         }
     }
 }

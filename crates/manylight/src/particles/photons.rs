@@ -1,14 +1,23 @@
 //! Photons: flux incident at surfaces, traced from the emitters.
 
-use crate::bsdf::{Bsdf, Lobes};
+use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::emitters::EmissionGuide;
 use crate::geometry::SurfaceRef;
+use crate::ids::MaterialId;
+use crate::lanes::{Color, Width, lane};
 use crate::math::Vec3;
-use crate::sampling::{Pass, Sampler, Stream};
+use crate::sampling::{Pass, Stream};
 use crate::scene::{PathLimits, Scene};
-use crate::transport::{Walk, roulette};
+use crate::simd::set_bits;
+use crate::transport::roulette::photon_survivals;
+use crate::transport::stream::{
+    Arrivals, Bits, Generators, PacketShader, Vertices, WalkRow, Walks, follow_all, lanes_where,
+    shade_packets, used,
+};
+use crate::transport::walk::Previous;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Flux incident at `p` from direction `wi`, already divided by the number of photon paths: for any function `h`
 ///
@@ -63,17 +72,17 @@ pub fn parent(photons: &[Photon], j: usize) -> Option<usize> {
 /// Number of paths traced by one task.
 const PATHS_PER_TASK: u32 = 1024;
 
-/// For [`trace_photons`]: the smallest number of segments by which a many-light method extends a photon after an event of the given class; `None` on
-/// surfaces without non-specular lobes. A virtual light at depth m makes paths of at least m + 2 segments, a photon of m + 1: caustic photons, and
+/// For [`trace_photons`]: the smallest number of segments by which a many-light method extends a photon on a surface with the lobes `surface`, after
+/// an event of the given class; `None` on surfaces without non-specular lobes. A virtual light at depth m makes paths of at least m + 2 segments, a photon of m + 1: caustic photons, and
 /// those that glossy lobes reflect, which compensate clamping.
-pub fn usable_by_virtual_lights(bsdf: &Bsdf, event: Lobes) -> Option<u32> {
+pub fn usable_by_virtual_lights(surface: Lobes, event: Lobes) -> Option<u32> {
     let is_estimate = event.has(Lobes::SPECULAR) || event.has(Lobes::GLOSSY);
     let segments = if is_estimate { 1 } else { 2 };
-    bsdf.lobes().has(Lobes::NON_SPECULAR).then_some(segments)
+    surface.has(Lobes::NON_SPECULAR).then_some(segments)
 }
 
-/// Traces `path_count` photon paths and stores a photon at every vertex where it is useful: `segments_added` returns, for a surface and the class of
-/// the previous event, the smallest number of segments that a camera path adds, or `None` for a useless photon.
+/// Traces `path_count` photon paths and stores a photon at every vertex where it is useful: `segments_added` returns, for the lobes of a surface and
+/// the class of the previous event, the smallest number of segments that a camera path adds, or `None` for a useless photon.
 ///
 /// `guide` concentrates photons on what the camera sees; it changes no expected value. Photons of which every extended path would exceed `limits`
 /// are left out. The list is in path order, the same for any number of threads.
@@ -83,7 +92,7 @@ pub fn trace_photons(
     limits: PathLimits,
     path_count: u32,
     pass: Pass,
-    segments_added: impl Fn(&Bsdf, Lobes) -> Option<u32> + Sync,
+    segments_added: impl Fn(Lobes, Lobes) -> Option<u32> + Sync,
 ) -> Vec<Photon> {
     let tracer = PathTracer {
         scene,
@@ -95,12 +104,8 @@ pub fn trace_photons(
     let tasks: Vec<Vec<Photon>> = (0..path_count.div_ceil(PATHS_PER_TASK))
         .into_par_iter()
         .map(|task| {
-            let mut photons = Vec::new();
-            for index in task * PATHS_PER_TASK..((task + 1) * PATHS_PER_TASK).min(path_count) {
-                let mut sampler = pass.sampler(Stream::Photon, u64::from(index));
-                tracer.trace(&mut sampler, &mut photons);
-            }
-            photons
+            let first = task * PATHS_PER_TASK;
+            tracer.trace(pass, first..(first + PATHS_PER_TASK).min(path_count))
         })
         .collect();
     // Not `concat`: frees the list of each task while copying.
@@ -119,56 +124,185 @@ struct PathTracer<'a, F> {
     segments_added: F,
 }
 
-impl<F: Fn(&Bsdf, Lobes) -> Option<u32>> PathTracer<'_, F> {
-    /// Traces one path and appends its photons.
-    fn trace(&self, sampler: &mut Sampler, photons: &mut Vec<Photon>) {
-        let (scene, limits) = (self.scene, self.limits);
-        let start = scene.emitters.sample_emission(
-            &scene.geometry,
-            &scene.textures,
-            self.guide,
-            sampler.next_emission(),
+/// What a photon path keeps.
+#[derive(Clone, Copy, Debug)]
+struct PhotonPath {
+    index: u32,
+    /// See [`Photon::origin`].
+    origin: Lobes,
+}
+
+impl<F: Fn(Lobes, Lobes) -> Option<u32>> PathTracer<'_, F> {
+    /// Traces paths, and returns their photons in path order.
+    fn trace(&self, pass: Pass, paths: Range<u32>) -> Vec<Photon> {
+        let mut stored = Vec::new();
+        follow_all(
+            self.scene,
+            self.start(pass, paths),
+            |walks, arrivals, next| {
+                let mut round = Round {
+                    tracer: self,
+                    walks,
+                    arrivals,
+                    next,
+                    stored: &mut stored,
+                };
+                shade_packets(arrivals.runs(), &mut round);
+            },
         );
-        let Some(start) = start else {
-            return;
-        };
-        let mut walk = Walk::from_emitter(scene, start.ray, start.flux * self.path_fraction);
-        let mut origin = Lobes::NONE;
-        while let Some(v) = walk.advance() {
-            let event = walk.previous().event;
-            if !event.has(Lobes::SPECULAR) {
-                origin = event;
-            }
-            let is_useful = |added| limits.allow(v.segments + added);
-            if (self.segments_added)(&v.bsdf, event).is_some_and(is_useful) {
-                photons.push(Photon {
-                    p: v.x.p,
-                    n: v.x.normal_towards(v.w_prev),
-                    wi: v.w_prev,
-                    flux: walk.throughput(),
-                    diffuse_flux: walk.throughput() * v.bsdf.diffuse_weight(v.w_prev),
-                    prev: walk.previous().p,
-                    at: v.x.at,
-                    depth: v.segments.min(u32::from(u16::MAX)) as u16,
-                    event,
-                    origin,
+        // Stable: the photons of a path stay in the order of their depth.
+        stored.sort_by_key(|&(path, _)| path);
+        stored.into_iter().map(|(_, photon)| photon).collect()
+    }
+
+    /// The paths at their emitters.
+    fn start(&self, pass: Pass, paths: Range<u32>) -> Walks<PhotonPath> {
+        let scene = self.scene;
+        let mut walks = Walks::with_capacity(paths.len());
+        for index in paths {
+            let mut sampler = pass.sampler(Stream::Photon, u64::from(index));
+            let start = scene.emitters.sample_emission(
+                &scene.geometry,
+                &scene.textures,
+                self.guide,
+                sampler.next_emission(),
+            );
+            if let Some(start) = start {
+                let origin = Lobes::NONE;
+                walks.push(WalkRow {
+                    ray: start.ray,
+                    throughput: (start.flux * self.path_fraction).to_array(),
+                    eta_squared: 1.0,
+                    segments: 0,
+                    previous: Previous::start(start.ray.o),
+                    sampler,
+                    kept: PhotonPath { index, origin },
                 });
             }
-            if !limits.allow(v.segments + 2) {
-                return;
-            }
-            if walk.pass_through(&v, sampler.next_1d()) {
-                continue;
-            }
-            let before = walk.throughput();
-            if !walk.scatter(&v, sampler.next_bsdf(), Lobes::ALL)
-                || !walk.survive(
-                    roulette::photon_survival(before, walk.throughput()),
-                    sampler.next_1d(),
-                )
-            {
-                return;
-            }
+        }
+        walks
+    }
+}
+
+/// One segment of all paths of a task, and the vertices at its end.
+struct Round<'a, 'o, F> {
+    tracer: &'a PathTracer<'a, F>,
+    walks: &'a Walks<PhotonPath>,
+    arrivals: &'a Arrivals,
+    next: &'o mut Walks<PhotonPath>,
+    /// Photons with the index of their path.
+    stored: &'o mut Vec<(u32, Photon)>,
+}
+
+impl<F: Fn(Lobes, Lobes) -> Option<u32>> PacketShader for Round<'_, '_, F> {
+    #[inline(always)]
+    fn shade<S: Width>(&mut self, s: S, material: MaterialId, packet: &[u32]) {
+        let (scene, walks) = (self.tracer.scene, self.walks);
+        let v = Vertices::new(s, scene, walks, self.arrivals, material, packet);
+        let used = used(packet.len());
+        self.store(s, &v, used);
+        self.advance(s, &v, used);
+    }
+}
+
+impl<F: Fn(Lobes, Lobes) -> Option<u32>> Round<'_, '_, F> {
+    /// Stores the photons at the vertices where they are useful.
+    #[inline(always)]
+    fn store<S: Width>(&mut self, s: S, v: &Vertices<S>, used: Bits) {
+        let (tracer, walks) = (self.tracer, self.walks);
+        let surfaces = v.bsdf.lobes_each();
+        let useful = lanes_where(used, |i| {
+            let event = walks.event(v.index.as_ref()[i]);
+            let added = (tracer.segments_added)(surfaces.as_ref()[i], event);
+            added.is_some_and(|added| tracer.limits.allow(v.segments.as_ref()[i] + added))
+        });
+        if useful == 0 {
+            return;
+        }
+        let flux = walks.throughput(s, &v.index);
+        let diffuse_flux = (flux * v.bsdf.diffuse_weights(v.w_prev)).store();
+        let n = (v.x.ng * v.x.ng.dot(v.w_prev).sign()).store();
+        let (p, wi, flux) = (v.x.p.store(), v.w_prev.store(), flux.store());
+        for i in set_bits(useful) {
+            let walk = v.index.as_ref()[i];
+            let (previous, path) = (&walks.previous[walk as usize], self.path_at(walk));
+            let photon = Photon {
+                p: Vec3::from(lane(&p, i)),
+                n: Vec3::from(lane(&n, i)),
+                wi: Vec3::from(lane(&wi, i)),
+                flux: Rgb::from(lane(&flux, i)),
+                diffuse_flux: Rgb::from(lane(&diffuse_flux, i)),
+                prev: previous.p,
+                at: v.x.at.as_ref()[i],
+                depth: v.segments.as_ref()[i].min(u32::from(u16::MAX)) as u16,
+                event: previous.event,
+                origin: path.origin,
+            };
+            self.stored.push((path.index, photon));
+        }
+    }
+
+    /// The path of a walk, with the class of its last event.
+    #[inline(always)]
+    fn path_at(&self, walk: u32) -> PhotonPath {
+        let (event, path) = (self.walks.event(walk), self.walks.kept[walk as usize]);
+        let origin = match event.has(Lobes::SPECULAR) {
+            true => path.origin,
+            false => event,
+        };
+        PhotonPath { origin, ..path }
+    }
+
+    /// Scatters the photons, and appends those that survive.
+    #[inline(always)]
+    fn advance<S: Width>(&mut self, s: S, v: &Vertices<S>, used: Bits) {
+        let (walks, limits) = (self.walks, self.tracer.limits);
+        let goes_on = lanes_where(used, |i| limits.allow(v.segments.as_ref()[i] + 2));
+        if goes_on == 0 {
+            return;
+        }
+        let mut generators = v.generators(s, walks);
+        let mut flux = walks.throughput(s, &v.index);
+        let u_through = generators.next();
+        let mut passes = 0;
+        if let Some((through, factor)) = v.passes(u_through, goes_on) {
+            passes = through;
+            flux = flux * factor;
+            v.pass_through(walks, self.next, flux, &generators, passes);
+        }
+        let scatters = goes_on & !passes;
+        if scatters != 0 {
+            self.scatter(v, flux, generators, scatters);
+        }
+    }
+
+    /// Samples the next directions in the lanes `scatters`, and plays Russian roulette.
+    #[inline(always)]
+    fn scatter<S: Width>(
+        &mut self,
+        v: &Vertices<S>,
+        before: Color<S>,
+        mut generators: Generators<S>,
+        scatters: Bits,
+    ) {
+        let numbers = generators.next_bsdf();
+        let sample = v.bsdf.sample_each_wo(v.w_prev, numbers, Lobes::ALL);
+        let flux = before * sample.weight;
+        let survival = photon_survivals(before, flux);
+        let survives = generators.next().lt(survival);
+        let alive = sample.valid & !sample.weight.is_black() & survives;
+        let flux = (flux / survival).store();
+        let scattered = v.scattered(&sample);
+        for i in set_bits(alive.bits() & scatters) {
+            self.next.push(WalkRow {
+                ray: scattered.ray(i),
+                throughput: lane(&flux, i),
+                eta_squared: 1.0,
+                segments: v.segments.as_ref()[i],
+                previous: scattered.previous(i, None),
+                sampler: generators.get(i),
+                kept: self.path_at(v.index.as_ref()[i]),
+            });
         }
     }
 }

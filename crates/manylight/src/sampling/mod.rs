@@ -7,4 +7,5 @@ pub mod sampler;
 pub mod systematic;
 pub mod warp;
 
+pub(crate) use rng::Pcg;
 pub use sampler::{LowDiscrepancySequence, Pass, Sampler, Stream};

@@ -44,17 +44,50 @@ impl Pcg {
     /// 32 uniform bits.
     #[inline]
     pub fn next_u32(&mut self) -> u32 {
-        let old = self.state;
-        self.state = old
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(self.increment);
-        let shifted = (((old >> 18) ^ old) >> 27) as u32;
-        shifted.rotate_right((old >> 59) as u32)
+        let bits = Pcg::bits(self.state);
+        self.state = Pcg::advance(self.state, self.increment);
+        bits
     }
 
     /// A uniform number in [0, 1).
     #[inline]
     pub fn next_f32(&mut self) -> f32 {
-        (self.next_u32() >> 8) as f32 * (1.0 / 16_777_216.0)
+        let number = Pcg::number(self.state);
+        self.state = Pcg::advance(self.state, self.increment);
+        number
+    }
+
+    /// The state after `state`.
+    #[inline(always)]
+    pub(crate) fn advance(state: u64, increment: u64) -> u64 {
+        state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(increment)
+    }
+
+    /// The uniform number in [0, 1) of a state.
+    #[inline(always)]
+    pub(crate) fn number(state: u64) -> f32 {
+        // As a signed number, which vector instructions convert.
+        (Pcg::bits(state) >> 8) as i32 as f32 * (1.0 / 16_777_216.0)
+    }
+
+    /// The uniform bits of a state.
+    #[inline(always)]
+    fn bits(state: u64) -> u32 {
+        let shifted = (((state >> 18) ^ state) >> 27) as u32;
+        shifted.rotate_right((state >> 59) as u32)
+    }
+
+    /// State and increment.
+    #[inline(always)]
+    pub(super) fn parts(&self) -> (u64, u64) {
+        (self.state, self.increment)
+    }
+
+    /// The inverse of [`Pcg::parts`].
+    #[inline(always)]
+    pub(super) fn from_parts(state: u64, increment: u64) -> Self {
+        Pcg { state, increment }
     }
 }

@@ -105,6 +105,29 @@ impl Sampler {
         }
     }
 
+    /// State and increment of the generator.
+    #[inline(always)]
+    pub(crate) fn parts(&self) -> (u64, u64) {
+        self.rng.parts()
+    }
+
+    /// The inverse of [`Sampler::parts`].
+    #[inline(always)]
+    pub(crate) fn from_parts(state: u64, increment: u64) -> Self {
+        Sampler {
+            rng: Pcg::from_parts(state, increment),
+        }
+    }
+
+    /// An independent generator: its key is two numbers of this one.
+    #[inline]
+    pub fn branch(&mut self) -> Self {
+        let (high, low) = (self.rng.next_u32(), self.rng.next_u32());
+        Sampler {
+            rng: Pcg::new(u64::from(high) << 32 | u64::from(low)),
+        }
+    }
+
     /// The next number.
     #[inline]
     pub fn next_1d(&mut self) -> f32 {

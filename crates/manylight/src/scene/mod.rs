@@ -125,14 +125,14 @@ impl Scene {
         if self.geometry.occluded(segment) {
             return (Rgb::BLACK, 0);
         }
-        if !self.geometry.has_transparent() {
-            return (Rgb::WHITE, 0);
-        }
         self.cross_transparent(segment)
     }
 
     /// [`Scene::transmittance_and_crossings`] for a segment without opaque surfaces.
     pub fn cross_transparent(&self, segment: &Segment) -> (Rgb, u32) {
+        if !self.geometry.has_transparent() {
+            return (Rgb::WHITE, 0);
+        }
         let (mut through, mut crossings) = (Rgb::WHITE, 0);
         let mut on_edges = EdgeHits::new(segment);
         let w = (segment.to - segment.from).normalize_or_zero();

@@ -4,7 +4,7 @@
     reason = "vendor intrinsics; every kernel is tested against the portable path"
 )]
 
-use super::{Floats, NARROW, Simd, SimdKernel, WIDE, Wide};
+use super::{Floats, NARROW, Outlined, Simd, SimdKernel, WIDE, Wide};
 use std::arch::x86_64::*;
 use std::mem::MaybeUninit;
 
@@ -31,6 +31,12 @@ impl Avx2 {
 #[target_feature(enable = "avx2,fma,bmi1,popcnt")]
 fn run<K: SimdKernel>(avx2: Avx2, kernel: K) -> K::Output {
     kernel.run(avx2)
+}
+
+#[target_feature(enable = "avx2,fma,bmi1,popcnt")]
+#[inline(never)]
+fn outline<K: Outlined>(kernel: K) -> K::Output {
+    kernel.run()
 }
 
 /// For each mask of eight bits, the positions of its set bits, ascending.
@@ -167,6 +173,20 @@ macro_rules! in_halves {
     )*};
 }
 
+macro_rules! by_halves {
+    ($($name:ident($($arg:ident: $ty:ident),*) -> $out:ident = $body:expr;)*) => {$(
+        #[inline(always)]
+        fn $name(self, $($arg: Self::$ty),*) -> Self::$out {
+            let half = |i: usize| {
+                $(let $arg = $arg[i];)*
+                // SAFETY: `self` proves AVX2, and register arithmetic has no other condition.
+                unsafe { $body }
+            };
+            [half(0), half(1)]
+        }
+    )*};
+}
+
 impl Floats<WIDE> for Avx2 {
     type F = [__m256; 2];
     type M = [__m256; 2];
@@ -254,6 +274,12 @@ impl Floats<WIDE> for Avx2 {
 
 impl Wide for Avx2 {
     #[inline(always)]
+    fn outline<K: Outlined>(self, kernel: K) -> K::Output {
+        // SAFETY: `self` exists only where `detect` found all that `outline` enables.
+        unsafe { outline(kernel) }
+    }
+
+    #[inline(always)]
     fn lowest(self, bits: u32, x: [__m256; 2]) -> u32 {
         // SAFETY: `self` proves AVX2.
         let equal = unsafe {
@@ -275,6 +301,103 @@ impl Wide for Avx2 {
             equal(0) | equal(1) << NARROW
         };
         (equal & bits).trailing_zeros()
+    }
+
+    by_halves! {
+        copy_sign(a: F, b: F) -> F = {
+            let sign = _mm256_set1_ps(-0.0);
+            _mm256_or_ps(_mm256_andnot_ps(sign, a), _mm256_and_ps(sign, b))
+        };
+        not(m: M) -> M = {
+            let all = _mm256_castsi256_ps(_mm256_set1_epi32(-1));
+            _mm256_andnot_ps(m, all)
+        };
+        float_bits(x: F) -> U = _mm256_castps_si256(x);
+        floats_of_bits(x: U) -> F = _mm256_castsi256_ps(x);
+        add_words(a: U, b: U) -> U = _mm256_add_epi32(a, b);
+        sub_words(a: U, b: U) -> U = _mm256_sub_epi32(a, b);
+        mul_words(a: U, b: U) -> U = _mm256_mullo_epi32(a, b);
+        and_words(a: U, b: U) -> U = _mm256_and_si256(a, b);
+        xor_words(a: U, b: U) -> U = _mm256_xor_si256(a, b);
+        equal_words(a: U, b: U) -> M = _mm256_castsi256_ps(_mm256_cmpeq_epi32(a, b));
+        select_words(m: M, a: U, b: U) -> U = _mm256_blendv_epi8(b, a, _mm256_castps_si256(m));
+    }
+
+    #[inline(always)]
+    fn splat_word(self, x: u32) -> [__m256i; 2] {
+        // SAFETY: `self` proves AVX2.
+        [unsafe { _mm256_set1_epi32(x as i32) }; 2]
+    }
+
+    #[inline(always)]
+    fn store_words(self, x: [__m256i; 2]) -> [u32; WIDE] {
+        let mut out = [0u32; WIDE];
+        let (halves, _) = out.as_chunks_mut::<NARROW>();
+        for (half, words) in halves.iter_mut().zip(x) {
+            // SAFETY: `self` proves AVX2; the half is eight writable words, and the store needs no alignment.
+            unsafe { _mm256_storeu_si256(half.as_mut_ptr().cast(), words) };
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn shift_left(self, a: [__m256i; 2], bits: u32) -> [__m256i; 2] {
+        let places = self.splat_word(bits)[0];
+        // SAFETY: `self` proves AVX2.
+        a.map(|half| unsafe { _mm256_sllv_epi32(half, places) })
+    }
+
+    #[inline(always)]
+    fn shift_right(self, a: [__m256i; 2], bits: u32) -> [__m256i; 2] {
+        let places = self.splat_word(bits)[0];
+        // SAFETY: `self` proves AVX2.
+        a.map(|half| unsafe { _mm256_srlv_epi32(half, places) })
+    }
+
+    #[inline(always)]
+    #[allow(
+        clippy::needless_range_loop,
+        reason = "iterators over vectors are not always inlined"
+    )]
+    fn gather_quads<'a, const N: usize>(
+        self,
+        mut row: impl FnMut(usize) -> [&'a [f32; 4]; N],
+    ) -> [[[__m256; 2]; 4]; N] {
+        let mut parts = [[<Self as Floats<WIDE>>::splat(self, 0.0); 4]; N];
+        // Part i of half h of vector k gets the quad of lane 8 h + 4 i + k, so that the transposed vectors have the lanes in order.
+        macro_rules! insert {
+            ($half:literal $part:literal: $($k:literal)*) => {$(
+                let quads = row(8 * $half + 4 * $part + $k);
+                for n in 0..N {
+                    let half = &mut parts[n][$k][$half];
+                    // SAFETY: `self` proves AVX2; a quad is four readable floats, and the load needs no alignment.
+                    *half = unsafe {
+                        _mm256_insertf128_ps::<$part>(*half, _mm_loadu_ps(quads[n].as_ptr()))
+                    };
+                }
+            )*};
+        }
+        insert!(0 0: 0 1 2 3);
+        insert!(0 1: 0 1 2 3);
+        insert!(1 0: 0 1 2 3);
+        insert!(1 1: 0 1 2 3);
+        for n in 0..N {
+            for half in 0..2 {
+                let vectors = &parts[n];
+                let (a, b) = (vectors[0][half], vectors[1][half]);
+                let (c, d) = (vectors[2][half], vectors[3][half]);
+                // SAFETY: `self` proves AVX2.
+                unsafe {
+                    let (ab, cd) = (_mm256_unpacklo_ps(a, b), _mm256_unpacklo_ps(c, d));
+                    let (ab_high, cd_high) = (_mm256_unpackhi_ps(a, b), _mm256_unpackhi_ps(c, d));
+                    parts[n][0][half] = _mm256_shuffle_ps::<0b01_00_01_00>(ab, cd);
+                    parts[n][1][half] = _mm256_shuffle_ps::<0b11_10_11_10>(ab, cd);
+                    parts[n][2][half] = _mm256_shuffle_ps::<0b01_00_01_00>(ab_high, cd_high);
+                    parts[n][3][half] = _mm256_shuffle_ps::<0b11_10_11_10>(ab_high, cd_high);
+                }
+            }
+        }
+        parts
     }
 }
 

@@ -4,7 +4,7 @@
     reason = "vendor intrinsics; every kernel is tested against the portable path"
 )]
 
-use super::{Floats, NARROW, Simd, SimdKernel, WIDE, Wide};
+use super::{Floats, NARROW, Outlined, Simd, SimdKernel, WIDE, Wide};
 use std::arch::x86_64::*;
 use std::mem::MaybeUninit;
 
@@ -39,6 +39,12 @@ impl Avx512 {
 #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
 fn run<K: SimdKernel>(avx512: Avx512, kernel: K) -> K::Output {
     kernel.run(avx512)
+}
+
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+#[inline(never)]
+fn outline<K: Outlined>(kernel: K) -> K::Output {
+    kernel.run()
 }
 
 macro_rules! intrinsics {
@@ -172,6 +178,12 @@ floats!(
 
 impl Wide for Avx512 {
     #[inline(always)]
+    fn outline<K: Outlined>(self, kernel: K) -> K::Output {
+        // SAFETY: `self` exists only where `detect` found all that `outline` enables.
+        unsafe { outline(kernel) }
+    }
+
+    #[inline(always)]
     fn lowest(self, bits: u32, x: __m512) -> u32 {
         // SAFETY: `self` proves AVX-512.
         let equal = unsafe {
@@ -180,6 +192,96 @@ impl Wide for Avx512 {
             _mm512_mask_cmp_ps_mask::<_CMP_EQ_OQ>(bits as __mmask16, x, lowest)
         };
         equal.trailing_zeros()
+    }
+
+    intrinsics! {
+        copy_sign(a: F, b: F) -> F = {
+            let sign = _mm512_set1_ps(-0.0);
+            _mm512_or_ps(_mm512_andnot_ps(sign, a), _mm512_and_ps(sign, b))
+        };
+        float_bits(x: F) -> U = _mm512_castps_si512(x);
+        floats_of_bits(x: U) -> F = _mm512_castsi512_ps(x);
+        add_words(a: U, b: U) -> U = _mm512_add_epi32(a, b);
+        sub_words(a: U, b: U) -> U = _mm512_sub_epi32(a, b);
+        mul_words(a: U, b: U) -> U = _mm512_mullo_epi32(a, b);
+        and_words(a: U, b: U) -> U = _mm512_and_si512(a, b);
+        xor_words(a: U, b: U) -> U = _mm512_xor_si512(a, b);
+        equal_words(a: U, b: U) -> M = _mm512_cmpeq_epi32_mask(a, b);
+        select_words(m: M, a: U, b: U) -> U = _mm512_mask_blend_epi32(m, b, a);
+    }
+
+    #[inline(always)]
+    fn not(self, m: __mmask16) -> __mmask16 {
+        !m
+    }
+
+    #[inline(always)]
+    fn splat_word(self, x: u32) -> __m512i {
+        // SAFETY: `self` proves AVX-512.
+        unsafe { _mm512_set1_epi32(x as i32) }
+    }
+
+    #[inline(always)]
+    fn store_words(self, x: __m512i) -> [u32; WIDE] {
+        let mut out = [0; WIDE];
+        // SAFETY: `self` proves AVX-512; the array is sixteen writable words, and the store needs no alignment.
+        unsafe { _mm512_storeu_epi32(out.as_mut_ptr().cast(), x) };
+        out
+    }
+
+    #[inline(always)]
+    fn shift_left(self, a: __m512i, bits: u32) -> __m512i {
+        // SAFETY: `self` proves AVX-512.
+        unsafe { _mm512_sllv_epi32(a, self.splat_word(bits)) }
+    }
+
+    #[inline(always)]
+    fn shift_right(self, a: __m512i, bits: u32) -> __m512i {
+        // SAFETY: `self` proves AVX-512.
+        unsafe { _mm512_srlv_epi32(a, self.splat_word(bits)) }
+    }
+
+    #[inline(always)]
+    #[allow(
+        clippy::needless_range_loop,
+        reason = "iterators over vectors are not always inlined"
+    )]
+    fn gather_quads<'a, const N: usize>(
+        self,
+        mut row: impl FnMut(usize) -> [&'a [f32; 4]; N],
+    ) -> [[__m512; 4]; N] {
+        let mut parts = [[<Self as Floats<WIDE>>::splat(self, 0.0); 4]; N];
+        // Part i of vector k gets the quad of lane 4 i + k, so that the transposed vectors have the lanes in order.
+        macro_rules! insert {
+            ($part:literal: $($k:literal)*) => {$(
+                let quads = row(4 * $part + $k);
+                for n in 0..N {
+                    // SAFETY: `self` proves AVX-512; a quad is four readable floats, and the load needs no alignment.
+                    parts[n][$k] = unsafe {
+                        _mm512_insertf32x4::<$part>(parts[n][$k], _mm_loadu_ps(quads[n].as_ptr()))
+                    };
+                }
+            )*};
+        }
+        insert!(0: 0 1 2 3);
+        insert!(1: 0 1 2 3);
+        insert!(2: 0 1 2 3);
+        insert!(3: 0 1 2 3);
+        for n in 0..N {
+            let [a, b, c, d] = parts[n];
+            // SAFETY: `self` proves AVX-512.
+            parts[n] = unsafe {
+                let (ab, cd) = (_mm512_unpacklo_ps(a, b), _mm512_unpacklo_ps(c, d));
+                let (ab_high, cd_high) = (_mm512_unpackhi_ps(a, b), _mm512_unpackhi_ps(c, d));
+                [
+                    _mm512_shuffle_ps::<0b01_00_01_00>(ab, cd),
+                    _mm512_shuffle_ps::<0b11_10_11_10>(ab, cd),
+                    _mm512_shuffle_ps::<0b01_00_01_00>(ab_high, cd_high),
+                    _mm512_shuffle_ps::<0b11_10_11_10>(ab_high, cd_high),
+                ]
+            };
+        }
+        parts
     }
 }
 

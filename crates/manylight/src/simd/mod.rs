@@ -103,10 +103,39 @@ pub(crate) trait Floats<const N: usize>: Copy {
     fn compress_words(self, bits: u32, x: Self::U) -> [u32; N];
 }
 
-/// Operations on wide vectors.
-pub(crate) trait Wide: Floats<16> {
+/// Operations on wide vectors. Words are unsigned, and their arithmetic wraps.
+pub(crate) trait Wide: Floats<16> + std::fmt::Debug {
     /// The first lane with the lowest value among those with set bits. At least one bit must be set.
     fn lowest(self, bits: u32, x: Self::F) -> u32;
+    /// `a` with the sign of `b`.
+    fn copy_sign(self, a: Self::F, b: Self::F) -> Self::F;
+    fn not(self, m: Self::M) -> Self::M;
+    /// The bits of floats.
+    fn float_bits(self, x: Self::F) -> Self::U;
+    /// The inverse of [`Wide::float_bits`].
+    fn floats_of_bits(self, x: Self::U) -> Self::F;
+    fn splat_word(self, x: u32) -> Self::U;
+    fn store_words(self, x: Self::U) -> [u32; 16];
+    fn add_words(self, a: Self::U, b: Self::U) -> Self::U;
+    fn sub_words(self, a: Self::U, b: Self::U) -> Self::U;
+    fn mul_words(self, a: Self::U, b: Self::U) -> Self::U;
+    fn and_words(self, a: Self::U, b: Self::U) -> Self::U;
+    fn xor_words(self, a: Self::U, b: Self::U) -> Self::U;
+    /// All words shifted to the left by `bits` < 32.
+    fn shift_left(self, a: Self::U, bits: u32) -> Self::U;
+    /// All words shifted to the right by `bits` < 32; zeros come in.
+    fn shift_right(self, a: Self::U, bits: u32) -> Self::U;
+    fn equal_words(self, a: Self::U, b: Self::U) -> Self::M;
+    /// `a` in the lanes of `m`, `b` elsewhere.
+    fn select_words(self, m: Self::M, a: Self::U, b: Self::U) -> Self::U;
+    /// Runs code as a function of its own, compiled for this instruction set.
+    fn outline<K: Outlined>(self, kernel: K) -> K::Output;
+    /// Transposes rows in memory, one per lane, of `N` times four floats: element `[n][k]` of the result has number `k` of `row(i)[n]` in each
+    /// lane `i`. The lanes are asked for in ascending order.
+    fn gather_quads<'a, const N: usize>(
+        self,
+        row: impl FnMut(usize) -> [&'a [f32; 4]; N],
+    ) -> [[Self::F; 4]; N];
 }
 
 /// The narrow and the wide vectors of one instruction set.
@@ -145,6 +174,14 @@ pub(crate) trait SimdKernel {
     type Output;
     /// The body. Must be `inline(always)`, like all functions that get `s`.
     fn run<S: Simd>(self, s: S) -> Self::Output;
+}
+
+/// Code that is compiled once for each type, instead of once for each caller: large code with several callers.
+pub trait Outlined {
+    /// Result of the code.
+    type Output;
+    /// The body. Must be `inline(always)`.
+    fn run(self) -> Self::Output;
 }
 
 /// Instruction sets for which kernels are compiled.
@@ -212,6 +249,18 @@ impl Isa {
             Isa::Avx2(_) => "avx2",
             #[cfg(target_arch = "x86_64")]
             Isa::Avx512(_) => "avx512",
+        }
+    }
+
+    /// Runs a kernel in vectors, or returns it if this instruction set has none.
+    #[inline]
+    pub(crate) fn run_in_vectors<K: SimdKernel>(self, kernel: K) -> Result<K::Output, K> {
+        match self {
+            Isa::Portable => Err(kernel),
+            #[cfg(target_arch = "x86_64")]
+            Isa::Avx2(avx2) => Ok(avx2.run(kernel)),
+            #[cfg(target_arch = "x86_64")]
+            Isa::Avx512(avx512) => Ok(avx512.run(kernel)),
         }
     }
 

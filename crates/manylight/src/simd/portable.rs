@@ -1,6 +1,6 @@
 //! Vector operations in plain Rust on arrays, which the compiler vectorizes as far as the target allows.
 
-use super::{Floats, NARROW, Simd, WIDE, Wide, set_bits};
+use super::{Floats, NARROW, Outlined, Simd, WIDE, Wide, set_bits};
 use std::mem::MaybeUninit;
 
 /// The portable instruction set, available on all machines.
@@ -8,12 +8,22 @@ use std::mem::MaybeUninit;
 pub(crate) struct Portable;
 
 #[inline(always)]
-fn map2<const N: usize, A: Copy, B: Copy, C>(
+fn map2<const N: usize, A: Copy, B: Copy, C: Copy>(
     a: [A; N],
     b: [B; N],
     f: impl Fn(A, B) -> C,
 ) -> [C; N] {
-    std::array::from_fn(|i| f(a[i], b[i]))
+    map(|i| f(a[i], b[i]))
+}
+
+/// `value(i)` in each lane `i`. Functions of the standard library over arrays are not always inlined.
+#[inline(always)]
+fn map<const N: usize, T: Copy>(value: impl Fn(usize) -> T) -> [T; N] {
+    let mut out = [value(0); N];
+    for (i, lane) in out.iter_mut().enumerate() {
+        *lane = value(i);
+    }
+    out
 }
 
 #[inline(always)]
@@ -71,19 +81,19 @@ impl<const N: usize> Floats<N> for Portable {
     }
     #[inline(always)]
     fn abs(self, a: Self::F) -> Self::F {
-        a.map(f32::abs)
+        map(|i| a[i].abs())
     }
     #[inline(always)]
     fn sqrt(self, a: Self::F) -> Self::F {
-        a.map(f32::sqrt)
+        map(|i| a[i].sqrt())
     }
     #[inline(always)]
     fn mul_add(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F {
-        std::array::from_fn(|i| a[i] * b[i] + c[i])
+        map(|i| a[i] * b[i] + c[i])
     }
     #[inline(always)]
     fn mul_sub(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F {
-        std::array::from_fn(|i| a[i] * b[i] - c[i])
+        map(|i| a[i] * b[i] - c[i])
     }
     #[inline(always)]
     fn mul_sign(self, a: Self::F, b: Self::F) -> Self::F {
@@ -115,11 +125,11 @@ impl<const N: usize> Floats<N> for Portable {
     }
     #[inline(always)]
     fn lanes(self, bits: u32) -> Self::M {
-        std::array::from_fn(|i| bits >> i & 1 != 0)
+        map(|i| bits >> i & 1 != 0)
     }
     #[inline(always)]
     fn select(self, m: Self::M, a: Self::F, b: Self::F) -> Self::F {
-        std::array::from_fn(|i| if m[i] { a[i] } else { b[i] })
+        map(|i| if m[i] { a[i] } else { b[i] })
     }
     #[inline(always)]
     fn compress(self, bits: u32, x: Self::F) -> [f32; N] {
@@ -137,6 +147,85 @@ impl Wide for Portable {
         let first = bits.trailing_zeros() as usize;
         let lowest = set_bits(bits).fold(first, |best, i| if x[i] < x[best] { i } else { best });
         lowest as u32
+    }
+    #[inline(always)]
+    fn copy_sign(self, a: [f32; WIDE], b: [f32; WIDE]) -> [f32; WIDE] {
+        map2(a, b, f32::copysign)
+    }
+    #[inline(always)]
+    fn not(self, m: [bool; WIDE]) -> [bool; WIDE] {
+        map(|i| !m[i])
+    }
+    #[inline(always)]
+    fn float_bits(self, x: [f32; WIDE]) -> [u32; WIDE] {
+        map(|i| x[i].to_bits())
+    }
+    #[inline(always)]
+    fn floats_of_bits(self, x: [u32; WIDE]) -> [f32; WIDE] {
+        map(|i| f32::from_bits(x[i]))
+    }
+    #[inline(always)]
+    fn splat_word(self, x: u32) -> [u32; WIDE] {
+        [x; WIDE]
+    }
+    #[inline(always)]
+    fn store_words(self, x: [u32; WIDE]) -> [u32; WIDE] {
+        x
+    }
+    #[inline(always)]
+    fn add_words(self, a: [u32; WIDE], b: [u32; WIDE]) -> [u32; WIDE] {
+        map2(a, b, u32::wrapping_add)
+    }
+    #[inline(always)]
+    fn sub_words(self, a: [u32; WIDE], b: [u32; WIDE]) -> [u32; WIDE] {
+        map2(a, b, u32::wrapping_sub)
+    }
+    #[inline(always)]
+    fn mul_words(self, a: [u32; WIDE], b: [u32; WIDE]) -> [u32; WIDE] {
+        map2(a, b, u32::wrapping_mul)
+    }
+    #[inline(always)]
+    fn and_words(self, a: [u32; WIDE], b: [u32; WIDE]) -> [u32; WIDE] {
+        map2(a, b, |a, b| a & b)
+    }
+    #[inline(always)]
+    fn xor_words(self, a: [u32; WIDE], b: [u32; WIDE]) -> [u32; WIDE] {
+        map2(a, b, |a, b| a ^ b)
+    }
+    #[inline(always)]
+    fn shift_left(self, a: [u32; WIDE], bits: u32) -> [u32; WIDE] {
+        map(|i| a[i] << bits)
+    }
+    #[inline(always)]
+    fn shift_right(self, a: [u32; WIDE], bits: u32) -> [u32; WIDE] {
+        map(|i| a[i] >> bits)
+    }
+    #[inline(always)]
+    fn equal_words(self, a: [u32; WIDE], b: [u32; WIDE]) -> [bool; WIDE] {
+        map2(a, b, |a, b| a == b)
+    }
+    #[inline(always)]
+    fn select_words(self, m: [bool; WIDE], a: [u32; WIDE], b: [u32; WIDE]) -> [u32; WIDE] {
+        map(|i| if m[i] { a[i] } else { b[i] })
+    }
+    #[inline(always)]
+    fn gather_quads<'a, const N: usize>(
+        self,
+        mut row: impl FnMut(usize) -> [&'a [f32; 4]; N],
+    ) -> [[[f32; WIDE]; 4]; N] {
+        let mut out = [[[0.0; WIDE]; 4]; N];
+        for i in 0..WIDE {
+            for (quad, columns) in row(i).iter().zip(&mut out) {
+                for (k, column) in columns.iter_mut().enumerate() {
+                    column[i] = quad[k];
+                }
+            }
+        }
+        out
+    }
+    #[inline(never)]
+    fn outline<K: Outlined>(self, kernel: K) -> K::Output {
+        kernel.run()
     }
 }
 

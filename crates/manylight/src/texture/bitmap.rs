@@ -2,7 +2,7 @@
 
 use crate::color::Rgb;
 use crate::image::Image;
-use crate::math::float::floor;
+use crate::lanes::{Color, Float, One, Pair, Width, Word};
 use crate::math::prefetch::prefetch;
 use crate::math::{Mat3, Vec2};
 
@@ -43,50 +43,69 @@ pub struct Bitmap {
 }
 
 /// Largest coordinate of a lookup in texels; larger ones are clamped. From 2²² ≈ 4.2e6 on, `f32` resolves half texels at
-/// best, and [`floor`] is not defined.
+/// best, and [`Float::floor`] is not defined.
 const FARTHEST_TEXEL: f32 = 4e6;
 
+/// The lookups of bilinear interpolation.
+struct Footprint<S: Width> {
+    /// Indices of the upper left, upper right, lower left and lower right texel.
+    texels: [S::Each<u32>; 4],
+    /// Position between the texels, in [0, 1)².
+    between: Pair<S>,
+}
+
+// Closures over vectors are not always inlined; the parts are functions for this reason.
 impl Bitmap {
     /// Filtered color at `uv`.
-    pub(super) fn eval(&self, uv: Vec2) -> Rgb {
-        self.filter(uv, |x, y| self.image.rgb(x, y))
+    #[inline(always)]
+    pub(super) fn eval<S: Width>(&self, uv: Pair<S>) -> Color<S> {
+        let s = uv.x.width();
+        if self.filtering == Filtering::Nearest {
+            return self.color(s, &self.nearest(uv));
+        }
+        let Footprint { texels, between } = self.footprint(uv);
+        let (a, b) = (self.color(s, &texels[0]), self.color(s, &texels[1]));
+        let top = mix_colors(a, b, between.x);
+        let (a, b) = (self.color(s, &texels[2]), self.color(s, &texels[3]));
+        mix_colors(top, mix_colors(a, b, between.x), between.y)
     }
 
     /// Filtered luminance at `uv`; for images of one channel their value.
-    pub(super) fn eval_float(&self, uv: Vec2) -> f32 {
-        self.filter(uv, |x, y| self.value(x, y))
+    #[inline(always)]
+    pub(super) fn eval_float<S: Width>(&self, uv: Pair<S>) -> Float<S> {
+        if self.filtering == Filtering::Nearest {
+            return self.value(uv.x.width(), &self.nearest(uv));
+        }
+        let ([v00, v10, v01, v11], f) = self.four_values(uv);
+        mix(mix(v00, v10, f.x), mix(v01, v11, f.x), f.y)
     }
 
     /// Derivatives of [`Bitmap::eval_float`] by u and by v; zero for [`Filtering::Nearest`], as in Mitsuba.
     ///
     /// Like Mitsuba's `eval_1_grad`, this multiplies by the resolution after the transform, not before. This differs for a non-square image
     /// with a rotation in `uv_transform`, and makes bump maps look alike.
-    pub(super) fn gradient(&self, uv: Vec2) -> Vec2 {
+    #[inline(always)]
+    pub(super) fn gradient<S: Width>(&self, uv: Pair<S>) -> Pair<S> {
         if self.filtering == Filtering::Nearest {
-            return Vec2::ZERO;
+            return Pair::splat(uv.x.width(), Vec2::ZERO);
         }
-        let (x, y, f) = self.locate(uv);
-        let texel = |dx, dy| self.value(self.column(x + dx), self.row(y + dy));
-        let [v00, v10, v01, v11] = [texel(0, 0), texel(1, 0), texel(0, 1), texel(1, 1)];
-        let du = (v10 - v00) * (1.0 - f.y) + (v11 - v01) * f.y;
-        let dv = (v01 - v00) * (1.0 - f.x) + (v11 - v10) * f.x;
+        let ([v00, v10, v01, v11], f) = self.four_values(uv);
+        let du = mix(v10 - v00, v11 - v01, f.y);
+        let dv = mix(v01 - v00, v11 - v10, f.x);
         let m = &self.uv_transform;
-        let resolution = Vec2::new(self.image.width as f32, self.image.height as f32);
-        resolution
-            * Vec2::new(
-                m.x_axis.x * du + m.x_axis.y * dv,
-                m.y_axis.x * du + m.y_axis.y * dv,
-            )
+        Pair::new(
+            (du * m.x_axis.x + dv * m.x_axis.y) * self.image.width as f32,
+            (du * m.y_axis.x + dv * m.y_axis.y) * self.image.height as f32,
+        )
     }
 
     /// Prefetches the memory that evaluation at `uv` reads.
     #[inline]
     pub(super) fn prefetch(&self, uv: Vec2) {
-        let (x, y, _) = self.locate(uv);
-        let column = self.column(x);
-        for y in [y, y + 1] {
-            if let Some(texel) = self.image.pixel(column, self.row(y)).first() {
-                prefetch(texel);
+        let Footprint { texels, .. } = self.footprint(Pair::<One>::from(uv));
+        for [texel] in [texels[0], texels[2]] {
+            if let Some(value) = self.image.data.get(texel as usize * self.image.channels) {
+                prefetch(value);
             }
         }
     }
@@ -95,72 +114,180 @@ impl Bitmap {
     pub(super) fn max_luminance(&self) -> f32 {
         let pixels =
             (0..self.image.height).flat_map(|y| (0..self.image.width).map(move |x| (x, y)));
-        pixels.map(|(x, y)| self.value(x, y)).fold(0.0, f32::max)
-    }
-
-    fn filter<T>(&self, uv: Vec2, texel: impl Fn(usize, usize) -> T) -> T
-    where
-        T: std::ops::Mul<f32, Output = T> + std::ops::Add<Output = T>,
-    {
-        let (x, y, f) = self.locate(uv);
-        if self.filtering == Filtering::Nearest {
-            return texel(self.column(x), self.row(y));
-        }
-        let (left, right) = (self.column(x), self.column(x + 1));
-        let (above, below) = (self.row(y), self.row(y + 1));
-        let top = texel(left, above) * (1.0 - f.x) + texel(right, above) * f.x;
-        let bottom = texel(left, below) * (1.0 - f.x) + texel(right, below) * f.x;
-        top * (1.0 - f.y) + bottom * f.y
-    }
-
-    /// Column and row, not wrapped, of the upper left texel of the lookup, and the position between it and its neighbors in [0, 1)².
-    fn locate(&self, uv: Vec2) -> (i32, i32, Vec2) {
-        let half = if self.filtering == Filtering::Nearest {
-            0.0
-        } else {
-            0.5
-        };
-        let resolution = Vec2::new(self.image.width as f32, self.image.height as f32);
-        let p = self.uv_transform.transform_point2(uv) * resolution - Vec2::splat(half);
-        let p = p.clamp(Vec2::splat(-FARTHEST_TEXEL), Vec2::splat(FARTHEST_TEXEL));
-        let ((left, x), (above, y)) = (floor(p.x), floor(p.y));
-        (x, y, p - Vec2::new(left, above))
-    }
-
-    fn value(&self, x: usize, y: usize) -> f32 {
-        match *self.image.pixel(x, y) {
+        let value = |(x, y): (usize, usize)| match *self.image.pixel(x, y) {
             [r, g, b, ..] => Rgb::new(r, g, b).luminance(),
             [v, ..] => v,
             [] => 0.0,
+        };
+        pixels.map(value).fold(0.0, f32::max)
+    }
+
+    /// Values of the texels of a lookup, and the position between them.
+    #[inline(always)]
+    fn four_values<S: Width>(&self, uv: Pair<S>) -> ([Float<S>; 4], Pair<S>) {
+        let s = uv.x.width();
+        let Footprint { texels, between } = self.footprint(uv);
+        let [a, b, c, d] = &texels;
+        let top = (self.value(s, a), self.value(s, b));
+        let bottom = (self.value(s, c), self.value(s, d));
+        ([top.0, top.1, bottom.0, bottom.1], between)
+    }
+
+    /// The texels that contain `uv`.
+    #[inline(always)]
+    fn nearest<S: Width>(&self, uv: Pair<S>) -> S::Each<u32> {
+        let p = self.in_texels(uv, 0.0);
+        self.texel(self.column(p.x.floor()), self.row(p.y.floor()))
+    }
+
+    #[inline(always)]
+    fn footprint<S: Width>(&self, uv: Pair<S>) -> Footprint<S> {
+        // Texel centers are at half-integers.
+        let p = self.in_texels(uv, 0.5);
+        let (x, y) = (p.x.floor(), p.y.floor());
+        let (left, right) = (self.column(x), self.column(x + 1.0));
+        let (above, below) = (self.row(y), self.row(y + 1.0));
+        Footprint {
+            texels: [
+                self.texel(left, above),
+                self.texel(right, above),
+                self.texel(left, below),
+                self.texel(right, below),
+            ],
+            between: Pair::new(p.x - x, p.y - y),
         }
     }
 
-    fn column(&self, x: i32) -> usize {
-        self.wrap[0].index(x, self.image.width)
+    /// The position in texels, minus `half`.
+    #[inline(always)]
+    fn in_texels<S: Width>(&self, uv: Pair<S>, half: f32) -> Pair<S> {
+        let p = transformed(&self.uv_transform, uv);
+        let (x, y) = (
+            p.x * self.image.width as f32 - half,
+            p.y * self.image.height as f32 - half,
+        );
+        Pair::new(
+            x.clamp(-FARTHEST_TEXEL, FARTHEST_TEXEL),
+            y.clamp(-FARTHEST_TEXEL, FARTHEST_TEXEL),
+        )
     }
 
-    fn row(&self, y: i32) -> usize {
-        self.wrap[1].index(y, self.image.height)
+    #[inline(always)]
+    fn column<S: Width>(&self, x: Float<S>) -> Word<S> {
+        self.wrap[0].index(x, self.image.width).to_word()
+    }
+
+    #[inline(always)]
+    fn row<S: Width>(&self, y: Float<S>) -> Word<S> {
+        self.wrap[1].index(y, self.image.height).to_word()
+    }
+
+    /// Indices of texels, of which an image has fewer than 2³².
+    #[inline(always)]
+    fn texel<S: Width>(&self, column: Word<S>, row: Word<S>) -> S::Each<u32> {
+        (row * self.image.width as u32 + column).store()
+    }
+
+    /// Colors of texels. Images of one or two channels give gray.
+    #[inline(always)]
+    fn color<S: Width>(&self, s: S, texels: &S::Each<u32>) -> Color<S> {
+        let (data, channels) = (self.image.data.as_slice(), self.image.channels);
+        if channels < 3 {
+            return Color::grey(self.first_channel(s, texels));
+        }
+        // Four values from the first of a texel on; they end in the next texel, which the last one lacks.
+        let last = match *data {
+            [.., r, g, b] => [r, g, b, 0.0],
+            _ => [0.0; 4],
+        };
+        let [[r, g, b, _]] = Float::gather_quads(s, |i| {
+            let start = texels.as_ref()[i] as usize * channels;
+            [four_from(data, start, &last)]
+        });
+        Color::new(r, g, b)
+    }
+
+    /// Luminances of texels; for images of one channel their values.
+    #[inline(always)]
+    fn value<S: Width>(&self, s: S, texels: &S::Each<u32>) -> Float<S> {
+        match self.image.channels {
+            0..3 => self.first_channel(s, texels),
+            _ => self.color(s, texels).luminance(),
+        }
+    }
+
+    #[inline(always)]
+    fn first_channel<S: Width>(&self, s: S, texels: &S::Each<u32>) -> Float<S> {
+        let (data, channels) = (self.image.data.as_slice(), self.image.channels);
+        Float::from_fn(s, |i| {
+            let value = data.get(texels.as_ref()[i] as usize * channels);
+            *value.unwrap_or(&0.0)
+        })
     }
 }
 
-impl Wrap {
-    /// Index, from 0 to `n - 1`, of texel `i` of a line of `n` texels.
-    #[inline]
-    fn index(self, i: i32, n: usize) -> usize {
-        if (i as u32 as usize) < n {
-            // Inside of the image no mode changes the index; saves a division.
-            return i as usize;
-        }
-        let n = n as i32;
-        let wrapped = match self {
-            Wrap::Repeat => i.rem_euclid(n),
-            Wrap::Mirror => {
-                let k = i.rem_euclid(2 * n);
-                k.min(2 * n - 1 - k)
-            }
-            Wrap::Clamp => i.clamp(0, n - 1),
-        };
-        wrapped as usize
+/// The four values from `start` on, `last` if there are fewer.
+#[inline(always)]
+fn four_from<'a>(data: &'a [f32], start: usize, last: &'a [f32; 4]) -> &'a [f32; 4] {
+    match data.get(start..) {
+        Some(rest) => rest.first_chunk().unwrap_or(last),
+        None => last,
     }
+}
+
+/// Linear interpolation: `a` at `t = 0`, `b` at `t = 1`.
+#[inline(always)]
+fn mix<S: Width>(a: Float<S>, b: Float<S>, t: Float<S>) -> Float<S> {
+    b.mul_add(t, a * (1.0 - t))
+}
+
+#[inline(always)]
+fn mix_colors<S: Width>(a: Color<S>, b: Color<S>, t: Float<S>) -> Color<S> {
+    Color::new(mix(a.r, b.r, t), mix(a.g, b.g, t), mix(a.b, b.b, t))
+}
+
+/// The texture coordinates under a transform of (u, v, 1).
+#[inline(always)]
+pub(super) fn transformed<S: Width>(m: &Mat3, uv: Pair<S>) -> Pair<S> {
+    Pair::new(
+        product(uv, [m.x_axis.x, m.y_axis.x, m.z_axis.x]),
+        product(uv, [m.x_axis.y, m.y_axis.y, m.z_axis.y]),
+    )
+}
+
+/// The product of (u, v, 1) with `row`.
+#[inline(always)]
+fn product<S: Width>(uv: Pair<S>, row: [f32; 3]) -> Float<S> {
+    let [u, v, one] = row;
+    let sum = uv.y.mul_add(uv.y.same(v), uv.y.same(one));
+    uv.x.mul_add(uv.x.same(u), sum)
+}
+
+impl Wrap {
+    /// Index, from 0 to `n - 1`, of texel `i` of a line of `n` texels. Both are integers below 2²².
+    #[inline(always)]
+    fn index<S: Width>(self, i: Float<S>, n: usize) -> Float<S> {
+        let n = n as f32;
+        if (i.ge(0.0) & i.lt(n)).all() {
+            // Inside of the image no mode changes the index.
+            return i;
+        }
+        match self {
+            Wrap::Repeat => remainder(i, n),
+            Wrap::Mirror => {
+                let k = remainder(i, 2.0 * n);
+                k.min(2.0 * n - 1.0 - k)
+            }
+            Wrap::Clamp => i.clamp(0.0, n - 1.0),
+        }
+    }
+}
+
+/// The remainder of integers, in [0, n).
+#[inline(always)]
+fn remainder<S: Width>(i: Float<S>, n: f32) -> Float<S> {
+    // The quotient by the inverse of `n` may be off by one.
+    let rest = i - (i * (1.0 / n)).floor() * n;
+    let rest = rest.lt(0.0).select(rest + n, rest);
+    rest.ge(n).select(rest - n, rest)
 }

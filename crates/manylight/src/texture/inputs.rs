@@ -2,8 +2,10 @@
 
 use super::{Texture, TexturePoint};
 use crate::color::Rgb;
+use crate::geometry::SurfacePoints;
 use crate::ids::TextureId;
-use crate::math::{Vec2, Vec3};
+use crate::lanes::{Color, Float, Width};
+use crate::math::Vec2;
 
 /// A color that may vary over the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,6 +35,22 @@ impl ColorInput {
         }
     }
 
+    /// Value in each lane.
+    #[inline(always)]
+    pub(crate) fn eval_each<S: Width>(
+        &self,
+        x: &SurfacePoints<S>,
+        textures: &[Texture],
+    ) -> Color<S> {
+        match *self {
+            ColorInput::Constant(c) => Color::splat(x.offset.width(), c),
+            ColorInput::Texture(id) => {
+                let texture = &textures[id.index()];
+                texture.lookup(x.into(), textures).color()
+            }
+        }
+    }
+
     /// [`Texture::prefetch`] of a textured input.
     #[inline]
     pub fn prefetch(&self, uv: Vec2, textures: &[Texture]) {
@@ -41,26 +59,10 @@ impl ColorInput {
         }
     }
 
-    /// Luminance at a point, for float parameters.
-    pub(super) fn eval_float(&self, at: TexturePoint, textures: &[Texture]) -> f32 {
-        match *self {
-            ColorInput::Constant(c) => c.luminance(),
-            ColorInput::Texture(id) => textures[id.index()].eval_float(at, textures),
-        }
-    }
-
     pub(super) fn max_channel(&self, textures: &[Texture]) -> f32 {
         match *self {
             ColorInput::Constant(c) => c.max_channel(),
             ColorInput::Texture(id) => textures[id.index()].max_channel(textures),
-        }
-    }
-
-    /// [`Texture::gradient`] of a textured input, else 0.
-    pub(super) fn gradient(&self, at: TexturePoint, dp: [Vec3; 2], textures: &[Texture]) -> Vec2 {
-        match *self {
-            ColorInput::Constant(_) => Vec2::ZERO,
-            ColorInput::Texture(id) => textures[id.index()].gradient(at, dp, textures),
         }
     }
 
@@ -73,6 +75,22 @@ impl ColorInput {
 }
 
 impl FloatInput {
+    /// Value in each lane.
+    #[inline(always)]
+    pub(crate) fn eval_each<S: Width>(
+        &self,
+        x: &SurfacePoints<S>,
+        textures: &[Texture],
+    ) -> Float<S> {
+        match *self {
+            FloatInput::Constant(c) => Float::splat(x.offset.width(), c),
+            FloatInput::Texture(id) => {
+                let texture = &textures[id.index()];
+                texture.lookup(x.into(), textures).value()
+            }
+        }
+    }
+
     /// Value at a point.
     #[inline]
     pub fn eval(&self, at: impl Into<TexturePoint>, textures: &[Texture]) -> f32 {

@@ -1,7 +1,10 @@
 //! Textures, and material inputs that are constant or textured.
 
 mod bitmap;
+mod evaluate;
 mod inputs;
+#[cfg(test)]
+mod lanes_tests;
 mod noise;
 mod point;
 mod solid;
@@ -14,9 +17,12 @@ pub use point::{TexturePoint, VertexValues};
 pub use solid::{Pattern, Projection, ProjectionKind, Solid};
 
 use crate::color::Rgb;
+use crate::geometry::SurfacePoints;
 use crate::ids::TextureId;
+use crate::lanes::{Pair, Vector, Width};
 use crate::math::{Mat3, Vec2, Vec3};
-use solid::is_in_dot;
+use evaluate::Lookup;
+use point::TexturePoints;
 
 /// A color as a function of texture coordinates.
 #[derive(Clone, Debug)]
@@ -88,55 +94,9 @@ impl Texture {
     /// Filtered color at a point. `textures` are all textures of the scene, for nested ones.
     pub fn eval(&self, at: impl Into<TexturePoint>, textures: &[Texture]) -> Rgb {
         let at = at.into();
-        match self {
-            Texture::Bitmap(bitmap) => bitmap.eval(at.uv),
-            Texture::Checkerboard {
-                color0,
-                color1,
-                uv_transform,
-            } => {
-                let color = if is_main_cell(*uv_transform, at.uv) {
-                    color0
-                } else {
-                    color1
-                };
-                color.eval(at, textures)
-            }
-            Texture::Product { first, second } => {
-                let (a, b) = (first.eval(at, textures), second.eval(at, textures));
-                a.zip(b, |a, b| a * b)
-            }
-            Texture::VertexColors(colors) => colors.at(at),
-            Texture::OtherUv { uvs, inner } => {
-                let uv = uvs.at(at);
-                textures[inner.index()].eval(TexturePoint { uv, ..at }, textures)
-            }
-            Texture::Mix {
-                first,
-                second,
-                weight,
-            } => {
-                let w = mixing_weight(weight, at, textures);
-                first.eval(at, textures).lerp(second.eval(at, textures), w)
-            }
-            Texture::Dots {
-                inside,
-                outside,
-                uv_transform,
-            } => {
-                let is_inside = is_in_dot(uv_transform.transform_point2(at.uv));
-                if is_inside { inside } else { outside }.eval(at, textures)
-            }
-            Texture::Power { base, exponent } => {
-                let base = textures[base.index()].eval(at, textures);
-                base.map(|v| v.max(0.0).powf(*exponent))
-            }
-            Texture::Solid(solid) => solid.eval(at, textures),
-            Texture::Projected { projection, inner } => {
-                let uv = projection.uv(at.p);
-                textures[inner.index()].eval(TexturePoint { uv, ..at }, textures)
-            }
-        }
+        self.lookup(at.in_lane(&at.reference()), textures)
+            .color()
+            .into()
     }
 
     /// Prefetches the memory that evaluation at `uv` reads, without nested textures.
@@ -152,54 +112,8 @@ impl Texture {
     /// As in Mitsuba 3.9.1's `eval_1`, the cells of a checkerboard are swapped against [`Texture::eval`].
     pub fn eval_float(&self, at: impl Into<TexturePoint>, textures: &[Texture]) -> f32 {
         let at = at.into();
-        match self {
-            Texture::Bitmap(bitmap) => bitmap.eval_float(at.uv),
-            Texture::Checkerboard {
-                color0,
-                color1,
-                uv_transform,
-            } => {
-                let color = if is_main_cell(*uv_transform, at.uv) {
-                    color1
-                } else {
-                    color0
-                };
-                color.eval_float(at, textures)
-            }
-            Texture::Product { first, second } => {
-                first.eval_float(at, textures) * second.eval_float(at, textures)
-            }
-            Texture::VertexColors(colors) => colors.at(at).luminance(),
-            Texture::OtherUv { uvs, inner } => {
-                let uv = uvs.at(at);
-                textures[inner.index()].eval_float(TexturePoint { uv, ..at }, textures)
-            }
-            Texture::Mix {
-                first,
-                second,
-                weight,
-            } => {
-                let w = mixing_weight(weight, at, textures);
-                first.eval_float(at, textures) * (1.0 - w) + second.eval_float(at, textures) * w
-            }
-            Texture::Dots {
-                inside,
-                outside,
-                uv_transform,
-            } => {
-                let is_inside = is_in_dot(uv_transform.transform_point2(at.uv));
-                if is_inside { inside } else { outside }.eval_float(at, textures)
-            }
-            Texture::Power { base, exponent } => {
-                let base = textures[base.index()].eval_float(at, textures);
-                base.max(0.0).powf(*exponent)
-            }
-            Texture::Solid(solid) => solid.eval_float(at, textures),
-            Texture::Projected { projection, inner } => {
-                let uv = projection.uv(at.p);
-                textures[inner.index()].eval_float(TexturePoint { uv, ..at }, textures)
-            }
-        }
+        let value = self.lookup(at.in_lane(&at.reference()), textures).value();
+        value.get()
     }
 
     /// Derivatives of [`Texture::eval_float`] by u and by v, for bump maps. `dp` are those of the position. As in Mitsuba's `eval_1_grad`, from
@@ -211,45 +125,32 @@ impl Texture {
         textures: &[Texture],
     ) -> Vec2 {
         let at = at.into();
-        match self {
-            Texture::Bitmap(bitmap) => bitmap.gradient(at.uv),
-            Texture::Checkerboard { .. }
-            | Texture::VertexColors(_)
-            | Texture::OtherUv { .. }
-            | Texture::Dots { .. } => Vec2::ZERO,
-            Texture::Product { first, second } => {
-                first.gradient(at, dp, textures) * second.eval_float(at, textures)
-                    + second.gradient(at, dp, textures) * first.eval_float(at, textures)
-            }
-            Texture::Mix {
-                first,
-                second,
-                weight,
-            } => {
-                let w = mixing_weight(weight, at, textures);
-                let slope = match weight {
-                    FloatInput::Constant(_) => Vec2::ZERO,
-                    FloatInput::Texture(id) => textures[id.index()].gradient(at, dp, textures),
-                };
-                let step = second.eval_float(at, textures) - first.eval_float(at, textures);
-                first.gradient(at, dp, textures) * (1.0 - w)
-                    + second.gradient(at, dp, textures) * w
-                    + slope * step
-            }
-            Texture::Power { base, exponent } => {
-                let base = &textures[base.index()];
-                let slope = exponent * base.eval_float(at, textures).max(0.0).powf(exponent - 1.0);
-                let slope = if slope.is_finite() { slope } else { 0.0 };
-                base.gradient(at, dp, textures) * slope
-            }
-            Texture::Solid(solid) => solid.gradient(at, dp),
-            Texture::Projected { projection, inner } => {
-                let uv = projection.uv(at.p);
-                let inner = &textures[inner.index()];
-                let gradient = inner.gradient(TexturePoint { uv, ..at }, dp, textures);
-                let [du, dv] = projection.derivatives(at.p, dp);
-                Vec2::new(gradient.dot(du), gradient.dot(dv))
-            }
+        let reference = at.reference();
+        let lookup = self.lookup(at.in_lane(&reference), textures);
+        let gradient = lookup.gradient(dp.map(Vector::from));
+        Vec2::new(gradient.x.get(), gradient.y.get())
+    }
+
+    /// [`Texture::gradient`] in each lane.
+    #[inline(always)]
+    pub(crate) fn gradient_each<S: Width>(
+        &self,
+        x: &SurfacePoints<S>,
+        textures: &[Texture],
+    ) -> Pair<S> {
+        self.lookup(x.into(), textures).gradient([x.dp_du, x.dp_dv])
+    }
+
+    #[inline(always)]
+    fn lookup<'a, S: Width>(
+        &'a self,
+        at: TexturePoints<'a, S>,
+        textures: &'a [Texture],
+    ) -> Lookup<'a, S> {
+        Lookup {
+            texture: self,
+            at,
+            textures,
         }
     }
 
@@ -366,16 +267,4 @@ impl Texture {
         };
         ids.into_iter().flatten()
     }
-}
-
-/// Weight of the second input of a mixture, in [0, 1].
-fn mixing_weight(weight: &FloatInput, at: TexturePoint, textures: &[Texture]) -> f32 {
-    weight.eval(at, textures).clamp(0.0, 1.0)
-}
-
-/// Whether `uv` lies in a cell of `color0`.
-fn is_main_cell(uv_transform: Mat3, uv: Vec2) -> bool {
-    let p = uv_transform.transform_point2(uv);
-    let upper = (p - p.floor()).cmpgt(Vec2::splat(0.5));
-    upper.x == upper.y
 }

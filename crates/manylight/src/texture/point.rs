@@ -1,6 +1,8 @@
 //! Places at which textures are evaluated, and values per vertex of a mesh.
 
-use crate::geometry::{SurfacePoint, SurfaceRef};
+use crate::geometry::{SurfacePoint, SurfacePoints, SurfaceRef};
+use crate::ids::PrimitiveId;
+use crate::lanes::{One, Pair, Vector, Width};
 use crate::math::{Vec2, Vec3};
 
 /// The place on a surface at which a texture is evaluated.
@@ -47,6 +49,51 @@ impl From<&SurfacePoint> for TexturePoint {
     }
 }
 
+/// The places in all lanes at which a texture is evaluated.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TexturePoints<'a, S: Width> {
+    /// Texture coordinates of the mesh.
+    pub(super) uv: Pair<S>,
+    /// Positions in world space.
+    pub(super) p: Vector<S>,
+    /// Triangles of the mesh, and the coordinates on them.
+    pub(super) at: &'a S::Each<SurfaceRef>,
+}
+
+impl<'a, S: Width> From<&'a SurfacePoints<S>> for TexturePoints<'a, S> {
+    #[inline(always)]
+    fn from(x: &'a SurfacePoints<S>) -> Self {
+        TexturePoints {
+            uv: x.uv,
+            p: x.p,
+            at: &x.at,
+        }
+    }
+}
+
+impl TexturePoint {
+    /// The reference to the place, of which textures use the triangle and the coordinates.
+    #[inline]
+    pub(super) fn reference(&self) -> [SurfaceRef; 1] {
+        [SurfaceRef {
+            primitive: PrimitiveId(0),
+            element: self.element,
+            instance: SurfaceRef::NO_INSTANCE,
+            coordinates: self.coordinates,
+        }]
+    }
+
+    /// The place in the only lane, with its reference.
+    #[inline]
+    pub(super) fn in_lane<'a>(&self, at: &'a [SurfaceRef; 1]) -> TexturePoints<'a, One> {
+        TexturePoints {
+            uv: self.uv.into(),
+            p: self.p.into(),
+            at,
+        }
+    }
+}
+
 /// Values at the vertices of one mesh, interpolated linearly over its triangles.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct VertexValues<T> {
@@ -62,7 +109,7 @@ where
 {
     /// The value at a point; the default value on other meshes, which have more triangles.
     #[inline]
-    pub(super) fn at(&self, point: TexturePoint) -> T {
+    pub(super) fn at(&self, point: &SurfaceRef) -> T {
         let Some(corners) = self.triangles.get(point.element as usize) else {
             return T::default();
         };

@@ -1,7 +1,7 @@
 //! Textures by position: patterns in space, and texture coordinates by projection.
 
+use super::ColorInput;
 use super::noise::{amplitude, fractal, noise, turbulence};
-use super::{ColorInput, Texture, TexturePoint};
 use crate::color::Rgb;
 use crate::math::{Affine3A, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
@@ -74,37 +74,32 @@ const MARBLE_MAX: f32 = MARBLE_SCALE * 0.6;
 const GRADIENT_STEP: f32 = 5e-4;
 
 impl Solid {
-    /// Color at a point.
-    pub(super) fn eval(&self, at: TexturePoint, textures: &[Texture]) -> Rgb {
-        let p = self.pattern_from_world.transform_point3(at.p);
+    /// Color at a point; that of cells is unspecified.
+    pub(super) fn color(&self, p: Vec3) -> Rgb {
+        let p = self.pattern_from_world.transform_point3(p);
         match self.pattern {
-            Pattern::Cells { color0, color1 } => {
-                let color = if is_even_cell(p) { color0 } else { color1 };
-                color.eval(at, textures)
-            }
             Pattern::Marble { .. } => self.pattern.marble(p),
             _ => Rgb::splat(self.pattern.value(p).max(0.0)),
         }
     }
 
-    /// Value at a point, which may be negative.
-    pub(super) fn eval_float(&self, at: TexturePoint, textures: &[Texture]) -> f32 {
-        let p = self.pattern_from_world.transform_point3(at.p);
-        match self.pattern {
-            Pattern::Cells { color0, color1 } => {
-                let color = if is_even_cell(p) { color0 } else { color1 };
-                color.eval_float(at, textures)
-            }
-            _ => self.pattern.value(p),
-        }
+    /// Value at a point, which may be negative; 0 for cells.
+    pub(super) fn value(&self, p: Vec3) -> f32 {
+        self.pattern
+            .value(self.pattern_from_world.transform_point3(p))
+    }
+
+    /// Whether a point lies in a cube of the first color of cells.
+    pub(super) fn is_even_cell(&self, p: Vec3) -> bool {
+        is_even_cell(self.pattern_from_world.transform_point3(p))
     }
 
     /// Derivatives of the value by u and v, of which those of the position are given; 0 for cells.
-    pub(super) fn gradient(&self, at: TexturePoint, [dp_du, dp_dv]: [Vec3; 2]) -> Vec2 {
+    pub(super) fn gradient(&self, p: Vec3, [dp_du, dp_dv]: [Vec3; 2]) -> Vec2 {
         if matches!(self.pattern, Pattern::Cells { .. }) {
             return Vec2::ZERO;
         }
-        let p = self.pattern_from_world.transform_point3(at.p);
+        let p = self.pattern_from_world.transform_point3(p);
         let slope = |d: Vec3| {
             let d = self.pattern_from_world.transform_vector3(d);
             let Some(step) = d.try_normalize().map(|d| d * GRADIENT_STEP) else {

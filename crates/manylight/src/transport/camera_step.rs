@@ -1,55 +1,19 @@
 //! One step of a camera path: the segment's end, the radiance emitted there, and the next vertex that scatters.
 //!
-//! Every method that walks from the camera takes its steps here. The path tracer advances the paths of a tile in
-//! stages and uses [`SegmentEnd`] alone; the others use [`next_scattering_vertex`].
+//! The many-light methods and the photon map take their steps here; the path tracer advances streams (`stream`).
 
 use super::direct::{emitted_with_mis, environment_with_mis};
 use super::{Arrival, Vertex, Walk};
 use crate::color::Rgb;
 use crate::emitters::EnvironmentLobes;
-use crate::geometry::SurfacePoint;
 use crate::math::Vec3;
 use crate::sampling::Sampler;
-use crate::scene::{PathLimits, Scene};
-
-/// The end of a segment of a camera path.
-#[derive(Clone, Copy, Debug)]
-pub enum SegmentEnd {
-    /// A surface, and the length of the segment in m.
-    Surface(SurfacePoint, f32),
-    /// The environment, along this unit direction.
-    Environment(Vec3),
-    /// The environment, which the camera must not see.
-    Hidden,
-}
-
-impl SegmentEnd {
-    /// The surface point of an arrival.
-    #[inline]
-    pub fn new(scene: &Scene, arrival: Arrival) -> Self {
-        match arrival {
-            Arrival::Hit(at, distance) => SegmentEnd::Surface(scene.surface_point(at), distance),
-            Arrival::Escaped(wi) => SegmentEnd::Environment(wi),
-            Arrival::Hidden => SegmentEnd::Hidden,
-        }
-    }
-
-    /// Radiance emitted at the end of the segment that `walk` has just followed, times the MIS weight of finding it by
-    /// the walk's last event, in W/(m² sr); with `lobes` if next-event estimation there uses them.
-    #[inline]
-    pub fn emitted(&self, scene: &Scene, walk: &Walk, lobes: Option<&EnvironmentLobes>) -> Rgb {
-        match self {
-            SegmentEnd::Surface(x, _) => emitted_with_mis(scene, walk.previous(), x, walk.w_prev()),
-            SegmentEnd::Environment(wi) => environment_with_mis(scene, walk.previous(), *wi, lobes),
-            SegmentEnd::Hidden => Rgb::BLACK,
-        }
-    }
-}
+use crate::scene::PathLimits;
 
 /// A segment of a camera path that was followed to its end.
 #[derive(Clone, Debug)]
 pub struct CameraStep<'s> {
-    /// See [`SegmentEnd::emitted`].
+    /// Radiance emitted at its end, times the MIS weight of finding it by the walk's last event, in W/(m² sr).
     pub emitted: Rgb,
     /// Unit direction from which that arrives.
     pub wi: Vec3,
@@ -64,21 +28,23 @@ fn follow_segment<'s>(
     lobes: Option<&EnvironmentLobes>,
 ) -> Option<CameraStep<'s>> {
     let scene = walk.scene;
-    let end = SegmentEnd::new(scene, walk.arrive());
-    let emitted = end.emitted(scene, walk, lobes);
-    match end {
-        SegmentEnd::Surface(x, distance) => Some(CameraStep {
-            emitted,
-            wi: -walk.w_prev(),
-            vertex: Some(walk.vertex(x, distance)),
-        }),
-        SegmentEnd::Environment(wi) => Some(CameraStep {
-            emitted,
-            wi,
-            vertex: None,
-        }),
-        SegmentEnd::Hidden => None,
-    }
+    let (emitted, vertex) = match walk.arrive() {
+        Arrival::Hit(at, distance) => {
+            let x = scene.surface_point(at);
+            let emitted = emitted_with_mis(scene, walk.previous(), &x, walk.w_prev());
+            (emitted, Some(walk.vertex(x, distance)))
+        }
+        Arrival::Escaped(wi) => (
+            environment_with_mis(scene, walk.previous(), wi, lobes),
+            None,
+        ),
+        Arrival::Hidden => return None,
+    };
+    Some(CameraStep {
+        emitted,
+        wi: -walk.w_prev(),
+        vertex,
+    })
 }
 
 /// Follows a camera path to the next vertex that scatters: through masks, null surfaces and thin glass. `lobes` are those of

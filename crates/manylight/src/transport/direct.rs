@@ -5,7 +5,7 @@ use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::emitters::{DirectSample, EmitterPlan, EnvironmentLobes};
 use crate::geometry::{Segment, SurfacePoint};
-use crate::math::{Vec2, Vec3};
+use crate::math::Vec3;
 use crate::sampling::{Sampler, mis};
 use crate::scene::Scene;
 
@@ -37,21 +37,6 @@ impl EmitterSample {
     ) -> Option<Self> {
         let emitters = &scene.emitters;
         let sample = emitters.sample(&scene.geometry, &scene.textures, x.p, n, plan)?;
-        Some(EmitterSample::from_point(x, sample))
-    }
-
-    /// As [`EmitterSample::new`], with directions to the environment by the `lobes` at `x`; `numbers` are uniform in [0, 1).
-    pub fn guided(
-        scene: &Scene,
-        x: &SurfacePoint,
-        n: Option<Vec3>,
-        lobes: &EnvironmentLobes,
-        numbers: (f32, Vec2),
-    ) -> Option<Self> {
-        let (geometry, textures) = (&scene.geometry, &scene.textures);
-        let sample = scene
-            .emitters
-            .sample_guided(geometry, textures, (x.p, n), lobes, numbers)?;
         Some(EmitterSample::from_point(x, sample))
     }
 

@@ -2,9 +2,13 @@
 
 pub mod camera_step;
 pub mod direct;
+pub mod direct_lanes;
 mod numbers;
 pub mod roulette;
+pub(crate) mod stream;
+#[cfg(test)]
+mod tests;
 pub mod walk;
 
-pub use camera_step::{CameraStep, SegmentEnd, next_scattering_vertex};
+pub use camera_step::{CameraStep, next_scattering_vertex};
 pub use walk::{Arrival, Vertex, Walk, past_emitters};

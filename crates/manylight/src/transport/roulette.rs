@@ -1,6 +1,7 @@
 //! Russian roulette: probabilities to continue a path. Surviving paths divide their throughput by them.
 
 use crate::color::Rgb;
+use crate::lanes::{Color, Float, One, Width};
 
 /// For camera walks: the largest channel of the throughput without the η² that refraction puts into radiance, at most 0.95.
 /// This is Mitsuba's rule.
@@ -14,10 +15,13 @@ pub fn camera_survival(throughput: Rgb, eta_squared: f32) -> f32 {
 /// leave a deep blue surface with fourteen times the blue flux that arrived.)
 #[inline]
 pub fn photon_survival(before: Rgb, after: Rgb) -> f32 {
+    photon_survivals::<One>(before.into(), after.into()).get()
+}
+
+/// [`photon_survival`] in lanes.
+#[inline(always)]
+pub(crate) fn photon_survivals<S: Width>(before: Color<S>, after: Color<S>) -> Float<S> {
     let before = before.max_channel();
-    if before > 0.0 {
-        (after.max_channel() / before).clamp(0.0, 0.99)
-    } else {
-        0.0
-    }
+    let survival = (after.max_channel() / before).clamp(0.0, 0.99);
+    before.gt(0.0).select(survival, 0.0)
 }

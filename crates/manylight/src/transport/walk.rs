@@ -13,7 +13,7 @@
 
 use crate::bsdf::{Bsdf, BsdfNumbers, BsdfSample, Lobes};
 use crate::color::Rgb;
-use crate::geometry::{Ray, SurfacePoint, SurfaceRef};
+use crate::geometry::{Hit, Ray, SurfacePoint, SurfaceRef};
 use crate::math::Vec3;
 use crate::scene::{PathLimits, Scene};
 use std::ops::MulAssign;
@@ -38,6 +38,18 @@ pub struct Previous {
     pub pdf: f32,
 }
 
+impl Previous {
+    /// The start of a walk at `p`.
+    pub(crate) fn start(p: Vec3) -> Self {
+        Previous {
+            p,
+            n: None,
+            event: Lobes::NONE,
+            pdf: 0.0,
+        }
+    }
+}
+
 /// A random walk.
 #[derive(Clone, Debug)]
 pub struct Walk<'s> {
@@ -46,10 +58,27 @@ pub struct Walk<'s> {
     /// The camera must not see emitters; see [`past_emitters`].
     hides_emitters: bool,
     ray: Ray,
+    /// The end of the ray, if it is known.
+    traced: Option<Option<Hit>>,
     throughput: Rgb,
     eta_squared: f32,
     segments: u32,
     previous: Previous,
+}
+
+/// A scattering event that was sampled, and the ray of which was traced, outside of the walk.
+#[derive(Clone, Copy, Debug)]
+pub struct Continuation {
+    /// The next segment.
+    pub ray: Ray,
+    /// Where the ray ends.
+    pub hit: Option<Hit>,
+    /// Throughput after the event.
+    pub throughput: Rgb,
+    /// Index of refraction on the far side over that on the near side.
+    pub eta: f32,
+    /// The event.
+    pub previous: Previous,
 }
 
 /// The end of a segment, before the surface there is looked up.
@@ -95,21 +124,16 @@ impl<'s> Walk<'s> {
     }
 
     fn new(scene: &'s Scene, origin: PathOrigin, ray: Ray, throughput: Rgb) -> Self {
-        let previous = Previous {
-            p: ray.o,
-            n: None,
-            event: Lobes::NONE,
-            pdf: 0.0,
-        };
         Walk {
             scene,
             origin,
             hides_emitters: false,
             ray,
+            traced: None,
             throughput,
             eta_squared: 1.0,
             segments: 0,
-            previous,
+            previous: Previous::start(ray.o),
         }
     }
 
@@ -156,7 +180,11 @@ impl<'s> Walk<'s> {
             hidden = (visible.o - self.ray.o).length();
             self.ray = visible;
         }
-        match self.scene.geometry.intersect(&self.ray) {
+        let hit = match self.traced.take() {
+            Some(hit) => hit,
+            None => self.scene.geometry.intersect(&self.ray),
+        };
+        match hit {
             Some(hit) => Arrival::Hit(hit.at, hidden + hit.t),
             None if self.hides_emitters && self.previous.event == Lobes::NONE => Arrival::Hidden,
             None => Arrival::Escaped(self.ray.d),
@@ -231,6 +259,16 @@ impl<'s> Walk<'s> {
         };
         self.ray = v.x.spawn(sample.w);
         true
+    }
+
+    /// Continues by an event that was sampled outside of the walk.
+    #[inline]
+    pub(crate) fn continue_along(&mut self, next: Continuation) {
+        self.ray = next.ray;
+        self.traced = Some(next.hit);
+        self.throughput = next.throughput;
+        self.eta_squared *= next.eta * next.eta;
+        self.previous = next.previous;
     }
 
     /// Multiplies the throughput.

@@ -4,13 +4,12 @@ use super::glossy::Glossy;
 use super::light::{Emission, VirtualLight};
 use super::reflection::Reflection;
 use super::set::VirtualLights;
-use crate::bsdf::{ExitTransmittance, FixedWi, Lobes, interpolate_lanes};
+use crate::bsdf::{ExitTransmittance, FixedWi, Lobes};
 use crate::color::Rgb;
 use crate::ids::LightId;
-use crate::lanes::vectors::{dot, mul3, scale3, splat3};
-use crate::lanes::{LANES, LaneMask, Lanes3};
+use crate::lanes::{Color, LaneMask, Lanes3, Sixteen, Vector};
 use crate::math::Vec3;
-use crate::simd::Wide;
+use crate::simd::{Outlined, Wide};
 use std::f32::consts::FRAC_1_PI;
 
 impl VirtualLights<'_> {
@@ -82,17 +81,31 @@ pub(crate) enum EmissionView<'f, 's> {
     },
 }
 
-impl EmissionView<'_, '_> {
-    /// [`VirtualLights::intensity`] in the directions `-wi`, lane by lane, where the unit directions `wi` point from the receivers to the
-    /// light; inactive lanes hold any value.
+/// [`EmissionView::intensities`]: a function that its many callers share.
+struct Intensities<'a, 'f, 's, W> {
+    emission: &'a EmissionView<'f, 's>,
+    s: Sixteen<W>,
+    wi: &'a Lanes3,
+    active: LaneMask,
+}
+
+impl<W: Wide> Outlined for Intensities<'_, '_, '_, W> {
+    type Output = Lanes3;
+
     #[inline(always)]
-    pub(crate) fn intensities<W: Wide>(&self, w: W, wi: &Lanes3, active: LaneMask) -> Lanes3 {
-        match self {
+    fn run(self) -> Lanes3 {
+        let Intensities {
+            emission,
+            s,
+            wi,
+            active,
+        } = self;
+        let away = wi.vectors(s);
+        match emission {
             EmissionView::Single { flux, reflection } => {
-                let wo = scale3(w, wi.load(w), w.splat(-1.0));
-                let values = reflection.f_cos_wo_lanes(w, &Lanes3::store(w, wo), active);
-                let flux = splat3(w, Vec3::from(flux.to_array()));
-                Lanes3::store(w, mul3(w, values.load(w), flux))
+                let wo = Lanes3::of_vectors(-away);
+                let values = reflection.f_cos_wo_lanes(s.0, &wo, active).colors(s);
+                Lanes3::of_colors(values * Color::splat(s, *flux))
             }
             EmissionView::Rich {
                 light,
@@ -100,44 +113,36 @@ impl EmissionView<'_, '_> {
                 exit,
                 glossy,
             } => {
-                let away = wi.load(w);
-                let zero = w.splat(0.0);
-                let cos = dot(w, away, splat3(w, -light.n));
-                let cos_s = dot(w, away, splat3(w, -light.ns));
-                let above = w.lt(zero, cos);
-                let exits = exits(w, exit, cos_s);
-                let share = w.mul(w.mul(exits, cos), w.splat(FRAC_1_PI));
-                let share = w.select(w.and(above, w.lt(zero, cos_s)), share, zero);
-                let mut sum = scale3(w, splat3(w, Vec3::from(diffuse.to_array())), share);
+                let cos = away.dot(Vector::splat(s, -light.n));
+                let cos_s = away.dot(Vector::splat(s, -light.ns));
+                let above = cos.gt(0.0);
+                let share = exit.at_cosines(cos_s.max(0.0)) * cos * FRAC_1_PI;
+                let diffuse = Color::splat(s, *diffuse) * share;
+                let mut sum = diffuse.within(above & cos_s.gt(0.0));
                 if let Some(glossy) = glossy {
-                    let glossy = glossy.lookups(w, wi, active).load(w);
-                    let emitted = if light.one_sided {
-                        above
+                    let glossy = glossy.lookups(s.0, wi, active).colors(s);
+                    sum += if light.one_sided {
+                        glossy.within(above)
                     } else {
-                        w.lanes(u32::MAX)
+                        glossy
                     };
-                    for (sum, glossy) in sum.iter_mut().zip(glossy) {
-                        *sum = w.add(*sum, w.select(emitted, glossy, zero));
-                    }
                 }
-                Lanes3::store(w, sum)
+                Lanes3::of_colors(sum)
             }
         }
     }
 }
 
-/// Exit transmittance of the diffuse part at the cosines to the shading normal, lane by lane.
-#[inline(always)]
-fn exits<W: Wide>(w: W, exit: &ExitTransmittance, cos: W::F) -> W::F {
-    let mut out = w.store(w.max(cos, w.splat(0.0)));
-    match exit {
-        ExitTransmittance::Lambert => return w.splat(1.0),
-        ExitTransmittance::Fresnel { eta } => {
-            for cos in &mut out {
-                *cos = ExitTransmittance::Fresnel { eta: *eta }.eval(*cos);
-            }
-        }
-        ExitTransmittance::Coated(table) => out = interpolate_lanes(&[table; LANES], &out),
+impl EmissionView<'_, '_> {
+    /// [`VirtualLights::intensity`] in the directions `-wi`, lane by lane, where the unit directions `wi` point from the receivers to the
+    /// light; inactive lanes hold any value.
+    #[inline(always)]
+    pub(crate) fn intensities<W: Wide>(&self, w: W, wi: &Lanes3, active: LaneMask) -> Lanes3 {
+        w.outline(Intensities {
+            emission: self,
+            s: Sixteen(w),
+            wi,
+            active,
+        })
     }
-    w.load(&out)
 }

@@ -1,123 +1,100 @@
-//! Bilinear lookups in octahedral tables for [`LANES`] directions at once.
-#![expect(
-    clippy::needless_range_loop,
-    reason = "loops over lanes read like what they become: vector instructions"
-)]
+//! Bilinear lookups in octahedral tables for sixteen directions at once; see [`crate::math::octahedral`].
 
 use super::tables::{OctahedralTable, Texel, Texels};
-use crate::lanes::vectors::{mul3, splat3};
-use crate::lanes::{LANES, LaneMask, Lanes, Lanes3};
-use crate::math::octahedral::BilinearLookup;
-use crate::math::{Vec2, Vec3};
+use crate::lanes::{Color, Float, LaneMask, Lanes3, Mask, Pair, Sixteen, Vector, Width};
 use crate::simd::Wide;
 
 impl OctahedralTable<'_> {
     /// [`OctahedralTable::lookup`] in the directions `-wi`, lane by lane; inactive lanes hold any value.
     #[inline(always)]
     pub(super) fn lookups<W: Wide>(&self, w: W, wi: &Lanes3, active: LaneMask) -> Lanes3 {
-        let corners = TexelCorners::of(w, wi, self.side as i32, active);
+        let s = Sixteen(w);
+        let active = Mask::from_bits(s, u32::from(active));
+        let corners = TexelCorners::of(-wi.vectors(s), self.side as f32, active);
         let sum = match self.texels {
-            Texels::Float(texels) => corners.sum(w, texels),
-            Texels::Shared(texels) => corners.sum(w, texels),
+            Texels::Float(texels) => corners.sum(texels),
+            Texels::Shared(texels) => corners.sum(texels),
         };
-        let scale = splat3(w, Vec3::from(self.scale.to_array()));
-        Lanes3::store(w, mul3(w, sum, scale))
+        Lanes3::of_colors(sum * Color::splat(s, self.scale))
     }
 }
 
 /// The four texels around each lane's direction and their bilinear weights; inactive lanes hold any value.
-struct TexelCorners {
-    texels: [[i32; LANES]; 4],
-    weights: [Lanes; 4],
+struct TexelCorners<S: Width> {
+    texels: [S::Each<u32>; 4],
+    weights: [Float<S>; 4],
 }
 
-impl TexelCorners {
-    /// The corners for the directions `-wi` on a map of `side`² texels.
+impl<S: Width> TexelCorners<S> {
+    /// The corners for the unit directions `w` on a map of `side`² texels.
     #[inline(always)]
-    fn of<W: Wide>(w: W, wi: &Lanes3, side: i32, active: LaneMask) -> Self {
-        let (mut columns, mut rows) = ([0; LANES], [0; LANES]);
-        let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
-        for i in 0..LANES {
-            let place = BilinearLookup::of(-wi.vec(i), side);
-            (columns[i], rows[i]) = (place.column, place.row);
-            (x[i], y[i]) = (place.fraction.x, place.fraction.y);
-        }
-        let place = |i: usize| BilinearLookup {
-            column: columns[i],
-            row: rows[i],
-            fraction: Vec2::new(x[i], y[i]),
-        };
-        let mut corners = TexelCorners {
-            texels: [[0; LANES]; 4],
-            weights: [[0.0; LANES]; 4],
-        };
-        for i in 0..LANES {
-            let weights = place(i).weights();
-            for k in 0..4 {
-                corners.weights[k][i] = weights[k];
+    fn of(w: Vector<S>, side: f32, active: Mask<S>) -> Self {
+        let square = square_from_directions(w);
+        let (x, y) = (square.x * side - 0.5, square.y * side - 0.5);
+        let (column, row) = (x.floor(), y.floor());
+        let (x, y) = (x - column, y - row);
+        let inside = column.min(row).ge(0.0) & column.max(row).lt(side - 1.0);
+        let mut places = [
+            (row, column),
+            (row, column + 1.0),
+            (row + 1.0, column),
+            (row + 1.0, column + 1.0),
+        ];
+        if (active & !inside).any() {
+            for place in &mut places {
+                *place = wrapped_texels(*place, side);
             }
         }
-        if active & !inside(w, &columns, &rows, side) == 0 {
-            for i in 0..LANES {
-                let first = rows[i].wrapping_mul(side).wrapping_add(columns[i]);
-                corners.texels[0][i] = first;
-                corners.texels[1][i] = first.wrapping_add(1);
-                corners.texels[2][i] = first.wrapping_add(side);
-                corners.texels[3][i] = first.wrapping_add(side + 1);
-            }
-        } else {
-            for i in 0..LANES {
-                let texels = place(i).texels(side);
-                for k in 0..4 {
-                    corners.texels[k][i] = texels[k];
-                }
-            }
+        // Indices are exact in floats: tables have fewer than 2²² texels.
+        let last = side * side - 1.0;
+        let mut texels = [x.width().each(|_| 0); 4];
+        for k in 0..4 {
+            let (row, column) = places[k];
+            texels[k] = (row * side + column).clamp(0.0, last).to_word().store();
         }
-        corners
+        TexelCorners {
+            texels,
+            weights: [(1.0 - x) * (1.0 - y), x * (1.0 - y), (1.0 - x) * y, x * y],
+        }
     }
 
     /// The weighted sums of the texels of `table`.
     #[inline(always)]
-    fn sum<W: Wide, T: Texel>(&self, w: W, table: &[T]) -> [W::F; 3] {
-        let mut sum = [w.splat(0.0); 3];
-        for (texels, weights) in self.texels.iter().zip(&self.weights) {
-            let fetched = fetch(table, texels);
-            let mut values = Lanes3::ZERO;
-            for i in 0..LANES {
-                values.set(i, fetched[i].rgb());
-            }
-            let weight = w.load(weights);
-            for (sum, value) in sum.iter_mut().zip(values.load(w)) {
-                *sum = w.mul_add(value, weight, *sum);
-            }
+    fn sum<T: Texel>(&self, table: &[T]) -> Color<S> {
+        let s = self.weights[0].width();
+        let mut sum = Color::black(s);
+        let Some(last) = table.len().checked_sub(1) else {
+            return sum;
+        };
+        for k in 0..4 {
+            let texels = self.texels[k].as_ref();
+            let fetched = s.each(|i| table[(texels[i] as usize).min(last)]);
+            sum += T::colors(s, &fetched) * self.weights[k];
         }
         sum
     }
 }
 
-/// The lanes with four texels that no edge of the map separates: their indices need no wrapping.
+/// See [`square_from_direction`](crate::math::octahedral::square_from_direction).
 #[inline(always)]
-fn inside<W: Wide>(w: W, columns: &[i32; LANES], rows: &[i32; LANES], side: i32) -> LaneMask {
-    let (mut lowest, mut highest) = ([0.0; LANES], [0.0; LANES]);
-    for i in 0..LANES {
-        let (column, row) = (columns[i] as f32, rows[i] as f32);
-        lowest[i] = column.min(row);
-        highest[i] = column.max(row);
-    }
-    let (first, last) = (w.splat(0.0), w.splat((side - 1) as f32));
-    let inside = w.and(w.le(first, w.load(&lowest)), w.lt(w.load(&highest), last));
-    w.bits(inside) as LaneMask
+fn square_from_directions<S: Width>(w: Vector<S>) -> Pair<S> {
+    let p = w * (w.x.abs() + w.y.abs() + w.z.abs()).recip();
+    let above = p.z.ge(0.0);
+    let x = above.select(p.x, (1.0 - p.y.abs()).copysign(p.x));
+    let y = above.select(p.y, (1.0 - p.x.abs()).copysign(p.y));
+    Pair::new(x * 0.5 + 0.5, y * 0.5 + 0.5)
 }
 
-/// The texels with the given indices; the last texel for an index out of range.
+/// Row and column of texels with both from -1 to `side`; see [`wrapped_texel`](crate::math::octahedral::wrapped_texel).
 #[inline(always)]
-fn fetch<T: Texel>(table: &[T], texels: &[i32; LANES]) -> [T; LANES] {
-    let mut out = [T::zeroed(); LANES];
-    if let Some(last) = table.len().checked_sub(1) {
-        let texels = texels.map(|t| (t as u32).min(last as u32));
-        for i in 0..LANES {
-            out[i] = table[texels[i] as usize];
-        }
-    }
-    out
+fn wrapped_texels<S: Width>(
+    (row, column): (Float<S>, Float<S>),
+    side: f32,
+) -> (Float<S>, Float<S>) {
+    let beyond = column.lt(0.0) | column.ge(side);
+    let row = beyond.select(side - 1.0 - row, row);
+    let column = column.clamp(0.0, side - 1.0);
+    let beyond = row.lt(0.0) | row.ge(side);
+    let column = beyond.select(side - 1.0 - column, column);
+    (row.clamp(0.0, side - 1.0), column)
 }

@@ -2,6 +2,7 @@
 
 use super::octahedral_grid::Grid;
 use crate::color::Rgb;
+use crate::lanes::{Color, Width, Word};
 use crate::math::Vec3;
 use crate::math::octahedral::bilinear;
 use bytemuck::{Pod, Zeroable};
@@ -39,6 +40,8 @@ pub(crate) trait Texel: Pod {
     /// Rounds to the nearest. Channels must be at most [`BRIGHTEST`].
     fn new(color: Rgb) -> Self;
     fn rgb(self) -> Rgb;
+    /// The colors of a texel per lane.
+    fn colors<S: Width>(s: S, texels: &S::Each<Self>) -> Color<S>;
 }
 
 /// Value to which the brightest texel of a table is scaled: close to the largest number of [`SharedExponent`].
@@ -52,6 +55,11 @@ impl Texel for Rgb {
     #[inline(always)]
     fn rgb(self) -> Rgb {
         self
+    }
+
+    #[inline(always)]
+    fn colors<S: Width>(s: S, texels: &S::Each<Self>) -> Color<S> {
+        Color::from_fn(s, |i| texels.as_ref()[i])
     }
 }
 
@@ -86,6 +94,14 @@ impl Texel for SharedExponent {
         let unit = f32::from_bits(((self.0 >> 27) + (UNIT + BIAS) as u32) << 23);
         let mantissa = |shift: u32| (self.0 >> shift & 511) as i32 as f32;
         Rgb::new(mantissa(0) * unit, mantissa(9) * unit, mantissa(18) * unit)
+    }
+
+    #[inline(always)]
+    fn colors<S: Width>(s: S, texels: &S::Each<Self>) -> Color<S> {
+        let words = Word::load(s, &s.each(|i| texels.as_ref()[i].0));
+        let unit = (((words >> 27) + (UNIT + BIAS) as u32) << 23).to_float();
+        let (r, g, b) = (words & 511, words >> 9 & 511, words >> 18 & 511);
+        Color::new(r.integer(), g.integer(), b.integer()) * unit
     }
 }
 

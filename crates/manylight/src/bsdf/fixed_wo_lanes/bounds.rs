@@ -7,9 +7,10 @@
 use super::{FixedWoLanes, LaneModel};
 use crate::bsdf::incident_cone::IncidentCone;
 use crate::bsdf::material::Distribution;
-use crate::bsdf::models::fresnel::{self, ConductorFresnel};
-use crate::lanes::{LANES, LaneMask, Lanes, Lanes3, lanes_of};
+use crate::bsdf::models::fresnel::ConductorFresnel;
+use crate::lanes::{Color, LANES, LaneMask, Lanes, Lanes3, lanes_of};
 use crate::math::Spread;
+use crate::simd::{Outlined, Wide};
 
 /// Bounds on the microfacets that reflect light from a cone to `wo`.
 struct FacetBound {
@@ -19,16 +20,45 @@ struct FacetBound {
     cosines: [f32; 2],
 }
 
+/// [`FixedWoLanes::bounds`]: a function that its callers share.
+struct Bounds<'a, 'b, 's> {
+    functions: &'a FixedWoLanes<'b, 's>,
+    axes: &'a Lanes3,
+    spreads: &'a [Spread; LANES],
+    active: LaneMask,
+}
+
+impl Outlined for Bounds<'_, '_, '_> {
+    type Output = Lanes;
+
+    #[inline(always)]
+    fn run(self) -> Lanes {
+        self.functions
+            .bounds_inlined(self.axes, self.spreads, self.active)
+    }
+}
+
 impl FixedWoLanes<'_, '_> {
     /// Upper bounds of all channels of [`FixedWoLanes::f_cos_wi`] over the cones with unit axes `axes` and half-angles `spreads`, in each
     /// active lane; other lanes are unspecified.
     #[inline(always)]
-    pub(crate) fn bounds(
+    pub(crate) fn bounds<W: Wide>(
         &self,
+        w: W,
         axes: &Lanes3,
         spreads: &[Spread; LANES],
         active: LaneMask,
     ) -> Lanes {
+        w.outline(Bounds {
+            functions: self,
+            axes,
+            spreads,
+            active,
+        })
+    }
+
+    #[inline(always)]
+    fn bounds_inlined(&self, axes: &Lanes3, spreads: &[Spread; LANES], active: LaneMask) -> Lanes {
         let mut out = [0.0; LANES];
         match self.model {
             LaneModel::Lambert => {
@@ -79,7 +109,7 @@ impl FixedWoLanes<'_, '_> {
     fn bound_plastic(&self, i: usize, incident: &IncidentCone) -> f32 {
         let [_, cos] = incident.cosines();
         let cos = cos.max(0.0);
-        let enters = 1.0 - fresnel::coat_reflectance(cos, self.eta[i], self.inv_eta[i]);
+        let enters = 1.0 - self.coat_reflectance(i, cos);
         self.base.rgb(i).max_channel() * (enters * cos)
     }
 
@@ -92,7 +122,7 @@ impl FixedWoLanes<'_, '_> {
     ) -> f32 {
         let terms = [self.conductor[0].rgb(i), self.conductor[1].rgb(i)];
         let lobe = self.facet_bound(i, incident, distribution);
-        let f = ConductorFresnel::from_terms(terms).bound(lobe.cosines);
+        let f = ConductorFresnel::from_terms(terms.map(Color::from)).bound(lobe.cosines);
         (self.specular.rgb(i) * f).max_channel() * lobe.density
     }
 
@@ -106,7 +136,7 @@ impl FixedWoLanes<'_, '_> {
         let [_, cos] = incident.cosines();
         let base = self.base.rgb(i).max_channel() * self.max_transmittance[i];
         let lobe = self.facet_bound(i, incident, distribution);
-        let f = fresnel::coat_reflectance(lobe.cosines[0], self.eta[i], self.inv_eta[i]);
+        let f = self.coat_reflectance(i, lobe.cosines[0]);
         let coat = self.specular.rgb(i).max_channel() * (f * lobe.density);
         base * cos.max(0.0) + coat
     }

@@ -8,7 +8,7 @@ mod values;
 
 use super::leaf::Leaf;
 use super::material::Distribution;
-use super::model::Model;
+use super::model::{Model, ScatteringModel};
 use super::models::coat::{COSINES, interpolate};
 use super::models::conductor::RoughConductor;
 use super::models::fresnel;
@@ -17,7 +17,7 @@ use super::models::plastic::{Plastic, RoughPlastic};
 use super::models::principled::PrincipledFrontLanes;
 use super::{Bsdf, FixedWo, Lobes};
 use crate::color::Rgb;
-use crate::lanes::{LANES, Lanes, Lanes3, broadcast};
+use crate::lanes::{Float, LANES, Lanes, Lanes3, One, broadcast};
 use crate::math::{Vec2, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
@@ -41,16 +41,16 @@ pub enum LaneModel {
 impl Bsdf<'_> {
     /// The model with which this function may be a lane of a [`FixedWoLanes`].
     pub fn lane_model(&self) -> LaneModel {
-        let [Some(leaf), None, ..] = &self.leaves else {
+        let Some(leaf) = self.only_leaf() else {
             return LaneModel::Any;
         };
         match &leaf.model {
-            _ if leaf.tilt.is_some() => LaneModel::Any,
+            _ if leaf.tilted().is_some() => LaneModel::Any,
             Model::Diffuse(_) => LaneModel::Lambert,
             Model::Plastic(_) => LaneModel::Plastic,
             Model::RoughConductor(m) => LaneModel::Conductor(m.facets.distribution()),
             Model::RoughPlastic(m) => LaneModel::RoughPlastic(m.facets.distribution()),
-            Model::Principled(m) if !m.transmits() => LaneModel::Principled,
+            Model::Principled(m) if !m.transmits().any() => LaneModel::Principled,
             _ => LaneModel::Any,
         }
     }
@@ -139,57 +139,58 @@ impl<'b, 's> FixedWoLanes<'b, 's> {
     }
 
     /// Sets lane `i`.
-    fn set(&mut self, i: usize, bsdf: &Bsdf<'s>, leaf: &Leaf<'s>, wo: Vec3, lobes: Lobes) {
-        let mut wo = bsdf.frame.to_local(wo);
-        let Some(side) = leaf.side(wo.z) else {
-            return;
-        };
-        wo.z *= side;
-        if wo.z <= 0.0 {
+    fn set(&mut self, i: usize, bsdf: &Bsdf<'s>, leaf: &Leaf<'s, One>, wo: Vec3, lobes: Lobes) {
+        let local = bsdf.frame.to_local(wo.into());
+        let (side, valid) = leaf.side(local.z);
+        let wo = Vec3::from(local.scale_z(side));
+        if valid.none() || wo.z <= 0.0 {
             return;
         }
         let axes = [bsdf.frame.s, bsdf.frame.t, bsdf.frame.n * side];
         for (lanes, axis) in self.frame.iter_mut().zip(axes) {
-            lanes.set(i, axis);
+            lanes.set(i, Vec3::from(axis));
         }
         self.wo.set(i, wo);
+        let weight = leaf.weight.get();
         let has_diffuse = lobes.has(Lobes::DIFFUSE);
         match &leaf.model {
             Model::Diffuse(m) if has_diffuse => {
-                self.base.set(i, m.reflectance * (leaf.weight * FRAC_1_PI));
+                self.base
+                    .set(i, Rgb::from(m.reflectance) * (weight * FRAC_1_PI));
             }
-            Model::Plastic(m) if has_diffuse => self.set_plastic(i, m, leaf.weight, wo),
-            Model::RoughConductor(m) if lobes.has(m.lobes()) => {
-                self.set_conductor(i, m, leaf.weight, wo);
+            Model::Plastic(m) if has_diffuse => self.set_plastic(i, m, weight, wo),
+            Model::RoughConductor(m) if lobes.has(m.lobes().get()) => {
+                self.set_conductor(i, m, weight, wo);
             }
-            Model::RoughPlastic(m) => self.set_rough_plastic(i, m, leaf.weight, wo, lobes),
+            Model::RoughPlastic(m) => self.set_rough_plastic(i, m, weight, wo, lobes),
             Model::Principled(m) => {
                 let seen = self.set_facets(i, m.facets(), wo);
                 self.specular.set(i, Rgb::splat(seen));
-                self.principled.set(i, &m.front(lobes), leaf.weight);
+                self.principled.set(i, &m.front(lobes.into()), weight);
             }
             _ => {}
         }
     }
 
-    fn set_plastic(&mut self, i: usize, m: &Plastic, weight: f32, wo: Vec3) {
+    fn set_plastic(&mut self, i: usize, m: &Plastic<One>, weight: f32, wo: Vec3) {
         self.set_eta(i, m.eta);
-        let exit = fresnel::coat_transmittance(wo.z, m.eta);
-        self.base.set(i, m.base * (exit * weight * FRAC_1_PI));
+        let exit = fresnel::coat_transmittance::<One>(wo.z.into(), m.eta).get();
+        self.base
+            .set(i, Rgb::from(m.base()) * (exit * weight * FRAC_1_PI));
     }
 
-    fn set_conductor(&mut self, i: usize, m: &RoughConductor, weight: f32, wo: Vec3) {
+    fn set_conductor(&mut self, i: usize, m: &RoughConductor<One>, weight: f32, wo: Vec3) {
         let terms = m.fresnel.terms();
         self.conductor[0].set(i, terms[0]);
         self.conductor[1].set(i, terms[1]);
         let seen = self.set_facets(i, &m.facets, wo);
-        self.specular.set(i, m.tint * (seen * weight));
+        self.specular.set(i, Rgb::from(m.tint) * (seen * weight));
     }
 
     fn set_rough_plastic(
         &mut self,
         i: usize,
-        m: &RoughPlastic<'s>,
+        m: &RoughPlastic<'s, One>,
         weight: f32,
         wo: Vec3,
         lobes: Lobes,
@@ -198,12 +199,13 @@ impl<'b, 's> FixedWoLanes<'b, 's> {
         self.transmittance[i] = m.transmittance;
         self.max_transmittance[i] = m.max_transmittance();
         if lobes.has(Lobes::DIFFUSE) {
-            let exit = interpolate(m.transmittance, wo.z);
-            self.base.set(i, m.base * (exit * weight * FRAC_1_PI));
+            let exit = interpolate::<One>(m.transmittance, wo.z.into()).get();
+            self.base
+                .set(i, Rgb::from(m.base()) * (exit * weight * FRAC_1_PI));
         }
-        if lobes.has(m.coat_class()) {
+        if lobes.has(m.facets.class().get()) {
             let seen = self.set_facets(i, &m.facets, wo);
-            self.specular.set(i, m.tint * (seen * weight));
+            self.specular.set(i, Rgb::from(m.tint()) * (seen * weight));
         }
     }
 
@@ -213,12 +215,12 @@ impl<'b, 's> FixedWoLanes<'b, 's> {
     }
 
     /// Sets the roughness of lane `i`. Returns [`Microfacets::seen`].
-    fn set_facets(&mut self, i: usize, facets: &Microfacets, wo: Vec3) -> f32 {
+    fn set_facets(&mut self, i: usize, facets: &Microfacets<One>, wo: Vec3) -> f32 {
         for (pair, values) in self.roughness.iter_mut().zip(facets.roughness()) {
             pair[0][i] = values.x;
             pair[1][i] = values.y;
         }
-        facets.seen(wo)
+        facets.seen(wo.into()).get()
     }
 
     /// A world-space direction in the local frame of lane `i`.
@@ -228,10 +230,17 @@ impl<'b, 's> FixedWoLanes<'b, 's> {
         Vec3::new(s.vec(i).dot(w), t.vec(i).dot(w), n.vec(i).dot(w))
     }
 
+    /// Reflectance of the smooth coat of lane `i` from outside.
+    #[inline(always)]
+    fn coat_reflectance(&self, i: usize, cos: f32) -> f32 {
+        let [cos, eta, inv_eta] = [cos, self.eta[i], self.inv_eta[i]].map(Float::<One>::from);
+        fresnel::coat_reflectance(cos, eta, inv_eta).get()
+    }
+
     /// The microfacets of lane `i`.
     #[inline(always)]
-    fn facets(&self, i: usize, distribution: Distribution) -> Microfacets {
+    fn facets(&self, i: usize, distribution: Distribution) -> Microfacets<One> {
         let pair = |k: usize| Vec2::new(self.roughness[k][0][i], self.roughness[k][1][i]);
-        Microfacets::from_roughness(distribution, [pair(0), pair(1)])
+        Microfacets::from_roughness(distribution, pair(0).into(), pair(1).into())
     }
 }

@@ -1,46 +1,54 @@
-//! Values in lanes.
-#![expect(
-    clippy::needless_range_loop,
-    reason = "loops over lanes read like the vector instructions that they become"
-)]
+//! Values in lanes, by the functions of the models.
 
 use super::{FixedWoLanes, LaneModel};
 use crate::bsdf::material::Distribution;
-use crate::bsdf::models::coat::interpolate_lanes;
+use crate::bsdf::models::coat::interpolate_tables;
 use crate::bsdf::models::fresnel::{self, ConductorFresnel};
-use crate::color::Rgb;
-use crate::lanes::vectors::{dot, scale3};
-use crate::lanes::{LANES, LaneMask, Lanes3, lanes_of};
-use crate::math::Vec3;
-use crate::simd::Wide;
+use crate::bsdf::models::microfacet::Microfacets;
+use crate::lanes::{Color, Float, LaneMask, Lanes3, Pair, Sixteen, Vector, lanes_of};
+use crate::simd::{Outlined, Wide};
 
 /// Microfacets with the half vector as normal.
-struct FacetLobe {
+struct FacetLobe<W: Wide> {
     /// `D(m) G1(wi)`.
-    density: f32,
+    density: Float<Sixteen<W>>,
     /// Cosine between the half vector and `wo`.
-    cos: f32,
+    cos: Float<Sixteen<W>>,
+}
+
+/// [`FixedWoLanes::f_cos_wi`] for all models but [`LaneModel::Any`]: a function that its many callers share.
+struct Values<'a, 'b, 's, W> {
+    functions: &'a FixedWoLanes<'b, 's>,
+    s: Sixteen<W>,
+    wi: &'a Lanes3,
+}
+
+impl<W: Wide> Outlined for Values<'_, '_, '_, W> {
+    type Output = Lanes3;
+
+    #[inline(always)]
+    fn run(self) -> Lanes3 {
+        let Values { functions, s, wi } = self;
+        let wi = wi.vectors(s);
+        let values = match functions.model {
+            LaneModel::Lambert | LaneModel::Any => functions.lambert(s, wi),
+            LaneModel::Conductor(distribution) => functions.conductor(s, wi, distribution),
+            LaneModel::Plastic => functions.plastic(s, wi),
+            LaneModel::RoughPlastic(distribution) => functions.rough_plastic(s, wi, distribution),
+            LaneModel::Principled => functions.principled(s, wi),
+        };
+        Lanes3::of_colors(values)
+    }
 }
 
 impl FixedWoLanes<'_, '_> {
-    /// [`FixedWo::f_cos_wi`] in each active lane, for unit directions `wi`; other lanes are unspecified.
+    /// [`FixedWo::f_cos_wi`](crate::bsdf::FixedWo::f_cos_wi) in each active lane, for unit directions `wi`; other lanes are unspecified.
     #[inline(always)]
     pub(crate) fn f_cos_wi<W: Wide>(&self, w: W, wi: &Lanes3, active: LaneMask) -> Lanes3 {
         match self.model {
-            LaneModel::Lambert => self.lambert(w, wi),
-            LaneModel::Conductor(Distribution::Ggx) => self.conductor(wi, Distribution::Ggx),
-            LaneModel::Conductor(Distribution::Beckmann) => {
-                self.conductor(wi, Distribution::Beckmann)
+            LaneModel::Lambert => {
+                Lanes3::of_colors(self.lambert(Sixteen(w), wi.vectors(Sixteen(w))))
             }
-            LaneModel::Plastic => self.plastic(w, wi),
-            LaneModel::RoughPlastic(Distribution::Ggx) => {
-                self.rough_plastic(w, wi, Distribution::Ggx)
-            }
-            LaneModel::RoughPlastic(Distribution::Beckmann) => {
-                self.rough_plastic(w, wi, Distribution::Beckmann)
-            }
-            LaneModel::Principled if self.principled.has_extras => self.principled::<true>(wi),
-            LaneModel::Principled => self.principled::<false>(wi),
             LaneModel::Any => {
                 let mut out = Lanes3::ZERO;
                 for i in lanes_of(active) {
@@ -50,94 +58,128 @@ impl FixedWoLanes<'_, '_> {
                 }
                 out
             }
+            _ => w.outline(Values {
+                functions: self,
+                s: Sixteen(w),
+                wi,
+            }),
         }
     }
 
     /// Cosines of `wi` to the normals; 0 below the surface.
     #[inline(always)]
-    fn cosines<W: Wide>(&self, w: W, wi: &Lanes3) -> W::F {
-        let cos = dot(w, self.frame[2].load(w), wi.load(w));
-        w.max(cos, w.splat(0.0))
+    fn cosines<W: Wide>(&self, s: Sixteen<W>, wi: Vector<Sixteen<W>>) -> Float<Sixteen<W>> {
+        self.frame[2].vectors(s).dot(wi).max(0.0)
     }
 
     #[inline(always)]
-    fn lambert<W: Wide>(&self, w: W, wi: &Lanes3) -> Lanes3 {
-        let cos = self.cosines(w, wi);
-        Lanes3::store(w, scale3(w, self.base.load(w), cos))
+    fn lambert<W: Wide>(&self, s: Sixteen<W>, wi: Vector<Sixteen<W>>) -> Color<Sixteen<W>> {
+        self.base.colors(s) * self.cosines(s, wi)
     }
 
     #[inline(always)]
-    fn plastic<W: Wide>(&self, w: W, wi: &Lanes3) -> Lanes3 {
-        let cos = self.cosines(w, wi);
-        let mut enters = w.store(cos);
-        for i in 0..LANES {
-            enters[i] = 1.0 - fresnel::coat_reflectance(enters[i], self.eta[i], self.inv_eta[i]);
-        }
-        let share = w.mul(w.load(&enters), cos);
-        Lanes3::store(w, scale3(w, self.base.load(w), share))
+    fn plastic<W: Wide>(&self, s: Sixteen<W>, wi: Vector<Sixteen<W>>) -> Color<Sixteen<W>> {
+        let cos = self.cosines(s, wi);
+        let enters = 1.0 - self.coat_reflectances(s, cos);
+        self.base.colors(s) * (enters * cos)
     }
 
     #[inline(always)]
-    fn conductor(&self, wi: &Lanes3, distribution: Distribution) -> Lanes3 {
-        let mut out = Lanes3::ZERO;
-        for i in 0..LANES {
-            let lobe = self.facet_lobe(i, self.to_local(i, wi.vec(i)), distribution);
-            let terms = [self.conductor[0].rgb(i), self.conductor[1].rgb(i)];
-            let f = ConductorFresnel::from_terms(terms).reflectance(lobe.cos);
-            out.set(i, self.specular.rgb(i) * f * lobe.density);
-        }
-        out
+    fn conductor<W: Wide>(
+        &self,
+        s: Sixteen<W>,
+        wi: Vector<Sixteen<W>>,
+        distribution: Distribution,
+    ) -> Color<Sixteen<W>> {
+        let lobe = self.facet_lobe(s, self.to_locals(s, wi), distribution);
+        let [difference, product] = &self.conductor;
+        let terms = [difference.colors(s), product.colors(s)];
+        let f = ConductorFresnel::from_terms(terms).reflectance(lobe.cos);
+        self.specular.colors(s) * f * lobe.density
     }
 
     #[inline(always)]
-    fn rough_plastic<W: Wide>(&self, w: W, wi: &Lanes3, distribution: Distribution) -> Lanes3 {
-        let cos = self.cosines(w, wi);
-        // A rounded cosine may be above 1.
-        let enters = interpolate_lanes(&self.transmittance, &w.store(w.min(cos, w.splat(1.0))));
-        let base = scale3(w, self.base.load(w), w.mul(w.load(&enters), cos));
-        let mut out = Lanes3::store(w, base);
-        for i in 0..LANES {
-            let lobe = self.facet_lobe(i, self.to_local(i, wi.vec(i)), distribution);
-            let f = fresnel::coat_reflectance(lobe.cos, self.eta[i], self.inv_eta[i]);
-            let coat = self.specular.rgb(i) * (f * lobe.density);
-            out.set(i, out.rgb(i) + coat);
-        }
-        out
+    fn rough_plastic<W: Wide>(
+        &self,
+        s: Sixteen<W>,
+        wi: Vector<Sixteen<W>>,
+        distribution: Distribution,
+    ) -> Color<Sixteen<W>> {
+        let wi = self.to_locals(s, wi);
+        let cos = wi.z.max(0.0);
+        let base = interpolate_tables(&self.transmittance, cos) * cos;
+        let lobe = self.facet_lobe(s, wi, distribution);
+        let coat = self.coat_reflectances(s, lobe.cos) * lobe.density;
+        self.base.colors(s) * base + self.specular.colors(s) * coat
     }
 
     #[inline(always)]
-    fn principled<const EXTRAS: bool>(&self, wi: &Lanes3) -> Lanes3 {
-        let mut out = Lanes3::ZERO;
-        for i in 0..LANES {
-            let wi = self.to_local(i, wi.vec(i));
-            let facets = self.facets(i, Distribution::Ggx);
-            let value = self.principled.lane(i).eval::<EXTRAS>(
-                &facets,
-                wi,
-                self.wo.vec(i),
-                self.specular.0[0][i],
-            );
-            out.set(i, if wi.z > 0.0 { value } else { Rgb::BLACK });
-        }
-        out
+    fn principled<W: Wide>(&self, s: Sixteen<W>, wi: Vector<Sixteen<W>>) -> Color<Sixteen<W>> {
+        let wi = self.to_locals(s, wi);
+        let (wo, seen) = (self.wo.vectors(s), Float::load(s, &self.specular.0[0]));
+        let facets = self.facets_in_lanes(s, Distribution::Ggx);
+        let front = self.principled.load(s);
+        let values = if self.principled.has_extras {
+            front.eval::<true>(&facets, wi, wo, seen)
+        } else {
+            front.eval::<false>(&facets, wi, wo, seen)
+        };
+        values.within(wi.z.gt(0.0))
     }
 
-    /// The microfacets of lane `i` that reflect light from the local direction `wi` to `wo`.
+    /// The microfacets that reflect light from the local directions `wi` to `wo`.
     #[inline(always)]
-    fn facet_lobe(&self, i: usize, wi: Vec3, distribution: Distribution) -> FacetLobe {
-        let wo = self.wo.vec(i);
-        let half = wi + wo;
-        let density = self.facets(i, distribution).visible_density(wi, half);
+    fn facet_lobe<W: Wide>(
+        &self,
+        s: Sixteen<W>,
+        wi: Vector<Sixteen<W>>,
+        distribution: Distribution,
+    ) -> FacetLobe<W> {
+        let half = wi + self.wo.vectors(s);
+        let facets = self.facets_in_lanes(s, distribution);
+        let density = facets.visible_density(wi, half);
         // For light from below, the half vector may be zero.
-        let lit = wi.z > 0.0;
+        let lit = wi.z.gt(0.0);
         FacetLobe {
-            density: if lit { density } else { 0.0 },
+            density: lit.select(density, 0.0),
             // |wi + wo| = 2 wo·m for unit vectors.
-            cos: if lit {
-                0.5 * half.length_squared().sqrt()
-            } else {
-                1.0
-            },
+            cos: lit.select(0.5 * half.length(), 1.0),
         }
+    }
+
+    #[inline(always)]
+    fn facets_in_lanes<W: Wide>(
+        &self,
+        s: Sixteen<W>,
+        distribution: Distribution,
+    ) -> Microfacets<Sixteen<W>> {
+        let [alpha, inv_alpha] = &self.roughness;
+        let pair = |[x, y]: &[_; 2]| Pair::new(Float::load(s, x), Float::load(s, y));
+        Microfacets::from_roughness(distribution, pair(alpha), pair(inv_alpha))
+    }
+
+    /// Reflectance of the smooth coats from outside.
+    #[inline(always)]
+    fn coat_reflectances<W: Wide>(
+        &self,
+        s: Sixteen<W>,
+        cos: Float<Sixteen<W>>,
+    ) -> Float<Sixteen<W>> {
+        fresnel::coat_reflectance(
+            cos,
+            Float::load(s, &self.eta),
+            Float::load(s, &self.inv_eta),
+        )
+    }
+
+    /// World-space directions in the local frames.
+    #[inline(always)]
+    fn to_locals<W: Wide>(&self, s: Sixteen<W>, w: Vector<Sixteen<W>>) -> Vector<Sixteen<W>> {
+        let [x, y, z] = &self.frame;
+        Vector::new(
+            x.vectors(s).dot(w),
+            y.vectors(s).dot(w),
+            z.vectors(s).dot(w),
+        )
     }
 }

@@ -3,9 +3,7 @@
 use super::fresnel::{self, Interface, reflect, refract};
 use super::microfacet::Microfacets;
 use crate::bsdf::material::Distribution;
-use crate::lanes::{LANES, Lanes};
-use crate::math::float::floor;
-use crate::math::{Vec2, Vec3};
+use crate::lanes::{Float, One, Pair, Vector, Width};
 use rayon::prelude::*;
 
 /// Quadrature points per dimension for light into a denser medium; an even number. Not measured.
@@ -28,42 +26,33 @@ pub(in crate::bsdf) struct Coat {
 /// Entries of a table over the cosine on [0, 1], with linear interpolation. Not measured.
 pub const COSINES: usize = 64;
 
-/// The entry below a cosine in [0, 1], and the weight of the entry above.
-#[inline(always)]
-fn locate(cos: f32) -> (i32, f32) {
-    // The factor makes a cosine of 1 lie between the last two entries.
-    let at = cos * (COSINES - 1) as f32 * (1.0 - f32::EPSILON);
-    let (below, i) = floor(at);
-    (i, at - below)
-}
-
 /// Linear interpolation in a table.
 #[inline(always)]
-pub(in crate::bsdf) fn interpolate(table: &[f32; COSINES], cos: f32) -> f32 {
-    let (i, w) = locate(cos.clamp(0.0, 1.0));
-    table[i as usize] * (1.0 - w) + table[i as usize + 1] * w
+pub(in crate::bsdf) fn interpolate<S: Width>(table: &[f32; COSINES], cos: Float<S>) -> Float<S> {
+    interpolate_tables(&cos.width().each(|_| table), cos)
 }
 
-/// `interpolate` in each lane, for cosines in [0, 1].
+/// Linear interpolation in one table per lane.
 #[inline(always)]
-pub fn interpolate_lanes(tables: &[&[f32; COSINES]; LANES], cos: &Lanes) -> Lanes {
-    let (mut i, mut w) = ([0; LANES], [0.0; LANES]);
-    for lane in 0..LANES {
-        (i[lane], w[lane]) = locate(cos[lane]);
-    }
-    let (mut low, mut high) = ([0.0; LANES], [0.0; LANES]);
-    for lane in 0..LANES {
-        let i = i[lane] as usize % COSINES;
-        low[lane] = tables[lane][i];
-        high[lane] = tables[lane][(i + 1) % COSINES];
-    }
-    std::array::from_fn(|lane| low[lane] * (1.0 - w[lane]) + high[lane] * w[lane])
+pub(in crate::bsdf) fn interpolate_tables<S: Width>(
+    tables: &S::Each<&[f32; COSINES]>,
+    cos: Float<S>,
+) -> Float<S> {
+    // The factor makes a cosine of 1 lie between the last two entries.
+    let at = cos.clamp(0.0, 1.0) * ((COSINES - 1) as f32 * (1.0 - f32::EPSILON));
+    let below = at.floor();
+    let (s, index) = (at.width(), below.to_word().store());
+    let entry =
+        |i: usize, step: usize| tables.as_ref()[i][(index.as_ref()[i] as usize + step) % COSINES];
+    let low = Float::from_fn(s, |i| entry(i, 0));
+    let high = Float::from_fn(s, |i| entry(i, 1));
+    (at - below).mul_add(high - low, low)
 }
 
 impl Coat {
     /// Tabulates a coat with index `eta` relative to the outside.
     pub(in crate::bsdf) fn new(distribution: Distribution, alpha: f32, eta: f32) -> Self {
-        let facets = Microfacets::new(distribution, alpha, alpha);
+        let facets = Microfacets::new(distribution, alpha.into(), alpha.into());
         let cosines: Vec<f32> = (0..COSINES)
             .map(|i| (i as f32 / (COSINES - 1) as f32).max(MIN_COSINE))
             .collect();
@@ -81,48 +70,53 @@ impl Coat {
 }
 
 /// Fraction of light that a visible facet reflects or transmits: of microfacets, direction, facet normal, interface.
-type FacetEvent = fn(&Microfacets, Vec3, Vec3, &Interface) -> f32;
+type FacetEvent = fn(&Microfacets<One>, Vector<One>, Vector<One>, &Interface<One>) -> Float<One>;
 
-fn reflected(facets: &Microfacets, w: Vec3, m: Vec3, interface: &Interface) -> f32 {
+fn reflected(
+    facets: &Microfacets<One>,
+    w: Vector<One>,
+    m: Vector<One>,
+    interface: &Interface<One>,
+) -> Float<One> {
     let out = reflect(w, m);
-    if out.z > 0.0 {
-        interface.reflectance * facets.masking(out, m)
-    } else {
-        0.0
-    }
+    let unmasked = interface.reflectance * facets.masking(out, m);
+    out.z.gt(0.0).select(unmasked, 0.0)
 }
 
-fn transmitted(facets: &Microfacets, w: Vec3, m: Vec3, interface: &Interface) -> f32 {
+fn transmitted(
+    facets: &Microfacets<One>,
+    w: Vector<One>,
+    m: Vector<One>,
+    interface: &Interface<One>,
+) -> Float<One> {
     let out = refract(w, m, interface);
-    if out.z < 0.0 {
-        (1.0 - interface.reflectance) * facets.masking(out, m)
-    } else {
-        0.0
-    }
+    let unmasked = (1.0 - interface.reflectance) * facets.masking(out, m);
+    out.z.lt(0.0).select(unmasked, 0.0)
 }
 
 /// The mean of `event` over the visible facets, for each cosine.
 ///
 /// The integrand is symmetric to the plane of incidence, and mirroring one random number mirrors the facet. So half of the points in
 /// that dimension are evaluated.
-fn average(cosines: &[f32], facets: &Microfacets, eta: f32, event: FacetEvent) -> Vec<f32> {
+fn average(cosines: &[f32], facets: &Microfacets<One>, eta: f32, event: FacetEvent) -> Vec<f32> {
     let rule = gauss_legendre(if eta > 1.0 {
         NODES
     } else {
         NODES_WITH_TOTAL_REFLECTION
     });
     let mean = |&cos: &f32| {
-        let w = Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
+        let w = Vector::new((1.0 - cos * cos).sqrt().into(), 0.0.into(), cos.into());
         let mut sum = 0.0f64;
         for &(mirrored, weight_mirrored) in &rule[..rule.len() / 2] {
             for &(other, weight) in &rule {
                 let u = match facets.distribution() {
-                    Distribution::Ggx => Vec2::new(mirrored, other),
-                    Distribution::Beckmann => Vec2::new(other, mirrored),
+                    Distribution::Ggx => Pair::new(mirrored.into(), other.into()),
+                    Distribution::Beckmann => Pair::new(other.into(), mirrored.into()),
                 };
                 let m = facets.sample(w, u);
-                let interface = fresnel::dielectric(w.dot(m), eta);
-                sum += f64::from(event(facets, w, m, &interface) * weight_mirrored * weight);
+                let interface = fresnel::dielectric(w.dot(m), eta.into());
+                let value = event(facets, w, m, &interface).get();
+                sum += f64::from(value * weight_mirrored * weight);
             }
         }
         (2.0 * sum) as f32
@@ -156,6 +150,7 @@ fn gauss_legendre(n: usize) -> Vec<(f32, f32)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::{Vec2, Vec3};
 
     #[test]
     fn quadrature_is_exact_for_polynomials() {
@@ -169,16 +164,17 @@ mod tests {
 
     #[test]
     fn mirrored_numbers_give_mirrored_facets() {
-        let w = Vec3::new(0.6, 0.0, 0.8);
+        let w = Vector::from(Vec3::new(0.6, 0.0, 0.8));
         for distribution in [Distribution::Ggx, Distribution::Beckmann] {
-            let facets = Microfacets::new(distribution, 0.4, 0.4);
+            let facets = Microfacets::new(distribution, 0.4.into(), 0.4.into());
             for i in 0..100 {
                 let u = Vec2::new((i % 10) as f32 + 0.4, (i / 10) as f32 + 0.3) / 10.0;
                 let mirrored = match distribution {
                     Distribution::Ggx => Vec2::new(1.0 - u.x, u.y),
                     Distribution::Beckmann => Vec2::new(u.x, 1.0 - u.y),
                 };
-                let (a, b) = (facets.sample(w, u), facets.sample(w, mirrored));
+                let sample = |u: Vec2| Vec3::from(facets.sample(w, u.into()));
+                let (a, b) = (sample(u), sample(mirrored));
                 assert!(
                     (a - b * Vec3::new(1.0, -1.0, 1.0)).length() < 1e-4,
                     "{a} {b}"
@@ -191,7 +187,8 @@ mod tests {
     fn a_nearly_smooth_coat_transmits_what_fresnel_says() {
         let coat = Coat::new(Distribution::Ggx, 1e-3, 1.5);
         for i in [20, 40, 63] {
-            let expected = fresnel::coat_transmittance(i as f32 / 63.0, 1.5);
+            let cos: Float<One> = (i as f32 / 63.0).into();
+            let expected = fresnel::coat_transmittance(cos, 1.5).get();
             assert!((coat.transmittance[i] - expected).abs() < 1e-3);
         }
         assert!((coat.internal_reflectance - fresnel::diffuse_reflectance(1.0 / 1.5)).abs() < 0.02);

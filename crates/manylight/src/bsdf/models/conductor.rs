@@ -3,11 +3,12 @@
 use super::fresnel::{ConductorFresnel, reflect};
 use super::microfacet::Microfacets;
 use crate::bsdf::incident_cone::IncidentCone;
-use crate::bsdf::lobes::microfacet_class;
-use crate::bsdf::model_sample::ModelSample;
+use crate::bsdf::lobes::{Classes, Lobes};
+use crate::bsdf::model::ScatteringModel;
+use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::{ByClass, Response};
-use crate::bsdf::{BsdfNumbers, Lobes};
 use crate::color::Rgb;
+use crate::lanes::{Color, Float, One, Vector, Width};
 use crate::math::Vec3;
 
 /// Lower bound of the reflectance of rough surfaces where it is estimated at the surface normal: facets reflect at other angles.
@@ -15,131 +16,96 @@ const MIN_FACET_REFLECTANCE: f32 = 0.05;
 
 /// A smooth, one-sided conductor.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::bsdf) struct SmoothConductor {
-    pub fresnel: ConductorFresnel,
-    pub tint: Rgb,
+pub(in crate::bsdf) struct SmoothConductor<S: Width> {
+    pub fresnel: ConductorFresnel<S>,
+    pub tint: Color<S>,
 }
 
-impl SmoothConductor {
-    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
-    pub(in crate::bsdf) fn albedo_estimate(&self, cos: f32, _lobes: Lobes) -> f32 {
-        if cos > 0.0 {
-            (self.fresnel.reflectance(cos) * self.tint).max_channel()
-        } else {
-            0.0
-        }
+impl<S: Width> ScatteringModel<S> for SmoothConductor<S> {
+    #[inline(always)]
+    fn lobes(&self) -> Classes<S> {
+        Classes::splat(self.tint.r.width(), Lobes::DELTA)
     }
 
-    #[inline]
-    pub(in crate::bsdf) fn lobes(&self) -> Lobes {
-        Lobes::DELTA
+    #[inline(always)]
+    fn albedo_estimate(&self, cos: Float<S>, _: Classes<S>) -> Float<S> {
+        let albedo = (self.fresnel.reflectance(cos) * self.tint).max_channel();
+        cos.gt(0.0).select(albedo, 0.0)
     }
 
-    #[inline]
-    pub(in crate::bsdf) fn eval(&self, _wi: Vec3, _wo: Vec3, _lobes: Lobes) -> Rgb {
-        Rgb::BLACK
-    }
-
-    #[inline]
-    pub(in crate::bsdf) fn bound(&self, _arriving: &IncidentCone, _wo: Vec3, _lobes: Lobes) -> f32 {
-        0.0
-    }
-
-    #[inline]
-    pub(in crate::bsdf) fn pdf(&self, _given: Vec3, _other: Vec3, _lobes: Lobes) -> f32 {
-        0.0
-    }
-
-    #[inline]
-    pub(in crate::bsdf) fn sample(
-        &self,
-        given: Vec3,
-        _u: BsdfNumbers,
-        _lobes: Lobes,
-    ) -> Option<ModelSample> {
-        (given.z > 0.0)
-            .then(|| ModelSample::mirror(given, self.fresnel.reflectance(given.z) * self.tint, 1.0))
+    #[inline(always)]
+    fn sample(&self, given: Vector<S>, _: Numbers<S>, _: Classes<S>) -> ModelSample<S> {
+        let fraction = self.fresnel.reflectance(given.z) * self.tint;
+        ModelSample::mirror(given, fraction, given.z.same(1.0), given.z.gt(0.0))
     }
 }
 
 /// A rough, one-sided conductor: `f = F D G / (4 cosθ_i cosθ_o)`.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::bsdf) struct RoughConductor {
-    pub facets: Microfacets,
-    pub fresnel: ConductorFresnel,
-    pub tint: Rgb,
+pub(in crate::bsdf) struct RoughConductor<S: Width> {
+    pub facets: Microfacets<S>,
+    pub fresnel: ConductorFresnel<S>,
+    pub tint: Color<S>,
 }
 
-impl RoughConductor {
-    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
-    pub(in crate::bsdf) fn albedo_estimate(&self, cos: f32, _lobes: Lobes) -> f32 {
-        if cos <= 0.0 {
-            return 0.0;
-        }
-        let f = self.fresnel.reflectance(cos);
-        (f.zip(Rgb::splat(MIN_FACET_REFLECTANCE), f32::max) * self.tint).max_channel()
-    }
-
-    #[inline]
-    pub(in crate::bsdf) fn alpha(&self) -> f32 {
+impl<S: Width> RoughConductor<S> {
+    #[inline(always)]
+    pub(in crate::bsdf) fn alpha(&self) -> Float<S> {
         self.facets.min_alpha()
     }
+}
 
-    #[inline]
-    pub(in crate::bsdf) fn lobes(&self) -> Lobes {
-        microfacet_class(self.alpha())
+impl<S: Width> ScatteringModel<S> for RoughConductor<S> {
+    #[inline(always)]
+    fn lobes(&self) -> Classes<S> {
+        self.facets.class()
     }
 
-    #[inline]
-    pub(in crate::bsdf) fn eval(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Rgb {
-        self.respond(wi, wo, lobes).values.sum()
+    #[inline(always)]
+    fn albedo_estimate(&self, cos: Float<S>, _: Classes<S>) -> Float<S> {
+        let f = self.fresnel.reflectance(cos);
+        let albedo = (f.map(|f| f.max(MIN_FACET_REFLECTANCE)) * self.tint).max_channel();
+        cos.gt(0.0).select(albedo, 0.0)
     }
 
-    /// See [`Model::respond`](crate::bsdf::model::Model::respond).
-    #[inline]
-    pub(in crate::bsdf) fn respond(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Response {
-        if !lobes.has(self.lobes()) || wi.z <= 0.0 || wo.z <= 0.0 {
-            return Response::NONE;
+    #[inline(always)]
+    fn respond(&self, wi: Vector<S>, wo: Vector<S>, lobes: Classes<S>) -> Response<S> {
+        let above = lobes.has(self.lobes()) & wi.z.gt(0.0) & wo.z.gt(0.0);
+        if above.none() {
+            return Response::none(wi.z.width());
         }
         let m = (wi + wo).normalize();
         let pdf = self.facets.reflected_pdf(wo, m);
         let tint = self.fresnel.reflectance(wo.dot(m)) * self.tint;
-        let mut values = ByClass::BLACK;
-        values[self.lobes()] = tint * (pdf * self.facets.masking(wi, m));
-        Response { values, pdf }
+        let value = tint * (pdf * self.facets.masking(wi, m));
+        let values = ByClass::of_microfacets(self.lobes(), lobes, value);
+        Response { values, pdf }.within(above)
     }
 
+    #[inline(always)]
+    fn pdf(&self, given: Vector<S>, other: Vector<S>, lobes: Classes<S>) -> Float<S> {
+        let above = lobes.has(self.lobes()) & given.z.gt(0.0) & other.z.gt(0.0);
+        let m = (given + other).normalize();
+        above.select(self.facets.reflected_pdf(given, m), 0.0)
+    }
+
+    #[inline(always)]
+    fn sample(&self, given: Vector<S>, u: Numbers<S>, _: Classes<S>) -> ModelSample<S> {
+        let w = reflect(given, self.facets.sample(given, u.direction));
+        ModelSample::finite(w, given.z.gt(0.0) & w.z.gt(0.0))
+    }
+}
+
+impl RoughConductor<One> {
     #[inline]
     pub(in crate::bsdf) fn bound(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
         let [_, cos] = incident.cosines();
-        if !lobes.has(self.lobes()) || wo.z <= 0.0 || cos <= 0.0 {
+        if !lobes.has(self.lobes().get()) || wo.z <= 0.0 || cos <= 0.0 {
             return 0.0;
         }
         let halves = incident.halves(wo);
-        let f = (self.fresnel.bound(halves.cosines) * self.tint).max_channel();
-        f * self.facets.projected_bound(halves.highest, incident) * self.facets.seen(wo)
-    }
-
-    #[inline]
-    pub(in crate::bsdf) fn pdf(&self, given: Vec3, other: Vec3, lobes: Lobes) -> f32 {
-        if !lobes.has(self.lobes()) || given.z <= 0.0 || other.z <= 0.0 {
-            return 0.0;
-        }
-        self.facets
-            .reflected_pdf(given, (given + other).normalize())
-    }
-
-    #[inline]
-    pub(in crate::bsdf) fn sample(
-        &self,
-        given: Vec3,
-        u: BsdfNumbers,
-        _lobes: Lobes,
-    ) -> Option<ModelSample> {
-        if given.z <= 0.0 {
-            return None;
-        }
-        let w = reflect(given, self.facets.sample(given, u.direction));
-        (w.z > 0.0).then(|| ModelSample::finite(w))
+        let f = (self.fresnel.bound(halves.cosines) * Rgb::from(self.tint)).max_channel();
+        let seen = self.facets.seen(wo.into()).get();
+        f * self.facets.projected_bound(halves.highest, incident) * seen
     }
 }

@@ -1,42 +1,61 @@
 //! Lambertian reflection.
 
 use crate::bsdf::incident_cone::IncidentCone;
-use crate::bsdf::model_sample::ModelSample;
-use crate::bsdf::{BsdfNumbers, Lobes};
-use crate::color::Rgb;
+use crate::bsdf::lobes::{Classes, Lobes};
+use crate::bsdf::model::ScatteringModel;
+use crate::bsdf::model_sample::{ModelSample, Numbers};
+use crate::bsdf::response::{ByClass, Response};
+use crate::lanes::{Color, Float, One, Vector, Width, cosine_hemisphere, cosine_hemisphere_pdf};
 use crate::math::Vec3;
-use crate::sampling::warp;
 use std::f32::consts::FRAC_1_PI;
 
 /// One-sided Lambertian reflection: `f = ρ / π`.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::bsdf) struct Diffuse {
-    pub reflectance: Rgb,
+pub(in crate::bsdf) struct Diffuse<S: Width> {
+    pub reflectance: Color<S>,
 }
 
-impl Diffuse {
-    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
-    pub(in crate::bsdf) fn albedo_estimate(&self, cos: f32, _lobes: Lobes) -> f32 {
-        if cos > 0.0 {
-            self.reflectance.max_channel()
-        } else {
-            0.0
-        }
+impl<S: Width> Diffuse<S> {
+    #[inline(always)]
+    pub(in crate::bsdf) fn diffuse_weight(&self, wi: Vector<S>) -> Color<S> {
+        self.reflectance.within(wi.z.gt(0.0))
+    }
+}
+
+impl<S: Width> ScatteringModel<S> for Diffuse<S> {
+    #[inline(always)]
+    fn lobes(&self) -> Classes<S> {
+        Classes::splat(self.reflectance.r.width(), Lobes::DIFFUSE)
     }
 
-    #[inline]
-    pub(in crate::bsdf) fn lobes(&self) -> Lobes {
-        Lobes::DIFFUSE
+    #[inline(always)]
+    fn albedo_estimate(&self, cos: Float<S>, _: Classes<S>) -> Float<S> {
+        cos.gt(0.0).select(self.reflectance.max_channel(), 0.0)
     }
 
-    #[inline]
-    pub(in crate::bsdf) fn eval(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Rgb {
-        if !lobes.has(Lobes::DIFFUSE) || wi.z <= 0.0 || wo.z <= 0.0 {
-            return Rgb::BLACK;
-        }
-        self.reflectance * (wi.z * FRAC_1_PI)
+    #[inline(always)]
+    fn respond(&self, wi: Vector<S>, wo: Vector<S>, lobes: Classes<S>) -> Response<S> {
+        let above = wi.z.gt(0.0) & wo.z.gt(0.0) & lobes.diffuse;
+        let pdf = above.select(wi.z * FRAC_1_PI, 0.0);
+        let values = ByClass {
+            diffuse: self.reflectance * pdf,
+            ..ByClass::black(pdf.width())
+        };
+        Response { values, pdf }
     }
 
+    #[inline(always)]
+    fn pdf(&self, given: Vector<S>, other: Vector<S>, _: Classes<S>) -> Float<S> {
+        given.z.gt(0.0).select(cosine_hemisphere_pdf(other.z), 0.0)
+    }
+
+    #[inline(always)]
+    fn sample(&self, given: Vector<S>, u: Numbers<S>, _: Classes<S>) -> ModelSample<S> {
+        ModelSample::finite(cosine_hemisphere(u.direction), given.z.gt(0.0))
+    }
+}
+
+impl Diffuse<One> {
     #[inline]
     pub(in crate::bsdf) fn bound(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
         if !lobes.has(Lobes::DIFFUSE) || wo.z <= 0.0 {
@@ -46,34 +65,6 @@ impl Diffuse {
         if cos <= 0.0 {
             return 0.0;
         }
-        self.reflectance.max_channel() * incident.projection(cos) * FRAC_1_PI
-    }
-
-    #[inline]
-    pub(in crate::bsdf) fn pdf(&self, given: Vec3, other: Vec3, _lobes: Lobes) -> f32 {
-        if given.z <= 0.0 {
-            0.0
-        } else {
-            warp::cosine_hemisphere_pdf(other.z)
-        }
-    }
-
-    #[inline]
-    pub(in crate::bsdf) fn sample(
-        &self,
-        given: Vec3,
-        u: BsdfNumbers,
-        _lobes: Lobes,
-    ) -> Option<ModelSample> {
-        (given.z > 0.0).then(|| ModelSample::finite(warp::cosine_hemisphere(u.direction)))
-    }
-
-    #[inline]
-    pub(in crate::bsdf) fn diffuse_weight(&self, wi: Vec3) -> Rgb {
-        if wi.z > 0.0 {
-            self.reflectance
-        } else {
-            Rgb::BLACK
-        }
+        self.reflectance.max_channel().get() * incident.projection(cos) * FRAC_1_PI
     }
 }

@@ -1,39 +1,58 @@
 //! Lambertian transmission, as of thin leaves and paper.
 
 use crate::bsdf::incident_cone::IncidentCone;
-use crate::bsdf::model_sample::ModelSample;
-use crate::bsdf::{BsdfNumbers, Lobes};
-use crate::color::Rgb;
+use crate::bsdf::lobes::{Classes, Lobes};
+use crate::bsdf::model::ScatteringModel;
+use crate::bsdf::model_sample::{ModelSample, Numbers};
+use crate::bsdf::response::{ByClass, Response};
+use crate::lanes::{
+    Color, Float, Mask, One, Vector, Width, cosine_hemisphere, cosine_hemisphere_pdf,
+};
 use crate::math::Vec3;
-use crate::sampling::warp;
 use std::f32::consts::FRAC_1_PI;
 
 /// Diffuse transmission in both directions: `f = τ / π` for directions on opposite sides. Its class is `GLOSSY`, because `DIFFUSE` lobes
 /// reflect.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::bsdf) struct DiffuseTransmitter {
-    pub transmittance: Rgb,
+pub(in crate::bsdf) struct DiffuseTransmitter<S: Width> {
+    pub transmittance: Color<S>,
 }
 
-impl DiffuseTransmitter {
-    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
-    pub(in crate::bsdf) fn albedo_estimate(&self, _cos: f32, _lobes: Lobes) -> f32 {
+impl<S: Width> ScatteringModel<S> for DiffuseTransmitter<S> {
+    #[inline(always)]
+    fn lobes(&self) -> Classes<S> {
+        Classes::splat(self.transmittance.r.width(), Lobes::GLOSSY)
+    }
+
+    #[inline(always)]
+    fn albedo_estimate(&self, _: Float<S>, _: Classes<S>) -> Float<S> {
         self.transmittance.max_channel()
     }
 
-    #[inline]
-    pub(in crate::bsdf) fn lobes(&self) -> Lobes {
-        Lobes::GLOSSY
+    #[inline(always)]
+    fn respond(&self, wi: Vector<S>, wo: Vector<S>, lobes: Classes<S>) -> Response<S> {
+        let pdf = lobes.glossy.select(self.pdf(wo, wi, lobes), 0.0);
+        let values = ByClass {
+            glossy: self.transmittance * pdf,
+            ..ByClass::black(pdf.width())
+        };
+        Response { values, pdf }
     }
 
-    #[inline]
-    pub(in crate::bsdf) fn eval(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Rgb {
-        if !lobes.has(Lobes::GLOSSY) || wi.z * wo.z >= 0.0 {
-            return Rgb::BLACK;
-        }
-        self.transmittance * (wi.z.abs() * FRAC_1_PI)
+    #[inline(always)]
+    fn pdf(&self, given: Vector<S>, other: Vector<S>, _: Classes<S>) -> Float<S> {
+        let crosses = (given.z * other.z).lt(0.0);
+        crosses.select(cosine_hemisphere_pdf(other.z.abs()), 0.0)
     }
 
+    #[inline(always)]
+    fn sample(&self, given: Vector<S>, u: Numbers<S>, _: Classes<S>) -> ModelSample<S> {
+        let w = cosine_hemisphere(u.direction).scale_z(-given.z.sign());
+        ModelSample::finite(w, Mask::splat(given.z.width(), true))
+    }
+}
+
+impl DiffuseTransmitter<One> {
     #[inline]
     pub(in crate::bsdf) fn bound(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
         if !lobes.has(Lobes::GLOSSY) || wo.z == 0.0 {
@@ -45,27 +64,6 @@ impl DiffuseTransmitter {
         if cos <= 0.0 {
             return 0.0;
         }
-        self.transmittance.max_channel() * opposite.projection(cos) * FRAC_1_PI
-    }
-
-    #[inline]
-    pub(in crate::bsdf) fn pdf(&self, given: Vec3, other: Vec3, _lobes: Lobes) -> f32 {
-        if given.z * other.z >= 0.0 {
-            0.0
-        } else {
-            warp::cosine_hemisphere_pdf(other.z.abs())
-        }
-    }
-
-    #[inline]
-    pub(in crate::bsdf) fn sample(
-        &self,
-        given: Vec3,
-        u: BsdfNumbers,
-        _lobes: Lobes,
-    ) -> Option<ModelSample> {
-        let mut w = warp::cosine_hemisphere(u.direction);
-        w.z *= -1.0f32.copysign(given.z);
-        Some(ModelSample::finite(w))
+        self.transmittance.max_channel().get() * opposite.projection(cos) * FRAC_1_PI
     }
 }

@@ -1,36 +1,32 @@
 //! Fresnel's equations for dielectrics and conductors, and reflectance averaged over diffuse light (the fits of Mitsuba 3).
 
 use crate::color::Rgb;
-use crate::math::{Vec3, float::safe_sqrt};
+use crate::lanes::{Color, Float, One, Vector, Width};
 
 /// Reflection and refraction of unpolarised light at a dielectric interface.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::bsdf) struct Interface {
+pub(in crate::bsdf) struct Interface<S: Width> {
     /// Fraction reflected.
-    pub reflectance: f32,
+    pub reflectance: Float<S>,
     /// Cosine of the refracted direction, with the opposite sign of the given cosine; 0 for total reflection.
-    pub cos_t: f32,
+    pub cos_t: Float<S>,
     /// Index on the far side over that on the near side.
-    pub eta: f32,
+    pub eta: Float<S>,
     /// Inverse of `eta`: the factor of the tangential part of a refracted direction.
-    pub inv_eta: f32,
+    pub inv_eta: Float<S>,
 }
 
 /// Fresnel's equations for a direction with cosine `cos` to the normal on the outside. `eta` is the interior over the exterior index of refraction.
 #[inline(always)]
-pub(in crate::bsdf) fn dielectric(cos: f32, eta: f32) -> Interface {
-    let outside = cos >= 0.0;
-    let inverse = 1.0 / eta;
-    let (eta_far, inv_eta) = if outside {
-        (eta, inverse)
-    } else {
-        (inverse, eta)
-    };
+pub(in crate::bsdf) fn dielectric<S: Width>(cos: Float<S>, eta: Float<S>) -> Interface<S> {
+    let outside = cos.ge(0.0);
+    let inverse = eta.recip();
+    let (eta_far, inv_eta) = (outside.select(eta, inverse), outside.select(inverse, eta));
     let c = cos.abs();
     let t = refracted_cosine(c, inv_eta);
     Interface {
         reflectance: reflectance(c, t, eta_far),
-        cos_t: if outside { -t } else { t },
+        cos_t: outside.select(-t, t),
         eta: eta_far,
         inv_eta,
     }
@@ -39,79 +35,88 @@ pub(in crate::bsdf) fn dielectric(cos: f32, eta: f32) -> Interface {
 /// Cosine of the refracted direction for a direction with cosine `cos` >= 0; 0 for total reflection. `inv_eta` is the index on the near
 /// side over that on the far side.
 #[inline(always)]
-pub(in crate::bsdf) fn refracted_cosine(cos: f32, inv_eta: f32) -> f32 {
-    safe_sqrt(1.0 - (1.0 - cos * cos) * inv_eta * inv_eta)
+pub(in crate::bsdf) fn refracted_cosine<S: Width>(cos: Float<S>, inv_eta: Float<S>) -> Float<S> {
+    (1.0 - (1.0 - cos * cos) * inv_eta * inv_eta).safe_sqrt()
 }
 
 /// Reflectance for unpolarised light. `c` and `t` (>= 0) are the cosines on the near and the far side, `eta` is the index on the far side over
 /// that on the near side.
 #[inline(always)]
-pub(in crate::bsdf) fn reflectance(c: f32, t: f32, eta: f32) -> f32 {
-    if eta == 1.0 {
-        0.0
-    } else if c == 0.0 {
-        1.0
-    } else {
-        // The amplitudes of both polarisations, (c - ηt)/(c + ηt) and (t - ηc)/(t + ηc), with one common denominator: a division is as
-        // expensive as the rest of the function.
-        let (s, s_all) = (c - eta * t, c + eta * t);
-        let (p, p_all) = (t - eta * c, t + eta * c);
-        let (s, p, all) = (s * p_all, p * s_all, s_all * p_all);
-        0.5 * (s * s + p * p) / (all * all)
-    }
+pub(in crate::bsdf) fn reflectance<S: Width>(c: Float<S>, t: Float<S>, eta: Float<S>) -> Float<S> {
+    // The amplitudes of both polarisations, (c - ηt)/(c + ηt) and (t - ηc)/(t + ηc), with one common denominator: a division is as
+    // expensive as the rest of the function.
+    let (s, s_all) = (c - eta * t, c + eta * t);
+    let (p, p_all) = (t - eta * c, t + eta * c);
+    let (s, p, all) = (s * p_all, p * s_all, s_all * p_all);
+    let r = 0.5 * (s * s + p * p) / (all * all);
+    let r = c.equals(0.0).select(1.0, r);
+    eta.equals(1.0).select(0.0, r)
 }
 
 /// Fraction of light that enters a coat of relative index `eta` from outside at the cosine `cos`.
 #[inline(always)]
-pub(in crate::bsdf) fn coat_transmittance(cos: f32, eta: f32) -> f32 {
-    1.0 - coat_reflectance(cos, eta, eta.recip())
+pub(in crate::bsdf) fn coat_transmittance<S: Width>(cos: Float<S>, eta: f32) -> Float<S> {
+    let (eta, inv_eta) = (cos.same(eta), cos.same(eta.recip()));
+    1.0 - coat_reflectance(cos, eta, inv_eta)
 }
 
 /// One minus [`coat_transmittance`], given `eta` and its inverse.
 #[inline(always)]
-pub(in crate::bsdf) fn coat_reflectance(cos: f32, eta: f32, inv_eta: f32) -> f32 {
+pub(in crate::bsdf) fn coat_reflectance<S: Width>(
+    cos: Float<S>,
+    eta: Float<S>,
+    inv_eta: Float<S>,
+) -> Float<S> {
     reflectance(cos, refracted_cosine(cos, inv_eta), eta)
 }
 
 /// The direction refracted at the microfacet `m`; `cos_t` and `inv_eta` are those of [`dielectric`] for `w·m`.
-#[inline]
-pub(in crate::bsdf) fn refract(w: Vec3, m: Vec3, interface: &Interface) -> Vec3 {
+#[inline(always)]
+pub(in crate::bsdf) fn refract<S: Width>(
+    w: Vector<S>,
+    m: Vector<S>,
+    interface: &Interface<S>,
+) -> Vector<S> {
     m * (w.dot(m) * interface.inv_eta + interface.cos_t) - w * interface.inv_eta
 }
 
 /// The direction mirrored at the microfacet `m`.
-#[inline]
-pub(in crate::bsdf) fn reflect(w: Vec3, m: Vec3) -> Vec3 {
+#[inline(always)]
+pub(in crate::bsdf) fn reflect<S: Width>(w: Vector<S>, m: Vector<S>) -> Vector<S> {
     m * (2.0 * w.dot(m)) - w
+}
+
+/// Reflectance of a conductor at the cosine `cos` >= 0, from η² - k² and 4 η² k².
+#[inline(always)]
+fn conductor_reflectance<S: Width>(
+    cos: Float<S>,
+    difference: Float<S>,
+    product: Float<S>,
+) -> Float<S> {
+    let cos2 = cos * cos;
+    let sin2 = 1.0 - cos2;
+    let real = difference - sin2;
+    let modulus = (real * real + product).safe_sqrt();
+    let a = (0.5 * (modulus + real)).safe_sqrt();
+    let (s1, s2) = (modulus + cos2, 2.0 * cos * a);
+    let (p1, p2) = (modulus * cos2 + sin2 * sin2, s2 * sin2);
+    // The mean of s = (s1 - s2)/(s1 + s2) and p = s (p1 - p2)/(p1 + p2).
+    (s1 - s2) * p1 / ((s1 + s2) * (p1 + p2))
 }
 
 /// Fresnel's equations of a conductor, with precomputed terms.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::bsdf) struct ConductorFresnel {
+pub(in crate::bsdf) struct ConductorFresnel<S: Width> {
     /// η² - k².
-    difference: Rgb,
+    difference: Color<S>,
     /// 4 η² k².
-    product: Rgb,
+    product: Color<S>,
 }
 
-impl ConductorFresnel {
-    /// From [`ConductorFresnel::terms`].
-    #[inline(always)]
-    pub(in crate::bsdf) fn from_terms([difference, product]: [Rgb; 2]) -> Self {
-        ConductorFresnel {
-            difference,
-            product,
-        }
-    }
-
-    /// `η² - k²` and `4 η² k²`.
-    #[inline]
-    pub(in crate::bsdf) fn terms(&self) -> [Rgb; 2] {
-        [self.difference, self.product]
-    }
-
+impl<S: Width> ConductorFresnel<S> {
     /// From the complex index of refraction η + ik.
-    pub(in crate::bsdf) fn new(eta: Rgb, k: Rgb) -> Self {
+    #[inline(always)]
+    pub(in crate::bsdf) fn new(eta: Color<S>, k: Color<S>) -> Self {
         let (eta2, k2) = (eta * eta, k * k);
         ConductorFresnel {
             difference: eta2 - k2,
@@ -119,26 +124,38 @@ impl ConductorFresnel {
         }
     }
 
+    /// From `η² - k²` and `4 η² k²`.
+    #[inline(always)]
+    pub(in crate::bsdf) fn from_terms([difference, product]: [Color<S>; 2]) -> Self {
+        ConductorFresnel {
+            difference,
+            product,
+        }
+    }
+
     /// Reflectance of unpolarised light at the cosine `cos` >= 0.
     #[inline(always)]
-    pub(in crate::bsdf) fn reflectance(&self, cos: f32) -> Rgb {
-        let cos2 = cos * cos;
-        let sin2 = 1.0 - cos2;
-        self.difference.zip(self.product, |difference, product| {
-            let real = difference - sin2;
-            let modulus = safe_sqrt(real * real + product);
-            let a = safe_sqrt(0.5 * (modulus + real));
-            let (s1, s2) = (modulus + cos2, 2.0 * cos * a);
-            let (p1, p2) = (modulus * cos2 + sin2 * sin2, s2 * sin2);
-            // The mean of s = (s1 - s2)/(s1 + s2) and p = s (p1 - p2)/(p1 + p2).
-            (s1 - s2) * p1 / ((s1 + s2) * (p1 + p2))
-        })
+    pub(in crate::bsdf) fn reflectance(&self, cos: Float<S>) -> Color<S> {
+        let (d, p) = (self.difference, self.product);
+        Color::new(
+            conductor_reflectance(cos, d.r, p.r),
+            conductor_reflectance(cos, d.g, p.g),
+            conductor_reflectance(cos, d.b, p.b),
+        )
+    }
+}
+
+impl ConductorFresnel<One> {
+    /// `η² - k²` and `4 η² k²`.
+    #[inline]
+    pub(in crate::bsdf) fn terms(&self) -> [Rgb; 2] {
+        [self.difference.into(), self.product.into()]
     }
 
     /// Upper bound of the reflectance for cosines between the two given ones: it has at most one minimum, so it is largest at an end.
     #[inline(always)]
     pub(in crate::bsdf) fn bound(&self, cosines: [f32; 2]) -> Rgb {
-        let [a, b] = cosines.map(|cos| self.reflectance(cos));
+        let [a, b] = cosines.map(|cos| Rgb::from(self.reflectance(cos.into())));
         a.zip(b, f32::max)
     }
 }

@@ -1,67 +1,49 @@
 //! A thin dielectric pane: two interfaces without a visible offset by refraction.
 
 use super::fresnel;
-use crate::bsdf::incident_cone::IncidentCone;
-use crate::bsdf::model_sample::ModelSample;
-use crate::bsdf::{BsdfNumbers, Lobes};
-use crate::color::Rgb;
-use crate::math::Vec3;
+use crate::bsdf::lobes::{Classes, Lobes};
+use crate::bsdf::model::ScatteringModel;
+use crate::bsdf::model_sample::{ModelSample, Numbers};
+use crate::lanes::{Color, Float, Mask, Vector, Width};
 
 /// Mirror reflection on both sides, and straight-through transmission.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::bsdf) struct ThinDielectric {
+pub(in crate::bsdf) struct ThinDielectric<S: Width> {
     pub eta: f32,
-    pub reflection_tint: Rgb,
-    pub transmission_tint: Rgb,
+    pub reflection_tint: Color<S>,
+    pub transmission_tint: Color<S>,
 }
 
-impl ThinDielectric {
+impl<S: Width> ThinDielectric<S> {
     /// Reflectance with all internal reflections: r + t r t + t r³ t + ... = 2r / (1 + r).
-    #[inline]
-    fn reflectance(&self, cos: f32) -> f32 {
-        let r = fresnel::dielectric(cos.abs(), self.eta).reflectance;
+    #[inline(always)]
+    fn reflectance(&self, cos: Float<S>) -> Float<S> {
+        let r = fresnel::dielectric(cos.abs(), cos.same(self.eta)).reflectance;
         2.0 * r / (1.0 + r)
     }
 
-    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
-    pub(in crate::bsdf) fn albedo_estimate(&self, cos: f32, _lobes: Lobes) -> f32 {
+    /// Straight-through transmittance at the cosine `cos`.
+    #[inline(always)]
+    pub(in crate::bsdf) fn transmittance(&self, cos: Float<S>) -> Color<S> {
+        self.transmission_tint * (1.0 - self.reflectance(cos))
+    }
+}
+
+impl<S: Width> ScatteringModel<S> for ThinDielectric<S> {
+    #[inline(always)]
+    fn lobes(&self) -> Classes<S> {
+        Classes::splat(self.reflection_tint.r.width(), Lobes::DELTA)
+    }
+
+    #[inline(always)]
+    fn albedo_estimate(&self, cos: Float<S>, _: Classes<S>) -> Float<S> {
         self.reflection_tint.max_channel() * self.reflectance(cos)
     }
 
-    /// Straight-through transmittance at the cosine `cos`.
-    #[inline]
-    pub(in crate::bsdf) fn transmittance(&self, cos: f32) -> Rgb {
-        self.transmission_tint * (1.0 - self.reflectance(cos))
-    }
-
-    #[inline]
-    pub(in crate::bsdf) fn lobes(&self) -> Lobes {
-        Lobes::DELTA
-    }
-
-    #[inline]
-    pub(in crate::bsdf) fn eval(&self, _wi: Vec3, _wo: Vec3, _lobes: Lobes) -> Rgb {
-        Rgb::BLACK
-    }
-
-    #[inline]
-    pub(in crate::bsdf) fn bound(&self, _arriving: &IncidentCone, _wo: Vec3, _lobes: Lobes) -> f32 {
-        0.0
-    }
-
-    #[inline]
-    pub(in crate::bsdf) fn pdf(&self, _given: Vec3, _other: Vec3, _lobes: Lobes) -> f32 {
-        0.0
-    }
-
-    #[inline]
-    pub(in crate::bsdf) fn sample(
-        &self,
-        given: Vec3,
-        _u: BsdfNumbers,
-        _lobes: Lobes,
-    ) -> Option<ModelSample> {
+    #[inline(always)]
+    fn sample(&self, given: Vector<S>, _: Numbers<S>, _: Classes<S>) -> ModelSample<S> {
         let fraction = self.reflection_tint * self.reflectance(given.z);
-        Some(ModelSample::mirror(given, fraction, 1.0))
+        let everywhere = Mask::splat(given.z.width(), true);
+        ModelSample::mirror(given, fraction, given.z.same(1.0), everywhere)
     }
 }

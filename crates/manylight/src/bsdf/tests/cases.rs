@@ -615,7 +615,8 @@ fn ward(variant: WardVariant) -> Material {
 }
 
 /// A point with the shading frame of the world's axes and the given geometric normal.
-fn surface(ng: Vec3) -> SurfacePoint {
+/// A point with the geometric normal `ng` and these texture coordinates.
+pub(super) fn surface_at(ng: Vec3, uv: Vec2) -> SurfacePoint {
     SurfacePoint {
         p: Vec3::ZERO,
         ng,
@@ -624,7 +625,7 @@ fn surface(ng: Vec3) -> SurfacePoint {
             t: Vec3::Y,
             n: Vec3::Z,
         },
-        uv: Vec2::new(0.3, 0.4),
+        uv,
         dp_du: Vec3::X,
         dp_dv: Vec3::Y,
         at: SurfaceRef {
@@ -639,7 +640,11 @@ fn surface(ng: Vec3) -> SurfacePoint {
 
 impl Case {
     pub(super) fn bsdf(&self, ng: Vec3) -> Bsdf<'_> {
+        self.bsdf_at(&surface_at(ng, Vec2::new(0.3, 0.4)))
+    }
+
+    pub(super) fn bsdf_at(&self, x: &SurfacePoint) -> Bsdf<'_> {
         let root = MaterialId::from(self.materials.descriptions().len() - 1);
-        self.materials.bsdf(root, &surface(ng), &self.textures)
+        self.materials.bsdf(root, x, &self.textures)
     }
 }

@@ -59,8 +59,8 @@ impl SimdKernel for BoundsInLanes<'_> {
     type Output = Lanes;
 
     #[inline(always)]
-    fn run<S: Simd>(self, _s: S) -> Lanes {
-        self.0.bounds(self.1, self.2, LaneMask::MAX)
+    fn run<S: Simd>(self, s: S) -> Lanes {
+        self.0.bounds(s.wide(), self.1, self.2, LaneMask::MAX)
     }
 }
 

@@ -4,6 +4,7 @@ mod bounds;
 mod cases;
 mod lanes;
 mod mitsuba;
+mod packets;
 mod sampling;
 mod values;
 

@@ -1,7 +1,5 @@
 //! One element of an emitter: sampling and densities.
 
-use super::planar::PlanarElement;
-use super::sphere::SphereCone;
 use super::visible_point::VisiblePoint;
 use crate::color::Rgb;
 use crate::geometry::{Geometry, SurfacePoint, SurfaceRef};
@@ -18,18 +16,12 @@ pub(in crate::emitters) enum ElementShape {
     /// A sphere or cylinder under a transform that does not keep angles, by the area of the shape before the transform.
     Stretched {
         /// Density of the parameters (u, v) of points that are uniform by that area.
-        uv_density: fn(&SurfacePoint) -> f32,
+        uv_density: fn(Vec2) -> f32,
     },
     /// One triangle of a mesh, by area.
     Triangle { index: u32 },
-    /// A sphere with constant radiance, by the solid angle of its visible cap.
-    Sphere {
-        center: Vec3,
-        radius: f32,
-        offset: f32,
-    },
     /// The position of a point or a spot.
-    Point { position: Vec3 },
+    Point,
 }
 
 /// An element of an emitter.
@@ -41,8 +33,6 @@ pub(in crate::emitters) struct EmitterElement {
     pub(in crate::emitters) shape: ElementShape,
     /// In m²; 0 for points and spots.
     pub(in crate::emitters) area: f32,
-    /// Faster sampling from a receiver, for planar elements with constant radiance.
-    pub(super) planar: Option<PlanarElement>,
 }
 
 /// Bounds of an element for the emitter tree.
@@ -58,8 +48,8 @@ pub(in crate::emitters) struct ElementBounds {
 }
 
 impl EmitterElement {
-    /// A point of the element as seen from `p`. `None` if it emits nothing towards `p`.
-    pub(in crate::emitters) fn sample(
+    /// A point of a surface as seen from `p`, sampled by area. `None` if it emits nothing towards `p`.
+    pub(super) fn sample(
         &self,
         geometry: &Geometry,
         textures: &[Texture],
@@ -67,22 +57,14 @@ impl EmitterElement {
         p: Vec3,
         u: Vec2,
     ) -> Option<VisiblePoint> {
-        if let (Some(planar), ColorInput::Constant(radiance)) = (&self.planar, radiance) {
-            return planar.sample(radiance, p, u);
-        }
-        if let Some(cone) = self.sphere_cone(p) {
-            let ColorInput::Constant(radiance) = radiance else {
-                return None;
-            };
-            return Some(cone.sample(radiance, u));
-        }
         let y = self.sample_area(geometry, u)?;
         let d = y.p - p;
         let wi = d.try_normalize()?;
         if y.frame.n.dot(wi) >= 0.0 {
             return None;
         }
-        let pdf = self.pdf(p, &y);
+        let d2 = d.length_squared();
+        let pdf = d2 * self.pdf_area(&y) / (y.ng.dot(d).abs() / d2.sqrt());
         let radiance = radiance.eval(&y, textures);
         if !(pdf > 0.0 && pdf.is_finite()) || radiance.is_black() {
             return None;
@@ -95,30 +77,11 @@ impl EmitterElement {
         })
     }
 
-    /// Density per solid angle of sampling `y` with [`EmitterElement::sample`] from `p`.
-    pub(in crate::emitters) fn pdf(&self, p: Vec3, y: &SurfacePoint) -> f32 {
-        if let Some(cone) = self.sphere_cone(p) {
-            return if y.ng.dot(p - y.p) > 0.0 {
-                cone.pdf()
-            } else {
-                0.0
-            };
-        }
-        let d = y.p - p;
-        let d2 = d.length_squared();
-        let cos = y.ng.dot(d).abs() / d2.sqrt();
-        if cos > 0.0 {
-            d2 * self.pdf_area(y) / cos
-        } else {
-            0.0
-        }
-    }
-
     /// Density of [`EmitterElement::sample_area`] in 1/m².
     pub(in crate::emitters) fn pdf_area(&self, y: &SurfacePoint) -> f32 {
         match self.shape {
             ElementShape::Stretched { uv_density } => {
-                uv_density(y) / y.dp_du.cross(y.dp_dv).length()
+                uv_density(y.uv) / y.dp_du.cross(y.dp_dv).length()
             }
             _ => 1.0 / self.area,
         }
@@ -131,26 +94,13 @@ impl EmitterElement {
         u: Vec2,
     ) -> Option<SurfacePoint> {
         match self.shape {
-            ElementShape::Primitive
-            | ElementShape::Sphere { .. }
-            | ElementShape::Stretched { .. } => {
+            ElementShape::Primitive | ElementShape::Stretched { .. } => {
                 Some(geometry.sample_area(self.primitive, u)?.point)
             }
             ElementShape::Triangle { index } => {
                 Some(geometry.surface_point(surface_ref(self.primitive, index, warp::triangle(u))))
             }
-            ElementShape::Point { .. } => None,
-        }
-    }
-
-    fn sphere_cone(&self, p: Vec3) -> Option<SphereCone> {
-        match self.shape {
-            ElementShape::Sphere {
-                center,
-                radius,
-                offset,
-            } => SphereCone::new(center, radius, offset, p),
-            _ => None,
+            ElementShape::Point => None,
         }
     }
 }

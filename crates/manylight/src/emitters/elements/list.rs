@@ -2,6 +2,7 @@
 
 use super::element::{ElementBounds, EmitterElement};
 use super::of_primitive::{AreaEmitter, IndexedElement, element_of_point};
+use super::sampling::ElementSampling;
 use crate::color::Rgb;
 use crate::emitters::Emitter;
 use crate::emitters::selection_weight::SelectionWeight;
@@ -14,6 +15,8 @@ use crate::texture::Texture;
 #[derive(Debug)]
 pub(in crate::emitters) struct ElementList {
     elements: Vec<EmitterElement>,
+    /// By element.
+    pub(super) sampling: Vec<ElementSampling>,
     /// By emitter.
     of_emitter: Vec<EmitterElements>,
     /// By primitive: its range of `of_triangle`; `None` without an area emitter.
@@ -49,6 +52,7 @@ impl ElementList {
     ) -> (Self, Vec<ElementBounds>) {
         let mut list = ElementList {
             elements: Vec::new(),
+            sampling: Vec::new(),
             of_emitter: Vec::new(),
             of_primitive: vec![None; geometry.primitives().len()],
             of_triangle: Vec::new(),
@@ -70,9 +74,10 @@ impl ElementList {
             }
         }
         for (i, emitter) in emitters.iter().enumerate() {
-            if let Some((element, bound)) = element_of_point(EmitterId::from(i), emitter, textures)
-            {
+            let of_point = element_of_point(EmitterId::from(i), emitter, textures);
+            if let Some((element, sampling, bound)) = of_point {
                 list.elements.push(element);
+                list.sampling.push(sampling);
                 bounds.push(bound);
             }
         }
@@ -146,14 +151,15 @@ impl ElementList {
         let Some(last) = elements.last() else {
             return Vec::new();
         };
-        let (start, count) = (self.of_triangle.len() as u32, last.0 + 1);
+        let (start, count) = (self.of_triangle.len() as u32, last.triangle + 1);
         self.of_triangle
             .resize((start + count) as usize, NO_ELEMENT);
         self.of_primitive[primitive.index()] = Some(TriangleRange { start, count });
-        let add = |(triangle, element, bound)| {
-            self.of_triangle[(start + triangle) as usize] = self.elements.len() as u32;
-            self.elements.push(element);
-            bound
+        let add = |of: IndexedElement| {
+            self.of_triangle[(start + of.triangle) as usize] = self.elements.len() as u32;
+            self.elements.push(of.element);
+            self.sampling.push(of.sampling);
+            of.bounds
         };
         elements.into_iter().map(add).collect()
     }

@@ -3,14 +3,17 @@
 //! An element is the unit among which [`super::emitter_tree`] chooses, and which is sampled as a whole.
 
 mod element;
+mod from_receivers;
 mod list;
 mod of_primitive;
 mod planar;
 mod power;
+mod sampling;
 mod sphere;
 mod visible_point;
 
-pub(super) use element::{ElementBounds, ElementShape};
+pub(super) use element::ElementBounds;
+pub(super) use from_receivers::{EmittingScene, PointsOfElements};
 pub(super) use list::ElementList;
 #[cfg(test)]
 pub(super) use power::point_power;

@@ -3,6 +3,9 @@
 use super::element::{ElementBounds, ElementShape, EmitterElement, surface_ref};
 use super::planar::PlanarElement;
 use super::power::{mean_radiance, point_power};
+use super::sampling::{ElementSampling, PointElement};
+use super::sphere::SphereElement;
+use crate::color::Rgb;
 use crate::emitters::Emitter;
 use crate::geometry::{Geometry, Mesh, Shape, SurfacePoint};
 use crate::ids::{EmitterId, PrimitiveId};
@@ -14,8 +17,14 @@ use std::f32::consts::{FRAC_PI_2, PI};
 /// stratification of its random numbers. Not measured.
 const MAX_TRIANGLES_OF_ELEMENT: usize = 2;
 
-/// An element, the triangle that it stands for (0 for a whole primitive), and its bounds.
-pub(super) type IndexedElement = (u32, EmitterElement, ElementBounds);
+/// An element of a primitive.
+pub(super) struct IndexedElement {
+    /// The triangle that it stands for; 0 for a whole primitive.
+    pub(super) triangle: u32,
+    pub(super) element: EmitterElement,
+    pub(super) sampling: ElementSampling,
+    pub(super) bounds: ElementBounds,
+}
 
 /// A shape of an element in world space: how it is sampled, its area, its box, a cone of its normals.
 struct ShapeOfElement {
@@ -25,6 +34,8 @@ struct ShapeOfElement {
     area: f32,
     bounds: Aabb,
     normals: Cone,
+    /// Faster sampling than by area.
+    sphere: Option<ElementSampling>,
 }
 
 /// An area emitter on a primitive.
@@ -47,17 +58,17 @@ impl AreaEmitter<'_> {
     }
 
     fn element(&self, of: ShapeOfElement) -> IndexedElement {
-        let mut element = EmitterElement {
+        let element = EmitterElement {
             emitter: self.emitter,
             primitive: self.primitive,
             shape: of.shape,
             area: of.area,
-            planar: None,
         };
-        element.planar = match self.radiance {
-            ColorInput::Constant(_) => self.planar(&element),
+        let planar = match self.radiance {
+            ColorInput::Constant(radiance) => self.planar(&element, radiance),
             ColorInput::Texture(_) => None,
         };
+        let planar = planar.map(ElementSampling::Planar);
         let radiance = mean_radiance(self.geometry, self.textures, &element, self.radiance);
         let bounds = ElementBounds {
             bounds: of.bounds,
@@ -65,7 +76,12 @@ impl AreaEmitter<'_> {
             emission: FRAC_PI_2,
             power: radiance * (PI * element.area),
         };
-        (of.index, element, bounds)
+        IndexedElement {
+            triangle: of.index,
+            element,
+            sampling: planar.or(of.sphere).unwrap_or(ElementSampling::Surface),
+            bounds,
+        }
     }
 
     fn shapes(&self) -> Vec<ShapeOfElement> {
@@ -77,6 +93,7 @@ impl AreaEmitter<'_> {
             area: self.geometry.area(self.primitive),
             bounds,
             normals,
+            sphere: None,
         };
         match &self.geometry.shapes()[primitive.shape.index()] {
             Shape::Mesh(mesh) => {
@@ -96,8 +113,9 @@ impl AreaEmitter<'_> {
                     min: *center - r,
                     max: *center + r,
                 };
-                let shape = self.sphere(to_world, *center, *radius);
-                vec![whole(shape, bounds.transformed(to_world), Cone::FULL)]
+                let (shape, sphere) = self.sphere(to_world, *center, *radius);
+                let whole = whole(shape, bounds.transformed(to_world), Cone::FULL);
+                vec![ShapeOfElement { sphere, ..whole }]
             }
             Shape::Disk => {
                 let square = Aabb {
@@ -148,26 +166,37 @@ impl AreaEmitter<'_> {
             area: 0.5 * (b - a).cross(c - a).length(),
             bounds: Aabb::from_points([a, b, c]),
             normals,
+            sphere: None,
         }
     }
 
-    fn sphere(&self, to_world: &Affine3A, center: Vec3, radius: f32) -> ElementShape {
+    /// A sphere, and how it is sampled by its visible cap.
+    fn sphere(
+        &self,
+        to_world: &Affine3A,
+        center: Vec3,
+        radius: f32,
+    ) -> (ElementShape, Option<ElementSampling>) {
         let center = to_world.transform_point3(center);
         // Samples of the visible cap have no texture coordinates, and lie on the outside of the sphere.
-        let by_cap = |y: &SurfacePoint| {
-            matches!(self.radiance, ColorInput::Constant(_)) && (y.p - center).dot(y.ng) > 0.0
-        };
-        match (similarity_scale(to_world), self.middle().filter(by_cap)) {
-            (Some(scale), Some(y)) => ElementShape::Sphere {
-                center,
-                radius: radius * scale,
-                offset: y.offset,
-            },
-            (Some(_), None) => ElementShape::Primitive,
+        let is_outside = |y: &SurfacePoint| (y.p - center).dot(y.ng) > 0.0;
+        match (similarity_scale(to_world), self.radiance) {
+            (Some(scale), ColorInput::Constant(radiance)) => {
+                let cap = |y: SurfacePoint| SphereElement {
+                    center,
+                    radius: radius * scale,
+                    offset: y.offset,
+                    radiance,
+                };
+                let cap = self.middle().filter(is_outside).map(cap);
+                (ElementShape::Primitive, cap.map(ElementSampling::Sphere))
+            }
+            (Some(_), ColorInput::Texture(_)) => (ElementShape::Primitive, None),
             // The area element of the unit sphere is 2π² sin(π v), its area 4π.
-            (None, _) => ElementShape::Stretched {
-                uv_density: |y| (PI * y.uv.y).sin() * FRAC_PI_2,
-            },
+            (None, _) => {
+                let uv_density = |uv: Vec2| (PI * uv.y).sin() * FRAC_PI_2;
+                (ElementShape::Stretched { uv_density }, None)
+            }
         }
     }
 
@@ -187,21 +216,22 @@ impl AreaEmitter<'_> {
     }
 
     /// Data for faster sampling, if the element is planar.
-    fn planar(&self, element: &EmitterElement) -> Option<PlanarElement> {
+    fn planar(&self, element: &EmitterElement, radiance: Rgb) -> Option<PlanarElement> {
         let shape = self.geometry.primitives()[self.primitive.index()].shape;
         match (element.shape, &self.geometry.shapes()[shape.index()]) {
             (ElementShape::Triangle { index }, _) => {
-                PlanarElement::triangles(&[self.corners(index)])
+                PlanarElement::triangles(&[self.corners(index)], radiance)
             }
             (ElementShape::Primitive, Shape::Mesh(mesh)) if mesh.triangles.len() == 1 => {
-                PlanarElement::triangles(&[self.corners(0)])
+                PlanarElement::triangles(&[self.corners(0)], radiance)
             }
             (ElementShape::Primitive, Shape::Mesh(mesh)) if mesh.triangles.len() == 2 => {
-                PlanarElement::triangles(&[self.corners(0), self.corners(1)])
+                PlanarElement::triangles(&[self.corners(0), self.corners(1)], radiance)
             }
             (ElementShape::Primitive, Shape::Disk) => {
                 let [center, u, v] = self.corners(0);
-                Some(PlanarElement::disk([&center, &u, &v], element.area))
+                let corners = [&center, &u, &v];
+                Some(PlanarElement::disk(corners, element.area, radiance))
             }
             _ => None,
         }
@@ -213,7 +243,7 @@ pub(super) fn element_of_point(
     id: EmitterId,
     emitter: &Emitter,
     textures: &[Texture],
-) -> Option<(EmitterElement, ElementBounds)> {
+) -> Option<(EmitterElement, ElementSampling, ElementBounds)> {
     let (position, normals, emission) = match *emitter {
         Emitter::Point { position, .. } | Emitter::Goniometric { position, .. } => {
             (position, Cone::FULL, 0.0)
@@ -233,10 +263,10 @@ pub(super) fn element_of_point(
     let element = EmitterElement {
         emitter: id,
         primitive: PrimitiveId(u32::MAX),
-        shape: ElementShape::Point { position },
+        shape: ElementShape::Point,
         area: 0.0,
-        planar: None,
     };
+    let sampling = ElementSampling::Point(PointElement::new(id, emitter, position));
     let bounds = ElementBounds {
         bounds: Aabb {
             min: position,
@@ -246,7 +276,7 @@ pub(super) fn element_of_point(
         emission,
         power: point_power(emitter, textures),
     };
-    Some((element, bounds))
+    Some((element, sampling, bounds))
 }
 
 /// The scale of a transform that keeps angles; `None` for other transforms.

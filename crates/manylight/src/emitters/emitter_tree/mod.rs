@@ -10,15 +10,22 @@
 //! light to a receiver has a positive probability.
 
 mod binary;
+mod importance;
 mod wide;
 
 use super::elements::ElementBounds;
+use super::receivers::Receivers;
 use super::selection_weight::SelectionWeight;
-use crate::lanes::LANES;
-use crate::math::Vec3;
-use crate::simd::Isa;
+use crate::lanes::{Float, LANES, Lanes, Mask, Width, Word};
+use crate::simd::{Isa, set_bits};
 use binary::ClusterNode;
-use wide::{ChildLane, ImportanceKernel, WideEmitterNode};
+use importance::TreeReceivers;
+use wide::{ChildLane, ChosenChild, ImportanceKernel, LEAF, WideEmitterNode, choose_by};
+
+/// Children of a node per receiver in it, up to which the children are visited one by one, with the receivers in lanes. Beyond, the
+/// receivers are visited one by one, with the children in lanes. Other values are not measured: the importance of one child for all
+/// receivers costs about as much as that of all children for one receiver, and the choice for one receiver as much again.
+const CHILDREN_PER_RECEIVER: usize = 2;
 
 /// The tree. Elements are named by their index in the list from which it was built.
 #[derive(Clone, Debug)]
@@ -28,6 +35,16 @@ pub(super) struct EmitterTree {
     /// The leaf of each element; `None` without power.
     leaf_of: Vec<Option<ChildLane>>,
     isa: Isa,
+}
+
+/// An element per lane.
+pub(super) struct ChosenElements<S: Width> {
+    /// Index of the element.
+    pub(super) element: Word<S>,
+    /// Probability of the choice.
+    pub(super) pmf: Float<S>,
+    /// The active lanes with an element that may emit towards the receiver.
+    pub(super) found: Mask<S>,
 }
 
 impl EmitterTree {
@@ -78,75 +95,235 @@ impl EmitterTree {
         index
     }
 
+    /// The instruction set of the tree.
+    #[cfg(any(test, feature = "testing"))]
+    pub(super) fn isa(&self) -> Isa {
+        self.isa
+    }
+
     pub(super) fn is_empty(&self) -> bool {
         self.nodes.is_empty()
     }
 
-    /// An element for the receiver `p` with normal `n`, and the probability of the choice. `None` if no element emits towards `p`.
-    pub(super) fn sample(&self, p: Vec3, n: Option<Vec3>, mut u: f32) -> Option<(usize, f32)> {
-        let mut node = self.nodes.first()?;
-        if node.count == 1 {
-            return Some((node.content[0] as usize, 1.0));
+    /// See [`EmitterTree::sample`].
+    #[inline(always)]
+    pub(super) fn sample_inlined<S: Width>(
+        &self,
+        receivers: &Receivers<S>,
+        mut u: Float<S>,
+        active: Mask<S>,
+    ) -> ChosenElements<S> {
+        let s = u.width();
+        let mut at = Word::splat(s, 0);
+        let mut chosen = ChosenElements {
+            element: at,
+            pmf: u.same(1.0),
+            found: Mask::splat(s, false),
+        };
+        let Some(root) = self.nodes.first() else {
+            return chosen;
+        };
+        if root.count == 1 {
+            chosen.element = Word::splat(s, root.content[0] & !LEAF);
+            chosen.found = active;
+            return chosen;
         }
-        let mut pmf = 1.0;
-        loop {
-            let importances = self.isa.run(ImportanceKernel { node, p, n });
-            let (lane, probability, rest) = choose(&importances[..node.count], u)?;
-            pmf *= probability;
-            if node.is_leaf[lane] {
-                return Some((node.content[lane] as usize, pmf));
-            }
-            u = rest;
-            node = &self.nodes[node.content[lane] as usize];
+        let receivers = TreeReceivers::new(receivers);
+        let mut left = active;
+        while left.any() {
+            let child = self.choose(&receivers, at, u, left);
+            let found = left & child.probability.gt(0.0);
+            let is_leaf = (child.content & LEAF).equals(LEAF);
+            chosen.pmf = found.select(chosen.pmf * child.probability, chosen.pmf);
+            chosen.found |= found & is_leaf;
+            u = child.rest;
+            at = left.select_words(child.content, at);
+            left = found & !is_leaf;
         }
+        chosen.element = at & !LEAF;
+        chosen
     }
 
-    /// Probability of choosing `element` with [`EmitterTree::sample`].
-    pub(super) fn pmf(&self, p: Vec3, n: Option<Vec3>, element: usize) -> f32 {
-        let mut pmf = 1.0;
-        let mut child = self.leaf_of[element];
-        if child.is_none() {
-            return 0.0;
-        }
-        while let Some(ChildLane { node: index, lane }) = child {
-            let node = &self.nodes[index as usize];
-            if node.count > 1 {
-                let importances = self.isa.run(ImportanceKernel { node, p, n });
-                let importance = importances[lane as usize];
-                if importance <= 0.0 {
-                    return 0.0;
-                }
-                pmf *= importance / importances[..node.count].iter().sum::<f32>();
+    /// A child of the node `at` for each receiver of `left`.
+    #[inline(always)]
+    fn choose<S: Width>(
+        &self,
+        receivers: &TreeReceivers<S>,
+        at: Word<S>,
+        u: Float<S>,
+        left: Mask<S>,
+    ) -> ChosenChild<S> {
+        let mut all = ChosenChild {
+            content: at,
+            probability: u.same(0.0),
+            rest: u,
+        };
+        let mut single = Singles::new(u.width());
+        for (node, lanes) in at.groups(left) {
+            let node = &self.nodes[node as usize];
+            if visits_children(node, lanes) {
+                all = ChosenChild::select(lanes, node.choose(receivers, u), all);
+                continue;
             }
-            child = node.parent;
+            let u = u.store();
+            for lane in set_bits(lanes.bits()) {
+                let importances = self.importances(node, receivers, lane);
+                let choice = choose_by(&importances, u.as_ref()[lane]);
+                let (child, probability, rest) = choice.unwrap_or((0, 0.0, 0.0));
+                single.set(lane, node.content[child], probability, rest);
+            }
+        }
+        ChosenChild::select(single.lanes(u.width()), single.load(u.width()), all)
+    }
+
+    /// Probability of choosing `element` with [`EmitterTree::sample`] for each receiver; 0 for receivers that are not active.
+    #[inline(always)]
+    pub(super) fn pmf<S: Width>(
+        &self,
+        receivers: &Receivers<S>,
+        element: Word<S>,
+        active: Mask<S>,
+    ) -> Float<S> {
+        let s = element.width();
+        let (elements, bits) = (element.store(), active.bits());
+        let leaves = s.each(|i| {
+            let is_active = bits >> i & 1 != 0;
+            is_active
+                .then(|| self.leaf_of[elements.as_ref()[i] as usize])
+                .flatten()
+        });
+        let leaf = |i: usize| leaves.as_ref()[i].unwrap_or(ChildLane { node: 0, lane: 0 });
+        let mut node = Word::load(s, &s.each(|i| leaf(i).node));
+        let mut child = Word::load(s, &s.each(|i| leaf(i).lane));
+        let with_leaf = (0..S::LANES).filter(|&i| leaves.as_ref()[i].is_some());
+        let mut left = Mask::from_bits(s, with_leaf.map(|i| 1 << i).sum());
+        let mut pmf = left.select(1.0, 0.0);
+        let receivers = TreeReceivers::new(receivers);
+        while left.any() {
+            let probability = self.probability(&receivers, node, child, left);
+            pmf = left.select(pmf * probability, pmf);
+            (node, child, left) = self.parents(node, left);
         }
         pmf
     }
+
+    /// Probabilities of children of the nodes `at`, for each receiver of `left`.
+    #[inline(always)]
+    fn probability<S: Width>(
+        &self,
+        receivers: &TreeReceivers<S>,
+        at: Word<S>,
+        child: Word<S>,
+        left: Mask<S>,
+    ) -> Float<S> {
+        let s = child.width();
+        let mut all = Float::splat(s, 1.0);
+        let mut single = Singles::new(s);
+        for (node, lanes) in at.groups(left) {
+            let node = &self.nodes[node as usize];
+            if node.count == 1 {
+                continue;
+            }
+            if visits_children(node, lanes) {
+                all = lanes.select(node.probability(receivers, child), all);
+                continue;
+            }
+            let child = child.store();
+            for lane in set_bits(lanes.bits()) {
+                let importances = self.importances(node, receivers, lane);
+                let importance = importances[child.as_ref()[lane] as usize % LANES];
+                let total: f32 = importances.iter().sum();
+                let probability = if importance > 0.0 {
+                    importance / total
+                } else {
+                    0.0
+                };
+                single.set(lane, 0, probability, 0.0);
+            }
+        }
+        single.lanes(s).select(single.load(s).probability, all)
+    }
+
+    /// The nodes above, as which children the nodes are there, and the lanes with a node above.
+    #[inline(always)]
+    fn parents<S: Width>(&self, node: Word<S>, left: Mask<S>) -> (Word<S>, Word<S>, Mask<S>) {
+        let s = node.width();
+        let (mut above, mut child, mut with_parent) = (node, node, Mask::splat(s, false));
+        for (node, lanes) in node.groups(left) {
+            if let Some(parent) = self.nodes[node as usize].parent {
+                above = lanes.select_words(Word::splat(s, parent.node), above);
+                child = lanes.select_words(Word::splat(s, parent.lane), child);
+                with_parent |= lanes;
+            }
+        }
+        (above, child, with_parent)
+    }
+
+    /// The importance of each child of a node for the receiver in one lane.
+    #[inline(always)]
+    fn importances<S: Width>(
+        &self,
+        node: &WideEmitterNode,
+        receivers: &TreeReceivers<S>,
+        lane: usize,
+    ) -> Lanes {
+        let receiver = receivers.lane(lane);
+        if S::LANES == 1 {
+            return self.isa.run(ImportanceKernel { node, receiver });
+        }
+        let receivers = TreeReceivers::splat(receivers.min_cosine.width(), receiver);
+        let children = node.children(receivers.min_cosine.width());
+        let importances = children.importance(&receivers).store();
+        let mut all = [0.0; LANES];
+        all[..S::LANES].copy_from_slice(importances.as_ref());
+        all
+    }
 }
 
-/// An index in proportion to its weight, its probability, and a number that is uniform in [0, 1) given the choice. `None` if all
-/// weights are 0.
-#[inline]
-fn choose(weights: &[f32], u: f32) -> Option<(usize, f32, f32)> {
-    const LARGEST: f32 = 1.0 - f32::EPSILON * 0.5;
-    let mut ends = [0.0; LANES];
-    let mut total = 0.0;
-    for (end, weight) in ends.iter_mut().zip(weights) {
-        total += weight;
-        *end = total;
+/// Whether a node is visited child by child; see [`CHILDREN_PER_RECEIVER`].
+#[inline(always)]
+fn visits_children<S: Width>(node: &WideEmitterNode, receivers: Mask<S>) -> bool {
+    node.count <= CHILDREN_PER_RECEIVER * receivers.bits().count_ones() as usize
+}
+
+/// Choices for single receivers.
+struct Singles<S: Width> {
+    content: S::Each<u32>,
+    probability: S::Each<f32>,
+    rest: S::Each<f32>,
+    lanes: u32,
+}
+
+impl<S: Width> Singles<S> {
+    #[inline(always)]
+    fn new(s: S) -> Self {
+        Singles {
+            content: s.each(|_| 0),
+            probability: s.each(|_| 0.0),
+            rest: s.each(|_| 0.0),
+            lanes: 0,
+        }
     }
-    if total <= 0.0 {
-        return None;
+
+    #[inline(always)]
+    fn set(&mut self, lane: usize, content: u32, probability: f32, rest: f32) {
+        self.content.as_mut()[lane] = content;
+        self.probability.as_mut()[lane] = probability;
+        self.rest.as_mut()[lane] = rest;
+        self.lanes |= 1 << lane;
     }
-    let target = u * total;
-    // Rounding must not select an item of weight 0.
-    let is_passed = |end: f32| end <= target && end < total;
-    let chosen: usize = ends[..weights.len()]
-        .iter()
-        .map(|&end| usize::from(is_passed(end)))
-        .sum();
-    let weight = weights[chosen];
-    let before = if chosen == 0 { 0.0 } else { ends[chosen - 1] };
-    let rest = ((target - before) / weight).clamp(0.0, LARGEST);
-    Some((chosen, weight / total, rest))
+
+    #[inline(always)]
+    fn lanes(&self, s: S) -> Mask<S> {
+        Mask::from_bits(s, self.lanes)
+    }
+
+    #[inline(always)]
+    fn load(&self, s: S) -> ChosenChild<S> {
+        ChosenChild {
+            content: Word::load(s, &self.content),
+            probability: Float::load(s, &self.probability),
+            rest: Float::load(s, &self.rest),
+        }
+    }
 }

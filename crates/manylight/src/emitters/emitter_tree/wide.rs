@@ -1,19 +1,16 @@
-//! A node of the wide tree, and the importance of its children for a receiver.
+//! A node of the wide tree: its children, and the choice among them for receivers in lanes.
 
 use super::binary::ClusterNode;
-use crate::lanes::{LANES, Lanes, Lanes3};
-use crate::math::{Vec3, float::safe_sqrt};
+use super::importance::{ChildBounds, MIN_RADIUS2, TreeReceivers};
+use crate::lanes::{Float, LANES, Lanes, Lanes3, Mask, Sixteen, Vector, Width, Word};
+use crate::math::Vec3;
 use crate::simd::{Simd, SimdKernel};
 
-/// Lower bound of the cosines at emitter and receiver in the importance. Bounds on cosines are poor near the horizon, where an
-/// underestimate gives samples of large weight. Not measured.
-const COSINE_FLOOR: f32 = 0.05;
+/// The largest number below 1.
+const LARGEST: f32 = 1.0 - f32::EPSILON * 0.5;
 
-/// Tolerance for rounding of cosines: a cluster must not be excluded if it emits towards the receiver.
-const COSINE_TOLERANCE: f32 = 1e-3;
-
-/// Lower bound of the squared radius of a cluster, for receivers inside: it keeps the importance finite.
-const MIN_RADIUS2: f32 = 1e-20;
+/// Marks the index of an element in [`WideEmitterNode::content`].
+pub(super) const LEAF: u32 = 1 << 31;
 
 /// A child, as a lane of a wide node.
 #[derive(Clone, Copy, Debug)]
@@ -33,35 +30,40 @@ pub(super) struct WideEmitterNode {
     sin_normals: Lanes,
     cos_emission: Lanes,
     power: Lanes,
-    /// Index of the child's wide node, or of the element of a leaf.
+    /// Importance inside of the bounding sphere.
+    inside: Lanes,
+    /// Index of the child's wide node; of a leaf [`LEAF`] plus the index of the element.
     pub(super) content: [u32; LANES],
-    pub(super) is_leaf: [bool; LANES],
     /// Number of children.
     pub(super) count: usize,
     /// This node as a child; `None` for the root.
     pub(super) parent: Option<ChildLane>,
 }
 
-/// The importance of each child of a node for a receiver at `p` with normal `n`.
+/// A child chosen per lane.
+pub(super) struct ChosenChild<S: Width> {
+    /// See [`WideEmitterNode::content`].
+    pub(super) content: Word<S>,
+    /// Not above 0 if no child emits towards the receiver.
+    pub(super) probability: Float<S>,
+    /// A number that is uniform in [0, 1) given the choice.
+    pub(super) rest: Float<S>,
+}
+
+/// The importance of each child of a node for one receiver: its position, its normal or zero, and its least cosine.
 pub(super) struct ImportanceKernel<'a> {
     pub(super) node: &'a WideEmitterNode,
-    pub(super) p: Vec3,
-    pub(super) n: Option<Vec3>,
+    pub(super) receiver: (Vec3, Vec3, f32),
 }
 
 impl SimdKernel for ImportanceKernel<'_> {
     type Output = Lanes;
 
     #[inline(always)]
-    fn run<S: Simd>(self, _: S) -> Lanes {
-        let ImportanceKernel { node, p, n } = self;
-        // Without a normal the cosine at the receiver is 1.
-        let (n, min_cosine) = n.map_or((Vec3::ZERO, 1.0), |n| (n, COSINE_FLOOR));
-        let mut importances = [0.0; LANES];
-        for (i, importance) in importances.iter_mut().enumerate() {
-            *importance = node.importance(i, p, n, min_cosine);
-        }
-        importances
+    fn run<S: Simd>(self, s: S) -> Lanes {
+        let s = Sixteen(s.wide());
+        let receivers = TreeReceivers::splat(s, self.receiver);
+        self.node.children(s).importance(&receivers).store()
     }
 }
 
@@ -80,8 +82,8 @@ impl WideEmitterNode {
             sin_normals: [0.0; LANES],
             cos_emission: [1.0; LANES],
             power: [0.0; LANES],
+            inside: [0.0; LANES],
             content: [0; LANES],
-            is_leaf: [true; LANES],
             count: children.len(),
             parent,
         };
@@ -94,60 +96,146 @@ impl WideEmitterNode {
             wide.sin_normals[lane] = node.sin_normals;
             wide.cos_emission[lane] = node.cos_emission;
             wide.power[lane] = node.power;
-            wide.content[lane] = node.content;
-            wide.is_leaf[lane] = node.is_leaf;
+            wide.inside[lane] = node.power / (node.radius * node.radius).max(MIN_RADIUS2);
+            if node.is_leaf {
+                wide.content[lane] = LEAF | node.content;
+            }
         }
         wide
     }
 
-    /// Importance of child `i`: power · cosine at the emitter · cosine at the receiver / distance². Each cosine is the largest
-    /// within the bounds, and at least [`COSINE_FLOOR`] and `min_cosine`. 0 only if no element of the child emits towards `p`.
+    /// Child `i` in lane `i`.
     #[inline(always)]
-    fn importance(&self, i: usize, p: Vec3, n: Vec3, min_cosine: f32) -> f32 {
-        let to_center = self.center.vec(i) - p;
-        let d2 = to_center.length_squared();
-        let r2 = self.radius[i] * self.radius[i];
-        let inverse = 1.0 / d2.max(f32::MIN_POSITIVE).sqrt();
-        let w = to_center * inverse;
-        let sin_extent = (self.radius[i] * inverse).min(1.0);
-        let cos_extent = safe_sqrt(1.0 - sin_extent * sin_extent);
+    pub(super) fn children<S: Width>(&self, s: S) -> ChildBounds<S> {
+        ChildBounds {
+            center: each3(s, &self.center),
+            radius: each(s, &self.radius),
+            axis: each3(s, &self.axis),
+            cos_normals: each(s, &self.cos_normals),
+            sin_normals: each(s, &self.sin_normals),
+            cos_emission: each(s, &self.cos_emission),
+            power: each(s, &self.power),
+            inside: each(s, &self.inside),
+        }
+    }
 
-        let at_emitter = -self.axis.vec(i).dot(w);
-        let (cos, sin) = less_angle(
-            at_emitter,
-            safe_sqrt(1.0 - at_emitter * at_emitter),
-            self.cos_normals[i],
-            self.sin_normals[i],
-        );
-        let (cos, _) = less_angle(cos, sin, cos_extent, sin_extent);
-        let at_receiver = n.dot(w);
-        let sin = safe_sqrt(1.0 - at_receiver * at_receiver);
-        let (cos_receiver, _) = less_angle(at_receiver, sin, cos_extent, sin_extent);
-        let outside = self.power[i]
-            * cos.max(COSINE_FLOOR)
-            * cos_receiver.max(min_cosine)
-            * (inverse * inverse);
-        let reached = if cos < self.cos_emission[i] - COSINE_TOLERANCE {
-            0.0
-        } else {
-            outside
-        };
-        // Inside of the bounding sphere all angles are possible.
-        if d2 <= r2 {
-            self.power[i] / r2.max(MIN_RADIUS2)
-        } else {
-            reached
+    /// Child `k` in all lanes.
+    #[inline(always)]
+    fn child<S: Width>(&self, s: S, k: usize) -> ChildBounds<S> {
+        ChildBounds {
+            center: Vector::splat(s, self.center.vec(k)),
+            radius: Float::splat(s, self.radius[k]),
+            axis: Vector::splat(s, self.axis.vec(k)),
+            cos_normals: Float::splat(s, self.cos_normals[k]),
+            sin_normals: Float::splat(s, self.sin_normals[k]),
+            cos_emission: Float::splat(s, self.cos_emission[k]),
+            power: Float::splat(s, self.power[k]),
+            inside: Float::splat(s, self.inside[k]),
+        }
+    }
+
+    /// The importances of the children, and their sum.
+    #[inline(always)]
+    fn importances<S: Width>(&self, receivers: &TreeReceivers<S>) -> ([Float<S>; LANES], Float<S>) {
+        let s = receivers.min_cosine.width();
+        let mut importances = [Float::splat(s, 0.0); LANES];
+        let mut total = Float::splat(s, 0.0);
+        for (k, importance) in importances.iter_mut().enumerate().take(self.count) {
+            *importance = self.child(s, k).importance(receivers);
+            total += *importance;
+        }
+        (importances, total)
+    }
+
+    /// A child for the receiver in each lane, in proportion to importance.
+    #[inline(always)]
+    pub(super) fn choose<S: Width>(
+        &self,
+        receivers: &TreeReceivers<S>,
+        u: Float<S>,
+    ) -> ChosenChild<S> {
+        let s = u.width();
+        let (importances, total) = self.importances(receivers);
+        let target = u * total;
+        let (mut end, mut before, mut importance) = (u.same(0.0), u.same(0.0), u.same(0.0));
+        let mut content = Word::splat(s, 0);
+        let mut is_open = Mask::splat(s, true);
+        for (&of_child, &at) in importances.iter().zip(&self.content).take(self.count) {
+            let start = end;
+            end += of_child;
+            // Rounding must not select a child without importance.
+            let is_passed = end.le(target) & end.lt(total);
+            let is_here = is_open & !is_passed;
+            is_open = is_open & is_passed;
+            before = is_here.select(start, before);
+            importance = is_here.select(of_child, importance);
+            content = is_here.select_words(Word::splat(s, at), content);
+        }
+        ChosenChild {
+            content,
+            probability: importance / total,
+            rest: ((target - before) / importance).clamp(0.0, LARGEST),
+        }
+    }
+
+    /// The probability with which [`WideEmitterNode::choose`] chooses child `child` for the receiver in each lane.
+    #[inline(always)]
+    pub(super) fn probability<S: Width>(
+        &self,
+        receivers: &TreeReceivers<S>,
+        child: Word<S>,
+    ) -> Float<S> {
+        let (importances, total) = self.importances(receivers);
+        let mut importance = total.same(0.0);
+        for (k, &of_child) in importances.iter().enumerate().take(self.count) {
+            importance = child.equals(k as u32).select(of_child, importance);
+        }
+        importance.gt(0.0).select(importance / total, 0.0)
+    }
+}
+
+#[inline(always)]
+fn each<S: Width>(s: S, x: &Lanes) -> Float<S> {
+    Float::from_fn(s, |i| x[i])
+}
+
+#[inline(always)]
+fn each3<S: Width>(s: S, v: &Lanes3) -> Vector<S> {
+    Vector::new(each(s, &v.0[0]), each(s, &v.0[1]), each(s, &v.0[2]))
+}
+
+impl<S: Width> ChosenChild<S> {
+    /// `a` in the lanes of `m`, `b` elsewhere.
+    #[inline(always)]
+    pub(super) fn select(m: Mask<S>, a: Self, b: Self) -> Self {
+        ChosenChild {
+            content: m.select_words(a.content, b.content),
+            probability: m.select(a.probability, b.probability),
+            rest: m.select(a.rest, b.rest),
         }
     }
 }
 
-/// Cosine and sine of max(0, a - b) from cosines and sines of the angles a and b, both in [0, π].
+/// As [`WideEmitterNode::choose`], for one receiver, by the importances of all children: the child, its probability, and the rest.
 #[inline(always)]
-fn less_angle(cos_a: f32, sin_a: f32, cos_b: f32, sin_b: f32) -> (f32, f32) {
-    let is_less = cos_a < cos_b;
-    let (cos, sin) = (cos_a * cos_b + sin_a * sin_b, sin_a * cos_b - cos_a * sin_b);
-    (
-        if is_less { cos } else { 1.0 },
-        if is_less { sin } else { 0.0 },
-    )
+pub(super) fn choose_by(importances: &Lanes, u: f32) -> Option<(usize, f32, f32)> {
+    let mut ends = [0.0; LANES];
+    let mut total = 0.0;
+    for (end, importance) in ends.iter_mut().zip(importances) {
+        total += importance;
+        *end = total;
+    }
+    if total <= 0.0 {
+        return None;
+    }
+    let target = u * total;
+    let mut chosen = 0;
+    for end in &ends {
+        chosen += u32::from((*end <= target) & (*end < total));
+    }
+    let chosen = chosen as usize % LANES;
+    let importance = importances[chosen];
+    let before = if chosen == 0 { 0.0 } else { ends[chosen - 1] };
+    let rest = ((target - before) / importance).clamp(0.0, LARGEST);
+    Some((chosen, importance / total, rest))
 }

@@ -3,30 +3,51 @@
 use super::environment_tiles::{CellCorners, CellPoint, EnvironmentTiles};
 use crate::color::Rgb;
 use crate::emitters::Environment;
-use crate::emitters::unit_interval::sample_linear;
-use crate::math::float::{floor, safe_sqrt};
-use crate::math::trig::{atan2_turns, sin_cos_turns};
-use crate::math::{Mat3, Vec2, Vec3};
+use crate::lanes::{Color, Float, Mask, Pair, Vector, Width, sample_linear};
+use crate::math::Mat3;
 use rayon::prelude::*;
 use std::f32::consts::{PI, TAU};
 
+/// The texels at the corners (0,0), (1,0), (0,1), (1,1) of a cell, in lanes.
+type CornersOfCells<S> = [Color<S>; 4];
+
 /// Bilinear interpolation at `at` in [0, 1]².
-#[inline]
-fn interpolate(corners: &CellCorners, at: Vec2) -> Rgb {
+#[inline(always)]
+fn interpolate<S: Width>(corners: &CornersOfCells<S>, at: Pair<S>) -> Color<S> {
     let [c00, c10, c01, c11] = *corners;
     c00.lerp(c10, at.x).lerp(c01.lerp(c11, at.x), at.y)
 }
 
 /// Luminances, with negative ones set to 0.
-#[inline]
-fn luminances(corners: &CellCorners) -> [f32; 4] {
-    corners.map(|c| c.luminance().max(0.0))
+#[inline(always)]
+fn luminances<S: Width>(corners: &CornersOfCells<S>) -> [Float<S>; 4] {
+    let [c00, c10, c01, c11] = *corners;
+    [
+        c00.luminance().max(0.0),
+        c10.luminance().max(0.0),
+        c01.luminance().max(0.0),
+        c11.luminance().max(0.0),
+    ]
+}
+
+/// Sum of the luminances at the corners of a cell.
+fn sum_of_luminances(corners: &CellCorners) -> f32 {
+    corners.map(|c| c.luminance().max(0.0)).iter().sum()
 }
 
 /// Sine of the angle to the y axis.
-#[inline]
-fn sin_polar(d: Vec3) -> f32 {
-    safe_sqrt(d.x * d.x + d.z * d.z)
+#[inline(always)]
+fn sin_polar<S: Width>(d: Vector<S>) -> Float<S> {
+    (d.x * d.x + d.z * d.z).safe_sqrt()
+}
+
+/// The product of a matrix and a vector.
+#[inline(always)]
+fn product<S: Width>(m: &Mat3, v: Vector<S>) -> Vector<S> {
+    let s = v.x.width();
+    Vector::splat(s, m.x_axis) * v.x
+        + Vector::splat(s, m.y_axis) * v.y
+        + Vector::splat(s, m.z_axis) * v.z
 }
 
 /// An environment map, prepared for lookup and sampling.
@@ -41,15 +62,35 @@ pub(in crate::emitters) struct EnvironmentSampler {
     total: Rgb,
 }
 
-/// A direction towards the environment.
+/// A direction towards the environment per lane.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::emitters) struct EnvironmentSample {
+pub(in crate::emitters) struct EnvironmentSamples<S: Width> {
     /// Unit direction in world space.
-    pub(in crate::emitters) wi: Vec3,
+    pub(in crate::emitters) wi: Vector<S>,
     /// Density of [`EnvironmentSampler::sample`] per solid angle.
-    pub(in crate::emitters) pdf: f32,
+    pub(in crate::emitters) pdf: Float<S>,
     /// Radiance from that direction.
-    pub(in crate::emitters) radiance: Rgb,
+    pub(in crate::emitters) radiance: Color<S>,
+}
+
+/// A [`CellPoint`] per lane.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct CellPoints<S: Width> {
+    column: S::Each<u32>,
+    row: S::Each<u32>,
+    within: Pair<S>,
+}
+
+impl<S: Width> CellPoints<S> {
+    #[inline(always)]
+    pub(super) fn load(s: S, points: &S::Each<CellPoint>) -> Self {
+        let points = points.as_ref();
+        CellPoints {
+            column: s.each(|i| points[i].column as u32),
+            row: s.each(|i| points[i].row as u32),
+            within: Pair::from_fn(s, |i| points[i].within),
+        }
+    }
 }
 
 impl EnvironmentSampler {
@@ -61,9 +102,8 @@ impl EnvironmentSampler {
         let solid_angles: Vec<f32> = (0..rows)
             .map(|row| TAU / width as f32 * (polar(row) - polar(row + 1)))
             .collect();
-        let luminance = |corners: &CellCorners| luminances(corners).iter().sum::<f32>();
         let tiles = EnvironmentTiles::new(environment, |row, corners| {
-            luminance(corners) * solid_angles[row]
+            sum_of_luminances(corners) * solid_angles[row]
         })?;
         let row_sums: Vec<(Rgb, f64)> = (0..rows)
             .into_par_iter()
@@ -71,8 +111,9 @@ impl EnvironmentSampler {
                 let (mut sum, mut weight) = (Rgb::BLACK, 0.0f64);
                 for column in 0..width {
                     let corners = tiles.corners(column, row);
-                    sum += interpolate(&corners, Vec2::splat(0.5));
-                    weight += f64::from(luminance(&corners) * solid_angles[row]);
+                    let [c00, c10, c01, c11] = corners;
+                    sum += c00.lerp(c10, 0.5).lerp(c01.lerp(c11, 0.5), 0.5);
+                    weight += f64::from(sum_of_luminances(&corners) * solid_angles[row]);
                 }
                 (sum * solid_angles[row], weight)
             })
@@ -102,12 +143,17 @@ impl EnvironmentSampler {
         self.total
     }
 
-    /// A direction with density proportional to the interpolated luminance.
-    #[inline]
-    pub(in crate::emitters) fn sample(&self, u: Vec2) -> EnvironmentSample {
-        let (row, u) = self.tiles.choose_row(u);
-        let (tile, u) = self.tiles.choose_tile(row, u);
-        self.sample_within(self.tiles.choose_cell(tile, u))
+    /// See [`EnvironmentSampler::sample`].
+    #[inline(always)]
+    pub(in crate::emitters) fn sample_inlined<S: Width>(
+        &self,
+        u: Pair<S>,
+        lanes: Mask<S>,
+    ) -> EnvironmentSamples<S> {
+        self.sample_within(&CellPoints::load(
+            lanes.width(),
+            &self.tiles.choose_cells(u, lanes),
+        ))
     }
 
     /// For the stages of [`EnvironmentSampler::sample`] one by one: row of tiles, tile, cell, then [`EnvironmentSampler::sample_within`].
@@ -115,71 +161,103 @@ impl EnvironmentSampler {
         &self.tiles
     }
 
-    /// A direction within the cell of `p`, with density proportional to the luminance there. `p` is uniform in the cell.
-    #[inline]
-    pub(super) fn sample_within(&self, p: CellPoint) -> EnvironmentSample {
-        let corners = self.tiles.corners(p.column, p.row);
+    /// Directions within the cells of `p`, with density proportional to the luminance there. `p` is uniform in the cells.
+    #[inline(always)]
+    pub(super) fn sample_within<S: Width>(&self, p: &CellPoints<S>) -> EnvironmentSamples<S> {
+        let corners = self.corners(p);
         let [w00, w10, w01, w11] = luminances(&corners);
         let y = sample_linear(p.within.y, w00 + w10, w01 + w11);
         let x = sample_linear(p.within.x, w00 + (w01 - w00) * y, w10 + (w11 - w10) * y);
-        let at = CellPoint {
-            within: Vec2::new(x, y),
-            ..p
+        let at = CellPoints {
+            within: Pair::new(x, y),
+            ..*p
         };
-        let d = self.direction(at);
-        EnvironmentSample {
-            wi: (self.world_from_emitter * d).normalize(),
-            pdf: self.density(&corners, at, d),
+        let d = self.direction(&at);
+        EnvironmentSamples {
+            wi: product(&self.world_from_emitter, d).normalize(),
+            pdf: self.density(&corners, &at, d),
             radiance: interpolate(&corners, at.within),
         }
     }
 
-    /// The point of the map that belongs to the unit direction `d` in the emitter's frame.
-    #[inline]
-    fn locate(&self, d: Vec3) -> CellPoint {
+    /// The points of the map that belong to the unit directions `d` in the emitter's frame.
+    #[inline(always)]
+    fn locate<S: Width>(&self, d: Vector<S>) -> CellPoints<S> {
         let (width, height) = (self.tiles.width as f32, self.tiles.height as f32);
-        let x = atan2_turns(d.x, -d.z) * width - 0.5;
+        let x = d.x.atan2_turns(-d.z) * width - 0.5;
         // More accurate near the poles than acos.
-        let y = 2.0 * atan2_turns(sin_polar(d), d.y) * height;
-        let (left, row) = (floor(x).0, (y as usize).min(self.tiles.height - 1));
+        let y = sin_polar(d).atan2_turns(d.y) * (2.0 * height);
+        let left = x.floor();
+        let row = y.min(height - 1.0).floor();
+        let rows = row.to_word();
         // `x` covers half a turn in either direction: wraps the negative half.
-        let column = if left < 0.0 { left + width } else { left };
-        CellPoint {
-            column: (column as usize).min(self.tiles.width - 1),
-            row,
-            within: Vec2::new(x - left, y - row as f32),
+        let column = left.lt(0.0).select(left + width, left);
+        let columns = column.min(width - 1.0).floor().to_word();
+        CellPoints {
+            column: columns.store(),
+            row: rows.store(),
+            within: Pair::new(x - left, y - row),
         }
     }
 
     /// The inverse of [`EnvironmentSampler::locate`].
-    #[inline]
-    fn direction(&self, at: CellPoint) -> Vec3 {
+    #[inline(always)]
+    fn direction<S: Width>(&self, at: &CellPoints<S>) -> Vector<S> {
+        let s = at.within.x.width();
+        let column = Float::from_fn(s, |i| at.column.as_ref()[i] as f32);
+        let row = Float::from_fn(s, |i| at.row.as_ref()[i] as f32);
         let (width, height) = (self.tiles.width as f32, self.tiles.height as f32);
-        let (sin_phi, cos_phi) = sin_cos_turns((at.column as f32 + at.within.x + 0.5) / width);
-        let (sin_theta, cos_theta) = sin_cos_turns(0.5 * (at.row as f32 + at.within.y) / height);
-        Vec3::new(sin_phi * sin_theta, cos_theta, -cos_phi * sin_theta)
+        let turn = (column + at.within.x + 0.5) / width;
+        let polar = (row + at.within.y) * 0.5 / height;
+        let (sin_phi, cos_phi) = turn.sin_cos_turns();
+        let (sin_theta, cos_theta) = polar.sin_cos_turns();
+        Vector::new(sin_phi * sin_theta, cos_theta, -cos_phi * sin_theta)
     }
 
-    /// Radiance from the unit direction `wi` in world space, and the density of sampling that direction.
-    #[inline]
-    pub(in crate::emitters) fn look_up(&self, wi: Vec3) -> EnvironmentSample {
-        let d = self.world_from_emitter.transpose() * wi;
+    /// See [`EnvironmentSampler::look_up`].
+    #[inline(always)]
+    pub(in crate::emitters) fn look_up_inlined<S: Width>(
+        &self,
+        wi: Vector<S>,
+    ) -> EnvironmentSamples<S> {
+        let d = product(&self.world_from_emitter.transpose(), wi);
         let at = self.locate(d);
-        let corners = self.tiles.corners(at.column, at.row);
-        EnvironmentSample {
+        let corners = self.corners(&at);
+        EnvironmentSamples {
             wi,
-            pdf: self.density(&corners, at, d),
+            pdf: self.density(&corners, &at, d),
             radiance: interpolate(&corners, at.within),
         }
     }
 
-    /// Density per solid angle at `at`, a point with the given corners and the direction `d` in the emitter's frame.
-    #[inline]
-    fn density(&self, corners: &CellCorners, at: CellPoint, d: Vec3) -> f32 {
+    #[inline(always)]
+    fn corners<S: Width>(&self, at: &CellPoints<S>) -> CornersOfCells<S> {
+        let s = at.within.x.width();
+        let (columns, rows) = (at.column.as_ref(), at.row.as_ref());
+        let corners = s.each(|i| (self.tiles).corners(columns[i] as usize, rows[i] as usize));
+        let corners = corners.as_ref();
+        // Without `std::array::from_fn`, which is not always inlined.
+        [
+            Color::from_fn(s, |i| corners[i][0]),
+            Color::from_fn(s, |i| corners[i][1]),
+            Color::from_fn(s, |i| corners[i][2]),
+            Color::from_fn(s, |i| corners[i][3]),
+        ]
+    }
+
+    /// Density per solid angle at `at`, points with the given corners and the directions `d` in the emitter's frame.
+    #[inline(always)]
+    fn density<S: Width>(
+        &self,
+        corners: &CornersOfCells<S>,
+        at: &CellPoints<S>,
+        d: Vector<S>,
+    ) -> Float<S> {
         let [w00, w10, w01, w11] = luminances(corners);
         let (x, y) = (at.within.x, at.within.y);
         let here = (w00 * (1.0 - x) + w10 * x) * (1.0 - y) + (w01 * (1.0 - x) + w11 * x) * y;
+        let of_row = |i: usize| self.density_per_luminance[at.row.as_ref()[i] as usize];
         // The lower bound of the sine keeps the density finite at the poles.
-        here * self.density_per_luminance[at.row] / sin_polar(d).max(1e-6)
+        here * Float::from_fn(x.width(), of_row) / sin_polar(d).max(1e-6)
     }
 }

@@ -6,9 +6,11 @@
 
 use crate::color::Rgb;
 use crate::emitters::Environment;
+use crate::lanes::{Mask, Pair, Width};
 use crate::math::Vec2;
 use crate::math::prefetch::prefetch;
 use crate::sampling::alias::{Alias, AliasRows};
+use crate::simd::set_bits;
 use rayon::prelude::*;
 
 /// Cells along the edge of a tile. A cell is the rectangle between four texel centers. With 4, a tile occupies six cache lines. Not
@@ -51,6 +53,15 @@ pub(super) struct CellPoint {
     pub(super) row: usize,
     /// Position in the cell, in [0, 1]².
     pub(super) within: Vec2,
+}
+
+impl CellPoint {
+    /// The middle of the first cell.
+    const FIRST: CellPoint = CellPoint {
+        column: 0,
+        row: 0,
+        within: Vec2::splat(0.5),
+    };
 }
 
 /// The texels at the corners (0,0), (1,0), (0,1), (1,1) of a cell.
@@ -131,6 +142,29 @@ impl EnvironmentTiles {
             row: tile / self.across * EDGE + y,
             within,
         }
+    }
+
+    /// Cells in the lanes of `lanes`, chosen by weight, and uniform points in them. The lanes take each stage in turn, so that a stage
+    /// reads memory that the stage before has prefetched.
+    #[inline(always)]
+    pub(super) fn choose_cells<S: Width>(&self, u: Pair<S>, lanes: Mask<S>) -> S::Each<CellPoint> {
+        let (s, bits) = (lanes.width(), lanes.bits());
+        let (x, y) = (u.x.store(), u.y.store());
+        let numbers = |i: usize| Vec2::new(x.as_ref()[i], y.as_ref()[i]);
+        let mut at = s.each(|i| (0, numbers(i)));
+        for i in set_bits(bits) {
+            at.as_mut()[i] = self.choose_row(numbers(i));
+        }
+        for i in set_bits(bits) {
+            let (row, u) = at.as_ref()[i];
+            at.as_mut()[i] = self.choose_tile(row, u);
+        }
+        let mut points = s.each(|_| CellPoint::FIRST);
+        for i in set_bits(bits) {
+            let (tile, u) = at.as_ref()[i];
+            points.as_mut()[i] = self.choose_cell(tile, u);
+        }
+        points
     }
 
     /// The texels at the corners of a cell.

@@ -3,9 +3,13 @@
 use super::environment::EnvironmentSampler;
 use crate::color::Rgb;
 use crate::emitters::Emitter;
-use crate::emitters::unit_interval::split;
+use crate::emitters::receivers::Receivers;
 use crate::ids::EmitterId;
-use crate::math::{Frame, Vec2, Vec3};
+use crate::lanes::{
+    Axes, Float, Mask, One, Pair, Vector, Width, cosine_hemisphere, cosine_hemisphere_pdf, sphere,
+    split,
+};
+use crate::math::{Vec2, Vec3};
 use crate::sampling::warp;
 use std::f32::consts::PI;
 
@@ -86,34 +90,38 @@ impl InfiniteLight {
                 Some((warp::sphere(u), *radiance / warp::SPHERE_PDF))
             }
             InfiniteLightKind::Environment(sampler) => {
-                let sample = sampler.sample(u);
-                (sample.pdf > 0.0).then(|| (sample.wi, sample.radiance / sample.pdf))
+                let sample = sampler.sample(Pair::from(u), Mask::splat(One, true));
+                let irradiance = Rgb::from(sample.radiance / sample.pdf);
+                (sample.pdf.get() > 0.0).then(|| (sample.wi.into(), irradiance))
             }
         }
     }
 }
 
-/// A direction towards a constant environment for a receiver with normal `n`. `u_mixture` chooses between uniform and
-/// cosine-distributed directions.
-#[inline]
-pub(super) fn sample_constant(n: Option<Vec3>, u_mixture: f32, u: Vec2) -> Vec3 {
-    match n {
-        Some(n) if !split(u_mixture, UNIFORM_DIRECTION_PROBABILITY).0 => Frame::from_normal(n)
-            .to_world(warp::cosine_hemisphere(u))
-            .normalize(),
-        _ => warp::sphere(u),
+/// Directions towards a constant environment. `u_mixture` chooses between uniform and cosine-distributed directions.
+#[inline(always)]
+pub(super) fn sample_constant<S: Width>(
+    receivers: &Receivers<S>,
+    u_mixture: Float<S>,
+    u: Pair<S>,
+) -> Vector<S> {
+    let (is_uniform, _) = split(u_mixture, UNIFORM_DIRECTION_PROBABILITY);
+    let by_cosine = receivers.has_normal & !is_uniform;
+    let uniform = sphere(u);
+    if by_cosine.none() {
+        return uniform;
     }
+    let around_normal = Axes::from_normal(receivers.n)
+        .to_world(cosine_hemisphere(u))
+        .normalize();
+    Vector::select(by_cosine, around_normal, uniform)
 }
 
 /// Density of [`sample_constant`] per solid angle.
-#[inline]
-pub(super) fn constant_pdf(n: Option<Vec3>, wi: Vec3) -> f32 {
-    match n {
-        Some(n) => {
-            let cosine = warp::cosine_hemisphere_pdf(n.dot(wi));
-            UNIFORM_DIRECTION_PROBABILITY * warp::SPHERE_PDF
-                + (1.0 - UNIFORM_DIRECTION_PROBABILITY) * cosine
-        }
-        None => warp::SPHERE_PDF,
-    }
+#[inline(always)]
+pub(super) fn constant_pdf<S: Width>(receivers: &Receivers<S>, wi: Vector<S>) -> Float<S> {
+    let cosine = cosine_hemisphere_pdf(receivers.n.dot(wi));
+    let mixture = UNIFORM_DIRECTION_PROBABILITY * warp::SPHERE_PDF
+        + cosine * (1.0 - UNIFORM_DIRECTION_PROBABILITY);
+    receivers.has_normal.select(mixture, warp::SPHERE_PDF)
 }

@@ -1,15 +1,18 @@
 //! All infinite lights together: sampling from a point, lookup along a ray, emission of photons.
 
 use super::BoundingSphere;
+use super::environment::EnvironmentSamples;
 use super::guides::{InfiniteLightGuides, UNGUIDED_PROBABILITY};
 use super::light::{InfiniteLight, InfiniteLightKind, constant_pdf, sample_constant};
 use super::plan::{InfiniteLightPlan, PlannedDirection};
 use crate::color::Rgb;
 use crate::emitters::Emitter;
+use crate::emitters::receivers::Receivers;
 use crate::emitters::selection_weight::SelectionWeight;
 use crate::emitters::unit_interval::split;
 use crate::geometry::Ray;
 use crate::ids::EmitterId;
+use crate::lanes::{Color, Float, Mask, One, Pair, Vector, Width, Word};
 use crate::math::{Frame, Vec2, Vec3};
 use crate::sampling::warp;
 
@@ -20,21 +23,16 @@ pub(in crate::emitters) struct InfiniteLights {
     sphere: BoundingSphere,
 }
 
-/// A direction towards an infinite light.
-pub(in crate::emitters) struct InfiniteLightSample {
-    pub(in crate::emitters) wi: Vec3,
-    pub(in crate::emitters) radiance: SampledRadiance,
-}
-
-/// Light from a sampled direction.
-pub(in crate::emitters) enum SampledRadiance {
-    /// Parallel light: irradiance on a perpendicular plane over the probability of choosing the light.
-    Parallel(Rgb),
-    /// Radiance and density as [`InfiniteLights::look_up`] gives them; sampling has computed them, because the light is the only
-    /// one.
-    Known(Rgb, f32),
-    /// Radiance and density are those of [`InfiniteLights::look_up`].
-    LookUp,
+/// Directions towards infinite lights.
+#[derive(Clone, Copy)]
+pub(in crate::emitters) struct InfiniteLightSamples<S: Width> {
+    pub(in crate::emitters) wi: Vector<S>,
+    /// Radiance; of parallel light the irradiance on a perpendicular plane over the probability of choosing the light.
+    pub(in crate::emitters) radiance: Color<S>,
+    /// Density per solid angle; 1 of parallel light.
+    pub(in crate::emitters) pdf: Float<S>,
+    /// The lanes with parallel light.
+    pub(in crate::emitters) is_parallel: Mask<S>,
 }
 
 /// The random numbers that place a photon of an infinite light.
@@ -123,50 +121,95 @@ impl InfiniteLights {
         }
     }
 
-    /// A direction for direct light at a receiver with normal `n`.
-    pub(in crate::emitters) fn sample(
+    /// Directions for direct light in the lanes of `lanes`: a light is chosen by `u_choice`, a direction by `u`.
+    #[inline(always)]
+    pub(in crate::emitters) fn sample<S: Width>(
         &self,
-        n: Option<Vec3>,
-        plan: &InfiniteLightPlan,
-    ) -> InfiniteLightSample {
-        let light = &self.lights[plan.light];
-        let (wi, radiance) = match &light.kind {
-            InfiniteLightKind::Directional { wi, irradiance } => {
-                (*wi, SampledRadiance::Parallel(*irradiance / light.pmf))
-            }
-            InfiniteLightKind::Constant { .. } => (
-                sample_constant(n, plan.u_left, plan.direction.numbers()),
-                SampledRadiance::LookUp,
-            ),
-            InfiniteLightKind::Environment(sampler) => {
-                let sample = plan.direction.finish(sampler);
-                let radiance = if self.lights.len() == 1 {
-                    SampledRadiance::Known(sample.radiance, sample.pdf)
-                } else {
-                    SampledRadiance::LookUp
-                };
-                (sample.wi, radiance)
-            }
-        };
-        InfiniteLightSample { wi, radiance }
+        receivers: &Receivers<S>,
+        (u_choice, u): (Float<S>, Pair<S>),
+        lanes: Mask<S>,
+    ) -> InfiniteLightSamples<S> {
+        let s = lanes.width();
+        let (light, u_left) = self.choose_each(u_choice, lanes);
+        let mut all = InfiniteLightSamples::none(s);
+        for (i, lanes) in light.groups(lanes) {
+            let light = &self.lights[i as usize];
+            let samples = match &light.kind {
+                InfiniteLightKind::Environment(sampler) => {
+                    InfiniteLightSamples::of_environment(sampler.sample(u, lanes))
+                }
+                _ => light.sample(receivers, (u_left, u)),
+            };
+            all = InfiniteLightSamples::select(lanes, samples, all);
+        }
+        self.complete(receivers, all)
     }
 
-    /// Radiance from the unit direction `wi`, summed over all lights that fill a solid angle, and the density of
-    /// [`InfiniteLights::sample`] for these lights.
+    /// As [`InfiniteLights::sample`], by a plan.
     #[inline]
-    pub(in crate::emitters) fn look_up(&self, n: Option<Vec3>, wi: Vec3) -> (Rgb, f32) {
-        let (mut radiance, mut pdf) = (Rgb::BLACK, 0.0);
+    pub(in crate::emitters) fn sample_planned(
+        &self,
+        receiver: &Receivers<One>,
+        plan: &InfiniteLightPlan,
+    ) -> InfiniteLightSamples<One> {
+        let light = &self.lights[plan.light];
+        let samples = match (&light.kind, plan.direction) {
+            (InfiniteLightKind::Environment(sampler), direction) => {
+                InfiniteLightSamples::of_environment(direction.finish(sampler))
+            }
+            (_, PlannedDirection::Numbers(u)) => {
+                light.sample(receiver, (plan.u_left.into(), u.into()))
+            }
+            _ => unreachable!("invariant: only plans for environment maps leave the first stage"),
+        };
+        self.complete(receiver, samples)
+    }
+
+    /// Sets radiance and density where they are those of all lights together.
+    #[inline(always)]
+    fn complete<S: Width>(
+        &self,
+        receivers: &Receivers<S>,
+        samples: InfiniteLightSamples<S>,
+    ) -> InfiniteLightSamples<S> {
+        let is_known = match &self.lights[..] {
+            [one] => !matches!(one.kind, InfiniteLightKind::Constant { .. }),
+            _ => false,
+        };
+        if is_known || samples.is_parallel.all() {
+            return samples;
+        }
+        let (radiance, pdf) = self.look_up(receivers, samples.wi);
+        InfiniteLightSamples {
+            radiance: Color::select(samples.is_parallel, samples.radiance, radiance),
+            pdf: samples.is_parallel.select(samples.pdf, pdf),
+            ..samples
+        }
+    }
+
+    /// Radiance from the unit directions `wi`, summed over all lights that fill a solid angle, and the density of
+    /// [`InfiniteLights::sample`] for these lights.
+    #[inline(always)]
+    pub(in crate::emitters) fn look_up<S: Width>(
+        &self,
+        receivers: &Receivers<S>,
+        wi: Vector<S>,
+    ) -> (Color<S>, Float<S>) {
+        let s = wi.x.width();
+        let (mut radiance, mut pdf) = (Color::black(s), Float::splat(s, 0.0));
         for light in &self.lights {
             let (l, density) = match &light.kind {
                 InfiniteLightKind::Directional { .. } => continue,
-                InfiniteLightKind::Constant { radiance } => (*radiance, constant_pdf(n, wi)),
+                InfiniteLightKind::Constant { radiance } => {
+                    (Color::splat(s, *radiance), constant_pdf(receivers, wi))
+                }
                 InfiniteLightKind::Environment(sampler) => {
                     let seen = sampler.look_up(wi);
                     (seen.radiance, seen.pdf)
                 }
             };
             radiance += l;
-            pdf += light.pmf * density;
+            pdf += density * light.pmf;
         }
         (radiance, pdf)
     }
@@ -212,17 +255,91 @@ impl InfiniteLights {
         self.lights.iter().map(|l| l.emitter).zip(guides.gains())
     }
 
+    /// [`InfiniteLights::choose`] in the lanes of `lanes`; elsewhere any light.
+    #[inline(always)]
+    fn choose_each<S: Width>(&self, u: Float<S>, lanes: Mask<S>) -> (Word<S>, Float<S>) {
+        let s = lanes.width();
+        let mut light = Word::splat(s, self.lights.len() as u32 - 1);
+        let mut rest = u.same(0.5);
+        let (mut below, mut is_open) = (0.0, lanes);
+        for (i, of) in self.lights.iter().enumerate() {
+            let end = below + of.pmf;
+            let is_here = is_open & u.lt(end);
+            light = is_here.select_words(Word::splat(s, i as u32), light);
+            let within = ((u - below) / of.pmf).clamp(0.0, 1.0 - f32::EPSILON);
+            rest = is_here.select(within, rest);
+            is_open = is_open & !is_here;
+            below = end;
+        }
+        // Some are still open only by rounding of the sum.
+        (light, rest)
+    }
+
     /// Index of a light in proportion to its `pmf`, and a number that is uniform in [0, 1) given the choice.
     #[inline]
     fn choose(&self, u: f32) -> (usize, f32) {
-        let mut below = 0.0;
-        for (i, light) in self.lights.iter().enumerate() {
-            if u < below + light.pmf {
-                return (i, ((u - below) / light.pmf).clamp(0.0, 1.0 - f32::EPSILON));
+        let (light, rest) = self.choose_each(u.into(), Mask::splat(One, true));
+        (light.store()[0] as usize, rest.get())
+    }
+}
+
+impl InfiniteLight {
+    /// Directions towards this light. For parallel light also what arrives; for others [`InfiniteLights::look_up`] tells it.
+    #[inline(always)]
+    fn sample<S: Width>(
+        &self,
+        receivers: &Receivers<S>,
+        (u_left, u): (Float<S>, Pair<S>),
+    ) -> InfiniteLightSamples<S> {
+        let s = u_left.width();
+        let none = InfiniteLightSamples::none(s);
+        match &self.kind {
+            InfiniteLightKind::Directional { wi, irradiance } => InfiniteLightSamples {
+                wi: Vector::splat(s, *wi),
+                radiance: Color::splat(s, *irradiance / self.pmf),
+                is_parallel: Mask::splat(s, true),
+                ..none
+            },
+            InfiniteLightKind::Constant { .. } => InfiniteLightSamples {
+                wi: sample_constant(receivers, u_left, u),
+                ..none
+            },
+            InfiniteLightKind::Environment(sampler) => {
+                let lanes = Mask::splat(s, true);
+                InfiniteLightSamples::of_environment(sampler.sample(u, lanes))
             }
-            below += light.pmf;
         }
-        // Reached only by rounding of the sum.
-        (self.lights.len() - 1, 0.5)
+    }
+}
+
+impl<S: Width> InfiniteLightSamples<S> {
+    #[inline(always)]
+    fn of_environment(samples: EnvironmentSamples<S>) -> Self {
+        InfiniteLightSamples {
+            wi: samples.wi,
+            radiance: samples.radiance,
+            pdf: samples.pdf,
+            ..InfiniteLightSamples::none(samples.pdf.width())
+        }
+    }
+
+    #[inline(always)]
+    fn none(s: S) -> Self {
+        InfiniteLightSamples {
+            wi: Vector::splat(s, Vec3::Z),
+            radiance: Color::black(s),
+            pdf: Float::splat(s, 1.0),
+            is_parallel: Mask::splat(s, false),
+        }
+    }
+
+    #[inline(always)]
+    fn select(m: Mask<S>, a: Self, b: Self) -> Self {
+        InfiniteLightSamples {
+            wi: Vector::select(m, a.wi, b.wi),
+            radiance: Color::select(m, a.radiance, b.radiance),
+            pdf: m.select(a.pdf, b.pdf),
+            is_parallel: (m & a.is_parallel) | (!m & b.is_parallel),
+        }
     }
 }

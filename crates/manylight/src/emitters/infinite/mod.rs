@@ -11,9 +11,8 @@ mod plan;
 mod prepass;
 
 pub(super) use bounding_sphere::BoundingSphere;
-#[cfg(test)]
-pub(super) use environment::EnvironmentSampler;
+pub(super) use environment::{EnvironmentSampler, EnvironmentSamples};
 pub(super) use guides::InfiniteLightGuides;
-pub(super) use lights::{InfiniteEmissionNumbers, InfiniteLights, SampledRadiance};
+pub(super) use lights::{InfiniteEmissionNumbers, InfiniteLightSamples, InfiniteLights};
 pub use plan::InfiniteLightPlan;
 pub(super) use prepass::GuidingPrepass;

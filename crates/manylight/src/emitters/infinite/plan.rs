@@ -1,7 +1,8 @@
 //! The part of a direct sample of infinite lights that does not depend on the receiver.
 
-use super::environment::{EnvironmentSample, EnvironmentSampler};
+use super::environment::{CellPoints, EnvironmentSampler, EnvironmentSamples};
 use super::environment_tiles::CellPoint;
+use crate::lanes::One;
 use crate::math::Vec2;
 
 /// A chosen infinite light, and how far the choice of its direction has gone.
@@ -26,7 +27,7 @@ pub(super) enum PlannedDirection {
     /// A uniform point in a cell of the environment map.
     Cell(CellPoint),
     /// The complete sample.
-    Sample(EnvironmentSample),
+    Sample(EnvironmentSamples<One>),
 }
 
 impl PlannedDirection {
@@ -45,28 +46,22 @@ impl PlannedDirection {
             PlannedDirection::Tile(tile, u) => {
                 PlannedDirection::Cell(sampler.tiles().choose_cell(tile, u))
             }
-            PlannedDirection::Cell(point) => PlannedDirection::Sample(sampler.sample_within(point)),
+            PlannedDirection::Cell(point) => {
+                let points = CellPoints::load(One, &[point]);
+                PlannedDirection::Sample(sampler.sample_within(&points))
+            }
             PlannedDirection::Sample(_) => self,
         }
     }
 
     /// The sample, after all remaining stages.
     #[inline]
-    pub(super) fn finish(mut self, sampler: &EnvironmentSampler) -> EnvironmentSample {
+    pub(super) fn finish(mut self, sampler: &EnvironmentSampler) -> EnvironmentSamples<One> {
         loop {
             match self {
                 PlannedDirection::Sample(sample) => return sample,
                 _ => self = self.next(sampler),
             }
-        }
-    }
-
-    /// The random numbers of a plan at the first stage.
-    #[inline]
-    pub(super) fn numbers(self) -> Vec2 {
-        match self {
-            PlannedDirection::Numbers(u) => u,
-            _ => unreachable!("invariant: only plans for environment maps leave the first stage"),
         }
     }
 }

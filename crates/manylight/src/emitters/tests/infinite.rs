@@ -1,7 +1,8 @@
 //! Infinite lights: directions against their density, and photons over the bounding sphere.
 
 use super::*;
-use crate::emitters::infinite::{InfiniteEmissionNumbers, SampledRadiance};
+use crate::emitters::infinite::InfiniteEmissionNumbers;
+use crate::lanes::Vector;
 use crate::math::Aabb;
 
 fn sphere() -> BoundingSphere {
@@ -16,14 +17,16 @@ fn infinite_light_directions_follow_their_density() {
     let emitters = infinite_emitters();
     let lights = InfiniteLights::new(&emitters, sphere());
     for n in [None, Some(Vec3::new(0.2, 0.9, -0.3).normalize())] {
+        let receiver = Receivers::from((Vec3::ZERO, n));
         let mut choice = Sampler::new(4, 0, Stream::Test, 1);
         check_directions(
             200_000,
             |u| {
-                let sample = lights.sample(n, &lights.plan(choice.next_1d(), u));
-                (!matches!(sample.radiance, SampledRadiance::Parallel(_))).then_some(sample.wi)
+                let plan = lights.plan(choice.next_1d(), u);
+                let sample = lights.sample_planned(&receiver, &plan);
+                sample.is_parallel.none().then_some(sample.wi.into())
             },
-            |w| lights.look_up(n, w).1,
+            |w| lights.look_up(&receiver, Vector::from(w)).1.get(),
         );
     }
 }

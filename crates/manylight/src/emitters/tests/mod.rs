@@ -4,6 +4,7 @@ mod direct;
 mod emission;
 mod environment;
 mod infinite;
+mod lanes;
 mod points;
 mod tree;
 

@@ -1,8 +1,8 @@
 //! Groups under the transforms of their instances.
 
-use super::{OFFSET_ROUNDINGS, Surface};
+use super::OFFSET_ROUNDINGS;
 use crate::geometry::analytic::affine_f64;
-use crate::geometry::{Ray, Segment};
+use crate::geometry::{Ray, Segment, SurfacePoint};
 use crate::math::{Aabb, Affine3A, Frame, Vec3};
 use glam::DAffine3;
 
@@ -76,7 +76,7 @@ impl PlacedInstance {
     }
 
     /// The world-space point of a point in the space of the group.
-    pub(in crate::geometry) fn surface_in_world(&self, surface: &Surface) -> Surface {
+    pub(in crate::geometry) fn surface_in_world(&self, surface: &SurfacePoint) -> SurfacePoint {
         let vector = |v: Vec3| {
             self.world_from_group
                 .transform_vector3(v.as_dvec3())
@@ -85,7 +85,7 @@ impl PlacedInstance {
         let normals = self.group_from_world.matrix3.transpose();
         let normal = |n: Vec3| (normals * n.as_dvec3()).normalize_or_zero().as_vec3();
         let dp_du = vector(surface.dp_du);
-        Surface {
+        SurfacePoint {
             p: self
                 .world_from_group
                 .transform_point3(surface.p.as_dvec3())
@@ -95,6 +95,7 @@ impl PlacedInstance {
             uv: surface.uv,
             dp_du,
             dp_dv: vector(surface.dp_dv),
+            at: surface.at,
             // A ray from this point is rounded again on entering the group: add one offset for each space.
             offset: self.stretch() * surface.offset
                 + OFFSET_ROUNDINGS * 0.5 * f32::EPSILON * self.magnitude(surface.p.abs()),

@@ -1,19 +1,22 @@
 //! Shapes under their transforms: points on surfaces, areas, and sampling by area.
 
 mod instance;
+mod table;
 mod triangle;
+mod vertex;
 
 pub(super) use instance::PlacedInstance;
+pub(super) use table::TriangleTable;
 
 use super::analytic::Analytic;
-use super::{Hit, Mesh, Ray, Segment, Shape, SurfaceRef};
+use super::{Hit, Mesh, Primitive, Ray, Segment, Shape, SurfacePoint, SurfaceRef};
 use crate::ids::PrimitiveId;
-use crate::math::prefetch::prefetch;
-use crate::math::{Affine3A, Frame, Vec2, Vec3};
+use crate::math::{Frame, Vec2, Vec3};
 use crate::sampling::warp;
 use rayon::prelude::*;
+use std::ops::Range;
 use std::sync::OnceLock;
-use triangle::{NormalTransform, PlacedTriangle, texture_coordinates};
+use triangle::PlacedTriangle;
 
 /// Offset of ray origins from their surface, in units of the rounding of the coordinates.
 ///
@@ -21,40 +24,13 @@ use triangle::{NormalTransform, PlacedTriangle, texture_coordinates};
 /// the plane. Twice the sum allows for an angle between the offset and the exact normal.
 const OFFSET_ROUNDINGS: f32 = 12.0;
 
-/// A point on a surface with its outer normals; fields as in [`SurfacePoint`](super::SurfacePoint).
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Surface {
-    pub(super) p: Vec3,
-    pub(super) ng: Vec3,
-    pub(super) frame: Frame,
-    pub(super) uv: Vec2,
-    pub(super) dp_du: Vec3,
-    pub(super) dp_dv: Vec3,
-    pub(super) offset: f32,
-}
-
-impl Surface {
-    /// The same point with both normals reversed.
-    #[inline]
-    pub(super) fn flipped(self) -> Self {
-        let Frame { s, t, n } = self.frame;
-        Surface {
-            ng: -self.ng,
-            frame: Frame { s, t: -t, n: -n },
-            ..self
-        }
-    }
-}
-
 /// A shape under its transform.
 #[derive(Debug)]
 pub(super) enum PlacedShape {
     /// Triangles, transformed into the world or the group.
     Mesh {
-        /// All triangles in the order of the mesh.
-        triangles: Vec<PlacedTriangle>,
-        /// Transform of the vertex normals; `None` if the shading normals equal the geometric ones.
-        normals: Option<NormalTransform>,
+        /// All triangles in the order of the mesh, as a range of the table.
+        triangles: Range<usize>,
         /// Area under the transform.
         area: f32,
         /// Cumulative sums of twice the areas of the triangles; computed on first use.
@@ -64,30 +40,33 @@ pub(super) enum PlacedShape {
     Analytic {
         /// Unit shape with its transform.
         shape: Analytic,
+        /// Whether the normals are reversed.
+        flip: bool,
         /// Area under the transform.
         area: f32,
     },
 }
 
 impl PlacedShape {
-    pub(super) fn new(shape: &Shape, world_from_object: &Affine3A) -> Self {
-        if let Some(shape) = Analytic::new(shape, world_from_object) {
+    /// The shape of the primitive with this index, which has its triangles in the table.
+    pub(super) fn new(
+        shape: &Shape,
+        primitive: &Primitive,
+        index: usize,
+        table: &TriangleTable,
+    ) -> Self {
+        if let Some(shape) = Analytic::new(shape, &primitive.world_from_object) {
             return PlacedShape::Analytic {
                 shape,
+                flip: primitive.flip_normals,
                 area: shape.area(),
             };
         }
-        let mesh = mesh_of(shape);
-        let triangles: Vec<PlacedTriangle> = (0..mesh.triangles.len())
-            .into_par_iter()
-            .map(|i| PlacedTriangle::new(mesh, world_from_object, i))
-            .collect();
-        let area: f64 = triangles.iter().map(PlacedTriangle::twice_area).sum();
-        let normals = NormalTransform::new(world_from_object);
-        let normals = (!normals.is_idle(mesh, &triangles)).then_some(normals);
+        let triangles = table.range(index, mesh_of(shape).triangles.len());
+        let placed = table.triangles(triangles.clone());
+        let area: f64 = placed.iter().map(PlacedTriangle::twice_area).sum();
         PlacedShape::Mesh {
             triangles,
-            normals,
             area: (0.5 * area) as f32,
             cumulative: OnceLock::new(),
         }
@@ -102,12 +81,13 @@ impl PlacedShape {
     }
 
     /// Appends the corners of the transformed triangles of a mesh.
-    pub(super) fn bake(&self, out: &mut Vec<[Vec3; 3]>) {
+    pub(super) fn bake(&self, table: &TriangleTable, out: &mut Vec<[Vec3; 3]>) {
         if let PlacedShape::Mesh { triangles, .. } = self {
             /// Triangles per task: smaller tasks cost more to distribute than to copy.
             const SMALL: usize = 1 << 14;
-            let corners = triangles.par_iter().with_min_len(SMALL);
-            out.par_extend(corners.map(|triangle| triangle.corners));
+            let placed = table.triangles(triangles.clone());
+            let corners = placed.par_iter().with_min_len(SMALL);
+            out.par_extend(corners.map(PlacedTriangle::corners));
         }
     }
 
@@ -136,54 +116,13 @@ impl PlacedShape {
             .is_some()
     }
 
-    /// The surface point with these coordinates.
-    #[inline]
-    pub(super) fn surface(&self, shape: &Shape, element: u32, coordinates: Vec2) -> Surface {
-        match self {
-            PlacedShape::Analytic { shape, .. } => analytic_surface(shape, coordinates),
-            PlacedShape::Mesh {
-                triangles, normals, ..
-            } => {
-                let element = element as usize;
-                triangles[element].surface(mesh_of(shape), normals.as_ref(), element, coordinates)
-            }
-        }
-    }
-
-    /// The texture coordinates of [`PlacedShape::surface`].
-    #[inline]
-    pub(super) fn uv(&self, shape: &Shape, element: u32, coordinates: Vec2) -> Vec2 {
-        match self {
-            PlacedShape::Analytic { shape, .. } => analytic_surface(shape, coordinates).uv,
-            PlacedShape::Mesh { .. } => {
-                texture_coordinates(mesh_of(shape), element as usize, coordinates)
-            }
-        }
-    }
-
-    /// Prefetches the memory of a triangle for [`PlacedShape::surface`].
-    #[inline]
-    pub(super) fn prefetch(&self, shape: &Shape, element: u32) {
-        if let PlacedShape::Mesh { triangles, .. } = self {
-            prefetch(&triangles[element as usize]);
-            prefetch(&mesh_of(shape).triangles[element as usize]);
-        }
-    }
-
-    /// Prefetches the vertex attributes of a triangle. Reads the indices that [`PlacedShape::prefetch`] has asked for.
-    #[inline]
-    pub(super) fn prefetch_vertices(&self, shape: &Shape, element: u32) {
-        if let PlacedShape::Mesh { normals, .. } = self {
-            let mesh = mesh_of(shape);
-            for i in mesh.triangles[element as usize] {
-                if normals.is_some() {
-                    prefetch(&mesh.normals[i as usize]);
-                }
-                if !mesh.uvs.is_empty() {
-                    prefetch(&mesh.uvs[i as usize]);
-                }
-            }
-        }
+    /// The point of an analytic shape that a reference names; `None` for meshes.
+    pub(super) fn analytic_point(&self, at: SurfaceRef) -> Option<SurfacePoint> {
+        let PlacedShape::Analytic { shape, flip, .. } = self else {
+            return None;
+        };
+        let point = analytic_point(shape, at);
+        Some(if *flip { flipped(point) } else { point })
     }
 
     /// Area under the transform.
@@ -194,7 +133,7 @@ impl PlacedShape {
     }
 
     /// Element, coordinates and density by area of a point drawn by area; `None` if the area is 0.
-    pub(super) fn sample(&self, u: Vec2) -> Option<(u32, Vec2, f32)> {
+    pub(super) fn sample(&self, table: &TriangleTable, u: Vec2) -> Option<(u32, Vec2, f32)> {
         match self {
             PlacedShape::Analytic { area, .. } if *area <= 0.0 => None,
             PlacedShape::Analytic { shape, .. } => {
@@ -207,7 +146,8 @@ impl PlacedShape {
                 cumulative,
                 ..
             } => {
-                let areas = cumulative.get_or_init(|| cumulative_areas(triangles));
+                let placed = || table.triangles(triangles.clone());
+                let areas = cumulative.get_or_init(|| cumulative_areas(placed()));
                 let total = areas.last().copied().filter(|&total| total > 0.0)?;
                 let target = f64::from(u.x) * total;
                 let element = areas
@@ -251,19 +191,30 @@ fn mesh_of(shape: &Shape) -> &Mesh {
     }
 }
 
-fn analytic_surface(shape: &Analytic, coordinates: Vec2) -> Surface {
+fn analytic_point(shape: &Analytic, at: SurfaceRef) -> SurfacePoint {
     /// Addition to the magnitude of a point in the offset, in units of the shape's size. Points are exact in `f64`, so that their own
     /// magnitude bounds the rounding; the addition keeps the offset above zero near the origin.
     const SHARE_OF_SIZE: f32 = 1e-3;
-    let point = shape.point(coordinates);
+    let point = shape.point(at.coordinates);
     let magnitude = point.p.abs().max_element() + SHARE_OF_SIZE * shape.scale();
-    Surface {
+    SurfacePoint {
         p: point.p,
         ng: point.ng,
         frame: Frame::from_normal_and_tangent(point.ng, point.dp_du),
         uv: point.uv,
         dp_du: point.dp_du,
         dp_dv: point.dp_dv,
+        at,
         offset: OFFSET_ROUNDINGS * 0.5 * f32::EPSILON * magnitude,
+    }
+}
+
+/// The same point with both normals reversed.
+fn flipped(point: SurfacePoint) -> SurfacePoint {
+    let Frame { s, t, n } = point.frame;
+    SurfacePoint {
+        ng: -point.ng,
+        frame: Frame { s, t: -t, n: -n },
+        ..point
     }
 }

@@ -3,6 +3,7 @@
 mod areas;
 mod mitsuba;
 mod offsets;
+mod points;
 mod streams;
 mod structures;
 

@@ -36,6 +36,7 @@ struct SpecularPrefix<'s> {
     /// Distance from the camera along the path, in m.
     length: f32,
     role: PathRole,
+    numbers: PixelNumbers,
     /// Weight by the reconstruction filter.
     filter_weight: f32,
 }
@@ -58,11 +59,12 @@ struct PathNumber {
 
 impl<'s> SpecularPrefix<'s> {
     /// A path at the camera.
-    fn new((walk, filter_weight): (Walk<'s>, f32), role: PathRole) -> Self {
+    fn new((walk, filter_weight): (Walk<'s>, f32), role: PathRole, numbers: PixelNumbers) -> Self {
         SpecularPrefix {
             walk,
             length: 0.0,
             role,
+            numbers,
             filter_weight,
         }
     }
@@ -94,17 +96,24 @@ impl<'s> PreparedPasses<'s> {
                 prepared: self,
                 lights,
                 sampler: &mut sampler,
-                numbers,
                 pixel: index,
                 tile,
                 first_weight: 0.0,
             };
-            gather.trace(SpecularPrefix::new(walk, PathRole::Gathers(path_number)));
+            gather.trace(SpecularPrefix::new(
+                walk,
+                PathRole::Gathers(path_number),
+                numbers,
+            ));
             for k in 1..EMISSION_PATHS {
                 let (part, parts) = (start * EMISSION_PATHS + k, starts * EMISSION_PATHS);
                 let u = (run.pass).low_discrepancy_2d_in_parts(Stream::Pixel, !number, part, parts);
                 let walk = self.camera_walk(positions, (pixel, u), starts, gather.sampler);
-                gather.trace(SpecularPrefix::new(walk, PathRole::LooksForEmitters));
+                gather.trace(SpecularPrefix::new(
+                    walk,
+                    PathRole::LooksForEmitters,
+                    numbers,
+                ));
             }
         }
     }
@@ -191,7 +200,7 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
             PathNumber { .. } => 0.0,
         };
         self.first_weight = roulette_weight(&path.walk) * count as f32 / DIRECTIONS as f32;
-        let numbers = DirectionNumbers::of_path(index, DIRECTIONS / count, self.numbers);
+        let numbers = DirectionNumbers::of_path(index, DIRECTIONS / count, path.numbers);
         let lights = self.lights.divided(index, count);
         let path = GatherPath {
             walk: path.walk.clone(),
@@ -199,7 +208,7 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
             max_photon_radius: self.prepared.max_photon_radius(path.length),
         };
         let role = GatherRole::FirstVertex { photon_weight };
-        self.gather(v, path, role, lights, &numbers);
+        self.gather(v, path, role, lights, numbers);
     }
 
     /// Continues from `v` by several specular events, so that the pixel has [`SPLIT`] paths.
@@ -216,7 +225,7 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
                 index,
                 count: SPLIT,
             });
-            let (lobe, direction) = self.numbers.events.triple(index);
+            let (lobe, direction) = path.numbers.events.triple(index);
             let numbers = BsdfNumbers { lobe, direction };
             if self.follow_specular(&mut branch.walk, v, numbers) {
                 self.trace(branch);

@@ -14,8 +14,9 @@
 
 use super::compensation_photons::direction_limit;
 use super::gather_points::{PixelGather, roulette_weight};
-use super::gathering::{DirectionNumbers, GatherDirection, GatherPath, GatherRole};
+use super::gathering::{DirectionNumbers, GatherPath, GatherRole};
 use super::prepared::PreparedPasses;
+use super::waiting::GatherDirection;
 use crate::bsdf::Lobes;
 use crate::gather::Assignment;
 use crate::integrators::partition::PathStage;
@@ -41,7 +42,7 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
         &mut self,
         y: &Vertex<'s>,
         mut path: GatherPath<'s>,
-        from: &GatherDirection<'_, 's>,
+        from: &GatherDirection,
     ) {
         let visible_side = y.x.normal_towards(y.w_prev);
         let transmits = y.bsdf.receiving_normal(y.w_prev).is_none();
@@ -76,7 +77,7 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
             path.stage = path.stage.after_compensating_event();
             let lights = self.sparse_lights();
             let numbers = DirectionNumbers::single(self.sampler);
-            self.gather(y, path, role, lights, &numbers);
+            self.gather(y, path, role, lights, numbers);
         }
     }
 
@@ -85,7 +86,7 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
         &mut self,
         y: &Vertex<'s>,
         path: &GatherPath<'s>,
-        from: &GatherDirection<'_, 's>,
+        from: &GatherDirection,
         (location, searched): (&SurfaceLocation, f32),
     ) -> bool {
         let PreparedPasses {
@@ -95,7 +96,7 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
             ..
         } = self.prepared;
         let point = cache.point(location, y.segments);
-        let Some(point) = point.filter(|point| point.serves(y.x.p.distance(from.at.x.p))) else {
+        let Some(point) = point.filter(|point| point.serves(y.x.p.distance(from.x.p))) else {
             return false;
         };
         let clamped = self.clamped_fraction(from, location, point.assignment(lights));
@@ -132,6 +133,6 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
         assignment: Assignment,
     ) -> f32 {
         let PreparedPasses { gather, lights, .. } = self.prepared;
-        gather.clamped_fraction(lights, &from.at.into(), y, assignment, |_| from.f_cos)
+        gather.clamped_fraction(lights, &from.receiver, y, assignment, |_| from.f_cos)
     }
 }

@@ -3,6 +3,7 @@
 use super::caustic_shares::PHOTON_NEIGHBORS;
 use super::prepared::PreparedPasses;
 use super::radiance_cache::CACHE_NEIGHBORS;
+use super::waiting::WaitingVertex;
 use crate::color::Rgb;
 use crate::emitters::MAX_ENVIRONMENT_LOBES;
 use crate::film::{Layer, TileSamples};
@@ -46,6 +47,8 @@ pub(super) struct GatherPoint<'s> {
 pub(super) struct TileGather<'s, 'o, 't> {
     pub(super) out: &'o mut TileSamples<'t>,
     pub(super) points: Vec<GatherPoint<'s>>,
+    /// Vertices at which emitters and directions are not yet sampled.
+    pub(super) waiting: Vec<WaitingVertex<'s>>,
     /// Shadow rays traced so far.
     pub(super) shadow_rays: u64,
     /// Memory for queries of the environment guide.
@@ -64,6 +67,7 @@ impl<'s, 'o, 't> TileGather<'s, 'o, 't> {
         TileGather {
             out,
             points: Vec::new(),
+            waiting: Vec::new(),
             shadow_rays: 0,
             found: Neighbors::new(MAX_ENVIRONMENT_LOBES),
             found_photons: Neighbors::new(CACHE_NEIGHBORS),
@@ -129,7 +133,6 @@ pub(super) struct PixelGather<'p, 's, 'o, 't> {
     /// The lights of this pass.
     pub(super) lights: Subset,
     pub(super) sampler: &'p mut Sampler,
-    pub(super) numbers: PixelNumbers,
     /// Index of the pixel in the tile.
     pub(super) pixel: usize,
     pub(super) tile: &'p mut TileGather<'s, 'o, 't>,

@@ -13,16 +13,15 @@
 use super::axes::Compensation;
 use super::compensation_photons::direction_fraction;
 use super::gather_points::{GatherPoint, PixelGather, PixelNumbers};
-use super::next_event::EmitterLight;
-use crate::bsdf::{BsdfNumbers, BsdfSample, Lobes};
-use crate::color::Rgb;
+use super::prepared::PreparedPasses;
+use super::waiting::{GatherDirection, WaitingVertex};
+use crate::bsdf::Lobes;
 use crate::emitters::EnvironmentLobes;
 use crate::gather::{ShadingPoint, Subset};
 use crate::integrators::guiding::environment_guide;
 use crate::integrators::partition::PathStage;
 use crate::math::Vec3;
 use crate::sampling::{LowDiscrepancySequence, Sampler};
-use crate::transport::direct::EmitterSample;
 use crate::transport::{Vertex, Walk, next_scattering_vertex};
 
 /// Directions at the first gather points of the camera paths of a pixel, together. Unmeasured: they cost
@@ -60,14 +59,14 @@ pub(super) enum GatherRole {
 }
 
 impl GatherRole {
-    fn lit_from(self) -> Option<Vec3> {
+    pub(super) fn lit_from(self) -> Option<Vec3> {
         match self {
             GatherRole::Compensation { lit_from, .. } => lit_from,
             GatherRole::FirstVertex { .. } | GatherRole::BehindSpecularChain => None,
         }
     }
 
-    fn direction_limit(self) -> f32 {
+    pub(super) fn direction_limit(self) -> f32 {
         match self {
             GatherRole::Compensation {
                 direction_limit, ..
@@ -84,13 +83,22 @@ impl GatherRole {
     }
 }
 
+/// Emitter samples per direction at a vertex.
+pub(super) fn emitter_samples(prepared: &PreparedPasses, role: GatherRole) -> u32 {
+    match role {
+        GatherRole::FirstVertex { .. } => prepared.emitter_samples,
+        GatherRole::Compensation { .. } | GatherRole::BehindSpecularChain => 1,
+    }
+}
+
 /// Random numbers of the directions at a gather point.
 pub(super) struct DirectionNumbers {
-    count: u32,
+    /// Number of directions.
+    pub(super) count: u32,
     /// Index of the first direction in the sequences.
-    first: u32,
-    emitters: LowDiscrepancySequence,
-    directions: LowDiscrepancySequence,
+    pub(super) first: u32,
+    pub(super) emitters: LowDiscrepancySequence,
+    pub(super) directions: LowDiscrepancySequence,
 }
 
 impl DirectionNumbers {
@@ -115,18 +123,6 @@ impl DirectionNumbers {
     }
 }
 
-/// A direction sampled at a gather point.
-pub(super) struct GatherDirection<'x, 's> {
-    /// The gather point.
-    pub(super) at: &'x ShadingPoint<'s>,
-    /// `f cosθ` of its non-specular lobes in the direction, in 1/sr.
-    pub(super) f_cos: Rgb,
-    /// Surface area per light around it, in m²; `None` if too few directions share the query for it.
-    pub(super) area_per_light: Option<f32>,
-    /// Guide of next-event estimation there.
-    pub(super) environment: Option<&'x EnvironmentLobes>,
-}
-
 /// How light that emitters send along a direction is estimated.
 #[derive(Clone, Copy)]
 pub(super) enum EmittedLight<'g> {
@@ -141,98 +137,45 @@ pub(super) enum EmittedLight<'g> {
 }
 
 impl<'s> PixelGather<'_, 's, '_, '_> {
-    /// Estimates all light that the non-specular lobes of `v`, the end of `path`, reflect: emitters, the sum over `lights`
-    /// (as a gather point), and what directions account for.
+    /// Estimates all light that the non-specular lobes of `v`, the end of `path`, reflect: the sum over `lights`, as a gather point;
+    /// emitters, and what directions account for, as a vertex that waits (`waiting.rs`).
     pub(super) fn gather(
         &mut self,
         v: &Vertex<'s>,
-        mut path: GatherPath<'s>,
+        path: GatherPath<'s>,
         role: GatherRole,
         lights: Subset,
-        numbers: &DirectionNumbers,
+        numbers: DirectionNumbers,
     ) {
-        let at = self.add_gather_point(v, &path, role, lights);
-        let compensates = self.prepared.compensation == Compensation::KolligKeller;
+        let prepared = self.prepared;
+        let compensates = prepared.compensation == Compensation::KolligKeller;
         let area_per_light = (compensates && numbers.count >= AREA_QUERY_DIRECTIONS)
-            .then(|| self.area_per_light(at.x.p));
-        let environment = environment_guide(&self.prepared.incident, v, &mut self.tile.found);
-        let environment = environment.as_ref();
-        self.add_emitters(v, &path, role, environment, numbers);
-        path.walk.scale(1.0 / numbers.count as f32);
-        for i in 0..numbers.count {
-            let (lobe, direction) = numbers.directions.triple(numbers.first + i);
-            let bsdf_numbers = BsdfNumbers { lobe, direction };
-            let lobes = Lobes::NON_SPECULAR;
-            if let Some(sample) = v.bsdf.sample_wi(v.w_prev, bsdf_numbers, lobes) {
-                let from = GatherDirection {
-                    at: &at,
-                    f_cos: v.bsdf.f_cos_wi(sample.w, v.w_prev, lobes),
-                    area_per_light,
-                    environment,
-                };
-                // For MIS against several emitter samples per direction.
-                let sample = BsdfSample {
-                    pdf: sample.pdf / self.emitter_samples(role) as f32,
-                    ..sample
-                };
-                self.follow_direction(v, path.clone(), role, &from, sample);
-            }
-        }
-    }
-
-    /// Emitter samples per direction.
-    fn emitter_samples(&self, role: GatherRole) -> u32 {
-        match role {
-            GatherRole::FirstVertex { .. } => self.prepared.emitter_samples,
-            GatherRole::Compensation { .. } | GatherRole::BehindSpecularChain => 1,
-        }
-    }
-
-    /// Adds light of sampled emitters; the directions at `v` are the other half of MIS.
-    fn add_emitters(
-        &mut self,
-        v: &Vertex,
-        path: &GatherPath,
-        role: GatherRole,
-        environment: Option<&EnvironmentLobes>,
-        numbers: &DirectionNumbers,
-    ) {
-        let (scene, n) = (self.prepared.scene, v.bsdf.receiving_normal(v.w_prev));
-        let per_direction = self.emitter_samples(role);
-        let count = numbers.count * per_direction;
-        let throughput = path.walk.throughput() / count as f32;
-        let layer = path.stage.after(Lobes::DIFFUSE).layer();
-        let light = EmitterLight {
-            lobes: Lobes::NON_SPECULAR,
-            lit_from: role.lit_from(),
-            direction_limit: role.direction_limit(),
+            .then(|| self.area_per_light(v.x.p));
+        let environment = environment_guide(&prepared.incident, v, &mut self.tile.found);
+        let primitive = &prepared.scene.geometry.primitives()[v.x.at.primitive.index()];
+        let vertex = WaitingVertex {
+            pixel: self.pixel,
+            point: self.add_gather_point(v, &path, role, lights),
+            material: primitive.material,
+            path,
+            role,
+            numbers,
+            sampler: self.sampler.branch(),
+            first_weight: self.first_weight,
+            area_per_light,
+            environment,
         };
-        for i in 0..count {
-            let numbers = numbers.emitters.triple(numbers.first * per_direction + i);
-            let sample = match environment {
-                Some(lobes) => EmitterSample::guided(scene, &v.x, n, lobes, numbers),
-                None => {
-                    let plan = scene.emitters.plan(numbers.0, numbers.1);
-                    EmitterSample::new(scene, &v.x, n, &plan)
-                }
-            };
-            let pdf_walk =
-                |wi| v.bsdf.pdf_wi(wi, v.w_prev, Lobes::NON_SPECULAR) / per_direction as f32;
-            let radiance = sample.and_then(|sample| self.next_event(v, light, sample, pdf_walk));
-            if let Some(radiance) = radiance {
-                self.add(layer, throughput * radiance);
-            }
-        }
+        self.tile.waiting.push(vertex);
     }
 
-    /// The vertex `v` becomes a gather point.
+    /// The vertex `v` becomes a gather point. Returns its index in the tile.
     fn add_gather_point(
         &mut self,
         v: &Vertex<'s>,
         path: &GatherPath<'s>,
         role: GatherRole,
         lights: Subset,
-    ) -> ShadingPoint<'s> {
+    ) -> usize {
         let limits = self.prepared.limits;
         let at = ShadingPoint {
             x: v.x,
@@ -254,35 +197,31 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
             direction_limit: role.direction_limit(),
             photon_weight: role.photon_weight(),
         });
-        at
+        self.tile.points.len() - 1
     }
 
-    /// Continues from the gather point at `v` along `sample`: adds the emitter there, compensates clamping, and follows
+    /// Follows a path along the direction `w` sampled at a gather point: adds the emitter there, compensates clamping, and follows
     /// specular events.
-    fn follow_direction(
+    pub(super) fn follow_direction(
         &mut self,
-        v: &Vertex<'s>,
         mut path: GatherPath<'s>,
-        role: GatherRole,
-        from: &GatherDirection<'_, 's>,
-        sample: BsdfSample,
+        from: &GatherDirection,
+        w: Vec3,
     ) {
-        if !path.walk.follow(v, Some(sample)) {
-            return;
-        }
         path.stage = path.stage.after(Lobes::DIFFUSE);
         let max_photon_radius = path.max_photon_radius;
         let emitted = EmittedLight::Directions {
-            fraction: direction_fraction(role.direction_limit(), from.f_cos),
-            lit_from: role.lit_from(),
+            fraction: direction_fraction(from.role.direction_limit(), from.f_cos),
+            lit_from: from.role.lit_from(),
             environment: from.environment,
         };
         let Some(y) = self.next_vertex(&mut path, emitted) else {
             return;
         };
-        if v.bsdf.lobes().has(Lobes::GLOSSY) && y.bsdf.lobes().has(Lobes::SPECULAR) {
-            let by_photons = self.chain_fraction_of_photons(v, from, sample.w, max_photon_radius);
-            let f = |lobes| v.bsdf.f(sample.w, v.w_prev, lobes);
+        if from.is_glossy && y.bsdf.lobes().has(Lobes::SPECULAR) {
+            let by_photons = self.chain_fraction_of_photons(from, w, max_photon_radius);
+            let bsdf = &self.tile.points[from.point].at.bsdf;
+            let f = |lobes| bsdf.f(w, from.wo, lobes);
             let glossy_fraction = f(Lobes::GLOSSY).zip(f(Lobes::NON_SPECULAR), |part, all| {
                 if all > 0.0 { part / all } else { 0.0 }
             });

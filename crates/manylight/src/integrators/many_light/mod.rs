@@ -34,11 +34,13 @@ mod pre_pass;
 mod prepared;
 mod presets;
 mod radiance_cache;
+mod sampling_lanes;
 mod schedule;
 mod settings;
 mod shade;
 mod specular_chains;
 mod trace;
+mod waiting;
 
 pub use crate::gather::{CutLimits, Kernel, Strategy};
 pub use crate::virtual_lights::{GlossyForm, TableStorage};
@@ -110,12 +112,8 @@ impl ManyLight {
         }
         let prepared = prepared.get_or_insert_with(|| self.prepare(scene, limits, &group, run));
         let positions = film.desc().sampler();
-        run.shade(
-            film,
-            shade::tile_shift(self.strategy, run.pass),
-            |samples| {
-                prepared.shade_tile(run, &positions, samples);
-            },
-        )
+        run.shade(film, shade::tiling(self.strategy, run.pass), |samples| {
+            prepared.shade_tile(run, &positions, samples);
+        })
     }
 }

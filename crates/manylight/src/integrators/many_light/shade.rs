@@ -3,7 +3,8 @@
 //! | stage | file |
 //! |---|---|
 //! | camera paths through specular events | `camera_paths.rs` |
-//! | at a non-specular vertex: emitters, directions, a gather point | `gathering.rs`, `gather_points.rs` |
+//! | at a non-specular vertex: a gather point; emitters and directions | `gathering.rs`, `gather_points.rs` |
+//! | emitters and directions of all vertices together | `waiting.rs`, `sampling_lanes.rs` |
 //! | light that clamping removes | `compensation.rs`, `compensation_photons.rs` |
 //! | specular chains seen by glossy lobes | `specular_chains.rs` |
 //! | virtual lights at all gather points of the tile | [`crate::gather`] |
@@ -14,7 +15,7 @@ use super::gather_points::{GatherPoint, TileGather};
 use super::prepared::PreparedPasses;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
-use crate::film::{FilmSampler, Layer, TILE_SIZE, TileSamples};
+use crate::film::{FilmSampler, Layer, TILE_SIZE, TileSamples, Tiling};
 use crate::gather::{CutLimits, Gathered, ShadingPoint, Strategy, WeightedPoint};
 use crate::integrators::context::PassContext;
 use crate::integrators::partition::PathStage;
@@ -23,15 +24,19 @@ use crate::math::UVec2;
 use crate::sampling::{Pass, Stream};
 use crate::stats::Stats;
 
-/// Offset of the tiles of a pass, in pixels. The points of a tile share a cut and its error: tiles that lie elsewhere in each
+/// The tiles of a pass. The points of a tile share a cut and its error: tiles that lie elsewhere in each
 /// pass leave no borders in the mean.
-pub(super) fn tile_shift(strategy: Strategy, pass: Pass) -> UVec2 {
-    match strategy {
+pub(super) fn tiling(strategy: Strategy, pass: Pass) -> Tiling {
+    let shift = match strategy {
         Strategy::All | Strategy::Bidirectional(_) => UVec2::ZERO,
         Strategy::Cuts(_) => {
             let u = pass.low_discrepancy_2d(Stream::Selection, 4);
             (u * TILE_SIZE as f32).as_uvec2()
         }
+    };
+    Tiling {
+        shift,
+        ..Tiling::UNSHIFTED
     }
 }
 
@@ -48,6 +53,7 @@ impl<'s> PreparedPasses<'s> {
         for pixel in tile.out.tile().pixels().enumerate() {
             self.trace_pixel(run, positions, pixel, lights, &mut tile);
         }
+        self.serve_waiting(lights, &mut tile);
         let TileGather {
             points,
             shadow_rays,
@@ -114,9 +120,10 @@ impl<'s> PreparedPasses<'s> {
     /// [`PreparedPasses::sums`] by one product cut for each pixel.
     fn product_sums(
         &self,
-        points: Vec<GatherPoint<'s>>,
+        mut points: Vec<GatherPoint<'s>>,
         limits: CutLimits,
     ) -> Vec<(GatherPoint<'s>, Gathered)> {
+        points.sort_by_key(|point| point.pixel);
         let mut sums = Vec::with_capacity(points.len());
         for of_pixel in points.chunk_by(|a, b| a.pixel == b.pixel) {
             let weighted: Vec<WeightedPoint> = (of_pixel.iter())

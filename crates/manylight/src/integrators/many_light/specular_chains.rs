@@ -7,7 +7,8 @@
 use super::caustic_shares::photon_fraction;
 use super::compensation::MAX_SURVIVAL;
 use super::gather_points::{PixelGather, roulette_weight};
-use super::gathering::{DirectionNumbers, EmittedLight, GatherDirection, GatherPath, GatherRole};
+use super::gathering::{DirectionNumbers, EmittedLight, GatherPath, GatherRole};
+use super::waiting::GatherDirection;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::integrators::partition::PathStage;
@@ -22,21 +23,20 @@ pub(super) const MAX_CHAIN: u32 = 64;
 const FIRST_SURVIVAL_FACTOR: f32 = 16.0;
 
 impl<'s> PixelGather<'_, 's, '_, '_> {
-    /// Fraction of the light that glossy lobes at `v` see in the unit direction `w` by a specular chain, for which caustic photons
-    /// account; `max_photon_radius` as in [`GatherPath`] at `v`.
+    /// Fraction of the light that glossy lobes at `from` see in the unit direction `w` by a specular chain, for which caustic photons
+    /// account; `max_photon_radius` as in [`GatherPath`] there.
     pub(super) fn chain_fraction_of_photons(
         &mut self,
-        v: &Vertex<'s>,
-        from: &GatherDirection<'_, 's>,
+        from: &GatherDirection,
         w: Vec3,
         max_photon_radius: f32,
     ) -> f32 {
         let receiver = DensityReceiver {
-            p: v.x.p,
-            n: v.x.normal_towards(w),
+            p: from.x.p,
+            n: from.x.normal_towards(w),
         };
         let (prepared, found) = (self.prepared, &mut self.tile.found_caustics);
-        if prepared.caustics_are_dense(receiver, v.segments, max_photon_radius, found) {
+        if prepared.caustics_are_dense(receiver, from.segments, max_photon_radius, found) {
             photon_fraction(from.f_cos)
         } else {
             0.0
@@ -75,7 +75,7 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
                 let lights = self.sparse_lights();
                 let numbers = DirectionNumbers::single(self.sampler);
                 let role = GatherRole::BehindSpecularChain;
-                self.gather(&y, path.clone(), role, lights, &numbers);
+                self.gather(&y, path.clone(), role, lights, numbers);
             }
         }
     }

@@ -22,7 +22,7 @@ use super::context::PassContext;
 use super::partition::PathStage;
 use crate::bsdf::{Bsdf, Lobes};
 use crate::emitters::EmissionGuide;
-use crate::film::Film;
+use crate::film::{Film, Tiling};
 use crate::maps::density::progressive_radius_scale;
 use crate::maps::{IncidentMap, KdTree};
 use crate::math::UVec2;
@@ -116,7 +116,7 @@ impl PhotonMap {
             camera_paths: self.camera_paths(film.image_size()),
         };
         let positions = film.desc().sampler();
-        run.shade(film, UVec2::ZERO, |samples| {
+        run.shade(film, Tiling::UNSHIFTED, |samples| {
             pass.shade_tile(run, &positions, samples)
         })
     }
@@ -130,10 +130,10 @@ impl PhotonMap {
         paths: u32,
         pass: Pass,
     ) -> Vec<Photon> {
-        trace_photons(scene, guide, limits, paths, pass, |bsdf, event| {
+        trace_photons(scene, guide, limits, paths, pass, |surface, event| {
             // After a non-specular event, all non-specular lobes gather. Photons of the environment guide directions.
             let is_useful = self.counts(event) || scene.emitters.has_environment();
-            (bsdf.lobes().has(Lobes::NON_SPECULAR) && is_useful).then_some(1)
+            (surface.has(Lobes::NON_SPECULAR) && is_useful).then_some(1)
         })
     }
 

@@ -5,8 +5,11 @@ use crate::bsdf::incident_cone::IncidentCone;
 use crate::bsdf::models::fresnel;
 use crate::bsdf::models::microfacet::Microfacets;
 use crate::color::Rgb;
-use crate::lanes::{LANES, Lanes, Lanes3, broadcast};
+use crate::lanes::{
+    Color, Float, LANES, Lanes, Lanes3, Mask, One, Sixteen, Vector, Width, broadcast,
+};
 use crate::math::Vec3;
+use crate::simd::Wide;
 
 /// Roughness alpha of the masking of the clear coat (Burley 2012).
 const CLEARCOAT_MASKING_ALPHA: f32 = 0.25;
@@ -15,72 +18,83 @@ const CLEARCOAT_R0: f32 = 0.04;
 
 /// The terms at a point. Lobes that are not requested have weight 0.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::bsdf) struct PrincipledFront {
+pub(in crate::bsdf) struct PrincipledFront<S: Width> {
     /// Relative index of refraction.
-    pub(in crate::bsdf) eta: f32,
+    pub(in crate::bsdf) eta: Float<S>,
     /// Its inverse.
-    pub(in crate::bsdf) inv_eta: f32,
+    pub(in crate::bsdf) inv_eta: Float<S>,
     /// Weight of the Fresnel reflectance of a dielectric.
-    pub(in crate::bsdf) plain: f32,
+    pub(in crate::bsdf) plain: Float<S>,
     /// Weight of Schlick's term (1 - cos)⁵.
-    pub(in crate::bsdf) schlick: f32,
+    pub(in crate::bsdf) schlick: Float<S>,
     /// Weight of one minus Schlick's term: reflectance at normal incidence.
-    pub(in crate::bsdf) schlick_r0: Rgb,
+    pub(in crate::bsdf) schlick_r0: Color<S>,
     /// Diffuse albedo over π.
-    pub(in crate::bsdf) base: Rgb,
-    pub(in crate::bsdf) sheen: Rgb,
-    pub(in crate::bsdf) roughness: f32,
-    pub(in crate::bsdf) flatness: f32,
+    pub(in crate::bsdf) base: Color<S>,
+    pub(in crate::bsdf) sheen: Color<S>,
+    pub(in crate::bsdf) roughness: Float<S>,
+    pub(in crate::bsdf) flatness: Float<S>,
     /// 1 if the diffuse lobe is Lambertian under the main interface, else 0.
-    pub(in crate::bsdf) layered: f32,
-    pub(in crate::bsdf) clearcoat: f32,
+    pub(in crate::bsdf) layered: Float<S>,
+    pub(in crate::bsdf) clearcoat: Float<S>,
     /// Parameters of the clear coat's distribution; see [`gtr1`].
-    pub(in crate::bsdf) clearcoat_excess: f32,
-    pub(in crate::bsdf) clearcoat_norm: f32,
+    pub(in crate::bsdf) clearcoat_excess: Float<S>,
+    pub(in crate::bsdf) clearcoat_norm: Float<S>,
+}
+
+/// Reflection by the parts of a front.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FrontParts<S: Width> {
+    /// The microfacets of the main interface.
+    pub(super) interface: Color<S>,
+    /// The diffuse part with sheen.
+    pub(super) diffuse: Color<S>,
+    /// The clear coat, in all channels.
+    pub(super) clearcoat: Float<S>,
 }
 
 /// Fresnel reflectance of the clear coat by Schlick's term.
 #[inline(always)]
-fn clearcoat_fresnel(s: f32) -> f32 {
+fn clearcoat_fresnel<S: Width>(s: Float<S>) -> Float<S> {
     s + (1.0 - s) * CLEARCOAT_R0
 }
 
-impl PrincipledFront {
+impl<S: Width> PrincipledFront<S> {
     /// Whether there is a clear coat, sheen, flatness, or a diffuse lobe under the interface.
     #[inline(always)]
-    pub(in crate::bsdf) fn has_extras(&self) -> bool {
-        self.clearcoat != 0.0
-            || !self.sheen.is_black()
-            || self.flatness != 0.0
-            || self.layered != 0.0
+    pub(in crate::bsdf) fn has_extras(&self) -> Mask<S> {
+        !(self.clearcoat.equals(0.0)
+            & self.sheen.is_black()
+            & self.flatness.equals(0.0)
+            & self.layered.equals(0.0))
     }
 
     /// Reflectance of the main interface at the cosine `cos` to a facet. Schlick's term is at least `least`.
     #[inline(always)]
-    pub(in crate::bsdf) fn interface_reflectance(&self, cos: f32, least: f32) -> Rgb {
+    pub(in crate::bsdf) fn interface_reflectance(&self, cos: Float<S>, least: f32) -> Color<S> {
         let (r, s) = self.fresnel_terms(cos);
         self.reflectance(r, s.max(least))
     }
 
     /// Reflectance of a plain dielectric, and Schlick's term, at the cosine `cos` to a facet.
     #[inline(always)]
-    fn fresnel_terms(&self, cos: f32) -> (f32, f32) {
+    fn fresnel_terms(&self, cos: Float<S>) -> (Float<S>, Float<S>) {
         let refracted = fresnel::refracted_cosine(cos, self.inv_eta);
         let r = fresnel::reflectance(cos, refracted, self.eta);
         // From the denser side, Schlick's approximation uses the angle of the refracted direction.
-        let s = schlick_weight(if self.eta > 1.0 { cos } else { refracted });
+        let s = schlick_weight(self.eta.gt(1.0).select(cos, refracted));
         (r, s)
     }
 
     /// Reflectance of the main interface by [`PrincipledFront::fresnel_terms`].
     #[inline(always)]
-    fn reflectance(&self, r: f32, s: f32) -> Rgb {
-        self.schlick_r0 * (1.0 - s) + Rgb::splat(self.plain * r + self.schlick * s)
+    fn reflectance(&self, r: Float<S>, s: Float<S>) -> Color<S> {
+        self.schlick_r0 * (1.0 - s) + Color::grey(self.plain * r + self.schlick * s)
     }
 
     /// Reflectance of the clear coat, with its weight, at the cosine `cos` to a facet.
-    #[inline]
-    pub(in crate::bsdf) fn clearcoat_reflectance(&self, cos: f32) -> f32 {
+    #[inline(always)]
+    pub(in crate::bsdf) fn clearcoat_reflectance(&self, cos: Float<S>) -> Float<S> {
         self.clearcoat * clearcoat_fresnel(schlick_weight(cos))
     }
 
@@ -88,68 +102,54 @@ impl PrincipledFront {
     #[inline(always)]
     pub(in crate::bsdf) fn eval<const EXTRAS: bool>(
         &self,
-        facets: &Microfacets,
-        wi: Vec3,
-        wo: Vec3,
-        seen: f32,
-    ) -> Rgb {
-        let half = wi + wo;
-        // |wi + wo| = 2 wo·m for unit vectors.
-        let cos = 0.5 * half.length_squared().sqrt();
-        let (r, s) = self.fresnel_terms(cos);
-        let reflectance = self.reflectance(r, s);
-        let interface = facets.visible_density(wi, half) * seen;
-        let mut rest = self.diffuse::<EXTRAS>(wi, wo, cos, r);
+        facets: &Microfacets<S>,
+        wi: Vector<S>,
+        wo: Vector<S>,
+        seen: Float<S>,
+    ) -> Color<S> {
+        let parts = self.parts::<EXTRAS>(facets, wi, wo, seen);
+        let sum = parts.interface + parts.diffuse;
         if EXTRAS {
-            let cos_m = half.z / (2.0 * cos);
-            rest += Rgb::splat(self.clearcoat(s, cos_m, wi.z, wo.z));
+            sum + Color::grey(parts.clearcoat)
+        } else {
+            sum
         }
-        reflectance * interface + rest * wi.z
     }
 
-    /// Upper bound of all channels of [`PrincipledFront::eval`] over a cone of `wi`.
+    /// [`PrincipledFront::eval`] by parts.
     #[inline(always)]
-    pub(in crate::bsdf) fn bound(
+    pub(super) fn parts<const EXTRAS: bool>(
         &self,
-        facets: &Microfacets,
-        incident: &IncidentCone,
-        wo: Vec3,
-        seen: f32,
-    ) -> f32 {
-        let [lowest, highest] = incident.cosines();
-        let halves = incident.halves(wo);
-        let [cos_d, most_cos_d] = halves.cosines;
-        // All reflectances increase with the angle.
-        let (r, s) = self.fresnel_terms(cos_d);
-        let reflectance = self.schlick_r0.max_channel() + self.plain * r + self.schlick * s;
-        let interface = facets.projected_bound(halves.highest, incident) * seen;
-        let projection = incident.projection(highest);
-
-        // Retro-reflection increases with θ_i, the rest of the diffuse lobe decreases.
-        let (least_fi, fi) = (schlick_weight(highest), schlick_weight(lowest.max(0.0)));
-        let fo = schlick_weight(wo.z);
-        let rr = 2.0 * self.roughness * most_cos_d * most_cos_d;
-        let lambert = (1.0 - 0.5 * least_fi) * (1.0 - 0.5 * fo);
-        let full = (lambert + rr * (fi + fo + fi * fo * (rr - 1.0))) * projection;
-        let flat = match incident.projected {
-            None => 1.25 * highest / (highest + wo.z),
-            Some(projected) => 1.25 * projected / (lowest.max(0.0) + wo.z),
-        };
-        let base = full * (1.0 - self.flatness) + flat * self.flatness;
-        let base = base + (projection - base) * self.layered;
-        let sheen = self.sheen.max_channel() * schlick_weight(cos_d);
-        let clearcoat = self.clearcoat(s, halves.highest.max(0.0), highest, wo.z);
-        let rest = self.base.max_channel() * base + (sheen + clearcoat) * projection;
-        if highest > 0.0 {
-            reflectance * interface + rest
+        facets: &Microfacets<S>,
+        wi: Vector<S>,
+        wo: Vector<S>,
+        seen: Float<S>,
+    ) -> FrontParts<S> {
+        let half = wi + wo;
+        // |wi + wo| = 2 wo·m for unit vectors.
+        let cos = 0.5 * half.length();
+        let (r, s) = self.fresnel_terms(cos);
+        let clearcoat = if EXTRAS {
+            self.clearcoat(s, half.z / (2.0 * cos), wi.z, wo.z) * wi.z
         } else {
-            0.0
+            cos.same(0.0)
+        };
+        FrontParts {
+            interface: self.reflectance(r, s) * (facets.visible_density(wi, half) * seen),
+            diffuse: self.diffuse::<EXTRAS>(wi, wo, cos, r) * wi.z,
+            clearcoat,
         }
     }
 
     /// The clear coat, without the cosine of `wi`.
     #[inline(always)]
-    fn clearcoat(&self, s: f32, cos_m: f32, cos_i: f32, cos_o: f32) -> f32 {
+    fn clearcoat(
+        &self,
+        s: Float<S>,
+        cos_m: Float<S>,
+        cos_i: Float<S>,
+        cos_o: Float<S>,
+    ) -> Float<S> {
         let f = clearcoat_fresnel(s);
         let masking = ggx_masking(cos_i, CLEARCOAT_MASKING_ALPHA)
             * ggx_masking(cos_o, CLEARCOAT_MASKING_ALPHA);
@@ -159,7 +159,13 @@ impl PrincipledFront {
     /// Diffuse reflection with retro-reflection, flatness and sheen, without the cosine of `wi`. `r` is the reflectance of the plain
     /// dielectric.
     #[inline(always)]
-    fn diffuse<const EXTRAS: bool>(&self, wi: Vec3, wo: Vec3, cos_d: f32, r: f32) -> Rgb {
+    fn diffuse<const EXTRAS: bool>(
+        &self,
+        wi: Vector<S>,
+        wo: Vector<S>,
+        cos_d: Float<S>,
+        r: Float<S>,
+    ) -> Color<S> {
         let (fi, fo) = (schlick_weight(wi.z), schlick_weight(wo.z));
         let lambert = (1.0 - 0.5 * fi) * (1.0 - 0.5 * fo);
         let rr = 2.0 * self.roughness * cos_d * cos_d;
@@ -169,10 +175,56 @@ impl PrincipledFront {
         }
         let f90 = 0.5 * rr;
         let fss = (1.0 + (f90 - 1.0) * fi) * (1.0 + (f90 - 1.0) * fo);
-        let flat = 1.25 * (fss * (1.0 / (wi.z + wo.z) - 0.5) + 0.5);
+        let flat = 1.25 * (fss * ((wi.z + wo.z).recip() - 0.5) + 0.5);
         let shape = full + (flat - full) * self.flatness;
         let shape = shape + (1.0 - r - shape) * self.layered;
         self.base * shape + self.sheen * schlick_weight(cos_d)
+    }
+}
+
+impl PrincipledFront<One> {
+    /// Upper bound of all channels of [`PrincipledFront::eval`] over a cone of `wi`.
+    #[inline(always)]
+    pub(in crate::bsdf) fn bound(
+        &self,
+        facets: &Microfacets<One>,
+        incident: &IncidentCone,
+        wo: Vec3,
+        seen: f32,
+    ) -> f32 {
+        let weight = |cos: f32| schlick_weight::<One>(cos.into()).get();
+        let [lowest, highest] = incident.cosines();
+        let halves = incident.halves(wo);
+        let [cos_d, most_cos_d] = halves.cosines;
+        // All reflectances increase with the angle.
+        let (r, s) = self.fresnel_terms(cos_d.into());
+        let plain = self.plain * r + self.schlick * s;
+        let reflectance = self.schlick_r0.max_channel().get() + plain.get();
+        let interface = facets.projected_bound(halves.highest, incident) * seen;
+        let projection = incident.projection(highest);
+
+        // Retro-reflection increases with θ_i, the rest of the diffuse lobe decreases.
+        let (least_fi, fi) = (weight(highest), weight(lowest.max(0.0)));
+        let fo = weight(wo.z);
+        let rr = 2.0 * self.roughness.get() * most_cos_d * most_cos_d;
+        let lambert = (1.0 - 0.5 * least_fi) * (1.0 - 0.5 * fo);
+        let full = (lambert + rr * (fi + fo + fi * fo * (rr - 1.0))) * projection;
+        let flat = match incident.projected {
+            None => 1.25 * highest / (highest + wo.z),
+            Some(projected) => 1.25 * projected / (lowest.max(0.0) + wo.z),
+        };
+        let flatness = self.flatness.get();
+        let base = full * (1.0 - flatness) + flat * flatness;
+        let base = base + (projection - base) * self.layered.get();
+        let sheen = self.sheen.max_channel().get() * weight(cos_d);
+        let highest_m = halves.highest.max(0.0).into();
+        let clearcoat = self.clearcoat(s, highest_m, highest.into(), wo.z.into());
+        let rest = self.base.max_channel().get() * base + (sheen + clearcoat.get()) * projection;
+        if highest > 0.0 {
+            reflectance * interface + rest
+        } else {
+            0.0
+        }
     }
 }
 
@@ -218,21 +270,21 @@ impl PrincipledFrontLanes {
     }
 
     /// Sets lane `i`.
-    pub(in crate::bsdf) fn set(&mut self, i: usize, front: &PrincipledFront, weight: f32) {
-        self.eta[i] = front.eta;
-        self.inv_eta[i] = front.inv_eta;
-        self.plain[i] = front.plain * weight;
-        self.schlick[i] = front.schlick * weight;
-        self.schlick_r0.set(i, front.schlick_r0 * weight);
-        self.base.set(i, front.base * weight);
-        self.sheen.set(i, front.sheen * weight);
-        self.roughness[i] = front.roughness;
-        self.flatness[i] = front.flatness;
-        self.layered[i] = front.layered;
-        self.clearcoat[i] = front.clearcoat * weight;
-        self.clearcoat_excess[i] = front.clearcoat_excess;
-        self.clearcoat_norm[i] = front.clearcoat_norm;
-        self.has_extras |= front.has_extras();
+    pub(in crate::bsdf) fn set(&mut self, i: usize, front: &PrincipledFront<One>, weight: f32) {
+        self.eta[i] = front.eta.get();
+        self.inv_eta[i] = front.inv_eta.get();
+        self.plain[i] = front.plain.get() * weight;
+        self.schlick[i] = front.schlick.get() * weight;
+        self.schlick_r0.set(i, Rgb::from(front.schlick_r0 * weight));
+        self.base.set(i, Rgb::from(front.base * weight));
+        self.sheen.set(i, Rgb::from(front.sheen * weight));
+        self.roughness[i] = front.roughness.get();
+        self.flatness[i] = front.flatness.get();
+        self.layered[i] = front.layered.get();
+        self.clearcoat[i] = front.clearcoat.get() * weight;
+        self.clearcoat_excess[i] = front.clearcoat_excess.get();
+        self.clearcoat_norm[i] = front.clearcoat_norm.get();
+        self.has_extras |= front.has_extras().any();
     }
 
     /// Copies lane 0 to all lanes.
@@ -256,23 +308,43 @@ impl PrincipledFrontLanes {
         }
     }
 
+    /// All lanes.
+    #[inline(always)]
+    pub(in crate::bsdf) fn load<W: Wide>(&self, s: Sixteen<W>) -> PrincipledFront<Sixteen<W>> {
+        PrincipledFront {
+            eta: Float::load(s, &self.eta),
+            inv_eta: Float::load(s, &self.inv_eta),
+            plain: Float::load(s, &self.plain),
+            schlick: Float::load(s, &self.schlick),
+            schlick_r0: self.schlick_r0.colors(s),
+            base: self.base.colors(s),
+            sheen: self.sheen.colors(s),
+            roughness: Float::load(s, &self.roughness),
+            flatness: Float::load(s, &self.flatness),
+            layered: Float::load(s, &self.layered),
+            clearcoat: Float::load(s, &self.clearcoat),
+            clearcoat_excess: Float::load(s, &self.clearcoat_excess),
+            clearcoat_norm: Float::load(s, &self.clearcoat_norm),
+        }
+    }
+
     /// Lane `i`.
     #[inline(always)]
-    pub(in crate::bsdf) fn lane(&self, i: usize) -> PrincipledFront {
+    pub(in crate::bsdf) fn lane(&self, i: usize) -> PrincipledFront<One> {
         PrincipledFront {
-            eta: self.eta[i],
-            inv_eta: self.inv_eta[i],
-            plain: self.plain[i],
-            schlick: self.schlick[i],
-            schlick_r0: self.schlick_r0.rgb(i),
-            base: self.base.rgb(i),
-            sheen: self.sheen.rgb(i),
-            roughness: self.roughness[i],
-            flatness: self.flatness[i],
-            layered: self.layered[i],
-            clearcoat: self.clearcoat[i],
-            clearcoat_excess: self.clearcoat_excess[i],
-            clearcoat_norm: self.clearcoat_norm[i],
+            eta: self.eta[i].into(),
+            inv_eta: self.inv_eta[i].into(),
+            plain: self.plain[i].into(),
+            schlick: self.schlick[i].into(),
+            schlick_r0: self.schlick_r0.rgb(i).into(),
+            base: self.base.rgb(i).into(),
+            sheen: self.sheen.rgb(i).into(),
+            roughness: self.roughness[i].into(),
+            flatness: self.flatness[i].into(),
+            layered: self.layered[i].into(),
+            clearcoat: self.clearcoat[i].into(),
+            clearcoat_excess: self.clearcoat_excess[i].into(),
+            clearcoat_norm: self.clearcoat_norm[i].into(),
         }
     }
 }

@@ -15,11 +15,12 @@ use super::dielectric::{HalfVector, interface_bounds};
 use super::fresnel;
 use super::microfacet::Microfacets;
 use crate::bsdf::incident_cone::IncidentCone;
-use crate::bsdf::lobes::microfacet_class;
+use crate::bsdf::lobes::{Classes, Lobes, NEAR_DELTA_ALPHA};
 use crate::bsdf::material::Distribution;
+use crate::bsdf::model::ScatteringModel;
+use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::{ByClass, Response};
-use crate::bsdf::{Lobes, NEAR_DELTA_ALPHA};
-use crate::color::Rgb;
+use crate::lanes::{Color, Float, Mask, One, Vector, Width};
 use crate::math::{Vec3, float::safe_sqrt};
 use std::f32::consts::{FRAC_1_PI, PI};
 
@@ -32,19 +33,19 @@ pub(super) const CLEARCOAT_SCALE: f32 = 0.25;
 
 /// Parameters at a point; names as in [`PrincipledMaterial`](crate::bsdf::material::PrincipledMaterial).
 #[derive(Clone, Copy, Debug)]
-pub(in crate::bsdf) struct PrincipledParameters {
-    pub base_color: Rgb,
-    pub roughness: f32,
-    pub anisotropic: f32,
-    pub metallic: f32,
-    pub spec_trans: f32,
+pub(in crate::bsdf) struct PrincipledParameters<S: Width> {
+    pub base_color: Color<S>,
+    pub roughness: Float<S>,
+    pub anisotropic: Float<S>,
+    pub metallic: Float<S>,
+    pub spec_trans: Float<S>,
     pub eta: f32,
-    pub spec_tint: f32,
-    pub sheen: f32,
-    pub sheen_tint: f32,
-    pub flatness: f32,
-    pub clearcoat: f32,
-    pub clearcoat_gloss: f32,
+    pub spec_tint: Float<S>,
+    pub sheen: Float<S>,
+    pub sheen_tint: Float<S>,
+    pub flatness: Float<S>,
+    pub clearcoat: Float<S>,
+    pub clearcoat_gloss: Float<S>,
     pub layered: bool,
     pub diffuse_rate: f32,
     pub specular_rate: f32,
@@ -54,25 +55,25 @@ pub(in crate::bsdf) struct PrincipledParameters {
 /// The model at a point: a diffuse lobe with retro-reflection, an approximation of subsurface scattering (`flatness`) and sheen; the main
 /// interface, a microfacet lobe between conductor and dielectric; a clear coat.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::bsdf) struct Principled {
-    base_color: Rgb,
-    facets: Microfacets,
-    roughness: f32,
-    metallic: f32,
+pub(in crate::bsdf) struct Principled<S: Width> {
+    base_color: Color<S>,
+    facets: Microfacets<S>,
+    roughness: Float<S>,
+    metallic: Float<S>,
     /// Weight of the opaque dielectric.
-    brdf: f32,
+    brdf: Float<S>,
     /// Weight of the transparent dielectric.
-    bsdf: f32,
+    bsdf: Float<S>,
     eta: f32,
-    spec_tint: f32,
+    spec_tint: Float<S>,
     /// The parameter times `1 - metallic`.
-    sheen: f32,
-    sheen_tint: f32,
-    flatness: f32,
-    clearcoat: f32,
-    clearcoat_alpha: f32,
+    sheen: Float<S>,
+    sheen_tint: Float<S>,
+    flatness: Float<S>,
+    clearcoat: Float<S>,
+    clearcoat_alpha: Float<S>,
     /// Normalization of the clear coat's distribution; see [`terms::gtr1`].
-    clearcoat_norm: f32,
+    clearcoat_norm: Float<S>,
     layered: bool,
     diffuse_rate: f32,
     specular_rate: f32,
@@ -80,7 +81,8 @@ pub(in crate::bsdf) struct Principled {
 }
 
 /// The facets of a Disney model, GGX with `alpha = roughness²` and an aspect ratio by `anisotropic`.
-fn disney_facets(roughness: f32, anisotropic: f32) -> Microfacets {
+#[inline(always)]
+fn disney_facets<S: Width>(roughness: Float<S>, anisotropic: Float<S>) -> Microfacets<S> {
     let alpha = roughness * roughness;
     let aspect = (1.0 - 0.9 * anisotropic).sqrt();
     Microfacets::new(
@@ -91,22 +93,25 @@ fn disney_facets(roughness: f32, anisotropic: f32) -> Microfacets {
 }
 
 /// A color over its luminance; white for black.
-fn luminance_tint(color: Rgb) -> Rgb {
+#[inline(always)]
+fn luminance_tint<S: Width>(color: Color<S>) -> Color<S> {
     let luminance = color.luminance();
-    if luminance > 0.0 {
-        color / luminance
-    } else {
-        Rgb::WHITE
-    }
+    let is_lit = luminance.gt(0.0);
+    (color / luminance).map(|v| is_lit.select(v, 1.0))
 }
 
-impl Principled {
-    /// Whether the main interface transmits.
-    pub(in crate::bsdf) fn transmits(&self) -> bool {
-        self.bsdf > 0.0
-    }
+/// Smallest of the roughnesses alpha that belong to `GLOSSY` lobes; 1 without such lobes.
+#[inline(always)]
+fn least_glossy<S: Width, const N: usize>(alphas: [Float<S>; N]) -> Float<S> {
+    let one = alphas[0].same(1.0);
+    alphas.into_iter().fold(one, |least, alpha| {
+        alpha.ge(NEAR_DELTA_ALPHA).select(least.min(alpha), least)
+    })
+}
 
-    pub(in crate::bsdf) fn new(p: PrincipledParameters) -> Self {
+impl<S: Width> Principled<S> {
+    #[inline(always)]
+    pub(in crate::bsdf) fn new(p: PrincipledParameters<S>) -> Self {
         let [dull, glossy] = CLEARCOAT_ALPHA;
         let clearcoat_alpha = dull + (glossy - dull) * p.clearcoat_gloss;
         let a2 = clearcoat_alpha * clearcoat_alpha;
@@ -132,114 +137,67 @@ impl Principled {
         }
     }
 
-    #[inline]
-    fn has_diffuse(&self) -> bool {
-        self.brdf > 0.0 || self.sheen > 0.0
+    /// The lanes in which the main interface transmits.
+    #[inline(always)]
+    pub(in crate::bsdf) fn transmits(&self) -> Mask<S> {
+        self.bsdf.gt(0.0)
     }
 
-    #[inline]
-    fn specular_class(&self) -> Lobes {
-        microfacet_class(self.facets.min_alpha())
+    #[inline(always)]
+    fn specular_class(&self) -> Classes<S> {
+        self.facets.class()
     }
 
-    #[inline]
-    fn clearcoat_class(&self) -> Lobes {
-        microfacet_class(self.clearcoat_alpha)
-    }
-
-    pub(in crate::bsdf) fn lobes(&self) -> Lobes {
-        let mut lobes = self.specular_class();
-        if self.has_diffuse() {
-            lobes = lobes.or(Lobes::GLOSSY);
-        }
-        if self.clearcoat > 0.0 {
-            lobes = lobes.or(self.clearcoat_class());
-        }
-        lobes
+    #[inline(always)]
+    fn clearcoat_class(&self) -> Classes<S> {
+        Classes::of_microfacets(self.clearcoat_alpha)
     }
 
     /// Smallest roughness alpha of the `GLOSSY` lobes; 1 without such lobes.
-    pub(in crate::bsdf) fn glossy_alpha(&self) -> f32 {
-        let clearcoat = if self.clearcoat > 0.0 {
-            self.clearcoat_alpha
+    #[inline(always)]
+    pub(in crate::bsdf) fn glossy_alpha(&self) -> Float<S> {
+        let clearcoat = self.clearcoat.gt(0.0).select(self.clearcoat_alpha, 1.0);
+        least_glossy([self.facets.min_alpha(), clearcoat])
+    }
+
+    /// Reflection on the front by class.
+    #[inline(always)]
+    fn front_values(&self, wi: Vector<S>, wo: Vector<S>, lobes: Classes<S>) -> ByClass<S> {
+        let (front, seen) = (self.front(lobes), self.facets.seen(wo));
+        let has_extras = front.has_extras().any();
+        let parts = if has_extras {
+            front.parts::<true>(&self.facets, wi, wo, seen)
         } else {
-            1.0
+            front.parts::<false>(&self.facets, wi, wo, seen)
         };
-        [self.facets.min_alpha(), clearcoat]
-            .into_iter()
-            .filter(|&a| a >= NEAR_DELTA_ALPHA)
-            .fold(1.0, f32::min)
-    }
-
-    pub(in crate::bsdf) fn eval(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Rgb {
-        let Some(half) = HalfVector::new(wo, wi, self.eta) else {
-            return Rgb::BLACK;
-        };
-        self.eval_by(&half, wi, wo, lobes)
-    }
-
-    /// See [`Model::respond`](crate::bsdf::model::Model::respond).
-    pub(in crate::bsdf) fn respond(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Response {
-        let Some(half) = HalfVector::new(wo, wi, self.eta) else {
-            return Response::NONE;
-        };
-        Response {
-            values: ByClass::of(self.lobes().and(lobes), |class| {
-                self.eval_by(&half, wi, wo, class)
-            }),
-            pdf: self.pdf_by(&half, wo, wi, lobes),
+        // The weights of `front` contain the requested classes.
+        let one = wi.z.same(1.0);
+        let mut values = ByClass::of_microfacets(self.specular_class(), lobes, parts.interface);
+        values.glossy += parts.diffuse;
+        if has_extras {
+            let clearcoat = Color::grey(parts.clearcoat);
+            values.add(
+                &ByClass::of_microfacets(self.clearcoat_class(), lobes, clearcoat),
+                one,
+            );
         }
-    }
-
-    pub(in crate::bsdf) fn bound(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
-        if wo.z == 0.0 {
-            return 0.0;
-        }
-        let mut bound = 0.0;
-        if wo.z > 0.0 {
-            let seen = self.facets.seen(wo);
-            bound += self.front(lobes).bound(&self.facets, incident, wo, seen);
-        }
-        if self.transmits() && lobes.has(self.specular_class()) {
-            let [reflected, transmitted] = interface_bounds(&self.facets, self.eta, incident, wo);
-            if wo.z < 0.0 {
-                bound += self.bsdf * reflected;
-            }
-            bound += self.bsdf * safe_sqrt(self.base_color.max_channel()) * transmitted;
-        }
-        bound
-    }
-
-    /// The value for two directions with this half vector.
-    fn eval_by(&self, half: &HalfVector, wi: Vec3, wo: Vec3, lobes: Lobes) -> Rgb {
-        if half.reflects && wo.z > 0.0 {
-            let front = self.front(lobes);
-            let seen = self.facets.seen(wo);
-            return if front.has_extras() {
-                front.eval::<true>(&self.facets, wi, wo, seen)
-            } else {
-                front.eval::<false>(&self.facets, wi, wo, seen)
-            };
-        }
-        if lobes.has(self.specular_class()) {
-            self.specular(wi, wo, half)
-        } else {
-            Rgb::BLACK
-        }
+        values
     }
 
     /// Reflection by `lobes` on the front.
-    pub(in crate::bsdf) fn front(&self, lobes: Lobes) -> PrincipledFront {
-        let weight = |class: Lobes| if lobes.has(class) { 1.0 } else { 0.0 };
-        let (interface, diffuse) = (weight(self.specular_class()), weight(Lobes::GLOSSY));
+    #[inline(always)]
+    pub(in crate::bsdf) fn front(&self, lobes: Classes<S>) -> PrincipledFront<S> {
+        let weight = |requested: Mask<S>| requested.select(1.0, 0.0);
+        let interface = weight(lobes.has(self.specular_class()));
+        let diffuse = weight(lobes.glossy);
         let tinted = (1.0 - self.metallic) * self.spec_tint;
         let r0 = ((self.eta - 1.0) / (self.eta + 1.0)).powi(2);
         let tint = luminance_tint(self.base_color);
         let schlick_r0 = self.base_color * self.metallic + tint * (r0 * tinted);
-        let sheen = Rgb::WHITE.lerp(tint, self.sheen_tint);
+        let sheen = tint.map(|v| (1.0 - self.sheen_tint) + v * self.sheen_tint);
         PrincipledFront {
-            eta: self.eta,
-            inv_eta: self.eta.recip(),
+            eta: interface.same(self.eta),
+            inv_eta: interface.same(self.eta.recip()),
             plain: (1.0 - self.metallic) * (1.0 - self.spec_tint) * interface,
             schlick: (self.metallic + tinted) * interface,
             schlick_r0: schlick_r0 * interface,
@@ -247,37 +205,108 @@ impl Principled {
             sheen: sheen * (self.sheen * diffuse),
             roughness: self.roughness,
             flatness: self.flatness,
-            layered: if self.layered { 1.0 } else { 0.0 },
-            clearcoat: self.clearcoat * CLEARCOAT_SCALE * weight(self.clearcoat_class()),
+            layered: interface.same(if self.layered { 1.0 } else { 0.0 }),
+            clearcoat: self.clearcoat * CLEARCOAT_SCALE * weight(lobes.has(self.clearcoat_class())),
             clearcoat_excess: self.clearcoat_excess(),
             clearcoat_norm: self.clearcoat_norm,
         }
     }
 
     /// Microfacets of the main interface.
-    pub(in crate::bsdf) fn facets(&self) -> &Microfacets {
+    #[inline(always)]
+    pub(in crate::bsdf) fn facets(&self) -> &Microfacets<S> {
         &self.facets
     }
 
     /// See [`terms::gtr1`].
-    fn clearcoat_excess(&self) -> f32 {
+    #[inline(always)]
+    fn clearcoat_excess(&self) -> Float<S> {
         self.clearcoat_alpha * self.clearcoat_alpha - 1.0
     }
 
-    /// The main interface: transmission, and reflection on the back.
-    fn specular(&self, wi: Vec3, wo: Vec3, half: &HalfVector) -> Rgb {
-        if self.bsdf == 0.0 {
-            return Rgb::BLACK;
-        }
+    /// The transparent dielectric: transmission, and reflection on the back.
+    #[inline(always)]
+    fn interface(&self, wi: Vector<S>, wo: Vector<S>, half: &HalfVector<S>) -> Color<S> {
         let m = half.m;
-        let r = fresnel::dielectric(wo.dot(m), self.eta).reflectance;
+        let (i, o) = (wi.dot(m), wo.dot(m));
+        let r = fresnel::dielectric(o, o.same(self.eta)).reflectance;
         let masking = self.facets.masking(wi, m) * self.facets.masking(wo, m);
         let common = self.bsdf * self.facets.density(m) * masking / wo.z.abs();
-        if half.reflects {
-            return Rgb::splat(0.25 * common * r);
+        let reflected = 0.25 * common * r;
+        let scale = (1.0 - r) * common * (i * o).abs() / (o + half.eta * i).squared();
+        let transmitted = self.base_color.map(Float::safe_sqrt) * scale;
+        Color::select(half.reflects, Color::grey(reflected), transmitted)
+    }
+}
+
+impl<S: Width> ScatteringModel<S> for Principled<S> {
+    #[inline(always)]
+    fn lobes(&self) -> Classes<S> {
+        let has_diffuse = self.brdf.gt(0.0) | self.sheen.gt(0.0);
+        let glossy = Classes::splat(has_diffuse.width(), Lobes::GLOSSY);
+        self.specular_class()
+            .or(glossy.within(has_diffuse))
+            .or(self.clearcoat_class().within(self.clearcoat.gt(0.0)))
+    }
+
+    #[inline(always)]
+    fn albedo_estimate(&self, cos: Float<S>, lobes: Classes<S>) -> Float<S> {
+        self.strategies(cos, lobes).total()
+    }
+
+    #[inline(always)]
+    fn respond(&self, wi: Vector<S>, wo: Vector<S>, lobes: Classes<S>) -> Response<S> {
+        let half = HalfVector::new(wo, wi, self.eta);
+        if half.valid.none() {
+            return Response::none(wi.z.width());
         }
-        let (i, o) = (wi.dot(m), wo.dot(m));
-        let scale = (1.0 - r) * common * (i * o).abs() / (o + half.eta * i).powi(2);
-        self.base_color.map(safe_sqrt) * scale
+        let on_front = half.valid & half.reflects & wo.z.gt(0.0);
+        let mut values = self.front_values(wi, wo, lobes).map(|v| v.within(on_front));
+        let through = half.valid & !on_front & self.transmits();
+        if through.any() {
+            let value = self.interface(wi, wo, &half).within(through);
+            let one = wi.z.same(1.0);
+            let interface = ByClass::of_microfacets(self.specular_class(), lobes, value);
+            values.add(&interface, one);
+        }
+        Response {
+            values,
+            pdf: half.valid.select(self.pdf_by(&half, wo, wi, lobes), 0.0),
+        }
+    }
+
+    #[inline(always)]
+    fn pdf(&self, given: Vector<S>, other: Vector<S>, lobes: Classes<S>) -> Float<S> {
+        let half = HalfVector::new(given, other, self.eta);
+        half.valid
+            .select(self.pdf_by(&half, given, other, lobes), 0.0)
+    }
+
+    #[inline(always)]
+    fn sample(&self, given: Vector<S>, u: Numbers<S>, lobes: Classes<S>) -> ModelSample<S> {
+        self.sample_by(&self.strategies(given.z, lobes), given, u)
+    }
+}
+
+impl Principled<One> {
+    pub(in crate::bsdf) fn bound(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
+        if wo.z == 0.0 {
+            return 0.0;
+        }
+        let mut bound = 0.0;
+        if wo.z > 0.0 {
+            let seen = self.facets.seen(wo.into()).get();
+            let front = self.front(lobes.into());
+            bound += front.bound(&self.facets, incident, wo, seen);
+        }
+        if self.transmits().any() && lobes.has(self.specular_class().get()) {
+            let [reflected, transmitted] = interface_bounds(&self.facets, self.eta, incident, wo);
+            let bsdf = self.bsdf.get();
+            if wo.z < 0.0 {
+                bound += bsdf * reflected;
+            }
+            bound += bsdf * safe_sqrt(self.base_color.max_channel().get()) * transmitted;
+        }
+        bound
     }
 }

@@ -5,68 +5,72 @@
 //! not reciprocal.
 
 use super::sampling::{MIN_SCHLICK, SHEEN_ALBEDO};
-use super::{PrincipledFront, disney_facets, luminance_tint};
+use super::{PrincipledFront, disney_facets, least_glossy, luminance_tint};
 use crate::bsdf::incident_cone::IncidentCone;
-use crate::bsdf::lobes::microfacet_class;
-use crate::bsdf::model_sample::ModelSample;
+use crate::bsdf::lobes::{Classes, Lobes};
+use crate::bsdf::model::ScatteringModel;
+use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::models::fresnel::{self, reflect};
 use crate::bsdf::models::microfacet::Microfacets;
-use crate::bsdf::{BsdfNumbers, Lobes, NEAR_DELTA_ALPHA};
-use crate::color::Rgb;
+use crate::bsdf::response::{ByClass, Response};
+use crate::lanes::{
+    Color, Float, Mask, One, Vector, Width, cosine_hemisphere, cosine_hemisphere_pdf,
+};
 use crate::math::Vec3;
-use crate::sampling::warp;
 use std::f32::consts::{FRAC_1_PI, PI};
 
 /// Parameters at a point; names as in [`PrincipledThinMaterial`](crate::bsdf::material::PrincipledThinMaterial).
 #[derive(Clone, Copy, Debug)]
-pub(in crate::bsdf) struct PrincipledThinParameters {
-    pub base_color: Rgb,
-    pub roughness: f32,
-    pub anisotropic: f32,
-    pub spec_trans: f32,
-    pub eta: f32,
-    pub spec_tint: f32,
-    pub sheen: f32,
-    pub sheen_tint: f32,
-    pub flatness: f32,
-    pub diff_trans: f32,
+pub(in crate::bsdf) struct PrincipledThinParameters<S: Width> {
+    pub base_color: Color<S>,
+    pub roughness: Float<S>,
+    pub anisotropic: Float<S>,
+    pub spec_trans: Float<S>,
+    pub eta: Float<S>,
+    pub spec_tint: Float<S>,
+    pub sheen: Float<S>,
+    pub sheen_tint: Float<S>,
+    pub flatness: Float<S>,
+    pub diff_trans: Float<S>,
 }
 
 /// The model at a point: diffuse reflection with retro-reflection, flatness and sheen; Lambertian transmission; microfacet reflection and
 /// transmission, the latter mirrored at the surface with a roughness that follows the index of refraction.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::bsdf) struct PrincipledThin {
-    p: PrincipledThinParameters,
+pub(in crate::bsdf) struct PrincipledThin<S: Width> {
+    p: PrincipledThinParameters<S>,
     /// Facets of the reflection.
-    facets: Microfacets,
+    facets: Microfacets<S>,
     /// Facets of the transmission.
-    through: Microfacets,
+    through: Microfacets<S>,
     /// Transmitted fraction of the diffuse part, in [0, 1].
-    diffuse_through: f32,
+    diffuse_through: Float<S>,
 }
 
 /// Unnormalized probabilities of the sampling strategies.
-struct Strategies {
-    diffuse: f32,
-    diffuse_through: f32,
-    specular: f32,
-    specular_through: f32,
+struct Strategies<S: Width> {
+    diffuse: Float<S>,
+    diffuse_through: Float<S>,
+    specular: Float<S>,
+    specular_through: Float<S>,
 }
 
-impl Strategies {
-    fn total(&self) -> f32 {
+impl<S: Width> Strategies<S> {
+    #[inline(always)]
+    fn total(&self) -> Float<S> {
         self.diffuse + self.diffuse_through + self.specular + self.specular_through
     }
 }
 
-/// `w` mirrored at the surface if it is on the other side than `side`, a sign.
-#[inline]
-fn on_side(w: Vec3, side: f32) -> Vec3 {
-    Vec3::new(w.x, w.y, w.z * side)
+/// `w` mirrored at the surface if it is below.
+#[inline(always)]
+fn upwards<S: Width>(w: Vector<S>) -> Vector<S> {
+    Vector { z: w.z.abs(), ..w }
 }
 
-impl PrincipledThin {
-    pub(in crate::bsdf) fn new(p: PrincipledThinParameters) -> Self {
+impl<S: Width> PrincipledThin<S> {
+    #[inline(always)]
+    pub(in crate::bsdf) fn new(p: PrincipledThinParameters<S>) -> Self {
         // Burley 2015, figure 15.
         let scaled = (0.65 * p.eta - 0.35) * p.roughness;
         PrincipledThin {
@@ -77,50 +81,29 @@ impl PrincipledThin {
         }
     }
 
-    #[inline]
-    fn has_specular(&self) -> bool {
-        self.p.spec_trans > 0.0
-    }
-
-    #[inline]
-    fn has_diffuse(&self) -> bool {
-        self.p.spec_trans < 1.0
-    }
-
-    pub(in crate::bsdf) fn lobes(&self) -> Lobes {
-        let mut lobes = Lobes::NONE;
-        if self.has_diffuse() {
-            lobes = lobes.or(Lobes::GLOSSY);
-        }
-        if self.has_specular() {
-            for facets in [&self.facets, &self.through] {
-                lobes = lobes.or(microfacet_class(facets.min_alpha()));
-            }
-        }
-        lobes
+    #[inline(always)]
+    fn has_specular(&self) -> Mask<S> {
+        self.p.spec_trans.gt(0.0)
     }
 
     /// Smallest roughness alpha of the `GLOSSY` lobes; 1 without such lobes.
-    pub(in crate::bsdf) fn glossy_alpha(&self) -> f32 {
-        if !self.has_specular() {
-            return 1.0;
-        }
-        [self.facets.min_alpha(), self.through.min_alpha()]
-            .into_iter()
-            .filter(|&a| a >= NEAR_DELTA_ALPHA)
-            .fold(1.0, f32::min)
+    #[inline(always)]
+    pub(in crate::bsdf) fn glossy_alpha(&self) -> Float<S> {
+        let least = least_glossy([self.facets.min_alpha(), self.through.min_alpha()]);
+        self.has_specular().select(least, 1.0)
     }
 
     /// Reflection by `lobes`.
-    fn front(&self, lobes: Lobes) -> PrincipledFront {
+    #[inline(always)]
+    fn front(&self, lobes: Classes<S>) -> PrincipledFront<S> {
         let p = &self.p;
-        let interface = lobes.pick(microfacet_class(self.facets.min_alpha()), p.spec_trans);
-        let diffuse = lobes.pick(
-            Lobes::GLOSSY,
-            (1.0 - p.spec_trans) * (1.0 - self.diffuse_through),
-        );
-        let r0 = ((p.eta - 1.0) / (p.eta + 1.0)).powi(2);
+        let interface = lobes.has(self.facets.class()).select(p.spec_trans, 0.0);
+        let reflected = (1.0 - p.spec_trans) * (1.0 - self.diffuse_through);
+        let diffuse = lobes.glossy.select(reflected, 0.0);
+        let r0 = ((p.eta - 1.0) / (p.eta + 1.0)).squared();
         let tint = luminance_tint(p.base_color);
+        let sheen = tint.map(|v| (1.0 - p.sheen_tint) + v * p.sheen_tint);
+        let zero = p.eta.same(0.0);
         PrincipledFront {
             eta: p.eta,
             inv_eta: p.eta.recip(),
@@ -128,85 +111,35 @@ impl PrincipledThin {
             schlick: interface * p.spec_tint,
             schlick_r0: tint * (interface * p.spec_tint * r0),
             base: p.base_color * (diffuse * FRAC_1_PI),
-            sheen: Rgb::WHITE.lerp(tint, p.sheen_tint) * (p.sheen * diffuse),
+            sheen: sheen * (p.sheen * diffuse),
             roughness: p.roughness,
             flatness: p.flatness,
-            layered: 0.0,
-            clearcoat: 0.0,
-            clearcoat_excess: 0.0,
-            clearcoat_norm: 0.0,
+            layered: zero,
+            clearcoat: zero,
+            clearcoat_excess: zero,
+            clearcoat_norm: zero,
         }
     }
 
     /// Factor of the microfacet transmission by `lobes`, without Fresnel's factor.
-    fn specular_through(&self, lobes: Lobes) -> Rgb {
-        let class = microfacet_class(self.through.min_alpha());
-        self.p.base_color * lobes.pick(class, self.p.spec_trans)
+    #[inline(always)]
+    fn specular_through(&self, lobes: Classes<S>) -> Color<S> {
+        let weight = lobes
+            .has(self.through.class())
+            .select(self.p.spec_trans, 0.0);
+        self.p.base_color * weight
     }
 
     /// Factor of the cosine in the diffuse transmission by `lobes`.
-    fn diffuse_through(&self, lobes: Lobes) -> Rgb {
+    #[inline(always)]
+    fn diffuse_through(&self, lobes: Classes<S>) -> Color<S> {
         let weight = (1.0 - self.p.spec_trans) * self.diffuse_through * FRAC_1_PI;
-        self.p.base_color * lobes.pick(Lobes::GLOSSY, weight)
-    }
-
-    pub(in crate::bsdf) fn eval(&self, wi: Vec3, wo: Vec3, lobes: Lobes) -> Rgb {
-        if wi.z * wo.z == 0.0 {
-            return Rgb::BLACK;
-        }
-        let reflects = wi.z * wo.z > 0.0;
-        let side = 1.0f32.copysign(wo.z);
-        let (wi, wo) = (on_side(wi, 1.0f32.copysign(wi.z)), on_side(wo, side));
-        if reflects {
-            let seen = self.facets.seen(wo);
-            return self.front(lobes).eval::<true>(&self.facets, wi, wo, seen);
-        }
-        let diffuse = self.diffuse_through(lobes) * wi.z;
-        let specular = self.specular_through(lobes);
-        if specular.is_black() {
-            return diffuse;
-        }
-        let half = wi + wo;
-        let cos = 0.5 * half.length();
-        let passed = 1.0 - fresnel::dielectric(cos, self.p.eta).reflectance;
-        let density = self.through.visible_density(wi, half) * self.through.seen(wo);
-        diffuse + specular * (passed * density)
-    }
-
-    pub(in crate::bsdf) fn bound(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
-        if wo.z == 0.0 {
-            return 0.0;
-        }
-        let side = 1.0f32.copysign(wo.z);
-        let wo = on_side(wo, side);
-        let near = incident.map(|w| on_side(w, side));
-        let far = incident.map(|w| on_side(w, -side));
-        let seen = self.facets.seen(wo);
-        let front = self.front(lobes);
-        front.bound(&self.facets, &near, wo, seen) + self.bound_through(&far, wo, lobes)
-    }
-
-    /// Upper bound of the transmission over a cone that has been mirrored to the side of `wo`, above the surface.
-    fn bound_through(&self, mirrored: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
-        let [_, cos] = mirrored.cosines();
-        if cos <= 0.0 {
-            return 0.0;
-        }
-        let diffuse = self.diffuse_through(lobes).max_channel() * mirrored.projection(cos);
-        let specular = self.specular_through(lobes).max_channel();
-        let halves = mirrored.halves(wo);
-        let density =
-            self.through.projected_bound(halves.highest, mirrored) * self.through.seen(wo);
-        diffuse + specular * density
-    }
-
-    /// See [`Model::albedo_estimate`](crate::bsdf::model::Model::albedo_estimate).
-    pub(in crate::bsdf) fn albedo_estimate(&self, cos: f32, lobes: Lobes) -> f32 {
-        self.strategies(cos, lobes).total()
+        self.p.base_color * lobes.glossy.select(weight, 0.0)
     }
 
     /// Probabilities for a given direction of this cosine: estimates of the light that each lobe returns.
-    fn strategies(&self, cos: f32, lobes: Lobes) -> Strategies {
+    #[inline(always)]
+    fn strategies(&self, cos: Float<S>, lobes: Classes<S>) -> Strategies<S> {
         let cos = cos.abs();
         let front = self.front(lobes);
         let passed = 1.0 - fresnel::dielectric(cos, self.p.eta).reflectance;
@@ -218,61 +151,117 @@ impl PrincipledThin {
             specular_through: self.specular_through(lobes).max_channel() * passed.max(MIN_SCHLICK),
         }
     }
+}
 
-    /// See [`Model::pdf`](crate::bsdf::model::Model::pdf).
-    pub(in crate::bsdf) fn pdf(&self, given: Vec3, other: Vec3, lobes: Lobes) -> f32 {
-        if given.z * other.z == 0.0 {
-            return 0.0;
-        }
-        let strategies = self.strategies(given.z, lobes);
-        let total = strategies.total();
-        if total == 0.0 {
-            return 0.0;
-        }
-        let reflects = given.z * other.z > 0.0;
-        let given = on_side(given, 1.0f32.copysign(given.z));
-        let other = on_side(other, 1.0f32.copysign(other.z));
-        let m = (given + other).normalize();
-        let (diffuse, specular, facets) = if reflects {
-            (strategies.diffuse, strategies.specular, &self.facets)
-        } else {
-            let s = &strategies;
-            (s.diffuse_through, s.specular_through, &self.through)
-        };
-        let mut pdf = diffuse * warp::cosine_hemisphere_pdf(other.z);
-        if specular > 0.0 {
-            pdf += specular * facets.reflected_pdf(given, m);
-        }
-        pdf / total
+impl<S: Width> ScatteringModel<S> for PrincipledThin<S> {
+    #[inline(always)]
+    fn lobes(&self) -> Classes<S> {
+        let has_diffuse = self.p.spec_trans.lt(1.0);
+        let glossy = Classes::splat(has_diffuse.width(), Lobes::GLOSSY);
+        let specular = self.facets.class().or(self.through.class());
+        glossy
+            .within(has_diffuse)
+            .or(specular.within(self.has_specular()))
     }
 
-    /// See [`Model::sample`](crate::bsdf::model::Model::sample).
-    pub(in crate::bsdf) fn sample(
-        &self,
-        given: Vec3,
-        u: BsdfNumbers,
-        lobes: Lobes,
-    ) -> Option<ModelSample> {
-        if given.z == 0.0 {
-            return None;
-        }
-        let side = 1.0f32.copysign(given.z);
-        let given = on_side(given, side);
+    #[inline(always)]
+    fn albedo_estimate(&self, cos: Float<S>, lobes: Classes<S>) -> Float<S> {
+        self.strategies(cos, lobes).total()
+    }
+
+    #[inline(always)]
+    fn respond(&self, wi: Vector<S>, wo: Vector<S>, lobes: Classes<S>) -> Response<S> {
+        let product = wi.z * wo.z;
+        let (reflects, transmits) = (product.gt(0.0), product.lt(0.0));
+        let pdf = self.pdf(wo, wi, lobes);
+        let (wi, wo) = (upwards(wi), upwards(wo));
+        let seen = self.facets.seen(wo);
+        let front = self.front(lobes).parts::<true>(&self.facets, wi, wo, seen);
+        let class = self.facets.class();
+        let mut values = ByClass::of_microfacets(class, lobes, front.interface);
+        values.glossy += front.diffuse;
+        let mut values = values.map(|v| v.within(reflects));
+
+        let half = wi + wo;
+        let cos = 0.5 * half.length();
+        let passed = 1.0 - fresnel::dielectric(cos, self.p.eta).reflectance;
+        let density = self.through.visible_density(wi, half) * self.through.seen(wo);
+        let specular = self.specular_through(lobes) * (passed * density);
+        let class = self.through.class();
+        let mut through = ByClass::of_microfacets(class, lobes, specular);
+        through.glossy += self.diffuse_through(lobes) * wi.z;
+        values.add(&through.map(|v| v.within(transmits)), wi.z.same(1.0));
+        Response { values, pdf }
+    }
+
+    #[inline(always)]
+    fn pdf(&self, given: Vector<S>, other: Vector<S>, lobes: Classes<S>) -> Float<S> {
+        let product = given.z * other.z;
+        let reflects = product.gt(0.0);
         let s = self.strategies(given.z, lobes);
-        let chosen = u.lobe * s.total();
+        let total = s.total();
+        let (given, other) = (upwards(given), upwards(other));
+        let m = (given + other).normalize();
+        let diffuse = reflects.select(s.diffuse, s.diffuse_through);
+        let near = s.specular * self.facets.reflected_pdf(given, m);
+        let far = s.specular_through * self.through.reflected_pdf(given, m);
+        let weight = reflects.select(s.specular, s.specular_through);
+        let specular = weight.gt(0.0).select(reflects.select(near, far), 0.0);
+        let pdf = diffuse * cosine_hemisphere_pdf(other.z) + specular;
+        let valid = total.gt(0.0) & !product.equals(0.0);
+        valid.select(pdf / total, 0.0)
+    }
+
+    #[inline(always)]
+    fn sample(&self, given: Vector<S>, u: Numbers<S>, lobes: Classes<S>) -> ModelSample<S> {
+        let side = given.z.sign();
+        let valid = !given.z.equals(0.0);
+        let given = upwards(given);
+        let s = self.strategies(given.z, lobes);
+        let total = s.total();
+        let chosen = u.lobe * total;
         let diffuse = s.diffuse + s.diffuse_through;
-        let (w, reflects) = if chosen < diffuse {
-            (warp::cosine_hemisphere(u.direction), chosen < s.diffuse)
-        } else {
-            let reflects = chosen < diffuse + s.specular;
-            let facets = if reflects {
-                &self.facets
-            } else {
-                &self.through
-            };
-            (reflect(given, facets.sample(given, u.direction)), reflects)
-        };
-        let sign = if reflects { side } else { -side };
-        (w.z > 0.0 && s.total() > 0.0).then(|| ModelSample::finite(on_side(w, sign)))
+        let of_base = chosen.lt(diffuse);
+        let of_interface = chosen.lt(diffuse + s.specular);
+        let reflects = (of_base & chosen.lt(s.diffuse)) | (of_interface & !of_base);
+        let mut w = cosine_hemisphere(u.direction);
+        if !of_base.all() {
+            let near = self.facets.sample(given, u.direction);
+            let far = self.through.sample(given, u.direction);
+            let facet = reflect(given, Vector::select(reflects, near, far));
+            w = Vector::select(of_base, w, facet);
+        }
+        let valid = valid & w.z.gt(0.0) & total.gt(0.0);
+        ModelSample::finite(w.scale_z(reflects.select(side, -side)), valid)
+    }
+}
+
+impl PrincipledThin<One> {
+    pub(in crate::bsdf) fn bound(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
+        if wo.z == 0.0 {
+            return 0.0;
+        }
+        let on_side = |w: Vec3, side: f32| Vec3::new(w.x, w.y, w.z * side);
+        let side = 1.0f32.copysign(wo.z);
+        let wo = on_side(wo, side);
+        let near = incident.map(|w| on_side(w, side));
+        let far = incident.map(|w| on_side(w, -side));
+        let seen = self.facets.seen(wo.into()).get();
+        let front = self.front(lobes.into());
+        front.bound(&self.facets, &near, wo, seen) + self.bound_through(&far, wo, lobes)
+    }
+
+    /// Upper bound of the transmission over a cone that has been mirrored to the side of `wo`, above the surface.
+    fn bound_through(&self, mirrored: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
+        let [_, cos] = mirrored.cosines();
+        if cos <= 0.0 {
+            return 0.0;
+        }
+        let factor = self.diffuse_through(lobes.into()).max_channel().get();
+        let specular = self.specular_through(lobes.into()).max_channel().get();
+        let halves = mirrored.halves(wo);
+        let density = self.through.projected_bound(halves.highest, mirrored)
+            * self.through.seen(wo.into()).get();
+        factor * mirrored.projection(cos) + specular * density
     }
 }

@@ -1,0 +1,192 @@
+//! The large functions: those of a scattering model, and those of a scattering function. They are compiled once for each instruction set,
+//! because every caller would otherwise have a copy of every model.
+
+use super::leaf::Given;
+use super::lobes::{Classes, Lobes};
+use super::model::ScatteringModel;
+use super::model_sample::{ModelSample, Numbers};
+use super::response::Response;
+use super::{Bsdf, BsdfSamples, DirectResponses};
+use crate::lanes::{Color, Float, Vector, Width};
+use crate::simd::Outlined;
+
+/// [`ScatteringModel::respond`].
+pub(super) struct Respond<'a, M, S: Width> {
+    pub(super) model: &'a M,
+    pub(super) wi: Vector<S>,
+    pub(super) wo: Vector<S>,
+    pub(super) lobes: Classes<S>,
+}
+
+/// [`ScatteringModel::pdf`].
+pub(super) struct Density<'a, M, S: Width> {
+    pub(super) model: &'a M,
+    pub(super) given: Vector<S>,
+    pub(super) other: Vector<S>,
+    pub(super) lobes: Classes<S>,
+}
+
+/// [`ScatteringModel::sample`].
+pub(super) struct Sample<'a, M, S: Width> {
+    pub(super) model: &'a M,
+    pub(super) given: Vector<S>,
+    pub(super) u: Numbers<S>,
+    pub(super) lobes: Classes<S>,
+}
+
+/// [`ScatteringModel::albedo_estimate`].
+pub(super) struct AlbedoEstimate<'a, M, S: Width> {
+    pub(super) model: &'a M,
+    pub(super) cos: Float<S>,
+    pub(super) lobes: Classes<S>,
+}
+
+impl<M: ScatteringModel<S>, S: Width> Outlined for Respond<'_, M, S> {
+    type Output = Response<S>;
+
+    #[inline(always)]
+    fn run(self) -> Response<S> {
+        self.model.respond(self.wi, self.wo, self.lobes)
+    }
+}
+
+impl<M: ScatteringModel<S>, S: Width> Outlined for Density<'_, M, S> {
+    type Output = Float<S>;
+
+    #[inline(always)]
+    fn run(self) -> Float<S> {
+        self.model.pdf(self.given, self.other, self.lobes)
+    }
+}
+
+impl<M: ScatteringModel<S>, S: Width> Outlined for Sample<'_, M, S> {
+    type Output = ModelSample<S>;
+
+    #[inline(always)]
+    fn run(self) -> ModelSample<S> {
+        self.model.sample(self.given, self.u, self.lobes)
+    }
+}
+
+impl<M: ScatteringModel<S>, S: Width> Outlined for AlbedoEstimate<'_, M, S> {
+    type Output = Float<S>;
+
+    #[inline(always)]
+    fn run(self) -> Float<S> {
+        self.model.albedo_estimate(self.cos, self.lobes)
+    }
+}
+
+struct DirectResponsesOf<'a, 's, S: Width> {
+    bsdf: &'a Bsdf<'s, S>,
+    wi: Vector<S>,
+    wo: Vector<S>,
+}
+
+struct ResponsesOf<'a, 's, S: Width> {
+    bsdf: &'a Bsdf<'s, S>,
+    wi: Vector<S>,
+    wo: Vector<S>,
+    lobes: Lobes,
+}
+
+struct SampleEach<'a, 's, S: Width> {
+    bsdf: &'a Bsdf<'s, S>,
+    end: Given,
+    given: Vector<S>,
+    u: Numbers<S>,
+    lobes: Lobes,
+}
+
+impl<S: Width> Outlined for DirectResponsesOf<'_, '_, S> {
+    type Output = DirectResponses<S>;
+
+    #[inline(always)]
+    fn run(self) -> DirectResponses<S> {
+        self.bsdf.direct_responses_inlined(self.wi, self.wo)
+    }
+}
+
+impl<S: Width> Outlined for ResponsesOf<'_, '_, S> {
+    type Output = (Color<S>, Float<S>);
+
+    #[inline(always)]
+    fn run(self) -> (Color<S>, Float<S>) {
+        self.bsdf.responses_inlined(self.wi, self.wo, self.lobes)
+    }
+}
+
+impl<S: Width> Outlined for SampleEach<'_, '_, S> {
+    type Output = BsdfSamples<S>;
+
+    #[inline(always)]
+    fn run(self) -> BsdfSamples<S> {
+        match self.end {
+            Given::Wo => self
+                .bsdf
+                .sample_each_wi_inlined(self.given, self.u, self.lobes),
+            Given::Wi => self
+                .bsdf
+                .sample_each_wo_inlined(self.given, self.u, self.lobes),
+        }
+    }
+}
+
+impl<S: Width> Bsdf<'_, S> {
+    /// [`Bsdf::direct_response`] in each lane.
+    #[inline(always)]
+    pub(crate) fn direct_responses(&self, wi: Vector<S>, wo: Vector<S>) -> DirectResponses<S> {
+        self.width()
+            .outline(DirectResponsesOf { bsdf: self, wi, wo })
+    }
+
+    /// [`Bsdf::f_cos_wi`] and [`Bsdf::pdf_wi`] of `lobes` in each lane.
+    #[inline(always)]
+    pub(crate) fn responses(
+        &self,
+        wi: Vector<S>,
+        wo: Vector<S>,
+        lobes: Lobes,
+    ) -> (Color<S>, Float<S>) {
+        self.width().outline(ResponsesOf {
+            bsdf: self,
+            wi,
+            wo,
+            lobes,
+        })
+    }
+
+    /// [`Bsdf::sample_wi`] in each lane.
+    #[inline(always)]
+    pub(crate) fn sample_each_wi(
+        &self,
+        wo: Vector<S>,
+        u: Numbers<S>,
+        lobes: Lobes,
+    ) -> BsdfSamples<S> {
+        self.width().outline(SampleEach {
+            bsdf: self,
+            end: Given::Wo,
+            given: wo,
+            u,
+            lobes,
+        })
+    }
+
+    /// [`Bsdf::sample_wo`] in each lane.
+    #[inline(always)]
+    pub(crate) fn sample_each_wo(
+        &self,
+        wi: Vector<S>,
+        u: Numbers<S>,
+        lobes: Lobes,
+    ) -> BsdfSamples<S> {
+        self.width().outline(SampleEach {
+            bsdf: self,
+            end: Given::Wi,
+            given: wi,
+            u,
+            lobes,
+        })
+    }
+}

@@ -1,0 +1,181 @@
+//! Next-event estimation for sixteen receivers at a time, for callers outside of kernels.
+
+use super::receivers::Receivers;
+use super::{DirectSample, DirectSamples, Emitters, EnvironmentLobes};
+use crate::geometry::{Geometry, SurfacePoint, SurfacePoints};
+use crate::lanes::{
+    Color, Float, LANES, LaneMask, Lanes, Lanes3, Mask, Pair, Sixteen, Vector, Width,
+};
+use crate::simd::{Simd, SimdKernel};
+use crate::texture::Texture;
+
+/// Sixteen points that receive light; see [`Receivers`].
+#[derive(Clone, Copy, Debug)]
+pub struct SixteenReceivers {
+    /// Positions, in m.
+    pub p: Lanes3,
+    /// Unit geometric normals; any finite vector where there is none.
+    pub n: Lanes3,
+    /// The receivers with a normal.
+    pub has_normal: LaneMask,
+}
+
+/// Samples for sixteen receivers; see [`DirectSample`].
+#[derive(Clone, Copy, Debug)]
+#[expect(missing_docs, reason = "the fields are documented at DirectSample")]
+pub struct SixteenDirectSamples {
+    pub wi: Lanes3,
+    pub target: Lanes3,
+    pub weight: Lanes3,
+    pub pdf: Lanes,
+    /// The receivers with a sample.
+    pub valid: LaneMask,
+}
+
+impl SixteenDirectSamples {
+    /// The sample of receiver `i`.
+    pub fn get(&self, i: usize) -> Option<DirectSample> {
+        (self.valid >> i & 1 != 0).then(|| DirectSample {
+            wi: self.wi.vec(i),
+            target: self.target.vec(i),
+            weight: self.weight.rgb(i),
+            pdf: self.pdf[i],
+        })
+    }
+}
+
+impl SixteenReceivers {
+    #[inline(always)]
+    fn load<S: Width<Each<f32> = Lanes>>(&self, s: S) -> Receivers<S> {
+        Receivers {
+            p: Vector::load(s, &self.p.0),
+            n: Vector::load(s, &self.n.0),
+            has_normal: Mask::from_bits(s, self.has_normal.into()),
+        }
+    }
+}
+
+impl Emitters {
+    /// [`Emitters::sample`] for the receivers of `lanes`. The numbers `u` by receiver choose the emitter and a point on it, in this order.
+    pub fn sample_sixteen(
+        &self,
+        geometry: &Geometry,
+        textures: &[Texture],
+        receivers: &SixteenReceivers,
+        u: &Lanes3,
+        lanes: LaneMask,
+    ) -> SixteenDirectSamples {
+        self.tree.isa().run(SampleKernel {
+            emitters: self,
+            scene: (geometry, textures),
+            receivers,
+            u,
+            lobes: [None; LANES],
+            lanes,
+        })
+    }
+
+    /// [`Emitters::pdf_direct`] for the receivers of `lanes`; 0 for the others.
+    pub fn pdf_direct_sixteen(
+        &self,
+        receivers: &SixteenReceivers,
+        y: &[SurfacePoint; LANES],
+        lanes: LaneMask,
+    ) -> Lanes {
+        self.tree.isa().run(DensityKernel {
+            emitters: self,
+            receivers,
+            y,
+            lanes,
+        })
+    }
+
+    /// [`Emitters::environment`] for sixteen directions `wi`.
+    pub fn environment_sixteen(
+        &self,
+        receivers: &SixteenReceivers,
+        wi: &Lanes3,
+    ) -> (Lanes3, Lanes) {
+        self.tree.isa().run(EnvironmentKernel {
+            emitters: self,
+            receivers,
+            wi,
+        })
+    }
+}
+
+pub(super) struct SampleKernel<'a> {
+    pub(super) emitters: &'a Emitters,
+    pub(super) scene: (&'a Geometry, &'a [Texture]),
+    pub(super) receivers: &'a SixteenReceivers,
+    pub(super) u: &'a Lanes3,
+    pub(super) lobes: [Option<&'a EnvironmentLobes>; LANES],
+    pub(super) lanes: LaneMask,
+}
+
+impl SimdKernel for SampleKernel<'_> {
+    type Output = SixteenDirectSamples;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) -> SixteenDirectSamples {
+        let s = Sixteen(s.wide());
+        let [u_choice, x, y] = self.u.0.each_ref().map(|u| Float::load(s, u));
+        let (geometry, textures) = self.scene;
+        let samples: DirectSamples<_> = self.emitters.sample_lanes(
+            geometry,
+            textures,
+            &self.receivers.load(s),
+            (u_choice, Pair::new(x, y)),
+            Some(&self.lobes),
+            Mask::from_bits(s, self.lanes.into()),
+        );
+        SixteenDirectSamples {
+            wi: Lanes3(samples.wi.store()),
+            target: Lanes3(samples.target.store()),
+            weight: Lanes3(samples.weight.store()),
+            pdf: samples.pdf.store(),
+            valid: samples.valid.bits() as LaneMask,
+        }
+    }
+}
+
+pub(super) struct DensityKernel<'a> {
+    pub(super) emitters: &'a Emitters,
+    pub(super) receivers: &'a SixteenReceivers,
+    pub(super) y: &'a [SurfacePoint; LANES],
+    pub(super) lanes: LaneMask,
+}
+
+impl SimdKernel for DensityKernel<'_> {
+    type Output = Lanes;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) -> Lanes {
+        let s = Sixteen(s.wide());
+        let y = SurfacePoints::load(s, self.y);
+        let lanes = Mask::from_bits(s, self.lanes.into());
+        let receivers = self.receivers.load(s);
+        (self.emitters)
+            .pdf_direct_lanes(&receivers, &y, lanes)
+            .store()
+    }
+}
+
+pub(super) struct EnvironmentKernel<'a> {
+    pub(super) emitters: &'a Emitters,
+    pub(super) receivers: &'a SixteenReceivers,
+    pub(super) wi: &'a Lanes3,
+}
+
+impl SimdKernel for EnvironmentKernel<'_> {
+    type Output = (Lanes3, Lanes);
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) -> (Lanes3, Lanes) {
+        let s = Sixteen(s.wide());
+        let wi = Vector::load(s, &self.wi.0);
+        let (radiance, pdf): (Color<_>, _) =
+            (self.emitters).environment_lanes(&self.receivers.load(s), wi, None);
+        (Lanes3(radiance.store()), pdf.store())
+    }
+}

@@ -1,0 +1,54 @@
+//! Choices by uniform numbers, and the weights that combine them, in lanes: [`crate::sampling`] for [`Float`].
+
+use super::numbers::{Float, Mask, Operand};
+use super::vector::{Pair, Vector};
+use super::width::Width;
+
+/// The largest number below 1.
+const LARGEST: f32 = 1.0 - f32::EPSILON * 0.5;
+
+/// Whether `u` is below `p`, and a number that is uniform in [0, 1) given that answer.
+#[inline(always)]
+pub(crate) fn split<S: Width>(u: Float<S>, p: impl Operand<S>) -> (Mask<S>, Float<S>) {
+    let p = p.float(u.width());
+    let is_below = u.lt(p);
+    let (part, whole) = (is_below.select(u, u - p), is_below.select(p, 1.0 - p));
+    (is_below, (part / whole).clamp(0.0, LARGEST))
+}
+
+/// A number in [0, 1] with density proportional to the line from `a` at 0 to `b` at 1; `u` itself if both are 0.
+#[inline(always)]
+pub(crate) fn sample_linear<S: Width>(u: Float<S>, a: Float<S>, b: Float<S>) -> Float<S> {
+    let is_constant = (a + b).le(0.0);
+    // The quadratic cumulative density is inverted in the form without cancellation.
+    let root = (a * a + (b * b - a * a) * u).safe_sqrt();
+    let inverse = (u * (a + b) / (a + root)).clamp(0.0, 1.0);
+    is_constant.select(u, inverse)
+}
+
+/// See [`warp::triangle`](crate::sampling::warp::triangle).
+#[inline(always)]
+pub(crate) fn triangle<S: Width>(u: Pair<S>) -> Pair<S> {
+    let (x, y) = (u.x * 0.5, u.y * 0.5);
+    let is_left = u.x.lt(u.y);
+    Pair::new(is_left.select(x, u.x - y), is_left.select(u.y - x, y))
+}
+
+/// See [`warp::sphere`](crate::sampling::warp::sphere).
+#[inline(always)]
+pub(crate) fn sphere<S: Width>(u: Pair<S>) -> Vector<S> {
+    let z = 1.0 - 2.0 * u.y;
+    let r = (1.0 - z * z).safe_sqrt();
+    let (sin, cos) = u.x.sin_cos_turns();
+    Vector::new(r * cos, r * sin, z)
+}
+
+/// See [`mis::power`](crate::sampling::mis::power).
+#[inline(always)]
+pub(crate) fn power<S: Width>(a: Float<S>, b: Float<S>) -> Float<S> {
+    let is_less = a.lt(b);
+    let r = is_less.select(a, b) / is_less.select(b, a);
+    let r2 = r * r;
+    let weight = is_less.select(r2, 1.0) / (1.0 + r2);
+    a.gt(0.0).select(weight, 0.0)
+}

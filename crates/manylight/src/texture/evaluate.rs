@@ -1,0 +1,363 @@
+//! Values of textures in lanes, nested ones included.
+
+use super::bitmap::transformed;
+use super::point::TexturePoints;
+use super::solid::{Pattern, is_in_dot};
+use super::{ColorInput, FloatInput, Texture};
+use crate::color::Rgb;
+use crate::lanes::{Color, Float, Mask, Pair, Vector, Width};
+use crate::math::{Mat3, Vec2, Vec3};
+use crate::simd::Outlined;
+
+/// A texture at a place in each lane.
+#[derive(Clone, Copy)]
+pub(super) struct Lookup<'a, S: Width> {
+    pub(super) texture: &'a Texture,
+    pub(super) at: TexturePoints<'a, S>,
+    /// All textures of the scene, for nested ones.
+    pub(super) textures: &'a [Texture],
+}
+
+/// [`Texture::eval`] in lanes.
+pub(super) struct ColorOf<'a, S: Width>(pub(super) Lookup<'a, S>);
+
+/// [`Texture::eval_float`] in lanes.
+pub(super) struct ValueOf<'a, S: Width>(pub(super) Lookup<'a, S>);
+
+/// [`Texture::gradient`] in lanes, with the derivatives of the position.
+pub(super) struct GradientOf<'a, S: Width>(pub(super) Lookup<'a, S>, pub(super) [Vector<S>; 2]);
+
+impl<'a, S: Width> Lookup<'a, S> {
+    #[inline(always)]
+    fn width(&self) -> S {
+        self.at.uv.x.width()
+    }
+
+    #[inline(always)]
+    pub(super) fn color(self) -> Color<S> {
+        self.width().outline(ColorOf(self))
+    }
+
+    #[inline(always)]
+    pub(super) fn value(self) -> Float<S> {
+        self.width().outline(ValueOf(self))
+    }
+
+    #[inline(always)]
+    pub(super) fn gradient(self, dp: [Vector<S>; 2]) -> Pair<S> {
+        self.width().outline(GradientOf(self, dp))
+    }
+
+    /// Another texture at the same place.
+    #[inline(always)]
+    fn of(&self, texture: &'a Texture) -> Self {
+        Lookup { texture, ..*self }
+    }
+
+    #[inline(always)]
+    fn with_uv(self, uv: Pair<S>) -> Self {
+        let at = TexturePoints { uv, ..self.at };
+        Lookup { at, ..self }
+    }
+
+    #[inline(always)]
+    fn color_of(&self, input: &ColorInput) -> Color<S> {
+        match *input {
+            ColorInput::Constant(color) => Color::splat(self.width(), color),
+            ColorInput::Texture(id) => self.of(&self.textures[id.index()]).color(),
+        }
+    }
+
+    #[inline(always)]
+    fn value_of(&self, input: &ColorInput) -> Float<S> {
+        match *input {
+            ColorInput::Constant(color) => Float::splat(self.width(), color.luminance()),
+            ColorInput::Texture(id) => self.of(&self.textures[id.index()]).value(),
+        }
+    }
+
+    #[inline(always)]
+    fn gradient_of(&self, input: &ColorInput, dp: [Vector<S>; 2]) -> Pair<S> {
+        match *input {
+            ColorInput::Constant(_) => self.flat(),
+            ColorInput::Texture(id) => self.of(&self.textures[id.index()]).gradient(dp),
+        }
+    }
+
+    /// No slope.
+    #[inline(always)]
+    fn flat(&self) -> Pair<S> {
+        Pair::splat(self.width(), Vec2::ZERO)
+    }
+
+    /// The color of `a` in the lanes of `m`, of `b` elsewhere.
+    #[inline(always)]
+    fn choose_color(&self, m: Mask<S>, a: &ColorInput, b: &ColorInput) -> Color<S> {
+        if m.all() {
+            return self.color_of(a);
+        }
+        let b = self.color_of(b);
+        if m.none() {
+            return b;
+        }
+        Color::select(m, self.color_of(a), b)
+    }
+
+    /// The value of `a` in the lanes of `m`, of `b` elsewhere.
+    #[inline(always)]
+    fn choose_value(&self, m: Mask<S>, a: &ColorInput, b: &ColorInput) -> Float<S> {
+        if m.all() {
+            return self.value_of(a);
+        }
+        let b = self.value_of(b);
+        if m.none() {
+            return b;
+        }
+        m.select(self.value_of(a), b)
+    }
+
+    /// Weight of the second input of a mixture, in [0, 1].
+    #[inline(always)]
+    fn mixing_weight(&self, weight: &FloatInput) -> Float<S> {
+        let weight = match *weight {
+            FloatInput::Constant(weight) => Float::splat(self.width(), weight),
+            FloatInput::Texture(id) => self.of(&self.textures[id.index()]).value(),
+        };
+        weight.clamp(0.0, 1.0)
+    }
+
+    /// The lanes with transformed coordinates in a dot.
+    #[inline(always)]
+    fn in_dot(&self, uv_transform: &Mat3) -> Mask<S> {
+        let uv = transformed(uv_transform, self.at.uv);
+        let (u, v) = (uv.x.store(), uv.y.store());
+        self.mask(|i| is_in_dot(Vec2::new(u.as_ref()[i], v.as_ref()[i])))
+    }
+
+    /// The lanes for which `test` holds.
+    #[inline(always)]
+    fn mask(&self, test: impl Fn(usize) -> bool) -> Mask<S> {
+        let bits = (0..S::LANES).fold(0, |bits, i| bits | u32::from(test(i)) << i);
+        Mask::from_bits(self.width(), bits)
+    }
+
+    /// The position in each lane.
+    #[inline(always)]
+    fn positions(&self) -> S::Each<Vec3> {
+        each_vector(self.at.p)
+    }
+}
+
+/// The vector in each lane.
+#[inline(always)]
+fn each_vector<S: Width>(v: Vector<S>) -> S::Each<Vec3> {
+    let [x, y, z] = v.store();
+    let vector = |i: usize| Vec3::new(x.as_ref()[i], y.as_ref()[i], z.as_ref()[i]);
+    v.x.width().each(vector)
+}
+
+impl<S: Width> Outlined for ColorOf<'_, S> {
+    type Output = Color<S>;
+
+    #[inline(always)]
+    fn run(self) -> Color<S> {
+        let look = &self.0;
+        let s = look.width();
+        match look.texture {
+            Texture::Bitmap(bitmap) => bitmap.eval(look.at.uv),
+            Texture::Checkerboard {
+                color0,
+                color1,
+                uv_transform,
+            } => {
+                let is_main = is_main_cell(transformed(uv_transform, look.at.uv));
+                look.choose_color(is_main, color0, color1)
+            }
+            Texture::Product { first, second } => look.color_of(first) * look.color_of(second),
+            Texture::VertexColors(colors) => {
+                Color::from_fn(s, |i| colors.at(&look.at.at.as_ref()[i]))
+            }
+            Texture::OtherUv { uvs, inner } => {
+                let uv = Pair::from_fn(s, |i| uvs.at(&look.at.at.as_ref()[i]));
+                look.of(&look.textures[inner.index()]).with_uv(uv).color()
+            }
+            Texture::Mix {
+                first,
+                second,
+                weight,
+            } => {
+                let w = look.mixing_weight(weight);
+                look.color_of(first).lerp(look.color_of(second), w)
+            }
+            Texture::Dots {
+                inside,
+                outside,
+                uv_transform,
+            } => look.choose_color(look.in_dot(uv_transform), inside, outside),
+            Texture::Power { base, exponent } => {
+                let base = look.of(&look.textures[base.index()]).color();
+                base.map(|v| power(v, *exponent))
+            }
+            Texture::Solid(solid) => match &solid.pattern {
+                Pattern::Cells { color0, color1 } => {
+                    let p = look.positions();
+                    let is_even = look.mask(|i| solid.is_even_cell(p.as_ref()[i]));
+                    look.choose_color(is_even, color0, color1)
+                }
+                _ => {
+                    let p = look.positions();
+                    Color::from_fn(s, |i| solid.color(p.as_ref()[i]))
+                }
+            },
+            Texture::Projected { projection, inner } => {
+                let p = look.positions();
+                let uv = Pair::from_fn(s, |i| projection.uv(p.as_ref()[i]));
+                look.of(&look.textures[inner.index()]).with_uv(uv).color()
+            }
+        }
+    }
+}
+
+impl<S: Width> Outlined for ValueOf<'_, S> {
+    type Output = Float<S>;
+
+    #[inline(always)]
+    fn run(self) -> Float<S> {
+        let look = &self.0;
+        let s = look.width();
+        match look.texture {
+            Texture::Bitmap(bitmap) => bitmap.eval_float(look.at.uv),
+            Texture::Checkerboard {
+                color0,
+                color1,
+                uv_transform,
+            } => {
+                let is_main = is_main_cell(transformed(uv_transform, look.at.uv));
+                look.choose_value(is_main, color1, color0)
+            }
+            Texture::Product { first, second } => look.value_of(first) * look.value_of(second),
+            Texture::VertexColors(colors) => Float::from_fn(s, |i| {
+                let color: Rgb = colors.at(&look.at.at.as_ref()[i]);
+                color.luminance()
+            }),
+            Texture::OtherUv { uvs, inner } => {
+                let uv = Pair::from_fn(s, |i| uvs.at(&look.at.at.as_ref()[i]));
+                look.of(&look.textures[inner.index()]).with_uv(uv).value()
+            }
+            Texture::Mix {
+                first,
+                second,
+                weight,
+            } => {
+                let w = look.mixing_weight(weight);
+                look.value_of(first) * (1.0 - w) + look.value_of(second) * w
+            }
+            Texture::Dots {
+                inside,
+                outside,
+                uv_transform,
+            } => look.choose_value(look.in_dot(uv_transform), inside, outside),
+            Texture::Power { base, exponent } => {
+                power(look.of(&look.textures[base.index()]).value(), *exponent)
+            }
+            Texture::Solid(solid) => match &solid.pattern {
+                Pattern::Cells { color0, color1 } => {
+                    let p = look.positions();
+                    let is_even = look.mask(|i| solid.is_even_cell(p.as_ref()[i]));
+                    look.choose_value(is_even, color0, color1)
+                }
+                _ => {
+                    let p = look.positions();
+                    Float::from_fn(s, |i| solid.value(p.as_ref()[i]))
+                }
+            },
+            Texture::Projected { projection, inner } => {
+                let p = look.positions();
+                let uv = Pair::from_fn(s, |i| projection.uv(p.as_ref()[i]));
+                look.of(&look.textures[inner.index()]).with_uv(uv).value()
+            }
+        }
+    }
+}
+
+impl<S: Width> Outlined for GradientOf<'_, S> {
+    type Output = Pair<S>;
+
+    #[inline(always)]
+    fn run(self) -> Pair<S> {
+        let GradientOf(look, dp) = &self;
+        let (s, dp) = (look.width(), *dp);
+        match look.texture {
+            Texture::Bitmap(bitmap) => bitmap.gradient(look.at.uv),
+            Texture::Checkerboard { .. }
+            | Texture::VertexColors(_)
+            | Texture::OtherUv { .. }
+            | Texture::Dots { .. } => look.flat(),
+            Texture::Product { first, second } => {
+                look.gradient_of(first, dp) * look.value_of(second)
+                    + look.gradient_of(second, dp) * look.value_of(first)
+            }
+            Texture::Mix {
+                first,
+                second,
+                weight,
+            } => {
+                let w = look.mixing_weight(weight);
+                let slope = match weight {
+                    FloatInput::Constant(_) => look.flat(),
+                    FloatInput::Texture(id) => look.of(&look.textures[id.index()]).gradient(dp),
+                };
+                let step = look.value_of(second) - look.value_of(first);
+                look.gradient_of(first, dp) * (1.0 - w)
+                    + look.gradient_of(second, dp) * w
+                    + slope * step
+            }
+            Texture::Power { base, exponent } => {
+                let base = look.of(&look.textures[base.index()]);
+                let slope = power(base.value(), exponent - 1.0) * *exponent;
+                base.gradient(dp) * slope.is_finite().select(slope, 0.0)
+            }
+            Texture::Solid(solid) => {
+                let (p, du, dv) = (look.positions(), each_vector(dp[0]), each_vector(dp[1]));
+                Pair::from_fn(s, |i| {
+                    solid.gradient(p.as_ref()[i], [du.as_ref()[i], dv.as_ref()[i]])
+                })
+            }
+            Texture::Projected { projection, inner } => {
+                let (p, du, dv) = (look.positions(), each_vector(dp[0]), each_vector(dp[1]));
+                let uv = Pair::from_fn(s, |i| projection.uv(p.as_ref()[i]));
+                let derivatives = s.each(|i| {
+                    projection.derivatives(p.as_ref()[i], [du.as_ref()[i], dv.as_ref()[i]])
+                });
+                let along = |k: usize| Pair::from_fn(s, |i| derivatives.as_ref()[i][k]);
+                let inner = look.of(&look.textures[inner.index()]).with_uv(uv);
+                let gradient = inner.gradient(dp);
+                Pair::new(gradient.dot(along(0)), gradient.dot(along(1)))
+            }
+        }
+    }
+}
+
+/// A power of the positive part.
+#[inline(always)]
+fn power<S: Width>(base: Float<S>, exponent: f32) -> Float<S> {
+    let base_of = base.max(0.0).store();
+    Float::from_fn(base.width(), |i| base_of.as_ref()[i].powf(exponent))
+}
+
+/// The lanes with coordinates in a cell of `color0`.
+#[inline(always)]
+fn is_main_cell<S: Width>(p: Pair<S>) -> Mask<S> {
+    let (u, v) = (is_upper(p.x), is_upper(p.y));
+    (u & v) | !(u | v)
+}
+
+/// The lanes with a fraction above 1/2.
+#[inline(always)]
+fn is_upper<S: Width>(x: Float<S>) -> Mask<S> {
+    /// Largest coordinate; larger ones are clamped. From 2²² ≈ 4.2e6 on, `f32` resolves half cells at best, and [`Float::floor`] is not
+    /// defined.
+    const FARTHEST: f32 = 4e6;
+    let x = x.clamp(-FARTHEST, FARTHEST);
+    (x - x.floor()).gt(0.5)
+}

@@ -1,0 +1,21 @@
+//! Streams: the walks of a tile in structures of arrays, advanced in stages.
+//!
+//! ```text
+//!   rays --trace--> hits --sort by material--> packets of sixteen --shade--> rays, connections
+//! ```
+//!
+//! All walks follow their rays (`arrivals`). Hits are sorted by material, so that the vertices of a packet share one: its model,
+//! its wrappers and its textures (`vertices`). A packet is shaded in lanes, with one generator of random numbers per lane (`generators`). The walks
+//! that go on are appended to the stream of the next segment (`walks`), the next round (`rounds`).
+
+mod arrivals;
+mod generators;
+mod rounds;
+mod vertices;
+mod walks;
+
+pub(crate) use arrivals::Arrivals;
+pub(crate) use generators::Generators;
+pub(crate) use rounds::{PacketShader, follow_all, shade_packets};
+pub(crate) use vertices::{Bits, Vertices, lanes_where, used};
+pub(crate) use walks::{WalkRow, Walks};
