@@ -1,8 +1,9 @@
 //! The camera paths of the many-light methods up to their first gather points: through specular events, with the radiance
 //! emitted on the way.
 
-use super::gather_points::{PixelGather, PixelNumbers, TileGather, roulette_weight};
-use super::gathering::{DIRECTIONS, DirectionNumbers, GatherPath, GatherRole};
+use super::gather_points::{PixelGather, TileGather, roulette_weight};
+use super::gather_vertices::{DirectionNumbers, GatherPath, GatherRole, PixelNumbers};
+use super::gathering::DIRECTIONS;
 use super::next_event::EmitterLight;
 use super::prepared::PreparedPasses;
 use super::specular_chains::MAX_CHAIN;

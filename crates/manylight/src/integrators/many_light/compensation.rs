@@ -14,9 +14,8 @@
 
 use super::compensation_photons::direction_limit;
 use super::gather_points::{PixelGather, roulette_weight};
-use super::gathering::{DirectionNumbers, GatherPath, GatherRole};
+use super::gather_vertices::{DirectionNumbers, GatherDirection, GatherPath, GatherRole};
 use super::prepared::PreparedPasses;
-use super::waiting::GatherDirection;
 use crate::bsdf::Lobes;
 use crate::gather::Assignment;
 use crate::integrators::partition::PathStage;

@@ -1,9 +1,9 @@
 //! Gather points, and what the camera paths of a tile and of a pixel share while they are traced.
 
 use super::caustic_shares::PHOTON_NEIGHBORS;
+use super::gather_vertices::WaitingVertex;
 use super::prepared::PreparedPasses;
 use super::radiance_cache::CACHE_NEIGHBORS;
-use super::waiting::WaitingVertex;
 use crate::color::Rgb;
 use crate::emitters::MAX_ENVIRONMENT_LOBES;
 use crate::film::{Layer, TileSamples};
@@ -11,7 +11,7 @@ use crate::gather::{ShadingPoint, Strategy, Subset};
 use crate::integrators::partition::PathStage;
 use crate::maps::Neighbors;
 use crate::math::Vec3;
-use crate::sampling::{LowDiscrepancySequence, Pass, Sampler, Stream};
+use crate::sampling::{Pass, Sampler, Stream};
 use crate::transport::Walk;
 
 /// Beyond the first gather point of a camera path, one light in this many is summed. Unmeasured: such points add a small part
@@ -106,24 +106,6 @@ impl SparseSubsets {
             self.first + choice * (SPARSE_STEP / self.choices),
             SPARSE_STEP,
         )
-    }
-}
-
-/// Random numbers that the camera paths of a pixel share, so that together they fill their domains evenly.
-#[derive(Clone, Copy)]
-pub(super) struct PixelNumbers {
-    pub(super) events: LowDiscrepancySequence,
-    pub(super) emitters: LowDiscrepancySequence,
-    pub(super) directions: LowDiscrepancySequence,
-}
-
-impl PixelNumbers {
-    pub(super) fn draw(sampler: &mut Sampler) -> Self {
-        PixelNumbers {
-            events: sampler.next_sequence(),
-            emitters: sampler.next_sequence(),
-            directions: sampler.next_sequence(),
-        }
     }
 }
 

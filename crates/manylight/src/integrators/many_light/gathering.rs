@@ -12,17 +12,16 @@
 
 use super::axes::Compensation;
 use super::compensation_photons::direction_fraction;
-use super::gather_points::{GatherPoint, PixelGather, PixelNumbers};
-use super::prepared::PreparedPasses;
-use super::waiting::{GatherDirection, WaitingVertex};
+use super::gather_points::{GatherPoint, PixelGather};
+use super::gather_vertices::{
+    DirectionNumbers, GatherDirection, GatherPath, GatherRole, WaitingVertex,
+};
 use crate::bsdf::Lobes;
 use crate::emitters::EnvironmentLobes;
 use crate::gather::{ShadingPoint, Subset};
 use crate::integrators::guiding::environment_guide;
-use crate::integrators::partition::PathStage;
 use crate::math::Vec3;
-use crate::sampling::{LowDiscrepancySequence, Sampler};
-use crate::transport::{Vertex, Walk, next_scattering_vertex};
+use crate::transport::{Vertex, next_scattering_vertex};
 
 /// Directions at the first gather points of the camera paths of a pixel, together. Unmeasured: they cost
 /// little beside the sum over all lights.
@@ -32,96 +31,6 @@ const AREA_QUERY_DIRECTIONS: u32 = 4;
 /// Growth of the largest radius of density estimates per length of segments after a non-specular event, in rad: caustics seen
 /// by such events may be blurred more. Unmeasured.
 const INDIRECT_RADIUS_ANGLE: f32 = 0.02;
-
-/// A camera path from its first gather point on.
-#[derive(Clone)]
-pub(super) struct GatherPath<'s> {
-    pub(super) walk: Walk<'s>,
-    pub(super) stage: PathStage,
-    /// Largest radius of density estimates at its end, in m.
-    pub(super) max_photon_radius: f32,
-}
-
-/// Why lights are gathered at a vertex.
-#[derive(Clone, Copy)]
-pub(super) enum GatherRole {
-    /// It ends a specular prefix. `photon_weight` as in [`GatherPoint`].
-    FirstVertex { photon_weight: f32 },
-    /// It restores light that clamping removed.
-    Compensation {
-        /// On transmitting surfaces, the normal of the side that was chosen.
-        lit_from: Option<Vec3>,
-        /// As in [`GatherPoint`].
-        direction_limit: f32,
-    },
-    /// A glossy lobe sees it by specular events.
-    BehindSpecularChain,
-}
-
-impl GatherRole {
-    pub(super) fn lit_from(self) -> Option<Vec3> {
-        match self {
-            GatherRole::Compensation { lit_from, .. } => lit_from,
-            GatherRole::FirstVertex { .. } | GatherRole::BehindSpecularChain => None,
-        }
-    }
-
-    pub(super) fn direction_limit(self) -> f32 {
-        match self {
-            GatherRole::Compensation {
-                direction_limit, ..
-            } => direction_limit,
-            GatherRole::FirstVertex { .. } | GatherRole::BehindSpecularChain => f32::INFINITY,
-        }
-    }
-
-    fn photon_weight(self) -> f32 {
-        match self {
-            GatherRole::FirstVertex { photon_weight } => photon_weight,
-            GatherRole::Compensation { .. } | GatherRole::BehindSpecularChain => 1.0,
-        }
-    }
-}
-
-/// Emitter samples per direction at a vertex.
-pub(super) fn emitter_samples(prepared: &PreparedPasses, role: GatherRole) -> u32 {
-    match role {
-        GatherRole::FirstVertex { .. } => prepared.emitter_samples,
-        GatherRole::Compensation { .. } | GatherRole::BehindSpecularChain => 1,
-    }
-}
-
-/// Random numbers of the directions at a gather point.
-pub(super) struct DirectionNumbers {
-    /// Number of directions.
-    pub(super) count: u32,
-    /// Index of the first direction in the sequences.
-    pub(super) first: u32,
-    pub(super) emitters: LowDiscrepancySequence,
-    pub(super) directions: LowDiscrepancySequence,
-}
-
-impl DirectionNumbers {
-    /// Those of camera path `index` of a pixel, each of which has `count`.
-    pub(super) fn of_path(index: u32, count: u32, numbers: PixelNumbers) -> Self {
-        DirectionNumbers {
-            count,
-            first: index * count,
-            emitters: numbers.emitters,
-            directions: numbers.directions,
-        }
-    }
-
-    /// Those of one direction.
-    pub(super) fn single(sampler: &mut Sampler) -> Self {
-        DirectionNumbers {
-            count: 1,
-            first: 0,
-            emitters: sampler.next_sequence(),
-            directions: sampler.next_sequence(),
-        }
-    }
-}
 
 /// How light that emitters send along a direction is estimated.
 #[derive(Clone, Copy)]

@@ -26,6 +26,7 @@ mod cut_tolerance;
 mod density_estimates;
 mod effort;
 mod gather_points;
+mod gather_vertices;
 mod gathering;
 mod interim_maps;
 mod next_event;

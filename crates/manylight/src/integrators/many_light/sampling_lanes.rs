@@ -1,11 +1,11 @@
 //! Emitters and directions sampled at waiting vertices, in packets of one material.
 
 use super::gather_points::GatherPoint;
-use super::gathering::emitter_samples;
+use super::gather_vertices::{GatherRole, WaitingVertex};
 use super::prepared::PreparedPasses;
-use super::waiting::{EmitterTerm, SampledDirection, WaitingVertex};
 use crate::bsdf::{Bsdf, Lobes, Numbers};
 use crate::color::Rgb;
+use crate::film::Layer;
 use crate::geometry::{Derivatives, Ray, Segment, SurfacePoints};
 use crate::ids::MaterialId;
 use crate::lanes::{Color, Float, Mask, Pair, Vector, Width, lane};
@@ -14,6 +14,30 @@ use crate::sampling::LowDiscrepancySequence;
 use crate::simd::set_bits;
 use crate::transport::direct_lanes::EmitterSamples;
 use crate::transport::stream::{PacketShader, lanes_where, used};
+
+/// Light from an emitter that a vertex reflects, visibility not yet tested.
+#[derive(Clone, Copy)]
+pub(super) struct EmitterTerm {
+    /// Index of the pixel in the tile.
+    pub(super) pixel: u32,
+    pub(super) layer: Layer,
+    pub(super) radiance: Rgb,
+    /// Transparent surfaces that the shadow ray may cross.
+    pub(super) max_crossings: u32,
+}
+
+/// A direction sampled at a waiting vertex; the ray is kept apart.
+#[derive(Clone, Copy)]
+pub(super) struct SampledDirection {
+    /// Index among the waiting vertices of the round.
+    pub(super) vertex: u32,
+    pub(super) throughput: Rgb,
+    pub(super) f_cos: Rgb,
+    /// Density per solid angle for MIS, in 1/sr.
+    pub(super) pdf: f32,
+    pub(super) lobe: Lobes,
+    pub(super) eta: f32,
+}
 
 /// What the vertices of a round sample.
 #[derive(Default)]
@@ -49,6 +73,14 @@ impl PacketShader for Sampling<'_, '_, '_> {
         let packet = self.vertices(s, material, packet);
         self.sample_emitters(&packet);
         self.sample_directions(&packet);
+    }
+}
+
+/// Emitter samples per direction at a vertex.
+fn emitter_samples(prepared: &PreparedPasses, role: GatherRole) -> u32 {
+    match role {
+        GatherRole::FirstVertex { .. } => prepared.emitter_samples,
+        GatherRole::Compensation { .. } | GatherRole::BehindSpecularChain => 1,
     }
 }
 

@@ -3,7 +3,7 @@
 //! | stage | file |
 //! |---|---|
 //! | camera paths through specular events | `camera_paths.rs` |
-//! | at a non-specular vertex: a gather point; emitters and directions | `gathering.rs`, `gather_points.rs` |
+//! | at a non-specular vertex: a gather point; emitters and directions | `gathering.rs`, `gather_vertices.rs`, `gather_points.rs` |
 //! | emitters and directions of all vertices together | `waiting.rs`, `sampling_lanes.rs` |
 //! | light that clamping removes | `compensation.rs`, `compensation_photons.rs` |
 //! | specular chains seen by glossy lobes | `specular_chains.rs` |

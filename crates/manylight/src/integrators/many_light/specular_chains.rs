@@ -7,8 +7,8 @@
 use super::caustic_shares::photon_fraction;
 use super::compensation::MAX_SURVIVAL;
 use super::gather_points::{PixelGather, roulette_weight};
-use super::gathering::{DirectionNumbers, EmittedLight, GatherPath, GatherRole};
-use super::waiting::GatherDirection;
+use super::gather_vertices::{DirectionNumbers, GatherDirection, GatherPath, GatherRole};
+use super::gathering::EmittedLight;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::integrators::partition::PathStage;

@@ -9,87 +9,14 @@
 //! round.
 
 use super::gather_points::{PixelGather, TileGather};
-use super::gathering::{DirectionNumbers, GatherPath, GatherRole};
+use super::gather_vertices::{GatherDirection, WaitingVertex};
 use super::prepared::PreparedPasses;
 use super::sampling_lanes::{SampledRound, Sampling};
 use crate::bsdf::Lobes;
-use crate::color::Rgb;
-use crate::emitters::EnvironmentLobes;
-use crate::film::Layer;
-use crate::gather::{ClampReceiver, Subset};
-use crate::geometry::{Hit, SurfacePoint};
-use crate::ids::MaterialId;
-use crate::math::Vec3;
-use crate::sampling::Sampler;
+use crate::gather::Subset;
+use crate::geometry::Hit;
 use crate::transport::stream::shade_packets;
 use crate::transport::walk::{Continuation, Previous};
-
-/// A vertex of a camera path at which the light of emitters is not yet estimated, and no direction sampled.
-pub(super) struct WaitingVertex<'s> {
-    /// Index of the pixel in the tile.
-    pub(super) pixel: usize,
-    /// Index of its gather point in the tile.
-    pub(super) point: usize,
-    pub(super) material: MaterialId,
-    /// The path that ends there.
-    pub(super) path: GatherPath<'s>,
-    pub(super) role: GatherRole,
-    pub(super) numbers: DirectionNumbers,
-    /// Random numbers of the directions.
-    pub(super) sampler: Sampler,
-    /// See [`PixelGather::first_weight`].
-    pub(super) first_weight: f32,
-    /// See [`GatherDirection::area_per_light`].
-    pub(super) area_per_light: Option<f32>,
-    /// Guide of next-event estimation.
-    pub(super) environment: Option<EnvironmentLobes>,
-}
-
-/// A vertex with a direction sampled there.
-pub(super) struct GatherDirection<'x> {
-    pub(super) x: SurfacePoint,
-    /// Unit direction to the viewer.
-    pub(super) wo: Vec3,
-    /// Segments of the camera path up to the vertex.
-    pub(super) segments: u32,
-    /// Whether it has glossy lobes.
-    pub(super) is_glossy: bool,
-    /// The vertex as a gather point.
-    pub(super) receiver: ClampReceiver,
-    /// Index of the gather point in the tile.
-    pub(super) point: usize,
-    /// `f cosθ` of its non-specular lobes in the direction, in 1/sr.
-    pub(super) f_cos: Rgb,
-    /// Surface area per light around it, in m²; `None` if too few directions share the query for it.
-    pub(super) area_per_light: Option<f32>,
-    /// Guide of next-event estimation there.
-    pub(super) environment: Option<&'x EnvironmentLobes>,
-    pub(super) role: GatherRole,
-}
-
-/// Light from an emitter that a vertex reflects, visibility not yet tested.
-#[derive(Clone, Copy)]
-pub(super) struct EmitterTerm {
-    /// Index of the pixel in the tile.
-    pub(super) pixel: u32,
-    pub(super) layer: Layer,
-    pub(super) radiance: Rgb,
-    /// Transparent surfaces that the shadow ray may cross.
-    pub(super) max_crossings: u32,
-}
-
-/// A direction sampled at a waiting vertex; the ray is kept apart.
-#[derive(Clone, Copy)]
-pub(super) struct SampledDirection {
-    /// Index among the waiting vertices of the round.
-    pub(super) vertex: u32,
-    pub(super) throughput: Rgb,
-    pub(super) f_cos: Rgb,
-    /// Density per solid angle for MIS, in 1/sr.
-    pub(super) pdf: f32,
-    pub(super) lobe: Lobes,
-    pub(super) eta: f32,
-}
 
 impl<'s> PreparedPasses<'s> {
     /// Serves the waiting vertices of a tile, and those at which their directions gather, until none is left.
