@@ -97,7 +97,7 @@ fn the_preview_works_in_a_browser() {
         return;
     };
     let folder = Folder::new(BOX);
-    let words = "render scene.xml -m path --time 5s -o a.exr --preview browser";
+    let words = "render scene.xml -m path --time 15s -o a.exr --preview browser";
     let served = Served::start(&folder, words);
     // The browser's virtual time stands still until the stream of events ends.
     let address = format!("http://{}{}", served.host, served.path);
@@ -105,7 +105,7 @@ fn the_preview_works_in_a_browser() {
     served.end().0.code(0);
     let progress = dom.split("id=\"progress\"").nth(1).unwrap_or(&dom);
     let progress = progress.split("</p>").next().unwrap_or(progress);
-    for word in ["<b class=\"\">done</b>", "pass ", "of 5.0 s", "noise "] {
+    for word in ["<b class=\"\">done</b>", "pass ", "of 15.0 s", "noise "] {
         assert!(progress.contains(word), "{word}: {progress}, {console}");
     }
     for layer in ["image", "emission", "direct", "albedo", "normal", "depth"] {

@@ -18,7 +18,10 @@ use crate::simd::Outlined;
 use crate::texture::{ColorInput, Texture};
 
 impl Materials {
-    /// The scattering function of a material at a point; see [`Materials::bsdfs`].
+    /// The scattering function of a material at a point.
+    ///
+    /// The material and its wrappers are flattened to a weighted list of at most four leaves. If there are more, the leaves with the
+    /// smallest weights are left out, and leaves on the same side get their weight.
     pub fn bsdf<'s>(
         &'s self,
         id: MaterialId,
@@ -28,10 +31,7 @@ impl Materials {
         self.bsdfs::<One>(id, &x.into(), textures)
     }
 
-    /// The scattering functions of a material at a point in each lane.
-    ///
-    /// The material and its wrappers are flattened to a weighted list of at most four leaves. If there are more, the leaves with the
-    /// smallest weights are left out, and leaves on the same side get their weight.
+    /// [`Materials::bsdf`] in each lane.
     #[inline(always)]
     pub(crate) fn bsdfs<'s, S: Width>(
         &'s self,

@@ -3,10 +3,10 @@
 use crate::simd::{Isa, Outlined, Simd, SimdKernel, WIDE, Wide};
 use std::fmt::Debug;
 
-/// The number of lanes of [`Float`](super::Float) and the types made of it: [`One`], or [`Sixteen`] in the vectors of an instruction
+/// The number of lanes of [`Float`](super::Float) and the types made of it: [`One`], or sixteen in the vectors of an instruction
 /// set. A value of an implementing type proves that the machine has the instructions.
 ///
-/// Functions over it must be `inline(always)`, as those over [`Simd`](crate::simd::Simd). Comparisons with NaN are false. If an argument is
+/// Functions over it must be `inline(always)`, as all functions over vectors. Comparisons with NaN are false. If an argument is
 /// NaN, minimum and maximum are the second argument.
 #[allow(missing_docs, reason = "the names are those of the operations")]
 pub trait Width: Copy + Debug {
