@@ -18,7 +18,7 @@ mod scene_list;
 #[allow(dead_code, reason = "shared by several benchmarks")]
 mod tiles;
 
-use manylight::emitters::SixteenReceivers;
+use manylight::emitters::{DirectSample, SixteenReceivers};
 use manylight::geometry::{Ray, SurfacePoint};
 use manylight::lanes::{LANES, LaneMask, Lanes3};
 use manylight::math::{Frame, Vec2, Vec3};
@@ -67,6 +67,14 @@ struct Receiver {
     n: Vec3,
     u_choice: f32,
     u: Vec2,
+}
+
+impl Receiver {
+    fn sample(&self, scene: &Scene) -> Option<DirectSample> {
+        let (geometry, textures) = (&scene.geometry, &scene.textures);
+        let (receiver, numbers) = ((self.p, Some(self.n)), (self.u_choice, self.u));
+        (scene.emitters).sample(geometry, textures, receiver, numbers, None)
+    }
 }
 
 struct Workload<'s> {
@@ -129,12 +137,7 @@ impl<'s> Workload<'s> {
             direction_packets: Vec::new(),
         };
         for (i, r) in run.receivers.iter().enumerate() {
-            let plan = scene.emitters.plan(r.u_choice, r.u);
-            let Some(sample) =
-                scene
-                    .emitters
-                    .sample(&scene.geometry, &scene.textures, r.p, Some(r.n), &plan)
-            else {
+            let Some(sample) = r.sample(scene) else {
                 continue;
             };
             run.directions.push((i, sample.wi));
@@ -186,28 +189,11 @@ impl<'s> Workload<'s> {
         );
     }
 
-    /// Samples receiver by receiver, planned as the path tracer plans.
+    /// Samples receiver by receiver.
     fn sample_each(&self) -> (usize, f32) {
-        let scene = self.scene;
         let mut sum = 0.0;
-        let mut plans = Vec::with_capacity(64);
-        for tile in self.receivers.chunks(64) {
-            plans.clear();
-            plans.extend(tile.iter().map(|r| scene.emitters.plan(r.u_choice, r.u)));
-            for _ in 0..3 {
-                plans
-                    .iter_mut()
-                    .for_each(|plan| scene.emitters.prefetch_step(plan));
-            }
-            for (r, plan) in tile.iter().zip(&plans) {
-                let (geometry, textures) = (&scene.geometry, &scene.textures);
-                let sample = scene
-                    .emitters
-                    .sample(geometry, textures, r.p, Some(r.n), plan);
-                if let Some(sample) = sample {
-                    sum += sample.weight.g * sample.wi.x.abs() + sample.pdf.min(1.0);
-                }
-            }
+        for sample in self.receivers.iter().filter_map(|r| r.sample(self.scene)) {
+            sum += sample.weight.g * sample.wi.x.abs() + sample.pdf.min(1.0);
         }
         (self.receivers.len(), sum)
     }

@@ -3,8 +3,7 @@
 use super::material::{Distribution, Material};
 use super::models::coat::Coat;
 use crate::ids::MaterialId;
-use crate::math::Vec2;
-use crate::texture::{FloatInput, Texture};
+use crate::texture::FloatInput;
 use rayon::prelude::*;
 
 /// The parameters of a rough coat: distribution, bits of alpha, bits of the index of refraction.
@@ -102,34 +101,6 @@ impl Materials {
             }
             Material::TwoSided { front, back } => self.has_tilts(*front) || self.has_tilts(*back),
             _ => false,
-        }
-    }
-
-    /// Prefetches the texels of the main color of a material at `uv`.
-    #[inline]
-    pub fn prefetch(&self, id: MaterialId, uv: Vec2, textures: &[Texture]) {
-        match &self.materials[id.index()] {
-            Material::Diffuse { reflectance } | Material::RoughDiffuse { reflectance, .. } => {
-                reflectance.prefetch(uv, textures)
-            }
-            Material::Plastic {
-                diffuse_reflectance,
-                ..
-            } => diffuse_reflectance.prefetch(uv, textures),
-            Material::Conductor {
-                specular_reflectance,
-                ..
-            } => specular_reflectance.prefetch(uv, textures),
-            Material::Principled(p) => p.base_color.prefetch(uv, textures),
-            Material::PrincipledThin(p) => p.base_color.prefetch(uv, textures),
-            Material::TwoSided { front: inner, .. }
-            | Material::Mask { inner, .. }
-            | Material::NormalMap { inner, .. } => self.prefetch(*inner, uv, textures),
-            Material::BumpMap { texture, inner, .. } => {
-                textures[texture.index()].prefetch(uv);
-                self.prefetch(*inner, uv, textures);
-            }
-            _ => (),
         }
     }
 }

@@ -3,9 +3,7 @@
 use super::Emitters;
 use super::direct_lanes::DirectSamples;
 use super::environment_lobes::EnvironmentLobes;
-use super::infinite::InfiniteLightPlan;
 use super::receivers::Receivers;
-use super::unit_interval::split;
 use crate::color::Rgb;
 use crate::geometry::{Geometry, SurfacePoint, SurfacePoints};
 use crate::lanes::{Mask, One, Vector};
@@ -27,43 +25,10 @@ pub struct DirectSample {
     pub pdf: f32,
 }
 
-/// An emitter-sampling plan: the part of a direct sample that does not depend on the receiver.
-#[derive(Clone, Copy, Debug)]
-pub enum EmitterPlan {
-    /// An emitter with a position.
-    Local {
-        /// Choice of the element.
-        u_choice: f32,
-        /// Choice of a point on it.
-        u: Vec2,
-    },
-    /// An infinite light.
-    Infinite(InfiniteLightPlan),
-}
-
 impl Emitters {
-    /// Makes a plan from random numbers in [0, 1), and prefetches memory for [`Emitters::prefetch_step`].
-    #[inline]
-    pub fn plan(&self, u_choice: f32, u: Vec2) -> EmitterPlan {
-        let (is_infinite, u_choice) = split(u_choice, self.infinite_probability);
-        if is_infinite {
-            EmitterPlan::Infinite(self.infinite.plan(u_choice, u))
-        } else {
-            EmitterPlan::Local { u_choice, u }
-        }
-    }
-
-    /// Does one of the three table lookups of an environment map, and prefetches the memory of the next one. Optional:
-    /// [`Emitters::sample`] does the lookups that are left. Calls for several plans in turn hide the latency of memory.
-    #[inline]
-    pub fn prefetch_step(&self, plan: &mut EmitterPlan) {
-        if let EmitterPlan::Infinite(plan) = plan {
-            self.infinite.prefetch_step(plan);
-        }
-    }
-
     /// A direction towards an emitter for the receiving point `p` with the geometric normal `n`; `None` as a normal stands for
-    /// receivers of light from all directions. Elements are chosen by the emitter tree.
+    /// receivers of light from all directions. Elements are chosen by the emitter tree. Directions to the environment are from a mixture
+    /// with the density of `lobes`, if given. The numbers `u_choice` and `u` are uniform in [0, 1).
     ///
     /// Visibility is not included. The result is `None` if no light arrives (behind the emitter, zero radiance). Directions below
     /// `n` have a low but positive probability, because shading normals may face them.
@@ -71,43 +36,18 @@ impl Emitters {
         &self,
         geometry: &Geometry,
         textures: &[Texture],
-        p: Vec3,
-        n: Option<Vec3>,
-        plan: &EmitterPlan,
-    ) -> Option<DirectSample> {
-        let (receiver, lanes) = (Receivers::from((p, n)), Mask::splat(One, true));
-        let samples = match *plan {
-            EmitterPlan::Infinite(plan) => {
-                let samples = self.infinite.sample_planned(&receiver, &plan);
-                self.towards_infinity(&receiver, samples, None, lanes)
-            }
-            EmitterPlan::Local { u_choice, u } => {
-                let numbers = (u_choice.into(), u.into());
-                self.sample_local(self.scene(geometry, textures), &receiver, numbers, lanes)
-            }
-        };
-        DirectSample::of(&samples)
-    }
-
-    /// As [`Emitters::sample`], with directions to the environment from a mixture with the density of `lobes`; `u_choice` and `u`
-    /// are uniform in [0, 1).
-    pub fn sample_guided(
-        &self,
-        geometry: &Geometry,
-        textures: &[Texture],
         (p, n): (Vec3, Option<Vec3>),
-        lobes: &EnvironmentLobes,
         (u_choice, u): (f32, Vec2),
+        lobes: Option<&EnvironmentLobes>,
     ) -> Option<DirectSample> {
         let receiver = Receivers::from((p, n));
         let numbers = (u_choice.into(), u.into());
-        let (lobes, lanes) = (Some(&[Some(lobes)]), Mask::splat(One, true));
+        let (lobes, lanes) = (Some(&[lobes]), Mask::splat(One, true));
         DirectSample::of(&self.sample_lanes(geometry, textures, &receiver, numbers, lobes, lanes))
     }
 
     /// Radiance of the environment from the unit direction `wi` (pointing away from the scene), and the density per solid angle
-    /// of sampling that direction for a receiver with normal `n`: with [`Emitters::sample`], or with
-    /// [`Emitters::sample_guided`] where there are `lobes`.
+    /// of sampling that direction with [`Emitters::sample`] for a receiver with normal `n`, given the same `lobes`.
     #[inline]
     pub fn environment(
         &self,

@@ -36,8 +36,7 @@ pub struct DirectSamples<S: Width> {
 pub type LobesOfLanes<'a, S> = Option<&'a <S as Width>::Each<Option<&'a EnvironmentLobes>>>;
 
 impl Emitters {
-    /// Directions towards emitters in the lanes of `lanes`, as [`Emitters::sample`] finds them with the numbers `u_choice` and `u`, or
-    /// [`Emitters::sample_guided`] in lanes with `lobes`.
+    /// Directions towards emitters in the lanes of `lanes`, as [`Emitters::sample`] finds them with the numbers `u_choice` and `u`.
     #[inline(always)]
     pub fn sample_lanes<S: Width>(
         &self,

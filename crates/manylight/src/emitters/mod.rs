@@ -27,11 +27,10 @@ mod tests;
 mod unit_interval;
 
 pub use description::{Emitter, Environment, ProjectorTexture, SpotFalloff};
-pub use direct::{DirectSample, EmitterPlan};
+pub use direct::DirectSample;
 pub use direct_lanes::{DirectSamples, LobesOfLanes};
 pub use emission::{EmissionGuide, EmissionNumbers, EmissionSample};
 pub use environment_lobes::{EnvironmentLobes, MAX_ENVIRONMENT_LOBES};
-pub use infinite::InfiniteLightPlan;
 pub use receivers::Receivers;
 #[cfg(any(test, feature = "testing"))]
 pub use sixteen::{SixteenDirectSamples, SixteenReceivers};

@@ -77,6 +77,12 @@ impl<S: Width> SurfacePoints<S> {
         })
     }
 
+    /// [`SurfacePoint::normal_towards`] in each lane.
+    #[inline(always)]
+    pub fn normals_towards(&self, w: Vector<S>) -> Vector<S> {
+        self.ng * self.ng.dot(w).sign()
+    }
+
     /// The positions moved off their surfaces by `offset`, to the side of `w`.
     #[inline(always)]
     pub fn offset_towards(&self, w: Vector<S>) -> Vector<S> {

@@ -172,19 +172,6 @@ impl Geometry {
             .flat_map(|level| [&level.opaque, &level.transparent])
     }
 
-    /// Prefetches the memory that [`Geometry::surface_point`] reads first.
-    #[inline]
-    pub fn prefetch(&self, at: SurfaceRef) {
-        self.table.prefetch(&at);
-    }
-
-    /// Prefetches the vertex attributes that [`Geometry::surface_point`] reads. Call after the memory of [`Geometry::prefetch`] has
-    /// arrived.
-    #[inline]
-    pub fn prefetch_vertices(&self, at: SurfaceRef) {
-        self.table.prefetch_vertices(&at);
-    }
-
     /// The surface point that a reference names, in world space.
     #[inline]
     pub fn surface_point(&self, at: SurfaceRef) -> SurfacePoint {

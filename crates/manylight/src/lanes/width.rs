@@ -66,7 +66,7 @@ pub trait Width: Copy + Debug {
         row: impl FnMut(usize) -> [&'a [f32; 4]; N],
     ) -> [[Self::F; 4]; N];
 
-    /// Runs code as a function of its own, which all callers share.
+    /// Runs code in a separate function, shared by all callers.
     fn outline<K: Outlined>(self, kernel: K) -> K::Output;
 }
 

@@ -1,5 +1,6 @@
 //! Importons: importance incident at surfaces, traced from the camera by way of the points at which virtual lights are summed.
 
+use super::tasks::in_path_order;
 use crate::bsdf::Lobes;
 use crate::ids::MaterialId;
 use crate::lanes::{Color, Width, lane};
@@ -13,7 +14,6 @@ use crate::transport::stream::{
     shade_packets, used,
 };
 use crate::transport::walk::Previous;
-use rayon::prelude::*;
 use std::ops::Range;
 
 /// Importance incident at `p` from a gather point: the weight of a virtual light at `p` in the image.
@@ -31,8 +31,6 @@ pub struct Importon {
 
 /// Largest number of segments of a specular chain; longer ones contribute little.
 const MAX_SPECULAR_SEGMENTS: u32 = 64;
-/// Number of paths traced by one task.
-const PATHS_PER_TASK: u32 = 1024;
 
 /// Traces `path_count` camera paths through uniform film positions.
 ///
@@ -49,14 +47,7 @@ pub fn trace_importons(
         limits,
         path_fraction: 1.0 / path_count as f32,
     };
-    let tasks: Vec<Vec<Importon>> = (0..path_count.div_ceil(PATHS_PER_TASK))
-        .into_par_iter()
-        .map(|task| {
-            let first = task * PATHS_PER_TASK;
-            tracer.trace(pass, first..(first + PATHS_PER_TASK).min(path_count))
-        })
-        .collect();
-    tasks.concat()
+    in_path_order(path_count, |paths| tracer.trace(pass, paths))
 }
 
 /// The arguments of [`trace_importons`] that all paths share.
@@ -68,8 +59,8 @@ struct PathTracer<'a> {
 }
 
 impl PathTracer<'_> {
-    /// Traces paths, and returns their importons in path order.
-    fn trace(&self, pass: Pass, paths: Range<u32>) -> Vec<Importon> {
+    /// Traces paths, and returns their importons with the index of their path.
+    fn trace(&self, pass: Pass, paths: Range<u32>) -> Vec<(u32, Importon)> {
         let mut stored = Vec::new();
         follow_all(
             self.scene,
@@ -85,9 +76,7 @@ impl PathTracer<'_> {
                 shade_packets(arrivals.runs(), &mut round);
             },
         );
-        // Stable: the importons of a path stay in the order of their depth.
-        stored.sort_by_key(|&(path, _)| path);
-        stored.into_iter().map(|(_, importon)| importon).collect()
+        stored
     }
 
     /// The paths at the camera. What they keep is their index.
@@ -150,7 +139,7 @@ impl Round<'_, '_> {
         }
         let transmits = v.bsdf.transmitting().bits();
         let importance = self.walks.throughput(s, &v.index).luminance().store();
-        let n = (v.x.ng * v.x.ng.dot(v.w_prev).sign()).store();
+        let n = v.x.normals_towards(v.w_prev).store();
         let (p, wo) = (v.x.p.store(), v.w_prev.store());
         for i in set_bits(receives) {
             let path = self.walks.kept[v.index.as_ref()[i] as usize];

@@ -1,5 +1,6 @@
 //! Photons: flux incident at surfaces, traced from the emitters.
 
+use super::tasks::in_path_order;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::emitters::EmissionGuide;
@@ -16,7 +17,6 @@ use crate::transport::stream::{
     shade_packets, used,
 };
 use crate::transport::walk::Previous;
-use rayon::prelude::*;
 use std::ops::Range;
 
 /// Flux incident at `p` from direction `wi`, already divided by the number of photon paths: for any function `h`
@@ -69,9 +69,6 @@ pub fn parent(photons: &[Photon], j: usize) -> Option<usize> {
         .find(|&i| photons[i].p == child.prev)
 }
 
-/// Number of paths traced by one task.
-const PATHS_PER_TASK: u32 = 1024;
-
 /// For [`trace_photons`]: the smallest number of segments by which a many-light method extends a photon on a surface with the lobes `surface`, after
 /// an event of the given class; `None` on surfaces without non-specular lobes. A virtual light at depth m makes paths of at least m + 2 segments, a photon of m + 1: caustic photons, and
 /// those that glossy lobes reflect, which compensate clamping.
@@ -101,17 +98,7 @@ pub fn trace_photons(
         path_fraction: 1.0 / path_count as f32,
         segments_added,
     };
-    let tasks: Vec<Vec<Photon>> = (0..path_count.div_ceil(PATHS_PER_TASK))
-        .into_par_iter()
-        .map(|task| {
-            let first = task * PATHS_PER_TASK;
-            tracer.trace(pass, first..(first + PATHS_PER_TASK).min(path_count))
-        })
-        .collect();
-    // Not `concat`: frees the list of each task while copying.
-    let mut photons = Vec::with_capacity(tasks.iter().map(Vec::len).sum());
-    photons.extend(tasks.into_iter().flatten());
-    photons
+    in_path_order(path_count, |paths| tracer.trace(pass, paths))
 }
 
 /// The arguments of [`trace_photons`] that all paths share.
@@ -133,8 +120,8 @@ struct PhotonPath {
 }
 
 impl<F: Fn(Lobes, Lobes) -> Option<u32>> PathTracer<'_, F> {
-    /// Traces paths, and returns their photons in path order.
-    fn trace(&self, pass: Pass, paths: Range<u32>) -> Vec<Photon> {
+    /// Traces paths, and returns their photons with the index of their path.
+    fn trace(&self, pass: Pass, paths: Range<u32>) -> Vec<(u32, Photon)> {
         let mut stored = Vec::new();
         follow_all(
             self.scene,
@@ -150,9 +137,7 @@ impl<F: Fn(Lobes, Lobes) -> Option<u32>> PathTracer<'_, F> {
                 shade_packets(arrivals.runs(), &mut round);
             },
         );
-        // Stable: the photons of a path stay in the order of their depth.
-        stored.sort_by_key(|&(path, _)| path);
-        stored.into_iter().map(|(_, photon)| photon).collect()
+        stored
     }
 
     /// The paths at their emitters.
@@ -221,7 +206,7 @@ impl<F: Fn(Lobes, Lobes) -> Option<u32>> Round<'_, '_, F> {
         }
         let flux = walks.throughput(s, &v.index);
         let diffuse_flux = (flux * v.bsdf.diffuse_weights(v.w_prev)).store();
-        let n = (v.x.ng * v.x.ng.dot(v.w_prev).sign()).store();
+        let n = v.x.normals_towards(v.w_prev).store();
         let (p, wi, flux) = (v.x.p.store(), v.w_prev.store(), flux.store());
         for i in set_bits(useful) {
             let walk = v.index.as_ref()[i];

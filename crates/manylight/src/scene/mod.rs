@@ -102,13 +102,6 @@ impl Scene {
         self.materials.bsdf(material, x, &self.textures)
     }
 
-    /// Prefetches the memory of [`Scene::bsdf`].
-    #[inline]
-    pub fn prefetch_bsdf(&self, x: &SurfacePoint) {
-        let material = self.geometry.primitives()[x.at.primitive.index()].material;
-        self.materials.prefetch(material, x.uv, &self.textures);
-    }
-
     /// The surface point of a stored reference.
     #[inline]
     pub fn surface_point(&self, at: SurfaceRef) -> SurfacePoint {

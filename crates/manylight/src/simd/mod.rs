@@ -128,7 +128,7 @@ pub(crate) trait Wide: Floats<16> + std::fmt::Debug {
     fn equal_words(self, a: Self::U, b: Self::U) -> Self::M;
     /// `a` in the lanes of `m`, `b` elsewhere.
     fn select_words(self, m: Self::M, a: Self::U, b: Self::U) -> Self::U;
-    /// Runs code as a function of its own, compiled for this instruction set.
+    /// Runs code in a separate function, compiled for this instruction set.
     fn outline<K: Outlined>(self, kernel: K) -> K::Output;
     /// Transposes rows in memory, one per lane, of `N` times four floats: element `[n][k]` of the result has number `k` of `row(i)[n]` in each
     /// lane `i`. The lanes are asked for in ascending order.

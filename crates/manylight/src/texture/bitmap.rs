@@ -2,8 +2,7 @@
 
 use crate::color::Rgb;
 use crate::image::Image;
-use crate::lanes::{Color, Float, One, Pair, Width, Word};
-use crate::math::prefetch::prefetch;
+use crate::lanes::{Color, Float, Pair, Width, Word};
 use crate::math::{Mat3, Vec2};
 
 /// Interpolation between texels.
@@ -97,17 +96,6 @@ impl Bitmap {
             (du * m.x_axis.x + dv * m.x_axis.y) * self.image.width as f32,
             (du * m.y_axis.x + dv * m.y_axis.y) * self.image.height as f32,
         )
-    }
-
-    /// Prefetches the memory that evaluation at `uv` reads.
-    #[inline]
-    pub(super) fn prefetch(&self, uv: Vec2) {
-        let Footprint { texels, .. } = self.footprint(Pair::<One>::from(uv));
-        for [texel] in [texels[0], texels[2]] {
-            if let Some(value) = self.image.data.get(texel as usize * self.image.channels) {
-                prefetch(value);
-            }
-        }
     }
 
     /// Largest luminance of a texel.

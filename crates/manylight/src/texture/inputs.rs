@@ -5,7 +5,6 @@ use crate::color::Rgb;
 use crate::geometry::SurfacePoints;
 use crate::ids::TextureId;
 use crate::lanes::{Color, Float, Width};
-use crate::math::Vec2;
 
 /// A color that may vary over the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,14 +47,6 @@ impl ColorInput {
                 let texture = &textures[id.index()];
                 texture.lookup(x.into(), textures).color()
             }
-        }
-    }
-
-    /// [`Texture::prefetch`] of a textured input.
-    #[inline]
-    pub fn prefetch(&self, uv: Vec2, textures: &[Texture]) {
-        if let ColorInput::Texture(id) = self {
-            textures[id.index()].prefetch(uv);
         }
     }
 

@@ -99,14 +99,6 @@ impl Texture {
             .into()
     }
 
-    /// Prefetches the memory that evaluation at `uv` reads, without nested textures.
-    #[inline]
-    pub fn prefetch(&self, uv: Vec2) {
-        if let Texture::Bitmap(bitmap) = self {
-            bitmap.prefetch(uv);
-        }
-    }
-
     /// Filtered luminance at a point, for float parameters; of a product, the product of the luminances.
     ///
     /// As in Mitsuba 3.9.1's `eval_1`, the cells of a checkerboard are swapped against [`Texture::eval`].

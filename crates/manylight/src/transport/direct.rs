@@ -3,17 +3,11 @@
 use super::walk::Previous;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
-use crate::emitters::{DirectSample, EmitterPlan, EnvironmentLobes};
+use crate::emitters::EnvironmentLobes;
 use crate::geometry::{Segment, SurfacePoint};
-use crate::math::Vec3;
-use crate::sampling::{Sampler, mis};
+use crate::math::{Vec2, Vec3};
+use crate::sampling::mis;
 use crate::scene::Scene;
-
-/// A plan of an emitter sample with random numbers from `sampler`.
-#[inline]
-pub fn draw_emitter_plan(scene: &Scene, sampler: &mut Sampler) -> EmitterPlan {
-    scene.emitters.plan(sampler.next_1d(), sampler.next_2d())
-}
 
 /// A direction from a point to an emitter, visibility not yet tested.
 #[derive(Clone, Copy, Debug)]
@@ -28,20 +22,16 @@ pub struct EmitterSample {
 }
 
 impl EmitterSample {
-    /// A direction from `x` to an emitter; `n` as in [`crate::bsdf::Bsdf::receiving_normal`].
+    /// A direction from `x` to an emitter; `n` as in [`crate::bsdf::Bsdf::receiving_normal`]; `numbers` are uniform in [0, 1).
     pub fn new(
         scene: &Scene,
         x: &SurfacePoint,
         n: Option<Vec3>,
-        plan: &EmitterPlan,
+        numbers: (f32, Vec2),
     ) -> Option<Self> {
-        let emitters = &scene.emitters;
-        let sample = emitters.sample(&scene.geometry, &scene.textures, x.p, n, plan)?;
-        Some(EmitterSample::from_point(x, sample))
-    }
-
-    fn from_point(x: &SurfacePoint, sample: DirectSample) -> Self {
-        EmitterSample {
+        let (geometry, textures) = (&scene.geometry, &scene.textures);
+        let sample = (scene.emitters).sample(geometry, textures, (x.p, n), numbers, None)?;
+        Some(EmitterSample {
             wi: sample.wi,
             weight: sample.weight,
             pdf: sample.pdf,
@@ -49,7 +39,7 @@ impl EmitterSample {
                 from: x.offset_towards(sample.wi),
                 to: sample.target,
             },
-        }
+        })
     }
 
     /// MIS weight (power heuristic) against a walk that samples the same direction with density `pdf_walk`, in 1/sr.

@@ -2,6 +2,7 @@
 
 use crate::bsdf::BsdfNumbers;
 use crate::emitters::EmissionNumbers;
+use crate::math::Vec2;
 use crate::sampling::Sampler;
 
 impl Sampler {
@@ -12,6 +13,12 @@ impl Sampler {
             lobe: self.next_1d(),
             direction: self.next_2d(),
         }
+    }
+
+    /// Random numbers of one emitter sample: the choice of an emitter, and of a point on it.
+    #[inline]
+    pub fn next_emitter(&mut self) -> (f32, Vec2) {
+        (self.next_1d(), self.next_2d())
     }
 
     /// Random numbers of one photon emission.

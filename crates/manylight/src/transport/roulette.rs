@@ -7,6 +7,12 @@ use crate::lanes::{Color, Float, One, Width};
 /// This is Mitsuba's rule.
 #[inline]
 pub fn camera_survival(throughput: Rgb, eta_squared: f32) -> f32 {
+    camera_survivals::<One>(throughput.into(), eta_squared.into()).get()
+}
+
+/// [`camera_survival`] in lanes.
+#[inline(always)]
+pub(crate) fn camera_survivals<S: Width>(throughput: Color<S>, eta_squared: Float<S>) -> Float<S> {
     (throughput.max_channel() * eta_squared).clamp(0.0, 0.95)
 }
 

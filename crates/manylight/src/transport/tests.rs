@@ -60,9 +60,7 @@ impl<'s> Vertices<'s> {
 
     fn single(&self, i: usize) -> Single {
         let (x, n) = (&self.x[i], self.previous[i].n);
-        let (u_choice, u) = self.numbers[i];
-        let plan = self.scene.emitters.plan(u_choice, u);
-        let sample = EmitterSample::new(self.scene, x, n, &plan);
+        let sample = EmitterSample::new(self.scene, x, n, self.numbers[i]);
         Single {
             sample: sample.map(|sample| (sample, sample.mis_weight(0.7))),
             emitted: emitted_with_mis(self.scene, &self.previous[i], x, self.w[i]),

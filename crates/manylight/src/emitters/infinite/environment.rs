@@ -150,27 +150,14 @@ impl EnvironmentSampler {
         u: Pair<S>,
         lanes: Mask<S>,
     ) -> EnvironmentSamples<S> {
-        self.sample_within(&CellPoints::load(
-            lanes.width(),
-            &self.tiles.choose_cells(u, lanes),
-        ))
-    }
-
-    /// For the stages of [`EnvironmentSampler::sample`] one by one: row of tiles, tile, cell, then [`EnvironmentSampler::sample_within`].
-    pub(super) fn tiles(&self) -> &EnvironmentTiles {
-        &self.tiles
-    }
-
-    /// Directions within the cells of `p`, with density proportional to the luminance there. `p` is uniform in the cells.
-    #[inline(always)]
-    pub(super) fn sample_within<S: Width>(&self, p: &CellPoints<S>) -> EnvironmentSamples<S> {
-        let corners = self.corners(p);
+        let p = CellPoints::load(lanes.width(), &self.tiles.choose_cells(u, lanes));
+        let corners = self.corners(&p);
         let [w00, w10, w01, w11] = luminances(&corners);
         let y = sample_linear(p.within.y, w00 + w10, w01 + w11);
         let x = sample_linear(p.within.x, w00 + (w01 - w00) * y, w10 + (w11 - w10) * y);
         let at = CellPoints {
             within: Pair::new(x, y),
-            ..*p
+            ..p
         };
         let d = self.direction(&at);
         EnvironmentSamples {

@@ -4,7 +4,6 @@ use super::BoundingSphere;
 use super::environment::EnvironmentSamples;
 use super::guides::{InfiniteLightGuides, UNGUIDED_PROBABILITY};
 use super::light::{InfiniteLight, InfiniteLightKind, constant_pdf, sample_constant};
-use super::plan::{InfiniteLightPlan, PlannedDirection};
 use crate::color::Rgb;
 use crate::emitters::Emitter;
 use crate::emitters::receivers::Receivers;
@@ -12,7 +11,7 @@ use crate::emitters::selection_weight::SelectionWeight;
 use crate::emitters::unit_interval::split;
 use crate::geometry::Ray;
 use crate::ids::EmitterId;
-use crate::lanes::{Color, Float, Mask, One, Pair, Vector, Width, Word};
+use crate::lanes::{Color, Float, Mask, Pair, Vector, Width, Word};
 use crate::math::{Frame, Vec2, Vec3};
 use crate::sampling::warp;
 
@@ -98,29 +97,6 @@ impl InfiniteLights {
             .map(|l| (l.emitter, l.kind.total() * self.sphere.cross_section()))
     }
 
-    /// Chooses a light by `u_choice`. For an environment map it also chooses the row of tiles.
-    #[inline]
-    pub(in crate::emitters) fn plan(&self, u_choice: f32, u: Vec2) -> InfiniteLightPlan {
-        let (light, u_left) = self.choose(u_choice);
-        let direction = match &self.lights[light].kind {
-            InfiniteLightKind::Environment(sampler) => PlannedDirection::Numbers(u).next(sampler),
-            _ => PlannedDirection::Numbers(u),
-        };
-        InfiniteLightPlan {
-            light,
-            u_left,
-            direction,
-        }
-    }
-
-    /// Takes the direction of a plan to its next stage; see [`PlannedDirection`].
-    #[inline]
-    pub(in crate::emitters) fn prefetch_step(&self, plan: &mut InfiniteLightPlan) {
-        if let InfiniteLightKind::Environment(sampler) = &self.lights[plan.light].kind {
-            plan.direction = plan.direction.next(sampler);
-        }
-    }
-
     /// Directions for direct light in the lanes of `lanes`: a light is chosen by `u_choice`, a direction by `u`.
     #[inline(always)]
     pub(in crate::emitters) fn sample<S: Width>(
@@ -143,26 +119,6 @@ impl InfiniteLights {
             all = InfiniteLightSamples::select(lanes, samples, all);
         }
         self.complete(receivers, all)
-    }
-
-    /// As [`InfiniteLights::sample`], by a plan.
-    #[inline]
-    pub(in crate::emitters) fn sample_planned(
-        &self,
-        receiver: &Receivers<One>,
-        plan: &InfiniteLightPlan,
-    ) -> InfiniteLightSamples<One> {
-        let light = &self.lights[plan.light];
-        let samples = match (&light.kind, plan.direction) {
-            (InfiniteLightKind::Environment(sampler), direction) => {
-                InfiniteLightSamples::of_environment(direction.finish(sampler))
-            }
-            (_, PlannedDirection::Numbers(u)) => {
-                light.sample(receiver, (plan.u_left.into(), u.into()))
-            }
-            _ => unreachable!("invariant: only plans for environment maps leave the first stage"),
-        };
-        self.complete(receiver, samples)
     }
 
     /// Sets radiance and density where they are those of all lights together.
@@ -273,13 +229,6 @@ impl InfiniteLights {
         }
         // Some are still open only by rounding of the sum.
         (light, rest)
-    }
-
-    /// Index of a light in proportion to its `pmf`, and a number that is uniform in [0, 1) given the choice.
-    #[inline]
-    fn choose(&self, u: f32) -> (usize, f32) {
-        let (light, rest) = self.choose_each(u.into(), Mask::splat(One, true));
-        (light.store()[0] as usize, rest.get())
     }
 }
 

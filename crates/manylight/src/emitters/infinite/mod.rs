@@ -7,12 +7,10 @@ mod guide_tree;
 mod guides;
 mod light;
 mod lights;
-mod plan;
 mod prepass;
 
 pub(super) use bounding_sphere::BoundingSphere;
 pub(super) use environment::{EnvironmentSampler, EnvironmentSamples};
 pub(super) use guides::InfiniteLightGuides;
 pub(super) use lights::{InfiniteEmissionNumbers, InfiniteLightSamples, InfiniteLights};
-pub use plan::InfiniteLightPlan;
 pub(super) use prepass::GuidingPrepass;

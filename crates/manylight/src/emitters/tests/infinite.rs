@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::emitters::infinite::InfiniteEmissionNumbers;
-use crate::lanes::Vector;
+use crate::lanes::{Mask, One, Vector};
 use crate::math::Aabb;
 
 fn sphere() -> BoundingSphere {
@@ -22,8 +22,8 @@ fn infinite_light_directions_follow_their_density() {
         check_directions(
             200_000,
             |u| {
-                let plan = lights.plan(choice.next_1d(), u);
-                let sample = lights.sample_planned(&receiver, &plan);
+                let numbers = (choice.next_1d().into(), u.into());
+                let sample = lights.sample(&receiver, numbers, Mask::splat(One, true));
                 sample.is_parallel.none().then_some(sample.wi.into())
             },
             |w| lights.look_up(&receiver, Vector::from(w)).1.get(),

@@ -119,13 +119,12 @@ impl World {
         numbers: (f32, Vec2),
     ) -> Option<DirectSample> {
         let (geometry, textures) = (&self.geometry, &self.textures);
-        (self.emitters).sample_guided(geometry, textures, receiver, lobes, numbers)
+        (self.emitters).sample(geometry, textures, receiver, numbers, Some(lobes))
     }
 
     fn sample(&self, p: Vec3, n: Option<Vec3>, u_choice: f32, u: Vec2) -> Option<DirectSample> {
-        let plan = self.emitters.plan(u_choice, u);
-        self.emitters
-            .sample(&self.geometry, &self.textures, p, n, &plan)
+        let (geometry, textures) = (&self.geometry, &self.textures);
+        (self.emitters).sample(geometry, textures, (p, n), (u_choice, u), None)
     }
 }
 

@@ -4,7 +4,6 @@ use super::triangle::{PlacedTriangle, derivatives};
 use super::vertex::{PlacedVertex, PlacedVertices, corner_uvs, mix};
 use crate::geometry::{Derivatives, Mesh, Primitive, Shape, SurfacePoints, SurfaceRef};
 use crate::lanes::{Axes, Float, One, Pair, Vector, Width};
-use crate::math::prefetch::prefetch;
 use crate::math::{Vec2, Vec3};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -94,24 +93,6 @@ impl TriangleTable {
     fn get(&self, at: &SurfaceRef) -> Option<&PlacedTriangle> {
         let first = self.first[at.primitive.index()];
         self.triangles.get(first.wrapping_add(at.element) as usize)
-    }
-
-    /// Prefetches the memory of a triangle.
-    #[inline]
-    pub(in crate::geometry) fn prefetch(&self, at: &SurfaceRef) {
-        if let Some(triangle) = self.get(at) {
-            prefetch(triangle);
-        }
-    }
-
-    /// Prefetches the vertices of a triangle. Reads the indices that [`TriangleTable::prefetch`] has asked for.
-    #[inline]
-    pub(in crate::geometry) fn prefetch_vertices(&self, at: &SurfaceRef) {
-        for i in self.get(at).into_iter().flat_map(|t| t.vertices) {
-            let [start, end] = self.vertices[i as usize].quads();
-            prefetch(&start[0]);
-            prefetch(&end[3]);
-        }
     }
 
     /// The texture coordinates of a point; `None` on analytic shapes.

@@ -17,7 +17,7 @@ use crate::integrators::first_surface::add_first_surface;
 use crate::integrators::partition::PathStage;
 use crate::math::{UVec2, Vec2};
 use crate::sampling::{Sampler, Stream};
-use crate::transport::direct::{EmitterSample, draw_emitter_plan};
+use crate::transport::direct::EmitterSample;
 use crate::transport::{CameraStep, Vertex, Walk, next_scattering_vertex};
 
 /// Camera paths of a pixel after the first specular event. With fewer of them, low-roughness lobes and the choice between
@@ -239,9 +239,9 @@ impl<'s> PixelGather<'_, 's, '_, '_> {
     fn add_near_delta_direct(&mut self, path: &SpecularPrefix, v: &Vertex) {
         if v.bsdf.lobes().has(Lobes::NEAR_DELTA) {
             let scene = self.prepared.scene;
-            let plan = draw_emitter_plan(scene, self.sampler);
+            let numbers = self.sampler.next_emitter();
             let n = v.bsdf.receiving_normal(v.w_prev);
-            let Some(sample) = EmitterSample::new(scene, &v.x, n, &plan) else {
+            let Some(sample) = EmitterSample::new(scene, &v.x, n, numbers) else {
                 return;
             };
             let pdf_walk = |wi| v.bsdf.pdf_wi(wi, v.w_prev, Lobes::SPECULAR);

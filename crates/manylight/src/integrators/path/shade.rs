@@ -13,6 +13,7 @@ use crate::math::Vec3;
 use crate::scene::{PathLimits, Scene};
 use crate::simd::set_bits;
 use crate::transport::direct_lanes::{EmitterSamples, emitted_with_mis_lanes};
+use crate::transport::roulette::camera_survivals;
 use crate::transport::stream::{
     Arrivals, Bits, Generators, PacketShader, Vertices, WalkRow, Walks, lanes_where, used,
 };
@@ -207,13 +208,11 @@ impl Shading<'_, '_, '_> {
         let eta_squared =
             Float::from_fn(s, |i| walks.eta_squared[walk(i)]) * sample.eta * sample.eta;
         let rr_depth = self.limits.rr_depth;
-        let plays = set_bits(alive)
-            .filter(|&i| v.segments.as_ref()[i] >= rr_depth)
-            .fold(0u32, |bits, i| bits | 1 << i);
+        let plays = lanes_where(alive, |i| v.segments.as_ref()[i] >= rr_depth);
         let mut survivor = throughput;
         if plays != 0 {
             let plays_in = Mask::from_bits(s, plays);
-            let survival = (throughput.max_channel() * eta_squared).clamp(0.0, 0.95);
+            let survival = camera_survivals(throughput, eta_squared);
             let u = generators.next_within(plays_in);
             alive &= !plays | u.lt(survival).bits();
             survivor = throughput * plays_in.select(survival.recip(), 1.0);

@@ -17,7 +17,7 @@ use crate::particles::Photon;
 use crate::sampling::{Pass, Sampler, Stream, rng};
 use crate::scene::{PathLimits, Scene};
 use crate::stats::Stats;
-use crate::transport::direct::{EmitterSample, draw_emitter_plan};
+use crate::transport::direct::EmitterSample;
 use crate::transport::{CameraStep, Vertex, Walk, next_scattering_vertex, roulette};
 
 /// Directions, and emitter samples, for the lobes that end a camera path. Unmeasured.
@@ -236,9 +236,9 @@ impl<'s> TilePaths<'_, 's, '_, '_> {
         if !lobes.has(Lobes::FINITE) {
             return;
         }
-        let plan = draw_emitter_plan(scene, &mut path.sampler);
+        let numbers = path.sampler.next_emitter();
         let n = v.bsdf.receiving_normal(v.w_prev);
-        let Some(light) = EmitterSample::new(scene, &v.x, n, &plan) else {
+        let Some(light) = EmitterSample::new(scene, &v.x, n, numbers) else {
             return;
         };
         let mut terms = [(Layer::Direct, Rgb::BLACK); 4];
