@@ -4,8 +4,10 @@ use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::film::{IdLayer, Layer, TileSamples};
 use crate::geometry::SurfaceRef;
+use crate::lanes::{Width, lane};
 use crate::math::Vec3;
 use crate::scene::{PathLimits, Scene};
+use crate::transport::stream::Vertices;
 use crate::transport::{CameraStep, Vertex, Walk};
 
 /// What a camera path meets before its first scattering event.
@@ -31,12 +33,22 @@ impl FirstEvent {
         walk.previous().event == Lobes::NONE
     }
 
-    /// A ray that leaves the scene, in view of the camera.
-    pub(super) fn escape(scene: &Scene) -> Self {
-        if scene.emitters.has_environment() {
+    /// A ray that leaves the scene.
+    pub(super) fn escape(scene: &Scene, limits: PathLimits) -> Self {
+        if scene.emitters.has_environment() && !limits.hide_emitters {
             FirstEvent::Environment
         } else {
             FirstEvent::Nothing
+        }
+    }
+
+    /// The vertex in lane `i`, which covers the fraction `opacity` of the sample.
+    #[inline(always)]
+    pub(super) fn surface<S: Width>(v: &Vertices<S>, i: usize, opacity: f32) -> Self {
+        FirstEvent::Surface {
+            at: v.x.at.as_ref()[i],
+            p: Vec3::from(lane(&v.x.p.store(), i)),
+            opacity,
         }
     }
 
@@ -62,7 +74,7 @@ impl FirstEvent {
     /// The event of a path that ends with `step`, unless it scatters there.
     pub(super) fn of_last_step(scene: &Scene, limits: PathLimits, step: &CameraStep) -> Self {
         match &step.vertex {
-            None => FirstEvent::escape(scene),
+            None => FirstEvent::escape(scene, limits),
             Some(v) if !limits.allow(v.segments + 1) => FirstEvent::end(v),
             Some(_) => FirstEvent::Nothing,
         }

@@ -1,6 +1,7 @@
 //! The methods. Start reading at [`many_light`], the method of the paper.
 
 mod aov;
+mod connections;
 pub mod context;
 mod first_event;
 mod first_surface;

@@ -174,7 +174,8 @@ impl Round<'_, '_> {
         if let Some((through, factor)) = v.passes(u_through, goes_on) {
             passes = through;
             throughput = throughput * factor;
-            v.pass_through(walks, self.next, throughput, &generators, passes);
+            let kept = (passes, |i| v.kept(walks, i));
+            v.pass_through(walks, self.next, throughput, &generators, kept);
         }
         let scatters = lanes_where(goes_on & !passes & !gathered, |i| {
             v.segments.as_ref()[i] <= MAX_SPECULAR_SEGMENTS

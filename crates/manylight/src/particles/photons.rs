@@ -253,7 +253,8 @@ impl<F: Fn(Lobes, Lobes) -> Option<u32>> Round<'_, '_, F> {
         if let Some((through, factor)) = v.passes(u_through, goes_on) {
             passes = through;
             flux = flux * factor;
-            v.pass_through(walks, self.next, flux, &generators, passes);
+            let kept = (passes, |i| v.kept(walks, i));
+            v.pass_through(walks, self.next, flux, &generators, kept);
         }
         let scatters = goes_on & !passes;
         if scatters != 0 {

@@ -13,7 +13,7 @@
 
 use crate::bsdf::{Bsdf, BsdfNumbers, BsdfSample, Lobes};
 use crate::color::Rgb;
-use crate::geometry::{Hit, Ray, SurfacePoint, SurfaceRef};
+use crate::geometry::{Ray, SurfacePoint, SurfaceRef};
 use crate::math::Vec3;
 use crate::scene::{PathLimits, Scene};
 use std::ops::MulAssign;
@@ -58,27 +58,10 @@ pub struct Walk<'s> {
     /// The camera must not see emitters; see [`past_emitters`].
     hides_emitters: bool,
     ray: Ray,
-    /// The end of the ray, if it is known.
-    traced: Option<Option<Hit>>,
     throughput: Rgb,
     eta_squared: f32,
     segments: u32,
     previous: Previous,
-}
-
-/// A scattering event that was sampled, and the ray of which was traced, outside of the walk.
-#[derive(Clone, Copy, Debug)]
-pub struct Continuation {
-    /// The next segment.
-    pub ray: Ray,
-    /// Where the ray ends.
-    pub hit: Option<Hit>,
-    /// Throughput after the event.
-    pub throughput: Rgb,
-    /// Index of refraction on the far side over that on the near side.
-    pub eta: f32,
-    /// The event.
-    pub previous: Previous,
 }
 
 /// The end of a segment, before the surface there is looked up.
@@ -129,7 +112,6 @@ impl<'s> Walk<'s> {
             origin,
             hides_emitters: false,
             ray,
-            traced: None,
             throughput,
             eta_squared: 1.0,
             segments: 0,
@@ -175,16 +157,10 @@ impl<'s> Walk<'s> {
     pub fn arrive(&mut self) -> Arrival {
         self.segments += 1;
         let mut hidden = 0.0;
-        if self.hides_emitters && self.segments == 1 {
-            let visible = past_emitters(self.scene, self.ray);
-            hidden = (visible.o - self.ray.o).length();
-            self.ray = visible;
+        if self.segments == 1 {
+            (self.ray, hidden) = visible_part(self.scene, self.hides_emitters, self.ray);
         }
-        let hit = match self.traced.take() {
-            Some(hit) => hit,
-            None => self.scene.geometry.intersect(&self.ray),
-        };
-        match hit {
+        match self.scene.geometry.intersect(&self.ray) {
             Some(hit) => Arrival::Hit(hit.at, hidden + hit.t),
             None if self.hides_emitters && self.previous.event == Lobes::NONE => Arrival::Hidden,
             None => Arrival::Escaped(self.ray.d),
@@ -261,16 +237,6 @@ impl<'s> Walk<'s> {
         true
     }
 
-    /// Continues by an event that was sampled outside of the walk.
-    #[inline]
-    pub(crate) fn continue_along(&mut self, next: Continuation) {
-        self.ray = next.ray;
-        self.traced = Some(next.hit);
-        self.throughput = next.throughput;
-        self.eta_squared *= next.eta * next.eta;
-        self.previous = next.previous;
-    }
-
     /// Multiplies the throughput.
     #[inline]
     pub fn scale<F>(&mut self, factor: F)
@@ -289,6 +255,15 @@ impl<'s> Walk<'s> {
         self.throughput *= 1.0 / survival;
         true
     }
+}
+
+/// The part of a camera ray that the camera sees, and the length in m of the part before it: [`past_emitters`] if these are hidden.
+pub(crate) fn visible_part(scene: &Scene, hides_emitters: bool, ray: Ray) -> (Ray, f32) {
+    if !hides_emitters {
+        return (ray, 0.0);
+    }
+    let visible = past_emitters(scene, ray);
+    (visible, (visible.o - ray.o).length())
 }
 
 /// The part of a camera ray behind the emitters that it meets before any other surface. This is Mitsuba's rule for hidden

@@ -1,18 +1,20 @@
-//! Gather points, and what the camera paths of a tile and of a pixel share while they are traced.
+//! Gather points, and what the camera paths of a tile share while they are followed.
 
 use super::caustic_shares::PHOTON_NEIGHBORS;
-use super::gather_vertices::WaitingVertex;
+use super::gather_vertices::GatherVertex;
+use super::paths::PixelNumbers;
 use super::prepared::PreparedPasses;
 use super::radiance_cache::CACHE_NEIGHBORS;
 use crate::color::Rgb;
 use crate::emitters::MAX_ENVIRONMENT_LOBES;
-use crate::film::{Layer, TileSamples};
+use crate::film::TileSamples;
 use crate::gather::{ShadingPoint, Strategy, Subset};
+use crate::ids::MaterialId;
+use crate::integrators::connections::Connections;
 use crate::integrators::partition::PathStage;
 use crate::maps::Neighbors;
 use crate::math::Vec3;
-use crate::sampling::{Pass, Sampler, Stream};
-use crate::transport::Walk;
+use crate::sampling::{Pass, Stream};
 
 /// Beyond the first gather point of a camera path, one light in this many is summed. Unmeasured: such points add a small part
 /// of the image, so that their noise may be larger.
@@ -30,6 +32,7 @@ pub(super) struct GatherPoint<'s> {
     pub(super) throughput: Rgb,
     /// Segments of the camera path up to this vertex.
     pub(super) segments: u32,
+    pub(super) material: MaterialId,
     pub(super) at: ShadingPoint<'s>,
     /// Stage of the path partition before the non-specular event here.
     pub(super) stage: PathStage,
@@ -45,12 +48,17 @@ pub(super) struct GatherPoint<'s> {
 
 /// What the camera paths of a tile share: their gather points and the tile's samples.
 pub(super) struct TileGather<'s, 'o, 't> {
+    pub(super) prepared: &'o PreparedPasses<'s>,
     pub(super) out: &'o mut TileSamples<'t>,
+    /// The lights of this pass.
+    pub(super) lights: Subset,
+    /// By pixel.
+    pub(super) numbers: Vec<PixelNumbers>,
     pub(super) points: Vec<GatherPoint<'s>>,
-    /// Vertices at which emitters and directions are not yet sampled.
-    pub(super) waiting: Vec<WaitingVertex<'s>>,
-    /// Shadow rays traced so far.
-    pub(super) shadow_rays: u64,
+    /// By gather point.
+    pub(super) vertices: Vec<GatherVertex>,
+    /// Light of sampled emitters.
+    pub(super) connections: Connections,
     /// Memory for queries of the environment guide.
     pub(super) found: Neighbors,
     /// Memory for queries of the radiance cache.
@@ -63,18 +71,42 @@ pub(super) struct TileGather<'s, 'o, 't> {
 }
 
 impl<'s, 'o, 't> TileGather<'s, 'o, 't> {
-    pub(super) fn new(strategy: Strategy, pass: Pass, out: &'o mut TileSamples<'t>) -> Self {
+    pub(super) fn new(
+        prepared: &'o PreparedPasses<'s>,
+        pass: Pass,
+        out: &'o mut TileSamples<'t>,
+    ) -> Self {
         TileGather {
+            prepared,
             out,
+            lights: prepared.subsets.of_pass(pass.index),
+            numbers: Vec::new(),
             points: Vec::new(),
-            waiting: Vec::new(),
-            shadow_rays: 0,
+            vertices: Vec::new(),
+            connections: Connections::default(),
             found: Neighbors::new(MAX_ENVIRONMENT_LOBES),
             found_photons: Neighbors::new(CACHE_NEIGHBORS),
             found_caustics: Neighbors::new(PHOTON_NEIGHBORS),
             cached_area: None,
-            sparse: SparseSubsets::new(strategy, pass),
+            sparse: SparseSubsets::new(prepared.gather.strategy, pass),
         }
+    }
+
+    /// A sparse subset of the lights of this pass.
+    pub(super) fn sparse_lights(&mut self) -> Subset {
+        self.sparse.next(self.lights)
+    }
+
+    /// Surface area per light at a position near `p`, in m².
+    pub(super) fn area_per_light(&mut self, p: Vec3) -> f32 {
+        if let Some((position, area)) = self.cached_area
+            && position.distance_squared(p) < CACHED_AREA_REACH * area
+        {
+            return area;
+        }
+        let area = self.prepared.lights.set.surface_per_light(p);
+        self.cached_area = Some((p, area));
+        area
     }
 }
 
@@ -107,46 +139,4 @@ impl SparseSubsets {
             SPARSE_STEP,
         )
     }
-}
-
-/// What the camera paths of one pixel share.
-pub(super) struct PixelGather<'p, 's, 'o, 't> {
-    pub(super) prepared: &'p PreparedPasses<'s>,
-    /// The lights of this pass.
-    pub(super) lights: Subset,
-    pub(super) sampler: &'p mut Sampler,
-    /// Index of the pixel in the tile.
-    pub(super) pixel: usize,
-    pub(super) tile: &'p mut TileGather<'s, 'o, 't>,
-    /// Roulette weight of a direction sampled at the first gather point of the current camera path.
-    pub(super) first_weight: f32,
-}
-
-impl PixelGather<'_, '_, '_, '_> {
-    pub(super) fn add(&mut self, layer: Layer, radiance: Rgb) {
-        self.tile.out.add(self.pixel, layer, radiance);
-    }
-
-    /// A sparse subset of the lights of this pass.
-    pub(super) fn sparse_lights(&mut self) -> Subset {
-        self.tile.sparse.next(self.lights)
-    }
-
-    /// Surface area per light at a position near `p`, in m².
-    pub(super) fn area_per_light(&mut self, p: Vec3) -> f32 {
-        if let Some((position, area)) = self.tile.cached_area
-            && position.distance_squared(p) < CACHED_AREA_REACH * area
-        {
-            return area;
-        }
-        let area = self.prepared.lights.set.surface_per_light(p);
-        self.tile.cached_area = Some((p, area));
-        area
-    }
-}
-
-/// Weight of a walk for roulette: the largest channel of its throughput times η², which undoes the scaling of radiance by
-/// refraction.
-pub(super) fn roulette_weight(walk: &Walk) -> f32 {
-    walk.throughput().max_channel() * walk.eta_squared()
 }

@@ -15,6 +15,7 @@
 //!
 //! Source: Simon, Hanika, Dachsbacher, "Rich-VPLs for Improving the Versatility of Many-Light Methods", Eurographics 2015.
 
+mod arriving;
 mod assign;
 mod axes;
 mod build;
@@ -29,7 +30,7 @@ mod gather_points;
 mod gather_vertices;
 mod gathering;
 mod interim_maps;
-mod next_event;
+mod paths;
 mod place;
 mod pre_pass;
 mod prepared;
@@ -41,7 +42,6 @@ mod settings;
 mod shade;
 mod specular_chains;
 mod trace;
-mod waiting;
 
 pub use crate::gather::{CutLimits, Kernel, Strategy};
 pub use crate::virtual_lights::{GlossyForm, TableStorage};

@@ -171,6 +171,16 @@ impl CachePoint {
         }
     }
 
+    /// Radiance that diffuse lobes with the scattering function `f`, in 1/sr, reflect along a camera path of `segments` segments, in
+    /// W/(m² sr).
+    pub(super) fn reflected(&self, f: Rgb, segments: u32) -> Rgb {
+        let fraction = match segments.saturating_sub(2) as usize {
+            0 => 1.0,
+            extra => self.within_limits[(extra - 1).min(MAX_EXTRA_SEGMENTS - 1)],
+        };
+        self.irradiance * f * fraction
+    }
+
     /// Whether the kernel is small beside the distance from `y` to `x`, in m.
     pub(super) fn serves(&self, distance: f32) -> bool {
         distance > LEAST_DISTANCE * self.radius
@@ -276,29 +286,9 @@ impl RadianceCache {
         (d2 <= point.radius * point.radius).then_some(point)
     }
 
-    /// Radiance that the non-specular lobes at `y` reflect along the camera path, in W/(m² sr), with the cache point of `y`.
-    /// Directions account for light of emitters up to `direction_limit`.
-    pub(super) fn radiance(
-        &self,
-        scene: &Scene,
-        (y, point): (&Vertex, &CachePoint),
-        direction_limit: f32,
-        found: &mut Neighbors,
-    ) -> Rgb {
-        if y.bsdf.lobes().has(Lobes::GLOSSY) {
-            return self.glossy_radiance(scene, (y, point), direction_limit, found);
-        }
-        let n = y.x.normal_towards(y.w_prev);
-        let extra = y.segments.saturating_sub(2) as usize;
-        let fraction = match extra {
-            0 => 1.0,
-            _ => point.within_limits[(extra - 1).min(MAX_EXTRA_SEGMENTS - 1)],
-        };
-        point.irradiance * y.bsdf.f(n, y.w_prev, Lobes::DIFFUSE) * fraction
-    }
-
-    /// [`RadianceCache::radiance`] by the photons around `y`.
-    fn glossy_radiance(
+    /// Radiance that the non-specular lobes at `y` reflect along the camera path, in W/(m² sr), by the photons around `y`, with the cache
+    /// point of `y`. Directions account for light of emitters up to `direction_limit`.
+    pub(super) fn glossy_radiance(
         &self,
         scene: &Scene,
         (y, point): (&Vertex, &CachePoint),

@@ -1,18 +1,23 @@
-//! Stage 5: shading. The stages of a tile, each a file:
+//! Stage 5: shading. All camera paths of a tile advance together, in rounds. A round follows one segment of every path:
 //!
 //! | stage | file |
 //! |---|---|
-//! | camera paths through specular events | `camera_paths.rs` |
-//! | at a non-specular vertex: a gather point; emitters and directions | `gathering.rs`, `gather_vertices.rs`, `gather_points.rs` |
-//! | emitters and directions of all vertices together | `waiting.rs`, `sampling_lanes.rs` |
-//! | light that clamping removes | `compensation.rs`, `compensation_photons.rs` |
+//! | the paths, and what each is followed for | `paths.rs` |
+//! | the ends of their segments: emission, straight-through transmission, first surfaces | `arriving.rs` |
+//! | paths from the camera through specular events, up to gather points | `camera_paths.rs`, `specular_chains.rs` |
+//! | a non-specular vertex becomes a gather point | `gathering.rs`, `gather_vertices.rs`, `gather_points.rs` |
+//! | emitters and directions sampled at the new gather points; the directions are paths of the next round | `sampling_lanes.rs` |
+//! | light that clamping removes, where directions arrive | `compensation.rs`, `compensation_photons.rs` |
 //! | specular chains seen by glossy lobes | `specular_chains.rs` |
-//! | virtual lights at all gather points of the tile | [`crate::gather`] |
-//! | photons at the gather points | `density_estimates.rs` |
+//!
+//! After the last round follow, for all gather points of the tile together, the sums over virtual lights ([`crate::gather`]) and the photons
+//! (`density_estimates.rs`).
 
+use super::arriving::Arriving;
 use super::caustic_shares::PHOTON_NEIGHBORS;
 use super::gather_points::{GatherPoint, TileGather};
 use super::prepared::PreparedPasses;
+use super::sampling_lanes::{Sampling, in_order_of_material};
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::film::{FilmSampler, Layer, TILE_SIZE, TileSamples, Tiling};
@@ -23,6 +28,7 @@ use crate::maps::Neighbors;
 use crate::math::UVec2;
 use crate::sampling::{Pass, Stream};
 use crate::stats::Stats;
+use crate::transport::stream::{follow_all, shade_packets};
 
 /// The tiles of a pass. The points of a tile share a cut and its error: tiles that lie elsewhere in each
 /// pass leave no borders in the mean.
@@ -48,17 +54,9 @@ impl<'s> PreparedPasses<'s> {
         positions: &FilmSampler,
         out: &mut TileSamples,
     ) {
-        let lights = self.subsets.of_pass(run.pass.index);
-        let mut tile = TileGather::new(self.gather.strategy, run.pass, out);
-        for pixel in tile.out.tile().pixels().enumerate() {
-            self.trace_pixel(run, positions, pixel, lights, &mut tile);
-        }
-        self.serve_waiting(lights, &mut tile);
-        let TileGather {
-            points,
-            shadow_rays,
-            ..
-        } = tile;
+        let mut tile = TileGather::new(self, run.pass, out);
+        let shadow_rays = self.follow_paths(run, positions, &mut tile);
+        let points = tile.points;
         let mut counts = TileCounts {
             camera_paths: out.tile().pixels().count() as u64,
             shadow_rays,
@@ -70,6 +68,41 @@ impl<'s> PreparedPasses<'s> {
             counts.add(&point, &sum);
         }
         counts.add_to(run.stats);
+    }
+
+    /// Follows the camera paths of a tile to their ends. Returns the number of shadow rays to emitters.
+    fn follow_paths(
+        &self,
+        run: &PassContext,
+        positions: &FilmSampler,
+        tile: &mut TileGather<'s, '_, '_>,
+    ) -> u64 {
+        let mut shadow_rays = 0;
+        let walks = self.start_paths(run, positions, tile);
+        follow_all(self.scene, walks, |walks, arrivals, next| {
+            let sampled = tile.points.len();
+            let mut arriving = Arriving {
+                walks,
+                arrivals,
+                next,
+                tile,
+            };
+            arriving.add_escapes();
+            shade_packets(arrivals.runs(), &mut arriving);
+            let order = in_order_of_material(&tile.points, sampled);
+            let material = |i: u32| tile.points[i as usize].material;
+            let runs = order.chunk_by(|&i, &j| material(i) == material(j));
+            let mut sampling = Sampling {
+                prepared: self,
+                points: &tile.points,
+                vertices: &mut tile.vertices,
+                connections: &mut tile.connections,
+                next,
+            };
+            shade_packets(runs.map(|run| (material(run[0]), run)), &mut sampling);
+            shadow_rays += tile.connections.add_all(self.scene, tile.out);
+        });
+        shadow_rays
     }
 
     /// Adds the sum over virtual lights and the density estimates at one point to the film.

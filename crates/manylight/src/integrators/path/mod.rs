@@ -3,29 +3,23 @@
 //! It fills the same layers as the many-light methods, so that each of their terms can be checked by itself.
 //!
 //! The paths of a tile are a stream (`transport/stream`). In each round all follow their rays, the vertices are shaded in packets of one
-//! material (`shade`), then all shadow rays are tested (`connections`). Paths that leave the scene see the environment (`escapes`).
+//! material (`shade`), then all shadow rays are tested (`connections`).
 
-mod connections;
-mod escapes;
 mod shade;
 
+use super::connections::Connections;
 use super::context::PassContext;
 use super::first_event::{FirstEvent, SampleShare, add_first_event};
 use super::partition::PathStage;
+use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::film::{Film, TileSamples, Tiling};
-use crate::geometry::Ray;
-use crate::lanes;
 use crate::math::UVec2;
 use crate::sampling::Stream;
 use crate::scene::{PathLimits, Scene};
-use crate::simd::Isa;
 use crate::stats::Stats;
-use crate::transport::past_emitters;
-use crate::transport::stream::{WalkRow, Walks, follow_all, shade_packets};
-use crate::transport::walk::Previous;
-use connections::Connections;
-use escapes::Escapes;
+use crate::transport::stream::{WalkRow, Walks, follow_all, see_environment, shade_packets};
+use crate::transport::walk::{Previous, visible_part};
 use shade::Shading;
 
 /// The tiles of a pass: large, so that most packets are full.
@@ -60,7 +54,7 @@ pub(super) fn render_pass(
             let mut sampler = run.pass.sampler(Stream::Pixel, positions.index(pixel));
             let at = positions.sample(pixel, sampler.next_2d());
             let camera = scene.sensor.ray(at.position, sampler.next_2d());
-            let (ray, hidden) = visible_part(scene, limits, camera.ray);
+            let (ray, hidden) = visible_part(scene, limits.hide_emitters, camera.ray);
             walks.push(WalkRow {
                 ray,
                 throughput: [camera.weight * at.weight; 3],
@@ -82,28 +76,12 @@ pub(super) fn render_pass(
     })
 }
 
-/// The part of a camera ray that the camera sees, and the length of the part before it.
-fn visible_part(scene: &Scene, limits: PathLimits, ray: Ray) -> (Ray, f32) {
-    if !limits.hide_emitters {
-        return (ray, 0.0);
-    }
-    let visible = past_emitters(scene, ray);
-    (visible, (visible.o - ray.o).length())
-}
-
 /// Follows all paths to their ends and returns the number of shadow rays.
 fn trace(scene: &Scene, limits: PathLimits, walks: Walks<PathState>, out: &mut TileSamples) -> u64 {
     let mut connections = Connections::default();
     let mut shadow_rays = 0;
     follow_all(scene, walks, |walks, arrivals, next| {
-        let escapes = Escapes {
-            scene,
-            limits,
-            walks,
-            escaped: &arrivals.escaped,
-            out,
-        };
-        lanes::run(Isa::best(), escapes);
+        add_escapes(scene, limits, walks, &arrivals.escaped, out);
         let mut shading = Shading {
             scene,
             limits,
@@ -119,21 +97,40 @@ fn trace(scene: &Scene, limits: PathLimits, walks: Walks<PathState>, out: &mut T
     shadow_rays
 }
 
+/// Adds the environment to the walks that leave the scene.
+fn add_escapes(
+    scene: &Scene,
+    limits: PathLimits,
+    walks: &Walks<PathState>,
+    escaped: &[u32],
+    out: &mut TileSamples,
+) {
+    see_environment(
+        scene,
+        limits,
+        walks,
+        escaped,
+        |_| None,
+        |i, radiance| {
+            add_emitted(walks, i, radiance, out);
+        },
+    );
+    for &i in escaped {
+        if walks.event(i) == Lobes::NONE {
+            walks.kept[i as usize].add_event(scene, FirstEvent::escape(scene, limits), out);
+        }
+    }
+}
+
 /// Adds radiance emitted towards walk `i`.
 #[inline(always)]
 fn add_emitted(walks: &Walks<PathState>, i: u32, radiance: Rgb, out: &mut TileSamples) {
     if !radiance.is_black() {
         let path = walks.kept[i as usize];
-        let throughput = Rgb::from(
-            walks
-                .throughput
-                .each_ref()
-                .map(|channel| channel[i as usize]),
-        );
         out.add(
             path.pixel as usize,
             path.stage.layer(),
-            throughput * radiance,
+            walks.throughput_of(i) * radiance,
         );
     }
 }

@@ -1,13 +1,13 @@
 //! The vertices of a round: emitted radiance, next-event estimation, and the next segment, in packets of one material.
 
-use super::connections::{Connection, Connections};
 use super::{PathState, add_emitted};
 use crate::bsdf::{BsdfSamples, Lobes};
 use crate::color::Rgb;
-use crate::film::{Layer, TileSamples};
-use crate::geometry::Segment;
+use crate::film::TileSamples;
 use crate::ids::MaterialId;
+use crate::integrators::connections::{Connection, Connections};
 use crate::integrators::first_event::FirstEvent;
+use crate::integrators::first_surface::{FirstSurface, add_first_surfaces};
 use crate::lanes::{Color, Float, Mask, Pair, Width, lane};
 use crate::math::Vec3;
 use crate::scene::{PathLimits, Scene};
@@ -86,10 +86,9 @@ impl Shading<'_, '_, '_> {
         let sample = v
             .bsdf
             .sample_each_wi(v.w_prev, generators.next_bsdf(), Lobes::ALL);
-        self.add_first_surfaces(v, &sample, active);
+        self.describe(v, &sample, active);
         for i in set_bits(active & firsts & ends) {
-            let opacity = 1.0 - transmittance(v, i);
-            self.add_event(v, i, opacity);
+            self.add_event(v, i, v.opacity(i));
         }
         let goes_on = active & !ends;
         let mut throughput = walks.throughput(s, &v.index);
@@ -98,7 +97,8 @@ impl Shading<'_, '_, '_> {
         if let Some((through, factor)) = v.passes(u_through, goes_on) {
             passes = through;
             throughput = throughput * factor;
-            v.pass_through(walks, self.next, throughput, &generators, passes);
+            let kept = (passes, |i| v.kept(walks, i));
+            v.pass_through(walks, self.next, throughput, &generators, kept);
         }
         let scatters = goes_on & !passes;
         for i in set_bits(scatters & firsts) {
@@ -110,38 +110,27 @@ impl Shading<'_, '_, '_> {
 
     /// Adds the layers that describe the first surface of the camera paths that arrive at their first vertex.
     #[inline(always)]
-    fn add_first_surfaces<S: Width>(
-        &mut self,
-        v: &Vertices<S>,
-        sample: &BsdfSamples<S>,
-        active: Bits,
-    ) {
-        if v.segments.as_ref().iter().all(|&count| count > 1) {
+    fn describe<S: Width>(&mut self, v: &Vertices<S>, samples: &BsdfSamples<S>, active: Bits) {
+        let lanes = lanes_where(active, |i| v.segments.as_ref()[i] == 1);
+        if lanes == 0 {
             return;
         }
-        let albedo = sample.weight.within(sample.valid).store();
-        let normal = v.x.frame.n.store();
-        for i in set_bits(active).filter(|&i| v.segments.as_ref()[i] == 1) {
-            let path = self.walks.kept[v.index.as_ref()[i] as usize];
-            let pixel = path.pixel as usize;
-            let n = lane(&normal, i);
-            let depth = path.hidden + v.hits.as_ref()[i].t;
-            self.out.add(pixel, Layer::Normal, Rgb::from(n));
-            self.out.add(pixel, Layer::Depth, Rgb::splat(depth));
-            self.out
-                .add(pixel, Layer::Albedo, Rgb::from(lane(&albedo, i)));
-        }
+        let first = |i: usize| {
+            let path = v.kept(self.walks, i);
+            FirstSurface {
+                pixel: path.pixel as usize,
+                depth: path.hidden + v.hits.as_ref()[i].t,
+                share: 1.0,
+            }
+        };
+        add_first_surfaces(v, samples, lanes, first, self.out);
     }
 
     /// Adds the vertex in lane `i` as the first event of its path.
     #[inline(always)]
     fn add_event<S: Width>(&mut self, v: &Vertices<S>, i: usize, opacity: f32) {
-        let event = FirstEvent::Surface {
-            at: v.x.at.as_ref()[i],
-            p: Vec3::from(lane(&v.x.p.store(), i)),
-            opacity,
-        };
-        let path = self.walks.kept[v.index.as_ref()[i] as usize];
+        let event = FirstEvent::surface(v, i, opacity);
+        let path = v.kept(self.walks, i);
         path.add_event(self.scene, event, self.out);
     }
 
@@ -170,24 +159,20 @@ impl Shading<'_, '_, '_> {
         let terms = [scale * seen.non_specular, scale * seen.near_delta];
         let is_lit = !(terms[0].is_black() & terms[1].is_black());
         let [non_specular, near_delta] = [terms[0].store(), terms[1].store()];
-        let (from, to) = (lights.from.store(), lights.to.store());
-        for i in set_bits((lights.valid & is_lit).bits()) {
-            let path = self.walks.kept[v.index.as_ref()[i] as usize];
+        let connection = |i: usize| {
+            let path = v.kept(self.walks, i);
             let layer = |event| path.stage.after(event).layer();
-            let segment = Segment {
-                from: Vec3::from(lane(&from, i)),
-                to: Vec3::from(lane(&to, i)),
-            };
-            let connection = Connection {
+            Connection {
                 pixel: path.pixel,
                 max_crossings: self.limits.left_after(v.segments.as_ref()[i] + 1),
                 terms: [
                     (layer(Lobes::DIFFUSE), Rgb::from(lane(&non_specular, i))),
                     (layer(Lobes::NEAR_DELTA), Rgb::from(lane(&near_delta, i))),
                 ],
-            };
-            self.connections.push(segment, connection);
-        }
+            }
+        };
+        let lanes = (lights.valid & is_lit).bits();
+        self.connections.push_lanes(&lights, lanes, connection);
     }
 
     /// Appends the walks that continue along the sampled directions.
@@ -202,11 +187,9 @@ impl Shading<'_, '_, '_> {
         scatters: Bits,
     ) {
         let walks = self.walks;
-        let walk = |i: usize| v.index.as_ref()[i] as usize;
         let mut alive = scatters & sample.valid.bits();
         let throughput = throughput * sample.weight;
-        let eta_squared =
-            Float::from_fn(s, |i| walks.eta_squared[walk(i)]) * sample.eta * sample.eta;
+        let eta_squared = v.eta_squared(s, walks) * sample.eta * sample.eta;
         let rr_depth = self.limits.rr_depth;
         let plays = lanes_where(alive, |i| v.segments.as_ref()[i] >= rr_depth);
         let mut survivor = throughput;
@@ -222,7 +205,7 @@ impl Shading<'_, '_, '_> {
         let (throughput, eta_squared) = (survivor.store(), eta_squared.store());
         let scattered = v.scattered(sample);
         for i in set_bits(alive) {
-            let path = walks.kept[walk(i)];
+            let path = v.kept(walks, i);
             let n = (one_sided >> i & 1 != 0).then(|| Vec3::from(lane(&normal, i)));
             self.next.push(WalkRow {
                 ray: scattered.ray(i),
@@ -238,11 +221,4 @@ impl Shading<'_, '_, '_> {
             });
         }
     }
-}
-
-/// Largest channel of the straight-through transmittance of lane `i`, at most 1.
-#[inline(always)]
-fn transmittance<S: Width>(v: &Vertices<S>, i: usize) -> f32 {
-    let transmittance = v.bsdf.transmittances(v.w_prev);
-    transmittance.map_or(0.0, |t| t.max_channel().min(1.0).store().as_ref()[i])
 }

@@ -29,6 +29,15 @@ impl<S: Width> Generators<S> {
         Sampler::from_parts(self.states.as_ref()[i], self.increments.as_ref()[i])
     }
 
+    /// Calls `draw` with the sampler of lane `i`.
+    #[inline(always)]
+    pub(crate) fn draw<T>(&mut self, i: usize, draw: impl FnOnce(&mut Sampler) -> T) -> T {
+        let mut sampler = self.get(i);
+        let drawn = draw(&mut sampler);
+        (self.states.as_mut()[i], self.increments.as_mut()[i]) = sampler.parts();
+        drawn
+    }
+
     /// The next number of each lane.
     #[inline(always)]
     pub(crate) fn next(&mut self) -> Float<S> {

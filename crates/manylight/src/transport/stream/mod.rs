@@ -6,15 +6,18 @@
 //!
 //! All walks follow their rays (`arrivals`). Hits are sorted by material, so that the vertices of a packet share one: its model,
 //! its wrappers and its textures (`vertices`). A packet is shaded in lanes, with one generator of random numbers per lane (`generators`). The walks
-//! that go on are appended to the stream of the next segment (`walks`), the next round (`rounds`).
+//! that go on are appended to the stream of the next segment (`walks`), the next round (`rounds`). Walks without a hit see the environment
+//! (`escapes`).
 
 mod arrivals;
+mod escapes;
 mod generators;
 mod rounds;
 mod vertices;
 mod walks;
 
 pub(crate) use arrivals::Arrivals;
+pub(crate) use escapes::see_environment;
 pub(crate) use generators::Generators;
 pub(crate) use rounds::{PacketShader, follow_all, shade_packets};
 pub(crate) use vertices::{Bits, Vertices, lanes_where, used};

@@ -123,7 +123,7 @@ impl<'a, S: Width> Vertices<'a, S> {
         Some((through.bits() & goes_on, factor))
     }
 
-    /// Appends to `next` the walks that continue straight through, in the lanes `passes`.
+    /// Appends to `next` the walks that continue straight through, in the lanes `passes`, for which the method keeps `kept(i)`.
     #[inline(always)]
     pub(crate) fn pass_through<T: Copy>(
         &self,
@@ -131,7 +131,7 @@ impl<'a, S: Width> Vertices<'a, S> {
         next: &mut Walks<T>,
         throughput: Color<S>,
         generators: &Generators<S>,
-        passes: Bits,
+        (passes, kept): (Bits, impl Fn(usize) -> T),
     ) {
         let throughput = throughput.store();
         let origin = self.x.offset_towards(-self.w_prev).store();
@@ -149,9 +149,28 @@ impl<'a, S: Width> Vertices<'a, S> {
                 segments: self.segments.as_ref()[i],
                 previous: walks.previous[walk],
                 sampler: generators.get(i),
-                kept: walks.kept[walk],
+                kept: kept(i),
             });
         }
+    }
+
+    /// What the method keeps for the walk in lane `i`.
+    #[inline(always)]
+    pub(crate) fn kept<T: Copy>(&self, walks: &Walks<T>, i: usize) -> T {
+        walks.kept[self.index.as_ref()[i] as usize]
+    }
+
+    /// Products of squared relative indices of refraction, as in [`Walks::eta_squared`].
+    #[inline(always)]
+    pub(crate) fn eta_squared<T>(&self, s: S, walks: &Walks<T>) -> Float<S> {
+        Float::from_fn(s, |i| walks.eta_squared[self.index.as_ref()[i] as usize])
+    }
+
+    /// Fraction of light that does not pass straight through in lane `i`: one minus the largest channel of the transmittance.
+    #[inline(always)]
+    pub(crate) fn opacity(&self, i: usize) -> f32 {
+        let transmittance = self.bsdf.transmittances(self.w_prev);
+        1.0 - transmittance.map_or(0.0, |t| t.max_channel().min(1.0).store().as_ref()[i])
     }
 
     /// The next segments of the walks along sampled directions.

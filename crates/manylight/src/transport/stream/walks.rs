@@ -1,6 +1,7 @@
 //! The states of the walks of a stream, between two segments.
 
 use crate::bsdf::Lobes;
+use crate::color::Rgb;
 use crate::emitters::Receivers;
 use crate::geometry::Ray;
 use crate::lanes::{Color, Float, Mask, Vector, Width};
@@ -89,6 +90,13 @@ impl<T: Copy> Walks<T> {
         let index = index.as_ref();
         let channel = |k: usize| Float::from_fn(s, |i| self.throughput[k][index[i] as usize]);
         Color::new(channel(0), channel(1), channel(2))
+    }
+
+    /// The throughput of walk `i`.
+    #[inline(always)]
+    pub(crate) fn throughput_of(&self, i: u32) -> Rgb {
+        let [r, g, b] = &self.throughput;
+        Rgb::new(r[i as usize], g[i as usize], b[i as usize])
     }
 
     /// The last events of the walks `index[i]`.

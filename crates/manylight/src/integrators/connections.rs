@@ -3,7 +3,12 @@
 use crate::color::Rgb;
 use crate::film::{Layer, TileSamples};
 use crate::geometry::Segment;
+use crate::lanes::{Width, lane};
+use crate::math::Vec3;
 use crate::scene::Scene;
+use crate::simd::set_bits;
+use crate::transport::direct_lanes::EmitterSamples;
+use crate::transport::stream::Bits;
 
 /// The connections of a round.
 #[derive(Clone, Debug, Default)]
@@ -15,22 +20,34 @@ pub(super) struct Connections {
     occluded: Vec<bool>,
 }
 
-/// Light from an emitter that a path reflects, visibility not yet tested. Low-roughness lobes belong to another layer than
-/// non-specular ones, so that there are two terms.
+/// Light from an emitter that a path reflects, visibility not yet tested.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Connection {
     /// Index of the pixel in the tile.
     pub(super) pixel: u32,
     /// Transparent surfaces that the shadow ray may cross.
     pub(super) max_crossings: u32,
+    /// Low-roughness lobes belong to another layer than non-specular ones, so that there may be two terms.
     pub(super) terms: [(Layer, Rgb); 2],
 }
 
 impl Connections {
-    /// Adds a connection with the shadow ray `segment`.
-    pub(super) fn push(&mut self, segment: Segment, connection: Connection) {
-        self.segments.push(segment);
-        self.connections.push(connection);
+    /// Adds `connection(i)` with the shadow ray to the emitter in each lane `i` of `lanes`.
+    #[inline(always)]
+    pub(super) fn push_lanes<S: Width>(
+        &mut self,
+        lights: &EmitterSamples<S>,
+        lanes: Bits,
+        connection: impl Fn(usize) -> Connection,
+    ) {
+        let (from, to) = (lights.from.store(), lights.to.store());
+        for i in set_bits(lanes) {
+            self.segments.push(Segment {
+                from: Vec3::from(lane(&from, i)),
+                to: Vec3::from(lane(&to, i)),
+            });
+            self.connections.push(connection(i));
+        }
     }
 
     /// Adds the connections that nothing blocks, and empties the list. Returns the number of shadow rays.
