@@ -107,8 +107,7 @@ impl<'s> Bsdf<'s> {
     /// Smallest roughness alpha of the `GLOSSY` lobes; 1 without such lobes. It is roughly the width of the lobe in radians.
     #[inline]
     pub fn glossy_width(&self) -> f32 {
-        let widths = self.leaves().map(|leaf| leaf.model.glossy_width(One).get());
-        widths.fold(1.0, f32::min)
+        self.glossy_widths().get()
     }
 
     /// The normal for sampling emitters: the shading normal on the side of `wo`. `None` if some lobe transmits, because then light
@@ -132,6 +131,16 @@ impl<'s, S: Width> Bsdf<'s, S> {
     pub(crate) fn receiving_normals(&self, wo: Vector<S>) -> (Vector<S>, Mask<S>) {
         let n = self.frame.n;
         (n * wo.dot(n).sign(), !self.transmits)
+    }
+
+    /// [`Bsdf::glossy_width`] in each lane.
+    #[inline(always)]
+    pub(crate) fn glossy_widths(&self) -> Float<S> {
+        let mut least = Float::splat(self.width(), 1.0);
+        for leaf in self.leaves() {
+            least = least.min(leaf.model.glossy_width(self.width()));
+        }
+        least
     }
 
     /// [`Bsdf::lobes`] of each lane.

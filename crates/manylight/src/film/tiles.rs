@@ -20,6 +20,12 @@ impl Tiling {
         edge: TILE_SIZE,
         shift: UVec2::ZERO,
     };
+
+    /// Tiles of camera paths that advance together, large so that most packets of one material are full.
+    pub const OF_STREAMS: Tiling = Tiling {
+        edge: 64,
+        shift: UVec2::ZERO,
+    };
 }
 
 /// A rectangle of pixels within the crop window.

@@ -191,9 +191,9 @@ impl<'a, 'b, 's> BatchSums<'a, 'b, 's> {
             },
         };
         let by_count = [
-            (1, counts.map(|v| v.one)),
-            (4, counts.map(|v| v.four)),
-            (POINTS, counts.map(|v| v.sixteen)),
+            (1, by_batch(&counts, |v| v.one)),
+            (4, by_batch(&counts, |v| v.four)),
+            (POINTS, by_batch(&counts, |v| v.sixteen)),
         ];
         for (count, active) in by_count {
             if active == [0; BATCHES] {
@@ -233,16 +233,14 @@ impl<'a, 'b, 's> BatchSums<'a, 'b, 's> {
                 *connected = self.connect(w, light, part, b, active[b]);
             }
         }
-        let lit = connected.each_ref().map(|points| points.lit);
+        let lit = by_batch(&connected, |points| points.lit);
         if let Some(roulette) = &mut self.roulette
             && !roulette.survives(w, part.weight, lit, &mut self.values)
         {
             return;
         }
         for (side, towards) in [(0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)] {
-            let lanes = connected
-                .each_ref()
-                .map(|c| c.on_sides(side == 0, towards > 0.0));
+            let lanes = by_batch(&connected, |c| c.on_sides(side == 0, towards > 0.0));
             if lanes == [0; BATCHES] {
                 continue;
             }
@@ -389,6 +387,16 @@ struct PointGeometry<W: Wide> {
     /// Inverse of the squared distances, in 1/m².
     inv_d2: W::F,
     active: LaneMask,
+}
+
+/// The lanes of each batch. A loop: `array::map` would not become part of the kernel.
+#[inline(always)]
+fn by_batch<T>(of: &[T; BATCHES], lanes: impl Fn(&T) -> LaneMask) -> [LaneMask; BATCHES] {
+    let mut all = [0; BATCHES];
+    for (all, of) in all.iter_mut().zip(of) {
+        *all = lanes(of);
+    }
+    all
 }
 
 #[inline(always)]

@@ -89,11 +89,11 @@ impl Gather {
     /// ```
     ///
     /// over the points of each light. Lights are the outer loop, so that the table of one stays in the cache for all points.
-    pub fn sum(
+    pub fn sum<'s, P: AsRef<ShadingPoint<'s>>>(
         &self,
         scene: &Scene,
         lights: &LightIndex,
-        points: &[ShadingPoint],
+        points: &[P],
     ) -> Vec<Gathered> {
         let mut sums = vec![Gathered::default(); points.len()];
         let batches = Batch::all(points);

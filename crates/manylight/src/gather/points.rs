@@ -90,9 +90,10 @@ pub(super) struct Batch<'b, 's> {
 
 impl<'b, 's> Batch<'b, 's> {
     /// The points of a tile in batches, sorted by subset, lane model and position, so that rays to common lights are coherent.
-    pub(super) fn all(points: &'b [ShadingPoint<'s>]) -> Vec<Self> {
+    pub(super) fn all<P: AsRef<ShadingPoint<'s>>>(points: &'b [P]) -> Vec<Self> {
         let mut kinds: Vec<((LaneModel, Subset), Vec<usize>)> = Vec::new();
         for (i, point) in points.iter().enumerate() {
+            let point = point.as_ref();
             let kind = (point.bsdf.lane_model(), point.lights);
             match kinds.iter_mut().find(|(k, _)| *k == kind) {
                 Some((_, members)) => members.push(i),
@@ -101,21 +102,26 @@ impl<'b, 's> Batch<'b, 's> {
         }
         kinds.sort_by_key(|((_, lights), _)| *lights);
         for (_, members) in &mut kinds {
-            sort_in_compact_runs(members, points);
+            sort_in_compact_runs(members, &|i| points[i].as_ref().x.p);
         }
-        kinds
-            .iter()
-            .flat_map(|((model, _), members)| {
-                members
-                    .chunks(LANES)
-                    .map(|members| Batch::new(*model, members, points))
-            })
-            .collect()
+        let count = (kinds.iter()).map(|(_, members)| members.len().div_ceil(LANES));
+        let mut batches = Vec::with_capacity(count.sum());
+        for ((model, _), members) in &kinds {
+            for members in members.chunks(LANES) {
+                batches.push(Batch::new(*model, members, points));
+            }
+        }
+        batches
     }
 
-    fn new(model: LaneModel, members: &[usize], points: &'b [ShadingPoint<'s>]) -> Self {
+    fn new<P: AsRef<ShadingPoint<'s>>>(
+        model: LaneModel,
+        members: &[usize],
+        points: &'b [P],
+    ) -> Self {
         // Lanes beyond the last point repeat it: they are never active.
-        let at = |i: usize| &points[members[i.min(members.len() - 1)]];
+        let point = |m: usize| points[m].as_ref();
+        let at = |i: usize| point(members[i.min(members.len() - 1)]);
         let receiving = |i: usize| at(i).bsdf.receiving_normal(at(i).wo);
         let origin = |i: usize, side: f32| offset(&at(i).x, side);
         Batch {
@@ -130,7 +136,7 @@ impl<'b, 's> Batch<'b, 's> {
             receivers: FixedWoLanes::new(
                 model,
                 Lobes::NON_SPECULAR,
-                members.iter().map(|&m| (&points[m].bsdf, points[m].wo)),
+                members.iter().map(|&m| (&point(m).bsdf, point(m).wo)),
             ),
             mirrored: Lanes3::from_fn(|i| mirrored(at(i).wo, at(i).x.frame.n)),
             widths: std::array::from_fn(|i| at(i).bsdf.glossy_width()),
@@ -140,7 +146,7 @@ impl<'b, 's> Batch<'b, 's> {
             limited: mask(|i| at(i).lit_from.is_some()),
             depths: members
                 .iter()
-                .any(|&m| points[m].max_photon_depth.is_some())
+                .any(|&m| point(m).max_photon_depth.is_some())
                 .then(|| std::array::from_fn(|i| at(i).max_photon_depth)),
         }
     }
@@ -232,7 +238,7 @@ fn offset(x: &SurfacePoint, side: f32) -> Vec3 {
 }
 
 /// Sorts so that runs of the points of one batch, and of all batches of a group, are compact: by halves along the longest axis.
-fn sort_in_compact_runs(members: &mut [usize], points: &[ShadingPoint]) {
+fn sort_in_compact_runs(members: &mut [usize], position: &impl Fn(usize) -> Vec3) {
     if members.len() <= LANES {
         return;
     }
@@ -242,12 +248,12 @@ fn sort_in_compact_runs(members: &mut [usize], points: &[ShadingPoint]) {
         LANES
     };
     let runs = members.len().div_ceil(run);
-    let p = |i: usize| points[i].x.p;
+    let p = position;
     let extent = Aabb::from_points(members.iter().map(|&i| p(i))).extent();
     let axis = extent.max_position();
     let half = runs / 2 * run;
     members.select_nth_unstable_by(half, |&i, &j| p(i)[axis].total_cmp(&p(j)[axis]));
     let (low, high) = members.split_at_mut(half);
-    sort_in_compact_runs(low, points);
-    sort_in_compact_runs(high, points);
+    sort_in_compact_runs(low, position);
+    sort_in_compact_runs(high, position);
 }

@@ -27,6 +27,12 @@ pub struct ShadingPoint<'s> {
     pub lit_from: Option<Vec3>,
 }
 
+impl<'s> AsRef<ShadingPoint<'s>> for ShadingPoint<'s> {
+    fn as_ref(&self) -> &Self {
+        self
+    }
+}
+
 /// A gather point of a pixel, with the throughput of the camera path up to it.
 #[derive(Clone, Copy, Debug)]
 pub struct WeightedPoint<'s> {

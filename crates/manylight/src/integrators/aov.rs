@@ -1,13 +1,41 @@
 //! What the camera sees first: albedo, normal and depth, alpha, position and ids.
 
+use super::camera_round::{CameraPath, CameraRound, CameraStart, FirstPart};
 use super::context::PassContext;
-use super::first_event::{FirstEvent, SampleShare, add_first_event};
-use super::first_surface::add_first_surface;
-use crate::color::Rgb;
-use crate::film::{Film, Tiling};
+use super::first_event::SampleShare;
+use crate::bsdf::Lobes;
+use crate::film::{Film, TileSamples, Tiling};
+use crate::ids::MaterialId;
+use crate::lanes::Width;
 use crate::sampling::Stream;
 use crate::scene::{PathLimits, Scene};
-use crate::transport::{Walk, next_scattering_vertex};
+use crate::transport::stream::{PacketShader, Walks, follow_all, shade_packets};
+
+/// What is kept for a camera path.
+#[derive(Clone, Copy)]
+struct PathState {
+    /// Index of the pixel in the tile.
+    pixel: u32,
+    /// Weight by the reconstruction filter.
+    filter_weight: f32,
+    /// See [`FirstPart::hidden`].
+    hidden: f32,
+}
+
+impl CameraPath for PathState {
+    #[inline(always)]
+    fn first(&self) -> Option<FirstPart> {
+        Some(FirstPart {
+            pixel: self.pixel,
+            hidden: self.hidden,
+            event: SampleShare {
+                filter_weight: self.filter_weight,
+                share: 1.0,
+            },
+            surface_share: 1.0,
+        })
+    }
+}
 
 /// One sample per pixel. `false` if cancelled.
 pub(super) fn render_pass(
@@ -17,32 +45,58 @@ pub(super) fn render_pass(
     film: &mut Film,
 ) -> bool {
     let positions = film.desc().sampler();
-    run.shade(film, Tiling::UNSHIFTED, |samples| {
-        for (i, pixel) in samples.tile().pixels().enumerate() {
+    run.shade(film, Tiling::OF_STREAMS, |samples| {
+        let mut walks = Walks::with_capacity(samples.tile().count());
+        for (index, pixel) in samples.tile().pixels().enumerate() {
             let mut sampler = run.pass.sampler(Stream::Pixel, positions.index(pixel));
-            let at = positions.sample(pixel, sampler.next_2d());
-            let camera = scene.sensor.ray(at.position, sampler.next_2d());
-            let mut walk = Walk::from_sensor(scene, limits, camera.ray, Rgb::WHITE);
-            let path = SampleShare {
-                filter_weight: at.weight,
-                share: 1.0,
+            let u = sampler.next_2d();
+            let start =
+                CameraStart::new((scene, limits), &positions, (pixel, u), sampler.next_2d());
+            let path = PathState {
+                pixel: index as u32,
+                filter_weight: start.filter_weight,
+                hidden: start.hidden,
             };
-            let mut ends_by = FirstEvent::Nothing;
-            let found = next_scattering_vertex(
-                limits,
-                &mut walk,
-                None,
-                &mut sampler,
-                |step, _, sampler| {
-                    ends_by = FirstEvent::of_last_step(scene, limits, step);
-                    if let Some(v) = step.vertex.as_ref().filter(|v| v.segments == 1) {
-                        add_first_surface(v, 1.0, sampler, i, samples);
-                    }
-                    true
-                },
-            );
-            let event = found.as_ref().map_or(ends_by, FirstEvent::scattering);
-            add_first_event(scene, event, path, i, samples);
+            walks.push(start.walk(1, sampler, path));
         }
+        follow_all(scene, walks, |walks, arrivals, next| {
+            let round = CameraRound {
+                scene,
+                limits,
+                walks,
+                arrivals,
+            };
+            round.leave(|_| None, |_, _, _| (), samples);
+            let mut first = FirstVertices {
+                round,
+                next,
+                out: samples,
+            };
+            shade_packets(arrivals.runs(), &mut first);
+        });
     })
+}
+
+/// Ends all paths where they scatter first.
+struct FirstVertices<'a, 'o, 't> {
+    round: CameraRound<'a, 'a, PathState>,
+    next: &'o mut Walks<PathState>,
+    out: &'o mut TileSamples<'t>,
+}
+
+impl PacketShader for FirstVertices<'_, '_, '_> {
+    #[inline(always)]
+    fn shade<S: Width>(&mut self, s: S, material: MaterialId, packet: &[u32]) {
+        let (round, lanes) = (self.round, self.round.lanes(packet));
+        let v = round.vertices(s, material, packet);
+        let mut at = round.arrive(s, &v, material);
+        let samples = || {
+            let numbers = at.generators.next_bsdf();
+            at.v.bsdf.sample_each_wi(at.v.w_prev, numbers, Lobes::ALL)
+        };
+        round.describe(at.v, samples, lanes.firsts, self.out);
+        round.end(at.v, lanes.firsts & lanes.ends, self.out);
+        let scatters = round.pass_through(&mut at, lanes.active & !lanes.ends, self.next);
+        round.scatter(at.v, lanes.firsts & scatters, self.out);
+    }
 }

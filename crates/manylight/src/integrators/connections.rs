@@ -7,7 +7,7 @@ use crate::lanes::{Width, lane};
 use crate::math::Vec3;
 use crate::scene::Scene;
 use crate::simd::set_bits;
-use crate::transport::direct_lanes::EmitterSamples;
+use crate::transport::direct::EmitterSamples;
 use crate::transport::stream::Bits;
 
 /// The connections of a round.

@@ -1,14 +1,10 @@
 //! What a camera path meets first, straight-through transmission aside, and the film layers of it: alpha, position and ids.
 
-use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::film::{IdLayer, Layer, TileSamples};
 use crate::geometry::SurfaceRef;
-use crate::lanes::{Width, lane};
 use crate::math::Vec3;
 use crate::scene::{PathLimits, Scene};
-use crate::transport::stream::Vertices;
-use crate::transport::{CameraStep, Vertex, Walk};
 
 /// What a camera path meets before its first scattering event.
 #[derive(Clone, Copy, Debug)]
@@ -28,55 +24,12 @@ pub(super) enum FirstEvent {
 }
 
 impl FirstEvent {
-    /// Whether `walk` has met nothing yet.
-    pub(super) fn is_ahead_of(walk: &Walk) -> bool {
-        walk.previous().event == Lobes::NONE
-    }
-
     /// A ray that leaves the scene.
     pub(super) fn escape(scene: &Scene, limits: PathLimits) -> Self {
         if scene.emitters.has_environment() && !limits.hide_emitters {
             FirstEvent::Environment
         } else {
             FirstEvent::Nothing
-        }
-    }
-
-    /// The vertex in lane `i`, which covers the fraction `opacity` of the sample.
-    #[inline(always)]
-    pub(super) fn surface<S: Width>(v: &Vertices<S>, i: usize, opacity: f32) -> Self {
-        FirstEvent::Surface {
-            at: v.x.at.as_ref()[i],
-            p: Vec3::from(lane(&v.x.p.store(), i)),
-            opacity,
-        }
-    }
-
-    /// The vertex at which a path scatters.
-    pub(super) fn scattering(v: &Vertex) -> Self {
-        FirstEvent::Surface {
-            at: v.x.at,
-            p: v.x.p,
-            opacity: 1.0,
-        }
-    }
-
-    /// The vertex at which a path ends because no longer one is within the limits: whether it scatters stays open.
-    pub(super) fn end(v: &Vertex) -> Self {
-        let transmittance = v.bsdf.transmittance(v.w_prev).max_channel().min(1.0);
-        FirstEvent::Surface {
-            at: v.x.at,
-            p: v.x.p,
-            opacity: 1.0 - transmittance,
-        }
-    }
-
-    /// The event of a path that ends with `step`, unless it scatters there.
-    pub(super) fn of_last_step(scene: &Scene, limits: PathLimits, step: &CameraStep) -> Self {
-        match &step.vertex {
-            None => FirstEvent::escape(scene, limits),
-            Some(v) if !limits.allow(v.segments + 1) => FirstEvent::end(v),
-            Some(_) => FirstEvent::Nothing,
         }
     }
 }

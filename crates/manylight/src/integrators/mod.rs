@@ -1,10 +1,10 @@
 //! The methods. Start reading at [`many_light`], the method of the paper.
 
 mod aov;
+mod camera_round;
 mod connections;
 pub mod context;
 mod first_event;
-mod first_surface;
 mod guiding;
 mod light_tracer;
 pub mod many_light;

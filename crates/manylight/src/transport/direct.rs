@@ -1,106 +1,146 @@
-//! Next-event estimation, and the MIS weight of emitters that a walk runs into.
+//! Next-event estimation, and the MIS weights of emitters that walks run into, in lanes: for one vertex or for sixteen.
 
-use super::walk::Previous;
-use crate::bsdf::Lobes;
-use crate::color::Rgb;
-use crate::emitters::EnvironmentLobes;
-use crate::geometry::{Segment, SurfacePoint};
-use crate::math::{Vec2, Vec3};
-use crate::sampling::mis;
+use crate::emitters::{DirectSamples, LobesOfLanes, Receivers};
+use crate::geometry::SurfacePoints;
+use crate::lanes::{Color, Float, Mask, Pair, Vector, Width, power};
 use crate::scene::Scene;
+use crate::simd::Outlined;
 
-/// A direction from a point to an emitter, visibility not yet tested.
+/// Directions from points to emitters, visibility not yet tested.
 #[derive(Clone, Copy, Debug)]
-pub struct EmitterSample {
+pub struct EmitterSamples<S: Width> {
     /// Unit direction to the emitter.
-    pub wi: Vec3,
+    pub wi: Vector<S>,
     /// Radiance over pdf, in W/m²: times `f |cos|` this is reflected radiance.
-    pub weight: Rgb,
+    pub weight: Color<S>,
     /// Density per solid angle, in 1/sr; 0 for emitters that only next-event estimation finds.
-    pub pdf: f32,
-    segment: Segment,
+    pub pdf: Float<S>,
+    /// Start of the shadow segment, moved off the surface.
+    pub from: Vector<S>,
+    /// End of the shadow segment, moved off the surface.
+    pub to: Vector<S>,
+    /// The lanes with a sample. Elsewhere the fields are unspecified.
+    pub valid: Mask<S>,
 }
 
-impl EmitterSample {
-    /// A direction from `x` to an emitter; `n` as in [`crate::bsdf::Bsdf::receiving_normal`]; `numbers` are uniform in [0, 1).
-    pub fn new(
-        scene: &Scene,
-        x: &SurfacePoint,
-        n: Option<Vec3>,
-        numbers: (f32, Vec2),
-    ) -> Option<Self> {
-        let (geometry, textures) = (&scene.geometry, &scene.textures);
-        let sample = (scene.emitters).sample(geometry, textures, (x.p, n), numbers, None)?;
-        Some(EmitterSample {
-            wi: sample.wi,
-            weight: sample.weight,
-            pdf: sample.pdf,
-            segment: Segment {
-                from: x.offset_towards(sample.wi),
-                to: sample.target,
-            },
-        })
-    }
+/// [`Emitters::sample_lanes`](crate::emitters::Emitters::sample_lanes), which is too large for a part of other code.
+struct SampleEmitters<'a, S: Width> {
+    scene: &'a Scene,
+    receivers: Receivers<S>,
+    numbers: (Float<S>, Pair<S>),
+    lobes: LobesOfLanes<'a, S>,
+    lanes: Mask<S>,
+}
 
-    /// MIS weight (power heuristic) against a walk that samples the same direction with density `pdf_walk`, in 1/sr.
-    #[inline]
-    pub fn mis_weight(&self, pdf_walk: f32) -> f32 {
-        if self.pdf > 0.0 {
-            mis::power(self.pdf, pdf_walk)
-        } else {
-            1.0
+impl<S: Width> Outlined for SampleEmitters<'_, S> {
+    type Output = DirectSamples<S>;
+
+    #[inline(always)]
+    fn run(self) -> DirectSamples<S> {
+        let (geometry, textures) = (&self.scene.geometry, &self.scene.textures);
+        self.scene.emitters.sample_lanes(
+            geometry,
+            textures,
+            &self.receivers,
+            self.numbers,
+            self.lobes,
+            self.lanes,
+        )
+    }
+}
+
+impl<S: Width> EmitterSamples<S> {
+    /// Directions from the points `x` in the lanes of `lanes`, with the random numbers of the choice of an emitter and of a point on it.
+    /// `normals` are vectors and the lanes that have one, as in [`Bsdf::receiving_normal`](crate::bsdf::Bsdf::receiving_normal).
+    #[inline(always)]
+    pub fn new<'a>(
+        scene: &'a Scene,
+        x: &SurfacePoints<S>,
+        normals: (Vector<S>, Mask<S>),
+        numbers: (Float<S>, Pair<S>),
+        lobes: LobesOfLanes<'a, S>,
+        lanes: Mask<S>,
+    ) -> Self {
+        let (n, has_normal) = normals;
+        let receivers = Receivers {
+            p: x.p,
+            n,
+            has_normal,
+        };
+        let samples = x.offset.width().outline(SampleEmitters {
+            scene,
+            receivers,
+            numbers,
+            lobes,
+            lanes,
+        });
+        EmitterSamples {
+            wi: samples.wi,
+            weight: samples.weight,
+            pdf: samples.pdf,
+            from: x.offset_towards(samples.wi),
+            to: samples.target,
+            valid: samples.valid,
         }
     }
 
-    /// Transmittance of the shadow ray; black if it crosses more than `max_crossings` transparent surfaces.
-    pub fn transmittance(&self, scene: &Scene, max_crossings: u32) -> Rgb {
-        let (transmittance, crossings) = scene.transmittance_and_crossings(&self.segment);
-        if crossings <= max_crossings {
-            transmittance
-        } else {
-            Rgb::BLACK
-        }
+    /// MIS weight (power heuristic) against a walk that samples the same directions with density `pdf_walk`, in 1/sr.
+    #[inline(always)]
+    pub fn mis_weight(&self, pdf_walk: Float<S>) -> Float<S> {
+        self.pdf.gt(0.0).select(power(self.pdf, pdf_walk), 1.0)
     }
 }
 
-/// Radiance that the surface point `y` emits along `wo` to the end of a walk, times its MIS weight against next-event
-/// estimation at the walk's last event, in W/(m² sr).
-#[inline]
-pub fn emitted_with_mis(scene: &Scene, previous: &Previous, y: &SurfacePoint, wo: Vec3) -> Rgb {
-    let radiance = scene
-        .emitters
-        .radiance(&scene.geometry, &scene.textures, y, wo);
-    if radiance.is_black() {
-        return Rgb::BLACK;
-    }
-    radiance
-        * walk_weight(previous, || {
-            scene.emitters.pdf_direct(previous.p, previous.n, y)
-        })
+/// The last scattering events of walks; see [`Previous`](super::walk::Previous).
+#[derive(Clone, Copy, Debug)]
+pub struct PreviousEvents<S: Width> {
+    /// Positions, and normals by which next-event estimation chooses emitters there.
+    pub receivers: Receivers<S>,
+    /// Density of the sampled direction per solid angle.
+    pub pdf: Float<S>,
+    /// The lanes where next-event estimation can sample the same direction: events other than delta events, and not the camera.
+    pub has_next_event: Mask<S>,
 }
 
-/// Radiance of the environment along `wi`, times its MIS weight as in [`emitted_with_mis`]; with `lobes` if next-event estimation
-/// uses them.
-#[inline]
-pub fn environment_with_mis(
+impl<S: Width> PreviousEvents<S> {
+    /// MIS weight of a walk. Next-event estimation cannot sample directions after delta events and from the camera.
+    #[inline(always)]
+    fn walk_weight(&self, pdf_direct: Float<S>) -> Float<S> {
+        (self.has_next_event).select(power(self.pdf, pdf_direct), 1.0)
+    }
+}
+
+/// Radiance that the surface points `y` emit along `wo` to the ends of walks, times its MIS weight against next-event estimation at the
+/// last events, in W/(m² sr); in the lanes of `lanes`, elsewhere black.
+#[inline(always)]
+pub fn emitted_with_mis<S: Width>(
     scene: &Scene,
-    previous: &Previous,
-    wi: Vec3,
-    lobes: Option<&EnvironmentLobes>,
-) -> Rgb {
-    let (radiance, pdf) = scene.emitters.environment(previous.n, wi, lobes);
-    if radiance.is_black() {
-        return Rgb::BLACK;
+    previous: &PreviousEvents<S>,
+    y: &SurfacePoints<S>,
+    wo: Vector<S>,
+    lanes: Mask<S>,
+) -> Color<S> {
+    let (geometry, textures) = (&scene.geometry, &scene.textures);
+    let emitters = &scene.emitters;
+    let radiance = emitters.radiance_lanes(geometry, textures, y, wo, lanes);
+    let weighted = lanes & previous.has_next_event & !radiance.is_black();
+    if weighted.none() {
+        return radiance;
     }
-    radiance * walk_weight(previous, || pdf)
+    let pdf = emitters.pdf_direct_lanes(&previous.receivers, y, weighted);
+    radiance * previous.walk_weight(pdf)
 }
 
-/// MIS weight of a walk. Next-event estimation cannot sample directions after delta events and from the camera.
-#[inline]
-fn walk_weight(previous: &Previous, pdf_direct: impl FnOnce() -> f32) -> f32 {
-    if previous.event == Lobes::NONE || previous.event == Lobes::DELTA {
-        1.0
-    } else {
-        mis::power(previous.pdf, pdf_direct())
-    }
+/// Radiance of the environment along `wi`, times its MIS weight as in [`emitted_with_mis`], in the lanes of `lanes`, elsewhere black. `lobes`
+/// are those of next-event estimation at the last events, if it uses any.
+#[inline(always)]
+pub fn environment_with_mis<S: Width>(
+    scene: &Scene,
+    previous: &PreviousEvents<S>,
+    wi: Vector<S>,
+    lobes: LobesOfLanes<S>,
+    lanes: Mask<S>,
+) -> Color<S> {
+    let (radiance, pdf) = (scene.emitters).environment_lanes(&previous.receivers, wi, lobes);
+    (radiance * previous.walk_weight(pdf)).within(lanes)
 }

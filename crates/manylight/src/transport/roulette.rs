@@ -3,14 +3,8 @@
 use crate::color::Rgb;
 use crate::lanes::{Color, Float, One, Width};
 
-/// For camera walks: the largest channel of the throughput without the η² that refraction puts into radiance, at most 0.95.
+/// For camera paths: the largest channel of the throughput without the η² that refraction puts into radiance, at most 0.95.
 /// This is Mitsuba's rule.
-#[inline]
-pub fn camera_survival(throughput: Rgb, eta_squared: f32) -> f32 {
-    camera_survivals::<One>(throughput.into(), eta_squared.into()).get()
-}
-
-/// [`camera_survival`] in lanes.
 #[inline(always)]
 pub(crate) fn camera_survivals<S: Width>(throughput: Color<S>, eta_squared: Float<S>) -> Float<S> {
     (throughput.max_channel() * eta_squared).clamp(0.0, 0.95)

@@ -1,15 +1,12 @@
 //! Next-event estimation in lanes against single vertices.
 
-use super::direct::{EmitterSample, emitted_with_mis, environment_with_mis};
-use super::direct_lanes::{
-    EmitterSamples, PreviousEvents, emitted_with_mis_lanes, environment_with_mis_lanes,
-};
+use super::direct::{EmitterSamples, PreviousEvents, emitted_with_mis, environment_with_mis};
 use super::walk::Previous;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::emitters::{Emitter, Receivers};
 use crate::geometry::{Ray, SurfacePoint, SurfacePoints};
-use crate::lanes::{Float, LANES, Mask, Pair, Sixteen, Vector};
+use crate::lanes::{Float, LANES, Mask, One, Pair, Sixteen, Vector, Width};
 use crate::math::{Vec2, Vec3};
 use crate::sampling::{Sampler, Stream, warp};
 use crate::scene::Scene;
@@ -28,11 +25,14 @@ struct Vertices<'s> {
     w: [Vec3; LANES],
 }
 
-/// What single functions give at one vertex.
-struct Single {
-    sample: Option<(EmitterSample, f32)>,
-    emitted: Rgb,
-    environment: Rgb,
+/// What next-event estimation gives, by lane.
+struct Estimates<S: Width> {
+    weight: [S::Each<f32>; 3],
+    from: [S::Each<f32>; 3],
+    mis: S::Each<f32>,
+    valid: u32,
+    emitted: [S::Each<f32>; 3],
+    environment: [S::Each<f32>; 3],
 }
 
 impl<'s> Vertices<'s> {
@@ -58,71 +58,68 @@ impl<'s> Vertices<'s> {
         }
     }
 
-    fn single(&self, i: usize) -> Single {
-        let (x, n) = (&self.x[i], self.previous[i].n);
-        let sample = EmitterSample::new(self.scene, x, n, self.numbers[i]);
-        Single {
-            sample: sample.map(|sample| (sample, sample.mis_weight(0.7))),
-            emitted: emitted_with_mis(self.scene, &self.previous[i], x, self.w[i]),
-            environment: environment_with_mis(self.scene, &self.previous[i], self.w[i], None),
+    /// The estimates of vertex `vertex(i)` in each lane `i` of `lanes`.
+    #[inline(always)]
+    fn estimates<S: Width>(
+        &self,
+        s: S,
+        lanes: u32,
+        vertex: impl Fn(usize) -> usize,
+    ) -> Estimates<S> {
+        let previous = |i: usize| &self.previous[vertex(i)];
+        let bits = |test: fn(&Previous) -> bool| {
+            let set = (0..S::LANES).filter(|&i| test(previous(i)));
+            Mask::from_bits(s, set.map(|i| 1 << i).sum())
+        };
+        let lanes = Mask::from_bits(s, lanes);
+        let x = SurfacePoints::load(s, &s.each(|i| self.x[vertex(i)]));
+        let n = Vector::from_fn(s, |i| previous(i).n.unwrap_or(Vec3::X));
+        let has_normal = bits(|previous| previous.n.is_some());
+        let numbers = (
+            Float::from_fn(s, |i| self.numbers[vertex(i)].0),
+            Pair::from_fn(s, |i| self.numbers[vertex(i)].1),
+        );
+        let samples = EmitterSamples::new(self.scene, &x, (n, has_normal), numbers, None, lanes);
+        let previous = PreviousEvents {
+            receivers: Receivers {
+                p: Vector::from_fn(s, |i| previous(i).p),
+                n,
+                has_normal,
+            },
+            pdf: Float::from_fn(s, |i| previous(i).pdf),
+            has_next_event: bits(|p| p.event != Lobes::NONE && p.event != Lobes::DELTA),
+        };
+        let w = Vector::from_fn(s, |i| self.w[vertex(i)]);
+        Estimates {
+            weight: samples.weight.store(),
+            from: samples.from.store(),
+            mis: samples.mis_weight(Float::splat(s, 0.7)).store(),
+            valid: samples.valid.bits(),
+            emitted: emitted_with_mis(self.scene, &previous, &x, w, lanes).store(),
+            environment: environment_with_mis(self.scene, &previous, w, None, lanes).store(),
         }
     }
 }
 
 impl SimdKernel for &Vertices<'_> {
-    /// Number of lanes that differ.
+    /// Number of lanes that differ from single vertices.
     type Output = usize;
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> usize {
-        let s = Sixteen(s.wide());
-        let lanes = Mask::from_bits(s, LANES_IN_USE);
-        let bits = |test: fn(&Previous) -> bool| {
-            let set = (0..LANES).filter(|&i| test(&self.previous[i]));
-            Mask::from_bits(s, set.map(|i| 1 << i).sum())
-        };
-        let x = SurfacePoints::load(s, &self.x);
-        let n = Vector::from_fn(s, |i| self.previous[i].n.unwrap_or(Vec3::X));
-        let has_normal = bits(|previous| previous.n.is_some());
-        let numbers = (
-            Float::from_fn(s, |i| self.numbers[i].0),
-            Pair::from_fn(s, |i| self.numbers[i].1),
-        );
-        let samples = EmitterSamples::new(self.scene, &x, (n, has_normal), numbers, None, lanes);
-        let mis = samples.mis_weight(Float::splat(s, 0.7)).store();
-        let previous = PreviousEvents {
-            receivers: Receivers {
-                p: Vector::from_fn(s, |i| self.previous[i].p),
-                n,
-                has_normal,
-            },
-            pdf: Float::from_fn(s, |i| self.previous[i].pdf),
-            has_next_event: bits(|p| p.event != Lobes::NONE && p.event != Lobes::DELTA),
-        };
-        let w = Vector::from_fn(s, |i| self.w[i]);
-        let emitted = emitted_with_mis_lanes(self.scene, &previous, &x, w, lanes).store();
-        let environment = environment_with_mis_lanes(self.scene, &previous, w, None, lanes).store();
-        let (weight, from) = (samples.weight.store(), samples.from.store());
+        let all = self.estimates(Sixteen(s.wide()), LANES_IN_USE, |i| i);
         let is_same = |i: usize| {
-            let one = self.single(i);
-            let near = |a: [[f32; LANES]; 3], b: [f32; 3]| {
-                (0..3).all(|c| (a[c][i] - b[c]).abs() <= 1e-2 * b[c].abs() + 1e-5)
+            let one = self.estimates(One, LANES_IN_USE >> i & 1, |_| i);
+            let near = |a: [[f32; LANES]; 3], b: [[f32; 1]; 3]| {
+                (0..3).all(|c| (a[c][i] - b[c][0]).abs() <= 1e-2 * b[c][0].abs() + 1e-5)
             };
-            let is_in_use = LANES_IN_USE >> i & 1 != 0;
-            let within = |color: Rgb| if is_in_use { color } else { Rgb::BLACK };
-            let same_sample = match one.sample.filter(|_| is_in_use) {
-                Some((sample, weight_of_one)) => {
-                    let start = self.x[i].offset_towards(sample.wi);
-                    samples.valid.bits() >> i & 1 != 0
-                        && near(weight, sample.weight.to_array())
-                        && near(from, start.to_array())
-                        && (mis[i] - weight_of_one).abs() < 1e-3
-                }
-                None => samples.valid.bits() >> i & 1 == 0,
-            };
-            same_sample
-                && near(emitted, within(one.emitted).to_array())
-                && near(environment, within(one.environment).to_array())
+            let is_valid = all.valid >> i & 1 != 0;
+            let same_sample = is_valid == (one.valid != 0)
+                && (!is_valid
+                    || near(all.weight, one.weight)
+                        && near(all.from, one.from)
+                        && (all.mis[i] - one.mis[0]).abs() < 1e-3);
+            same_sample && near(all.emitted, one.emitted) && near(all.environment, one.environment)
         };
         (0..LANES).filter(|&i| !is_same(i)).count()
     }

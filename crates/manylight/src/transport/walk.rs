@@ -1,4 +1,4 @@
-//! The random walk of camera paths, photons and importons.
+//! The random walk of a camera path or photon, one vertex at a time. Streams of walks (`stream`) take the same steps in packets.
 //!
 //! ```text
 //! while let Some(vertex) = walk.advance() {
@@ -8,15 +8,13 @@
 //! }
 //! ```
 //!
-//! Straight-through transmission is no scattering event. It changes neither the previous vertex (for MIS and the path
-//! partition) nor the class of the last event; only the number of segments grows.
+//! Straight-through transmission is no scattering event. Only the number of segments grows.
 
-use crate::bsdf::{Bsdf, BsdfNumbers, BsdfSample, Lobes};
+use crate::bsdf::{Bsdf, BsdfNumbers, Lobes};
 use crate::color::Rgb;
-use crate::geometry::{Ray, SurfacePoint, SurfaceRef};
+use crate::geometry::{Ray, SurfacePoint};
 use crate::math::Vec3;
 use crate::scene::{PathLimits, Scene};
-use std::ops::MulAssign;
 
 /// The end of the path that the walk starts from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,26 +51,13 @@ impl Previous {
 /// A random walk.
 #[derive(Clone, Debug)]
 pub struct Walk<'s> {
-    pub(super) scene: &'s Scene,
+    scene: &'s Scene,
     origin: PathOrigin,
-    /// The camera must not see emitters; see [`past_emitters`].
-    hides_emitters: bool,
     ray: Ray,
+    /// Length of the last segment, in m.
+    distance: f32,
     throughput: Rgb,
-    eta_squared: f32,
     segments: u32,
-    previous: Previous,
-}
-
-/// The end of a segment, before the surface there is looked up.
-#[derive(Clone, Copy, Debug)]
-pub enum Arrival {
-    /// A surface, and the length of the segment in m.
-    Hit(SurfaceRef, f32),
-    /// The environment, along this unit direction.
-    Escaped(Vec3),
-    /// The environment, which the camera must not see.
-    Hidden,
 }
 
 /// A surface point that a walk arrived at.
@@ -84,21 +69,16 @@ pub struct Vertex<'s> {
     pub bsdf: Bsdf<'s>,
     /// Unit direction back along the ray: `wo` of a camera walk, `wi` of a photon.
     pub w_prev: Vec3,
-    /// Length of the last segment, in m.
-    pub distance: f32,
     /// Segments from the start of the walk to here.
     pub segments: u32,
 }
 
 impl<'s> Walk<'s> {
     /// A walk from the camera with the given throughput. With [`PathLimits::hide_emitters`], it sees no emitters before
-    /// the first other surface, and no environment before its first scattering event.
+    /// the first other surface.
     pub fn from_sensor(scene: &'s Scene, limits: PathLimits, ray: Ray, throughput: Rgb) -> Self {
-        let walk = Walk::new(scene, PathOrigin::Sensor, ray, throughput);
-        Walk {
-            hides_emitters: limits.hide_emitters,
-            ..walk
-        }
+        let (ray, _) = visible_part(scene, limits.hide_emitters, ray);
+        Walk::new(scene, PathOrigin::Sensor, ray, throughput)
     }
 
     /// A photon with the given flux, in W.
@@ -110,12 +90,10 @@ impl<'s> Walk<'s> {
         Walk {
             scene,
             origin,
-            hides_emitters: false,
             ray,
+            distance: 0.0,
             throughput,
-            eta_squared: 1.0,
             segments: 0,
-            previous: Previous::start(ray.o),
         }
     }
 
@@ -125,64 +103,19 @@ impl<'s> Walk<'s> {
         self.throughput
     }
 
-    /// Product of squared relative indices of refraction along a camera walk; see [`super::roulette::camera_survival`].
-    #[inline]
-    pub fn eta_squared(&self) -> f32 {
-        self.eta_squared
-    }
-
-    /// The last scattering event.
-    #[inline]
-    pub fn previous(&self) -> &Previous {
-        &self.previous
-    }
-
-    /// Segments so far.
-    #[inline]
-    pub fn segments(&self) -> u32 {
-        self.segments
-    }
-
     /// Follows the ray to the next surface; `None` if there is none.
     #[inline]
     pub fn advance(&mut self) -> Option<Vertex<'s>> {
-        match self.arrive() {
-            Arrival::Hit(at, distance) => Some(self.vertex(self.scene.surface_point(at), distance)),
-            Arrival::Escaped(_) | Arrival::Hidden => None,
-        }
-    }
-
-    /// The first half of [`Walk::advance`]: intersects the ray with the scene.
-    #[inline]
-    pub fn arrive(&mut self) -> Arrival {
         self.segments += 1;
-        let mut hidden = 0.0;
-        if self.segments == 1 {
-            (self.ray, hidden) = visible_part(self.scene, self.hides_emitters, self.ray);
-        }
-        match self.scene.geometry.intersect(&self.ray) {
-            Some(hit) => Arrival::Hit(hit.at, hidden + hit.t),
-            None if self.hides_emitters && self.previous.event == Lobes::NONE => Arrival::Hidden,
-            None => Arrival::Escaped(self.ray.d),
-        }
-    }
-
-    /// The second half of [`Walk::advance`]: evaluates the scattering function at the point `x` where the walk arrived.
-    #[inline]
-    pub fn vertex(&self, x: SurfacePoint, distance: f32) -> Vertex<'s> {
-        Vertex {
+        let hit = self.scene.geometry.intersect(&self.ray)?;
+        self.distance = hit.t;
+        let x = self.scene.surface_point(hit.at);
+        Some(Vertex {
             bsdf: self.scene.bsdf(&x),
             x,
             w_prev: -self.ray.d,
-            distance,
             segments: self.segments,
-        }
-    }
-
-    /// Unit direction back along the last segment.
-    #[inline]
-    pub fn w_prev(&self) -> Vec3 {
-        -self.ray.d
+        })
     }
 
     /// Continues straight through `v` with the probability of its straight-through transmittance. `false`: the walk scatters
@@ -197,7 +130,7 @@ impl<'s> Walk<'s> {
         if u < p {
             self.throughput *= transmittance / p;
             self.ray = Ray {
-                t_max: self.ray.t_max - v.distance,
+                t_max: self.ray.t_max - self.distance,
                 ..v.x.spawn(-v.w_prev)
             };
             return true;
@@ -212,38 +145,12 @@ impl<'s> Walk<'s> {
             PathOrigin::Sensor => v.bsdf.sample_wi(v.w_prev, u, lobes),
             PathOrigin::Emitter => v.bsdf.sample_wo(v.w_prev, u, lobes),
         };
-        self.follow(v, sample)
-    }
-
-    /// Continues along a direction sampled from the scattering function at `v`. `false`: the walk ends here.
-    #[inline]
-    pub fn follow(&mut self, v: &Vertex, sample: Option<BsdfSample>) -> bool {
         let Some(sample) = sample.filter(|s| !s.weight.is_black()) else {
             return false;
         };
-        let n = match self.origin {
-            PathOrigin::Sensor => v.bsdf.receiving_normal(v.w_prev),
-            PathOrigin::Emitter => None,
-        };
         self.throughput *= sample.weight;
-        self.eta_squared *= sample.eta * sample.eta;
-        self.previous = Previous {
-            p: v.x.p,
-            n,
-            event: sample.lobe,
-            pdf: sample.pdf,
-        };
         self.ray = v.x.spawn(sample.w);
         true
-    }
-
-    /// Multiplies the throughput.
-    #[inline]
-    pub fn scale<F>(&mut self, factor: F)
-    where
-        Rgb: MulAssign<F>,
-    {
-        self.throughput *= factor;
     }
 
     /// Russian roulette: ends the walk with probability `1 - survival`, else divides the throughput by `survival`.

@@ -1,7 +1,7 @@
 //! The camera paths of the many-light methods up to their first gather points: through specular events, with the radiance
 //! emitted on the way.
 
-use super::arriving::{Arrived, Arriving};
+use super::arriving::Arriving;
 use super::gather_points::TileGather;
 use super::gather_vertices::{DirectionNumbers, GatherPath, GatherRole};
 use super::gathering::{DIRECTIONS, GatherTask};
@@ -10,6 +10,7 @@ use super::prepared::PreparedPasses;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::film::{FilmSampler, Layer};
+use crate::integrators::camera_round::{Arrived, CameraStart};
 use crate::integrators::connections::Connection;
 use crate::integrators::context::PassContext;
 use crate::integrators::partition::PathStage;
@@ -17,9 +18,8 @@ use crate::lanes::{Mask, Width, lane};
 use crate::math::{UVec2, Vec2};
 use crate::sampling::{Sampler, Stream};
 use crate::simd::set_bits;
-use crate::transport::direct_lanes::EmitterSamples;
+use crate::transport::direct::EmitterSamples;
 use crate::transport::stream::{Bits, WalkRow, Walks, lanes_where};
-use crate::transport::walk::{Previous, visible_part};
 
 impl PreparedPasses<'_> {
     /// The camera paths of a tile, at the camera.
@@ -66,33 +66,30 @@ impl PreparedPasses<'_> {
         number: Option<PathNumber>,
         sampler: &mut Sampler,
     ) -> WalkRow<PathState> {
-        let film = positions.sample(pixel, u);
-        let camera = self.scene.sensor.ray(film.position, sampler.next_2d());
-        let (ray, hidden) = visible_part(self.scene, self.limits.hide_emitters, camera.ray);
-        WalkRow {
-            ray,
-            throughput: [camera.weight * film.weight / self.camera_paths as f32; 3],
-            eta_squared: 1.0,
-            segments: 0,
-            previous: Previous::start(ray.o),
-            sampler: sampler.branch(),
-            kept: PathState {
-                pixel: index as u32,
-                stage: PathStage::BeforeX,
-                part: PathPart::Prefix(Prefix {
-                    number,
-                    length: hidden,
-                    filter_weight: film.weight,
-                }),
-            },
-        }
+        let scene = (self.scene, self.limits);
+        let start = CameraStart::new(scene, positions, (pixel, u), sampler.next_2d());
+        let path = PathState {
+            pixel: index as u32,
+            stage: PathStage::BeforeX,
+            part: PathPart::Prefix(Prefix {
+                number,
+                length: start.hidden,
+                filter_weight: start.filter_weight,
+            }),
+        };
+        start.walk(self.camera_paths, sampler.branch(), path)
     }
 }
 
 impl<'s> Arriving<'_, 's, '_, '_> {
     /// Gathers at the vertices in `lanes` where specular prefixes arrive.
     #[inline(always)]
-    pub(super) fn end_prefixes<S: Width>(&mut self, s: S, at: &mut Arrived<'s, S>, lanes: Bits) {
+    pub(super) fn end_prefixes<S: Width>(
+        &mut self,
+        s: S,
+        at: &mut Arrived<'_, 's, S, PathState>,
+        lanes: Bits,
+    ) {
         let lanes = lanes_where(lanes, |i| at.paths.as_ref()[i].number().is_some());
         if lanes == 0 {
             return;
@@ -102,18 +99,17 @@ impl<'s> Arriving<'_, 's, '_, '_> {
         if gathers == 0 {
             return;
         }
-        let (x, w_prev) = (at.v.x.store(), at.v.w_prev.store());
-        let (throughput, eta_squared) = (at.throughput.store(), at.eta_squared.store());
+        let values = at.values();
         for i in set_bits(gathers) {
             let path = at.paths.as_ref()[i];
             let Some(prefix) = path.prefix() else {
                 continue;
             };
-            let vertex = at.vertex(self.tile.prepared.scene, &x, &w_prev, i);
+            let vertex = at.vertex(self.round.scene, &values, i);
             let path = GatherPath {
                 pixel: path.pixel,
-                throughput: Rgb::from(lane(&throughput, i)),
-                eta_squared: eta_squared.as_ref()[i],
+                throughput: values.throughput(i),
+                eta_squared: values.eta_squared(i),
                 stage: PathStage::BeforeX,
                 max_photon_radius: self.tile.prepared.max_photon_radius(prefix.length),
                 first_weight: 0.0,
@@ -127,8 +123,13 @@ impl<'s> Arriving<'_, 's, '_, '_> {
     /// Adds direct light on near-delta lobes. It belongs to the emission layer: the walk that follows these lobes is the other
     /// half of MIS.
     #[inline(always)]
-    fn add_near_delta_direct<S: Width>(&mut self, s: S, at: &mut Arrived<'s, S>, lanes: Bits) {
-        let v = &at.v;
+    fn add_near_delta_direct<S: Width>(
+        &mut self,
+        s: S,
+        at: &mut Arrived<'_, 's, S, PathState>,
+        lanes: Bits,
+    ) {
+        let v = at.v;
         let lanes = Mask::from_bits(s, lanes) & v.bsdf.has(Lobes::NEAR_DELTA);
         if lanes.none() {
             return;

@@ -12,7 +12,7 @@
 //! Source: Kollig, Keller, "Illumination in the Presence of Weak Singularities", MCQMC 2004. Deviations: a light represents
 //! many photons, so that the clamped fraction is that of the light to which a photon at `y` is assigned; and the cache.
 
-use super::arriving::{Arrived, Arriving};
+use super::arriving::Arriving;
 use super::axes::Compensation;
 use super::compensation_photons::direction_limit;
 use super::gather_points::{GatherPoint, TileGather};
@@ -25,6 +25,7 @@ use crate::color::Rgb;
 use crate::gather::Assignment;
 use crate::geometry::SurfacePoint;
 use crate::ids::MaterialId;
+use crate::integrators::camera_round::Arrived;
 use crate::integrators::partition::PathStage;
 use crate::lanes::{Color, Width, lane};
 use crate::math::Vec3;
@@ -72,7 +73,6 @@ impl DirectionEnd {
             bsdf: (scene.materials).bsdf(self.material, &self.x, &scene.textures),
             x: self.x,
             w_prev: self.w_prev,
-            distance: 0.0,
             segments: self.segments,
         }
     }
@@ -90,13 +90,13 @@ impl DirectionEnd {
 impl Arriving<'_, '_, '_, '_> {
     /// Compensates clamping at the vertices in `lanes` where directions arrive.
     #[inline(always)]
-    pub(super) fn end_directions<S: Width>(&mut self, at: &mut Arrived<S>, lanes: Bits) {
+    pub(super) fn end_directions<S: Width>(&mut self, at: &mut Arrived<S, PathState>, lanes: Bits) {
         let lanes = lanes & at.v.bsdf.has(Lobes::NON_SPECULAR).bits();
         let lanes = lanes_where(lanes, |i| at.paths.as_ref()[i].direction().is_some());
         if lanes == 0 || self.tile.prepared.compensation == Compensation::None {
             return;
         }
-        let v = &at.v;
+        let v = at.v;
         let n = v.x.normals_towards(v.w_prev);
         let transmits = v.bsdf.transmitting().bits();
         let is_glossy = v.bsdf.has(Lobes::GLOSSY).bits();
@@ -104,9 +104,7 @@ impl Arriving<'_, '_, '_, '_> {
             0 => Color::black(n.x.width()),
             _ => v.bsdf.responses(n, v.w_prev, Lobes::DIFFUSE).0,
         };
-        let (x, n, w_prev, diffuse_f) =
-            (v.x.store(), n.store(), v.w_prev.store(), diffuse_f.store());
-        let (throughput, eta_squared) = (at.throughput.store(), at.eta_squared.store());
+        let (n, diffuse_f, values) = (n.store(), diffuse_f.store(), at.values());
         for i in set_bits(lanes) {
             let path = at.paths.as_ref()[i];
             let Some(&direction) = path.direction() else {
@@ -115,12 +113,12 @@ impl Arriving<'_, '_, '_, '_> {
             let end = DirectionEnd {
                 path,
                 direction,
-                throughput: Rgb::from(lane(&throughput, i)),
-                eta_squared: eta_squared.as_ref()[i],
+                throughput: values.throughput(i),
+                eta_squared: values.eta_squared(i),
                 segments: at.v.segments.as_ref()[i],
-                x: x.as_ref()[i],
+                x: *values.x(i),
                 material: at.material,
-                w_prev: Vec3::from(lane(&w_prev, i)),
+                w_prev: values.w_prev(i),
                 n: Vec3::from(lane(&n, i)),
                 transmits: transmits >> i & 1 != 0,
                 is_glossy: is_glossy >> i & 1 != 0,

@@ -46,6 +46,12 @@ pub(super) struct GatherPoint<'s> {
     pub(super) photon_weight: f32,
 }
 
+impl<'s> AsRef<ShadingPoint<'s>> for GatherPoint<'s> {
+    fn as_ref(&self) -> &ShadingPoint<'s> {
+        &self.at
+    }
+}
+
 /// What the camera paths of a tile share: their gather points and the tile's samples.
 pub(super) struct TileGather<'s, 'o, 't> {
     pub(super) prepared: &'o PreparedPasses<'s>,

@@ -1,6 +1,8 @@
 //! The camera paths of a tile, as walks of a stream: what each is followed for.
 
 use crate::color::Rgb;
+use crate::integrators::camera_round::{CameraPath, FirstPart};
+use crate::integrators::first_event::SampleShare;
 use crate::integrators::partition::PathStage;
 use crate::sampling::{LowDiscrepancySequence, Sampler};
 
@@ -74,19 +76,6 @@ pub(super) struct PathNumber {
 }
 
 impl PathState {
-    /// After a segment of this length, in m.
-    #[inline(always)]
-    pub(super) fn after_segment(mut self, distance: f32) -> Self {
-        match &mut self.part {
-            PathPart::Prefix(prefix) => prefix.length += distance,
-            PathPart::Direction(direction) => {
-                direction.max_photon_radius += INDIRECT_RADIUS_ANGLE * distance;
-            }
-            PathPart::Chain(chain) => chain.max_photon_radius += INDIRECT_RADIUS_ANGLE * distance,
-        }
-        self
-    }
-
     #[inline(always)]
     pub(super) fn prefix(&self) -> Option<&Prefix> {
         match &self.part {
@@ -115,6 +104,35 @@ impl PathState {
     #[inline(always)]
     pub(super) fn number(&self) -> Option<PathNumber> {
         self.prefix().and_then(|prefix| prefix.number)
+    }
+}
+
+impl CameraPath for PathState {
+    #[inline(always)]
+    fn first(&self) -> Option<FirstPart> {
+        let prefix = self.prefix()?;
+        let share = 1.0 / prefix.number?.count as f32;
+        Some(FirstPart {
+            pixel: self.pixel,
+            hidden: prefix.length,
+            event: SampleShare {
+                filter_weight: prefix.filter_weight,
+                share,
+            },
+            surface_share: share,
+        })
+    }
+
+    #[inline(always)]
+    fn after_segment(mut self, distance: f32) -> Self {
+        match &mut self.part {
+            PathPart::Prefix(prefix) => prefix.length += distance,
+            PathPart::Direction(direction) => {
+                direction.max_photon_radius += INDIRECT_RADIUS_ANGLE * distance;
+            }
+            PathPart::Chain(chain) => chain.max_photon_radius += INDIRECT_RADIUS_ANGLE * distance,
+        }
+        self
     }
 }
 

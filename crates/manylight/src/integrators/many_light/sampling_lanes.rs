@@ -14,7 +14,7 @@ use crate::lanes::{Color, Float, Mask, Pair, Vector, Width, lane};
 use crate::math::Vec3;
 use crate::sampling::LowDiscrepancySequence;
 use crate::simd::set_bits;
-use crate::transport::direct_lanes::EmitterSamples;
+use crate::transport::direct::EmitterSamples;
 use crate::transport::stream::{PacketShader, WalkRow, Walks, lanes_where, used};
 use crate::transport::walk::Previous;
 

@@ -21,7 +21,8 @@ use super::sampling_lanes::{Sampling, in_order_of_material};
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::film::{FilmSampler, Layer, TILE_SIZE, TileSamples, Tiling};
-use crate::gather::{CutLimits, Gathered, ShadingPoint, Strategy, WeightedPoint};
+use crate::gather::{CutLimits, Gathered, Strategy, WeightedPoint};
+use crate::integrators::camera_round::CameraRound;
 use crate::integrators::context::PassContext;
 use crate::integrators::partition::PathStage;
 use crate::maps::Neighbors;
@@ -56,16 +57,17 @@ impl<'s> PreparedPasses<'s> {
     ) {
         let mut tile = TileGather::new(self, run.pass, out);
         let shadow_rays = self.follow_paths(run, positions, &mut tile);
-        let points = tile.points;
+        let mut points = tile.points;
         let mut counts = TileCounts {
             camera_paths: out.tile().pixels().count() as u64,
             shadow_rays,
             ..TileCounts::default()
         };
         let mut found = Neighbors::new(PHOTON_NEIGHBORS);
-        for (point, sum) in self.sums(points) {
-            self.add_gather_point(&point, &sum, &mut found, out);
-            counts.add(&point, &sum);
+        let sums = self.sums(&mut points);
+        for (point, sum) in points.iter().zip(&sums) {
+            self.add_gather_point(point, sum, &mut found, out);
+            counts.add(point, sum);
         }
         counts.add_to(run.stats);
     }
@@ -81,13 +83,14 @@ impl<'s> PreparedPasses<'s> {
         let walks = self.start_paths(run, positions, tile);
         follow_all(self.scene, walks, |walks, arrivals, next| {
             let sampled = tile.points.len();
-            let mut arriving = Arriving {
+            let round = CameraRound {
+                scene: self.scene,
+                limits: self.limits,
                 walks,
                 arrivals,
-                next,
-                tile,
             };
-            arriving.add_escapes();
+            let mut arriving = Arriving { round, next, tile };
+            arriving.leave();
             shade_packets(arrivals.runs(), &mut arriving);
             let order = in_order_of_material(&tile.points, sampled);
             let material = |i: u32| tile.points[i as usize].material;
@@ -136,26 +139,21 @@ impl<'s> PreparedPasses<'s> {
         }
     }
 
-    /// The points with the sums over virtual lights there. The error of a cluster may be [`PreparedPasses::tolerance`] in a pixel.
-    fn sums(&self, mut points: Vec<GatherPoint<'s>>) -> Vec<(GatherPoint<'s>, Gathered)> {
+    /// The sums over virtual lights at the points, which it may reorder. The error of a cluster may be [`PreparedPasses::tolerance`] in a
+    /// pixel.
+    fn sums(&self, points: &mut [GatherPoint<'s>]) -> Vec<Gathered> {
         if let Strategy::Bidirectional(limits) = self.gather.strategy {
             return self.product_sums(points, limits);
         }
-        for point in &mut points {
+        for point in &mut *points {
             let throughput = point.throughput.luminance().max(f32::MIN_POSITIVE);
             point.at.tolerance = self.tolerance / throughput;
         }
-        let places: Vec<ShadingPoint> = points.iter().map(|point| point.at).collect();
-        let sums = self.gather.sum(self.scene, &self.lights, &places);
-        points.into_iter().zip(sums).collect()
+        self.gather.sum(self.scene, &self.lights, points)
     }
 
     /// [`PreparedPasses::sums`] by one product cut for each pixel.
-    fn product_sums(
-        &self,
-        mut points: Vec<GatherPoint<'s>>,
-        limits: CutLimits,
-    ) -> Vec<(GatherPoint<'s>, Gathered)> {
+    fn product_sums(&self, points: &mut [GatherPoint<'s>], limits: CutLimits) -> Vec<Gathered> {
         points.sort_by_key(|point| point.pixel);
         let mut sums = Vec::with_capacity(points.len());
         for of_pixel in points.chunk_by(|a, b| a.pixel == b.pixel) {
@@ -169,7 +167,7 @@ impl<'s> PreparedPasses<'s> {
             let gather = &self.gather;
             sums.extend(gather.sum_of_pixel(self.scene, lights, limits, tolerance, &weighted));
         }
-        points.into_iter().zip(sums).collect()
+        sums
     }
 }
 

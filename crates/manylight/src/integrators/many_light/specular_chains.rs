@@ -4,7 +4,7 @@
 //! same light; `caustic_shares.rs` says which part of it they account for. Light that emitters send through such a chain is estimated by
 //! photons: emitters may be small.
 
-use super::arriving::{Arrived, Arriving};
+use super::arriving::Arriving;
 use super::caustic_shares::photon_fraction;
 use super::compensation::MAX_SURVIVAL;
 use super::gather_points::TileGather;
@@ -13,6 +13,7 @@ use super::gathering::GatherTask;
 use super::paths::{Chain, Direction, PathNumber, PathPart, PathState, Prefix, SPLIT};
 use crate::bsdf::{Lobes, Numbers};
 use crate::color::Rgb;
+use crate::integrators::camera_round::Arrived;
 use crate::integrators::partition::PathStage;
 use crate::lanes::{Color, Float, Pair, Width, lane};
 use crate::maps::density::DensityReceiver;
@@ -53,7 +54,12 @@ impl Branches {
 impl<'s> Arriving<'_, 's, '_, '_> {
     /// Appends the paths in `lanes` that continue by specular events; weak ones survive by roulette.
     #[inline(always)]
-    pub(super) fn follow_specular<S: Width>(&mut self, s: S, at: &mut Arrived<S>, lanes: Bits) {
+    pub(super) fn follow_specular<S: Width>(
+        &mut self,
+        s: S,
+        at: &mut Arrived<S, PathState>,
+        lanes: Bits,
+    ) {
         let lanes = lanes & at.v.bsdf.has(Lobes::SPECULAR).bits();
         let lanes = lanes_where(lanes, |i| at.v.segments.as_ref()[i] < MAX_CHAIN);
         if lanes == 0 {
@@ -71,8 +77,7 @@ impl<'s> Arriving<'_, 's, '_, '_> {
         let scaled = at.throughput * Color::from_fn(s, |i| branch(i).scale);
         let survival_factor = Float::from_fn(s, |i| branch(i).survival_factor);
         let max_survival = Float::from_fn(s, |i| branch(i).max_survival);
-        let n = at.v.bsdf.receiving_normals(at.v.w_prev);
-        let (normal, one_sided) = (n.0.store(), n.1.bits());
+        let normals = at.v.normals();
         let most = branches
             .as_ref()
             .iter()
@@ -92,13 +97,12 @@ impl<'s> Arriving<'_, 's, '_, '_> {
             let eta_squared = eta_squared.store();
             let scattered = at.v.scattered(&samples);
             for i in set_bits(lanes & survives.bits()) {
-                let n = (one_sided >> i & 1 != 0).then(|| Vec3::from(lane(&normal, i)));
                 self.next.push(WalkRow {
                     ray: scattered.ray(i),
                     throughput: lane(&throughput, i),
                     eta_squared: eta_squared.as_ref()[i],
                     segments: at.v.segments.as_ref()[i],
-                    previous: scattered.previous(i, n),
+                    previous: scattered.previous(i, normals.get(i)),
                     sampler: at.generators.draw(i, |sampler| sampler.branch()),
                     kept: self.tile.branch(&at.paths.as_ref()[i], branch(i), k),
                 });
@@ -111,7 +115,7 @@ impl<'s> Arriving<'_, 's, '_, '_> {
     fn event_numbers<S: Width>(
         &self,
         s: S,
-        at: &mut Arrived<S>,
+        at: &mut Arrived<S, PathState>,
         branches: &S::Each<Branches>,
         k: u32,
     ) -> Numbers<S> {
@@ -147,24 +151,27 @@ impl<'s> Arriving<'_, 's, '_, '_> {
 
     /// Gathers at the vertices in `lanes` where chains arrive.
     #[inline(always)]
-    pub(super) fn end_chains<S: Width>(&mut self, at: &mut Arrived<'s, S>, lanes: Bits) {
+    pub(super) fn end_chains<S: Width>(
+        &mut self,
+        at: &mut Arrived<'_, 's, S, PathState>,
+        lanes: Bits,
+    ) {
         let lanes = lanes & at.v.bsdf.has(Lobes::NON_SPECULAR).bits();
         let lanes = lanes_where(lanes, |i| at.paths.as_ref()[i].chain().is_some());
         if lanes == 0 {
             return;
         }
-        let (x, w_prev) = (at.v.x.store(), at.v.w_prev.store());
-        let (throughput, eta_squared) = (at.throughput.store(), at.eta_squared.store());
+        let values = at.values();
         for i in set_bits(lanes) {
             let path = at.paths.as_ref()[i];
             let Some(chain) = path.chain() else {
                 continue;
             };
-            let vertex = at.vertex(self.tile.prepared.scene, &x, &w_prev, i);
+            let vertex = at.vertex(self.round.scene, &values, i);
             let path = GatherPath {
                 pixel: path.pixel,
-                throughput: Rgb::from(lane(&throughput, i)),
-                eta_squared: eta_squared.as_ref()[i],
+                throughput: values.throughput(i),
+                eta_squared: values.eta_squared(i),
                 stage: path.stage,
                 max_photon_radius: chain.max_photon_radius,
                 first_weight: chain.first_weight,

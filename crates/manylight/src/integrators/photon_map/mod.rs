@@ -1,6 +1,6 @@
 //! Photon maps: light on high-roughness lobes is estimated by the density of the photons that arrive there.
 //!
-//! Two methods share the camera paths of `camera_paths.rs`:
+//! Two methods share the camera paths of `camera_paths.rs` and `arriving.rs`:
 //!
 //! * *Progressive* photon mapping follows low-roughness lobes, uses next-event estimation at every vertex, and estimates by
 //!   photons the light that reaches high-roughness lobes from other surfaces. Each pass has its own photons and a smaller
@@ -16,13 +16,15 @@
 //! Source: Jensen, "Global Illumination using Photon Maps", EGWR 1996; Hachisuka, Ogaki, Jensen, "Progressive Photon Mapping", ACM
 //! TOG 2008; Hachisuka, Jensen, "Stochastic Progressive Photon Mapping", ACM TOG 2009; radii as in [`progressive_radius_scale`].
 
+mod arriving;
 mod camera_paths;
+mod density_estimates;
 
 use super::context::PassContext;
-use super::partition::PathStage;
-use crate::bsdf::{Bsdf, Lobes};
+use crate::bsdf::Lobes;
 use crate::emitters::EmissionGuide;
 use crate::film::{Film, Tiling};
+use crate::lanes::{Float, Mask, Width};
 use crate::maps::density::progressive_radius_scale;
 use crate::maps::{IncidentMap, KdTree};
 use crate::math::UVec2;
@@ -149,15 +151,12 @@ impl PhotonMap {
         self.estimate == Estimate::Direct || event != Lobes::NONE
     }
 
-    /// The lobes that gather at the given stage of a camera path; the others are followed.
-    fn gathering_lobes(&self, bsdf: &Bsdf, stage: PathStage) -> Lobes {
-        let glossy_gathers =
-            stage != PathStage::BeforeX || bsdf.glossy_width() >= LEAST_GATHERING_ROUGHNESS;
-        let lobes = if self.estimate == Estimate::Direct || glossy_gathers {
-            Lobes::NON_SPECULAR
-        } else {
-            Lobes::DIFFUSE
-        };
-        bsdf.lobes().and(lobes)
+    /// The lanes in which glossy lobes of these widths gather before the first non-specular event; after it, all do.
+    #[inline(always)]
+    fn glossy_gather<S: Width>(&self, width: Float<S>) -> Mask<S> {
+        match self.estimate {
+            Estimate::Progressive => width.ge(LEAST_GATHERING_ROUGHNESS),
+            Estimate::Direct => Mask::splat(width.width(), true),
+        }
     }
 }

@@ -7,7 +7,7 @@ use crate::emitters::EnvironmentLobes;
 use crate::lanes::{self, LaneKernel, Mask, Vector, Width, lane};
 use crate::scene::{PathLimits, Scene};
 use crate::simd::{Isa, Outlined, set_bits};
-use crate::transport::direct_lanes::environment_with_mis_lanes;
+use crate::transport::direct::environment_with_mis;
 
 /// Calls `visit` with each walk of `escaped` that may see the environment, and with the radiance that arrives along it, times its MIS weight
 /// against next-event estimation at the last event, in W/(m² sr). `guide(i)` are the lobes of next-event estimation for walk `i`, if it uses
@@ -94,7 +94,7 @@ where
         let previous = walks.previous_events(s, &index);
         let wi = Vector::from_fn(s, |i| walks.rays[index.as_ref()[i] as usize].d);
         let seen = Mask::from_bits(s, seen);
-        let radiance = environment_with_mis_lanes(escapes.scene, &previous, wi, guides, seen);
+        let radiance = environment_with_mis(escapes.scene, &previous, wi, guides, seen);
         let radiance = radiance.store();
         for i in set_bits(seen.bits()) {
             (escapes.visit)(index.as_ref()[i], Rgb::from(lane(&radiance, i)));

@@ -63,6 +63,20 @@ impl<S: Width> Scattered<S> {
     }
 }
 
+/// Normals as in [`Previous::n`], by lane.
+pub(crate) struct ReceivingNormals<S: Width> {
+    n: [S::Each<f32>; 3],
+    has_normal: Bits,
+}
+
+impl<S: Width> ReceivingNormals<S> {
+    /// The normal in lane `i`.
+    #[inline(always)]
+    pub(crate) fn get(&self, i: usize) -> Option<Vec3> {
+        (self.has_normal >> i & 1 != 0).then(|| Vec3::from(lane(&self.n, i)))
+    }
+}
+
 /// The lanes of a packet of `count` walks.
 #[inline(always)]
 pub(crate) fn used(count: usize) -> Bits {
@@ -171,6 +185,16 @@ impl<'a, S: Width> Vertices<'a, S> {
     pub(crate) fn opacity(&self, i: usize) -> f32 {
         let transmittance = self.bsdf.transmittances(self.w_prev);
         1.0 - transmittance.map_or(0.0, |t| t.max_channel().min(1.0).store().as_ref()[i])
+    }
+
+    /// The normals by which next-event estimation chooses emitters at the vertices.
+    #[inline(always)]
+    pub(crate) fn normals(&self) -> ReceivingNormals<S> {
+        let (n, has_normal) = self.bsdf.receiving_normals(self.w_prev);
+        ReceivingNormals {
+            n: n.store(),
+            has_normal: has_normal.bits(),
+        }
     }
 
     /// The next segments of the walks along sampled directions.

@@ -7,7 +7,7 @@ use crate::geometry::Ray;
 use crate::lanes::{Color, Float, Mask, Vector, Width};
 use crate::math::Vec3;
 use crate::sampling::Sampler;
-use crate::transport::direct_lanes::PreviousEvents;
+use crate::transport::direct::PreviousEvents;
 use crate::transport::walk::Previous;
 
 /// The walks of a tile. All vectors have an element per walk. `T` is what a method keeps for each walk.
@@ -15,9 +15,10 @@ use crate::transport::walk::Previous;
 pub(crate) struct Walks<T> {
     /// The next segment.
     pub(crate) rays: Vec<Ray>,
-    /// See [`Walk::throughput`](crate::transport::Walk::throughput). By channel.
+    /// Camera paths: factor from radiance that arrives to what the sensor measures. Photons: flux, in W. By channel.
     pub(crate) throughput: [Vec<f32>; 3],
-    /// See [`Walk::eta_squared`](crate::transport::Walk::eta_squared).
+    /// Product of squared relative indices of refraction along a camera path; see
+    /// [`camera_survivals`](crate::transport::roulette::camera_survivals).
     pub(crate) eta_squared: Vec<f32>,
     /// Segments up to the start of the ray.
     pub(crate) segments: Vec<u32>,

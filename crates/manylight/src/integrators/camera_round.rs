@@ -1,0 +1,397 @@
+//! What all methods do at the ends of the segments of camera paths: emitted radiance, straight-through transmission, and the layers of
+//! first surfaces and events.
+//!
+//! Albedo is the reflectance towards the viewer, estimated by the weight of one sampled direction. Its mean over passes is right, and exact
+//! after one pass on a Lambertian surface.
+
+use super::first_event::{FirstEvent, SampleShare, add_first_event};
+use crate::bsdf::{BsdfSamples, Lobes};
+use crate::color::Rgb;
+use crate::emitters::EnvironmentLobes;
+use crate::film::{FilmSampler, Layer, TileSamples};
+use crate::geometry::{Ray, SurfacePoint};
+use crate::ids::MaterialId;
+use crate::lanes::{Color, Float, Width, lane};
+use crate::math::{UVec2, Vec2, Vec3};
+use crate::sampling::Sampler;
+use crate::scene::{PathLimits, Scene};
+use crate::simd::set_bits;
+use crate::transport::Vertex;
+use crate::transport::direct::emitted_with_mis;
+use crate::transport::stream::{
+    Arrivals, Bits, Generators, Vertices, WalkRow, Walks, lanes_where, see_environment, used,
+};
+use crate::transport::walk::{Previous, visible_part};
+
+/// What a method keeps for a camera path.
+pub(super) trait CameraPath: Copy {
+    /// What the layers of first surfaces and events need to know; `None` if the path is not in them.
+    fn first(&self) -> Option<FirstPart>;
+
+    /// After a segment of this length, in m.
+    #[inline(always)]
+    fn after_segment(self, _distance: f32) -> Self {
+        self
+    }
+}
+
+/// A camera path before its first event.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FirstPart {
+    /// Index of the pixel in the tile.
+    pub(super) pixel: u32,
+    /// Length of the ray's part before its origin, which the camera must not see; in m.
+    pub(super) hidden: f32,
+    /// The path in the layers of first events.
+    pub(super) event: SampleShare,
+    /// Inverse of the number of paths of the pixel in the layers that describe first surfaces; 0 if this one is not in them.
+    pub(super) surface_share: f32,
+}
+
+/// The start of a camera path.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct CameraStart {
+    /// The part of the ray that the camera sees.
+    ray: Ray,
+    /// See [`FirstPart::hidden`].
+    pub(super) hidden: f32,
+    /// Weight by the reconstruction filter.
+    pub(super) filter_weight: f32,
+    /// Factor from arriving radiance to the pixel, which contains the filter.
+    weight: f32,
+}
+
+impl CameraStart {
+    /// Through the point `u` of a pixel, and the point `u_lens` of the lens.
+    pub(super) fn new(
+        (scene, limits): (&Scene, PathLimits),
+        positions: &FilmSampler,
+        (pixel, u): (UVec2, Vec2),
+        u_lens: Vec2,
+    ) -> Self {
+        let film = positions.sample(pixel, u);
+        let camera = scene.sensor.ray(film.position, u_lens);
+        let (ray, hidden) = visible_part(scene, limits.hide_emitters, camera.ray);
+        CameraStart {
+            ray,
+            hidden,
+            filter_weight: film.weight,
+            weight: camera.weight * film.weight,
+        }
+    }
+
+    /// The walk of one of `count` paths, for which the method keeps `kept`.
+    pub(super) fn walk<T>(&self, count: u32, sampler: Sampler, kept: T) -> WalkRow<T> {
+        WalkRow {
+            ray: self.ray,
+            throughput: [self.weight / count as f32; 3],
+            eta_squared: 1.0,
+            segments: 0,
+            previous: Previous::start(self.ray.o),
+            sampler,
+            kept,
+        }
+    }
+}
+
+/// The paths of a round, at the ends of their segments.
+#[derive(Clone, Copy)]
+pub(super) struct CameraRound<'a, 's, T> {
+    pub(super) scene: &'s Scene,
+    pub(super) limits: PathLimits,
+    pub(super) walks: &'a Walks<T>,
+    pub(super) arrivals: &'a Arrivals,
+}
+
+/// The vertices of a packet, with the paths that arrive there.
+pub(super) struct Arrived<'v, 's, S: Width, T: Copy> {
+    pub(super) v: &'v Vertices<'s, S>,
+    pub(super) material: MaterialId,
+    /// After the segment.
+    pub(super) paths: S::Each<T>,
+    pub(super) throughput: Color<S>,
+    pub(super) eta_squared: Float<S>,
+    pub(super) generators: Generators<S>,
+}
+
+/// The scalar values of [`Arrived`].
+pub(super) struct ArrivedValues<S: Width> {
+    x: S::Each<SurfacePoint>,
+    w_prev: [S::Each<f32>; 3],
+    throughput: [S::Each<f32>; 3],
+    eta_squared: S::Each<f32>,
+}
+
+impl<'s, S: Width, T: Copy> Arrived<'_, 's, S, T> {
+    /// The values of all lanes, for steps that are taken one path at a time.
+    #[inline(always)]
+    pub(super) fn values(&self) -> ArrivedValues<S> {
+        ArrivedValues {
+            x: self.v.x.store(),
+            w_prev: self.v.w_prev.store(),
+            throughput: self.throughput.store(),
+            eta_squared: self.eta_squared.store(),
+        }
+    }
+
+    /// The vertex of lane `i`.
+    #[inline(always)]
+    pub(super) fn vertex(
+        &self,
+        scene: &'s Scene,
+        values: &ArrivedValues<S>,
+        i: usize,
+    ) -> Vertex<'s> {
+        let x = values.x(i);
+        Vertex {
+            bsdf: scene.materials.bsdf(self.material, x, &scene.textures),
+            x: *x,
+            w_prev: values.w_prev(i),
+            segments: self.v.segments.as_ref()[i],
+        }
+    }
+}
+
+impl<S: Width> ArrivedValues<S> {
+    #[inline(always)]
+    pub(super) fn x(&self, i: usize) -> &SurfacePoint {
+        &self.x.as_ref()[i]
+    }
+
+    #[inline(always)]
+    pub(super) fn w_prev(&self, i: usize) -> Vec3 {
+        Vec3::from(lane(&self.w_prev, i))
+    }
+
+    #[inline(always)]
+    pub(super) fn throughput(&self, i: usize) -> Rgb {
+        Rgb::from(lane(&self.throughput, i))
+    }
+
+    #[inline(always)]
+    pub(super) fn eta_squared(&self, i: usize) -> f32 {
+        self.eta_squared.as_ref()[i]
+    }
+}
+
+/// Lanes of a packet.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PathLanes {
+    pub(super) active: Bits,
+    /// The surface belongs to an emitter.
+    pub(super) emits: Bits,
+    /// The path has met nothing yet, and is in the layers of first events.
+    pub(super) firsts: Bits,
+    /// No longer path is within the limits.
+    pub(super) ends: Bits,
+}
+
+impl PathLanes {
+    /// Whether a method must look at the packet.
+    #[inline(always)]
+    pub(super) fn matter(self) -> bool {
+        self.emits | self.firsts | (self.active & !self.ends) != 0
+    }
+}
+
+impl<'a, 's, T: CameraPath> CameraRound<'a, 's, T> {
+    /// The lanes of `packet`.
+    #[inline(always)]
+    pub(super) fn lanes(&self, packet: &[u32]) -> PathLanes {
+        let (walks, active) = (self.walks, used(packet.len()));
+        let primitives = self.scene.geometry.primitives();
+        PathLanes {
+            active,
+            emits: lanes_where(active, |i| {
+                let hit = self.arrivals.hits[packet[i] as usize];
+                hit.is_some_and(|hit| primitives[hit.at.primitive.index()].emitter.is_some())
+            }),
+            firsts: lanes_where(active, |i| self.is_first(packet[i])),
+            ends: lanes_where(active, |i| {
+                !self.limits.allow(walks.segments[packet[i] as usize] + 2)
+            }),
+        }
+    }
+
+    /// The vertices of `packet`, paths that hit `material`.
+    #[inline(always)]
+    pub(super) fn vertices<S: Width>(
+        &self,
+        s: S,
+        material: MaterialId,
+        packet: &[u32],
+    ) -> Vertices<'s, S> {
+        Vertices::new(s, self.scene, self.walks, self.arrivals, material, packet)
+    }
+
+    /// The paths that arrive at the vertices `v`, on `material`. They are a reference: moving them costs more than shading them.
+    #[inline(always)]
+    pub(super) fn arrive<'v, S: Width>(
+        &self,
+        s: S,
+        v: &'v Vertices<'s, S>,
+        material: MaterialId,
+    ) -> Arrived<'v, 's, S, T> {
+        let walks = self.walks;
+        Arrived {
+            paths: s.each(|i| v.kept(walks, i).after_segment(v.hits.as_ref()[i].t)),
+            throughput: walks.throughput(s, &v.index),
+            eta_squared: v.eta_squared(s, walks),
+            generators: v.generators(s, walks),
+            v,
+            material,
+        }
+    }
+
+    #[inline(always)]
+    fn is_first(&self, i: u32) -> bool {
+        self.walks.event(i) == Lobes::NONE && self.walks.kept[i as usize].first().is_some()
+    }
+
+    /// Calls `visit` with each path that leaves the scene, and the radiance of the environment along it, weighted by throughput and MIS, in
+    /// W/(m² sr). `guide` as in [`see_environment`]. Adds the first events of these paths.
+    pub(super) fn leave<'g>(
+        &self,
+        guide: impl Fn(u32) -> Option<&'g EnvironmentLobes>,
+        mut visit: impl FnMut(&T, Rgb, &mut TileSamples),
+        out: &mut TileSamples,
+    ) {
+        let (walks, escaped) = (self.walks, &self.arrivals.escaped);
+        see_environment(
+            self.scene,
+            self.limits,
+            walks,
+            escaped,
+            guide,
+            |i, radiance| {
+                if !radiance.is_black() {
+                    visit(
+                        &walks.kept[i as usize],
+                        walks.throughput_of(i) * radiance,
+                        out,
+                    );
+                }
+            },
+        );
+        for &i in escaped {
+            if self.is_first(i) {
+                let event = FirstEvent::escape(self.scene, self.limits);
+                self.add_first_event(&walks.kept[i as usize], event, out);
+            }
+        }
+    }
+
+    /// Calls `visit` with the paths in the lanes `emits`, and the radiance that the surfaces emit along them, weighted by throughput and
+    /// MIS, in W/(m² sr).
+    #[inline(always)]
+    pub(super) fn see_emitters<S: Width>(
+        &self,
+        v: &Vertices<S>,
+        emits: Bits,
+        mut visit: impl FnMut(&T, Rgb),
+    ) {
+        if emits == 0 {
+            return;
+        }
+        let walks = self.walks;
+        let previous = walks.previous_events(v.w_prev.x.width(), &v.index);
+        let emits = v.mask(emits);
+        let radiance = emitted_with_mis(self.scene, &previous, &v.x, v.w_prev, emits);
+        let lit = (emits & !radiance.is_black()).bits();
+        let radiance = radiance.store();
+        for i in set_bits(lit) {
+            let walk = v.index.as_ref()[i];
+            let radiance = walks.throughput_of(walk) * Rgb::from(lane(&radiance, i));
+            visit(&walks.kept[walk as usize], radiance);
+        }
+    }
+
+    /// Adds the layers that describe the first surfaces of the paths in the lanes `firsts`; `samples` draws directions from all lobes.
+    #[inline(always)]
+    pub(super) fn describe<S: Width>(
+        &self,
+        v: &Vertices<S>,
+        samples: impl FnOnce() -> BsdfSamples<S>,
+        firsts: Bits,
+        out: &mut TileSamples,
+    ) {
+        let first = |i: usize| v.kept(self.walks, i).first();
+        let lanes = lanes_where(firsts, |i| {
+            v.segments.as_ref()[i] == 1 && first(i).is_some_and(|first| first.surface_share > 0.0)
+        });
+        if lanes == 0 {
+            return;
+        }
+        let samples = samples();
+        let albedo = samples.weight.within(samples.valid).store();
+        let normal = v.x.frame.n.store();
+        for i in set_bits(lanes) {
+            let Some(first) = first(i) else {
+                continue;
+            };
+            let depth = first.hidden + v.hits.as_ref()[i].t;
+            let mut add = |layer, value: Rgb| {
+                out.add(first.pixel as usize, layer, value * first.surface_share);
+            };
+            add(Layer::Normal, Rgb::from(lane(&normal, i)));
+            add(Layer::Depth, Rgb::splat(depth));
+            add(Layer::Albedo, Rgb::from(lane(&albedo, i)));
+        }
+    }
+
+    /// Adds the vertices in the lanes of `ends` as the first events of their paths: whether they scatter there stays open.
+    #[inline(always)]
+    pub(super) fn end<S: Width>(&self, v: &Vertices<S>, ends: Bits, out: &mut TileSamples) {
+        for i in set_bits(ends) {
+            self.add_surface(v, i, v.opacity(i), out);
+        }
+    }
+
+    /// Adds the vertices in the lanes of `scatter` as the first events of their paths.
+    #[inline(always)]
+    pub(super) fn scatter<S: Width>(&self, v: &Vertices<S>, scatter: Bits, out: &mut TileSamples) {
+        for i in set_bits(scatter) {
+            self.add_surface(v, i, 1.0, out);
+        }
+    }
+
+    #[inline(always)]
+    fn add_surface<S: Width>(
+        &self,
+        v: &Vertices<S>,
+        i: usize,
+        opacity: f32,
+        out: &mut TileSamples,
+    ) {
+        let event = FirstEvent::Surface {
+            at: v.x.at.as_ref()[i],
+            p: Vec3::from(lane(&v.x.p.store(), i)),
+            opacity,
+        };
+        self.add_first_event(&v.kept(self.walks, i), event, out);
+    }
+
+    fn add_first_event(&self, path: &T, event: FirstEvent, out: &mut TileSamples) {
+        if let Some(first) = path.first() {
+            add_first_event(self.scene, event, first.event, first.pixel as usize, out);
+        }
+    }
+
+    /// Appends to `next` the paths of the lanes `goes_on` that continue straight through. Returns the lanes in which they scatter.
+    #[inline(always)]
+    pub(super) fn pass_through<S: Width>(
+        &self,
+        at: &mut Arrived<S, T>,
+        goes_on: Bits,
+        next: &mut Walks<T>,
+    ) -> Bits {
+        let u = at.generators.next_within(at.v.mask(goes_on));
+        let Some((passes, factor)) = at.v.passes(u, goes_on) else {
+            return goes_on;
+        };
+        at.throughput = at.throughput * factor;
+        let kept = (passes, |i: usize| at.paths.as_ref()[i]);
+        (at.v).pass_through(self.walks, next, at.throughput, &at.generators, kept);
+        goes_on & !passes
+    }
+}
