@@ -4,6 +4,7 @@
 //! evaluated lane by lane.
 
 mod bounds;
+mod each;
 mod values;
 
 use super::leaf::Leaf;

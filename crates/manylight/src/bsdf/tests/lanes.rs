@@ -4,7 +4,7 @@ use super::*;
 use crate::bsdf::{FixedWoLanes, LaneModel};
 use crate::lanes::{LANES, LaneMask, Lanes, Lanes3};
 use crate::math::Spread;
-use crate::simd::{Isa, Simd, SimdKernel};
+use crate::simd::{Instructions, Isa, Simd, SimdKernel};
 
 /// [`FixedWoLanes::f_cos_wi`] in lanes.
 struct InLanes<'a>(&'a FixedWoLanes<'a, 'a>, &'a Lanes3);
@@ -15,6 +15,35 @@ impl SimdKernel for InLanes<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> Lanes3 {
         self.0.f_cos_wi(s.wide(), self.1, LaneMask::MAX)
+    }
+}
+
+fn assert_same(a: Rgb, b: Rgb, what: &str) {
+    for (a, b) in a.to_array().into_iter().zip(b.to_array()) {
+        assert_close(a, b, 1e-4, what);
+    }
+}
+
+#[test]
+fn each_direction_has_its_single_value() {
+    for case in cases() {
+        for ng in normals() {
+            let bsdf = case.bsdf(ng);
+            let mut sampler = sampler(8);
+            for count in [0, 1, LANES, LANES + 3] {
+                let wi: Vec<Vec3> = (0..count).map(|_| direction(&mut sampler)).collect();
+                let wo = direction(&mut sampler);
+                for lobes in [Lobes::NON_SPECULAR, Lobes::DIFFUSE, Lobes::ALL] {
+                    let mut values = vec![Rgb::WHITE];
+                    bsdf.f_cos_each_wi(&wi, wo, lobes, &mut values);
+                    assert_eq!(values.len(), count);
+                    for (&wi, value) in wi.iter().zip(values) {
+                        let single = bsdf.f_cos_wi(wi, wo, lobes.and(Lobes::NON_SPECULAR));
+                        assert_same(value, single, case.name);
+                    }
+                }
+            }
+        }
     }
 }
 
@@ -34,17 +63,17 @@ fn lanes_have_the_values_of_single_functions() {
                         Lobes::NON_SPECULAR,
                         directions.iter().map(|&wo| (&bsdf, wo)),
                     );
-                    let values = Isa::best().run(InLanes(&lanes, &incident));
-                    for (i, &wo) in directions.iter().enumerate() {
-                        let single = bsdf
-                            .with_wo(wo, Lobes::NON_SPECULAR)
-                            .f_cos_wi(incident.vec(i));
-                        for (a, b) in values.rgb(i).to_array().into_iter().zip(single.to_array()) {
-                            assert_close(a, b, 1e-4, case.name);
+                    for isa in Instructions::available().into_iter().filter_map(Isa::new) {
+                        let values = isa.run(InLanes(&lanes, &incident));
+                        for (i, &wo) in directions.iter().enumerate() {
+                            let single = bsdf
+                                .with_wo(wo, Lobes::NON_SPECULAR)
+                                .f_cos_wi(incident.vec(i));
+                            assert_same(values.rgb(i), single, case.name);
                         }
-                    }
-                    for i in count..LANES {
-                        assert!(values.rgb(i).is_black(), "{}", case.name);
+                        for i in count..LANES {
+                            assert!(values.rgb(i).is_black(), "{}", case.name);
+                        }
                     }
                 }
             }

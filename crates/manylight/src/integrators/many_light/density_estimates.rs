@@ -23,39 +23,60 @@ const MAX_RADIUS_PIXELS: f32 = 72.0;
 /// Largest radius of an estimate as a fraction of the scene's diagonal, likewise. Unmeasured.
 const MAX_RADIUS_FRACTION: f32 = 0.03;
 
-/// The scattering function with which a photon counts, in 1/sr.
+/// `f cosθ` with which a photon counts, in 1/sr.
 struct PhotonWeight {
-    f: Rgb,
+    f_cos: Rgb,
     /// What it counts more where photons with such a part are dense; `None` for other photons.
-    f_where_dense: Option<Rgb>,
+    f_cos_where_dense: Option<Rgb>,
 }
 
 impl From<Rgb> for PhotonWeight {
-    fn from(f: Rgb) -> Self {
+    fn from(f_cos: Rgb) -> Self {
         PhotonWeight {
-            f,
-            f_where_dense: None,
+            f_cos,
+            f_cos_where_dense: None,
         }
     }
+}
+
+/// `f cosθ` of the non-specular lobes for a photon, in 1/sr, and the part of the diffuse ones.
+#[derive(Clone, Copy)]
+struct Reflected {
+    f_cos: Rgb,
+    diffuse: Rgb,
+}
+
+/// Reflection at a point from the unit directions `wi`.
+fn reflected_from(at: &ShadingPoint, wi: Vec<Vec3>) -> Vec<Reflected> {
+    let ShadingPoint { bsdf, wo, .. } = at;
+    let (mut all, mut diffuse) = (Vec::new(), Vec::new());
+    bsdf.f_cos_each_wi(&wi, *wo, Lobes::NON_SPECULAR, &mut all);
+    if bsdf.lobes().has(Lobes::GLOSSY) {
+        bsdf.f_cos_each_wi(&wi, *wo, Lobes::DIFFUSE, &mut diffuse);
+    } else {
+        diffuse.clone_from(&all);
+    }
+    let pairs = all.into_iter().zip(diffuse);
+    pairs
+        .map(|(f_cos, diffuse)| Reflected { f_cos, diffuse })
+        .collect()
 }
 
 impl PreparedPasses<'_> {
     /// Radiance at a gather point from photons with a specular last event, in W/(m² sr). Of light that other surfaces have
     /// reflected, directions account for a part of what glossy lobes reflect: see [`photon_fraction`].
     pub(super) fn caustic_radiance(&self, point: &GatherPoint, found: &mut Neighbors) -> Rgb {
-        let (bsdf, wo) = (&point.at.bsdf, point.at.wo);
-        self.density_estimate(&self.caustics, point, found, |photon: &Photon| {
-            let f = |lobes| bsdf.f(photon.wi, wo, lobes);
-            let f_cos = bsdf.f_cos_wi(photon.wi, wo, Lobes::NON_SPECULAR);
+        let weight = |photon: &Photon, reflected: Reflected| {
+            let Reflected { f_cos, diffuse } = reflected;
             if is_shared_with_directions(photon) {
                 return PhotonWeight {
-                    f: f(Lobes::DIFFUSE),
-                    f_where_dense: Some(f(Lobes::GLOSSY) * photon_fraction(f_cos)),
+                    f_cos: diffuse,
+                    f_cos_where_dense: Some((f_cos - diffuse) * photon_fraction(f_cos)),
                 };
             }
-            let fraction = direction_fraction(point.direction_limit, f_cos);
-            (f(Lobes::NON_SPECULAR) * fraction).into()
-        })
+            (f_cos * direction_fraction(point.direction_limit, f_cos)).into()
+        };
+        self.density_estimate(&self.caustics, point, found, weight)
     }
 
     /// Whether caustic photons are dense at a receiver behind `segments` segments of a camera path, for estimates of at most
@@ -82,28 +103,27 @@ impl PreparedPasses<'_> {
         found: &mut Neighbors,
     ) -> Rgb {
         let at = &point.at;
-        let weighted_f = |photon: &CompensationPhoton| {
+        let weight = |photon: &CompensationPhoton, reflected: Reflected| {
             let CompensationPhoton {
-                reflected,
+                reflected: photon,
                 assignment,
             } = *photon;
-            let wi = reflected.photon.wi;
-            let f_cos = |w| at.bsdf.f_cos_wi(w, at.wo, Lobes::NON_SPECULAR);
-            let limit = direction_limit(f_cos(wi));
-            let fraction = 1.0 - direction_fraction(limit, reflected.f_cos);
+            let f_cos = reflected.f_cos;
+            let fraction = 1.0 - direction_fraction(direction_limit(f_cos), photon.f_cos);
             if fraction == 0.0 {
                 return Rgb::BLACK.into();
             }
+            // The photon comes from there: its direction is that of the connection.
             let clamped = self.gather.clamped_fraction(
                 &self.lights,
                 &at.into(),
-                &reflected.from,
+                &photon.from,
                 assignment,
-                f_cos,
+                |_| f_cos,
             );
-            (at.bsdf.f(wi, at.wo, Lobes::NON_SPECULAR) * (fraction * clamped)).into()
+            (f_cos * (fraction * clamped)).into()
         };
-        self.density_estimate(&self.compensation_photons, point, found, weighted_f)
+        self.density_estimate(&self.compensation_photons, point, found, weight)
     }
 
     /// `Σ_j k_j f_j Φ_j` over photons within the path limits, divided by the covered fraction of the kernel. On transmitting
@@ -113,7 +133,7 @@ impl PreparedPasses<'_> {
         photons: &KdTree<P>,
         point: &GatherPoint,
         found: &mut Neighbors,
-        f: impl Fn(&P) -> PhotonWeight,
+        weight: impl Fn(&P, Reflected) -> PhotonWeight,
     ) -> Rgb {
         if point.photon_weight == 0.0 {
             return Rgb::BLACK;
@@ -121,12 +141,12 @@ impl PreparedPasses<'_> {
         let ShadingPoint { x, wo, bsdf, .. } = &point.at;
         let visible_side = x.normal_towards(*wo);
         let sum = match point.at.lit_from {
-            Some(n) => self.density_on_side(photons, point, n, found, &f),
+            Some(n) => self.density_on_side(photons, point, n, found, &weight),
             None if bsdf.receiving_normal(*wo).is_none() => {
-                self.density_on_side(photons, point, visible_side, found, &f)
-                    + self.density_on_side(photons, point, -visible_side, found, &f)
+                self.density_on_side(photons, point, visible_side, found, &weight)
+                    + self.density_on_side(photons, point, -visible_side, found, &weight)
             }
-            None => self.density_on_side(photons, point, visible_side, found, &f),
+            None => self.density_on_side(photons, point, visible_side, found, &weight),
         };
         sum * point.photon_weight
     }
@@ -138,22 +158,29 @@ impl PreparedPasses<'_> {
         point: &GatherPoint,
         n: Vec3,
         found: &mut Neighbors,
-        f: &impl Fn(&P) -> PhotonWeight,
+        weight: &impl Fn(&P, Reflected) -> PhotonWeight,
     ) -> Rgb {
         let receiver = DensityReceiver { p: point.at.x.p, n };
         let (mut sum, mut sum_where_dense, mut near) = (Rgb::BLACK, Rgb::BLACK, 0u32);
         let bandwidth = self.bandwidth(point.max_photon_radius);
+        let mut arriving: Vec<(&P, f32)> = Vec::new();
         let radius = density_estimate(photons, receiver, bandwidth, found, |item, kernel| {
             let photon: &Photon = item.as_ref();
-            if self.limits.allow(point.segments + u32::from(photon.depth)) {
-                let (weight, arriving) = (f(item), photon.flux * kernel);
-                sum += arriving * weight.f;
-                if let Some(f) = weight.f_where_dense {
-                    sum_where_dense += arriving * f;
-                    near += 1;
-                }
+            let cos = photon.wi.dot(point.at.x.ng).abs();
+            if cos > 0.0 && self.limits.allow(point.segments + u32::from(photon.depth)) {
+                arriving.push((item, kernel / cos));
             }
         });
+        let directions = arriving.iter().map(|(item, _)| (*item).as_ref().wi);
+        let reflected = reflected_from(&point.at, directions.collect());
+        for (&(item, kernel), reflected) in arriving.iter().zip(reflected) {
+            let (weight, flux) = (weight(item, reflected), item.as_ref().flux * kernel);
+            sum += flux * weight.f_cos;
+            if let Some(f_cos) = weight.f_cos_where_dense {
+                sum_where_dense += flux * f_cos;
+                near += 1;
+            }
+        }
         // Each photon counts if the others are dense without it: of a Poisson process, that has the expectation of independent
         // photons (Mecke's equation), so that the shares of photons and directions sum to one.
         if near > 0 && are_dense(near - 1, bandwidth) {

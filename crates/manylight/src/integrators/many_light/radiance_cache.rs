@@ -301,18 +301,24 @@ impl RadianceCache {
             n: y.x.normal_towards(wo),
         };
         let largest = MAX_GLOSSY_RADIUS * point.radius / self.share;
-        let mut sum = Rgb::BLACK;
+        let mut arriving: Vec<(&CachePhoton, f32)> = Vec::with_capacity(CACHE_NEIGHBORS);
         let radius = self.estimate(receiver, largest, found, |photon, kernel| {
-            if !self.limits.allow(y.segments + u32::from(photon.depth)) {
-                return;
+            let cos = photon.wi.dot(y.x.ng).abs();
+            if cos > 0.0 && self.limits.allow(y.segments + u32::from(photon.depth)) {
+                arriving.push((photon, kernel / cos));
             }
-            let mut f = bsdf.f(photon.wi, wo, Lobes::NON_SPECULAR);
-            if photon.from_emitter {
-                let f_cos = bsdf.f_cos_wi(photon.wi, wo, Lobes::NON_SPECULAR);
-                f *= direction_fraction(direction_limit, f_cos);
-            }
-            sum += photon.flux * f * kernel;
         });
+        let directions: Vec<Vec3> = arriving.iter().map(|(photon, _)| photon.wi).collect();
+        let mut reflected = Vec::with_capacity(directions.len());
+        bsdf.f_cos_each_wi(&directions, wo, Lobes::NON_SPECULAR, &mut reflected);
+        let mut sum = Rgb::BLACK;
+        for (&(photon, kernel), f_cos) in arriving.iter().zip(reflected) {
+            let fraction = match photon.from_emitter {
+                true => direction_fraction(direction_limit, f_cos),
+                false => 1.0,
+            };
+            sum += photon.flux * f_cos * (fraction * kernel);
+        }
         if sum.is_black() {
             return sum;
         }
@@ -321,12 +327,12 @@ impl RadianceCache {
     }
 
     /// Calls `visit` with the photons around a receiver and their kernel weights in 1/m². Returns the radius of the kernel in m.
-    fn estimate(
-        &self,
+    fn estimate<'c>(
+        &'c self,
         receiver: DensityReceiver,
         largest: f32,
         found: &mut Neighbors,
-        visit: impl FnMut(&CachePhoton, f32),
+        visit: impl FnMut(&'c CachePhoton, f32),
     ) -> f32 {
         let bandwidth = Bandwidth {
             largest,
