@@ -7,7 +7,7 @@ use crate::lanes::{LANES, LaneMask, Lanes3};
 use crate::math::Vec3;
 use crate::simd::{Isa, Simd, SimdKernel};
 
-/// Fewest directions for which the preparation of lanes pays. Not measured: preparation costs about as much as four single values.
+/// Fewest directions for which the preparation of lanes pays. Unmeasured: preparation costs about as much as four single values.
 const FEWEST_IN_LANES: usize = 6;
 
 impl Bsdf<'_> {

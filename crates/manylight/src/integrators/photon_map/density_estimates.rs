@@ -10,7 +10,7 @@ use crate::particles::Photon;
 use crate::sampling::rng;
 use crate::transport::Vertex;
 
-impl TilePaths<'_, '_, '_, '_> {
+impl<'p> TilePaths<'p, '_, '_, '_> {
     /// Density estimate at `v`, for `gathering` lobes and for photons that come from emitters by specular events. The path comes with its
     /// throughput.
     pub(super) fn gather(&mut self, path: (&PathState, Rgb), v: &Vertex, gathering: Lobes) {
@@ -43,24 +43,31 @@ impl TilePaths<'_, '_, '_, '_> {
             (here.after(Lobes::NON_SPECULAR).layer(), Rgb::BLACK),
             (here.after(Lobes::SPECULAR).layer(), Rgb::BLACK),
         ];
-        let visit = |photon: &Photon, kernel| {
-            if !pass.limits.allow(v.segments + u32::from(photon.depth)) {
-                return;
+        // Photons that come from an emitter by specular events count for all non-specular lobes.
+        let mut by_lobes = [(Lobes::NON_SPECULAR, Vec::new()), (gathering, Vec::new())];
+        let visit = |photon: &'p Photon, kernel: f32| {
+            let cos = photon.wi.dot(v.x.ng).abs();
+            if cos > 0.0 && pass.limits.allow(v.segments + u32::from(photon.depth)) {
+                let from_emitter =
+                    photon.event.has(Lobes::SPECULAR) && photon.origin == Lobes::NONE;
+                let (_, photons) = &mut by_lobes[usize::from(!from_emitter)];
+                photons.push((photon, kernel / cos));
             }
-            let is_specular = photon.event.has(Lobes::SPECULAR);
-            let lobes = if is_specular && photon.origin == Lobes::NONE {
-                Lobes::NON_SPECULAR
-            } else {
-                gathering
-            };
-            let term = if is_specular {
-                2
-            } else {
-                usize::from(photon.event != Lobes::NONE)
-            };
-            terms[term].1 += photon.flux * v.bsdf.f(photon.wi, v.w_prev, lobes) * kernel;
         };
         let radius = density_estimate(&pass.photons, receiver, bandwidth, &mut self.found, visit);
+        let mut f_cos = Vec::new();
+        for (lobes, photons) in &by_lobes {
+            let directions: Vec<Vec3> = photons.iter().map(|(photon, _)| photon.wi).collect();
+            v.bsdf
+                .f_cos_each_wi(&directions, v.w_prev, *lobes, &mut f_cos);
+            for (&(photon, kernel), &f_cos) in photons.iter().zip(&f_cos) {
+                let term = match photon.event.has(Lobes::SPECULAR) {
+                    true => 2,
+                    false => usize::from(photon.event != Lobes::NONE),
+                };
+                terms[term].1 += photon.flux * f_cos * kernel;
+            }
+        }
         if terms.iter().all(|(_, sum)| sum.is_black()) {
             return;
         }
