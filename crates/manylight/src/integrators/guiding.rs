@@ -85,7 +85,7 @@ pub(super) fn sample_directions<S: Width>(
     let pdf = guided_pdfs(pdf, Some(guides), samples.w);
     samples.weight = Color::select(has_guide, f_cos / pdf, samples.weight);
     samples.pdf = has_guide.select(pdf, samples.pdf);
-    samples.valid = samples.valid | guided;
+    samples.valid |= guided;
     samples.eta = guided.select(1.0, samples.eta);
     let diffuse = Word::splat(s, u32::from(Lobes::DIFFUSE.0));
     samples.lobe = guided.select_words(diffuse, samples.lobe);

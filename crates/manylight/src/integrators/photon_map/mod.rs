@@ -19,6 +19,7 @@
 mod arriving;
 mod camera_paths;
 mod density_estimates;
+mod shade;
 
 use super::context::PassContext;
 use crate::bsdf::Lobes;

@@ -1,0 +1,95 @@
+//! Shading of a tile. All its camera paths advance together, in rounds.
+
+use super::arriving::Arriving;
+use super::camera_paths::{PathState, PhotonMapPass, TilePaths};
+use crate::emitters::MAX_ENVIRONMENT_LOBES;
+use crate::film::{FilmSampler, TileSamples};
+use crate::integrators::camera_round::{CameraRound, CameraStart};
+use crate::integrators::connections::Connections;
+use crate::integrators::context::PassContext;
+use crate::integrators::first_event::SampleShare;
+use crate::integrators::partition::PathStage;
+use crate::maps::Neighbors;
+use crate::sampling::{Pass, Stream};
+use crate::stats::Stats;
+use crate::transport::stream::{Walks, follow_all, shade_packets};
+
+impl PhotonMapPass<'_> {
+    pub(super) fn shade_tile(
+        &self,
+        run: &PassContext,
+        positions: &FilmSampler,
+        out: &mut TileSamples,
+    ) {
+        let scene = self.scene;
+        let walks = self.start_paths(run, positions, out);
+        Stats::count(&run.stats.camera_paths, walks.rays.len() as u64);
+        let mut tile = TilePaths {
+            pass: self,
+            out,
+            connections: Connections::default(),
+            found: Neighbors::new(self.method.neighbors.max(1) as usize),
+            found_incident: Neighbors::new(MAX_ENVIRONMENT_LOBES),
+        };
+        let mut shadow_rays = 0;
+        follow_all(scene, walks, |walks, arrivals, next| {
+            let round = CameraRound {
+                scene,
+                limits: self.limits,
+                walks,
+                arrivals,
+            };
+            let add = |path: &PathState, radiance, out: &mut TileSamples| {
+                self.add_emitted(path, radiance, out);
+            };
+            round.leave(|_| None, add, tile.out);
+            let mut arriving = Arriving {
+                round,
+                next,
+                tile: &mut tile,
+            };
+            shade_packets(arrivals.runs(), &mut arriving);
+            shadow_rays += tile.connections.add_all(scene, tile.out);
+        });
+        Stats::count(&run.stats.shadow_rays, shadow_rays);
+    }
+
+    /// The camera paths of a tile, at the camera.
+    fn start_paths(
+        &self,
+        run: &PassContext,
+        positions: &FilmSampler,
+        out: &TileSamples,
+    ) -> Walks<PathState> {
+        let window = out.tile();
+        let mut walks = Walks::with_capacity(window.count() * self.camera_paths as usize);
+        for sample in 0..self.camera_paths {
+            // Samples are numbered through all passes.
+            let pass = Pass {
+                index: run.pass.index.wrapping_mul(self.camera_paths) + sample,
+                ..run.pass
+            };
+            for (index, pixel) in window.pixels().enumerate() {
+                let number = positions.index(pixel);
+                let mut sampler = pass.sampler(Stream::Pixel, number);
+                let u = pass.low_discrepancy_2d(Stream::Pixel, number);
+                let scene = (self.scene, self.limits);
+                let start = CameraStart::new(scene, positions, (pixel, u), sampler.next_2d());
+                let path = PathState {
+                    pixel: index as u32,
+                    stage: PathStage::BeforeX,
+                    ends: false,
+                    meets_emitters: true,
+                    describes: sample == 0,
+                    hidden: start.hidden,
+                    event: SampleShare {
+                        filter_weight: start.filter_weight,
+                        share: 1.0 / self.camera_paths as f32,
+                    },
+                };
+                walks.push(start.walk(1, sampler, path));
+            }
+        }
+        walks
+    }
+}
