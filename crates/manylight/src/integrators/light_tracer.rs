@@ -8,18 +8,28 @@
 use super::context::PassContext;
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
-use crate::emitters::EmissionGuide;
+use crate::emitters::{EmissionGuide, EmissionSample};
 use crate::film::Film;
-use crate::geometry::{Ray, Segment, SurfacePoint};
-use crate::math::Vec3;
+use crate::geometry::{Ray, Segment, SurfacePoint, SurfaceRef};
+use crate::ids::MaterialId;
+use crate::lanes::{Vector, Width, lane};
+use crate::math::{UVec2, Vec2, Vec3};
 use crate::sampling::{Sampler, Stream};
 use crate::scene::{PathLimits, Scene};
+use crate::sensors::SensorConnection;
+use crate::simd::set_bits;
 use crate::stats::Stats;
-use crate::transport::{Walk, past_emitters, roulette};
+use crate::transport::past_emitters;
+use crate::transport::stream::{
+    Arrivals, Bits, PacketShader, Vertices, WalkRow, Walks, follow_all, follow_photons,
+    lanes_where, shade_packets, used,
+};
+use crate::transport::walk::Previous;
 use rayon::prelude::*;
 use std::f32::consts::FRAC_1_PI;
+use std::ops::Range;
 
-/// Paths traced by one task. Unmeasured: large enough to amortize the cost of a task, small enough to balance the threads.
+/// Paths traced by one task. Unmeasured: large enough that most packets are full, small enough to balance the threads.
 const PATHS_PER_TASK: u64 = 4096;
 
 /// A contribution to one pixel.
@@ -47,16 +57,13 @@ pub(super) fn render_pass(
                     scene,
                     guide: run.guide,
                     limits,
-                    width: size.x,
-                    height: size.y,
+                    size,
+                    connections: Connections::default(),
                     splats: Vec::new(),
                 };
                 if !run.cancelled() {
-                    for index in
-                        task * PATHS_PER_TASK..((task + 1) * PATHS_PER_TASK).min(path_count)
-                    {
-                        tracer.trace(&mut run.pass.sampler(Stream::Photon, index));
-                    }
+                    let first = task * PATHS_PER_TASK;
+                    tracer.trace(run, first..(first + PATHS_PER_TASK).min(path_count));
                 }
                 tracer.splats
             })
@@ -77,109 +84,195 @@ struct LightTracer<'s> {
     scene: &'s Scene,
     guide: &'s EmissionGuide,
     limits: PathLimits,
-    width: u32,
-    height: u32,
+    size: UVec2,
+    connections: Connections,
     splats: Vec<Splat>,
 }
 
+/// Light on its way to the camera, visibility not yet tested.
+#[derive(Default)]
+struct Connections {
+    segments: Vec<Segment>,
+    /// With the number of transparent surfaces that the segment may cross. Each is a vertex of the path.
+    splats: Vec<(Splat, u32)>,
+    /// By segment: whether an opaque surface blocks it.
+    occluded: Vec<bool>,
+}
+
 impl LightTracer<'_> {
-    fn trace(&mut self, sampler: &mut Sampler) {
+    /// Follows paths to their ends.
+    fn trace(&mut self, run: &PassContext, paths: Range<u64>) {
+        let mut walks = Walks::with_capacity((paths.end - paths.start) as usize);
+        for index in paths {
+            let sampler = run.pass.sampler(Stream::Photon, index);
+            walks.extend(self.start(sampler));
+        }
+        follow_all(self.scene, walks, |walks, arrivals, next| {
+            let mut round = Round {
+                tracer: self,
+                walks,
+                arrivals,
+                next,
+            };
+            shade_packets(arrivals.runs(), &mut round);
+            self.add_visible();
+        });
+        self.add_visible();
+    }
+
+    /// A path at its emitter, which is connected with the sensor.
+    fn start(&mut self, mut sampler: Sampler) -> Option<WalkRow<()>> {
         let scene = self.scene;
-        let Some(start) = scene.emitters.sample_emission(
+        let start = scene.emitters.sample_emission(
             &scene.geometry,
             &scene.textures,
             self.guide,
             sampler.next_emission(),
-        ) else {
+        )?;
+        if let Some(y) = &start.surface {
+            self.connect_emitter(&start, y, &mut sampler);
+        }
+        Some(WalkRow {
+            ray: start.ray,
+            throughput: start.flux.to_array(),
+            eta_squared: 1.0,
+            segments: 0,
+            previous: Previous::start(start.ray.o),
+            sampler,
+            kept: (),
+        })
+    }
+
+    fn connect_emitter(&mut self, start: &EmissionSample, y: &SurfacePoint, sampler: &mut Sampler) {
+        let scene = self.scene;
+        let Some(seen) = scene.sensor.connect(y.p, sampler.next_2d()) else {
             return;
         };
-        if let Some(y) = start.surface.filter(|_| self.limits.allow(1)) {
-            let emits_towards = |w| {
-                !scene
-                    .emitters
-                    .radiance(&scene.geometry, &scene.textures, &y, w)
-                    .is_black()
-            };
+        let radiance = (scene.emitters).radiance(&scene.geometry, &scene.textures, y, seen.w);
+        if !radiance.is_black() {
             // Lambertian emission: the flux of the path is π L / pdf_area, so that this is L |cos| / pdf_area.
-            let seen = |w: Vec3| {
-                if emits_towards(w) {
-                    start.flux * (FRAC_1_PI * y.ng.dot(w).abs())
-                } else {
-                    Rgb::BLACK
-                }
-            };
-            self.splat(&y, 1, sampler, seen);
-        }
-        let mut walk = Walk::from_emitter(scene, start.ray, start.flux);
-        while let Some(v) = walk.advance() {
-            let flux = walk.throughput();
-            self.splat(&v.x, v.segments + 1, sampler, |w| {
-                flux * v.bsdf.f_cos_wo(v.w_prev, w, Lobes::FINITE)
-            });
-            if !self.limits.allow(v.segments + 2) {
-                return;
-            }
-            if walk.pass_through(&v, sampler.next_1d()) {
-                continue;
-            }
-            let before = walk.throughput();
-            if !walk.scatter(&v, sampler.next_bsdf(), Lobes::ALL) {
-                return;
-            }
-            let survival = roulette::photon_survival(before, walk.throughput());
-            if !walk.survive(survival, sampler.next_1d()) {
-                return;
-            }
+            let intensity = start.flux * (FRAC_1_PI * y.ng.dot(seen.w).abs());
+            self.connect((y.at, y.offset_towards(seen.w)), 1, &seen, intensity);
         }
     }
 
-    /// Connects `x` with the sensor; `intensity(w)` is the radiant intensity towards it, in W/sr.
-    fn splat(
+    /// Connects a point, given with the start of a ray to the sensor, by a path of `segments` segments. `intensity` is the radiant intensity
+    /// towards the sensor, in W/sr.
+    fn connect(
         &mut self,
-        x: &SurfacePoint,
+        (at, from): (SurfaceRef, Vec3),
         segments: u32,
-        sampler: &mut Sampler,
-        intensity: impl Fn(Vec3) -> Rgb,
+        seen: &SensorConnection,
+        intensity: Rgb,
     ) {
-        if !self.limits.allow(segments) {
+        let value = intensity * seen.importance;
+        let pixel = seen.film_position.floor();
+        let is_inside = pixel.cmpge(Vec2::ZERO) & pixel.cmplt(self.size.as_vec2());
+        if value.is_black() || !is_inside.all() || !self.limits.allow(segments) {
             return;
         }
-        let Some(seen) = self.scene.sensor.connect(x.p, sampler.next_2d()) else {
-            return;
-        };
-        let value = intensity(seen.w) * seen.importance;
-        if value.is_black() {
-            return;
-        }
-        let at = seen.film_position.floor();
-        if at.x < 0.0 || at.y < 0.0 || at.x >= self.width as f32 || at.y >= self.height as f32 {
-            return;
-        }
-        let segment = Segment {
-            from: x.offset_towards(seen.w),
+        let line = Segment {
+            from,
             to: seen.target,
         };
-        let Some(segment) = line_of_sight(self.scene, self.limits, x, segment) else {
-            return;
-        };
-        // Each transparent surface that the segment crosses is a vertex of the path.
-        let (transmittance, crossings) = self.scene.transmittance_and_crossings(&segment);
-        let value = value * transmittance;
-        if !value.is_black() && self.limits.allow(segments + crossings) {
-            self.splats.push(Splat {
-                pixel: at.y as u32 * self.width + at.x as u32,
-                value,
-            });
+        if let Some(line) = line_of_sight(self.scene, self.limits, at, line) {
+            let pixel = pixel.y as u32 * self.size.x + pixel.x as u32;
+            self.connections.segments.push(line);
+            let crossings = self.limits.left_after(segments);
+            (self.connections.splats).push((Splat { pixel, value }, crossings));
+        }
+    }
+
+    /// Adds the connections that nothing blocks.
+    fn add_visible(&mut self) {
+        let Connections {
+            segments,
+            splats,
+            occluded,
+        } = &mut self.connections;
+        self.scene.geometry.occluded_stream(segments, occluded);
+        let lines = segments.drain(..).zip(&*occluded);
+        for ((splat, max_crossings), (line, &is_occluded)) in splats.drain(..).zip(lines) {
+            if is_occluded {
+                continue;
+            }
+            let (transmittance, crossings) = self.scene.cross_transparent(&line);
+            let value = splat.value * transmittance;
+            if !value.is_black() && crossings <= max_crossings {
+                self.splats.push(Splat { value, ..splat });
+            }
         }
     }
 }
 
-/// The part of the line from `x` to the camera on which surfaces occlude: hidden emitters before the first other surface do not.
-/// `None` if `x` is on such an emitter.
+/// One segment of all paths of a task, and the vertices at its end.
+struct Round<'a, 's> {
+    tracer: &'a mut LightTracer<'s>,
+    walks: &'a Walks<()>,
+    arrivals: &'a Arrivals,
+    next: &'a mut Walks<()>,
+}
+
+impl PacketShader for Round<'_, '_> {
+    #[inline(always)]
+    fn shade<S: Width>(&mut self, s: S, material: MaterialId, packet: &[u32]) {
+        let (scene, walks) = (self.tracer.scene, self.walks);
+        let v = Vertices::new(s, scene, walks, self.arrivals, material, packet);
+        let lanes = used(packet.len());
+        let mut generators = v.generators(s, walks);
+        let u = generators.next_pair();
+        let (p, u) = (v.x.p.store(), [u.x.store(), u.y.store()]);
+        let seen = s.each(|i| match lanes >> i & 1 {
+            0 => None,
+            _ => {
+                let p = Vec3::from(lane(&p, i));
+                (scene.sensor).connect(p, [u[0].as_ref()[i], u[1].as_ref()[i]].into())
+            }
+        });
+        self.connect(s, &v, &seen, lanes);
+        let round = (walks, self.tracer.limits);
+        follow_photons(&v, round, lanes, generators, |_| (), self.next);
+    }
+}
+
+impl Round<'_, '_> {
+    /// Connects the vertices in `lanes` with the sensor.
+    #[inline(always)]
+    fn connect<S: Width>(
+        &mut self,
+        s: S,
+        v: &Vertices<S>,
+        seen: &S::Each<Option<SensorConnection>>,
+        lanes: Bits,
+    ) {
+        let seen = |i: usize| seen.as_ref()[i].as_ref();
+        let lanes = lanes_where(lanes, |i| seen(i).is_some());
+        if lanes == 0 {
+            return;
+        }
+        let w = Vector::from_fn(s, |i| seen(i).map_or(Vec3::Z, |seen| seen.w));
+        let (f_cos, _) = v.bsdf.responses(v.w_prev, w, Lobes::FINITE);
+        let cosines = w.dot(v.x.ng).abs() / v.w_prev.dot(v.x.ng).abs();
+        let intensity = self.walks.throughput(s, &v.index) * f_cos * cosines;
+        let lit = lanes & (intensity.is_finite() & !intensity.is_black()).bits();
+        let (intensity, from) = (intensity.store(), v.x.offset_towards(w).store());
+        for i in set_bits(lit) {
+            if let Some(seen) = seen(i) {
+                let from = (v.x.at.as_ref()[i], Vec3::from(lane(&from, i)));
+                let intensity = Rgb::from(lane(&intensity, i));
+                let segments = v.segments.as_ref()[i] + 1;
+                self.tracer.connect(from, segments, seen, intensity);
+            }
+        }
+    }
+}
+
+/// The part of the line from the surface `at` to the camera on which surfaces occlude: hidden emitters before the first other surface do
+/// not. `None` if `at` is on such an emitter.
 pub(super) fn line_of_sight(
     scene: &Scene,
     limits: PathLimits,
-    x: &SurfacePoint,
+    at: SurfaceRef,
     line: Segment,
 ) -> Option<Segment> {
     if !limits.hide_emitters {
@@ -196,7 +289,7 @@ pub(super) fn line_of_sight(
         },
     );
     let geometry = &scene.geometry;
-    let is_emitter = geometry.primitives()[x.at.primitive.index()]
+    let is_emitter = geometry.primitives()[at.primitive.index()]
         .emitter
         .is_some();
     let is_hidden = is_emitter && geometry.intersect(&ray).is_none();

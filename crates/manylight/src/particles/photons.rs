@@ -6,15 +6,14 @@ use crate::color::Rgb;
 use crate::emitters::EmissionGuide;
 use crate::geometry::SurfaceRef;
 use crate::ids::MaterialId;
-use crate::lanes::{Color, Width, lane};
+use crate::lanes::{Width, lane};
 use crate::math::Vec3;
 use crate::sampling::{Pass, Stream};
 use crate::scene::{PathLimits, Scene};
 use crate::simd::set_bits;
-use crate::transport::roulette::photon_survivals;
 use crate::transport::stream::{
-    Arrivals, Bits, Generators, PacketShader, Vertices, WalkRow, Walks, follow_all, lanes_where,
-    shade_packets, used,
+    Arrivals, Bits, PacketShader, Vertices, WalkRow, Walks, follow_all, follow_photons,
+    lanes_where, shade_packets, used,
 };
 use crate::transport::walk::Previous;
 use std::ops::Range;
@@ -186,7 +185,10 @@ impl<F: Fn(Lobes, Lobes) -> Option<u32>> PacketShader for Round<'_, '_, F> {
         let v = Vertices::new(s, scene, walks, self.arrivals, material, packet);
         let used = used(packet.len());
         self.store(s, &v, used);
-        self.advance(s, &v, used);
+        let generators = v.generators(s, walks);
+        let kept = |i: usize| Self::path_at(walks, v.index.as_ref()[i]);
+        let round = (walks, self.tracer.limits);
+        follow_photons(&v, round, used, generators, kept, self.next);
     }
 }
 
@@ -210,7 +212,7 @@ impl<F: Fn(Lobes, Lobes) -> Option<u32>> Round<'_, '_, F> {
         let (p, wi, flux) = (v.x.p.store(), v.w_prev.store(), flux.store());
         for i in set_bits(useful) {
             let walk = v.index.as_ref()[i];
-            let (previous, path) = (&walks.previous[walk as usize], self.path_at(walk));
+            let (previous, path) = (&walks.previous[walk as usize], Self::path_at(walks, walk));
             let photon = Photon {
                 p: Vec3::from(lane(&p, i)),
                 n: Vec3::from(lane(&n, i)),
@@ -229,66 +231,12 @@ impl<F: Fn(Lobes, Lobes) -> Option<u32>> Round<'_, '_, F> {
 
     /// The path of a walk, with the class of its last event.
     #[inline(always)]
-    fn path_at(&self, walk: u32) -> PhotonPath {
-        let (event, path) = (self.walks.event(walk), self.walks.kept[walk as usize]);
+    fn path_at(walks: &Walks<PhotonPath>, walk: u32) -> PhotonPath {
+        let (event, path) = (walks.event(walk), walks.kept[walk as usize]);
         let origin = match event.has(Lobes::SPECULAR) {
             true => path.origin,
             false => event,
         };
         PhotonPath { origin, ..path }
-    }
-
-    /// Scatters the photons, and appends those that survive.
-    #[inline(always)]
-    fn advance<S: Width>(&mut self, s: S, v: &Vertices<S>, used: Bits) {
-        let (walks, limits) = (self.walks, self.tracer.limits);
-        let goes_on = lanes_where(used, |i| limits.allow(v.segments.as_ref()[i] + 2));
-        if goes_on == 0 {
-            return;
-        }
-        let mut generators = v.generators(s, walks);
-        let mut flux = walks.throughput(s, &v.index);
-        let u_through = generators.next();
-        let mut passes = 0;
-        if let Some((through, factor)) = v.passes(u_through, goes_on) {
-            passes = through;
-            flux = flux * factor;
-            let kept = (passes, |i| v.kept(walks, i));
-            v.pass_through(walks, self.next, flux, &generators, kept);
-        }
-        let scatters = goes_on & !passes;
-        if scatters != 0 {
-            self.scatter(v, flux, generators, scatters);
-        }
-    }
-
-    /// Samples the next directions in the lanes `scatters`, and plays Russian roulette.
-    #[inline(always)]
-    fn scatter<S: Width>(
-        &mut self,
-        v: &Vertices<S>,
-        before: Color<S>,
-        mut generators: Generators<S>,
-        scatters: Bits,
-    ) {
-        let numbers = generators.next_bsdf();
-        let sample = v.bsdf.sample_each_wo(v.w_prev, numbers, Lobes::ALL);
-        let flux = before * sample.weight;
-        let survival = photon_survivals(before, flux);
-        let survives = generators.next().lt(survival);
-        let alive = sample.valid & !sample.weight.is_black() & survives;
-        let flux = (flux / survival).store();
-        let scattered = v.scattered(&sample);
-        for i in set_bits(alive.bits() & scatters) {
-            self.next.push(WalkRow {
-                ray: scattered.ray(i),
-                throughput: lane(&flux, i),
-                eta_squared: 1.0,
-                segments: v.segments.as_ref()[i],
-                previous: scattered.previous(i, None),
-                sampler: generators.get(i),
-                kept: self.path_at(v.index.as_ref()[i]),
-            });
-        }
     }
 }

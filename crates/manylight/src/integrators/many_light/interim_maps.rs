@@ -245,7 +245,7 @@ impl MapCamera<'_> {
             from: x.offset_towards(seen.w),
             to: seen.target,
         };
-        let line = line_of_sight(self.scene, self.limits, &x, line)?;
+        let line = line_of_sight(self.scene, self.limits, x.at, line)?;
         let is_seen = !self.scene.transmittance(&line).is_black();
         is_seen.then_some(seen.film_position)
     }

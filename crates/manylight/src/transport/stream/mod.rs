@@ -12,6 +12,7 @@
 mod arrivals;
 mod escapes;
 mod generators;
+mod photons;
 mod rounds;
 mod vertices;
 mod walks;
@@ -19,6 +20,7 @@ mod walks;
 pub(crate) use arrivals::Arrivals;
 pub(crate) use escapes::see_environment;
 pub(crate) use generators::Generators;
+pub(crate) use photons::follow_photons;
 pub(crate) use rounds::{PacketShader, follow_all, shade_packets};
 pub(crate) use vertices::{Bits, Vertices, lanes_where, used};
 pub(crate) use walks::{WalkRow, Walks};

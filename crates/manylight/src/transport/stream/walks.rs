@@ -85,6 +85,11 @@ impl<T: Copy> Walks<T> {
         self.kept.push(walk.kept);
     }
 
+    /// Appends walks.
+    pub(crate) fn extend(&mut self, walks: impl IntoIterator<Item = WalkRow<T>>) {
+        walks.into_iter().for_each(|walk| self.push(walk));
+    }
+
     /// The throughput of the walks `index[i]`.
     #[inline(always)]
     pub(crate) fn throughput<S: Width>(&self, s: S, index: &S::Each<u32>) -> Color<S> {
