@@ -1,4 +1,4 @@
-//! The random walk of camera paths, photons and importons; next-event estimation; Russian roulette.
+//! Random walks of camera paths, photons and importons, as streams; next-event estimation; Russian roulette.
 
 pub mod direct;
 mod numbers;

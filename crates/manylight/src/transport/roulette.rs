@@ -1,7 +1,6 @@
 //! Russian roulette: probabilities to continue a path. Surviving paths divide their throughput by them.
 
-use crate::color::Rgb;
-use crate::lanes::{Color, Float, One, Width};
+use crate::lanes::{Color, Float, Width};
 
 /// For camera paths: the largest channel of the throughput without the η² that refraction puts into radiance, at most 0.95.
 /// This is Mitsuba's rule.
@@ -13,12 +12,6 @@ pub(crate) fn camera_survivals<S: Width>(throughput: Color<S>, eta_squared: Floa
 /// For photons: the ratio of the largest channels of flux after and before the event, at most 0.99 so that walks between
 /// perfect mirrors end. No channel of the flux grows, and photon density follows irradiance. (By luminance, a photon would
 /// leave a deep blue surface with fourteen times the blue flux that arrived.)
-#[inline]
-pub fn photon_survival(before: Rgb, after: Rgb) -> f32 {
-    photon_survivals::<One>(before.into(), after.into()).get()
-}
-
-/// [`photon_survival`] in lanes.
 #[inline(always)]
 pub(crate) fn photon_survivals<S: Width>(before: Color<S>, after: Color<S>) -> Float<S> {
     let before = before.max_channel();

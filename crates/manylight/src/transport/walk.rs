@@ -1,27 +1,9 @@
-//! The random walk of a camera path or photon, one vertex at a time. Streams of walks (`stream`) take the same steps in packets.
-//!
-//! ```text
-//! while let Some(vertex) = walk.advance() {
-//!     // use the vertex
-//!     if walk.pass_through(&vertex, u) { continue }      // masks, null surfaces, thin glass
-//!     if !walk.scatter(&vertex, numbers, lobes) { break }
-//! }
-//! ```
-//!
-//! Straight-through transmission is no scattering event. Only the number of segments grows.
+//! A single walk from the camera, its vertices, and the state between two segments that it shares with streams (`stream`).
 
 use crate::bsdf::{Bsdf, BsdfNumbers, Lobes};
-use crate::color::Rgb;
 use crate::geometry::{Ray, SurfacePoint};
 use crate::math::Vec3;
 use crate::scene::{PathLimits, Scene};
-
-/// The end of the path that the walk starts from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum PathOrigin {
-    Sensor,
-    Emitter,
-}
 
 /// The last scattering event of a walk, or its start.
 #[derive(Clone, Copy, Debug)]
@@ -48,15 +30,13 @@ impl Previous {
     }
 }
 
-/// A random walk.
+/// A walk from the camera: the only one that advances one vertex at a time, for the maps of interim results.
 #[derive(Clone, Debug)]
 pub struct Walk<'s> {
     scene: &'s Scene,
-    origin: PathOrigin,
     ray: Ray,
     /// Length of the last segment, in m.
     distance: f32,
-    throughput: Rgb,
     segments: u32,
 }
 
@@ -67,44 +47,25 @@ pub struct Vertex<'s> {
     pub x: SurfacePoint,
     /// Scattering function there.
     pub bsdf: Bsdf<'s>,
-    /// Unit direction back along the ray: `wo` of a camera walk, `wi` of a photon.
+    /// Unit direction back along the ray.
     pub w_prev: Vec3,
     /// Segments from the start of the walk to here.
     pub segments: u32,
 }
 
 impl<'s> Walk<'s> {
-    /// A walk from the camera with the given throughput. With [`PathLimits::hide_emitters`], it sees no emitters before
-    /// the first other surface.
-    pub fn from_sensor(scene: &'s Scene, limits: PathLimits, ray: Ray, throughput: Rgb) -> Self {
+    /// A walk along a camera ray. With [`PathLimits::hide_emitters`], it sees no emitters before the first other surface.
+    pub fn from_sensor(scene: &'s Scene, limits: PathLimits, ray: Ray) -> Self {
         let (ray, _) = visible_part(scene, limits.hide_emitters, ray);
-        Walk::new(scene, PathOrigin::Sensor, ray, throughput)
-    }
-
-    /// A photon with the given flux, in W.
-    pub fn from_emitter(scene: &'s Scene, ray: Ray, flux: Rgb) -> Self {
-        Walk::new(scene, PathOrigin::Emitter, ray, flux)
-    }
-
-    fn new(scene: &'s Scene, origin: PathOrigin, ray: Ray, throughput: Rgb) -> Self {
         Walk {
             scene,
-            origin,
             ray,
             distance: 0.0,
-            throughput,
             segments: 0,
         }
     }
 
-    /// Camera walks: factor from radiance that arrives here to what the sensor measures. Photons: flux, in W.
-    #[inline]
-    pub fn throughput(&self) -> Rgb {
-        self.throughput
-    }
-
     /// Follows the ray to the next surface; `None` if there is none.
-    #[inline]
     pub fn advance(&mut self) -> Option<Vertex<'s>> {
         self.segments += 1;
         let hit = self.scene.geometry.intersect(&self.ray)?;
@@ -118,49 +79,26 @@ impl<'s> Walk<'s> {
         })
     }
 
-    /// Continues straight through `v` with the probability of its straight-through transmittance. `false`: the walk scatters
-    /// here, and its throughput is divided by the probability of that.
-    #[inline]
+    /// Continues straight through `v` with the probability of its straight-through transmittance. `false`: the walk scatters here.
     pub fn pass_through(&mut self, v: &Vertex, u: f32) -> bool {
-        let transmittance = v.bsdf.transmittance(v.w_prev);
-        let p = transmittance.max_channel().min(1.0);
-        if p <= 0.0 {
-            return false;
-        }
-        if u < p {
-            self.throughput *= transmittance / p;
+        let passes = u < v.bsdf.transmittance(v.w_prev).max_channel().min(1.0);
+        if passes {
             self.ray = Ray {
                 t_max: self.ray.t_max - self.distance,
                 ..v.x.spawn(-v.w_prev)
             };
-            return true;
         }
-        self.throughput *= 1.0 / (1.0 - p);
-        false
+        passes
     }
 
     /// Scatters at `v` by one of `lobes`. `false`: the walk ends here.
     pub fn scatter(&mut self, v: &Vertex, u: BsdfNumbers, lobes: Lobes) -> bool {
-        let sample = match self.origin {
-            PathOrigin::Sensor => v.bsdf.sample_wi(v.w_prev, u, lobes),
-            PathOrigin::Emitter => v.bsdf.sample_wo(v.w_prev, u, lobes),
-        };
-        let Some(sample) = sample.filter(|s| !s.weight.is_black()) else {
-            return false;
-        };
-        self.throughput *= sample.weight;
-        self.ray = v.x.spawn(sample.w);
-        true
-    }
-
-    /// Russian roulette: ends the walk with probability `1 - survival`, else divides the throughput by `survival`.
-    #[inline]
-    pub fn survive(&mut self, survival: f32, u: f32) -> bool {
-        if u >= survival {
-            return false;
+        let sample = v.bsdf.sample_wi(v.w_prev, u, lobes);
+        let sample = sample.filter(|sample| !sample.weight.is_black());
+        if let Some(sample) = &sample {
+            self.ray = v.x.spawn(sample.w);
         }
-        self.throughput *= 1.0 / survival;
-        true
+        sample.is_some()
     }
 }
 

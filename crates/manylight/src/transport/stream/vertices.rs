@@ -124,8 +124,8 @@ impl<'a, S: Width> Vertices<'a, S> {
     }
 
     /// The lanes of `goes_on` in which walks continue straight through, with the probability of the straight-through transmittance,
-    /// and the factor on the throughput of all walks; see [`Walk::pass_through`](crate::transport::Walk::pass_through). `None`
-    /// where nothing is transparent.
+    /// and the factor on the throughput of all walks: that of those that pass, or of those that do not. `None` where nothing is
+    /// transparent.
     #[inline(always)]
     pub(crate) fn passes(&self, u: Float<S>, goes_on: Bits) -> Option<(Bits, Color<S>)> {
         let transmittance = self.bsdf.transmittances(self.w_prev)?;
