@@ -33,8 +33,15 @@ pub(crate) struct RenderArgs {
     #[command(flatten)]
     pub(crate) paths: PathArgs,
 
-    /// Refuse to start if the estimated memory exceeds this size, such as 8G or 512M.
-    #[arg(long, value_name = "SIZE", value_parser = values::bytes)]
+    /// Refuse to start if the estimated memory exceeds this size, such as 8G or 512M. Default: what the machine or its control group has
+    /// left.
+    #[arg(
+        long,
+        value_name = "SIZE",
+        value_parser = values::bytes,
+        env = "MANYLIGHT_MEMORY_LIMIT",
+        hide_env_values = true
+    )]
     pub(crate) memory_limit: Option<u64>,
 
     /// Layers and colors of pictures.

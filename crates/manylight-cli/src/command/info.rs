@@ -121,10 +121,10 @@ fn triangles(shape: &Shape) -> usize {
 /// Estimated memory in bytes, without particles and virtual lights.
 #[derive(Debug, PartialEq, Serialize)]
 struct Memory {
-    geometry: usize,
-    textures: usize,
-    film: usize,
-    total: usize,
+    geometry: u64,
+    textures: u64,
+    film: u64,
+    total: u64,
 }
 
 /// Estimated size of nodes and packed vertices in the acceleration structure. Not measured.
@@ -145,15 +145,15 @@ const LAYERS: [Layer; 9] = [
 
 impl Memory {
     fn new(desc: &SceneDesc) -> Self {
-        let geometry = desc.shapes.iter().map(geometry_bytes).sum();
-        let textures = desc.textures.iter().map(texture_bytes).sum();
+        let geometry = desc.shapes.iter().map(geometry_bytes).sum::<usize>() as u64;
+        let textures = desc.textures.iter().map(texture_bytes).sum::<usize>() as u64;
         let film_bytes = |s: &SensorDesc| Film::bytes_for(s.film.crop_size, &LAYERS, &[], 1);
         let film = desc.sensors.first().map_or(0, film_bytes);
         Memory {
             geometry,
             textures,
             film,
-            total: geometry + textures + film,
+            total: film.saturating_add(geometry + textures),
         }
     }
 }
@@ -217,7 +217,7 @@ fn corners(bounds: Aabb) -> Value {
 
 fn describe(counts: &Counts, bounds: Aabb, sensors: &[Value], memory: &Memory) -> String {
     let count = |n: usize| human_count(n as u64);
-    let bytes = |n: usize| human_bytes(n as u64);
+    let bytes = human_bytes;
     let mut lines = vec![
         format!("triangles    {}", count(counts.triangles)),
         format!("shapes       {}", count(counts.shapes)),

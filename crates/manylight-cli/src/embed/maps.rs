@@ -2,20 +2,33 @@
 
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
+use crate::memory::check_memory;
 use crate::preset::no_lights;
 use crate::session::Session;
-use manylight::integrators::{InterimMaps, MethodKind, PassContext};
+use manylight::integrators::{InterimMaps, MethodKind, PassContext, StageMemory};
 use manylight::sampling::Pass;
+
+/// Of a map: five numbers, twice while they are collected, and five pictures of them.
+const BYTES_PER_PIXEL: u64 = 2 * 24 + 5 * 12;
 
 impl Session {
     /// The maps of the first pass, as `manylight maps` shows them. `None` if it was interrupted.
     ///
     /// # Errors
-    /// The method has no virtual lights.
+    /// The method has no virtual lights, or would take more memory than the limit.
     pub fn interim_maps(&self, interrupt: &Interrupt) -> Result<Option<InterimMaps>, Failure> {
         let MethodKind::ManyLight(lights) = &self.request.kind else {
             return Err(no_lights(self.request.method));
         };
+        let job = self.job();
+        let pixels = self.scene.sensor.desc().film.crop_size;
+        let maps = StageMemory {
+            stage: "maps",
+            bytes: u64::from(pixels.x) * u64::from(pixels.y) * BYTES_PER_PIXEL,
+        };
+        let limit = self.request.memory_limit;
+        self.pool
+            .install(|| check_memory(limit, &job, 0, Some(maps)))?;
         let method = self.request.method(self.scene.limits);
         Ok(self.pool.install(|| {
             let guide = self.scene.emission_guide();

@@ -29,6 +29,8 @@ fn usage_errors() {
             "render scene.xml -n 1000000 --memory-limit 1G",
             "--memory-limit is 1.0 GB",
         ),
+        ("render scene.xml --size 60000x60000", "are available"),
+        ("maps scene.xml --size 60000x60000", "are available"),
         ("compare scene.xml", "IMAGE"),
         ("list bsdf", "'bsdfs'"),
         ("rendr scene.xml", "'render'"),

@@ -102,12 +102,13 @@ impl Film {
     }
 
     /// Memory of a film of `size` pixels with these layers, in bytes. It holds two `sums` if it has more passes than a block, else one.
-    pub fn bytes_for(size: UVec2, layers: &[Layer], id_layers: &[IdLayer], sums: usize) -> usize {
+    pub fn bytes_for(size: UVec2, layers: &[Layer], id_layers: &[IdLayer], sums: usize) -> u64 {
         let shape = PixelShape::of(layers, id_layers);
         let values = (shape.layers + shape.with_variance) * size_of::<[f64; 3]>()
             + shape.id_layers * coverage::BYTES_PER_PIXEL;
         let pass = layers.len() * size_of::<Rgb>();
-        size.x as usize * size.y as usize * (sums * values + pass)
+        let per_pixel = sums * values + pass;
+        (u64::from(size.x) * u64::from(size.y)).saturating_mul(per_pixel as u64)
     }
 
     /// Size, crop window and filter.

@@ -48,7 +48,7 @@ impl Method {
         );
         let mut stages = vec![StageMemory {
             stage: "film",
-            bytes: film as u64,
+            bytes: film,
         }];
         match &self.kind {
             MethodKind::ManyLight(method) => {
