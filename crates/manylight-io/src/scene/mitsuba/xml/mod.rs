@@ -7,6 +7,7 @@ mod parameters;
 pub(super) use super::super::sink::Text;
 pub(super) use element::{Dialect, XmlElement};
 
+use super::super::expansion::{Exceeded, Expansion};
 use super::super::files::find_file;
 use super::super::sink::{FileSpan, Problem, Sink};
 use super::object::PluginFamily;
@@ -58,7 +59,10 @@ pub(super) fn read_tree(
         sink,
         parameters: Parameters::from_defines(defines),
         nesting: 0,
+        expansion: Expansion::default(),
     };
+    // The first file is below any bound.
+    let _ = reader.expansion.include(path, text.len());
     let root = reader.file(path, text, 0, &[])?;
     reader.parameters.report_unused(sink);
     Some(root)
@@ -69,6 +73,7 @@ struct TreeReader<'a> {
     parameters: Parameters,
     /// Number of elements around the current one.
     nesting: usize,
+    expansion: Expansion,
 }
 
 impl TreeReader<'_> {
@@ -218,17 +223,15 @@ impl TreeReader<'_> {
         let attributes = node
             .attributes()
             .map(|attribute| {
-                let value_span = file.span(attribute.range_value());
+                let span = file.span(attribute.range_value());
                 Attribute {
                     name: Text {
                         value: attribute.name().to_owned(),
                         span: file.span(attribute.range_qname()),
                     },
                     value: Text {
-                        value: self
-                            .parameters
-                            .substitute(attribute.value(), value_span, self.sink),
-                        span: value_span,
+                        value: self.substituted(attribute.value(), span),
+                        span,
                     },
                 }
             })
@@ -239,6 +242,28 @@ impl TreeReader<'_> {
             children: Vec::new(),
             dialect: file.dialect,
             folders: Arc::clone(&file.folders),
+        }
+    }
+
+    /// An attribute with the values of its parameters.
+    fn substituted(&mut self, text: &str, span: FileSpan) -> String {
+        if !text.contains('$') {
+            return text.to_owned();
+        }
+        let value = self.parameters.substitute(text, span, self.sink);
+        match self.expansion.substitute(value.len()) {
+            Ok(()) => value,
+            Err(exceeded) => {
+                self.report_exceeded(exceeded, span);
+                text.to_owned()
+            }
+        }
+    }
+
+    fn report_exceeded(&self, exceeded: Exceeded, span: FileSpan) {
+        if let Some(message) = exceeded.message {
+            let problem = Problem::new("scene::too_many_includes", span, message);
+            self.sink.error(problem);
         }
     }
 
@@ -331,6 +356,10 @@ impl TreeReader<'_> {
                 return Vec::new();
             }
         };
+        if let Err(exceeded) = self.expansion.include(&found, text.len()) {
+            self.report_exceeded(exceeded, name.span);
+            return Vec::new();
+        }
         let Some(root) = self.file(&found, text.into(), file.depth + 1, &file.folders) else {
             return Vec::new();
         };
