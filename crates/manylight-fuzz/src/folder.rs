@@ -71,21 +71,20 @@ pub(crate) fn with_files(input: &[u8], name: &str, f: impl FnOnce(&Path)) {
 /// Whether the input names a path upwards or an absolute one.
 fn leaves_folder(input: &[u8]) -> bool {
     let contains = |what: &[u8]| input.windows(what.len()).any(|part| part == what);
-    [
+    let escapes = [
         &b"../"[..],
         b"..\\",
-        b"\"/",
-        b"\"\\",
-        b"'/",
-        b"'\\",
         b"%2",
         b"%5",
         b"&#",
         b"\\u00",
         b"\\/",
-    ]
-    .into_iter()
-    .any(contains)
+        b"file:",
+    ];
+    // A quote before `/>` ends the last attribute of an XML element.
+    let is_absolute =
+        |part: &[u8]| matches!(part, [b'"' | b'\'', b'/' | b'\\', next] if *next != b'>');
+    escapes.into_iter().any(contains) || input.windows(3).any(is_absolute)
 }
 
 /// The files of an input. Of files with the same name, the last one counts.
@@ -187,5 +186,12 @@ mod tests {
                 panic!("an input that leaves the folder")
             });
         }
+    }
+
+    #[test]
+    fn elements_of_xml_are_no_absolute_paths() {
+        let mut called = false;
+        with_files(br#"<a b="c"/><d e='f'/>"#, "a.xml", |_| called = true);
+        assert!(called);
     }
 }

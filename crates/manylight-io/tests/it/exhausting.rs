@@ -28,18 +28,28 @@ fn build_error(path: PathBuf) -> String {
     Scene::build(desc, 0).unwrap_err().message
 }
 
+/// A scene with `count` times the element that includes a file.
+fn including(file: &str, count: usize) -> String {
+    let include = format!("<include filename=\"{file}\"/>").repeat(count);
+    format!("<scene version=\"3.0.0\">{include}</scene>")
+}
+
 #[test]
-fn files_that_include_themselves_several_times_are_refused() {
-    let scene = format!(
-        "<scene version=\"3.0.0\">{}</scene>",
-        "<include filename=\"scene.xml\"/>".repeat(3)
-    );
-    let found = errors(Files::new(&scene, &[]).scene());
+fn a_file_that_includes_itself_is_refused_at_once() {
+    let found = errors(Files::new(&including("scene.xml", 3), &[]).scene());
+    assert_eq!(found[..3], ["the file `scene.xml` includes itself"; 3]);
+}
+
+#[test]
+fn files_that_include_others_several_times_are_refused() {
+    let names: Vec<String> = (0..11).map(|i| format!("{i}.xml")).collect();
+    let contents = names[1..].iter().map(|next| including(next, 8));
+    let contents: Vec<String> = contents.chain([including("", 0)]).collect();
+    let pairs = names.iter().zip(&contents);
+    let others: Vec<(&str, &str)> = pairs.map(|(n, c)| (n.as_str(), c.as_str())).collect();
+    let found = errors(Files::new(&including("0.xml", 8), &others).scene());
     let expected = "included files and parameters make more than 4194304 bytes from";
-    assert!(
-        found.iter().any(|message| message.starts_with(expected)),
-        "{found:?}"
-    );
+    assert!(found[0].starts_with(expected), "{found:?}");
 }
 
 #[test]

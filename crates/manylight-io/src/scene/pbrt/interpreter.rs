@@ -1,7 +1,7 @@
 //! Runs the statements of a scene file and its included files, and collects the declarations.
 
 use super::super::expansion::Expansion;
-use super::super::files::find_external_file;
+use super::super::files::{find_external_file, identity};
 use super::super::sink::{FileSpan, Problem, Sink, Text};
 use super::colors::ColorSpace;
 use super::entities::{Entities, InstanceEntity, MaterialRef, Named, ShapeEntity, TextureEntity};
@@ -20,11 +20,6 @@ use std::sync::Arc;
 const MAX_INCLUDES: usize = 40;
 /// Most nested blocks.
 const MAX_BLOCKS: usize = 10_000;
-
-/// The path of a file without symbolic links.
-fn identity(path: &Path) -> PathBuf {
-    path.canonicalize().unwrap_or_else(|_| path.to_owned())
-}
 
 /// The state of a run.
 pub(super) struct Interpreter<'a> {
