@@ -37,7 +37,10 @@ fn including(file: &str, count: usize) -> String {
 #[test]
 fn a_file_that_includes_itself_is_refused_at_once() {
     let found = errors(Files::new(&including("scene.xml", 3), &[]).scene());
-    assert_eq!(found[..3], ["the file `scene.xml` includes itself"; 3]);
+    let circular = found
+        .iter()
+        .filter(|message| message.contains("includes itself"));
+    assert_eq!(circular.count(), 3, "{found:?}");
 }
 
 #[test]
@@ -49,7 +52,10 @@ fn files_that_include_others_several_times_are_refused() {
     let others: Vec<(&str, &str)> = pairs.map(|(n, c)| (n.as_str(), c.as_str())).collect();
     let found = errors(Files::new(&including("0.xml", 8), &others).scene());
     let expected = "included files and parameters make more than 4194304 bytes from";
-    assert!(found[0].starts_with(expected), "{found:?}");
+    assert!(
+        found.iter().any(|message| message.starts_with(expected)),
+        "{found:?}"
+    );
 }
 
 #[test]
