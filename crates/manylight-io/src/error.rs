@@ -1,6 +1,7 @@
 //! Errors of scene files, with their locations. A program reads the fields; [`miette`] prints them with an excerpt of the file.
 
-use miette::{LabeledSpan, NamedSource, SourceCode, SourceSpan};
+use crate::source_text::SourceText;
+use miette::{LabeledSpan, SourceCode, SourceSpan};
 use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -35,31 +36,30 @@ pub struct Location {
     line: u32,
     column: u32,
     labels: Vec<(Range<usize>, String)>,
-    source: NamedSource<Arc<str>>,
+    source: Arc<SourceText>,
 }
 
 impl Location {
-    /// The location of the bytes `span` of `text`, which is the content of `path`; `label` is printed at the excerpt.
-    pub(crate) fn new(path: &Path, text: &Arc<str>, span: Range<usize>, label: String) -> Self {
-        let before = &text[..span.start.min(text.len())];
-        let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
-        let line = before.matches('\n').count() as u32 + 1;
-        // Editors do not show a byte order mark, so it has no column.
-        let visible = before[line_start..].trim_start_matches('\u{feff}');
-        let column = visible.chars().count() as u32 + 1;
-        let source = NamedSource::new(path.display().to_string(), Arc::clone(text));
+    /// The location of the bytes `span` of `source`, which is the content of `path`; `label` is printed at the excerpt.
+    pub(crate) fn new(
+        path: &Path,
+        source: &Arc<SourceText>,
+        span: Range<usize>,
+        label: String,
+    ) -> Self {
+        let (line, column) = source.line_and_column(span.start);
         Location {
             path: path.to_owned(),
             line,
             column,
-            labels: vec![(span, label)],
-            source,
+            labels: vec![(source.label_span(span), label)],
+            source: Arc::clone(source),
         }
     }
 
     /// Adds a label at another span of the same file.
     pub(crate) fn add_label(&mut self, span: Range<usize>, label: String) {
-        self.labels.push((span, label));
+        self.labels.push((self.source.label_span(span), label));
     }
 
     /// Path of the file.
@@ -77,7 +77,7 @@ impl Location {
         self.column
     }
 
-    /// Range of bytes in the file.
+    /// Range of bytes in the file; of a long one, the start.
     pub fn span(&self) -> Range<usize> {
         self.labels[0].0.clone()
     }
@@ -141,7 +141,7 @@ impl miette::Diagnostic for Diagnostic {
     fn source_code(&self) -> Option<&dyn SourceCode> {
         self.location
             .as_ref()
-            .map(|location| &location.source as &dyn SourceCode)
+            .map(|location| &*location.source as &dyn SourceCode)
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {

@@ -58,7 +58,7 @@
 //! 3 mesh                file formats of meshes and curves
 //! 2 image spectra part  file formats; sky: computed environment maps
 //! 1 warning             warnings of a scene
-//! 0 error file_error    diagnostics of scene files, errors of other files; resolve: file lookup; gzip: compressed files; replace: whole files or none
+//! 0 error file_error    diagnostics of scene files, errors of other files; resolve: file lookup; gzip: compressed files; replace: whole files or none; source_text: excerpts
 //! ```
 
 pub mod error;
@@ -72,6 +72,7 @@ mod replace;
 mod resolve;
 pub mod scene;
 pub mod sky;
+mod source_text;
 pub mod spectra;
 pub mod warning;
 

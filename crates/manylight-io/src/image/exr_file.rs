@@ -1,7 +1,9 @@
 //! OpenEXR. Files with any channels are read; written files have one part with 32-bit float channels.
 
+use super::exr_dwa;
 use super::layered::{LayeredImage, interleave};
 use super::place::ImageWindow;
+use super::size_check::check_size;
 use crate::file_error::Fault;
 use exr::image::read::read;
 use exr::image::write::WritableImage;
@@ -67,7 +69,7 @@ pub(super) fn read_color(bytes: &[u8]) -> Result<Image, Fault> {
 /// All channels of all parts that have the size of the first part. The name of a part becomes the layer of a channel if that name
 /// is already taken.
 pub(super) fn read_channels(bytes: &[u8]) -> Result<LayeredImage, Fault> {
-    check_size(bytes)?;
+    check_headers(bytes)?;
     let reader = read()
         .no_deep_data()
         .largest_resolution_level()
@@ -120,24 +122,35 @@ fn window_of(
 }
 
 /// Rejects headers that declare more samples than the file can contain, before anything is allocated.
-fn check_size(bytes: &[u8]) -> Result<(), Fault> {
-    /// Bound on samples per byte of the file; far above the compression of an image of one color.
-    const MAX_SAMPLES_PER_BYTE: u128 = 20_000;
+fn check_headers(bytes: &[u8]) -> Result<(), Fault> {
+    /// Most decoded bytes per byte of a file: those of PXR24, which stores three of the four bytes of a float by deflate, which
+    /// expands 1032 times.
+    const EXPANSION: u32 = 1032 * 4 / 3;
+    /// That of DWA, which stores a number for 64 pixels. Images of one color may exceed it.
+    const DWA_EXPANSION: u32 = 1 << 15;
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(damaged)?;
+    let is_dwa = meta.headers.iter().any(exr_dwa::is_dwa);
+    let expansion = if is_dwa { DWA_EXPANSION } else { EXPANSION };
+    let mut decoded = 0;
     for header in &meta.headers {
-        let (size, channels) = (header.layer_size, header.channels.list.len());
-        let samples = size.width() as u128 * size.height() as u128 * channels as u128;
-        if samples > bytes.len() as u128 * MAX_SAMPLES_PER_BYTE {
-            let (width, height) = (size.width(), size.height());
-            return Err(Fault::new(format!(
-                "the header declares {width} x {height} pixels of {channels} channels, more than fit into the file"
-            )));
-        }
+        let size = header.layer_size;
+        let channels = header.channels.list.iter();
+        let pixel: usize = channels.map(|c| c.sample_type.bytes_per_sample()).sum();
+        decoded += size.width() as u128 * size.height() as u128 * pixel as u128;
+        check_size(
+            [size.width(), size.height()],
+            decoded,
+            bytes.len(),
+            expansion,
+        )?;
+    }
+    if is_dwa {
+        exr_dwa::check_chunks(bytes)?;
     }
     Ok(())
 }
 
-fn damaged(error: exr::error::Error) -> Fault {
+pub(super) fn damaged(error: exr::error::Error) -> Fault {
     Fault::new(format!("the EXR image cannot be decoded: {error}"))
 }
 

@@ -1,8 +1,10 @@
 //! PNG, TGA, BMP and Radiance HDR, decoded by the `image` crate.
 
+use super::png_file::check_palette;
+use super::size_check::check_size;
 use super::transfer::{Depth, Transfer};
 use crate::file_error::Fault;
-use image::{DynamicImage, ImageReader, Limits};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use manylight::image::Image;
 use std::borrow::Cow;
 use std::io::Cursor;
@@ -41,20 +43,52 @@ fn decode_stored(bytes: &[u8], path: &Path) -> Result<DynamicImage, Fault> {
         .with_guessed_format()
         .map_err(|e| undecodable(e.into()))?;
     if reader.format().is_none() {
-        match image::ImageFormat::from_path(path) {
-            Ok(format) => reader.set_format(format),
-            Err(_) => {
-                return Err(Fault::new(
-                    "unknown image format; expected PNG, JPEG, TGA, BMP, HDR, EXR or PFM",
-                ));
-            }
+        if let Ok(format) = ImageFormat::from_path(path) {
+            reader.set_format(format);
         }
     }
+    let expansion = match reader.format() {
+        Some(ImageFormat::Png) => {
+            check_palette(&bytes)?;
+            PNG_EXPANSION
+        }
+        Some(ImageFormat::Bmp) => BMP_EXPANSION,
+        Some(ImageFormat::Tga) => TGA_EXPANSION,
+        Some(ImageFormat::Hdr) => HDR_EXPANSION,
+        _ => {
+            return Err(Fault::new(
+                "unknown image format; expected PNG, JPEG, TGA, BMP, HDR, EXR or PFM",
+            ));
+        }
+    };
     let mut limits = Limits::default();
     limits.max_alloc = Some(MAX_DECODED_BYTES);
     reader.limits(limits);
-    reader.decode().map_err(undecodable)
+    let decoder = reader.into_decoder().map_err(undecodable)?;
+    let (width, height) = decoder.dimensions();
+    let decoded = decoder.total_bytes();
+    check_size(
+        [width as usize, height as usize],
+        u128::from(decoded),
+        bytes.len(),
+        expansion,
+    )?;
+    if decoded > MAX_DECODED_BYTES {
+        return Err(Fault::new(format!(
+            "found {width} x {height} pixels, which take {decoded} bytes; at most {MAX_DECODED_BYTES} are supported"
+        )));
+    }
+    DynamicImage::from_decoder(decoder).map_err(undecodable)
 }
+
+/// Most decoded bytes per byte of a file. PNG: deflate expands 1032 times, and an index of one bit becomes four bytes.
+const PNG_EXPANSION: u32 = 1032 * 32;
+/// Two bytes of a run are 255 pixels of three bytes.
+const BMP_EXPANSION: u32 = 512;
+/// Two bytes of a run are 128 pixels of four bytes.
+const TGA_EXPANSION: u32 = 256;
+/// Eight bytes are runs of 127 pixels in four channels, decoded to three floats; runs of the old form are shorter than in other files.
+const HDR_EXPANSION: u32 = 4096;
 
 /// Radiance files start with `#?RADIANCE` or `#?RGBE`; the decoder accepts only the first, so the second is replaced.
 fn with_known_signature(bytes: &[u8]) -> Cow<'_, [u8]> {

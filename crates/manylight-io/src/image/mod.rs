@@ -5,6 +5,7 @@
 
 mod agx;
 mod cryptomatte;
+mod exr_dwa;
 mod exr_file;
 mod jpeg;
 mod layered;
@@ -12,6 +13,7 @@ mod low_range;
 mod pfm;
 mod place;
 mod png_file;
+mod size_check;
 mod transfer;
 mod view;
 mod write;

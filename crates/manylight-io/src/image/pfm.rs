@@ -16,6 +16,11 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Image, Fault> {
         })
     };
     let (width, height) = (size(&words[1])?, size(&words[2])?);
+    if width == 0 || height == 0 {
+        return Err(Fault::new(format!(
+            "found {width} x {height} pixels, expected at least one"
+        )));
+    }
     let scale: f32 = words[3].parse().map_err(|_| {
         Fault::new(format!(
             "expected the scale of a PFM image, found '{}'",
@@ -36,7 +41,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Image, Fault> {
             f32::from_be_bytes([b[0], b[1], b[2], b[3]])
         }
     };
-    let row_bytes = (width * channels * 4).max(1);
+    let row_bytes = width * channels * 4;
     let data = content
         .chunks_exact(row_bytes)
         .rev()

@@ -13,6 +13,31 @@ const KEYWORDS: [(&str, &str); 5] = [
     ("samples", "samples"),
 ];
 
+/// Checks the length of the palette in the content of a file. The decoder assumes whole entries.
+///
+/// # Errors
+/// The palette is damaged.
+pub(super) fn check_palette(bytes: &[u8]) -> Result<(), Fault> {
+    /// Bytes of the signature.
+    const SIGNATURE: usize = 8;
+    /// Bytes of length, name and checksum of a chunk.
+    const CHUNK: usize = 12;
+    /// Most bytes of a palette: 256 entries of three.
+    const MOST: usize = 768;
+    let mut rest = bytes.get(SIGNATURE..).unwrap_or_default();
+    while let Some((length, after)) = rest.split_first_chunk::<4>() {
+        let length = u32::from_be_bytes(*length) as usize;
+        if after.starts_with(b"PLTE") && !(length.is_multiple_of(3) && (3..=MOST).contains(&length))
+        {
+            return Err(Fault::new(format!(
+                "found a palette of {length} bytes, expected a multiple of 3 up to {MOST}"
+            )));
+        }
+        rest = rest.get(length.saturating_add(CHUNK)..).unwrap_or_default();
+    }
+    Ok(())
+}
+
 /// The file content for an image of one or three channels with these 8 bit values.
 pub(super) fn encode(
     image: &Image,

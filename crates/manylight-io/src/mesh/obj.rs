@@ -11,6 +11,11 @@ use super::text::Cursor;
 use crate::file_error::Fault;
 use manylight::geometry::Mesh;
 use manylight::math::{Vec2, Vec3};
+use std::collections::HashMap;
+
+/// Corners of one position that are searched one after the other. A map costs more than a chain until then; without it, the time grows with
+/// the square of the number of corners of a position.
+const LONGEST_CHAIN: usize = 64;
 
 /// An absent index, or the end of a linked list.
 const NONE: u32 = u32::MAX;
@@ -73,6 +78,8 @@ struct Reader<'a> {
     corners: Vec<Corner>,
     /// For each position, the first corner that uses it.
     first_corner: Vec<u32>,
+    /// Corners beyond the first [`LONGEST_CHAIN`] of their position, by their indices.
+    further_corners: HashMap<[u32; 3], u32>,
     triangles: Vec<[u32; 3]>,
     largest: [LargestIndex; 3],
 }
@@ -89,6 +96,7 @@ impl<'a> Reader<'a> {
             normals: Vec::new(),
             corners: Vec::new(),
             first_corner: Vec::new(),
+            further_corners: HashMap::new(),
             triangles: Vec::new(),
             largest: [LargestIndex::default(); 3],
         }
@@ -242,10 +250,19 @@ impl<'a> Reader<'a> {
         if at == NONE {
             self.first_corner[position] = new;
         }
+        let mut searched = 0;
         while at != NONE {
             let corner = &mut self.corners[at as usize];
             if corner.indices == indices {
                 return at;
+            }
+            searched += 1;
+            if searched == LONGEST_CHAIN {
+                let vertex = *self.further_corners.entry(indices).or_insert(new);
+                if vertex != new {
+                    return vertex;
+                }
+                break;
             }
             if corner.next == NONE {
                 corner.next = new;

@@ -6,6 +6,7 @@
 
 use super::attributes::{AttributePlace, MeshAttribute};
 use crate::file_error::Fault;
+use crate::gzip::most_unpacked;
 use flate2::read::ZlibDecoder;
 use manylight::color::Rgb;
 use manylight::geometry::Mesh;
@@ -111,11 +112,9 @@ struct MeshStream<'a> {
 
 impl<'a> MeshStream<'a> {
     fn new(compressed: &'a [u8]) -> Self {
-        /// Upper bound of the compression ratio of deflate.
-        const MAX_COMPRESSION: u64 = 1032;
         MeshStream {
             decoder: ZlibDecoder::new(compressed),
-            max_bytes: compressed.len() as u64 * MAX_COMPRESSION,
+            max_bytes: most_unpacked(compressed.len()),
         }
     }
 

@@ -92,10 +92,17 @@ impl PartFilm {
         let layers = known(&self.layers, Layer::from_array_name)?;
         let id_layers = known(&self.id_layers, IdLayer::from_array_name)?;
         let repeats = |k: usize| layers[..k].contains(&layers[k]);
+        let repeats_id = |k: usize| id_layers[..k].contains(&id_layers[k]);
         if layers.first() != Some(&Layer::Beauty) || (0..layers.len()).any(repeats) {
             return Err(format!(
                 "found the layers {}, expected distinct ones, beauty first",
                 self.layers.join(", ")
+            ));
+        }
+        if (0..id_layers.len()).any(repeats_id) {
+            return Err(format!(
+                "found the id layers {}, expected distinct ones",
+                self.id_layers.join(", ")
             ));
         }
         let block = self.block.get();

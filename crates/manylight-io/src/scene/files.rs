@@ -2,7 +2,12 @@
 
 use super::sink::{Problem, Sink, Text};
 use crate::resolve::{resolve, similar_file};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+/// The path of a file without symbolic links, by which files that include themselves are found.
+pub(super) fn identity(path: &Path) -> PathBuf {
+    path.canonicalize().unwrap_or_else(|_| path.to_owned())
+}
 
 /// The file `name` in the first of `folders` that contains it. `what` describes it in messages.
 ///

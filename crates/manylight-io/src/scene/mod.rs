@@ -4,6 +4,7 @@ mod assets;
 mod attributes;
 mod curve_files;
 mod digest;
+mod expansion;
 mod files;
 mod gltf;
 mod mitsuba;

@@ -1,7 +1,8 @@
 //! Collection of errors and warnings. Loading continues after an error, so that one run finds all problems.
 
 use crate::error::{Diagnostic, LoadErrorKind, Location, Severity};
-use std::cell::RefCell;
+use crate::source_text::SourceText;
+use std::cell::{Cell, RefCell};
 use std::collections::{BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -91,8 +92,11 @@ impl Problem {
 
 struct SourceFile {
     path: PathBuf,
-    text: Arc<str>,
+    text: Arc<SourceText>,
 }
+
+/// Most problems of each severity that are kept. A file of another kind may have one on every line.
+const MOST_PROBLEMS: usize = 1000;
 
 /// The files of a scene, and the problems found so far.
 #[derive(Default)]
@@ -103,6 +107,8 @@ pub(super) struct Sink {
     read: RefCell<BTreeSet<PathBuf>>,
     /// Subjects of [`Sink::warn_once`].
     warned: RefCell<HashSet<String>>,
+    /// Numbers of errors and warnings, including those that are not kept.
+    counts: [Cell<usize>; 2],
 }
 
 impl Sink {
@@ -111,7 +117,7 @@ impl Sink {
         let mut files = self.files.borrow_mut();
         files.push(SourceFile {
             path: path.to_owned(),
-            text,
+            text: Arc::new(SourceText::new(path, text)),
         });
         files.len() as u32 - 1
     }
@@ -128,6 +134,8 @@ impl Sink {
 
     /// Adds a problem without a location.
     pub(super) fn report(&self, diagnostic: Diagnostic) {
+        let count = self.count(diagnostic.severity);
+        count.set(count.get() + 1);
         self.found.borrow_mut().push((None, diagnostic));
     }
 
@@ -148,7 +156,22 @@ impl Sink {
         }
     }
 
+    /// The number of problems of a severity, including those that are not kept.
+    fn count(&self, severity: Severity) -> &Cell<usize> {
+        &self.counts[severity as usize]
+    }
+
+    /// Whether further errors are counted, but not kept.
+    pub(super) fn is_full(&self) -> bool {
+        self.count(Severity::Error).get() >= MOST_PROBLEMS
+    }
+
     fn add(&self, severity: Severity, problem: Problem) {
+        let count = self.count(severity);
+        count.set(count.get() + 1);
+        if count.get() > MOST_PROBLEMS {
+            return;
+        }
         let location = problem.span.map(|span| self.locate(&problem, span));
         let Problem {
             code,
@@ -191,19 +214,38 @@ impl Sink {
 
     /// Whether an error has been added.
     pub(super) fn has_errors(&self) -> bool {
-        self.found
-            .borrow()
-            .iter()
-            .any(|(_, diagnostic)| diagnostic.severity == Severity::Error)
+        self.count(Severity::Error).get() > 0
     }
 
-    /// All problems, sorted by file and location; those without a location first.
+    /// The problems, sorted by file and location; those without a location first. If there are too many, the last one says so.
     pub(super) fn into_diagnostics(self) -> Vec<Diagnostic> {
         let mut found = self.found.into_inner();
         found.sort_by_key(|(span, _)| *span);
+        let further = [Severity::Error, Severity::Warning]
+            .into_iter()
+            .zip(&self.counts)
+            .filter(|(_, count)| count.get() > MOST_PROBLEMS)
+            .map(|(severity, count)| not_listed(severity, count.get()));
         found
             .into_iter()
             .map(|(_, diagnostic)| diagnostic)
+            .chain(further)
             .collect()
+    }
+}
+
+/// The problem that there are `count` problems, of which most are not listed.
+fn not_listed(severity: Severity, count: usize) -> Diagnostic {
+    let what = match severity {
+        Severity::Error => "errors",
+        Severity::Warning => "warnings",
+    };
+    Diagnostic {
+        severity,
+        kind: LoadErrorKind::Scene,
+        code: "scene::too_many_problems",
+        message: format!("the scene has {count} {what}; the first {MOST_PROBLEMS} are listed"),
+        location: None,
+        help: None,
     }
 }

@@ -8,6 +8,7 @@
 
 mod attributes;
 mod errors;
+mod exhausting;
 mod gltf;
 mod materials;
 mod names;

@@ -2,6 +2,7 @@
 
 use super::check_materials::{check_materials, check_texture};
 use super::error::{Checked, check_index, ensure, fail, with_context};
+use super::nesting::Nesting;
 use super::{PrimitiveDesc, SceneDesc};
 use crate::emitters::Emitter;
 use crate::geometry::{Mesh, Shape};
@@ -178,8 +179,13 @@ fn pixels(size: UVec2) -> String {
     format!("{} x {}", size.x, size.y)
 }
 
-/// A nested texture must precede the texture that contains it, so that there are no cycles.
-fn check_textures(desc: &SceneDesc) -> Checked {
+/// Checks that the textures of a description can be evaluated. A nested texture must precede the texture that contains it, so that there are
+/// no cycles. [`Scene::build`](super::Scene::build) checks this, too; a loader that evaluates textures needs it before.
+///
+/// # Errors
+/// A texture contains one that is not before it, is nested too deep, or has too many parts.
+pub fn check_textures(desc: &SceneDesc) -> Result<(), super::SceneError> {
+    let mut nestings: Vec<Nesting> = Vec::with_capacity(desc.textures.len());
     for (i, texture) in desc.textures.iter().enumerate() {
         ensure(texture.has_valid_indices(), || {
             format!("texture {i} has an index of a vertex without a value")
@@ -192,6 +198,8 @@ fn check_textures(desc: &SceneDesc) -> Checked {
                 )
             })?;
         }
+        let inner = texture.nested().map(|nested| nestings[nested.index()]);
+        nestings.push(Nesting::of(&format!("texture {i}"), inner)?);
     }
     Ok(())
 }

@@ -2,6 +2,7 @@
 
 use super::SceneDesc;
 use super::error::{Checked, check_index, ensure, with_context};
+use super::nesting::Nesting;
 use crate::bsdf::Material;
 use crate::ids::{MaterialId, TextureId};
 use crate::texture::{ColorInput, FloatInput};
@@ -35,7 +36,7 @@ enum VisitState {
     New,
     /// On the current path: an inner material in this state closes a cycle.
     OnPath,
-    Done,
+    Done(Nesting),
 }
 
 /// Depth-first search from `start`, with an explicit stack: the chain of wrappers may be long.
@@ -43,7 +44,15 @@ fn check_cycles(desc: &SceneDesc, states: &mut [VisitState], start: usize) -> Ch
     let mut stack = vec![start];
     while let Some(&id) = stack.last() {
         if states[id] != VisitState::New {
-            states[id] = VisitState::Done;
+            if states[id] == VisitState::OnPath {
+                let inner = inner_materials(&desc.materials[id]);
+                let nestings = inner.filter_map(|inner| match states[inner.index()] {
+                    VisitState::Done(nesting) => Some(nesting),
+                    VisitState::New | VisitState::OnPath => None,
+                });
+                let nesting = Nesting::of(&format!("material {id}"), nestings)?;
+                states[id] = VisitState::Done(nesting);
+            }
             stack.pop();
             continue;
         }

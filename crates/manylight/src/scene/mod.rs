@@ -6,9 +6,11 @@ mod check_materials;
 pub mod desc;
 pub mod error;
 mod names;
+mod nesting;
 #[cfg(test)]
 mod tests;
 
+pub use check::check_textures;
 pub use desc::{InstanceDesc, PathLimits, PrimitiveDesc, SceneDesc};
 pub use error::SceneError;
 pub use names::SurfaceNames;

@@ -4,6 +4,7 @@
 use super::header::{PlyElement, Property};
 use crate::mesh::attributes::{AttributePlace, MeshAttribute};
 use manylight::color::Rgb;
+use std::collections::HashSet;
 
 /// First, second and third letter of the names of the channels, by kind.
 const CHANNELS: [[char; 3]; 4] = [
@@ -136,6 +137,7 @@ struct Run<'a> {
 /// The runs of one or three channels among the free properties.
 fn runs(element: &PlyElement, is_free: impl Fn(usize) -> bool) -> Vec<Run<'_>> {
     let mut found: Vec<Run<'_>> = Vec::new();
+    let mut names: HashSet<&str> = HashSet::new();
     for (i, property) in element.properties.iter().enumerate() {
         let Some((name, channel)) = property.name.rsplit_once('_') else {
             continue;
@@ -153,7 +155,7 @@ fn runs(element: &PlyElement, is_free: impl Fn(usize) -> bool) -> Vec<Run<'_>> {
         let first = letters.next().filter(|_| letters.next().is_none());
         let kind = CHANNELS.iter().position(|kind| Some(kind[0]) == first);
         if let Some(kind) = kind
-            && found.iter().all(|run| run.name != name)
+            && names.insert(name)
         {
             found.push(Run {
                 name,

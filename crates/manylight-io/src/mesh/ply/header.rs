@@ -3,6 +3,7 @@
 use super::super::text::Cursor;
 use crate::file_error::Fault;
 use crate::image::linear_from_srgb;
+use std::borrow::Cow;
 
 /// How the values after the header are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -107,7 +108,7 @@ impl Header {
         }
         cursor.next_line();
         let mut encoding = None;
-        let mut elements = Vec::new();
+        let mut elements: Vec<PlyElement> = Vec::new();
         loop {
             if cursor.at_end() {
                 return Err(cursor.expected("'end_header'"));
@@ -118,11 +119,14 @@ impl Header {
                 [] | ["comment", ..] | ["obj_info", ..] => {}
                 ["end_header"] => break,
                 ["format", name, ..] => encoding = Some(parse_encoding(name, cursor)?),
+                ["element", name, _] if elements.iter().any(|element| element.name == name) => {
+                    return Err(cursor.fault(format!("the element '{name}' is declared twice")));
+                }
                 ["element", name, count] => elements.push(parse_element(name, count, cursor)?),
                 ["property", ..] => {
                     let property = parse_property(&words, cursor)?;
-                    let element: Option<&mut PlyElement> = elements.last_mut();
-                    element
+                    elements
+                        .last_mut()
                         .ok_or_else(|| {
                             cursor.fault("expected an element before the first property")
                         })?
@@ -150,11 +154,10 @@ impl Header {
     }
 }
 
-/// The first line of `rest` as text.
-fn first_line(rest: &[u8]) -> &str {
+/// The first line of `rest` as text. Only comments may have bytes that are not UTF-8; elsewhere they become unknown words.
+fn first_line(rest: &[u8]) -> Cow<'_, str> {
     let line = rest.split(|&b| b == b'\n').next().unwrap_or_default();
-    // Only comments may contain bytes that are not UTF-8.
-    std::str::from_utf8(line).unwrap_or("comment")
+    String::from_utf8_lossy(line)
 }
 
 fn parse_encoding(name: &str, cursor: Cursor) -> Result<Encoding, Fault> {

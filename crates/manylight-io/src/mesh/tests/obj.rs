@@ -141,3 +141,21 @@ fn odd_but_harmless_obj_files_are_read() {
         [Vec2::new(0.5, 0.0); 3]
     );
 }
+
+#[test]
+fn corners_of_one_position_are_split_and_shared_however_many_there_are() {
+    let count = 300;
+    let mut text = String::from("v 0 0 0\nv 1 0 0\nv 0 1 0\n");
+    for i in 1..=count {
+        text.push_str(&format!("vt {i} 0\n"));
+    }
+    for i in (1..=count).chain(1..=count) {
+        text.push_str(&format!("f 1/{i} 2/1 3/1\n"));
+    }
+    let mesh = parse_obj(&text).unwrap();
+    assert_eq!(mesh.positions.len(), count + 2);
+    let (first, second) = mesh.triangles.split_at(count);
+    assert_eq!(first, second);
+    let u = |t: &[u32; 3]| mesh.uvs[t[0] as usize].x;
+    assert!(first.iter().map(u).eq((1..=count).map(|i| i as f32)));
+}

@@ -150,3 +150,20 @@ fn damage_in_ply_is_reported() {
         "f:16:1: expected a line of a PLY header (format, comment, element, property, end_header), found 'end'"
     );
 }
+
+#[test]
+fn repeated_elements_and_damaged_keywords_are_errors() {
+    let header = |lines: &str| format!("ply\nformat ascii 1.0\n{lines}\nend_header\n");
+    let twice = header("element vertex 1\nproperty float x\nelement vertex 2");
+    assert_eq!(
+        parse_ply(twice.as_bytes()).unwrap_err(),
+        "f:5:1: the element 'vertex' is declared twice"
+    );
+    let damaged =
+        [&b"ply\nformat ascii 1.0\nelement vert\xFFx 1\nelem\xFFent face 1\n"[..]].concat();
+    assert!(
+        parse_ply(&damaged)
+            .unwrap_err()
+            .starts_with("f:4:1: expected a line of a PLY header")
+    );
+}

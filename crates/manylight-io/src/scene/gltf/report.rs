@@ -89,7 +89,7 @@ impl<'a> Reporter<'a> {
         complete: impl FnOnce(Problem) -> Problem,
     ) {
         let key = (path.to_owned(), message.to_owned());
-        if self.reported.borrow_mut().insert(key) {
+        if !self.sink.is_full() && self.reported.borrow_mut().insert(key) {
             self.sink.error(complete(self.problem(code, path, message)));
         }
     }

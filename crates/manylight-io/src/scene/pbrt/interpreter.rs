@@ -1,6 +1,7 @@
 //! Runs the statements of a scene file and its included files, and collects the declarations.
 
-use super::super::files::find_external_file;
+use super::super::expansion::Expansion;
+use super::super::files::{find_external_file, identity};
 use super::super::sink::{FileSpan, Problem, Sink, Text};
 use super::colors::ColorSpace;
 use super::entities::{Entities, InstanceEntity, MaterialRef, Named, ShapeEntity, TextureEntity};
@@ -29,8 +30,9 @@ pub(super) struct Interpreter<'a> {
     stack: Vec<(Block, FileSpan, GraphicsState)>,
     systems: CoordinateSystems,
     in_world: bool,
-    /// Files that are being read.
+    /// Files that are being read, without symbolic links.
     open_files: Vec<PathBuf>,
+    expansion: Expansion,
     pub(super) entities: Entities,
 }
 
@@ -46,6 +48,7 @@ impl<'a> Interpreter<'a> {
             systems: CoordinateSystems::new(),
             in_world: false,
             open_files: Vec::new(),
+            expansion: Expansion::default(),
             entities: Entities::default(),
         };
         let file = sink.add_file(path, Arc::clone(&text));
@@ -54,13 +57,16 @@ impl<'a> Interpreter<'a> {
             start: 0,
             end: 0,
         });
-        interpreter.file(path, Lexer::new(text, file));
+        let identity = identity(path);
+        // The first file is below any bound.
+        let _ = interpreter.expansion.include(&identity, text.len());
+        interpreter.file(identity, Lexer::new(text, file));
         interpreter
     }
 
     /// Runs one file. Blocks must end in the file in which they begin.
-    fn file(&mut self, path: &Path, lexer: Lexer) {
-        self.open_files.push(path.to_owned());
+    fn file(&mut self, identity: PathBuf, lexer: Lexer) {
+        self.open_files.push(identity);
         let depth = self.stack.len();
         let mut parser = Parser::new(lexer);
         while let Some(statement) = parser.next(self.sink) {
@@ -201,9 +207,8 @@ impl<'a> Interpreter<'a> {
         let Some(path) = find_external_file(self.sink, &self.folders, name, "included file") else {
             return;
         };
-        let identity = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_owned());
         let wanted = identity(&path);
-        let is_open = self.open_files.iter().any(|open| identity(open) == wanted);
+        let is_open = self.open_files.contains(&wanted);
         if is_open || self.open_files.len() > MAX_INCLUDES {
             let message = if is_open {
                 format!("the file `{}` includes itself", name.value)
@@ -217,12 +222,19 @@ impl<'a> Interpreter<'a> {
         let Some(text) = read_text(&path, name, self.sink) else {
             return;
         };
+        if let Err(exceeded) = self.expansion.include(&wanted, text.len()) {
+            if let Some(message) = exceeded.message {
+                let problem = Problem::new("scene::too_many_includes", name.span, message);
+                self.sink.error(problem);
+            }
+            return;
+        }
         let file = self.sink.add_file(&path, Arc::clone(&text));
         let folders = Rc::clone(&self.folders);
         let main = folders[0].clone();
         let own = path.parent().map(Path::to_owned).filter(|own| *own != main);
         self.folders = std::iter::once(main).chain(own).collect();
-        self.file(&path, Lexer::new(text, file));
+        self.file(wanted, Lexer::new(text, file));
         self.folders = folders;
     }
 

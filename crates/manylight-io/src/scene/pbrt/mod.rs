@@ -39,9 +39,9 @@ use interpreter::Interpreter;
 use manylight::color::Rgb;
 use manylight::ids::{MaterialId, TextureId};
 use manylight::math::Affine3A;
-use manylight::scene::{InstanceDesc, SceneDesc};
+use manylight::scene::{InstanceDesc, SceneDesc, check_textures};
 use manylight::texture::{ColorInput, FloatInput};
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
 use std::path::Path;
 use std::rc::Rc;
@@ -133,6 +133,8 @@ struct Builder<'a> {
     bitmaps: HashMap<String, TextureId>,
     /// Roughness textures of PBRT v3 by their source.
     mapped_textures: HashMap<TextureId, TextureId>,
+    /// Materials with a coat of the mean roughness of a texture.
+    mean_coats: HashMap<TextureId, Rc<RefCell<Vec<MaterialId>>>>,
     named_materials: HashMap<String, MaterialId>,
     /// In the order of the `Material` directives.
     materials: Vec<MaterialId>,
@@ -141,6 +143,8 @@ struct Builder<'a> {
     masks: HashMap<(MaterialId, String), MaterialId>,
     shapes: shapes::ShapeCache,
     shape_names: ShapeNames,
+    /// Triangles of subdivision surfaces of many levels.
+    finely_subdivided: usize,
     /// Environment maps that should be square, with the sizes that are found.
     square_maps: Vec<(FileSpan, Rc<Cell<[usize; 2]>>)>,
     finish: Vec<Finish>,
@@ -158,12 +162,14 @@ impl<'a> Builder<'a> {
             spectrum_textures: HashMap::new(),
             bitmaps: HashMap::new(),
             mapped_textures: HashMap::new(),
+            mean_coats: HashMap::new(),
             named_materials: HashMap::new(),
             materials: Vec::new(),
             default_material: None,
             masks: HashMap::new(),
             shapes: shapes::ShapeCache::default(),
             shape_names: ShapeNames::default(),
+            finely_subdivided: 0,
             square_maps: Vec::new(),
             finish: Vec::new(),
         }
@@ -270,6 +276,11 @@ impl<'a> Builder<'a> {
         let assets = std::mem::take(&mut self.assets);
         assets.load(&mut self.desc, self.sink);
         self.check_square_maps();
+        // What follows may evaluate textures.
+        if let Err(error) = check_textures(&self.desc) {
+            let problem = Problem::without_location("scene::too_deep", error.message);
+            self.sink.error(problem);
+        }
         if !self.sink.has_errors() {
             for finish in std::mem::take(&mut self.finish) {
                 finish(&mut self.desc);

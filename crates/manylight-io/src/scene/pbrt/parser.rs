@@ -170,7 +170,11 @@ impl Parser {
             TokenKind::Quoted => Ok(self.text(token)),
             // A name in brackets.
             TokenKind::Open => {
-                let name = self.quoted(expected)?;
+                let name = self.expect(expected)?;
+                if name.kind != TokenKind::Quoted {
+                    return Err(self.unexpected(name, expected));
+                }
+                let name = self.text(name);
                 let close = self.expect("`]`")?;
                 match close.kind {
                     TokenKind::Close => Ok(name),

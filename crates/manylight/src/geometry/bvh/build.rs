@@ -46,6 +46,7 @@ impl WideTree {
         tree.leaves.push(tree.items.len() as u32);
         tree.note_items_below();
         tree.nodes.par_iter_mut().for_each(sort_children);
+        tree.nodes.par_iter_mut().for_each(end_unused_lanes);
         tree.bounds = Some(binary[0].bounds);
         tree
     }
@@ -96,6 +97,14 @@ impl WideTree {
     /// Memory of the nodes in bytes.
     pub(super) fn bytes(&self) -> usize {
         size_of_val(&*self.nodes)
+    }
+}
+
+/// Refers unused lanes to the first leaf. A ray with numbers that are not finite meets all boxes, even empty ones: with the root in
+/// their lanes, it would never end.
+fn end_unused_lanes(node: &mut WideNode) {
+    for word in node.children.iter_mut().filter(|word| **word == 0) {
+        *word = LEAF;
     }
 }
 

@@ -4,8 +4,8 @@ use super::binary::half_area;
 use crate::math::{Aabb, Vec3, Vec4};
 use crate::simd::NARROW;
 
-/// Flag of a child word. With it the other bits are the index of a leaf, without it that of a node. 0 means no child, as the root is
-/// not a child.
+/// Flag of a child word. With it the other bits are the index of a leaf, without it that of a node. While a tree is built, 0 means no
+/// child, as the root is not a child.
 pub(super) const LEAF: u32 = 1 << 31;
 
 /// The boxes of up to eight children and references to them, in four cache lines.

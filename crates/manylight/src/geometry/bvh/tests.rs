@@ -469,6 +469,24 @@ fn piles_of_coincident_triangles_keep_the_depth_bounded() {
 }
 
 #[test]
+fn rays_that_are_not_finite_end() {
+    let triangles = soup(300, 0.1, 5);
+    let numbers = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, 0.0];
+    let points = || {
+        let all = numbers.into_iter().map(Vec3::splat);
+        all.chain([
+            Vec3::new(f32::NAN, 0.5, 0.5),
+            Vec3::new(0.5, 0.5, f32::INFINITY),
+        ])
+    };
+    for bvh in structures(&triangles) {
+        for (a, b) in points().flat_map(|a| points().map(move |b| (a, b))) {
+            let _ = (bvh.nearest(&Ray::new(a, b)), bvh.any(a, b));
+        }
+    }
+}
+
+#[test]
 fn nested_boxes_keep_the_depth_bounded() {
     let nested = |i: u32| Aabb {
         min: Vec3::ZERO,

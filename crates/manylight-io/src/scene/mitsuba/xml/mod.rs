@@ -7,7 +7,8 @@ mod parameters;
 pub(super) use super::super::sink::Text;
 pub(super) use element::{Dialect, XmlElement};
 
-use super::super::files::find_file;
+use super::super::expansion::{Exceeded, Expansion};
+use super::super::files::{find_file, identity};
 use super::super::sink::{FileSpan, Problem, Sink};
 use super::object::PluginFamily;
 use crate::resolve::resolve;
@@ -18,7 +19,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Largest nesting of included files; more is a cycle.
+/// Largest nesting of included files.
 const MAX_INCLUDE_DEPTH: usize = 15;
 
 /// Largest nesting of elements: far above any scene, and few enough stack frames for recursion.
@@ -58,7 +59,11 @@ pub(super) fn read_tree(
         sink,
         parameters: Parameters::from_defines(defines),
         nesting: 0,
+        expansion: Expansion::default(),
+        open_files: vec![identity(path)],
     };
+    // The first file is below any bound.
+    let _ = reader.expansion.include(&identity(path), text.len());
     let root = reader.file(path, text, 0, &[])?;
     reader.parameters.report_unused(sink);
     Some(root)
@@ -69,6 +74,9 @@ struct TreeReader<'a> {
     parameters: Parameters,
     /// Number of elements around the current one.
     nesting: usize,
+    expansion: Expansion,
+    /// Files that are being read, without symbolic links.
+    open_files: Vec<PathBuf>,
 }
 
 impl TreeReader<'_> {
@@ -218,17 +226,15 @@ impl TreeReader<'_> {
         let attributes = node
             .attributes()
             .map(|attribute| {
-                let value_span = file.span(attribute.range_value());
+                let span = file.span(attribute.range_value());
                 Attribute {
                     name: Text {
                         value: attribute.name().to_owned(),
                         span: file.span(attribute.range_qname()),
                     },
                     value: Text {
-                        value: self
-                            .parameters
-                            .substitute(attribute.value(), value_span, self.sink),
-                        span: value_span,
+                        value: self.substituted(attribute.value(), span),
+                        span,
                     },
                 }
             })
@@ -239,6 +245,28 @@ impl TreeReader<'_> {
             children: Vec::new(),
             dialect: file.dialect,
             folders: Arc::clone(&file.folders),
+        }
+    }
+
+    /// An attribute with the values of its parameters.
+    fn substituted(&mut self, text: &str, span: FileSpan) -> String {
+        if !text.contains('$') {
+            return text.to_owned();
+        }
+        let value = self.parameters.substitute(text, span, self.sink);
+        match self.expansion.substitute(value.len()) {
+            Ok(()) => value,
+            Err(exceeded) => {
+                self.report_exceeded(exceeded, span);
+                text.to_owned()
+            }
+        }
+    }
+
+    fn report_exceeded(&self, exceeded: Exceeded, span: FileSpan) {
+        if let Some(message) = exceeded.message {
+            let problem = Problem::new("scene::too_many_includes", span, message);
+            self.sink.error(problem);
         }
     }
 
@@ -310,15 +338,20 @@ impl TreeReader<'_> {
         };
         if file.depth >= MAX_INCLUDE_DEPTH {
             let message = format!("included files are nested more than {MAX_INCLUDE_DEPTH} deep");
-            self.sink.error(
-                Problem::new("scene::include_depth", name.span, message)
-                    .help("expected no file that includes itself"),
-            );
+            let problem = Problem::new("scene::include_depth", name.span, message);
+            self.sink.error(problem);
             return Vec::new();
         }
         let Some(found) = find_file(self.sink, &file.folders, name, "included file") else {
             return Vec::new();
         };
+        let identity = identity(&found);
+        if self.open_files.contains(&identity) {
+            let message = format!("the file `{}` includes itself", name.value);
+            let problem = Problem::new("scene::circular_reference", name.span, message);
+            self.sink.error(problem);
+            return Vec::new();
+        }
         let text = match std::fs::read_to_string(&found) {
             Ok(text) => {
                 self.sink.note_read(&found);
@@ -331,7 +364,14 @@ impl TreeReader<'_> {
                 return Vec::new();
             }
         };
-        let Some(root) = self.file(&found, text.into(), file.depth + 1, &file.folders) else {
+        if let Err(exceeded) = self.expansion.include(&identity, text.len()) {
+            self.report_exceeded(exceeded, name.span);
+            return Vec::new();
+        }
+        self.open_files.push(identity);
+        let root = self.file(&found, text.into(), file.depth + 1, &file.folders);
+        self.open_files.pop();
+        let Some(root) = root else {
             return Vec::new();
         };
         if PluginFamily::of_tag(&root.tag.value) == Some(PluginFamily::Scene) {

@@ -5,11 +5,13 @@ use super::super::Builder;
 use super::super::entities::Entity;
 use manylight::bsdf::Material;
 use manylight::bsdf::material::{Distribution, Roughness};
-use manylight::ids::TextureId;
+use manylight::ids::{MaterialId, TextureId};
 use manylight::image::Image;
 use manylight::math::{Mat3, Vec2};
 use manylight::scene::SceneDesc;
 use manylight::texture::{Bitmap, Filtering, FloatInput, Texture, TexturePoint, Wrap};
+use std::cell::RefCell;
+use std::rc::Rc;
 
 /// Alpha below which PBRT treats a surface as smooth.
 const SMOOTH: f32 = 1e-3;
@@ -155,16 +157,24 @@ impl Builder<'_> {
 
     /// Sets the alpha of the plastic that is added next to the mean of a texture, once that is loaded.
     fn set_alpha_of_next_material(&mut self, texture: TextureId) {
-        let material = self.desc.materials.len();
+        let material = MaterialId::from(self.desc.materials.len());
+        if let Some(materials) = self.mean_coats.get(&texture) {
+            materials.borrow_mut().push(material);
+            return;
+        }
+        let materials = Rc::new(RefCell::new(vec![material]));
+        self.mean_coats.insert(texture, Rc::clone(&materials));
         self.after_loading(move |desc: &mut SceneDesc| {
             let image = single_channel(&as_bitmap(desc, texture).image, |v| v);
             let mean = image.data.iter().sum::<f32>() / image.data.len().max(1) as f32;
-            if let Some(Material::Plastic {
-                roughness: Some((_, alpha)),
-                ..
-            }) = desc.materials.get_mut(material)
-            {
-                *alpha = mean.max(SMOOTH);
+            for material in materials.take() {
+                if let Some(Material::Plastic {
+                    roughness: Some((_, alpha)),
+                    ..
+                }) = desc.materials.get_mut(material.index())
+                {
+                    *alpha = mean.max(SMOOTH);
+                }
             }
         });
     }

@@ -15,6 +15,10 @@ use std::f32::consts::TAU;
 const MAX_LEVELS: i32 = 10;
 /// Most triangles of the result.
 const MAX_TRIANGLES: usize = 1 << 26;
+/// Levels from which on the triangles of all surfaces of a scene have a bound: with more, a small file fills the memory.
+const MANY_LEVELS: i32 = 7;
+/// Most triangles of these surfaces.
+const MAX_TRIANGLES_OF_MANY_LEVELS: usize = 1 << 20;
 
 impl Builder<'_> {
     pub(super) fn subdivision_surface(&mut self, shape: &ShapeEntity) -> Option<Geometry> {
@@ -32,6 +36,16 @@ impl Builder<'_> {
             let required = format!("at most {MAX_LEVELS}, with at most {MAX_TRIANGLES} triangles");
             params.refuse(self.sink, params.get(name)?, &required);
             return None;
+        }
+        if levels >= MANY_LEVELS {
+            self.finely_subdivided += result;
+            if self.finely_subdivided > MAX_TRIANGLES_OF_MANY_LEVELS {
+                let required = format!(
+                    "less than {MANY_LEVELS}, or at most {MAX_TRIANGLES_OF_MANY_LEVELS} triangles of such surfaces in all"
+                );
+                params.refuse(self.sink, params.get(name)?, &required);
+                return None;
+            }
         }
         let mut control = ControlMesh {
             positions: mesh.positions,

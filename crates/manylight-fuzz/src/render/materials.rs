@@ -1,0 +1,173 @@
+//! Materials.
+
+use super::numbers::Numbers;
+use super::scene::index;
+use super::textures::{color_input, float_input};
+use manylight::bsdf::Material;
+use manylight::bsdf::material::{
+    Bitangent, Distribution, PrincipledMaterial, PrincipledThinMaterial, Roughness, WardVariant,
+};
+use manylight::ids::{MaterialId, TextureId};
+
+pub(super) fn materials(numbers: &mut Numbers, textures: usize) -> Vec<Material> {
+    let count = 1 + numbers.below(5);
+    (0..count)
+        .map(|_| material(numbers, textures, count))
+        .collect()
+}
+
+fn distribution(numbers: &mut Numbers) -> Distribution {
+    numbers.choose(&[Distribution::Ggx, Distribution::Beckmann])
+}
+
+fn roughness(numbers: &mut Numbers, textures: usize) -> Option<Roughness> {
+    (!numbers.rarely(3)).then(|| Roughness {
+        distribution: distribution(numbers),
+        alpha_u: float_input(numbers, textures, 1.0),
+        alpha_v: float_input(numbers, textures, 1.0),
+    })
+}
+
+/// One of `count` materials, in which others may be nested.
+fn material(numbers: &mut Numbers, textures: usize, count: usize) -> Material {
+    match numbers.below(20) {
+        0..=11 => model(numbers, textures),
+        12 => Material::Blend {
+            weight: float_input(numbers, textures, 1.0),
+            first: MaterialId::from(index(numbers, count)),
+            second: MaterialId::from(index(numbers, count)),
+        },
+        13 | 14 => Material::Mask {
+            opacity: float_input(numbers, textures, 1.0),
+            inner: MaterialId::from(index(numbers, count)),
+        },
+        15 => Material::Null,
+        16 | 17 => Material::TwoSided {
+            front: MaterialId::from(index(numbers, count)),
+            back: MaterialId::from(index(numbers, count)),
+        },
+        18 if textures > 0 => Material::BumpMap {
+            texture: TextureId::from(index(numbers, textures)),
+            scale: numbers.float(-2.0, 2.0),
+            inner: MaterialId::from(index(numbers, count)),
+        },
+        19 if textures > 0 => Material::NormalMap {
+            texture: TextureId::from(index(numbers, textures)),
+            scale: numbers.float(-2.0, 2.0),
+            bitangent: numbers.choose(&[Bitangent::RightHanded, Bitangent::AgainstV]),
+            inner: MaterialId::from(index(numbers, count)),
+        },
+        _ => Material::default(),
+    }
+}
+
+/// A scattering model.
+fn model(numbers: &mut Numbers, textures: usize) -> Material {
+    match numbers.below(11) {
+        0 => Material::Diffuse {
+            reflectance: color_input(numbers, textures, 1.0),
+        },
+        1 => Material::RoughDiffuse {
+            reflectance: color_input(numbers, textures, 1.0),
+            alpha: float_input(numbers, textures, 1.0),
+            full: numbers.flag(),
+        },
+        2 => Material::DiffuseTransmitter {
+            transmittance: color_input(numbers, textures, 1.0),
+        },
+        3 => Material::Conductor {
+            eta: color_input(numbers, textures, 2.0),
+            k: color_input(numbers, textures, 5.0),
+            specular_reflectance: color_input(numbers, textures, 1.0),
+            roughness: roughness(numbers, textures),
+        },
+        4 => Material::Dielectric {
+            eta: numbers.float(0.5, 2.0),
+            specular_reflectance: color_input(numbers, textures, 1.0),
+            specular_transmittance: color_input(numbers, textures, 1.0),
+            roughness: roughness(numbers, textures),
+        },
+        5 => Material::ThinDielectric {
+            eta: numbers.float(0.5, 2.0),
+            specular_reflectance: color_input(numbers, textures, 1.0),
+            specular_transmittance: color_input(numbers, textures, 1.0),
+        },
+        6 => Material::Plastic {
+            eta: numbers.float(1.0, 2.0),
+            diffuse_reflectance: color_input(numbers, textures, 1.0),
+            specular_reflectance: color_input(numbers, textures, 1.0),
+            nonlinear: numbers.flag(),
+            roughness: numbers
+                .rarely(4)
+                .then(|| (distribution(numbers), numbers.unit())),
+        },
+        7 => Material::Phong {
+            diffuse_reflectance: color_input(numbers, textures, 1.0),
+            specular_reflectance: color_input(numbers, textures, 1.0),
+            exponent: float_input(numbers, textures, 200.0),
+        },
+        8 => Material::Ward {
+            variant: numbers.choose(&[
+                WardVariant::Ward,
+                WardVariant::WardDuer,
+                WardVariant::Balanced,
+            ]),
+            diffuse_reflectance: color_input(numbers, textures, 1.0),
+            specular_reflectance: color_input(numbers, textures, 1.0),
+            alpha_u: float_input(numbers, textures, 1.0),
+            alpha_v: float_input(numbers, textures, 1.0),
+        },
+        9 => Material::Principled(Box::new(principled(numbers, textures))),
+        _ => Material::PrincipledThin(Box::new(principled_thin(numbers, textures))),
+    }
+}
+
+fn principled(numbers: &mut Numbers, textures: usize) -> PrincipledMaterial {
+    let mut input = |high| float_input(numbers, textures, high);
+    let [
+        roughness,
+        anisotropic,
+        metallic,
+        spec_trans,
+        spec_tint,
+        sheen,
+    ] = [1.0; 6].map(&mut input);
+    let [sheen_tint, flatness, clearcoat, clearcoat_gloss] = [1.0; 4].map(&mut input);
+    PrincipledMaterial {
+        base_color: color_input(numbers, textures, 1.0),
+        roughness,
+        anisotropic,
+        metallic,
+        spec_trans,
+        eta: numbers.float(1.0, 2.0),
+        spec_tint,
+        sheen,
+        sheen_tint,
+        flatness,
+        clearcoat,
+        clearcoat_gloss,
+        layered: numbers.flag(),
+        diffuse_reflectance_sampling_rate: numbers.unit(),
+        main_specular_sampling_rate: numbers.unit(),
+        clearcoat_sampling_rate: numbers.unit(),
+    }
+}
+
+fn principled_thin(numbers: &mut Numbers, textures: usize) -> PrincipledThinMaterial {
+    let mut input = |high| float_input(numbers, textures, high);
+    let [roughness, anisotropic, spec_trans, eta] = [1.0, 1.0, 1.0, 2.0].map(&mut input);
+    let [spec_tint, sheen, sheen_tint, flatness, diff_trans] =
+        [1.0, 1.0, 1.0, 1.0, 2.0].map(&mut input);
+    PrincipledThinMaterial {
+        base_color: color_input(numbers, textures, 1.0),
+        roughness,
+        anisotropic,
+        spec_trans,
+        eta,
+        spec_tint,
+        sheen,
+        sheen_tint,
+        flatness,
+        diff_trans,
+    }
+}

@@ -1,0 +1,45 @@
+//! The methods, with few lights and photons.
+
+use super::numbers::Numbers;
+use manylight::integrators::many_light::ClampRule;
+use manylight::integrators::{ManyLight, MethodKind, PhotonMap};
+
+/// All presets of the command line.
+const METHODS: [fn() -> MethodKind; 15] = [
+    || MethodKind::Path,
+    || MethodKind::ManyLight(ManyLight::rich_vpl_by_scene()),
+    || MethodKind::ManyLight(ManyLight::rich_vpl_paper()),
+    || MethodKind::ManyLight(ManyLight::rich_vsl()),
+    || MethodKind::ManyLight(ManyLight::vpl()),
+    || MethodKind::ManyLight(ManyLight::vpl_importance()),
+    || MethodKind::ManyLight(ManyLight::vsl()),
+    || MethodKind::ManyLight(ManyLight::lightcuts()),
+    || MethodKind::ManyLight(ManyLight::rich_lightcuts()),
+    || MethodKind::ManyLight(ManyLight::bidirectional_lightcuts()),
+    || MethodKind::PhotonMap(PhotonMap::progressive()),
+    || MethodKind::PhotonMap(PhotonMap::direct()),
+    || MethodKind::LightTracer,
+    || MethodKind::Direct,
+    || MethodKind::Aov,
+];
+
+/// One of the methods.
+pub(super) fn method(numbers: &mut Numbers) -> MethodKind {
+    let mut kind = numbers.choose(&METHODS)();
+    match &mut kind {
+        MethodKind::ManyLight(method) => {
+            method.light_count = 1 + numbers.below(24) as u32;
+            method.photon_paths = 1 + numbers.below(250) as u32;
+            method.importon_paths = method.importon_paths.min(numbers.below(100) as u32);
+            if numbers.rarely(8) {
+                method.clamp = ClampRule::Value(numbers.float(0.0, 10.0).abs());
+            }
+        }
+        MethodKind::PhotonMap(method) => {
+            method.photon_paths = 1 + numbers.below(250) as u32;
+            method.neighbors = 1 + numbers.below(30) as u32;
+        }
+        _ => {}
+    }
+    kind
+}

@@ -1,0 +1,3 @@
+//! The fuzz target `bmp`.
+#![no_main]
+manylight_fuzz_targets::program!(bmp);

@@ -1,0 +1,3 @@
+//! The fuzz target `gltf`.
+#![no_main]
+manylight_fuzz_targets::program!(gltf);

@@ -1,0 +1,3 @@
+//! The fuzz target `hdr`.
+#![no_main]
+manylight_fuzz_targets::program!(hdr);

@@ -1,0 +1,3 @@
+//! The fuzz target `jpeg`.
+#![no_main]
+manylight_fuzz_targets::program!(jpeg);

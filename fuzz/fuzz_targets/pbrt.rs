@@ -1,0 +1,3 @@
+//! The fuzz target `pbrt`.
+#![no_main]
+manylight_fuzz_targets::program!(pbrt);

@@ -1,0 +1,3 @@
+//! The fuzz target `png`.
+#![no_main]
+manylight_fuzz_targets::program!(png);

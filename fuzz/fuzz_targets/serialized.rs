@@ -1,0 +1,3 @@
+//! The fuzz target `serialized`.
+#![no_main]
+manylight_fuzz_targets::program!(serialized);

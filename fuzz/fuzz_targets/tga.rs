@@ -1,0 +1,3 @@
+//! The fuzz target `tga`.
+#![no_main]
+manylight_fuzz_targets::program!(tga);
