@@ -1,5 +1,7 @@
 //! Replays the committed corpus: small inputs that reach different code, and every input that once broke a promise.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
 use manylight_fuzz::TARGETS;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};

@@ -42,10 +42,10 @@ fn decode_stored(bytes: &[u8], path: &Path) -> Result<DynamicImage, Fault> {
     let mut reader = ImageReader::new(Cursor::new(bytes.as_ref()))
         .with_guessed_format()
         .map_err(|e| undecodable(e.into()))?;
-    if reader.format().is_none() {
-        if let Ok(format) = ImageFormat::from_path(path) {
-            reader.set_format(format);
-        }
+    if reader.format().is_none()
+        && let Ok(format) = ImageFormat::from_path(path)
+    {
+        reader.set_format(format);
     }
     let expansion = match reader.format() {
         Some(ImageFormat::Png) => {
