@@ -30,7 +30,6 @@ fn usage_errors() {
             "--memory-limit is 1.0 GB",
         ),
         ("render scene.xml --size 60000x60000", "are available"),
-        ("maps scene.xml --size 60000x60000", "are available"),
         ("compare scene.xml", "IMAGE"),
         ("list bsdf", "'bsdfs'"),
         ("rendr scene.xml", "'render'"),
