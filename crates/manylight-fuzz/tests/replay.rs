@@ -35,7 +35,7 @@ fn ended(mut child: Child) -> Option<std::process::Output> {
     Some(child.wait_with_output().unwrap())
 }
 
-/// Runs a target on its inputs in a program of its own: an abort or a stack overflow must not end the tests.
+/// Runs a target on its inputs in a child process: an abort or a stack overflow must not end the tests.
 fn replay(target: &str) -> Result<(), String> {
     let child = Command::new(env!("CARGO_BIN_EXE_replay"))
         .arg(target)

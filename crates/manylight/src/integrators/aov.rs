@@ -1,41 +1,14 @@
 //! What the camera sees first: albedo, normal and depth, alpha, position and ids.
 
-use super::camera_round::{CameraPath, CameraRound, CameraStart, FirstPart};
+use super::camera_round::{CameraRound, CameraStart, FirstPart};
 use super::context::PassContext;
 use super::first_event::SampleShare;
-use crate::bsdf::Lobes;
 use crate::film::{Film, TileSamples, Tiling};
 use crate::ids::MaterialId;
 use crate::lanes::Width;
 use crate::sampling::Stream;
 use crate::scene::{PathLimits, Scene};
 use crate::transport::stream::{PacketShader, Walks, follow_all, shade_packets};
-
-/// What is kept for a camera path.
-#[derive(Clone, Copy)]
-struct PathState {
-    /// Index of the pixel in the tile.
-    pixel: u32,
-    /// Weight by the reconstruction filter.
-    filter_weight: f32,
-    /// See [`FirstPart::hidden`].
-    hidden: f32,
-}
-
-impl CameraPath for PathState {
-    #[inline(always)]
-    fn first(&self) -> Option<FirstPart> {
-        Some(FirstPart {
-            pixel: self.pixel,
-            hidden: self.hidden,
-            event: SampleShare {
-                filter_weight: self.filter_weight,
-                share: 1.0,
-            },
-            surface_share: 1.0,
-        })
-    }
-}
 
 /// One sample per pixel. `false` if cancelled.
 pub(super) fn render_pass(
@@ -52,10 +25,14 @@ pub(super) fn render_pass(
             let u = sampler.next_2d();
             let start =
                 CameraStart::new((scene, limits), &positions, (pixel, u), sampler.next_2d());
-            let path = PathState {
+            let path = FirstPart {
                 pixel: index as u32,
-                filter_weight: start.filter_weight,
                 hidden: start.hidden,
+                event: SampleShare {
+                    filter_weight: start.filter_weight,
+                    share: 1.0,
+                },
+                surface_share: 1.0,
             };
             walks.push(start.walk(1, sampler, path));
         }
@@ -79,8 +56,8 @@ pub(super) fn render_pass(
 
 /// Ends all paths where they scatter first.
 struct FirstVertices<'a, 'o, 't> {
-    round: CameraRound<'a, 'a, PathState>,
-    next: &'o mut Walks<PathState>,
+    round: CameraRound<'a, 'a, FirstPart>,
+    next: &'o mut Walks<FirstPart>,
     out: &'o mut TileSamples<'t>,
 }
 
@@ -90,13 +67,6 @@ impl PacketShader for FirstVertices<'_, '_, '_> {
         let (round, lanes) = (self.round, self.round.lanes(packet));
         let v = round.vertices(s, material, packet);
         let mut at = round.arrive(s, &v, material);
-        let samples = || {
-            let numbers = at.generators.next_bsdf();
-            at.v.bsdf.sample_each_wi(at.v.w_prev, numbers, Lobes::ALL)
-        };
-        round.describe(at.v, samples, lanes.firsts, self.out);
-        round.end(at.v, lanes.firsts & lanes.ends, self.out);
-        let scatters = round.pass_through(&mut at, lanes.active & !lanes.ends, self.next);
-        round.scatter(at.v, lanes.firsts & scatters, self.out);
+        round.describe_and_go_on(&mut at, lanes, self.next, self.out);
     }
 }

@@ -48,6 +48,14 @@ pub(super) struct FirstPart {
     pub(super) surface_share: f32,
 }
 
+/// Paths of which nothing else is kept.
+impl CameraPath for FirstPart {
+    #[inline(always)]
+    fn first(&self) -> Option<FirstPart> {
+        Some(*self)
+    }
+}
+
 /// The start of a camera path.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CameraStart {
@@ -339,20 +347,42 @@ impl<'a, 's, T: CameraPath> CameraRound<'a, 's, T> {
         }
     }
 
-    /// Adds the vertices in the lanes of `ends` as the first events of their paths: whether they scatter there stays open.
+    /// The first steps of paths at their vertices: layers of first surfaces, with directions drawn for them, then [`CameraRound::go_on`].
     #[inline(always)]
-    pub(super) fn end<S: Width>(&self, v: &Vertices<S>, ends: Bits, out: &mut TileSamples) {
-        for i in set_bits(ends) {
-            self.add_surface(v, i, v.opacity(i), out);
-        }
+    pub(super) fn describe_and_go_on<S: Width>(
+        &self,
+        at: &mut Arrived<S, T>,
+        lanes: PathLanes,
+        next: &mut Walks<T>,
+        out: &mut TileSamples,
+    ) -> Bits {
+        let (v, generators) = (at.v, &mut at.generators);
+        let samples = || {
+            let numbers = generators.next_bsdf();
+            v.bsdf.sample_each_wi(v.w_prev, numbers, Lobes::ALL)
+        };
+        self.describe(v, samples, lanes.firsts, out);
+        self.go_on(at, lanes, next, out)
     }
 
-    /// Adds the vertices in the lanes of `scatter` as the first events of their paths.
+    /// Appends to `next` the paths that continue straight through, and adds the first events of the others: where a path ends by the limits,
+    /// whether it scatters stays open. Returns the lanes in which paths scatter.
     #[inline(always)]
-    pub(super) fn scatter<S: Width>(&self, v: &Vertices<S>, scatter: Bits, out: &mut TileSamples) {
-        for i in set_bits(scatter) {
-            self.add_surface(v, i, 1.0, out);
+    pub(super) fn go_on<S: Width>(
+        &self,
+        at: &mut Arrived<S, T>,
+        lanes: PathLanes,
+        next: &mut Walks<T>,
+        out: &mut TileSamples,
+    ) -> Bits {
+        for i in set_bits(lanes.firsts & lanes.ends) {
+            self.add_surface(at.v, i, at.v.opacity(i), out);
         }
+        let scatters = self.pass_through(at, lanes.active & !lanes.ends, next);
+        for i in set_bits(lanes.firsts & scatters) {
+            self.add_surface(at.v, i, 1.0, out);
+        }
+        scatters
     }
 
     #[inline(always)]
@@ -379,7 +409,7 @@ impl<'a, 's, T: CameraPath> CameraRound<'a, 's, T> {
 
     /// Appends to `next` the paths of the lanes `goes_on` that continue straight through. Returns the lanes in which they scatter.
     #[inline(always)]
-    pub(super) fn pass_through<S: Width>(
+    fn pass_through<S: Width>(
         &self,
         at: &mut Arrived<S, T>,
         goes_on: Bits,

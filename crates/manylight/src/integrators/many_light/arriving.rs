@@ -5,7 +5,6 @@ use super::compensation_photons::direction_fraction;
 use super::gather_points::TileGather;
 use super::gather_vertices::GatherVertex;
 use super::paths::{EMISSION_PATHS, PathPart, PathState};
-use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::film::{Layer, TileSamples};
 use crate::ids::MaterialId;
@@ -34,17 +33,10 @@ impl PacketShader for Arriving<'_, '_, '_, '_> {
         round.see_emitters(at.v, lanes.emits, |path, radiance| {
             add_emitted(path, radiance, vertices, out);
         });
-        let samples = || {
-            let numbers = at.generators.next_bsdf();
-            at.v.bsdf.sample_each_wi(at.v.w_prev, numbers, Lobes::ALL)
-        };
-        round.describe(at.v, samples, lanes.firsts, out);
-        round.end(at.v, lanes.firsts & lanes.ends, out);
-        let scatters = round.pass_through(&mut at, lanes.active & !lanes.ends, self.next);
+        let scatters = round.describe_and_go_on(&mut at, lanes, self.next, out);
         if scatters == 0 {
             return;
         }
-        round.scatter(at.v, lanes.firsts & scatters, out);
         self.end_prefixes(s, &mut at, scatters);
         self.end_chains(&mut at, scatters);
         self.follow_specular(s, &mut at, scatters);

@@ -45,20 +45,12 @@ impl Shading<'_, '_, '_> {
     /// Connects the vertices to emitters, and appends the walks that go on.
     #[inline(always)]
     fn advance<S: Width>(&mut self, s: S, at: &mut Arrived<S, PathState>, lanes: PathLanes) {
-        let PathLanes {
-            active,
-            firsts,
-            ends,
-            ..
-        } = lanes;
         let round = self.round;
         let u_emitter = (at.generators.next(), at.generators.next_pair());
         let numbers = at.generators.next_bsdf();
         let sample = at.v.bsdf.sample_each_wi(at.v.w_prev, numbers, Lobes::ALL);
-        round.describe(at.v, || sample, firsts, self.out);
-        round.end(at.v, firsts & ends, self.out);
-        let scatters = round.pass_through(at, active & !ends, self.next);
-        round.scatter(at.v, firsts & scatters, self.out);
+        round.describe(at.v, || sample, lanes.firsts, self.out);
+        let scatters = round.go_on(at, lanes, self.next, self.out);
         self.connect(s, at, u_emitter, scatters);
         self.follow(s, at, &sample, scatters);
     }

@@ -54,14 +54,7 @@ impl PacketShader for Arriving<'_, '_, '_, '_, '_> {
         round.see_emitters(at.v, lanes.emits, |path, radiance| {
             pass.add_emitted(path, radiance, out);
         });
-        let samples = || {
-            let numbers = at.generators.next_bsdf();
-            at.v.bsdf.sample_each_wi(at.v.w_prev, numbers, Lobes::ALL)
-        };
-        round.describe(at.v, samples, lanes.firsts, out);
-        round.end(at.v, lanes.firsts & lanes.ends, out);
-        let scatters = round.pass_through(&mut at, lanes.active & !lanes.ends, self.next);
-        round.scatter(at.v, lanes.firsts & scatters, out);
+        let scatters = round.describe_and_go_on(&mut at, lanes, self.next, out);
         let scatters = lanes_where(scatters, |i| !at.paths.as_ref()[i].ends);
         if scatters == 0 {
             return;
