@@ -30,6 +30,7 @@ mod models;
 mod outlined;
 mod response;
 mod sampling;
+mod scattering_model;
 mod sides;
 #[cfg(test)]
 mod tests;

@@ -1,8 +1,4 @@
-//! The contract of all scattering models, and dispatch among them.
-//!
-//! Models work in a local frame with the normal as z axis, and are written in lanes: for one point or for sixteen. `respond` is
-//! `f(wi → wo) |cosθ_i|` with its density, `bound` an upper bound over a cone of `wi`. `sample` and `pdf` take the given direction, `wi`
-//! or `wo`: sampling is the same for both, because visible half vectors depend on one direction only.
+//! A scattering model with its parameters at a point, and dispatch among all models.
 
 use super::ExitTransmittance;
 use super::incident_cone::IncidentCone;
@@ -18,8 +14,8 @@ use super::models::principled::{Principled, PrincipledThin};
 use super::models::rough_diffuse::RoughDiffuse;
 use super::models::thin_dielectric::ThinDielectric;
 use super::models::ward::Ward;
-use super::outlined::{AlbedoEstimate, Density, Respond, Sample};
 use super::response::Response;
+use super::scattering_model::{AlbedoEstimate, Density, Respond, Sample, ScatteringModel};
 use crate::lanes::{Color, Float, Mask, One, Vector, Width};
 use crate::math::Vec3;
 
@@ -40,32 +36,6 @@ pub(super) enum Model<'s, S: Width> {
     Ward(Ward<S>),
     Principled(Principled<S>),
     PrincipledThin(PrincipledThin<S>),
-}
-
-/// What every scattering model does.
-pub(super) trait ScatteringModel<S: Width> {
-    /// The classes of the lobes.
-    fn lobes(&self) -> Classes<S>;
-
-    /// Estimated albedo of `lobes` for a given direction with this cosine: the largest channel. It decides how often the model is
-    /// sampled beside others. Positive wherever `sample` or `respond` give light, as far as one cosine tells.
-    fn albedo_estimate(&self, cos: Float<S>, lobes: Classes<S>) -> Float<S>;
-
-    /// `f(wi → wo) |cosθ_i|` of the finite lobes in `lobes` by class, and the density of sampling `wi` given `wo` from `lobes`. Delta lobes have
-    /// neither.
-    #[inline(always)]
-    fn respond(&self, wi: Vector<S>, _: Vector<S>, _: Classes<S>) -> Response<S> {
-        Response::none(wi.z.width())
-    }
-
-    /// Density of sampling `other` given `given` with [`ScatteringModel::sample`] from the finite lobes.
-    #[inline(always)]
-    fn pdf(&self, given: Vector<S>, _: Vector<S>, _: Classes<S>) -> Float<S> {
-        given.z.same(0.0)
-    }
-
-    /// Samples the other direction. `lobes` and the lobes of the model have a class in common.
-    fn sample(&self, given: Vector<S>, u: Numbers<S>, lobes: Classes<S>) -> ModelSample<S>;
 }
 
 /// Calls a function of the [`ScatteringModel`] of a [`Model`].

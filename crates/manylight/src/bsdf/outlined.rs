@@ -1,81 +1,12 @@
-//! The large functions: those of a scattering model, and those of a scattering function. They are compiled once for each instruction set,
-//! because every caller would otherwise have a copy of every model.
+//! The large functions of a scattering function. They are compiled once for each instruction set, because every caller would otherwise
+//! have a copy of every model.
 
 use super::leaf::Given;
-use super::lobes::{Classes, Lobes};
-use super::model::ScatteringModel;
-use super::model_sample::{ModelSample, Numbers};
-use super::response::Response;
+use super::lobes::Lobes;
+use super::model_sample::Numbers;
 use super::{Bsdf, BsdfSamples, DirectResponses};
 use crate::lanes::{Color, Float, Vector, Width};
 use crate::simd::Outlined;
-
-/// [`ScatteringModel::respond`].
-pub(super) struct Respond<'a, M, S: Width> {
-    pub(super) model: &'a M,
-    pub(super) wi: Vector<S>,
-    pub(super) wo: Vector<S>,
-    pub(super) lobes: Classes<S>,
-}
-
-/// [`ScatteringModel::pdf`].
-pub(super) struct Density<'a, M, S: Width> {
-    pub(super) model: &'a M,
-    pub(super) given: Vector<S>,
-    pub(super) other: Vector<S>,
-    pub(super) lobes: Classes<S>,
-}
-
-/// [`ScatteringModel::sample`].
-pub(super) struct Sample<'a, M, S: Width> {
-    pub(super) model: &'a M,
-    pub(super) given: Vector<S>,
-    pub(super) u: Numbers<S>,
-    pub(super) lobes: Classes<S>,
-}
-
-/// [`ScatteringModel::albedo_estimate`].
-pub(super) struct AlbedoEstimate<'a, M, S: Width> {
-    pub(super) model: &'a M,
-    pub(super) cos: Float<S>,
-    pub(super) lobes: Classes<S>,
-}
-
-impl<M: ScatteringModel<S>, S: Width> Outlined for Respond<'_, M, S> {
-    type Output = Response<S>;
-
-    #[inline(always)]
-    fn run(self) -> Response<S> {
-        self.model.respond(self.wi, self.wo, self.lobes)
-    }
-}
-
-impl<M: ScatteringModel<S>, S: Width> Outlined for Density<'_, M, S> {
-    type Output = Float<S>;
-
-    #[inline(always)]
-    fn run(self) -> Float<S> {
-        self.model.pdf(self.given, self.other, self.lobes)
-    }
-}
-
-impl<M: ScatteringModel<S>, S: Width> Outlined for Sample<'_, M, S> {
-    type Output = ModelSample<S>;
-
-    #[inline(always)]
-    fn run(self) -> ModelSample<S> {
-        self.model.sample(self.given, self.u, self.lobes)
-    }
-}
-
-impl<M: ScatteringModel<S>, S: Width> Outlined for AlbedoEstimate<'_, M, S> {
-    type Output = Float<S>;
-
-    #[inline(always)]
-    fn run(self) -> Float<S> {
-        self.model.albedo_estimate(self.cos, self.lobes)
-    }
-}
 
 struct DirectResponsesOf<'a, 's, S: Width> {
     bsdf: &'a Bsdf<'s, S>,

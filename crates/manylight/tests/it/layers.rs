@@ -1,5 +1,5 @@
-//! The layers listed in `lib.rs` hold: imports go strictly downwards. Within the modules of the method, no cycle of imports ties
-//! the files of one folder together.
+//! The layers listed in `lib.rs` hold: imports go strictly downwards. Within the modules of the method and of scattering, no cycle of
+//! imports ties the files of one folder together.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
@@ -92,8 +92,9 @@ fn imports_go_strictly_downwards() {
     );
 }
 
-/// The modules of the method.
-const METHOD: [&str; 8] = [
+/// The modules of the method, and scattering.
+const METHOD: [&str; 9] = [
+    "bsdf",
     "transport",
     "particles",
     "maps",

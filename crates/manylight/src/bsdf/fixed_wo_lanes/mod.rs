@@ -9,13 +9,14 @@ mod values;
 
 use super::leaf::Leaf;
 use super::material::Distribution;
-use super::model::{Model, ScatteringModel};
+use super::model::Model;
 use super::models::coat::{COSINES, interpolate};
 use super::models::conductor::RoughConductor;
 use super::models::fresnel;
 use super::models::microfacet::Microfacets;
 use super::models::plastic::{Plastic, RoughPlastic};
 use super::models::principled::PrincipledFrontLanes;
+use super::scattering_model::ScatteringModel;
 use super::{Bsdf, FixedWo, Lobes};
 use crate::color::Rgb;
 use crate::lanes::{Float, LANES, Lanes, Lanes3, One, broadcast};

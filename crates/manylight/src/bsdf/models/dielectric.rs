@@ -6,9 +6,9 @@ use super::fresnel::{self, reflect, refract};
 use super::microfacet::Microfacets;
 use crate::bsdf::incident_cone::IncidentCone;
 use crate::bsdf::lobes::{Classes, Lobes};
-use crate::bsdf::model::ScatteringModel;
 use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::{ByClass, Response};
+use crate::bsdf::scattering_model::ScatteringModel;
 use crate::lanes::{Color, Float, Mask, One, Vector, Width};
 use crate::math::Vec3;
 

@@ -2,9 +2,9 @@
 
 use crate::bsdf::incident_cone::IncidentCone;
 use crate::bsdf::lobes::{Classes, Lobes};
-use crate::bsdf::model::ScatteringModel;
 use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::{ByClass, Response};
+use crate::bsdf::scattering_model::ScatteringModel;
 use crate::lanes::{Color, Float, One, Vector, Width, cosine_hemisphere, cosine_hemisphere_pdf};
 use crate::math::Vec3;
 use std::f32::consts::FRAC_1_PI;

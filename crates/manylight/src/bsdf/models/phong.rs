@@ -5,9 +5,9 @@
 use super::diffuse::Diffuse;
 use crate::bsdf::incident_cone::IncidentCone;
 use crate::bsdf::lobes::{Classes, Lobes};
-use crate::bsdf::model::ScatteringModel;
 use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::{ByClass, Response};
+use crate::bsdf::scattering_model::ScatteringModel;
 use crate::lanes::{
     Axes, Color, Float, One, Vector, Width, cosine_hemisphere, cosine_hemisphere_pdf,
 };

@@ -2,8 +2,8 @@
 
 use super::fresnel;
 use crate::bsdf::lobes::{Classes, Lobes};
-use crate::bsdf::model::ScatteringModel;
 use crate::bsdf::model_sample::{ModelSample, Numbers};
+use crate::bsdf::scattering_model::ScatteringModel;
 use crate::lanes::{Color, Float, Mask, Vector, Width};
 
 /// Mirror reflection on both sides, and straight-through transmission.

@@ -8,11 +8,11 @@ use super::sampling::{MIN_SCHLICK, SHEEN_ALBEDO};
 use super::{PrincipledFront, disney_facets, least_glossy, luminance_tint};
 use crate::bsdf::incident_cone::IncidentCone;
 use crate::bsdf::lobes::{Classes, Lobes};
-use crate::bsdf::model::ScatteringModel;
 use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::models::fresnel::{self, reflect};
 use crate::bsdf::models::microfacet::Microfacets;
 use crate::bsdf::response::{ByClass, Response};
+use crate::bsdf::scattering_model::ScatteringModel;
 use crate::lanes::{
     Color, Float, Mask, One, Vector, Width, cosine_hemisphere, cosine_hemisphere_pdf,
 };

@@ -1,0 +1,104 @@
+//! The contract of all scattering models, and its functions as code that is compiled once for each model and instruction set.
+//!
+//! Models work in a local frame with the normal as z axis, and are written in lanes: for one point or for sixteen. `respond` is
+//! `f(wi → wo) |cosθ_i|` with its density, `bound` an upper bound over a cone of `wi`. `sample` and `pdf` take the given direction, `wi`
+//! or `wo`: sampling is the same for both, because visible half vectors depend on one direction only.
+
+use super::lobes::Classes;
+use super::model_sample::{ModelSample, Numbers};
+use super::response::Response;
+use crate::lanes::{Float, Vector, Width};
+use crate::simd::Outlined;
+
+/// What every scattering model does.
+pub(super) trait ScatteringModel<S: Width> {
+    /// The classes of the lobes.
+    fn lobes(&self) -> Classes<S>;
+
+    /// Estimated albedo of `lobes` for a given direction with this cosine: the largest channel. It decides how often the model is
+    /// sampled beside others. Positive wherever `sample` or `respond` give light, as far as one cosine tells.
+    fn albedo_estimate(&self, cos: Float<S>, lobes: Classes<S>) -> Float<S>;
+
+    /// `f(wi → wo) |cosθ_i|` of the finite lobes in `lobes` by class, and the density of sampling `wi` given `wo` from `lobes`. Delta lobes have
+    /// neither.
+    #[inline(always)]
+    fn respond(&self, wi: Vector<S>, _: Vector<S>, _: Classes<S>) -> Response<S> {
+        Response::none(wi.z.width())
+    }
+
+    /// Density of sampling `other` given `given` with [`ScatteringModel::sample`] from the finite lobes.
+    #[inline(always)]
+    fn pdf(&self, given: Vector<S>, _: Vector<S>, _: Classes<S>) -> Float<S> {
+        given.z.same(0.0)
+    }
+
+    /// Samples the other direction. `lobes` and the lobes of the model have a class in common.
+    fn sample(&self, given: Vector<S>, u: Numbers<S>, lobes: Classes<S>) -> ModelSample<S>;
+}
+
+/// [`ScatteringModel::respond`].
+pub(super) struct Respond<'a, M, S: Width> {
+    pub(super) model: &'a M,
+    pub(super) wi: Vector<S>,
+    pub(super) wo: Vector<S>,
+    pub(super) lobes: Classes<S>,
+}
+
+/// [`ScatteringModel::pdf`].
+pub(super) struct Density<'a, M, S: Width> {
+    pub(super) model: &'a M,
+    pub(super) given: Vector<S>,
+    pub(super) other: Vector<S>,
+    pub(super) lobes: Classes<S>,
+}
+
+/// [`ScatteringModel::sample`].
+pub(super) struct Sample<'a, M, S: Width> {
+    pub(super) model: &'a M,
+    pub(super) given: Vector<S>,
+    pub(super) u: Numbers<S>,
+    pub(super) lobes: Classes<S>,
+}
+
+/// [`ScatteringModel::albedo_estimate`].
+pub(super) struct AlbedoEstimate<'a, M, S: Width> {
+    pub(super) model: &'a M,
+    pub(super) cos: Float<S>,
+    pub(super) lobes: Classes<S>,
+}
+
+impl<M: ScatteringModel<S>, S: Width> Outlined for Respond<'_, M, S> {
+    type Output = Response<S>;
+
+    #[inline(always)]
+    fn run(self) -> Response<S> {
+        self.model.respond(self.wi, self.wo, self.lobes)
+    }
+}
+
+impl<M: ScatteringModel<S>, S: Width> Outlined for Density<'_, M, S> {
+    type Output = Float<S>;
+
+    #[inline(always)]
+    fn run(self) -> Float<S> {
+        self.model.pdf(self.given, self.other, self.lobes)
+    }
+}
+
+impl<M: ScatteringModel<S>, S: Width> Outlined for Sample<'_, M, S> {
+    type Output = ModelSample<S>;
+
+    #[inline(always)]
+    fn run(self) -> ModelSample<S> {
+        self.model.sample(self.given, self.u, self.lobes)
+    }
+}
+
+impl<M: ScatteringModel<S>, S: Width> Outlined for AlbedoEstimate<'_, M, S> {
+    type Output = Float<S>;
+
+    #[inline(always)]
+    fn run(self) -> Float<S> {
+        self.model.albedo_estimate(self.cos, self.lobes)
+    }
+}
