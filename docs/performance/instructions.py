@@ -2,12 +2,15 @@
 
 Usage: python instructions.py MANYLIGHT [--only NAME]... [--write]
 
-Instructions hardly depend on what else the machine does: a change of a percent is a change of the program. Valgrind runs the AVX2 code.
-`--write` replaces the numbers in instructions.json. Needs valgrind, and Python's standard library.
+Instructions hardly depend on what else the machine does: a change of a percent is a change of the program. The AVX2 code and the
+portable code are counted; Valgrind does not know AVX-512. `--write` replaces the numbers in instructions.json. Needs valgrind, and
+Python's standard library.
 """
 
 import argparse
+import itertools
 import json
+import os
 import re
 import shlex
 import subprocess
@@ -20,6 +23,8 @@ ROOT = Path(__file__).resolve().parents[2]
 NUMBERS = Path(__file__).with_suffix(".json")
 #: Smaller changes are those of other allocations and hash seeds.
 NOTICEABLE = 0.005
+#: Values of MANYLIGHT_SIMD.
+SETS = ["avx2", "portable"]
 #: Valgrind runs one thread at a time; a machine with more processors counts several workloads at once.
 AT_ONCE = 2
 
@@ -35,14 +40,15 @@ WORKLOADS = {
 }
 
 
-def count(binary: str, arguments: str) -> int:
+def count(binary: str, instruction_set: str, arguments: str) -> int:
     """Instructions of a run with one thread."""
+    environment = os.environ | {"MANYLIGHT_SIMD": instruction_set}
     with tempfile.TemporaryDirectory() as folder:
         words = shlex.split(arguments)
         if words[0] == "render":
             words += ["--threads", "1", "-q", "-o", f"{folder}/image.exr"]
         valgrind = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null"]
-        ended = subprocess.run([*valgrind, binary, *words], cwd=ROOT, capture_output=True, text=True)
+        ended = subprocess.run([*valgrind, binary, *words], cwd=ROOT, env=environment, capture_output=True, text=True)
     found = re.search(r"Collected : (\d+)", ended.stderr)
     if ended.returncode != 0 or found is None:
         sys.exit(f"error: manylight {arguments} ended with {ended.returncode}:\n{ended.stderr[-2000:]}")
@@ -56,17 +62,20 @@ def main() -> None:
     parser.add_argument("--write", action="store_true")
     args = parser.parse_args()
     binary = str(Path(args.manylight).resolve())
-    names = args.only or list(WORKLOADS)
+    runs = list(itertools.product(SETS, args.only or WORKLOADS))
     known = json.loads(NUMBERS.read_text()) if NUMBERS.exists() else {}
-    print("| workload | instructions in millions | before | change |\n|---|---|---|---|")
+    print("| workload | instruction set | instructions in millions | before | change |\n|---|---|---|---|---|")
     with ThreadPoolExecutor(AT_ONCE) as pool:
-        for name, found in zip(names, pool.map(lambda name: count(binary, WORKLOADS[name]), names), strict=True):
-            before = known.get(name)
+        counts = pool.map(lambda run: count(binary, run[0], WORKLOADS[run[1]]), runs)
+        for (instruction_set, name), found in zip(runs, counts, strict=True):
+            of_set = known.setdefault(instruction_set, {})
+            before = of_set.get(name)
             change = "new" if before is None else f"{found / before - 1:+.1%}" if abs(found / before - 1) > NOTICEABLE else "none"
-            print(f"| {name} | {found / 1e6:.0f} | {'' if before is None else f'{before / 1e6:.0f}'} | {change} |", flush=True)
-            known[name] = found
+            millions = "" if before is None else f"{before / 1e6:.0f}"
+            print(f"| {name} | {instruction_set} | {found / 1e6:.0f} | {millions} | {change} |", flush=True)
+            of_set[name] = found
     if args.write:
-        NUMBERS.write_text(json.dumps({name: known[name] for name in WORKLOADS if name in known}, indent=1) + "\n")
+        NUMBERS.write_text(json.dumps(known, indent=1) + "\n")
 
 
 if __name__ == "__main__":
