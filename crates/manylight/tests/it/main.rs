@@ -16,3 +16,4 @@ mod hidden_emitters;
 mod interim;
 mod layers;
 mod photon_map;
+mod unsafe_code;

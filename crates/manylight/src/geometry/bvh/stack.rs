@@ -137,3 +137,58 @@ fn above<T>(entries: &mut [MaybeUninit<T>], top: usize) -> &mut [MaybeUninit<T>;
         .first_chunk_mut()
         .expect("invariant: the build bounds the depth")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::rng::Pcg;
+    use crate::simd::{Instructions, Isa, SimdKernel};
+
+    /// Identity: place `i` is lane `i`.
+    const ORDER: u32 = 0o7654_3210;
+
+    /// Pushes and pops at random. Each entry that comes back is compared with a list.
+    struct Random;
+
+    impl SimdKernel for Random {
+        type Output = ();
+
+        #[inline(always)]
+        fn run<S: Simd>(self, s: S) {
+            let mut rng = Pcg::new(4);
+            let (mut stack, mut words) = (Stack::new(), WordStack::new());
+            let (mut near_list, mut word_list) = (Vec::new(), Vec::new());
+            for step in 0..2000 {
+                let met = rng.next_u32() & 0xff;
+                let children: [u32; NARROW] = std::array::from_fn(|i| 8 * step + i as u32);
+                let near: [f32; NARROW] = std::array::from_fn(|_| rng.next_f32());
+                let far = std::array::from_fn(|i| if met >> i & 1 == 1 { 2.0 } else { -1.0 });
+                let lanes = (0..NARROW).filter(|i| met >> i & 1 == 1);
+                if near_list.len() + NARROW <= CAPACITY - NARROW {
+                    let next =
+                        stack.push_but_last(s, ORDER, &children, (s.load(&near), s.load(&far)));
+                    near_list.extend(lanes.clone().map(|i| (children[i], near[i])));
+                    assert_eq!(next, near_list.pop_if(|_| met != 0).map(|entry| entry.0));
+                    words.push(s, &children, met);
+                    word_list.extend(lanes.map(|i| children[i]));
+                }
+                assert_eq!(stack.top(), near_list.last().map(|entry| entry.0));
+                assert_eq!(words.top(), word_list.last().copied());
+                for _ in 0..rng.next_u32() % 6 {
+                    let t_max = rng.next_f32();
+                    let kept = near_list.iter().rposition(|entry| entry.1 < t_max);
+                    let expected = kept.map(|last| near_list[last].0);
+                    near_list.truncate(kept.unwrap_or(0));
+                    assert_eq!(stack.pop_before(t_max), expected);
+                    assert_eq!(words.pop(), word_list.pop());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn entries_come_back_in_every_instruction_set() {
+        let sets = Instructions::available().into_iter();
+        sets.filter_map(Isa::new).for_each(|isa| isa.run(Random));
+    }
+}
