@@ -22,9 +22,9 @@ pub(super) fn token() -> Result<String, getrandom::Error> {
     Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
 }
 
-/// Refuses requests that do not name this machine as their host.
-pub(super) async fn check_host(request: Request, next: Next) -> Response {
-    if is_this_machine(request.headers()) {
+/// Refuses requests that do not name this machine as their host, and those that a foreign page sends.
+pub(super) async fn check_sender(request: Request, next: Next) -> Response {
+    if is_this_machine(request.headers()) && is_own_page(request.headers()) {
         next.run(request).await
     } else {
         let text = "The page is only available as http://127.0.0.1 or http://localhost.\n";
@@ -37,12 +37,27 @@ fn is_this_machine(headers: &HeaderMap) -> bool {
     let (Some(host), None) = (hosts.next(), hosts.next()) else {
         return false;
     };
-    host.to_str().is_ok_and(|host| {
-        let name = match host.rsplit_once(':') {
-            Some((name, port)) if port.bytes().all(|byte| byte.is_ascii_digit()) => name,
-            _ => host,
+    host.to_str().is_ok_and(names_this_machine)
+}
+
+/// Whether `host`, with or without a port, is this machine.
+fn names_this_machine(host: &str) -> bool {
+    let name = match host.rsplit_once(':') {
+        Some((name, port)) if port.bytes().all(|byte| byte.is_ascii_digit()) => name,
+        _ => host,
+    };
+    HOSTS.iter().any(|known| known.eq_ignore_ascii_case(name))
+}
+
+/// Whether no page of another place sends the request: browsers name that place in the header `Origin`.
+fn is_own_page(headers: &HeaderMap) -> bool {
+    let mut origins = headers.get_all(header::ORIGIN).iter();
+    origins.all(|origin| {
+        let (_, host) = match origin.to_str().map(|origin| origin.split_once("://")) {
+            Ok(Some(parts)) => parts,
+            _ => return false,
         };
-        HOSTS.iter().any(|known| known.eq_ignore_ascii_case(name))
+        names_this_machine(host)
     })
 }
 
@@ -55,6 +70,25 @@ mod tests {
         let (a, b) = (token().unwrap(), token().unwrap());
         assert_eq!((a.len(), b.len()), (32, 32));
         assert_ne!(a, b);
+    }
+
+    #[test]
+    fn foreign_pages() {
+        let of = |origin: &'static str| {
+            let mut headers = HeaderMap::new();
+            headers.insert(header::ORIGIN, origin.parse().unwrap());
+            is_own_page(&headers)
+        };
+        assert!(is_own_page(&HeaderMap::new()));
+        assert!(of("http://127.0.0.1:80") && of("http://localhost"));
+        for foreign in [
+            "null",
+            "",
+            "http://evil.example",
+            "https://127.0.0.1.evil.example",
+        ] {
+            assert!(!of(foreign), "{foreign}");
+        }
     }
 
     #[test]

@@ -6,20 +6,21 @@
 //! | `/TOKEN/page.css`, `/TOKEN/shared.js`, `/TOKEN/live.js` | its parts |
 //! | `/TOKEN/events/LAYER` | server-sent events with the layer named `LAYER`, see [`super::events`] |
 //!
-//! Every other path is unknown (404), and requests under a foreign name are refused (403).
+//! Every other path is unknown (404), and requests under a foreign name or from a foreign page are refused (403).
 
-use super::access::{check_host, token};
+use super::access::{check_sender, token};
+use super::connections::{ShowsPictures, serve};
 use super::events::{Latest, events};
 use super::page::{LIVE_SCRIPT, LIVE_STYLE, html};
 use crate::picture::{Picture, RenderInfo};
 use crate::preview::Warn;
-use axum::Router;
 use axum::extract::{Path, Request, State};
 use axum::http::{HeaderName, HeaderValue, StatusCode, header};
 use axum::middleware::{Next, from_fn};
 use axum::response::sse::{KeepAlive, Sse};
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::get;
+use axum::{Extension, Router};
 use manylight_lab::viewer::{SHARED_SCRIPT, STYLE};
 use std::io;
 use std::net::{Ipv4Addr, TcpListener};
@@ -30,7 +31,7 @@ use std::time::Duration;
 use tokio::sync::{oneshot, watch};
 
 /// Largest number of pages that are open at the same time.
-const MOST_PAGES: usize = 32;
+pub(super) const MOST_PAGES: usize = 32;
 
 /// Longest time that the end of the program waits for connections without events to be closed.
 const IDLE_TIME: Duration = Duration::from_millis(300);
@@ -85,20 +86,16 @@ impl BrowserViewer {
             .enable_all()
             .build()
             .map_err(|e| failed("start the server", &e))?;
-        let serve = async move {
+        let serving = async move {
             let listener = tokio::net::TcpListener::from_std(listener)?;
-            let stopped = async {
-                // A dropped sender stops the server too.
-                let _ = stopped.await;
-            };
-            axum::serve(listener, pages)
-                .with_graceful_shutdown(stopped)
-                .await
+            // A dropped sender stops the server too.
+            serve(listener, pages, stopped).await;
+            Ok::<(), io::Error>(())
         };
         let warn = warn.clone();
         let run = move || {
             let _alive = alive;
-            if let Err(error) = runtime.block_on(serve) {
+            if let Err(error) = runtime.block_on(serving) {
                 warn(format!("--preview browser: the server failed: {error}"));
             }
         };
@@ -182,17 +179,19 @@ fn router(token: &str, info: &RenderInfo, latest: watch::Sender<Latest>) -> Rout
         .route(&path("events/{layer}"), get(send_events))
         .with_state(latest)
         .fallback(|| async { StatusCode::NOT_FOUND })
-        .layer(from_fn(check_host))
+        .layer(from_fn(check_sender))
         .layer(from_fn(add_headers))
 }
 
 async fn send_events(
     State(latest): State<watch::Sender<Latest>>,
     Path(layer): Path<String>,
+    Extension(connection): Extension<ShowsPictures>,
 ) -> Response {
     if latest.receiver_count() >= MOST_PAGES {
         return (StatusCode::SERVICE_UNAVAILABLE, "too many open pages\n").into_response();
     }
+    connection.set();
     Sse::new(events(latest.subscribe(), layer))
         .keep_alive(KeepAlive::default())
         .into_response()
