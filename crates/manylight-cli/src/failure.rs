@@ -1,10 +1,10 @@
 //! Failures of a command: one message and one exit code.
 
 use manylight_denoise::Unavailable;
-use manylight_io::{FileError, LoadError, LoadErrorKind};
+use manylight_io::{FileError, LoadError, LoadErrorKind, clean_text, shown_path};
 use manylight_lab::text::plural;
 use manylight_lab::{LabError, PlanError};
-use miette::{Diagnostic, MietteHandlerOpts, ReportHandler};
+use miette::{Diagnostic, LabeledSpan, MietteHandlerOpts, ReportHandler, Severity, SourceCode};
 use std::fmt;
 use std::io::{self, IsTerminal, Write};
 use std::path::PathBuf;
@@ -43,7 +43,7 @@ pub enum Failure {
     #[diagnostic(transparent)]
     Load(Box<LoadError>),
     /// The content of the scene is invalid.
-    #[error("{}: {message}", scene.display())]
+    #[error("{}: {message}", shown_path(scene))]
     #[diagnostic(code(manylight::scene))]
     Scene {
         /// The scene file.
@@ -150,6 +150,50 @@ impl From<FileError> for Failure {
     }
 }
 
+/// A diagnostic with text that a terminal shows and does not obey.
+struct Clean<'d>(&'d dyn Diagnostic);
+
+impl fmt::Debug for Clean<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Debug::fmt(self.0, f)
+    }
+}
+
+impl fmt::Display for Clean<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&clean_text(&self.0.to_string()))
+    }
+}
+
+impl std::error::Error for Clean<'_> {}
+
+impl Diagnostic for Clean<'_> {
+    fn code<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        self.0.code()
+    }
+
+    fn severity(&self) -> Option<Severity> {
+        self.0.severity()
+    }
+
+    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        let help = self.0.help()?.to_string();
+        Some(Box::new(clean_text(&help).into_owned()))
+    }
+
+    fn source_code(&self) -> Option<&dyn SourceCode> {
+        self.0.source_code()
+    }
+
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        let cleaned = |label: LabeledSpan| {
+            let text = label.label().map(|text| clean_text(text).into_owned());
+            LabeledSpan::new_with_span(text, *label.inner())
+        };
+        Some(Box::new(self.0.labels()?.map(cleaned)))
+    }
+}
+
 /// A diagnostic with its code, place and source excerpt; in color if standard error is a terminal.
 pub(crate) struct Rendered<'d>(pub(crate) &'d dyn Diagnostic);
 
@@ -160,6 +204,6 @@ impl fmt::Display for Rendered<'_> {
         if !io::stderr().is_terminal() {
             options = options.wrap_lines(false).break_words(false);
         }
-        options.build().debug(self.0, f)
+        options.build().debug(&Clean(self.0), f)
     }
 }

@@ -1,7 +1,10 @@
-//! Handling of SIGINT and SIGTERM: the first signal ends the render with an image, the second ends the program at once.
-//! While the image is denoised, the second signal writes it with its noise.
+//! Handling of SIGINT, SIGTERM, and SIGHUP (the terminal was closed): the first signal ends the render with an image, the second ends the
+//! program at once, or when a file that is being written is complete. The third signal does not wait for that file. While the image is
+//! denoised, one signal more writes it with its noise.
 
 use crate::failure::Failure;
+#[cfg(unix)]
+use signal_hook::consts::{SIGHUP, SIGXFSZ};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -16,6 +19,8 @@ pub struct Interrupt {
     denoising: Arc<AtomicBool>,
     /// Ends denoising; the image stays noisy.
     skip_denoising: Arc<AtomicBool>,
+    /// Whether the program ends when the file that is being written is complete.
+    ending: Arc<AtomicBool>,
 }
 
 impl Interrupt {
@@ -30,7 +35,7 @@ impl Interrupt {
 
     #[cfg(unix)]
     fn listen(&self) -> std::io::Result<()> {
-        let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM])?;
+        let mut signals = signal_hook::iterator::Signals::new(listened())?;
         let interrupt = self.clone();
         std::thread::Builder::new()
             .name("signals".into())
@@ -63,12 +68,27 @@ impl Interrupt {
             if denoising && !self.skip_denoising.swap(true, Ordering::Relaxed) {
                 return;
             }
-            // Waits for a file that is being written, so that it is complete.
-            let _writing = self.writing();
-            std::process::exit(128 + signal);
+            self.end(128 + signal);
+            return;
         }
         self.signal.store(signal, Ordering::Relaxed);
         self.cancel.store(true, Ordering::Relaxed);
+    }
+
+    /// Ends the program when a file that is being written is complete; at once when it is called again.
+    #[cfg(unix)]
+    fn end(&self, code: i32) {
+        if self.ending.swap(true, Ordering::Relaxed) {
+            std::process::exit(code);
+        }
+        let interrupt = self.clone();
+        let wait = move || {
+            let _complete_file = interrupt.writing();
+            std::process::exit(code);
+        };
+        if std::thread::Builder::new().spawn(wait).is_err() {
+            std::process::exit(code);
+        }
     }
 
     /// Does what a signal does, without an end of the program.
@@ -102,6 +122,39 @@ impl Interrupt {
         let code = u8::try_from(128 + signal).ok()?;
         self.cancel.load(Ordering::Relaxed).then_some(code)
     }
+}
+
+/// Makes the system report a file that exceeds the limit of the user as an error. By default it kills the program, and a file that is being
+/// written would stay.
+#[cfg(unix)]
+pub(crate) fn survive_file_limit() {
+    // Without it, such a file kills the program as before.
+    let _ = signal_hook::flag::register(SIGXFSZ, Arc::default());
+}
+
+/// Other systems have no such limit.
+#[cfg(not(unix))]
+pub(crate) fn survive_file_limit() {}
+
+/// The signals that save the image. `nohup` ignores SIGHUP, which stays so.
+#[cfg(unix)]
+fn listened() -> Vec<i32> {
+    let mut signals = vec![SIGINT, SIGTERM];
+    if ignores_hangup() == Some(false) {
+        signals.push(SIGHUP);
+    }
+    signals
+}
+
+/// Whether the process ignores SIGHUP; `None` if the system does not tell.
+#[cfg(unix)]
+fn ignores_hangup() -> Option<bool> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let mask = status
+        .lines()
+        .find_map(|line| line.strip_prefix("SigIgn:"))?;
+    let mask = u64::from_str_radix(mask.trim(), 16).ok()?;
+    Some(mask & 1 << (SIGHUP - 1) != 0)
 }
 
 #[cfg(all(test, unix))]

@@ -64,6 +64,7 @@ pub fn run_command(words: impl IntoIterator<Item = OsString>) -> u8 {
     std::panic::set_hook(Box::new(|panic| {
         print_message(format_args!("internal error: {panic}"))
     }));
+    interrupt::survive_file_limit();
     match std::panic::catch_unwind(|| {
         select_instructions()?;
         run(&cli.command)

@@ -8,7 +8,7 @@ use manylight::render::RenderJob;
 use sysinfo::{CGroupLimits, System};
 
 /// Refuses a render with an estimated memory above `limit`, or above what the machine has left if there is no limit. It holds `sums` sums
-/// over passes at once. `others` is memory that the render does not know of.
+/// over passes at once; without sums, it has no film. `others` is memory that the render does not know of.
 pub(crate) fn check_memory(
     limit: Option<u64>,
     job: &RenderJob,
@@ -27,6 +27,9 @@ pub(crate) fn check_memory(
         return Ok(());
     };
     let render = (job.method).memory(job.scene, job.budget.passes, sums, job.seed);
+    let render = render
+        .into_iter()
+        .filter(|stage| sums > 0 || stage.stage != "film");
     let stages: Vec<StageMemory> = std::iter::once(scene).chain(render).chain(others).collect();
     let bytes = stages.iter().map(|stage| stage.bytes);
     let total = bytes.fold(0, u64::saturating_add);

@@ -1,7 +1,9 @@
 //! Standard output for data, standard error for messages, and numbers as text for people.
 
-use crate::failure::Failure;
+use crate::failure::{Failure, Rendered};
 use indicatif::ProgressBar;
+use manylight_io::clean_text;
+use miette::Diagnostic;
 use std::fmt;
 use std::io::{self, Write};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -16,10 +18,21 @@ pub(crate) fn print_data(data: impl fmt::Display) -> Result<(), Failure> {
     }
 }
 
-/// Writes `message` and a line end to standard error.
+/// Writes `message` and a line end to standard error. It may have names from files.
 pub(crate) fn print_message(message: impl fmt::Display) {
+    let text = message.to_string();
     // A closed standard error does not stop a render.
-    let _ = writeln!(io::stderr().lock(), "{message}");
+    let _ = writeln!(io::stderr().lock(), "{}", clean_text(&text));
+}
+
+/// Writes a diagnostic and a line end to standard error.
+pub(crate) fn print_diagnostic(diagnostic: &dyn Diagnostic) {
+    let _ = writeln!(io::stderr().lock(), "{}", Rendered(diagnostic));
+}
+
+/// Writes text for people, which may have names from files, and a line end to standard output.
+pub(crate) fn print_text(text: &str) -> Result<(), Failure> {
+    print_data(clean_text(text))
 }
 
 /// Standard error for messages from any thread, also while a progress bar is drawn.

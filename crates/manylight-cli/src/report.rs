@@ -4,6 +4,7 @@ use crate::args::DisplayArgs;
 use crate::output::{human_time, print_message};
 use crate::repeat::{Settings, command_line};
 use manylight::render::Stats;
+use manylight_lab::text::date;
 use serde_json::{Map, Value, json};
 use std::time::{Duration, SystemTime};
 
@@ -155,8 +156,10 @@ impl RenderReport<'_> {
 
 /// Universal time as OpenEXR's attribute `capDate` has it: `YYYY:MM:DD hh:mm:ss`.
 fn capture_date(time: SystemTime) -> String {
-    let text = humantime::format_rfc3339_seconds(time).to_string();
-    text.replace('-', ":").replace('T', " ").replace('Z', "")
+    date(time)
+        .replace('-', ":")
+        .replace('T', " ")
+        .replace('Z', "")
 }
 
 /// `part / whole`, or 0 if `whole` is 0.

@@ -13,9 +13,9 @@ use manylight_denoise::{
     FEATURE_PASSES, FeatureImages, FilterError, Oidn, SearchPlaces, Version, denoise_film,
     render_features,
 };
-use manylight_io::{LoadOptions, LoadedScene, load_scene, scene_digest};
+use manylight_io::{LoadOptions, LoadedScene, is_same_file, load_scene, scene_digest, shown_path};
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -60,6 +60,8 @@ pub(crate) struct SceneFile {
     pub(crate) warnings: Vec<String>,
     /// SHA-256 of the files of the scene.
     pub(crate) digest: String,
+    /// The files of the scene.
+    files: Vec<PathBuf>,
 }
 
 impl SceneFile {
@@ -81,9 +83,28 @@ impl SceneFile {
                     warnings: distinct_warnings(&loaded),
                     desc: loaded.desc,
                     digest,
+                    files: loaded.files,
                 })
             })
         })
+    }
+}
+
+impl SceneFile {
+    /// Refuses to replace a file of the scene by what `request` writes.
+    pub(crate) fn check_outputs(&self, request: &RenderRequest) -> Result<(), Failure> {
+        let checkpoint = request.checkpoint.as_ref().map(|plan| &plan.path);
+        let is_input = |output: &Path| self.files.iter().any(|file| is_same_file(output, file));
+        match (request.outputs.iter().chain(checkpoint)).find(|output| is_input(output)) {
+            None => Ok(()),
+            Some(output) => Err(Failure::usage(
+                format!(
+                    "{} is a file of the scene, which the render would replace",
+                    shown_path(output)
+                ),
+                "write to a file of another name",
+            )),
+        }
     }
 }
 

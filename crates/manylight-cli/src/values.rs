@@ -23,6 +23,14 @@ pub(crate) fn light_count(text: &str) -> Result<LightCount, String> {
     }
 }
 
+/// A number of threads. Ten thousands of them, each with its stack, stop the machine.
+pub(crate) fn threads(text: &str) -> Result<NonZeroU32, String> {
+    const MOST: u32 = 1024;
+    (text.parse().ok())
+        .filter(|threads: &NonZeroU32| threads.get() <= MOST)
+        .ok_or_else(|| format!("expected a number from 1 to {MOST}"))
+}
+
 /// A number from 0 to 1.
 pub(crate) fn fraction(text: &str) -> Result<f32, String> {
     let value: f32 = text

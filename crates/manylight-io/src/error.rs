@@ -1,5 +1,6 @@
 //! Errors of scene files, with their locations. A program reads the fields; [`miette`] prints them with an excerpt of the file.
 
+use crate::shown::shown_path;
 use crate::source_text::SourceText;
 use miette::{LabeledSpan, SourceCode, SourceSpan};
 use std::fmt;
@@ -91,7 +92,8 @@ impl fmt::Debug for Location {
 
 impl fmt::Display for Location {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}:{}:{}", self.path.display(), self.line, self.column)
+        let path = shown_path(&self.path);
+        write!(f, "{path}:{}:{}", self.line, self.column)
     }
 }
 

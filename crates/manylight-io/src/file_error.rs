@@ -2,6 +2,8 @@
 //!
 //! Parsers work on bytes and return a `Fault`; public functions add the path and return a [`FileError`].
 
+use crate::read::read_regular;
+use crate::shown::shown_path;
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -82,7 +84,7 @@ impl FileError {
 
 impl fmt::Display for FileError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.path.display())?;
+        f.write_str(&shown_path(&self.path))?;
         for number in [self.line, self.column].into_iter().flatten() {
             write!(f, ":{number}")?;
         }
@@ -140,7 +142,21 @@ impl Fault {
     }
 }
 
+/// The text of a regular file.
+///
+/// # Errors
+/// The file cannot be read, is of another kind, or is not UTF-8.
+pub fn read_text(path: &Path) -> Result<String, FileError> {
+    String::from_utf8(read_bytes(path)?).map_err(|error| {
+        let offset = error.utf8_error().valid_up_to();
+        FileError::malformed(
+            path,
+            format!("invalid byte at offset {offset}, expected UTF-8 text"),
+        )
+    })
+}
+
 /// The content of a file.
 pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, FileError> {
-    std::fs::read(path).map_err(|error| FileError::unreadable(path, error))
+    read_regular(path).map_err(|error| FileError::unreadable(path, error))
 }

@@ -58,7 +58,7 @@
 //! 3 mesh                file formats of meshes and curves
 //! 2 image spectra part  file formats; sky: computed environment maps
 //! 1 warning             warnings of a scene
-//! 0 error file_error    diagnostics of scene files, errors of other files; resolve: file lookup; gzip: compressed files; replace: whole files or none; source_text: excerpts
+//! 0 error file_error    diagnostics of scene files, errors of other files; resolve: file lookup; gzip: compressed files; read: regular files; replace: whole files or none; shown: text for terminals; source_text: excerpts
 //! ```
 
 pub mod error;
@@ -68,9 +68,11 @@ mod hex;
 pub mod image;
 pub mod mesh;
 pub mod part;
+mod read;
 mod replace;
 mod resolve;
 pub mod scene;
+mod shown;
 pub mod sky;
 mod source_text;
 pub mod spectra;
@@ -80,10 +82,11 @@ pub mod warning;
 mod fuzz;
 
 pub use error::{Diagnostic, LoadError, LoadErrorKind, Location, Severity};
-pub use file_error::{FileError, FileErrorKind};
-pub use replace::{check_replaceable, write_file};
+pub use file_error::{FileError, FileErrorKind, read_text};
+pub use replace::{check_replaceable, is_same_file, write_file};
 pub use scene::{
     EnvironmentSource, GltfOptions, LightUnits, LoadOptions, LoadedScene, SupportedFamily,
     check_scene, load_scene, scene_digest, supported,
 };
+pub use shown::{clean_text, shown_path};
 pub use warning::Warning;

@@ -1,7 +1,7 @@
 //! Files that are replaced as a whole: a file is complete or does not change.
 
 use crate::file_error::FileError;
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File, FileType, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
@@ -11,15 +11,21 @@ use tempfile::NamedTempFile;
 /// # Errors
 /// The file cannot be written.
 pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
-    let write = || match special_file(&target_of(path)) {
+    let write = || match special_kind(path) {
         // A device or pipe must be written directly: renaming would replace it by a file.
-        Some(mut file) => file
-            .as_mut()
-            .map_err(|error| io::Error::from(error.kind()))?
-            .write_all(bytes),
+        Some(_) => open_special(path)?.write_all(bytes),
         None => replace(path, |file| file.write_all(bytes)),
     };
     write().map_err(|error| FileError::unwritable(path, error))
+}
+
+/// Like [`check_replaceable`], for a file that must be a regular one: a part of a render is not written from start to end.
+///
+/// # Errors
+/// As for [`check_replaceable`]; a device or a pipe has this name.
+pub(crate) fn check_regular(path: &Path) -> Result<(), FileError> {
+    refuse_special(path).map_err(|error| FileError::unwritable(path, error))?;
+    check_replaceable(path)
 }
 
 /// Checks before a long computation that [`write_file`] can write `path`.
@@ -27,13 +33,15 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
 /// # Errors
 /// The folder or the file is not writable.
 pub fn check_replaceable(path: &Path) -> Result<(), FileError> {
-    let target = target_of(path);
     let check = || {
+        let target = target_of(path)?;
         if fs::metadata(&target).is_ok_and(|metadata| metadata.is_dir()) {
             return Err(io::Error::other("the path is a folder"));
         }
-        match special_file(&target) {
-            Some(file) => file.map(drop),
+        match special_kind(path) {
+            // The reader of a pipe would take its closing for the end of the file.
+            Some(kind) if is_pipe(kind) => Ok(()),
+            Some(_) => open_special(path).map(drop),
             None => temporary_beside(&target).map(drop),
         }
     };
@@ -46,7 +54,8 @@ pub(crate) fn replace(
     path: &Path,
     write: impl FnOnce(&mut File) -> io::Result<()>,
 ) -> io::Result<()> {
-    let target = target_of(path);
+    refuse_special(path)?;
+    let target = target_of(path)?;
     let mut file = temporary_beside(&target)?;
     write(file.as_file_mut())?;
     file.as_file().sync_all()?;
@@ -54,16 +63,65 @@ pub(crate) fn replace(
     sync_folder(folder_of(&target))
 }
 
-/// The file to write: the target if `path` is a symbolic link, so that the link is kept.
-fn target_of(path: &Path) -> PathBuf {
-    fs::canonicalize(path).unwrap_or_else(|_| path.to_owned())
+/// Most symbolic links that are followed to a file that does not exist yet, as many as the system follows to one that does.
+const MOST_LINKS: usize = 40;
+
+/// The file to write: where symbolic links lead, so that they are kept, even if that file does not exist yet.
+fn target_of(path: &Path) -> io::Result<PathBuf> {
+    match fs::metadata(path) {
+        Ok(_) => return Ok(fs::canonicalize(path).unwrap_or_else(|_| path.to_owned())),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+        Err(error) => return Err(error),
+    }
+    let mut target = path.to_owned();
+    for _ in 0..MOST_LINKS {
+        match fs::read_link(&target) {
+            Ok(next) => target = folder_of(&target).join(next),
+            Err(_) => break,
+        }
+    }
+    Ok(target)
 }
 
-/// The opened file, if it is neither a regular one nor a folder.
-fn special_file(target: &Path) -> Option<io::Result<File>> {
-    let metadata = fs::metadata(target).ok()?;
-    let is_special = !metadata.is_file() && !metadata.is_dir();
-    is_special.then(|| OpenOptions::new().write(true).open(target))
+/// Whether `a` and `b` are the same existing file, or will be the same file once it is written.
+pub fn is_same_file(a: &Path, b: &Path) -> bool {
+    let place = |path: &Path| -> Option<PathBuf> {
+        let target = target_of(path).ok()?;
+        let folder = fs::canonicalize(folder_of(&target)).ok()?;
+        Some(folder.join(target.file_name()?))
+    };
+    a == b || place(a).is_some_and(|a| place(b) == Some(a))
+}
+
+/// The kind of the file, if it is neither a regular one nor a folder.
+fn special_kind(path: &Path) -> Option<FileType> {
+    let kind = fs::metadata(path).ok()?.file_type();
+    (!kind.is_file() && !kind.is_dir()).then_some(kind)
+}
+
+/// Refuses to replace a device or a pipe by a file.
+fn refuse_special(path: &Path) -> io::Result<()> {
+    match special_kind(path) {
+        Some(_) => Err(io::Error::other(
+            "found a device or a pipe, expected a regular file",
+        )),
+        None => Ok(()),
+    }
+}
+
+fn open_special(path: &Path) -> io::Result<File> {
+    OpenOptions::new().write(true).open(path)
+}
+
+#[cfg(unix)]
+fn is_pipe(kind: FileType) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    kind.is_fifo()
+}
+
+#[cfg(not(unix))]
+fn is_pipe(_: FileType) -> bool {
+    false
 }
 
 fn folder_of(target: &Path) -> &Path {

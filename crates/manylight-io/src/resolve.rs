@@ -76,7 +76,8 @@ pub(crate) fn similar_file(path: &Path) -> Option<String> {
         .collect();
     let mut names: Vec<&str> = names.iter().map(String::as_str).collect();
     names.sort_unstable();
-    similar(&wanted, names.iter().copied()).map(str::to_owned)
+    names.retain(|name| *name != wanted);
+    similar(&wanted, names).map(str::to_owned)
 }
 
 /// The entries of `folder`. The empty path, which is the parent of a bare file name, means the current folder.

@@ -1,6 +1,8 @@
 //! Texts of scene files: lines and columns, and excerpts for messages.
 
+use crate::shown::{masked, shown_path};
 use miette::{MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanContents};
+use std::borrow::Cow;
 use std::ops::Range;
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
@@ -14,6 +16,8 @@ const LONGEST_LABEL: usize = 200;
 pub(crate) struct SourceText {
     name: String,
     text: Arc<str>,
+    /// The text for a terminal, with marks in place of some characters, if it differs.
+    masked: OnceLock<Option<String>>,
     /// Offsets of the first bytes of the lines. Computed once, because a file may have many problems.
     line_starts: OnceLock<Vec<usize>>,
 }
@@ -21,8 +25,9 @@ pub(crate) struct SourceText {
 impl SourceText {
     pub(crate) fn new(path: &Path, text: Arc<str>) -> Self {
         SourceText {
-            name: path.display().to_string(),
+            name: shown_path(path),
             text,
+            masked: OnceLock::new(),
             line_starts: OnceLock::new(),
         }
     }
@@ -32,6 +37,15 @@ impl SourceText {
             let ends = self.text.bytes().enumerate().filter(|(_, b)| *b == b'\n');
             std::iter::once(0).chain(ends.map(|(i, _)| i + 1)).collect()
         })
+    }
+
+    /// The text as a terminal may show it, with the same places.
+    fn shown(&self) -> &str {
+        let masked = self.masked.get_or_init(|| match masked(&self.text) {
+            Cow::Borrowed(_) => None,
+            Cow::Owned(text) => Some(text),
+        });
+        masked.as_deref().unwrap_or(&self.text)
     }
 
     /// Index of the line of a byte, from 0.
@@ -85,7 +99,7 @@ impl SourceCode for SourceText {
         let column = self.text[self.line_start(line)..from].chars().count();
         Ok(Box::new(MietteSpanContents::new_named(
             self.name.clone(),
-            &self.text.as_bytes()[from..to],
+            &self.shown().as_bytes()[from..to],
             (from, to - from).into(),
             line,
             column,
@@ -125,6 +139,13 @@ mod tests {
         assert_eq!((contents.line(), contents.column()), (1, 4900));
         assert!(source.read_span(&(30_000, 1).into(), 1, 1).is_err());
         assert_eq!(source.label_span(3..9000), 2..202);
+    }
+
+    #[test]
+    fn excerpts_hide_what_a_terminal_obeys() {
+        let source = source("<a b=\"\u{1b}[31m\u{9b}\"/>");
+        let contents = source.read_span(&(3, 1).into(), 0, 0).unwrap();
+        assert_eq!(contents.data(), "<a b=\"?[31m\u{b7}\"/>".as_bytes());
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Text for people and shells, shared by pages and messages.
 
-use std::time::Duration;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 /// The plural ending: an empty text for one, "s" otherwise.
 pub fn plural(count: usize) -> &'static str {
@@ -18,6 +18,14 @@ pub fn quoted(word: &str) -> String {
         return word.into();
     }
     format!("'{}'", word.replace('\'', "'\\''"))
+}
+
+/// Universal time as `YYYY-MM-DDThh:mm:ssZ`. A clock that is wrong by centuries gives the nearest date of the years 1970 to 9999.
+pub fn date(time: SystemTime) -> String {
+    /// The last second of the year 9999, in seconds since 1970.
+    const LAST: Duration = Duration::from_secs(253_402_300_799);
+    let since = time.duration_since(UNIX_EPOCH).unwrap_or_default();
+    humantime::format_rfc3339_seconds(UNIX_EPOCH + since.min(LAST)).to_string()
 }
 
 /// Reads a positive duration such as `60s`, `1.5m`, `2h` or `500ms`. A number without a unit is in seconds.

@@ -21,7 +21,7 @@ pub(crate) use render::{CameraArgs, Denoiser, DisplayArgs, PathArgs, ProgressKin
 use clap::{Parser, Subcommand};
 
 const EXIT_CODES: &str = "Exit codes: 0 done; 1 internal or render failure; 2 usage; 3 scene error; 4 file system; \
-5 a missing optional component; 6 --strict found a warning; 130, 143 ended by a signal (image written).
+5 a missing optional component; 6 --strict found a warning; 129, 130, 143 ended by a signal (image written).
 Environment: MANYLIGHT_SIMD=avx512|avx2|portable selects the instructions; MANYLIGHT_MEMORY_LIMIT=SIZE is the default of \
 --memory-limit; OIDN_DIR is the folder of Open Image Denoise.";
 

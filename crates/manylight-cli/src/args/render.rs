@@ -105,8 +105,8 @@ pub(crate) struct PathArgs {
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(crate) seed: u64,
 
-    /// Number of threads. Default: one per processor.
-    #[arg(short, long, value_name = "N")]
+    /// Number of threads, from 1 to 1024. Default: one per processor.
+    #[arg(short, long, value_name = "N", value_parser = values::threads)]
     pub(crate) threads: Option<NonZeroU32>,
 
     /// Treat warnings about the scene as errors: unsupported or suspicious features.

@@ -1,9 +1,9 @@
 //! `manylight check`.
 
 use crate::args::CheckArgs;
-use crate::failure::{DONE, FILE_SYSTEM, Failure, Rendered, SCENE, STRICT};
-use crate::output::print_message;
-use manylight_io::{LoadErrorKind, LoadOptions, Severity, check_scene};
+use crate::failure::{DONE, FILE_SYSTEM, Failure, SCENE, STRICT};
+use crate::output::{print_diagnostic, print_message};
+use manylight_io::{LoadErrorKind, LoadOptions, Severity, check_scene, shown_path};
 use manylight_lab::text::plural;
 
 /// Prints every error and warning of a scene.
@@ -15,13 +15,13 @@ pub(crate) fn run(args: &CheckArgs) -> Result<u8, Failure> {
     };
     let found = check_scene(&args.scene, &options);
     for diagnostic in &found {
-        print_message(Rendered(diagnostic));
+        print_diagnostic(diagnostic);
     }
     let count = |severity| found.iter().filter(|d| d.severity == severity).count();
     let (errors, warnings) = (count(Severity::Error), count(Severity::Warning));
     print_message(format_args!(
         "{}: {errors} error{}, {warnings} warning{}",
-        args.scene.display(),
+        shown_path(&args.scene),
         plural(errors),
         plural(warnings)
     ));

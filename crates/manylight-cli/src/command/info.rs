@@ -3,7 +3,7 @@
 use crate::args::InfoArgs;
 use crate::failure::{DONE, Failure};
 use crate::names::filter_name;
-use crate::output::{human_bytes, human_count, print_data, print_warnings};
+use crate::output::{human_bytes, human_count, print_data, print_text, print_warnings};
 use manylight::film::{Film, Layer};
 use manylight::geometry::Shape;
 use manylight::math::Aabb;
@@ -38,7 +38,7 @@ pub(crate) fn run(args: &InfoArgs) -> Result<u8, Failure> {
     })?;
     let bounds = scene.geometry.bounds();
     if !args.json {
-        print_data(describe(&counts, bounds, &sensors, &memory))?;
+        print_text(&describe(&counts, bounds, &sensors, &memory))?;
         return Ok(DONE);
     }
     print_data(json!({

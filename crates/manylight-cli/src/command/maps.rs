@@ -10,8 +10,8 @@ use crate::repeat::Settings;
 use crate::request::RenderRequest;
 use manylight::integrators::{InterimMaps, MethodKind, PlacedLight};
 use manylight::math::Vec2;
-use manylight_io::FileError;
 use manylight_io::image::{LayeredImage, check_writable, write_image};
+use manylight_io::{FileError, shown_path};
 use manylight_lab::false_color::{ColorScale, dots, false_colors, gray_layer, rgb_layer};
 
 /// File names, in the order of [`pictures`].
@@ -36,13 +36,14 @@ pub(crate) fn run(args: &MapsArgs) -> Result<u8, Failure> {
     };
     let interrupt = Interrupt::install()?;
     let session = open(request, None, display)?;
+    session.check_memory_of_maps()?;
     std::fs::create_dir_all(&args.output).map_err(|e| FileError::unwritable(&args.output, e))?;
     let request = &session.request;
     request
         .outputs
         .iter()
         .try_for_each(|path| check_writable(path))?;
-    let Some(maps) = session.interim_maps(&interrupt)? else {
+    let Some(maps) = session.checked_maps(&interrupt)? else {
         return Ok(interrupt.exit_code().unwrap_or(DONE));
     };
     let color_maps = color_maps(&maps);
@@ -55,7 +56,7 @@ pub(crate) fn run(args: &MapsArgs) -> Result<u8, Failure> {
     if !args.quiet {
         report(&maps, &color_maps);
         for path in &request.outputs {
-            print_message(format_args!("wrote {}", path.display()));
+            print_message(format_args!("wrote {}", shown_path(path)));
         }
     }
     Ok(interrupt.exit_code().unwrap_or(DONE))

@@ -8,7 +8,7 @@ use crate::part::merge_parts;
 use crate::picture::PictureSource;
 use crate::request::check_formats;
 use manylight::film::Film;
-use manylight_io::check_replaceable;
+use manylight_io::{check_replaceable, is_same_file, shown_path};
 use serde_json::json;
 
 /// Version of the shape of the JSON object.
@@ -20,6 +20,17 @@ pub(crate) fn run(args: &MergeArgs) -> Result<u8, Failure> {
     args.outputs
         .iter()
         .try_for_each(|path| check_replaceable(path))?;
+    for output in &args.outputs {
+        if args.parts.iter().any(|part| is_same_file(output, part)) {
+            return Err(Failure::usage(
+                format!(
+                    "{} is a part, which the image would replace",
+                    shown_path(output)
+                ),
+                "write to a file of another name",
+            ));
+        }
+    }
     let interrupt = Interrupt::install()?;
     let (film, facts) = merge_parts(&args.parts)?;
     let source = PictureSource {
@@ -44,9 +55,9 @@ fn report(args: &MergeArgs, film: &Film) -> Result<(), Failure> {
             film.passes(),
             args.parts.len()
         ));
-        outputs
+        args.outputs
             .iter()
-            .for_each(|path| print_message(format_args!("wrote {path}")));
+            .for_each(|path| print_message(format_args!("wrote {}", shown_path(path))));
     }
     if !args.json {
         return Ok(());

@@ -15,7 +15,8 @@ use crate::request::RenderRequest;
 use crate::session::{SceneFile, Session, build_scene, open_denoiser, thread_pool};
 use manylight::render::Stats;
 use manylight_denoise::Oidn;
-use manylight_io::check_replaceable;
+use manylight_io::part::check_part_writable;
+use manylight_io::{check_replaceable, shown_path};
 use preview::RenderPreview;
 use rayon::ThreadPool;
 use std::sync::Arc;
@@ -24,8 +25,15 @@ use std::sync::Arc;
 pub(crate) fn run(args: &RenderArgs) -> Result<u8, Failure> {
     let request = RenderRequest::new(args)?;
     let checkpoint = request.checkpoint.as_ref().map(|plan| &plan.path);
-    for path in request.outputs.iter().chain(checkpoint) {
+    let (images, parts) = match request.shard {
+        None => (request.outputs.as_slice(), [].as_slice()),
+        Some(_) => ([].as_slice(), request.outputs.as_slice()),
+    };
+    for path in images {
         check_replaceable(path)?;
+    }
+    for path in parts.iter().chain(checkpoint) {
+        check_part_writable(path)?;
     }
     let interrupt = Interrupt::install()?;
     let oidn = open_denoiser(&request)?;
@@ -76,9 +84,10 @@ fn load(
     display: DisplayArgs,
 ) -> Result<SceneFile, Failure> {
     if display.verbose {
-        print_message(format_args!("loading {}", request.scene.display()));
+        print_message(format_args!("loading {}", shown_path(&request.scene)));
     }
     let file = SceneFile::load(request, &request.load_options(), pool, stats)?;
+    file.check_outputs(request)?;
     if !display.quiet || request.strict {
         print_warnings(&file.warnings);
     }
@@ -173,7 +182,7 @@ fn finish(report: &RenderReport, display: DisplayArgs) -> Result<(), Failure> {
         }
         report.print_times(display);
         for path in outputs {
-            print_message(format_args!("wrote {}", path.display()));
+            print_message(format_args!("wrote {}", shown_path(path)));
         }
         print_next_step(report);
     }
@@ -197,18 +206,18 @@ fn print_next_step(report: &RenderReport) {
         .outputs
         .iter()
         .find(|path| path.extension().is_some_and(|e| e == "exr"));
-    let scene = request.scene.display();
+    let scene = shown_path(&request.scene);
     match exr {
         Some(image) if request.method != "path" => {
             print_message(format_args!(
                 "next: manylight render {scene} -m path --spp 256 -o reference.exr\n      \
                  manylight compare {} reference.exr",
-                image.display()
+                shown_path(image)
             ));
         }
         Some(image) => print_message(format_args!(
             "next: manylight compare IMAGE.exr {}",
-            image.display()
+            shown_path(image)
         )),
         None => print_message(format_args!(
             "next: manylight render {scene} -o image.exr   (all layers, for `manylight compare`)"

@@ -17,9 +17,12 @@ impl Session {
     /// # Errors
     /// The method has no virtual lights, or would take more memory than the limit.
     pub fn interim_maps(&self, interrupt: &Interrupt) -> Result<Option<InterimMaps>, Failure> {
-        let MethodKind::ManyLight(lights) = &self.request.kind else {
-            return Err(no_lights(self.request.method));
-        };
+        self.check_memory_of_maps()?;
+        self.checked_maps(interrupt)
+    }
+
+    /// Compares the memory of the maps with the limit, before anything is done.
+    pub(crate) fn check_memory_of_maps(&self) -> Result<(), Failure> {
         let job = self.job();
         let pixels = self.scene.sensor.desc().film.crop_size;
         let maps = StageMemory {
@@ -28,7 +31,17 @@ impl Session {
         };
         let limit = self.request.memory_limit;
         self.pool
-            .install(|| check_memory(limit, &job, 0, Some(maps)))?;
+            .install(|| check_memory(limit, &job, 0, Some(maps)))
+    }
+
+    /// [`Session::interim_maps`] after [`Session::check_memory_of_maps`].
+    pub(crate) fn checked_maps(
+        &self,
+        interrupt: &Interrupt,
+    ) -> Result<Option<InterimMaps>, Failure> {
+        let MethodKind::ManyLight(lights) = &self.request.kind else {
+            return Err(no_lights(self.request.method));
+        };
         let method = self.request.method(self.scene.limits);
         Ok(self.pool.install(|| {
             let guide = self.scene.emission_guide();

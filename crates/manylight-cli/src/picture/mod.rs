@@ -36,10 +36,10 @@ pub(crate) struct PictureSource<'f> {
 }
 
 impl PictureSource<'_> {
-    /// Writes the picture to files.
+    /// Writes the picture to files. A file that cannot be written does not prevent the others.
     ///
     /// # Errors
-    /// A file cannot be written, or its format is unknown.
+    /// A file cannot be written, or its format is unknown: the first such error.
     pub(crate) fn write(
         &self,
         outputs: &[PathBuf],
@@ -52,13 +52,14 @@ impl PictureSource<'_> {
             AovNames::Manylight => None,
             other => Some(self.picture(other)),
         };
-        for path in outputs {
+        let write = |path: &PathBuf| -> Result<(), Failure> {
             let is_exr = ImageFormat::from_path(path)? == ImageFormat::Exr;
             let picture = renamed.as_ref().filter(|_| is_exr).unwrap_or(&plain);
             let _complete_file = interrupt.writing();
-            write_image(path, picture, args.display())?;
-        }
-        Ok(())
+            Ok(write_image(path, picture, args.display())?)
+        };
+        let results: Vec<Result<(), Failure>> = outputs.iter().map(write).collect();
+        results.into_iter().collect()
     }
 
     /// All layers of the film: the image with its alpha, its variances, the other layers, then the mattes.

@@ -24,7 +24,7 @@ mod write;
 
 pub use header::{PartFilm, PartHeader};
 pub use read::PartFile;
-pub use write::write_part;
+pub use write::{check_part_writable, write_part};
 
 /// Version of the layout.
 pub const FORMAT: u32 = 1;

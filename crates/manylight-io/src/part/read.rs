@@ -3,6 +3,7 @@
 use super::{BUFFER, DIGEST_DIGITS, DIGEST_KEY, FORMAT, HEADER_KEY, LENGTH_BYTES, PartHeader};
 use crate::file_error::{Fault, FileError};
 use crate::hex::hex;
+use crate::read::open_regular;
 use manylight::film::arrays::{ArrayValues, InvalidArray};
 use manylight::film::{Film, PassSums};
 use safetensors::tensor::{Dtype, Metadata};
@@ -35,11 +36,8 @@ impl PartFile {
     /// # Errors
     /// The file cannot be read, or is no part file of this version.
     pub fn open(path: &Path) -> Result<Self, FileError> {
-        let mut file = File::open(path).map_err(|error| FileError::unreadable(path, error))?;
-        let length = file
-            .metadata()
-            .map_err(|error| FileError::unreadable(path, error))?
-            .len();
+        let (mut file, length) =
+            open_regular(path).map_err(|error| FileError::unreadable(path, error))?;
         let mut head = read_head(&mut file, length).map_err(|fault| fault.in_file(path))?;
         let fault = |message: String| Fault::new(message).in_file(path);
         let json = &head[LENGTH_BYTES..];
@@ -100,7 +98,7 @@ impl PartFile {
     /// # Errors
     /// The file cannot be read, or another one has taken its place: the checksum is compared.
     fn file(&self) -> io::Result<File> {
-        let mut file = File::open(&self.path)?;
+        let (mut file, _) = open_regular(&self.path)?;
         file.seek(SeekFrom::Start(self.digest_place as u64))?;
         let mut digest = [0; DIGEST_DIGITS];
         file.read_exact(&mut digest)?;

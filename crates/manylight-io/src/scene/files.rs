@@ -41,7 +41,7 @@ pub(super) fn find_external_file(
 }
 
 fn look_up(sink: &Sink, folders: &[PathBuf], name: &Text) -> Option<PathBuf> {
-    let found = resolve(&name.value, folders).filter(|found| found.path.is_file())?;
+    let found = resolve(&name.value, folders).filter(|found| !found.path.is_dir())?;
     if let Some(remark) = found.remark {
         let message = format!(
             "the name `{}` {remark}; using `{}`",

@@ -17,6 +17,8 @@ pub use digest::scene_digest;
 pub use gltf::{EnvironmentSource, GltfOptions, LightUnits};
 
 use crate::error::{Diagnostic, LoadError, LoadErrorKind, Severity};
+use crate::read::read_regular;
+use crate::shown::shown_path;
 use crate::warning::Warning;
 use manylight::scene::SceneDesc;
 use sink::Sink;
@@ -109,10 +111,10 @@ enum Format {
 
 /// The scene without its invalid parts. `None` only if an error has been reported.
 fn load(path: &Path, options: &LoadOptions, sink: &Sink) -> Option<SceneDesc> {
-    let bytes = match std::fs::read(path) {
+    let bytes = match read_regular(path) {
         Ok(bytes) => bytes,
         Err(error) => {
-            let message = format!("cannot read the scene file `{}`: {error}", path.display());
+            let message = format!("cannot read the scene file `{}`: {error}", shown_path(path));
             let help =
                 crate::resolve::similar_file(path).map(|name| format!("did you mean `{name}`?"));
             sink.report(whole_file(

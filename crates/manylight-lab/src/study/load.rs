@@ -6,7 +6,7 @@ use super::plan_text::PlanText;
 use super::program::RenderInterface;
 use super::scale::at_scale;
 use crate::error::{LabError, PlanError};
-use manylight_io::FileError;
+use manylight_io::read_text;
 use std::path::Path;
 
 /// Reads the plan at `path` and checks its names. `scale` selects one of its scales, by default the first.
@@ -18,7 +18,7 @@ pub fn load_plan(
     scale: Option<&str>,
     program: &dyn RenderInterface,
 ) -> Result<StudyPlan, LabError> {
-    let text = std::fs::read_to_string(path).map_err(|error| FileError::unreadable(path, error))?;
+    let text = read_text(path)?;
     Ok(parse_plan(path, text, scale, program)?)
 }
 

@@ -7,7 +7,7 @@ use super::record::{Record, RunStatus, UNAVAILABLE};
 use super::runs::Run;
 use crate::compare::{ComparisonImage, compare_file, read_image};
 use crate::error::LabError;
-use crate::text::quoted;
+use crate::text::{date, quoted};
 use manylight_io::FileError;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -70,7 +70,7 @@ impl Runner<'_> {
                 record.message = Some(self.without_folders(&message, folder.path()));
             }
         }
-        record.date = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
+        record.date = date(SystemTime::now());
         if let Some(images) = self.images {
             keep_images(folder.path(), images)?;
         }
@@ -143,7 +143,7 @@ fn without_reference(record: Record, run: &Run) -> Record {
     Record {
         status: RunStatus::Unavailable,
         message: Some(format!("there is no file {}", run.reference())),
-        date: humantime::format_rfc3339_seconds(SystemTime::now()).to_string(),
+        date: date(SystemTime::now()),
         ..record
     }
 }

@@ -6,6 +6,7 @@ use super::document::Document;
 use super::json::Json;
 use super::uri::{self, Target};
 use crate::image::{Transfer, decode_alpha, decode_image};
+use crate::read::read_regular;
 use manylight::ids::TextureId;
 use manylight::image::Image;
 use manylight::texture::Texture;
@@ -110,7 +111,7 @@ fn source<'b>(
                 bytes: bytes.into(),
                 path: PathBuf::from("embedded image"),
             }),
-            Target::File(path) => match std::fs::read(&path) {
+            Target::File(path) => match read_regular(&path) {
                 Ok(bytes) => {
                     json.reporter().note_read(&path);
                     Some(Source {

@@ -1,6 +1,7 @@
 //! References to files, and data within the JSON text.
 
 use super::json::Json;
+use crate::read::read_regular;
 use crate::resolve::{resolve, similar_file};
 use base64::Engine;
 use base64::engine::DecodePaddingMode;
@@ -34,7 +35,7 @@ pub(super) fn target(json: &Json<'_>, text: &str, folder: &Path, what: &str) -> 
         return None;
     }
     let name = percent_decoded(text);
-    match resolve(&name, &[folder.to_owned()]).filter(|found| found.path.is_file()) {
+    match resolve(&name, &[folder.to_owned()]).filter(|found| !found.path.is_dir()) {
         Some(found) => {
             if let Some(remark) = found.remark {
                 let used = found.path.display();
@@ -64,7 +65,7 @@ pub(super) fn target(json: &Json<'_>, text: &str, folder: &Path, what: &str) -> 
 pub(super) fn read(json: &Json<'_>, text: &str, folder: &Path, what: &str) -> Option<Vec<u8>> {
     match target(json, text, folder, what)? {
         Target::Data(bytes) => Some(bytes),
-        Target::File(path) => match std::fs::read(&path) {
+        Target::File(path) => match read_regular(&path) {
             Ok(bytes) => {
                 json.reporter().note_read(&path);
                 Some(bytes)

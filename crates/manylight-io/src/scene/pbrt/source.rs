@@ -2,6 +2,7 @@
 
 use super::super::sink::{FileSpan, Problem, Sink, Text};
 use crate::gzip::unpacked;
+use crate::read::read_regular;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -40,7 +41,7 @@ pub(super) fn text_of(
 
 /// The text of the included file `path`. Errors are reported.
 pub(super) fn read_text(path: &Path, name: &Text, sink: &Sink) -> Option<Arc<str>> {
-    let bytes = match std::fs::read(path) {
+    let bytes = match read_regular(path) {
         Ok(bytes) => bytes,
         Err(error) => {
             let message = format!("cannot read the included file `{}`: {error}", name.value);

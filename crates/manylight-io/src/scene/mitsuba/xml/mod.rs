@@ -11,10 +11,12 @@ use super::super::expansion::{Exceeded, Expansion};
 use super::super::files::{find_file, identity};
 use super::super::sink::{FileSpan, Problem, Sink};
 use super::object::PluginFamily;
+use crate::read::read_regular;
 use crate::resolve::resolve;
 use element::Attribute;
 use parameters::Parameters;
 use roxmltree::{Document, Node, ParsingOptions};
+use std::io;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -352,7 +354,7 @@ impl TreeReader<'_> {
             self.sink.error(problem);
             return Vec::new();
         }
-        let text = match std::fs::read_to_string(&found) {
+        let text = match read_text(&found) {
             Ok(text) => {
                 self.sink.note_read(&found);
                 text
@@ -380,6 +382,12 @@ impl TreeReader<'_> {
             vec![root]
         }
     }
+}
+
+/// The content of an included file.
+fn read_text(path: &Path) -> io::Result<String> {
+    String::from_utf8(read_regular(path)?)
+        .map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error.utf8_error()))
 }
 
 /// The range of the name of the start tag.
