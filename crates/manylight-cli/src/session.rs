@@ -7,6 +7,7 @@ use crate::report::RenderReport;
 use crate::request::RenderRequest;
 use manylight::film::{Film, Layer};
 use manylight::image::Image;
+use manylight::integrators::MethodKind;
 use manylight::render::{RenderJob, Stats};
 use manylight::scene::{Scene, SceneDesc};
 use manylight_denoise::{
@@ -179,15 +180,36 @@ impl Session {
     /// Warnings about the scene and the samples so far.
     pub(crate) fn all_warnings(&self) -> Vec<String> {
         let mut warnings = self.warnings.clone();
-        warnings.extend(self.dropped_samples());
+        warnings.extend(self.sample_warnings());
         warnings
     }
 
-    /// A warning if samples were not finite.
-    pub(crate) fn dropped_samples(&self) -> Option<String> {
+    /// Warnings about the samples so far: some were not finite, or hardly any photon found the scene.
+    pub(crate) fn sample_warnings(&self) -> Vec<String> {
         let dropped = Stats::get(&self.stats.dropped_samples);
-        (dropped > 0)
-            .then(|| format!("{dropped} samples were not finite and were replaced by black"))
+        let dropped = (dropped > 0)
+            .then(|| format!("{dropped} samples were not finite and were replaced by black"));
+        dropped.into_iter().chain(self.lost_photons()).collect()
+    }
+
+    /// A warning if a method by photons has hardly any.
+    fn lost_photons(&self) -> Option<String> {
+        /// Photons per photon path below which pictures lack light: even open scenes have a hundred times as many.
+        const FEW: f64 = 1e-3;
+        let [paths, photons] =
+            [&self.stats.photon_paths, &self.stats.photons].map(|counter| Stats::get(counter));
+        let method = self.request.method(self.scene.limits);
+        let needs_photons = matches!(
+            method.kind,
+            MethodKind::ManyLight(_) | MethodKind::PhotonMap(_)
+        );
+        let are_few =
+            needs_photons && method.limits.allow(3) && (photons as f64) < FEW * paths as f64;
+        are_few.then(|| {
+            format!(
+                "only {photons} photons of {paths} photon paths reached a surface, so that the picture lacks indirect light: the lights are far larger than the scene, or shine past it; --method path is not affected"
+            )
+        })
     }
 
     /// Renders features that the film of `job` will lack, if the image is to be denoised. Their time is taken from the time limit of `job`.

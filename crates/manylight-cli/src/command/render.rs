@@ -128,7 +128,7 @@ impl Run<'_> {
             print_warnings(&["denoising was interrupted; the image keeps its noise".into()]);
         }
         pool.install(|| preview.finish(&outcome, denoised.image.as_ref(), stats));
-        self.warn_of_dropped_samples();
+        self.warn_of_samples();
 
         let film = &outcome.film;
         let report = session.report(&job, film.passes());
@@ -153,12 +153,10 @@ impl Run<'_> {
         }
     }
 
-    /// Prints a warning if samples were not finite.
-    fn warn_of_dropped_samples(&self) {
-        if let Some(warning) = self.session.dropped_samples()
-            && !self.args.display.quiet
-        {
-            print_warnings(&[warning]);
+    /// Prints what is wrong with the samples.
+    fn warn_of_samples(&self) {
+        if !self.args.display.quiet {
+            print_warnings(&self.session.sample_warnings());
         }
     }
 

@@ -7,6 +7,7 @@ mod agx;
 mod cryptomatte;
 mod exr_dwa;
 mod exr_file;
+mod finite;
 mod jpeg;
 mod layered;
 mod low_range;
@@ -22,6 +23,7 @@ mod write;
 mod tests;
 
 pub use cryptomatte::Cryptomatte;
+pub(crate) use finite::{NotFinite, make_finite};
 pub use layered::{ImageLayer, LayeredImage, interleave};
 pub use place::{ImageCamera, ImageWindow};
 pub use transfer::{Transfer, linear_from_srgb, srgb_from_linear};

@@ -4,7 +4,7 @@ use super::attributes::AttributeRequest;
 use super::curve_files::CurveFile;
 use super::sink::{FileSpan, Problem, Sink};
 use crate::file_error::{FileError, FileErrorKind};
-use crate::image::{Transfer, read_alpha, read_image};
+use crate::image::{NotFinite, Transfer, make_finite, read_alpha, read_image};
 use crate::mesh::{
     MeshAttribute, MeshFormat, orient_to_normals, read_stored, read_with_attributes,
     smooth_normals_placed,
@@ -243,7 +243,12 @@ impl Assets {
         }
         for (request, image) in images.into_iter().zip(read_images) {
             match image {
-                Ok(image) => distribute(desc, request.targets, image),
+                Ok((image, replaced)) => {
+                    if let Some(replaced) = replaced {
+                        report_replaced(sink, request.span, &request.path, &replaced);
+                    }
+                    distribute(desc, request.targets, image);
+                }
                 Err(error) => report(sink, request.span, &error, "image"),
             }
         }
@@ -274,7 +279,14 @@ fn read_mesh(
     Ok((mesh, attributes))
 }
 
-fn read_pixels(&(path, decode): &(&Path, Decode)) -> Result<Image, FileError> {
+/// The pixels of an image, all of them finite, and what was replaced for that.
+fn read_pixels(&(path, decode): &(&Path, Decode)) -> Result<(Image, Option<NotFinite>), FileError> {
+    let mut image = decoded(path, decode)?;
+    let replaced = make_finite(&mut image);
+    Ok((image, replaced))
+}
+
+fn decoded(path: &Path, decode: Decode) -> Result<Image, FileError> {
     match decode {
         Decode::Color(transfer) => read_image(path, transfer),
         Decode::Alpha => read_alpha(path),
@@ -300,6 +312,12 @@ fn mean_of_channels(image: &Image) -> Image {
         channels: 1,
         data,
     }
+}
+
+fn report_replaced(sink: &Sink, span: FileSpan, path: &Path, replaced: &NotFinite) {
+    let message = format!("in the image file {}, {replaced}", path.display());
+    let problem = Problem::new("scene::not_finite", span, message);
+    sink.warn(problem.label("this image file".to_owned()));
 }
 
 fn report(sink: &Sink, span: FileSpan, error: &FileError, what: &str) {

@@ -6,7 +6,7 @@ use crate::ids::{MaterialId, TextureId};
 use crate::texture::{ColorInput, FloatInput};
 
 /// Microfacet distribution.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Distribution {
     /// Trowbridge-Reitz.
     Ggx,

@@ -1,13 +1,11 @@
 //! The materials of a scene.
 
-use super::material::{Distribution, Material};
+use super::material::Material;
 use super::models::coat::Coat;
+use super::models::coat_family::{self, CoatParameters};
 use crate::ids::MaterialId;
 use crate::texture::FloatInput;
-use rayon::prelude::*;
-
-/// The parameters of a rough coat: distribution, bits of alpha, bits of the index of refraction.
-type CoatKey = (Distribution, u32, u32);
+use std::collections::HashMap;
 
 /// All materials of a scene, with tables of rough coats.
 #[derive(Debug)]
@@ -22,7 +20,8 @@ pub struct Materials {
 impl Materials {
     /// Precomputes the tables. Material ids must be valid and free of cycles; `Scene::build` checks this.
     pub fn new(materials: Vec<Material>) -> Self {
-        let mut keys: Vec<CoatKey> = Vec::new();
+        let mut coats: Vec<CoatParameters> = Vec::new();
+        let mut indices = HashMap::new();
         let coat_of = materials
             .iter()
             .map(|material| {
@@ -35,16 +34,17 @@ impl Materials {
                     return None;
                 };
                 let key = (distribution, alpha.to_bits(), eta.to_bits());
-                Some(keys.iter().position(|k| *k == key).unwrap_or_else(|| {
-                    keys.push(key);
-                    keys.len() - 1
+                Some(*indices.entry(key).or_insert_with(|| {
+                    coats.push(CoatParameters {
+                        distribution,
+                        alpha,
+                        eta,
+                    });
+                    coats.len() - 1
                 }))
             })
             .collect();
-        let coat = |(distribution, alpha, eta)| {
-            Coat::new(distribution, f32::from_bits(alpha), f32::from_bits(eta))
-        };
-        let coats = keys.into_par_iter().map(coat).collect();
+        let coats = coat_family::tabulate(&coats);
         Materials {
             materials,
             coats,

@@ -1,6 +1,6 @@
 //! Choices by uniform numbers, and the weights that combine them, in lanes: [`crate::sampling`] for [`Float`].
 
-use super::numbers::{Float, Mask, Operand};
+use super::numbers::{Float, Mask, Operand, Word};
 use super::vector::{Pair, Vector};
 use super::width::Width;
 
@@ -20,10 +20,20 @@ pub(crate) fn split<S: Width>(u: Float<S>, p: impl Operand<S>) -> (Mask<S>, Floa
 #[inline(always)]
 pub(crate) fn sample_linear<S: Width>(u: Float<S>, a: Float<S>, b: Float<S>) -> Float<S> {
     let is_constant = (a + b).le(0.0);
+    // The squares would overflow, or vanish.
+    let unit = inverse_exponent(a.max(b));
+    let (a, b) = (a * unit, b * unit);
     // The quadratic cumulative density is inverted in the form without cancellation.
     let root = (a * a + (b * b - a * a) * u).safe_sqrt();
     let inverse = (u * (a + b) / (a + root)).clamp(0.0, 1.0);
     is_constant.select(u, inverse)
+}
+
+/// The power of two that brings a positive number into [1, 2): products with it are exact.
+#[inline(always)]
+fn inverse_exponent<S: Width>(x: Float<S>) -> Float<S> {
+    let exponent = x.to_bits() & 0x7f80_0000;
+    (Word::splat(x.width(), 0x7f00_0000) - exponent).to_float()
 }
 
 /// See [`warp::triangle`](crate::sampling::warp::triangle).

@@ -129,6 +129,10 @@ fn choices_are_those_of_single_numbers() {
         let x = sample_linear(float(u.x), float(0.3), float(u.y)).get();
         let below = |x: f32| 0.3 * x + 0.5 * (u.y - 0.3) * x * x;
         assert!((below(x) / below(1.0) - u.x).abs() < 1e-5);
+        for unit in [2.0f32.powi(-120), 2.0f32.powi(-70), 2.0f32.powi(110)] {
+            let scaled = sample_linear(float(u.x), float(0.3 * unit), float(u.y * unit));
+            assert_eq!(scaled.get(), x, "in units of {unit}");
+        }
     }
     assert_eq!(sample_linear(float(0.4), float(0.0), float(0.0)).get(), 0.4);
     assert_eq!(float(0.0).atan2_turns(float(0.0)).get(), 0.0);

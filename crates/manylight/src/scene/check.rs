@@ -1,13 +1,15 @@
 //! The checks that a description must pass: after them nothing in the core can fail.
 
+use super::check_emitters::check_emitter;
 use super::check_materials::{check_materials, check_texture};
+use super::check_sensors::check_sensor;
 use super::error::{Checked, check_index, ensure, fail, with_context};
 use super::nesting::Nesting;
 use super::{PrimitiveDesc, SceneDesc};
+use crate::color::Rgb;
 use crate::emitters::Emitter;
 use crate::geometry::{Mesh, Shape};
-use crate::math::{Affine3A, UVec2, Vec3};
-use crate::sensors::SensorDesc;
+use crate::math::{Affine3A, Vec3};
 use crate::texture::ColorInput;
 
 /// Checks a scene description. `sensor` is the index of the sensor to render.
@@ -25,16 +27,7 @@ pub(super) fn check(desc: &SceneDesc, sensor: usize) -> Checked {
     check_textures(desc)?;
     check_materials(desc)?;
     for (i, emitter) in desc.emitters.iter().enumerate() {
-        let check = match emitter {
-            Emitter::Area { radiance } => check_color(desc, *radiance),
-            Emitter::Goniometric { distribution, .. } => check_texture(desc, *distribution),
-            Emitter::Spot {
-                projector: Some(projector),
-                ..
-            } => check_texture(desc, projector.texture),
-            _ => Ok(()),
-        };
-        check.map_err(|e| with_context(&format!("emitter {i}"), &e))?;
+        check_emitter(desc, emitter).map_err(|e| with_context(&format!("emitter {i}"), &e))?;
     }
     for (i, primitive) in desc.primitives.iter().enumerate() {
         check_primitive(desc, primitive).map_err(|e| with_context(&title(primitive, i), &e))?;
@@ -128,7 +121,7 @@ fn check_mesh(mesh: &Mesh) -> Checked {
     }
 }
 
-fn check_transform(transform: &Affine3A) -> Checked {
+pub(super) fn check_transform(transform: &Affine3A) -> Checked {
     ensure(transform.is_finite(), || {
         "the transform is not finite".to_owned()
     })?;
@@ -136,47 +129,6 @@ fn check_transform(transform: &Affine3A) -> Checked {
     ensure(inverse.is_finite(), || {
         "the transform is singular".to_owned()
     })
-}
-
-pub(super) fn check_sensor(sensor: &SensorDesc) -> Checked {
-    let film = &sensor.film;
-    let check = check_transform(&sensor.world_from_camera).and_then(|()| {
-        ensure(film.size.min_element() > 0, || {
-            format!("the film of {} pixels is empty", pixels(film.size))
-        })?;
-        ensure(film.crop_size.min_element() > 0, || {
-            format!("the crop of {} pixels is empty", pixels(film.crop_size))
-        })?;
-        let fits = |size: u32, offset: u32, whole: u32| {
-            offset.checked_add(size).is_some_and(|end| end <= whole)
-        };
-        let (size, offset, whole) = (film.crop_size, film.crop_offset, film.size);
-        ensure(
-            fits(size.x, offset.x, whole.x) && fits(size.y, offset.y, whole.y),
-            || {
-                format!(
-                    "the crop of {} at {} leaves the film of {} pixels",
-                    pixels(size),
-                    pixels(offset),
-                    pixels(whole)
-                )
-            },
-        )
-    });
-    check.map_err(|e| {
-        with_context(
-            if sensor.name.is_empty() {
-                "the sensor"
-            } else {
-                &sensor.name
-            },
-            &e,
-        )
-    })
-}
-
-fn pixels(size: UVec2) -> String {
-    format!("{} x {}", size.x, size.y)
 }
 
 /// Checks that the textures of a description can be evaluated. A nested texture must precede the texture that contains it, so that there are
@@ -204,10 +156,15 @@ pub fn check_textures(desc: &SceneDesc) -> Result<(), super::SceneError> {
     Ok(())
 }
 
-fn check_color(desc: &SceneDesc, input: ColorInput) -> Checked {
+/// Whether a color is finite, or the id of its texture valid.
+pub(super) fn check_color(desc: &SceneDesc, input: ColorInput) -> Checked {
     match input {
         ColorInput::Texture(id) => check_texture(desc, id),
-        ColorInput::Constant(_) => Ok(()),
+        ColorInput::Constant(Rgb { r, g, b }) => {
+            ensure(r.is_finite() && g.is_finite() && b.is_finite(), || {
+                format!("the color {r}, {g}, {b} is not finite")
+            })
+        }
     }
 }
 

@@ -1,6 +1,7 @@
-//! Checks of materials: valid ids, no cycles.
+//! Checks of materials: valid ids, no cycles, finite numbers.
 
 use super::SceneDesc;
+use super::check::check_color;
 use super::error::{Checked, check_index, ensure, with_context};
 use super::nesting::Nesting;
 use crate::bsdf::Material;
@@ -19,10 +20,38 @@ fn check_material(desc: &SceneDesc, material: &Material) -> Checked {
     for inner in inner_materials(material) {
         check_index("material", inner.index(), desc.materials.len())?;
     }
-    for texture in textures(material) {
-        check_texture(desc, texture)?;
+    for input in color_inputs(material) {
+        check_color(desc, *input)?;
     }
-    Ok(())
+    for input in float_inputs(material) {
+        match *input {
+            FloatInput::Texture(id) => check_texture(desc, id)?,
+            FloatInput::Constant(x) => check_number("a parameter", x)?,
+        }
+    }
+    match *material {
+        Material::BumpMap { texture, scale, .. } | Material::NormalMap { texture, scale, .. } => {
+            check_texture(desc, texture)?;
+            check_number("the scale", scale)
+        }
+        Material::Dielectric { eta, .. } | Material::ThinDielectric { eta, .. } => check_eta(eta),
+        Material::Plastic { eta, roughness, .. } => {
+            check_eta(eta)?;
+            check_number("the roughness", roughness.map_or(0.0, |(_, alpha)| alpha))
+        }
+        Material::Principled(ref p) => check_eta(p.eta),
+        _ => Ok(()),
+    }
+}
+
+fn check_number(what: &str, x: f32) -> Checked {
+    ensure(x.is_finite(), || format!("{what}, {x}, is not finite"))
+}
+
+fn check_eta(eta: f32) -> Checked {
+    ensure(eta.is_finite() && eta > 0.0, || {
+        format!("the index of refraction {eta} is not positive and finite")
+    })
 }
 
 /// Whether the id of a texture is valid.
@@ -82,27 +111,7 @@ fn inner_materials(material: &Material) -> impl Iterator<Item = MaterialId> {
     ids.into_iter().flatten()
 }
 
-/// The textures of a material.
-fn textures(material: &Material) -> Vec<TextureId> {
-    let colors = color_inputs(material)
-        .into_iter()
-        .filter_map(|input| match input {
-            ColorInput::Texture(id) => Some(*id),
-            ColorInput::Constant(_) => None,
-        });
-    let floats = float_inputs(material)
-        .into_iter()
-        .filter_map(|input| match input {
-            FloatInput::Texture(id) => Some(*id),
-            FloatInput::Constant(_) => None,
-        });
-    let map = match material {
-        Material::BumpMap { texture, .. } | Material::NormalMap { texture, .. } => Some(*texture),
-        _ => None,
-    };
-    colors.chain(floats).chain(map).collect()
-}
-
+/// The colors of a material.
 fn color_inputs(material: &Material) -> Vec<&ColorInput> {
     match material {
         Material::Diffuse { reflectance } | Material::RoughDiffuse { reflectance, .. } => {
@@ -151,6 +160,7 @@ fn color_inputs(material: &Material) -> Vec<&ColorInput> {
     }
 }
 
+/// The numbers of a material that may be textured.
 fn float_inputs(material: &Material) -> Vec<&FloatInput> {
     match material {
         Material::RoughDiffuse { alpha, .. } => vec![alpha],

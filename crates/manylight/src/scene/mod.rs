@@ -2,7 +2,9 @@
 
 mod build;
 mod check;
+mod check_emitters;
 mod check_materials;
+mod check_sensors;
 pub mod desc;
 pub mod error;
 mod names;
@@ -51,7 +53,8 @@ impl Scene {
     /// Checks the description, and builds the acceleration structures. `sensor` is the index of the sensor to render.
     ///
     /// # Errors
-    /// Ids out of range, cycles of materials, singular or non-finite transforms, emitters inside of groups, an empty film.
+    /// Ids out of range, cycles of materials, singular or non-finite transforms, numbers that are not finite, emitters inside of groups,
+    /// an empty film, a field of view or a distance out of its domain.
     pub fn build(desc: SceneDesc, sensor: usize) -> Result<Scene, SceneError> {
         build::build(desc, sensor)
     }
@@ -59,9 +62,9 @@ impl Scene {
     /// Replaces the sensor. Nothing else is built anew.
     ///
     /// # Errors
-    /// A singular or non-finite transform, or an empty film: the sensor stays.
+    /// A singular or non-finite transform, an empty film, or a number out of its domain: the sensor stays.
     pub fn set_sensor(&mut self, sensor: SensorDesc) -> Result<(), SceneError> {
-        check::check_sensor(&sensor)?;
+        check_sensors::check_sensor(&sensor)?;
         self.sensor = Sensor::new(sensor);
         Ok(())
     }

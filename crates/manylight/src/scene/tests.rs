@@ -237,6 +237,107 @@ fn broken_films_are_refused() {
 }
 
 #[test]
+fn sensors_out_of_their_domain_are_refused() {
+    fn lens(fov: f32, aperture_radius: f32, focus_distance: f32) -> SensorKind {
+        SensorKind::ThinLens {
+            fov,
+            fov_axis: FovAxis::X,
+            aperture_radius,
+            focus_distance,
+        }
+    }
+    for (fov, message) in [(0.0, "0"), (180.0, "180"), (-3.0, "-3"), (f32::NAN, "NaN")] {
+        let message =
+            format!("the sensor: the field of view {message} is not between 0 and 180 degrees");
+        refused(|d| d.sensors[0].kind = lens(fov, 0.0, 1.0), &message);
+        let fov_axis = FovAxis::Y;
+        refused(
+            |d| d.sensors[0].kind = SensorKind::Perspective { fov, fov_axis },
+            &message,
+        );
+    }
+    refused(
+        |d| d.sensors[0].kind = lens(40.0, -1.0, 1.0),
+        "the sensor: the aperture radius -1 is negative or not finite",
+    );
+    refused(
+        |d| d.sensors[0].kind = lens(40.0, 0.1, f32::INFINITY),
+        "the sensor: the focus distance inf is not positive and finite",
+    );
+    refused(
+        |d| d.sensors[0].principal_point_offset.y = f32::NAN,
+        "the sensor: the principal point offset [0, NaN] is not finite",
+    );
+    refused(
+        |d| d.sensors[0].near_clip = f32::NAN,
+        "the sensor: the clip distances NaN and 100 are not finite or not in order",
+    );
+    refused(
+        |d| d.sensors[0].film.filter = Filter::Gaussian { stddev: 0.0 },
+        "the sensor: the radius 0 of the filter is not positive and finite",
+    );
+    let endless = SensorDesc {
+        near_clip: 0.0,
+        far_clip: f32::INFINITY,
+        ..sensor()
+    };
+    let sensors = vec![endless];
+    assert!(Scene::build(SceneDesc { sensors, ..desc() }, 0).is_ok());
+}
+
+#[test]
+fn numbers_that_are_not_finite_are_refused() {
+    let not_a_number = Rgb::splat(f32::NAN);
+    refused(
+        |d| {
+            d.emitters.push(Emitter::Point {
+                position: Vec3::ZERO,
+                intensity: not_a_number,
+            })
+        },
+        "emitter 2: the intensity NaN, NaN, NaN is not finite",
+    );
+    refused(
+        |d| {
+            d.emitters.push(Emitter::Directional {
+                direction: Vec3::ZERO,
+                irradiance: Rgb::WHITE,
+            })
+        },
+        "emitter 2: the direction [0, 0, 0] is not finite or has no length",
+    );
+    refused(
+        |d| {
+            d.materials[0] = Material::Diffuse {
+                reflectance: ColorInput::Constant(not_a_number),
+            }
+        },
+        "material 0: the color NaN, NaN, NaN is not finite",
+    );
+    refused(
+        |d| {
+            d.materials[1] = Material::Mask {
+                opacity: FloatInput::Constant(f32::INFINITY),
+                inner: MaterialId(0),
+            }
+        },
+        "material 1: a parameter, inf, is not finite",
+    );
+    refused(
+        |d| {
+            d.materials[0] = Material::Plastic {
+                eta: 0.0,
+                diffuse_reflectance: ColorInput::Constant(Rgb::WHITE),
+                specular_reflectance: ColorInput::Constant(Rgb::WHITE),
+                nonlinear: false,
+                roughness: None,
+            }
+        },
+        "material 0: the index of refraction 0 is not positive and finite",
+    );
+}
+
+#[test]
 fn another_sensor_sees_the_same_scene() {
     let mut scene = Scene::build(desc(), 0).unwrap();
     let mut other = sensor();

@@ -37,7 +37,7 @@ impl Run<'_> {
         let rendered = progress::show(goal, stats, interrupt.cancel(), &self.console, |observer| {
             pool.install(|| render_blocks(&job, blocks, stats, interrupt.cancel(), observer))
         });
-        self.warn_of_dropped_samples();
+        self.warn_of_samples();
         let Some(sums) = rendered else {
             print_message("interrupted: no part was written");
             return self.exit_code();

@@ -3,7 +3,7 @@
 use super::json::Json;
 use super::options::{EnvironmentSource, GltfOptions};
 use crate::file_error::FileErrorKind;
-use crate::image::{Transfer, read_image};
+use crate::image::{Transfer, make_finite, read_image};
 use manylight::color::Rgb;
 use manylight::emitters::{Emitter, Environment};
 use manylight::image::Image;
@@ -18,8 +18,12 @@ pub(super) fn add(desc: &mut SceneDesc, root: &Json<'_>, options: &GltfOptions) 
             radiance: Rgb::splat(options.environment_scale),
         }),
         Some(EnvironmentSource::File(path)) => match read_image(path, Transfer::Auto) {
-            Ok(image) => {
+            Ok(mut image) => {
                 root.reporter().note_read(path);
+                if let Some(replaced) = make_finite(&mut image) {
+                    let message = format!("in the environment {}, {replaced}", path.display());
+                    root.warn_once("environment", message);
+                }
                 desc.emitters.push(Emitter::Environment(Environment {
                     image: with_three_channels(image),
                     scale: options.environment_scale,

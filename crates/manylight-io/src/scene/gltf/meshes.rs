@@ -3,6 +3,7 @@
 use super::accessors::{Accessors, QUANTIZED};
 use super::deform::{joint_matrices, morph, skin};
 use super::emission;
+use super::growth::Growth;
 use super::json::Json;
 use super::materials::Materials;
 use super::nodes::{Hierarchy, PlacedNode};
@@ -52,6 +53,7 @@ pub(super) struct Meshes<'a, 'b> {
     groups: HashMap<MeshKey, usize>,
     uses: HashMap<MeshKey, usize>,
     emitters: Vec<(ColorInput, EmitterId)>,
+    growth: Growth,
 }
 
 /// The skin or the weights by which a node deforms its mesh.
@@ -63,6 +65,7 @@ struct Deformation {
 impl<'a, 'b> Meshes<'a, 'b> {
     pub(super) fn new(accessors: Accessors<'a, 'b>, variant: Option<usize>) -> Self {
         Meshes {
+            growth: Growth::new(accessors.buffers.total_bytes()),
             accessors,
             variant,
             materials: Materials::default(),
@@ -247,6 +250,13 @@ impl<'a, 'b> Meshes<'a, 'b> {
         )?;
         if let Some(joints) = &deformation.joints {
             skin(&mut geometry, primitive, joints, &self.accessors)?;
+        }
+        geometry.drop_unused_vertices();
+        if let Err(exceeded) = self.growth.add(&geometry) {
+            if let Some(message) = exceeded.message {
+                primitive.error(message);
+            }
+            return None;
         }
         if needs.tangents && geometry.tangents.is_empty() {
             add_tangents(&mut geometry);

@@ -19,6 +19,7 @@ mod document;
 mod emission;
 mod environment;
 mod extensions;
+mod growth;
 mod images;
 mod json;
 mod lights;

@@ -137,11 +137,53 @@ impl Geometry {
         None
     }
 
+    /// Drops vertices that no triangle has: files keep the vertices of many primitives in one array.
+    pub(super) fn drop_unused_vertices(&mut self) {
+        let mut is_used = vec![false; self.positions.len()];
+        for &corner in self.triangles.as_flattened() {
+            is_used[corner as usize] = true;
+        }
+        let used: Vec<usize> = (0..is_used.len()).filter(|&i| is_used[i]).collect();
+        if used.len() == is_used.len() {
+            return;
+        }
+        let mut index = vec![0; is_used.len()];
+        for (new, &old) in used.iter().enumerate() {
+            index[old] = new as u32;
+        }
+        for corner in self.triangles.as_flattened_mut() {
+            *corner = index[*corner as usize];
+        }
+        keep(&mut self.positions, &used);
+        keep(&mut self.normals, &used);
+        keep(&mut self.tangents, &used);
+        keep(&mut self.colors, &used);
+        self.uvs.iter_mut().for_each(|(_, uvs)| keep(uvs, &used));
+    }
+
+    /// Size in memory.
+    pub(super) fn bytes(&self) -> usize {
+        let uvs = self.uvs.iter().map(|(_, uvs)| size_of_val(&uvs[..]));
+        size_of_val(&self.positions[..])
+            + size_of_val(&self.normals[..])
+            + size_of_val(&self.tangents[..])
+            + size_of_val(&self.colors[..])
+            + size_of_val(&self.triangles[..])
+            + uvs.sum::<usize>()
+    }
+
     /// Reverses the order of the corners, for transforms that mirror.
     pub(super) fn reverse(&mut self) {
         for triangle in &mut self.triangles {
             triangle.swap(1, 2);
         }
+    }
+}
+
+/// The values at the indices `kept`, if there are values.
+fn keep<T: Copy>(values: &mut Vec<T>, kept: &[usize]) {
+    if !values.is_empty() {
+        *values = kept.iter().map(|&i| values[i]).collect();
     }
 }
 
@@ -206,4 +248,24 @@ pub(super) fn morph_differences<'a>(
         FLOAT
     };
     accessors.floats(at, "VEC3", allowed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn unused_vertices_are_dropped() {
+        let mut geometry = Geometry {
+            positions: (0..6).map(|i| Vec3::splat(i as f32)).collect(),
+            uvs: vec![(0, (0..6).map(|i| Vec2::splat(i as f32)).collect())],
+            triangles: vec![[5, 1, 3], [3, 1, 5]],
+            ..Geometry::default()
+        };
+        geometry.drop_unused_vertices();
+        assert_eq!(geometry.triangles, [[2, 0, 1], [1, 0, 2]]);
+        assert_eq!(geometry.positions, [1.0, 3.0, 5.0].map(Vec3::splat));
+        assert_eq!(geometry.uvs[0].1, [1.0, 3.0, 5.0].map(Vec2::splat));
+        assert_eq!(geometry.bytes(), 3 * 12 + 3 * 8 + 2 * 12);
+    }
 }

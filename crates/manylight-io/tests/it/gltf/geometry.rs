@@ -282,3 +282,66 @@ fn instances_of_small_and_large_meshes() {
     );
     assert_eq!(found, (0, 1, 3));
 }
+
+#[test]
+fn primitives_keep_the_vertices_that_they_use() {
+    // Four triangles in one array of vertices, each a primitive.
+    let mut document = triangle();
+    let positions: Vec<f32> = (0..36).map(|i| (i * i % 17) as f32).collect();
+    let mut bytes = bytes_of(&positions);
+    bytes.extend((0..12u16).flat_map(u16::to_le_bytes));
+    set(&mut document, "/buffers/0", buffer(&bytes));
+    let views = json!([
+        { "buffer": 0, "byteLength": 144 }, { "buffer": 0, "byteOffset": 144, "byteLength": 24 }
+    ]);
+    set(&mut document, "/bufferViews", views);
+    let indices = |i: usize| json!({ "bufferView": 1, "byteOffset": 6 * i, "componentType": 5123, "count": 3, "type": "SCALAR" });
+    let all = json!({ "bufferView": 0, "componentType": 5126, "count": 12, "type": "VEC3" });
+    set(
+        &mut document,
+        "/accessors",
+        json!([all, indices(0), indices(1), indices(2), indices(3)]),
+    );
+    let primitive = |i: usize| json!({ "attributes": { "POSITION": 0 }, "indices": i + 1 });
+    let primitives: Vec<Value> = (0..4).map(primitive).collect();
+    set(&mut document, "/meshes/0/primitives", json!(primitives));
+    let desc = load(&document);
+    assert_eq!(desc.shapes.len(), 4);
+    for (i, shape) in desc.shapes.iter().enumerate() {
+        let Shape::Mesh(mesh) = shape else {
+            panic!("{shape:?}");
+        };
+        let expected: Vec<Vec3> = positions[9 * i..9 * i + 9]
+            .chunks(3)
+            .map(Vec3::from_slice)
+            .collect();
+        assert_eq!(mesh.positions, expected);
+        assert_eq!(mesh.triangles, [[0, 1, 2]]);
+    }
+}
+
+#[test]
+fn primitives_that_repeat_data_are_bounded() {
+    let mut document = triangle();
+    let positions = vec![0.0; 3 << 16];
+    set(&mut document, "/buffers/0", buffer(&bytes_of(&positions)));
+    let views = json!([{ "buffer": 0, "byteLength": 4 * positions.len() }]);
+    set(&mut document, "/bufferViews", views);
+    let accessors =
+        json!([{ "bufferView": 0, "componentType": 5126, "count": 1 << 16, "type": "VEC3" }]);
+    set(&mut document, "/accessors", accessors);
+    let primitive = json!({ "attributes": { "POSITION": 0 } });
+    set(
+        &mut document,
+        "/meshes/0/primitives",
+        json!(vec![primitive; 200]),
+    );
+    let found = Folder::new(&document).problems();
+    assert!(
+        found.len() == 1
+            && found[0].contains(
+                "the primitives make more than 78643200 bytes of geometry from 786432 bytes"
+            ),
+        "{found:?}"
+    );
+}

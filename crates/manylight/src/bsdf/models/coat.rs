@@ -1,9 +1,10 @@
 //! Tables of rough dielectric coats: transmittance from outside, reflectance from inside.
 
-use super::fresnel::{self, Interface, reflect, refract};
+use super::fresnel::{self, reflect, refract};
 use super::microfacet::Microfacets;
 use crate::bsdf::material::Distribution;
-use crate::lanes::{Float, One, Pair, Vector, Width};
+use crate::lanes::{self, Float, LANES, LaneKernel, Pair, Vector, Width};
+use crate::simd::Isa;
 use rayon::prelude::*;
 
 /// Quadrature points per dimension for light into a denser medium; an even number. Not measured.
@@ -52,13 +53,26 @@ pub(in crate::bsdf) fn interpolate_tables<S: Width>(
 impl Coat {
     /// Tabulates a coat with index `eta` relative to the outside.
     pub(in crate::bsdf) fn new(distribution: Distribution, alpha: f32, eta: f32) -> Self {
-        let facets = Microfacets::new(distribution, alpha.into(), alpha.into());
         let cosines: Vec<f32> = (0..COSINES)
             .map(|i| (i as f32 / (COSINES - 1) as f32).max(MIN_COSINE))
             .collect();
-        let transmittance = average(&cosines, &facets, eta, transmitted);
+        let average = |eta, event| {
+            average(&FacetMean {
+                cosines: &cosines,
+                rule: &gauss_legendre(if eta > 1.0 {
+                    NODES
+                } else {
+                    NODES_WITH_TOTAL_REFLECTION
+                }),
+                distribution,
+                alpha,
+                eta,
+                event,
+            })
+        };
+        let transmittance = average(eta, FacetEvent::Transmission);
         // Over cosine-weighted directions: 2 ∫ r(μ) μ dμ.
-        let reflectance = average(&cosines, &facets, 1.0 / eta, reflected);
+        let reflectance = average(1.0 / eta, FacetEvent::Reflection);
         let sum: f32 = cosines.iter().zip(&reflectance).map(|(c, r)| c * r).sum();
         Coat {
             transmittance: transmittance
@@ -69,59 +83,91 @@ impl Coat {
     }
 }
 
-/// Fraction of light that a visible facet reflects or transmits: of microfacets, direction, facet normal, interface.
-type FacetEvent = fn(&Microfacets<One>, Vector<One>, Vector<One>, &Interface<One>) -> Float<One>;
-
-fn reflected(
-    facets: &Microfacets<One>,
-    w: Vector<One>,
-    m: Vector<One>,
-    interface: &Interface<One>,
-) -> Float<One> {
-    let out = reflect(w, m);
-    let unmasked = interface.reflectance * facets.masking(out, m);
-    out.z.gt(0.0).select(unmasked, 0.0)
+/// What happens to light at a visible facet.
+#[derive(Clone, Copy, Debug)]
+enum FacetEvent {
+    Reflection,
+    Transmission,
 }
 
-fn transmitted(
-    facets: &Microfacets<One>,
-    w: Vector<One>,
-    m: Vector<One>,
-    interface: &Interface<One>,
-) -> Float<One> {
-    let out = refract(w, m, interface);
-    let unmasked = (1.0 - interface.reflectance) * facets.masking(out, m);
-    out.z.lt(0.0).select(unmasked, 0.0)
+impl FacetEvent {
+    /// Fraction of light from `w` that facets with normal `m` reflect or transmit.
+    #[inline(always)]
+    fn fraction<S: Width>(
+        self,
+        facets: &Microfacets<S>,
+        w: Vector<S>,
+        m: Vector<S>,
+        eta: f32,
+    ) -> Float<S> {
+        let interface = fresnel::dielectric(w.dot(m), w.z.same(eta));
+        match self {
+            FacetEvent::Reflection => {
+                let out = reflect(w, m);
+                let unmasked = interface.reflectance * facets.masking(out, m);
+                out.z.gt(0.0).select(unmasked, 0.0)
+            }
+            FacetEvent::Transmission => {
+                let out = refract(w, m, &interface);
+                let unmasked = (1.0 - interface.reflectance) * facets.masking(out, m);
+                out.z.lt(0.0).select(unmasked, 0.0)
+            }
+        }
+    }
 }
 
-/// The mean of `event` over the visible facets, for each cosine.
+/// The mean of an event over the visible facets, for each cosine.
 ///
 /// The integrand is symmetric to the plane of incidence, and mirroring one random number mirrors the facet. So half of the points in
 /// that dimension are evaluated.
-fn average(cosines: &[f32], facets: &Microfacets<One>, eta: f32, event: FacetEvent) -> Vec<f32> {
-    let rule = gauss_legendre(if eta > 1.0 {
-        NODES
-    } else {
-        NODES_WITH_TOTAL_REFLECTION
-    });
-    let mean = |&cos: &f32| {
-        let w = Vector::new((1.0 - cos * cos).sqrt().into(), 0.0.into(), cos.into());
-        let mut sum = 0.0f64;
-        for &(mirrored, weight_mirrored) in &rule[..rule.len() / 2] {
-            for &(other, weight) in &rule {
-                let u = match facets.distribution() {
-                    Distribution::Ggx => Pair::new(mirrored.into(), other.into()),
-                    Distribution::Beckmann => Pair::new(other.into(), mirrored.into()),
-                };
-                let m = facets.sample(w, u);
-                let interface = fresnel::dielectric(w.dot(m), eta.into());
-                let value = event(facets, w, m, &interface).get();
-                sum += f64::from(value * weight_mirrored * weight);
+#[derive(Clone, Copy)]
+struct FacetMean<'a> {
+    cosines: &'a [f32],
+    rule: &'a [(f32, f32)],
+    distribution: Distribution,
+    alpha: f32,
+    eta: f32,
+    event: FacetEvent,
+}
+
+/// The mean for all cosines, in parallel.
+fn average(mean: &FacetMean<'_>) -> Vec<f32> {
+    let chunks = mean.cosines.par_chunks(LANES);
+    let of_chunk = |cosines| lanes::run(Isa::best(), FacetMean { cosines, ..*mean });
+    chunks.flat_map_iter(of_chunk).collect()
+}
+
+impl LaneKernel for FacetMean<'_> {
+    type Output = Vec<f32>;
+
+    #[inline(always)]
+    fn run<S: Width>(self, s: S) -> Vec<f32> {
+        let alpha = Float::splat(s, self.alpha);
+        let facets = Microfacets::new(self.distribution, alpha, alpha);
+        let mut means = Vec::with_capacity(self.cosines.len());
+        for chunk in self.cosines.chunks(S::LANES) {
+            let cos = Float::load(s, &s.each(|i| chunk[i.min(chunk.len() - 1)]));
+            let w = Vector::new((1.0 - cos * cos).sqrt(), cos.same(0.0), cos);
+            let mut sums = [0.0f64; LANES];
+            for &(mirrored, weight_mirrored) in &self.rule[..self.rule.len() / 2] {
+                for &(other, weight) in self.rule {
+                    let u = match self.distribution {
+                        Distribution::Ggx => Pair::new(cos.same(mirrored), cos.same(other)),
+                        Distribution::Beckmann => Pair::new(cos.same(other), cos.same(mirrored)),
+                    };
+                    let m = facets.sample(w, u);
+                    let value = self.event.fraction(&facets, w, m, self.eta);
+                    let weighted = (value * weight_mirrored * weight).store();
+                    for (sum, value) in sums.iter_mut().zip(weighted.as_ref()) {
+                        *sum += f64::from(*value);
+                    }
+                }
             }
+            let of_chunk = sums.iter().take(chunk.len());
+            means.extend(of_chunk.map(|sum| (2.0 * sum) as f32));
         }
-        (2.0 * sum) as f32
-    };
-    cosines.par_iter().map(mean).collect()
+        means
+    }
 }
 
 /// Nodes and weights of Gauss-Legendre quadrature on [0, 1].
@@ -150,6 +196,7 @@ fn gauss_legendre(n: usize) -> Vec<(f32, f32)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lanes::One;
     use crate::math::{Vec2, Vec3};
 
     #[test]

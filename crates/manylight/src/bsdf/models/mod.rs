@@ -2,6 +2,7 @@
 //! that several models share: Fresnel equations, microfacet distributions, tables of coats.
 
 pub(super) mod coat;
+pub(super) mod coat_family;
 pub(super) mod conductor;
 pub(super) mod dielectric;
 pub(super) mod diffuse;
