@@ -8,6 +8,7 @@ from hard_scenes import (
 )  # fmt: skip
 
 HERE = Space()
+#: Light tracing sees neither specular surfaces nor the environment.
 MIRRORS = ("light-trace",)
 PHOTONS = ("light-trace", "photon-map", "rich-vpl", "rich-lightcuts")
 
@@ -88,7 +89,8 @@ def lights() -> list[Case]:
         Case("light of radiance 1e-12", room(radiance="12e-12, 11e-12, 9e-12"), same_as="room", brightness=1e-12),
         Case("light of radiance 1e12", room(radiance="12e12, 11e12, 9e12"), same_as="room", brightness=1e12),
         Case("light of radiance 1e30", room(radiance="12e30, 11e30, 9e30"), same_as="room", brightness=1e30),
-        Case("light of negative radiance", room(radiance="-12, -11, -9"), same_as="room", brightness=-1),
+        Case("light of negative radiance", room(radiance="-12, -11, -9"), same_as="room", brightness=-1,
+             beyond="photons have no negative power", beyond_for=PHOTONS),
         Case("mesh light", room(lamp=mesh_lamp), {"lamp.obj": obj(corners, square)}, same_as="room"),
         Case("mesh light with triangles without area", room(lamp=mesh_lamp),
              {"lamp.obj": obj(corners, [*square, (0, 0, 1), (0, 0, 0), (1, 2, 2)])}, same_as="room"),
@@ -103,7 +105,7 @@ def lights() -> list[Case]:
         Case("sphere light of 5 km around all", beyond="hardly any photon arrives", beyond_for=PHOTONS, xml=room(walls=walls(HERE, left_out=("ceiling",)), lamp=HERE.shape(
             "sphere", steps(scale="5000, 5000, 5000"), diffuse(0), emitter(1), '<boolean name="flip_normals" value="true"/>'))),
         Case("constant light, open room", room(walls=walls(HERE, left_out=("ceiling",)), lamp=f'<emitter type="constant">{rgb("radiance", 1)}</emitter>'),
-             same_as="sphere light of 5 km around all"),
+             same_as="sphere light of 5 km around all", without=MIRRORS),
         Case("1000 lamps of radiance 0 and one lamp", room(more="".join(
             HERE.shape("rectangle", steps(scale="0.001, 0.001, 1", turn="x 90", move=f"{0.001 * i - 0.5}, 1.99, 0.9"), emitter(0)) for i in range(1000)))),
         Case("lamps of power 1 and 1e-12", room(more=HERE.shape("rectangle", steps(scale="0.1, 0.1, 1", turn="x 90", move="0.6, 1.9, 0.6"), diffuse(0.2), emitter(1e-11)))),
@@ -121,7 +123,7 @@ def environments() -> list[Case]:
     def sky(name: str, value: float, **more) -> Case:
         rows = [[0.5] * 16 for _ in range(8)]
         rows[1][5] = value
-        return Case(name, room(walls=opened, lamp=envmap), {"sky.pfm": pfm(rows)}, no_mitsuba="its envmap of this size is another", **more)
+        return Case(name, room(walls=opened, lamp=envmap), {"sky.pfm": pfm(rows)}, no_mitsuba="its envmap of this size is another", without=MIRRORS, **more)
 
     black = pfm([[0.0] * 16 for _ in range(8)])
     return [
@@ -134,7 +136,8 @@ def environments() -> list[Case]:
         sky("environment with an infinite pixel", math.inf, same_as="environment with a pixel of 0.5"),
         sky("environment with a negative pixel", -0.3),
         Case("environment of 1e-30", room(walls=opened, lamp=envmap), {"sky.pfm": pfm([[0.5e-30] * 16 for _ in range(8)])},
-             same_as="environment with a pixel of 0.5", brightness=1e-30, no_mitsuba="its envmap of this size is another"),
+             same_as="environment with a pixel of 0.5", brightness=1e-30, without=MIRRORS,
+             no_mitsuba="its envmap of this size is another"),
         Case("black environment", room(walls=opened, lamp=envmap), {"sky.pfm": black}, radiance=0, no_mitsuba="not a number there"),
     ]
 

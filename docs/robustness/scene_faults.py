@@ -65,24 +65,22 @@ class Picture:
     block_variance: np.ndarray
 
 
-def run(words: list[str], limit: float = 300) -> Run:
-    """Runs a command; code -1 says that it took longer than `limit` seconds."""
+def run(words: list[str], limit: float = 300, wait: list[str] | None = None) -> Run:
+    """Runs a command, after `wait` if that is given; code 124 says that it took longer than `limit` seconds."""
     with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as err:
         start = time.perf_counter()
-        child = subprocess.Popen(words, stdout=out, stderr=err, env=os.environ | {"PYTHONPATH": str(HERE)})
-        timed_out = False
-        while True:
-            pid, status, usage = os.wait4(child.pid, os.WNOHANG)
-            if pid:
-                break
-            if time.perf_counter() - start > limit and not timed_out:
-                timed_out = True
-                child.kill()
-            time.sleep(0.01)
+        limited = [*(wait or []), "timeout", "--kill-after=5", str(limit), *words]
+        child = subprocess.Popen(limited, stdout=out, stderr=err, env=os.environ | {"PYTHONPATH": str(HERE)})
+        _, status, usage = os.wait4(child.pid, 0)
         child.returncode = os.waitstatus_to_exitcode(status)
         seconds = time.perf_counter() - start
         out.seek(0), err.seek(0)
-        return Run(-1 if timed_out else child.returncode, out.read(), err.read(), seconds, usage.ru_maxrss / 1024)
+        found = Run(child.returncode, out.read(), err.read(), seconds, usage.ru_maxrss / 1024)
+    if found.code == 0 and '"stages"' in found.stdout:
+        # Without the time to wait.
+        report = json.loads(found.stdout)
+        found.seconds, found.peak_mb = sum(report["stages"].values()), report["memory"]["peak_bytes"] / 2**20
+    return found
 
 
 def blocks_of(image: np.ndarray) -> np.ndarray:
@@ -135,7 +133,7 @@ def mitsuba_pictures(cases: list[tuple[Case, Path]], folder: Path, wait: list[st
     while waiting:
         listed = folder / "list.json"
         listed.write_text(json.dumps([(c.name, str(xml), max(c.spp // 2, 32), str(xml.with_suffix(".npy"))) for c, xml in waiting]))
-        ended = run([*wait, sys.executable, __file__, "--worker", str(listed)], limit=3600)
+        ended = run([sys.executable, __file__, "--worker", str(listed)], 3600, wait)
         lines = [json.loads(line) for line in ended.stdout.splitlines() if line.startswith("{")]
         found |= {line["name"]: line for line in lines}
         waiting = waiting[len(lines) :]
@@ -216,8 +214,8 @@ def first_line(text: str) -> str:
 def render(args: argparse.Namespace, case: Case, xml: Path, method: str) -> tuple[Run, Path]:
     options = ["--spp", str(case.spp * 2)] if method == "path" else METHODS[method][0] + ["--passes", str(case.spp // PER_PASS[method])]
     image = xml.with_name(f"{method}.exr")
-    words = [*args.wait, str(args.manylight), "render", str(xml), "-m", method, *options, "-q", "-o", str(image), "-o", str(image.with_suffix(".png"))]
-    return run(words), image
+    words = [str(args.manylight), "render", str(xml), "-m", method, *options, "-q", "--json", "-o", str(image), "-o", str(image.with_suffix(".png"))]
+    return run(words, wait=args.wait), image
 
 
 def check_case(args: argparse.Namespace, table: Table, case: Case, xml: Path, rival: dict | None, known: dict[str, Picture]) -> None:
@@ -266,7 +264,9 @@ def check_fields(args: argparse.Namespace, folder: Path) -> int:
         scene.write_text(text)
         image.unlink(missing_ok=True)
         words = ["render", str(scene), "-m", "path", "--spp", "1", "--memory-limit", "2G", "-q", "-o", str(image)]
-        ended = run([*args.wait, str(args.manylight), *words], limit=30)
+        # glTF files have no size.
+        words += ["--size", "64x64"] if scene.suffix == ".gltf" else []
+        ended = run([str(args.manylight), *words], 30, args.wait)
         wrong = ""
         if ended.code == 0:
             wrong = f"{bad} values not finite" if (bad := not_finite(image)) else ""

@@ -116,3 +116,37 @@ fn strict_makes_a_warning_an_error() {
         "{report}"
     );
 }
+
+#[test]
+fn lost_photons_are_a_warning() {
+    let lamp = |scale: f32| {
+        let rectangle = |content: &str, transform: &str| {
+            format!(
+                r#"<shape type="rectangle"><transform name="to_world">{transform}</transform>{content}</shape>"#
+            )
+        };
+        let floor = rectangle("", r#"<rotate x="1" angle="-90"/>"#);
+        let light = r#"<emitter type="area"><rgb name="radiance" value="1"/></emitter>"#;
+        let above =
+            format!(r#"<scale value="{scale}"/><rotate x="1" angle="90"/><translate y="10"/>"#);
+        format!(
+            r#"<scene version="3.0.0"><sensor type="perspective">
+<transform name="to_world"><lookat origin="0, 2, 2" target="0, 0, 0" up="0, 1, 0"/></transform></sensor>
+{floor}{}</scene>"#,
+            rectangle(light, &above)
+        )
+    };
+    for (scale, expected) in [(1e5, 1), (1.0, 0)] {
+        let folder = Folder::new(&lamp(scale));
+        for (method, expected) in [("photon-map", expected), ("path", 0)] {
+            let words =
+                format!("render scene.xml -m {method} --size 8x8 --passes 1 -o a.exr --json");
+            let report = folder.run(&words).code(0).json();
+            let warnings = report["warnings"].as_array().unwrap();
+            assert_eq!(warnings.len(), expected, "{scale} {method}: {report}");
+            let is_right =
+                |w: &serde_json::Value| w.as_str().unwrap().contains("lacks indirect light");
+            assert!(warnings.iter().all(is_right), "{report}");
+        }
+    }
+}

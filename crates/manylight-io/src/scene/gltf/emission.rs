@@ -3,10 +3,19 @@
 
 use super::primitives::Geometry;
 use manylight::math::{Aabb, Vec3};
+use manylight::texture::ColorInput;
 use std::collections::HashMap;
 
 /// Distance of the second surface, relative to the diagonal of the bounds: far above the rounding of coordinates, and too small to see.
 const DISTANCE: f32 = 1e-4;
+
+/// A key of emitted radiance, which is the same for equal values only.
+pub(super) fn key(radiance: ColorInput) -> [u32; 4] {
+    match radiance {
+        ColorInput::Constant(c) => [0, c.r.to_bits(), c.g.to_bits(), c.b.to_bits()],
+        ColorInput::Texture(id) => [1, id.0, 0, 0],
+    }
+}
 
 /// The back of a surface; `None` if the surface is closed, so that its back is not seen.
 pub(super) fn back(geometry: &Geometry) -> Option<Geometry> {

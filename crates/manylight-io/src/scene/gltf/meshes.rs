@@ -52,7 +52,7 @@ pub(super) struct Meshes<'a, 'b> {
     parts: HashMap<MeshKey, Vec<Part>>,
     groups: HashMap<MeshKey, usize>,
     uses: HashMap<MeshKey, usize>,
-    emitters: Vec<(ColorInput, EmitterId)>,
+    emitters: HashMap<[u32; 4], EmitterId>,
     growth: Growth,
 }
 
@@ -72,7 +72,7 @@ impl<'a, 'b> Meshes<'a, 'b> {
             parts: HashMap::new(),
             groups: HashMap::new(),
             uses: HashMap::new(),
-            emitters: Vec::new(),
+            emitters: HashMap::new(),
         }
     }
 
@@ -295,13 +295,13 @@ impl<'a, 'b> Meshes<'a, 'b> {
 
     /// The emitter with this radiance.
     fn emitter(&mut self, radiance: ColorInput, desc: &mut SceneDesc) -> EmitterId {
-        if let Some((_, id)) = self.emitters.iter().find(|(other, _)| *other == radiance) {
-            return *id;
-        }
-        desc.emitters.push(Emitter::Area { radiance });
-        let id = EmitterId::from(desc.emitters.len() - 1);
-        self.emitters.push((radiance, id));
-        id
+        *self
+            .emitters
+            .entry(emission::key(radiance))
+            .or_insert_with(|| {
+                desc.emitters.push(Emitter::Area { radiance });
+                EmitterId::from(desc.emitters.len() - 1)
+            })
     }
 
     /// The name of a node, or else one from its mesh and its place in the scene.

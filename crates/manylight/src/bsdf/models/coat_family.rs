@@ -19,9 +19,9 @@ const MAX_INTEGRATED: usize = ALPHA_NODES * ETA_NODES;
 const ALPHA_NODES: usize = 24;
 /// Nodes over ln |η - 1|. From 1.01 to 2.5, transmittances are off by at most 10⁻⁶; from 1.0001 to 4, by 3·10⁻⁴.
 const ETA_NODES: usize = 12;
-/// Alpha from which on smaller ones are rounding errors of larger ones; see [`super::microfacet`].
+/// Smallest alpha of [`super::microfacet`]; smaller values count as this one.
 const MIN_ALPHA: f32 = 1e-4;
-/// Difference of the index of refraction from 1 below which coats hardly reflect.
+/// Smallest |η - 1| in a family; smaller values count as this one. Such coats hardly reflect.
 const MIN_CONTRAST: f64 = 1e-4;
 
 /// The table of each of the coats.
