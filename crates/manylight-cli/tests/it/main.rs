@@ -7,6 +7,8 @@ mod compare;
 mod denoise;
 mod describe;
 #[cfg(unix)]
+mod faults;
+#[cfg(unix)]
 mod interrupt;
 mod maps;
 mod parts;

@@ -24,6 +24,7 @@ fn usage_errors() {
         ("render scene.xml --environment-scale 2", "--environment"),
         ("render scene.xml -o image.tif", "'.tif'"),
         ("render scene.xml -t 0", "--threads"),
+        ("render scene.xml -t 1000000", "from 1 to 1024"),
         ("render scene.xml --memory-limit lots", "8G"),
         (
             "render scene.xml -n 1000000 --memory-limit 1G",

@@ -97,6 +97,11 @@ impl Ended {
         String::from_utf8(self.0.stderr.clone()).unwrap()
     }
 
+    /// The exit code; `None` if a signal ended the program.
+    pub(crate) fn exit_code(&self) -> Option<i32> {
+        self.0.status.code()
+    }
+
     /// Checks the exit code.
     #[track_caller]
     pub(crate) fn code(self, expected: i32) -> Self {

@@ -2,12 +2,14 @@
 
 mod http;
 mod page;
+#[cfg(unix)]
+mod strangers;
 mod tev;
 mod tev_reader;
 
 use crate::support::{BOX, Ended, Folder};
 use std::io::{BufRead, BufReader, Read};
-use std::process::{Child, ChildStderr, Stdio};
+use std::process::{Child, ChildStderr, Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// A render of 300 x 200 pixels: three by two tiles of tev.
@@ -52,11 +54,13 @@ pub(crate) struct Served {
 impl Served {
     pub(crate) fn start(folder: &Folder, words: &str) -> Self {
         let mut command = folder.command(words);
-        let mut child = command
-            .stderr(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()
-            .unwrap();
+        command.stderr(Stdio::piped()).stdout(Stdio::piped());
+        Served::of(command)
+    }
+
+    /// The render that `command` starts, with pipes for its output.
+    pub(super) fn of(mut command: Command) -> Self {
+        let mut child = command.spawn().unwrap();
         let mut stderr = BufReader::new(child.stderr.take().unwrap());
         let mut line = String::new();
         while !line.starts_with("preview: ") {
