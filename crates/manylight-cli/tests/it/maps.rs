@@ -66,7 +66,7 @@ fn what_cannot_be_shown_is_said_and_nothing_is_written() {
         ("maps scene.xml -o d --sensor 3", 2, "1 camera"),
         ("maps scen.xml -o d", 4, "scen.xml"),
         ("maps scene.xml -o scene.xml", 4, "scene.xml"),
-        ("maps scene.xml -o d --memory-limit 1M", 2, "maps 0.0 MB"),
+        ("maps scene.xml -o d --size 60000x60000", 2, "are available"),
     ] {
         folder.run(words).code(code).says(&[message]);
     }

@@ -17,6 +17,12 @@ import numpy as np
 from ._plugins import TAGS
 from .errors import Error, SceneError
 
+# Most dictionaries within each other, fewer than the levels that a scene file may have.
+_MOST_LEVELS = 90
+
+# A character that XML cannot have: most control characters, and halves of surrogate pairs, which stand for bytes of file names.
+_NOT_IN_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+
 # Plugins that XML writes as values.
 _VALUES = ("rgb", "srgb", "spectrum", "blackbody", "ref")
 
@@ -64,6 +70,9 @@ class _Writer:
         self.files = 0
 
     def line(self, text: str, keys: tuple[str, ...]) -> None:
+        if found := _NOT_IN_XML.search(text):
+            key = _NOT_IN_XML.sub("?", ".".join(keys))
+            raise SceneError(f"found the character {found[0]!r}", suggestion="texts of a scene cannot have it", key=key)
         # A line break in a text would shift the lines that follow.
         self.lines.append(text.replace("\n", "&#10;"))
         self.keys.append(".".join(keys))
@@ -94,6 +103,9 @@ class _Writer:
             self.line(f"<{tag} name={quoteattr(name)} value={quoteattr(text)}/>", keys)
 
     def plugin(self, name: str, plugin: Mapping, keys: tuple[str, ...]) -> None:
+        if len(keys) > _MOST_LEVELS:
+            message = f"found more than {_MOST_LEVELS} dictionaries within each other"
+            raise SceneError(message, suggestion="does one contain itself?", key=".".join((*keys[:4], "...")))
         kind = plugin.get("type")
         if not isinstance(kind, str):
             raise SceneError("found a dictionary without 'type'", suggestion="expected the name of a plugin", key=".".join(keys))
@@ -137,7 +149,7 @@ def _tag(kind: str, keys: tuple[str, ...]) -> str:
         return TAGS[kind]
     near = difflib.get_close_matches(kind, [*TAGS, "mesh", *_VALUES], n=1)
     suggestion = f"did you mean '{near[0]}'?" if near else "see `manylight list bsdfs`, `shapes`, `emitters` and others"
-    raise SceneError(f"found the unknown plugin '{kind}'", suggestion=suggestion, code="scene::unknown_plugin", key=".".join(keys))
+    raise SceneError(f"found the unknown plugin {kind!r}", suggestion=suggestion, code="scene::unknown_plugin", key=".".join(keys))
 
 
 def _value_plugin(name: str, kind: str, plugin: Mapping, keys: tuple[str, ...]) -> str:
@@ -173,9 +185,11 @@ def _value(name: str, value: object, keys: tuple[str, ...]) -> tuple[str, str]:
     if isinstance(value, (str, os.PathLike)):
         text = os.fspath(value)
         return "string", os.path.abspath(text) if name == "filename" else text
+    if value is None:
+        raise _unexpected(value, keys)
     try:
         numbers = _numbers(value)
-    except (TypeError, ValueError, AttributeError):
+    except (TypeError, ValueError, AttributeError, OverflowError, RecursionError):
         raise _unexpected(value, keys) from None
     if numbers.shape in ((4, 4), (3, 3)):
         return "transform", " ".join(map(repr, numbers.ravel().tolist()))
@@ -204,14 +218,37 @@ def _unexpected(value: object, keys: tuple[str, ...]) -> Error:
     )
 
 
+def _finite(value: object, kind: type, key: str) -> np.ndarray:
+    """A copy of an array of finite numbers, as an array of this type."""
+    try:
+        given = np.ma.filled(value, np.nan) if np.ma.is_masked(value) else np.asarray(value)
+    except (ValueError, TypeError, OverflowError):
+        raise SceneError("found rows of different lengths, or other values", suggestion="expected an array of numbers", key=key) from None
+    if given.dtype.kind not in "iuf":
+        raise SceneError(f"found an array of {given.dtype}", suggestion="expected an array of numbers", key=key)
+    is_float = np.issubdtype(kind, np.floating)
+    with np.errstate(over="ignore", invalid="ignore"):
+        array = np.array(given, dtype=kind, order="C")
+        # Indices may come as floating-point numbers, but each is an integer.
+        fits = np.isfinite(array) if is_float else array == given
+    if not np.all(fits):
+        first = tuple(np.argwhere(~fits)[0].tolist())
+        expected = "finite numbers of 32 bits" if is_float else "integers"
+        raise SceneError(f"found {given[first]} at {list(first)}", suggestion=f"expected {expected}", key=key)
+    return array
+
+
 def _array(value: object, kind: type, shape: tuple[int | None, ...], key: str) -> np.ndarray:
-    """An array of this shape, in which None is any length."""
-    array: np.ndarray = np.ascontiguousarray(value, dtype=kind)
+    """An array of finite numbers of this shape, in which None is any length."""
+    array = _finite(value, kind, key)
     fits = array.ndim == len(shape) and all(want is None or have == want for have, want in zip(array.shape, shape))
     if not fits:
-        expected = "(" + ", ".join("n" if length is None else str(length) for length in shape) + ")"
-        raise SceneError(f"found an array of shape {array.shape}", suggestion=f"expected {expected}", key=key)
+        raise _misshapen(array, "(" + ", ".join("n" if length is None else str(length) for length in shape) + ")", key)
     return array
+
+
+def _misshapen(array: np.ndarray, expected: str, key: str) -> Error:
+    return SceneError(f"found an array of shape {array.shape}", suggestion=f"expected {expected}", key=key)
 
 
 def _write_ply(path: str, arrays: Mapping[str, object], key: str) -> None:
@@ -221,8 +258,9 @@ def _write_ply(path: str, arrays: Mapping[str, object], key: str) -> None:
             raise SceneError(f"found no '{name}'", suggestion="a mesh has the arrays 'vertices' and 'faces'", key=key)
     vertices = _array(arrays["vertices"], np.float32, (None, 3), f"{key}.vertices")
     faces = _array(arrays["faces"], np.int64, (None, 3), f"{key}.faces")
-    if faces.size and not (0 <= faces.min() and faces.max() < len(vertices)):
-        raise SceneError(f"found the index {faces.max()} of {len(vertices)} vertices", key=f"{key}.faces")
+    outside = faces[(faces < 0) | (faces >= len(vertices))]
+    if outside.size:
+        raise SceneError(f"found the index {outside[0]} of {len(vertices)} vertices", key=f"{key}.faces")
     columns, names = [vertices], ["x", "y", "z"]
     if "normals" in arrays:
         columns.append(_array(arrays["normals"], np.float32, (len(vertices), 3), f"{key}.normals"))
@@ -243,11 +281,13 @@ def _write_ply(path: str, arrays: Mapping[str, object], key: str) -> None:
 
 def _write_pfm(path: str, data: object, key: str) -> None:
     """A portable float map of linear values."""
-    pixels = np.asarray(data, dtype=np.float32)
+    key = f"{key}.data"
+    pixels = _finite(data, np.float32, key)
     if pixels.ndim == 3 and pixels.shape[2] == 1:
         pixels = pixels[:, :, 0]
-    if pixels.ndim != 2:
-        pixels = _array(pixels, np.float32, (None, None, 3), f"{key}.data")
+    is_image = pixels.ndim == 2 or (pixels.ndim == 3 and pixels.shape[2] == 3)
+    if not is_image or pixels.size == 0:
+        raise _misshapen(pixels, "(height, width) or (height, width, 3), with at least one pixel", key)
     height, width = pixels.shape[:2]
     with open(path, "wb") as file:
         file.write(f"{'PF' if pixels.ndim == 3 else 'Pf'}\n{width} {height}\n-1.0\n".encode())
