@@ -154,7 +154,7 @@ fn ignores_hangup() -> Option<bool> {
         .lines()
         .find_map(|line| line.strip_prefix("SigIgn:"))?;
     let mask = u64::from_str_radix(mask.trim(), 16).ok()?;
-    Some(mask & 1 << (SIGHUP - 1) != 0)
+    Some((mask >> (SIGHUP - 1)) & 1 == 1)
 }
 
 #[cfg(all(test, unix))]

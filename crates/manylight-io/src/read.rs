@@ -125,6 +125,6 @@ mod tests {
         assert_eq!(read_regular(file.path()).unwrap(), b"abc");
         // Files of `/proc` have content, but no length.
         let status = read_regular(Path::new("/proc/self/status")).unwrap_or_default();
-        assert!(status.is_empty() == !Path::new("/proc").exists());
+        assert_eq!(status.is_empty(), !Path::new("/proc").exists());
     }
 }

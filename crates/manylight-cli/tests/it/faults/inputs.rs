@@ -105,7 +105,7 @@ fn files_that_change_while_they_are_read_are_one_message() {
          element face 39601\nproperty list uchar int vertex_indices\nend_header\n",
     );
     let grid = |n: usize| (0..n).flat_map(move |y| (0..n).map(move |x| (x, y)));
-    mesh.extend(grid(200).map(|(x, y)| format!("{}.000000001 {}.000000001 0\n", x, y)));
+    mesh.extend(grid(200).map(|(x, y)| format!("{x}.000000001 {y}.000000001 0\n")));
     mesh.extend(grid(199).map(|(x, y)| {
         let v = y * 200 + x;
         format!("4 {v} {} {} {}\n", v + 1, v + 201, v + 200)
