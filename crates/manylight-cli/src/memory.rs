@@ -2,18 +2,42 @@
 
 use crate::failure::Failure;
 use crate::output::human_bytes;
+use crate::picture;
 use crate::report::resident_bytes;
+use crate::request::RenderRequest;
 use manylight::integrators::StageMemory;
 use manylight::render::RenderJob;
+use std::ops::Range;
+use std::path::PathBuf;
 use sysinfo::{CGroupLimits, System};
 
-/// Refuses a render with an estimated memory above `limit`, or above what the machine has left if there is no limit. It holds `sums` sums
-/// over passes at once; without sums, it has no film. `others` is memory that the render does not know of.
+/// Memory that a render takes beside the memory of its method.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Surroundings {
+    /// Number of sums over passes that it holds at once; 0 without a film.
+    pub(crate) sums: usize,
+    /// What lasts as long as the render.
+    pub(crate) beside: Option<StageMemory>,
+    /// What is taken when the render has ended, and its photons and lights are gone.
+    pub(crate) at_end: Option<StageMemory>,
+}
+
+impl Surroundings {
+    /// Those of the render of `blocks` of passes, with a sum for each.
+    pub(crate) fn of_part(blocks: &Range<u32>) -> Self {
+        Surroundings {
+            sums: blocks.len(),
+            beside: None,
+            at_end: None,
+        }
+    }
+}
+
+/// Refuses a render with an estimated memory above `limit`, or above what the machine has left if there is no limit.
 pub(crate) fn check_memory(
     limit: Option<u64>,
     job: &RenderJob,
-    sums: usize,
-    others: Option<StageMemory>,
+    surroundings: Surroundings,
 ) -> Result<(), Failure> {
     let scene = StageMemory {
         stage: "scene",
@@ -26,13 +50,22 @@ pub(crate) fn check_memory(
     let Some(most) = limit.or(available) else {
         return Ok(());
     };
-    let render = (job.method).memory(job.scene, job.budget.passes, sums, job.seed);
-    let render = render
-        .into_iter()
-        .filter(|stage| sums > 0 || stage.stage != "film");
-    let stages: Vec<StageMemory> = std::iter::once(scene).chain(render).chain(others).collect();
-    let bytes = stages.iter().map(|stage| stage.bytes);
-    let total = bytes.fold(0, u64::saturating_add);
+    let Surroundings {
+        sums,
+        beside,
+        at_end,
+    } = surroundings;
+    let mut stages = vec![scene];
+    let mut of_passes = (job.method).memory(job.scene, job.budget.passes, sums, job.seed);
+    stages.extend(of_passes.drain(..1).filter(|_| sums > 0));
+    stages.extend(beside);
+    let at_end: Vec<StageMemory> = at_end.into_iter().chain(kept(&of_passes)).collect();
+    stages.extend(if sum(&at_end) > sum(&of_passes) {
+        at_end
+    } else {
+        of_passes
+    });
+    let total = sum(&stages);
     if total <= most {
         return Ok(());
     }
@@ -58,10 +91,26 @@ pub(crate) fn check_memory(
     ))
 }
 
+/// What the allocator keeps of the passes when they have ended: the lists of photons of tasks, one of two copies.
+fn kept(of_passes: &[StageMemory]) -> Option<StageMemory> {
+    let photons = of_passes.iter().find(|stage| stage.stage == "photons")?;
+    Some(StageMemory {
+        stage: photons.stage,
+        bytes: photons.bytes / 2,
+    })
+}
+
+/// Bytes of all stages.
+fn sum(stages: &[StageMemory]) -> u64 {
+    let bytes = stages.iter().map(|stage| stage.bytes);
+    bytes.fold(0, u64::saturating_add)
+}
+
 /// What makes a stage smaller.
 fn remedy(stage: &StageMemory) -> &'static str {
     match stage.stage {
-        "film" | "maps" => "reduce --size, or --aov",
+        "film" | "maps" | "image" => "reduce --size, or --aov",
+        "denoiser" => "reduce --size, or omit --denoise",
         "photons" | "importons" | "radiance cache" => "reduce --photons, or --lights",
         "lights" => "reduce --lights or --table-size, or use --emission vmf",
         "scene" => "simplify the scene: fewer triangles, smaller textures",
@@ -82,6 +131,39 @@ fn available_bytes() -> Option<u64> {
     let of_group = system.cgroup_limits().map(left_to_group);
     let of_machine = system.available_memory();
     Some(of_group.map_or(of_machine, |bytes| bytes.min(of_machine)))
+}
+
+/// Bytes per pixel of the denoiser: 1250 at 1280x720, 1350 at 640x360 (Open Image Denoise 2.5).
+const DENOISER: u64 = 1300;
+/// Bytes of an encoded channel over the bytes of its values: 0.1 to 0.9.
+const ENCODED: f64 = 0.5;
+
+/// Memory of the denoiser, or of the image of a render while its files are written.
+pub(crate) fn image_memory(request: &RenderRequest, job: &RenderJob) -> StageMemory {
+    let size = job.scene.sensor.desc().film.crop_size;
+    let pixels = u64::from(size.x) * u64::from(size.y);
+    if request.denoise.is_some() {
+        return StageMemory {
+            stage: "denoiser",
+            bytes: pixels.saturating_mul(DENOISER),
+        };
+    }
+    let is_exr = |path: &PathBuf| {
+        path.extension()
+            .is_some_and(|name| name.eq_ignore_ascii_case("exr"))
+    };
+    // The values, and those of the encoder.
+    let copies = if request.outputs.iter().any(is_exr) {
+        2.0 + ENCODED
+    } else {
+        1.0
+    };
+    let channels = picture::channel_count(&job.method.layers(), &job.method.extra.id_layers());
+    let values = pixels.saturating_mul((channels * size_of::<f32>()) as u64);
+    StageMemory {
+        stage: "image",
+        bytes: (copies * values as f64) as u64,
+    }
 }
 
 /// The number of sums over passes that a render of `job` holds at once.

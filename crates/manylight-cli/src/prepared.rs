@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
-use crate::memory::{check_memory, sums_of_render};
+use crate::memory::{Surroundings, check_memory, image_memory, sums_of_render};
 use crate::part::Resumed;
 use crate::session::Session;
 use manylight::film::Film;
@@ -22,20 +22,23 @@ pub(crate) struct Prepared<'s> {
 }
 
 impl<'s> Prepared<'s> {
-    /// Prepares the render of `session`. `others` is memory that the render does not know of.
+    /// Prepares the render of `session`. `beside` is memory that lasts as long as the render.
     ///
     /// # Errors
     /// The memory limit is too small, or the checkpoint to continue from is not one of this render.
     pub(crate) fn new(
         session: &'s Session,
-        others: Option<StageMemory>,
+        beside: Option<StageMemory>,
         interrupt: &Interrupt,
     ) -> Result<Self, Failure> {
         let mut job = session.job();
+        let surroundings = Surroundings {
+            sums: sums_of_render(&job),
+            beside,
+            at_end: Some(image_memory(&session.request, &job)),
+        };
         let limit = session.request.memory_limit;
-        session
-            .pool
-            .install(|| check_memory(limit, &job, sums_of_render(&job), others))?;
+        (session.pool).install(|| check_memory(limit, &job, surroundings))?;
         let identity = session.settings(&job).identity(&session.digest);
         let resumed = Resumed::load(&session.request, &job, &identity)?;
         let features = session.features(&mut job, interrupt);

@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
-use crate::memory::check_memory;
+use crate::memory::{Surroundings, check_memory};
 use crate::preset::no_lights;
 use crate::session::Session;
 use manylight::integrators::{InterimMaps, MethodKind, PassContext, StageMemory};
@@ -30,8 +30,12 @@ impl Session {
             bytes: u64::from(pixels.x) * u64::from(pixels.y) * BYTES_PER_PIXEL,
         };
         let limit = self.request.memory_limit;
-        self.pool
-            .install(|| check_memory(limit, &job, 0, Some(maps)))
+        let surroundings = Surroundings {
+            sums: 0,
+            beside: Some(maps),
+            at_end: None,
+        };
+        (self.pool).install(|| check_memory(limit, &job, surroundings))
     }
 
     /// [`Session::interim_maps`] after [`Session::check_memory_of_maps`].

@@ -3,7 +3,7 @@
 use super::render::Picture;
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
-use crate::memory::check_memory;
+use crate::memory::{Surroundings, check_memory};
 use crate::part::{blocks_of, merge_parts, write_share};
 use crate::session::Session;
 use crate::values::Shard;
@@ -56,8 +56,8 @@ impl Session {
         }
         let blocks = checked(blocks, &job)?;
         let limit = self.request.memory_limit;
-        self.pool
-            .install(|| check_memory(limit, &job, blocks.len(), None))?;
+        let surroundings = Surroundings::of_part(&blocks);
+        (self.pool).install(|| check_memory(limit, &job, surroundings))?;
         let cancel = interrupt.cancel();
         let rendered = self
             .pool

@@ -148,6 +148,14 @@ pub(crate) fn channels(layer: Layer) -> &'static [&'static str] {
     }
 }
 
+/// Number of channels of a picture with these layers.
+pub(crate) fn channel_count(layers: &[Layer], id_layers: &[IdLayer]) -> usize {
+    let of_layers: usize = layers.iter().map(|&layer| channels(layer).len()).sum();
+    // The variances of the image, of its pixels and of its blocks.
+    let of_variances = 2 * RGB.len();
+    of_layers + of_variances + id_layers.len() * Cryptomatte::CHANNELS
+}
+
 /// The name of a channel with that of its layer.
 pub(crate) fn full_name(layer: &str, channel: &str) -> String {
     match layer {
@@ -220,6 +228,7 @@ mod tests {
             ]
         );
         let (row, column) = (7, 10);
+        assert_eq!(channel_count(film.layers(), &[]), names.len());
         let at = |layer: usize, c: usize| layers[layer].channels[c].1[row * 11 + column];
         assert_eq!(
             (at(0, 0), at(0, 1), at(3, 2), at(5, 0)),

@@ -24,6 +24,9 @@ pub struct Cryptomatte {
 }
 
 impl Cryptomatte {
+    /// Number of channels.
+    pub const CHANNELS: usize = 4 * LAYERS;
+
     /// The matte with the name `typename`, such as `CryptoObject`. `names` are the names by id, `pixels` the ids of every pixel with
     /// the fraction that each covers, the largest first. The stored fractions of a pixel do not exceed 1 in sum.
     pub fn new(typename: &str, names: &[String], pixels: &[RankedIds]) -> Self {

@@ -2,7 +2,7 @@
 
 use super::Run;
 use crate::failure::Failure;
-use crate::memory::check_memory;
+use crate::memory::{Surroundings, check_memory};
 use crate::output::print_message;
 use crate::part::write_share;
 use crate::progress::{self, ProgressGoal};
@@ -28,7 +28,8 @@ impl Run<'_> {
                 "use fewer shares, or a smaller --block in all of them",
             ));
         }
-        pool.install(|| check_memory(request.memory_limit, &job, blocks.len(), None))?;
+        let surroundings = Surroundings::of_part(&blocks);
+        pool.install(|| check_memory(request.memory_limit, &job, surroundings))?;
         let own_passes = blocks
             .clone()
             .map(|block| passes_of_block(block, job.block, passes));
