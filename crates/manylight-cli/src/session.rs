@@ -196,8 +196,7 @@ impl Session {
     fn lost_photons(&self) -> Option<String> {
         /// Photons per photon path below which pictures lack light: even open scenes have a hundred times as many.
         const FEW: f64 = 1e-3;
-        let [paths, photons] =
-            [&self.stats.photon_paths, &self.stats.photons].map(|counter| Stats::get(counter));
+        let [paths, photons] = [&self.stats.photon_paths, &self.stats.photons].map(Stats::get);
         let method = self.request.method(self.scene.limits);
         let needs_photons = matches!(
             method.kind,

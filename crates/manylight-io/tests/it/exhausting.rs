@@ -135,9 +135,7 @@ fn pixels_that_are_not_finite_are_replaced_with_a_warning() {
     image.extend(values.iter().flat_map(|v| v.to_le_bytes()));
     std::fs::write(files.scene().with_file_name("sky.pfm"), image).unwrap();
     let loaded = files.load();
-    let warnings: Vec<&str> = (loaded.warnings.iter())
-        .map(|w| w.message.as_str())
-        .collect();
+    let warnings: Vec<&str> = loaded.warnings.iter().map(|w| w.message()).collect();
     let expected = "1 values are not numbers and count as 0, 1 are infinite and count as the largest finite value; the first is in column 1 of row 1";
     assert!(
         warnings.len() == 1 && warnings[0].ends_with(expected),
