@@ -164,7 +164,8 @@ mod tests {
                 let near: [f32; NARROW] = std::array::from_fn(|_| rng.next_f32());
                 let far = std::array::from_fn(|i| if met >> i & 1 == 1 { 2.0 } else { -1.0 });
                 let lanes = (0..NARROW).filter(|i| met >> i & 1 == 1);
-                if near_list.len() + NARROW <= CAPACITY - NARROW {
+                let longest = near_list.len().max(word_list.len());
+                if longest + NARROW <= CAPACITY {
                     let next =
                         stack.push_but_last(s, ORDER, &children, (s.load(&near), s.load(&far)));
                     near_list.extend(lanes.clone().map(|i| (children[i], near[i])));
