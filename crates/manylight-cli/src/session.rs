@@ -192,18 +192,15 @@ impl Session {
         dropped.into_iter().chain(self.lost_photons()).collect()
     }
 
-    /// A warning if a method by photons has hardly any.
+    /// A warning if a method of virtual lights has hardly any photon. Of photon maps nothing is known: they keep photons of indirect light
+    /// alone, and a plain floor has none.
     fn lost_photons(&self) -> Option<String> {
         /// Photons per photon path below which pictures lack light: even open scenes have a hundred times as many.
         const FEW: f64 = 1e-3;
         let [paths, photons] = [&self.stats.photon_paths, &self.stats.photons].map(Stats::get);
         let method = self.request.method(self.scene.limits);
-        let needs_photons = matches!(
-            method.kind,
-            MethodKind::ManyLight(_) | MethodKind::PhotonMap(_)
-        );
-        let are_few =
-            needs_photons && method.limits.allow(3) && (photons as f64) < FEW * paths as f64;
+        let has_lights = matches!(method.kind, MethodKind::ManyLight(_));
+        let are_few = has_lights && method.limits.allow(3) && (photons as f64) < FEW * paths as f64;
         are_few.then(|| {
             format!(
                 "only {photons} photons of {paths} photon paths reached a surface, so that the picture lacks indirect light: the lights are far larger than the scene, or shine past it; --method path is not affected"

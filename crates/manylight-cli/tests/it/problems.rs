@@ -139,7 +139,7 @@ fn lost_photons_are_a_warning() {
     };
     for (scale, expected) in [(1e5, 1), (1.0, 0)] {
         let folder = Folder::new(&lamp(scale));
-        for (method, expected) in [("photon-map", expected), ("path", 0)] {
+        for (method, expected) in [("rich-vpl", expected), ("photon-map", 0), ("path", 0)] {
             let words =
                 format!("render scene.xml -m {method} --size 8x8 --passes 1 -o a.exr --json");
             let report = folder.run(&words).code(0).json();

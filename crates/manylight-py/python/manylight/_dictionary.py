@@ -221,14 +221,14 @@ def _unexpected(value: object, keys: tuple[str, ...]) -> Error:
 def _finite(value: object, kind: type, key: str) -> np.ndarray:
     """A copy of an array of finite numbers, as an array of this type."""
     try:
-        given = np.ma.filled(value, np.nan) if np.ma.is_masked(value) else np.asarray(value)
+        given = value.filled(np.nan) if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value) else np.asarray(value)
     except (ValueError, TypeError, OverflowError):
         raise SceneError("found rows of different lengths, or other values", suggestion="expected an array of numbers", key=key) from None
     if given.dtype.kind not in "iuf":
         raise SceneError(f"found an array of {given.dtype}", suggestion="expected an array of numbers", key=key)
     is_float = np.issubdtype(kind, np.floating)
     with np.errstate(over="ignore", invalid="ignore"):
-        array = np.array(given, dtype=kind, order="C")
+        array: np.ndarray = np.array(given, dtype=kind, order="C")
         # Indices may come as floating-point numbers, but each is an integer.
         fits = np.isfinite(array) if is_float else array == given
     if not np.all(fits):
