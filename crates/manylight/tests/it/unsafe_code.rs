@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// What begins unsafe code. Types of functions are not counted.
-const BEGINNINGS: [&str; 4] = [
+const BEGINNINGS: [&str; 5] = [
     "unsafe {",
     "unsafe fn",
     "unsafe impl",
     "unsafe extern \"C\" {",
+    "unsafe extern \"C\" fn ",
 ];
 
 fn root() -> PathBuf {
