@@ -89,9 +89,7 @@ impl SceneFile {
             })
         })
     }
-}
 
-impl SceneFile {
     /// Refuses to replace a file of the scene by what `request` writes.
     pub(crate) fn check_outputs(&self, request: &RenderRequest) -> Result<(), Failure> {
         let checkpoint = request.checkpoint.as_ref().map(|plan| &plan.path);

@@ -1,33 +1,32 @@
 //! A bound for text that is made from other text: included files and parameters. Ten files that each include the next one ten times make
 //! ten thousand million files.
 
+use super::growth::{Exceeded, Growth};
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-/// Most text that is made, as a multiple of the text in the files.
-const LARGEST_RATIO: usize = 100;
 /// Bytes that small files may make in any case.
 const ALWAYS_ALLOWED: usize = 4 << 20;
 /// Most inclusions: ten times those of the largest public scenes.
 const MOST_INCLUSIONS: usize = 20_000;
 
 /// The text of a scene so far.
-#[derive(Default)]
 pub(super) struct Expansion {
     /// The files that have been read.
     files: HashSet<PathBuf>,
-    /// Bytes of these files.
-    given: usize,
-    /// Bytes of all inclusions and of texts with parameters.
-    made: usize,
+    /// From the bytes of these files to those of all inclusions and of texts with parameters.
+    growth: Growth,
     inclusions: usize,
-    /// Whether the bound has been exceeded.
-    exceeded: bool,
 }
 
-/// The bound is exceeded. The message is given the first time only.
-pub(super) struct Exceeded {
-    pub(super) message: Option<String>,
+impl Default for Expansion {
+    fn default() -> Self {
+        Expansion {
+            files: HashSet::new(),
+            growth: Growth::new(0, ALWAYS_ALLOWED),
+            inclusions: 0,
+        }
+    }
 }
 
 impl Expansion {
@@ -37,7 +36,7 @@ impl Expansion {
     /// The bound is exceeded.
     pub(super) fn include(&mut self, path: &Path, bytes: usize) -> Result<(), Exceeded> {
         if self.files.insert(path.to_owned()) {
-            self.given += bytes;
+            self.growth.give(bytes);
         }
         self.inclusions += 1;
         self.add(bytes)
@@ -52,18 +51,13 @@ impl Expansion {
     }
 
     fn add(&mut self, bytes: usize) -> Result<(), Exceeded> {
-        self.made = self.made.saturating_add(bytes);
-        let most = (self.given.saturating_mul(LARGEST_RATIO)).max(ALWAYS_ALLOWED);
-        if !self.exceeded && self.made <= most && self.inclusions <= MOST_INCLUSIONS {
-            return Ok(());
-        }
-        let message = format!(
-            "included files and parameters make more than {most} bytes from {} bytes of files, or more than {MOST_INCLUSIONS} inclusions",
-            self.given
-        );
-        let message = (!self.exceeded).then_some(message);
-        self.exceeded = true;
-        Err(Exceeded { message })
+        let has_too_many = self.inclusions > MOST_INCLUSIONS;
+        let bytes = if has_too_many { usize::MAX } else { bytes };
+        self.growth.make(bytes, |most, given| {
+            format!(
+                "included files and parameters make more than {most} bytes from {given} bytes of files, or more than {MOST_INCLUSIONS} inclusions"
+            )
+        })
     }
 }
 

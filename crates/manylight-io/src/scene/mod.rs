@@ -7,6 +7,7 @@ mod digest;
 mod expansion;
 mod files;
 mod gltf;
+mod growth;
 mod mitsuba;
 mod names;
 mod pbrt;

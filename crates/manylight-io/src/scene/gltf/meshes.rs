@@ -1,9 +1,9 @@
 //! Meshes at nodes: shapes, primitives, and groups with instances.
 
+use super::super::growth::Growth;
 use super::accessors::{Accessors, QUANTIZED};
 use super::deform::{joint_matrices, morph, skin};
 use super::emission;
-use super::growth::Growth;
 use super::json::Json;
 use super::materials::Materials;
 use super::nodes::{Hierarchy, PlacedNode};
@@ -24,6 +24,8 @@ use std::collections::HashMap;
 /// Number of triangles from which on the copies of a mesh share its memory as instances. Fewer are faster as separate triangles, which
 /// lie in one acceleration structure.
 const INSTANCED_TRIANGLES: usize = 20_000;
+/// Bytes of geometry that small files may make in any case.
+const ALWAYS_ALLOWED: usize = 64 << 20;
 
 /// A mesh in one of its forms.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -65,7 +67,7 @@ struct Deformation {
 impl<'a, 'b> Meshes<'a, 'b> {
     pub(super) fn new(accessors: Accessors<'a, 'b>, variant: Option<usize>) -> Self {
         Meshes {
-            growth: Growth::new(accessors.buffers.total_bytes()),
+            growth: Growth::new(accessors.buffers.total_bytes(), ALWAYS_ALLOWED),
             accessors,
             variant,
             materials: Materials::default(),
@@ -252,7 +254,12 @@ impl<'a, 'b> Meshes<'a, 'b> {
             skin(&mut geometry, primitive, joints, &self.accessors)?;
         }
         geometry.drop_unused_vertices();
-        if let Err(exceeded) = self.growth.add(&geometry) {
+        let made = self.growth.make(geometry.bytes(), |most, given| {
+            format!(
+                "the primitives make more than {most} bytes of geometry from {given} bytes of data"
+            )
+        });
+        if let Err(exceeded) = made {
             if let Some(message) = exceeded.message {
                 primitive.error(message);
             }

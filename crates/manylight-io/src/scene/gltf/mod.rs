@@ -19,7 +19,6 @@ mod document;
 mod emission;
 mod environment;
 mod extensions;
-mod growth;
 mod images;
 mod json;
 mod lights;

@@ -222,7 +222,6 @@ mod tests {
         // The integral of the internal reflectance is off by up to 10⁻³ itself.
         let ranges = [[1.49, 1.49], [1.01, 2.5]];
         let errors = ranges.map(|range| largest_errors(&coats(10_000, range)));
-        println!("{errors:?}");
         for ([transmittance, internal], largest) in errors.into_iter().zip([3e-4, 1e-3]) {
             assert!(transmittance < largest, "{errors:?}");
             assert!(internal < 1e-2, "{errors:?}");

@@ -7,8 +7,9 @@ mod parameters;
 pub(super) use super::super::sink::Text;
 pub(super) use element::{Dialect, XmlElement};
 
-use super::super::expansion::{Exceeded, Expansion};
+use super::super::expansion::Expansion;
 use super::super::files::{find_file, identity};
+use super::super::growth::Exceeded;
 use super::super::sink::{FileSpan, Problem, Sink};
 use super::object::PluginFamily;
 use crate::read::read_regular;

@@ -1,0 +1,74 @@
+//! A bound for what is made from the data of a file: any number of its parts may use the same data.
+
+/// Most bytes that are made, as a multiple of the given ones. Compressed data grow by less.
+const LARGEST_RATIO: usize = 100;
+
+/// What is made so far, and the bound.
+#[derive(Debug)]
+pub(super) struct Growth {
+    /// Bytes of data in the files.
+    given: usize,
+    /// Bytes made from them.
+    made: usize,
+    /// Bytes that may be made in any case.
+    always_allowed: usize,
+    exceeded: bool,
+}
+
+/// The bound is exceeded. The message is given the first time only.
+pub(super) struct Exceeded {
+    pub(super) message: Option<String>,
+}
+
+impl Growth {
+    /// For `given` bytes of data. Small files may make `always_allowed` bytes.
+    pub(super) fn new(given: usize, always_allowed: usize) -> Self {
+        Growth {
+            given,
+            made: 0,
+            always_allowed,
+            exceeded: false,
+        }
+    }
+
+    /// Adds data of one more file.
+    pub(super) fn give(&mut self, bytes: usize) {
+        self.given += bytes;
+    }
+
+    /// Adds bytes that are made. `message` gets the most bytes that may be made, and the bytes of data.
+    ///
+    /// # Errors
+    /// The bound is exceeded, now or before.
+    pub(super) fn make(
+        &mut self,
+        bytes: usize,
+        message: impl FnOnce(usize, usize) -> String,
+    ) -> Result<(), Exceeded> {
+        self.made = self.made.saturating_add(bytes);
+        let most = (self.given.saturating_mul(LARGEST_RATIO)).max(self.always_allowed);
+        if !self.exceeded && self.made <= most {
+            return Ok(());
+        }
+        let message = (!self.exceeded).then(|| message(most, self.given));
+        self.exceeded = true;
+        Err(Exceeded { message })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_made_is_bounded_by_the_data() {
+        let mut growth = Growth::new(1 << 20, 64 << 20);
+        let mut make = |bytes| growth.make(bytes, |most, given| format!("{most} from {given}"));
+        for _ in 0..8 {
+            assert!(make(12 << 20).is_ok());
+        }
+        let exceeded = make(12 << 20).unwrap_err();
+        assert_eq!(exceeded.message.unwrap(), "104857600 from 1048576");
+        assert!(make(0).unwrap_err().message.is_none());
+    }
+}
