@@ -1,16 +1,15 @@
 //! OpenEXR. Files with any channels are read; written files have one part with 32-bit float channels.
 
-use super::exr_dwa;
 use super::layered::{LayeredImage, interleave};
 use super::place::ImageWindow;
 use super::size_check::check_size;
+use super::{exr_chunks, exr_dwa};
 use crate::file_error::Fault;
 use exr::image::read::read;
 use exr::image::write::WritableImage;
 use exr::image::{
     AnyChannel, AnyChannels, Blocks, Encoding, FlatImage, FlatSamples, Layer as Part,
 };
-use exr::meta::MetaData;
 use exr::meta::attribute::{AttributeValue, Chromaticities, LineOrder, Text};
 use exr::meta::header::{ImageAttributes, LayerAttributes};
 use exr::prelude::{Compression, IntegerBounds, ReadChannels, ReadLayers, Vec2};
@@ -121,14 +120,15 @@ fn window_of(
     (is_inside && size != window.full_size).then_some(window)
 }
 
-/// Rejects headers that declare more samples than the file can contain, before anything is allocated.
+/// Rejects headers that declare more samples than the file can contain, and chunks that are longer than the file, before anything is
+/// allocated.
 fn check_headers(bytes: &[u8]) -> Result<(), Fault> {
     /// Most decoded bytes per byte of a file: those of PXR24, which stores three of the four bytes of a float by deflate, which
     /// expands 1032 times.
     const EXPANSION: u32 = 1032 * 4 / 3;
     /// That of DWA, which stores a number for 64 pixels. Images of one color may exceed it.
     const DWA_EXPANSION: u32 = 1 << 15;
-    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(damaged)?;
+    let meta = exr_chunks::read_headers(bytes)?;
     let is_dwa = meta.headers.iter().any(exr_dwa::is_dwa);
     let expansion = if is_dwa { DWA_EXPANSION } else { EXPANSION };
     let mut decoded = 0;

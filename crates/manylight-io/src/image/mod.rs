@@ -5,6 +5,7 @@
 
 mod agx;
 mod cryptomatte;
+mod exr_chunks;
 mod exr_dwa;
 mod exr_file;
 mod finite;

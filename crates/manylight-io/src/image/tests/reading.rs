@@ -223,6 +223,25 @@ fn broken_images_are_errors() {
 }
 
 #[test]
+fn exr_chunks_end_within_the_file() {
+    let mut bytes = exr_file::encode(&layered_image()).unwrap();
+    // The image has one chunk, which follows its entry in the table of chunks.
+    let start = (8..bytes.len())
+        .find(|&at| bytes[at - 8..at] == (at as u64).to_le_bytes())
+        .unwrap();
+    let rest = bytes.len() - start - 8;
+    let size = &mut bytes[start + 4..start + 8];
+    assert_eq!(*size, (rest as i32).to_le_bytes());
+    size.copy_from_slice(&i32::MAX.to_le_bytes());
+    assert_eq!(
+        decoded(&bytes, Transfer::Auto).unwrap_err(),
+        format!(
+            "f: the EXR image cannot be decoded: the chunk at byte {start} declares 2147483647 bytes, more than the {rest} that follow"
+        )
+    );
+}
+
+#[test]
 fn random_damage_never_panics() {
     let pfm = b"PF\n2 1\n-1.0\n012345678901234567890123".to_vec();
     let hdr = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n\x80\x80\x80\x81\x10\x20\x30\x82"
