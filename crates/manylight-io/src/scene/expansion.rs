@@ -1,12 +1,15 @@
 //! A bound for text that is made from other text: included files and parameters. Ten files that each include the next one ten times make
 //! ten thousand million files.
 
-use super::growth::{Exceeded, Growth};
+use super::growth::{Bound, Exceeded, Growth};
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-/// Bytes that small files may make in any case.
-const ALWAYS_ALLOWED: usize = 4 << 20;
+/// Bytes of text from the bytes of the files.
+const BOUND: Bound = Bound {
+    ratio: 100,
+    always_allowed: 4 << 20,
+};
 /// Most inclusions: ten times those of the largest public scenes.
 const MOST_INCLUSIONS: usize = 20_000;
 
@@ -23,7 +26,7 @@ impl Default for Expansion {
     fn default() -> Self {
         Expansion {
             files: HashSet::new(),
-            growth: Growth::new(0, ALWAYS_ALLOWED),
+            growth: Growth::new(0, BOUND),
             inclusions: 0,
         }
     }

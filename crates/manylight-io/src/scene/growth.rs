@@ -1,7 +1,13 @@
 //! A bound for what is made from the data of a file: any number of its parts may use the same data.
 
-/// Most bytes that are made, as a multiple of the given ones. Compressed data grow by less.
-const LARGEST_RATIO: usize = 100;
+/// Most bytes that may be made: the larger of both.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bound {
+    /// As a multiple of the given ones.
+    pub(super) ratio: usize,
+    /// For small files.
+    pub(super) always_allowed: usize,
+}
 
 /// What is made so far, and the bound.
 #[derive(Debug)]
@@ -10,8 +16,7 @@ pub(super) struct Growth {
     given: usize,
     /// Bytes made from them.
     made: usize,
-    /// Bytes that may be made in any case.
-    always_allowed: usize,
+    bound: Bound,
     exceeded: bool,
 }
 
@@ -21,12 +26,12 @@ pub(super) struct Exceeded {
 }
 
 impl Growth {
-    /// For `given` bytes of data. Small files may make `always_allowed` bytes.
-    pub(super) fn new(given: usize, always_allowed: usize) -> Self {
+    /// For `given` bytes of data.
+    pub(super) fn new(given: usize, bound: Bound) -> Self {
         Growth {
             given,
             made: 0,
-            always_allowed,
+            bound,
             exceeded: false,
         }
     }
@@ -46,7 +51,8 @@ impl Growth {
         message: impl FnOnce(usize, usize) -> String,
     ) -> Result<(), Exceeded> {
         self.made = self.made.saturating_add(bytes);
-        let most = (self.given.saturating_mul(LARGEST_RATIO)).max(self.always_allowed);
+        let most = self.given.saturating_mul(self.bound.ratio);
+        let most = most.max(self.bound.always_allowed);
         if !self.exceeded && self.made <= most {
             return Ok(());
         }
@@ -62,7 +68,13 @@ mod tests {
 
     #[test]
     fn what_is_made_is_bounded_by_the_data() {
-        let mut growth = Growth::new(1 << 20, 64 << 20);
+        let mut growth = Growth::new(
+            1 << 20,
+            Bound {
+                ratio: 100,
+                always_allowed: 64 << 20,
+            },
+        );
         let mut make = |bytes| growth.make(bytes, |most, given| format!("{most} from {given}"));
         for _ in 0..8 {
             assert!(make(12 << 20).is_ok());

@@ -79,6 +79,23 @@ fn parameters_that_double_their_text_are_refused() {
 }
 
 #[test]
+fn shapes_of_files_that_are_included_again_and_again_are_bounded() {
+    let folder = tempfile::tempdir().unwrap();
+    let [scene, part] = ["scene.pbrt", "part.pbrt"].map(|name| folder.path().join(name));
+    std::fs::write(&part, "Shape \"paraboloid\"\n").unwrap();
+    let include = |count: usize| {
+        let camera = "Camera \"perspective\"\nWorldBegin\n";
+        let include = "Include \"part.pbrt\"\n".repeat(count);
+        std::fs::write(&scene, format!("{camera}{include}")).unwrap();
+        errors(scene.clone())
+    };
+    assert_eq!(include(100), [""; 0]);
+    let found = include(200);
+    let expected = "the shapes make more than 67108864 bytes of triangles from 4051 bytes of text";
+    assert_eq!(found, [expected]);
+}
+
+#[test]
 fn brackets_are_not_nested() {
     let found = pbrt_problems(&format!("Material {}", "[".repeat(100_000)));
     assert_eq!(found[0].message, "found `[`, expected a type in quotes");

@@ -1,6 +1,6 @@
 //! Meshes at nodes: shapes, primitives, and groups with instances.
 
-use super::super::growth::Growth;
+use super::super::growth::{Bound, Growth};
 use super::accessors::{Accessors, QUANTIZED};
 use super::deform::{joint_matrices, morph, skin};
 use super::emission;
@@ -24,8 +24,11 @@ use std::collections::HashMap;
 /// Number of triangles from which on the copies of a mesh share its memory as instances. Fewer are faster as separate triangles, which
 /// lie in one acceleration structure.
 const INSTANCED_TRIANGLES: usize = 20_000;
-/// Bytes of geometry that small files may make in any case.
-const ALWAYS_ALLOWED: usize = 64 << 20;
+/// Bytes of geometry from the bytes of the buffers.
+const BOUND: Bound = Bound {
+    ratio: 100,
+    always_allowed: 64 << 20,
+};
 
 /// A mesh in one of its forms.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -67,7 +70,7 @@ struct Deformation {
 impl<'a, 'b> Meshes<'a, 'b> {
     pub(super) fn new(accessors: Accessors<'a, 'b>, variant: Option<usize>) -> Self {
         Meshes {
-            growth: Growth::new(accessors.buffers.total_bytes(), ALWAYS_ALLOWED),
+            growth: Growth::new(accessors.buffers.total_bytes(), BOUND),
             accessors,
             variant,
             materials: Materials::default(),

@@ -28,6 +28,7 @@ mod textures;
 mod transforms;
 
 use super::assets::Assets;
+use super::growth::Growth;
 use super::names::{ShapeNames, name_material};
 use super::sink::{FileSpan, Problem, Sink, Text};
 use super::{SupportedFamily, whole_file};
@@ -143,6 +144,8 @@ struct Builder<'a> {
     masks: HashMap<(MaterialId, String), MaterialId>,
     shapes: shapes::ShapeCache,
     shape_names: ShapeNames,
+    /// Meshes of surfaces that the files describe by some numbers.
+    tessellated: Growth,
     /// Triangles of subdivision surfaces of many levels.
     finely_subdivided: usize,
     /// Environment maps that should be square, with the sizes that are found.
@@ -169,6 +172,7 @@ impl<'a> Builder<'a> {
             masks: HashMap::new(),
             shapes: shapes::ShapeCache::default(),
             shape_names: ShapeNames::default(),
+            tessellated: Growth::new(sink.text_bytes(), shapes::TESSELLATED),
             finely_subdivided: 0,
             square_maps: Vec::new(),
             finish: Vec::new(),

@@ -158,7 +158,7 @@ impl Builder<'_> {
         if !has_normals {
             mesh.normals = Vec::new();
         }
-        self.add_mesh(shape, mesh)
+        self.add_tessellated(shape, mesh)
     }
 
     pub(super) fn height_field(&mut self, shape: &ShapeEntity) -> Option<Geometry> {

@@ -6,6 +6,7 @@ mod quadrics;
 mod subdivision;
 mod tessellation;
 
+use super::super::growth::Bound;
 use super::super::sink::Problem;
 use super::Builder;
 use super::entities::{MaterialRef, ShapeEntity};
@@ -32,6 +33,12 @@ pub(super) const SUPPORTED: &[&str] = &[
     "sphere",
     "trianglemesh",
 ];
+
+/// Bytes of tessellated surfaces from the bytes of the files: beyond those of a file of cones, unless files are included again and again.
+pub(super) const TESSELLATED: Bound = Bound {
+    ratio: 10_000,
+    always_allowed: 64 << 20,
+};
 
 /// Distance of the back of a two-sided emitter from its front, relative to the magnitude of its coordinates. Much larger than the offset
 /// of ray origins (12 roundings of `f32`), and below what an image resolves.
@@ -173,6 +180,28 @@ impl Builder<'_> {
         })
     }
 
+    /// Adds the mesh of a surface that the file describes by some numbers. `None` if there are too many of them, which is reported.
+    fn add_tessellated(&mut self, shape: &ShapeEntity, mesh: Mesh) -> Option<Geometry> {
+        let bytes = size_of_val(&mesh.positions[..])
+            + size_of_val(&mesh.normals[..])
+            + size_of_val(&mesh.uvs[..])
+            + size_of_val(&mesh.triangles[..]);
+        let made = self.tessellated.make(bytes, |most, given| {
+            format!(
+                "the shapes make more than {most} bytes of triangles from {given} bytes of text"
+            )
+        });
+        if let Err(exceeded) = made {
+            if let Some(message) = exceeded.message {
+                let span = shape.entity.params.plugin.span;
+                let problem = Problem::new("scene::too_many_triangles", span, message);
+                self.sink.error(problem);
+            }
+            return None;
+        }
+        self.add_mesh(shape, mesh)
+    }
+
     fn world_of_shape(&self, shape: &ShapeEntity) -> Option<Affine3A> {
         let entity = &shape.entity;
         self.placement(entity.transform, entity.params.plugin.span)
@@ -193,7 +222,7 @@ impl Builder<'_> {
             "loopsubdiv" => self.subdivision_surface(shape),
             "curve" => {
                 let mesh = self.curve_mesh(shape)?;
-                self.add_mesh(shape, mesh)
+                self.add_tessellated(shape, mesh)
             }
             "nurbs" => {
                 let message = "shape `nurbs` is not supported; it is ignored";

@@ -9,8 +9,11 @@ use manylight::geometry::{Mesh, Shape};
 use manylight::math::{Affine3A, Vec3};
 use std::f32::consts::TAU;
 
-/// Cells of a tessellated quadric around the axis and along it.
-const CELLS: [usize; 2] = [128, 64];
+/// Cells of a tessellated quadric around the whole axis.
+const AROUND: usize = 128;
+/// Cells along the axis: of round profiles, and of straight ones, which need them at the apex of a cone alone.
+const ALONG: usize = 64;
+const ALONG_STRAIGHT: usize = 8;
 
 impl Builder<'_> {
     /// The angle `phimax` in radians.
@@ -48,13 +51,13 @@ impl Builder<'_> {
             });
         }
         let (theta_low, theta_high) = ((low / radius).acos(), (high / radius).acos());
-        let mesh = grid(cells(phi_max), |u, v| {
+        let mesh = grid([around(phi_max), ALONG], |u, v| {
             let theta = theta_low + v * (theta_high - theta_low);
             let (sin_phi, cos_phi) = (u * phi_max).sin_cos();
             let n = Vec3::new(theta.sin() * cos_phi, theta.sin() * sin_phi, theta.cos());
             (n * radius, n)
         });
-        self.add_mesh(shape, mesh)
+        self.add_tessellated(shape, mesh)
     }
 
     pub(super) fn disk(&mut self, shape: &ShapeEntity) -> Option<Geometry> {
@@ -85,12 +88,12 @@ impl Builder<'_> {
                 is_reversed: false,
             });
         }
-        let mesh = grid([cells(phi_max)[0], 8], |u, v| {
+        let mesh = grid([around(phi_max), ALONG_STRAIGHT], |u, v| {
             let r = radius + v * (inner - radius);
             let (sin, cos) = (u * phi_max).sin_cos();
             (Vec3::new(r * cos, r * sin, height), Vec3::Z)
         });
-        self.add_mesh(shape, mesh)
+        self.add_tessellated(shape, mesh)
     }
 
     /// Whether the shape has an opacity or a material of which parts may be textures.
@@ -124,11 +127,11 @@ impl Builder<'_> {
                 is_reversed: false,
             });
         }
-        let mesh = revolved(phi_max, |v| {
+        let mesh = revolved(phi_max, ALONG_STRAIGHT, |v| {
             let z = low + v * (high - low);
             ([radius, z], [1.0, 0.0])
         });
-        self.add_mesh(shape, mesh)
+        self.add_tessellated(shape, mesh)
     }
 
     /// Cones, paraboloids and hyperboloids.
@@ -139,7 +142,7 @@ impl Builder<'_> {
             "cone" => {
                 let radius = self.radius(shape);
                 let height = params.float_where(self.sink, "height", 1.0, |h| h > 0.0, "positive");
-                revolved(phi_max, |v| {
+                revolved(phi_max, ALONG_STRAIGHT, |v| {
                     ([radius * (1.0 - v), height * v], [height, radius])
                 })
             }
@@ -152,7 +155,7 @@ impl Builder<'_> {
                     params.refuse_pair(self.sink, "zmin", "zmax");
                     return None;
                 }
-                revolved(phi_max, |v| {
+                revolved(phi_max, ALONG, |v| {
                     let z = low + v * (high - low);
                     let r = radius * (z / high).sqrt();
                     ([r, z], [2.0 * high * r, -radius * radius])
@@ -162,7 +165,7 @@ impl Builder<'_> {
                 let p1 = params.point3(self.sink, "p1", Vec3::ZERO);
                 let p2 = params.point3(self.sink, "p2", Vec3::ONE);
                 // A line segment that turns around z. The normal is that of the cross product of the two tangents.
-                grid(cells(phi_max), |u, v| {
+                grid([around(phi_max), ALONG], |u, v| {
                     let p = p1.lerp(p2, v);
                     let turn = manylight::math::Mat3::from_rotation_z(u * phi_max);
                     let around = Vec3::new(-p.y, p.x, 0.0);
@@ -170,19 +173,19 @@ impl Builder<'_> {
                 })
             }
         };
-        self.add_mesh(shape, mesh)
+        self.add_tessellated(shape, mesh)
     }
 }
 
 /// Cells in proportion to the angle around the axis.
-fn cells(phi_max: f32) -> [usize; 2] {
-    let around = (CELLS[0] as f32 * phi_max / TAU).ceil() as usize;
-    [around.max(4), CELLS[1]]
+fn around(phi_max: f32) -> usize {
+    ((AROUND as f32 * phi_max / TAU).ceil() as usize).max(4)
 }
 
-/// The surface of a profile that turns around z. The profile gives [radius, z] and the direction of the normal in this plane.
-fn revolved(phi_max: f32, profile: impl Fn(f32) -> ([f32; 2], [f32; 2])) -> Mesh {
-    grid(cells(phi_max), |u, v| {
+/// The surface of a profile that turns around z. The profile gives [radius, z] and the direction of the normal in this plane, and has
+/// `along` cells.
+fn revolved(phi_max: f32, along: usize, profile: impl Fn(f32) -> ([f32; 2], [f32; 2])) -> Mesh {
+    grid([around(phi_max), along], |u, v| {
         let ([r, z], [normal_r, normal_z]) = profile(v);
         let (sin, cos) = (u * phi_max).sin_cos();
         (

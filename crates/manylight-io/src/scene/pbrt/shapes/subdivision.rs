@@ -54,7 +54,7 @@ impl Builder<'_> {
         for _ in 0..levels {
             control = control.subdivided();
         }
-        self.add_mesh(shape, control.limit())
+        self.add_tessellated(shape, control.limit())
     }
 }
 
