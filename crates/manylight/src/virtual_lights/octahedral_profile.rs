@@ -25,6 +25,24 @@ const SPLAT_SAMPLES: u32 = 128;
 /// texels, and the table is made of sampled directions instead. Unmeasured.
 const MAX_CORRECTION: f32 = 2.0;
 
+/// Those texels of a block of 2 x 2 that have their centers in a domain of emission.
+#[derive(Clone, Copy, Debug, Default)]
+struct Block {
+    texels: [usize; 4],
+    count: usize,
+}
+
+impl Block {
+    fn add(&mut self, t: usize) {
+        self.texels[self.count] = t;
+        self.count += 1;
+    }
+
+    fn texels(&self) -> &[usize] {
+        &self.texels[..self.count]
+    }
+}
+
 impl Grid {
     /// The texels of the table of `paths`, in W/sr, and the flux of the table, in W, which is `target` unless no texel or sample has found
     /// the lobes. `width` is the smallest roughness of the lobes.
@@ -67,36 +85,32 @@ impl Grid {
         } else {
             WIDE_BRIGHT_SHARE
         };
-        let inside = |corner: usize| {
-            let texels = self.block(corner).into_iter();
-            texels.filter(move |&t| domain.contains(self.center(t)))
-        };
-        let (mut corners, mut middles) = (Vec::new(), Vec::new());
-        for corner in self.blocks() {
-            let middle: Vec3 = inside(corner).map(|t| self.center(t)).sum();
-            if middle != Vec3::ZERO {
-                corners.push(corner);
-                middles.push(middle.normalize());
-            }
-        }
+        let (blocks, middles) = self.blocks_inside(domain);
+        // Intensities of the paths that a block has alone, without values of its texels.
+        let mut block_sums = vec![Rgb::BLACK; blocks.len()];
         let (mut block_values, mut values) = (Vec::new(), Vec::new());
         let (mut samples, mut directions) = (Vec::new(), Vec::new());
         for path in paths {
             let outgoing = path.bsdf.with_wi(path.wi, Lobes::GLOSSY);
             outgoing.f_cos_wo(&middles, &mut block_values);
-            let luminance = |value: &Rgb| (*value * path.flux).luminance();
-            let bright = bright_share * block_values.iter().map(luminance).fold(0.0, f32::max);
+            let mut brightest = 0.0f32;
+            for value in &mut block_values {
+                *value *= path.flux;
+                brightest = brightest.max(value.luminance());
+            }
             samples.clear();
             directions.clear();
             let mut add_sample = |t: usize, share: f32, w: Vec3| {
                 samples.push((t, share));
                 directions.push(w);
             };
-            for (&corner, value) in corners.iter().zip(&block_values) {
-                for t in inside(corner) {
-                    if luminance(value) < bright {
-                        texels[t] += *value * path.flux;
-                    } else if narrow {
+            for ((block, value), sum) in blocks.iter().zip(&block_values).zip(&mut block_sums) {
+                if value.luminance() < bright_share * brightest {
+                    *sum += *value;
+                    continue;
+                }
+                for &t in block.texels() {
+                    if narrow {
                         for (w, share) in self.within_texel(t) {
                             add_sample(t, share, w);
                         }
@@ -110,6 +124,31 @@ impl Grid {
                 texels[t] += *value * path.flux * share;
             }
         }
+        for (block, sum) in blocks.iter().zip(block_sums) {
+            for &t in block.texels() {
+                texels[t] += sum;
+            }
+        }
+    }
+
+    /// The blocks of 2 x 2 texels that have texel centers in `domain`, and for each the direction, unit, to the middle of these centers.
+    fn blocks_inside(&self, domain: EmissionDomain) -> (Vec<Block>, Vec<Vec3>) {
+        let (mut blocks, mut middles) = (Vec::new(), Vec::new());
+        for corner in self.blocks() {
+            let mut block = Block::default();
+            let mut middle = Vec3::ZERO;
+            for t in self.block(corner) {
+                if domain.contains(self.center(t)) {
+                    block.add(t);
+                    middle += self.center(t);
+                }
+            }
+            if middle != Vec3::ZERO {
+                blocks.push(block);
+                middles.push(middle.normalize());
+            }
+        }
+        (blocks, middles)
     }
 
     /// Adds directions sampled from the lobes of one path, each as a hat function of its flux.
