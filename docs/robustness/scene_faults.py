@@ -95,10 +95,11 @@ def read_exr(path: Path) -> tuple[Picture, int]:
         channels = {name: channel.pixels.astype(np.float64) for name, channel in file.channels().items()}
         over_passes = [float(x) for x in str(file.header()["variance_of_mean"]).split()]
     grey = sum(channels[c] for c in "RGB") / 3
-    # Channels have much of their noise in common.
-    variance = sum(channels[f"variance.{c}"] for c in "RGB") / 3
+    # Channels have much of their noise in common. Pixels that share photons do, too: that noise is in the variance of blocks.
+    variance, shared = (sum(channels[f"{layer}.{c}"] for c in "RGB") / 3 for layer in ("variance", "block_variance"))
+    block_variance = np.maximum(blocks_of(variance) / 64, blocks_of(shared))
     bad = sum(int((~np.isfinite(x)).sum()) for name, x in channels.items() if not name.startswith(("depth", "variance", "block_variance")))
-    return Picture(grey.mean(), sum(over_passes) / 3, blocks_of(grey), blocks_of(variance) / 64), bad
+    return Picture(grey.mean(), sum(over_passes) / 3, blocks_of(grey), block_variance), bad
 
 
 def not_finite(path: Path) -> int:
