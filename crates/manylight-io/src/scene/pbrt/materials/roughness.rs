@@ -18,6 +18,8 @@ const SMOOTH: f32 = 1e-3;
 
 /// Width and height of the image of a texture that is not an image.
 const SAMPLED_SIZE: usize = 512;
+/// The same for the mean alone. Unmeasured.
+const MEAN_SIZE: usize = 64;
 
 /// Alpha of a roughness in PBRT v4.
 fn alpha_v4(roughness: f32) -> f32 {
@@ -122,7 +124,7 @@ impl Builder<'_> {
         let texture = TextureId::from(self.desc.textures.len() - 1);
         self.mapped_textures.insert(source, texture);
         self.after_loading(move |desc: &mut SceneDesc| {
-            let mut bitmap = as_bitmap(desc, source);
+            let mut bitmap = as_bitmap(desc, source, SAMPLED_SIZE);
             bitmap.image = single_channel(&bitmap.image, alpha_v3);
             desc.textures[texture.index()] = Texture::Bitmap(bitmap);
         });
@@ -165,7 +167,7 @@ impl Builder<'_> {
         let materials = Rc::new(RefCell::new(vec![material]));
         self.mean_coats.insert(texture, Rc::clone(&materials));
         self.after_loading(move |desc: &mut SceneDesc| {
-            let image = single_channel(&as_bitmap(desc, texture).image, |v| v);
+            let image = single_channel(&as_bitmap(desc, texture, MEAN_SIZE).image, |v| v);
             let mean = image.data.iter().sum::<f32>() / image.data.len().max(1) as f32;
             for material in materials.take() {
                 if let Some(Material::Plastic {
@@ -185,13 +187,12 @@ const SAMPLED_EDGE: f32 = 64.0;
 /// Slope of the sampled plane, so that no cell of a pattern is met more than others.
 const PLANE_STEP: f32 = 0.618;
 
-/// A texture as an image: itself, or samples of the unit square; of patterns in space, samples of an oblique plane.
-fn as_bitmap(desc: &SceneDesc, source: TextureId) -> Bitmap {
+/// A texture as an image: itself, or `n` x `n` samples of the unit square; of patterns in space, samples of an oblique plane.
+fn as_bitmap(desc: &SceneDesc, source: TextureId, n: usize) -> Bitmap {
     let texture = &desc.textures[source.index()];
     if let Texture::Bitmap(bitmap) = texture {
         return bitmap.clone();
     }
-    let n = SAMPLED_SIZE;
     let at = |i: usize| (i as f32 + 0.5) / n as f32;
     let data = (0..n * n).map(|i| {
         let uv = Vec2::new(at(i % n), at(i / n));
