@@ -21,6 +21,7 @@ import sys
 import tempfile
 import threading
 import time
+import urllib.error
 import urllib.request
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -62,23 +63,25 @@ def sample(process: int | str, when: float) -> Sample:
     )
 
 
+def largest(samples: list[Sample]) -> tuple[float, int, int]:
+    """The largest memory in MB, number of open files, and number of threads."""
+    return max(s.resident_mb for s in samples), max(s.files for s in samples), max(s.threads for s in samples)
+
+
 def report(samples: list[Sample], minutes: float) -> bool:
     """Prints the table; true if nothing has grown."""
     print("| minutes | largest memory, MB | open files | threads | processor, min |\n|---|---|---|---|---|")
     for row in range(ROWS):
         inside = [s for s in samples if row <= s.when * ROWS < row + 1]
         if inside:
-            memory, files, threads = max(s.resident_mb for s in inside), max(s.files for s in inside), max(s.threads for s in inside)
+            memory, files, threads = largest(inside)
             span = f"{row * minutes / ROWS:.0f} to {(row + 1) * minutes / ROWS:.0f}"
             print(f"| {span} | {memory:.1f} | {files} | {threads} | {inside[-1].cpu_seconds / 60:.1f} |", flush=True)
     first, second = ([s for s in samples if (s.when >= 0.5) == late] for late in (False, True))
     if not first or not second:
         return False
-    return (
-        max(s.resident_mb for s in second) <= (1 + MORE_MEMORY) * max(s.resident_mb for s in first)
-        and max(s.files for s in second) <= MORE_ITEMS + max(s.files for s in first)
-        and max(s.threads for s in second) <= MORE_ITEMS + max(s.threads for s in first)
-    )
+    before, after = largest(first), largest(second)
+    return after[0] <= (1 + MORE_MEMORY) * before[0] and all(after[i] <= before[i] + MORE_ITEMS for i in (1, 2))
 
 
 def time_passed(minutes: float) -> Iterator[float]:

@@ -32,11 +32,6 @@ impl SourceText {
         }
     }
 
-    /// Bytes of the text.
-    pub(crate) fn len(&self) -> usize {
-        self.text.len()
-    }
-
     fn line_starts(&self) -> &[usize] {
         self.line_starts.get_or_init(|| {
             let ends = self.text.bytes().enumerate().filter(|(_, b)| *b == b'\n');

@@ -45,6 +45,11 @@ impl Expansion {
         self.add(bytes)
     }
 
+    /// Bytes of the files that have been read, each once.
+    pub(super) fn text_bytes(&self) -> usize {
+        self.growth.given()
+    }
+
     /// Adds bytes that were made of parameters.
     ///
     /// # Errors

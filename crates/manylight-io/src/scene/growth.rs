@@ -36,6 +36,11 @@ impl Growth {
         }
     }
 
+    /// Bytes of data so far.
+    pub(super) fn given(&self) -> usize {
+        self.given
+    }
+
     /// Adds data of one more file.
     pub(super) fn give(&mut self, bytes: usize) {
         self.given += bytes;

@@ -3,7 +3,7 @@
 use crate::error::{Diagnostic, LoadErrorKind, Location, Severity};
 use crate::source_text::SourceText;
 use std::cell::{Cell, RefCell};
-use std::collections::{BTreeSet, HashMap, HashSet};
+use std::collections::{BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -120,13 +120,6 @@ impl Sink {
             text: Arc::new(SourceText::new(path, text)),
         });
         files.len() as u32 - 1
-    }
-
-    /// Bytes of the files, each once.
-    pub(super) fn text_bytes(&self) -> usize {
-        let files = self.files.borrow();
-        let sizes: HashMap<&Path, usize> = files.iter().map(|f| (&*f.path, f.text.len())).collect();
-        sizes.into_values().sum()
     }
 
     /// Notes that the content of a file belongs to the scene.

@@ -86,7 +86,7 @@ impl Grid {
             WIDE_BRIGHT_SHARE
         };
         let (blocks, middles) = self.blocks_inside(domain);
-        // Intensities of the paths that a block has alone, without values of its texels.
+        // Sums over the paths for which a block is dim: its texels share one value of such a path.
         let mut block_sums = vec![Rgb::BLACK; blocks.len()];
         let (mut block_values, mut values) = (Vec::new(), Vec::new());
         let (mut samples, mut directions) = (Vec::new(), Vec::new());

@@ -32,7 +32,7 @@ pub(super) struct Interpreter<'a> {
     in_world: bool,
     /// Files that are being read, without symbolic links.
     open_files: Vec<PathBuf>,
-    expansion: Expansion,
+    pub(super) expansion: Expansion,
     pub(super) entities: Entities,
 }
 

@@ -110,8 +110,12 @@ pub(super) fn load(path: &Path, bytes: Vec<u8>, sink: &Sink) -> Option<SceneDesc
             return None;
         }
     };
-    let entities = Interpreter::run(path, text, sink).entities;
-    let mut builder = Builder::new(sink, &entities);
+    let Interpreter {
+        entities,
+        expansion,
+        ..
+    } = Interpreter::run(path, text, sink);
+    let mut builder = Builder::new(sink, &entities, expansion.text_bytes());
     builder.scene(entities);
     Some(builder.load_assets())
 }
@@ -154,7 +158,7 @@ struct Builder<'a> {
 }
 
 impl<'a> Builder<'a> {
-    fn new(sink: &'a Sink, entities: &Entities) -> Self {
+    fn new(sink: &'a Sink, entities: &Entities, text_bytes: usize) -> Self {
         Builder {
             sink,
             is_v3: is_v3(entities),
@@ -172,7 +176,7 @@ impl<'a> Builder<'a> {
             masks: HashMap::new(),
             shapes: shapes::ShapeCache::default(),
             shape_names: ShapeNames::default(),
-            tessellated: Growth::new(sink.text_bytes(), shapes::TESSELLATED),
+            tessellated: Growth::new(text_bytes, shapes::TESSELLATED),
             finely_subdivided: 0,
             square_maps: Vec::new(),
             finish: Vec::new(),
