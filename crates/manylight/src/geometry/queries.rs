@@ -50,7 +50,7 @@ impl Geometry {
     }
 
     /// Visits the hits in `surfaces`; returns whether `visit` returned true.
-    fn visit_in_set(
+    pub(super) fn visit_in_set(
         &self,
         surfaces: &SurfaceSet,
         segment: &Segment,

@@ -133,9 +133,13 @@ impl SurfaceSet {
     }
 
     /// See [`ObjectBvh::visit_between`].
-    pub(super) fn visit_objects_between(&self, shaft: &Shaft, mut visit: impl FnMut(Object)) {
+    pub(super) fn visit_objects_between(
+        &self,
+        shaft: &Shaft,
+        mut visit: impl FnMut(Object) -> bool,
+    ) -> bool {
         self.object_bvh
-            .visit_between(shaft, |index| visit(self.objects[index]));
+            .visit_between(shaft, |index| visit(self.objects[index]))
     }
 
     /// See [`ObjectBvh::any`].

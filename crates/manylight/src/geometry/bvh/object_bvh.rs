@@ -67,15 +67,18 @@ impl ObjectBvh {
         }
     }
 
-    /// Calls `visit` for all objects with a box that meets a shaft.
-    pub(in crate::geometry) fn visit_between(&self, shaft: &Shaft, visit: impl FnMut(usize)) {
-        if !self.is_empty() {
-            self.isa.run(ObjectsBetween {
+    /// Calls `visit` for the objects with boxes that meet a shaft until it returns true; returns whether it has.
+    pub(in crate::geometry) fn visit_between(
+        &self,
+        shaft: &Shaft,
+        visit: impl FnMut(usize) -> bool,
+    ) -> bool {
+        !self.is_empty()
+            && self.isa.run(ObjectsBetween {
                 tree: &self.tree,
                 shaft,
                 visit,
-            });
-        }
+            })
     }
 
     /// Calls `visit` for the objects along the segment until it returns true; returns whether it has.
@@ -136,11 +139,11 @@ struct ObjectsBetween<'a, V> {
     visit: V,
 }
 
-impl<V: FnMut(usize)> SimdKernel for ObjectsBetween<'_, V> {
-    type Output = ();
+impl<V: FnMut(usize) -> bool> SimdKernel for ObjectsBetween<'_, V> {
+    type Output = bool;
 
     #[inline(always)]
-    fn run<S: Simd>(mut self, s: S) {
+    fn run<S: Simd>(mut self, s: S) -> bool {
         let mut stack = WordStack::new();
         let mut next = Some(0);
         while let Some(word) = next {
@@ -150,10 +153,13 @@ impl<V: FnMut(usize)> SimdKernel for ObjectsBetween<'_, V> {
                 stack.push(s, &node.children, met);
             } else {
                 let leaf = (word & !LEAF) as usize;
-                (self.visit)(self.tree.items[leaf] as usize);
+                if (self.visit)(self.tree.items[leaf] as usize) {
+                    return true;
+                }
             }
             next = stack.pop();
         }
+        false
     }
 }
 
