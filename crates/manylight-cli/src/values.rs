@@ -23,6 +23,18 @@ pub(crate) fn light_count(text: &str) -> Result<LightCount, String> {
     }
 }
 
+/// A number of things.
+pub(crate) fn count(text: &str) -> Result<NonZeroU32, String> {
+    text.parse()
+        .map_err(|_| format!("expected a whole number from 1 to {}", u32::MAX))
+}
+
+/// A seed of random numbers.
+pub(crate) fn seed(text: &str) -> Result<u64, String> {
+    text.parse()
+        .map_err(|_| format!("expected a whole number from 0 to {}", u64::MAX))
+}
+
 /// A number of threads. Ten thousands of them, each with its stack, stop the machine.
 pub(crate) fn threads(text: &str) -> Result<NonZeroU32, String> {
     const MOST: u32 = 1024;
@@ -210,6 +222,22 @@ pub(crate) fn bytes(word: &str) -> Result<u64, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn wrong_numbers_are_told_the_right_ones() {
+        let all = "expected a whole number from 1 to 4294967295";
+        for bad in ["0", "-5", "1e6", "4294967296", "many", ""] {
+            assert_eq!(count(bad), Err(all.into()), "{bad}");
+        }
+        assert_eq!(count("7").map(NonZeroU32::get), Ok(7));
+        assert_eq!(seed("18446744073709551615"), Ok(u64::MAX));
+        for bad in ["-1", "18446744073709551616", "x"] {
+            assert!(
+                seed(bad).unwrap_err().contains("18446744073709551615"),
+                "{bad}"
+            );
+        }
+    }
 
     #[test]
     fn sizes_in_bytes() {

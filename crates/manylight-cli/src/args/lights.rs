@@ -22,7 +22,7 @@ pub(crate) struct LightArgs {
     pub(crate) lights: Option<LightCount>,
 
     /// Emitted photon paths per pass. Default: the preset's, and at least 64 per virtual light.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = values::count)]
     pub(crate) photons: Option<NonZeroU32>,
 
     /// Selection of light positions among the photons: uniform (probability proportional to flux), importance (flux times importance),
@@ -65,7 +65,7 @@ pub(crate) struct LightArgs {
     pub(crate) max_error: Option<f32>,
 
     /// Lightcuts: largest number of clusters in a cut; it takes precedence over --max-error.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = values::count)]
     pub(crate) max_cut: Option<NonZeroU32>,
 
     /// Bound of the geometry term: none, auto (from the area that each light represents), fixed (from the median of these areas), or a value
@@ -78,7 +78,7 @@ pub(crate) struct LightArgs {
     pub(crate) compensation: Option<Compensation>,
 
     /// Photons in the emission estimate of a light with --flux density.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = values::count)]
     pub(crate) neighbors: Option<NonZeroU32>,
 
     /// Lights of successive passes: new (resampled for each pass), progressive (resampled with increasing density, so that the bias of the

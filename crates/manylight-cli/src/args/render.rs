@@ -102,7 +102,7 @@ pub(crate) struct PathArgs {
     pub(crate) defines: Vec<(String, String)>,
 
     /// Seed of the random numbers. Images with the same seed are identical to the bit, for any number of threads.
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = values::seed)]
     pub(crate) seed: u64,
 
     /// Number of threads, from 1 to 1024. Default: one per processor.
@@ -120,7 +120,7 @@ pub(crate) struct PathArgs {
 pub(crate) struct BudgetArgs {
     /// Samples per pixel in total. A pass of a many-light method is one sample per pixel.
     /// Default: 16, or no limit with --time or --target-error.
-    #[arg(long, visible_alias = "spp", value_name = "N")]
+    #[arg(long, visible_alias = "spp", value_name = "N", allow_negative_numbers = true, value_parser = values::count)]
     pub(crate) passes: Option<NonZeroU32>,
 
     /// Stop after the pass that ends closest to this time, such as 60s, 10m, 1h, without the time for loading the scene.

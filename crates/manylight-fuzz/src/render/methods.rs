@@ -1,7 +1,7 @@
 //! The methods, with few lights and photons.
 
 use super::numbers::Numbers;
-use manylight::integrators::many_light::ClampRule;
+use manylight::integrators::many_light::{ClampRule, EmissionKind, GlossyForm};
 use manylight::integrators::{ManyLight, MethodKind, PhotonMap};
 
 /// All presets of the command line.
@@ -23,6 +23,9 @@ const METHODS: [fn() -> MethodKind; 15] = [
     || MethodKind::Aov,
 ];
 
+/// Texels along an edge of a table. Small ones are the rule: the grid of the largest takes as long as the rest of a render.
+const TABLE_SIDES: [u32; 4] = [8, 4, 2, 48];
+
 /// One of the methods.
 pub(super) fn method(numbers: &mut Numbers) -> MethodKind {
     let mut kind = numbers.choose(&METHODS)();
@@ -42,4 +45,13 @@ pub(super) fn method(numbers: &mut Numbers) -> MethodKind {
         _ => {}
     }
     kind
+}
+
+/// Chooses the size of tables, if the lights of the method have tables.
+pub(super) fn size_tables(kind: &mut MethodKind, numbers: &mut Numbers) {
+    if let MethodKind::ManyLight(method) = kind
+        && let EmissionKind::Rich(GlossyForm::Table { side, .. }) = &mut method.emission
+    {
+        *side = numbers.choose(&TABLE_SIDES);
+    }
 }

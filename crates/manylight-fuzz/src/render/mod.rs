@@ -22,9 +22,10 @@ const PRINT: &str = "MANYLIGHT_FUZZ_PRINT";
 /// or not a number. What is built is rendered, and every value of the film is finite.
 pub(crate) fn check(input: &[u8]) {
     let mut numbers = Numbers::new(Unstructured::new(input));
-    let kind = methods::method(&mut numbers);
+    let mut kind = methods::method(&mut numbers);
     let passes = numbers.below(2) as u32 + 1;
     let desc = scene::scene(&mut numbers);
+    methods::size_tables(&mut kind, &mut numbers);
     if std::env::var_os(PRINT).is_some() {
         let _ = writeln!(std::io::stderr(), "{kind:#?}\n{desc:#?}");
     }

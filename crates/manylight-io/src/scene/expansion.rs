@@ -12,6 +12,10 @@ const BOUND: Bound = Bound {
 };
 /// Most inclusions: ten times those of the largest public scenes.
 const MOST_INCLUSIONS: usize = 20_000;
+/// Most inclusions in a scene of little text.
+const FREE_INCLUSIONS: usize = 1000;
+/// Bytes of text for each further inclusion: less than a statement that includes a file has.
+const BYTES_PER_INCLUSION: usize = 10;
 
 /// The text of a scene so far.
 pub(super) struct Expansion {
@@ -59,11 +63,13 @@ impl Expansion {
     }
 
     fn add(&mut self, bytes: usize) -> Result<(), Exceeded> {
-        let has_too_many = self.inclusions > MOST_INCLUSIONS;
+        let most_inclusions =
+            (FREE_INCLUSIONS + self.text_bytes() / BYTES_PER_INCLUSION).min(MOST_INCLUSIONS);
+        let has_too_many = self.inclusions > most_inclusions;
         let bytes = if has_too_many { usize::MAX } else { bytes };
         self.growth.make(bytes, |most, given| {
             format!(
-                "included files and parameters make more than {most} bytes from {given} bytes of files, or more than {MOST_INCLUSIONS} inclusions"
+                "included files and parameters make more than {most} bytes from {given} bytes of files, or more than {most_inclusions} inclusions"
             )
         })
     }
@@ -88,6 +94,14 @@ mod tests {
     fn inclusions_of_empty_files_are_bounded() {
         let mut expansion = Expansion::default();
         let included = (0..).take_while(|_| expansion.include("a".as_ref(), 0).is_ok());
-        assert_eq!(included.count(), MOST_INCLUSIONS);
+        assert_eq!(included.count(), FREE_INCLUSIONS);
+    }
+
+    #[test]
+    fn longer_text_may_include_more_files() {
+        let mut expansion = Expansion::default();
+        assert!(expansion.include("list".as_ref(), 1 << 20).is_ok());
+        let included = (1..).take_while(|_| expansion.include("a".as_ref(), 10).is_ok());
+        assert_eq!(included.count(), MOST_INCLUSIONS - 1);
     }
 }

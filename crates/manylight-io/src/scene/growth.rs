@@ -1,5 +1,7 @@
 //! A bound for what is made from the data of a file: any number of its parts may use the same data.
 
+use super::sink::{FileSpan, Problem, Sink};
+
 /// Most bytes that may be made: the larger of both.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bound {
@@ -7,6 +9,15 @@ pub(super) struct Bound {
     pub(super) ratio: usize,
     /// For small files.
     pub(super) always_allowed: usize,
+}
+
+impl Exceeded {
+    /// Adds an error at `span`, the first time.
+    pub(super) fn report(self, sink: &Sink, code: &'static str, span: FileSpan) {
+        if let Some(message) = self.message {
+            sink.error(Problem::new(code, span, message));
+        }
+    }
 }
 
 /// What is made so far, and the bound.

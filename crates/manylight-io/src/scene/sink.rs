@@ -161,7 +161,7 @@ impl Sink {
         &self.counts[severity as usize]
     }
 
-    /// Whether further errors are counted, but not kept.
+    /// Whether further errors are counted, but not kept. Then no further files are included.
     pub(super) fn is_full(&self) -> bool {
         self.count(Severity::Error).get() >= MOST_PROBLEMS
     }
@@ -244,7 +244,9 @@ fn not_listed(severity: Severity, count: usize) -> Diagnostic {
         severity,
         kind: LoadErrorKind::Scene,
         code: "scene::too_many_problems",
-        message: format!("the scene has {count} {what}; the first {MOST_PROBLEMS} are listed"),
+        message: format!(
+            "the scene has at least {count} {what}; the first {MOST_PROBLEMS} are listed"
+        ),
         location: None,
         help: None,
     }

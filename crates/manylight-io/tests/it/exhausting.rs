@@ -107,8 +107,26 @@ fn of_many_problems_the_first_thousand_are_listed() {
     assert_eq!(found.len(), 1001);
     assert_eq!(
         found[1000].message,
-        "the scene has 40000 errors; the first 1000 are listed"
+        "the scene has at least 40000 errors; the first 1000 are listed"
     );
+}
+
+#[test]
+fn after_a_thousand_errors_no_files_are_included() {
+    let of_xml = errors(Files::new(&including("absent.xml", 3000), &[]).scene());
+
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("scene.pbrt");
+    std::fs::write(folder.path().join("part.pbrt"), "Foo Bar\n".repeat(100)).unwrap();
+    std::fs::write(&scene, "Include \"part.pbrt\"\n".repeat(30)).unwrap();
+
+    for found in [of_xml, errors(scene)] {
+        assert!(found.len() >= 1000);
+        // At most some errors that do not come from included files.
+        let beyond = found.get(1000).map_or("", String::as_str);
+        let few = beyond.is_empty() || beyond.starts_with("the scene has at least 100");
+        assert!(few, "{beyond}");
+    }
 }
 
 #[test]

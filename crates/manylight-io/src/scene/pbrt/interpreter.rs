@@ -204,6 +204,10 @@ impl<'a> Interpreter<'a> {
     }
 
     fn include(&mut self, name: &Text) {
+        // Further errors would not be listed.
+        if self.sink.is_full() {
+            return;
+        }
         let Some(path) = find_external_file(self.sink, &self.folders, name, "included file") else {
             return;
         };
@@ -223,10 +227,7 @@ impl<'a> Interpreter<'a> {
             return;
         };
         if let Err(exceeded) = self.expansion.include(&wanted, text.len()) {
-            if let Some(message) = exceeded.message {
-                let problem = Problem::new("scene::too_many_includes", name.span, message);
-                self.sink.error(problem);
-            }
+            exceeded.report(self.sink, "scene::too_many_includes", name.span);
             return;
         }
         let file = self.sink.add_file(&path, Arc::clone(&text));

@@ -9,7 +9,6 @@ pub(super) use element::{Dialect, XmlElement};
 
 use super::super::expansion::Expansion;
 use super::super::files::{find_file, identity};
-use super::super::growth::Exceeded;
 use super::super::sink::{FileSpan, Problem, Sink};
 use super::object::PluginFamily;
 use crate::read::read_regular;
@@ -260,16 +259,9 @@ impl TreeReader<'_> {
         match self.expansion.substitute(value.len()) {
             Ok(()) => value,
             Err(exceeded) => {
-                self.report_exceeded(exceeded, span);
+                exceeded.report(self.sink, "scene::too_many_includes", span);
                 text.to_owned()
             }
-        }
-    }
-
-    fn report_exceeded(&self, exceeded: Exceeded, span: FileSpan) {
-        if let Some(message) = exceeded.message {
-            let problem = Problem::new("scene::too_many_includes", span, message);
-            self.sink.error(problem);
         }
     }
 
@@ -336,6 +328,10 @@ impl TreeReader<'_> {
 
     /// The content of the file that an `<include>` names: the children of a scene, else the root element.
     fn include(&mut self, element: &XmlElement, file: &FileContext) -> Vec<XmlElement> {
+        // Further errors would not be listed.
+        if self.sink.is_full() {
+            return Vec::new();
+        }
         let Some(name) = element.required(self.sink, "filename") else {
             return Vec::new();
         };
@@ -368,7 +364,7 @@ impl TreeReader<'_> {
             }
         };
         if let Err(exceeded) = self.expansion.include(&identity, text.len()) {
-            self.report_exceeded(exceeded, name.span);
+            exceeded.report(self.sink, "scene::too_many_includes", name.span);
             return Vec::new();
         }
         self.open_files.push(identity);

@@ -193,11 +193,8 @@ impl Builder<'_> {
             )
         });
         if let Err(exceeded) = made {
-            if let Some(message) = exceeded.message {
-                let span = shape.entity.params.plugin.span;
-                let problem = Problem::new("scene::too_many_triangles", span, message);
-                self.sink.error(problem);
-            }
+            let span = shape.entity.params.plugin.span;
+            exceeded.report(self.sink, "scene::too_many_triangles", span);
             return None;
         }
         self.add_mesh(shape, mesh)
