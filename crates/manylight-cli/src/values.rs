@@ -23,7 +23,7 @@ pub(crate) fn light_count(text: &str) -> Result<LightCount, String> {
     }
 }
 
-/// A number of things.
+/// A positive whole number.
 pub(crate) fn count(text: &str) -> Result<NonZeroU32, String> {
     text.parse()
         .map_err(|_| format!("expected a whole number from 1 to {}", u32::MAX))
