@@ -172,16 +172,12 @@ fn favors_rays(surfaces: &SurfaceSet, between: &Shaft, open: &[u64; BLOCK]) -> b
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::tests::placed;
     use crate::geometry::{Instance, Mesh, Primitive, Shape};
-    use crate::ids::{MaterialId, ShapeId};
     use crate::math::Affine3A;
     use crate::sampling::rng::Pcg;
 
     /// Spheres, and instances of a cube and a sphere, at random places between the planes x = -1 and x = 1.
-    #[allow(
-        clippy::single_range_in_vec_init,
-        reason = "one group is meant, not many numbers"
-    )]
     fn crowd(spheres: usize, instances: usize, transparent: bool) -> Geometry {
         let mut rng = Pcg::new(3);
         let mut place = || {
@@ -193,12 +189,8 @@ mod tests {
             radius: 1.0,
         };
         let primitive = |shape, world_from_object| Primitive {
-            shape: ShapeId(shape),
-            world_from_object,
-            flip_normals: false,
-            material: MaterialId(0),
-            emitter: None,
             transparent,
+            ..placed(shape, world_from_object)
         };
         let mut primitives: Vec<Primitive> = (0..spheres).map(|_| primitive(0, place())).collect();
         primitives.push(primitive(0, Affine3A::IDENTITY));

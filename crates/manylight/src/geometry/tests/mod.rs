@@ -13,7 +13,7 @@ use crate::math::{Affine3A, Vec2, Vec3};
 use crate::sampling::rng::Pcg;
 use glam::Quat;
 
-fn placed(shape: u32, world_from_object: Affine3A) -> Primitive {
+pub(super) fn placed(shape: u32, world_from_object: Affine3A) -> Primitive {
     Primitive {
         shape: ShapeId(shape),
         world_from_object,
