@@ -1,4 +1,4 @@
-//! Rays per second and thread of single-ray, stream, packet and block queries, compared with other kernels on the same rays.
+//! Rays per second and thread of single-ray, stream and block queries, compared with other kernels on the same rays.
 //!
 //! `MANYLIGHT_BENCH_SCENES=a.xml:b.xml cargo bench -p manylight --bench visibility [-- SET...]`, where SET is part of the name
 //! of a ray set: `camera`, `bounce`, `random`, `stream`, `tile`, `block` or a number of lights such as `32k`.
@@ -183,10 +183,6 @@ fn block_visibility(
         let masks = blocks.iter().map(|block| own_block(geometry, block));
         masks.flatten().map(|m| u64::from(m.count_ones())).sum()
     }));
-    kernels.extend(own_kernels("own packet", |geometry: &Geometry| {
-        let masks = blocks.iter().map(|block| own_packets(geometry, block));
-        masks.flatten().map(|m| u64::from(m.count_ones())).sum()
-    }));
     let comparison = Comparison {
         set: format!("block, {set}"),
         rays: blocks.iter().map(RayBlock::count).sum(),
@@ -227,21 +223,6 @@ fn count_block_differences(geometry: &mut Geometry, embree: Option<&Embree>, blo
 
 fn own_block(geometry: &Geometry, block: &RayBlock) -> [u64; workload::BLOCK] {
     geometry.occluded_block(&block.origins, &block.targets, &block.wanted)
-}
-
-fn own_packets(geometry: &Geometry, block: &RayBlock) -> [u64; workload::BLOCK] {
-    let mut blocked = [0; workload::BLOCK];
-    for ((&from, &wanted), blocked) in block.origins.iter().zip(&block.wanted).zip(&mut blocked) {
-        let mut targets = [Vec3::ZERO; workload::BLOCK];
-        let mut count = 0;
-        for i in (0..block.targets.len()).filter(|i| wanted >> i & 1 == 1) {
-            targets[count] = block.targets[i];
-            count += 1;
-        }
-        // The bits are in packet order; only their number is used.
-        *blocked = geometry.occluded_packet(from, &targets[..count]);
-    }
-    blocked
 }
 
 /// Packets of `N` rays: from one light to `N` points, and from one point to `N` lights.

@@ -74,7 +74,7 @@ impl<'a> Occluders<'a> {
             t_max: 1.0,
         };
         let geometry = &self.scene.geometry;
-        geometry.occluder(geometry.intersect(&ray)?.at)
+        Occluder::at(geometry, geometry.intersect(&ray)?.at)
     }
 
     /// Whether `occluder` lies between each point and the box with these corners. A convex surface that meets the segments to all

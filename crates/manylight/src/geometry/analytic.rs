@@ -4,11 +4,8 @@
 //! their parameters are exact up to the rounding of the result. The parametrizations are Mitsuba's.
 
 use super::Shape;
-use super::block::BLOCK;
-use super::unit_rows::{CutRow, UnitPoints};
 use crate::math::{Aabb, Affine3A, Frame, Vec2, Vec3};
 use crate::sampling::warp;
-use crate::simd::Isa;
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 
@@ -26,9 +23,9 @@ pub(super) enum UnitShape {
 /// A unit shape under an affine transform.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Analytic {
-    shape: UnitShape,
+    pub(super) shape: UnitShape,
     world_from_unit: DAffine3,
-    unit_from_world: DAffine3,
+    pub(super) unit_from_world: DAffine3,
 }
 
 /// A point on an analytic shape, in the world.
@@ -110,28 +107,6 @@ impl Analytic {
             .find(|&t| self.shape.is_hit(o, d, t, t_max))?;
         let t = (first as f32).max(f32::MIN_POSITIVE);
         Some((t, self.parameters(o + d * first)))
-    }
-
-    /// Clears in `open` the segments that the shape cuts. Bit `j` of element `i` is the segment from `origins[i]` to `targets[j]`.
-    pub(super) fn cut_block(
-        &self,
-        isa: Isa,
-        origins: &[Vec3],
-        targets: &[Vec3],
-        open: &mut [u64; BLOCK],
-    ) {
-        let unit = |p: Vec3| self.unit_from_world.transform_point3(p.as_dvec3());
-        let targets = UnitPoints::new(targets.iter().map(|&p| unit(p)));
-        for (&origin, open) in origins.iter().zip(open) {
-            if *open != 0 {
-                *open &= !isa.run(CutRow {
-                    shape: self.shape,
-                    origin: unit(origin),
-                    targets: &targets,
-                    open: *open,
-                });
-            }
-        }
     }
 
     fn parameters(&self, q: DVec3) -> Vec2 {

@@ -19,12 +19,12 @@ pub struct Occluder {
     pub edges: [(Vec3, f32); 4],
 }
 
-impl Geometry {
+impl Occluder {
     /// The triangle of an opaque mesh at `at`, or the convex quadrilateral that it forms with the triangle before or after it in the mesh.
     /// `None` for other shapes, transparent surfaces and degenerate triangles.
-    pub fn occluder(&self, at: SurfaceRef) -> Option<Occluder> {
-        let primitive = &self.primitives()[at.primitive.index()];
-        let Shape::Mesh(mesh) = &self.shapes()[primitive.shape.index()] else {
+    pub fn at(geometry: &Geometry, at: SurfaceRef) -> Option<Self> {
+        let primitive = &geometry.primitives()[at.primitive.index()];
+        let Shape::Mesh(mesh) = &geometry.shapes()[primitive.shape.index()] else {
             return None;
         };
         if primitive.transparent {
@@ -37,7 +37,7 @@ impl Geometry {
                     coordinates,
                     ..at
                 };
-                self.surface_point(corner).p
+                geometry.surface_point(corner).p
             })
         };
         let element = at.element as usize;
@@ -61,9 +61,7 @@ impl Geometry {
             .next()
             .or_else(|| Occluder::new([a, b, c, c]))
     }
-}
 
-impl Occluder {
     /// The convex polygon with these corners in order; a triangle repeats its last corner. `None` if the corners are degenerate, not
     /// convex or not coplanar.
     fn new(corners: [Vec3; 4]) -> Option<Self> {

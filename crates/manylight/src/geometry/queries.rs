@@ -1,5 +1,7 @@
-//! Queries along rays and segments: the nearest hit, visibility, and transparent surfaces.
+//! Queries along rays and segments: the nearest hit, visibility, and transparent surfaces. For single rays, for streams of rays such
+//! as the paths of a tile, and for blocks of segments.
 
+use super::block::{BLOCK, SegmentEnds, cut_segments};
 use super::level::SurfaceClass;
 use super::surface_set::{Object, SurfaceSet};
 use super::{Geometry, Hit, Ray, Segment, SurfaceRef};
@@ -24,19 +26,60 @@ impl Geometry {
             || (surfaces.has_objects() && self.any_object(surfaces, segment))
     }
 
-    /// Visibility from one point to up to 64 targets: bit `i` is set if an opaque surface lies between `from` and `to[i]`.
-    /// Bits from `to.len()` on are 0. Faster than single calls of [`Geometry::occluded`], and equal to them.
-    pub fn occluded_packet(&self, from: Vec3, to: &[Vec3]) -> u64 {
-        let surfaces = &self.world.opaque;
-        let mut blocked = surfaces.any_triangle_packet(from, to);
-        if surfaces.has_objects() {
-            for (i, &to) in to.iter().enumerate() {
-                if blocked >> i & 1 == 0 && self.any_object(surfaces, &Segment { from, to }) {
-                    blocked |= 1 << i;
-                }
+    /// [`Geometry::intersect`] for each ray, with the same bits: element `i` of `hits` becomes the hit of `rays[i]`. Faster than
+    /// single calls from a few dozen rays on, most of all for rays with similar origins and directions that are neighbors in the list.
+    pub fn intersect_stream(&self, rays: &[Ray], hits: &mut Vec<Option<Hit>>) {
+        self.nearest_of_class(SurfaceClass::Opaque, rays, hits);
+        if self.has_transparent() {
+            let rest: Vec<Ray> = rays
+                .iter()
+                .zip(&*hits)
+                .map(|(ray, hit)| up_to(ray, hit))
+                .collect();
+            let mut transparent = Vec::new();
+            self.nearest_of_class(SurfaceClass::Transparent, &rest, &mut transparent);
+            for (hit, transparent) in hits.iter_mut().zip(transparent) {
+                *hit = transparent.or(*hit);
             }
         }
-        blocked
+    }
+
+    /// [`Geometry::occluded`] for each segment: element `i` of `occluded` becomes the answer for `segments[i]`. Fast as
+    /// [`Geometry::intersect_stream`] is.
+    pub fn occluded_stream(&self, segments: &[Segment], occluded: &mut Vec<bool>) {
+        let surfaces = &self.world.opaque;
+        surfaces.any_triangles(segments, occluded);
+        if surfaces.has_objects() {
+            for (segment, occluded) in segments.iter().zip(occluded) {
+                *occluded = *occluded || self.any_object(surfaces, segment);
+            }
+        }
+    }
+
+    /// Visibility between up to [`BLOCK`] origins and up to [`BLOCK`] targets.
+    ///
+    /// `wanted[i]` has one bit per target and one element per origin. Bit `j` of element `i` of the result is set if bit `j` of `wanted[i]`
+    /// is set and an opaque surface lies between `origins[i]` and `targets[j]`. Fastest if both groups are compact and neighbors
+    /// in space are neighbors in the lists. Equal to single calls of [`Geometry::occluded`], except for segments that graze an edge.
+    pub fn occluded_block(
+        &self,
+        origins: &[Vec3],
+        targets: &[Vec3],
+        wanted: &[u64],
+    ) -> [u64; BLOCK] {
+        let ends = SegmentEnds { origins, targets };
+        cut_segments(self, SurfaceClass::Opaque, ends, wanted)
+    }
+
+    /// [`Geometry::occluded_block`] for transparent surfaces: the segments that cross at least one.
+    pub fn crossing_block(
+        &self,
+        origins: &[Vec3],
+        targets: &[Vec3],
+        wanted: &[u64],
+    ) -> [u64; BLOCK] {
+        let ends = SegmentEnds { origins, targets };
+        cut_segments(self, SurfaceClass::Transparent, ends, wanted)
     }
 
     /// Whether any surface is transparent. If none is, [`Geometry::occluded`] decides visibility completely.
@@ -119,13 +162,21 @@ impl Geometry {
             .or(triangle)
     }
 
+    /// The nearest hits with surfaces of one class.
+    fn nearest_of_class(&self, class: SurfaceClass, rays: &[Ray], hits: &mut Vec<Option<Hit>>) {
+        let surfaces = self.world.surfaces(class);
+        surfaces.nearest_triangles(rays, hits);
+        if surfaces.has_objects() {
+            for (ray, hit) in rays.iter().zip(hits) {
+                *hit = self
+                    .nearest_object(class, surfaces, &up_to(ray, hit))
+                    .or(*hit);
+            }
+        }
+    }
+
     /// The nearest hit with an analytic shape or an instance in the set.
-    pub(super) fn nearest_object(
-        &self,
-        class: SurfaceClass,
-        surfaces: &SurfaceSet,
-        ray: &Ray,
-    ) -> Option<Hit> {
+    fn nearest_object(&self, class: SurfaceClass, surfaces: &SurfaceSet, ray: &Ray) -> Option<Hit> {
         let mut best = None;
         let mut rest = *ray;
         surfaces.visit_objects(ray, |object, t_max| {
@@ -173,7 +224,7 @@ impl Geometry {
 }
 
 /// The part of the ray before the hit.
-pub(super) fn up_to(ray: &Ray, hit: &Option<Hit>) -> Ray {
+fn up_to(ray: &Ray, hit: &Option<Hit>) -> Ray {
     Ray {
         t_max: hit.map_or(ray.t_max, |hit| hit.t),
         ..*ray

@@ -32,6 +32,9 @@ impl Ray {
     }
 }
 
+/// Largest number of origins, and of targets, in a block of segments: the bits of a mask.
+pub const BLOCK: usize = 64;
+
 /// The open segment between two points, both moved off their surfaces.
 #[derive(Clone, Copy, Debug)]
 pub struct Segment {

@@ -1,7 +1,8 @@
-//! Shapes of scene files.
+//! Shapes of scene files, and where they are placed.
 
-use super::Mesh;
-use crate::math::Vec3;
+use super::mesh::Mesh;
+use crate::ids::{EmitterId, MaterialId, ShapeId};
+use crate::math::{Affine3A, Vec3};
 
 /// A surface in object space. Rectangles and cubes are meshes.
 #[derive(Clone, Debug)]
@@ -26,4 +27,30 @@ pub enum Shape {
         /// Radius, > 0.
         radius: f32,
     },
+}
+
+/// A shape with a transform, a material and an optional emitter.
+#[derive(Clone, Debug)]
+pub struct Primitive {
+    /// The shape, in object space.
+    pub shape: ShapeId,
+    /// Transform of the shape into the world, or into the space of its group.
+    pub world_from_object: Affine3A,
+    /// Whether the geometric and the shading normal are reversed.
+    pub flip_normals: bool,
+    /// Scattering material.
+    pub material: MaterialId,
+    /// Emitter of the surface, if any.
+    pub emitter: Option<EmitterId>,
+    /// Whether light can pass straight through (masks, null, thin glass). Such a surface does not count in [`Geometry::occluded`](super::Geometry::occluded).
+    pub transparent: bool,
+}
+
+/// A copy of a group of primitives under another transform.
+#[derive(Clone, Debug)]
+pub struct Instance {
+    /// Index of the group.
+    pub group: u32,
+    /// Transform of the group into the world.
+    pub world_from_group: Affine3A,
 }

@@ -24,6 +24,21 @@ impl SurfaceRef {
     pub const NO_INSTANCE: u32 = u32::MAX;
 }
 
+/// The nearest surface along a ray.
+#[derive(Clone, Copy, Debug)]
+pub struct Hit {
+    /// Ray parameter: distance in units of the length of the direction.
+    pub t: f32,
+    /// Hit point.
+    pub at: SurfaceRef,
+}
+
+/// Offset of ray origins from their surface, in units of the rounding of the coordinates.
+///
+/// Estimated: two roundings in the point (a sum of three products), one in the sum of point and offset, about three in the distance to
+/// the plane. Twice the sum allows for an angle between the offset and the exact normal.
+pub(super) const OFFSET_ROUNDINGS: f32 = 12.0;
+
 /// A point on a surface in world space.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfacePoint {

@@ -112,11 +112,6 @@ impl SurfaceSet {
     }
 
     #[inline]
-    pub(super) fn any_triangle_packet(&self, from: Vec3, to: &[Vec3]) -> u64 {
-        self.triangles.any_packet(from, to)
-    }
-
-    #[inline]
     pub(super) fn open_of_triangles(
         &self,
         points: &[Vec3],

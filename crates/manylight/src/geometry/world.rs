@@ -3,50 +3,15 @@
 use super::level::{InstanceBounds, Level};
 use super::placement::{PlacedInstance, PlacedShape, TriangleTable};
 use super::surface_set::SurfaceSet;
-use super::{Derivatives, Shape, SurfacePoint, SurfacePoints, SurfaceRef};
-use crate::ids::{EmitterId, MaterialId, PrimitiveId, ShapeId};
+use super::{Derivatives, Instance, Primitive, Shape, SurfacePoint, SurfacePoints, SurfaceRef};
+use crate::ids::PrimitiveId;
 use crate::lanes::{One, Width};
-use crate::math::{Aabb, Affine3A, Vec2};
+use crate::math::{Aabb, Vec2};
 #[cfg(any(test, feature = "testing"))]
 use crate::simd::Instructions;
 use crate::simd::Outlined;
 use rayon::prelude::*;
 use std::ops::Range;
-
-/// A shape with a transform, a material and an optional emitter.
-#[derive(Clone, Debug)]
-pub struct Primitive {
-    /// The shape, in object space.
-    pub shape: ShapeId,
-    /// Transform of the shape into the world, or into the space of its group.
-    pub world_from_object: Affine3A,
-    /// Whether the geometric and the shading normal are reversed.
-    pub flip_normals: bool,
-    /// Scattering material.
-    pub material: MaterialId,
-    /// Emitter of the surface, if any.
-    pub emitter: Option<EmitterId>,
-    /// Whether light can pass straight through (masks, null, thin glass). Such a surface does not count in [`Geometry::occluded`].
-    pub transparent: bool,
-}
-
-/// A copy of a group of primitives under another transform.
-#[derive(Clone, Debug)]
-pub struct Instance {
-    /// Index of the group.
-    pub group: u32,
-    /// Transform of the group into the world.
-    pub world_from_group: Affine3A,
-}
-
-/// The nearest surface along a ray.
-#[derive(Clone, Copy, Debug)]
-pub struct Hit {
-    /// Ray parameter: distance in units of the length of the direction.
-    pub t: f32,
-    /// Hit point.
-    pub at: SurfaceRef,
-}
 
 /// A surface point drawn uniformly by area.
 #[derive(Clone, Copy, Debug)]
@@ -195,28 +160,6 @@ impl Geometry {
         })
     }
 
-    #[inline(always)]
-    fn surface_points_inlined<S: Width>(
-        &self,
-        s: S,
-        at: &S::Each<SurfaceRef>,
-        derivatives: Derivatives,
-    ) -> SurfacePoints<S> {
-        let in_world = |all: u32, at: &SurfaceRef| all & at.instance;
-        let is_in_world = at.as_ref().iter().fold(u32::MAX, in_world) == SurfaceRef::NO_INSTANCE;
-        // The frames of points in instances follow from their derivatives.
-        let derivatives = match is_in_world {
-            true => derivatives,
-            false => Derivatives::OfPosition,
-        };
-        let (points, others) = self.table.points(s, at, derivatives);
-        if others == 0 && is_in_world {
-            return points;
-        }
-        let points = points.store();
-        SurfacePoints::load(s, &s.each(|i| self.completed(points.as_ref()[i])))
-    }
-
     /// The point in world space of a point in the space of its primitive, which is unspecified on analytic shapes.
     fn completed(&self, point: SurfacePoint) -> SurfacePoint {
         let at = point.at;
@@ -282,7 +225,21 @@ impl<S: Width> Outlined for FindPoints<'_, S> {
 
     #[inline(always)]
     fn run(self) -> SurfacePoints<S> {
-        self.geometry
-            .surface_points_inlined(self.s, self.at, self.derivatives)
+        let FindPoints {
+            geometry, s, at, ..
+        } = self;
+        let in_world = |all: u32, at: &SurfaceRef| all & at.instance;
+        let is_in_world = at.as_ref().iter().fold(u32::MAX, in_world) == SurfaceRef::NO_INSTANCE;
+        // The frames of points in instances follow from their derivatives.
+        let derivatives = match is_in_world {
+            true => self.derivatives,
+            false => Derivatives::OfPosition,
+        };
+        let (points, others) = geometry.table.points(s, at, derivatives);
+        if others == 0 && is_in_world {
+            return points;
+        }
+        let points = points.store();
+        SurfacePoints::load(s, &s.each(|i| geometry.completed(points.as_ref()[i])))
     }
 }

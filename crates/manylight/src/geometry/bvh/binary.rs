@@ -1,7 +1,6 @@
 //! Binary bounding volume hierarchies.
 
 use super::item_box::{Bounds, ItemBox};
-use super::reinsert::reinsert;
 use super::split::{Split, split, split_evenly};
 use crate::math::Aabb;
 use crate::simd::Isa;
@@ -76,16 +75,14 @@ const BALANCED_DEPTH: usize = 64;
 /// A tree over at least one item, for wide nodes with up to `max_leaf` items per leaf. Its leaves hold up to half as many: runs of `items`,
 /// which are reordered. The root has index 0, index 1 is unused: the indices of siblings differ in the last bit only.
 ///
-/// Built top-down by binned divisions ([`split`]), then improved by [`reinsert`].
+/// Built top-down by binned divisions ([`split`]).
 pub(super) fn binary_tree(items: &mut [ItemBox], max_leaf: usize) -> Vec<BinaryNode> {
     let growth = Growth {
         isa: Isa::best(),
         max_leaf,
     };
     let bounds = Bounds::of(items);
-    let mut nodes = assemble(growth.grow(items, 0, bounds, 0));
-    reinsert(&mut nodes);
-    nodes
+    assemble(growth.grow(items, 0, bounds, 0))
 }
 
 /// A subtree.

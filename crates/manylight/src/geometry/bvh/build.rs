@@ -6,6 +6,7 @@ use super::binary::{BinaryNode, binary_tree};
 use super::collapse::{Children, CollapsePlan};
 use super::item_box::{Bounds, ItemBox};
 use super::node::{LEAF, WideNode, empty_node, set_child, set_order, sort_children};
+use super::reinsert::reinsert;
 use crate::math::Aabb;
 use crate::simd::NARROW;
 use rayon::prelude::*;
@@ -35,7 +36,8 @@ impl WideTree {
         if boxes.is_empty() {
             return WideTree::default();
         }
-        let binary = binary_tree(&mut boxes, max_leaf);
+        let mut binary = binary_tree(&mut boxes, max_leaf);
+        reinsert(&mut binary);
         let emitter = TreeWriter {
             binary: &binary,
             plan: CollapsePlan::new(&binary, max_leaf),

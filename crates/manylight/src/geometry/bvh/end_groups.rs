@@ -1,10 +1,12 @@
 //! The points, or the lights, of a visibility tile in groups of sixteen.
 
 use super::shaft::middle_and_half;
-use super::tile::SIDE;
 use crate::lanes::vectors::{add3, load3, splat3, store3};
 use crate::math::{Aabb, Vec3, Vec3A};
 use crate::simd::{Floats, WIDE};
+
+/// Largest number of points, and of lights, in a tile.
+pub(super) const SIDE: usize = 64;
 
 /// Number of groups of [`WIDE`] among [`SIDE`].
 pub(super) const GROUPS: usize = SIDE / WIDE;

@@ -1,7 +1,7 @@
 //! Eight-wide bounding volume hierarchies over triangles and over other objects.
 //!
-//! * Construction: [`binary`] divides items ([`item_box`], [`split`], [`join_chunks`]) into a binary tree, which [`reinsert`] improves. [`collapse`] chooses the
-//!   wide nodes ([`node`]), [`build`] writes them.
+//! * Construction: [`binary`] divides items ([`item_box`], [`split`], [`join_chunks`]) into a binary tree, which [`reinsert`]
+//!   improves. [`collapse`] chooses the wide nodes ([`node`]), [`build`] writes them.
 //! * Single rays: [`traverse`] visits the nodes, [`watertight`] tests triangles ([`triangle_block`]).
 //! * Streams of rays: [`stream`] with [`ray_lanes`] and [`beam`].
 //! * Packets of up to 64 rays with a common origin: [`packet`] with [`edge_volumes`].

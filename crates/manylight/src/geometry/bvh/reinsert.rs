@@ -9,7 +9,7 @@ use crate::math::Aabb;
 use rayon::prelude::*;
 
 /// One round of parallel searches and moves.
-struct Round {
+struct SearchRound {
     /// Fraction of the nodes, the largest ones, for which a new position is searched.
     share: f32,
     /// Number of levels that the search goes up from the node.
@@ -22,30 +22,30 @@ struct Round {
 /// The expected cost of rays falls by 13 % (staircase2), 12 % (living-room), 27 % (kitchen) and 17 % (garage), in a fifth of the time of a
 /// build. With first shares of 0.02 instead of 0.05 it is 3 % higher in garage, with a nearby share of 0.25 another 1 % lower; that takes as
 /// long as all other rounds.
-const ROUNDS: [&[Round]; 2] = [
+const ROUNDS: [&[SearchRound]; 2] = [
     &[
-        Round::thorough(0.05),
-        Round::thorough(0.05 / 3.0),
-        Round::thorough(0.05 / 5.0),
-        Round::thorough(0.05 / 7.0),
-        Round::thorough(0.05 / 9.0),
-        Round::thorough(0.05 / 11.0),
-        Round::thorough(0.05 / 13.0),
-        Round::thorough(0.05 / 15.0),
+        SearchRound::thorough(0.05),
+        SearchRound::thorough(0.05 / 3.0),
+        SearchRound::thorough(0.05 / 5.0),
+        SearchRound::thorough(0.05 / 7.0),
+        SearchRound::thorough(0.05 / 9.0),
+        SearchRound::thorough(0.05 / 11.0),
+        SearchRound::thorough(0.05 / 13.0),
+        SearchRound::thorough(0.05 / 15.0),
     ],
-    &[Round::nearby(0.1)],
+    &[SearchRound::nearby(0.1)],
 ];
 
-impl Round {
+impl SearchRound {
     const fn thorough(share: f32) -> Self {
-        Round {
+        SearchRound {
             share,
             levels: usize::MAX,
         }
     }
 
     const fn nearby(share: f32) -> Self {
-        Round { share, levels: 10 }
+        SearchRound { share, levels: 10 }
     }
 }
 
@@ -184,7 +184,7 @@ struct Reinsertion<'a> {
 }
 
 impl Reinsertion<'_> {
-    fn run(&mut self, round: &Round, candidates: &mut Vec<u32>) {
+    fn run(&mut self, round: &SearchRound, candidates: &mut Vec<u32>) {
         let count = (self.nodes.len() as f32 * round.share) as usize;
         if count == 0 {
             return;

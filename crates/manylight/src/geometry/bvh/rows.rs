@@ -10,9 +10,8 @@
 //! [`EdgeVolumes`](super::edge_volumes::EdgeVolumes).
 
 use super::edge_volumes::ROUNDINGS;
-use super::end_groups::{Boxes, EndGroups, GROUPS, boxes};
+use super::end_groups::{Boxes, EndGroups, GROUPS, SIDE, boxes};
 use super::shaft::middle_and_half;
-use super::tile::SIDE;
 use super::tile_triangle::{EdgePlanes, LeafTriangles, Triangle, sum_of_sizes};
 use crate::lanes::vectors::{abs3, broadcast3, cross, dot, dot_add, load3, splat3, sub3};
 use crate::math::{Aabb, Vec3};

@@ -2,12 +2,13 @@
 
 use super::build::{self, WideTree};
 use super::item_box::ItemBox;
+use super::packet::{EMPTY_STACK, Packet, RAYS, Targets};
 use super::triangle_block::TreeParts;
 use super::{TriangleBvh, node};
 use crate::geometry::Ray;
 use crate::math::{Aabb, Vec2, Vec3};
 use crate::sampling::rng::Pcg;
-use crate::simd::Instructions;
+use crate::simd::{Instructions, Simd, SimdKernel};
 use glam::DVec3;
 
 struct Random(Pcg);
@@ -274,7 +275,7 @@ fn no_ray_slips_through_a_closed_surface() {
                 "{o} {target}"
             );
             assert!(bvh.any(o, below), "{o} {target}");
-            assert_eq!(bvh.any_packet(o, &[below; 5]), 0b11111);
+            assert_eq!(any_packet(&bvh, o, &[below; 5]), 0b11111);
         }
     }
 }
@@ -310,6 +311,31 @@ fn segments_equal_the_loop() {
     }
 }
 
+/// [`TriangleBvh::any`] for up to 64 targets: bit `i` is the answer for `to[i]`.
+struct AnyPacket<'a> {
+    bvh: &'a TriangleBvh,
+    from: Vec3,
+    to: &'a [Vec3],
+}
+
+impl SimdKernel for AnyPacket<'_> {
+    type Output = u64;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) -> u64 {
+        let rays = u64::MAX >> (RAYS - self.to.len());
+        let targets = Targets::new(self.to);
+        let mut packet = Packet::new(s, self.bvh.parts(), self.from, &targets, rays);
+        let mut stack = EMPTY_STACK;
+        packet.trace(s, &mut stack, 0, rays);
+        rays & !packet.open
+    }
+}
+
+fn any_packet(bvh: &TriangleBvh, from: Vec3, to: &[Vec3]) -> u64 {
+    bvh.isa.run(AnyPacket { bvh, from, to })
+}
+
 #[test]
 fn packets_equal_single_segments() {
     let triangles = soup(600, 0.25, 50);
@@ -325,7 +351,7 @@ fn packets_equal_single_segments() {
                 to[0] = from;
                 to.iter_mut().step_by(3).for_each(|p| p.x = from.x);
             }
-            let blocked = bvh.any_packet(from, &to);
+            let blocked = any_packet(&bvh, from, &to);
             for (j, &p) in to.iter().enumerate() {
                 check_equal_or_grazing(&bvh, &triangles, from, p, blocked >> j & 1 == 1);
             }

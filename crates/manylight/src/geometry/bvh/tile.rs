@@ -7,7 +7,7 @@
 //! lights: the packets that are narrower at the subtree.
 
 use super::build::MAX_DEPTH;
-use super::end_groups::{EndGroups, GROUPS};
+use super::end_groups::{EndGroups, GROUPS, SIDE};
 use super::node::{LEAF, WideNode};
 use super::packet::{EMPTY_STACK, Packet, Targets};
 use super::rows::Rows;
@@ -17,9 +17,6 @@ use super::triangle_block::{TreeParts, TriangleBlock};
 use crate::math::bits::transpose;
 use crate::math::{Aabb, Vec3};
 use crate::simd::{NARROW, Simd, WIDE};
-
-/// Largest number of points, and of lights, in a tile.
-pub(super) const SIDE: usize = 64;
 
 /// Largest number of deferred subtrees per direction of packets; further ones are traversed at once.
 const DEFERRED: usize = 128;

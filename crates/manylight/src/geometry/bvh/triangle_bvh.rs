@@ -1,10 +1,10 @@
 //! The hierarchy over triangles, and the kernels that query it.
 
 use super::build::WideTree;
+use super::end_groups::SIDE;
 use super::item_box::ItemBox;
-use super::packet::{EMPTY_STACK, Packet, RAYS, Targets};
 use super::stream::{self, LaneHits};
-use super::tile::{SIDE, VisibilityTile};
+use super::tile::VisibilityTile;
 use super::traverse::{self, BoxRay};
 use super::triangle_block::{TreeParts, TriangleBlock, TriangleHit};
 use super::watertight::{AnyTriangle, EachTriangle, NearestHit, NearestTriangle, Sheared};
@@ -146,20 +146,6 @@ impl TriangleBvh {
         }
     }
 
-    /// [`TriangleBvh::any`] for up to 64 targets: bit `i` is the answer for `to[i]`.
-    #[inline]
-    pub(in crate::geometry) fn any_packet(&self, from: Vec3, to: &[Vec3]) -> u64 {
-        if self.is_empty() || to.is_empty() {
-            0
-        } else {
-            self.isa.run(PacketQuery {
-                bvh: self,
-                from,
-                to,
-            })
-        }
-    }
-
     /// The segments between `points` and `lights`, up to 64 each, that no triangle cuts: for each point a subset of its mask in `wanted`.
     /// The masks have no bits beyond the lights.
     pub(in crate::geometry) fn open_in_tile(
@@ -284,27 +270,6 @@ impl SimdKernel for AnyStream<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, s: S) {
         stream::any_stream(s, self.bvh.parts(), self.segments, self.blocked);
-    }
-}
-
-/// Kernel of [`TriangleBvh::any_packet`].
-struct PacketQuery<'a> {
-    bvh: &'a TriangleBvh,
-    from: Vec3,
-    to: &'a [Vec3],
-}
-
-impl SimdKernel for PacketQuery<'_> {
-    type Output = u64;
-
-    #[inline(always)]
-    fn run<S: Simd>(self, s: S) -> u64 {
-        let rays = u64::MAX >> (RAYS - self.to.len());
-        let targets = Targets::new(self.to);
-        let mut packet = Packet::new(s, self.bvh.parts(), self.from, &targets, rays);
-        let mut stack = EMPTY_STACK;
-        packet.trace(s, &mut stack, 0, rays);
-        rays & !packet.open
     }
 }
 

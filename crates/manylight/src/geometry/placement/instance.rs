@@ -1,7 +1,7 @@
 //! Groups under the transforms of their instances.
 
-use super::OFFSET_ROUNDINGS;
 use crate::geometry::analytic::affine_f64;
+use crate::geometry::surface_point::OFFSET_ROUNDINGS;
 use crate::geometry::{Ray, Segment, SurfacePoint};
 use crate::math::{Aabb, Affine3A, Frame, Vec3};
 use glam::DAffine3;

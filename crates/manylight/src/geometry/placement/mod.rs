@@ -9,6 +9,7 @@ pub(super) use instance::PlacedInstance;
 pub(super) use table::TriangleTable;
 
 use super::analytic::Analytic;
+use super::surface_point::OFFSET_ROUNDINGS;
 use super::{Hit, Mesh, Primitive, Ray, Segment, Shape, SurfacePoint, SurfaceRef};
 use crate::ids::PrimitiveId;
 use crate::math::{Frame, Vec2, Vec3};
@@ -17,12 +18,6 @@ use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::OnceLock;
 use triangle::PlacedTriangle;
-
-/// Offset of ray origins from their surface, in units of the rounding of the coordinates.
-///
-/// Estimated: two roundings in the point (a sum of three products), one in the sum of point and offset, about three in the distance to
-/// the plane. Twice the sum allows for an angle between the offset and the exact normal.
-const OFFSET_ROUNDINGS: f32 = 12.0;
 
 /// A shape under its transform.
 #[derive(Debug)]

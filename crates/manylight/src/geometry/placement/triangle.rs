@@ -1,7 +1,7 @@
 //! Triangles under the transform of their mesh: normals, offsets and parametrizations.
 
-use super::OFFSET_ROUNDINGS;
 use crate::geometry::Mesh;
+use crate::geometry::surface_point::OFFSET_ROUNDINGS;
 use crate::lanes::{Axes, One, Pair, Vector, Width};
 use crate::math::{Affine3A, Frame, Vec3};
 

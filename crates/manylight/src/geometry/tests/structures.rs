@@ -1,4 +1,4 @@
-//! Queries of a mixed scene against single primitives, and packets and blocks against single segments.
+//! Queries of a mixed scene against single primitives, and blocks against single segments.
 
 use super::*;
 use crate::simd::Instructions;
@@ -135,24 +135,6 @@ fn hierarchies_agree_with_single_primitives() {
             let x = geometry.surface_point(hit.at);
             assert!((x.p - ray.at(hit.t)).length() < 1e-4, "{hit:?}");
             assert!(geometry.bounds().distance_squared(x.p) == 0.0);
-        }
-    }
-}
-
-#[test]
-fn packets_equal_single_segments() {
-    let geometry = mixed();
-    let mut random = Random(Pcg::new(6));
-    for count in [0, 1, 8, 33, 64] {
-        for _ in 0..20 {
-            let from = random.point(3.0);
-            let to: Vec<Vec3> = (0..count).map(|_| random.point(3.0)).collect();
-            let single =
-                |(i, &to): (usize, &Vec3)| u64::from(geometry.occluded(&Segment { from, to })) << i;
-            assert_eq!(
-                geometry.occluded_packet(from, &to),
-                to.iter().enumerate().map(single).sum()
-            );
         }
     }
 }
