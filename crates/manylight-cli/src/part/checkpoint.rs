@@ -8,6 +8,7 @@ use crate::output::Console;
 use crate::request::{CheckpointPlan, RenderRequest};
 use crate::session::Session;
 use manylight::film::Film;
+use manylight::film::arrays::arrays_of_sums;
 use manylight::render::{Observer, Outcome, RenderJob, Stats, resume};
 use manylight_io::FileError;
 use manylight_io::part::{PartFile, PartHeader, write_part};
@@ -79,8 +80,8 @@ fn write(
     let header = PartHeader::new(film, identity.clone(), json!(state), Value::Null);
     let completed = film
         .completed()
-        .map(|sums| (COMPLETED.to_owned(), film.arrays(sums)));
-    let current = (CURRENT.to_owned(), film.arrays(film.current()));
+        .map(|sums| (COMPLETED.to_owned(), arrays_of_sums(film, sums)));
+    let current = (CURRENT.to_owned(), arrays_of_sums(film, film.current()));
     let groups: Vec<_> = completed.into_iter().chain([current]).collect();
     write_part(path, &header, &groups)
 }

@@ -6,6 +6,7 @@ use crate::interrupt::Interrupt;
 use crate::picture::PictureFacts;
 use crate::session::Session;
 use manylight::film::PassSums;
+use manylight::film::arrays::arrays_of_sums;
 use manylight::render::RenderJob;
 use manylight_io::part::{PartHeader, write_part};
 use serde_json::json;
@@ -42,7 +43,7 @@ pub(crate) fn write_share(
     let group = |sums: &PassSums| block_group(sums.passes().start / film.block());
     let groups: Vec<_> = blocks
         .iter()
-        .map(|sums| (group(sums), film.arrays(sums)))
+        .map(|sums| (group(sums), arrays_of_sums(&film, sums)))
         .collect();
     let _complete_file = interrupt.writing();
     Ok(stats.time("write", || write_part(path, &header, &groups))?)

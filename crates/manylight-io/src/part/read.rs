@@ -4,7 +4,7 @@ use super::{BUFFER, DIGEST_DIGITS, DIGEST_KEY, FORMAT, HEADER_KEY, LENGTH_BYTES,
 use crate::file_error::{Fault, FileError};
 use crate::hex::hex;
 use crate::read::open_regular;
-use manylight::film::arrays::{ArrayValues, InvalidArray};
+use manylight::film::arrays::{ArrayValues, InvalidArray, sums_of_arrays};
 use manylight::film::{Film, PassSums};
 use safetensors::tensor::{Dtype, Metadata};
 use sha2::{Digest, Sha256};
@@ -168,7 +168,9 @@ impl PartFile {
     pub fn sums(&self, group: &str, film: &Film) -> Result<PassSums, FileError> {
         let sums = || -> Result<PassSums, PartError> {
             let file = self.file()?;
-            film.sums_of(|name, shape| self.array(&file, &format!("{group}{name}"), shape))
+            let read =
+                |name: &str, shape: &[usize]| self.array(&file, &format!("{group}{name}"), shape);
+            sums_of_arrays(film, read)
         };
         sums().map_err(|error| match error {
             PartError::Io(error) => FileError::unreadable(&self.path, error),

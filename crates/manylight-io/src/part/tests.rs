@@ -2,6 +2,7 @@
 
 use super::*;
 use manylight::color::Rgb;
+use manylight::film::arrays::arrays_of_sums;
 use manylight::film::blocks::DEFAULT_BLOCK;
 use manylight::film::{Film, FilmDesc, Filter, IdLayer, Layer};
 use manylight::math::UVec2;
@@ -41,7 +42,7 @@ fn write(path: &Path, film: &Film) {
     write_part(
         path,
         &header,
-        &[("block.0.".into(), film.arrays(film.current()))],
+        &[("block.0.".into(), arrays_of_sums(&film, film.current()))],
     )
     .unwrap();
 }
@@ -80,7 +81,7 @@ fn a_part_that_is_replaced_while_it_is_read_is_refused() {
     write(&path, &film);
     let part = PartFile::open(&path).unwrap();
     let header = PartHeader::new(&film, Map::new(), Value::Null, Value::Null);
-    let groups = [("block.0.".into(), film.arrays(film.current()))];
+    let groups = [("block.0.".into(), arrays_of_sums(&film, film.current()))];
     write_part(&path, &header, &groups).unwrap();
     for message in [
         part.verify().unwrap_err().message,

@@ -148,198 +148,203 @@ impl Layer {
     }
 }
 
-impl Film {
-    /// `sums` of this film as arrays.
-    pub fn arrays<'f>(&'f self, sums: &'f PassSums) -> Vec<SumArray<'f>> {
-        let (stride, with_variance) = (self.layers.len(), self.with_variance.len());
-        let tiles = sums.tiles.len();
-        let mut arrays = vec![
-            SumArray::words("passes", [2], || [sums.passes.start, sums.passes.end]),
-            SumArray::floats("batches", [3], || sums.batches.to_array()),
-            SumArray::floats("image.moments", [2, 3, 3], || {
-                let moments = sums.image_moments.iter();
-                moments.flat_map(|moments| moments.to_array())
-            }),
-            SumArray::floats("tiles.batch", [tiles, 2, 3], || {
-                sums.tiles.iter().flat_map(|tile| tile.batch).flatten()
-            }),
-            SumArray::floats("tiles.moments", [tiles, 3, 3], || {
-                sums.tiles.iter().flat_map(|tile| tile.moments.to_array())
-            }),
-        ];
-        for (l, &layer) in self.layers.iter().enumerate() {
-            let name = format!("sum.{}", layer.array_name());
-            let values = move || self.pixel_values(sums, |tile, i| tile.sums[i * stride + l]);
-            arrays.push(SumArray::floats(name, self.rgb_shape(), values));
-        }
-        for (k, &l) in self.with_variance.iter().enumerate() {
-            let name = format!("square.{}", self.layers[l].array_name());
-            let values =
-                move || self.pixel_values(sums, |tile, i| tile.squares[i * with_variance + k]);
-            arrays.push(SumArray::floats(name, self.rgb_shape(), values));
-        }
-        for (k, &layer) in self.id_layers.iter().enumerate() {
-            arrays.extend(self.id_arrays(sums, k, layer));
-        }
-        arrays
+/// `sums` of a film as arrays.
+pub fn arrays_of_sums<'f>(film: &'f Film, sums: &'f PassSums) -> Vec<SumArray<'f>> {
+    let (stride, with_variance) = (film.layers.len(), film.with_variance.len());
+    let tiles = sums.tiles.len();
+    let mut arrays = vec![
+        SumArray::words("passes", [2], || [sums.passes.start, sums.passes.end]),
+        SumArray::floats("batches", [3], || sums.batches.to_array()),
+        SumArray::floats("image.moments", [2, 3, 3], || {
+            let moments = sums.image_moments.iter();
+            moments.flat_map(|moments| moments.to_array())
+        }),
+        SumArray::floats("tiles.batch", [tiles, 2, 3], || {
+            sums.tiles.iter().flat_map(|tile| tile.batch).flatten()
+        }),
+        SumArray::floats("tiles.moments", [tiles, 3, 3], || {
+            sums.tiles.iter().flat_map(|tile| tile.moments.to_array())
+        }),
+    ];
+    for (l, &layer) in film.layers.iter().enumerate() {
+        let name = format!("sum.{}", layer.array_name());
+        let values = move || pixel_values(film, sums, |tile, i| tile.sums[i * stride + l]);
+        arrays.push(SumArray::floats(name, rgb_shape(film), values));
     }
-
-    /// The inverse of [`Film::arrays`]: sums for this film from the arrays that `read` gives, by name and shape.
-    ///
-    /// # Errors
-    /// Those of `read`, and arrays of the wrong type or with contradicting values.
-    pub fn sums_of<E: From<InvalidArray>>(
-        &self,
-        mut read: impl FnMut(&str, &[usize]) -> Result<ArrayValues, E>,
-    ) -> Result<PassSums, E> {
-        let passes: [u32; 2] = array_of(read_words(&mut read, "passes", &[2])?);
-        let mut sums = PassSums::new(self.desc.crop_size, self.shape(), passes[0]);
-        sums.passes.end = passes[1];
-        let batches = array_of(read_floats(&mut read, "batches", &[3])?);
-        sums.batches = BatchCounts::from_array(batches);
-        if passes[0] > passes[1] || sums.batches.passes() > passes[1] - passes[0] {
-            let message = format!(
-                "found passes {} to {}, of which {} in batches",
-                passes[0],
-                passes[1],
-                sums.batches.passes()
-            );
-            return Err(invalid("passes", message).into());
-        }
-        let tiles = sums.tiles.len();
-        let image = read_floats(&mut read, "image.moments", &[2, 3, 3])?;
-        for (moments, values) in sums.image_moments.iter_mut().zip(image.chunks_exact(9)) {
-            *moments = BatchMoments::from_slice(values);
-        }
-        let batch = read_floats(&mut read, "tiles.batch", &[tiles, 2, 3])?;
-        let moments = read_floats(&mut read, "tiles.moments", &[tiles, 3, 3])?;
-        for (t, tile) in sums.tiles.iter_mut().enumerate() {
-            let batch = &batch[t * 6..][..6];
-            tile.batch = [array_of(batch[..3].to_vec()), array_of(batch[3..].to_vec())];
-            tile.moments = BatchMoments::from_slice(&moments[t * 9..][..9]);
-        }
-        let (stride, with_variance) = (self.layers.len(), self.with_variance.len());
-        for (l, &layer) in self.layers.iter().enumerate() {
-            let values = read_floats(
-                &mut read,
-                &format!("sum.{}", layer.array_name()),
-                &self.rgb_shape(),
-            )?;
-            self.set_pixels(&mut sums, &values, |tile, i| &mut tile.sums[i * stride + l]);
-        }
-        for (k, &l) in self.with_variance.iter().enumerate() {
-            let name = format!("square.{}", self.layers[l].array_name());
-            let values = read_floats(&mut read, &name, &self.rgb_shape())?;
-            self.set_pixels(&mut sums, &values, |tile, i| {
-                &mut tile.squares[i * with_variance + k]
-            });
-        }
-        for (k, &layer) in self.id_layers.iter().enumerate() {
-            self.read_ids(&mut sums, k, layer, &mut read)?;
-        }
-        Ok(sums)
+    for (k, &l) in film.with_variance.iter().enumerate() {
+        let name = format!("square.{}", film.layers[l].array_name());
+        let values =
+            move || pixel_values(film, sums, |tile, i| tile.squares[i * with_variance + k]);
+        arrays.push(SumArray::floats(name, rgb_shape(film), values));
     }
-
-    fn pixel_shape(&self) -> [usize; 2] {
-        let size = self.image_size().as_usizevec2();
-        [size.y, size.x]
+    for (k, &layer) in film.id_layers.iter().enumerate() {
+        arrays.extend(id_arrays(film, sums, k, layer));
     }
+    arrays
+}
 
-    fn rgb_shape(&self) -> [usize; 3] {
-        let [height, width] = self.pixel_shape();
-        [height, width, 3]
+/// The inverse of [`arrays_of_sums`]: sums for a film from the arrays that `read` gives, by name and shape.
+///
+/// # Errors
+/// Those of `read`, and arrays of the wrong type or with contradicting values.
+pub fn sums_of_arrays<E: From<InvalidArray>>(
+    film: &Film,
+    mut read: impl FnMut(&str, &[usize]) -> Result<ArrayValues, E>,
+) -> Result<PassSums, E> {
+    let passes: [u32; 2] = array_of(read_words(&mut read, "passes", &[2])?);
+    let mut sums = PassSums::new(film.desc.crop_size, film.shape(), passes[0]);
+    sums.passes.end = passes[1];
+    let batches = array_of(read_floats(&mut read, "batches", &[3])?);
+    sums.batches = BatchCounts::from_array(batches);
+    if passes[0] > passes[1] || sums.batches.passes() > passes[1] - passes[0] {
+        let message = format!(
+            "found passes {} to {}, of which {} in batches",
+            passes[0],
+            passes[1],
+            sums.batches.passes()
+        );
+        return Err(invalid("passes", message).into());
     }
-
-    fn pixel_values(
-        &self,
-        sums: &PassSums,
-        value: impl Fn(&TileSums, usize) -> [f64; 3],
-    ) -> Vec<f64> {
-        let [height, width] = self.pixel_shape();
-        let mut values = vec![0.0; height * width * 3];
-        for tile in &sums.tiles {
-            for (i, pixel) in tile.tile.pixels().enumerate() {
-                let start = (pixel.y as usize * width + pixel.x as usize) * 3;
-                values[start..start + 3].copy_from_slice(&value(tile, i));
-            }
-        }
-        values
+    let tiles = sums.tiles.len();
+    let image = read_floats(&mut read, "image.moments", &[2, 3, 3])?;
+    for (moments, values) in sums.image_moments.iter_mut().zip(image.chunks_exact(9)) {
+        *moments = BatchMoments::from_slice(values);
     }
-
-    fn set_pixels(
-        &self,
-        sums: &mut PassSums,
-        values: &[f64],
-        place: impl Fn(&mut TileSums, usize) -> &mut [f64; 3],
-    ) {
-        let [_, width] = self.pixel_shape();
-        for tile in &mut sums.tiles {
-            for (i, pixel) in tile.tile.pixels().enumerate() {
-                let start = (pixel.y as usize * width + pixel.x as usize) * 3;
-                place(tile, i).copy_from_slice(&values[start..start + 3]);
-            }
-        }
+    let batch = read_floats(&mut read, "tiles.batch", &[tiles, 2, 3])?;
+    let moments = read_floats(&mut read, "tiles.moments", &[tiles, 3, 3])?;
+    for (t, tile) in sums.tiles.iter_mut().enumerate() {
+        let batch = &batch[t * 6..][..6];
+        tile.batch = [array_of(batch[..3].to_vec()), array_of(batch[3..].to_vec())];
+        tile.moments = BatchMoments::from_slice(&moments[t * 9..][..9]);
     }
-
-    /// Coverage of each pixel by the id layer with index `k`, in row order.
-    fn coverage_in_rows<'f>(&self, sums: &'f PassSums, k: usize) -> Vec<&'f CoverageSums> {
-        const NONE: &CoverageSums = &CoverageSums::new();
-        let [height, width] = self.pixel_shape();
-        let mut pixels = vec![NONE; height * width];
-        for tile in &sums.tiles {
-            for (i, pixel) in tile.tile.pixels().enumerate() {
-                pixels[pixel.y as usize * width + pixel.x as usize] =
-                    &tile.coverage[i * self.id_layers.len() + k];
-            }
-        }
-        pixels
-    }
-
-    fn id_arrays<'f>(&'f self, sums: &'f PassSums, k: usize, layer: IdLayer) -> [SumArray<'f>; 3] {
-        let name = layer.array_name();
-        let pixels = move || self.coverage_in_rows(sums, k).into_iter();
-        let count = pixels().map(|ids| ids.iter().len()).sum();
-        let counts = move || pixels().map(|ids| ids.iter().len() as u32);
-        let ids = move || pixels().flat_map(|ids| ids.iter().map(|(id, _)| *id));
-        let weights = move || pixels().flat_map(|ids| ids.iter().map(|(_, weight)| *weight));
-        [
-            SumArray::words(format!("{name}.count"), self.pixel_shape(), counts),
-            SumArray::words(format!("{name}.id"), [count], ids),
-            SumArray::floats(format!("{name}.weight"), [count], weights),
-        ]
-    }
-
-    fn read_ids<E: From<InvalidArray>>(
-        &self,
-        sums: &mut PassSums,
-        k: usize,
-        layer: IdLayer,
-        read: &mut impl FnMut(&str, &[usize]) -> Result<ArrayValues, E>,
-    ) -> Result<(), E> {
-        let name = layer.array_name();
-        let counts = read_words(read, &format!("{name}.count"), &self.pixel_shape())?;
-        let total = counts.iter().map(|&count| count as usize).sum();
-        let ids = read_words(read, &format!("{name}.id"), &[total])?;
-        let weights = read_floats(read, &format!("{name}.weight"), &[total])?;
-        let [_, width] = self.pixel_shape();
-        // Where the ids of each pixel start.
-        let mut end = 0;
-        let starts = counts.iter().map(|&count| {
-            end += count as usize;
-            end - count as usize
+    let (stride, with_variance) = (film.layers.len(), film.with_variance.len());
+    for (l, &layer) in film.layers.iter().enumerate() {
+        let values = read_floats(
+            &mut read,
+            &format!("sum.{}", layer.array_name()),
+            &rgb_shape(film),
+        )?;
+        set_pixels(film, &mut sums, &values, |tile, i| {
+            &mut tile.sums[i * stride + l]
         });
-        let starts: Vec<usize> = starts.collect();
-        for tile in &mut sums.tiles {
-            for (i, pixel) in tile.tile.pixels().enumerate() {
-                let place = pixel.y as usize * width + pixel.x as usize;
-                let coverage = &mut tile.coverage[i * self.id_layers.len() + k];
-                for entry in starts[place]..starts[place] + counts[place] as usize {
-                    coverage.add(ids[entry], weights[entry]);
-                }
+    }
+    for (k, &l) in film.with_variance.iter().enumerate() {
+        let name = format!("square.{}", film.layers[l].array_name());
+        let values = read_floats(&mut read, &name, &rgb_shape(film))?;
+        set_pixels(film, &mut sums, &values, |tile, i| {
+            &mut tile.squares[i * with_variance + k]
+        });
+    }
+    for (k, &layer) in film.id_layers.iter().enumerate() {
+        read_ids(film, &mut sums, k, layer, &mut read)?;
+    }
+    Ok(sums)
+}
+
+fn pixel_shape(film: &Film) -> [usize; 2] {
+    let size = film.image_size().as_usizevec2();
+    [size.y, size.x]
+}
+
+fn rgb_shape(film: &Film) -> [usize; 3] {
+    let [height, width] = pixel_shape(film);
+    [height, width, 3]
+}
+
+fn pixel_values(
+    film: &Film,
+    sums: &PassSums,
+    value: impl Fn(&TileSums, usize) -> [f64; 3],
+) -> Vec<f64> {
+    let [height, width] = pixel_shape(film);
+    let mut values = vec![0.0; height * width * 3];
+    for tile in &sums.tiles {
+        for (i, pixel) in tile.tile.pixels().enumerate() {
+            let start = (pixel.y as usize * width + pixel.x as usize) * 3;
+            values[start..start + 3].copy_from_slice(&value(tile, i));
+        }
+    }
+    values
+}
+
+fn set_pixels(
+    film: &Film,
+    sums: &mut PassSums,
+    values: &[f64],
+    place: impl Fn(&mut TileSums, usize) -> &mut [f64; 3],
+) {
+    let [_, width] = pixel_shape(film);
+    for tile in &mut sums.tiles {
+        for (i, pixel) in tile.tile.pixels().enumerate() {
+            let start = (pixel.y as usize * width + pixel.x as usize) * 3;
+            place(tile, i).copy_from_slice(&values[start..start + 3]);
+        }
+    }
+}
+
+/// Coverage of each pixel by the id layer with index `k`, in row order.
+fn coverage_in_rows<'f>(film: &Film, sums: &'f PassSums, k: usize) -> Vec<&'f CoverageSums> {
+    const NONE: &CoverageSums = &CoverageSums::new();
+    let [height, width] = pixel_shape(film);
+    let mut pixels = vec![NONE; height * width];
+    for tile in &sums.tiles {
+        for (i, pixel) in tile.tile.pixels().enumerate() {
+            pixels[pixel.y as usize * width + pixel.x as usize] =
+                &tile.coverage[i * film.id_layers.len() + k];
+        }
+    }
+    pixels
+}
+
+fn id_arrays<'f>(
+    film: &'f Film,
+    sums: &'f PassSums,
+    k: usize,
+    layer: IdLayer,
+) -> [SumArray<'f>; 3] {
+    let name = layer.array_name();
+    let pixels = move || coverage_in_rows(film, sums, k).into_iter();
+    let count = pixels().map(|ids| ids.iter().len()).sum();
+    let counts = move || pixels().map(|ids| ids.iter().len() as u32);
+    let ids = move || pixels().flat_map(|ids| ids.iter().map(|(id, _)| *id));
+    let weights = move || pixels().flat_map(|ids| ids.iter().map(|(_, weight)| *weight));
+    [
+        SumArray::words(format!("{name}.count"), pixel_shape(film), counts),
+        SumArray::words(format!("{name}.id"), [count], ids),
+        SumArray::floats(format!("{name}.weight"), [count], weights),
+    ]
+}
+
+fn read_ids<E: From<InvalidArray>>(
+    film: &Film,
+    sums: &mut PassSums,
+    k: usize,
+    layer: IdLayer,
+    read: &mut impl FnMut(&str, &[usize]) -> Result<ArrayValues, E>,
+) -> Result<(), E> {
+    let name = layer.array_name();
+    let counts = read_words(read, &format!("{name}.count"), &pixel_shape(film))?;
+    let total = counts.iter().map(|&count| count as usize).sum();
+    let ids = read_words(read, &format!("{name}.id"), &[total])?;
+    let weights = read_floats(read, &format!("{name}.weight"), &[total])?;
+    let [_, width] = pixel_shape(film);
+    // Where the ids of each pixel start.
+    let mut end = 0;
+    let starts = counts.iter().map(|&count| {
+        end += count as usize;
+        end - count as usize
+    });
+    let starts: Vec<usize> = starts.collect();
+    for tile in &mut sums.tiles {
+        for (i, pixel) in tile.tile.pixels().enumerate() {
+            let place = pixel.y as usize * width + pixel.x as usize;
+            let coverage = &mut tile.coverage[i * film.id_layers.len() + k];
+            for entry in starts[place]..starts[place] + counts[place] as usize {
+                coverage.add(ids[entry], weights[entry]);
             }
         }
-        Ok(())
     }
+    Ok(())
 }
 
 fn read_floats<E: From<InvalidArray>>(

@@ -1,8 +1,5 @@
 //! Coverage of pixels by the named parts of a scene, for mattes: sums of sample weights by id.
 
-use super::Film;
-use crate::math::UVec2;
-
 /// A division of the surfaces into parts with names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum IdLayer {
@@ -62,31 +59,5 @@ pub(super) fn add_samples(samples: &[IdSample], pixel: usize, sums: &mut [Covera
     let first = samples.partition_point(|sample| sample.pixel < pixel);
     for sample in samples[first..].iter().take_while(|s| s.pixel == pixel) {
         sums[sample.layer as usize].add(sample.id, f64::from(sample.weight));
-    }
-}
-
-impl Film {
-    /// The ids that cover each pixel, pixels in row order; `None` if the film does not record `layer`. Equal fractions are
-    /// in the order of their ids. Samples are distributed by the absolute value of the reconstruction filter and count equally.
-    pub fn ranked_ids(&self, layer: IdLayer) -> Option<Vec<RankedIds>> {
-        let k = self.id_layers.iter().position(|&other| other == layer)?;
-        let n = f64::from(self.passes().max(1));
-        let UVec2 {
-            x: width,
-            y: height,
-        } = self.image_size();
-        let mut all = vec![RankedIds::new(); width as usize * height as usize];
-        for sums in self.tile_totals() {
-            for (i, pixel) in sums.tile().pixels().enumerate() {
-                let sums = sums.coverage(i * self.id_layers.len() + k);
-                let mut ranked: RankedIds = sums
-                    .iter()
-                    .map(|&(id, sum)| (id, (sum / n) as f32))
-                    .collect();
-                ranked.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
-                all[(pixel.y * width + pixel.x) as usize] = ranked;
-            }
-        }
-        Some(all)
     }
 }

@@ -1,20 +1,88 @@
-//! Images and their errors from the sums of a film.
+//! What the sums of a film give: images, their errors, coverage by id.
 
-use super::batches::BatchMoments;
+use super::batches::{BatchCounts, BatchMoments};
+use super::coverage::{IdLayer, RankedIds};
 use super::totals::TileTotals;
-use super::{Film, Layer};
+use super::{Film, Layer, TILE_SIZE};
 use crate::image::Image;
+use crate::math::UVec2;
+use rayon::prelude::*;
 
 /// Floor of the squared pixel value in the relative error, in units of the squared mean of the image. A larger floor
 /// gives dark pixels less weight.
 const DARK_FLOOR: f64 = 0.01;
 
 impl Film {
+    /// Number of completed batches.
+    pub fn batches(&self) -> u32 {
+        self.batch_counts().count()
+    }
+
     /// Mean of one layer over passes, three channels; `None` if the film does not record the layer.
     pub fn image(&self, layer: Layer) -> Option<Image> {
         let l = self.layers.iter().position(|&x| x == layer)?;
         let n = f64::from(self.passes().max(1));
         Some(self.collect(|sums, i| sums.sum(i * self.layers.len() + l).map(|v| (v / n) as f32)))
+    }
+
+    /// Means over passes of channels of the recorded layers. A channel is given by the index of its layer in [`Film::layers`] and 0, 1 or 2; its
+    /// plane has a value per pixel, row by row from the top. The values are those of [`Film::image`], but the film is read once for all
+    /// channels, in parallel.
+    ///
+    /// # Panics
+    /// If an index is too large.
+    pub fn planes(&self, channels: &[(usize, usize)]) -> Vec<Vec<f32>> {
+        let size = self.image_size().as_usizevec2();
+        let mut planes = vec![vec![0.0; size.x * size.y]; channels.len()];
+        // The parts of all planes that a row of tiles fills.
+        let edge = TILE_SIZE as usize;
+        let mut bands: Vec<Vec<&mut [f32]>> = Vec::new();
+        bands.resize_with(size.y.div_ceil(edge), Vec::new);
+        for plane in &mut planes {
+            for (band, part) in bands.iter_mut().zip(plane.chunks_mut(edge * size.x)) {
+                band.push(part);
+            }
+        }
+        let stride = self.layers.len();
+        let passes = f64::from(self.passes().max(1));
+        let tiles: Vec<TileTotals> = self.tile_totals().collect();
+        let rows = tiles.par_chunks(size.x.div_ceil(edge));
+        rows.zip(bands).for_each(|(tiles, mut band)| {
+            for sums in tiles {
+                for (i, pixel) in sums.tile().pixels().enumerate() {
+                    let place = pixel.y as usize % edge * size.x + pixel.x as usize;
+                    for (part, &(layer, channel)) in band.iter_mut().zip(channels) {
+                        let value = sums.sum(i * stride + layer)[channel];
+                        part[place] = (value / passes) as f32;
+                    }
+                }
+            }
+        });
+        planes
+    }
+
+    /// The ids that cover each pixel, pixels in row order; `None` if the film does not record `layer`. Equal fractions are
+    /// in the order of their ids. Samples are distributed by the absolute value of the reconstruction filter and count equally.
+    pub fn ranked_ids(&self, layer: IdLayer) -> Option<Vec<RankedIds>> {
+        let k = self.id_layers.iter().position(|&other| other == layer)?;
+        let n = f64::from(self.passes().max(1));
+        let UVec2 {
+            x: width,
+            y: height,
+        } = self.image_size();
+        let mut all = vec![RankedIds::new(); width as usize * height as usize];
+        for sums in self.tile_totals() {
+            for (i, pixel) in sums.tile().pixels().enumerate() {
+                let sums = sums.coverage(i * self.id_layers.len() + k);
+                let mut ranked: RankedIds = sums
+                    .iter()
+                    .map(|&(id, sum)| (id, (sum / n) as f32))
+                    .collect();
+                ranked.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+                all[(pixel.y * width + pixel.x) as usize] = ranked;
+            }
+        }
+        Some(all)
     }
 
     /// Fraction of each pixel that the picture covers, in [0, 1], one channel; `None` if the film does not record [`Layer::Alpha`].
@@ -124,5 +192,37 @@ impl Film {
             }
         }
         image
+    }
+
+    /// The tiles of the unshifted grid, row by row.
+    fn tile_totals(&self) -> impl Iterator<Item = TileTotals<'_>> {
+        self.current
+            .tiles
+            .iter()
+            .enumerate()
+            .map(|(t, current)| TileTotals {
+                completed: self.completed.as_ref().map(|blocks| &blocks.tiles[t]),
+                current,
+            })
+    }
+
+    /// Completed batches.
+    fn batch_counts(&self) -> BatchCounts {
+        let mut total = self
+            .completed
+            .as_ref()
+            .map_or_else(BatchCounts::default, |blocks| blocks.batches);
+        total.merge(self.current.batches);
+        total
+    }
+
+    /// Moments over completed batches of sums over pixels: of the beauty, and of the beauty without emission.
+    fn image_moments(&self) -> [BatchMoments; 2] {
+        let completed = self.completed.as_ref();
+        let mut total = completed.map_or_else(Default::default, |blocks| blocks.image_moments);
+        for (total, current) in total.iter_mut().zip(&self.current.image_moments) {
+            total.merge(current);
+        }
+        total
     }
 }

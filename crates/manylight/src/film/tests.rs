@@ -1,6 +1,9 @@
 //! Means, variances and cancelled passes of a small film.
 
 use super::*;
+use crate::color::Rgb;
+use crate::math::UVec2;
+use std::sync::atomic::{AtomicBool, AtomicU64};
 
 fn film() -> Film {
     let size = UVec2::new(19, 11);
@@ -126,4 +129,31 @@ fn non_finite_pixels_are_dropped_and_counted() {
     let dropped = add(&mut film, |p| if p.x == 2 { f32::NAN } else { 1.0 }, false);
     assert_eq!(dropped, 11);
     assert_eq!(film.image(Layer::Beauty).unwrap().pixel(2, 0), &[0.0; 3]);
+}
+
+#[test]
+fn planes_are_the_channels_of_images() {
+    let size = UVec2::new(37, 13);
+    let desc = FilmDesc {
+        size,
+        crop_offset: UVec2::ZERO,
+        crop_size: size,
+        filter: Filter::Box,
+    };
+    let mut film = Film::new(desc, &[Layer::Beauty, Layer::Direct, Layer::Depth]);
+    for pass in 1..4 {
+        film.add_pass(&AtomicBool::new(false), &AtomicU64::new(0), |samples| {
+            for (i, pixel) in samples.tile().pixels().enumerate() {
+                let place = (100 * pixel.y + pixel.x) as f32;
+                samples.add(i, Layer::Direct, Rgb::new(place, pass as f32, 0.1));
+                samples.add(i, Layer::Depth, Rgb::splat(place / pass as f32));
+            }
+        });
+    }
+    let channels = [(0, 1), (1, 0), (2, 2), (1, 1)];
+    for (plane, (layer, channel)) in film.planes(&channels).into_iter().zip(channels) {
+        let image = film.image(film.layers()[layer]).unwrap();
+        let values = image.data.chunks_exact(3).map(|pixel| pixel[channel]);
+        assert!(plane.into_iter().eq(values), "{layer} {channel}");
+    }
 }

@@ -1,7 +1,6 @@
 //! Sums over all passes of a film: those of the completed blocks and of the current one, added where they are read.
 
-use super::Film;
-use super::batches::{BatchCounts, BatchMoments, add};
+use super::batches::{BatchMoments, add};
 use super::coverage::CoverageSums;
 use super::sums::TileSums;
 use super::tiles::Tile;
@@ -11,8 +10,8 @@ use std::borrow::Cow;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TileTotals<'f> {
     /// Over completed blocks; `None` if there are none.
-    completed: Option<&'f TileSums>,
-    current: &'f TileSums,
+    pub(super) completed: Option<&'f TileSums>,
+    pub(super) current: &'f TileSums,
 }
 
 impl<'f> TileTotals<'f> {
@@ -54,40 +53,6 @@ impl<'f> TileTotals<'f> {
             .completed
             .map_or_else(BatchMoments::default, |blocks| blocks.moments);
         total.merge(&self.current.moments);
-        total
-    }
-}
-
-impl Film {
-    /// The tiles of the unshifted grid, row by row.
-    pub(super) fn tile_totals(&self) -> impl Iterator<Item = TileTotals<'_>> {
-        self.current
-            .tiles
-            .iter()
-            .enumerate()
-            .map(|(t, current)| TileTotals {
-                completed: self.completed.as_ref().map(|blocks| &blocks.tiles[t]),
-                current,
-            })
-    }
-
-    /// Completed batches.
-    pub(super) fn batch_counts(&self) -> BatchCounts {
-        let mut total = self
-            .completed
-            .as_ref()
-            .map_or_else(BatchCounts::default, |blocks| blocks.batches);
-        total.merge(self.current.batches);
-        total
-    }
-
-    /// Moments over completed batches of sums over pixels: of the beauty, and of the beauty without emission.
-    pub(super) fn image_moments(&self) -> [BatchMoments; 2] {
-        let completed = self.completed.as_ref();
-        let mut total = completed.map_or_else(Default::default, |blocks| blocks.image_moments);
-        for (total, current) in total.iter_mut().zip(&self.current.image_moments) {
-            total.merge(current);
-        }
         total
     }
 }

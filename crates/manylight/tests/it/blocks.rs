@@ -2,7 +2,7 @@
 
 use crate::common::{methods, methods_with_cuts};
 use manylight::emitters::EmissionGuide;
-use manylight::film::arrays::{ArrayValues, InvalidArray};
+use manylight::film::arrays::{ArrayValues, InvalidArray, arrays_of_sums, sums_of_arrays};
 use manylight::film::blocks::{BLOCK_STEP, block_count};
 use manylight::film::{Film, IdLayer, PassSums};
 use manylight::integrators::{ExtraLayers, Method, MethodKind, PassContext, Renderer};
@@ -148,14 +148,14 @@ struct Keep {
 type Arrays = HashMap<String, (Vec<usize>, ArrayValues)>;
 
 fn arrays_of(film: &Film, sums: &PassSums) -> Arrays {
-    let arrays = film.arrays(sums).into_iter();
+    let arrays = arrays_of_sums(film, sums).into_iter();
     arrays
         .map(|array| (array.name.clone(), (array.shape.clone(), array.values())))
         .collect()
 }
 
 fn sums_of(film: &Film, arrays: &Arrays) -> Result<PassSums, InvalidArray> {
-    film.sums_of(|name, shape| match arrays.get(name) {
+    sums_of_arrays(film, |name, shape| match arrays.get(name) {
         Some((found, values)) if found == shape => Ok(values.clone()),
         found => Err(InvalidArray {
             name: name.into(),
