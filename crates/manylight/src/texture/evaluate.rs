@@ -1,50 +1,156 @@
-//! Values of textures in lanes, nested ones included.
+//! Values of textures and inputs, nested textures included. Single values are those of one lane.
 
 use super::bitmap::transformed;
 use super::point::TexturePoints;
 use super::solid::{Pattern, is_in_dot};
-use super::{ColorInput, FloatInput, Texture};
+use super::{ColorInput, FloatInput, Texture, TexturePoint};
 use crate::color::Rgb;
+use crate::geometry::SurfacePoints;
 use crate::lanes::{Color, Float, Mask, Pair, Vector, Width};
 use crate::math::{Mat3, Vec2, Vec3};
 use crate::simd::Outlined;
 
 /// A texture at a place in each lane.
 #[derive(Clone, Copy)]
-pub(super) struct Lookup<'a, S: Width> {
-    pub(super) texture: &'a Texture,
-    pub(super) at: TexturePoints<'a, S>,
+struct Lookup<'a, S: Width> {
+    texture: &'a Texture,
+    at: TexturePoints<'a, S>,
     /// All textures of the scene, for nested ones.
-    pub(super) textures: &'a [Texture],
+    textures: &'a [Texture],
 }
 
 /// [`Texture::eval`] in lanes.
-pub(super) struct ColorOf<'a, S: Width>(pub(super) Lookup<'a, S>);
+struct ColorOf<'a, S: Width>(Lookup<'a, S>);
 
 /// [`Texture::eval_float`] in lanes.
-pub(super) struct ValueOf<'a, S: Width>(pub(super) Lookup<'a, S>);
+struct ValueOf<'a, S: Width>(Lookup<'a, S>);
 
 /// [`Texture::gradient`] in lanes, with the derivatives of the position.
-pub(super) struct GradientOf<'a, S: Width>(pub(super) Lookup<'a, S>, pub(super) [Vector<S>; 2]);
+struct GradientOf<'a, S: Width>(Lookup<'a, S>, [Vector<S>; 2]);
+
+impl Texture {
+    /// Filtered color at a point. `textures` are all textures of the scene, for nested ones.
+    pub fn eval(&self, at: impl Into<TexturePoint>, textures: &[Texture]) -> Rgb {
+        let at = at.into();
+        Lookup::new(self, at.in_lane(&at.reference()), textures)
+            .color()
+            .into()
+    }
+
+    /// Filtered luminance at a point, for float parameters; of a product, the product of the luminances.
+    ///
+    /// As in Mitsuba 3.9.1's `eval_1`, the cells of a checkerboard are swapped against [`Texture::eval`].
+    pub fn eval_float(&self, at: impl Into<TexturePoint>, textures: &[Texture]) -> f32 {
+        let at = at.into();
+        let value = Lookup::new(self, at.in_lane(&at.reference()), textures).value();
+        value.get()
+    }
+
+    /// Derivatives of [`Texture::eval_float`] by u and by v, for bump maps. `dp` are those of the position. As in Mitsuba's `eval_1_grad`, from
+    /// the four texels of the lookup; 0 for checkerboards, dots and values of vertices. Products and mixtures follow the rules of derivatives.
+    pub fn gradient(
+        &self,
+        at: impl Into<TexturePoint>,
+        dp: [Vec3; 2],
+        textures: &[Texture],
+    ) -> Vec2 {
+        let at = at.into();
+        let reference = at.reference();
+        let lookup = Lookup::new(self, at.in_lane(&reference), textures);
+        let gradient = lookup.gradient(dp.map(Vector::from));
+        Vec2::new(gradient.x.get(), gradient.y.get())
+    }
+
+    /// [`Texture::gradient`] in each lane.
+    #[inline(always)]
+    pub(crate) fn gradient_each<S: Width>(
+        &self,
+        x: &SurfacePoints<S>,
+        textures: &[Texture],
+    ) -> Pair<S> {
+        Lookup::new(self, x.into(), textures).gradient([x.dp_du, x.dp_dv])
+    }
+}
+
+impl ColorInput {
+    /// Value at a point.
+    #[inline]
+    pub fn eval(&self, at: impl Into<TexturePoint>, textures: &[Texture]) -> Rgb {
+        match *self {
+            ColorInput::Constant(c) => c,
+            ColorInput::Texture(id) => textures[id.index()].eval(at, textures),
+        }
+    }
+
+    /// Value in each lane.
+    #[inline(always)]
+    pub(crate) fn eval_each<S: Width>(
+        &self,
+        x: &SurfacePoints<S>,
+        textures: &[Texture],
+    ) -> Color<S> {
+        match *self {
+            ColorInput::Constant(c) => Color::splat(x.offset.width(), c),
+            ColorInput::Texture(id) => {
+                Lookup::new(&textures[id.index()], x.into(), textures).color()
+            }
+        }
+    }
+}
+
+impl FloatInput {
+    /// Value in each lane.
+    #[inline(always)]
+    pub(crate) fn eval_each<S: Width>(
+        &self,
+        x: &SurfacePoints<S>,
+        textures: &[Texture],
+    ) -> Float<S> {
+        match *self {
+            FloatInput::Constant(c) => Float::splat(x.offset.width(), c),
+            FloatInput::Texture(id) => {
+                Lookup::new(&textures[id.index()], x.into(), textures).value()
+            }
+        }
+    }
+
+    /// Value at a point.
+    #[inline]
+    pub fn eval(&self, at: impl Into<TexturePoint>, textures: &[Texture]) -> f32 {
+        match *self {
+            FloatInput::Constant(v) => v,
+            FloatInput::Texture(id) => textures[id.index()].eval_float(at, textures),
+        }
+    }
+}
 
 impl<'a, S: Width> Lookup<'a, S> {
+    #[inline(always)]
+    fn new(texture: &'a Texture, at: TexturePoints<'a, S>, textures: &'a [Texture]) -> Self {
+        Lookup {
+            texture,
+            at,
+            textures,
+        }
+    }
+
     #[inline(always)]
     fn width(&self) -> S {
         self.at.uv.x.width()
     }
 
     #[inline(always)]
-    pub(super) fn color(self) -> Color<S> {
+    fn color(self) -> Color<S> {
         self.width().outline(ColorOf(self))
     }
 
     #[inline(always)]
-    pub(super) fn value(self) -> Float<S> {
+    fn value(self) -> Float<S> {
         self.width().outline(ValueOf(self))
     }
 
     #[inline(always)]
-    pub(super) fn gradient(self, dp: [Vector<S>; 2]) -> Pair<S> {
+    fn gradient(self, dp: [Vector<S>; 2]) -> Pair<S> {
         self.width().outline(GradientOf(self, dp))
     }
 

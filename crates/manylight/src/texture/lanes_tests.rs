@@ -1,11 +1,13 @@
 //! Textures in lanes: against single places, in all instruction sets.
 
 use super::*;
-use crate::geometry::SurfaceRef;
+use crate::color::Rgb;
+use crate::geometry::{SurfacePoints, SurfaceRef};
 use crate::ids::PrimitiveId;
+use crate::ids::TextureId;
 use crate::image::Image;
-use crate::lanes::{Axes, Color, Float, Sixteen};
-use crate::math::{Affine3A, Frame};
+use crate::lanes::{Axes, Color, Float, Pair, Sixteen, Vector};
+use crate::math::{Affine3A, Frame, Mat3, Vec2, Vec3};
 use crate::sampling::rng::Pcg;
 use crate::simd::{Instructions, Isa, Simd, SimdKernel};
 

@@ -1,9 +1,10 @@
 //! Values of Mitsuba 3.9.1's `bitmap` and `checkerboard` at the same coordinates.
 
 use super::*;
+use crate::color::Rgb;
 use crate::ids::TextureId;
 use crate::image::Image;
-use crate::math::Affine3A;
+use crate::math::{Affine3A, Mat3, Vec2, Vec3};
 
 /// Three rows of four texels with the values 0 to 11.
 fn ramp(filtering: Filtering, wrap: Wrap, uv_transform: Mat3) -> Texture {
