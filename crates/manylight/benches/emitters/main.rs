@@ -18,12 +18,15 @@ mod scene_list;
 #[allow(dead_code, reason = "shared by several benchmarks")]
 mod tiles;
 
-use manylight::emitters::{DirectSample, SixteenReceivers};
+use manylight::emitters::DirectSample;
 use manylight::geometry::{Ray, SurfacePoint};
 use manylight::lanes::{LANES, LaneMask, Lanes3};
 use manylight::math::{Frame, Vec2, Vec3};
 use manylight::sampling::{rng::Pcg, warp};
 use manylight::scene::Scene;
+use manylight::testing::sixteen_receivers::{
+    SixteenReceivers, environment_sixteen, pdf_direct_sixteen, sample_sixteen,
+};
 use std::hint::black_box;
 
 /// Number of tiles.
@@ -225,8 +228,14 @@ impl<'s> Workload<'s> {
         let (geometry, textures) = (&scene.geometry, &scene.textures);
         let mut sum = 0.0;
         for (receivers, u) in &self.packets {
-            let samples =
-                (scene.emitters).sample_sixteen(geometry, textures, receivers, u, LaneMask::MAX);
+            let samples = sample_sixteen(
+                &scene.emitters,
+                geometry,
+                textures,
+                receivers,
+                u,
+                LaneMask::MAX,
+            );
             for i in 0..LANES {
                 if samples.valid >> i & 1 != 0 {
                     let (g, x) = (samples.weight.0[1][i], samples.wi.0[0][i]);
@@ -240,7 +249,7 @@ impl<'s> Workload<'s> {
     fn densities_sixteen(&self) -> (usize, f32) {
         let mut sum = 0.0;
         for (receivers, y) in &self.hit_packets {
-            let pdf = (self.scene.emitters).pdf_direct_sixteen(receivers, y, LaneMask::MAX);
+            let pdf = pdf_direct_sixteen(&self.scene.emitters, receivers, y, LaneMask::MAX);
             sum += pdf.iter().map(|pdf| pdf.min(1.0)).sum::<f32>();
         }
         (self.hit_packets.len() * LANES, sum)
@@ -249,7 +258,7 @@ impl<'s> Workload<'s> {
     fn environment_sixteen(&self) -> (usize, f32) {
         let mut sum = 0.0;
         for (receivers, wi) in &self.direction_packets {
-            let (radiance, pdf) = self.scene.emitters.environment_sixteen(receivers, wi);
+            let (radiance, pdf) = environment_sixteen(&self.scene.emitters, receivers, wi);
             sum += radiance.0[1].iter().sum::<f32>();
             sum += pdf.iter().map(|pdf| pdf.min(1.0)).sum::<f32>();
         }

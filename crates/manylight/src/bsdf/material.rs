@@ -164,6 +164,120 @@ pub enum Material {
     },
 }
 
+impl Material {
+    /// The materials in this wrapper.
+    pub(crate) fn inner(&self) -> impl Iterator<Item = MaterialId> {
+        let ids = match *self {
+            Material::Blend { first, second, .. } => [Some(first), Some(second)],
+            Material::TwoSided { front, back } => [Some(front), Some(back)],
+            Material::Mask { inner, .. }
+            | Material::BumpMap { inner, .. }
+            | Material::NormalMap { inner, .. } => [Some(inner), None],
+            _ => [None, None],
+        };
+        ids.into_iter().flatten()
+    }
+
+    /// The colors.
+    pub(crate) fn colors(&self) -> Vec<&ColorInput> {
+        match self {
+            Material::Diffuse { reflectance } | Material::RoughDiffuse { reflectance, .. } => {
+                vec![reflectance]
+            }
+            Material::DiffuseTransmitter { transmittance } => vec![transmittance],
+            Material::Conductor {
+                eta,
+                k,
+                specular_reflectance,
+                ..
+            } => vec![eta, k, specular_reflectance],
+            Material::Dielectric {
+                specular_reflectance,
+                specular_transmittance,
+                ..
+            }
+            | Material::ThinDielectric {
+                specular_reflectance,
+                specular_transmittance,
+                ..
+            } => vec![specular_reflectance, specular_transmittance],
+            Material::Plastic {
+                diffuse_reflectance,
+                specular_reflectance,
+                ..
+            }
+            | Material::Phong {
+                diffuse_reflectance,
+                specular_reflectance,
+                ..
+            }
+            | Material::Ward {
+                diffuse_reflectance,
+                specular_reflectance,
+                ..
+            } => vec![diffuse_reflectance, specular_reflectance],
+            Material::Principled(p) => vec![&p.base_color],
+            Material::PrincipledThin(p) => vec![&p.base_color],
+            Material::Blend { .. }
+            | Material::Mask { .. }
+            | Material::Null
+            | Material::TwoSided { .. }
+            | Material::BumpMap { .. }
+            | Material::NormalMap { .. } => Vec::new(),
+        }
+    }
+
+    /// The numbers that may be textured.
+    pub(crate) fn floats(&self) -> Vec<&FloatInput> {
+        match self {
+            Material::RoughDiffuse { alpha, .. } => vec![alpha],
+            Material::Conductor { roughness, .. } | Material::Dielectric { roughness, .. } => {
+                roughness
+                    .iter()
+                    .flat_map(|r| [&r.alpha_u, &r.alpha_v])
+                    .collect()
+            }
+            Material::Phong { exponent, .. } => vec![exponent],
+            Material::Ward {
+                alpha_u, alpha_v, ..
+            } => vec![alpha_u, alpha_v],
+            Material::Principled(p) => vec![
+                &p.roughness,
+                &p.anisotropic,
+                &p.metallic,
+                &p.spec_trans,
+                &p.spec_tint,
+                &p.sheen,
+                &p.sheen_tint,
+                &p.flatness,
+                &p.clearcoat,
+                &p.clearcoat_gloss,
+            ],
+            Material::PrincipledThin(p) => vec![
+                &p.roughness,
+                &p.anisotropic,
+                &p.spec_trans,
+                &p.eta,
+                &p.spec_tint,
+                &p.sheen,
+                &p.sheen_tint,
+                &p.flatness,
+                &p.diff_trans,
+            ],
+            Material::Blend { weight, .. } => vec![weight],
+            Material::Mask { opacity, .. } => vec![opacity],
+            Material::Diffuse { .. }
+            | Material::DiffuseTransmitter { .. }
+            | Material::ThinDielectric { .. }
+            | Material::Plastic { .. }
+            | Material::Null
+            | Material::TwoSided { .. }
+            | Material::BumpMap { .. }
+            | Material::NormalMap { .. } => Vec::new(),
+        }
+    }
+}
+
 /// The tangent-space direction of the second component of a normal map. The first one is that of dp_du.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Bitangent {

@@ -61,20 +61,10 @@ impl Materials {
     pub fn is_transparent(&self, id: MaterialId) -> bool {
         match &self.materials[id.index()] {
             Material::Null | Material::ThinDielectric { .. } => true,
-            Material::Mask { opacity, inner } => {
-                !matches!(opacity, FloatInput::Constant(o) if *o >= 1.0)
-                    || self.is_transparent(*inner)
+            Material::Mask { opacity, .. } if !matches!(opacity, FloatInput::Constant(o) if *o >= 1.0) => {
+                true
             }
-            Material::Blend { first, second, .. } => {
-                self.is_transparent(*first) || self.is_transparent(*second)
-            }
-            Material::TwoSided { front, back } => {
-                self.is_transparent(*front) || self.is_transparent(*back)
-            }
-            Material::BumpMap { inner, .. } | Material::NormalMap { inner, .. } => {
-                self.is_transparent(*inner)
-            }
-            _ => false,
+            material => material.inner().any(|inner| self.is_transparent(inner)),
         }
     }
 
@@ -95,12 +85,7 @@ impl Materials {
     pub(crate) fn has_tilts(&self, id: MaterialId) -> bool {
         match &self.materials[id.index()] {
             Material::BumpMap { .. } | Material::NormalMap { .. } => true,
-            Material::Mask { inner, .. } => self.has_tilts(*inner),
-            Material::Blend { first, second, .. } => {
-                self.has_tilts(*first) || self.has_tilts(*second)
-            }
-            Material::TwoSided { front, back } => self.has_tilts(*front) || self.has_tilts(*back),
-            _ => false,
+            material => material.inner().any(|inner| self.has_tilts(inner)),
         }
     }
 }

@@ -4,7 +4,6 @@ use super::Emitters;
 use super::description::Emitter;
 use super::infinite::{GuidingPrepass, InfiniteEmissionNumbers, InfiniteLightGuides};
 use super::point::spot_direction;
-use super::selection_weight::SelectionWeight;
 use crate::color::Rgb;
 use crate::geometry::{Geometry, Ray, SurfacePoint};
 use crate::ids::{EmitterId, PrimitiveId};
@@ -57,23 +56,56 @@ struct GuidedEmission {
     choice: Option<Alias>,
 }
 
-impl Emitters {
-    /// Emits a photon: chooses an emitter by power (see [`EmissionGuide`] for infinite lights), then a position and a direction.
-    /// `None` if the sample has no flux.
-    pub fn sample_emission(
+impl EmissionGuide {
+    /// A guide for the photons of infinite lights, made by a guiding pre-pass: diffuse walks start along the camera's `rays` and
+    /// sample the infinite lights at each of their vertices. Without a guide, few photons of the sun or sky reach an interior
+    /// through its windows. The walks pass through the surfaces for which `see_through` is true: glass in windows.
+    ///
+    /// The same rays give the same guide, for any number of threads. Without infinite lights the guide is the default one, and
+    /// `rays` is not called.
+    pub fn new(
+        emitters: &Emitters,
+        geometry: &Geometry,
+        rays: impl FnOnce() -> Vec<Ray>,
+        see_through: impl Fn(PrimitiveId) -> bool + Sync,
+    ) -> EmissionGuide {
+        if emitters.infinite.is_empty() {
+            return EmissionGuide::default();
+        }
+        let prepass = GuidingPrepass {
+            geometry,
+            lights: &emitters.infinite,
+            see_through: &see_through,
+        };
+        let guides = prepass.learn_guides(rays());
+        let mut weights: Vec<f32> = emitters
+            .powers
+            .iter()
+            .map(|p| p.selection_weight())
+            .collect();
+        for (emitter, gain) in emitters.infinite.gains(&guides) {
+            weights[emitter.index()] /= gain;
+        }
+        let choice = Alias::new(&weights);
+        EmissionGuide(Some(GuidedEmission { guides, choice }))
+    }
+
+    /// Emits a photon: chooses an emitter by power, for infinite lights by this guide, then a position and a direction. `None` if
+    /// the sample has no flux.
+    pub fn sample(
         &self,
+        emitters: &Emitters,
         geometry: &Geometry,
         textures: &[Texture],
-        guide: &EmissionGuide,
         u: EmissionNumbers,
     ) -> Option<EmissionSample> {
-        let guided = guide.0.as_ref();
-        let choice = guided.map_or(&self.by_power, |guided| &guided.choice);
+        let guided = self.0.as_ref();
+        let choice = guided.map_or(&emitters.by_power, |guided| &guided.choice);
         let (index, pmf) = choice.as_ref()?.sample(u.emitter);
         let emitter = EmitterId::from(index);
-        let (ray, flux, surface) = match &self.emitters[index] {
+        let (ray, flux, surface) = match &emitters.emitters[index] {
             Emitter::Area { radiance } => {
-                self.emit_from_surface(geometry, textures, emitter, *radiance, u)?
+                emit_from_surface(emitters, (geometry, textures), emitter, *radiance, u)?
             }
             Emitter::Point {
                 position,
@@ -106,7 +138,7 @@ impl Emitters {
                     guide: u.element,
                 };
                 let guides = guided.map(|guided| &guided.guides);
-                let (ray, flux) = self.infinite.emit(emitter, guides, numbers)?;
+                let (ray, flux) = emitters.infinite.emit(emitter, guides, numbers)?;
                 (ray, flux, None)
             }
         };
@@ -117,58 +149,28 @@ impl Emitters {
             surface,
         })
     }
+}
 
-    /// A guide for the photons of infinite lights, made by a guiding pre-pass: diffuse walks start along the camera's `rays` and
-    /// sample the infinite lights at each of their vertices. Without a guide, few photons of the sun or sky reach an interior
-    /// through its windows. The walks pass through the surfaces for which `see_through` is true: glass in windows.
-    ///
-    /// The same rays give the same guide, for any number of threads. Without infinite lights the guide is the default one, and
-    /// `rays` is not called.
-    pub fn emission_guide(
-        &self,
-        geometry: &Geometry,
-        rays: impl FnOnce() -> Vec<Ray>,
-        see_through: impl Fn(PrimitiveId) -> bool + Sync,
-    ) -> EmissionGuide {
-        if self.infinite.is_empty() {
-            return EmissionGuide::default();
-        }
-        let prepass = GuidingPrepass {
-            geometry,
-            lights: &self.infinite,
-            see_through: &see_through,
-        };
-        let guides = prepass.learn_guides(rays());
-        let mut weights: Vec<f32> = self.powers.iter().map(|p| p.selection_weight()).collect();
-        for (emitter, gain) in self.infinite.gains(&guides) {
-            weights[emitter.index()] /= gain;
-        }
-        let choice = Alias::new(&weights);
-        EmissionGuide(Some(GuidedEmission { guides, choice }))
+/// Ray, flux before division by the probability of the emitter, and emitting point of a photon of an area emitter.
+fn emit_from_surface(
+    emitters: &Emitters,
+    (geometry, textures): (&Geometry, &[Texture]),
+    emitter: EmitterId,
+    radiance: ColorInput,
+    u: EmissionNumbers,
+) -> Option<(Ray, Rgb, Option<SurfacePoint>)> {
+    let (element, pmf) = emitters.elements.choose(emitter, u.element)?;
+    let y = element.sample_area(geometry, u.position)?;
+    let radiance = radiance.eval(&y, textures);
+    if radiance.is_black() {
+        return None;
     }
-
-    /// Ray, flux before division by the probability of the emitter, and emitting point of a photon of an area emitter.
-    fn emit_from_surface(
-        &self,
-        geometry: &Geometry,
-        textures: &[Texture],
-        emitter: EmitterId,
-        radiance: ColorInput,
-        u: EmissionNumbers,
-    ) -> Option<(Ray, Rgb, Option<SurfacePoint>)> {
-        let (element, pmf) = self.elements.choose(emitter, u.element)?;
-        let y = element.sample_area(geometry, u.position)?;
-        let radiance = radiance.eval(&y, textures);
-        if radiance.is_black() {
-            return None;
-        }
-        // Light leaves on the side of the shading normal, in proportion to the geometric cosine. Of two opposite directions
-        // exactly one is on that side, so a cosine-distributed direction on the other side is reversed.
-        let w = Frame::from_normal(y.ng)
-            .to_world(warp::cosine_hemisphere(u.direction))
-            .normalize();
-        let w = if y.frame.n.dot(w) >= 0.0 { w } else { -w };
-        let flux = radiance * (PI / (element.pdf_area(&y) * pmf));
-        Some((y.spawn(w), flux, Some(y)))
-    }
+    // Light leaves on the side of the shading normal, in proportion to the geometric cosine. Of two opposite directions
+    // exactly one is on that side, so a cosine-distributed direction on the other side is reversed.
+    let w = Frame::from_normal(y.ng)
+        .to_world(warp::cosine_hemisphere(u.direction))
+        .normalize();
+    let w = if y.frame.n.dot(w) >= 0.0 { w } else { -w };
+    let flux = radiance * (PI / (element.pdf_area(&y) * pmf));
+    Some((y.spawn(w), flux, Some(y)))
 }

@@ -1,8 +1,8 @@
 //! Emitters: the light sources of a scene ("light" alone is reserved for virtual lights in this project).
 //!
-//! [`Emitters`] answers three questions:
-//! * emit a photon: [`Emitters::sample_emission`] (`emission.rs`);
-//! * sample an emitter from a point: [`Emitters::sample`] (`direct.rs`; for many points in lanes `direct_lanes.rs`);
+//! Three questions are answered:
+//! * emit a photon: [`EmissionGuide::sample`] (`emission.rs`);
+//! * sample an emitter from a point: [`Emitters::sample`] (`direct.rs`);
 //! * a ray hits an emitter: [`Emitters::radiance`], or leaves the scene: [`Emitters::environment`].
 //!
 //! Emitters with a position are divided into elements (`elements/`), from which `emitter_tree/` chooses for a receiver. Parallel
@@ -10,30 +10,21 @@
 
 mod description;
 mod direct;
-mod direct_lanes;
 mod elements;
 mod emission;
 mod emitter_tree;
 mod environment_lobes;
 mod infinite;
-mod outlined;
 mod point;
 mod receivers;
-mod selection_weight;
-#[cfg(any(test, feature = "testing"))]
-mod sixteen;
 #[cfg(test)]
 mod tests;
-mod unit_interval;
 
 pub use description::{Emitter, Environment, ProjectorTexture, SpotFalloff};
-pub use direct::DirectSample;
-pub use direct_lanes::{DirectSamples, LobesOfLanes};
+pub use direct::{DirectSample, DirectSamples, LobesOfLanes};
 pub use emission::{EmissionGuide, EmissionNumbers, EmissionSample};
 pub use environment_lobes::{EnvironmentLobes, MAX_ENVIRONMENT_LOBES};
 pub use receivers::Receivers;
-#[cfg(any(test, feature = "testing"))]
-pub use sixteen::{SixteenDirectSamples, SixteenReceivers};
 
 use crate::color::Rgb;
 use crate::geometry::{Geometry, SurfacePoint};
@@ -45,7 +36,6 @@ use crate::texture::Texture;
 use elements::ElementList;
 use emitter_tree::EmitterTree;
 use infinite::{BoundingSphere, InfiniteLights};
-use selection_weight::SelectionWeight;
 
 /// All emitters of a scene, with the data structures for choosing among 10⁵ of them.
 #[derive(Debug)]

@@ -123,10 +123,10 @@ impl LightTracer<'_> {
     /// A path at its emitter, which is connected with the sensor.
     fn start(&mut self, mut sampler: Sampler) -> Option<WalkRow<()>> {
         let scene = self.scene;
-        let start = scene.emitters.sample_emission(
+        let start = self.guide.sample(
+            &scene.emitters,
             &scene.geometry,
             &scene.textures,
-            self.guide,
             sampler.next_emission(),
         )?;
         if let Some(y) = &start.surface {

@@ -1,5 +1,8 @@
 //! Scalar helpers: roots, rounding, the exponential function.
 
+/// The largest number below 1.
+pub const ONE_MINUS_EPSILON: f32 = 1.0 - f32::EPSILON / 2.0;
+
 /// `sqrt(max(x, 0))`, for values that only rounding makes negative.
 #[inline]
 pub fn safe_sqrt(x: f32) -> f32 {

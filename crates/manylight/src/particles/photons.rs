@@ -145,10 +145,10 @@ impl<F: Fn(Lobes, Lobes) -> Option<u32>> PathTracer<'_, F> {
         let mut walks = Walks::with_capacity(paths.len());
         for index in paths {
             let mut sampler = pass.sampler(Stream::Photon, u64::from(index));
-            let start = scene.emitters.sample_emission(
+            let start = self.guide.sample(
+                &scene.emitters,
                 &scene.geometry,
                 &scene.textures,
-                self.guide,
                 sampler.next_emission(),
             );
             if let Some(start) = start {

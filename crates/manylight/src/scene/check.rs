@@ -1,16 +1,14 @@
 //! The checks that a description must pass: after them nothing in the core can fail.
 
 use super::check_emitters::check_emitter;
-use super::check_materials::{check_materials, check_texture};
+use super::check_materials::check_materials;
 use super::check_sensors::check_sensor;
-use super::error::{Checked, check_index, ensure, fail, with_context};
+use super::error::{Checked, check_index, check_transform, ensure, fail, with_context};
 use super::nesting::Nesting;
 use super::{PrimitiveDesc, SceneDesc};
-use crate::color::Rgb;
 use crate::emitters::Emitter;
 use crate::geometry::{Mesh, Shape};
-use crate::math::{Affine3A, Vec3};
-use crate::texture::ColorInput;
+use crate::math::Vec3;
 
 /// Checks a scene description. `sensor` is the index of the sensor to render.
 pub(super) fn check(desc: &SceneDesc, sensor: usize) -> Checked {
@@ -121,16 +119,6 @@ fn check_mesh(mesh: &Mesh) -> Checked {
     }
 }
 
-pub(super) fn check_transform(transform: &Affine3A) -> Checked {
-    ensure(transform.is_finite(), || {
-        "the transform is not finite".to_owned()
-    })?;
-    let inverse = glam::Mat3::from(transform.matrix3).as_dmat3().inverse();
-    ensure(inverse.is_finite(), || {
-        "the transform is singular".to_owned()
-    })
-}
-
 /// Checks that the textures of a description can be evaluated. A nested texture must precede the texture that contains it, so that there are
 /// no cycles. [`Scene::build`](super::Scene::build) checks this, too; a loader that evaluates textures needs it before.
 ///
@@ -154,18 +142,6 @@ pub fn check_textures(desc: &SceneDesc) -> Result<(), super::SceneError> {
         nestings.push(Nesting::of(&format!("texture {i}"), inner)?);
     }
     Ok(())
-}
-
-/// Whether a color is finite, or the id of its texture valid.
-pub(super) fn check_color(desc: &SceneDesc, input: ColorInput) -> Checked {
-    match input {
-        ColorInput::Texture(id) => check_texture(desc, id),
-        ColorInput::Constant(Rgb { r, g, b }) => {
-            ensure(r.is_finite() && g.is_finite() && b.is_finite(), || {
-                format!("the color {r}, {g}, {b} is not finite")
-            })
-        }
-    }
 }
 
 /// The name of a primitive in messages.

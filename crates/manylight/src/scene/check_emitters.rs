@@ -1,8 +1,7 @@
 //! Checks of emitters: valid textures, finite numbers.
 
 use super::SceneDesc;
-use super::check::check_color;
-use super::check_materials::check_texture;
+use super::check_materials::{check_color, check_texture};
 use super::error::{Checked, ensure};
 use crate::color::Rgb;
 use crate::emitters::{Emitter, Environment, ProjectorTexture};

@@ -1,10 +1,10 @@
 //! Checks of materials: valid ids, no cycles, finite numbers.
 
 use super::SceneDesc;
-use super::check::check_color;
 use super::error::{Checked, check_index, ensure, with_context};
 use super::nesting::Nesting;
 use crate::bsdf::Material;
+use crate::color::Rgb;
 use crate::ids::{MaterialId, TextureId};
 use crate::texture::{ColorInput, FloatInput};
 
@@ -17,13 +17,13 @@ pub(super) fn check_materials(desc: &SceneDesc) -> Checked {
 }
 
 fn check_material(desc: &SceneDesc, material: &Material) -> Checked {
-    for inner in inner_materials(material) {
+    for inner in material.inner() {
         check_index("material", inner.index(), desc.materials.len())?;
     }
-    for input in color_inputs(material) {
+    for input in material.colors() {
         check_color(desc, *input)?;
     }
-    for input in float_inputs(material) {
+    for input in material.floats() {
         match *input {
             FloatInput::Texture(id) => check_texture(desc, id)?,
             FloatInput::Constant(x) => check_number("a parameter", x)?,
@@ -54,6 +54,18 @@ fn check_eta(eta: f32) -> Checked {
     })
 }
 
+/// Whether a color is finite, or the id of its texture valid.
+pub(super) fn check_color(desc: &SceneDesc, input: ColorInput) -> Checked {
+    match input {
+        ColorInput::Texture(id) => check_texture(desc, id),
+        ColorInput::Constant(Rgb { r, g, b }) => {
+            ensure(r.is_finite() && g.is_finite() && b.is_finite(), || {
+                format!("the color {r}, {g}, {b} is not finite")
+            })
+        }
+    }
+}
+
 /// Whether the id of a texture is valid.
 pub(super) fn check_texture(desc: &SceneDesc, id: TextureId) -> Checked {
     check_index("texture", id.index(), desc.textures.len())
@@ -74,7 +86,7 @@ fn check_cycles(desc: &SceneDesc, states: &mut [VisitState], start: usize) -> Ch
     while let Some(&id) = stack.last() {
         if states[id] != VisitState::New {
             if states[id] == VisitState::OnPath {
-                let inner = inner_materials(&desc.materials[id]);
+                let inner = desc.materials[id].inner();
                 let nestings = inner.filter_map(|inner| match states[inner.index()] {
                     VisitState::Done(nesting) => Some(nesting),
                     VisitState::New | VisitState::OnPath => None,
@@ -86,7 +98,7 @@ fn check_cycles(desc: &SceneDesc, states: &mut [VisitState], start: usize) -> Ch
             continue;
         }
         states[id] = VisitState::OnPath;
-        for inner in inner_materials(&desc.materials[id]).map(MaterialId::index) {
+        for inner in desc.materials[id].inner().map(MaterialId::index) {
             ensure(states[inner] != VisitState::OnPath, || {
                 format!("material {inner} wraps itself")
             })?;
@@ -96,114 +108,4 @@ fn check_cycles(desc: &SceneDesc, states: &mut [VisitState], start: usize) -> Ch
         }
     }
     Ok(())
-}
-
-/// The materials in a wrapper.
-fn inner_materials(material: &Material) -> impl Iterator<Item = MaterialId> {
-    let ids = match *material {
-        Material::Blend { first, second, .. } => [Some(first), Some(second)],
-        Material::TwoSided { front, back } => [Some(front), Some(back)],
-        Material::Mask { inner, .. }
-        | Material::BumpMap { inner, .. }
-        | Material::NormalMap { inner, .. } => [Some(inner), None],
-        _ => [None, None],
-    };
-    ids.into_iter().flatten()
-}
-
-/// The colors of a material.
-fn color_inputs(material: &Material) -> Vec<&ColorInput> {
-    match material {
-        Material::Diffuse { reflectance } | Material::RoughDiffuse { reflectance, .. } => {
-            vec![reflectance]
-        }
-        Material::DiffuseTransmitter { transmittance } => vec![transmittance],
-        Material::Conductor {
-            eta,
-            k,
-            specular_reflectance,
-            ..
-        } => vec![eta, k, specular_reflectance],
-        Material::Dielectric {
-            specular_reflectance,
-            specular_transmittance,
-            ..
-        }
-        | Material::ThinDielectric {
-            specular_reflectance,
-            specular_transmittance,
-            ..
-        } => vec![specular_reflectance, specular_transmittance],
-        Material::Plastic {
-            diffuse_reflectance,
-            specular_reflectance,
-            ..
-        }
-        | Material::Phong {
-            diffuse_reflectance,
-            specular_reflectance,
-            ..
-        }
-        | Material::Ward {
-            diffuse_reflectance,
-            specular_reflectance,
-            ..
-        } => vec![diffuse_reflectance, specular_reflectance],
-        Material::Principled(p) => vec![&p.base_color],
-        Material::PrincipledThin(p) => vec![&p.base_color],
-        Material::Blend { .. }
-        | Material::Mask { .. }
-        | Material::Null
-        | Material::TwoSided { .. }
-        | Material::BumpMap { .. }
-        | Material::NormalMap { .. } => Vec::new(),
-    }
-}
-
-/// The numbers of a material that may be textured.
-fn float_inputs(material: &Material) -> Vec<&FloatInput> {
-    match material {
-        Material::RoughDiffuse { alpha, .. } => vec![alpha],
-        Material::Conductor { roughness, .. } | Material::Dielectric { roughness, .. } => roughness
-            .iter()
-            .flat_map(|r| [&r.alpha_u, &r.alpha_v])
-            .collect(),
-        Material::Phong { exponent, .. } => vec![exponent],
-        Material::Ward {
-            alpha_u, alpha_v, ..
-        } => vec![alpha_u, alpha_v],
-        Material::Principled(p) => vec![
-            &p.roughness,
-            &p.anisotropic,
-            &p.metallic,
-            &p.spec_trans,
-            &p.spec_tint,
-            &p.sheen,
-            &p.sheen_tint,
-            &p.flatness,
-            &p.clearcoat,
-            &p.clearcoat_gloss,
-        ],
-        Material::PrincipledThin(p) => vec![
-            &p.roughness,
-            &p.anisotropic,
-            &p.spec_trans,
-            &p.eta,
-            &p.spec_tint,
-            &p.sheen,
-            &p.sheen_tint,
-            &p.flatness,
-            &p.diff_trans,
-        ],
-        Material::Blend { weight, .. } => vec![weight],
-        Material::Mask { opacity, .. } => vec![opacity],
-        Material::Diffuse { .. }
-        | Material::DiffuseTransmitter { .. }
-        | Material::ThinDielectric { .. }
-        | Material::Plastic { .. }
-        | Material::Null
-        | Material::TwoSided { .. }
-        | Material::BumpMap { .. }
-        | Material::NormalMap { .. } => Vec::new(),
-    }
 }

@@ -1,7 +1,6 @@
 //! Checks of sensors: finite numbers within their domains, a film with pixels.
 
-use super::check::check_transform;
-use super::error::{Checked, ensure, with_context};
+use super::error::{Checked, check_transform, ensure, with_context};
 use crate::film::{FilmDesc, Filter};
 use crate::math::UVec2;
 use crate::sensors::{SensorDesc, SensorKind};

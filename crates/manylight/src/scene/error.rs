@@ -1,5 +1,6 @@
 //! The core's only error type, and helpers for checks.
 
+use crate::math::Affine3A;
 use std::fmt;
 
 /// A defect of a [`SceneDesc`](super::SceneDesc).
@@ -24,6 +25,17 @@ pub(super) type Checked = Result<(), SceneError>;
 pub(super) fn check_index(what: &str, index: usize, count: usize) -> Checked {
     ensure(index < count, || {
         format!("there is no {what} {index}, only {count}")
+    })
+}
+
+/// Fails for a transform without an inverse.
+pub(super) fn check_transform(transform: &Affine3A) -> Checked {
+    ensure(transform.is_finite(), || {
+        "the transform is not finite".to_owned()
+    })?;
+    let inverse = glam::Mat3::from(transform.matrix3).as_dmat3().inverse();
+    ensure(inverse.is_finite(), || {
+        "the transform is singular".to_owned()
     })
 }
 

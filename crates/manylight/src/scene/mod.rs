@@ -1,6 +1,5 @@
 //! Scenes: descriptions, checks, and the immutable scene that transport works in.
 
-mod build;
 mod check;
 mod check_emitters;
 mod check_materials;
@@ -20,7 +19,7 @@ pub use names::SurfaceNames;
 use crate::bsdf::{Bsdf, Material, Materials};
 use crate::color::Rgb;
 use crate::emitters::{EmissionGuide, Emitters};
-use crate::geometry::{Geometry, Hit, Ray, Segment, SurfacePoint, SurfaceRef};
+use crate::geometry::{Geometry, Hit, Instance, Primitive, Ray, Segment, SurfacePoint, SurfaceRef};
 use crate::ids::PrimitiveId;
 use crate::math::{Vec2, Vec3};
 use crate::sampling::{Pass, Stream};
@@ -55,8 +54,29 @@ impl Scene {
     /// # Errors
     /// Ids out of range, cycles of materials, singular or non-finite transforms, numbers that are not finite, emitters inside of groups,
     /// an empty film, a field of view or a distance out of its domain.
-    pub fn build(desc: SceneDesc, sensor: usize) -> Result<Scene, SceneError> {
-        build::build(desc, sensor)
+    pub fn build(mut desc: SceneDesc, sensor: usize) -> Result<Scene, SceneError> {
+        check::check(&desc, sensor)?;
+        let names = SurfaceNames::new(&desc);
+        let materials = Materials::new(desc.materials);
+        let groups = group_ranges(desc.primitives.len(), &desc.groups);
+        let placed = desc
+            .primitives
+            .into_iter()
+            .chain(desc.groups.into_iter().flatten());
+        let primitives = placed.map(|p| primitive(p, &materials)).collect();
+        let instances = desc.instances.iter().map(instance).collect();
+        let geometry = Geometry::build(desc.shapes, primitives, groups, instances);
+        let emitters = Emitters::new(desc.emitters, &geometry, &desc.textures);
+        let sensor = Sensor::new(desc.sensors.swap_remove(sensor));
+        Ok(Scene {
+            geometry,
+            materials,
+            textures: desc.textures,
+            emitters,
+            sensor,
+            limits: desc.limits,
+            names,
+        })
     }
 
     /// Replaces the sensor. Nothing else is built anew.
@@ -69,7 +89,7 @@ impl Scene {
         Ok(())
     }
 
-    /// The guide for photons of infinite lights, for [`Emitters::sample_emission`]: it concentrates them on the part of the scene
+    /// The guide for photons of infinite lights, for [`EmissionGuide::sample`]: it concentrates them on the part of the scene
     /// that the camera sees. Depends on the scene alone, and takes a pre-pass to compute, so make it once per render.
     pub fn emission_guide(&self) -> EmissionGuide {
         let rays = || {
@@ -90,7 +110,7 @@ impl Scene {
                     Material::Dielectric { .. }
                 )
         };
-        self.emitters.emission_guide(&self.geometry, rays, is_glass)
+        EmissionGuide::new(&self.emitters, &self.geometry, rays, is_glass)
     }
 
     /// The nearest hit of a ray, and the surface point there.
@@ -157,6 +177,34 @@ impl Scene {
             None => self.bsdf(&self.surface_point(at)).transmittance(w),
         }
     }
+}
+
+fn primitive(desc: PrimitiveDesc, materials: &Materials) -> Primitive {
+    Primitive {
+        shape: desc.shape,
+        world_from_object: desc.world_from_object,
+        flip_normals: desc.flip_normals,
+        material: desc.material,
+        emitter: desc.emitter,
+        transparent: materials.is_transparent(desc.material),
+    }
+}
+
+fn instance(desc: &InstanceDesc) -> Instance {
+    Instance {
+        group: desc.group as u32,
+        world_from_group: desc.world_from_group,
+    }
+}
+
+/// The ranges of the groups' primitives, in a list that starts with `first` other primitives.
+fn group_ranges(first: usize, groups: &[Vec<PrimitiveDesc>]) -> Vec<std::ops::Range<usize>> {
+    let ranges = groups.iter().scan(first, |start, group| {
+        let range = *start..*start + group.len();
+        *start = range.end;
+        Some(range)
+    });
+    ranges.collect()
 }
 
 /// Finds repeated hits on the common edge of two triangles: there the segment hits both, but crosses the surface once.

@@ -1,5 +1,6 @@
-//! Scenes with known solutions, and statistical tests.
+//! Scenes with known solutions, statistical tests, and kernels for benchmarks.
 
 pub mod chi_square;
 pub mod scenes;
+pub mod sixteen_receivers;
 pub mod statistics;

@@ -5,7 +5,6 @@ use super::of_primitive::{AreaEmitter, IndexedElement, element_of_point};
 use super::sampling::ElementSampling;
 use crate::color::Rgb;
 use crate::emitters::Emitter;
-use crate::emitters::selection_weight::SelectionWeight;
 use crate::geometry::{Geometry, SurfaceRef};
 use crate::ids::{EmitterId, PrimitiveId};
 use crate::sampling::alias::Alias;

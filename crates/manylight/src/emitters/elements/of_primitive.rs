@@ -1,10 +1,8 @@
 //! The elements of a primitive with an area emitter, and of a point or spot.
 
 use super::element::{ElementBounds, ElementShape, EmitterElement, surface_ref};
-use super::planar::PlanarElement;
 use super::power::{mean_radiance, point_power};
-use super::sampling::{ElementSampling, PointElement};
-use super::sphere::SphereElement;
+use super::sampling::{ElementSampling, PlanarElement, PointElement, SphereElement};
 use crate::color::Rgb;
 use crate::emitters::Emitter;
 use crate::geometry::{Geometry, Mesh, Shape, SurfacePoint};

@@ -1,79 +1,9 @@
-//! Planar elements with constant radiance. The data for sampling one fits into two cache lines.
+//! Points of planar elements, by area.
 
 use super::sampling::ElementSampling;
 use super::visible_point::VisiblePoints;
-use crate::color::Rgb;
-use crate::geometry::SurfacePoint;
 use crate::lanes::{Color, Float, Mask, Pair, Vector, Width, Word, disc, split, triangle};
 use crate::math::Vec3;
-
-/// A planar element, sampled by area.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct PlanarElement {
-    /// Of one or two triangles a corner, and the two edges from it; of a disk the center, and two conjugate radii.
-    outlines: [[Vec3; 3]; 2],
-    /// The first outline's share of the area.
-    share: f32,
-    is_disk: bool,
-    /// Unit normal on the side of emission.
-    n: Vec3,
-    /// See [`SurfacePoint::offset`].
-    offset: f32,
-    area: f32,
-    /// In W/(m² sr).
-    radiance: Rgb,
-}
-
-impl PlanarElement {
-    /// One or two triangles, given by the points at their corners. `None` if normals differ by more than rounding, and for
-    /// triangles without area.
-    pub(super) fn triangles(corners: &[[SurfacePoint; 3]], radiance: Rgb) -> Option<Self> {
-        let n = corners.first()?[0].frame.n;
-        let points = corners.iter().flatten();
-        let is_flat = |x: &SurfacePoint| is_along(x.frame.n, n) && is_along(x.ng, n);
-        if !points.clone().all(is_flat) {
-            return None;
-        }
-        let edges = |[a, b, c]: &[SurfacePoint; 3]| [a.p, b.p - a.p, c.p - a.p];
-        let area = |[_, ab, ac]: [Vec3; 3]| 0.5 * ab.cross(ac).length();
-        let (outlines, share, area) = match corners {
-            [one] => ([edges(one); 2], 1.0, area(edges(one))),
-            [first, second] => {
-                let both = [edges(first), edges(second)];
-                let sum = area(both[0]) + area(both[1]);
-                (both, area(both[0]) / sum, sum)
-            }
-            _ => return None,
-        };
-        let offset = points.map(|x| x.offset).fold(0.0, f32::max);
-        (area > 0.0).then_some(PlanarElement {
-            outlines,
-            share,
-            is_disk: false,
-            n,
-            offset,
-            area,
-            radiance,
-        })
-    }
-
-    /// A disk, given by its center, two points of its border a quarter turn apart, and its area.
-    pub(super) fn disk([center, u, v]: [&SurfacePoint; 3], area: f32, radiance: Rgb) -> Self {
-        let radii = [u.p - center.p, v.p - center.p];
-        // No coordinate of any point exceeds the sum of those of the center and of both radii.
-        let reach = radii[0].abs().max_element() + radii[1].abs().max_element();
-        let size = center.p.abs().max_element();
-        PlanarElement {
-            outlines: [[center.p, radii[0], radii[1]]; 2],
-            share: 1.0,
-            is_disk: true,
-            n: center.frame.n,
-            offset: center.offset.max(u.offset).max(v.offset) * (1.0 + reach / (size + reach)),
-            area,
-            radiance,
-        }
-    }
-}
 
 /// Points of planar elements as seen from `p`, with the uniform numbers `u`: in the lanes of `lanes`, by the indices `element`.
 #[inline(always)]
@@ -161,10 +91,4 @@ impl<S: Width> PlanarElements<S> {
         }
         all
     }
-}
-
-/// Whether two unit vectors are parallel or opposite, up to rounding.
-fn is_along(a: Vec3, n: Vec3) -> bool {
-    const ROUNDING: f32 = 4.0 * f32::EPSILON;
-    a.abs_diff_eq(n, ROUNDING) || a.abs_diff_eq(-n, ROUNDING)
 }

@@ -2,21 +2,9 @@
 
 use super::sampling::ElementSampling;
 use super::visible_point::VisiblePoints;
-use crate::color::Rgb;
 use crate::lanes::{Axes, Color, Float, Mask, Pair, Vector, Width, Word};
 use crate::math::Vec3;
 use std::f32::consts::TAU;
-
-/// A sphere with constant radiance.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct SphereElement {
-    pub(super) center: Vec3,
-    pub(super) radius: f32,
-    /// Distance by which points are moved off the sphere, in m.
-    pub(super) offset: f32,
-    /// In W/(m² sr).
-    pub(super) radiance: Rgb,
-}
 
 /// Spheres as seen from the points `p`: cones of directions.
 pub(super) struct SphereCones<S: Width> {

@@ -1,7 +1,6 @@
 //! The binary tree over emitter elements, built top-down with the surface area orientation heuristic.
 
 use crate::emitters::elements::ElementBounds;
-use crate::emitters::selection_weight::SelectionWeight;
 use crate::math::{Aabb, Cone, Vec3, float::safe_sqrt};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 

@@ -4,10 +4,8 @@ use super::binary::ClusterNode;
 use super::importance::{ChildBounds, MIN_RADIUS2, TreeReceivers};
 use crate::lanes::{Float, LANES, Lanes, Lanes3, Mask, Sixteen, Vector, Width, Word};
 use crate::math::Vec3;
+use crate::math::float::ONE_MINUS_EPSILON;
 use crate::simd::{Simd, SimdKernel};
-
-/// The largest number below 1.
-const LARGEST: f32 = 1.0 - f32::EPSILON * 0.5;
 
 /// Marks the index of an element in [`WideEmitterNode::content`].
 pub(super) const LEAF: u32 = 1 << 31;
@@ -174,7 +172,7 @@ impl WideEmitterNode {
         ChosenChild {
             content,
             probability: importance / total,
-            rest: ((target - before) / importance).clamp(0.0, LARGEST),
+            rest: ((target - before) / importance).clamp(0.0, ONE_MINUS_EPSILON),
         }
     }
 
@@ -236,6 +234,6 @@ pub(super) fn choose_by(importances: &Lanes, u: f32) -> Option<(usize, f32, f32)
     let chosen = chosen as usize % LANES;
     let importance = importances[chosen];
     let before = if chosen == 0 { 0.0 } else { ends[chosen - 1] };
-    let rest = ((target - before) / importance).clamp(0.0, LARGEST);
+    let rest = ((target - before) / importance).clamp(0.0, ONE_MINUS_EPSILON);
     Some((chosen, importance / total, rest))
 }

@@ -8,6 +8,7 @@ use crate::color::Rgb;
 use crate::emitters::Environment;
 use crate::lanes::{Mask, Pair, Width};
 use crate::math::Vec2;
+use crate::math::float::ONE_MINUS_EPSILON;
 use crate::math::prefetch::prefetch;
 use crate::sampling::alias::{Alias, AliasRows};
 use crate::simd::set_bits;
@@ -212,7 +213,6 @@ impl EnvironmentTile {
 /// fraction `u` of the total lies, and the position in it in [0, 1).
 #[inline]
 fn choose(start: f32, ends: [f32; EDGE], u: f32) -> (usize, f32) {
-    const LARGEST: f32 = 1.0 - f32::EPSILON / 2.0;
     let last = ends[EDGE - 1];
     let target = start + u * (last - start);
     // Rounding must not select an empty interval at the end.
@@ -220,7 +220,7 @@ fn choose(start: f32, ends: [f32; EDGE], u: f32) -> (usize, f32) {
     let chosen: usize = ends.iter().map(|&end| usize::from(is_passed(end))).sum();
     let below = if chosen == 0 { start } else { ends[chosen - 1] };
     let rest = (target - below) / (ends[chosen] - below);
-    (chosen, rest.min(LARGEST))
+    (chosen, rest.min(ONE_MINUS_EPSILON))
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@
 //! Source of guiding in primary sample space: Guo et al., "Primary Sample Space Path Guiding", 2018. Here the space has four
 //! dimensions only: those of emission.
 
-use crate::emitters::unit_interval::split;
+use crate::lanes::{Float, One, split};
 
 /// A point of primary sample space: two numbers for the direction, two for the position on the disc.
 pub(super) type PrimaryPoint = [f32; 4];
@@ -85,8 +85,9 @@ impl GuideTree {
         let mut cell = GuideCell::WHOLE;
         while node.children != 0 {
             let axis = node.axis as usize;
-            let (lower, rest) = split(u[axis], node.lower_probability);
-            u[axis] = rest;
+            let (lower, rest) = split(Float::<One>::from(u[axis]), node.lower_probability);
+            u[axis] = rest.get();
+            let lower = lower.any();
             cell.shrink(axis, !lower);
             node = self.nodes[node.children as usize + usize::from(!lower)];
         }

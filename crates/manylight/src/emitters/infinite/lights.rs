@@ -7,8 +7,6 @@ use super::light::{InfiniteLight, InfiniteLightKind, constant_pdf, sample_consta
 use crate::color::Rgb;
 use crate::emitters::Emitter;
 use crate::emitters::receivers::Receivers;
-use crate::emitters::selection_weight::SelectionWeight;
-use crate::emitters::unit_interval::split;
 use crate::geometry::Ray;
 use crate::ids::EmitterId;
 use crate::lanes::{Color, Float, Mask, Pair, Vector, Width, Word};
@@ -181,7 +179,7 @@ impl InfiniteLights {
         let light = &self.lights[index];
         let mut numbers = [u.direction.x, u.direction.y, u.position.x, u.position.y];
         let guide = guides.and_then(|guides| guides.of_light(index));
-        let guided = guide.filter(|_| !split(u.guide, UNGUIDED_PROBABILITY).0);
+        let guided = guide.filter(|_| u.guide >= UNGUIDED_PROBABILITY);
         if let Some(guide) = guided {
             numbers = guide.warp(numbers);
         }

@@ -2,7 +2,6 @@
 
 use super::guides::{IncidentSample, InfiniteLightGuides};
 use super::lights::InfiniteLights;
-use crate::emitters::selection_weight::SelectionWeight;
 use crate::geometry::{Geometry, Ray, SurfacePoint, SurfaceRef};
 use crate::ids::PrimitiveId;
 use crate::math::{Frame, Vec3};

@@ -182,9 +182,7 @@ fn the_guide_brings_photons_through_windows_and_changes_no_flux() {
     let rays: Vec<Ray> = (0..4000)
         .map(|_| Ray::new(Vec3::ZERO, warp::sphere(numbers.next_2d())))
         .collect();
-    world.guide = world
-        .emitters
-        .emission_guide(&world.geometry, || rays, |_| false);
+    world.guide = EmissionGuide::new(&world.emitters, &world.geometry, || rays, |_| false);
     let after = photons_inside(&world);
     assert!(
         after > 100.0 * before && after > 0.1,

@@ -1,11 +1,13 @@
 //! Sixteen receivers at a time against single ones, in all instruction sets.
 
 use super::*;
-use crate::emitters::sixteen::{DensityKernel, EnvironmentKernel, SampleKernel, SixteenReceivers};
 use crate::geometry::{Ray, SurfacePoint, SurfacePoints};
 use crate::lanes::{LANES, LaneMask, Lanes3, Mask, Sixteen, Vector};
 use crate::sampling::warp;
 use crate::simd::{Instructions, Isa, Simd, SimdKernel};
+use crate::testing::sixteen_receivers::{
+    DensityKernel, EnvironmentKernel, SampleKernel, SixteenReceivers,
+};
 
 /// Largest fraction of samples that may differ, because rounding changes a choice.
 const DIFFERENT: f64 = 2e-3;

@@ -354,7 +354,5 @@ fn emit(world: &World, numbers: &mut Sampler) -> Option<EmissionSample> {
         direction: numbers.next_2d(),
         element: numbers.next_1d(),
     };
-    world
-        .emitters
-        .sample_emission(&world.geometry, &world.textures, &world.guide, u)
+    (world.guide).sample(&world.emitters, &world.geometry, &world.textures, u)
 }

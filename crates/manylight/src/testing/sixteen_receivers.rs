@@ -1,12 +1,11 @@
 //! Next-event estimation for sixteen receivers at a time, for callers outside of kernels.
 
-use super::receivers::Receivers;
-use super::{DirectSample, DirectSamples, Emitters, EnvironmentLobes};
+use crate::emitters::{DirectSample, DirectSamples, Emitters, EnvironmentLobes, Receivers};
 use crate::geometry::{Geometry, SurfacePoint, SurfacePoints};
 use crate::lanes::{
     Color, Float, LANES, LaneMask, Lanes, Lanes3, Mask, Pair, Sixteen, Vector, Width,
 };
-use crate::simd::{Simd, SimdKernel};
+use crate::simd::{Isa, Simd, SimdKernel};
 use crate::texture::Texture;
 
 /// Sixteen points that receive light; see [`Receivers`].
@@ -55,62 +54,60 @@ impl SixteenReceivers {
     }
 }
 
-impl Emitters {
-    /// [`Emitters::sample`] for the receivers of `lanes`. The numbers `u` by receiver choose the emitter and a point on it, in this order.
-    pub fn sample_sixteen(
-        &self,
-        geometry: &Geometry,
-        textures: &[Texture],
-        receivers: &SixteenReceivers,
-        u: &Lanes3,
-        lanes: LaneMask,
-    ) -> SixteenDirectSamples {
-        self.tree.isa().run(SampleKernel {
-            emitters: self,
-            scene: (geometry, textures),
-            receivers,
-            u,
-            lobes: [None; LANES],
-            lanes,
-        })
-    }
-
-    /// [`Emitters::pdf_direct`] for the receivers of `lanes`; 0 for the others.
-    pub fn pdf_direct_sixteen(
-        &self,
-        receivers: &SixteenReceivers,
-        y: &[SurfacePoint; LANES],
-        lanes: LaneMask,
-    ) -> Lanes {
-        self.tree.isa().run(DensityKernel {
-            emitters: self,
-            receivers,
-            y,
-            lanes,
-        })
-    }
-
-    /// [`Emitters::environment`] for sixteen directions `wi`.
-    pub fn environment_sixteen(
-        &self,
-        receivers: &SixteenReceivers,
-        wi: &Lanes3,
-    ) -> (Lanes3, Lanes) {
-        self.tree.isa().run(EnvironmentKernel {
-            emitters: self,
-            receivers,
-            wi,
-        })
-    }
+/// [`Emitters::sample`] for the receivers of `lanes`. The numbers `u` by receiver choose the emitter and a point on it, in this order.
+pub fn sample_sixteen(
+    emitters: &Emitters,
+    geometry: &Geometry,
+    textures: &[Texture],
+    receivers: &SixteenReceivers,
+    u: &Lanes3,
+    lanes: LaneMask,
+) -> SixteenDirectSamples {
+    Isa::best().run(SampleKernel {
+        emitters,
+        scene: (geometry, textures),
+        receivers,
+        u,
+        lobes: [None; LANES],
+        lanes,
+    })
 }
 
-pub(super) struct SampleKernel<'a> {
-    pub(super) emitters: &'a Emitters,
-    pub(super) scene: (&'a Geometry, &'a [Texture]),
-    pub(super) receivers: &'a SixteenReceivers,
-    pub(super) u: &'a Lanes3,
-    pub(super) lobes: [Option<&'a EnvironmentLobes>; LANES],
-    pub(super) lanes: LaneMask,
+/// [`Emitters::pdf_direct`] for the receivers of `lanes`; 0 for the others.
+pub fn pdf_direct_sixteen(
+    emitters: &Emitters,
+    receivers: &SixteenReceivers,
+    y: &[SurfacePoint; LANES],
+    lanes: LaneMask,
+) -> Lanes {
+    Isa::best().run(DensityKernel {
+        emitters,
+        receivers,
+        y,
+        lanes,
+    })
+}
+
+/// [`Emitters::environment`] for sixteen directions `wi`.
+pub fn environment_sixteen(
+    emitters: &Emitters,
+    receivers: &SixteenReceivers,
+    wi: &Lanes3,
+) -> (Lanes3, Lanes) {
+    Isa::best().run(EnvironmentKernel {
+        emitters,
+        receivers,
+        wi,
+    })
+}
+
+pub(crate) struct SampleKernel<'a> {
+    pub(crate) emitters: &'a Emitters,
+    pub(crate) scene: (&'a Geometry, &'a [Texture]),
+    pub(crate) receivers: &'a SixteenReceivers,
+    pub(crate) u: &'a Lanes3,
+    pub(crate) lobes: [Option<&'a EnvironmentLobes>; LANES],
+    pub(crate) lanes: LaneMask,
 }
 
 impl SimdKernel for SampleKernel<'_> {
@@ -139,11 +136,11 @@ impl SimdKernel for SampleKernel<'_> {
     }
 }
 
-pub(super) struct DensityKernel<'a> {
-    pub(super) emitters: &'a Emitters,
-    pub(super) receivers: &'a SixteenReceivers,
-    pub(super) y: &'a [SurfacePoint; LANES],
-    pub(super) lanes: LaneMask,
+pub(crate) struct DensityKernel<'a> {
+    pub(crate) emitters: &'a Emitters,
+    pub(crate) receivers: &'a SixteenReceivers,
+    pub(crate) y: &'a [SurfacePoint; LANES],
+    pub(crate) lanes: LaneMask,
 }
 
 impl SimdKernel for DensityKernel<'_> {
@@ -161,10 +158,10 @@ impl SimdKernel for DensityKernel<'_> {
     }
 }
 
-pub(super) struct EnvironmentKernel<'a> {
-    pub(super) emitters: &'a Emitters,
-    pub(super) receivers: &'a SixteenReceivers,
-    pub(super) wi: &'a Lanes3,
+pub(crate) struct EnvironmentKernel<'a> {
+    pub(crate) emitters: &'a Emitters,
+    pub(crate) receivers: &'a SixteenReceivers,
+    pub(crate) wi: &'a Lanes3,
 }
 
 impl SimdKernel for EnvironmentKernel<'_> {
