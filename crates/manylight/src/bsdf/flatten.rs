@@ -1,5 +1,6 @@
 //! From a material and its wrappers to the list of leaves of a scattering function.
 
+use super::function::MAX_LEAVES;
 use super::instantiate::ModelInstantiation;
 use super::leaf::Leaf;
 use super::lobes::Classes;
@@ -10,13 +11,16 @@ use super::models::diffuse::Diffuse;
 use super::scattering_model::ScatteringModel;
 use super::sides::Sides;
 use super::tilt::Tilt;
-use super::{ALIGNED_COSINE, Bsdf, ExitTransmittance, Lobes, MAX_LEAVES};
+use super::{Bsdf, ExitTransmittance, Lobes};
 use crate::geometry::{SurfacePoint, SurfacePoints};
 use crate::ids::{MaterialId, TextureId};
 use crate::lanes::{Color, Float, Mask, One, Vector, Width};
 use crate::math::Vec3;
 use crate::simd::Outlined;
 use crate::texture::{ColorInput, Texture};
+
+/// Absolute cosine between shading normal and geometric normal from which they count as equal: rounding of interpolated normals.
+const ALIGNED_COSINE: f32 = 0.9998;
 
 impl Materials {
     /// The scattering function of a material at a point.
@@ -42,7 +46,7 @@ impl Materials {
     ) -> Bsdf<'s, S> {
         if let Some((reflectance, outer)) = self.plain_diffuse(id) {
             let reflectance = reflectance.eval_each(x, textures);
-            return Bsdf::lambert(x, reflectance, outer);
+            return lambert(x, reflectance, outer);
         }
         let at = ModelInstantiation {
             materials: self,
@@ -68,41 +72,39 @@ impl Materials {
     }
 }
 
-impl<'s, S: Width> Bsdf<'s, S> {
-    /// Without leaves.
-    #[inline(always)]
-    fn empty(x: &SurfacePoints<S>) -> Self {
-        let s = x.offset.width();
-        Bsdf {
-            ng: x.ng,
-            frame: x.frame,
-            leaves: [None; MAX_LEAVES],
-            pass_through: [Float::splat(s, 0.0); 2],
-            is_transparent: false,
-            transmits: Mask::splat(s, false),
-            classes: Classes::splat(s, Lobes::NONE),
-            is_defensive: x.frame.n.dot(x.ng).abs().lt(ALIGNED_COSINE),
-        }
+/// A scattering function without leaves.
+#[inline(always)]
+fn without_leaves<'s, S: Width>(x: &SurfacePoints<S>) -> Bsdf<'s, S> {
+    let s = x.offset.width();
+    Bsdf {
+        ng: x.ng,
+        frame: x.frame,
+        leaves: [None; MAX_LEAVES],
+        pass_through: [Float::splat(s, 0.0); 2],
+        is_transparent: false,
+        transmits: Mask::splat(s, false),
+        classes: Classes::splat(s, Lobes::NONE),
+        is_defensive: x.frame.n.dot(x.ng).abs().lt(ALIGNED_COSINE),
     }
+}
 
-    /// Lambert's model alone.
-    #[inline(always)]
-    fn lambert(x: &SurfacePoints<S>, reflectance: Color<S>, outer: Sides) -> Self {
-        let s = x.offset.width();
-        let leaf = Leaf {
-            model: Model::Diffuse(Diffuse { reflectance }),
-            weight: Float::splat(s, 1.0),
-            outer,
-            tilt: None,
-            inner: Sides::Own,
-            diffuse_is_glossy: Mask::splat(s, false),
-            lobes: Classes::splat(s, Lobes::DIFFUSE),
-        };
-        Bsdf {
-            leaves: [Some(leaf), None, None, None],
-            classes: Classes::splat(s, Lobes::DIFFUSE),
-            ..Bsdf::empty(x)
-        }
+/// Lambert's model alone.
+#[inline(always)]
+fn lambert<'s, S: Width>(x: &SurfacePoints<S>, reflectance: Color<S>, outer: Sides) -> Bsdf<'s, S> {
+    let s = x.offset.width();
+    let leaf = Leaf {
+        model: Model::Diffuse(Diffuse { reflectance }),
+        weight: Float::splat(s, 1.0),
+        outer,
+        tilt: None,
+        inner: Sides::Own,
+        diffuse_is_glossy: Mask::splat(s, false),
+        lobes: Classes::splat(s, Lobes::DIFFUSE),
+    };
+    Bsdf {
+        leaves: [Some(leaf), None, None, None],
+        classes: Classes::splat(s, Lobes::DIFFUSE),
+        ..without_leaves(x)
     }
 }
 
@@ -117,7 +119,7 @@ impl<'s, S: Width> Outlined for Flatten<'_, 's, S> {
 
     #[inline(always)]
     fn run(self) -> Bsdf<'s, S> {
-        let mut bsdf = Bsdf::empty(self.at.x);
+        let mut bsdf = without_leaves(self.at.x);
         let mut flattening = Flattening {
             at: self.at,
             count: 0,
@@ -301,7 +303,7 @@ impl<'s, S: Width> Flattening<'_, 's, S> {
             leaf.set_lobes();
             bsdf.classes = bsdf.classes.or(leaf.lobes);
             bsdf.is_transparent |= matches!(leaf.model, Model::ThinDielectric(_));
-            bsdf.transmits |= leaf.model.transmits(front.width());
+            bsdf.transmits |= leaf.model.transmits();
             if let Some(tilt) = &leaf.tilt {
                 let cos = bsdf.frame.to_world(tilt.normal()).dot(bsdf.ng).abs();
                 bsdf.is_defensive |= cos.lt(ALIGNED_COSINE) & tilt.is_tilted;

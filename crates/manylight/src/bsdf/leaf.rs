@@ -1,17 +1,17 @@
 //! A scattering model with its wrappers: weight, sides, a tilted frame. Directions are in the shading frame of the surface.
 
-use super::LARGEST;
 use super::incident_cone::IncidentCone;
 use super::lambert::Lambert;
 use super::lobes::{Classes, Lobes};
 use super::model::Model;
 use super::model_sample::{ModelSample, Numbers};
 use super::response::Response;
-use super::scattering_model::ScatteringModel;
+use super::scattering_model::{ModelBound, ScatteringModel};
 use super::sides::Sides;
 use super::tilt::{FACING_FRAME_PROBABILITY, Tilt, rotate};
 use crate::lanes::{Axes, Color, Float, Mask, One, Pair, Vector, Width};
 use crate::math::Vec3;
+use crate::math::float::ONE_MINUS_EPSILON;
 
 /// The given direction of a scattering event; the other one is sampled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -287,7 +287,7 @@ impl<S: Width> FrameChoice<S> {
         let n = Vector::select(faces, facing, rotate(facing));
         let probability = faces.select(FACING_FRAME_PROBABILITY, 1.0 - FACING_FRAME_PROBABILITY);
         let x = (x - faces.select(0.0, FACING_FRAME_PROBABILITY)) / probability;
-        let direction = Pair::new(x.min(LARGEST), u.direction.y);
+        let direction = Pair::new(x.min(ONE_MINUS_EPSILON), u.direction.y);
         FrameChoice {
             frame: tilt.frame(n),
             probability,

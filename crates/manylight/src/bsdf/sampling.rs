@@ -1,79 +1,32 @@
-//! Sampling of a scattering function.
+//! Sampling of a scattering function, and its albedo.
 
+use super::function::MAX_LEAVES;
 use super::leaf::Given;
 use super::lobes::Classes;
 use super::model_sample::{ModelSample, Numbers};
 use super::response::{ByClass, Response};
-use super::{Bsdf, LARGEST, Lobes, MAX_LEAVES};
+use super::samples::{BsdfNumbers, BsdfSample, BsdfSamples};
+use super::{Bsdf, ExitTransmittance, Lobes};
 use crate::color::Rgb;
-use crate::lanes::{Axes, Color, Float, Mask, One, Vector, Width, Word, cosine_hemisphere};
+use crate::lanes::{Axes, Color, Float, Mask, Vector, Width, Word, cosine_hemisphere};
+use crate::math::float::ONE_MINUS_EPSILON;
 use crate::math::{Vec2, Vec3};
 use crate::sampling::rng;
-
-/// The random numbers of one BSDF sample, each in [0, 1).
-#[derive(Clone, Copy, Debug)]
-pub struct BsdfNumbers {
-    /// Choice of the lobe.
-    pub lobe: f32,
-    /// Choice of the direction.
-    pub direction: Vec2,
-}
-
-impl From<BsdfNumbers> for Numbers<One> {
-    #[inline(always)]
-    fn from(u: BsdfNumbers) -> Self {
-        Numbers {
-            lobe: u.lobe.into(),
-            direction: u.direction.into(),
-        }
-    }
-}
-
-/// A sampled direction.
-#[derive(Clone, Copy, Debug)]
-pub struct BsdfSample {
-    /// The sampled unit direction: `wi` of [`Bsdf::sample_wi`], `wo` of [`Bsdf::sample_wo`].
-    pub w: Vec3,
-    /// `f |cos| / pdf`, with the geometric cosine of the sampled direction; for delta lobes the limit of that.
-    pub weight: Rgb,
-    /// Density per solid angle of all requested lobes ([`Bsdf::pdf_wi`], [`Bsdf::pdf_wo`]); 0 for delta lobes.
-    pub pdf: f32,
-    /// The class of the sampled lobe (one bit).
-    pub lobe: Lobes,
-    /// Index of refraction on the far side over that on the near side; 1 for reflection. For Russian roulette.
-    pub eta: f32,
-}
-
-/// A [`BsdfSample`] per lane.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct BsdfSamples<S: Width> {
-    pub(crate) w: Vector<S>,
-    pub(crate) weight: Color<S>,
-    pub(crate) pdf: Float<S>,
-    /// The bits of [`Lobes`].
-    pub(crate) lobe: Word<S>,
-    pub(crate) eta: Float<S>,
-    /// The lanes with a sample; in others the walk is absorbed, and the fields are unspecified.
-    pub(crate) valid: Mask<S>,
-}
-
-impl BsdfSamples<One> {
-    /// The sample of the only lane.
-    #[inline(always)]
-    fn get(self) -> Option<BsdfSample> {
-        self.valid.any().then(|| BsdfSample {
-            w: self.w.into(),
-            weight: self.weight.into(),
-            pdf: self.pdf.get(),
-            lobe: Lobes(self.lobe.store()[0] as u8),
-            eta: self.eta.get(),
-        })
-    }
-}
 
 /// Largest probability of defensive sampling. It bounds the weight of photons on surfaces with tilted shading normals by about
 /// 1 / 0.5 = 2. Not measured.
 pub(super) const MAX_DEFENSIVE_PROBABILITY: f32 = 0.5;
+
+/// Steps of a three-dimensional additive recurrence, by powers of a generalized golden ratio.
+/// Source: Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018.
+const STEPS: [f64; 3] = [
+    0.819_172_513_396_164_4,
+    0.671_043_606_703_789_2,
+    0.549_700_477_901_971,
+];
+
+/// Points of the quadrature of albedos, for an error of about one percent.
+const ALBEDO_SAMPLES: u32 = 1024;
 
 /// A sampled direction in each lane, without the weight of finite lobes.
 pub(super) struct Drawn<S: Width> {
@@ -112,6 +65,29 @@ impl Bsdf<'_> {
     /// Samples `wo` for a photon that arrives from `wi`. `None` if it is absorbed. Classes as in [`Bsdf::sample_wi`].
     pub fn sample_wo(&self, wi: Vec3, u: BsdfNumbers, lobes: Lobes) -> Option<BsdfSample> {
         self.sample_each_wo(wi.into(), u.into(), lobes).get()
+    }
+
+    /// Fraction of flux from `wi` that `lobes` scatter (delta lobes included, straight-through transmission not). In closed form for
+    /// Lambert's model, else by deterministic quadrature over [`Bsdf::sample_wo`] with an error of about one percent.
+    pub fn albedo(&self, wi: Vec3, lobes: Lobes) -> Rgb {
+        if self.lobes().and(lobes) == Lobes::DIFFUSE
+            && matches!(self.exit_transmittance(), ExitTransmittance::Lambert)
+        {
+            // |wo·ng| / π integrates to 1 over any hemisphere, also over that around ns.
+            return self.diffuse_weight(wi);
+        }
+        let sum: Rgb = (0..ALBEDO_SAMPLES)
+            .filter_map(|i| {
+                let [a, b, c] = STEPS.map(|step| ((0.5 + step * f64::from(i + 1)) % 1.0) as f32);
+                let u = BsdfNumbers {
+                    lobe: a.min(ONE_MINUS_EPSILON),
+                    direction: Vec2::new(b.min(ONE_MINUS_EPSILON), c.min(ONE_MINUS_EPSILON)),
+                };
+                self.sample_wo(wi, u, lobes)
+            })
+            .map(|sample| sample.weight)
+            .sum();
+        sum / ALBEDO_SAMPLES as f32
     }
 }
 
@@ -205,7 +181,7 @@ impl<S: Width> Bsdf<'_, S> {
             }
             let takes = undecided & weight.gt(0.0) & (left.lt(weight) | beyond.equals(0.0));
             if takes.any() {
-                let lobe = (left / weight).min(LARGEST);
+                let lobe = (left / weight).min(ONE_MINUS_EPSILON);
                 let sample = leaf.sample(end, given, Numbers { lobe, ..u }, lobes);
                 chosen = LeafSample {
                     sample: ModelSample::select(takes, &sample, &chosen.sample),
@@ -272,7 +248,7 @@ impl<S: Width> Bsdf<'_, S> {
     ) -> Drawn<S> {
         let defensive = self.defensive_probability(local, lobes);
         let defends = u.lobe.lt(defensive);
-        let lobe = ((u.lobe - defensive) / (1.0 - defensive)).min(LARGEST);
+        let lobe = ((u.lobe - defensive) / (1.0 - defensive)).min(ONE_MINUS_EPSILON);
         let LeafSample {
             sample,
             share,

@@ -4,10 +4,12 @@
 //! `f(wi → wo) |cosθ_i|` with its density, `bound` an upper bound over a cone of `wi`. `sample` and `pdf` take the given direction, `wi`
 //! or `wo`: sampling is the same for both, because visible half vectors depend on one direction only.
 
-use super::lobes::Classes;
+use super::incident_cone::IncidentCone;
+use super::lobes::{Classes, Lobes};
 use super::model_sample::{ModelSample, Numbers};
 use super::response::Response;
-use crate::lanes::{Float, Vector, Width};
+use crate::lanes::{Color, Float, Mask, One, Vector, Width};
+use crate::math::Vec3;
 use crate::simd::Outlined;
 
 /// What every scattering model does.
@@ -34,6 +36,32 @@ pub(super) trait ScatteringModel<S: Width> {
 
     /// Samples the other direction. `lobes` and the lobes of the model have a class in common.
     fn sample(&self, given: Vector<S>, u: Numbers<S>, lobes: Classes<S>) -> ModelSample<S>;
+
+    /// The lanes in which a finite lobe transmits light to the other side.
+    #[inline(always)]
+    fn transmits(&self) -> Mask<S> {
+        Mask::splat(self.lobes().glossy.width(), false)
+    }
+
+    /// Smallest roughness alpha of the lobes that are `GLOSSY` or `NEAR_DELTA`; 1 without such lobes.
+    #[inline(always)]
+    fn alpha(&self) -> Float<S> {
+        Float::splat(self.lobes().glossy.width(), 1.0)
+    }
+
+    /// `a(wi)` of the `DIFFUSE` lobe, `f = a(wi) b(wo) / π`; black without such a lobe.
+    #[inline(always)]
+    fn diffuse_weight(&self, wi: Vector<S>) -> Color<S> {
+        Color::black(wi.z.width())
+    }
+}
+
+/// The upper bounds of a scattering model, for cuts through a tree of lights.
+pub(super) trait ModelBound: ScatteringModel<One> {
+    /// Upper bound of all channels of the values over a cone of `wi`. 0 for models with delta lobes alone.
+    fn bound(&self, _: &IncidentCone, _: Vec3, _: Lobes) -> f32 {
+        0.0
+    }
 }
 
 /// [`ScatteringModel::respond`].

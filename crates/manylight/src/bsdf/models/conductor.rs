@@ -6,7 +6,7 @@ use crate::bsdf::incident_cone::IncidentCone;
 use crate::bsdf::lobes::{Classes, Lobes};
 use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::{ByClass, Response};
-use crate::bsdf::scattering_model::ScatteringModel;
+use crate::bsdf::scattering_model::{ModelBound, ScatteringModel};
 use crate::color::Rgb;
 use crate::lanes::{Color, Float, One, Vector, Width};
 use crate::math::Vec3;
@@ -40,19 +40,14 @@ impl<S: Width> ScatteringModel<S> for SmoothConductor<S> {
     }
 }
 
+impl ModelBound for SmoothConductor<One> {}
+
 /// A rough, one-sided conductor: `f = F D G / (4 cosθ_i cosθ_o)`.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::bsdf) struct RoughConductor<S: Width> {
     pub facets: Microfacets<S>,
     pub fresnel: ConductorFresnel<S>,
     pub tint: Color<S>,
-}
-
-impl<S: Width> RoughConductor<S> {
-    #[inline(always)]
-    pub(in crate::bsdf) fn alpha(&self) -> Float<S> {
-        self.facets.min_alpha()
-    }
 }
 
 impl<S: Width> ScatteringModel<S> for RoughConductor<S> {
@@ -94,11 +89,16 @@ impl<S: Width> ScatteringModel<S> for RoughConductor<S> {
         let w = reflect(given, self.facets.sample(given, u.direction));
         ModelSample::finite(w, given.z.gt(0.0) & w.z.gt(0.0))
     }
+
+    #[inline(always)]
+    fn alpha(&self) -> Float<S> {
+        self.facets.min_alpha()
+    }
 }
 
-impl RoughConductor<One> {
+impl ModelBound for RoughConductor<One> {
     #[inline]
-    pub(in crate::bsdf) fn bound(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
+    fn bound(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
         let [_, cos] = incident.cosines();
         if !lobes.has(self.lobes().get()) || wo.z <= 0.0 || cos <= 0.0 {
             return 0.0;

@@ -8,7 +8,7 @@ use crate::bsdf::incident_cone::IncidentCone;
 use crate::bsdf::lobes::{Classes, Lobes};
 use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::{ByClass, Response};
-use crate::bsdf::scattering_model::ScatteringModel;
+use crate::bsdf::scattering_model::{ModelBound, ScatteringModel};
 use crate::lanes::{Color, Float, Mask, One, Vector, Width};
 use crate::math::Vec3;
 
@@ -82,6 +82,8 @@ impl<S: Width> ScatteringModel<S> for SmoothDielectric<S> {
     }
 }
 
+impl ModelBound for SmoothDielectric<One> {}
+
 /// A rough dielectric interface.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::bsdf) struct RoughDielectric<S: Width> {
@@ -92,11 +94,6 @@ pub(in crate::bsdf) struct RoughDielectric<S: Width> {
 }
 
 impl<S: Width> RoughDielectric<S> {
-    #[inline(always)]
-    pub(in crate::bsdf) fn alpha(&self) -> Float<S> {
-        self.facets.min_alpha()
-    }
-
     /// The density for two directions with this half vector.
     #[inline(always)]
     fn pdf_by(&self, half: &HalfVector<S>, given: Vector<S>, other: Vector<S>) -> Float<S> {
@@ -160,6 +157,16 @@ impl<S: Width> ScatteringModel<S> for RoughDielectric<S> {
         let reflects = u.lobe.lt(reflection);
         facet_sample(given, m, &interface, reflects, returns_light)
     }
+
+    #[inline(always)]
+    fn alpha(&self) -> Float<S> {
+        self.facets.min_alpha()
+    }
+
+    #[inline(always)]
+    fn transmits(&self) -> Mask<S> {
+        Mask::splat(self.lobes().glossy.width(), true)
+    }
 }
 
 /// The direction reflected or refracted at a facet with normal `m`; invalid if it is on the wrong side of the surface.
@@ -180,8 +187,8 @@ pub(in crate::bsdf) fn facet_sample<S: Width>(
     }
 }
 
-impl RoughDielectric<One> {
-    pub(in crate::bsdf) fn bound(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
+impl ModelBound for RoughDielectric<One> {
+    fn bound(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
         if !lobes.has(self.lobes().get()) || wo.z == 0.0 {
             return 0.0;
         }

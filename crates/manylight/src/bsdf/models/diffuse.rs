@@ -4,7 +4,7 @@ use crate::bsdf::incident_cone::IncidentCone;
 use crate::bsdf::lobes::{Classes, Lobes};
 use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::{ByClass, Response};
-use crate::bsdf::scattering_model::ScatteringModel;
+use crate::bsdf::scattering_model::{ModelBound, ScatteringModel};
 use crate::lanes::{Color, Float, One, Vector, Width, cosine_hemisphere, cosine_hemisphere_pdf};
 use crate::math::Vec3;
 use std::f32::consts::FRAC_1_PI;
@@ -13,13 +13,6 @@ use std::f32::consts::FRAC_1_PI;
 #[derive(Clone, Copy, Debug)]
 pub(in crate::bsdf) struct Diffuse<S: Width> {
     pub reflectance: Color<S>,
-}
-
-impl<S: Width> Diffuse<S> {
-    #[inline(always)]
-    pub(in crate::bsdf) fn diffuse_weight(&self, wi: Vector<S>) -> Color<S> {
-        self.reflectance.within(wi.z.gt(0.0))
-    }
 }
 
 impl<S: Width> ScatteringModel<S> for Diffuse<S> {
@@ -53,11 +46,16 @@ impl<S: Width> ScatteringModel<S> for Diffuse<S> {
     fn sample(&self, given: Vector<S>, u: Numbers<S>, _: Classes<S>) -> ModelSample<S> {
         ModelSample::finite(cosine_hemisphere(u.direction), given.z.gt(0.0))
     }
+
+    #[inline(always)]
+    fn diffuse_weight(&self, wi: Vector<S>) -> Color<S> {
+        self.reflectance.within(wi.z.gt(0.0))
+    }
 }
 
-impl Diffuse<One> {
+impl ModelBound for Diffuse<One> {
     #[inline]
-    pub(in crate::bsdf) fn bound(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
+    fn bound(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
         if !lobes.has(Lobes::DIFFUSE) || wo.z <= 0.0 {
             return 0.0;
         }

@@ -4,7 +4,7 @@ use crate::bsdf::incident_cone::IncidentCone;
 use crate::bsdf::lobes::{Classes, Lobes};
 use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::{ByClass, Response};
-use crate::bsdf::scattering_model::ScatteringModel;
+use crate::bsdf::scattering_model::{ModelBound, ScatteringModel};
 use crate::lanes::{
     Color, Float, Mask, One, Vector, Width, cosine_hemisphere, cosine_hemisphere_pdf,
 };
@@ -50,11 +50,16 @@ impl<S: Width> ScatteringModel<S> for DiffuseTransmitter<S> {
         let w = cosine_hemisphere(u.direction).scale_z(-given.z.sign());
         ModelSample::finite(w, Mask::splat(given.z.width(), true))
     }
+
+    #[inline(always)]
+    fn transmits(&self) -> Mask<S> {
+        Mask::splat(self.lobes().glossy.width(), true)
+    }
 }
 
-impl DiffuseTransmitter<One> {
+impl ModelBound for DiffuseTransmitter<One> {
     #[inline]
-    pub(in crate::bsdf) fn bound(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
+    fn bound(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
         if !lobes.has(Lobes::GLOSSY) || wo.z == 0.0 {
             return 0.0;
         }

@@ -7,7 +7,7 @@ use crate::bsdf::incident_cone::IncidentCone;
 use crate::bsdf::lobes::{Classes, Lobes};
 use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::{ByClass, Response};
-use crate::bsdf::scattering_model::ScatteringModel;
+use crate::bsdf::scattering_model::{ModelBound, ScatteringModel};
 use crate::lanes::{
     Axes, Color, Float, One, Vector, Width, cosine_hemisphere, cosine_hemisphere_pdf,
 };
@@ -132,17 +132,6 @@ impl<S: Width> Phong<S> {
         }
     }
 
-    /// Roughness of a microfacet lobe of the same width.
-    #[inline(always)]
-    pub(in crate::bsdf) fn alpha(&self) -> Float<S> {
-        alpha(self.exponent)
-    }
-
-    #[inline(always)]
-    pub(in crate::bsdf) fn diffuse_weight(&self, wi: Vector<S>) -> Color<S> {
-        self.layers.base.diffuse_weight(wi)
-    }
-
     /// cosⁿα between `a` and the mirror direction of `b`.
     #[inline(always)]
     fn falloff(&self, a: Vector<S>, b: Vector<S>) -> Float<S> {
@@ -187,6 +176,16 @@ impl<S: Width> ScatteringModel<S> for Phong<S> {
         let w = Axes::from_normal(mirror).to_world(about);
         self.layers.sample(given.z, u, lobes, w)
     }
+
+    #[inline(always)]
+    fn alpha(&self) -> Float<S> {
+        alpha(self.exponent)
+    }
+
+    #[inline(always)]
+    fn diffuse_weight(&self, wi: Vector<S>) -> Color<S> {
+        self.layers.base.diffuse_weight(wi)
+    }
 }
 
 /// Roughness of a microfacet lobe of the same width: exp(-n α²/2) = exp(-θh²/alpha²) with α = 2 θh.
@@ -195,8 +194,8 @@ fn alpha<S: Width>(exponent: Float<S>) -> Float<S> {
     (2.0 * exponent).max(1.0).sqrt().recip()
 }
 
-impl Phong<One> {
-    pub(in crate::bsdf) fn bound(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
+impl ModelBound for Phong<One> {
+    fn bound(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
         let [_, cos] = incident.cosines();
         if wo.z <= 0.0 || cos <= 0.0 {
             return 0.0;

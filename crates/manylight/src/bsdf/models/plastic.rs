@@ -7,7 +7,7 @@ use crate::bsdf::incident_cone::IncidentCone;
 use crate::bsdf::lobes::{Classes, Lobes};
 use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::{ByClass, Response};
-use crate::bsdf::scattering_model::ScatteringModel;
+use crate::bsdf::scattering_model::{ModelBound, ScatteringModel};
 use crate::lanes::{Color, Float, One, Vector, Width, cosine_hemisphere, cosine_hemisphere_pdf};
 use crate::math::Vec3;
 use std::f32::consts::FRAC_1_PI;
@@ -123,11 +123,6 @@ impl<S: Width> Plastic<S> {
         self.layers
             .coat_probability(r, self.coat_class(r.width()), lobes)
     }
-
-    #[inline(always)]
-    pub(in crate::bsdf) fn diffuse_weight(&self, wi: Vector<S>) -> Color<S> {
-        (self.layers.base * fresnel::coat_transmittance(wi.z, self.eta)).within(wi.z.gt(0.0))
-    }
 }
 
 impl<S: Width> ScatteringModel<S> for Plastic<S> {
@@ -174,11 +169,16 @@ impl<S: Width> ScatteringModel<S> for Plastic<S> {
         let base = ModelSample::finite(cosine_hemisphere(u.direction), above);
         ModelSample::select(u.lobe.lt(probability), &coat, &base)
     }
+
+    #[inline(always)]
+    fn diffuse_weight(&self, wi: Vector<S>) -> Color<S> {
+        (self.layers.base * fresnel::coat_transmittance(wi.z, self.eta)).within(wi.z.gt(0.0))
+    }
 }
 
-impl Plastic<One> {
+impl ModelBound for Plastic<One> {
     #[inline]
-    pub(in crate::bsdf) fn bound(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
+    fn bound(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
         let [_, cos] = incident.cosines();
         if !lobes.has(Lobes::DIFFUSE) || wo.z <= 0.0 || cos <= 0.0 {
             return 0.0;
@@ -229,21 +229,11 @@ impl<'s, S: Width> RoughPlastic<'s, S> {
         self.layers.tint
     }
 
-    #[inline(always)]
-    pub(in crate::bsdf) fn alpha(&self) -> Float<S> {
-        self.facets.min_alpha()
-    }
-
     /// Probability of sampling the coat, for its transmittance in the given direction.
     #[inline(always)]
     fn coat_probability(&self, transmittance: Float<S>, lobes: Classes<S>) -> Float<S> {
         self.layers
             .coat_probability(1.0 - transmittance, self.facets.class(), lobes)
-    }
-
-    #[inline(always)]
-    pub(in crate::bsdf) fn diffuse_weight(&self, wi: Vector<S>) -> Color<S> {
-        (self.layers.base * interpolate(self.transmittance, wi.z)).within(wi.z.gt(0.0))
     }
 }
 
@@ -308,6 +298,16 @@ impl<S: Width> ScatteringModel<S> for RoughPlastic<'_, S> {
         }
         ModelSample::finite(w, above & (w.z.gt(0.0) | !of_coat))
     }
+
+    #[inline(always)]
+    fn alpha(&self) -> Float<S> {
+        self.facets.min_alpha()
+    }
+
+    #[inline(always)]
+    fn diffuse_weight(&self, wi: Vector<S>) -> Color<S> {
+        (self.layers.base * interpolate(self.transmittance, wi.z)).within(wi.z.gt(0.0))
+    }
 }
 
 impl RoughPlastic<'_, One> {
@@ -316,8 +316,10 @@ impl RoughPlastic<'_, One> {
     pub(in crate::bsdf) fn max_transmittance(&self) -> f32 {
         self.transmittance.iter().copied().fold(0.0, f32::max)
     }
+}
 
-    pub(in crate::bsdf) fn bound(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
+impl ModelBound for RoughPlastic<'_, One> {
+    fn bound(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
         let [_, cos] = incident.cosines();
         if wo.z <= 0.0 || cos <= 0.0 {
             return 0.0;

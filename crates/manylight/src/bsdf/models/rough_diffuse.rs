@@ -6,7 +6,7 @@ use crate::bsdf::incident_cone::IncidentCone;
 use crate::bsdf::lobes::{Classes, Lobes};
 use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::{ByClass, Response};
-use crate::bsdf::scattering_model::ScatteringModel;
+use crate::bsdf::scattering_model::{ModelBound, ScatteringModel};
 use crate::lanes::{Color, Float, One, Vector, Width, cosine_hemisphere, cosine_hemisphere_pdf};
 use crate::math::{Vec3, float::safe_sqrt};
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_2};
@@ -60,12 +60,6 @@ impl<S: Width> RoughDiffuse<S> {
             sigma2: 0.5 * alpha * alpha,
             full,
         }
-    }
-
-    /// `a(wi)` of the `DIFFUSE` lobe of a smooth surface.
-    #[inline(always)]
-    pub(in crate::bsdf) fn diffuse_weight(&self, wi: Vector<S>) -> Color<S> {
-        self.reflectance.within(wi.z.gt(0.0) & self.lobes().diffuse)
     }
 
     /// Oren and Nayar's qualitative model.
@@ -144,10 +138,15 @@ impl<S: Width> ScatteringModel<S> for RoughDiffuse<S> {
     fn sample(&self, given: Vector<S>, u: Numbers<S>, _: Classes<S>) -> ModelSample<S> {
         ModelSample::finite(cosine_hemisphere(u.direction), given.z.gt(0.0))
     }
+
+    #[inline(always)]
+    fn diffuse_weight(&self, wi: Vector<S>) -> Color<S> {
+        self.reflectance.within(wi.z.gt(0.0) & self.lobes().diffuse)
+    }
 }
 
-impl RoughDiffuse<One> {
-    pub(in crate::bsdf) fn bound(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
+impl ModelBound for RoughDiffuse<One> {
+    fn bound(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
         let [_, cos] = incident.cosines();
         if !lobes.has(self.lobes().get()) || wo.z <= 0.0 || cos <= 0.0 {
             return 0.0;

@@ -3,8 +3,8 @@
 use super::fresnel;
 use crate::bsdf::lobes::{Classes, Lobes};
 use crate::bsdf::model_sample::{ModelSample, Numbers};
-use crate::bsdf::scattering_model::ScatteringModel;
-use crate::lanes::{Color, Float, Mask, Vector, Width};
+use crate::bsdf::scattering_model::{ModelBound, ScatteringModel};
+use crate::lanes::{Color, Float, Mask, One, Vector, Width};
 
 /// Mirror reflection on both sides, and straight-through transmission.
 #[derive(Clone, Copy, Debug)]
@@ -47,3 +47,5 @@ impl<S: Width> ScatteringModel<S> for ThinDielectric<S> {
         ModelSample::mirror(given, fraction, given.z.same(1.0), everywhere)
     }
 }
+
+impl ModelBound for ThinDielectric<One> {}

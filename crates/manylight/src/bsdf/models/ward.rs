@@ -11,7 +11,7 @@ use crate::bsdf::lobes::{Classes, Lobes};
 use crate::bsdf::material::WardVariant;
 use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::Response;
-use crate::bsdf::scattering_model::ScatteringModel;
+use crate::bsdf::scattering_model::{ModelBound, ScatteringModel};
 use crate::lanes::{Color, Float, One, Pair, Vector, Width};
 use crate::math::Vec3;
 use std::f32::consts::FRAC_1_PI;
@@ -44,16 +44,6 @@ impl<S: Width> Ward<S> {
             variant,
             alpha,
         }
-    }
-
-    #[inline(always)]
-    pub(in crate::bsdf) fn alpha(&self) -> Float<S> {
-        self.alpha.x.min(self.alpha.y)
-    }
-
-    #[inline(always)]
-    pub(in crate::bsdf) fn diffuse_weight(&self, wi: Vector<S>) -> Color<S> {
-        self.layers.base.diffuse_weight(wi)
     }
 
     /// The Gaussian of an unnormalized half vector: exp(-tan²θh (cos²φh/αu² + sin²φh/αv²)) / (π αu αv).
@@ -111,10 +101,20 @@ impl<S: Width> ScatteringModel<S> for Ward<S> {
         let h = Vector::new(slope.x, slope.y, radius.same(1.0)).normalize();
         self.layers.sample(given.z, u, lobes, reflect(given, h))
     }
+
+    #[inline(always)]
+    fn alpha(&self) -> Float<S> {
+        self.alpha.x.min(self.alpha.y)
+    }
+
+    #[inline(always)]
+    fn diffuse_weight(&self, wi: Vector<S>) -> Color<S> {
+        self.layers.base.diffuse_weight(wi)
+    }
 }
 
-impl Ward<One> {
-    pub(in crate::bsdf) fn bound(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
+impl ModelBound for Ward<One> {
+    fn bound(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
         let [lowest, cos] = incident.cosines();
         if wo.z <= 0.0 || cos <= 0.0 {
             return 0.0;

@@ -3,8 +3,7 @@
 use super::cases::{surface_at, unequal_lobes};
 use super::*;
 use crate::bsdf::model_sample::Numbers;
-use crate::bsdf::sampling::BsdfSamples;
-use crate::bsdf::{BsdfSample, DirectResponse, DirectResponses};
+use crate::bsdf::{BsdfSample, BsdfSamples, DirectResponse, DirectResponses};
 use crate::geometry::{SurfacePoint, SurfacePoints};
 use crate::ids::MaterialId;
 use crate::lanes::{self, Color, Float, LANES, LaneKernel, Pair, Vector, Width};

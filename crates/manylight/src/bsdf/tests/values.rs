@@ -1,8 +1,8 @@
 //! Properties of values: sums over classes, reciprocity, product form, finiteness, summaries of materials.
 
 use super::*;
-use crate::bsdf::LARGEST;
 use crate::ids::MaterialId;
+use crate::math::float::ONE_MINUS_EPSILON;
 use std::f32::consts::FRAC_1_PI;
 
 #[test]
@@ -101,10 +101,10 @@ fn all_results_are_finite() {
                     assert!(!bsdf.pdf_wi(wi, wo, Lobes::ALL).is_nan(), "{context}");
                     assert!(!bsdf.pdf_wo(wi, wo, Lobes::ALL).is_nan(), "{context}");
                 }
-                for u in [0.0, 0.5, LARGEST] {
+                for u in [0.0, 0.5, ONE_MINUS_EPSILON] {
                     let u = BsdfNumbers {
                         lobe: u,
-                        direction: Vec2::new(u, 1.0 - u).min(Vec2::splat(LARGEST)),
+                        direction: Vec2::new(u, 1.0 - u).min(Vec2::splat(ONE_MINUS_EPSILON)),
                     };
                     for sample in [
                         bsdf.sample_wi(wi, u, Lobes::ALL),

@@ -19,7 +19,7 @@ use crate::bsdf::lobes::{Classes, Lobes, NEAR_DELTA_ALPHA};
 use crate::bsdf::material::Distribution;
 use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::{ByClass, Response};
-use crate::bsdf::scattering_model::ScatteringModel;
+use crate::bsdf::scattering_model::{ModelBound, ScatteringModel};
 use crate::lanes::{Color, Float, Mask, One, Vector, Width};
 use crate::math::{Vec3, float::safe_sqrt};
 use std::f32::consts::{FRAC_1_PI, PI};
@@ -137,12 +137,6 @@ impl<S: Width> Principled<S> {
         }
     }
 
-    /// The lanes in which the main interface transmits.
-    #[inline(always)]
-    pub(in crate::bsdf) fn transmits(&self) -> Mask<S> {
-        self.bsdf.gt(0.0)
-    }
-
     #[inline(always)]
     fn specular_class(&self) -> Classes<S> {
         self.facets.class()
@@ -151,13 +145,6 @@ impl<S: Width> Principled<S> {
     #[inline(always)]
     fn clearcoat_class(&self) -> Classes<S> {
         Classes::of_microfacets(self.clearcoat_alpha)
-    }
-
-    /// Smallest roughness alpha of the `GLOSSY` lobes; 1 without such lobes.
-    #[inline(always)]
-    pub(in crate::bsdf) fn glossy_alpha(&self) -> Float<S> {
-        let clearcoat = self.clearcoat.gt(0.0).select(self.clearcoat_alpha, 1.0);
-        least_glossy([self.facets.min_alpha(), clearcoat])
     }
 
     /// Reflection on the front by class.
@@ -286,10 +273,21 @@ impl<S: Width> ScatteringModel<S> for Principled<S> {
     fn sample(&self, given: Vector<S>, u: Numbers<S>, lobes: Classes<S>) -> ModelSample<S> {
         self.sample_by(&self.strategies(given.z, lobes), given, u)
     }
+
+    #[inline(always)]
+    fn transmits(&self) -> Mask<S> {
+        self.bsdf.gt(0.0)
+    }
+
+    #[inline(always)]
+    fn alpha(&self) -> Float<S> {
+        let clearcoat = self.clearcoat.gt(0.0).select(self.clearcoat_alpha, 1.0);
+        least_glossy([self.facets.min_alpha(), clearcoat])
+    }
 }
 
-impl Principled<One> {
-    pub(in crate::bsdf) fn bound(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
+impl ModelBound for Principled<One> {
+    fn bound(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
         if wo.z == 0.0 {
             return 0.0;
         }

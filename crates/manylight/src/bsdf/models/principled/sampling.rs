@@ -6,6 +6,7 @@ use crate::bsdf::lobes::{Classes, Lobes};
 use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::models::dielectric::{HalfVector, facet_sample};
 use crate::bsdf::models::fresnel::{self, reflect};
+use crate::bsdf::scattering_model::ScatteringModel;
 use crate::lanes::{Float, Mask, Pair, Vector, Width, cosine_hemisphere, cosine_hemisphere_pdf};
 use std::f32::consts::PI;
 

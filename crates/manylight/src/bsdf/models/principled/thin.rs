@@ -12,7 +12,7 @@ use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::models::fresnel::{self, reflect};
 use crate::bsdf::models::microfacet::Microfacets;
 use crate::bsdf::response::{ByClass, Response};
-use crate::bsdf::scattering_model::ScatteringModel;
+use crate::bsdf::scattering_model::{ModelBound, ScatteringModel};
 use crate::lanes::{
     Color, Float, Mask, One, Vector, Width, cosine_hemisphere, cosine_hemisphere_pdf,
 };
@@ -84,13 +84,6 @@ impl<S: Width> PrincipledThin<S> {
     #[inline(always)]
     fn has_specular(&self) -> Mask<S> {
         self.p.spec_trans.gt(0.0)
-    }
-
-    /// Smallest roughness alpha of the `GLOSSY` lobes; 1 without such lobes.
-    #[inline(always)]
-    pub(in crate::bsdf) fn glossy_alpha(&self) -> Float<S> {
-        let least = least_glossy([self.facets.min_alpha(), self.through.min_alpha()]);
-        self.has_specular().select(least, 1.0)
     }
 
     /// Reflection by `lobes`.
@@ -234,23 +227,20 @@ impl<S: Width> ScatteringModel<S> for PrincipledThin<S> {
         let valid = valid & w.z.gt(0.0) & total.gt(0.0);
         ModelSample::finite(w.scale_z(reflects.select(side, -side)), valid)
     }
+
+    #[inline(always)]
+    fn alpha(&self) -> Float<S> {
+        let least = least_glossy([self.facets.min_alpha(), self.through.min_alpha()]);
+        self.has_specular().select(least, 1.0)
+    }
+
+    #[inline(always)]
+    fn transmits(&self) -> Mask<S> {
+        Mask::splat(self.lobes().glossy.width(), true)
+    }
 }
 
 impl PrincipledThin<One> {
-    pub(in crate::bsdf) fn bound(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
-        if wo.z == 0.0 {
-            return 0.0;
-        }
-        let on_side = |w: Vec3, side: f32| Vec3::new(w.x, w.y, w.z * side);
-        let side = 1.0f32.copysign(wo.z);
-        let wo = on_side(wo, side);
-        let near = incident.map(|w| on_side(w, side));
-        let far = incident.map(|w| on_side(w, -side));
-        let seen = self.facets.seen(wo.into()).get();
-        let front = self.front(lobes.into());
-        front.bound(&self.facets, &near, wo, seen) + self.bound_through(&far, wo, lobes)
-    }
-
     /// Upper bound of the transmission over a cone that has been mirrored to the side of `wo`, above the surface.
     fn bound_through(&self, mirrored: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
         let [_, cos] = mirrored.cosines();
@@ -263,5 +253,21 @@ impl PrincipledThin<One> {
         let density = self.through.projected_bound(halves.highest, mirrored)
             * self.through.seen(wo.into()).get();
         factor * mirrored.projection(cos) + specular * density
+    }
+}
+
+impl ModelBound for PrincipledThin<One> {
+    fn bound(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
+        if wo.z == 0.0 {
+            return 0.0;
+        }
+        let on_side = |w: Vec3, side: f32| Vec3::new(w.x, w.y, w.z * side);
+        let side = 1.0f32.copysign(wo.z);
+        let wo = on_side(wo, side);
+        let near = incident.map(|w| on_side(w, side));
+        let far = incident.map(|w| on_side(w, -side));
+        let seen = self.facets.seen(wo.into()).get();
+        let front = self.front(lobes.into());
+        front.bound(&self.facets, &near, wo, seen) + self.bound_through(&far, wo, lobes)
     }
 }

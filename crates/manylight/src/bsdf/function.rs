@@ -1,15 +1,41 @@
-//! Values and densities of a scattering function.
+//! The scattering function at a point: its leaves, their values and densities.
 
+use super::Lobes;
+use super::exit_transmittance::ExitTransmittance;
 use super::lambert::Lambert;
-use super::leaf::Given;
+use super::leaf::{Given, Leaf};
 use super::lobes::Classes;
 use super::model::Model;
 use super::response::{ByClass, Response};
-use super::{Bsdf, Lobes};
 use crate::color::Rgb;
-use crate::lanes::{Color, Float, Vector, Width};
+use crate::lanes::{Axes, Color, Float, Mask, One, Vector, Width};
 use crate::math::Vec3;
 use std::f32::consts::FRAC_1_PI;
+
+/// Most leaves of a material at a point; see [`Materials::bsdf`].
+pub(super) const MAX_LEAVES: usize = 4;
+
+/// The scattering function at a point, or at a point of one material in each lane. It is `Copy`, and borrows only precomputed tables of
+/// the scene.
+#[derive(Clone, Copy, Debug)]
+pub struct Bsdf<'s, S: Width = One> {
+    /// Geometric normal.
+    pub(super) ng: Vector<S>,
+    /// Shading frame.
+    pub(super) frame: Axes<S>,
+    /// The leaves, followed by `None`.
+    pub(super) leaves: [Option<Leaf<'s, S>>; MAX_LEAVES],
+    /// Fraction of light that passes straight through masks and null materials, by side: that of the shading normal, the other.
+    pub(super) pass_through: [Float<S>; 2],
+    /// Whether any light passes straight through, thin dielectrics included.
+    pub(super) is_transparent: bool,
+    /// The lanes in which a finite lobe transmits.
+    pub(super) transmits: Mask<S>,
+    /// The classes of all lobes with positive weight.
+    pub(super) classes: Classes<S>,
+    /// The lanes in which photon walks need defensive sampling: some normal in use is not the geometric one.
+    pub(super) is_defensive: Mask<S>,
+}
 
 /// See [`Bsdf::direct_response`].
 #[derive(Clone, Copy, Debug)]
@@ -30,7 +56,42 @@ pub(crate) struct DirectResponses<S: Width> {
     pub(crate) pdf: Float<S>,
 }
 
-impl Bsdf<'_> {
+impl<'s> Bsdf<'s> {
+    /// The classes of all lobes with positive weight.
+    #[inline]
+    pub fn lobes(&self) -> Lobes {
+        self.classes.get()
+    }
+
+    /// Whether a finite lobe transmits light to the other side.
+    #[inline]
+    pub fn transmits(&self) -> bool {
+        self.transmits.any()
+    }
+
+    /// `b(wo)` of the `DIFFUSE` lobes; see [`Bsdf::diffuse_weight`].
+    #[inline]
+    pub fn exit_transmittance(&self) -> ExitTransmittance<'s> {
+        let diffuse = self.leaves().find(|leaf| leaf.lobes.diffuse.any());
+        diffuse.map_or(ExitTransmittance::Lambert, |leaf| {
+            leaf.model.exit_transmittance()
+        })
+    }
+
+    /// Smallest roughness alpha of the `GLOSSY` lobes; 1 without such lobes. It is roughly the width of the lobe in radians.
+    #[inline]
+    pub fn glossy_width(&self) -> f32 {
+        self.glossy_widths().get()
+    }
+
+    /// The normal for sampling emitters: the shading normal on the side of `wo`. `None` if some lobe transmits, because then light
+    /// from both sides contributes.
+    #[inline]
+    pub fn receiving_normal(&self, wo: Vec3) -> Option<Vec3> {
+        let (n, is_one_sided) = self.receiving_normals(wo.into());
+        is_one_sided.any().then(|| n.into())
+    }
+
     /// `f(wi → wo)` in 1/sr: `f_s |wi·ns| / |wi·ng|`, where `f_s` is the model in the shading frame. With this definition all
     /// other formulas use geometric cosines. Whether `wi` and `wo` are on the same side is decided by the shading normal `ns`, as in
     /// Mitsuba's path tracer. Transmission scales radiance by η².
@@ -101,7 +162,74 @@ impl Bsdf<'_> {
     }
 }
 
-impl<S: Width> Bsdf<'_, S> {
+impl<'s, S: Width> Bsdf<'s, S> {
+    /// The instruction set of the lanes.
+    #[inline(always)]
+    pub(super) fn width(&self) -> S {
+        self.ng.x.width()
+    }
+
+    /// [`Bsdf::receiving_normal`], and the lanes in which there is one.
+    #[inline(always)]
+    pub(crate) fn receiving_normals(&self, wo: Vector<S>) -> (Vector<S>, Mask<S>) {
+        let n = self.frame.n;
+        (n * wo.dot(n).sign(), !self.transmits)
+    }
+
+    /// [`Bsdf::glossy_width`] in each lane.
+    #[inline(always)]
+    pub(crate) fn glossy_widths(&self) -> Float<S> {
+        let mut least = Float::splat(self.width(), 1.0);
+        for leaf in self.leaves() {
+            least = least.min(leaf.model.glossy_width());
+        }
+        least
+    }
+
+    /// [`Bsdf::lobes`] of each lane.
+    #[inline(always)]
+    pub(crate) fn lobes_each(&self) -> S::Each<Lobes> {
+        self.classes.each()
+    }
+
+    /// The lanes in which a finite lobe transmits.
+    #[inline(always)]
+    pub(crate) fn transmitting(&self) -> Mask<S> {
+        self.transmits
+    }
+
+    /// The lanes with lobes of the classes `lobes`.
+    #[inline(always)]
+    pub(crate) fn has(&self, lobes: Lobes) -> Mask<S> {
+        self.classes.has(Classes::splat(self.width(), lobes))
+    }
+
+    #[inline(always)]
+    pub(super) fn leaves(&self) -> impl Iterator<Item = &Leaf<'s, S>> {
+        self.leaves.iter().map_while(Option::as_ref)
+    }
+
+    /// The only leaf, if there is one.
+    #[inline(always)]
+    pub(super) fn only_leaf(&self) -> Option<&Leaf<'s, S>> {
+        match &self.leaves {
+            [Some(leaf), None, ..] => Some(leaf),
+            _ => None,
+        }
+    }
+
+    /// The weight of a leaf in the choice among several: 0 where `lobes` cannot be sampled given the local direction `given`.
+    #[inline(always)]
+    pub(super) fn choice_weight(
+        &self,
+        leaf: &Leaf<'s, S>,
+        given: Vector<S>,
+        lobes: Classes<S>,
+    ) -> Float<S> {
+        let can_sample = leaf.can_sample(given, lobes);
+        can_sample.select(leaf.sampling_weight(given, lobes), 0.0)
+    }
+
     /// See [`Bsdf::direct_responses`].
     #[inline(always)]
     pub(super) fn direct_responses_inlined(
