@@ -1,186 +1,135 @@
-//! The layers listed in `lib.rs` hold: imports go strictly downwards. Within the modules of the method and of scattering, no cycle of
-//! imports ties the files of one folder together.
+//! The layers listed in the `lib.rs` of a crate hold: imports go strictly downwards. In every crate, no circle of imports ties the
+//! files and folders of one folder together.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
-use std::path::{Path, PathBuf};
+use crate::source::{Crate, Edge, Path};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
 
-fn source_root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
+/// The crates of the workspace that have a library.
+fn crates() -> Vec<Crate> {
+    let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let folders = std::fs::read_dir(root.join("crates")).unwrap();
+    let mut folders: Vec<PathBuf> = folders.map(|entry| entry.unwrap().path()).collect();
+    folders.push(root.join("fuzz"));
+    folders.retain(|folder| folder.join("src/lib.rs").exists());
+    folders.sort();
+    folders.iter().map(|folder| Crate::read(folder)).collect()
 }
 
-/// Module → layer, from the list in the crate's documentation.
-fn layers() -> HashMap<String, u32> {
-    let lib = std::fs::read_to_string(source_root().join("lib.rs")).unwrap();
-    let list = lib
-        .split("```text")
-        .nth(1)
-        .and_then(|rest| rest.split("```").next())
-        .expect("lib.rs lists the layers");
-    let mut layers = HashMap::new();
-    for line in list.lines() {
-        let mut words = line.trim_start_matches("//!").split_whitespace();
-        if let Some(number) = words.next() {
-            let number = number
-                .parse()
-                .expect("each line begins with the number of the layer");
-            layers.extend(words.map(|module| (module.to_string(), number)));
-        }
+/// Module → layer, from the list under the heading "Layers" in the documentation of a crate: in each line the number of the layer, its
+/// modules, and after two spaces what they are. `None` without such a list.
+fn layers(documentation: &str) -> Option<BTreeMap<String, u32>> {
+    let section = documentation.split("//! # Layers").nth(1)?;
+    let list = section.split("```text").nth(1)?.split("```").next()?;
+    let lines = list
+        .lines()
+        .map(|line| line.trim_start_matches("//!").trim());
+    let mut layers = BTreeMap::new();
+    for line in lines.filter(|line| !line.is_empty()) {
+        let (number, modules) = line.split_once(' ').expect("a number and modules");
+        let number = number.parse().expect("a number begins each line");
+        let modules = modules.split("  ").next().unwrap_or_default();
+        layers.extend(
+            modules
+                .split(' ')
+                .map(|module| (module.to_string(), number)),
+        );
     }
-    layers
-}
-
-fn rust_files(folder: &Path, found: &mut Vec<PathBuf>) {
-    for entry in std::fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            rust_files(&path, found);
-        } else if path.extension().is_some_and(|e| e == "rs") {
-            found.push(path);
-        }
-    }
-}
-
-/// The modules named after every `crate::` in code (comments and test modules left out).
-fn imported_modules(text: &str) -> Vec<String> {
-    let code = text.split("#[cfg(test)]").next().unwrap_or_default();
-    code.lines()
-        .filter(|line| !line.trim_start().starts_with("//"))
-        .flat_map(|line| line.split("crate::").skip(1))
-        .map(|rest| {
-            rest.chars()
-                .take_while(|c| c.is_alphanumeric() || *c == '_')
-                .collect()
-        })
-        .collect()
+    Some(layers)
 }
 
 #[test]
 fn imports_go_strictly_downwards() {
-    let layers = layers();
-    let root = source_root();
-    let mut files = Vec::new();
-    rust_files(&root, &mut files);
     let mut checked = 0;
-    for file in files {
-        let relative = file
-            .strip_prefix(&root)
-            .unwrap()
-            .to_string_lossy()
-            .into_owned();
-        let module = relative.split(['/', '.']).next().unwrap().to_string();
-        let is_test = relative.contains("tests") || relative.contains("testing");
-        if module == "lib" || is_test {
+    for one in crates() {
+        let Some(layers) = layers(&one.documentation) else {
             continue;
-        }
-        let own = *layers
-            .get(&module)
-            .unwrap_or_else(|| panic!("{relative}: module `{module}` is in no layer of lib.rs"));
-        for imported in imported_modules(&std::fs::read_to_string(&file).unwrap()) {
-            let Some(&layer) = layers.get(&imported) else {
-                panic!("{relative} imports `{imported}`, which is in no layer of lib.rs");
-            };
+        };
+        let layer = |path: &Path| {
+            let module = path.first().map_or("lib", String::as_str);
+            let layer = layers.get(module);
+            *layer.unwrap_or_else(|| panic!("{}: `{module}` is in no layer of lib.rs", one.name))
+        };
+        for Edge { from, to, .. } in one.edges() {
+            // `lib.rs` re-exports from all layers, and has nothing to import.
+            if from.is_empty() || from.first() == to.first() {
+                continue;
+            }
+            let (own, imported) = (layer(&from), layer(&to));
+            let [from, to] = [from, to].map(|path| path.join("::"));
             checked += 1;
             assert!(
-                imported == module || layer < own,
-                "{relative} (layer {own}) imports `{imported}` (layer {layer})"
+                imported < own,
+                "{}: `{from}` (layer {own}) imports `{to}` (layer {imported})",
+                one.name
             );
         }
     }
     assert!(
-        checked > 50,
+        checked > 500,
         "only {checked} imports found: the reader of imports is broken"
     );
 }
 
-/// The modules of the method, and scattering.
-const METHOD: [&str; 9] = [
-    "bsdf",
-    "transport",
-    "particles",
-    "maps",
-    "virtual_lights",
-    "light_tree",
-    "gather",
-    "integrators",
-    "render",
-];
+/// The imports among the entries of one folder: entry → imported entry → an example, as two modules.
+type Imports = BTreeMap<String, BTreeMap<String, String>>;
 
-/// The sibling files and folders of `file` that its code imports, by name. `module` is the path of its folder in the crate.
-fn imported_siblings(text: &str, module: &str, siblings: &BTreeSet<String>) -> BTreeSet<String> {
-    let code = text.split("#[cfg(test)]").next().unwrap_or_default();
-    let code: Vec<&str> = (code.lines())
-        .filter(|line| !line.trim_start().starts_with("//"))
-        .collect();
-    let code = code.join("\n");
-    let prefixes = ["super::".to_string(), format!("crate::{module}::")];
-    let first_names = |prefix: &String| -> Vec<String> {
-        let after = code.split(prefix.as_str()).skip(1);
-        let name = |rest: &str| -> String {
-            let is_name = |c: &char| c.is_alphanumeric() || *c == '_';
-            rest.chars().take_while(is_name).collect()
-        };
-        after.map(name).collect()
+/// The imports among the files and folders in `folder`; its own file is called `mod`. Re-exports by that file are no imports.
+fn imports_among_entries(folder: &Path, edges: &[Edge]) -> Imports {
+    let entry = |module: &Path| -> Option<String> {
+        let inner = module.strip_prefix(folder.as_slice())?;
+        Some(inner.first().map_or("mod", String::as_str).to_string())
     };
-    let names = prefixes.iter().flat_map(first_names);
-    names.filter(|name| siblings.contains(name)).collect()
-}
-
-/// Removes files without imports, again and again, and returns the rest: those on cycles, and those that import them.
-fn files_on_cycles(mut imports: BTreeMap<String, BTreeSet<String>>) -> BTreeSet<String> {
-    loop {
-        let free =
-            |(name, used): (&String, &BTreeSet<String>)| used.is_empty().then(|| name.clone());
-        let free: Vec<String> = imports.iter().filter_map(free).collect();
-        if free.is_empty() {
-            return imports.into_keys().collect();
-        }
-        for name in &free {
-            imports.remove(name);
-            imports.values_mut().for_each(|used| {
-                used.remove(name);
-            });
-        }
-    }
-}
-
-fn assert_no_cycles(folder: &Path, module: &str) {
-    let entries = std::fs::read_dir(folder).unwrap();
-    let paths: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
-    let name = |path: &Path| path.file_stem().unwrap().to_string_lossy().into_owned();
-    let is_test = |path: &Path| name(path).contains("test");
-    let files = paths
-        .iter()
-        .filter(|path| !is_test(path) && name(path) != "mod");
-    let siblings: BTreeSet<String> = files.clone().map(|path| name(path)).collect();
-    let mut imports = BTreeMap::new();
-    for path in files {
-        let own = name(path);
-        if path.is_dir() {
-            assert_no_cycles(path, &format!("{module}::{own}"));
+    let mut imports = Imports::new();
+    for edge in edges {
+        let (Some(from), Some(to)) = (entry(&edge.from), entry(&edge.to)) else {
             continue;
+        };
+        if from != to && !(from == "mod" && edge.is_re_export) {
+            let example = format!("{} -> {}", edge.from.join("::"), edge.to.join("::"));
+            imports.entry(from).or_default().insert(to, example);
         }
-        let text = std::fs::read_to_string(path).unwrap();
-        let mut used = imported_siblings(&text, module, &siblings);
-        used.remove(&own);
-        imports.insert(own, used);
     }
-    let folders: BTreeSet<String> = siblings
-        .into_iter()
-        .filter(|name| !imports.contains_key(name))
-        .collect();
-    for used in imports.values_mut() {
-        used.retain(|name| !folders.contains(name));
+    imports
+}
+
+/// Removes entries that import none or that none imports, again and again: what is left are circles and what connects them.
+fn circles(mut imports: Imports) -> Imports {
+    loop {
+        let before: usize = imports.values().map(BTreeMap::len).sum();
+        let importing: BTreeSet<String> = imports.keys().cloned().collect();
+        for used in imports.values_mut() {
+            used.retain(|name, _| importing.contains(name));
+        }
+        let imported: BTreeSet<String> = imports.values().flat_map(|u| u.keys().cloned()).collect();
+        imports.retain(|name, used| !used.is_empty() && imported.contains(name));
+        if before == imports.values().map(BTreeMap::len).sum() {
+            return imports;
+        }
     }
-    let tied = files_on_cycles(imports);
-    assert!(
-        tied.is_empty(),
-        "{module}: cycles of imports among {tied:?}"
-    );
 }
 
 #[test]
-fn no_cycle_ties_the_files_of_the_method() {
-    for module in METHOD {
-        assert_no_cycles(&source_root().join(module), module);
+fn no_circle_of_imports_ties_files() {
+    let mut found = Vec::new();
+    for one in crates() {
+        let edges = one.edges();
+        let folders: BTreeSet<&[String]> = one
+            .modules()
+            .filter_map(|module| Some(module.split_last()?.1))
+            .collect();
+        for folder in folders {
+            let tied = circles(imports_among_entries(&folder.to_vec(), &edges));
+            let examples = tied.values().flat_map(BTreeMap::values);
+            let examples: String = examples.map(|e| format!("\n    {e}")).collect();
+            if !tied.is_empty() {
+                found.push(format!("{} {}:{examples}", one.name, folder.join("::")));
+            }
+        }
     }
+    assert!(
+        found.is_empty(),
+        "circles of imports among the entries of folders:\n{}",
+        found.join("\n")
+    );
 }

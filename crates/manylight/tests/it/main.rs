@@ -16,4 +16,5 @@ mod hidden_emitters;
 mod interim;
 mod layers;
 mod photon_map;
+mod source;
 mod unsafe_code;
