@@ -7,20 +7,20 @@ use super::analytic::UnitShape;
 use super::block::BLOCK;
 use crate::lanes::LaneMask;
 use crate::lanes::vectors::{add3, dot, load3, scale3, splat3, sub3};
-use crate::simd::{Simd, SimdKernel, WIDE, Wide};
+use crate::simd::{LANES, Simd, SimdKernel, Sixteen};
 use glam::DVec3;
 
 /// Margin for rounding in the distance of a segment from the shape, relative to the distance of its ends. Several times the largest
 /// rounding error, which is a few epsilon.
 const ROUNDING: f32 = 32.0 * f32::EPSILON;
 
-/// Number of groups of [`WIDE`] targets.
-const GROUPS: usize = BLOCK / WIDE;
+/// Number of groups of [`LANES`] targets.
+const GROUPS: usize = BLOCK / LANES;
 
 /// Points in the space of a unit shape. Indices: group, axis, lane.
 pub(super) struct UnitPoints {
-    exact: [[[f64; WIDE]; 3]; GROUPS],
-    rounded: [[[f32; WIDE]; 3]; GROUPS],
+    exact: [[[f64; LANES]; 3]; GROUPS],
+    rounded: [[[f32; LANES]; 3]; GROUPS],
     /// Largest distance of a point from the origin, rounded to `f32`.
     farthest: f32,
 }
@@ -29,14 +29,14 @@ impl UnitPoints {
     /// Up to [`BLOCK`] points; unused lanes are at the origin.
     pub(super) fn new(points: impl Iterator<Item = DVec3>) -> Self {
         let mut all = UnitPoints {
-            exact: [[[0.0; WIDE]; 3]; GROUPS],
-            rounded: [[[0.0; WIDE]; 3]; GROUPS],
+            exact: [[[0.0; LANES]; 3]; GROUPS],
+            rounded: [[[0.0; LANES]; 3]; GROUPS],
             farthest: 0.0,
         };
         for (j, p) in points.enumerate() {
             for (axis, x) in p.to_array().into_iter().enumerate() {
-                all.exact[j / WIDE][axis][j % WIDE] = x;
-                all.rounded[j / WIDE][axis][j % WIDE] = x as f32;
+                all.exact[j / LANES][axis][j % LANES] = x;
+                all.rounded[j / LANES][axis][j % LANES] = x as f32;
             }
             all.farthest = all.farthest.max(p.as_vec3().length());
         }
@@ -69,12 +69,12 @@ impl SimdKernel for CutRow<'_> {
 
 impl CutRow<'_> {
     #[inline(always)]
-    fn cut<W: Wide>(&self, w: W, shape: UnitShape) -> u64 {
+    fn cut<W: Sixteen>(&self, w: W, shape: UnitShape) -> u64 {
         let mut cut = 0;
         for group in 0..GROUPS {
-            let open = (self.open >> (group * WIDE)) as LaneMask;
+            let open = (self.open >> (group * LANES)) as LaneMask;
             if open != 0 && open & self.near(w, shape, group) != 0 {
-                cut |= u64::from(self.cut_exactly(shape, group)) << (group * WIDE);
+                cut |= u64::from(self.cut_exactly(shape, group)) << (group * LANES);
             }
         }
         cut & self.open
@@ -82,7 +82,7 @@ impl CutRow<'_> {
 
     /// The segments of a group that may cut the shape: a conservative test.
     #[inline(always)]
-    fn near<W: Wide>(&self, w: W, shape: UnitShape, group: usize) -> LaneMask {
+    fn near<W: Sixteen>(&self, w: W, shape: UnitShape, group: usize) -> LaneMask {
         let origin = self.origin.as_vec3();
         let margin = ROUNDING * (origin.length() + self.targets.farthest);
         let (zero, one) = (w.splat(0.0), w.splat(1.0));
@@ -114,7 +114,7 @@ impl CutRow<'_> {
     #[inline(always)]
     fn cut_exactly(&self, shape: UnitShape, group: usize) -> LaneMask {
         let [x, y, z] = &self.targets.exact[group];
-        let mut cut = [0; WIDE];
+        let mut cut = [0; LANES];
         for (j, cut) in cut.iter_mut().enumerate() {
             let target = DVec3::new(x[j], y[j], z[j]);
             let d = target - self.origin;
@@ -142,7 +142,7 @@ mod tests {
         #[inline(always)]
         fn run<S: Simd>(self, _: S) -> u64 {
             let all = (0..GROUPS)
-                .map(|group| u64::from(self.0.cut_exactly(self.0.shape, group)) << (group * WIDE));
+                .map(|group| u64::from(self.0.cut_exactly(self.0.shape, group)) << (group * LANES));
             all.sum::<u64>() & self.0.open
         }
     }

@@ -6,9 +6,9 @@
 )]
 
 use super::numbers::{Float, Mask};
-use super::width::{One, Width};
 use crate::color::Rgb;
 use crate::math::{Frame, Vec2, Vec3};
+use crate::simd::{One, Width};
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
 /// A pair of floats per lane.

@@ -6,7 +6,7 @@
 
 use super::triangle_block::TriangleBlock;
 use crate::lanes::vectors::{abs3, add3, cross, dot, load3, sub3};
-use crate::simd::{Floats, NARROW};
+use crate::simd::{Simd, Width};
 
 /// Edge functions and planes of eight triangles for an origin.
 pub(super) struct EdgeVolumes<V> {
@@ -29,7 +29,7 @@ pub(super) struct SegmentDirections<V> {
 
 impl<V: Copy> EdgeVolumes<V> {
     #[inline(always)]
-    pub(super) fn new<L: Floats<NARROW, F = V>>(s: L, block: &TriangleBlock, o: [V; 3]) -> Self {
+    pub(super) fn new<L: Simd<F = V>>(s: L, block: &TriangleBlock, o: [V; 3]) -> Self {
         let [a, b, c] = [
             load3(s, &block.corners[0]),
             load3(s, &block.corners[1]),
@@ -60,11 +60,7 @@ impl<V: Copy> EdgeVolumes<V> {
     /// The lanes in which the segment hits the triangle: all edge functions have one sign, and the parameter `height / (normal · d)` of the
     /// plane is in (0, 1).
     #[inline(always)]
-    pub(super) fn hit_by<const N: usize, L: Floats<N, F = V>>(
-        &self,
-        s: L,
-        segments: &SegmentDirections<V>,
-    ) -> L::M {
+    pub(super) fn hit_by<L: Width<F = V>>(&self, s: L, segments: &SegmentDirections<V>) -> L::M {
         let facing = dot(s, self.normal, segments.d);
         let [u, v, w] = [
             self.edge(s, 0, segments, facing),
@@ -81,7 +77,7 @@ impl<V: Copy> EdgeVolumes<V> {
     }
 
     #[inline(always)]
-    fn edge<const N: usize, L: Floats<N, F = V>>(
+    fn edge<L: Width<F = V>>(
         &self,
         s: L,
         edge: usize,
@@ -95,7 +91,7 @@ impl<V: Copy> EdgeVolumes<V> {
     /// The triangles that a segment with a direction in a box may hit, as bits; conservative. `middle` and `half` are the center and half
     /// extents of the box, `size` is the largest component of any direction in it.
     #[inline(always)]
-    pub(super) fn within<L: Floats<NARROW, F = V>>(
+    pub(super) fn within<L: Simd<F = V>>(
         &self,
         s: L,
         middle: [V; 3],
@@ -122,7 +118,7 @@ impl<V: Copy> EdgeVolumes<V> {
 }
 
 #[inline(always)]
-fn tolerance<const N: usize, L: Floats<N>>(s: L, n: [L::F; 3]) -> L::F {
+fn tolerance<L: Width>(s: L, n: [L::F; 3]) -> L::F {
     let [x, y, z] = abs3(s, n);
     s.mul(s.add(s.add(x, y), z), s.splat(ROUNDINGS))
 }

@@ -12,15 +12,15 @@ use super::triangle_block::{TreeParts, TriangleBlock};
 use super::watertight::AnyTriangle;
 use crate::lanes::vectors::{broadcast3, load3, splat3, store3, sub3};
 use crate::math::{Aabb, Vec3};
-use crate::simd::{Floats, NARROW, Simd, WIDE, Wide};
+use crate::simd::{LANES, NARROW, Simd, Sixteen, Width};
 use glam::BVec3;
 
 /// Largest number of rays in a packet.
 pub(super) const RAYS: usize = 64;
-/// Number of groups of [`WIDE`] rays.
-const GROUPS: usize = RAYS / WIDE;
+/// Number of groups of [`LANES`] rays.
+const GROUPS: usize = RAYS / LANES;
 /// Mask of all rays of a group.
-const ALL: u64 = (1 << WIDE) - 1;
+const ALL: u64 = (1 << LANES) - 1;
 
 /// Largest number of rays that are traced singly: for few rays, testing eight boxes per ray costs less than sixteen rays per box.
 const FEW: u32 = 4;
@@ -34,16 +34,16 @@ pub(super) const EMPTY_STACK: PacketStack = [(0, 0); (NARROW - 1) * MAX_DEPTH + 
 pub(super) struct Targets<'a> {
     points: &'a [Vec3],
     /// Indices: group, axis, lane. Unused lanes are zero.
-    lanes: [[[f32; WIDE]; 3]; GROUPS],
+    lanes: [[[f32; LANES]; 3]; GROUPS],
 }
 
 impl<'a> Targets<'a> {
     #[inline(always)]
     pub(super) fn new(points: &'a [Vec3]) -> Self {
-        let mut lanes = [[[0.0; WIDE]; 3]; GROUPS];
+        let mut lanes = [[[0.0; LANES]; 3]; GROUPS];
         for (i, p) in points.iter().enumerate() {
-            let [x, y, z] = &mut lanes[i / WIDE];
-            (x[i % WIDE], y[i % WIDE], z[i % WIDE]) = (p.x, p.y, p.z);
+            let [x, y, z] = &mut lanes[i / LANES];
+            (x[i % LANES], y[i % LANES], z[i % LANES]) = (p.x, p.y, p.z);
         }
         Targets { points, lanes }
     }
@@ -56,11 +56,11 @@ pub(super) struct Packet<'a> {
     from: Vec3,
     to: &'a [Vec3],
     /// Directions. Indices: group, axis, lane. Lanes without a ray are arbitrary, groups without one zero.
-    d: [[[f32; WIDE]; 3]; GROUPS],
+    d: [[[f32; LANES]; 3]; GROUPS],
     /// Reciprocals of `d`, for slab tests.
-    reciprocal: [[[f32; WIDE]; 3]; GROUPS],
+    reciprocal: [[[f32; LANES]; 3]; GROUPS],
     /// Magnitude of the largest component of `d`.
-    size: [[f32; WIDE]; GROUPS],
+    size: [[f32; LANES]; GROUPS],
     /// Largest `size` of any ray.
     largest: f32,
     /// The axes along which all directions are negative.
@@ -87,19 +87,19 @@ impl<'a> Packet<'a> {
         rays: u64,
     ) -> Self {
         let w = s.wide();
-        let mut d = [[[0.0; WIDE]; 3]; GROUPS];
-        let mut reciprocal = [[[0.0; WIDE]; 3]; GROUPS];
-        let mut size = [[0.0; WIDE]; GROUPS];
+        let mut d = [[[0.0; LANES]; 3]; GROUPS];
+        let mut reciprocal = [[[0.0; LANES]; 3]; GROUPS];
+        let mut size = [[0.0; LANES]; GROUPS];
         let origin = splat3(w, from);
         let nowhere = w.splat(f32::INFINITY);
         // Minima of the targets, and of their negatives.
         let (mut lower, mut upper) = ([nowhere; 3], [nowhere; 3]);
         for group in 0..GROUPS {
-            let members = (rays >> (group * WIDE) & ALL) as u32;
+            let members = (rays >> (group * LANES) & ALL) as u32;
             if members == 0 {
                 continue;
             }
-            let members = w.lanes(members);
+            let members = w.mask(members);
             let target = load3(w, &targets.lanes[group]);
             for axis in 0..3 {
                 let p = target[axis];
@@ -176,8 +176,8 @@ impl<'a> Packet<'a> {
             let ray = rays.trailing_zeros() as usize;
             rays &= rays - 1;
             let d = self.to[ray] - self.from;
-            let [x, y, z] = &self.reciprocal[ray / WIDE];
-            let lane = ray % WIDE;
+            let [x, y, z] = &self.reciprocal[ray / LANES];
+            let lane = ray % LANES;
             let scale = Vec3::new(x[lane], y[lane], z[lane]);
             let leaves = AnyTriangle::new(self.blocks, self.from, d);
             let slabs = BoxRay::new(self.from, scale);
@@ -197,7 +197,7 @@ impl<'a> Packet<'a> {
         let last = splat3(w, Vec3::select(self.falling, lower, upper));
         let mut entering = 0;
         for group in 0..GROUPS {
-            if rays >> (group * WIDE) & ALL == 0 {
+            if rays >> (group * LANES) & ALL == 0 {
                 continue;
             }
             let (mut near, mut far) = (w.splat(0.0), w.splat(1.0));
@@ -214,7 +214,7 @@ impl<'a> Packet<'a> {
                 far = w.min(far, t1);
             }
             let hit = w.le(near, w.mul(far, w.splat(FAR_MARGIN)));
-            entering |= u64::from(w.bits(hit)) << (group * WIDE);
+            entering |= u64::from(w.bits(hit)) << (group * LANES);
         }
         entering & rays
     }
@@ -251,7 +251,7 @@ impl<'a> Packet<'a> {
                 height: w.splat(height[lane]),
             };
             for group in 0..GROUPS {
-                if rays >> (group * WIDE) & ALL == 0 {
+                if rays >> (group * LANES) & ALL == 0 {
                     continue;
                 }
                 let segments = SegmentDirections {
@@ -259,7 +259,7 @@ impl<'a> Packet<'a> {
                     size: w.load(&self.size[group]),
                 };
                 let hit = u64::from(w.bits(triangle.hit_by(w, &segments)));
-                rays &= !(hit << (group * WIDE));
+                rays &= !(hit << (group * LANES));
             }
         }
         self.open &= rays | !tested;
@@ -268,19 +268,19 @@ impl<'a> Packet<'a> {
 
 /// The lowest lane of each coordinate.
 #[inline(always)]
-fn lowest3<W: Wide>(w: W, v: [W::F; 3]) -> Vec3 {
+fn lowest3<W: Sixteen>(w: W, v: [W::F; 3]) -> Vec3 {
     Vec3::new(lowest(w, v[0]), lowest(w, v[1]), lowest(w, v[2]))
 }
 
 #[inline(always)]
-fn lowest<W: Wide>(w: W, x: W::F) -> f32 {
+fn lowest<W: Sixteen>(w: W, x: W::F) -> f32 {
     let lane = w.lowest(ALL as u32, x) as usize;
-    w.store(x)[lane % WIDE]
+    w.store(x)[lane % LANES]
 }
 
 /// [`inverse`] of each component.
 #[inline(always)]
-fn inverse3<W: Wide>(w: W, [x, y, z]: [W::F; 3], largest: W::F) -> [W::F; 3] {
+fn inverse3<W: Sixteen>(w: W, [x, y, z]: [W::F; 3], largest: W::F) -> [W::F; 3] {
     [
         inverse(w, x, largest),
         inverse(w, y, largest),
@@ -290,7 +290,7 @@ fn inverse3<W: Wide>(w: W, [x, y, z]: [W::F; 3], largest: W::F) -> [W::F; 3] {
 
 /// `1 / x`. As in [`traverse::slab_reciprocal`], components far below the rounding of the `largest` count as a tiny value of their sign.
 #[inline(always)]
-fn inverse<W: Wide>(w: W, x: W::F, largest: W::F) -> W::F {
+fn inverse<W: Sixteen>(w: W, x: W::F, largest: W::F) -> W::F {
     let negligible = w.mul(largest, w.splat(traverse::NEGLIGIBLE));
     let tiny = w.max(negligible, w.splat(f32::MIN_POSITIVE));
     w.div(w.splat(1.0), w.mul_sign(w.max(w.abs(x), tiny), x))

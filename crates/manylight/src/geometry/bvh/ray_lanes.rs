@@ -10,7 +10,7 @@ use super::triangle_block::TriangleBlock;
 use super::watertight::{Crossing, Sheared, Sides, axes_before, main_axis, shear_corner};
 use crate::lanes::Lanes3;
 use crate::math::Vec3;
-use crate::simd::{NARROW, WIDE, Wide};
+use crate::simd::{LANES, NARROW, Sixteen};
 
 /// Number of classes of directions.
 pub(super) const CLASSES: usize = 24;
@@ -24,10 +24,10 @@ pub(super) fn class(d: Vec3) -> usize {
 /// One value per lane, aligned for loads of whole vectors.
 #[derive(Clone, Copy)]
 #[repr(align(64))]
-pub(super) struct AlignedLanes(pub(super) [f32; WIDE]);
+pub(super) struct AlignedLanes(pub(super) [f32; LANES]);
 
 impl AlignedLanes {
-    pub(super) const ZERO: Self = AlignedLanes([0.0; WIDE]);
+    pub(super) const ZERO: Self = AlignedLanes([0.0; LANES]);
 }
 
 /// Sixteen rays of one class.
@@ -50,7 +50,7 @@ pub(super) struct RayLanes {
 impl RayLanes {
     /// The rays with origins `o` and directions `d`, all of `class`. Unused lanes repeat a used one.
     #[inline(always)]
-    pub(super) fn new<W: Wide>(w: W, class: usize, o: &Lanes3, d: &Lanes3) -> Self {
+    pub(super) fn new<W: Sixteen>(w: W, class: usize, o: &Lanes3, d: &Lanes3) -> Self {
         let octant = class / 3;
         let axes = axes_before(class % 3);
         let one = w.splat(1.0);
@@ -110,7 +110,7 @@ impl RayLanes {
 
     /// Ray parameters of entry into child `lane` of the node, and the lanes that enter it before `reach`.
     #[inline(always)]
-    pub(super) fn enter<W: Wide>(
+    pub(super) fn enter<W: Sixteen>(
         &self,
         w: W,
         node: &WideNode,
@@ -140,14 +140,14 @@ impl RayLanes {
 
     /// The test of triangle `place` of a block; `None` if it has none of `rays` inside.
     #[inline(always)]
-    pub(super) fn cross<W: Wide>(
+    pub(super) fn cross<W: Sixteen>(
         &self,
         w: W,
         block: &TriangleBlock,
         place: usize,
         rays: u32,
         limit: W::F,
-    ) -> Option<Crossing<WIDE, W>> {
+    ) -> Option<Crossing<W>> {
         let o = self.o.load(w);
         let shear = [w.load(&self.shear[0].0), w.load(&self.shear[1].0)];
         let corners = [
@@ -166,7 +166,7 @@ impl RayLanes {
 
     /// A corner of triangle `place` in all lanes, with permuted axes.
     #[inline(always)]
-    fn point<W: Wide>(&self, w: W, corner: &[[f32; NARROW]; 3], place: usize) -> [W::F; 3] {
+    fn point<W: Sixteen>(&self, w: W, corner: &[[f32; NARROW]; 3], place: usize) -> [W::F; 3] {
         [
             w.splat(corner[self.axes[0]][place]),
             w.splat(corner[self.axes[1]][place]),

@@ -16,7 +16,7 @@ use super::tile::SIDE;
 use super::tile_triangle::{EdgePlanes, LeafTriangles, Triangle, sum_of_sizes};
 use crate::lanes::vectors::{abs3, broadcast3, cross, dot, dot_add, load3, splat3, sub3};
 use crate::math::{Aabb, Vec3};
-use crate::simd::{Floats, Simd, WIDE};
+use crate::simd::{LANES, Simd, Sixteen};
 
 /// Number of shafts: pairs of a group of points and a group of lights.
 const SHAFTS: usize = GROUPS * GROUPS;
@@ -29,12 +29,12 @@ pub(super) struct Rows {
     /// Center and half extents of the box of all points, and of all lights.
     all: [(Vec3, Vec3); 2],
     /// Boxes of the points, and of the lights, of each shaft.
-    point_boxes: Boxes<WIDE>,
-    light_boxes: Boxes<WIDE>,
+    point_boxes: Boxes<LANES>,
+    light_boxes: Boxes<LANES>,
     /// Upper bound of the components of all segments.
     size: f32,
     /// Mask of the open lights, by shaft and point.
-    open: [[u16; WIDE]; SHAFTS],
+    open: [[u16; LANES]; SHAFTS],
     /// By shaft, the points with a mask that is not zero.
     open_rows: [u32; SHAFTS],
     /// The shafts with open segments.
@@ -51,15 +51,15 @@ impl Rows {
     ) -> Self {
         let both = points.all.union(lights.all);
         let origin = both.center();
-        let mut open = [[0; WIDE]; SHAFTS];
+        let mut open = [[0; LANES]; SHAFTS];
         let mut open_rows = [0; SHAFTS];
         let mut active = 0;
         for (i, &mask) in wanted.iter().enumerate() {
             for j in 0..GROUPS {
-                let shaft = GROUPS * (i / WIDE) + j;
-                let row = (mask >> (WIDE * j)) as u16;
-                open[shaft][i % WIDE] = row;
-                open_rows[shaft] |= u32::from(row != 0) << (i % WIDE);
+                let shaft = GROUPS * (i / LANES) + j;
+                let row = (mask >> (LANES * j)) as u16;
+                open[shaft][i % LANES] = row;
+                open_rows[shaft] |= u32::from(row != 0) << (i % LANES);
                 active |= u32::from(row != 0) << shaft;
             }
         }
@@ -112,7 +112,7 @@ impl Rows {
 
     /// Closes the segments of `shafts` that the triangle in `lane` blocks.
     #[inline(always)]
-    pub(super) fn block<W: Floats<16>>(
+    pub(super) fn block<W: Sixteen>(
         &mut self,
         w: W,
         triangles: &LeafTriangles,
@@ -137,7 +137,7 @@ impl Rows {
         while left != 0 {
             let shaft = left.trailing_zeros() as usize % SHAFTS;
             left &= left - 1;
-            self.open[shaft] = [0; WIDE];
+            self.open[shaft] = [0; LANES];
             self.open_rows[shaft] = 0;
         }
         self.active &= !shafts;
@@ -145,7 +145,7 @@ impl Rows {
 
     /// The shafts that the triangle may block, and among them those that it blocks completely.
     #[inline(always)]
-    fn classify<W: Floats<16>>(&self, w: W, triangle: &Triangle<W>) -> (u32, u32) {
+    fn classify<W: Sixteen>(&self, w: W, triangle: &Triangle<W>) -> (u32, u32) {
         let zero = w.splat(0.0);
         let p = load3(w, &self.point_boxes.middle);
         let p_half = load3(w, &self.point_boxes.half);
@@ -188,7 +188,7 @@ impl Rows {
 
     /// Closes the blocked segments between one group of points and the groups of lights in `with`.
     #[inline(always)]
-    fn block_rows<W: Floats<16>>(
+    fn block_rows<W: Sixteen>(
         &mut self,
         w: W,
         triangle: &Triangle<W>,
@@ -223,7 +223,7 @@ impl Rows {
             let (possible, certain) = self.rows_inside(w, &planes, shaft);
             rows &= possible;
             while rows != 0 {
-                let row = rows.trailing_zeros() as usize % WIDE;
+                let row = rows.trailing_zeros() as usize % LANES;
                 rows &= rows - 1;
                 let side = if below >> row & 1 == 1 {
                     lights_above
@@ -249,12 +249,7 @@ impl Rows {
 
     /// The rows in which some light may be inside of all edges, and those in which all lights are.
     #[inline(always)]
-    fn rows_inside<W: Floats<16>>(
-        &self,
-        w: W,
-        planes: &[EdgePlanes; 3],
-        shaft: usize,
-    ) -> (u32, u32) {
+    fn rows_inside<W: Sixteen>(&self, w: W, planes: &[EdgePlanes; 3], shaft: usize) -> (u32, u32) {
         let middle = broadcast3(w, &self.light_boxes.middle, shaft);
         let half = broadcast3(w, &self.light_boxes.half, shaft);
         let zero = w.splat(0.0);
@@ -272,7 +267,7 @@ impl Rows {
     /// For each point the mask of its open lights.
     pub(super) fn open_by_point(&self) -> [u64; SIDE] {
         std::array::from_fn(|i| {
-            let row = |j: usize| u64::from(self.open[GROUPS * (i / WIDE) + j][i % WIDE]);
+            let row = |j: usize| u64::from(self.open[GROUPS * (i / LANES) + j][i % LANES]);
             row(0) | row(1) << 16 | row(2) << 32 | row(3) << 48
         })
     }

@@ -5,7 +5,7 @@
 //! lines per axis in place of one. Own derivation; exact for boxes.
 
 use crate::math::{Aabb, Vec3};
-use crate::simd::{Floats, NARROW, Simd, WIDE};
+use crate::simd::{LANES, NARROW, Simd, Width};
 
 /// Smallest difference between two planes, relative to the largest coordinate. Far below rounding; keeps reciprocals finite.
 const NEGLIGIBLE: f32 = 1e-10;
@@ -88,11 +88,11 @@ fn negligible(a: Aabb, b: Aabb) -> f32 {
 
 /// Sixteen shafts, tested against one box at once.
 pub(super) struct Shafts {
-    scale: [[f32; WIDE]; 6],
+    scale: [[f32; LANES]; 6],
     /// Shift of lower bounds; infinite for upper bounds, which then have no effect.
-    near_shift: [[f32; WIDE]; 6],
+    near_shift: [[f32; LANES]; 6],
     /// Shift of upper bounds; infinite for lower bounds.
-    far_shift: [[f32; WIDE]; 6],
+    far_shift: [[f32; LANES]; 6],
 }
 
 impl Shafts {
@@ -102,15 +102,15 @@ impl Shafts {
         let w = s.wide();
         let tiny = w.splat(negligible(all.0, all.1));
         let mut shafts = Shafts {
-            scale: [[0.0; WIDE]; 6],
-            near_shift: [[f32::INFINITY; WIDE]; 6],
-            far_shift: [[f32::NEG_INFINITY; WIDE]; 6],
+            scale: [[0.0; LANES]; 6],
+            near_shift: [[f32::INFINITY; LANES]; 6],
+            far_shift: [[f32::NEG_INFINITY; LANES]; 6],
         };
         for plane in 0..6 {
             let axis = plane % 3;
             let near_if_rising = plane < 3;
-            let (mut from, mut to) = ([0.0; WIDE], [0.0; WIDE]);
-            for lane in 0..WIDE {
+            let (mut from, mut to) = ([0.0; LANES], [0.0; LANES]);
+            for lane in 0..LANES {
                 let (a, b) = (&a[lane / 4], &b[lane % 4]);
                 let side = |b: &Aabb| {
                     if near_if_rising {
@@ -131,7 +131,7 @@ impl Shafts {
             let lowered = w.store(w.sub(shift, margin));
             let falling = w.bits(w.lt(d, zero));
             shafts.scale[plane] = w.store(scale);
-            for lane in 0..WIDE {
+            for lane in 0..LANES {
                 let rising = falling >> lane & 1 == 0;
                 if rising == near_if_rising {
                     shafts.near_shift[plane][lane] = raised[lane];

@@ -10,7 +10,7 @@ use super::watertight::{AnyTriangle, NearestHit, NearestTriangle, REACH_MARGIN};
 use crate::geometry::{Ray, Segment};
 use crate::lanes::Lanes3;
 use crate::math::{Vec2, Vec3};
-use crate::simd::{Floats, NARROW, Simd, WIDE, set_bits};
+use crate::simd::{LANES, NARROW, Simd, Width, set_bits};
 
 /// Largest number of rays of a group that are traced singly. Set by the sets of tiles of `benches/visibility`: 4 costs late rays of
 /// staircase2 5 % of their rate, 8 costs its camera rays 30 %.
@@ -59,7 +59,7 @@ impl ByClass {
         (0..CLASSES).flat_map(|class| {
             let first = class.checked_sub(1).map_or(0, |before| self.ends[before]);
             let indices = &self.indices[first..self.ends[class]];
-            indices.chunks(WIDE).map(move |group| (class, group))
+            indices.chunks(LANES).map(move |group| (class, group))
         })
     }
 }
@@ -68,7 +68,7 @@ impl ByClass {
 #[inline(always)]
 fn in_lanes(group: &[u32], ray: impl Fn(usize) -> (Vec3, Vec3)) -> [Lanes3; 2] {
     let mut lanes = [Lanes3::ZERO; 2];
-    for lane in 0..WIDE {
+    for lane in 0..LANES {
         let index = group[lane.min(group.len() - 1)];
         let (origin, direction) = ray(index as usize);
         lanes[0].set(lane, origin);
@@ -247,7 +247,7 @@ impl NearestLanes {
                 continue;
             }
             if active.count_ones() <= FEW {
-                for lane in set_bits(active).map(|lane| lane % WIDE) {
+                for lane in set_bits(active).map(|lane| lane % LANES) {
                     let (slabs, sheared) = lanes.single(lane);
                     let best = self.single(lane);
                     let mut leaves = NearestTriangle::new(tree.blocks, sheared, best);
@@ -260,7 +260,7 @@ impl NearestLanes {
             let order = lanes.order(node);
             let span = lanes.beam.cut_node(s, node, self.farthest);
             let met = s.bits(s.le(span.0, span.1));
-            let reach = w.select(w.lanes(active), reach, w.splat(f32::NEG_INFINITY));
+            let reach = w.select(w.mask(active), reach, w.splat(f32::NEG_INFINITY));
             let is_narrow = met.count_ones() <= NARROW_BEAM;
             for place in 0..NARROW {
                 let lane = (order >> (3 * place) & 7) as usize;
@@ -277,7 +277,7 @@ impl NearestLanes {
                 if entering != 0 {
                     stack.words[top] = node.children[lane];
                     stack.near[top] =
-                        AlignedLanes(w.store(w.select(w.lanes(entering), enter, infinity)));
+                        AlignedLanes(w.store(w.select(w.mask(entering), enter, infinity)));
                     top += 1;
                 }
             }
@@ -287,7 +287,7 @@ impl NearestLanes {
     #[inline(always)]
     fn test_leaf<S: Simd>(&mut self, s: S, block: &TriangleBlock, lanes: &RayLanes, rays: u32) {
         if rays.count_ones() <= FEW_IN_LEAF {
-            for lane in set_bits(rays).map(|lane| lane % WIDE) {
+            for lane in set_bits(rays).map(|lane| lane % LANES) {
                 let mut best = self.single(lane);
                 lanes.sheared(lane).nearest(s, block, &mut best);
                 self.set(lane, &best);
@@ -310,10 +310,10 @@ impl NearestLanes {
             let (t, id) = (w.load(&self.t.0), block.ids[place]);
             let mut nearer = w.bits(w.lt(distance, t)) & found;
             let equal = w.bits(w.le(distance, t)) & found & !nearer & self.is_hit;
-            for lane in set_bits(equal).map(|lane| lane % WIDE) {
+            for lane in set_bits(equal).map(|lane| lane % LANES) {
                 nearer |= u32::from(id < self.ids.0[lane].to_bits()) << lane;
             }
-            let m = w.lanes(nearer);
+            let m = w.mask(nearer);
             self.t = AlignedLanes(w.store(w.select(m, distance, t)));
             let closer = w.mul(distance, w.splat(REACH_MARGIN));
             self.reach = AlignedLanes(w.store(w.select(m, closer, reach)));
@@ -380,7 +380,7 @@ fn open_of_group<S: Simd>(
             continue;
         }
         if active.count_ones() <= FEW {
-            for lane in set_bits(active).map(|lane| lane % WIDE) {
+            for lane in set_bits(active).map(|lane| lane % LANES) {
                 let (slabs, sheared) = lanes.single(lane);
                 let leaves = AnyTriangle::sheared(tree.blocks, sheared);
                 if traverse::any(s, tree.nodes, word, &slabs, &leaves) {
@@ -415,7 +415,7 @@ fn open_of_group<S: Simd>(
 fn blocked_in_leaf<S: Simd>(s: S, block: &TriangleBlock, lanes: &RayLanes, rays: u32) -> u32 {
     let mut blocked = 0;
     if rays.count_ones() <= FEW_IN_LEAF {
-        for lane in set_bits(rays).map(|lane| lane % WIDE) {
+        for lane in set_bits(rays).map(|lane| lane % LANES) {
             blocked |= u32::from(lanes.sheared(lane).any(s, block)) << lane;
         }
         return blocked;

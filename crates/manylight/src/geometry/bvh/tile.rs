@@ -16,7 +16,7 @@ use super::tile_triangle::LeafTriangles;
 use super::triangle_block::{TreeParts, TriangleBlock};
 use crate::math::bits::transpose;
 use crate::math::{Aabb, Vec3};
-use crate::simd::{NARROW, Simd, WIDE};
+use crate::simd::{LANES, NARROW, Simd};
 
 /// Largest number of points, and of lights, in a tile.
 pub(super) const SIDE: usize = 64;
@@ -225,7 +225,7 @@ impl<'a> VisibilityTile<'a> {
             };
             let mut packet = Packet::new(s, tree, from, &targets, *open);
             for &(word, shafts) in &deferred.subtrees[..deferred.len] {
-                let rays = groups_of(shafts, i / WIDE, role) & packet.open;
+                let rays = groups_of(shafts, i / LANES, role) & packet.open;
                 if rays != 0 {
                     packet.trace(s, &mut stack, word, rays);
                 }
@@ -245,7 +245,7 @@ fn groups_of(shafts: u32, group: usize, role: usize) -> u64 {
         } else {
             GROUPS * other + group
         };
-        rays |= (u64::from(shafts >> shaft & 1) * 0xffff) << (WIDE * other);
+        rays |= (u64::from(shafts >> shaft & 1) * 0xffff) << (LANES * other);
     }
     rays
 }

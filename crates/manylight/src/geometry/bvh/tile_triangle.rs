@@ -6,7 +6,7 @@ use crate::lanes::vectors::{
     abs3, add3, broadcast3, cross, dot, dot_add, load3, scale3, splat3, store3, sub3,
 };
 use crate::math::Vec3;
-use crate::simd::{Floats, NARROW, Simd, WIDE};
+use crate::simd::{LANES, NARROW, Simd, Sixteen};
 
 /// The triangles of a block relative to the center of a tile.
 pub(super) struct LeafTriangles {
@@ -40,13 +40,13 @@ impl LeafTriangles {
 pub(super) type Edge<V> = ([V; 3], [V; 3]);
 
 /// One triangle, broadcast to all lanes.
-pub(super) struct Triangle<W: Floats<16>> {
+pub(super) struct Triangle<W: Sixteen> {
     pub(super) edges: [Edge<W::F>; 3],
     pub(super) normal: [W::F; 3],
     pub(super) height: W::F,
 }
 
-impl<W: Floats<16>> Triangle<W> {
+impl<W: Sixteen> Triangle<W> {
     #[inline(always)]
     pub(super) fn new(w: W, triangles: &LeafTriangles, lane: usize) -> Self {
         let [a, b, c] = [
@@ -64,20 +64,20 @@ impl<W: Floats<16>> Triangle<W> {
 
 /// An edge. Its midpoint loses less precision than its ends, and is the same for both triangles at the edge.
 #[inline(always)]
-fn edge<W: Floats<16>>(w: W, a: [W::F; 3], b: [W::F; 3]) -> Edge<W::F> {
+fn edge<W: Sixteen>(w: W, a: [W::F; 3], b: [W::F; 3]) -> Edge<W::F> {
     let half = w.splat(0.5);
     (sub3(w, b, a), scale3(w, add3(w, a, b), half))
 }
 
 /// The planes through each of sixteen points and one edge. A light `l` is inside if `normal · l + offset >= 0`.
 pub(super) struct EdgePlanes {
-    pub(super) normal: [[f32; WIDE]; 3],
-    pub(super) offset: [f32; WIDE],
+    pub(super) normal: [[f32; LANES]; 3],
+    pub(super) offset: [f32; LANES],
 }
 
 impl EdgePlanes {
     #[inline(always)]
-    pub(super) fn new<W: Floats<16>>(
+    pub(super) fn new<W: Sixteen>(
         w: W,
         (e, m): Edge<W::F>,
         p: [W::F; 3],
@@ -99,7 +99,7 @@ impl EdgePlanes {
     }
 
     #[inline(always)]
-    pub(super) fn inside<W: Floats<16>>(&self, w: W, row: usize, l: [W::F; 3]) -> u32 {
+    pub(super) fn inside<W: Sixteen>(&self, w: W, row: usize, l: [W::F; 3]) -> u32 {
         let n = broadcast3(w, &self.normal, row);
         let value = dot_add(w, n, l, w.splat(self.offset[row]));
         w.bits(w.le(w.splat(0.0), value))
@@ -108,7 +108,7 @@ impl EdgePlanes {
 
 /// Sum of the magnitudes of the components.
 #[inline(always)]
-pub(super) fn sum_of_sizes<W: Floats<16>>(w: W, n: [W::F; 3]) -> W::F {
+pub(super) fn sum_of_sizes<W: Sixteen>(w: W, n: [W::F; 3]) -> W::F {
     let [x, y, z] = abs3(w, n);
     w.add(w.add(x, y), z)
 }

@@ -7,7 +7,7 @@ use super::traverse::{AnyLeaves, Leaves, NearestLeaves};
 use super::triangle_block::{TriangleBlock, TriangleHit};
 use crate::geometry::Ray;
 use crate::math::{Vec2, Vec3};
-use crate::simd::{Floats, NARROW, Simd, set_bits};
+use crate::simd::{NARROW, Simd, Width, set_bits};
 
 /// A ray and the shear that turns its direction into the z axis.
 pub(super) struct Sheared {
@@ -19,7 +19,7 @@ pub(super) struct Sheared {
 }
 
 /// Result of tests of rays against triangles, in lanes: a ray against eight triangles, or sixteen rays against a triangle.
-pub(super) struct Crossing<const N: usize, V: Floats<N>> {
+pub(super) struct Crossing<V: Width> {
     /// Edge functions opposite to each corner: barycentric coordinates times `det`.
     pub(super) edges: [V::F; 3],
     /// Sum of the edge functions.
@@ -47,7 +47,7 @@ pub(super) fn axes_before(main: usize) -> [usize; 3] {
 
 /// A corner relative to the ray, sheared.
 #[inline(always)]
-pub(super) fn shear_corner<const N: usize, V: Floats<N>>(
+pub(super) fn shear_corner<V: Width>(
     v: V,
     corner: [V::F; 3],
     o: [V::F; 3],
@@ -62,7 +62,7 @@ pub(super) fn shear_corner<const N: usize, V: Floats<N>>(
 }
 
 /// The lines of rays against sheared triangles: the first part of a [`Crossing`].
-pub(super) struct Sides<const N: usize, V: Floats<N>> {
+pub(super) struct Sides<V: Width> {
     edges: [V::F; 3],
     /// The z coordinates of the corners.
     z: [V::F; 3],
@@ -70,7 +70,7 @@ pub(super) struct Sides<const N: usize, V: Floats<N>> {
     pub(super) inside: V::M,
 }
 
-impl<const N: usize, V: Floats<N>> Sides<N, V> {
+impl<V: Width> Sides<V> {
     /// The test of triangles with the sheared corners `a`, `b` and `c`.
     #[inline(always)]
     pub(super) fn new(v: V, [a, b, c]: [[V::F; 3]; 3]) -> Self {
@@ -89,7 +89,7 @@ impl<const N: usize, V: Floats<N>> Sides<N, V> {
 
     /// The hits before `limit`. `scale` is the reciprocal of the ray's largest component.
     #[inline(always)]
-    pub(super) fn crossing(self, v: V, scale: V::F, limit: V::F) -> Crossing<N, V> {
+    pub(super) fn crossing(self, v: V, scale: V::F, limit: V::F) -> Crossing<V> {
         let ([e0, e1, e2], [z0, z1, z2]) = (self.edges, self.z);
         let det = v.add(v.add(e0, e1), e2);
         let z = v.mul_add(e0, z0, v.mul_add(e1, z1, v.mul(e2, z2)));
@@ -106,7 +106,7 @@ impl<const N: usize, V: Floats<N>> Sides<N, V> {
     }
 }
 
-impl<const N: usize, V: Floats<N>> Crossing<N, V> {
+impl<V: Width> Crossing<V> {
     /// Ray parameters.
     #[inline(always)]
     pub(super) fn distances(&self, v: V) -> V::F {
@@ -128,13 +128,13 @@ impl Sheared {
     }
 
     #[inline(always)]
-    fn cross<S: Simd>(&self, s: S, block: &TriangleBlock, limit: f32) -> Crossing<NARROW, S> {
+    fn cross<S: Simd>(&self, s: S, block: &TriangleBlock, limit: f32) -> Crossing<S> {
         let sides = self.sides(s, block);
         sides.crossing(s, s.splat(self.scale), s.splat(limit))
     }
 
     #[inline(always)]
-    fn sides<S: Simd>(&self, s: S, block: &TriangleBlock) -> Sides<NARROW, S> {
+    fn sides<S: Simd>(&self, s: S, block: &TriangleBlock) -> Sides<S> {
         let o = [s.splat(self.o[0]), s.splat(self.o[1]), s.splat(self.o[2])];
         let shear = [s.splat(self.shear[0]), s.splat(self.shear[1])];
         let corners = [
@@ -190,7 +190,7 @@ impl Sheared {
     }
 }
 
-impl<S: Simd> Crossing<NARROW, S> {
+impl<S: Simd> Crossing<S> {
     /// The edge functions opposite to the second and third corner, and the sum of all three.
     #[inline(always)]
     fn weights(&self, s: S, lane: usize) -> [f32; 3] {

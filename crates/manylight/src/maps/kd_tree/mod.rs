@@ -15,7 +15,7 @@ pub use neighbors::Neighbors;
 
 use crate::math::Vec3;
 use crate::particles::{Importon, Photon};
-use crate::simd::{Simd, SimdKernel, Wide, set_bits};
+use crate::simd::{Simd, SimdKernel, Sixteen, set_bits};
 use index::{KdBlock, KdIndex};
 use neighbors::NeighborQuery;
 use rayon::prelude::*;
@@ -187,7 +187,7 @@ struct PointVisitor<V>(V);
 
 impl<V: FnMut(u32, f32, f32) -> f32> KdVisitor for PointVisitor<V> {
     #[inline(always)]
-    fn block<W: Wide>(&mut self, w: W, block: &KdBlock, d2: W::F, mut bound: f32) -> f32 {
+    fn block<W: Sixteen>(&mut self, w: W, block: &KdBlock, d2: W::F, mut bound: f32) -> f32 {
         let near = w.bits(w.le(d2, w.splat(bound)));
         if near != 0 {
             let d2 = w.store(d2);

@@ -3,10 +3,10 @@
 use super::index::{KdBlock, KdIndex};
 use super::search::{KdVisitor, search};
 use crate::math::Vec3;
-use crate::simd::{Simd, SimdKernel, WIDE, Wide, set_bits};
+use crate::simd::{LANES, Simd, SimdKernel, Sixteen, set_bits};
 
 /// Number of candidates around the K-th below which they are sorted instead of counted.
-const SORTED: usize = 2 * WIDE;
+const SORTED: usize = 2 * LANES;
 /// Largest number of guesses of the distance of the K-th candidate; points on surfaces need three or four.
 const MAX_GUESSES: usize = 12;
 
@@ -46,7 +46,7 @@ impl Neighbors {
     /// Keeps at most `k >= 1` neighbors.
     pub fn new(k: usize) -> Self {
         assert!(k >= 1, "k must be at least 1");
-        let room = 2 * k + 4 * WIDE;
+        let room = 2 * k + 4 * LANES;
         Neighbors {
             k,
             count: 0,
@@ -106,7 +106,7 @@ impl SimdKernel for NeighborQuery<'_> {
                 2 * self.found.k
             } else {
                 self.found.k
-            } + WIDE,
+            } + LANES,
             found: self.found,
         };
         collect.found.count = 0;
@@ -136,10 +136,10 @@ struct CandidateCollector<'a> {
 
 impl KdVisitor for CandidateCollector<'_> {
     #[inline(always)]
-    fn block<W: Wide>(&mut self, w: W, block: &KdBlock, d2: W::F, bound: f32) -> f32 {
+    fn block<W: Sixteen>(&mut self, w: W, block: &KdBlock, d2: W::F, bound: f32) -> f32 {
         let found = &mut *self.found;
         let near = w.bits(w.le(d2, w.splat(bound)));
-        let place = found.count..found.count + WIDE;
+        let place = found.count..found.count + LANES;
         found.d2[place.clone()].copy_from_slice(&w.compress(near, d2));
         found.index[place].copy_from_slice(&w.compress_words(near, w.load_words(&block.index)));
         found.count += near.count_ones() as usize;
@@ -147,7 +147,7 @@ impl KdVisitor for CandidateCollector<'_> {
             return bound;
         }
         // Reducing 2 K candidates costs constant time per candidate.
-        self.limit = 2 * found.k + WIDE;
+        self.limit = 2 * found.k + LANES;
         found.keep_nearest(w)
     }
 }
@@ -155,13 +155,13 @@ impl KdVisitor for CandidateCollector<'_> {
 impl Neighbors {
     /// Keeps the K nearest of at least K candidates, and returns the squared distance of the K-th.
     #[inline(always)]
-    fn keep_nearest<W: Wide>(&mut self, w: W) -> f32 {
+    fn keep_nearest<W: Sixteen>(&mut self, w: W) -> f32 {
         if self.count == self.k {
             return self.highest(w);
         }
         let (last, last_index) = self.kth(w);
         let mut kept = 0;
-        for start in (0..self.count).step_by(WIDE) {
+        for start in (0..self.count).step_by(LANES) {
             let (d2, index) = self.block(w, start);
             let limit = w.splat(last);
             let near = w.bits(w.le(d2, limit));
@@ -169,8 +169,8 @@ impl Neighbors {
             let dropped = set_bits(tied).filter(|&i| index[i] > last_index);
             let near = near & !dropped.fold(0, |mask, i| mask | 1 << i);
             // Writes never pass the position that has been read.
-            self.d2[kept..kept + WIDE].copy_from_slice(&w.compress(near, d2));
-            self.index[kept..kept + WIDE]
+            self.d2[kept..kept + LANES].copy_from_slice(&w.compress(near, d2));
+            self.index[kept..kept + LANES]
                 .copy_from_slice(&w.compress_words(near, w.load_words(&index)));
             kept += near.count_ones() as usize;
         }
@@ -183,7 +183,7 @@ impl Neighbors {
     /// Narrows an interval of squared distances around it by counting, with linear interpolation for the next guess: on surfaces squared distances
     /// are uniformly distributed.
     #[inline(always)]
-    fn kth<W: Wide>(&mut self, w: W) -> (f32, u32) {
+    fn kth<W: Sixteen>(&mut self, w: W) -> (f32, u32) {
         let k = self.k;
         // Invariant: `below < k` candidates have squared distances up to `low`, `within >= k` up to `high`.
         let (mut low, mut below) = (-1.0f32, 0);
@@ -195,9 +195,9 @@ impl Neighbors {
             // Aims a little past the K-th, so that the farther end of the interval moves.
             let (above, under) = (within - k, k - below);
             let goal = if above > under {
-                under + (above / 8).min(WIDE / 2)
+                under + (above / 8).min(LANES / 2)
             } else {
-                under - (under / 8).min(WIDE / 2)
+                under - (under / 8).min(LANES / 2)
             };
             let from = low.max(0.0);
             let guess = from + (high - from) * (goal as f32 / (within - below) as f32);
@@ -210,7 +210,7 @@ impl Neighbors {
         }
         let mut keys = std::mem::take(&mut self.keys);
         keys.clear();
-        for start in (0..self.count).step_by(WIDE) {
+        for start in (0..self.count).step_by(LANES) {
             let (d2, index) = self.block(w, start);
             let near = w.bits(w.le(d2, w.splat(high))) & !w.bits(w.le(d2, w.splat(low)));
             let d2 = w.store(d2);
@@ -223,10 +223,10 @@ impl Neighbors {
 
     /// Number of candidates with squared distances up to `bound`.
     #[inline(always)]
-    fn count_within<W: Wide>(&self, w: W, bound: f32) -> usize {
+    fn count_within<W: Sixteen>(&self, w: W, bound: f32) -> usize {
         let bound = w.splat(bound);
         let mut count = 0;
-        for start in (0..self.count).step_by(WIDE) {
+        for start in (0..self.count).step_by(LANES) {
             count += w.bits(w.le(self.block(w, start).0, bound)).count_ones();
         }
         count as usize
@@ -234,10 +234,10 @@ impl Neighbors {
 
     /// The largest squared distance of the candidates; 0 without candidates.
     #[inline(always)]
-    fn highest<W: Wide>(&mut self, w: W) -> f32 {
+    fn highest<W: Sixteen>(&mut self, w: W) -> f32 {
         self.end_candidates();
         let mut highest = w.splat(0.0);
-        for start in (0..self.count).step_by(WIDE) {
+        for start in (0..self.count).step_by(LANES) {
             highest = w.max(self.block(w, start).0, highest);
         }
         w.store(highest).into_iter().fold(0.0, f32::max)
@@ -246,16 +246,16 @@ impl Neighbors {
     /// Fills the last block of candidates with NaN, which is in no interval.
     #[inline(always)]
     fn end_candidates(&mut self) {
-        self.d2[self.count..self.count + WIDE].fill(f32::NAN);
+        self.d2[self.count..self.count + LANES].fill(f32::NAN);
     }
 
     /// The block of candidates from index `start`.
     #[inline(always)]
-    fn block<W: Wide>(&self, w: W, start: usize) -> (W::F, [u32; WIDE]) {
-        let mut d2 = [0.0; WIDE];
-        let mut index = [0; WIDE];
-        d2.copy_from_slice(&self.d2[start..start + WIDE]);
-        index.copy_from_slice(&self.index[start..start + WIDE]);
+    fn block<W: Sixteen>(&self, w: W, start: usize) -> (W::F, [u32; LANES]) {
+        let mut d2 = [0.0; LANES];
+        let mut index = [0; LANES];
+        d2.copy_from_slice(&self.d2[start..start + LANES]);
+        index.copy_from_slice(&self.index[start..start + LANES]);
         (w.load(&d2), index)
     }
 }

@@ -2,25 +2,25 @@
 
 use super::index::{KdBlock, KdIndex, LEAF_BLOCKS, MAX_LEVELS};
 use crate::math::Vec3;
-use crate::simd::{WIDE, Wide};
+use crate::simd::{LANES, Sixteen};
 
 /// Processes the points found.
 pub(super) trait KdVisitor {
     /// Receives a block and the squared distances of its points, some of which may exceed `bound`; returns the new bound of the squared distance.
-    fn block<W: Wide>(&mut self, w: W, block: &KdBlock, d2: W::F, bound: f32) -> f32;
+    fn block<W: Sixteen>(&mut self, w: W, block: &KdBlock, d2: W::F, bound: f32) -> f32;
 }
 
 /// An ancestor of the current node, with the children still to visit as a mask of lanes.
 #[derive(Clone, Copy, Default)]
 struct PendingNode {
-    d2: [f32; WIDE],
+    d2: [f32; LANES],
     children: u32,
     node: u32,
 }
 
 /// Calls `visit` with every block that may have points within the squared distance `bound`, finite, from `p`.
 #[inline(always)]
-pub(super) fn search<W: Wide>(
+pub(super) fn search<W: Sixteen>(
     w: W,
     tree: &KdIndex,
     p: Vec3,
@@ -42,7 +42,7 @@ pub(super) fn search<W: Wide>(
             while children != 0 {
                 let lane = w.lowest(children, d2);
                 children &= !(1 << lane);
-                let first = (node as usize * WIDE + lane as usize) * LEAF_BLOCKS;
+                let first = (node as usize * LANES + lane as usize) * LEAF_BLOCKS;
                 let end = (first + LEAF_BLOCKS).min(tree.blocks.len());
                 for block in &tree.blocks[first..end] {
                     let d2 = block.distances_squared(w, &p);
@@ -58,7 +58,7 @@ pub(super) fn search<W: Wide>(
                 node,
             };
             level += 1;
-            node = node * WIDE as u32 + lane;
+            node = node * LANES as u32 + lane;
             d2 = tree.node(level, node).distances_squared(w, &p);
             children = u32::MAX;
             continue;
