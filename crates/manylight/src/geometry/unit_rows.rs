@@ -5,9 +5,8 @@
 
 use super::analytic::UnitShape;
 use super::block::BLOCK;
-use crate::lanes::LaneMask;
-use crate::lanes::vectors::{add3, dot, load3, scale3, splat3, sub3};
-use crate::simd::{LANES, Simd, SimdKernel, Sixteen};
+use crate::lanes::{LANES, LaneMask, Sixteen, Vector};
+use crate::simd::{Simd, SimdKernel};
 use glam::DVec3;
 
 /// Margin for rounding in the distance of a segment from the shape, relative to the distance of its ends. Several times the largest
@@ -57,23 +56,23 @@ impl SimdKernel for CutRow<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> u64 {
-        let w = s.wide();
+        let s = s.wide();
         // One specialized loop per shape.
         match self.shape {
-            UnitShape::Sphere => self.cut(w, UnitShape::Sphere),
-            UnitShape::Disk => self.cut(w, UnitShape::Disk),
-            UnitShape::Cylinder => self.cut(w, UnitShape::Cylinder),
+            UnitShape::Sphere => self.cut(s, UnitShape::Sphere),
+            UnitShape::Disk => self.cut(s, UnitShape::Disk),
+            UnitShape::Cylinder => self.cut(s, UnitShape::Cylinder),
         }
     }
 }
 
 impl CutRow<'_> {
     #[inline(always)]
-    fn cut<W: Sixteen>(&self, w: W, shape: UnitShape) -> u64 {
+    fn cut<S: Sixteen>(&self, s: S, shape: UnitShape) -> u64 {
         let mut cut = 0;
         for group in 0..GROUPS {
             let open = (self.open >> (group * LANES)) as LaneMask;
-            if open != 0 && open & self.near(w, shape, group) != 0 {
+            if open != 0 && open & self.near(s, shape, group) != 0 {
                 cut |= u64::from(self.cut_exactly(shape, group)) << (group * LANES);
             }
         }
@@ -82,16 +81,14 @@ impl CutRow<'_> {
 
     /// The segments of a group that may cut the shape: a conservative test.
     #[inline(always)]
-    fn near<W: Sixteen>(&self, w: W, shape: UnitShape, group: usize) -> LaneMask {
+    fn near<S: Sixteen>(&self, s: S, shape: UnitShape, group: usize) -> LaneMask {
         let origin = self.origin.as_vec3();
         let margin = ROUNDING * (origin.length() + self.targets.farthest);
-        let (zero, one) = (w.splat(0.0), w.splat(1.0));
-        let mut o = splat3(w, origin);
-        let mut to = load3(w, &self.targets.rounded[group]);
+        let mut o = Vector::splat(s, origin);
+        let mut to = Vector::load(s, &self.targets.rounded[group]);
         let between = |low: f32, high: f32| {
-            let above = w.le(w.splat(low - margin), w.max(o[2], to[2]));
-            let below = w.le(w.min(o[2], to[2]), w.splat(high + margin));
-            w.bits(w.and(above, below)) as LaneMask
+            let (lowest, highest) = (o.z.min(to.z), o.z.max(to.z));
+            (highest.ge(low - margin) & lowest.le(high + margin)).bits() as LaneMask
         };
         let level = match shape {
             UnitShape::Sphere => LaneMask::MAX,
@@ -99,15 +96,13 @@ impl CutRow<'_> {
             UnitShape::Cylinder => between(0.0, 1.0),
         };
         if shape == UnitShape::Cylinder {
-            (o[2], to[2]) = (zero, zero);
+            (o.z, to.z) = (o.z.same(0.0), o.z.same(0.0));
         }
-        let d = sub3(w, to, o);
-        let d2 = w.max(dot(w, d, d), w.splat(f32::MIN_POSITIVE));
-        let along = w.div(dot(w, o, d), d2);
-        let t = w.min(w.max(w.sub(zero, along), zero), one);
-        let nearest = add3(w, o, scale3(w, d, t));
-        let reach = w.splat((1.0 + margin) * (1.0 + margin));
-        level & w.bits(w.le(dot(w, nearest, nearest), reach)) as LaneMask
+        let d = to - o;
+        let along = o.dot(d) / d.dot(d).max(f32::MIN_POSITIVE);
+        let nearest = o + d * (0.0 - along).clamp(0.0, 1.0);
+        let reach = (1.0 + margin) * (1.0 + margin);
+        level & nearest.dot(nearest).le(reach).bits() as LaneMask
     }
 
     /// The segments of a group that the shape cuts. A plain loop that the compiler vectorizes.

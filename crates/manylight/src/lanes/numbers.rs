@@ -105,6 +105,12 @@ impl<S: Width> Float<S> {
         self.s
     }
 
+    /// The vector that holds the lanes.
+    #[inline(always)]
+    pub(crate) fn vector(self) -> S::F {
+        self.v
+    }
+
     /// The constant `x` in as many lanes.
     #[inline(always)]
     pub fn same(self, x: f32) -> Self {
@@ -157,13 +163,15 @@ impl<S: Width> Float<S> {
 
     /// `self * a + b`, rounded once if the instruction set has fused operations, else twice.
     #[inline(always)]
-    pub fn mul_add(self, a: Self, b: Self) -> Self {
+    pub fn mul_add(self, a: impl Operand<S>, b: impl Operand<S>) -> Self {
+        let (a, b) = (a.float(self.s), b.float(self.s));
         self.with(self.s.mul_add(self.v, a.v, b.v))
     }
 
     /// `self * a - b`, rounded like [`Float::mul_add`].
     #[inline(always)]
-    pub fn mul_sub(self, a: Self, b: Self) -> Self {
+    pub fn mul_sub(self, a: impl Operand<S>, b: impl Operand<S>) -> Self {
+        let (a, b) = (a.float(self.s), b.float(self.s));
         self.with(self.s.mul_sub(self.v, a.v, b.v))
     }
 

@@ -10,20 +10,6 @@ pub(crate) fn splat3<L: Width>(s: L, v: Vec3) -> [L::F; 3] {
     [s.splat(v.x), s.splat(v.y), s.splat(v.z)]
 }
 
-/// The vector in one lane of `v`, broadcast to all lanes.
-#[inline(always)]
-pub(crate) fn broadcast3<const M: usize, L: Width>(
-    s: L,
-    v: &[[f32; M]; 3],
-    lane: usize,
-) -> [L::F; 3] {
-    [
-        s.splat(v[0][lane]),
-        s.splat(v[1][lane]),
-        s.splat(v[2][lane]),
-    ]
-}
-
 #[inline(always)]
 pub(crate) fn load3<L: Width>(s: L, v: &[L::Each<f32>; 3]) -> [L::F; 3] {
     [s.load(&v[0]), s.load(&v[1]), s.load(&v[2])]
@@ -62,23 +48,8 @@ pub(crate) fn mul3<L: Width>(s: L, a: [L::F; 3], b: [L::F; 3]) -> [L::F; 3] {
 }
 
 #[inline(always)]
-pub(crate) fn cross<L: Width>(s: L, a: [L::F; 3], b: [L::F; 3]) -> [L::F; 3] {
-    [
-        s.mul_sub(a[1], b[2], s.mul(a[2], b[1])),
-        s.mul_sub(a[2], b[0], s.mul(a[0], b[2])),
-        s.mul_sub(a[0], b[1], s.mul(a[1], b[0])),
-    ]
-}
-
-#[inline(always)]
 pub(crate) fn dot<L: Width>(s: L, a: [L::F; 3], b: [L::F; 3]) -> L::F {
     s.mul_add(a[0], b[0], s.mul_add(a[1], b[1], s.mul(a[2], b[2])))
-}
-
-/// `a · b + c`.
-#[inline(always)]
-pub(crate) fn dot_add<L: Width>(s: L, a: [L::F; 3], b: [L::F; 3], c: L::F) -> L::F {
-    s.mul_add(a[0], b[0], s.mul_add(a[1], b[1], s.mul_add(a[2], b[2], c)))
 }
 
 /// Luminance of colors: see [`Rgb::luminance`].

@@ -2,9 +2,8 @@
 
 use super::shaft::middle_and_half;
 use super::tile::SIDE;
-use crate::lanes::vectors::{add3, load3, splat3, store3};
+use crate::lanes::{LANES, Sixteen, Vector};
 use crate::math::{Aabb, Vec3, Vec3A};
-use crate::simd::{LANES, Sixteen};
 
 /// Number of groups of [`LANES`] among [`SIDE`].
 pub(super) const GROUPS: usize = SIDE / LANES;
@@ -60,9 +59,9 @@ impl EndGroups {
     }
 
     #[inline(always)]
-    pub(super) fn move_by<W: Sixteen>(&mut self, w: W, by: Vec3) {
+    pub(super) fn move_by<S: Sixteen>(&mut self, s: S, by: Vec3) {
         for group in &mut self.p {
-            *group = store3(w, add3(w, load3(w, group), splat3(w, by)));
+            *group = (Vector::load(s, group) + Vector::splat(s, by)).store();
         }
     }
 }

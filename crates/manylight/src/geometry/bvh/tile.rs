@@ -14,9 +14,10 @@ use super::rows::Rows;
 use super::shaft::{Shaft, Shafts};
 use super::tile_triangle::LeafTriangles;
 use super::triangle_block::{TreeParts, TriangleBlock};
+use crate::lanes::{Float, LANES};
 use crate::math::bits::transpose;
 use crate::math::{Aabb, Vec3};
-use crate::simd::{LANES, NARROW, Simd};
+use crate::simd::{NARROW, Simd};
 
 /// Largest number of points, and of lights, in a tile.
 pub(super) const SIDE: usize = 64;
@@ -85,7 +86,7 @@ impl<'a> VisibilityTile<'a> {
             points,
             lights,
             shaft: Shaft::new(p.all, l.all),
-            shafts: Shafts::new(s, &p.bounds, &l.bounds, (p.all, l.all)),
+            shafts: Shafts::new(s.wide(), &p.bounds, &l.bounds, (p.all, l.all)),
             half: [p.mean_half(), l.mean_half()],
             spread: [p.all.diagonal(), l.all.diagonal()],
             rows: Rows::new(s, p, l, wanted),
@@ -128,7 +129,7 @@ impl<'a> VisibilityTile<'a> {
             }
             let node = &self.nodes[word as usize];
             let (near, far, mut children) = self.shaft.cut(s, &node.bounds);
-            let (near, far) = (s.store(near), s.store(far));
+            let (near, far) = (near.store(), far.store());
             while children != 0 {
                 let lane = children.trailing_zeros() as usize % NARROW;
                 children &= children - 1;
@@ -136,7 +137,7 @@ impl<'a> VisibilityTile<'a> {
                 let planes = [
                     b[0][lane], b[1][lane], b[2][lane], b[3][lane], b[4][lane], b[5][lane],
                 ];
-                let shafts = self.shafts.meeting(s, planes) & shafts;
+                let shafts = self.shafts.meeting(s.wide(), planes) & shafts;
                 if shafts == 0 {
                     continue;
                 }
@@ -197,7 +198,7 @@ impl<'a> VisibilityTile<'a> {
                 bounds[4][lane],
                 bounds[5][lane],
             ];
-            let shafts = self.shafts.meeting(s, planes) & shafts & self.rows.active;
+            let shafts = self.shafts.meeting(s.wide(), planes) & shafts & self.rows.active;
             if shafts != 0 {
                 self.rows.block(s.wide(), &triangles, lane, shafts);
             }
@@ -255,11 +256,10 @@ fn groups_of(shafts: u32, group: usize, role: usize) -> u64 {
 fn block_bounds<S: Simd>(s: S, block: &TriangleBlock) -> [[f32; NARROW]; 6] {
     let mut bounds = [[0.0; NARROW]; 6];
     for axis in 0..3 {
-        let a = s.load(&block.corners[0][axis]);
-        let b = s.load(&block.corners[1][axis]);
-        let c = s.load(&block.corners[2][axis]);
-        bounds[axis] = s.store(s.min(s.min(a, b), c));
-        bounds[axis + 3] = s.store(s.max(s.max(a, b), c));
+        let corner = |i: usize| Float::load(s, &block.corners[i][axis]);
+        let (a, b, c) = (corner(0), corner(1), corner(2));
+        bounds[axis] = a.min(b).min(c).store();
+        bounds[axis + 3] = a.max(b).max(c).store();
     }
     bounds
 }

@@ -3,8 +3,9 @@
 //! All leaves are full, and every node except the last of its level has all its children, so that positions in memory follow from counting. Nodes
 //! store the tight boxes of their children: particles lie on surfaces, where boxes prune better than splitting planes.
 
+use crate::lanes::{Float, LANES, Sixteen, Vector, Width};
 use crate::math::{Aabb, Vec3};
-use crate::simd::{Isa, LANES, Sixteen};
+use crate::simd::Isa;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -52,14 +53,8 @@ impl KdBlock {
 
     /// Squared distances of the points from `p`.
     #[inline(always)]
-    pub(super) fn distances_squared<W: Sixteen>(&self, w: W, p: &[W::F; 3]) -> W::F {
-        let [x, y, z] = &self.position;
-        length_squared(
-            w,
-            w.sub(w.load(x), p[0]),
-            w.sub(w.load(y), p[1]),
-            w.sub(w.load(z), p[2]),
-        )
+    pub(super) fn distances_squared<S: Sixteen>(&self, p: Vector<S>) -> Float<S> {
+        length_squared(Vector::load(p.x.width(), &self.position) - p)
     }
 }
 
@@ -100,28 +95,18 @@ impl KdNode {
     ///
     /// Rounded like the distances of points, so that rounding never prunes a point.
     #[inline(always)]
-    pub(super) fn distances_squared<W: Sixteen>(&self, w: W, p: &[W::F; 3]) -> W::F {
-        length_squared(
-            w,
-            self.step(w, p, 0),
-            self.step(w, p, 1),
-            self.step(w, p, 2),
-        )
-    }
-
-    /// Distances of the boxes from `p` along one axis.
-    #[inline(always)]
-    fn step<W: Sixteen>(&self, w: W, p: &[W::F; 3], axis: usize) -> W::F {
-        let below = w.sub(w.load(&self.min[axis]), p[axis]);
-        let above = w.sub(p[axis], w.load(&self.max[axis]));
-        w.max(w.max(below, above), w.splat(0.0))
+    pub(super) fn distances_squared<S: Sixteen>(&self, p: Vector<S>) -> Float<S> {
+        let s = p.x.width();
+        let below = Vector::load(s, &self.min) - p;
+        let above = p - Vector::load(s, &self.max);
+        length_squared(below.max(above).max(Vector::splat(s, Vec3::ZERO)))
     }
 }
 
+/// Rounded alike in all instruction sets, without fused operations.
 #[inline(always)]
-fn length_squared<W: Sixteen>(w: W, x: W::F, y: W::F, z: W::F) -> W::F {
-    let (x, y, z) = (w.mul(x, x), w.mul(y, y), w.mul(z, z));
-    w.add(w.add(x, y), z)
+fn length_squared<S: Width>(v: Vector<S>) -> Float<S> {
+    v.x.squared() + v.y.squared() + v.z.squared()
 }
 
 /// A point during construction.
