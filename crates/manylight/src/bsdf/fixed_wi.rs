@@ -4,7 +4,7 @@ use super::{Bsdf, FixedWoLanes, LaneModel, Lobes};
 use crate::color::Rgb;
 use crate::lanes::{LANES, LaneMask, Lanes3, Sixteen, Vector, lanes_of};
 use crate::math::Vec3;
-use crate::simd::{Isa, Simd, SimdKernel, Wide};
+use crate::simd::{Isa, Simd, SimdKernel};
 
 /// A scattering function with a fixed `wi` and a fixed set of lobes: a function of `wo`.
 #[derive(Clone, Debug)]
@@ -39,7 +39,7 @@ impl FixedWi<'_, '_> {
 
     /// [`Bsdf::f_cos_wo`] in each active lane, for unit directions `wo`. Other lanes are unspecified.
     #[inline(always)]
-    pub(crate) fn f_cos_wo_lanes<W: Wide>(&self, w: W, wo: &Lanes3, active: LaneMask) -> Lanes3 {
+    pub(crate) fn f_cos_wo_lanes<W: Sixteen>(&self, w: W, wo: &Lanes3, active: LaneMask) -> Lanes3 {
         let Some(lanes) = &self.lanes else {
             let mut out = Lanes3::ZERO;
             for i in lanes_of(active) {
@@ -47,7 +47,7 @@ impl FixedWi<'_, '_> {
             }
             return out;
         };
-        let s = Sixteen(w);
+        let s = w;
         let values = lanes.f_cos_wi(w, wo, active).colors(s);
         // The reciprocal model is f_s |wi·ns|; f multiplies it by |wi·ns| / |wi·ng|, also for the swapped directions.
         let (ng, ns) = (Vec3::from(self.bsdf.ng), Vec3::from(self.bsdf.frame.n));

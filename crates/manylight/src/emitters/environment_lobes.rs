@@ -3,7 +3,7 @@
 //! Few directions to the sky lead through a small window. Photons from the environment have found such directions.
 //! Source: Jensen, "Importance Driven Path Tracing Using the Photon Map", EGWR 1995; here with von Mises-Fisher lobes.
 
-use crate::lanes::{Float, LANES, Mask, Sixteen, Vector, Width};
+use crate::lanes::{Float, LANES, Mask, Vector, Width};
 use crate::math::{Frame, Vec2, Vec3};
 use crate::sampling::warp::{von_mises_fisher, von_mises_fisher_pdf};
 use crate::simd::{Isa, Simd, SimdKernel};
@@ -99,6 +99,6 @@ impl SimdKernel for LobesKernel<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> f32 {
-        self.lobes.pdf_in_lanes(Sixteen(s.wide()), self.w)
+        self.lobes.pdf_in_lanes(s.wide(), self.w)
     }
 }

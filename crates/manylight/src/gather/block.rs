@@ -7,7 +7,7 @@ use crate::lanes::{LANES, LaneMask, Lanes3};
 use crate::math::Vec3;
 use crate::math::bits::transpose;
 use crate::scene::Scene;
-use crate::simd::{Wide, set_bits};
+use crate::simd::{Sixteen, set_bits};
 
 /// Targets of a block: the bits of a mask.
 const TARGETS: usize = 64;
@@ -63,7 +63,7 @@ impl ShadowBlock {
 
     /// Traces the shadow rays and adds the light that arrives to `gathered`, the sums by slot and batch.
     #[inline(always)]
-    pub(super) fn flush<W: Wide>(
+    pub(super) fn flush<W: Sixteen>(
         &mut self,
         w: W,
         scene: &Scene,
@@ -87,7 +87,7 @@ impl ShadowBlock {
                 }
                 let lanes = (arriving >> (b * LANES)) as LaneMask;
                 if lanes != 0 {
-                    let lanes = w.lanes(u32::from(lanes));
+                    let lanes = w.mask(u32::from(lanes));
                     for (sum, value) in sum.iter_mut().zip(values[b].load(w)) {
                         *sum = w.select(lanes, w.add(*sum, value), *sum);
                     }

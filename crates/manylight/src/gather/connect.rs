@@ -13,7 +13,7 @@ use crate::ids::LightId;
 use crate::lanes::vectors::{dot, luminance, mul3, scale3, splat3};
 use crate::lanes::{LANES, LaneMask, Lanes, Lanes3};
 use crate::scene::Scene;
-use crate::simd::{self, Isa, Simd, Wide};
+use crate::simd::{self, Isa, Simd, Sixteen};
 use crate::virtual_lights::moments::POINTS;
 use crate::virtual_lights::{EmissionView, VirtualLight};
 
@@ -131,7 +131,7 @@ pub(super) struct BatchSums<'a, 'b, 's> {
 impl<'a, 'b, 's> BatchSums<'a, 'b, 's> {
     /// Empty sums with `slots` slots, without roulette.
     #[inline(always)]
-    pub(super) fn new<W: Wide>(
+    pub(super) fn new<W: Sixteen>(
         w: W,
         gather: &'a Gather,
         scene: &'a Scene,
@@ -160,7 +160,7 @@ impl<'a, 'b, 's> BatchSums<'a, 'b, 's> {
 
     /// Adds the light `id` to the slot; its shadow rays may wait in a block.
     #[inline(always)]
-    pub(super) fn add_light<W: Wide>(&mut self, w: W, id: LightId, sums: &mut [Gathered]) {
+    pub(super) fn add_light<W: Sixteen>(&mut self, w: W, id: LightId, sums: &mut [Gathered]) {
         let light = &self.lights.set.lights()[id.index()];
         let cylinder = &self.lights.cylinders[id.index()];
         let is_sphere = self.gather.kernel == Kernel::Sphere;
@@ -219,7 +219,7 @@ impl<'a, 'b, 's> BatchSums<'a, 'b, 's> {
 
     /// Connects the active points with one part of a light.
     #[inline(always)]
-    fn add_part<W: Wide>(
+    fn add_part<W: Sixteen>(
         &mut self,
         w: W,
         light: &ConnectedLight,
@@ -258,7 +258,7 @@ impl<'a, 'b, 's> BatchSums<'a, 'b, 's> {
 
     /// Sets the values of batch `b`: the clamped light of one part at the active points.
     #[inline(always)]
-    fn connect<W: Wide>(
+    fn connect<W: Sixteen>(
         &mut self,
         w: W,
         light: &ConnectedLight,
@@ -303,7 +303,7 @@ impl<'a, 'b, 's> BatchSums<'a, 'b, 's> {
         let value = scale3(w, value, factor);
         let values = scale3(w, value, weight);
         let lit = active & is_lit(w, values);
-        let counts = w.lanes(u32::from(lit));
+        let counts = w.mask(u32::from(lit));
         let unclamped = w.select(counts, luminance(w, value), zero);
         let clamped = w.mul(unclamped, w.sub(w.splat(1.0), weight));
         add_lanes(w, &mut self.unclamped[b], unclamped);
@@ -318,7 +318,7 @@ impl<'a, 'b, 's> BatchSums<'a, 'b, 's> {
 
     /// `f |w·n| I(-w) / d²` of a point, for the active lanes, and the clamping weight.
     #[inline(always)]
-    fn point_value<W: Wide>(
+    fn point_value<W: Sixteen>(
         &self,
         w: W,
         light: &ConnectedLight,
@@ -362,7 +362,7 @@ impl<'a, 'b, 's> BatchSums<'a, 'b, 's> {
 
     /// Traces the shadow rays that wait.
     #[inline(always)]
-    pub(super) fn flush<W: Wide>(&mut self, w: W, sums: &mut [Gathered]) {
+    pub(super) fn flush<W: Sixteen>(&mut self, w: W, sums: &mut [Gathered]) {
         for block in &mut self.blocks {
             block.flush(w, self.scene, self.batches, sums, &mut self.gathered);
         }
@@ -381,7 +381,7 @@ impl<'a, 'b, 's> BatchSums<'a, 'b, 's> {
 
 /// The geometry of the connections of one batch with a point.
 #[derive(Clone, Copy)]
-struct PointGeometry<W: Wide> {
+struct PointGeometry<W: Sixteen> {
     /// Unit directions to the point.
     wi: [W::F; 3],
     /// Inverse of the squared distances, in 1/m².
@@ -400,13 +400,13 @@ fn by_batch<T>(of: &[T; BATCHES], lanes: impl Fn(&T) -> LaneMask) -> [LaneMask; 
 }
 
 #[inline(always)]
-fn add_lanes<W: Wide>(w: W, sum: &mut Lanes, x: W::F) {
+fn add_lanes<W: Sixteen>(w: W, sum: &mut Lanes, x: W::F) {
     *sum = w.store(w.add(w.load(sum), x));
 }
 
 /// The lanes with some light in a channel, none of which is negative.
 #[inline(always)]
-fn is_lit<W: Wide>(w: W, light: [W::F; 3]) -> LaneMask {
+fn is_lit<W: Sixteen>(w: W, light: [W::F; 3]) -> LaneMask {
     let sum = w.add(w.add(light[0], light[1]), light[2]);
     w.bits(w.lt(w.splat(0.0), sum)) as LaneMask
 }

@@ -14,7 +14,7 @@ use crate::light_tree::{DrawnLight, LightTree, Sent};
 use crate::math::Vec3;
 use crate::sampling::rng::{self, Pcg};
 use crate::scene::Scene;
-use crate::simd::{self, Isa, Simd, Wide};
+use crate::simd::{self, Isa, Simd, Sixteen};
 
 /// When the refinement of a cut ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -165,7 +165,7 @@ impl AddCut<'_> {
 
     /// Whether one surface hides all of a cluster from all points. Tested only if no light of its representative arrives.
     #[inline(always)]
-    fn is_hidden<W: Wide>(
+    fn is_hidden<W: Sixteen>(
         &self,
         w: W,
         cluster: &CutNode,
@@ -182,7 +182,7 @@ impl AddCut<'_> {
     /// Puts a node into the cut, unless no point can receive light from it. Its representative is `inherited` from its parent with
     /// the slot of that, or sampled anew.
     #[inline(always)]
-    fn put<W: Wide>(
+    fn put<W: Sixteen>(
         &mut self,
         w: W,
         inherited: Option<(usize, DrawnLight)>,
@@ -216,7 +216,7 @@ impl AddCut<'_> {
 
     /// [`LightNode::sent`] for each point.
     #[inline(always)]
-    fn sent<W: Wide>(&self, w: W, node: usize) -> [Sent; BATCHES] {
+    fn sent<W: Sixteen>(&self, w: W, node: usize) -> [Sent; BATCHES] {
         let mut sent = [Sent::NOTHING; BATCHES];
         if self.tree.children(node).is_none() {
             return sent;
@@ -238,7 +238,7 @@ impl AddCut<'_> {
 
     /// Largest error of a cluster at each point, luminance in W/(m² sr): relative to the sum there, or the tolerance of the point.
     #[inline(always)]
-    fn allowed<W: Wide>(
+    fn allowed<W: Sixteen>(
         &self,
         w: W,
         cut: &[CutNode],
@@ -294,14 +294,14 @@ fn middle(batches: &[Batch]) -> Vec3 {
 
 /// One over the allowed errors; a large number where no error is allowed.
 #[inline(always)]
-fn inverse<W: Wide>(w: W, allowed: &Lanes) -> Lanes {
+fn inverse<W: Sixteen>(w: W, allowed: &Lanes) -> Lanes {
     let least = w.splat(f32::MIN_POSITIVE);
     w.store(w.div(w.splat(1.0), w.max(w.load(allowed), least)))
 }
 
 /// Whether the bound of a cluster is larger than the allowed error at any of the points.
 #[inline(always)]
-fn is_beyond<W: Wide>(w: W, sent: &[Sent; BATCHES], allowed: &[Lanes; BATCHES]) -> bool {
+fn is_beyond<W: Sixteen>(w: W, sent: &[Sent; BATCHES], allowed: &[Lanes; BATCHES]) -> bool {
     let beyond =
         |(sent, allowed): (&Sent, &Lanes)| w.bits(w.lt(w.load(allowed), w.load(&sent.bounds))) != 0;
     sent.iter().zip(allowed).any(beyond)
@@ -309,7 +309,7 @@ fn is_beyond<W: Wide>(w: W, sent: &[Sent; BATCHES], allowed: &[Lanes; BATCHES]) 
 
 /// Largest ratio, over the points, of the light that a cluster is likely to send and the allowed error.
 #[inline(always)]
-fn likeliest<W: Wide>(w: W, sent: &[Sent; BATCHES], inverses: &[Lanes; BATCHES]) -> f32 {
+fn likeliest<W: Sixteen>(w: W, sent: &[Sent; BATCHES], inverses: &[Lanes; BATCHES]) -> f32 {
     let mut least = w.splat(0.0);
     for (sent, inverse) in sent.iter().zip(inverses) {
         let negative = w.mul(w.load(&sent.likely), w.sub(w.splat(0.0), w.load(inverse)));

@@ -6,7 +6,7 @@ use super::{Gather, Kernel};
 use crate::lanes::vectors::dot;
 use crate::lanes::{LaneMask, Lanes};
 use crate::math::Vec3;
-use crate::simd::Wide;
+use crate::simd::Sixteen;
 use crate::virtual_lights::VirtualLight;
 use crate::virtual_lights::moments::POINTS;
 use std::f32::consts::PI;
@@ -55,7 +55,7 @@ impl PointCounts {
 
 /// The shading points of a batch that a light may reach.
 #[derive(Clone, Copy)]
-pub(super) struct FacingPoints<'a, W: Wide> {
+pub(super) struct FacingPoints<'a, W: Sixteen> {
     /// Vectors from the points to the light, in m.
     pub(super) to: [W::F; 3],
     /// Random numbers of the points, in [0, 1).
@@ -66,7 +66,7 @@ pub(super) struct FacingPoints<'a, W: Wide> {
 impl Gather {
     /// The number of light points that stand for `light` at each shading point. `radius` is that of the light as a sphere, in m.
     #[inline(always)]
-    pub(super) fn point_counts<W: Wide>(
+    pub(super) fn point_counts<W: Sixteen>(
         &self,
         w: W,
         light: &VirtualLight,
@@ -162,7 +162,7 @@ fn disc_area(light: &VirtualLight) -> f32 {
 
 /// The lanes in which the squared distance `d2` is within `reach`, stretched.
 #[inline(always)]
-fn within<W: Wide>(w: W, d2: W::F, stretch: W::F, reach: f32) -> LaneMask {
+fn within<W: Sixteen>(w: W, d2: W::F, stretch: W::F, reach: f32) -> LaneMask {
     let reach = w.mul(stretch, w.splat(reach));
     w.bits(w.lt(d2, w.mul(reach, reach))) as LaneMask
 }

@@ -6,7 +6,7 @@ use crate::lanes::LaneMask;
 use crate::lanes::vectors::{add3, dot, scale3, splat3};
 use crate::math::{Aabb, Vec3};
 use crate::scene::Scene;
-use crate::simd::Wide;
+use crate::simd::Sixteen;
 
 /// Surfaces that are tried first: those that have hidden a box most recently. Unmeasured.
 const RECENT: usize = 8;
@@ -43,7 +43,7 @@ impl<'a> Occluders<'a> {
 
     /// Whether a recent surface, or the one that a ray to `target` meets, hides all of the box `bounds` from all points.
     #[inline(always)]
-    pub(super) fn hide<W: Wide>(&mut self, w: W, bounds: &Aabb, target: Vec3) -> bool {
+    pub(super) fn hide<W: Sixteen>(&mut self, w: W, bounds: &Aabb, target: Vec3) -> bool {
         let corners = bounds.corners();
         for k in 0..self.recent.len() {
             if self.hides(w, &self.recent[k], &corners) {
@@ -80,7 +80,7 @@ impl<'a> Occluders<'a> {
     /// Whether `occluder` lies between each point and the box with these corners. A convex surface that meets the segments to all
     /// corners meets those to all points of the box.
     #[inline(always)]
-    fn hides<W: Wide>(&self, w: W, occluder: &Occluder, corners: &[Vec3; 8]) -> bool {
+    fn hides<W: Sixteen>(&self, w: W, occluder: &Occluder, corners: &[Vec3; 8]) -> bool {
         let (n, margin) = (splat3(w, occluder.n), w.splat(self.margin));
         for &corner in corners {
             let beyond = occluder.n.dot(corner) - occluder.offset;

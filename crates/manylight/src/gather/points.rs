@@ -6,7 +6,7 @@ use crate::geometry::SurfacePoint;
 use crate::lanes::vectors::{abs3, dot, splat3, sub3};
 use crate::lanes::{LANES, LaneMask, Lanes, Lanes3, mask};
 use crate::math::{Aabb, Cone, Vec3};
-use crate::simd::Wide;
+use crate::simd::Sixteen;
 use crate::virtual_lights::VirtualLight;
 use std::f32::consts::PI;
 
@@ -159,7 +159,7 @@ impl<'b, 's> Batch<'b, 's> {
 
     /// The vectors from all points to `p`.
     #[inline(always)]
-    pub(super) fn towards<W: Wide>(&self, w: W, p: Vec3) -> [W::F; 3] {
+    pub(super) fn towards<W: Sixteen>(&self, w: W, p: Vec3) -> [W::F; 3] {
         sub3(w, splat3(w, p), self.p.load(w))
     }
 
@@ -167,7 +167,7 @@ impl<'b, 's> Batch<'b, 's> {
     /// the point, and, for a one-sided light, the point is on the emitting side of part of it. Points in the plane of a flat
     /// light receive nothing, up to rounding.
     #[inline(always)]
-    pub(super) fn facing<W: Wide>(
+    pub(super) fn facing<W: Sixteen>(
         &self,
         w: W,
         to: [W::F; 3],
@@ -201,7 +201,12 @@ impl<'b, 's> Batch<'b, 's> {
     /// The points that may receive light from some light of a cluster; see [`Batch::facing`]. All lights of the cluster have their points
     /// in `bounds` and their normals, on the emitting side, in `normals`.
     #[inline(always)]
-    pub(super) fn facing_cluster<W: Wide>(&self, w: W, bounds: &Aabb, normals: &Cone) -> LaneMask {
+    pub(super) fn facing_cluster<W: Sixteen>(
+        &self,
+        w: W,
+        bounds: &Aabb,
+        normals: &Cone,
+    ) -> LaneMask {
         let (center, half) = (bounds.center(), splat3(w, bounds.extent() * 0.5));
         let rounding = w.add(w.load(&self.rounding), w.splat(rounding_at(center)));
         let (receiving, to) = (self.receiving.load(w), self.towards(w, center));
@@ -219,7 +224,7 @@ impl<'b, 's> Batch<'b, 's> {
 
     /// The points at which light from the unit directions `wi` counts; see [`ShadingPoint::lit_from`].
     #[inline(always)]
-    pub(super) fn lit<W: Wide>(&self, w: W, wi: [W::F; 3]) -> LaneMask {
+    pub(super) fn lit<W: Sixteen>(&self, w: W, wi: [W::F; 3]) -> LaneMask {
         if self.limited == 0 {
             return LaneMask::MAX;
         }

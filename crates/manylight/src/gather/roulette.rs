@@ -5,7 +5,7 @@ use super::points::{BATCHES, Batch};
 use crate::lanes::vectors::{luminance, scale3};
 use crate::lanes::{LANES, LaneMask, Lanes, Lanes3};
 use crate::sampling::rng::Pcg;
-use crate::simd::Wide;
+use crate::simd::Sixteen;
 
 /// Lights before roulette begins. Unmeasured: a mean over fewer lights says little.
 const FIRST_LIGHTS: f32 = 8.0;
@@ -43,7 +43,7 @@ impl Roulette {
     /// Whether the shadow rays of a light, or of a part `weight` of one, to the points `lit` are traced; `values` are then divided by the
     /// probability.
     #[inline(always)]
-    pub(super) fn survives<W: Wide>(
+    pub(super) fn survives<W: Sixteen>(
         &mut self,
         w: W,
         weight: f32,
@@ -54,7 +54,7 @@ impl Roulette {
         let mut largest = w.splat(0.0);
         for (b, lit) in lit.into_iter().enumerate() {
             if lit != 0 {
-                let lit = w.lanes(u32::from(lit));
+                let lit = w.mask(u32::from(lit));
                 let value = w.select(lit, luminance(w, values[b].load(w)), w.splat(0.0));
                 let sum = w.add(w.load(&self.sums[b]), value);
                 self.sums[b] = w.store(sum);

@@ -20,7 +20,7 @@ use crate::lanes::{LaneMask, Lanes, Lanes3};
 use crate::math::{Frame, Vec2, Vec3};
 use crate::sampling::rng::Pcg;
 use crate::sampling::warp;
-use crate::simd::Wide;
+use crate::simd::Sixteen;
 use crate::virtual_lights::{Emission, EmissionView, VirtualLight, VirtualLights};
 use std::f32::consts::{FRAC_1_PI, TAU};
 
@@ -54,7 +54,7 @@ fn mean_cosine(roughness: f32) -> f32 {
 }
 
 /// The directions from the points of a batch to a sphere.
-pub(super) struct DirectionCone<W: Wide> {
+pub(super) struct DirectionCone<W: Sixteen> {
     axis: [W::F; 3],
     /// Cosine of the half-angle; -1 inside the sphere.
     cos: W::F,
@@ -64,7 +64,7 @@ pub(super) struct DirectionCone<W: Wide> {
     inv_disc: W::F,
 }
 
-impl<W: Wide> DirectionCone<W> {
+impl<W: Sixteen> DirectionCone<W> {
     /// Around the unit directions `axis` to the center at the inverse squared distance `inv_d2`.
     #[inline(always)]
     pub(super) fn of(w: W, axis: [W::F; 3], inv_d2: W::F, radius: f32) -> Self {
@@ -85,7 +85,7 @@ impl<W: Wide> DirectionCone<W> {
 
 /// Density per solid angle of a lobe with mean cosine `g`, `(1 - g²)/(4π (1 + g² - 2 g cos)^(3/2))`.
 #[inline(always)]
-fn lobe_density<W: Wide>(w: W, cos: W::F, g: W::F) -> W::F {
+fn lobe_density<W: Sixteen>(w: W, cos: W::F, g: W::F) -> W::F {
     let one = w.splat(1.0);
     let g2 = w.mul(g, g);
     let base = w.sub(w.add(one, g2), w.mul(w.mul(w.splat(2.0), g), cos));
@@ -153,7 +153,7 @@ struct PointLobe {
 
 impl SphereSamples {
     #[inline(always)]
-    pub(super) fn of<W: Wide>(w: W, batch: &Batch) -> Self {
+    pub(super) fn of<W: Sixteen>(w: W, batch: &Batch) -> Self {
         let turn = |i: usize, u: f32| TAU * (u + GOLDEN_TURN * i as f32);
         let turns = std::array::from_fn(|i| {
             [
@@ -172,7 +172,7 @@ impl SphereSamples {
     /// The integral of the module's doc at the active points, by `count` directions of Ω and those of the lobes; by the
     /// direction to the center if `count` is 1.
     #[inline(always)]
-    pub(super) fn integrate<W: Wide>(
+    pub(super) fn integrate<W: Sixteen>(
         &self,
         w: W,
         sphere: &SphereConnection<W>,
@@ -215,7 +215,7 @@ impl SphereSamples {
 
     /// The density of all directions to a sphere, where those of Ω have density `even`.
     #[inline(always)]
-    fn mixture<W: Wide>(
+    fn mixture<W: Sixteen>(
         &self,
         w: W,
         sphere: &SphereConnection<W>,
@@ -237,7 +237,7 @@ impl SphereSamples {
 
     /// The part of the integral by `count` directions of Ω.
     #[inline(always)]
-    fn cone_directions<W: Wide>(
+    fn cone_directions<W: Sixteen>(
         &self,
         w: W,
         sphere: &SphereConnection<W>,
@@ -270,7 +270,7 @@ impl SphereSamples {
 
 impl PointLobe {
     #[inline(always)]
-    fn of<W: Wide>(w: W, batch: &Batch) -> Self {
+    fn of<W: Sixteen>(w: W, batch: &Batch) -> Self {
         let g = batch.widths.map(mean_cosine);
         let directions: [Lanes3; LOBE_DIRECTIONS] = std::array::from_fn(|k| {
             Lanes3::from_fn(|i| {
@@ -291,7 +291,7 @@ impl PointLobe {
 }
 
 /// The connections of the points of a batch with a light as a sphere.
-pub(super) struct SphereConnection<'a, W: Wide> {
+pub(super) struct SphereConnection<'a, W: Sixteen> {
     pub(super) batch: &'a Batch<'a, 'a>,
     pub(super) emission: &'a EmissionView<'a, 'a>,
     /// The glossy lobe of a light of one photon.
@@ -300,7 +300,7 @@ pub(super) struct SphereConnection<'a, W: Wide> {
     pub(super) active: LaneMask,
 }
 
-impl<W: Wide> SphereConnection<'_, W> {
+impl<W: Sixteen> SphereConnection<'_, W> {
     /// `f |w·n| I(-w)` for the unit directions `wi`.
     #[inline(always)]
     fn integrand(&self, w: W, wi: [W::F; 3]) -> [W::F; 3] {
@@ -319,21 +319,21 @@ impl<W: Wide> SphereConnection<'_, W> {
 }
 
 /// A lobe with density [`lobe_density`].
-struct SamplingLobe<W: Wide> {
+struct SamplingLobe<W: Sixteen> {
     axis: [W::F; 3],
     /// Mean cosine.
     g: W::F,
 }
 
 /// Expected number of samples per solid angle.
-struct SamplingMixture<W: Wide> {
+struct SamplingMixture<W: Sixteen> {
     /// Within Ω.
     even: W::F,
     /// At the point and at the light.
     lobes: [Option<SamplingLobe<W>>; 2],
 }
 
-impl<W: Wide> SamplingMixture<W> {
+impl<W: Sixteen> SamplingMixture<W> {
     /// `value` in a sampled direction over the density of all directions there: the balance heuristic.
     #[inline(always)]
     fn weighted(&self, w: W, direction: [W::F; 3], value: [W::F; 3]) -> [W::F; 3] {
@@ -348,8 +348,8 @@ impl<W: Wide> SamplingMixture<W> {
 
 /// `value` in the active lanes, 0 in the others.
 #[inline(always)]
-pub(super) fn only<W: Wide>(w: W, active: LaneMask, value: [W::F; 3]) -> [W::F; 3] {
-    let lanes = w.lanes(u32::from(active));
+pub(super) fn only<W: Sixteen>(w: W, active: LaneMask, value: [W::F; 3]) -> [W::F; 3] {
+    let lanes = w.mask(u32::from(active));
     [
         w.select(lanes, value[0], w.splat(0.0)),
         w.select(lanes, value[1], w.splat(0.0)),
@@ -360,7 +360,7 @@ pub(super) fn only<W: Wide>(w: W, active: LaneMask, value: [W::F; 3]) -> [W::F; 
 /// Two unit vectors at right angles to the unit vectors `n` and each other. Source: Duff et al., "Building an Orthonormal Basis,
 /// Revisited", JCGT 6(1), 2017.
 #[inline(always)]
-fn around<W: Wide>(w: W, n: [W::F; 3]) -> [[W::F; 3]; 2] {
+fn around<W: Sixteen>(w: W, n: [W::F; 3]) -> [[W::F; 3]; 2] {
     let [x, y, z] = n;
     let sign = w.mul_sign(w.splat(1.0), z);
     let a = w.div(w.splat(-1.0), w.add(sign, z));

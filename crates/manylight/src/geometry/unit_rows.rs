@@ -5,22 +5,21 @@
 
 use super::analytic::UnitShape;
 use super::block::BLOCK;
-use crate::lanes::LaneMask;
-use crate::lanes::vectors::{add3, dot, load3, scale3, splat3, sub3};
-use crate::simd::{Simd, SimdKernel, WIDE, Wide};
+use crate::lanes::{LANES, LaneMask, Sixteen, Vector};
+use crate::simd::{Simd, SimdKernel};
 use glam::DVec3;
 
 /// Margin for rounding in the distance of a segment from the shape, relative to the distance of its ends. Several times the largest
 /// rounding error, which is a few epsilon.
 const ROUNDING: f32 = 32.0 * f32::EPSILON;
 
-/// Number of groups of [`WIDE`] targets.
-const GROUPS: usize = BLOCK / WIDE;
+/// Number of groups of [`LANES`] targets.
+const GROUPS: usize = BLOCK / LANES;
 
 /// Points in the space of a unit shape. Indices: group, axis, lane.
 pub(super) struct UnitPoints {
-    exact: [[[f64; WIDE]; 3]; GROUPS],
-    rounded: [[[f32; WIDE]; 3]; GROUPS],
+    exact: [[[f64; LANES]; 3]; GROUPS],
+    rounded: [[[f32; LANES]; 3]; GROUPS],
     /// Largest distance of a point from the origin, rounded to `f32`.
     farthest: f32,
 }
@@ -29,14 +28,14 @@ impl UnitPoints {
     /// Up to [`BLOCK`] points; unused lanes are at the origin.
     pub(super) fn new(points: impl Iterator<Item = DVec3>) -> Self {
         let mut all = UnitPoints {
-            exact: [[[0.0; WIDE]; 3]; GROUPS],
-            rounded: [[[0.0; WIDE]; 3]; GROUPS],
+            exact: [[[0.0; LANES]; 3]; GROUPS],
+            rounded: [[[0.0; LANES]; 3]; GROUPS],
             farthest: 0.0,
         };
         for (j, p) in points.enumerate() {
             for (axis, x) in p.to_array().into_iter().enumerate() {
-                all.exact[j / WIDE][axis][j % WIDE] = x;
-                all.rounded[j / WIDE][axis][j % WIDE] = x as f32;
+                all.exact[j / LANES][axis][j % LANES] = x;
+                all.rounded[j / LANES][axis][j % LANES] = x as f32;
             }
             all.farthest = all.farthest.max(p.as_vec3().length());
         }
@@ -57,24 +56,24 @@ impl SimdKernel for CutRow<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> u64 {
-        let w = s.wide();
+        let s = s.wide();
         // One specialized loop per shape.
         match self.shape {
-            UnitShape::Sphere => self.cut(w, UnitShape::Sphere),
-            UnitShape::Disk => self.cut(w, UnitShape::Disk),
-            UnitShape::Cylinder => self.cut(w, UnitShape::Cylinder),
+            UnitShape::Sphere => self.cut(s, UnitShape::Sphere),
+            UnitShape::Disk => self.cut(s, UnitShape::Disk),
+            UnitShape::Cylinder => self.cut(s, UnitShape::Cylinder),
         }
     }
 }
 
 impl CutRow<'_> {
     #[inline(always)]
-    fn cut<W: Wide>(&self, w: W, shape: UnitShape) -> u64 {
+    fn cut<S: Sixteen>(&self, s: S, shape: UnitShape) -> u64 {
         let mut cut = 0;
         for group in 0..GROUPS {
-            let open = (self.open >> (group * WIDE)) as LaneMask;
-            if open != 0 && open & self.near(w, shape, group) != 0 {
-                cut |= u64::from(self.cut_exactly(shape, group)) << (group * WIDE);
+            let open = (self.open >> (group * LANES)) as LaneMask;
+            if open != 0 && open & self.near(s, shape, group) != 0 {
+                cut |= u64::from(self.cut_exactly(shape, group)) << (group * LANES);
             }
         }
         cut & self.open
@@ -82,16 +81,14 @@ impl CutRow<'_> {
 
     /// The segments of a group that may cut the shape: a conservative test.
     #[inline(always)]
-    fn near<W: Wide>(&self, w: W, shape: UnitShape, group: usize) -> LaneMask {
+    fn near<S: Sixteen>(&self, s: S, shape: UnitShape, group: usize) -> LaneMask {
         let origin = self.origin.as_vec3();
         let margin = ROUNDING * (origin.length() + self.targets.farthest);
-        let (zero, one) = (w.splat(0.0), w.splat(1.0));
-        let mut o = splat3(w, origin);
-        let mut to = load3(w, &self.targets.rounded[group]);
+        let mut o = Vector::splat(s, origin);
+        let mut to = Vector::load(s, &self.targets.rounded[group]);
         let between = |low: f32, high: f32| {
-            let above = w.le(w.splat(low - margin), w.max(o[2], to[2]));
-            let below = w.le(w.min(o[2], to[2]), w.splat(high + margin));
-            w.bits(w.and(above, below)) as LaneMask
+            let (lowest, highest) = (o.z.min(to.z), o.z.max(to.z));
+            (highest.ge(low - margin) & lowest.le(high + margin)).bits() as LaneMask
         };
         let level = match shape {
             UnitShape::Sphere => LaneMask::MAX,
@@ -99,22 +96,20 @@ impl CutRow<'_> {
             UnitShape::Cylinder => between(0.0, 1.0),
         };
         if shape == UnitShape::Cylinder {
-            (o[2], to[2]) = (zero, zero);
+            (o.z, to.z) = (o.z.same(0.0), o.z.same(0.0));
         }
-        let d = sub3(w, to, o);
-        let d2 = w.max(dot(w, d, d), w.splat(f32::MIN_POSITIVE));
-        let along = w.div(dot(w, o, d), d2);
-        let t = w.min(w.max(w.sub(zero, along), zero), one);
-        let nearest = add3(w, o, scale3(w, d, t));
-        let reach = w.splat((1.0 + margin) * (1.0 + margin));
-        level & w.bits(w.le(dot(w, nearest, nearest), reach)) as LaneMask
+        let d = to - o;
+        let along = o.dot(d) / d.dot(d).max(f32::MIN_POSITIVE);
+        let nearest = o + d * (0.0 - along).clamp(0.0, 1.0);
+        let reach = (1.0 + margin) * (1.0 + margin);
+        level & nearest.dot(nearest).le(reach).bits() as LaneMask
     }
 
     /// The segments of a group that the shape cuts. A plain loop that the compiler vectorizes.
     #[inline(always)]
     fn cut_exactly(&self, shape: UnitShape, group: usize) -> LaneMask {
         let [x, y, z] = &self.targets.exact[group];
-        let mut cut = [0; WIDE];
+        let mut cut = [0; LANES];
         for (j, cut) in cut.iter_mut().enumerate() {
             let target = DVec3::new(x[j], y[j], z[j]);
             let d = target - self.origin;
@@ -142,7 +137,7 @@ mod tests {
         #[inline(always)]
         fn run<S: Simd>(self, _: S) -> u64 {
             let all = (0..GROUPS)
-                .map(|group| u64::from(self.0.cut_exactly(self.0.shape, group)) << (group * WIDE));
+                .map(|group| u64::from(self.0.cut_exactly(self.0.shape, group)) << (group * LANES));
             all.sum::<u64>() & self.0.open
         }
     }

@@ -2,7 +2,7 @@
 
 use super::numbers::{Float, Mask, Operand, Word};
 use super::vector::{Pair, Vector};
-use super::width::Width;
+use crate::simd::Width;
 
 /// The largest number below 1.
 const LARGEST: f32 = 1.0 - f32::EPSILON * 0.5;

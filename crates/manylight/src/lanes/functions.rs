@@ -2,7 +2,7 @@
 
 use super::numbers::{Float, Word};
 use super::vector::{Pair, Vector};
-use super::width::Width;
+use crate::simd::Width;
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, LN_2, PI, TAU};
 
 /// 1.5 · 2²³. Adding it to |x| < 2²² rounds x to the nearest integer, which the last bits of the sum then hold.

@@ -1,7 +1,7 @@
 //! Lanes that share a word: data that they share is read once, and broadcast.
 
 use super::numbers::{Mask, Word};
-use super::width::Width;
+use crate::simd::Width;
 
 /// The distinct words of some lanes, each with the lanes that hold it.
 pub struct Groups<S: Width> {

@@ -1,7 +1,7 @@
 //! Data-parallel code: one program for many values.
 //!
-//! [`Float`], [`Vector`] and [`Color`] have a number of lanes as a type parameter, a [`Width`]: [`One`], or sixteen in the vectors of an
-//! instruction set. Code over them is written once for both.
+//! [`Float`], [`Vector`] and [`Color`] have a number of lanes as a type parameter, a [`Width`]: [`One`], or sixteen in the
+//! vectors of an instruction set (eight, too, in the ray tree). Code over them is written once for all.
 //!
 //! Code that is not inlined gets vectors through memory and lacks the instructions, which costs a factor of ten. Functions over lanes are
 //! therefore `inline(always)`; large or recursive ones are `Outlined`, and called by [`Width::outline`]. Closures, iterators, and the functions of
@@ -18,19 +18,18 @@ mod numbers;
 mod tests;
 mod vector;
 pub(crate) mod vectors;
-mod width;
 
+pub use crate::simd::{LANES, One, Width};
+pub(crate) use crate::simd::{LaneKernel, Sixteen};
 pub(crate) use choices::{power, sample_linear, sphere, split, triangle};
 pub(crate) use functions::{cosine_hemisphere, cosine_hemisphere_pdf, disc};
 pub use numbers::{Float, Mask, Operand, Word};
 pub use vector::{Axes, Color, Pair, Vector};
-pub(crate) use width::{LaneKernel, Sixteen, run};
-pub use width::{One, Width};
 
 use crate::color::Rgb;
 use crate::math::Vec3;
 use crate::math::float;
-use crate::simd::{Wide, set_bits};
+use crate::simd::set_bits;
 use vectors::{load3, store3};
 
 /// The three components in lane `i` of a stored [`Vector`] or [`Color`].
@@ -38,9 +37,6 @@ use vectors::{load3, store3};
 pub(crate) fn lane<E: AsRef<[f32]>>([x, y, z]: &[E; 3], i: usize) -> [f32; 3] {
     [x.as_ref()[i], y.as_ref()[i], z.as_ref()[i]]
 }
-
-/// Number of lanes.
-pub const LANES: usize = 16;
 
 /// One value per lane.
 pub type Lanes = [f32; LANES];
@@ -73,7 +69,7 @@ pub(crate) fn broadcast<T: Copy>(lanes: &mut [T; LANES]) {
 
 /// [`float::exp`] of each lane.
 #[inline(always)]
-pub(crate) fn exp<W: Wide>(w: W, x: W::F) -> W::F {
+pub(crate) fn exp<W: Sixteen>(w: W, x: W::F) -> W::F {
     let mut lanes = w.store(x);
     for x in &mut lanes {
         *x = float::exp(*x);
@@ -114,37 +110,37 @@ impl Lanes3 {
 
     /// Loads all lanes into registers.
     #[inline(always)]
-    pub(crate) fn load<W: Wide>(&self, w: W) -> [W::F; 3] {
+    pub(crate) fn load<W: Sixteen>(&self, w: W) -> [W::F; 3] {
         load3(w, &self.0)
     }
 
     /// Stores all lanes from registers.
     #[inline(always)]
-    pub(crate) fn store<W: Wide>(w: W, v: [W::F; 3]) -> Self {
+    pub(crate) fn store<W: Sixteen>(w: W, v: [W::F; 3]) -> Self {
         Lanes3(store3(w, v))
     }
 
     /// All lanes as vectors.
     #[inline(always)]
-    pub(crate) fn vectors<W: Wide>(&self, s: Sixteen<W>) -> Vector<Sixteen<W>> {
+    pub(crate) fn vectors<W: Sixteen>(&self, s: W) -> Vector<W> {
         Vector::load(s, &self.0)
     }
 
     /// All lanes as colors.
     #[inline(always)]
-    pub(crate) fn colors<W: Wide>(&self, s: Sixteen<W>) -> Color<Sixteen<W>> {
+    pub(crate) fn colors<W: Sixteen>(&self, s: W) -> Color<W> {
         Color::load(s, &self.0)
     }
 
     /// From vectors.
     #[inline(always)]
-    pub(crate) fn of_vectors<W: Wide>(vectors: Vector<Sixteen<W>>) -> Self {
+    pub(crate) fn of_vectors<W: Sixteen>(vectors: Vector<W>) -> Self {
         Lanes3(vectors.store())
     }
 
     /// From colors.
     #[inline(always)]
-    pub(crate) fn of_colors<W: Wide>(colors: Color<Sixteen<W>>) -> Self {
+    pub(crate) fn of_colors<W: Sixteen>(colors: Color<W>) -> Self {
         Lanes3(colors.store())
     }
 

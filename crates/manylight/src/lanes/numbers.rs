@@ -5,7 +5,7 @@
     reason = "the names are those of the operations and components"
 )]
 
-use super::width::{One, Width};
+use crate::simd::{One, Width};
 use std::fmt;
 use std::ops::{
     Add, AddAssign, BitAnd, BitOr, BitOrAssign, BitXor, Div, Mul, MulAssign, Neg, Not, Shl, Shr,
@@ -105,6 +105,12 @@ impl<S: Width> Float<S> {
         self.s
     }
 
+    /// The vector that holds the lanes.
+    #[inline(always)]
+    pub(crate) fn vector(self) -> S::F {
+        self.v
+    }
+
     /// The constant `x` in as many lanes.
     #[inline(always)]
     pub fn same(self, x: f32) -> Self {
@@ -157,8 +163,22 @@ impl<S: Width> Float<S> {
 
     /// `self * a + b`, rounded once if the instruction set has fused operations, else twice.
     #[inline(always)]
-    pub fn mul_add(self, a: Self, b: Self) -> Self {
+    pub fn mul_add(self, a: impl Operand<S>, b: impl Operand<S>) -> Self {
+        let (a, b) = (a.float(self.s), b.float(self.s));
         self.with(self.s.mul_add(self.v, a.v, b.v))
+    }
+
+    /// `self * a - b`, rounded like [`Float::mul_add`].
+    #[inline(always)]
+    pub fn mul_sub(self, a: impl Operand<S>, b: impl Operand<S>) -> Self {
+        let (a, b) = (a.float(self.s), b.float(self.s));
+        self.with(self.s.mul_sub(self.v, a.v, b.v))
+    }
+
+    /// The value with its sign inverted where `o` has a set sign bit.
+    #[inline(always)]
+    pub fn mul_sign(self, o: Self) -> Self {
+        self.with(self.s.mul_sign(self.v, o.v))
     }
 
     #[inline(always)]
@@ -210,6 +230,18 @@ impl<S: Width> Float<S> {
     #[inline(always)]
     pub fn is_finite(self) -> Mask<S> {
         self.abs().le(f32::MAX)
+    }
+
+    /// The lanes with set bits, in ascending order; the rest is unspecified.
+    #[inline(always)]
+    pub fn compress(self, bits: u32) -> S::Each<f32> {
+        self.s.compress(bits, self.v)
+    }
+
+    /// The first lane with the lowest value among those with set bits. At least one bit must be set.
+    #[inline(always)]
+    pub fn lowest(self, bits: u32) -> usize {
+        self.s.lowest(bits, self.v) as usize
     }
 
     /// The bits of the floats.
@@ -328,6 +360,12 @@ impl<S: Width> Word<S> {
     #[inline(always)]
     pub fn width(self) -> S {
         self.s
+    }
+
+    /// The lanes with set bits, in ascending order; the rest is unspecified.
+    #[inline(always)]
+    pub fn compress(self, bits: u32) -> S::Each<u32> {
+        self.s.compress_words(bits, self.u)
     }
 
     /// The floats with these bits.

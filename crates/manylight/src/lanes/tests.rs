@@ -1,8 +1,8 @@
 //! Functions in lanes beside those of the standard library, in all instruction sets.
 
 use super::{
-    Float, Mask, One, Pair, Sixteen, Vector, Width, Word, cosine_hemisphere, disc, power,
-    sample_linear, sphere, split, triangle,
+    Float, Mask, One, Pair, Vector, Width, Word, cosine_hemisphere, disc, power, sample_linear,
+    sphere, split, triangle,
 };
 use crate::math::trig::{atan2_turns, sin_cos_turns};
 use crate::math::{Vec2, Vec3};
@@ -35,7 +35,7 @@ impl SimdKernel for Check<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, s: S) {
         for &x in self.inputs {
-            let wide = values(Float::splat(Sixteen(s.wide()), x)).map(|v| v.store()[13]);
+            let wide = values(Float::splat(s.wide(), x)).map(|v| v.store()[13]);
             let one = values(Float::splat(One, x)).map(|v| v.get());
             (self.test)(&[x], &wide);
             (self.test)(&[x], &one);
@@ -148,7 +148,7 @@ fn groups_are_the_lanes_of_equal_words() {
         type Output = Vec<(u32, u32)>;
         #[inline(always)]
         fn run<S: Simd>(self, s: S) -> Vec<(u32, u32)> {
-            let s = Sixteen(s.wide());
+            let s = s.wide();
             let words = Word::load(s, &s.each(|i| [7, 0, 7, 3][i % 4] + i as u32 / 12));
             let within = Mask::from_bits(s, 0xfff6);
             words.groups(within).map(|(w, m)| (w, m.bits())).collect()
@@ -175,13 +175,16 @@ fn masks_select_lanes() {
         type Output = ();
         #[inline(always)]
         fn run<S: Simd>(self, s: S) {
-            let s = Sixteen(s.wide());
+            let s = s.wide();
             let x = Float::from_fn(s, |i| i as f32 - 7.5);
             assert_eq!(x.lt(0.0).bits(), 0x00ff);
             assert_eq!((!x.lt(0.0)).bits(), 0xff00);
             assert_eq!((x.gt(-2.0) & x.lt(2.0)).bits(), 0x03c0);
             assert_eq!(x.lt(0.0).select(-x, x).store(), x.abs().store());
-            assert_eq!(x.sign().store(), s.each(|i| if i < 8 { -1.0 } else { 1.0 }));
+            assert_eq!(
+                x.sign().store(),
+                s.each(|i| if i < 8 { -1.0_f32 } else { 1.0 })
+            );
             assert!(x.lt(8.0).all() && x.gt(8.0).none());
             let (w, valid) = Vector::new(x.max(0.0), x.same(0.0), x.same(0.0)).try_normalize();
             assert_eq!(valid.bits(), 0xff00);

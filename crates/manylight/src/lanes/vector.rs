@@ -6,9 +6,9 @@
 )]
 
 use super::numbers::{Float, Mask};
-use super::width::{One, Width};
 use crate::color::Rgb;
 use crate::math::{Frame, Vec2, Vec3};
+use crate::simd::{One, Width};
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
 /// A pair of floats per lane.
@@ -116,12 +116,18 @@ impl<S: Width> Vector<S> {
         self.x.mul_add(o.x, self.y.mul_add(o.y, self.z * o.z))
     }
 
+    /// `self · o + c`.
+    #[inline(always)]
+    pub fn dot_add(self, o: Self, c: Float<S>) -> Float<S> {
+        (self.x).mul_add(o.x, self.y.mul_add(o.y, self.z.mul_add(o.z, c)))
+    }
+
     #[inline(always)]
     pub fn cross(self, o: Self) -> Self {
         Vector::new(
-            self.y.mul_add(o.z, -(self.z * o.y)),
-            self.z.mul_add(o.x, -(self.x * o.z)),
-            self.x.mul_add(o.y, -(self.y * o.x)),
+            self.y.mul_sub(o.z, self.z * o.y),
+            self.z.mul_sub(o.x, self.x * o.z),
+            self.x.mul_sub(o.y, self.y * o.x),
         )
     }
 
@@ -145,6 +151,35 @@ impl<S: Width> Vector<S> {
     pub fn try_normalize(self) -> (Self, Mask<S>) {
         let inverse = self.length().recip();
         (self * inverse, inverse.is_finite() & inverse.gt(0.0))
+    }
+
+    /// Magnitude of each component.
+    #[inline(always)]
+    pub fn abs(self) -> Self {
+        Vector::new(self.x.abs(), self.y.abs(), self.z.abs())
+    }
+
+    /// Minimum of each component.
+    #[inline(always)]
+    pub fn min(self, o: Self) -> Self {
+        Vector::new(self.x.min(o.x), self.y.min(o.y), self.z.min(o.z))
+    }
+
+    /// Maximum of each component.
+    #[inline(always)]
+    pub fn max(self, o: Self) -> Self {
+        Vector::new(self.x.max(o.x), self.y.max(o.y), self.z.max(o.z))
+    }
+
+    #[inline(always)]
+    pub fn max_component(self) -> Float<S> {
+        self.x.max(self.y).max(self.z)
+    }
+
+    /// The components by axis.
+    #[inline(always)]
+    pub fn to_array(self) -> [Float<S>; 3] {
+        [self.x, self.y, self.z]
     }
 
     /// The vector with the z coordinate multiplied by `factor`.

@@ -2,92 +2,58 @@
 
 use crate::color::Rgb;
 use crate::math::Vec3;
-use crate::simd::Floats;
+use crate::simd::Width;
 
 /// `v` in all lanes.
 #[inline(always)]
-pub(crate) fn splat3<const N: usize, L: Floats<N>>(s: L, v: Vec3) -> [L::F; 3] {
+pub(crate) fn splat3<L: Width>(s: L, v: Vec3) -> [L::F; 3] {
     [s.splat(v.x), s.splat(v.y), s.splat(v.z)]
 }
 
-/// The vector in one lane of `v`, broadcast to all lanes.
 #[inline(always)]
-pub(crate) fn broadcast3<const N: usize, const M: usize, L: Floats<N>>(
-    s: L,
-    v: &[[f32; M]; 3],
-    lane: usize,
-) -> [L::F; 3] {
-    [
-        s.splat(v[0][lane]),
-        s.splat(v[1][lane]),
-        s.splat(v[2][lane]),
-    ]
-}
-
-#[inline(always)]
-pub(crate) fn load3<const N: usize, L: Floats<N>>(s: L, v: &[[f32; N]; 3]) -> [L::F; 3] {
+pub(crate) fn load3<L: Width>(s: L, v: &[L::Each<f32>; 3]) -> [L::F; 3] {
     [s.load(&v[0]), s.load(&v[1]), s.load(&v[2])]
 }
 
 #[inline(always)]
-pub(crate) fn store3<const N: usize, L: Floats<N>>(s: L, v: [L::F; 3]) -> [[f32; N]; 3] {
+pub(crate) fn store3<L: Width>(s: L, v: [L::F; 3]) -> [L::Each<f32>; 3] {
     [s.store(v[0]), s.store(v[1]), s.store(v[2])]
 }
 
 /// Magnitude of each component.
 #[inline(always)]
-pub(crate) fn abs3<const N: usize, L: Floats<N>>(s: L, v: [L::F; 3]) -> [L::F; 3] {
+pub(crate) fn abs3<L: Width>(s: L, v: [L::F; 3]) -> [L::F; 3] {
     [s.abs(v[0]), s.abs(v[1]), s.abs(v[2])]
 }
 
 #[inline(always)]
-pub(crate) fn add3<const N: usize, L: Floats<N>>(s: L, a: [L::F; 3], b: [L::F; 3]) -> [L::F; 3] {
+pub(crate) fn add3<L: Width>(s: L, a: [L::F; 3], b: [L::F; 3]) -> [L::F; 3] {
     [s.add(a[0], b[0]), s.add(a[1], b[1]), s.add(a[2], b[2])]
 }
 
 #[inline(always)]
-pub(crate) fn sub3<const N: usize, L: Floats<N>>(s: L, a: [L::F; 3], b: [L::F; 3]) -> [L::F; 3] {
+pub(crate) fn sub3<L: Width>(s: L, a: [L::F; 3], b: [L::F; 3]) -> [L::F; 3] {
     [s.sub(a[0], b[0]), s.sub(a[1], b[1]), s.sub(a[2], b[2])]
 }
 
 #[inline(always)]
-pub(crate) fn scale3<const N: usize, L: Floats<N>>(s: L, a: [L::F; 3], b: L::F) -> [L::F; 3] {
+pub(crate) fn scale3<L: Width>(s: L, a: [L::F; 3], b: L::F) -> [L::F; 3] {
     [s.mul(a[0], b), s.mul(a[1], b), s.mul(a[2], b)]
 }
 
 /// Product by components.
 #[inline(always)]
-pub(crate) fn mul3<const N: usize, L: Floats<N>>(s: L, a: [L::F; 3], b: [L::F; 3]) -> [L::F; 3] {
+pub(crate) fn mul3<L: Width>(s: L, a: [L::F; 3], b: [L::F; 3]) -> [L::F; 3] {
     [s.mul(a[0], b[0]), s.mul(a[1], b[1]), s.mul(a[2], b[2])]
 }
 
 #[inline(always)]
-pub(crate) fn cross<const N: usize, L: Floats<N>>(s: L, a: [L::F; 3], b: [L::F; 3]) -> [L::F; 3] {
-    [
-        s.mul_sub(a[1], b[2], s.mul(a[2], b[1])),
-        s.mul_sub(a[2], b[0], s.mul(a[0], b[2])),
-        s.mul_sub(a[0], b[1], s.mul(a[1], b[0])),
-    ]
-}
-
-#[inline(always)]
-pub(crate) fn dot<const N: usize, L: Floats<N>>(s: L, a: [L::F; 3], b: [L::F; 3]) -> L::F {
+pub(crate) fn dot<L: Width>(s: L, a: [L::F; 3], b: [L::F; 3]) -> L::F {
     s.mul_add(a[0], b[0], s.mul_add(a[1], b[1], s.mul(a[2], b[2])))
-}
-
-/// `a · b + c`.
-#[inline(always)]
-pub(crate) fn dot_add<const N: usize, L: Floats<N>>(
-    s: L,
-    a: [L::F; 3],
-    b: [L::F; 3],
-    c: L::F,
-) -> L::F {
-    s.mul_add(a[0], b[0], s.mul_add(a[1], b[1], s.mul_add(a[2], b[2], c)))
 }
 
 /// Luminance of colors: see [`Rgb::luminance`].
 #[inline(always)]
-pub(crate) fn luminance<const N: usize, L: Floats<N>>(s: L, color: [L::F; 3]) -> L::F {
+pub(crate) fn luminance<L: Width>(s: L, color: [L::F; 3]) -> L::F {
     dot(s, color, splat3(s, Vec3::from(Rgb::LUMINANCE)))
 }

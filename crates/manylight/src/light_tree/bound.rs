@@ -4,7 +4,7 @@ use super::LightNode;
 use crate::bsdf::FixedWoLanes;
 use crate::lanes::{LANES, LaneMask, Lanes, Lanes3};
 use crate::math::{Spread, Vec3};
-use crate::simd::Wide;
+use crate::simd::Sixteen;
 
 /// Luminance of the light of a node reflected at receivers, lane by lane.
 #[derive(Clone, Copy, Debug)]
@@ -36,7 +36,7 @@ impl LightNode {
     /// The product of the maxima of `f |w·n|` and `Σ I` over the cone of directions to the bounding sphere, with `V = 1` and the
     /// distance to the nearest point of the box (Walter et al. 2005, section 4). Infinite for receivers in the box.
     #[inline(always)]
-    pub(crate) fn sent<W: Wide>(
+    pub(crate) fn sent<W: Sixteen>(
         &self,
         w: W,
         p: &Lanes3,

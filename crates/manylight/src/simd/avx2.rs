@@ -4,13 +4,18 @@
     reason = "vendor intrinsics; every kernel is tested against the portable path"
 )]
 
-use super::{Floats, NARROW, Outlined, Simd, SimdKernel, WIDE, Wide};
+use super::width::{NARROW, Width, array};
+use super::{LANES, Outlined, Simd, SimdKernel};
 use std::arch::x86_64::*;
 use std::mem::MaybeUninit;
 
-/// Proof that the machine has AVX2, FMA, BMI1 and POPCNT. Only [`Avx2::detect`] creates one.
+/// Eight lanes; the proof that the machine has AVX2, FMA, BMI1 and POPCNT. Only [`Avx2::detect`] creates one.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Avx2(());
+
+/// Sixteen lanes, in two vectors.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Avx2Wide(Avx2);
 
 impl Avx2 {
     /// The proof; `None` if the machine lacks an instruction set.
@@ -80,15 +85,52 @@ macro_rules! intrinsics {
     )*};
 }
 
-impl Floats<NARROW> for Avx2 {
+impl Width for Avx2 {
+    const LANES: usize = NARROW;
     type F = __m256;
     type M = __m256;
     type U = __m256i;
+    type Each<T: Copy> = [T; NARROW];
+
+    intrinsics! {
+        add(a: F, b: F) -> F = _mm256_add_ps(a, b);
+        sub(a: F, b: F) -> F = _mm256_sub_ps(a, b);
+        mul(a: F, b: F) -> F = _mm256_mul_ps(a, b);
+        div(a: F, b: F) -> F = _mm256_div_ps(a, b);
+        min(a: F, b: F) -> F = _mm256_min_ps(a, b);
+        max(a: F, b: F) -> F = _mm256_max_ps(a, b);
+        abs(a: F) -> F = _mm256_andnot_ps(_mm256_set1_ps(-0.0), a);
+        sqrt(a: F) -> F = _mm256_sqrt_ps(a);
+        mul_add(a: F, b: F, c: F) -> F = _mm256_fmadd_ps(a, b, c);
+        mul_sub(a: F, b: F, c: F) -> F = _mm256_fmsub_ps(a, b, c);
+        mul_sign(a: F, b: F) -> F = _mm256_xor_ps(a, _mm256_and_ps(b, _mm256_set1_ps(-0.0)));
+        copy_sign(a: F, b: F) -> F = {
+            let sign = _mm256_set1_ps(-0.0);
+            _mm256_or_ps(_mm256_andnot_ps(sign, a), _mm256_and_ps(sign, b))
+        };
+        le(a: F, b: F) -> M = _mm256_cmp_ps::<_CMP_LE_OQ>(a, b);
+        lt(a: F, b: F) -> M = _mm256_cmp_ps::<_CMP_LT_OQ>(a, b);
+        select(m: M, a: F, b: F) -> F = _mm256_blendv_ps(b, a, m);
+        and(a: M, b: M) -> M = _mm256_and_ps(a, b);
+        or(a: M, b: M) -> M = _mm256_or_ps(a, b);
+        not(m: M) -> M = {
+            let all = _mm256_castsi256_ps(_mm256_set1_epi32(-1));
+            _mm256_andnot_ps(m, all)
+        };
+        float_bits(x: F) -> U = _mm256_castps_si256(x);
+        floats_of_bits(x: U) -> F = _mm256_castsi256_ps(x);
+        add_words(a: U, b: U) -> U = _mm256_add_epi32(a, b);
+        sub_words(a: U, b: U) -> U = _mm256_sub_epi32(a, b);
+        mul_words(a: U, b: U) -> U = _mm256_mullo_epi32(a, b);
+        and_words(a: U, b: U) -> U = _mm256_and_si256(a, b);
+        xor_words(a: U, b: U) -> U = _mm256_xor_si256(a, b);
+        equal_words(a: U, b: U) -> M = _mm256_castsi256_ps(_mm256_cmpeq_epi32(a, b));
+        select_words(m: M, a: U, b: U) -> U = _mm256_blendv_epi8(b, a, _mm256_castps_si256(m));
+    }
 
     #[inline(always)]
-    fn splat(self, x: f32) -> __m256 {
-        // SAFETY: `self` proves AVX2.
-        unsafe { _mm256_set1_ps(x) }
+    fn each<T: Copy>(self, value: impl FnMut(usize) -> T) -> [T; NARROW] {
+        array(value)
     }
 
     #[inline(always)]
@@ -111,23 +153,24 @@ impl Floats<NARROW> for Avx2 {
         unsafe { _mm256_loadu_si256(x.as_ptr().cast()) }
     }
 
-    intrinsics! {
-        add(a: F, b: F) -> F = _mm256_add_ps(a, b);
-        sub(a: F, b: F) -> F = _mm256_sub_ps(a, b);
-        mul(a: F, b: F) -> F = _mm256_mul_ps(a, b);
-        div(a: F, b: F) -> F = _mm256_div_ps(a, b);
-        min(a: F, b: F) -> F = _mm256_min_ps(a, b);
-        max(a: F, b: F) -> F = _mm256_max_ps(a, b);
-        abs(a: F) -> F = _mm256_andnot_ps(_mm256_set1_ps(-0.0), a);
-        sqrt(a: F) -> F = _mm256_sqrt_ps(a);
-        mul_add(a: F, b: F, c: F) -> F = _mm256_fmadd_ps(a, b, c);
-        mul_sub(a: F, b: F, c: F) -> F = _mm256_fmsub_ps(a, b, c);
-        mul_sign(a: F, b: F) -> F = _mm256_xor_ps(a, _mm256_and_ps(b, _mm256_set1_ps(-0.0)));
-        le(a: F, b: F) -> M = _mm256_cmp_ps::<_CMP_LE_OQ>(a, b);
-        lt(a: F, b: F) -> M = _mm256_cmp_ps::<_CMP_LT_OQ>(a, b);
-        and(a: M, b: M) -> M = _mm256_and_ps(a, b);
-        or(a: M, b: M) -> M = _mm256_or_ps(a, b);
-        select(m: M, a: F, b: F) -> F = _mm256_blendv_ps(b, a, m);
+    #[inline(always)]
+    fn store_words(self, x: __m256i) -> [u32; NARROW] {
+        let mut out = [0; NARROW];
+        // SAFETY: `self` proves AVX2; the array is eight writable words, and the store needs no alignment.
+        unsafe { _mm256_storeu_si256(out.as_mut_ptr().cast(), x) };
+        out
+    }
+
+    #[inline(always)]
+    fn splat(self, x: f32) -> __m256 {
+        // SAFETY: `self` proves AVX2.
+        unsafe { _mm256_set1_ps(x) }
+    }
+
+    #[inline(always)]
+    fn splat_word(self, x: u32) -> __m256i {
+        // SAFETY: `self` proves AVX2.
+        unsafe { _mm256_set1_epi32(x as i32) }
     }
 
     #[inline(always)]
@@ -137,7 +180,7 @@ impl Floats<NARROW> for Avx2 {
     }
 
     #[inline(always)]
-    fn lanes(self, bits: u32) -> __m256 {
+    fn mask(self, bits: u32) -> __m256 {
         // SAFETY: `self` proves AVX2.
         unsafe {
             let powers = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
@@ -147,76 +190,107 @@ impl Floats<NARROW> for Avx2 {
     }
 
     #[inline(always)]
-    fn compress(self, bits: u32, x: __m256) -> [f32; NARROW] {
+    fn shift_left(self, a: __m256i, bits: u32) -> __m256i {
         // SAFETY: `self` proves AVX2.
-        self.store(unsafe { _mm256_castsi256_ps(pack(self, bits, _mm256_castps_si256(x))) })
+        unsafe { _mm256_sllv_epi32(a, self.splat_word(bits)) }
+    }
+
+    #[inline(always)]
+    fn shift_right(self, a: __m256i, bits: u32) -> __m256i {
+        // SAFETY: `self` proves AVX2.
+        unsafe { _mm256_srlv_epi32(a, self.splat_word(bits)) }
+    }
+
+    #[inline(always)]
+    fn compress(self, bits: u32, x: __m256) -> [f32; NARROW] {
+        self.store(self.floats_of_bits(pack(self, bits, self.float_bits(x))))
     }
 
     #[inline(always)]
     fn compress_words(self, bits: u32, x: __m256i) -> [u32; NARROW] {
-        let mut out = [0; NARROW];
-        // SAFETY: `self` proves AVX2; the array is eight writable words, and the store needs no alignment.
-        unsafe { _mm256_storeu_si256(out.as_mut_ptr().cast(), pack(self, bits, x)) };
-        out
+        self.store_words(pack(self, bits, x))
     }
+
+    #[inline(always)]
+    #[allow(
+        clippy::needless_range_loop,
+        reason = "iterators over vectors are not always inlined"
+    )]
+    fn gather_quads<'a, const N: usize>(
+        self,
+        mut row: impl FnMut(usize) -> [&'a [f32; 4]; N],
+    ) -> [[__m256; 4]; N] {
+        let mut parts = [[self.splat(0.0); 4]; N];
+        // Part i of vector k gets the quad of lane 4 i + k, so that the transposed vectors have the lanes in order.
+        macro_rules! insert {
+            ($part:literal: $($k:literal)*) => {$(
+                let quads = row(4 * $part + $k);
+                for n in 0..N {
+                    // SAFETY: `self` proves AVX2; a quad is four readable floats, and the load needs no alignment.
+                    parts[n][$k] = unsafe {
+                        _mm256_insertf128_ps::<$part>(parts[n][$k], _mm_loadu_ps(quads[n].as_ptr()))
+                    };
+                }
+            )*};
+        }
+        insert!(0: 0 1 2 3);
+        insert!(1: 0 1 2 3);
+        for n in 0..N {
+            let [a, b, c, d] = parts[n];
+            // SAFETY: `self` proves AVX2.
+            parts[n] = unsafe {
+                let (ab, cd) = (_mm256_unpacklo_ps(a, b), _mm256_unpacklo_ps(c, d));
+                let (ab_high, cd_high) = (_mm256_unpackhi_ps(a, b), _mm256_unpackhi_ps(c, d));
+                [
+                    _mm256_shuffle_ps::<0b01_00_01_00>(ab, cd),
+                    _mm256_shuffle_ps::<0b11_10_11_10>(ab, cd),
+                    _mm256_shuffle_ps::<0b01_00_01_00>(ab_high, cd_high),
+                    _mm256_shuffle_ps::<0b11_10_11_10>(ab_high, cd_high),
+                ]
+            };
+        }
+        parts
+    }
+
+    #[inline(always)]
+    fn outline<K: Outlined>(self, kernel: K) -> K::Output {
+        // SAFETY: `self` exists only where `detect` found all that `outline` enables.
+        unsafe { outline(kernel) }
+    }
+}
+
+/// The two halves of an array.
+#[inline(always)]
+fn halves<T>(x: &[T; LANES]) -> [&[T; NARROW]; 2] {
+    let (halves, _) = x.as_chunks::<NARROW>();
+    [&halves[0], &halves[1]]
+}
+
+/// The array with two halves.
+#[inline(always)]
+fn joined<T: Copy>([low, high]: [[T; NARROW]; 2]) -> [T; LANES] {
+    let mut all = [low[0]; LANES];
+    let (halves, _) = all.as_chunks_mut::<NARROW>();
+    halves[0] = low;
+    halves[1] = high;
+    all
 }
 
 macro_rules! in_halves {
     ($($name:ident($($arg:ident: $ty:ident),*) -> $out:ident;)*) => {$(
         #[inline(always)]
         fn $name(self, $($arg: Self::$ty),*) -> Self::$out {
-            [
-                <Self as Floats<NARROW>>::$name(self, $($arg[0]),*),
-                <Self as Floats<NARROW>>::$name(self, $($arg[1]),*),
-            ]
+            [self.0.$name($($arg[0]),*), self.0.$name($($arg[1]),*)]
         }
     )*};
 }
 
-macro_rules! by_halves {
-    ($($name:ident($($arg:ident: $ty:ident),*) -> $out:ident = $body:expr;)*) => {$(
-        #[inline(always)]
-        fn $name(self, $($arg: Self::$ty),*) -> Self::$out {
-            let half = |i: usize| {
-                $(let $arg = $arg[i];)*
-                // SAFETY: `self` proves AVX2, and register arithmetic has no other condition.
-                unsafe { $body }
-            };
-            [half(0), half(1)]
-        }
-    )*};
-}
-
-impl Floats<WIDE> for Avx2 {
+impl Width for Avx2Wide {
+    const LANES: usize = LANES;
     type F = [__m256; 2];
     type M = [__m256; 2];
     type U = [__m256i; 2];
-
-    #[inline(always)]
-    fn splat(self, x: f32) -> [__m256; 2] {
-        [<Self as Floats<NARROW>>::splat(self, x); 2]
-    }
-
-    #[inline(always)]
-    fn load(self, x: &[f32; WIDE]) -> [__m256; 2] {
-        let (halves, _) = x.as_chunks::<NARROW>();
-        [self.load(&halves[0]), self.load(&halves[1])]
-    }
-
-    #[inline(always)]
-    fn store(self, x: [__m256; 2]) -> [f32; WIDE] {
-        let mut out = [0.0; WIDE];
-        let (halves, _) = out.as_chunks_mut::<NARROW>();
-        halves[0] = self.store(x[0]);
-        halves[1] = self.store(x[1]);
-        out
-    }
-
-    #[inline(always)]
-    fn load_words(self, x: &[u32; WIDE]) -> [__m256i; 2] {
-        let (halves, _) = x.as_chunks::<NARROW>();
-        [self.load_words(&halves[0]), self.load_words(&halves[1])]
-    }
+    type Each<T: Copy> = [T; LANES];
 
     in_halves! {
         add(a: F, b: F) -> F;
@@ -230,128 +304,121 @@ impl Floats<WIDE> for Avx2 {
         mul_add(a: F, b: F, c: F) -> F;
         mul_sub(a: F, b: F, c: F) -> F;
         mul_sign(a: F, b: F) -> F;
+        copy_sign(a: F, b: F) -> F;
         le(a: F, b: F) -> M;
         lt(a: F, b: F) -> M;
+        select(m: M, a: F, b: F) -> F;
         and(a: M, b: M) -> M;
         or(a: M, b: M) -> M;
-        select(m: M, a: F, b: F) -> F;
+        not(m: M) -> M;
+        float_bits(x: F) -> U;
+        floats_of_bits(x: U) -> F;
+        add_words(a: U, b: U) -> U;
+        sub_words(a: U, b: U) -> U;
+        mul_words(a: U, b: U) -> U;
+        and_words(a: U, b: U) -> U;
+        xor_words(a: U, b: U) -> U;
+        equal_words(a: U, b: U) -> M;
+        select_words(m: M, a: U, b: U) -> U;
+    }
+
+    #[inline(always)]
+    fn each<T: Copy>(self, value: impl FnMut(usize) -> T) -> [T; LANES] {
+        array(value)
+    }
+
+    #[inline(always)]
+    fn load(self, x: &[f32; LANES]) -> [__m256; 2] {
+        let [low, high] = halves(x);
+        [self.0.load(low), self.0.load(high)]
+    }
+
+    #[inline(always)]
+    fn store(self, x: [__m256; 2]) -> [f32; LANES] {
+        joined([self.0.store(x[0]), self.0.store(x[1])])
+    }
+
+    #[inline(always)]
+    fn load_words(self, x: &[u32; LANES]) -> [__m256i; 2] {
+        let [low, high] = halves(x);
+        [self.0.load_words(low), self.0.load_words(high)]
+    }
+
+    #[inline(always)]
+    fn store_words(self, x: [__m256i; 2]) -> [u32; LANES] {
+        joined([self.0.store_words(x[0]), self.0.store_words(x[1])])
+    }
+
+    #[inline(always)]
+    fn splat(self, x: f32) -> [__m256; 2] {
+        [self.0.splat(x); 2]
+    }
+
+    #[inline(always)]
+    fn splat_word(self, x: u32) -> [__m256i; 2] {
+        [self.0.splat_word(x); 2]
     }
 
     #[inline(always)]
     fn bits(self, m: [__m256; 2]) -> u32 {
-        <Self as Floats<NARROW>>::bits(self, m[0]) | <Self as Floats<NARROW>>::bits(self, m[1]) << 8
+        self.0.bits(m[0]) | self.0.bits(m[1]) << NARROW
     }
 
     #[inline(always)]
-    fn lanes(self, bits: u32) -> [__m256; 2] {
+    fn mask(self, bits: u32) -> [__m256; 2] {
+        [self.0.mask(bits), self.0.mask(bits >> NARROW)]
+    }
+
+    #[inline(always)]
+    fn shift_left(self, a: [__m256i; 2], bits: u32) -> [__m256i; 2] {
+        [self.0.shift_left(a[0], bits), self.0.shift_left(a[1], bits)]
+    }
+
+    #[inline(always)]
+    fn shift_right(self, a: [__m256i; 2], bits: u32) -> [__m256i; 2] {
         [
-            <Self as Floats<NARROW>>::lanes(self, bits),
-            <Self as Floats<NARROW>>::lanes(self, bits >> NARROW),
+            self.0.shift_right(a[0], bits),
+            self.0.shift_right(a[1], bits),
         ]
     }
 
     #[inline(always)]
-    fn compress(self, bits: u32, x: [__m256; 2]) -> [f32; WIDE] {
-        // SAFETY: `self` proves AVX2.
-        let words = x.map(|half| unsafe { _mm256_castps_si256(half) });
-        self.compress_words(bits, words).map(f32::from_bits)
+    fn compress(self, bits: u32, x: [__m256; 2]) -> [f32; LANES] {
+        let words = self.compress_words(bits, self.float_bits(x));
+        array(|i| f32::from_bits(words[i]))
     }
 
     #[inline(always)]
-    fn compress_words(self, bits: u32, x: [__m256i; 2]) -> [u32; WIDE] {
-        let mut out = [0; WIDE];
+    fn compress_words(self, bits: u32, x: [__m256i; 2]) -> [u32; LANES] {
+        let mut out = [0; LANES];
         let first = (bits & 0xff).count_ones() as usize;
         // SAFETY: `self` proves AVX2; the first store covers lanes 0 to 7, the second begins at most at lane 8, and neither
         // needs alignment.
         unsafe {
-            _mm256_storeu_si256(out.as_mut_ptr().cast(), pack(self, bits, x[0]));
-            let rest = pack(self, bits >> NARROW, x[1]);
+            _mm256_storeu_si256(out.as_mut_ptr().cast(), pack(self.0, bits, x[0]));
+            let rest = pack(self.0, bits >> NARROW, x[1]);
             _mm256_storeu_si256(out.as_mut_ptr().add(first).cast(), rest);
         }
         out
     }
-}
-
-impl Wide for Avx2 {
-    #[inline(always)]
-    fn outline<K: Outlined>(self, kernel: K) -> K::Output {
-        // SAFETY: `self` exists only where `detect` found all that `outline` enables.
-        unsafe { outline(kernel) }
-    }
 
     #[inline(always)]
     fn lowest(self, bits: u32, x: [__m256; 2]) -> u32 {
+        let infinity = self.splat(f32::INFINITY);
+        let masked = self.select(self.mask(bits), x, infinity);
         // SAFETY: `self` proves AVX2.
-        let equal = unsafe {
-            let masked = |i: usize| {
-                let inside = <Self as Floats<NARROW>>::lanes(self, bits >> (NARROW * i));
-                let infinity = _mm256_set1_ps(f32::INFINITY);
-                _mm256_blendv_ps(infinity, x[i], inside)
-            };
-            let eight = _mm256_min_ps(masked(0), masked(1));
+        let lowest = unsafe {
+            let eight = _mm256_min_ps(masked[0], masked[1]);
             let four = _mm_min_ps(
                 _mm256_castps256_ps128(eight),
                 _mm256_extractf128_ps::<1>(eight),
             );
             let two = _mm_min_ps(four, _mm_movehl_ps(four, four));
             let one = _mm_min_ss(two, _mm_movehdup_ps(two));
-            let lowest = _mm256_broadcastss_ps(one);
-            let equal =
-                |i: usize| _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_EQ_OQ>(x[i], lowest)) as u32;
-            equal(0) | equal(1) << NARROW
+            [_mm256_broadcastss_ps(one); 2]
         };
-        (equal & bits).trailing_zeros()
-    }
-
-    by_halves! {
-        copy_sign(a: F, b: F) -> F = {
-            let sign = _mm256_set1_ps(-0.0);
-            _mm256_or_ps(_mm256_andnot_ps(sign, a), _mm256_and_ps(sign, b))
-        };
-        not(m: M) -> M = {
-            let all = _mm256_castsi256_ps(_mm256_set1_epi32(-1));
-            _mm256_andnot_ps(m, all)
-        };
-        float_bits(x: F) -> U = _mm256_castps_si256(x);
-        floats_of_bits(x: U) -> F = _mm256_castsi256_ps(x);
-        add_words(a: U, b: U) -> U = _mm256_add_epi32(a, b);
-        sub_words(a: U, b: U) -> U = _mm256_sub_epi32(a, b);
-        mul_words(a: U, b: U) -> U = _mm256_mullo_epi32(a, b);
-        and_words(a: U, b: U) -> U = _mm256_and_si256(a, b);
-        xor_words(a: U, b: U) -> U = _mm256_xor_si256(a, b);
-        equal_words(a: U, b: U) -> M = _mm256_castsi256_ps(_mm256_cmpeq_epi32(a, b));
-        select_words(m: M, a: U, b: U) -> U = _mm256_blendv_epi8(b, a, _mm256_castps_si256(m));
-    }
-
-    #[inline(always)]
-    fn splat_word(self, x: u32) -> [__m256i; 2] {
-        // SAFETY: `self` proves AVX2.
-        [unsafe { _mm256_set1_epi32(x as i32) }; 2]
-    }
-
-    #[inline(always)]
-    fn store_words(self, x: [__m256i; 2]) -> [u32; WIDE] {
-        let mut out = [0u32; WIDE];
-        let (halves, _) = out.as_chunks_mut::<NARROW>();
-        for (half, words) in halves.iter_mut().zip(x) {
-            // SAFETY: `self` proves AVX2; the half is eight writable words, and the store needs no alignment.
-            unsafe { _mm256_storeu_si256(half.as_mut_ptr().cast(), words) };
-        }
-        out
-    }
-
-    #[inline(always)]
-    fn shift_left(self, a: [__m256i; 2], bits: u32) -> [__m256i; 2] {
-        let places = self.splat_word(bits)[0];
-        // SAFETY: `self` proves AVX2.
-        a.map(|half| unsafe { _mm256_sllv_epi32(half, places) })
-    }
-
-    #[inline(always)]
-    fn shift_right(self, a: [__m256i; 2], bits: u32) -> [__m256i; 2] {
-        let places = self.splat_word(bits)[0];
-        // SAFETY: `self` proves AVX2.
-        a.map(|half| unsafe { _mm256_srlv_epi32(half, places) })
+        let equal = self.and(self.le(x, lowest), self.le(lowest, x));
+        (self.bits(equal) & bits).trailing_zeros()
     }
 
     #[inline(always)]
@@ -363,50 +430,29 @@ impl Wide for Avx2 {
         self,
         mut row: impl FnMut(usize) -> [&'a [f32; 4]; N],
     ) -> [[[__m256; 2]; 4]; N] {
-        let mut parts = [[<Self as Floats<WIDE>>::splat(self, 0.0); 4]; N];
-        // Part i of half h of vector k gets the quad of lane 8 h + 4 i + k, so that the transposed vectors have the lanes in order.
-        macro_rules! insert {
-            ($half:literal $part:literal: $($k:literal)*) => {$(
-                let quads = row(8 * $half + 4 * $part + $k);
-                for n in 0..N {
-                    let half = &mut parts[n][$k][$half];
-                    // SAFETY: `self` proves AVX2; a quad is four readable floats, and the load needs no alignment.
-                    *half = unsafe {
-                        _mm256_insertf128_ps::<$part>(*half, _mm_loadu_ps(quads[n].as_ptr()))
-                    };
-                }
-            )*};
-        }
-        insert!(0 0: 0 1 2 3);
-        insert!(0 1: 0 1 2 3);
-        insert!(1 0: 0 1 2 3);
-        insert!(1 1: 0 1 2 3);
+        let low = self.0.gather_quads(&mut row);
+        let high = self.0.gather_quads(|i| row(NARROW + i));
+        let mut out = [[self.splat(0.0); 4]; N];
         for n in 0..N {
-            for half in 0..2 {
-                let vectors = &parts[n];
-                let (a, b) = (vectors[0][half], vectors[1][half]);
-                let (c, d) = (vectors[2][half], vectors[3][half]);
-                // SAFETY: `self` proves AVX2.
-                unsafe {
-                    let (ab, cd) = (_mm256_unpacklo_ps(a, b), _mm256_unpacklo_ps(c, d));
-                    let (ab_high, cd_high) = (_mm256_unpackhi_ps(a, b), _mm256_unpackhi_ps(c, d));
-                    parts[n][0][half] = _mm256_shuffle_ps::<0b01_00_01_00>(ab, cd);
-                    parts[n][1][half] = _mm256_shuffle_ps::<0b11_10_11_10>(ab, cd);
-                    parts[n][2][half] = _mm256_shuffle_ps::<0b01_00_01_00>(ab_high, cd_high);
-                    parts[n][3][half] = _mm256_shuffle_ps::<0b11_10_11_10>(ab_high, cd_high);
-                }
+            for k in 0..4 {
+                out[n][k] = [low[n][k], high[n][k]];
             }
         }
-        parts
+        out
+    }
+
+    #[inline(always)]
+    fn outline<K: Outlined>(self, kernel: K) -> K::Output {
+        self.0.outline(kernel)
     }
 }
 
 impl Simd for Avx2 {
-    type Wide = Self;
+    type Wide = Avx2Wide;
 
     #[inline(always)]
-    fn wide(self) -> Self {
-        self
+    fn wide(self) -> Avx2Wide {
+        Avx2Wide(self)
     }
 
     #[inline(always)]

@@ -4,13 +4,19 @@
     reason = "vendor intrinsics; every kernel is tested against the portable path"
 )]
 
-use super::{Floats, NARROW, Outlined, Simd, SimdKernel, WIDE, Wide};
+use super::width::{NARROW, Width, array};
+use super::{LANES, Outlined, Simd, SimdKernel};
 use std::arch::x86_64::*;
 use std::mem::MaybeUninit;
 
-/// Proof that the machine has AVX-512 (F, VL, DQ, BW) and the older sets that kernels enable. Only [`Avx512::detect`] creates one.
+/// Eight lanes; the proof that the machine has AVX-512 (F, VL, DQ, BW) and the older sets that kernels enable. Only
+/// [`Avx512::detect`] creates one.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Avx512(());
+
+/// Sixteen lanes. Only [`Avx512::wide`] creates one.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Avx512Wide(());
 
 impl Avx512 {
     /// The proof; `None` if the machine lacks an instruction set.
@@ -57,32 +63,35 @@ macro_rules! intrinsics {
     )*};
 }
 
-macro_rules! floats {
-    ($n:ident, $float:ident, $mask:ident, $words:ident, {
-        $($arithmetic:tt)*
-    }, $splat:ident, $load:ident, $store:ident, $compress:ident,
-    $load_words:ident, $store_words:ident, $compress_words:ident) => {
-        impl Floats<$n> for Avx512 {
+/// The operations of vectors with `$n` lanes: those of registers, the intrinsics of the others by name, and further functions.
+macro_rules! width {
+    ($vectors:ident: $n:ident lanes in $float:ident, $mask:ident, $words:ident;
+    $splat:ident, $load:ident, $store:ident, $compress:ident;
+    $splat_word:ident, $load_words:ident, $store_words:ident, $compress_words:ident,
+    $shift_left:ident, $shift_right:ident;
+    { $($arithmetic:tt)* } $($more:tt)*) => {
+        impl Width for $vectors {
+            const LANES: usize = $n;
             type F = $float;
             type M = $mask;
             type U = $words;
+            type Each<T: Copy> = [T; $n];
 
             intrinsics! { $($arithmetic)* }
 
             #[inline(always)]
-            fn splat(self, x: f32) -> Self::F {
-                // SAFETY: `self` proves AVX-512.
-                unsafe { $splat(x) }
+            fn each<T: Copy>(self, value: impl FnMut(usize) -> T) -> [T; $n] {
+                array(value)
             }
 
             #[inline(always)]
-            fn load(self, x: &[f32; $n]) -> Self::F {
+            fn load(self, x: &[f32; $n]) -> $float {
                 // SAFETY: `self` proves AVX-512; the array is readable floats, one per lane, and the load needs no alignment.
                 unsafe { $load(x.as_ptr()) }
             }
 
             #[inline(always)]
-            fn store(self, x: Self::F) -> [f32; $n] {
+            fn store(self, x: $float) -> [f32; $n] {
                 let mut out = [0.0; $n];
                 // SAFETY: `self` proves AVX-512; the array is writable floats, one per lane, and the store needs no alignment.
                 unsafe { $store(out.as_mut_ptr(), x) };
@@ -90,50 +99,96 @@ macro_rules! floats {
             }
 
             #[inline(always)]
-            fn load_words(self, x: &[u32; $n]) -> Self::U {
+            fn load_words(self, x: &[u32; $n]) -> $words {
                 // SAFETY: `self` proves AVX-512; the array is readable words, one per lane, and the load needs no alignment.
                 unsafe { $load_words(x.as_ptr().cast()) }
             }
 
             #[inline(always)]
-            fn and(self, a: Self::M, b: Self::M) -> Self::M {
+            fn store_words(self, x: $words) -> [u32; $n] {
+                let mut out = [0; $n];
+                // SAFETY: `self` proves AVX-512; the array is writable words, one per lane, and the store needs no alignment.
+                unsafe { $store_words(out.as_mut_ptr().cast(), x) };
+                out
+            }
+
+            #[inline(always)]
+            fn splat(self, x: f32) -> $float {
+                // SAFETY: `self` proves AVX-512.
+                unsafe { $splat(x) }
+            }
+
+            #[inline(always)]
+            fn splat_word(self, x: u32) -> $words {
+                // SAFETY: `self` proves AVX-512.
+                unsafe { $splat_word(x as i32) }
+            }
+
+            #[inline(always)]
+            fn and(self, a: $mask, b: $mask) -> $mask {
                 a & b
             }
 
             #[inline(always)]
-            fn or(self, a: Self::M, b: Self::M) -> Self::M {
+            fn or(self, a: $mask, b: $mask) -> $mask {
                 a | b
             }
 
             #[inline(always)]
-            fn bits(self, m: Self::M) -> u32 {
+            fn not(self, m: $mask) -> $mask {
+                !m
+            }
+
+            #[inline(always)]
+            fn bits(self, m: $mask) -> u32 {
                 u32::from(m)
             }
 
             #[inline(always)]
-            fn lanes(self, bits: u32) -> Self::M {
+            fn mask(self, bits: u32) -> $mask {
                 bits as $mask
             }
 
             #[inline(always)]
-            fn compress(self, bits: u32, x: Self::F) -> [f32; $n] {
+            fn shift_left(self, a: $words, bits: u32) -> $words {
+                // SAFETY: `self` proves AVX-512.
+                unsafe { $shift_left(a, self.splat_word(bits)) }
+            }
+
+            #[inline(always)]
+            fn shift_right(self, a: $words, bits: u32) -> $words {
+                // SAFETY: `self` proves AVX-512.
+                unsafe { $shift_right(a, self.splat_word(bits)) }
+            }
+
+            #[inline(always)]
+            fn compress(self, bits: u32, x: $float) -> [f32; $n] {
                 // SAFETY: `self` proves AVX-512.
                 self.store(unsafe { $compress(bits as $mask, x) })
             }
 
             #[inline(always)]
-            fn compress_words(self, bits: u32, x: Self::U) -> [u32; $n] {
-                let mut out = [0; $n];
-                // SAFETY: `self` proves AVX-512; the array is writable words, one per lane, and the store needs no alignment.
-                unsafe { $store_words(out.as_mut_ptr().cast(), $compress_words(bits as $mask, x)) };
-                out
+            fn compress_words(self, bits: u32, x: $words) -> [u32; $n] {
+                // SAFETY: `self` proves AVX-512.
+                self.store_words(unsafe { $compress_words(bits as $mask, x) })
             }
+
+            #[inline(always)]
+            fn outline<K: Outlined>(self, kernel: K) -> K::Output {
+                // SAFETY: `self` exists only where `detect` found all that `outline` enables.
+                unsafe { outline(kernel) }
+            }
+
+            $($more)*
         }
     };
 }
 
-floats!(
-    NARROW, __m256, __mmask8, __m256i,
+width! {
+    Avx512: NARROW lanes in __m256, __mmask8, __m256i;
+    _mm256_set1_ps, _mm256_loadu_ps, _mm256_storeu_ps, _mm256_maskz_compress_ps;
+    _mm256_set1_epi32, _mm256_loadu_epi32, _mm256_storeu_epi32, _mm256_maskz_compress_epi32,
+    _mm256_sllv_epi32, _mm256_srlv_epi32;
     {
         add(a: F, b: F) -> F = _mm256_add_ps(a, b);
         sub(a: F, b: F) -> F = _mm256_sub_ps(a, b);
@@ -143,19 +198,33 @@ floats!(
         max(a: F, b: F) -> F = _mm256_max_ps(a, b);
         abs(a: F) -> F = _mm256_andnot_ps(_mm256_set1_ps(-0.0), a);
         sqrt(a: F) -> F = _mm256_sqrt_ps(a);
-        select(m: M, a: F, b: F) -> F = _mm256_mask_blend_ps(m, b, a);
         mul_add(a: F, b: F, c: F) -> F = _mm256_fmadd_ps(a, b, c);
         mul_sub(a: F, b: F, c: F) -> F = _mm256_fmsub_ps(a, b, c);
         mul_sign(a: F, b: F) -> F = _mm256_xor_ps(a, _mm256_and_ps(b, _mm256_set1_ps(-0.0)));
+        copy_sign(a: F, b: F) -> F = {
+            let sign = _mm256_set1_ps(-0.0);
+            _mm256_or_ps(_mm256_andnot_ps(sign, a), _mm256_and_ps(sign, b))
+        };
         le(a: F, b: F) -> M = _mm256_cmp_ps_mask::<_CMP_LE_OQ>(a, b);
         lt(a: F, b: F) -> M = _mm256_cmp_ps_mask::<_CMP_LT_OQ>(a, b);
-    },
-    _mm256_set1_ps, _mm256_loadu_ps, _mm256_storeu_ps, _mm256_maskz_compress_ps,
-    _mm256_loadu_epi32, _mm256_storeu_epi32, _mm256_maskz_compress_epi32
-);
+        select(m: M, a: F, b: F) -> F = _mm256_mask_blend_ps(m, b, a);
+        float_bits(x: F) -> U = _mm256_castps_si256(x);
+        floats_of_bits(x: U) -> F = _mm256_castsi256_ps(x);
+        add_words(a: U, b: U) -> U = _mm256_add_epi32(a, b);
+        sub_words(a: U, b: U) -> U = _mm256_sub_epi32(a, b);
+        mul_words(a: U, b: U) -> U = _mm256_mullo_epi32(a, b);
+        and_words(a: U, b: U) -> U = _mm256_and_si256(a, b);
+        xor_words(a: U, b: U) -> U = _mm256_xor_si256(a, b);
+        equal_words(a: U, b: U) -> M = _mm256_cmpeq_epi32_mask(a, b);
+        select_words(m: M, a: U, b: U) -> U = _mm256_mask_blend_epi32(m, b, a);
+    }
+}
 
-floats!(
-    WIDE, __m512, __mmask16, __m512i,
+width! {
+    Avx512Wide: LANES lanes in __m512, __mmask16, __m512i;
+    _mm512_set1_ps, _mm512_loadu_ps, _mm512_storeu_ps, _mm512_maskz_compress_ps;
+    _mm512_set1_epi32, _mm512_loadu_epi32, _mm512_storeu_epi32, _mm512_maskz_compress_epi32,
+    _mm512_sllv_epi32, _mm512_srlv_epi32;
     {
         add(a: F, b: F) -> F = _mm512_add_ps(a, b);
         sub(a: F, b: F) -> F = _mm512_sub_ps(a, b);
@@ -165,22 +234,25 @@ floats!(
         max(a: F, b: F) -> F = _mm512_max_ps(a, b);
         abs(a: F) -> F = _mm512_andnot_ps(_mm512_set1_ps(-0.0), a);
         sqrt(a: F) -> F = _mm512_sqrt_ps(a);
-        select(m: M, a: F, b: F) -> F = _mm512_mask_blend_ps(m, b, a);
         mul_add(a: F, b: F, c: F) -> F = _mm512_fmadd_ps(a, b, c);
         mul_sub(a: F, b: F, c: F) -> F = _mm512_fmsub_ps(a, b, c);
         mul_sign(a: F, b: F) -> F = _mm512_xor_ps(a, _mm512_and_ps(b, _mm512_set1_ps(-0.0)));
+        copy_sign(a: F, b: F) -> F = {
+            let sign = _mm512_set1_ps(-0.0);
+            _mm512_or_ps(_mm512_andnot_ps(sign, a), _mm512_and_ps(sign, b))
+        };
         le(a: F, b: F) -> M = _mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b);
         lt(a: F, b: F) -> M = _mm512_cmp_ps_mask::<_CMP_LT_OQ>(a, b);
-    },
-    _mm512_set1_ps, _mm512_loadu_ps, _mm512_storeu_ps, _mm512_maskz_compress_ps,
-    _mm512_loadu_epi32, _mm512_storeu_epi32, _mm512_maskz_compress_epi32
-);
-
-impl Wide for Avx512 {
-    #[inline(always)]
-    fn outline<K: Outlined>(self, kernel: K) -> K::Output {
-        // SAFETY: `self` exists only where `detect` found all that `outline` enables.
-        unsafe { outline(kernel) }
+        select(m: M, a: F, b: F) -> F = _mm512_mask_blend_ps(m, b, a);
+        float_bits(x: F) -> U = _mm512_castps_si512(x);
+        floats_of_bits(x: U) -> F = _mm512_castsi512_ps(x);
+        add_words(a: U, b: U) -> U = _mm512_add_epi32(a, b);
+        sub_words(a: U, b: U) -> U = _mm512_sub_epi32(a, b);
+        mul_words(a: U, b: U) -> U = _mm512_mullo_epi32(a, b);
+        and_words(a: U, b: U) -> U = _mm512_and_si512(a, b);
+        xor_words(a: U, b: U) -> U = _mm512_xor_si512(a, b);
+        equal_words(a: U, b: U) -> M = _mm512_cmpeq_epi32_mask(a, b);
+        select_words(m: M, a: U, b: U) -> U = _mm512_mask_blend_epi32(m, b, a);
     }
 
     #[inline(always)]
@@ -194,53 +266,6 @@ impl Wide for Avx512 {
         equal.trailing_zeros()
     }
 
-    intrinsics! {
-        copy_sign(a: F, b: F) -> F = {
-            let sign = _mm512_set1_ps(-0.0);
-            _mm512_or_ps(_mm512_andnot_ps(sign, a), _mm512_and_ps(sign, b))
-        };
-        float_bits(x: F) -> U = _mm512_castps_si512(x);
-        floats_of_bits(x: U) -> F = _mm512_castsi512_ps(x);
-        add_words(a: U, b: U) -> U = _mm512_add_epi32(a, b);
-        sub_words(a: U, b: U) -> U = _mm512_sub_epi32(a, b);
-        mul_words(a: U, b: U) -> U = _mm512_mullo_epi32(a, b);
-        and_words(a: U, b: U) -> U = _mm512_and_si512(a, b);
-        xor_words(a: U, b: U) -> U = _mm512_xor_si512(a, b);
-        equal_words(a: U, b: U) -> M = _mm512_cmpeq_epi32_mask(a, b);
-        select_words(m: M, a: U, b: U) -> U = _mm512_mask_blend_epi32(m, b, a);
-    }
-
-    #[inline(always)]
-    fn not(self, m: __mmask16) -> __mmask16 {
-        !m
-    }
-
-    #[inline(always)]
-    fn splat_word(self, x: u32) -> __m512i {
-        // SAFETY: `self` proves AVX-512.
-        unsafe { _mm512_set1_epi32(x as i32) }
-    }
-
-    #[inline(always)]
-    fn store_words(self, x: __m512i) -> [u32; WIDE] {
-        let mut out = [0; WIDE];
-        // SAFETY: `self` proves AVX-512; the array is sixteen writable words, and the store needs no alignment.
-        unsafe { _mm512_storeu_epi32(out.as_mut_ptr().cast(), x) };
-        out
-    }
-
-    #[inline(always)]
-    fn shift_left(self, a: __m512i, bits: u32) -> __m512i {
-        // SAFETY: `self` proves AVX-512.
-        unsafe { _mm512_sllv_epi32(a, self.splat_word(bits)) }
-    }
-
-    #[inline(always)]
-    fn shift_right(self, a: __m512i, bits: u32) -> __m512i {
-        // SAFETY: `self` proves AVX-512.
-        unsafe { _mm512_srlv_epi32(a, self.splat_word(bits)) }
-    }
-
     #[inline(always)]
     #[allow(
         clippy::needless_range_loop,
@@ -250,7 +275,7 @@ impl Wide for Avx512 {
         self,
         mut row: impl FnMut(usize) -> [&'a [f32; 4]; N],
     ) -> [[__m512; 4]; N] {
-        let mut parts = [[<Self as Floats<WIDE>>::splat(self, 0.0); 4]; N];
+        let mut parts = [[self.splat(0.0); 4]; N];
         // Part i of vector k gets the quad of lane 4 i + k, so that the transposed vectors have the lanes in order.
         macro_rules! insert {
             ($part:literal: $($k:literal)*) => {$(
@@ -286,11 +311,11 @@ impl Wide for Avx512 {
 }
 
 impl Simd for Avx512 {
-    type Wide = Self;
+    type Wide = Avx512Wide;
 
     #[inline(always)]
-    fn wide(self) -> Self {
-        self
+    fn wide(self) -> Avx512Wide {
+        Avx512Wide(())
     }
 
     #[inline(always)]

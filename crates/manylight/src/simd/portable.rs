@@ -1,227 +1,125 @@
-//! Vector operations in plain Rust on arrays, which the compiler vectorizes as far as the target allows.
+//! Vector operations in plain Rust: on one number, and on arrays, which the compiler vectorizes as far as the target allows.
 
-use super::{Floats, NARROW, Outlined, Simd, WIDE, Wide, set_bits};
+use super::width::{NARROW, Width, array};
+use super::{LANES, Outlined, Simd};
 use std::mem::MaybeUninit;
 
-/// The portable instruction set, available on all machines.
+/// One lane: plain numbers.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Portable;
+pub struct One;
 
-#[inline(always)]
-fn map2<const N: usize, A: Copy, B: Copy, C: Copy>(
-    a: [A; N],
-    b: [B; N],
-    f: impl Fn(A, B) -> C,
-) -> [C; N] {
-    map(|i| f(a[i], b[i]))
-}
+/// `N` lanes in the portable instruction set, which all machines have.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Portable<const N: usize>;
 
-/// `value(i)` in each lane `i`. Functions of the standard library over arrays are not always inlined.
-#[inline(always)]
-fn map<const N: usize, T: Copy>(value: impl Fn(usize) -> T) -> [T; N] {
-    let mut out = [value(0); N];
-    for (i, lane) in out.iter_mut().enumerate() {
-        *lane = value(i);
-    }
-    out
-}
-
-#[inline(always)]
-fn compress<const N: usize, T: Copy>(bits: u32, mut x: [T; N]) -> [T; N] {
-    for (place, i) in set_bits(bits).enumerate() {
-        x[place] = x[i];
-    }
-    x
-}
-
-impl<const N: usize> Floats<N> for Portable {
-    type F = [f32; N];
-    type M = [bool; N];
-    type U = [u32; N];
-
-    #[inline(always)]
-    fn splat(self, x: f32) -> Self::F {
-        [x; N]
-    }
-    #[inline(always)]
-    fn load(self, x: &[f32; N]) -> Self::F {
-        *x
-    }
-    #[inline(always)]
-    fn store(self, x: Self::F) -> [f32; N] {
-        x
-    }
-    #[inline(always)]
-    fn load_words(self, x: &[u32; N]) -> Self::U {
-        *x
-    }
-    #[inline(always)]
-    fn add(self, a: Self::F, b: Self::F) -> Self::F {
-        map2(a, b, |a, b| a + b)
-    }
-    #[inline(always)]
-    fn sub(self, a: Self::F, b: Self::F) -> Self::F {
-        map2(a, b, |a, b| a - b)
-    }
-    #[inline(always)]
-    fn mul(self, a: Self::F, b: Self::F) -> Self::F {
-        map2(a, b, |a, b| a * b)
-    }
-    #[inline(always)]
-    fn div(self, a: Self::F, b: Self::F) -> Self::F {
-        map2(a, b, |a, b| a / b)
-    }
-    #[inline(always)]
-    fn min(self, a: Self::F, b: Self::F) -> Self::F {
-        map2(a, b, |a, b| if a < b { a } else { b })
-    }
-    #[inline(always)]
-    fn max(self, a: Self::F, b: Self::F) -> Self::F {
-        map2(a, b, |a, b| if a > b { a } else { b })
-    }
-    #[inline(always)]
-    fn abs(self, a: Self::F) -> Self::F {
-        map(|i| a[i].abs())
-    }
-    #[inline(always)]
-    fn sqrt(self, a: Self::F) -> Self::F {
-        map(|i| a[i].sqrt())
-    }
-    #[inline(always)]
-    fn mul_add(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F {
-        map(|i| a[i] * b[i] + c[i])
-    }
-    #[inline(always)]
-    fn mul_sub(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F {
-        map(|i| a[i] * b[i] - c[i])
-    }
-    #[inline(always)]
-    fn mul_sign(self, a: Self::F, b: Self::F) -> Self::F {
-        map2(a, b, |a, b| {
-            f32::from_bits(a.to_bits() ^ (b.to_bits() & 0x8000_0000))
-        })
-    }
-    #[inline(always)]
-    fn le(self, a: Self::F, b: Self::F) -> Self::M {
-        map2(a, b, |a, b| a <= b)
-    }
-    #[inline(always)]
-    fn lt(self, a: Self::F, b: Self::F) -> Self::M {
-        map2(a, b, |a, b| a < b)
-    }
-    #[inline(always)]
-    fn and(self, a: Self::M, b: Self::M) -> Self::M {
-        map2(a, b, |a, b| a & b)
-    }
-    #[inline(always)]
-    fn or(self, a: Self::M, b: Self::M) -> Self::M {
-        map2(a, b, |a, b| a | b)
-    }
-    #[inline(always)]
-    fn bits(self, m: Self::M) -> u32 {
-        m.iter()
-            .rev()
-            .fold(0, |bits, &lane| bits << 1 | u32::from(lane))
-    }
-    #[inline(always)]
-    fn lanes(self, bits: u32) -> Self::M {
-        map(|i| bits >> i & 1 != 0)
-    }
-    #[inline(always)]
-    fn select(self, m: Self::M, a: Self::F, b: Self::F) -> Self::F {
-        map(|i| if m[i] { a[i] } else { b[i] })
-    }
-    #[inline(always)]
-    fn compress(self, bits: u32, x: Self::F) -> [f32; N] {
-        compress(bits, x)
-    }
-    #[inline(always)]
-    fn compress_words(self, bits: u32, x: Self::U) -> [u32; N] {
-        compress(bits, x)
-    }
-}
-
-impl Wide for Portable {
-    #[inline(always)]
-    fn lowest(self, bits: u32, x: [f32; WIDE]) -> u32 {
-        let first = bits.trailing_zeros() as usize;
-        let lowest = set_bits(bits).fold(first, |best, i| if x[i] < x[best] { i } else { best });
-        lowest as u32
-    }
-    #[inline(always)]
-    fn copy_sign(self, a: [f32; WIDE], b: [f32; WIDE]) -> [f32; WIDE] {
-        map2(a, b, f32::copysign)
-    }
-    #[inline(always)]
-    fn not(self, m: [bool; WIDE]) -> [bool; WIDE] {
-        map(|i| !m[i])
-    }
-    #[inline(always)]
-    fn float_bits(self, x: [f32; WIDE]) -> [u32; WIDE] {
-        map(|i| x[i].to_bits())
-    }
-    #[inline(always)]
-    fn floats_of_bits(self, x: [u32; WIDE]) -> [f32; WIDE] {
-        map(|i| f32::from_bits(x[i]))
-    }
-    #[inline(always)]
-    fn splat_word(self, x: u32) -> [u32; WIDE] {
-        [x; WIDE]
-    }
-    #[inline(always)]
-    fn store_words(self, x: [u32; WIDE]) -> [u32; WIDE] {
-        x
-    }
-    #[inline(always)]
-    fn add_words(self, a: [u32; WIDE], b: [u32; WIDE]) -> [u32; WIDE] {
-        map2(a, b, u32::wrapping_add)
-    }
-    #[inline(always)]
-    fn sub_words(self, a: [u32; WIDE], b: [u32; WIDE]) -> [u32; WIDE] {
-        map2(a, b, u32::wrapping_sub)
-    }
-    #[inline(always)]
-    fn mul_words(self, a: [u32; WIDE], b: [u32; WIDE]) -> [u32; WIDE] {
-        map2(a, b, u32::wrapping_mul)
-    }
-    #[inline(always)]
-    fn and_words(self, a: [u32; WIDE], b: [u32; WIDE]) -> [u32; WIDE] {
-        map2(a, b, |a, b| a & b)
-    }
-    #[inline(always)]
-    fn xor_words(self, a: [u32; WIDE], b: [u32; WIDE]) -> [u32; WIDE] {
-        map2(a, b, |a, b| a ^ b)
-    }
-    #[inline(always)]
-    fn shift_left(self, a: [u32; WIDE], bits: u32) -> [u32; WIDE] {
-        map(|i| a[i] << bits)
-    }
-    #[inline(always)]
-    fn shift_right(self, a: [u32; WIDE], bits: u32) -> [u32; WIDE] {
-        map(|i| a[i] >> bits)
-    }
-    #[inline(always)]
-    fn equal_words(self, a: [u32; WIDE], b: [u32; WIDE]) -> [bool; WIDE] {
-        map2(a, b, |a, b| a == b)
-    }
-    #[inline(always)]
-    fn select_words(self, m: [bool; WIDE], a: [u32; WIDE], b: [u32; WIDE]) -> [u32; WIDE] {
-        map(|i| if m[i] { a[i] } else { b[i] })
-    }
-    #[inline(always)]
-    fn gather_quads<'a, const N: usize>(
-        self,
-        mut row: impl FnMut(usize) -> [&'a [f32; 4]; N],
-    ) -> [[[f32; WIDE]; 4]; N] {
-        let mut out = [[[0.0; WIDE]; 4]; N];
-        for i in 0..WIDE {
-            for (quad, columns) in row(i).iter().zip(&mut out) {
-                for (k, column) in columns.iter_mut().enumerate() {
-                    column[i] = quad[k];
-                }
-            }
+/// The operations on the numbers of a lane.
+macro_rules! operations {
+    ($implement:ident) => {
+        $implement! {
+            add(a: F, b: F) -> F = a + b;
+            sub(a: F, b: F) -> F = a - b;
+            mul(a: F, b: F) -> F = a * b;
+            div(a: F, b: F) -> F = a / b;
+            min(a: F, b: F) -> F = if a < b { a } else { b };
+            max(a: F, b: F) -> F = if a > b { a } else { b };
+            abs(a: F) -> F = a.abs();
+            sqrt(a: F) -> F = a.sqrt();
+            mul_add(a: F, b: F, c: F) -> F = a * b + c;
+            mul_sub(a: F, b: F, c: F) -> F = a * b - c;
+            mul_sign(a: F, b: F) -> F = f32::from_bits(a.to_bits() ^ (b.to_bits() & 0x8000_0000));
+            copy_sign(a: F, b: F) -> F = a.copysign(b);
+            le(a: F, b: F) -> M = a <= b;
+            lt(a: F, b: F) -> M = a < b;
+            select(m: M, a: F, b: F) -> F = if m { a } else { b };
+            and(a: M, b: M) -> M = a & b;
+            or(a: M, b: M) -> M = a | b;
+            not(m: M) -> M = !m;
+            float_bits(x: F) -> U = x.to_bits();
+            floats_of_bits(x: U) -> F = f32::from_bits(x);
+            add_words(a: U, b: U) -> U = a.wrapping_add(b);
+            sub_words(a: U, b: U) -> U = a.wrapping_sub(b);
+            mul_words(a: U, b: U) -> U = a.wrapping_mul(b);
+            and_words(a: U, b: U) -> U = a & b;
+            xor_words(a: U, b: U) -> U = a ^ b;
+            equal_words(a: U, b: U) -> M = a == b;
+            select_words(m: M, a: U, b: U) -> U = if m { a } else { b };
         }
-        out
+    };
+}
+
+macro_rules! on_numbers {
+    ($($name:ident($($arg:ident: $ty:ident),*) -> $out:ident = $value:expr;)*) => {$(
+        #[inline(always)]
+        fn $name(self, $($arg: Self::$ty),*) -> Self::$out {
+            $value
+        }
+    )*};
+}
+
+macro_rules! on_arrays {
+    ($($name:ident($($arg:ident: $ty:ident),*) -> $out:ident = $value:expr;)*) => {$(
+        #[inline(always)]
+        fn $name(self, $($arg: Self::$ty),*) -> Self::$out {
+            array(|i| {
+                $(let $arg = $arg[i];)*
+                $value
+            })
+        }
+    )*};
+}
+
+impl Width for One {
+    const LANES: usize = 1;
+    type F = f32;
+    type M = bool;
+    type U = u32;
+    type Each<T: Copy> = [T; 1];
+
+    operations!(on_numbers);
+
+    #[inline(always)]
+    fn each<T: Copy>(self, mut value: impl FnMut(usize) -> T) -> [T; 1] {
+        [value(0)]
+    }
+    #[inline(always)]
+    fn load(self, x: &[f32; 1]) -> f32 {
+        x[0]
+    }
+    #[inline(always)]
+    fn store(self, x: f32) -> [f32; 1] {
+        [x]
+    }
+    #[inline(always)]
+    fn load_words(self, x: &[u32; 1]) -> u32 {
+        x[0]
+    }
+    #[inline(always)]
+    fn store_words(self, x: u32) -> [u32; 1] {
+        [x]
+    }
+    #[inline(always)]
+    fn splat(self, x: f32) -> f32 {
+        x
+    }
+    #[inline(always)]
+    fn splat_word(self, x: u32) -> u32 {
+        x
+    }
+    #[inline(always)]
+    fn bits(self, m: bool) -> u32 {
+        u32::from(m)
+    }
+    #[inline(always)]
+    fn mask(self, bits: u32) -> bool {
+        bits & 1 != 0
+    }
+    #[inline(always)]
+    fn shift_left(self, a: u32, bits: u32) -> u32 {
+        a << bits
+    }
+    #[inline(always)]
+    fn shift_right(self, a: u32, bits: u32) -> u32 {
+        a >> bits
     }
     #[inline(never)]
     fn outline<K: Outlined>(self, kernel: K) -> K::Output {
@@ -229,12 +127,73 @@ impl Wide for Portable {
     }
 }
 
-impl Simd for Portable {
-    type Wide = Self;
+impl<const N: usize> Width for Portable<N> {
+    const LANES: usize = N;
+    type F = [f32; N];
+    type M = [bool; N];
+    type U = [u32; N];
+    type Each<T: Copy> = [T; N];
+
+    operations!(on_arrays);
 
     #[inline(always)]
-    fn wide(self) -> Self {
-        self
+    fn each<T: Copy>(self, value: impl FnMut(usize) -> T) -> [T; N] {
+        array(value)
+    }
+    #[inline(always)]
+    fn load(self, x: &[f32; N]) -> [f32; N] {
+        *x
+    }
+    #[inline(always)]
+    fn store(self, x: [f32; N]) -> [f32; N] {
+        x
+    }
+    #[inline(always)]
+    fn load_words(self, x: &[u32; N]) -> [u32; N] {
+        *x
+    }
+    #[inline(always)]
+    fn store_words(self, x: [u32; N]) -> [u32; N] {
+        x
+    }
+    #[inline(always)]
+    fn splat(self, x: f32) -> [f32; N] {
+        [x; N]
+    }
+    #[inline(always)]
+    fn splat_word(self, x: u32) -> [u32; N] {
+        [x; N]
+    }
+    #[inline(always)]
+    fn bits(self, m: [bool; N]) -> u32 {
+        m.iter()
+            .rev()
+            .fold(0, |bits, &lane| bits << 1 | u32::from(lane))
+    }
+    #[inline(always)]
+    fn mask(self, bits: u32) -> [bool; N] {
+        array(|i| bits >> i & 1 != 0)
+    }
+    #[inline(always)]
+    fn shift_left(self, a: [u32; N], bits: u32) -> [u32; N] {
+        array(|i| a[i] << bits)
+    }
+    #[inline(always)]
+    fn shift_right(self, a: [u32; N], bits: u32) -> [u32; N] {
+        array(|i| a[i] >> bits)
+    }
+    #[inline(never)]
+    fn outline<K: Outlined>(self, kernel: K) -> K::Output {
+        kernel.run()
+    }
+}
+
+impl Simd for Portable<NARROW> {
+    type Wide = Portable<LANES>;
+
+    #[inline(always)]
+    fn wide(self) -> Portable<LANES> {
+        Portable
     }
 
     #[inline(always)]

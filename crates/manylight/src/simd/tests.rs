@@ -31,7 +31,10 @@ impl<const N: usize> Operands<N> {
 
     /// Results of all operations that agree between instruction sets, as bits.
     #[inline(always)]
-    fn results<V: Floats<N>>(&self, v: V) -> Vec<u32> {
+    fn results<V>(&self, v: V) -> Vec<u32>
+    where
+        V: Width<Each<f32> = [f32; N], Each<u32> = [u32; N]>,
+    {
         let (a, b) = (v.load(&self.a), v.load(&self.b));
         let mut results: Vec<u32> = [
             v.add(a, b),
@@ -42,7 +45,7 @@ impl<const N: usize> Operands<N> {
             v.max(a, b),
             v.abs(b),
             v.sqrt(v.abs(b)),
-            v.select(v.lanes(self.bits), a, b),
+            v.select(v.mask(self.bits), a, b),
             v.mul_sign(a, b),
             v.splat(self.a[3]),
         ]
@@ -55,7 +58,7 @@ impl<const N: usize> Operands<N> {
             v.bits(lt),
             v.bits(v.and(le, v.le(b, a))),
             v.bits(v.or(lt, v.lt(b, a))),
-            v.bits(v.lanes(self.bits)),
+            v.bits(v.mask(self.bits)),
         ]);
         let count = (self.bits & (u32::MAX >> (32 - N))).count_ones() as usize;
         results.extend(&v.compress(self.bits, a).map(f32::to_bits)[..count]);
@@ -91,7 +94,7 @@ impl SimdKernel for AllNarrow<'_> {
     }
 }
 
-struct AllWide<'a>(&'a Operands<WIDE>);
+struct AllWide<'a>(&'a Operands<LANES>);
 
 impl SimdKernel for AllWide<'_> {
     type Output = Vec<u32>;
@@ -119,7 +122,7 @@ fn instruction_sets_agree_to_the_bit() {
             assert_eq!(run(isa), run(Isa::Portable), "{isa:?}");
         }
     }
-    for bits in (0..1 << WIDE).step_by(7) {
+    for bits in (0..1 << LANES).step_by(7) {
         let operands = Operands::new(&mut rng, bits);
         let run = |isa: Isa| isa.run(AllWide(&operands));
         for isa in isas() {
@@ -131,7 +134,7 @@ fn instruction_sets_agree_to_the_bit() {
 struct Fused;
 
 impl SimdKernel for Fused {
-    type Output = [[f32; WIDE]; 2];
+    type Output = [[f32; LANES]; 2];
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> Self::Output {
@@ -147,7 +150,7 @@ impl SimdKernel for Fused {
 fn fused_operations_are_products_and_sums() {
     for isa in isas() {
         let [sum, difference] = isa.run(Fused);
-        for i in 0..WIDE {
+        for i in 0..LANES {
             let product = 3.0 * (i as f32 - 7.0);
             assert_eq!((sum[i], difference[i]), (product + 5.0, product - 5.0));
         }

@@ -2,9 +2,7 @@
 
 use crate::emitters::{DirectSample, DirectSamples, Emitters, EnvironmentLobes, Receivers};
 use crate::geometry::{Geometry, SurfacePoint, SurfacePoints};
-use crate::lanes::{
-    Color, Float, LANES, LaneMask, Lanes, Lanes3, Mask, Pair, Sixteen, Vector, Width,
-};
+use crate::lanes::{Color, Float, LANES, LaneMask, Lanes, Lanes3, Mask, Pair, Vector, Width};
 use crate::simd::{Isa, Simd, SimdKernel};
 use crate::texture::Texture;
 
@@ -115,7 +113,7 @@ impl SimdKernel for SampleKernel<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> SixteenDirectSamples {
-        let s = Sixteen(s.wide());
+        let s = s.wide();
         let [u_choice, x, y] = self.u.0.each_ref().map(|u| Float::load(s, u));
         let (geometry, textures) = self.scene;
         let samples: DirectSamples<_> = self.emitters.sample_lanes(
@@ -123,7 +121,7 @@ impl SimdKernel for SampleKernel<'_> {
             textures,
             &self.receivers.load(s),
             (u_choice, Pair::new(x, y)),
-            Some(&self.lobes),
+            Some(&s.each(|i| self.lobes[i])),
             Mask::from_bits(s, self.lanes.into()),
         );
         SixteenDirectSamples {
@@ -148,8 +146,8 @@ impl SimdKernel for DensityKernel<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> Lanes {
-        let s = Sixteen(s.wide());
-        let y = SurfacePoints::load(s, self.y);
+        let s = s.wide();
+        let y = SurfacePoints::load(s, &s.each(|i| self.y[i]));
         let lanes = Mask::from_bits(s, self.lanes.into());
         let receivers = self.receivers.load(s);
         (self.emitters)
@@ -169,7 +167,7 @@ impl SimdKernel for EnvironmentKernel<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> (Lanes3, Lanes) {
-        let s = Sixteen(s.wide());
+        let s = s.wide();
         let wi = Vector::load(s, &self.wi.0);
         let (radiance, pdf): (Color<_>, _) =
             (self.emitters).environment_lanes(&self.receivers.load(s), wi, None);

@@ -6,7 +6,7 @@ use crate::geometry::{SurfacePoints, SurfaceRef};
 use crate::ids::PrimitiveId;
 use crate::ids::TextureId;
 use crate::image::Image;
-use crate::lanes::{Axes, Color, Float, Pair, Sixteen, Vector};
+use crate::lanes::{Axes, Color, Float, Pair, Vector, Width};
 use crate::math::{Affine3A, Frame, Mat3, Vec2, Vec3};
 use crate::sampling::rng::Pcg;
 use crate::simd::{Instructions, Isa, Simd, SimdKernel};
@@ -24,7 +24,7 @@ impl SimdKernel for Values<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> [(Rgb, f32, Vec2); 16] {
-        let s = Sixteen(s.wide());
+        let s = s.wide();
         let places = self.places;
         let x = SurfacePoints {
             p: Vector::from_fn(s, |i| places[i].p),
@@ -34,7 +34,7 @@ impl SimdKernel for Values<'_> {
             dp_du: Vector::splat(s, self.dp[0]),
             dp_dv: Vector::splat(s, self.dp[1]),
             offset: Float::splat(s, 0.0),
-            at: std::array::from_fn(|i| SurfaceRef {
+            at: s.each(|i| SurfaceRef {
                 primitive: PrimitiveId(3),
                 element: places[i].element,
                 instance: SurfaceRef::NO_INSTANCE,

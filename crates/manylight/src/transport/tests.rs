@@ -6,7 +6,7 @@ use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::emitters::{Emitter, Receivers};
 use crate::geometry::{Ray, SurfacePoint, SurfacePoints};
-use crate::lanes::{Float, LANES, Mask, One, Pair, Sixteen, Vector, Width};
+use crate::lanes::{Float, LANES, Mask, One, Pair, Vector, Width};
 use crate::math::{Vec2, Vec3};
 use crate::sampling::{Sampler, Stream, warp};
 use crate::scene::Scene;
@@ -107,7 +107,7 @@ impl SimdKernel for &Vertices<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> usize {
-        let all = self.estimates(Sixteen(s.wide()), LANES_IN_USE, |i| i);
+        let all = self.estimates(s.wide(), LANES_IN_USE, |i| i);
         let is_same = |i: usize| {
             let one = self.estimates(One, LANES_IN_USE >> i & 1, |_| i);
             let near = |a: [[f32; LANES]; 3], b: [[f32; 1]; 3]| {

@@ -9,7 +9,7 @@ use crate::color::Rgb;
 use crate::ids::LightId;
 use crate::lanes::{Color, LaneMask, Lanes3, Sixteen, Vector};
 use crate::math::Vec3;
-use crate::simd::{Outlined, Wide};
+use crate::simd::Outlined;
 use std::f32::consts::FRAC_1_PI;
 
 impl VirtualLights<'_> {
@@ -84,12 +84,12 @@ pub(crate) enum EmissionView<'f, 's> {
 /// [`EmissionView::intensities`]: a function that its many callers share.
 struct Intensities<'a, 'f, 's, W> {
     emission: &'a EmissionView<'f, 's>,
-    s: Sixteen<W>,
+    s: W,
     wi: &'a Lanes3,
     active: LaneMask,
 }
 
-impl<W: Wide> Outlined for Intensities<'_, '_, '_, W> {
+impl<W: Sixteen> Outlined for Intensities<'_, '_, '_, W> {
     type Output = Lanes3;
 
     #[inline(always)]
@@ -104,7 +104,7 @@ impl<W: Wide> Outlined for Intensities<'_, '_, '_, W> {
         match emission {
             EmissionView::Single { flux, reflection } => {
                 let wo = Lanes3::of_vectors(-away);
-                let values = reflection.f_cos_wo_lanes(s.0, &wo, active).colors(s);
+                let values = reflection.f_cos_wo_lanes(s, &wo, active).colors(s);
                 Lanes3::of_colors(values * Color::splat(s, *flux))
             }
             EmissionView::Rich {
@@ -120,7 +120,7 @@ impl<W: Wide> Outlined for Intensities<'_, '_, '_, W> {
                 let diffuse = Color::splat(s, *diffuse) * share;
                 let mut sum = diffuse.within(above & cos_s.gt(0.0));
                 if let Some(glossy) = glossy {
-                    let glossy = glossy.lookups(s.0, wi, active).colors(s);
+                    let glossy = glossy.lookups(s, wi, active).colors(s);
                     sum += if light.one_sided {
                         glossy.within(above)
                     } else {
@@ -137,10 +137,10 @@ impl EmissionView<'_, '_> {
     /// [`VirtualLights::intensity`] in the directions `-wi`, lane by lane, where the unit directions `wi` point from the receivers to the
     /// light; inactive lanes hold any value.
     #[inline(always)]
-    pub(crate) fn intensities<W: Wide>(&self, w: W, wi: &Lanes3, active: LaneMask) -> Lanes3 {
+    pub(crate) fn intensities<W: Sixteen>(&self, w: W, wi: &Lanes3, active: LaneMask) -> Lanes3 {
         w.outline(Intensities {
             emission: self,
-            s: Sixteen(w),
+            s: w,
             wi,
             active,
         })

@@ -10,7 +10,7 @@ use crate::color::Rgb;
 use crate::lanes::{LaneMask, Lanes3};
 use crate::math::Vec3;
 use crate::sampling::rng::Pcg;
-use crate::simd::Wide;
+use crate::simd::Sixteen;
 
 /// The form in which a light stores the radiant intensity of its glossy part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -185,7 +185,7 @@ impl Glossy<'_> {
 
     /// [`Glossy::lookup`] in the directions `-wi`, lane by lane; inactive lanes hold any value.
     #[inline(always)]
-    pub(super) fn lookups<W: Wide>(&self, w: W, wi: &Lanes3, active: LaneMask) -> Lanes3 {
+    pub(super) fn lookups<W: Sixteen>(&self, w: W, wi: &Lanes3, active: LaneMask) -> Lanes3 {
         match self {
             Glossy::Table(table) => table.lookups(w, wi, active),
             Glossy::Lobes(mixture) => mixture.lookups(w, wi),

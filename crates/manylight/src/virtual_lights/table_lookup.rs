@@ -2,13 +2,12 @@
 
 use super::tables::{OctahedralTable, Texel, Texels};
 use crate::lanes::{Color, Float, LaneMask, Lanes3, Mask, Pair, Sixteen, Vector, Width};
-use crate::simd::Wide;
 
 impl OctahedralTable<'_> {
     /// [`OctahedralTable::lookup`] in the directions `-wi`, lane by lane; inactive lanes hold any value.
     #[inline(always)]
-    pub(super) fn lookups<W: Wide>(&self, w: W, wi: &Lanes3, active: LaneMask) -> Lanes3 {
-        let s = Sixteen(w);
+    pub(super) fn lookups<W: Sixteen>(&self, w: W, wi: &Lanes3, active: LaneMask) -> Lanes3 {
+        let s = w;
         let active = Mask::from_bits(s, u32::from(active));
         let corners = TexelCorners::of(-wi.vectors(s), self.side as f32, active);
         let sum = match self.texels {

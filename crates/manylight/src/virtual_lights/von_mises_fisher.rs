@@ -9,7 +9,7 @@ use crate::lanes::{Lanes3, exp as exp_lanes};
 use crate::math::Vec3;
 use crate::math::float::exp;
 use crate::math::octahedral::{direction_from_square, square_from_direction};
-use crate::simd::Wide;
+use crate::simd::Sixteen;
 use bytemuck::{Pod, Zeroable};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -198,7 +198,7 @@ impl VmfMixture<'_> {
 
     /// [`VmfMixture::lookup`] in the directions `-wi`, lane by lane.
     #[inline(always)]
-    pub(super) fn lookups<W: Wide>(&self, w: W, wi: &Lanes3) -> Lanes3 {
+    pub(super) fn lookups<W: Sixteen>(&self, w: W, wi: &Lanes3) -> Lanes3 {
         let wi = wi.load(w);
         let mut sum = [w.splat(0.0); 3];
         for lobe in self.lobes {

@@ -10,7 +10,7 @@ use crate::bsdf::material::Distribution;
 use crate::bsdf::models::fresnel::ConductorFresnel;
 use crate::lanes::{Color, LANES, LaneMask, Lanes, Lanes3, lanes_of};
 use crate::math::Spread;
-use crate::simd::{Outlined, Wide};
+use crate::simd::{Outlined, Sixteen};
 
 /// Bounds on the microfacets that reflect light from a cone to `wo`.
 struct FacetBound {
@@ -42,7 +42,7 @@ impl FixedWoLanes<'_, '_> {
     /// Upper bounds of all channels of [`FixedWoLanes::f_cos_wi`] over the cones with unit axes `axes` and half-angles `spreads`, in each
     /// active lane; other lanes are unspecified.
     #[inline(always)]
-    pub(crate) fn bounds<W: Wide>(
+    pub(crate) fn bounds<W: Sixteen>(
         &self,
         w: W,
         axes: &Lanes3,

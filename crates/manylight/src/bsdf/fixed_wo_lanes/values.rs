@@ -6,24 +6,24 @@ use crate::bsdf::models::coat::interpolate_tables;
 use crate::bsdf::models::fresnel::{self, ConductorFresnel};
 use crate::bsdf::models::microfacet::Microfacets;
 use crate::lanes::{Color, Float, LaneMask, Lanes3, Pair, Sixteen, Vector, lanes_of};
-use crate::simd::{Outlined, Wide};
+use crate::simd::Outlined;
 
 /// Microfacets with the half vector as normal.
-struct FacetLobe<W: Wide> {
+struct FacetLobe<W: Sixteen> {
     /// `D(m) G1(wi)`.
-    density: Float<Sixteen<W>>,
+    density: Float<W>,
     /// Cosine between the half vector and `wo`.
-    cos: Float<Sixteen<W>>,
+    cos: Float<W>,
 }
 
 /// [`FixedWoLanes::f_cos_wi`] for all models but [`LaneModel::Any`]: a function that its many callers share.
 struct Values<'a, 'b, 's, W> {
     functions: &'a FixedWoLanes<'b, 's>,
-    s: Sixteen<W>,
+    s: W,
     wi: &'a Lanes3,
 }
 
-impl<W: Wide> Outlined for Values<'_, '_, '_, W> {
+impl<W: Sixteen> Outlined for Values<'_, '_, '_, W> {
     type Output = Lanes3;
 
     #[inline(always)]
@@ -44,11 +44,9 @@ impl<W: Wide> Outlined for Values<'_, '_, '_, W> {
 impl FixedWoLanes<'_, '_> {
     /// [`FixedWo::f_cos_wi`](crate::bsdf::FixedWo::f_cos_wi) in each active lane, for unit directions `wi`; other lanes are unspecified.
     #[inline(always)]
-    pub(crate) fn f_cos_wi<W: Wide>(&self, w: W, wi: &Lanes3, active: LaneMask) -> Lanes3 {
+    pub(crate) fn f_cos_wi<W: Sixteen>(&self, w: W, wi: &Lanes3, active: LaneMask) -> Lanes3 {
         match self.model {
-            LaneModel::Lambert => {
-                Lanes3::of_colors(self.lambert(Sixteen(w), wi.vectors(Sixteen(w))))
-            }
+            LaneModel::Lambert => Lanes3::of_colors(self.lambert(w, wi.vectors(w))),
             LaneModel::Any => {
                 let mut out = Lanes3::ZERO;
                 for i in lanes_of(active) {
@@ -60,7 +58,7 @@ impl FixedWoLanes<'_, '_> {
             }
             _ => w.outline(Values {
                 functions: self,
-                s: Sixteen(w),
+                s: w,
                 wi,
             }),
         }
@@ -68,29 +66,24 @@ impl FixedWoLanes<'_, '_> {
 
     /// Cosines of `wi` to the normals; 0 below the surface.
     #[inline(always)]
-    fn cosines<W: Wide>(&self, s: Sixteen<W>, wi: Vector<Sixteen<W>>) -> Float<Sixteen<W>> {
+    fn cosines<W: Sixteen>(&self, s: W, wi: Vector<W>) -> Float<W> {
         self.frame[2].vectors(s).dot(wi).max(0.0)
     }
 
     #[inline(always)]
-    fn lambert<W: Wide>(&self, s: Sixteen<W>, wi: Vector<Sixteen<W>>) -> Color<Sixteen<W>> {
+    fn lambert<W: Sixteen>(&self, s: W, wi: Vector<W>) -> Color<W> {
         self.base.colors(s) * self.cosines(s, wi)
     }
 
     #[inline(always)]
-    fn plastic<W: Wide>(&self, s: Sixteen<W>, wi: Vector<Sixteen<W>>) -> Color<Sixteen<W>> {
+    fn plastic<W: Sixteen>(&self, s: W, wi: Vector<W>) -> Color<W> {
         let cos = self.cosines(s, wi);
         let enters = 1.0 - self.coat_reflectances(s, cos);
         self.base.colors(s) * (enters * cos)
     }
 
     #[inline(always)]
-    fn conductor<W: Wide>(
-        &self,
-        s: Sixteen<W>,
-        wi: Vector<Sixteen<W>>,
-        distribution: Distribution,
-    ) -> Color<Sixteen<W>> {
+    fn conductor<W: Sixteen>(&self, s: W, wi: Vector<W>, distribution: Distribution) -> Color<W> {
         let lobe = self.facet_lobe(s, self.to_locals(s, wi), distribution);
         let [difference, product] = &self.conductor;
         let terms = [difference.colors(s), product.colors(s)];
@@ -99,12 +92,12 @@ impl FixedWoLanes<'_, '_> {
     }
 
     #[inline(always)]
-    fn rough_plastic<W: Wide>(
+    fn rough_plastic<W: Sixteen>(
         &self,
-        s: Sixteen<W>,
-        wi: Vector<Sixteen<W>>,
+        s: W,
+        wi: Vector<W>,
         distribution: Distribution,
-    ) -> Color<Sixteen<W>> {
+    ) -> Color<W> {
         let wi = self.to_locals(s, wi);
         let cos = wi.z.max(0.0);
         let base = interpolate_tables(&self.transmittance, cos) * cos;
@@ -114,7 +107,7 @@ impl FixedWoLanes<'_, '_> {
     }
 
     #[inline(always)]
-    fn principled<W: Wide>(&self, s: Sixteen<W>, wi: Vector<Sixteen<W>>) -> Color<Sixteen<W>> {
+    fn principled<W: Sixteen>(&self, s: W, wi: Vector<W>) -> Color<W> {
         let wi = self.to_locals(s, wi);
         let (wo, seen) = (self.wo.vectors(s), Float::load(s, &self.specular.0[0]));
         let facets = self.facets_in_lanes(s, Distribution::Ggx);
@@ -129,10 +122,10 @@ impl FixedWoLanes<'_, '_> {
 
     /// The microfacets that reflect light from the local directions `wi` to `wo`.
     #[inline(always)]
-    fn facet_lobe<W: Wide>(
+    fn facet_lobe<W: Sixteen>(
         &self,
-        s: Sixteen<W>,
-        wi: Vector<Sixteen<W>>,
+        s: W,
+        wi: Vector<W>,
         distribution: Distribution,
     ) -> FacetLobe<W> {
         let half = wi + self.wo.vectors(s);
@@ -148,11 +141,7 @@ impl FixedWoLanes<'_, '_> {
     }
 
     #[inline(always)]
-    fn facets_in_lanes<W: Wide>(
-        &self,
-        s: Sixteen<W>,
-        distribution: Distribution,
-    ) -> Microfacets<Sixteen<W>> {
+    fn facets_in_lanes<W: Sixteen>(&self, s: W, distribution: Distribution) -> Microfacets<W> {
         let [alpha, inv_alpha] = &self.roughness;
         let pair = |[x, y]: &[_; 2]| Pair::new(Float::load(s, x), Float::load(s, y));
         Microfacets::from_roughness(distribution, pair(alpha), pair(inv_alpha))
@@ -160,11 +149,7 @@ impl FixedWoLanes<'_, '_> {
 
     /// Reflectance of the smooth coats from outside.
     #[inline(always)]
-    fn coat_reflectances<W: Wide>(
-        &self,
-        s: Sixteen<W>,
-        cos: Float<Sixteen<W>>,
-    ) -> Float<Sixteen<W>> {
+    fn coat_reflectances<W: Sixteen>(&self, s: W, cos: Float<W>) -> Float<W> {
         fresnel::coat_reflectance(
             cos,
             Float::load(s, &self.eta),
@@ -174,7 +159,7 @@ impl FixedWoLanes<'_, '_> {
 
     /// World-space directions in the local frames.
     #[inline(always)]
-    fn to_locals<W: Wide>(&self, s: Sixteen<W>, w: Vector<Sixteen<W>>) -> Vector<Sixteen<W>> {
+    fn to_locals<W: Sixteen>(&self, s: W, w: Vector<W>) -> Vector<W> {
         let [x, y, z] = &self.frame;
         Vector::new(
             x.vectors(s).dot(w),

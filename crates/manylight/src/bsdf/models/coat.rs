@@ -3,7 +3,7 @@
 use super::fresnel::{self, reflect, refract};
 use super::microfacet::Microfacets;
 use crate::bsdf::material::Distribution;
-use crate::lanes::{self, Float, LANES, LaneKernel, Pair, Vector, Width};
+use crate::lanes::{Float, LANES, LaneKernel, Pair, Vector, Width};
 use crate::simd::Isa;
 use rayon::prelude::*;
 
@@ -30,21 +30,20 @@ pub const COSINES: usize = 64;
 /// Linear interpolation in a table.
 #[inline(always)]
 pub(in crate::bsdf) fn interpolate<S: Width>(table: &[f32; COSINES], cos: Float<S>) -> Float<S> {
-    interpolate_tables(&cos.width().each(|_| table), cos)
+    interpolate_tables(cos.width().each(|_| table).as_ref(), cos)
 }
 
 /// Linear interpolation in one table per lane.
 #[inline(always)]
 pub(in crate::bsdf) fn interpolate_tables<S: Width>(
-    tables: &S::Each<&[f32; COSINES]>,
+    tables: &[&[f32; COSINES]],
     cos: Float<S>,
 ) -> Float<S> {
     // The factor makes a cosine of 1 lie between the last two entries.
     let at = cos.clamp(0.0, 1.0) * ((COSINES - 1) as f32 * (1.0 - f32::EPSILON));
     let below = at.floor();
     let (s, index) = (at.width(), below.to_word().store());
-    let entry =
-        |i: usize, step: usize| tables.as_ref()[i][(index.as_ref()[i] as usize + step) % COSINES];
+    let entry = |i: usize, step: usize| tables[i][(index.as_ref()[i] as usize + step) % COSINES];
     let low = Float::from_fn(s, |i| entry(i, 0));
     let high = Float::from_fn(s, |i| entry(i, 1));
     (at - below).mul_add(high - low, low)
@@ -133,7 +132,7 @@ struct FacetMean<'a> {
 /// The mean for all cosines, in parallel.
 fn average(mean: &FacetMean<'_>) -> Vec<f32> {
     let chunks = mean.cosines.par_chunks(LANES);
-    let of_chunk = |cosines| lanes::run(Isa::best(), FacetMean { cosines, ..*mean });
+    let of_chunk = |cosines| Isa::best().run_lanes(FacetMean { cosines, ..*mean });
     chunks.flat_map_iter(of_chunk).collect()
 }
 

@@ -6,7 +6,7 @@ use crate::bsdf::model_sample::Numbers;
 use crate::bsdf::{BsdfSample, BsdfSamples, DirectResponse, DirectResponses};
 use crate::geometry::{SurfacePoint, SurfacePoints};
 use crate::ids::MaterialId;
-use crate::lanes::{self, Color, Float, LANES, LaneKernel, Pair, Vector, Width};
+use crate::lanes::{Color, Float, LANES, LaneKernel, Pair, Vector, Width};
 use crate::simd::{Instructions, Isa};
 
 /// What the walks and next-event estimation ask for, at one point.
@@ -155,7 +155,7 @@ fn packets_have_the_answers_of_single_points() {
                     };
                     for set in Instructions::available() {
                         let isa = Isa::new(set).expect("available");
-                        let answers = lanes::run(isa, &packet);
+                        let answers = isa.run_lanes(&packet);
                         for (i, packed) in answers.iter().enumerate() {
                             asked += 1;
                             differ += u32::from(!are_equal(&single(&packet, i), packed, case.name));

@@ -2,7 +2,7 @@
 
 use super::binary::ClusterNode;
 use super::importance::{ChildBounds, MIN_RADIUS2, TreeReceivers};
-use crate::lanes::{Float, LANES, Lanes, Lanes3, Mask, Sixteen, Vector, Width, Word};
+use crate::lanes::{Float, LANES, Lanes, Lanes3, Mask, Vector, Width, Word};
 use crate::math::Vec3;
 use crate::math::float::ONE_MINUS_EPSILON;
 use crate::simd::{Simd, SimdKernel};
@@ -59,7 +59,7 @@ impl SimdKernel for ImportanceKernel<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> Lanes {
-        let s = Sixteen(s.wide());
+        let s = s.wide();
         let receivers = TreeReceivers::splat(s, self.receiver);
         self.node.children(s).importance(&receivers).store()
     }

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::geometry::{Ray, SurfacePoint, SurfacePoints};
-use crate::lanes::{LANES, LaneMask, Lanes3, Mask, Sixteen, Vector};
+use crate::lanes::{LANES, LaneMask, Lanes3, Mask, Vector, Width};
 use crate::sampling::warp;
 use crate::simd::{Instructions, Isa, Simd, SimdKernel};
 use crate::testing::sixteen_receivers::{
@@ -117,14 +117,17 @@ impl SimdKernel for RadianceKernel<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> Lanes3 {
-        let s = Sixteen(s.wide());
+        let s = s.wide();
         let World {
             geometry,
             textures,
             emitters,
             ..
         } = self.world;
-        let (x, wo) = (SurfacePoints::load(s, self.x), Vector::load(s, &self.wo.0));
+        let (x, wo) = (
+            SurfacePoints::load(s, &s.each(|i| self.x[i])),
+            Vector::load(s, &self.wo.0),
+        );
         let lanes = Mask::from_bits(s, self.lanes.into());
         Lanes3(
             emitters

@@ -3,7 +3,7 @@
 use super::node::WideNode;
 use super::traverse::FAR_MARGIN;
 use super::triangle_block::TriangleBlock;
-use crate::lanes::Lanes3;
+use crate::lanes::{Float, Lanes3};
 use crate::simd::Simd;
 
 /// Margin for the rounding of a ray's slab test, in units of the largest `|o / d|`. Twice the error of the test.
@@ -48,11 +48,17 @@ impl Beam {
 
     /// Parameters before which no ray of the beam enters the children of a node, and after which none leaves them.
     #[inline(always)]
-    pub(super) fn cut_node<S: Simd>(&self, s: S, node: &WideNode, reach: f32) -> (S::F, S::F) {
-        let near = |axis: usize| s.load(&node.bounds[axis + 3 * (self.octant >> axis & 1)]);
-        let far = |axis: usize| s.load(&node.bounds[axis + 3 * (!self.octant >> axis & 1)]);
+    pub(super) fn cut_node<S: Simd>(
+        &self,
+        s: S,
+        node: &WideNode,
+        reach: f32,
+    ) -> (Float<S>, Float<S>) {
+        let plane = |i: usize| Float::load(s, &node.bounds[i]);
+        let near = |axis: usize| plane(axis + 3 * (self.octant >> axis & 1));
+        let far = |axis: usize| plane(axis + 3 * (!self.octant >> axis & 1));
         let near = [near(0), near(1), near(2)];
-        self.cut(s, near, [far(0), far(1), far(2)], reach)
+        self.cut(near, [far(0), far(1), far(2)], reach)
     }
 
     /// The triangles of a block that a ray of the beam may hit, as bits.
@@ -63,17 +69,16 @@ impl Beam {
             self.planes(s, block, 1),
             self.planes(s, block, 2),
         );
-        let (near, far) = self.cut(s, [x.0, y.0, z.0], [x.1, y.1, z.1], reach);
-        s.bits(s.le(near, far))
+        let (near, far) = self.cut([x.0, y.0, z.0], [x.1, y.1, z.1], reach);
+        near.le(far).bits()
     }
 
     /// The near and the far planes of the boxes of triangles.
     #[inline(always)]
-    fn planes<S: Simd>(&self, s: S, block: &TriangleBlock, axis: usize) -> (S::F, S::F) {
-        let corner = |i: usize| s.load(&block.corners[i][axis]);
+    fn planes<S: Simd>(&self, s: S, block: &TriangleBlock, axis: usize) -> (Float<S>, Float<S>) {
+        let corner = |i: usize| Float::load(s, &block.corners[i][axis]);
         let (a, b, c) = (corner(0), corner(1), corner(2));
-        let lower = s.min(s.min(a, b), c);
-        let upper = s.max(s.max(a, b), c);
+        let (lower, upper) = (a.min(b).min(c), a.max(b).max(c));
         if self.octant >> axis & 1 == 0 {
             (lower, upper)
         } else {
@@ -82,21 +87,24 @@ impl Beam {
     }
 
     #[inline(always)]
-    fn cut<S: Simd>(&self, s: S, near: [S::F; 3], far: [S::F; 3], reach: f32) -> (S::F, S::F) {
-        let mut enter = s.splat(0.0);
-        let mut leave = s.splat(f32::INFINITY);
+    fn cut<S: Simd>(
+        &self,
+        near: [Float<S>; 3],
+        far: [Float<S>; 3],
+        reach: f32,
+    ) -> (Float<S>, Float<S>) {
+        let mut enter = near[0].same(0.0);
+        let mut leave = near[0].same(f32::INFINITY);
         for axis in 0..3 {
-            let (least, most) = (s.splat(self.least[axis]), s.splat(self.most[axis]));
-            let slack = s.splat(self.slack[axis]);
-            let before = s.sub(near[axis], s.splat(self.first[axis]));
-            let t = s.min(s.mul(before, least), s.mul(before, most));
-            enter = s.max(enter, s.sub(t, slack));
-            let behind = s.sub(far[axis], s.splat(self.last[axis]));
-            let t = s.max(s.mul(behind, least), s.mul(behind, most));
-            leave = s.min(leave, s.add(t, slack));
+            let (least, most) = (self.least[axis], self.most[axis]);
+            let before = near[axis] - self.first[axis];
+            let t = (before * least).min(before * most);
+            enter = enter.max(t - self.slack[axis]);
+            let behind = far[axis] - self.last[axis];
+            let t = (behind * least).max(behind * most);
+            leave = leave.min(t + self.slack[axis]);
         }
-        let margin = s.splat(FAR_MARGIN * FAR_MARGIN);
-        (enter, s.min(s.mul(leave, margin), s.splat(reach)))
+        (enter, (leave * (FAR_MARGIN * FAR_MARGIN)).min(reach))
     }
 }
 

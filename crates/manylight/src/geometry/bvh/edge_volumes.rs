@@ -5,126 +5,97 @@
 //! values that rounding may turn negative count as inside, so that no ray passes between neighbors.
 
 use super::triangle_block::TriangleBlock;
-use crate::lanes::vectors::{abs3, add3, cross, dot, load3, sub3};
-use crate::simd::{Floats, NARROW};
+use crate::lanes::{Float, Mask, Vector, Width};
+use crate::simd::Simd;
 
-/// Edge functions and planes of eight triangles for an origin.
-pub(super) struct EdgeVolumes<V> {
+/// Edge functions and planes of triangles for an origin.
+pub(super) struct EdgeVolumes<S: Width> {
     /// Normals of the planes through the origin and each edge; the edge function is their dot product with the direction.
-    pub(super) edges: [[V; 3]; 3],
+    pub(super) edges: [Vector<S>; 3],
     /// Tolerance of each edge function for rounding, for a direction with largest component 1.
-    pub(super) tolerances: [V; 3],
+    pub(super) tolerances: [Float<S>; 3],
     /// Normals of the triangles.
-    pub(super) normal: [V; 3],
+    pub(super) normal: Vector<S>,
     /// Dot product of the normal with the vector from the origin to the triangle.
-    pub(super) height: V,
+    pub(super) height: Float<S>,
 }
 
-/// Directions of segments from the common origin: one per lane, or one in all lanes.
-pub(super) struct SegmentDirections<V> {
-    pub(super) d: [V; 3],
+/// Directions of segments from the common origin.
+pub(super) struct SegmentDirections<S: Width> {
+    pub(super) d: Vector<S>,
     /// Magnitude of the largest component.
-    pub(super) size: V,
+    pub(super) size: Float<S>,
 }
 
-impl<V: Copy> EdgeVolumes<V> {
+impl<S: Simd> EdgeVolumes<S> {
+    /// Of the eight triangles of a block, for the origin `o`.
     #[inline(always)]
-    pub(super) fn new<L: Floats<NARROW, F = V>>(s: L, block: &TriangleBlock, o: [V; 3]) -> Self {
-        let [a, b, c] = [
-            load3(s, &block.corners[0]),
-            load3(s, &block.corners[1]),
-            load3(s, &block.corners[2]),
-        ];
+    pub(super) fn new(s: S, block: &TriangleBlock, o: Vector<S>) -> Self {
+        let [a, b, c] = block.load(s);
         // Edges are differences of corners, not of their rounded offsets from the origin.
-        let [ab, bc, ca] = [sub3(s, a, b), sub3(s, b, c), sub3(s, c, a)];
-        let [a, b, c] = [sub3(s, a, o), sub3(s, b, o), sub3(s, c, o)];
-        let edges = [
-            cross(s, ab, add3(s, a, b)),
-            cross(s, bc, add3(s, b, c)),
-            cross(s, ca, add3(s, c, a)),
-        ];
-        let normal = cross(s, ca, ab);
-        let tolerances = [
-            tolerance(s, edges[0]),
-            tolerance(s, edges[1]),
-            tolerance(s, edges[2]),
-        ];
+        let (ab, bc, ca) = (a - b, b - c, c - a);
+        let (a, b, c) = (a - o, b - o, c - o);
+        let edges = [ab.cross(a + b), bc.cross(b + c), ca.cross(c + a)];
+        let normal = ca.cross(ab);
         EdgeVolumes {
             edges,
-            tolerances,
+            tolerances: [
+                sum_of_sizes(edges[0]) * ROUNDINGS,
+                sum_of_sizes(edges[1]) * ROUNDINGS,
+                sum_of_sizes(edges[2]) * ROUNDINGS,
+            ],
             normal,
-            height: dot(s, normal, a),
+            height: normal.dot(a),
         }
-    }
-
-    /// The lanes in which the segment hits the triangle: all edge functions have one sign, and the parameter `height / (normal · d)` of the
-    /// plane is in (0, 1).
-    #[inline(always)]
-    pub(super) fn hit_by<const N: usize, L: Floats<N, F = V>>(
-        &self,
-        s: L,
-        segments: &SegmentDirections<V>,
-    ) -> L::M {
-        let facing = dot(s, self.normal, segments.d);
-        let [u, v, w] = [
-            self.edge(s, 0, segments, facing),
-            self.edge(s, 1, segments, facing),
-            self.edge(s, 2, segments, facing),
-        ];
-        let zero = s.splat(0.0);
-        let inside = s.le(zero, s.min(s.min(u, v), w));
-        let height = s.mul_sign(self.height, facing);
-        s.and(
-            inside,
-            s.and(s.lt(zero, height), s.lt(height, s.mul_sign(facing, facing))),
-        )
-    }
-
-    #[inline(always)]
-    fn edge<const N: usize, L: Floats<N, F = V>>(
-        &self,
-        s: L,
-        edge: usize,
-        segments: &SegmentDirections<V>,
-        facing: V,
-    ) -> V {
-        let value = s.mul_sign(dot(s, self.edges[edge], segments.d), facing);
-        s.mul_add(self.tolerances[edge], segments.size, value)
     }
 
     /// The triangles that a segment with a direction in a box may hit, as bits; conservative. `middle` and `half` are the center and half
     /// extents of the box, `size` is the largest component of any direction in it.
     #[inline(always)]
-    pub(super) fn within<L: Floats<NARROW, F = V>>(
-        &self,
-        s: L,
-        middle: [V; 3],
-        half: [V; 3],
-        size: V,
-    ) -> u32 {
-        let zero = s.splat(0.0);
-        let reach = dot(s, abs3(s, self.normal), half);
-        let facing = dot(s, self.normal, middle);
-        let (least, greatest) = (s.sub(facing, reach), s.add(facing, reach));
+    pub(super) fn within(&self, middle: Vector<S>, half: Vector<S>, size: f32) -> u32 {
+        let reach = self.normal.abs().dot(half);
+        let facing = self.normal.dot(middle);
+        let (least, greatest) = (facing - reach, facing + reach);
         // Forwards means along the normal.
-        let mut forwards = s.and(s.lt(zero, self.height), s.lt(self.height, greatest));
-        let mut backwards = s.and(s.lt(self.height, zero), s.lt(least, self.height));
+        let mut forwards = self.height.gt(0.0) & self.height.lt(greatest);
+        let mut backwards = self.height.lt(0.0) & least.lt(self.height);
         for edge in 0..3 {
             let n = self.edges[edge];
-            let slack = s.mul(self.tolerances[edge], size);
-            let reach = s.add(dot(s, abs3(s, n), half), slack);
-            let value = dot(s, n, middle);
-            forwards = s.and(forwards, s.le(zero, s.add(value, reach)));
-            backwards = s.and(backwards, s.le(s.sub(value, reach), zero));
+            let reach = n.abs().dot(half) + self.tolerances[edge] * size;
+            let value = n.dot(middle);
+            forwards = forwards & (value + reach).ge(0.0);
+            backwards = backwards & (value - reach).le(0.0);
         }
-        s.bits(s.or(forwards, backwards))
+        (forwards | backwards).bits()
     }
 }
 
+impl<S: Width> EdgeVolumes<S> {
+    /// The lanes in which the segment hits the triangle: all edge functions have one sign, and the parameter `height / (normal · d)` of the
+    /// plane is in (0, 1).
+    #[inline(always)]
+    pub(super) fn hit_by(&self, segments: &SegmentDirections<S>) -> Mask<S> {
+        let facing = self.normal.dot(segments.d);
+        let u = self.edge(0, segments, facing);
+        let v = self.edge(1, segments, facing);
+        let w = self.edge(2, segments, facing);
+        let inside = u.min(v).min(w).ge(0.0);
+        let height = self.height.mul_sign(facing);
+        inside & (height.gt(0.0) & height.lt(facing.mul_sign(facing)))
+    }
+
+    #[inline(always)]
+    fn edge(&self, edge: usize, segments: &SegmentDirections<S>, facing: Float<S>) -> Float<S> {
+        let value = self.edges[edge].dot(segments.d).mul_sign(facing);
+        self.tolerances[edge].mul_add(segments.size, value)
+    }
+}
+
+/// Sum of the magnitudes of the components.
 #[inline(always)]
-fn tolerance<const N: usize, L: Floats<N>>(s: L, n: [L::F; 3]) -> L::F {
-    let [x, y, z] = abs3(s, n);
-    s.mul(s.add(s.add(x, y), z), s.splat(ROUNDINGS))
+pub(super) fn sum_of_sizes<S: Width>(n: Vector<S>) -> Float<S> {
+    let size = n.abs();
+    size.x + size.y + size.z
 }
 
 /// Bound of the rounding error of an edge function, relative to the sum of the magnitudes of its terms.

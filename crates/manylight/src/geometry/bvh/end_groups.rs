@@ -1,20 +1,19 @@
 //! The points, or the lights, of a visibility tile in groups of sixteen.
 
 use super::shaft::middle_and_half;
-use crate::lanes::vectors::{add3, load3, splat3, store3};
+use crate::lanes::{LANES, Sixteen, Vector};
 use crate::math::{Aabb, Vec3, Vec3A};
-use crate::simd::{Floats, WIDE};
 
 /// Largest number of points, and of lights, in a tile.
 pub(super) const SIDE: usize = 64;
 
-/// Number of groups of [`WIDE`] among [`SIDE`].
-pub(super) const GROUPS: usize = SIDE / WIDE;
+/// Number of groups of [`LANES`] among [`SIDE`].
+pub(super) const GROUPS: usize = SIDE / LANES;
 
 /// The points, or the lights, of a tile.
 pub(super) struct EndGroups {
     /// Indices: group, axis, lane. Unused lanes repeat a used point of the group.
-    pub(super) p: [[[f32; WIDE]; 3]; GROUPS],
+    pub(super) p: [[[f32; LANES]; 3]; GROUPS],
     /// Bounding box of the used points of each group.
     pub(super) bounds: [Aabb; GROUPS],
     /// Bounding box of all used points.
@@ -26,20 +25,20 @@ impl EndGroups {
     pub(super) fn new(points: &[Vec3], used: u64) -> Self {
         let any = points[used.trailing_zeros() as usize % SIDE];
         let mut ends = EndGroups {
-            p: [[[0.0; WIDE]; 3]; GROUPS],
+            p: [[[0.0; LANES]; 3]; GROUPS],
             bounds: [Aabb::EMPTY; GROUPS],
             all: Aabb::EMPTY,
         };
         for group in 0..GROUPS {
-            let used = used >> (WIDE * group) & 0xffff;
-            let members = &points[(WIDE * group).min(points.len())..];
+            let used = used >> (LANES * group) & 0xffff;
+            let members = &points[(LANES * group).min(points.len())..];
             let some = if used == 0 {
                 any
             } else {
-                members[used.trailing_zeros() as usize % WIDE]
+                members[used.trailing_zeros() as usize % LANES]
             };
             let (mut min, mut max) = (Vec3A::from(some), Vec3A::from(some));
-            for lane in 0..WIDE {
+            for lane in 0..LANES {
                 let member = members.get(lane).filter(|_| used >> lane & 1 == 1);
                 let p = member.copied().unwrap_or(some);
                 (min, max) = (min.min(p.into()), max.max(p.into()));
@@ -62,9 +61,9 @@ impl EndGroups {
     }
 
     #[inline(always)]
-    pub(super) fn move_by<W: Floats<16>>(&mut self, w: W, by: Vec3) {
+    pub(super) fn move_by<S: Sixteen>(&mut self, s: S, by: Vec3) {
         for group in &mut self.p {
-            *group = store3(w, add3(w, load3(w, group), splat3(w, by)));
+            *group = (Vector::load(s, group) + Vector::splat(s, by)).store();
         }
     }
 }
@@ -76,12 +75,16 @@ pub(super) struct Boxes<const N: usize> {
 }
 
 /// The boxes of the groups `group(lane)`, relative to `origin`.
-pub(super) fn boxes(ends: &EndGroups, origin: Vec3, group: impl Fn(usize) -> usize) -> Boxes<WIDE> {
+pub(super) fn boxes(
+    ends: &EndGroups,
+    origin: Vec3,
+    group: impl Fn(usize) -> usize,
+) -> Boxes<LANES> {
     let mut boxes = Boxes {
-        middle: [[0.0; WIDE]; 3],
-        half: [[0.0; WIDE]; 3],
+        middle: [[0.0; LANES]; 3],
+        half: [[0.0; LANES]; 3],
     };
-    for lane in 0..WIDE {
+    for lane in 0..LANES {
         let (middle, half) = middle_and_half(&ends.bounds[group(lane)]);
         let middle = middle - origin;
         for axis in 0..3 {

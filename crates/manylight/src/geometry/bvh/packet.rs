@@ -7,20 +7,20 @@ use super::build::MAX_DEPTH;
 use super::edge_volumes::{EdgeVolumes, SegmentDirections};
 use super::node::{LEAF, WideNode};
 use super::shaft::{Shaft, middle_and_half};
-use super::traverse::{self, BoxRay, FAR_MARGIN};
+use super::traverse::{self, BoxRay, FAR_MARGIN, slab_reciprocals};
 use super::triangle_block::{TreeParts, TriangleBlock};
 use super::watertight::AnyTriangle;
-use crate::lanes::vectors::{broadcast3, load3, splat3, store3, sub3};
+use crate::lanes::{Float, LANES, Mask, Sixteen, Vector, lane};
 use crate::math::{Aabb, Vec3};
-use crate::simd::{Floats, NARROW, Simd, WIDE, Wide};
+use crate::simd::{NARROW, Simd};
 use glam::BVec3;
 
 /// Largest number of rays in a packet.
 pub(super) const RAYS: usize = 64;
-/// Number of groups of [`WIDE`] rays.
-const GROUPS: usize = RAYS / WIDE;
+/// Number of groups of [`LANES`] rays.
+const GROUPS: usize = RAYS / LANES;
 /// Mask of all rays of a group.
-const ALL: u64 = (1 << WIDE) - 1;
+const ALL: u64 = (1 << LANES) - 1;
 
 /// Largest number of rays that are traced singly: for few rays, testing eight boxes per ray costs less than sixteen rays per box.
 const FEW: u32 = 4;
@@ -34,16 +34,16 @@ pub(super) const EMPTY_STACK: PacketStack = [(0, 0); (NARROW - 1) * MAX_DEPTH + 
 pub(super) struct Targets<'a> {
     points: &'a [Vec3],
     /// Indices: group, axis, lane. Unused lanes are zero.
-    lanes: [[[f32; WIDE]; 3]; GROUPS],
+    lanes: [[[f32; LANES]; 3]; GROUPS],
 }
 
 impl<'a> Targets<'a> {
     #[inline(always)]
     pub(super) fn new(points: &'a [Vec3]) -> Self {
-        let mut lanes = [[[0.0; WIDE]; 3]; GROUPS];
+        let mut lanes = [[[0.0; LANES]; 3]; GROUPS];
         for (i, p) in points.iter().enumerate() {
-            let [x, y, z] = &mut lanes[i / WIDE];
-            (x[i % WIDE], y[i % WIDE], z[i % WIDE]) = (p.x, p.y, p.z);
+            let [x, y, z] = &mut lanes[i / LANES];
+            (x[i % LANES], y[i % LANES], z[i % LANES]) = (p.x, p.y, p.z);
         }
         Targets { points, lanes }
     }
@@ -56,11 +56,11 @@ pub(super) struct Packet<'a> {
     from: Vec3,
     to: &'a [Vec3],
     /// Directions. Indices: group, axis, lane. Lanes without a ray are arbitrary, groups without one zero.
-    d: [[[f32; WIDE]; 3]; GROUPS],
+    d: [[[f32; LANES]; 3]; GROUPS],
     /// Reciprocals of `d`, for slab tests.
-    reciprocal: [[[f32; WIDE]; 3]; GROUPS],
+    reciprocal: [[[f32; LANES]; 3]; GROUPS],
     /// Magnitude of the largest component of `d`.
-    size: [[f32; WIDE]; GROUPS],
+    size: [[f32; LANES]; GROUPS],
     /// Largest `size` of any ray.
     largest: f32,
     /// The axes along which all directions are negative.
@@ -87,35 +87,31 @@ impl<'a> Packet<'a> {
         rays: u64,
     ) -> Self {
         let w = s.wide();
-        let mut d = [[[0.0; WIDE]; 3]; GROUPS];
-        let mut reciprocal = [[[0.0; WIDE]; 3]; GROUPS];
-        let mut size = [[0.0; WIDE]; GROUPS];
-        let origin = splat3(w, from);
-        let nowhere = w.splat(f32::INFINITY);
+        let mut d = [[[0.0; LANES]; 3]; GROUPS];
+        let mut reciprocal = [[[0.0; LANES]; 3]; GROUPS];
+        let mut size = [[0.0; LANES]; GROUPS];
+        let origin = Vector::splat(w, from);
+        let nowhere = Vector::splat(w, Vec3::INFINITY);
         // Minima of the targets, and of their negatives.
-        let (mut lower, mut upper) = ([nowhere; 3], [nowhere; 3]);
+        let (mut lower, mut upper) = (nowhere, nowhere);
         for group in 0..GROUPS {
-            let members = (rays >> (group * WIDE) & ALL) as u32;
+            let members = (rays >> (group * LANES) & ALL) as u32;
             if members == 0 {
                 continue;
             }
-            let members = w.lanes(members);
-            let target = load3(w, &targets.lanes[group]);
-            for axis in 0..3 {
-                let p = target[axis];
-                let negative = w.sub(w.splat(0.0), p);
-                lower[axis] = w.min(lower[axis], w.select(members, p, nowhere));
-                upper[axis] = w.min(upper[axis], w.select(members, negative, nowhere));
-            }
-            let [x, y, z] = sub3(w, target, origin);
-            d[group] = store3(w, [x, y, z]);
-            let largest = w.max(w.max(w.abs(x), w.abs(y)), w.abs(z));
-            reciprocal[group] = store3(w, inverse3(w, [x, y, z], largest));
-            size[group] = w.store(largest);
+            let members = Mask::from_bits(w, members);
+            let target = Vector::load(w, &targets.lanes[group]);
+            let negative = Vector::splat(w, Vec3::ZERO) - target;
+            lower = lower.min(Vector::select(members, target, nowhere));
+            upper = upper.min(Vector::select(members, negative, nowhere));
+            let to_target = target - origin;
+            d[group] = to_target.store();
+            reciprocal[group] = slab_reciprocals(to_target).store();
+            size[group] = to_target.abs().max_component().store();
         }
         let bounds = Aabb {
-            min: lowest3(w, lower),
-            max: -lowest3(w, upper),
+            min: lowest(lower),
+            max: -lowest(upper),
         };
         let (middle, half) = middle_and_half(&bounds);
         let farthest = (bounds.min - from).abs().max((bounds.max - from).abs());
@@ -176,8 +172,8 @@ impl<'a> Packet<'a> {
             let ray = rays.trailing_zeros() as usize;
             rays &= rays - 1;
             let d = self.to[ray] - self.from;
-            let [x, y, z] = &self.reciprocal[ray / WIDE];
-            let lane = ray % WIDE;
+            let [x, y, z] = &self.reciprocal[ray / LANES];
+            let lane = ray % LANES;
             let scale = Vec3::new(x[lane], y[lane], z[lane]);
             let leaves = AnyTriangle::new(self.blocks, self.from, d);
             let slabs = BoxRay::new(self.from, scale);
@@ -193,28 +189,25 @@ impl<'a> Packet<'a> {
         let w = s.wide();
         // Near and far planes, for axes along which all directions have the same sign.
         let (lower, upper) = (bounds.min - self.from, bounds.max - self.from);
-        let first = splat3(w, Vec3::select(self.falling, upper, lower));
-        let last = splat3(w, Vec3::select(self.falling, lower, upper));
+        let first = Vector::splat(w, Vec3::select(self.falling, upper, lower)).to_array();
+        let last = Vector::splat(w, Vec3::select(self.falling, lower, upper)).to_array();
         let mut entering = 0;
         for group in 0..GROUPS {
-            if rays >> (group * WIDE) & ALL == 0 {
+            if rays >> (group * LANES) & ALL == 0 {
                 continue;
             }
-            let (mut near, mut far) = (w.splat(0.0), w.splat(1.0));
+            let (mut near, mut far) = (Float::splat(w, 0.0), Float::splat(w, 1.0));
             for axis in 0..3 {
-                let reciprocal = w.load(&self.reciprocal[group][axis]);
-                let (mut t0, mut t1) = (
-                    w.mul(first[axis], reciprocal),
-                    w.mul(last[axis], reciprocal),
-                );
+                let reciprocal = Float::load(w, &self.reciprocal[group][axis]);
+                let (mut t0, mut t1) = (first[axis] * reciprocal, last[axis] * reciprocal);
                 if self.mixed[axis] {
-                    (t0, t1) = (w.min(t0, t1), w.max(t0, t1));
+                    (t0, t1) = (t0.min(t1), t0.max(t1));
                 }
-                near = w.max(near, t0);
-                far = w.min(far, t1);
+                near = near.max(t0);
+                far = far.min(t1);
             }
-            let hit = w.le(near, w.mul(far, w.splat(FAR_MARGIN)));
-            entering |= u64::from(w.bits(hit)) << (group * WIDE);
+            let hit = near.le(far * FAR_MARGIN);
+            entering |= u64::from(hit.bits()) << (group * LANES);
         }
         entering & rays
     }
@@ -223,75 +216,60 @@ impl<'a> Packet<'a> {
     #[inline(always)]
     fn test_leaf<S: Simd>(&mut self, s: S, leaf: usize, mut rays: u64) {
         let tested = rays;
-        let volumes = EdgeVolumes::new(s, &self.blocks[leaf], splat3(s, self.from));
-        let (middle, half) = (splat3(s, self.middle), splat3(s, self.half));
-        let mut triangles = volumes.within(s, middle, half, s.splat(self.largest));
+        let volumes = EdgeVolumes::new(s, &self.blocks[leaf], Vector::splat(s, self.from));
+        let (middle, half) = (Vector::splat(s, self.middle), Vector::splat(s, self.half));
+        let mut triangles = volumes.within(middle, half, self.largest);
         if triangles == 0 {
             return;
         }
         let edges = [
-            store3(s, volumes.edges[0]),
-            store3(s, volumes.edges[1]),
-            store3(s, volumes.edges[2]),
+            volumes.edges[0].store(),
+            volumes.edges[1].store(),
+            volumes.edges[2].store(),
         ];
-        let (normal, tolerances) = (store3(s, volumes.normal), store3(s, volumes.tolerances));
-        let height = s.store(volumes.height);
+        let tolerances = [
+            volumes.tolerances[0].store(),
+            volumes.tolerances[1].store(),
+            volumes.tolerances[2].store(),
+        ];
+        let (normal, height) = (volumes.normal.store(), volumes.height.store());
         let w = s.wide();
         while triangles != 0 && rays != 0 {
-            let lane = triangles.trailing_zeros() as usize % NARROW;
+            let place = triangles.trailing_zeros() as usize % NARROW;
             triangles &= triangles - 1;
             let triangle = EdgeVolumes {
                 edges: [
-                    broadcast3(w, &edges[0], lane),
-                    broadcast3(w, &edges[1], lane),
-                    broadcast3(w, &edges[2], lane),
+                    Vector::splat(w, lane(&edges[0], place).into()),
+                    Vector::splat(w, lane(&edges[1], place).into()),
+                    Vector::splat(w, lane(&edges[2], place).into()),
                 ],
-                tolerances: broadcast3(w, &tolerances, lane),
-                normal: broadcast3(w, &normal, lane),
-                height: w.splat(height[lane]),
+                tolerances: [
+                    Float::splat(w, tolerances[0][place]),
+                    Float::splat(w, tolerances[1][place]),
+                    Float::splat(w, tolerances[2][place]),
+                ],
+                normal: Vector::splat(w, lane(&normal, place).into()),
+                height: Float::splat(w, height[place]),
             };
             for group in 0..GROUPS {
-                if rays >> (group * WIDE) & ALL == 0 {
+                if rays >> (group * LANES) & ALL == 0 {
                     continue;
                 }
                 let segments = SegmentDirections {
-                    d: load3(w, &self.d[group]),
-                    size: w.load(&self.size[group]),
+                    d: Vector::load(w, &self.d[group]),
+                    size: Float::load(w, &self.size[group]),
                 };
-                let hit = u64::from(w.bits(triangle.hit_by(w, &segments)));
-                rays &= !(hit << (group * WIDE));
+                let hit = u64::from(triangle.hit_by(&segments).bits());
+                rays &= !(hit << (group * LANES));
             }
         }
         self.open &= rays | !tested;
     }
 }
 
-/// The lowest lane of each coordinate.
+/// The lowest lane of each component.
 #[inline(always)]
-fn lowest3<W: Wide>(w: W, v: [W::F; 3]) -> Vec3 {
-    Vec3::new(lowest(w, v[0]), lowest(w, v[1]), lowest(w, v[2]))
-}
-
-#[inline(always)]
-fn lowest<W: Wide>(w: W, x: W::F) -> f32 {
-    let lane = w.lowest(ALL as u32, x) as usize;
-    w.store(x)[lane % WIDE]
-}
-
-/// [`inverse`] of each component.
-#[inline(always)]
-fn inverse3<W: Wide>(w: W, [x, y, z]: [W::F; 3], largest: W::F) -> [W::F; 3] {
-    [
-        inverse(w, x, largest),
-        inverse(w, y, largest),
-        inverse(w, z, largest),
-    ]
-}
-
-/// `1 / x`. As in [`traverse::slab_reciprocal`], components far below the rounding of the `largest` count as a tiny value of their sign.
-#[inline(always)]
-fn inverse<W: Wide>(w: W, x: W::F, largest: W::F) -> W::F {
-    let negligible = w.mul(largest, w.splat(traverse::NEGLIGIBLE));
-    let tiny = w.max(negligible, w.splat(f32::MIN_POSITIVE));
-    w.div(w.splat(1.0), w.mul_sign(w.max(w.abs(x), tiny), x))
+fn lowest<S: Sixteen>(v: Vector<S>) -> Vec3 {
+    let lowest = |x: Float<S>| x.store()[x.lowest(ALL as u32) % LANES];
+    Vec3::new(lowest(v.x), lowest(v.y), lowest(v.z))
 }

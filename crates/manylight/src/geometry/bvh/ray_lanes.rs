@@ -5,12 +5,12 @@
 
 use super::beam::Beam;
 use super::node::WideNode;
-use super::traverse::{self, BoxRay, FAR_MARGIN, ORIGIN_MARGIN};
+use super::traverse::{self, BoxRay, FAR_MARGIN, ORIGIN_MARGIN, slab_reciprocals};
 use super::triangle_block::TriangleBlock;
 use super::watertight::{Crossing, Sheared, Sides, axes_before, main_axis, shear_corner};
-use crate::lanes::Lanes3;
+use crate::lanes::{Float, LANES, Lanes3, Pair, Sixteen, Vector};
 use crate::math::Vec3;
-use crate::simd::{NARROW, WIDE, Wide};
+use crate::simd::NARROW;
 
 /// Number of classes of directions.
 pub(super) const CLASSES: usize = 24;
@@ -24,10 +24,20 @@ pub(super) fn class(d: Vec3) -> usize {
 /// One value per lane, aligned for loads of whole vectors.
 #[derive(Clone, Copy)]
 #[repr(align(64))]
-pub(super) struct AlignedLanes(pub(super) [f32; WIDE]);
+pub(super) struct AlignedLanes(pub(super) [f32; LANES]);
 
 impl AlignedLanes {
-    pub(super) const ZERO: Self = AlignedLanes([0.0; WIDE]);
+    pub(super) const ZERO: Self = AlignedLanes([0.0; LANES]);
+
+    #[inline(always)]
+    pub(super) fn load<S: Sixteen>(&self, s: S) -> Float<S> {
+        Float::load(s, &self.0)
+    }
+
+    #[inline(always)]
+    pub(super) fn of<S: Sixteen>(x: Float<S>) -> Self {
+        AlignedLanes(x.store())
+    }
 }
 
 /// Sixteen rays of one class.
@@ -50,26 +60,11 @@ pub(super) struct RayLanes {
 impl RayLanes {
     /// The rays with origins `o` and directions `d`, all of `class`. Unused lanes repeat a used one.
     #[inline(always)]
-    pub(super) fn new<W: Wide>(w: W, class: usize, o: &Lanes3, d: &Lanes3) -> Self {
+    pub(super) fn new<S: Sixteen>(s: S, class: usize, o: &Lanes3, d: &Lanes3) -> Self {
         let octant = class / 3;
         let axes = axes_before(class % 3);
-        let one = w.splat(1.0);
-        let (origin, direction) = (o.load(w), d.load(w));
-        let largest = w.max(
-            w.max(w.abs(direction[0]), w.abs(direction[1])),
-            w.abs(direction[2]),
-        );
-        let tiny = w.max(
-            w.mul(largest, w.splat(traverse::NEGLIGIBLE)),
-            w.splat(f32::MIN_POSITIVE),
-        );
-        let store = |x: W::F| AlignedLanes(w.store(x));
-        let mut scale = Lanes3::ZERO;
-        for (scale, &direction) in scale.0.iter_mut().zip(&direction) {
-            // As in `traverse::slab_reciprocal`.
-            let size = w.max(w.abs(direction), tiny);
-            *scale = w.store(w.div(one, w.mul_sign(size, direction)));
-        }
+        let direction = Vector::load(s, &d.0);
+        let scale = Lanes3(slab_reciprocals(direction).store());
         let mut lanes = RayLanes {
             beam: Beam::new(octant, o, &scale),
             octant,
@@ -82,22 +77,21 @@ impl RayLanes {
             shear: [AlignedLanes::ZERO; 2],
             reciprocal: AlignedLanes::ZERO,
         };
-        for (axis, &origin) in origin.iter().enumerate() {
+        for axis in 0..3 {
             // As in `BoxRay::new`.
-            let scale = w.load(&lanes.near_scale.0[axis]);
-            let shift = w.mul(origin, scale);
-            let margin = w.mul(w.abs(shift), w.splat(ORIGIN_MARGIN));
-            lanes.near_shift.0[axis] = w.store(w.add(shift, margin));
-            let far_margin = w.splat(FAR_MARGIN);
-            lanes.far_scale.0[axis] = w.store(w.mul(scale, far_margin));
-            lanes.far_shift.0[axis] = w.store(w.mul(w.sub(shift, margin), far_margin));
+            let scale = Float::load(s, &scale.0[axis]);
+            let shift = Float::load(s, &o.0[axis]) * scale;
+            let margin = shift.abs() * ORIGIN_MARGIN;
+            lanes.near_shift.0[axis] = (shift + margin).store();
+            lanes.far_scale.0[axis] = (scale * FAR_MARGIN).store();
+            lanes.far_shift.0[axis] = ((shift - margin) * FAR_MARGIN).store();
         }
         // As in `Sheared::new`.
-        let reciprocal = w.div(one, direction[axes[2]]);
-        lanes.reciprocal = store(reciprocal);
+        let direction = direction.to_array();
+        let reciprocal = 1.0 / direction[axes[2]];
+        lanes.reciprocal = AlignedLanes::of(reciprocal);
         for i in 0..2 {
-            let reversed = w.mul_sign(direction[axes[i]], w.splat(-1.0));
-            lanes.shear[i] = store(w.mul(reversed, reciprocal));
+            lanes.shear[i] = AlignedLanes::of(-direction[axes[i]] * reciprocal);
         }
         lanes
     }
@@ -110,68 +104,64 @@ impl RayLanes {
 
     /// Ray parameters of entry into child `lane` of the node, and the lanes that enter it before `reach`.
     #[inline(always)]
-    pub(super) fn enter<W: Wide>(
+    pub(super) fn enter<S: Sixteen>(
         &self,
-        w: W,
         node: &WideNode,
         lane: usize,
-        reach: W::F,
-    ) -> (W::F, u32) {
+        reach: Float<S>,
+    ) -> (Float<S>, u32) {
+        let s = reach.width();
         // As in `BoxRay::cut`.
-        let plane = |axis: usize, is_upper: usize| w.splat(node.bounds[axis + 3 * is_upper][lane]);
+        let plane =
+            |axis: usize, is_upper: usize| Float::splat(s, node.bounds[axis + 3 * is_upper][lane]);
         let near = |axis: usize| {
-            w.mul_sub(
-                plane(axis, self.octant >> axis & 1),
-                w.load(&self.near_scale.0[axis]),
-                w.load(&self.near_shift.0[axis]),
+            plane(axis, self.octant >> axis & 1).mul_sub(
+                Float::load(s, &self.near_scale.0[axis]),
+                Float::load(s, &self.near_shift.0[axis]),
             )
         };
         let far = |axis: usize| {
-            w.mul_sub(
-                plane(axis, !self.octant >> axis & 1),
-                w.load(&self.far_scale.0[axis]),
-                w.load(&self.far_shift.0[axis]),
+            plane(axis, !self.octant >> axis & 1).mul_sub(
+                Float::load(s, &self.far_scale.0[axis]),
+                Float::load(s, &self.far_shift.0[axis]),
             )
         };
-        let enter = w.max(w.max(near(0), near(1)), w.max(near(2), w.splat(0.0)));
-        let leave = w.min(w.min(far(0), far(1)), w.min(far(2), reach));
-        (enter, w.bits(w.le(enter, leave)))
+        let enter = near(0).max(near(1)).max(near(2).max(0.0));
+        let leave = far(0).min(far(1)).min(far(2).min(reach));
+        (enter, enter.le(leave).bits())
     }
 
     /// The test of triangle `place` of a block; `None` if it has none of `rays` inside.
     #[inline(always)]
-    pub(super) fn cross<W: Wide>(
+    pub(super) fn cross<S: Sixteen>(
         &self,
-        w: W,
         block: &TriangleBlock,
         place: usize,
         rays: u32,
-        limit: W::F,
-    ) -> Option<Crossing<WIDE, W>> {
-        let o = self.o.load(w);
-        let shear = [w.load(&self.shear[0].0), w.load(&self.shear[1].0)];
-        let corners = [
-            shear_corner(w, self.point(w, &block.corners[0], place), o, shear),
-            shear_corner(w, self.point(w, &block.corners[1], place), o, shear),
-            shear_corner(w, self.point(w, &block.corners[2], place), o, shear),
-        ];
-        let sides = Sides::new(w, corners);
+        limit: Float<S>,
+    ) -> Option<Crossing<S>> {
+        let s = limit.width();
+        let o = Vector::load(s, &self.o.0);
+        let shear = Pair::new(self.shear[0].load(s), self.shear[1].load(s));
+        let sides = Sides::new([
+            shear_corner(self.point(s, &block.corners[0], place), o, shear),
+            shear_corner(self.point(s, &block.corners[1], place), o, shear),
+            shear_corner(self.point(s, &block.corners[2], place), o, shear),
+        ]);
         // Not a closure, which would not be inlined.
-        if w.bits(sides.inside) & rays == 0 {
+        if sides.inside.bits() & rays == 0 {
             None
         } else {
-            Some(sides.crossing(w, w.load(&self.reciprocal.0), limit))
+            Some(sides.crossing(self.reciprocal.load(s), limit))
         }
     }
 
     /// A corner of triangle `place` in all lanes, with permuted axes.
     #[inline(always)]
-    fn point<W: Wide>(&self, w: W, corner: &[[f32; NARROW]; 3], place: usize) -> [W::F; 3] {
-        [
-            w.splat(corner[self.axes[0]][place]),
-            w.splat(corner[self.axes[1]][place]),
-            w.splat(corner[self.axes[2]][place]),
-        ]
+    fn point<S: Sixteen>(&self, s: S, corner: &[[f32; NARROW]; 3], place: usize) -> Vector<S> {
+        let [x, y, z] = self.axes;
+        let at = Vec3::new(corner[x][place], corner[y][place], corner[z][place]);
+        Vector::splat(s, at)
     }
 
     /// The ray of one lane.

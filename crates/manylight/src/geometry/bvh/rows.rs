@@ -9,13 +9,13 @@
 //! One bit per point and light tells on which side of the triangle's plane it lies. Tolerances are those of
 //! [`EdgeVolumes`](super::edge_volumes::EdgeVolumes).
 
-use super::edge_volumes::ROUNDINGS;
+use super::edge_volumes::{ROUNDINGS, sum_of_sizes};
 use super::end_groups::{Boxes, EndGroups, GROUPS, SIDE, boxes};
 use super::shaft::middle_and_half;
-use super::tile_triangle::{EdgePlanes, LeafTriangles, Triangle, sum_of_sizes};
-use crate::lanes::vectors::{abs3, broadcast3, cross, dot, dot_add, load3, splat3, sub3};
+use super::tile_triangle::{EdgePlanes, LeafTriangles, Triangle};
+use crate::lanes::{Float, LANES, Sixteen, Vector, lane};
 use crate::math::{Aabb, Vec3};
-use crate::simd::{Floats, Simd, WIDE};
+use crate::simd::Simd;
 
 /// Number of shafts: pairs of a group of points and a group of lights.
 const SHAFTS: usize = GROUPS * GROUPS;
@@ -28,12 +28,12 @@ pub(super) struct Rows {
     /// Center and half extents of the box of all points, and of all lights.
     all: [(Vec3, Vec3); 2],
     /// Boxes of the points, and of the lights, of each shaft.
-    point_boxes: Boxes<WIDE>,
-    light_boxes: Boxes<WIDE>,
+    point_boxes: Boxes<LANES>,
+    light_boxes: Boxes<LANES>,
     /// Upper bound of the components of all segments.
     size: f32,
     /// Mask of the open lights, by shaft and point.
-    open: [[u16; WIDE]; SHAFTS],
+    open: [[u16; LANES]; SHAFTS],
     /// By shaft, the points with a mask that is not zero.
     open_rows: [u32; SHAFTS],
     /// The shafts with open segments.
@@ -50,15 +50,15 @@ impl Rows {
     ) -> Self {
         let both = points.all.union(lights.all);
         let origin = both.center();
-        let mut open = [[0; WIDE]; SHAFTS];
+        let mut open = [[0; LANES]; SHAFTS];
         let mut open_rows = [0; SHAFTS];
         let mut active = 0;
         for (i, &mask) in wanted.iter().enumerate() {
             for j in 0..GROUPS {
-                let shaft = GROUPS * (i / WIDE) + j;
-                let row = (mask >> (WIDE * j)) as u16;
-                open[shaft][i % WIDE] = row;
-                open_rows[shaft] |= u32::from(row != 0) << (i % WIDE);
+                let shaft = GROUPS * (i / LANES) + j;
+                let row = (mask >> (LANES * j)) as u16;
+                open[shaft][i % LANES] = row;
+                open_rows[shaft] |= u32::from(row != 0) << (i % LANES);
                 active |= u32::from(row != 0) << shaft;
             }
         }
@@ -89,44 +89,37 @@ impl Rows {
     /// The triangles with a plane that may separate some point from some light; conservative.
     #[inline(always)]
     pub(super) fn crossed<S: Simd>(&self, s: S, triangles: &LeafTriangles) -> u32 {
-        let n = load3(s, &triangles.normal);
-        let height = s.load(&triangles.height);
-        let zero = s.splat(0.0);
-        let size = abs3(s, n);
+        let n = Vector::load(s, &triangles.normal);
+        let height = Float::load(s, &triangles.height);
+        let size = n.abs();
         let [(p, p_half), (l, l_half)] = self.all;
-        let at_p = s.sub(dot(s, n, splat3(s, p)), height);
-        let at_l = s.sub(dot(s, n, splat3(s, l)), height);
-        let p_reach = dot(s, size, splat3(s, p_half));
-        let l_reach = dot(s, size, splat3(s, l_half));
-        let up = s.and(
-            s.lt(s.sub(at_p, p_reach), zero),
-            s.lt(zero, s.add(at_l, l_reach)),
-        );
-        let down = s.and(
-            s.lt(zero, s.add(at_p, p_reach)),
-            s.lt(s.sub(at_l, l_reach), zero),
-        );
-        s.bits(s.or(up, down))
+        let at_p = n.dot(Vector::splat(s, p)) - height;
+        let at_l = n.dot(Vector::splat(s, l)) - height;
+        let p_reach = size.dot(Vector::splat(s, p_half));
+        let l_reach = size.dot(Vector::splat(s, l_half));
+        let up = (at_p - p_reach).lt(0.0) & (at_l + l_reach).gt(0.0);
+        let down = (at_p + p_reach).gt(0.0) & (at_l - l_reach).lt(0.0);
+        (up | down).bits()
     }
 
     /// Closes the segments of `shafts` that the triangle in `lane` blocks.
     #[inline(always)]
-    pub(super) fn block<W: Floats<16>>(
+    pub(super) fn block<S: Sixteen>(
         &mut self,
-        w: W,
+        s: S,
         triangles: &LeafTriangles,
         lane: usize,
         shafts: u32,
     ) {
-        let triangle = Triangle::new(w, triangles, lane);
-        let (mut partly, wholly) = self.classify(w, &triangle);
+        let triangle = Triangle::new(s, triangles, lane);
+        let (mut partly, wholly) = self.classify(s, &triangle);
         partly &= shafts & !wholly;
         self.close(wholly & shafts);
         while partly != 0 {
             let group = partly.trailing_zeros() as usize / GROUPS;
             let with = partly >> (GROUPS * group) & 0xf;
             partly &= !(0xf << (GROUPS * group));
-            self.block_rows(w, &triangle, group, with);
+            self.block_rows(s, &triangle, group, with);
         }
     }
 
@@ -136,7 +129,7 @@ impl Rows {
         while left != 0 {
             let shaft = left.trailing_zeros() as usize % SHAFTS;
             left &= left - 1;
-            self.open[shaft] = [0; WIDE];
+            self.open[shaft] = [0; LANES];
             self.open_rows[shaft] = 0;
         }
         self.active &= !shafts;
@@ -144,85 +137,82 @@ impl Rows {
 
     /// The shafts that the triangle may block, and among them those that it blocks completely.
     #[inline(always)]
-    fn classify<W: Floats<16>>(&self, w: W, triangle: &Triangle<W>) -> (u32, u32) {
-        let zero = w.splat(0.0);
-        let p = load3(w, &self.point_boxes.middle);
-        let p_half = load3(w, &self.point_boxes.half);
-        let l = load3(w, &self.light_boxes.middle);
-        let l_half = load3(w, &self.light_boxes.half);
-        let size = abs3(w, triangle.normal);
-        let at_p = w.sub(dot(w, triangle.normal, p), triangle.height);
-        let at_l = w.sub(dot(w, triangle.normal, l), triangle.height);
-        let (p_reach, l_reach) = (dot(w, size, p_half), dot(w, size, l_half));
-        let (p_least, p_greatest) = (w.sub(at_p, p_reach), w.add(at_p, p_reach));
-        let (l_least, l_greatest) = (w.sub(at_l, l_reach), w.add(at_l, l_reach));
+    fn classify<S: Sixteen>(&self, s: S, triangle: &Triangle<S>) -> (u32, u32) {
+        let p = Vector::load(s, &self.point_boxes.middle);
+        let p_half = Vector::load(s, &self.point_boxes.half);
+        let l = Vector::load(s, &self.light_boxes.middle);
+        let l_half = Vector::load(s, &self.light_boxes.half);
+        let size = triangle.normal.abs();
+        let at_p = triangle.normal.dot(p) - triangle.height;
+        let at_l = triangle.normal.dot(l) - triangle.height;
+        let (p_reach, l_reach) = (size.dot(p_half), size.dot(l_half));
+        let (p_least, p_greatest) = (at_p - p_reach, at_p + p_reach);
+        let (l_least, l_greatest) = (at_l - l_reach, at_l + l_reach);
         // Upwards means along the normal.
-        let mut up = w.and(w.lt(p_least, zero), w.lt(zero, l_greatest));
-        let mut down = w.and(w.lt(zero, p_greatest), w.lt(l_least, zero));
-        let mut all_up = w.and(w.lt(p_greatest, zero), w.lt(zero, l_least));
-        let mut all_down = w.and(w.lt(zero, p_least), w.lt(l_greatest, zero));
-        let d = sub3(w, l, p);
-        let product = [
-            w.mul_add(p_half[1], l_half[2], w.mul(p_half[2], l_half[1])),
-            w.mul_add(p_half[2], l_half[0], w.mul(p_half[0], l_half[2])),
-            w.mul_add(p_half[0], l_half[1], w.mul(p_half[1], l_half[0])),
-        ];
-        for (e, m) in triangle.edges {
-            let (from, to) = (sub3(w, p, m), sub3(w, l, m));
-            let n = cross(w, e, from);
-            let value = dot(w, n, d);
-            let by_light = dot(w, abs3(w, n), l_half);
-            let by_point = dot_add(w, abs3(w, cross(w, to, e)), p_half, by_light);
-            let reach = dot_add(w, abs3(w, e), product, by_point);
-            let slack = w.mul(sum_of_sizes(w, n), w.splat(ROUNDINGS * self.size));
-            let reach = w.add(reach, slack);
-            let (least, greatest) = (w.sub(value, reach), w.add(value, reach));
-            up = w.and(up, w.le(zero, greatest));
-            down = w.and(down, w.le(least, zero));
-            all_up = w.and(all_up, w.le(zero, least));
-            all_down = w.and(all_down, w.le(greatest, zero));
+        let mut up = p_least.lt(0.0) & l_greatest.gt(0.0);
+        let mut down = p_greatest.gt(0.0) & l_least.lt(0.0);
+        let mut all_up = p_greatest.lt(0.0) & l_least.gt(0.0);
+        let mut all_down = p_least.gt(0.0) & l_greatest.lt(0.0);
+        let d = l - p;
+        let product = Vector::new(
+            p_half.y.mul_add(l_half.z, p_half.z * l_half.y),
+            p_half.z.mul_add(l_half.x, p_half.x * l_half.z),
+            p_half.x.mul_add(l_half.y, p_half.y * l_half.x),
+        );
+        for edge in triangle.edges {
+            let e = edge.direction;
+            let (from, to) = (p - edge.middle, l - edge.middle);
+            let n = e.cross(from);
+            let value = n.dot(d);
+            let by_light = n.abs().dot(l_half);
+            let by_point = to.cross(e).abs().dot_add(p_half, by_light);
+            let slack = sum_of_sizes(n) * (ROUNDINGS * self.size);
+            let reach = e.abs().dot_add(product, by_point) + slack;
+            let (least, greatest) = (value - reach, value + reach);
+            up = up & greatest.ge(0.0);
+            down = down & least.le(0.0);
+            all_up = all_up & least.ge(0.0);
+            all_down = all_down & greatest.le(0.0);
         }
-        (w.bits(w.or(up, down)), w.bits(w.or(all_up, all_down)))
+        ((up | down).bits(), (all_up | all_down).bits())
     }
 
     /// Closes the blocked segments between one group of points and the groups of lights in `with`.
     #[inline(always)]
-    fn block_rows<W: Floats<16>>(
+    fn block_rows<S: Sixteen>(
         &mut self,
-        w: W,
-        triangle: &Triangle<W>,
+        s: S,
+        triangle: &Triangle<S>,
         group: usize,
         mut with: u32,
     ) {
-        let p = load3(w, &self.points.p[group]);
-        let zero = w.splat(0.0);
-        let at_p = w.sub(dot(w, triangle.normal, p), triangle.height);
-        let (below, above) = (w.bits(w.lt(at_p, zero)), w.bits(w.lt(zero, at_p)));
+        let p = Vector::load(s, &self.points.p[group]);
+        let at_p = triangle.normal.dot(p) - triangle.height;
+        let (below, above) = (at_p.lt(0.0).bits(), at_p.gt(0.0).bits());
         // Oriented so that inside is positive in either direction of the segments.
-        let upwards = w.sub(zero, at_p);
+        let upwards = 0.0 - at_p;
         let planes = [
-            EdgePlanes::new(w, triangle.edges[0], p, upwards, self.size),
-            EdgePlanes::new(w, triangle.edges[1], p, upwards, self.size),
-            EdgePlanes::new(w, triangle.edges[2], p, upwards, self.size),
+            EdgePlanes::new(triangle.edges[0], p, upwards, self.size),
+            EdgePlanes::new(triangle.edges[1], p, upwards, self.size),
+            EdgePlanes::new(triangle.edges[2], p, upwards, self.size),
         ];
         while with != 0 {
             let other = with.trailing_zeros() as usize % GROUPS;
             with &= with - 1;
             let shaft = GROUPS * group + other;
-            let l = load3(w, &self.lights.p[other]);
-            let at_l = w.sub(dot(w, triangle.normal, l), triangle.height);
-            let lights_above = w.bits(w.lt(zero, at_l));
-            let lights_below = w.bits(w.lt(at_l, zero));
+            let l = Vector::load(s, &self.lights.p[other]);
+            let at_l = triangle.normal.dot(l) - triangle.height;
+            let (lights_below, lights_above) = (at_l.lt(0.0).bits(), at_l.gt(0.0).bits());
             let rows_up = if lights_above == 0 { 0 } else { below };
             let rows_down = if lights_below == 0 { 0 } else { above };
             let mut rows = (rows_up | rows_down) & self.open_rows[shaft];
             if rows == 0 {
                 continue;
             }
-            let (possible, certain) = self.rows_inside(w, &planes, shaft);
+            let (possible, certain) = self.rows_inside(s, &planes, shaft);
             rows &= possible;
             while rows != 0 {
-                let row = rows.trailing_zeros() as usize % WIDE;
+                let row = rows.trailing_zeros() as usize % LANES;
                 rows &= rows - 1;
                 let side = if below >> row & 1 == 1 {
                     lights_above
@@ -235,9 +225,9 @@ impl Rows {
                 } else if u32::from(*open) & side == 0 {
                     continue;
                 } else {
-                    side & planes[0].inside(w, row, l)
-                        & planes[1].inside(w, row, l)
-                        & planes[2].inside(w, row, l)
+                    side & planes[0].inside(row, l)
+                        & planes[1].inside(row, l)
+                        & planes[2].inside(row, l)
                 };
                 *open &= !(blocked as u16);
                 self.open_rows[shaft] &= !(u32::from(*open == 0) << row);
@@ -248,22 +238,16 @@ impl Rows {
 
     /// The rows in which some light may be inside of all edges, and those in which all lights are.
     #[inline(always)]
-    fn rows_inside<W: Floats<16>>(
-        &self,
-        w: W,
-        planes: &[EdgePlanes; 3],
-        shaft: usize,
-    ) -> (u32, u32) {
-        let middle = broadcast3(w, &self.light_boxes.middle, shaft);
-        let half = broadcast3(w, &self.light_boxes.half, shaft);
-        let zero = w.splat(0.0);
+    fn rows_inside<S: Sixteen>(&self, s: S, planes: &[EdgePlanes; 3], shaft: usize) -> (u32, u32) {
+        let middle = Vector::splat(s, lane(&self.light_boxes.middle, shaft).into());
+        let half = Vector::splat(s, lane(&self.light_boxes.half, shaft).into());
         let (mut possible, mut certain) = (0xffff, 0xffff);
         for plane in planes {
-            let n = load3(w, &plane.normal);
-            let value = dot_add(w, n, middle, w.load(&plane.offset));
-            let reach = dot(w, abs3(w, n), half);
-            possible &= w.bits(w.le(zero, w.add(value, reach)));
-            certain &= w.bits(w.le(zero, w.sub(value, reach)));
+            let n = Vector::load(s, &plane.normal);
+            let value = n.dot_add(middle, Float::load(s, &plane.offset));
+            let reach = n.abs().dot(half);
+            possible &= (value + reach).ge(0.0).bits();
+            certain &= (value - reach).ge(0.0).bits();
         }
         (possible, certain)
     }
@@ -271,7 +255,7 @@ impl Rows {
     /// For each point the mask of its open lights.
     pub(super) fn open_by_point(&self) -> [u64; SIDE] {
         std::array::from_fn(|i| {
-            let row = |j: usize| u64::from(self.open[GROUPS * (i / WIDE) + j][i % WIDE]);
+            let row = |j: usize| u64::from(self.open[GROUPS * (i / LANES) + j][i % LANES]);
             row(0) | row(1) << 16 | row(2) << 32 | row(3) << 48
         })
     }

@@ -4,8 +4,9 @@
 //! overlaps that box along each axis. Each of the six conditions bounds `t` on one side. This is the slab test of a ray with two
 //! lines per axis in place of one. Own derivation; exact for boxes.
 
+use crate::lanes::{Float, LANES, Sixteen};
 use crate::math::{Aabb, Vec3};
-use crate::simd::{Floats, NARROW, Simd, WIDE};
+use crate::simd::{NARROW, Simd};
 
 /// Smallest difference between two planes, relative to the largest coordinate. Far below rounding; keeps reciprocals finite.
 const NEGLIGIBLE: f32 = 1e-10;
@@ -61,21 +62,21 @@ impl Shaft {
 
     /// For each box the bounds on `t` within [0, 1], and the boxes that meet the shaft, as bits. Unused lanes of a node never do.
     #[inline(always)]
-    pub(super) fn cut<S: Simd>(&self, s: S, bounds: &[[f32; NARROW]; 6]) -> (S::F, S::F, u32) {
-        let (mut near, mut far) = (s.splat(0.0), s.splat(1.0));
+    pub(super) fn cut<S: Simd>(
+        &self,
+        s: S,
+        bounds: &[[f32; NARROW]; 6],
+    ) -> (Float<S>, Float<S>, u32) {
+        let (mut near, mut far) = (Float::splat(s, 0.0), Float::splat(s, 1.0));
         for (plane, bounds) in bounds.iter().enumerate() {
-            let t = s.mul_sub(
-                s.load(bounds),
-                s.splat(self.scale[plane]),
-                s.splat(self.shift[plane]),
-            );
+            let t = Float::load(s, bounds).mul_sub(self.scale[plane], self.shift[plane]);
             if self.is_near[plane] {
-                near = s.max(t, near);
+                near = t.max(near);
             } else {
-                far = s.min(t, far);
+                far = t.min(far);
             }
         }
-        let met = s.bits(s.le(near, s.add(far, s.splat(SLACK))));
+        let met = near.le(far + SLACK).bits();
         (near, far, met)
     }
 }
@@ -88,29 +89,28 @@ fn negligible(a: Aabb, b: Aabb) -> f32 {
 
 /// Sixteen shafts, tested against one box at once.
 pub(super) struct Shafts {
-    scale: [[f32; WIDE]; 6],
+    scale: [[f32; LANES]; 6],
     /// Shift of lower bounds; infinite for upper bounds, which then have no effect.
-    near_shift: [[f32; WIDE]; 6],
+    near_shift: [[f32; LANES]; 6],
     /// Shift of upper bounds; infinite for lower bounds.
-    far_shift: [[f32; WIDE]; 6],
+    far_shift: [[f32; LANES]; 6],
 }
 
 impl Shafts {
     /// The shaft between `a[i]` and `b[j]` is in lane `4 i + j`. `all` are the bounds of all `a`, and of all `b`.
     #[inline(always)]
-    pub(super) fn new<S: Simd>(s: S, a: &[Aabb; 4], b: &[Aabb; 4], all: (Aabb, Aabb)) -> Self {
-        let w = s.wide();
-        let tiny = w.splat(negligible(all.0, all.1));
+    pub(super) fn new<S: Sixteen>(s: S, a: &[Aabb; 4], b: &[Aabb; 4], all: (Aabb, Aabb)) -> Self {
+        let tiny = negligible(all.0, all.1);
         let mut shafts = Shafts {
-            scale: [[0.0; WIDE]; 6],
-            near_shift: [[f32::INFINITY; WIDE]; 6],
-            far_shift: [[f32::NEG_INFINITY; WIDE]; 6],
+            scale: [[0.0; LANES]; 6],
+            near_shift: [[f32::INFINITY; LANES]; 6],
+            far_shift: [[f32::NEG_INFINITY; LANES]; 6],
         };
         for plane in 0..6 {
             let axis = plane % 3;
             let near_if_rising = plane < 3;
-            let (mut from, mut to) = ([0.0; WIDE], [0.0; WIDE]);
-            for lane in 0..WIDE {
+            let (mut from, mut to) = ([0.0; LANES], [0.0; LANES]);
+            for lane in 0..LANES {
                 let (a, b) = (&a[lane / 4], &b[lane % 4]);
                 let side = |b: &Aabb| {
                     if near_if_rising {
@@ -121,17 +121,16 @@ impl Shafts {
                 };
                 (from[lane], to[lane]) = (side(a), side(b));
             }
-            let from = w.load(&from);
-            let zero = w.splat(0.0);
-            let d = w.add(w.sub(w.load(&to), from), zero);
-            let scale = w.div(w.splat(1.0), w.mul_sign(w.max(w.abs(d), tiny), d));
-            let shift = w.mul(from, scale);
-            let margin = w.mul(w.abs(shift), w.splat(SHIFT_MARGIN));
-            let raised = w.store(w.add(shift, margin));
-            let lowered = w.store(w.sub(shift, margin));
-            let falling = w.bits(w.lt(d, zero));
-            shafts.scale[plane] = w.store(scale);
-            for lane in 0..WIDE {
+            let from = Float::load(s, &from);
+            let d = Float::load(s, &to) - from + 0.0;
+            let scale = 1.0 / d.abs().max(tiny).mul_sign(d);
+            let shift = from * scale;
+            let margin = shift.abs() * SHIFT_MARGIN;
+            let raised = (shift + margin).store();
+            let lowered = (shift - margin).store();
+            let falling = d.lt(0.0).bits();
+            shafts.scale[plane] = scale.store();
+            for lane in 0..LANES {
                 let rising = falling >> lane & 1 == 0;
                 if rising == near_if_rising {
                     shafts.near_shift[plane][lane] = raised[lane];
@@ -145,18 +144,16 @@ impl Shafts {
 
     /// The shafts that meet the box with these lower x, y, z, upper x, y, z.
     #[inline(always)]
-    pub(super) fn meeting<S: Simd>(&self, s: S, bounds: [f32; 6]) -> u32 {
-        let w = s.wide();
-        let (mut near, mut far) = (w.splat(0.0), w.splat(1.0));
+    pub(super) fn meeting<S: Sixteen>(&self, s: S, bounds: [f32; 6]) -> u32 {
+        let (mut near, mut far) = (Float::splat(s, 0.0), Float::splat(s, 1.0));
         for (plane, &bound) in bounds.iter().enumerate() {
-            let (bound, scale) = (w.splat(bound), w.load(&self.scale[plane]));
-            near = w.max(
-                near,
-                w.mul_sub(bound, scale, w.load(&self.near_shift[plane])),
-            );
-            far = w.min(far, w.mul_sub(bound, scale, w.load(&self.far_shift[plane])));
+            let (bound, scale) = (Float::splat(s, bound), Float::load(s, &self.scale[plane]));
+            let near_shift = Float::load(s, &self.near_shift[plane]);
+            let far_shift = Float::load(s, &self.far_shift[plane]);
+            near = near.max(bound.mul_sub(scale, near_shift));
+            far = far.min(bound.mul_sub(scale, far_shift));
         }
-        w.bits(w.le(near, w.add(far, w.splat(SLACK))))
+        near.le(far + SLACK).bits()
     }
 }
 

@@ -5,6 +5,7 @@
 )]
 
 use super::build::MAX_DEPTH;
+use crate::lanes::Float;
 use crate::simd::{NARROW, Simd};
 use std::mem::MaybeUninit;
 
@@ -63,18 +64,19 @@ impl Stack {
         s: S,
         order: u32,
         children: &[u32; NARROW],
-        span: (S::F, S::F),
+        (near, far): (Float<S>, Float<S>),
     ) -> Option<u32> {
-        let met = s.bits(s.le(span.0, span.1));
+        let met = near.le(far).bits();
         if met & met.wrapping_sub(1) == 0 {
             // At most one child, as in most nodes: no order needed.
             return (met != 0).then(|| children[met.trailing_zeros() as usize % NARROW]);
         }
-        let (words, near) = (
+        let span = (near.vector(), far.vector());
+        let (words, entries) = (
             above(&mut self.children, self.len),
             above(&mut self.near, self.len),
         );
-        let places = s.compress_ordered(order, children, span, words, near);
+        let places = s.compress_ordered(order, children, span, words, entries);
         if places == 0 {
             return None;
         }
@@ -166,8 +168,8 @@ mod tests {
                 let lanes = (0..NARROW).filter(|i| met >> i & 1 == 1);
                 let longest = near_list.len().max(word_list.len());
                 if longest + NARROW <= CAPACITY {
-                    let next =
-                        stack.push_but_last(s, ORDER, &children, (s.load(&near), s.load(&far)));
+                    let span = (Float::load(s, &near), Float::load(s, &far));
+                    let next = stack.push_but_last(s, ORDER, &children, span);
                     near_list.extend(lanes.clone().map(|i| (children[i], near[i])));
                     assert_eq!(next, near_list.pop_if(|_| met != 0).map(|entry| entry.0));
                     words.push(s, &children, met);

@@ -8,9 +8,9 @@ use super::traverse;
 use super::triangle_block::{TreeParts, TriangleBlock, TriangleHit};
 use super::watertight::{AnyTriangle, NearestHit, NearestTriangle, REACH_MARGIN};
 use crate::geometry::{Ray, Segment};
-use crate::lanes::Lanes3;
+use crate::lanes::{Float, LANES, Lanes3, Mask};
 use crate::math::{Vec2, Vec3};
-use crate::simd::{Floats, NARROW, Simd, WIDE, set_bits};
+use crate::simd::{NARROW, Simd, set_bits};
 
 /// Largest number of rays of a group that are traced singly. Set by the sets of tiles of `benches/visibility`: 4 costs late rays of
 /// staircase2 5 % of their rate, 8 costs its camera rays 30 %.
@@ -59,7 +59,7 @@ impl ByClass {
         (0..CLASSES).flat_map(|class| {
             let first = class.checked_sub(1).map_or(0, |before| self.ends[before]);
             let indices = &self.indices[first..self.ends[class]];
-            indices.chunks(WIDE).map(move |group| (class, group))
+            indices.chunks(LANES).map(move |group| (class, group))
         })
     }
 }
@@ -68,7 +68,7 @@ impl ByClass {
 #[inline(always)]
 fn in_lanes(group: &[u32], ray: impl Fn(usize) -> (Vec3, Vec3)) -> [Lanes3; 2] {
     let mut lanes = [Lanes3::ZERO; 2];
-    for lane in 0..WIDE {
+    for lane in 0..LANES {
         let index = group[lane.min(group.len() - 1)];
         let (origin, direction) = ray(index as usize);
         lanes[0].set(lane, origin);
@@ -172,7 +172,7 @@ fn nearest_of_group<S: Simd>(
         reach: AlignedLanes::ZERO,
         farthest: f32::INFINITY,
     };
-    best.reach = AlignedLanes(w.store(w.mul(w.load(&best.t.0), w.splat(REACH_MARGIN))));
+    best.reach = AlignedLanes::of(best.t.load(w) * REACH_MARGIN);
     best.trace(s, tree, stack, &lanes);
     best
 }
@@ -183,14 +183,14 @@ impl NearestLanes {
     fn hits<S: Simd>(&self, s: S) -> LaneHits {
         let w = s.wide();
         let [y, z, sum] = &self.weights;
-        let sum = w.load(&sum.0);
+        let sum = sum.load(w);
         LaneHits {
             is_hit: self.is_hit,
             t: self.t,
             ids: self.ids,
             coordinates: [
-                AlignedLanes(w.store(w.div(w.load(&y.0), sum))),
-                AlignedLanes(w.store(w.div(w.load(&z.0), sum))),
+                AlignedLanes::of(y.load(w) / sum),
+                AlignedLanes::of(z.load(w) / sum),
             ],
         }
     }
@@ -230,15 +230,14 @@ impl NearestLanes {
         lanes: &RayLanes,
     ) {
         let w = s.wide();
-        let infinity = w.splat(f32::INFINITY);
         let mut top = 1;
         stack.words[0] = 0;
         stack.near[0] = AlignedLanes::ZERO;
         while top > 0 {
             top -= 1;
-            let (word, near) = (stack.words[top], w.load(&stack.near[top].0));
-            let reach = w.load(&self.reach.0);
-            let active = w.bits(w.lt(near, reach));
+            let (word, near) = (stack.words[top], stack.near[top].load(w));
+            let reach = self.reach.load(w);
+            let active = near.lt(reach).bits();
             if active == 0 {
                 continue;
             }
@@ -247,7 +246,7 @@ impl NearestLanes {
                 continue;
             }
             if active.count_ones() <= FEW {
-                for lane in set_bits(active).map(|lane| lane % WIDE) {
+                for lane in set_bits(active).map(|lane| lane % LANES) {
                     let (slabs, sheared) = lanes.single(lane);
                     let best = self.single(lane);
                     let mut leaves = NearestTriangle::new(tree.blocks, sheared, best);
@@ -258,9 +257,9 @@ impl NearestLanes {
             }
             let node = &tree.nodes[word as usize];
             let order = lanes.order(node);
-            let span = lanes.beam.cut_node(s, node, self.farthest);
-            let met = s.bits(s.le(span.0, span.1));
-            let reach = w.select(w.lanes(active), reach, w.splat(f32::NEG_INFINITY));
+            let (first, last) = lanes.beam.cut_node(s, node, self.farthest);
+            let met = first.le(last).bits();
+            let reach = Mask::from_bits(w, active).select(reach, f32::NEG_INFINITY);
             let is_narrow = met.count_ones() <= NARROW_BEAM;
             for place in 0..NARROW {
                 let lane = (order >> (3 * place) & 7) as usize;
@@ -269,15 +268,15 @@ impl NearestLanes {
                 }
                 if is_narrow && node.children[lane] & LEAF == 0 {
                     stack.words[top] = node.children[lane];
-                    stack.near[top] = AlignedLanes(w.store(near));
+                    stack.near[top] = AlignedLanes::of(near);
                     top += 1;
                     continue;
                 }
-                let (enter, entering) = lanes.enter(w, node, lane, reach);
+                let (enter, entering) = lanes.enter(node, lane, reach);
                 if entering != 0 {
                     stack.words[top] = node.children[lane];
-                    stack.near[top] =
-                        AlignedLanes(w.store(w.select(w.lanes(entering), enter, infinity)));
+                    let enter = Mask::from_bits(w, entering).select(enter, f32::INFINITY);
+                    stack.near[top] = AlignedLanes::of(enter);
                     top += 1;
                 }
             }
@@ -287,7 +286,7 @@ impl NearestLanes {
     #[inline(always)]
     fn test_leaf<S: Simd>(&mut self, s: S, block: &TriangleBlock, lanes: &RayLanes, rays: u32) {
         if rays.count_ones() <= FEW_IN_LEAF {
-            for lane in set_bits(rays).map(|lane| lane % WIDE) {
+            for lane in set_bits(rays).map(|lane| lane % LANES) {
                 let mut best = self.single(lane);
                 lanes.sheared(lane).nearest(s, block, &mut best);
                 self.set(lane, &best);
@@ -298,30 +297,28 @@ impl NearestLanes {
         let mut is_nearer = false;
         for place in set_bits(lanes.beam.meets(s, block, self.farthest)) {
             let place = place % NARROW;
-            let reach = w.load(&self.reach.0);
-            let Some(crossing) = lanes.cross(w, block, place, rays, reach) else {
+            let reach = self.reach.load(w);
+            let Some(crossing) = lanes.cross(block, place, rays, reach) else {
                 continue;
             };
-            let found = w.bits(crossing.hit) & rays;
+            let found = crossing.hit.bits() & rays;
             if found == 0 {
                 continue;
             }
-            let distance = crossing.distances(w);
-            let (t, id) = (w.load(&self.t.0), block.ids[place]);
-            let mut nearer = w.bits(w.lt(distance, t)) & found;
-            let equal = w.bits(w.le(distance, t)) & found & !nearer & self.is_hit;
-            for lane in set_bits(equal).map(|lane| lane % WIDE) {
+            let distance = crossing.distances();
+            let (t, id) = (self.t.load(w), block.ids[place]);
+            let mut nearer = distance.lt(t).bits() & found;
+            let equal = distance.le(t).bits() & found & !nearer & self.is_hit;
+            for lane in set_bits(equal).map(|lane| lane % LANES) {
                 nearer |= u32::from(id < self.ids.0[lane].to_bits()) << lane;
             }
-            let m = w.lanes(nearer);
-            self.t = AlignedLanes(w.store(w.select(m, distance, t)));
-            let closer = w.mul(distance, w.splat(REACH_MARGIN));
-            self.reach = AlignedLanes(w.store(w.select(m, closer, reach)));
-            let id = w.splat(f32::from_bits(id));
-            self.ids = AlignedLanes(w.store(w.select(m, id, w.load(&self.ids.0))));
+            let m = Mask::from_bits(w, nearer);
+            self.t = AlignedLanes::of(m.select(distance, t));
+            self.reach = AlignedLanes::of(m.select(distance * REACH_MARGIN, reach));
+            self.ids = AlignedLanes::of(m.select(f32::from_bits(id), self.ids.load(w)));
             let weights = [crossing.edges[1], crossing.edges[2], crossing.det];
             for (own, weight) in self.weights.iter_mut().zip(weights) {
-                *own = AlignedLanes(w.store(w.select(m, weight, w.load(&own.0))));
+                *own = AlignedLanes::of(m.select(weight, own.load(w)));
             }
             self.is_hit |= nearer;
             is_nearer |= nearer != 0;
@@ -380,7 +377,7 @@ fn open_of_group<S: Simd>(
             continue;
         }
         if active.count_ones() <= FEW {
-            for lane in set_bits(active).map(|lane| lane % WIDE) {
+            for lane in set_bits(active).map(|lane| lane % LANES) {
                 let (slabs, sheared) = lanes.single(lane);
                 let leaves = AnyTriangle::sheared(tree.blocks, sheared);
                 if traverse::any(s, tree.nodes, word, &slabs, &leaves) {
@@ -391,7 +388,7 @@ fn open_of_group<S: Simd>(
         }
         let node = &tree.nodes[word as usize];
         let (near, far) = lanes.beam.cut_node(s, node, 1.0);
-        let met = s.bits(s.le(near, far));
+        let met = near.le(far).bits();
         let is_narrow = met.count_ones() <= NARROW_BEAM;
         for lane in set_bits(met) {
             let lane = lane % NARROW;
@@ -400,7 +397,7 @@ fn open_of_group<S: Simd>(
                 top += 1;
                 continue;
             }
-            let (_, entering) = lanes.enter(w, node, lane, w.splat(1.0));
+            let (_, entering) = lanes.enter(node, lane, Float::splat(w, 1.0));
             if entering & active != 0 {
                 stack[top] = (node.children[lane], entering & active);
                 top += 1;
@@ -415,7 +412,7 @@ fn open_of_group<S: Simd>(
 fn blocked_in_leaf<S: Simd>(s: S, block: &TriangleBlock, lanes: &RayLanes, rays: u32) -> u32 {
     let mut blocked = 0;
     if rays.count_ones() <= FEW_IN_LEAF {
-        for lane in set_bits(rays).map(|lane| lane % WIDE) {
+        for lane in set_bits(rays).map(|lane| lane % LANES) {
             blocked |= u32::from(lanes.sheared(lane).any(s, block)) << lane;
         }
         return blocked;
@@ -423,10 +420,11 @@ fn blocked_in_leaf<S: Simd>(s: S, block: &TriangleBlock, lanes: &RayLanes, rays:
     let w = s.wide();
     for place in set_bits(lanes.beam.meets(s, block, 1.0)) {
         let place = place % NARROW;
-        let Some(crossing) = lanes.cross(w, block, place, rays & !blocked, w.splat(1.0)) else {
+        let limit = Float::splat(w, 1.0);
+        let Some(crossing) = lanes.cross(block, place, rays & !blocked, limit) else {
             continue;
         };
-        blocked |= w.bits(crossing.hit) & rays;
+        blocked |= crossing.hit.bits() & rays;
         if blocked == rays {
             break;
         }

@@ -14,9 +14,10 @@ use super::rows::Rows;
 use super::shaft::{Shaft, Shafts};
 use super::tile_triangle::LeafTriangles;
 use super::triangle_block::{TreeParts, TriangleBlock};
+use crate::lanes::{Float, LANES};
 use crate::math::bits::transpose;
 use crate::math::{Aabb, Vec3};
-use crate::simd::{NARROW, Simd, WIDE};
+use crate::simd::{NARROW, Simd};
 
 /// Largest number of deferred subtrees per direction of packets; further ones are traversed at once.
 const DEFERRED: usize = 128;
@@ -82,7 +83,7 @@ impl<'a> VisibilityTile<'a> {
             points,
             lights,
             shaft: Shaft::new(p.all, l.all),
-            shafts: Shafts::new(s, &p.bounds, &l.bounds, (p.all, l.all)),
+            shafts: Shafts::new(s.wide(), &p.bounds, &l.bounds, (p.all, l.all)),
             half: [p.mean_half(), l.mean_half()],
             spread: [p.all.diagonal(), l.all.diagonal()],
             rows: Rows::new(s, p, l, wanted),
@@ -125,7 +126,7 @@ impl<'a> VisibilityTile<'a> {
             }
             let node = &self.nodes[word as usize];
             let (near, far, mut children) = self.shaft.cut(s, &node.bounds);
-            let (near, far) = (s.store(near), s.store(far));
+            let (near, far) = (near.store(), far.store());
             while children != 0 {
                 let lane = children.trailing_zeros() as usize % NARROW;
                 children &= children - 1;
@@ -133,7 +134,7 @@ impl<'a> VisibilityTile<'a> {
                 let planes = [
                     b[0][lane], b[1][lane], b[2][lane], b[3][lane], b[4][lane], b[5][lane],
                 ];
-                let shafts = self.shafts.meeting(s, planes) & shafts;
+                let shafts = self.shafts.meeting(s.wide(), planes) & shafts;
                 if shafts == 0 {
                     continue;
                 }
@@ -194,7 +195,7 @@ impl<'a> VisibilityTile<'a> {
                 bounds[4][lane],
                 bounds[5][lane],
             ];
-            let shafts = self.shafts.meeting(s, planes) & shafts & self.rows.active;
+            let shafts = self.shafts.meeting(s.wide(), planes) & shafts & self.rows.active;
             if shafts != 0 {
                 self.rows.block(s.wide(), &triangles, lane, shafts);
             }
@@ -222,7 +223,7 @@ impl<'a> VisibilityTile<'a> {
             };
             let mut packet = Packet::new(s, tree, from, &targets, *open);
             for &(word, shafts) in &deferred.subtrees[..deferred.len] {
-                let rays = groups_of(shafts, i / WIDE, role) & packet.open;
+                let rays = groups_of(shafts, i / LANES, role) & packet.open;
                 if rays != 0 {
                     packet.trace(s, &mut stack, word, rays);
                 }
@@ -242,7 +243,7 @@ fn groups_of(shafts: u32, group: usize, role: usize) -> u64 {
         } else {
             GROUPS * other + group
         };
-        rays |= (u64::from(shafts >> shaft & 1) * 0xffff) << (WIDE * other);
+        rays |= (u64::from(shafts >> shaft & 1) * 0xffff) << (LANES * other);
     }
     rays
 }
@@ -252,11 +253,10 @@ fn groups_of(shafts: u32, group: usize, role: usize) -> u64 {
 fn block_bounds<S: Simd>(s: S, block: &TriangleBlock) -> [[f32; NARROW]; 6] {
     let mut bounds = [[0.0; NARROW]; 6];
     for axis in 0..3 {
-        let a = s.load(&block.corners[0][axis]);
-        let b = s.load(&block.corners[1][axis]);
-        let c = s.load(&block.corners[2][axis]);
-        bounds[axis] = s.store(s.min(s.min(a, b), c));
-        bounds[axis + 3] = s.store(s.max(s.max(a, b), c));
+        let corner = |i: usize| Float::load(s, &block.corners[i][axis]);
+        let (a, b, c) = (corner(0), corner(1), corner(2));
+        bounds[axis] = a.min(b).min(c).store();
+        bounds[axis + 3] = a.max(b).max(c).store();
     }
     bounds
 }

@@ -1,12 +1,10 @@
 //! Triangles of a leaf relative to a visibility tile, and their edge functions.
 
-use super::edge_volumes::ROUNDINGS;
+use super::edge_volumes::{ROUNDINGS, sum_of_sizes};
 use super::triangle_block::TriangleBlock;
-use crate::lanes::vectors::{
-    abs3, add3, broadcast3, cross, dot, dot_add, load3, scale3, splat3, store3, sub3,
-};
+use crate::lanes::{Float, LANES, Sixteen, Vector, Width, lane};
 use crate::math::Vec3;
-use crate::simd::{Floats, NARROW, Simd, WIDE};
+use crate::simd::{NARROW, Simd};
 
 /// The triangles of a block relative to the center of a tile.
 pub(super) struct LeafTriangles {
@@ -20,95 +18,89 @@ pub(super) struct LeafTriangles {
 impl LeafTriangles {
     #[inline(always)]
     pub(super) fn new<S: Simd>(s: S, block: &TriangleBlock, origin: Vec3) -> Self {
-        let o = splat3(s, origin);
-        let [a, b, c] = [
-            load3(s, &block.corners[0]),
-            load3(s, &block.corners[1]),
-            load3(s, &block.corners[2]),
-        ];
-        let normal = cross(s, sub3(s, c, a), sub3(s, a, b));
-        let [a, b, c] = [sub3(s, a, o), sub3(s, b, o), sub3(s, c, o)];
+        let o = Vector::splat(s, origin);
+        let [a, b, c] = block.load(s);
+        let normal = (c - a).cross(a - b);
+        let (a, b, c) = (a - o, b - o, c - o);
         LeafTriangles {
-            corners: [store3(s, a), store3(s, b), store3(s, c)],
-            normal: store3(s, normal),
-            height: s.store(dot(s, normal, a)),
+            corners: [a.store(), b.store(), c.store()],
+            normal: normal.store(),
+            height: normal.dot(a).store(),
         }
     }
 }
 
-/// Direction and midpoint of an edge.
-pub(super) type Edge<V> = ([V; 3], [V; 3]);
+/// An edge.
+#[derive(Clone, Copy)]
+pub(super) struct Edge<S: Width> {
+    pub(super) direction: Vector<S>,
+    /// The midpoint. It loses less precision than the ends, and is the same for both triangles at the edge.
+    pub(super) middle: Vector<S>,
+}
+
+impl<S: Width> Edge<S> {
+    #[inline(always)]
+    fn new(a: Vector<S>, b: Vector<S>) -> Self {
+        Edge {
+            direction: b - a,
+            middle: (a + b) * 0.5,
+        }
+    }
+}
 
 /// One triangle, broadcast to all lanes.
-pub(super) struct Triangle<W: Floats<16>> {
-    pub(super) edges: [Edge<W::F>; 3],
-    pub(super) normal: [W::F; 3],
-    pub(super) height: W::F,
+pub(super) struct Triangle<S: Width> {
+    pub(super) edges: [Edge<S>; 3],
+    pub(super) normal: Vector<S>,
+    pub(super) height: Float<S>,
 }
 
-impl<W: Floats<16>> Triangle<W> {
+impl<S: Sixteen> Triangle<S> {
     #[inline(always)]
-    pub(super) fn new(w: W, triangles: &LeafTriangles, lane: usize) -> Self {
-        let [a, b, c] = [
-            broadcast3(w, &triangles.corners[0], lane),
-            broadcast3(w, &triangles.corners[1], lane),
-            broadcast3(w, &triangles.corners[2], lane),
-        ];
+    pub(super) fn new(s: S, triangles: &LeafTriangles, place: usize) -> Self {
+        let a = Vector::splat(s, lane(&triangles.corners[0], place).into());
+        let b = Vector::splat(s, lane(&triangles.corners[1], place).into());
+        let c = Vector::splat(s, lane(&triangles.corners[2], place).into());
         Triangle {
-            edges: [edge(w, a, b), edge(w, b, c), edge(w, c, a)],
-            normal: broadcast3(w, &triangles.normal, lane),
-            height: w.splat(triangles.height[lane]),
+            edges: [Edge::new(a, b), Edge::new(b, c), Edge::new(c, a)],
+            normal: Vector::splat(s, lane(&triangles.normal, place).into()),
+            height: Float::splat(s, triangles.height[place]),
         }
     }
-}
-
-/// An edge. Its midpoint loses less precision than its ends, and is the same for both triangles at the edge.
-#[inline(always)]
-fn edge<W: Floats<16>>(w: W, a: [W::F; 3], b: [W::F; 3]) -> Edge<W::F> {
-    let half = w.splat(0.5);
-    (sub3(w, b, a), scale3(w, add3(w, a, b), half))
 }
 
 /// The planes through each of sixteen points and one edge. A light `l` is inside if `normal · l + offset >= 0`.
 pub(super) struct EdgePlanes {
-    pub(super) normal: [[f32; WIDE]; 3],
-    pub(super) offset: [f32; WIDE],
+    pub(super) normal: [[f32; LANES]; 3],
+    pub(super) offset: [f32; LANES],
 }
 
 impl EdgePlanes {
     #[inline(always)]
-    pub(super) fn new<W: Floats<16>>(
-        w: W,
-        (e, m): Edge<W::F>,
-        p: [W::F; 3],
-        upwards: W::F,
+    pub(super) fn new<S: Sixteen>(
+        edge: Edge<S>,
+        p: Vector<S>,
+        upwards: Float<S>,
         size: f32,
     ) -> Self {
-        let n = cross(w, e, sub3(w, p, m));
-        let n = [
-            w.mul_sign(n[0], upwards),
-            w.mul_sign(n[1], upwards),
-            w.mul_sign(n[2], upwards),
-        ];
-        let slack = w.mul(sum_of_sizes(w, n), w.splat(ROUNDINGS * size));
-        let offset = w.sub(slack, dot(w, n, p));
+        let n = edge.direction.cross(p - edge.middle);
+        let n = Vector::new(
+            n.x.mul_sign(upwards),
+            n.y.mul_sign(upwards),
+            n.z.mul_sign(upwards),
+        );
+        let slack = sum_of_sizes(n) * (ROUNDINGS * size);
         EdgePlanes {
-            normal: store3(w, n),
-            offset: w.store(offset),
+            normal: n.store(),
+            offset: (slack - n.dot(p)).store(),
         }
     }
 
     #[inline(always)]
-    pub(super) fn inside<W: Floats<16>>(&self, w: W, row: usize, l: [W::F; 3]) -> u32 {
-        let n = broadcast3(w, &self.normal, row);
-        let value = dot_add(w, n, l, w.splat(self.offset[row]));
-        w.bits(w.le(w.splat(0.0), value))
+    pub(super) fn inside<S: Sixteen>(&self, row: usize, l: Vector<S>) -> u32 {
+        let s = l.x.width();
+        let n = Vector::splat(s, lane(&self.normal, row).into());
+        let value = n.dot_add(l, Float::splat(s, self.offset[row]));
+        value.ge(0.0).bits()
     }
-}
-
-/// Sum of the magnitudes of the components.
-#[inline(always)]
-pub(super) fn sum_of_sizes<W: Floats<16>>(w: W, n: [W::F; 3]) -> W::F {
-    let [x, y, z] = abs3(w, n);
-    w.add(w.add(x, y), z)
 }

@@ -2,6 +2,7 @@
 
 use super::node::{LEAF, WideNode};
 use super::stack::{Stack, WordStack, highest};
+use crate::lanes::{Float, Vector, Width};
 use crate::math::Vec3;
 use crate::math::prefetch::prefetch_at;
 use crate::simd::{NARROW, Simd};
@@ -58,6 +59,18 @@ pub(super) fn slab_reciprocal(d: Vec3) -> Vec3 {
     Vec3::new(reciprocal(d.x), reciprocal(d.y), reciprocal(d.z))
 }
 
+/// [`slab_reciprocal`] in lanes.
+#[inline(always)]
+pub(super) fn slab_reciprocals<S: Width>(d: Vector<S>) -> Vector<S> {
+    let size = d.abs();
+    let tiny = (size.max_component() * NEGLIGIBLE).max(f32::MIN_POSITIVE);
+    Vector::new(
+        1.0 / size.x.max(tiny).mul_sign(d.x),
+        1.0 / size.y.max(tiny).mul_sign(d.y),
+        1.0 / size.z.max(tiny).mul_sign(d.z),
+    )
+}
+
 /// The octant of a direction: bit `a` is set if component `a` is negative.
 #[inline(always)]
 pub(super) fn octant(d: Vec3) -> usize {
@@ -100,26 +113,18 @@ impl BoxRay {
 
     /// Ray parameters of entry into the children, and of exit or `t_max`. The ray meets the children with entry <= exit.
     #[inline(always)]
-    fn cut<S: Simd>(&self, s: S, node: &WideNode, t_max: f32) -> (S::F, S::F) {
+    fn cut<S: Simd>(&self, s: S, node: &WideNode, t_max: f32) -> (Float<S>, Float<S>) {
         // The planes are lower x, y, z, upper x, y, z.
         let near = |axis: usize| {
-            let plane = s.load(&node.bounds[axis + 3 * (self.octant >> axis & 1)]);
-            s.mul_sub(
-                plane,
-                s.splat(self.near_scale[axis]),
-                s.splat(self.near_shift[axis]),
-            )
+            let plane = Float::load(s, &node.bounds[axis + 3 * (self.octant >> axis & 1)]);
+            plane.mul_sub(self.near_scale[axis], self.near_shift[axis])
         };
         let far = |axis: usize| {
-            let plane = s.load(&node.bounds[axis + 3 * (!self.octant >> axis & 1)]);
-            s.mul_sub(
-                plane,
-                s.splat(self.far_scale[axis]),
-                s.splat(self.far_shift[axis]),
-            )
+            let plane = Float::load(s, &node.bounds[axis + 3 * (!self.octant >> axis & 1)]);
+            plane.mul_sub(self.far_scale[axis], self.far_shift[axis])
         };
-        let enter = s.max(s.max(near(0), near(1)), s.max(near(2), s.splat(0.0)));
-        let leave = s.min(s.min(far(0), far(1)), s.min(far(2), s.splat(t_max)));
+        let enter = near(0).max(near(1)).max(near(2).max(0.0));
+        let leave = far(0).min(far(1)).min(far(2).min(t_max));
         (enter, leave)
     }
 
@@ -127,7 +132,7 @@ impl BoxRay {
     #[inline(always)]
     fn meets<S: Simd>(&self, s: S, node: &WideNode) -> u32 {
         let (near, far) = self.cut(s, node, 1.0);
-        s.bits(s.le(near, far))
+        near.le(far).bits()
     }
 }
 

@@ -1,8 +1,9 @@
 //! Blocks of eight triangles: the leaves of triangle hierarchies.
 
 use super::node::WideNode;
+use crate::lanes::Vector;
 use crate::math::{Vec2, Vec3};
-use crate::simd::NARROW;
+use crate::simd::{NARROW, Simd};
 
 /// Up to eight triangles in lanes. Unused lanes hold a degenerate triangle, which no ray hits.
 #[derive(Clone, Debug)]
@@ -29,6 +30,16 @@ impl TriangleBlock {
             }
         }
         block
+    }
+
+    /// The corners.
+    #[inline(always)]
+    pub(super) fn load<S: Simd>(&self, s: S) -> [Vector<S>; 3] {
+        [
+            Vector::load(s, &self.corners[0]),
+            Vector::load(s, &self.corners[1]),
+            Vector::load(s, &self.corners[2]),
+        ]
     }
 }
 

@@ -6,8 +6,9 @@
 use super::traverse::{AnyLeaves, Leaves, NearestLeaves};
 use super::triangle_block::{TriangleBlock, TriangleHit};
 use crate::geometry::Ray;
+use crate::lanes::{Float, Mask, Pair, Vector, Width};
 use crate::math::{Vec2, Vec3};
-use crate::simd::{Floats, NARROW, Simd, set_bits};
+use crate::simd::{NARROW, Simd, set_bits};
 
 /// A ray and the shear that turns its direction into the z axis.
 pub(super) struct Sheared {
@@ -19,15 +20,15 @@ pub(super) struct Sheared {
 }
 
 /// Result of tests of rays against triangles, in lanes: a ray against eight triangles, or sixteen rays against a triangle.
-pub(super) struct Crossing<const N: usize, V: Floats<N>> {
+pub(super) struct Crossing<S: Width> {
     /// Edge functions opposite to each corner: barycentric coordinates times `det`.
-    pub(super) edges: [V::F; 3],
+    pub(super) edges: [Float<S>; 3],
     /// Sum of the edge functions.
-    pub(super) det: V::F,
+    pub(super) det: Float<S>,
     /// Ray parameter times `|det|`: positive in front of the origin.
-    pub(super) height: V::F,
+    height: Float<S>,
     /// Lanes with a hit at `0 < t < limit`.
-    pub(super) hit: V::M,
+    pub(super) hit: Mask<S>,
 }
 
 /// The axis of the largest component, the first of equal ones.
@@ -47,70 +48,59 @@ pub(super) fn axes_before(main: usize) -> [usize; 3] {
 
 /// A corner relative to the ray, sheared.
 #[inline(always)]
-pub(super) fn shear_corner<const N: usize, V: Floats<N>>(
-    v: V,
-    corner: [V::F; 3],
-    o: [V::F; 3],
-    shear: [V::F; 2],
-) -> [V::F; 3] {
-    let z = v.sub(corner[2], o[2]);
-    [
-        v.mul_add(shear[0], z, v.sub(corner[0], o[0])),
-        v.mul_add(shear[1], z, v.sub(corner[1], o[1])),
-        z,
-    ]
+pub(super) fn shear_corner<S: Width>(corner: Vector<S>, o: Vector<S>, shear: Pair<S>) -> Vector<S> {
+    let v = corner - o;
+    Vector::new(shear.x.mul_add(v.z, v.x), shear.y.mul_add(v.z, v.y), v.z)
 }
 
 /// The lines of rays against sheared triangles: the first part of a [`Crossing`].
-pub(super) struct Sides<const N: usize, V: Floats<N>> {
-    edges: [V::F; 3],
+pub(super) struct Sides<S: Width> {
+    edges: [Float<S>; 3],
     /// The z coordinates of the corners.
-    z: [V::F; 3],
+    z: [Float<S>; 3],
     /// Lanes where the line of the ray cuts the triangle.
-    pub(super) inside: V::M,
+    pub(super) inside: Mask<S>,
 }
 
-impl<const N: usize, V: Floats<N>> Sides<N, V> {
+impl<S: Width> Sides<S> {
     /// The test of triangles with the sheared corners `a`, `b` and `c`.
     #[inline(always)]
-    pub(super) fn new(v: V, [a, b, c]: [[V::F; 3]; 3]) -> Self {
+    pub(super) fn new([a, b, c]: [Vector<S>; 3]) -> Self {
         // The difference of two rounded products has the exact sign or is zero.
-        let edge = |p: [V::F; 3], q: [V::F; 3]| v.sub(v.mul(p[0], q[1]), v.mul(p[1], q[0]));
+        let edge = |p: Vector<S>, q: Vector<S>| p.x * q.y - p.y * q.x;
         let edges = [edge(c, b), edge(a, c), edge(b, a)];
-        let zero = v.splat(0.0);
-        let least = v.min(v.min(edges[0], edges[1]), edges[2]);
-        let most = v.max(v.max(edges[0], edges[1]), edges[2]);
+        let least = edges[0].min(edges[1]).min(edges[2]);
+        let most = edges[0].max(edges[1]).max(edges[2]);
         Sides {
             edges,
-            z: [a[2], b[2], c[2]],
-            inside: v.or(v.le(zero, least), v.le(most, zero)),
+            z: [a.z, b.z, c.z],
+            inside: least.ge(0.0) | most.le(0.0),
         }
     }
 
     /// The hits before `limit`. `scale` is the reciprocal of the ray's largest component.
     #[inline(always)]
-    pub(super) fn crossing(self, v: V, scale: V::F, limit: V::F) -> Crossing<N, V> {
+    pub(super) fn crossing(self, scale: Float<S>, limit: Float<S>) -> Crossing<S> {
         let ([e0, e1, e2], [z0, z1, z2]) = (self.edges, self.z);
-        let det = v.add(v.add(e0, e1), e2);
-        let z = v.mul_add(e0, z0, v.mul_add(e1, z1, v.mul(e2, z2)));
-        let height = v.mul_sign(v.mul(z, scale), det);
+        let det = e0 + e1 + e2;
+        let z = e0.mul_add(z0, e1.mul_add(z1, e2 * z2));
+        let height = (z * scale).mul_sign(det);
         // For a degenerate or edge-on triangle all values are zero, and the strict comparisons fail.
-        let farthest = v.mul(v.abs(det), limit);
-        let between = v.and(v.lt(v.splat(0.0), height), v.lt(height, farthest));
+        let between = height.gt(0.0) & height.lt(det.abs() * limit);
         Crossing {
             edges: self.edges,
             det,
             height,
-            hit: v.and(self.inside, between),
+            hit: self.inside & between,
         }
     }
 }
 
-impl<const N: usize, V: Floats<N>> Crossing<N, V> {
+impl<S: Width> Crossing<S> {
     /// Ray parameters.
     #[inline(always)]
-    pub(super) fn distances(&self, v: V) -> V::F {
-        v.div(self.height, v.abs(self.det))
+    pub(super) fn distances(&self) -> Float<S> {
+        self.height / self.det.abs()
     }
 }
 
@@ -128,51 +118,55 @@ impl Sheared {
     }
 
     #[inline(always)]
-    fn cross<S: Simd>(&self, s: S, block: &TriangleBlock, limit: f32) -> Crossing<NARROW, S> {
-        let sides = self.sides(s, block);
-        sides.crossing(s, s.splat(self.scale), s.splat(limit))
+    fn cross<S: Simd>(&self, s: S, block: &TriangleBlock, limit: f32) -> Crossing<S> {
+        self.crossing(self.sides(s, block), limit)
     }
 
     #[inline(always)]
-    fn sides<S: Simd>(&self, s: S, block: &TriangleBlock) -> Sides<NARROW, S> {
-        let o = [s.splat(self.o[0]), s.splat(self.o[1]), s.splat(self.o[2])];
-        let shear = [s.splat(self.shear[0]), s.splat(self.shear[1])];
-        let corners = [
-            shear_corner(s, self.planes(s, &block.corners[0]), o, shear),
-            shear_corner(s, self.planes(s, &block.corners[1]), o, shear),
-            shear_corner(s, self.planes(s, &block.corners[2]), o, shear),
-        ];
-        Sides::new(s, corners)
+    fn crossing<S: Simd>(&self, sides: Sides<S>, limit: f32) -> Crossing<S> {
+        let s = sides.inside.width();
+        sides.crossing(Float::splat(s, self.scale), Float::splat(s, limit))
     }
 
     #[inline(always)]
-    fn planes<S: Simd>(&self, s: S, corner: &[[f32; NARROW]; 3]) -> [S::F; 3] {
-        [
-            s.load(&corner[self.axes[0]]),
-            s.load(&corner[self.axes[1]]),
-            s.load(&corner[self.axes[2]]),
-        ]
+    fn sides<S: Simd>(&self, s: S, block: &TriangleBlock) -> Sides<S> {
+        let o = Vector::splat(s, self.o.into());
+        let shear = Pair::splat(s, self.shear.into());
+        Sides::new([
+            shear_corner(self.planes(s, &block.corners[0]), o, shear),
+            shear_corner(self.planes(s, &block.corners[1]), o, shear),
+            shear_corner(self.planes(s, &block.corners[2]), o, shear),
+        ])
+    }
+
+    #[inline(always)]
+    fn planes<S: Simd>(&self, s: S, corner: &[[f32; NARROW]; 3]) -> Vector<S> {
+        Vector::new(
+            Float::load(s, &corner[self.axes[0]]),
+            Float::load(s, &corner[self.axes[1]]),
+            Float::load(s, &corner[self.axes[2]]),
+        )
     }
 
     /// Makes `best` the nearest hit with the triangles of a block, if it comes before `best`.
     #[inline(always)]
     pub(super) fn nearest<S: Simd>(&self, s: S, block: &TriangleBlock, best: &mut NearestHit) {
         let sides = self.sides(s, block);
-        if s.bits(sides.inside) == 0 {
+        if sides.inside.none() {
             return;
         }
-        let crossing = sides.crossing(s, s.splat(self.scale), s.splat(best.reach()));
-        let bits = s.bits(crossing.hit);
+        let crossing = self.crossing(sides, best.reach());
+        let bits = crossing.hit.bits();
         if bits == 0 {
             return;
         }
-        let t = s.store(crossing.distances(s));
+        let t = crossing.distances().store();
         for lane in set_bits(bits).map(|lane| lane % NARROW) {
             if best.yields_to(t[lane], block.ids[lane]) {
                 *best = NearestHit {
                     t: t[lane],
                     id: Some(block.ids[lane]),
-                    weights: crossing.weights(s, lane),
+                    weights: crossing.weights(lane),
                 };
             }
         }
@@ -182,19 +176,15 @@ impl Sheared {
     #[inline(always)]
     pub(super) fn any<S: Simd>(&self, s: S, block: &TriangleBlock) -> bool {
         let sides = self.sides(s, block);
-        if s.bits(sides.inside) == 0 {
-            return false;
-        }
-        let crossing = sides.crossing(s, s.splat(self.scale), s.splat(1.0));
-        s.bits(crossing.hit) != 0
+        !sides.inside.none() && self.crossing(sides, 1.0).hit.any()
     }
 }
 
-impl<S: Simd> Crossing<NARROW, S> {
+impl<S: Simd> Crossing<S> {
     /// The edge functions opposite to the second and third corner, and the sum of all three.
     #[inline(always)]
-    fn weights(&self, s: S, lane: usize) -> [f32; 3] {
-        let at = |x: S::F| s.store(x)[lane];
+    fn weights(&self, lane: usize) -> [f32; 3] {
+        let at = |x: Float<S>| x.store()[lane];
         [at(self.edges[1]), at(self.edges[2]), at(self.det)]
     }
 }
@@ -318,13 +308,13 @@ impl<S: Simd, V: FnMut(TriangleHit) -> bool> NearestLeaves<S> for EachTriangle<'
     fn visit(&mut self, s: S, leaf: usize, t_max: f32) -> f32 {
         let block = &self.blocks[leaf];
         let crossing = self.ray.cross(s, block, t_max);
-        let bits = s.bits(crossing.hit);
+        let bits = crossing.hit.bits();
         if bits == 0 {
             return t_max;
         }
-        let t = s.store(crossing.distances(s));
+        let t = crossing.distances().store();
         for lane in set_bits(bits) {
-            let [v, w, det] = crossing.weights(s, lane);
+            let [v, w, det] = crossing.weights(lane);
             self.ended = (self.visit)(TriangleHit {
                 t: t[lane],
                 id: block.ids[lane],

@@ -1,7 +1,7 @@
 //! Points of many references in lanes: against single points, and against formulas in `f64`.
 
 use super::*;
-use crate::lanes::Sixteen;
+use crate::lanes::Width;
 use crate::math::Frame;
 use crate::simd::{Isa, Simd, SimdKernel};
 use glam::{DAffine3, DVec2, DVec3};
@@ -119,10 +119,11 @@ impl SimdKernel for Points<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> [SurfacePoint; 16] {
-        let s = Sixteen(s.wide());
-        self.geometry
-            .surface_points(s, &self.at, self.derivatives)
-            .store()
+        let s = s.wide();
+        let at = s.each(|i| self.at[i]);
+        let points = self.geometry.surface_points(s, &at, self.derivatives);
+        let points = points.store();
+        std::array::from_fn(|i| points.as_ref()[i])
     }
 }
 

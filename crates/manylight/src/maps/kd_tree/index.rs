@@ -3,15 +3,16 @@
 //! All leaves are full, and every node except the last of its level has all its children, so that positions in memory follow from counting. Nodes
 //! store the tight boxes of their children: particles lie on surfaces, where boxes prune better than splitting planes.
 
+use crate::lanes::{Float, LANES, Sixteen, Vector, Width};
 use crate::math::{Aabb, Vec3};
-use crate::simd::{Isa, WIDE, Wide};
+use crate::simd::Isa;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Number of blocks in a leaf.
 pub(super) const LEAF_BLOCKS: usize = 1;
 /// Number of points in a leaf.
-const LEAF: usize = LEAF_BLOCKS * WIDE;
+const LEAF: usize = LEAF_BLOCKS * LANES;
 /// Largest number of levels of nodes, sufficient for 2^32 points.
 pub(super) const MAX_LEVELS: usize = 8;
 /// Number of points below which a range is sorted by one thread.
@@ -21,15 +22,15 @@ const SEQUENTIAL: usize = 16_384;
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 pub(super) struct KdBlock {
-    position: [[f32; WIDE]; 3],
-    pub(super) index: [u32; WIDE],
+    position: [[f32; LANES]; 3],
+    pub(super) index: [u32; LANES],
 }
 
 impl KdBlock {
     /// A block without items.
     const EMPTY: KdBlock = KdBlock {
-        position: [[f32::INFINITY; WIDE]; 3],
-        index: [u32::MAX; WIDE],
+        position: [[f32::INFINITY; LANES]; 3],
+        index: [u32::MAX; LANES],
     };
 
     fn of(entries: &[KdEntry]) -> Self {
@@ -52,14 +53,8 @@ impl KdBlock {
 
     /// Squared distances of the points from `p`.
     #[inline(always)]
-    pub(super) fn distances_squared<W: Wide>(&self, w: W, p: &[W::F; 3]) -> W::F {
-        let [x, y, z] = &self.position;
-        length_squared(
-            w,
-            w.sub(w.load(x), p[0]),
-            w.sub(w.load(y), p[1]),
-            w.sub(w.load(z), p[2]),
-        )
+    pub(super) fn distances_squared<S: Sixteen>(&self, p: Vector<S>) -> Float<S> {
+        length_squared(Vector::load(p.x.width(), &self.position) - p)
     }
 }
 
@@ -67,15 +62,15 @@ impl KdBlock {
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 pub(super) struct KdNode {
-    min: [[f32; WIDE]; 3],
-    max: [[f32; WIDE]; 3],
+    min: [[f32; LANES]; 3],
+    max: [[f32; LANES]; 3],
 }
 
 impl KdNode {
     fn of(children: impl Iterator<Item = Aabb>) -> Self {
         let mut node = KdNode {
-            min: [[f32::INFINITY; WIDE]; 3],
-            max: [[f32::NEG_INFINITY; WIDE]; 3],
+            min: [[f32::INFINITY; LANES]; 3],
+            max: [[f32::NEG_INFINITY; LANES]; 3],
         };
         for (i, child) in children.enumerate() {
             for axis in 0..3 {
@@ -88,8 +83,8 @@ impl KdNode {
 
     /// Bounding box of all children.
     fn bounds(&self) -> Aabb {
-        let lowest = |x: &[f32; WIDE]| x.iter().copied().fold(f32::INFINITY, f32::min);
-        let highest = |x: &[f32; WIDE]| x.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        let lowest = |x: &[f32; LANES]| x.iter().copied().fold(f32::INFINITY, f32::min);
+        let highest = |x: &[f32; LANES]| x.iter().copied().fold(f32::NEG_INFINITY, f32::max);
         Aabb {
             min: Vec3::from(self.min.each_ref().map(lowest)),
             max: Vec3::from(self.max.each_ref().map(highest)),
@@ -100,28 +95,18 @@ impl KdNode {
     ///
     /// Rounded like the distances of points, so that rounding never prunes a point.
     #[inline(always)]
-    pub(super) fn distances_squared<W: Wide>(&self, w: W, p: &[W::F; 3]) -> W::F {
-        length_squared(
-            w,
-            self.step(w, p, 0),
-            self.step(w, p, 1),
-            self.step(w, p, 2),
-        )
-    }
-
-    /// Distances of the boxes from `p` along one axis.
-    #[inline(always)]
-    fn step<W: Wide>(&self, w: W, p: &[W::F; 3], axis: usize) -> W::F {
-        let below = w.sub(w.load(&self.min[axis]), p[axis]);
-        let above = w.sub(p[axis], w.load(&self.max[axis]));
-        w.max(w.max(below, above), w.splat(0.0))
+    pub(super) fn distances_squared<S: Sixteen>(&self, p: Vector<S>) -> Float<S> {
+        let s = p.x.width();
+        let below = Vector::load(s, &self.min) - p;
+        let above = p - Vector::load(s, &self.max);
+        length_squared(below.max(above).max(Vector::splat(s, Vec3::ZERO)))
     }
 }
 
+/// Rounded alike in all instruction sets, without fused operations.
 #[inline(always)]
-fn length_squared<W: Wide>(w: W, x: W::F, y: W::F, z: W::F) -> W::F {
-    let (x, y, z) = (w.mul(x, x), w.mul(y, y), w.mul(z, z));
-    w.add(w.add(x, y), z)
+fn length_squared<S: Width>(v: Vector<S>) -> Float<S> {
+    v.x.squared() + v.y.squared() + v.z.squared()
 }
 
 /// A point during construction.
@@ -158,7 +143,7 @@ impl KdIndex {
             })
             .collect();
         arrange(&mut entries);
-        let blocks: Vec<KdBlock> = entries.par_chunks(WIDE).map(KdBlock::of).collect();
+        let blocks: Vec<KdBlock> = entries.par_chunks(LANES).map(KdBlock::of).collect();
         drop(entries);
         let (nodes, levels) = nodes_over(&blocks);
         static TREES: AtomicU64 = AtomicU64::new(0);
@@ -179,7 +164,7 @@ impl KdIndex {
 
     /// Renumbers the points in the order of the leaves; returns the old index of each.
     pub(super) fn renumber(&mut self) -> Vec<u32> {
-        let mut old = Vec::with_capacity(self.blocks.len() * WIDE);
+        let mut old = Vec::with_capacity(self.blocks.len() * LANES);
         for index in self.blocks.iter_mut().flat_map(|block| &mut block.index) {
             if *index != u32::MAX {
                 old.push(std::mem::replace(index, old.len() as u32));
@@ -201,8 +186,8 @@ fn arrange(entries: &mut [KdEntry]) {
         return;
     }
     let mut group = LEAF;
-    while group * WIDE < entries.len() {
-        group *= WIDE;
+    while group * LANES < entries.len() {
+        group *= LANES;
     }
     let middle = group * (entries.len().div_ceil(group) / 2);
     match longest_axis(entries) {
@@ -254,13 +239,13 @@ fn nodes_over(blocks: &[KdBlock]) -> (Vec<KdNode>, Vec<u32>) {
     let leaf_bounds = |leaf: &[KdBlock]| leaf.iter().map(KdBlock::bounds).reduce(Aabb::union);
     let mut levels: Vec<Vec<KdNode>> = vec![
         blocks
-            .par_chunks(LEAF_BLOCKS * WIDE)
+            .par_chunks(LEAF_BLOCKS * LANES)
             .map(|leaves| KdNode::of(leaves.chunks(LEAF_BLOCKS).filter_map(leaf_bounds)))
             .collect(),
     ];
     while let Some(below) = levels.last().filter(|level| level.len() > 1) {
         let above = below
-            .par_chunks(WIDE)
+            .par_chunks(LANES)
             .map(|children| KdNode::of(children.iter().map(KdNode::bounds)))
             .collect();
         levels.push(above);

@@ -1,6 +1,6 @@
 //! A kd-tree over particles: the K nearest neighbors, all within a radius, and the cheapest by a metric.
 //!
-//! `index` builds the tree, `search` traverses it, `neighbors` selects the K nearest. All kernels use `simd` with the best
+//! `index` builds the tree, `search` traverses it, `neighbors` selects the K nearest. All kernels use sixteen lanes of the best
 //! instruction set of the machine. Memory: 16 bytes per particle for position and index, and about 2 for the boxes.
 //!
 //! Results depend on the points only, bit for bit, for any number of threads and instruction set: ties are broken by index.
@@ -13,9 +13,10 @@ mod tests;
 
 pub use neighbors::Neighbors;
 
+use crate::lanes::{Float, Sixteen};
 use crate::math::Vec3;
 use crate::particles::{Importon, Photon};
-use crate::simd::{Simd, SimdKernel, Wide, set_bits};
+use crate::simd::{Simd, SimdKernel, set_bits};
 use index::{KdBlock, KdIndex};
 use neighbors::NeighborQuery;
 use rayon::prelude::*;
@@ -187,10 +188,10 @@ struct PointVisitor<V>(V);
 
 impl<V: FnMut(u32, f32, f32) -> f32> KdVisitor for PointVisitor<V> {
     #[inline(always)]
-    fn block<W: Wide>(&mut self, w: W, block: &KdBlock, d2: W::F, mut bound: f32) -> f32 {
-        let near = w.bits(w.le(d2, w.splat(bound)));
+    fn block<S: Sixteen>(&mut self, block: &KdBlock, d2: Float<S>, mut bound: f32) -> f32 {
+        let near = d2.le(bound).bits();
         if near != 0 {
-            let d2 = w.store(d2);
+            let d2 = d2.store();
             for i in set_bits(near) {
                 bound = (self.0)(block.index[i], d2[i], bound);
             }

@@ -2,11 +2,12 @@
 
 use super::index::{KdBlock, KdIndex};
 use super::search::{KdVisitor, search};
+use crate::lanes::{Float, LANES, Sixteen, Word};
 use crate::math::Vec3;
-use crate::simd::{Simd, SimdKernel, WIDE, Wide, set_bits};
+use crate::simd::{Simd, SimdKernel, set_bits};
 
 /// Number of candidates around the K-th below which they are sorted instead of counted.
-const SORTED: usize = 2 * WIDE;
+const SORTED: usize = 2 * LANES;
 /// Largest number of guesses of the distance of the K-th candidate; points on surfaces need three or four.
 const MAX_GUESSES: usize = 12;
 
@@ -46,7 +47,7 @@ impl Neighbors {
     /// Keeps at most `k >= 1` neighbors.
     pub fn new(k: usize) -> Self {
         assert!(k >= 1, "k must be at least 1");
-        let room = 2 * k + 4 * WIDE;
+        let room = 2 * k + 4 * LANES;
         Neighbors {
             k,
             count: 0,
@@ -96,7 +97,7 @@ impl SimdKernel for NeighborQuery<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) {
-        let w = s.wide();
+        let s = s.wide();
         let limit = (self.max_radius * self.max_radius).min(f32::MAX);
         let last = self.found.last.filter(|last| last.tree == self.tree.id);
         let bound = last.map_or(limit, |last| last.bound(self.p).min(limit));
@@ -106,18 +107,18 @@ impl SimdKernel for NeighborQuery<'_> {
                 2 * self.found.k
             } else {
                 self.found.k
-            } + WIDE,
+            } + LANES,
             found: self.found,
         };
         collect.found.count = 0;
-        search(w, self.tree, self.p, bound, &mut collect);
+        search(s, self.tree, self.p, bound, &mut collect);
         let found = self.found;
         found.radius_squared = if found.count >= found.k {
-            found.keep_nearest(w)
+            found.keep_nearest(s)
         } else if limit < f32::MAX {
             limit
         } else {
-            found.highest(w)
+            found.highest(s)
         };
         found.last = (found.count == found.k).then_some(LastSearch {
             tree: self.tree.id,
@@ -136,42 +137,40 @@ struct CandidateCollector<'a> {
 
 impl KdVisitor for CandidateCollector<'_> {
     #[inline(always)]
-    fn block<W: Wide>(&mut self, w: W, block: &KdBlock, d2: W::F, bound: f32) -> f32 {
-        let found = &mut *self.found;
-        let near = w.bits(w.le(d2, w.splat(bound)));
-        let place = found.count..found.count + WIDE;
-        found.d2[place.clone()].copy_from_slice(&w.compress(near, d2));
-        found.index[place].copy_from_slice(&w.compress_words(near, w.load_words(&block.index)));
+    fn block<S: Sixteen>(&mut self, block: &KdBlock, d2: Float<S>, bound: f32) -> f32 {
+        let (s, found) = (d2.width(), &mut *self.found);
+        let near = d2.le(bound).bits();
+        let place = found.count..found.count + LANES;
+        found.d2[place.clone()].copy_from_slice(&d2.compress(near));
+        found.index[place].copy_from_slice(&Word::load(s, &block.index).compress(near));
         found.count += near.count_ones() as usize;
         if found.count < self.limit {
             return bound;
         }
         // Reducing 2 K candidates costs constant time per candidate.
-        self.limit = 2 * found.k + WIDE;
-        found.keep_nearest(w)
+        self.limit = 2 * found.k + LANES;
+        found.keep_nearest(s)
     }
 }
 
 impl Neighbors {
     /// Keeps the K nearest of at least K candidates, and returns the squared distance of the K-th.
     #[inline(always)]
-    fn keep_nearest<W: Wide>(&mut self, w: W) -> f32 {
+    fn keep_nearest<S: Sixteen>(&mut self, s: S) -> f32 {
         if self.count == self.k {
-            return self.highest(w);
+            return self.highest(s);
         }
-        let (last, last_index) = self.kth(w);
+        let (last, last_index) = self.kth(s);
         let mut kept = 0;
-        for start in (0..self.count).step_by(WIDE) {
-            let (d2, index) = self.block(w, start);
-            let limit = w.splat(last);
-            let near = w.bits(w.le(d2, limit));
-            let tied = near & w.bits(w.le(limit, d2));
+        for start in (0..self.count).step_by(LANES) {
+            let (d2, index) = self.block(s, start);
+            let near = d2.le(last).bits();
+            let tied = near & d2.ge(last).bits();
             let dropped = set_bits(tied).filter(|&i| index[i] > last_index);
             let near = near & !dropped.fold(0, |mask, i| mask | 1 << i);
             // Writes never pass the position that has been read.
-            self.d2[kept..kept + WIDE].copy_from_slice(&w.compress(near, d2));
-            self.index[kept..kept + WIDE]
-                .copy_from_slice(&w.compress_words(near, w.load_words(&index)));
+            self.d2[kept..kept + LANES].copy_from_slice(&d2.compress(near));
+            self.index[kept..kept + LANES].copy_from_slice(&Word::load(s, &index).compress(near));
             kept += near.count_ones() as usize;
         }
         self.count = self.k;
@@ -183,11 +182,11 @@ impl Neighbors {
     /// Narrows an interval of squared distances around it by counting, with linear interpolation for the next guess: on surfaces squared distances
     /// are uniformly distributed.
     #[inline(always)]
-    fn kth<W: Wide>(&mut self, w: W) -> (f32, u32) {
+    fn kth<S: Sixteen>(&mut self, s: S) -> (f32, u32) {
         let k = self.k;
         // Invariant: `below < k` candidates have squared distances up to `low`, `within >= k` up to `high`.
         let (mut low, mut below) = (-1.0f32, 0);
-        let (mut high, mut within) = (self.highest(w), self.count);
+        let (mut high, mut within) = (self.highest(s), self.count);
         for _ in 0..MAX_GUESSES {
             if within - below <= SORTED {
                 break;
@@ -195,13 +194,13 @@ impl Neighbors {
             // Aims a little past the K-th, so that the farther end of the interval moves.
             let (above, under) = (within - k, k - below);
             let goal = if above > under {
-                under + (above / 8).min(WIDE / 2)
+                under + (above / 8).min(LANES / 2)
             } else {
-                under - (under / 8).min(WIDE / 2)
+                under - (under / 8).min(LANES / 2)
             };
             let from = low.max(0.0);
             let guess = from + (high - from) * (goal as f32 / (within - below) as f32);
-            let count = self.count_within(w, guess);
+            let count = self.count_within(s, guess);
             if count >= k {
                 (high, within) = (guess, count);
             } else {
@@ -210,10 +209,10 @@ impl Neighbors {
         }
         let mut keys = std::mem::take(&mut self.keys);
         keys.clear();
-        for start in (0..self.count).step_by(WIDE) {
-            let (d2, index) = self.block(w, start);
-            let near = w.bits(w.le(d2, w.splat(high))) & !w.bits(w.le(d2, w.splat(low)));
-            let d2 = w.store(d2);
+        for start in (0..self.count).step_by(LANES) {
+            let (d2, index) = self.block(s, start);
+            let near = d2.le(high).bits() & !d2.le(low).bits();
+            let d2 = d2.store();
             keys.extend(set_bits(near).map(|i| key(d2[i], index[i])));
         }
         let (_, &mut kth, _) = keys.select_nth_unstable(k - below - 1);
@@ -223,40 +222,39 @@ impl Neighbors {
 
     /// Number of candidates with squared distances up to `bound`.
     #[inline(always)]
-    fn count_within<W: Wide>(&self, w: W, bound: f32) -> usize {
-        let bound = w.splat(bound);
+    fn count_within<S: Sixteen>(&self, s: S, bound: f32) -> usize {
         let mut count = 0;
-        for start in (0..self.count).step_by(WIDE) {
-            count += w.bits(w.le(self.block(w, start).0, bound)).count_ones();
+        for start in (0..self.count).step_by(LANES) {
+            count += self.block(s, start).0.le(bound).bits().count_ones();
         }
         count as usize
     }
 
     /// The largest squared distance of the candidates; 0 without candidates.
     #[inline(always)]
-    fn highest<W: Wide>(&mut self, w: W) -> f32 {
+    fn highest<S: Sixteen>(&mut self, s: S) -> f32 {
         self.end_candidates();
-        let mut highest = w.splat(0.0);
-        for start in (0..self.count).step_by(WIDE) {
-            highest = w.max(self.block(w, start).0, highest);
+        let mut highest = Float::splat(s, 0.0);
+        for start in (0..self.count).step_by(LANES) {
+            highest = self.block(s, start).0.max(highest);
         }
-        w.store(highest).into_iter().fold(0.0, f32::max)
+        highest.store().into_iter().fold(0.0, f32::max)
     }
 
     /// Fills the last block of candidates with NaN, which is in no interval.
     #[inline(always)]
     fn end_candidates(&mut self) {
-        self.d2[self.count..self.count + WIDE].fill(f32::NAN);
+        self.d2[self.count..self.count + LANES].fill(f32::NAN);
     }
 
     /// The block of candidates from index `start`.
     #[inline(always)]
-    fn block<W: Wide>(&self, w: W, start: usize) -> (W::F, [u32; WIDE]) {
-        let mut d2 = [0.0; WIDE];
-        let mut index = [0; WIDE];
-        d2.copy_from_slice(&self.d2[start..start + WIDE]);
-        index.copy_from_slice(&self.index[start..start + WIDE]);
-        (w.load(&d2), index)
+    fn block<S: Sixteen>(&self, s: S, start: usize) -> (Float<S>, [u32; LANES]) {
+        let mut d2 = [0.0; LANES];
+        let mut index = [0; LANES];
+        d2.copy_from_slice(&self.d2[start..start + LANES]);
+        index.copy_from_slice(&self.index[start..start + LANES]);
+        (Float::load(s, &d2), index)
     }
 }
 

@@ -4,7 +4,7 @@ use super::{Walks, lanes_where, used};
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::emitters::EnvironmentLobes;
-use crate::lanes::{self, LaneKernel, Mask, Vector, Width, lane};
+use crate::lanes::{LaneKernel, Mask, Vector, Width, lane};
 use crate::scene::{PathLimits, Scene};
 use crate::simd::{Isa, Outlined, set_bits};
 use crate::transport::direct::environment_with_mis;
@@ -29,7 +29,7 @@ pub(crate) fn see_environment<'g, T: Copy>(
             guide,
             visit,
         };
-        lanes::run(Isa::best(), escapes);
+        Isa::best().run_lanes(escapes);
     }
 }
 

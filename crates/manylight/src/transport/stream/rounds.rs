@@ -2,7 +2,7 @@
 
 use super::{Arrivals, Walks};
 use crate::ids::MaterialId;
-use crate::lanes::{self, LaneKernel, Width};
+use crate::lanes::{LaneKernel, Width};
 use crate::scene::Scene;
 use crate::simd::{Isa, Outlined};
 
@@ -34,7 +34,7 @@ pub(crate) fn shade_packets<'r, P: PacketShader>(
     runs: impl Iterator<Item = (MaterialId, &'r [u32])>,
     shader: &mut P,
 ) {
-    lanes::run(Isa::best(), Packets { runs, shader });
+    Isa::best().run_lanes(Packets { runs, shader });
 }
 
 struct Packets<'k, R, P> {

@@ -18,7 +18,7 @@ use crate::lanes::vectors::{add3, dot, luminance, scale3, splat3, sub3};
 use crate::lanes::{LANES, Lanes3, exp};
 use crate::math::Vec3;
 use crate::sampling::rng::Pcg;
-use crate::simd::{Isa, Simd, SimdKernel, Wide};
+use crate::simd::{Isa, Simd, SimdKernel, Sixteen};
 
 /// Largest number of lobes of a mixture.
 pub(super) const MAX_LOBES: usize = 8;
@@ -261,7 +261,7 @@ impl SimdKernel for ResponsibilitySums<'_> {
 }
 
 #[inline(always)]
-fn responsibility_sums<W: Wide>(
+fn responsibility_sums<W: Sixteen>(
     s: W,
     samples: &[[Lanes3; 2]],
     components: &[Component],
@@ -313,6 +313,6 @@ fn responsibility_sums<W: Wide>(
 }
 
 #[inline(always)]
-fn total<W: Wide>(s: W, sum: W::F) -> f32 {
+fn total<W: Sixteen>(s: W, sum: W::F) -> f32 {
     s.store(sum).iter().sum()
 }

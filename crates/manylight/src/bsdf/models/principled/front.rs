@@ -9,7 +9,6 @@ use crate::lanes::{
     Color, Float, LANES, Lanes, Lanes3, Mask, One, Sixteen, Vector, Width, broadcast,
 };
 use crate::math::Vec3;
-use crate::simd::Wide;
 
 /// Roughness alpha of the masking of the clear coat (Burley 2012).
 const CLEARCOAT_MASKING_ALPHA: f32 = 0.25;
@@ -310,7 +309,7 @@ impl PrincipledFrontLanes {
 
     /// All lanes.
     #[inline(always)]
-    pub(in crate::bsdf) fn load<W: Wide>(&self, s: Sixteen<W>) -> PrincipledFront<Sixteen<W>> {
+    pub(in crate::bsdf) fn load<W: Sixteen>(&self, s: W) -> PrincipledFront<W> {
         PrincipledFront {
             eta: Float::load(s, &self.eta),
             inv_eta: Float::load(s, &self.inv_eta),
