@@ -29,24 +29,25 @@
 //!
 //! # Layers
 //!
-//! A module imports only from layers with smaller numbers; a test reads this list and checks it. From 6 on it is the
+//! A module imports only from layers with smaller numbers; a test reads this list and checks it. From 7 on it is the
 //! order of the method. Start reading at [`integrators::many_light`].
 //!
 //! ```text
-//! 14 prelude
-//! 13 render
-//! 12 integrators
-//! 11 gather
-//! 10 light_tree
-//!  9 virtual_lights
-//!  8 maps
-//!  7 particles
-//!  6 transport
-//!  5 scene
-//!  4 bsdf emitters sensors
-//!  3 texture
-//!  2 geometry film
-//!  1 sampling image stats lanes
+//! 15 prelude
+//! 14 render
+//! 13 integrators
+//! 12 gather
+//! 11 light_tree
+//! 10 virtual_lights
+//!  9 maps
+//!  8 particles
+//!  7 transport
+//!  6 scene
+//!  5 bsdf emitters sensors
+//!  4 texture
+//!  3 geometry film
+//!  2 sampling
+//!  1 image stats lanes
 //!  0 math color ids simd
 //! ```
 

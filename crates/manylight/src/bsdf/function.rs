@@ -37,22 +37,14 @@ pub struct Bsdf<'s, S: Width = One> {
     pub(super) is_defensive: Mask<S>,
 }
 
-/// See [`Bsdf::direct_response`].
-#[derive(Clone, Copy, Debug)]
-pub struct DirectResponse {
-    /// `f |wi·ng|` of the `NON_SPECULAR` lobes.
-    pub non_specular: Rgb,
-    /// `f |wi·ng|` of the `NEAR_DELTA` lobes.
-    pub near_delta: Rgb,
-    /// Density of [`Bsdf::sample_wi`] for all lobes, per solid angle.
-    pub pdf: f32,
-}
-
-/// A [`DirectResponse`] per lane; black where nothing is scattered.
+/// What next-event estimation needs for given `wi` and `wo`, per lane; black where nothing is scattered.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DirectResponses<S: Width> {
+    /// `f |wi·ng|` of the `NON_SPECULAR` lobes.
     pub(crate) non_specular: Color<S>,
+    /// `f |wi·ng|` of the `NEAR_DELTA` lobes.
     pub(crate) near_delta: Color<S>,
+    /// Density of [`Bsdf::sample_wi`] for all lobes, per solid angle.
     pub(crate) pdf: Float<S>,
 }
 
@@ -113,19 +105,6 @@ impl<'s> Bsdf<'s> {
             self.frame.to_local(wo.into()),
         );
         self.values_local(wi, wo, lobes.into()).sum().into()
-    }
-
-    /// [`Bsdf::f_cos_wi`] of the `NON_SPECULAR` and of the `NEAR_DELTA` lobes, and [`Bsdf::pdf_wi`] of all lobes, at the cost of one
-    /// evaluation: what next-event estimation needs. `None` if nothing is scattered to `wo`.
-    pub fn direct_response(&self, wi: Vec3, wo: Vec3) -> Option<DirectResponse> {
-        let response = self.direct_responses(wi.into(), wo.into());
-        let non_specular = Rgb::from(response.non_specular);
-        let near_delta = Rgb::from(response.near_delta);
-        (!non_specular.is_black() || !near_delta.is_black()).then_some(DirectResponse {
-            non_specular,
-            near_delta,
-            pdf: response.pdf.get(),
-        })
     }
 
     /// `f |wo·ng|`: radiant intensity towards `wo` over incident flux.

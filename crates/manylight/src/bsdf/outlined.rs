@@ -64,7 +64,8 @@ impl<S: Width> Outlined for SampleEach<'_, '_, S> {
 }
 
 impl<S: Width> Bsdf<'_, S> {
-    /// [`Bsdf::direct_response`] in each lane.
+    /// [`Bsdf::f_cos_wi`] of the `NON_SPECULAR` and of the `NEAR_DELTA` lobes, and [`Bsdf::pdf_wi`] of all lobes, at the cost of one
+    /// evaluation.
     #[inline(always)]
     pub(crate) fn direct_responses(&self, wi: Vector<S>, wo: Vector<S>) -> DirectResponses<S> {
         self.width()

@@ -53,7 +53,10 @@ pub(crate) fn sphere<S: Width>(u: Pair<S>) -> Vector<S> {
     Vector::new(r * cos, r * sin, z)
 }
 
-/// See [`mis::power`](crate::sampling::mis::power).
+/// Weight of the power heuristic with exponent 2 for one sample of each of two techniques: `a² / (a² + b²)` for the densities `a`, `b`; 0 for
+/// `a = 0`. The larger density is divided out first, so that squares do not overflow.
+///
+/// Source: Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, section 9.2.
 #[inline(always)]
 pub(crate) fn power<S: Width>(a: Float<S>, b: Float<S>) -> Float<S> {
     let is_less = a.lt(b);

@@ -88,7 +88,7 @@ impl<S: Width> Float<S> {
         (self + ROUNDING).to_bits() - ROUNDING.to_bits()
     }
 
-    /// Angle of the point (`x`, `self`) in full turns, in [-1/2, 1/2]. See [`atan2_turns`](crate::math::trig::atan2_turns).
+    /// Angle of the point (`x`, `self`) in full turns, in [-1/2, 1/2]; 0 at the origin.
     #[inline(always)]
     pub fn atan2_turns(self, x: Self) -> Self {
         let (low, high) = (self.abs().min(x.abs()), self.abs().max(x.abs()));
@@ -105,7 +105,7 @@ impl<S: Width> Float<S> {
         angle * (1.0 / TAU)
     }
 
-    /// Sine and cosine of an angle of this many radians, up to π/4. See [`sin_cos_octant`](crate::math::trig::sin_cos_octant).
+    /// Sine and cosine of an angle of this many radians, up to π/4.
     #[inline(always)]
     pub fn sin_cos_octant(self) -> (Self, Self) {
         let x2 = self * self;
@@ -114,7 +114,7 @@ impl<S: Width> Float<S> {
         (self + self * x2 * sin, 1.0 - 0.5 * x2 + x2 * x2 * cos)
     }
 
-    /// Sine and cosine of an angle of this many full turns. See [`sin_cos_turns`](crate::math::trig::sin_cos_turns).
+    /// Sine and cosine of an angle of this many full turns `x`, `|x| < 2^20`.
     #[inline(always)]
     pub fn sin_cos_turns(self) -> (Self, Self) {
         let quarters = 4.0 * self;

@@ -414,6 +414,13 @@ impl<S: Width> Neg for Vector<S> {
     }
 }
 
+impl From<Pair<One>> for Vec2 {
+    #[inline(always)]
+    fn from(v: Pair<One>) -> Self {
+        Vec2::new(v.x.get(), v.y.get())
+    }
+}
+
 impl From<Vec2> for Pair<One> {
     #[inline(always)]
     fn from(v: Vec2) -> Self {

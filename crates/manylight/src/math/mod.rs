@@ -7,7 +7,6 @@ pub mod float;
 pub mod frame;
 pub mod octahedral;
 pub mod prefetch;
-pub mod trig;
 
 pub use aabb::Aabb;
 pub use cone::{Cone, Spread};

@@ -1,7 +1,6 @@
-//! Random numbers, warps to other domains, discrete sampling and MIS weights.
+//! Random numbers, warps to other domains, discrete sampling.
 
 pub mod alias;
-pub mod mis;
 pub mod rng;
 pub mod sampler;
 pub mod systematic;

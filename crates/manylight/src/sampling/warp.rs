@@ -1,23 +1,15 @@
-//! Maps from the unit square to other domains, with their densities.
+//! Maps from the unit square to other domains, with their densities. Those that [`lanes`] has are these with one lane.
 
-use crate::math::trig::{sin_cos_octant, sin_cos_turns};
+use crate::lanes::{self, Float, One, Pair};
 use crate::math::{Vec2, Vec3, float::safe_sqrt};
-use std::f32::consts::{FRAC_1_PI, FRAC_PI_4, TAU};
+use std::f32::consts::{FRAC_1_PI, TAU};
 
 /// A point of the unit disk, uniform by area. The map is continuous.
 ///
 /// Source: Shirley and Chiu, "A Low Distortion Map", 1997.
 #[inline]
 pub fn disc(u: Vec2) -> Vec2 {
-    let p = u * 2.0 - Vec2::ONE;
-    if p == Vec2::ZERO {
-        return Vec2::ZERO;
-    }
-    // Angles relative to the nearer axis stay within an octant.
-    let along_x = p.x.abs() > p.y.abs();
-    let (r, across) = if along_x { (p.x, p.y) } else { (p.y, p.x) };
-    let (sin, cos) = sin_cos_octant(FRAC_PI_4 * (across / r));
-    Vec2::from(if along_x { (cos, sin) } else { (sin, cos) }) * r
+    lanes::disc(Pair::<One>::from(u)).into()
 }
 
 /// A direction of the upper hemisphere with density cosθ/π.
@@ -36,8 +28,7 @@ pub fn cosine_hemisphere_pdf(cos_theta: f32) -> f32 {
 /// A direction of the sphere, uniform: density 1/(4π).
 #[inline]
 pub fn sphere(u: Vec2) -> Vec3 {
-    let z = 1.0 - 2.0 * u.y;
-    polar(z, safe_sqrt(1.0 - z * z), u.x)
+    lanes::sphere(Pair::<One>::from(u)).into()
 }
 
 /// Density of [`sphere`] per solid angle.
@@ -98,16 +89,12 @@ pub fn henyey_greenstein(u: Vec2, g: f32) -> Vec3 {
 /// Source: Heitz, "A Low-Distortion Map", 2019.
 #[inline]
 pub fn triangle(u: Vec2) -> Vec2 {
-    if u.x < u.y {
-        Vec2::new(u.x * 0.5, u.y - u.x * 0.5)
-    } else {
-        Vec2::new(u.x - u.y * 0.5, u.y * 0.5)
-    }
+    lanes::triangle(Pair::<One>::from(u)).into()
 }
 
 /// The direction at height `z` and distance `r` from the z axis; the azimuth is `turn` full turns.
 #[inline]
 fn polar(z: f32, r: f32, turn: f32) -> Vec3 {
-    let (sin, cos) = sin_cos_turns(turn);
-    Vec3::new(r * cos, r * sin, z)
+    let (sin, cos) = Float::<One>::from(turn).sin_cos_turns();
+    Vec3::new(r * cos.get(), r * sin.get(), z)
 }

@@ -4,8 +4,7 @@
     reason = "vendor intrinsics; every kernel is tested against the portable path"
 )]
 
-use super::width::{NARROW, Width, array};
-use super::{LANES, Outlined, Simd, SimdKernel};
+use super::width::{LANES, NARROW, Outlined, Simd, SimdKernel, Width, array};
 use std::arch::x86_64::*;
 use std::mem::MaybeUninit;
 

@@ -15,10 +15,9 @@ mod width;
 
 pub use portable::One;
 pub use width::{LANES, Width};
-pub(crate) use width::{NARROW, Sixteen};
+pub(crate) use width::{NARROW, Outlined, Simd, SimdKernel, Sixteen, set_bits};
 
 use portable::Portable;
-use std::mem::MaybeUninit;
 use std::sync::OnceLock;
 
 /// The instruction set of this process. The first use selects the best, unless [`select_instruction_set`] has selected another.
@@ -55,44 +54,6 @@ pub fn instruction_set() -> String {
     format!("{} {}", std::env::consts::ARCH, Isa::best().name())
 }
 
-/// An instruction set: its vectors of eight lanes, with which the ray tree is traversed, and those of sixteen.
-pub(crate) trait Simd: Width<Each<f32> = [f32; NARROW], Each<u32> = [u32; NARROW]> {
-    /// Sixteen lanes.
-    type Wide: Sixteen;
-
-    /// Sixteen lanes.
-    fn wide(self) -> Self::Wide;
-    /// Selects the lanes with near <= far, `span` being (near, far). Writes their words and near values in the order `order`,
-    /// three bits per place. Returns the selected places as bits; as many entries are initialized as bits are set.
-    fn compress_ordered(
-        self,
-        order: u32,
-        words: &[u32; NARROW],
-        span: (Self::F, Self::F),
-        words_out: &mut [MaybeUninit<u32>; NARROW],
-        near_out: &mut [MaybeUninit<f32>; NARROW],
-    ) -> u32;
-}
-
-/// Positions of the set bits, ascending.
-#[inline(always)]
-pub(crate) fn set_bits(bits: impl Into<u64>) -> impl Iterator<Item = usize> {
-    let mut bits: u64 = bits.into();
-    std::iter::from_fn(move || {
-        let bit = bits.trailing_zeros();
-        bits &= bits.wrapping_sub(1);
-        (bit < u64::BITS).then_some(bit as usize)
-    })
-}
-
-/// Code that is compiled for each instruction set: with vectors in every one.
-pub(crate) trait SimdKernel {
-    /// Result of the kernel.
-    type Output;
-    /// The body. Must be `inline(always)`, like all functions that get `s`.
-    fn run<S: Simd>(self, s: S) -> Self::Output;
-}
-
 /// Code that is compiled for one lane and for sixteen: with plain numbers in the portable instruction set, because large code
 /// over arrays becomes poor vector code, in much time of the compiler.
 pub(crate) trait LaneKernel {
@@ -112,14 +73,6 @@ impl<K: LaneKernel> SimdKernel for InVectors<K> {
     fn run<S: Simd>(self, s: S) -> K::Output {
         self.0.run(s.wide())
     }
-}
-
-/// Code that is compiled once for each type, instead of once for each caller: large code with several callers.
-pub trait Outlined {
-    /// Result of the code.
-    type Output;
-    /// The body. Must be `inline(always)`.
-    fn run(self) -> Self::Output;
 }
 
 /// Instruction sets for which kernels are compiled.

@@ -1,7 +1,6 @@
 //! Vector operations in plain Rust: on one number, and on arrays, which the compiler vectorizes as far as the target allows.
 
-use super::width::{NARROW, Width, array};
-use super::{LANES, Outlined, Simd};
+use super::width::{LANES, NARROW, Outlined, Simd, Width, array};
 use std::mem::MaybeUninit;
 
 /// One lane: plain numbers.

@@ -3,6 +3,7 @@
 
 use super::*;
 use crate::sampling::rng::Pcg;
+use std::mem::MaybeUninit;
 
 #[test]
 fn set_bits_are_found_in_order() {

@@ -1,7 +1,7 @@
-//! The operations on lanes, which every kind of vector has.
+//! What every instruction set has: the operations on its lanes, and the code that is compiled for it.
 
-use super::{Outlined, set_bits};
 use std::fmt::Debug;
+use std::mem::MaybeUninit;
 
 /// Number of lanes of wide vectors.
 pub const LANES: usize = 16;
@@ -135,6 +135,52 @@ pub trait Width: Copy + Debug {
 pub(crate) trait Sixteen: Width<Each<f32> = [f32; LANES], Each<u32> = [u32; LANES]> {}
 
 impl<S: Width<Each<f32> = [f32; LANES], Each<u32> = [u32; LANES]>> Sixteen for S {}
+
+/// An instruction set: its vectors of eight lanes, with which the ray tree is traversed, and those of sixteen.
+pub(crate) trait Simd: Width<Each<f32> = [f32; NARROW], Each<u32> = [u32; NARROW]> {
+    /// Sixteen lanes.
+    type Wide: Sixteen;
+
+    /// Sixteen lanes.
+    fn wide(self) -> Self::Wide;
+    /// Selects the lanes with near <= far, `span` being (near, far). Writes their words and near values in the order `order`,
+    /// three bits per place. Returns the selected places as bits; as many entries are initialized as bits are set.
+    fn compress_ordered(
+        self,
+        order: u32,
+        words: &[u32; NARROW],
+        span: (Self::F, Self::F),
+        words_out: &mut [MaybeUninit<u32>; NARROW],
+        near_out: &mut [MaybeUninit<f32>; NARROW],
+    ) -> u32;
+}
+
+/// Code that is compiled for each instruction set: with vectors in every one.
+pub(crate) trait SimdKernel {
+    /// Result of the kernel.
+    type Output;
+    /// The body. Must be `inline(always)`, like all functions that get `s`.
+    fn run<S: Simd>(self, s: S) -> Self::Output;
+}
+
+/// Code that is compiled once for each type, instead of once for each caller: large code with several callers.
+pub trait Outlined {
+    /// Result of the code.
+    type Output;
+    /// The body. Must be `inline(always)`.
+    fn run(self) -> Self::Output;
+}
+
+/// Positions of the set bits, ascending.
+#[inline(always)]
+pub(crate) fn set_bits(bits: impl Into<u64>) -> impl Iterator<Item = usize> {
+    let mut bits: u64 = bits.into();
+    std::iter::from_fn(move || {
+        let bit = bits.trailing_zeros();
+        bits &= bits.wrapping_sub(1);
+        (bit < u64::BITS).then_some(bit as usize)
+    })
+}
 
 /// `value(i)` at each index. Functions of the standard library over arrays are not always inlined.
 #[inline(always)]

@@ -3,11 +3,18 @@
 use super::cases::{surface_at, unequal_lobes};
 use super::*;
 use crate::bsdf::model_sample::Numbers;
-use crate::bsdf::{BsdfSample, BsdfSamples, DirectResponse, DirectResponses};
+use crate::bsdf::{BsdfSample, BsdfSamples, DirectResponses};
 use crate::geometry::{SurfacePoint, SurfacePoints};
 use crate::ids::MaterialId;
 use crate::lanes::{Color, Float, LANES, LaneKernel, Pair, Vector, Width};
 use crate::simd::{Instructions, Isa};
+
+/// [`DirectResponses`] at one point.
+struct DirectResponse {
+    non_specular: Rgb,
+    near_delta: Rgb,
+    pdf: f32,
+}
 
 /// What the walks and next-event estimation ask for, at one point.
 struct Answers {
@@ -33,7 +40,7 @@ fn single(packet: &Packet, i: usize) -> Answers {
     let bsdf = packet.case.bsdf_at(&packet.points[i]);
     let (given, other, u) = (packet.given[i], packet.other[i], packet.u[i]);
     Answers {
-        direct: bsdf.direct_response(other, given),
+        direct: direct_of(&bsdf.direct_responses(other.into(), given.into()), 0),
         wi: bsdf.sample_wi(given, u, packet.lobes),
         wo: bsdf.sample_wo(given, u, packet.lobes),
         transmittance: bsdf.transmittance(given),
