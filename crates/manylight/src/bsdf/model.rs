@@ -15,7 +15,7 @@ use super::models::rough_diffuse::RoughDiffuse;
 use super::models::thin_dielectric::ThinDielectric;
 use super::models::ward::Ward;
 use super::response::Response;
-use super::scattering_model::{AlbedoEstimate, Density, Respond, Sample, ScatteringModel};
+use super::scattering_model::{self, ScatteringModel};
 use crate::lanes::{Color, Float, Mask, One, Vector, Width};
 use crate::math::Vec3;
 
@@ -68,22 +68,22 @@ impl<S: Width> ScatteringModel<S> for Model<'_, S> {
 
     #[inline(always)]
     fn albedo_estimate(&self, cos: Float<S>, lobes: Classes<S>) -> Float<S> {
-        of_model!(self, model => cos.width().outline(AlbedoEstimate { model, cos, lobes }))
+        of_model!(self, m => scattering_model::albedo_estimate(m, cos, lobes))
     }
 
     #[inline(always)]
     fn respond(&self, wi: Vector<S>, wo: Vector<S>, lobes: Classes<S>) -> Response<S> {
-        of_model!(self, model => wi.z.width().outline(Respond { model, wi, wo, lobes }))
+        of_model!(self, m => scattering_model::respond(m, wi, wo, lobes))
     }
 
     #[inline(always)]
     fn pdf(&self, given: Vector<S>, other: Vector<S>, lobes: Classes<S>) -> Float<S> {
-        of_model!(self, model => given.z.width().outline(Density { model, given, other, lobes }))
+        of_model!(self, m => scattering_model::pdf(m, given, other, lobes))
     }
 
     #[inline(always)]
     fn sample(&self, given: Vector<S>, u: Numbers<S>, lobes: Classes<S>) -> ModelSample<S> {
-        of_model!(self, model => given.z.width().outline(Sample { model, given, u, lobes }))
+        of_model!(self, m => scattering_model::sample(m, given, u, lobes))
     }
 }
 

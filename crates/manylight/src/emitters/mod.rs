@@ -16,7 +16,6 @@ mod emission;
 mod emitter_tree;
 mod environment_lobes;
 mod infinite;
-mod outlined;
 mod point;
 mod receivers;
 mod selection_weight;

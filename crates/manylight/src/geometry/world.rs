@@ -8,8 +8,7 @@ use crate::ids::{EmitterId, MaterialId, PrimitiveId, ShapeId};
 use crate::lanes::{One, Width};
 use crate::math::{Aabb, Affine3A, Vec2};
 #[cfg(any(test, feature = "testing"))]
-use crate::simd::Instructions;
-use crate::simd::Outlined;
+use crate::simd::{Instructions, outlined};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -187,12 +186,7 @@ impl Geometry {
         at: &S::Each<SurfaceRef>,
         derivatives: Derivatives,
     ) -> SurfacePoints<S> {
-        s.outline(FindPoints {
-            geometry: self,
-            s,
-            at,
-            derivatives,
-        })
+        surface_points(self, s, at, derivatives)
     }
 
     #[inline(always)]
@@ -260,29 +254,17 @@ impl Geometry {
     }
 }
 
+outlined! {
+    fn surface_points<S: Width>(
+        geometry: &Geometry, s: S, at: &S::Each<SurfaceRef>, derivatives: Derivatives,
+    ) -> SurfacePoints<S> { s => geometry.surface_points_inlined(s, at, derivatives) }
+}
+
 /// Frees the attributes of vertices, which the table of triangles has.
 fn drop_attributes(shape: &mut Shape) {
     if let Shape::Mesh(mesh) = shape {
         mesh.normals = Vec::new();
         mesh.tangents = Vec::new();
         mesh.uvs = Vec::new();
-    }
-}
-
-/// [`Geometry::surface_points`], which is too large for a part of other code.
-struct FindPoints<'a, S: Width> {
-    geometry: &'a Geometry,
-    s: S,
-    at: &'a S::Each<SurfaceRef>,
-    derivatives: Derivatives,
-}
-
-impl<S: Width> Outlined for FindPoints<'_, S> {
-    type Output = SurfacePoints<S>;
-
-    #[inline(always)]
-    fn run(self) -> SurfacePoints<S> {
-        self.geometry
-            .surface_points_inlined(self.s, self.at, self.derivatives)
     }
 }

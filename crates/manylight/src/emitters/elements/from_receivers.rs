@@ -11,7 +11,7 @@ use crate::emitters::Emitter;
 use crate::geometry::{Geometry, SurfacePoints};
 use crate::lanes::{Color, Float, Mask, Pair, Vector, Width, Word};
 use crate::math::{Vec2, Vec3};
-use crate::simd::set_bits;
+use crate::simd::{outlined, set_bits};
 use crate::texture::Texture;
 
 /// The lanes with elements of each kind.
@@ -34,9 +34,16 @@ pub(in crate::emitters) struct EmittingScene<'a> {
 pub(in crate::emitters) type PointsOfElements<S> = (VisiblePoints<S>, Mask<S>);
 
 impl ElementList {
-    /// See [`ElementList::sample`].
+    outlined! {
+        /// Points of elements, by their indices, as seen from `p`, with the uniform numbers `u`.
+        pub(in crate::emitters) fn sample<S: Width>(
+            list: &ElementList, scene: EmittingScene<'_>, element: Word<S>, lanes: Mask<S>,
+            p: Vector<S>, u: Pair<S>,
+        ) -> PointsOfElements<S> { lanes.width() => list.sample_inlined(scene, element, lanes, p, u) }
+    }
+
     #[inline(always)]
-    pub(in crate::emitters) fn sample_inlined<S: Width>(
+    fn sample_inlined<S: Width>(
         &self,
         scene: EmittingScene,
         element: Word<S>,

@@ -13,7 +13,7 @@ mod sphere;
 mod visible_point;
 
 pub(super) use element::ElementBounds;
-pub(super) use from_receivers::{EmittingScene, PointsOfElements};
+pub(super) use from_receivers::EmittingScene;
 pub(super) use list::ElementList;
 #[cfg(test)]
 pub(super) use power::point_power;

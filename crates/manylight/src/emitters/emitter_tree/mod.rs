@@ -17,7 +17,7 @@ use super::elements::ElementBounds;
 use super::receivers::Receivers;
 use super::selection_weight::SelectionWeight;
 use crate::lanes::{Float, LANES, Lanes, Mask, Width, Word};
-use crate::simd::{Isa, set_bits};
+use crate::simd::{Isa, outlined, set_bits};
 use binary::ClusterNode;
 use importance::TreeReceivers;
 use wide::{ChildLane, ChosenChild, ImportanceKernel, LEAF, WideEmitterNode, choose_by};
@@ -105,9 +105,15 @@ impl EmitterTree {
         self.nodes.is_empty()
     }
 
-    /// See [`EmitterTree::sample`].
+    outlined! {
+        /// An element for each receiver, and the probability of the choice.
+        pub(super) fn sample<S: Width>(
+            tree: &EmitterTree, receivers: &Receivers<S>, u: Float<S>, active: Mask<S>,
+        ) -> ChosenElements<S> { u.width() => tree.sample_inlined(receivers, u, active) }
+    }
+
     #[inline(always)]
-    pub(super) fn sample_inlined<S: Width>(
+    fn sample_inlined<S: Width>(
         &self,
         receivers: &Receivers<S>,
         mut u: Float<S>,

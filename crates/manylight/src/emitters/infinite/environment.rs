@@ -5,6 +5,7 @@ use crate::color::Rgb;
 use crate::emitters::Environment;
 use crate::lanes::{Color, Float, Mask, Pair, Vector, Width, sample_linear};
 use crate::math::Mat3;
+use crate::simd::outlined;
 use rayon::prelude::*;
 use std::f32::consts::{PI, TAU};
 
@@ -143,13 +144,21 @@ impl EnvironmentSampler {
         self.total
     }
 
-    /// See [`EnvironmentSampler::sample`].
+    outlined! {
+        /// Directions in the lanes of `lanes` with density proportional to the interpolated
+        /// luminance; elsewhere any.
+        pub(in crate::emitters) fn sample<S: Width>(
+            sampler: &EnvironmentSampler, u: Pair<S>, lanes: Mask<S>,
+        ) -> EnvironmentSamples<S> { lanes.width() => sampler.sample_inlined(u, lanes) }
+
+        /// Radiance from the unit directions `wi` (pointing away from the scene), and their densities.
+        pub(in crate::emitters) fn look_up<S: Width>(
+            sampler: &EnvironmentSampler, wi: Vector<S>,
+        ) -> EnvironmentSamples<S> { wi.x.width() => sampler.look_up_inlined(wi) }
+    }
+
     #[inline(always)]
-    pub(in crate::emitters) fn sample_inlined<S: Width>(
-        &self,
-        u: Pair<S>,
-        lanes: Mask<S>,
-    ) -> EnvironmentSamples<S> {
+    fn sample_inlined<S: Width>(&self, u: Pair<S>, lanes: Mask<S>) -> EnvironmentSamples<S> {
         let p = CellPoints::load(lanes.width(), &self.tiles.choose_cells(u, lanes));
         let corners = self.corners(&p);
         let [w00, w10, w01, w11] = luminances(&corners);
@@ -201,12 +210,8 @@ impl EnvironmentSampler {
         Vector::new(sin_phi * sin_theta, cos_theta, -cos_phi * sin_theta)
     }
 
-    /// See [`EnvironmentSampler::look_up`].
     #[inline(always)]
-    pub(in crate::emitters) fn look_up_inlined<S: Width>(
-        &self,
-        wi: Vector<S>,
-    ) -> EnvironmentSamples<S> {
+    fn look_up_inlined<S: Width>(&self, wi: Vector<S>) -> EnvironmentSamples<S> {
         let d = product(&self.world_from_emitter.transpose(), wi);
         let at = self.locate(d);
         let corners = self.corners(&at);

@@ -10,7 +10,8 @@ mod lights;
 mod prepass;
 
 pub(super) use bounding_sphere::BoundingSphere;
-pub(super) use environment::{EnvironmentSampler, EnvironmentSamples};
+#[cfg(test)]
+pub(super) use environment::EnvironmentSampler;
 pub(super) use guides::InfiniteLightGuides;
 pub(super) use lights::{InfiniteEmissionNumbers, InfiniteLightSamples, InfiniteLights};
 pub(super) use prepass::GuidingPrepass;
