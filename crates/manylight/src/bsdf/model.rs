@@ -6,9 +6,7 @@ use super::lobes::{Classes, Lobes, NEAR_DELTA_ALPHA};
 use super::model_sample::{ModelSample, Numbers};
 use super::models::*;
 use super::response::Response;
-use super::scattering_model::{
-    AlbedoEstimate, Density, ModelBound, Respond, Sample, ScatteringModel,
-};
+use super::scattering_model::{self, ModelBound, ScatteringModel};
 use crate::lanes::{Color, Float, Mask, One, Vector, Width};
 use crate::math::Vec3;
 
@@ -32,36 +30,28 @@ macro_rules! models {
             #[inline(always)]
             fn albedo_estimate(&self, cos: Float<S>, lobes: Classes<S>) -> Float<S> {
                 match self {
-                    $(Model::$name(model) => {
-                        cos.width().outline(AlbedoEstimate { model, cos, lobes })
-                    })*
+                    $(Model::$name(model) => scattering_model::albedo_estimate(model, cos, lobes),)*
                 }
             }
 
             #[inline(always)]
             fn respond(&self, wi: Vector<S>, wo: Vector<S>, lobes: Classes<S>) -> Response<S> {
                 match self {
-                    $(Model::$name(model) => {
-                        wi.z.width().outline(Respond { model, wi, wo, lobes })
-                    })*
+                    $(Model::$name(model) => scattering_model::respond(model, wi, wo, lobes),)*
                 }
             }
 
             #[inline(always)]
             fn pdf(&self, given: Vector<S>, other: Vector<S>, lobes: Classes<S>) -> Float<S> {
                 match self {
-                    $(Model::$name(model) => {
-                        given.z.width().outline(Density { model, given, other, lobes })
-                    })*
+                    $(Model::$name(model) => scattering_model::pdf(model, given, other, lobes),)*
                 }
             }
 
             #[inline(always)]
             fn sample(&self, given: Vector<S>, u: Numbers<S>, lobes: Classes<S>) -> ModelSample<S> {
                 match self {
-                    $(Model::$name(model) => {
-                        given.z.width().outline(Sample { model, given, u, lobes })
-                    })*
+                    $(Model::$name(model) => scattering_model::sample(model, given, u, lobes),)*
                 }
             }
 

@@ -1,66 +1,28 @@
 //! The large functions of a scattering function. They are compiled once for each instruction set, because every caller would otherwise
 //! have a copy of every model.
 
-use super::leaf::Given;
 use super::lobes::Lobes;
 use super::model_sample::Numbers;
 use super::{Bsdf, BsdfSamples, DirectResponses};
 use crate::lanes::{Color, Float, Vector, Width};
-use crate::simd::Outlined;
+use crate::simd::outlined;
 
-struct DirectResponsesOf<'a, 's, S: Width> {
-    bsdf: &'a Bsdf<'s, S>,
-    wi: Vector<S>,
-    wo: Vector<S>,
-}
+outlined! {
+    fn direct_responses<S: Width>(
+        bsdf: &Bsdf<'_, S>, wi: Vector<S>, wo: Vector<S>,
+    ) -> DirectResponses<S> { bsdf.width() => bsdf.direct_responses_inlined(wi, wo) }
 
-struct ResponsesOf<'a, 's, S: Width> {
-    bsdf: &'a Bsdf<'s, S>,
-    wi: Vector<S>,
-    wo: Vector<S>,
-    lobes: Lobes,
-}
+    fn responses<S: Width>(
+        bsdf: &Bsdf<'_, S>, wi: Vector<S>, wo: Vector<S>, lobes: Lobes,
+    ) -> (Color<S>, Float<S>) { bsdf.width() => bsdf.responses_inlined(wi, wo, lobes) }
 
-struct SampleEach<'a, 's, S: Width> {
-    bsdf: &'a Bsdf<'s, S>,
-    end: Given,
-    given: Vector<S>,
-    u: Numbers<S>,
-    lobes: Lobes,
-}
+    fn sample_wi<S: Width>(
+        bsdf: &Bsdf<'_, S>, wo: Vector<S>, u: Numbers<S>, lobes: Lobes,
+    ) -> BsdfSamples<S> { bsdf.width() => bsdf.sample_each_wi_inlined(wo, u, lobes) }
 
-impl<S: Width> Outlined for DirectResponsesOf<'_, '_, S> {
-    type Output = DirectResponses<S>;
-
-    #[inline(always)]
-    fn run(self) -> DirectResponses<S> {
-        self.bsdf.direct_responses_inlined(self.wi, self.wo)
-    }
-}
-
-impl<S: Width> Outlined for ResponsesOf<'_, '_, S> {
-    type Output = (Color<S>, Float<S>);
-
-    #[inline(always)]
-    fn run(self) -> (Color<S>, Float<S>) {
-        self.bsdf.responses_inlined(self.wi, self.wo, self.lobes)
-    }
-}
-
-impl<S: Width> Outlined for SampleEach<'_, '_, S> {
-    type Output = BsdfSamples<S>;
-
-    #[inline(always)]
-    fn run(self) -> BsdfSamples<S> {
-        match self.end {
-            Given::Wo => self
-                .bsdf
-                .sample_each_wi_inlined(self.given, self.u, self.lobes),
-            Given::Wi => self
-                .bsdf
-                .sample_each_wo_inlined(self.given, self.u, self.lobes),
-        }
-    }
+    fn sample_wo<S: Width>(
+        bsdf: &Bsdf<'_, S>, wi: Vector<S>, u: Numbers<S>, lobes: Lobes,
+    ) -> BsdfSamples<S> { bsdf.width() => bsdf.sample_each_wo_inlined(wi, u, lobes) }
 }
 
 impl<S: Width> Bsdf<'_, S> {
@@ -68,8 +30,7 @@ impl<S: Width> Bsdf<'_, S> {
     /// evaluation.
     #[inline(always)]
     pub(crate) fn direct_responses(&self, wi: Vector<S>, wo: Vector<S>) -> DirectResponses<S> {
-        self.width()
-            .outline(DirectResponsesOf { bsdf: self, wi, wo })
+        direct_responses(self, wi, wo)
     }
 
     /// [`Bsdf::f_cos_wi`] and [`Bsdf::pdf_wi`] of `lobes` in each lane.
@@ -80,12 +41,7 @@ impl<S: Width> Bsdf<'_, S> {
         wo: Vector<S>,
         lobes: Lobes,
     ) -> (Color<S>, Float<S>) {
-        self.width().outline(ResponsesOf {
-            bsdf: self,
-            wi,
-            wo,
-            lobes,
-        })
+        responses(self, wi, wo, lobes)
     }
 
     /// [`Bsdf::sample_wi`] in each lane.
@@ -96,13 +52,7 @@ impl<S: Width> Bsdf<'_, S> {
         u: Numbers<S>,
         lobes: Lobes,
     ) -> BsdfSamples<S> {
-        self.width().outline(SampleEach {
-            bsdf: self,
-            end: Given::Wo,
-            given: wo,
-            u,
-            lobes,
-        })
+        sample_wi(self, wo, u, lobes)
     }
 
     /// [`Bsdf::sample_wo`] in each lane.
@@ -113,12 +63,6 @@ impl<S: Width> Bsdf<'_, S> {
         u: Numbers<S>,
         lobes: Lobes,
     ) -> BsdfSamples<S> {
-        self.width().outline(SampleEach {
-            bsdf: self,
-            end: Given::Wi,
-            given: wi,
-            u,
-            lobes,
-        })
+        sample_wo(self, wi, u, lobes)
     }
 }

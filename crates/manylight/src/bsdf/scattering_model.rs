@@ -10,7 +10,7 @@ use super::model_sample::{ModelSample, Numbers};
 use super::response::Response;
 use crate::lanes::{Color, Float, Mask, One, Vector, Width};
 use crate::math::Vec3;
-use crate::simd::Outlined;
+use crate::simd::outlined;
 
 /// What every scattering model does.
 pub(super) trait ScatteringModel<S: Width> {
@@ -64,69 +64,24 @@ pub(super) trait ModelBound: ScatteringModel<One> {
     }
 }
 
-/// [`ScatteringModel::respond`].
-pub(super) struct Respond<'a, M, S: Width> {
-    pub(super) model: &'a M,
-    pub(super) wi: Vector<S>,
-    pub(super) wo: Vector<S>,
-    pub(super) lobes: Classes<S>,
-}
+outlined! {
+    /// [`ScatteringModel::respond`].
+    pub(super) fn respond<M: ScatteringModel<S>, S: Width>(
+        model: &M, wi: Vector<S>, wo: Vector<S>, lobes: Classes<S>,
+    ) -> Response<S> { wi.z.width() => model.respond(wi, wo, lobes) }
 
-/// [`ScatteringModel::pdf`].
-pub(super) struct Density<'a, M, S: Width> {
-    pub(super) model: &'a M,
-    pub(super) given: Vector<S>,
-    pub(super) other: Vector<S>,
-    pub(super) lobes: Classes<S>,
-}
+    /// [`ScatteringModel::pdf`].
+    pub(super) fn pdf<M: ScatteringModel<S>, S: Width>(
+        model: &M, given: Vector<S>, other: Vector<S>, lobes: Classes<S>,
+    ) -> Float<S> { given.z.width() => model.pdf(given, other, lobes) }
 
-/// [`ScatteringModel::sample`].
-pub(super) struct Sample<'a, M, S: Width> {
-    pub(super) model: &'a M,
-    pub(super) given: Vector<S>,
-    pub(super) u: Numbers<S>,
-    pub(super) lobes: Classes<S>,
-}
+    /// [`ScatteringModel::sample`].
+    pub(super) fn sample<M: ScatteringModel<S>, S: Width>(
+        model: &M, given: Vector<S>, u: Numbers<S>, lobes: Classes<S>,
+    ) -> ModelSample<S> { given.z.width() => model.sample(given, u, lobes) }
 
-/// [`ScatteringModel::albedo_estimate`].
-pub(super) struct AlbedoEstimate<'a, M, S: Width> {
-    pub(super) model: &'a M,
-    pub(super) cos: Float<S>,
-    pub(super) lobes: Classes<S>,
-}
-
-impl<M: ScatteringModel<S>, S: Width> Outlined for Respond<'_, M, S> {
-    type Output = Response<S>;
-
-    #[inline(always)]
-    fn run(self) -> Response<S> {
-        self.model.respond(self.wi, self.wo, self.lobes)
-    }
-}
-
-impl<M: ScatteringModel<S>, S: Width> Outlined for Density<'_, M, S> {
-    type Output = Float<S>;
-
-    #[inline(always)]
-    fn run(self) -> Float<S> {
-        self.model.pdf(self.given, self.other, self.lobes)
-    }
-}
-
-impl<M: ScatteringModel<S>, S: Width> Outlined for Sample<'_, M, S> {
-    type Output = ModelSample<S>;
-
-    #[inline(always)]
-    fn run(self) -> ModelSample<S> {
-        self.model.sample(self.given, self.u, self.lobes)
-    }
-}
-
-impl<M: ScatteringModel<S>, S: Width> Outlined for AlbedoEstimate<'_, M, S> {
-    type Output = Float<S>;
-
-    #[inline(always)]
-    fn run(self) -> Float<S> {
-        self.model.albedo_estimate(self.cos, self.lobes)
-    }
+    /// [`ScatteringModel::albedo_estimate`].
+    pub(super) fn albedo_estimate<M: ScatteringModel<S>, S: Width>(
+        model: &M, cos: Float<S>, lobes: Classes<S>,
+    ) -> Float<S> { cos.width() => model.albedo_estimate(cos, lobes) }
 }

@@ -3,7 +3,8 @@
 
 use super::Emitters;
 use super::description::Emitter;
-use super::elements::EmittingScene;
+use super::elements::{ElementList, EmittingScene};
+use super::emitter_tree::{ChosenElements, EmitterTree};
 use super::environment_lobes::EnvironmentLobes;
 use super::infinite::InfiniteLightSamples;
 use super::receivers::Receivers;
@@ -138,11 +139,11 @@ impl Emitters {
         (u_choice, u): (Float<S>, Pair<S>),
         lanes: Mask<S>,
     ) -> DirectSamples<S> {
-        let chosen = self.tree.sample(receivers, u_choice, lanes);
+        let chosen = EmitterTree::sample(&self.tree, receivers, u_choice, lanes);
         let pmf = chosen.pmf * (1.0 - self.infinite_probability);
+        let ChosenElements { element, found, .. } = chosen;
         let (y, is_point) =
-            self.elements
-                .sample(scene, chosen.element, chosen.found, receivers.p, u);
+            ElementList::sample(&self.elements, scene, element, found, receivers.p, u);
         let pdf = y.pdf * pmf;
         let weight = y.radiance / pdf;
         // A walk never finds points and spots. Their intensity may be 0.

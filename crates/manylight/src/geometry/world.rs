@@ -9,7 +9,7 @@ use crate::lanes::{One, Width};
 use crate::math::{Aabb, Vec2};
 #[cfg(any(test, feature = "testing"))]
 use crate::simd::Instructions;
-use crate::simd::Outlined;
+use crate::simd::outlined;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -152,12 +152,29 @@ impl Geometry {
         at: &S::Each<SurfaceRef>,
         derivatives: Derivatives,
     ) -> SurfacePoints<S> {
-        s.outline(FindPoints {
-            geometry: self,
-            s,
-            at,
-            derivatives,
-        })
+        surface_points(self, s, at, derivatives)
+    }
+
+    #[inline(always)]
+    fn surface_points_inlined<S: Width>(
+        &self,
+        s: S,
+        at: &S::Each<SurfaceRef>,
+        derivatives: Derivatives,
+    ) -> SurfacePoints<S> {
+        let in_world = |all: u32, at: &SurfaceRef| all & at.instance;
+        let is_in_world = at.as_ref().iter().fold(u32::MAX, in_world) == SurfaceRef::NO_INSTANCE;
+        // The frames of points in instances follow from their derivatives.
+        let derivatives = match is_in_world {
+            true => derivatives,
+            false => Derivatives::OfPosition,
+        };
+        let (points, others) = self.table.points(s, at, derivatives);
+        if others == 0 && is_in_world {
+            return points;
+        }
+        let points = points.store();
+        SurfacePoints::load(s, &s.each(|i| self.completed(points.as_ref()[i])))
     }
 
     /// The point in world space of a point in the space of its primitive, which is unspecified on analytic shapes.
@@ -203,43 +220,17 @@ impl Geometry {
     }
 }
 
+outlined! {
+    fn surface_points<S: Width>(
+        geometry: &Geometry, s: S, at: &S::Each<SurfaceRef>, derivatives: Derivatives,
+    ) -> SurfacePoints<S> { s => geometry.surface_points_inlined(s, at, derivatives) }
+}
+
 /// Frees the attributes of vertices, which the table of triangles has.
 fn drop_attributes(shape: &mut Shape) {
     if let Shape::Mesh(mesh) = shape {
         mesh.normals = Vec::new();
         mesh.tangents = Vec::new();
         mesh.uvs = Vec::new();
-    }
-}
-
-/// [`Geometry::surface_points`], which is too large for a part of other code.
-struct FindPoints<'a, S: Width> {
-    geometry: &'a Geometry,
-    s: S,
-    at: &'a S::Each<SurfaceRef>,
-    derivatives: Derivatives,
-}
-
-impl<S: Width> Outlined for FindPoints<'_, S> {
-    type Output = SurfacePoints<S>;
-
-    #[inline(always)]
-    fn run(self) -> SurfacePoints<S> {
-        let FindPoints {
-            geometry, s, at, ..
-        } = self;
-        let in_world = |all: u32, at: &SurfaceRef| all & at.instance;
-        let is_in_world = at.as_ref().iter().fold(u32::MAX, in_world) == SurfaceRef::NO_INSTANCE;
-        // The frames of points in instances follow from their derivatives.
-        let derivatives = match is_in_world {
-            true => self.derivatives,
-            false => Derivatives::OfPosition,
-        };
-        let (points, others) = geometry.table.points(s, at, derivatives);
-        if others == 0 && is_in_world {
-            return points;
-        }
-        let points = points.store();
-        SurfacePoints::load(s, &s.each(|i| geometry.completed(points.as_ref()[i])))
     }
 }

@@ -8,8 +8,8 @@
 use crate::simd::{One, Width};
 use std::fmt;
 use std::ops::{
-    Add, AddAssign, BitAnd, BitOr, BitOrAssign, BitXor, Div, Mul, MulAssign, Neg, Not, Shl, Shr,
-    Sub, SubAssign,
+    Add, AddAssign, BitAnd, BitOr, BitOrAssign, BitXor, Div, Mul, Neg, Not, Shl, Shr, Sub,
+    SubAssign,
 };
 
 /// A float per lane.
@@ -430,13 +430,6 @@ impl<S: Width> SubAssign for Float<S> {
     #[inline(always)]
     fn sub_assign(&mut self, o: Self) {
         *self = *self - o;
-    }
-}
-
-impl<S: Width> MulAssign for Float<S> {
-    #[inline(always)]
-    fn mul_assign(&mut self, o: Self) {
-        *self = *self * o;
     }
 }
 

@@ -374,7 +374,7 @@ macro_rules! by_component {
 by_component!(Add add: Pair { x, y }, Vector { x, y, z }, Color { r, g, b });
 by_component!(Sub sub: Pair { x, y }, Vector { x, y, z }, Color { r, g, b });
 by_component!(Mul mul: Pair { x, y }, Color { r, g, b });
-by_component!(Div div: Pair { x, y }, Color { r, g, b });
+by_component!(Div div: Pair { x, y });
 
 macro_rules! by_factor {
     ($factor:ty: $($name:ident { $($field:ident),* }),*) => {$(

@@ -75,6 +75,32 @@ impl<K: LaneKernel> SimdKernel for InVectors<K> {
     }
 }
 
+/// Declares functions that are [`Outlined`], with the value `$value`, for the instruction set of `$s`.
+macro_rules! outlined {
+    ($(
+        $(#[$attribute:meta])*
+        $visible:vis fn $name:ident<$($generic:ident: $bound:path),*>($($arg:ident: $ty:ty),* $(,)?)
+            -> $out:ty { $s:expr => $value:expr }
+    )*) => {$(
+        $(#[$attribute])*
+        #[inline(always)]
+        $visible fn $name<$($generic: $bound),*>($($arg: $ty),*) -> $out {
+            struct Code<Arguments>(Arguments);
+            impl<$($generic: $bound),*> $crate::simd::Outlined for Code<($($ty,)*)> {
+                type Output = $out;
+
+                #[inline(always)]
+                fn run(self) -> $out {
+                    let ($($arg,)*) = self.0;
+                    $value
+                }
+            }
+            $crate::simd::Width::outline($s, Code(($($arg,)*)))
+        }
+    )*};
+}
+pub(crate) use outlined;
+
 /// Instruction sets for which kernels are compiled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Instructions {

@@ -8,7 +8,7 @@ use crate::color::Rgb;
 use crate::geometry::SurfacePoints;
 use crate::lanes::{Color, Float, Mask, Pair, Vector, Width};
 use crate::math::{Mat3, Vec2, Vec3};
-use crate::simd::Outlined;
+use crate::simd::outlined;
 
 /// A texture at a place in each lane.
 #[derive(Clone, Copy)]
@@ -19,14 +19,18 @@ struct Lookup<'a, S: Width> {
     textures: &'a [Texture],
 }
 
-/// [`Texture::eval`] in lanes.
-struct ColorOf<'a, S: Width>(Lookup<'a, S>);
+outlined! {
+    /// [`Texture::eval`] in lanes.
+    fn color<S: Width>(look: Lookup<'_, S>) -> Color<S> { look.width() => look.color_inlined() }
 
-/// [`Texture::eval_float`] in lanes.
-struct ValueOf<'a, S: Width>(Lookup<'a, S>);
+    /// [`Texture::eval_float`] in lanes.
+    fn value<S: Width>(look: Lookup<'_, S>) -> Float<S> { look.width() => look.value_inlined() }
 
-/// [`Texture::gradient`] in lanes, with the derivatives of the position.
-struct GradientOf<'a, S: Width>(Lookup<'a, S>, [Vector<S>; 2]);
+    /// [`Texture::gradient`] in lanes, with the derivatives of the position.
+    fn gradient<S: Width>(look: Lookup<'_, S>, dp: [Vector<S>; 2]) -> Pair<S> {
+        look.width() => look.gradient_inlined(dp)
+    }
+}
 
 impl Texture {
     /// Filtered color at a point. `textures` are all textures of the scene, for nested ones.
@@ -141,17 +145,17 @@ impl<'a, S: Width> Lookup<'a, S> {
 
     #[inline(always)]
     fn color(self) -> Color<S> {
-        self.width().outline(ColorOf(self))
+        color(self)
     }
 
     #[inline(always)]
     fn value(self) -> Float<S> {
-        self.width().outline(ValueOf(self))
+        value(self)
     }
 
     #[inline(always)]
     fn gradient(self, dp: [Vector<S>; 2]) -> Pair<S> {
-        self.width().outline(GradientOf(self, dp))
+        gradient(self, dp)
     }
 
     /// Another texture at the same place.
@@ -262,181 +266,168 @@ fn each_vector<S: Width>(v: Vector<S>) -> S::Each<Vec3> {
     v.x.width().each(vector)
 }
 
-impl<S: Width> Outlined for ColorOf<'_, S> {
-    type Output = Color<S>;
-
+impl<S: Width> Lookup<'_, S> {
     #[inline(always)]
-    fn run(self) -> Color<S> {
-        let look = &self.0;
-        let s = look.width();
-        match look.texture {
-            Texture::Bitmap(bitmap) => bitmap.eval(look.at.uv),
+    fn color_inlined(&self) -> Color<S> {
+        let s = self.width();
+        match self.texture {
+            Texture::Bitmap(bitmap) => bitmap.eval(self.at.uv),
             Texture::Checkerboard {
                 color0,
                 color1,
                 uv_transform,
             } => {
-                let is_main = is_main_cell(transformed(uv_transform, look.at.uv));
-                look.choose_color(is_main, color0, color1)
+                let is_main = is_main_cell(transformed(uv_transform, self.at.uv));
+                self.choose_color(is_main, color0, color1)
             }
-            Texture::Product { first, second } => look.color_of(first) * look.color_of(second),
+            Texture::Product { first, second } => self.color_of(first) * self.color_of(second),
             Texture::VertexColors(colors) => {
-                Color::from_fn(s, |i| colors.at(&look.at.at.as_ref()[i]))
+                Color::from_fn(s, |i| colors.at(&self.at.at.as_ref()[i]))
             }
             Texture::OtherUv { uvs, inner } => {
-                let uv = Pair::from_fn(s, |i| uvs.at(&look.at.at.as_ref()[i]));
-                look.of(&look.textures[inner.index()]).with_uv(uv).color()
+                let uv = Pair::from_fn(s, |i| uvs.at(&self.at.at.as_ref()[i]));
+                self.of(&self.textures[inner.index()]).with_uv(uv).color()
             }
             Texture::Mix {
                 first,
                 second,
                 weight,
             } => {
-                let w = look.mixing_weight(weight);
-                look.color_of(first).lerp(look.color_of(second), w)
+                let w = self.mixing_weight(weight);
+                self.color_of(first).lerp(self.color_of(second), w)
             }
             Texture::Dots {
                 inside,
                 outside,
                 uv_transform,
-            } => look.choose_color(look.in_dot(uv_transform), inside, outside),
+            } => self.choose_color(self.in_dot(uv_transform), inside, outside),
             Texture::Power { base, exponent } => {
-                let base = look.of(&look.textures[base.index()]).color();
+                let base = self.of(&self.textures[base.index()]).color();
                 base.map(|v| power(v, *exponent))
             }
             Texture::Solid(solid) => match &solid.pattern {
                 Pattern::Cells { color0, color1 } => {
-                    let p = look.positions();
-                    let is_even = look.mask(|i| solid.is_even_cell(p.as_ref()[i]));
-                    look.choose_color(is_even, color0, color1)
+                    let p = self.positions();
+                    let is_even = self.mask(|i| solid.is_even_cell(p.as_ref()[i]));
+                    self.choose_color(is_even, color0, color1)
                 }
                 _ => {
-                    let p = look.positions();
+                    let p = self.positions();
                     Color::from_fn(s, |i| solid.color(p.as_ref()[i]))
                 }
             },
             Texture::Projected { projection, inner } => {
-                let p = look.positions();
+                let p = self.positions();
                 let uv = Pair::from_fn(s, |i| projection.uv(p.as_ref()[i]));
-                look.of(&look.textures[inner.index()]).with_uv(uv).color()
+                self.of(&self.textures[inner.index()]).with_uv(uv).color()
             }
         }
     }
-}
-
-impl<S: Width> Outlined for ValueOf<'_, S> {
-    type Output = Float<S>;
 
     #[inline(always)]
-    fn run(self) -> Float<S> {
-        let look = &self.0;
-        let s = look.width();
-        match look.texture {
-            Texture::Bitmap(bitmap) => bitmap.eval_float(look.at.uv),
+    fn value_inlined(&self) -> Float<S> {
+        let s = self.width();
+        match self.texture {
+            Texture::Bitmap(bitmap) => bitmap.eval_float(self.at.uv),
             Texture::Checkerboard {
                 color0,
                 color1,
                 uv_transform,
             } => {
-                let is_main = is_main_cell(transformed(uv_transform, look.at.uv));
-                look.choose_value(is_main, color1, color0)
+                let is_main = is_main_cell(transformed(uv_transform, self.at.uv));
+                self.choose_value(is_main, color1, color0)
             }
-            Texture::Product { first, second } => look.value_of(first) * look.value_of(second),
+            Texture::Product { first, second } => self.value_of(first) * self.value_of(second),
             Texture::VertexColors(colors) => Float::from_fn(s, |i| {
-                let color: Rgb = colors.at(&look.at.at.as_ref()[i]);
+                let color: Rgb = colors.at(&self.at.at.as_ref()[i]);
                 color.luminance()
             }),
             Texture::OtherUv { uvs, inner } => {
-                let uv = Pair::from_fn(s, |i| uvs.at(&look.at.at.as_ref()[i]));
-                look.of(&look.textures[inner.index()]).with_uv(uv).value()
+                let uv = Pair::from_fn(s, |i| uvs.at(&self.at.at.as_ref()[i]));
+                self.of(&self.textures[inner.index()]).with_uv(uv).value()
             }
             Texture::Mix {
                 first,
                 second,
                 weight,
             } => {
-                let w = look.mixing_weight(weight);
-                look.value_of(first) * (1.0 - w) + look.value_of(second) * w
+                let w = self.mixing_weight(weight);
+                self.value_of(first) * (1.0 - w) + self.value_of(second) * w
             }
             Texture::Dots {
                 inside,
                 outside,
                 uv_transform,
-            } => look.choose_value(look.in_dot(uv_transform), inside, outside),
+            } => self.choose_value(self.in_dot(uv_transform), inside, outside),
             Texture::Power { base, exponent } => {
-                power(look.of(&look.textures[base.index()]).value(), *exponent)
+                power(self.of(&self.textures[base.index()]).value(), *exponent)
             }
             Texture::Solid(solid) => match &solid.pattern {
                 Pattern::Cells { color0, color1 } => {
-                    let p = look.positions();
-                    let is_even = look.mask(|i| solid.is_even_cell(p.as_ref()[i]));
-                    look.choose_value(is_even, color0, color1)
+                    let p = self.positions();
+                    let is_even = self.mask(|i| solid.is_even_cell(p.as_ref()[i]));
+                    self.choose_value(is_even, color0, color1)
                 }
                 _ => {
-                    let p = look.positions();
+                    let p = self.positions();
                     Float::from_fn(s, |i| solid.value(p.as_ref()[i]))
                 }
             },
             Texture::Projected { projection, inner } => {
-                let p = look.positions();
+                let p = self.positions();
                 let uv = Pair::from_fn(s, |i| projection.uv(p.as_ref()[i]));
-                look.of(&look.textures[inner.index()]).with_uv(uv).value()
+                self.of(&self.textures[inner.index()]).with_uv(uv).value()
             }
         }
     }
-}
-
-impl<S: Width> Outlined for GradientOf<'_, S> {
-    type Output = Pair<S>;
 
     #[inline(always)]
-    fn run(self) -> Pair<S> {
-        let GradientOf(look, dp) = &self;
-        let (s, dp) = (look.width(), *dp);
-        match look.texture {
-            Texture::Bitmap(bitmap) => bitmap.gradient(look.at.uv),
+    fn gradient_inlined(&self, dp: [Vector<S>; 2]) -> Pair<S> {
+        let s = self.width();
+        match self.texture {
+            Texture::Bitmap(bitmap) => bitmap.gradient(self.at.uv),
             Texture::Checkerboard { .. }
             | Texture::VertexColors(_)
             | Texture::OtherUv { .. }
-            | Texture::Dots { .. } => look.flat(),
+            | Texture::Dots { .. } => self.flat(),
             Texture::Product { first, second } => {
-                look.gradient_of(first, dp) * look.value_of(second)
-                    + look.gradient_of(second, dp) * look.value_of(first)
+                self.gradient_of(first, dp) * self.value_of(second)
+                    + self.gradient_of(second, dp) * self.value_of(first)
             }
             Texture::Mix {
                 first,
                 second,
                 weight,
             } => {
-                let w = look.mixing_weight(weight);
+                let w = self.mixing_weight(weight);
                 let slope = match weight {
-                    FloatInput::Constant(_) => look.flat(),
-                    FloatInput::Texture(id) => look.of(&look.textures[id.index()]).gradient(dp),
+                    FloatInput::Constant(_) => self.flat(),
+                    FloatInput::Texture(id) => self.of(&self.textures[id.index()]).gradient(dp),
                 };
-                let step = look.value_of(second) - look.value_of(first);
-                look.gradient_of(first, dp) * (1.0 - w)
-                    + look.gradient_of(second, dp) * w
+                let step = self.value_of(second) - self.value_of(first);
+                self.gradient_of(first, dp) * (1.0 - w)
+                    + self.gradient_of(second, dp) * w
                     + slope * step
             }
             Texture::Power { base, exponent } => {
-                let base = look.of(&look.textures[base.index()]);
+                let base = self.of(&self.textures[base.index()]);
                 let slope = power(base.value(), exponent - 1.0) * *exponent;
                 base.gradient(dp) * slope.is_finite().select(slope, 0.0)
             }
             Texture::Solid(solid) => {
-                let (p, du, dv) = (look.positions(), each_vector(dp[0]), each_vector(dp[1]));
+                let (p, du, dv) = (self.positions(), each_vector(dp[0]), each_vector(dp[1]));
                 Pair::from_fn(s, |i| {
                     solid.gradient(p.as_ref()[i], [du.as_ref()[i], dv.as_ref()[i]])
                 })
             }
             Texture::Projected { projection, inner } => {
-                let (p, du, dv) = (look.positions(), each_vector(dp[0]), each_vector(dp[1]));
+                let (p, du, dv) = (self.positions(), each_vector(dp[0]), each_vector(dp[1]));
                 let uv = Pair::from_fn(s, |i| projection.uv(p.as_ref()[i]));
                 let derivatives = s.each(|i| {
                     projection.derivatives(p.as_ref()[i], [du.as_ref()[i], dv.as_ref()[i]])
                 });
                 let along = |k: usize| Pair::from_fn(s, |i| derivatives.as_ref()[i][k]);
-                let inner = look.of(&look.textures[inner.index()]).with_uv(uv);
+                let inner = self.of(&self.textures[inner.index()]).with_uv(uv);
                 let gradient = inner.gradient(dp);
                 Pair::new(gradient.dot(along(0)), gradient.dot(along(1)))
             }

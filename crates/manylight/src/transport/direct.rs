@@ -4,7 +4,7 @@ use crate::emitters::{DirectSamples, LobesOfLanes, Receivers};
 use crate::geometry::SurfacePoints;
 use crate::lanes::{Color, Float, Mask, Pair, Vector, Width, power};
 use crate::scene::Scene;
-use crate::simd::Outlined;
+use crate::simd::outlined;
 
 /// Directions from points to emitters, visibility not yet tested.
 #[derive(Clone, Copy, Debug)]
@@ -23,29 +23,15 @@ pub struct EmitterSamples<S: Width> {
     pub valid: Mask<S>,
 }
 
-/// [`Emitters::sample_lanes`](crate::emitters::Emitters::sample_lanes), which is too large for a part of other code.
-struct SampleEmitters<'a, S: Width> {
-    scene: &'a Scene,
-    receivers: Receivers<S>,
-    numbers: (Float<S>, Pair<S>),
-    lobes: LobesOfLanes<'a, S>,
-    lanes: Mask<S>,
-}
-
-impl<S: Width> Outlined for SampleEmitters<'_, S> {
-    type Output = DirectSamples<S>;
-
-    #[inline(always)]
-    fn run(self) -> DirectSamples<S> {
-        let (geometry, textures) = (&self.scene.geometry, &self.scene.textures);
-        self.scene.emitters.sample_lanes(
-            geometry,
-            textures,
-            &self.receivers,
-            self.numbers,
-            self.lobes,
-            self.lanes,
-        )
+outlined! {
+    fn sample_emitters<S: Width>(
+        scene: &Scene, receivers: &Receivers<S>, numbers: (Float<S>, Pair<S>),
+        lobes: LobesOfLanes<'_, S>, lanes: Mask<S>,
+    ) -> DirectSamples<S> {
+        lanes.width() => {
+            let (geometry, textures) = (&scene.geometry, &scene.textures);
+            scene.emitters.sample_lanes(geometry, textures, receivers, numbers, lobes, lanes)
+        }
     }
 }
 
@@ -67,13 +53,7 @@ impl<S: Width> EmitterSamples<S> {
             n,
             has_normal,
         };
-        let samples = x.offset.width().outline(SampleEmitters {
-            scene,
-            receivers,
-            numbers,
-            lobes,
-            lanes,
-        });
+        let samples = sample_emitters(scene, &receivers, numbers, lobes, lanes);
         EmitterSamples {
             wi: samples.wi,
             weight: samples.weight,

@@ -11,7 +11,7 @@ use crate::emitters::Emitter;
 use crate::geometry::{Geometry, SurfacePoints};
 use crate::lanes::{Color, Float, Mask, Pair, Vector, Width, Word};
 use crate::math::{Vec2, Vec3};
-use crate::simd::{Outlined, set_bits};
+use crate::simd::{outlined, set_bits};
 use crate::texture::Texture;
 
 /// The lanes with elements of each kind.
@@ -34,9 +34,16 @@ pub(in crate::emitters) struct EmittingScene<'a> {
 pub(in crate::emitters) type PointsOfElements<S> = (VisiblePoints<S>, Mask<S>);
 
 impl ElementList {
-    /// Points of elements, by their indices, as seen from `p`, with the uniform numbers `u`.
+    outlined! {
+        /// Points of elements, by their indices, as seen from `p`, with the uniform numbers `u`.
+        pub(in crate::emitters) fn sample<S: Width>(
+            list: &ElementList, scene: EmittingScene<'_>, element: Word<S>, lanes: Mask<S>,
+            p: Vector<S>, u: Pair<S>,
+        ) -> PointsOfElements<S> { lanes.width() => list.sample_inlined(scene, element, lanes, p, u) }
+    }
+
     #[inline(always)]
-    pub(in crate::emitters) fn sample<S: Width>(
+    fn sample_inlined<S: Width>(
         &self,
         scene: EmittingScene,
         element: Word<S>,
@@ -44,14 +51,26 @@ impl ElementList {
         p: Vector<S>,
         u: Pair<S>,
     ) -> PointsOfElements<S> {
-        lanes.width().outline(SampleElements {
-            list: self,
-            scene,
-            element,
-            lanes,
-            p,
-            u,
-        })
+        let kinds = self.kinds(element, lanes);
+        let mut points = VisiblePoints::none(lanes.width());
+        if kinds.planar.any() {
+            points = planar::sample(&self.sampling, element, kinds.planar, p, u);
+        }
+        let mut surfaces = kinds.surfaces;
+        if kinds.spheres.any() {
+            let cones = SphereCones::load(&self.sampling, element, kinds.spheres, p);
+            surfaces |= kinds.spheres & !cones.outside;
+            points = VisiblePoints::select(cones.outside, cones.sample(u), points);
+        }
+        if kinds.points.any() {
+            let more = self.points(scene, element, kinds.points, p);
+            points = VisiblePoints::select(kinds.points, more, points);
+        }
+        if surfaces.any() {
+            let more = self.surfaces(scene, element, surfaces, p, u);
+            points = VisiblePoints::select(surfaces, more, points);
+        }
+        (points, kinds.points)
     }
 
     #[inline(always)]
@@ -172,52 +191,6 @@ impl ElementList {
             pdf = cones.outside.select(by_cap, pdf);
         }
         pdf
-    }
-}
-
-/// [`ElementList::sample`].
-struct SampleElements<'a, S: Width> {
-    list: &'a ElementList,
-    scene: EmittingScene<'a>,
-    element: Word<S>,
-    lanes: Mask<S>,
-    p: Vector<S>,
-    u: Pair<S>,
-}
-
-impl<S: Width> Outlined for SampleElements<'_, S> {
-    type Output = PointsOfElements<S>;
-
-    #[inline(always)]
-    fn run(self) -> PointsOfElements<S> {
-        let SampleElements {
-            list,
-            scene,
-            element,
-            lanes,
-            p,
-            u,
-        } = self;
-        let kinds = list.kinds(element, lanes);
-        let mut points = VisiblePoints::none(lanes.width());
-        if kinds.planar.any() {
-            points = planar::sample(&list.sampling, element, kinds.planar, p, u);
-        }
-        let mut surfaces = kinds.surfaces;
-        if kinds.spheres.any() {
-            let cones = SphereCones::load(&list.sampling, element, kinds.spheres, p);
-            surfaces |= kinds.spheres & !cones.outside;
-            points = VisiblePoints::select(cones.outside, cones.sample(u), points);
-        }
-        if kinds.points.any() {
-            let more = list.points(scene, element, kinds.points, p);
-            points = VisiblePoints::select(kinds.points, more, points);
-        }
-        if surfaces.any() {
-            let more = list.surfaces(scene, element, surfaces, p, u);
-            points = VisiblePoints::select(surfaces, more, points);
-        }
-        (points, kinds.points)
     }
 }
 

@@ -16,7 +16,7 @@ mod wide;
 use super::elements::ElementBounds;
 use super::receivers::Receivers;
 use crate::lanes::{Float, LANES, Lanes, Mask, Width, Word};
-use crate::simd::{Isa, Outlined, set_bits};
+use crate::simd::{Isa, outlined, set_bits};
 use binary::ClusterNode;
 use importance::TreeReceivers;
 use wide::{ChildLane, ChosenChild, ImportanceKernel, LEAF, WideEmitterNode, choose_by};
@@ -98,20 +98,49 @@ impl EmitterTree {
         self.nodes.is_empty()
     }
 
-    /// An element for each receiver, and the probability of the choice.
+    outlined! {
+        /// An element for each receiver, and the probability of the choice.
+        pub(super) fn sample<S: Width>(
+            tree: &EmitterTree, receivers: &Receivers<S>, u: Float<S>, active: Mask<S>,
+        ) -> ChosenElements<S> { u.width() => tree.sample_inlined(receivers, u, active) }
+    }
+
     #[inline(always)]
-    pub(super) fn sample<S: Width>(
+    fn sample_inlined<S: Width>(
         &self,
         receivers: &Receivers<S>,
-        u: Float<S>,
+        mut u: Float<S>,
         active: Mask<S>,
     ) -> ChosenElements<S> {
-        u.width().outline(ChooseElements {
-            tree: self,
-            receivers,
-            u,
-            active,
-        })
+        let s = u.width();
+        let mut at = Word::splat(s, 0);
+        let mut chosen = ChosenElements {
+            element: at,
+            pmf: u.same(1.0),
+            found: Mask::splat(s, false),
+        };
+        let Some(root) = self.nodes.first() else {
+            return chosen;
+        };
+        if root.count == 1 {
+            chosen.element = Word::splat(s, root.content[0] & !LEAF);
+            chosen.found = active;
+            return chosen;
+        }
+        let receivers = TreeReceivers::new(receivers);
+        let mut left = active;
+        while left.any() {
+            let child = self.choose(&receivers, at, u, left);
+            let found = left & child.probability.gt(0.0);
+            let is_leaf = (child.content & LEAF).equals(LEAF);
+            chosen.pmf = found.select(chosen.pmf * child.probability, chosen.pmf);
+            chosen.found |= found & is_leaf;
+            u = child.rest;
+            at = left.select_words(child.content, at);
+            left = found & !is_leaf;
+        }
+        chosen.element = at & !LEAF;
+        chosen
     }
 
     /// A child of the node `at` for each receiver of `left`.
@@ -247,57 +276,6 @@ impl EmitterTree {
         let mut all = [0.0; LANES];
         all[..S::LANES].copy_from_slice(importances.as_ref());
         all
-    }
-}
-
-/// [`EmitterTree::sample`].
-struct ChooseElements<'a, S: Width> {
-    tree: &'a EmitterTree,
-    receivers: &'a Receivers<S>,
-    u: Float<S>,
-    active: Mask<S>,
-}
-
-impl<S: Width> Outlined for ChooseElements<'_, S> {
-    type Output = ChosenElements<S>;
-
-    #[inline(always)]
-    fn run(self) -> ChosenElements<S> {
-        let ChooseElements {
-            tree,
-            receivers,
-            mut u,
-            active,
-        } = self;
-        let s = u.width();
-        let mut at = Word::splat(s, 0);
-        let mut chosen = ChosenElements {
-            element: at,
-            pmf: u.same(1.0),
-            found: Mask::splat(s, false),
-        };
-        let Some(root) = tree.nodes.first() else {
-            return chosen;
-        };
-        if root.count == 1 {
-            chosen.element = Word::splat(s, root.content[0] & !LEAF);
-            chosen.found = active;
-            return chosen;
-        }
-        let receivers = TreeReceivers::new(receivers);
-        let mut left = active;
-        while left.any() {
-            let child = tree.choose(&receivers, at, u, left);
-            let found = left & child.probability.gt(0.0);
-            let is_leaf = (child.content & LEAF).equals(LEAF);
-            chosen.pmf = found.select(chosen.pmf * child.probability, chosen.pmf);
-            chosen.found |= found & is_leaf;
-            u = child.rest;
-            at = left.select_words(child.content, at);
-            left = found & !is_leaf;
-        }
-        chosen.element = at & !LEAF;
-        chosen
     }
 }
 

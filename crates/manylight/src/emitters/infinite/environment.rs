@@ -5,7 +5,7 @@ use crate::color::Rgb;
 use crate::emitters::Environment;
 use crate::lanes::{Color, Float, Mask, Pair, Vector, Width, sample_linear};
 use crate::math::Mat3;
-use crate::simd::Outlined;
+use crate::simd::outlined;
 use rayon::prelude::*;
 use std::f32::consts::{PI, TAU};
 
@@ -144,24 +144,36 @@ impl EnvironmentSampler {
         self.total
     }
 
-    /// Directions in the lanes of `lanes` with density proportional to the interpolated luminance; elsewhere any.
-    #[inline(always)]
-    pub(in crate::emitters) fn sample<S: Width>(
-        &self,
-        u: Pair<S>,
-        lanes: Mask<S>,
-    ) -> EnvironmentSamples<S> {
-        let sampler = self;
-        lanes
-            .width()
-            .outline(SampleEnvironment { sampler, u, lanes })
+    outlined! {
+        /// Directions in the lanes of `lanes` with density proportional to the interpolated
+        /// luminance; elsewhere any.
+        pub(in crate::emitters) fn sample<S: Width>(
+            sampler: &EnvironmentSampler, u: Pair<S>, lanes: Mask<S>,
+        ) -> EnvironmentSamples<S> { lanes.width() => sampler.sample_inlined(u, lanes) }
+
+        /// Radiance from the unit directions `wi` (pointing away from the scene), and their densities.
+        pub(in crate::emitters) fn look_up<S: Width>(
+            sampler: &EnvironmentSampler, wi: Vector<S>,
+        ) -> EnvironmentSamples<S> { wi.x.width() => sampler.look_up_inlined(wi) }
     }
 
-    /// Radiance from the unit directions `wi` (pointing away from the scene), and their densities.
     #[inline(always)]
-    pub(in crate::emitters) fn look_up<S: Width>(&self, wi: Vector<S>) -> EnvironmentSamples<S> {
-        let sampler = self;
-        wi.x.width().outline(LookUpEnvironment { sampler, wi })
+    fn sample_inlined<S: Width>(&self, u: Pair<S>, lanes: Mask<S>) -> EnvironmentSamples<S> {
+        let p = CellPoints::load(lanes.width(), &self.tiles.choose_cells(u, lanes));
+        let corners = self.corners(&p);
+        let [w00, w10, w01, w11] = luminances(&corners);
+        let y = sample_linear(p.within.y, w00 + w10, w01 + w11);
+        let x = sample_linear(p.within.x, w00 + (w01 - w00) * y, w10 + (w11 - w10) * y);
+        let at = CellPoints {
+            within: Pair::new(x, y),
+            ..p
+        };
+        let d = self.direction(&at);
+        EnvironmentSamples {
+            wi: product(&self.world_from_emitter, d).normalize(),
+            pdf: self.density(&corners, &at, d),
+            radiance: interpolate(&corners, at.within),
+        }
     }
 
     /// The points of the map that belong to the unit directions `d` in the emitter's frame.
@@ -199,6 +211,18 @@ impl EnvironmentSampler {
     }
 
     #[inline(always)]
+    fn look_up_inlined<S: Width>(&self, wi: Vector<S>) -> EnvironmentSamples<S> {
+        let d = product(&self.world_from_emitter.transpose(), wi);
+        let at = self.locate(d);
+        let corners = self.corners(&at);
+        EnvironmentSamples {
+            wi,
+            pdf: self.density(&corners, &at, d),
+            radiance: interpolate(&corners, at.within),
+        }
+    }
+
+    #[inline(always)]
     fn corners<S: Width>(&self, at: &CellPoints<S>) -> CornersOfCells<S> {
         let s = at.within.x.width();
         let (columns, rows) = (at.column.as_ref(), at.row.as_ref());
@@ -227,59 +251,5 @@ impl EnvironmentSampler {
         let of_row = |i: usize| self.density_per_luminance[at.row.as_ref()[i] as usize];
         // The lower bound of the sine keeps the density finite at the poles.
         here * Float::from_fn(x.width(), of_row) / sin_polar(d).max(1e-6)
-    }
-}
-
-/// [`EnvironmentSampler::sample`].
-struct SampleEnvironment<'a, S: Width> {
-    sampler: &'a EnvironmentSampler,
-    u: Pair<S>,
-    lanes: Mask<S>,
-}
-
-impl<S: Width> Outlined for SampleEnvironment<'_, S> {
-    type Output = EnvironmentSamples<S>;
-
-    #[inline(always)]
-    fn run(self) -> EnvironmentSamples<S> {
-        let SampleEnvironment { sampler, u, lanes } = self;
-        let p = CellPoints::load(lanes.width(), &sampler.tiles.choose_cells(u, lanes));
-        let corners = sampler.corners(&p);
-        let [w00, w10, w01, w11] = luminances(&corners);
-        let y = sample_linear(p.within.y, w00 + w10, w01 + w11);
-        let x = sample_linear(p.within.x, w00 + (w01 - w00) * y, w10 + (w11 - w10) * y);
-        let at = CellPoints {
-            within: Pair::new(x, y),
-            ..p
-        };
-        let d = sampler.direction(&at);
-        EnvironmentSamples {
-            wi: product(&sampler.world_from_emitter, d).normalize(),
-            pdf: sampler.density(&corners, &at, d),
-            radiance: interpolate(&corners, at.within),
-        }
-    }
-}
-
-/// [`EnvironmentSampler::look_up`].
-struct LookUpEnvironment<'a, S: Width> {
-    sampler: &'a EnvironmentSampler,
-    wi: Vector<S>,
-}
-
-impl<S: Width> Outlined for LookUpEnvironment<'_, S> {
-    type Output = EnvironmentSamples<S>;
-
-    #[inline(always)]
-    fn run(self) -> EnvironmentSamples<S> {
-        let LookUpEnvironment { sampler, wi } = self;
-        let d = product(&sampler.world_from_emitter.transpose(), wi);
-        let at = sampler.locate(d);
-        let corners = sampler.corners(&at);
-        EnvironmentSamples {
-            wi,
-            pdf: sampler.density(&corners, &at, d),
-            radiance: interpolate(&corners, at.within),
-        }
     }
 }

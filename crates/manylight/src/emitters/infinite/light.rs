@@ -90,7 +90,7 @@ impl InfiniteLight {
                 Some((warp::sphere(u), *radiance / warp::SPHERE_PDF))
             }
             InfiniteLightKind::Environment(sampler) => {
-                let sample = sampler.sample(Pair::from(u), Mask::splat(One, true));
+                let sample = EnvironmentSampler::sample(sampler, u.into(), Mask::splat(One, true));
                 let irradiance = Rgb::from(sample.radiance / sample.pdf);
                 (sample.pdf.get() > 0.0).then(|| (sample.wi.into(), irradiance))
             }

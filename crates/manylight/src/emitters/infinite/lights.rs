@@ -1,7 +1,7 @@
 //! All infinite lights together: sampling from a point, lookup along a ray, emission of photons.
 
 use super::BoundingSphere;
-use super::environment::EnvironmentSamples;
+use super::environment::{EnvironmentSampler, EnvironmentSamples};
 use super::guides::{InfiniteLightGuides, UNGUIDED_PROBABILITY};
 use super::light::{InfiniteLight, InfiniteLightKind, constant_pdf, sample_constant};
 use crate::color::Rgb;
@@ -109,9 +109,9 @@ impl InfiniteLights {
         for (i, lanes) in light.groups(lanes) {
             let light = &self.lights[i as usize];
             let samples = match &light.kind {
-                InfiniteLightKind::Environment(sampler) => {
-                    InfiniteLightSamples::of_environment(sampler.sample(u, lanes))
-                }
+                InfiniteLightKind::Environment(sampler) => InfiniteLightSamples::of_environment(
+                    EnvironmentSampler::sample(sampler, u, lanes),
+                ),
                 _ => light.sample(receivers, (u_left, u)),
             };
             all = InfiniteLightSamples::select(lanes, samples, all);
@@ -158,7 +158,7 @@ impl InfiniteLights {
                     (Color::splat(s, *radiance), constant_pdf(receivers, wi))
                 }
                 InfiniteLightKind::Environment(sampler) => {
-                    let seen = sampler.look_up(wi);
+                    let seen = EnvironmentSampler::look_up(sampler, wi);
                     (seen.radiance, seen.pdf)
                 }
             };
@@ -253,7 +253,7 @@ impl InfiniteLight {
             },
             InfiniteLightKind::Environment(sampler) => {
                 let lanes = Mask::splat(s, true);
-                InfiniteLightSamples::of_environment(sampler.sample(u, lanes))
+                InfiniteLightSamples::of_environment(EnvironmentSampler::sample(sampler, u, lanes))
             }
         }
     }

@@ -6,13 +6,13 @@ use crate::lanes::{Mask, One, Pair, Vector};
 
 /// A sampled direction.
 fn sample(sampler: &EnvironmentSampler, u: Vec2) -> Vec3 {
-    let sample = sampler.sample(Pair::from(u), Mask::splat(One, true));
+    let sample = EnvironmentSampler::sample(sampler, Pair::from(u), Mask::splat(One, true));
     sample.wi.into()
 }
 
 /// Radiance and density of a direction.
 fn look_up(sampler: &EnvironmentSampler, wi: Vec3) -> (Rgb, f32) {
-    let seen = sampler.look_up(Vector::from(wi));
+    let seen = EnvironmentSampler::look_up(sampler, Vector::from(wi));
     (seen.radiance.into(), seen.pdf.get())
 }
 

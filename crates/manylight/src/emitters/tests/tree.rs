@@ -9,7 +9,7 @@ use crate::sampling::warp;
 /// An element and its probability.
 fn sample(tree: &EmitterTree, p: Vec3, n: Option<Vec3>, u: f32) -> Option<(usize, f32)> {
     let (receiver, all) = (Receivers::from((p, n)), Mask::splat(One, true));
-    let chosen = tree.sample(&receiver, Float::from(u), all);
+    let chosen = EmitterTree::sample(tree, &receiver, Float::from(u), all);
     let element = chosen.element.store()[0] as usize;
     chosen.found.any().then(|| (element, chosen.pmf.get()))
 }

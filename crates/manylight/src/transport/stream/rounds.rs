@@ -4,7 +4,7 @@ use super::{Arrivals, Walks};
 use crate::ids::MaterialId;
 use crate::lanes::{LaneKernel, Width};
 use crate::scene::Scene;
-use crate::simd::{Isa, Outlined};
+use crate::simd::{Isa, outlined};
 
 /// Follows walks to their ends. `round` shades the vertices of one segment of all walks, and appends the walks that go on to its last
 /// argument.
@@ -54,30 +54,16 @@ where
         let Packets { runs, shader } = self;
         for (material, elements) in runs {
             for packet in elements.chunks(S::LANES) {
-                s.outline(Packet {
-                    shader: &mut *shader,
-                    s,
-                    material,
-                    packet,
-                });
+                shade(shader, s, material, packet);
             }
         }
     }
 }
 
-/// A packet. Not part of the loop over packets, which the compiler would copy for every condition on the material.
-struct Packet<'k, P, S> {
-    shader: &'k mut P,
-    s: S,
-    material: MaterialId,
-    packet: &'k [u32],
-}
-
-impl<P: PacketShader, S: Width> Outlined for Packet<'_, P, S> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        self.shader.shade(self.s, self.material, self.packet);
-    }
+outlined! {
+    /// [`PacketShader::shade`]. Not part of the loop over packets, which the compiler would copy for
+    /// every condition on the material.
+    fn shade<P: PacketShader, S: Width>(
+        shader: &mut P, s: S, material: MaterialId, packet: &[u32],
+    ) -> () { s => shader.shade(s, material, packet) }
 }
