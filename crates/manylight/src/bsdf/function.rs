@@ -10,6 +10,7 @@ use super::response::{ByClass, Response};
 use crate::color::Rgb;
 use crate::lanes::{Axes, Color, Float, Mask, One, Vector, Width};
 use crate::math::Vec3;
+use crate::simd::outlined;
 use std::f32::consts::FRAC_1_PI;
 
 /// Most leaves of a material at a point; see [`Materials::bsdf`].
@@ -46,6 +47,17 @@ pub(crate) struct DirectResponses<S: Width> {
     pub(crate) near_delta: Color<S>,
     /// Density of [`Bsdf::sample_wi`] for all lobes, per solid angle.
     pub(crate) pdf: Float<S>,
+}
+
+// Compiled once for each instruction set, because every caller would otherwise have a copy of every model.
+outlined! {
+    fn direct_responses<S: Width>(
+        bsdf: &Bsdf<'_, S>, wi: Vector<S>, wo: Vector<S>,
+    ) -> DirectResponses<S> { bsdf.width() => bsdf.direct_responses_inlined(wi, wo) }
+
+    fn responses<S: Width>(
+        bsdf: &Bsdf<'_, S>, wi: Vector<S>, wo: Vector<S>, lobes: Lobes,
+    ) -> (Color<S>, Float<S>) { bsdf.width() => bsdf.responses_inlined(wi, wo, lobes) }
 }
 
 impl<'s> Bsdf<'s> {
@@ -209,13 +221,26 @@ impl<'s, S: Width> Bsdf<'s, S> {
         can_sample.select(leaf.sampling_weight(given, lobes), 0.0)
     }
 
-    /// See [`Bsdf::direct_responses`].
+    /// [`Bsdf::f_cos_wi`] of the `NON_SPECULAR` and of the `NEAR_DELTA` lobes, and [`Bsdf::pdf_wi`] of all lobes, at the cost of one
+    /// evaluation.
     #[inline(always)]
-    pub(super) fn direct_responses_inlined(
+    pub(crate) fn direct_responses(&self, wi: Vector<S>, wo: Vector<S>) -> DirectResponses<S> {
+        direct_responses(self, wi, wo)
+    }
+
+    /// [`Bsdf::f_cos_wi`] and [`Bsdf::pdf_wi`] of `lobes` in each lane.
+    #[inline(always)]
+    pub(crate) fn responses(
         &self,
         wi: Vector<S>,
         wo: Vector<S>,
-    ) -> DirectResponses<S> {
+        lobes: Lobes,
+    ) -> (Color<S>, Float<S>) {
+        responses(self, wi, wo, lobes)
+    }
+
+    #[inline(always)]
+    fn direct_responses_inlined(&self, wi: Vector<S>, wo: Vector<S>) -> DirectResponses<S> {
         let (wi, wo) = (self.frame.to_local(wi), self.frame.to_local(wo));
         if let Some(lambert) = self.plain_lambert(wo) {
             let pdf = lambert.pdf(wi);
@@ -234,9 +259,8 @@ impl<'s, S: Width> Bsdf<'s, S> {
         }
     }
 
-    /// See [`Bsdf::responses`].
     #[inline(always)]
-    pub(super) fn responses_inlined(
+    fn responses_inlined(
         &self,
         wi: Vector<S>,
         wo: Vector<S>,

@@ -26,7 +26,6 @@ mod materials;
 mod model;
 mod model_sample;
 mod models;
-mod outlined;
 mod response;
 mod samples;
 mod sampling;
@@ -41,7 +40,8 @@ pub use fixed_wi::FixedWi;
 pub use fixed_wo::FixedWo;
 pub use fixed_wo_lanes::{FixedWoLanes, LaneModel};
 pub use function::Bsdf;
-pub(crate) use function::DirectResponses;
+#[cfg(test)]
+use function::DirectResponses;
 pub use lobes::{Lobes, NEAR_DELTA_ALPHA};
 pub use material::{Bitangent, Material};
 pub use materials::Materials;

@@ -12,6 +12,7 @@ use crate::lanes::{Axes, Color, Float, Mask, Vector, Width, Word, cosine_hemisph
 use crate::math::float::ONE_MINUS_EPSILON;
 use crate::math::{Vec2, Vec3};
 use crate::sampling::rng;
+use crate::simd::outlined;
 
 /// Largest probability of defensive sampling. It bounds the weight of photons on surfaces with tilted shading normals by about
 /// 1 / 0.5 = 2. Not measured.
@@ -50,6 +51,17 @@ struct LeafSample<S: Width> {
     share: Float<S>,
     /// Weight of the leaf.
     weight: Float<S>,
+}
+
+// Compiled once for each instruction set, because every caller would otherwise have a copy of every model.
+outlined! {
+    fn sample_wi<S: Width>(
+        bsdf: &Bsdf<'_, S>, wo: Vector<S>, u: Numbers<S>, lobes: Lobes,
+    ) -> BsdfSamples<S> { bsdf.width() => bsdf.sample_each_wi_inlined(wo, u, lobes) }
+
+    fn sample_wo<S: Width>(
+        bsdf: &Bsdf<'_, S>, wi: Vector<S>, u: Numbers<S>, lobes: Lobes,
+    ) -> BsdfSamples<S> { bsdf.width() => bsdf.sample_each_wo_inlined(wi, u, lobes) }
 }
 
 impl Bsdf<'_> {
@@ -92,14 +104,30 @@ impl Bsdf<'_> {
 }
 
 impl<S: Width> Bsdf<'_, S> {
-    /// See [`Bsdf::sample_each_wi`].
+    /// [`Bsdf::sample_wi`] in each lane.
     #[inline(always)]
-    pub(super) fn sample_each_wi_inlined(
+    pub(crate) fn sample_each_wi(
         &self,
         wo: Vector<S>,
         u: Numbers<S>,
         lobes: Lobes,
     ) -> BsdfSamples<S> {
+        sample_wi(self, wo, u, lobes)
+    }
+
+    /// [`Bsdf::sample_wo`] in each lane.
+    #[inline(always)]
+    pub(crate) fn sample_each_wo(
+        &self,
+        wi: Vector<S>,
+        u: Numbers<S>,
+        lobes: Lobes,
+    ) -> BsdfSamples<S> {
+        sample_wo(self, wi, u, lobes)
+    }
+
+    #[inline(always)]
+    fn sample_each_wi_inlined(&self, wo: Vector<S>, u: Numbers<S>, lobes: Lobes) -> BsdfSamples<S> {
         let given = self.frame.to_local(wo);
         if lobes.has(Lobes::DIFFUSE)
             && let Some(lambert) = self.plain_lambert(given)
@@ -116,14 +144,8 @@ impl<S: Width> Bsdf<'_, S> {
         drawn.complete(&values, pdf, u)
     }
 
-    /// See [`Bsdf::sample_each_wo`].
     #[inline(always)]
-    pub(super) fn sample_each_wo_inlined(
-        &self,
-        wi: Vector<S>,
-        u: Numbers<S>,
-        lobes: Lobes,
-    ) -> BsdfSamples<S> {
+    fn sample_each_wo_inlined(&self, wi: Vector<S>, u: Numbers<S>, lobes: Lobes) -> BsdfSamples<S> {
         let given = self.frame.to_local(wi);
         let lobes = Classes::splat(self.width(), lobes);
         let drawn = self.draw_wo(wi, given, u, lobes);
