@@ -385,7 +385,7 @@ impl Width for Avx2Wide {
     #[inline(always)]
     fn compress(self, bits: u32, x: [__m256; 2]) -> [f32; LANES] {
         let words = self.compress_words(bits, self.float_bits(x));
-        array(|i| f32::from_bits(words[i]))
+        words.map(f32::from_bits)
     }
 
     #[inline(always)]
@@ -407,7 +407,7 @@ impl Width for Avx2Wide {
         let infinity = self.splat(f32::INFINITY);
         let masked = self.select(self.mask(bits), x, infinity);
         // SAFETY: `self` proves AVX2.
-        let lowest = unsafe {
+        let equal = unsafe {
             let eight = _mm256_min_ps(masked[0], masked[1]);
             let four = _mm_min_ps(
                 _mm256_castps256_ps128(eight),
@@ -415,9 +415,12 @@ impl Width for Avx2Wide {
             );
             let two = _mm_min_ps(four, _mm_movehl_ps(four, four));
             let one = _mm_min_ss(two, _mm_movehdup_ps(two));
-            [_mm256_broadcastss_ps(one); 2]
+            let lowest = _mm256_broadcastss_ps(one);
+            [
+                _mm256_cmp_ps::<_CMP_EQ_OQ>(x[0], lowest),
+                _mm256_cmp_ps::<_CMP_EQ_OQ>(x[1], lowest),
+            ]
         };
-        let equal = self.and(self.le(x, lowest), self.le(lowest, x));
         (self.bits(equal) & bits).trailing_zeros()
     }
 

@@ -136,7 +136,7 @@ pub(crate) trait Sixteen: Width<Each<f32> = [f32; LANES], Each<u32> = [u32; LANE
 
 impl<S: Width<Each<f32> = [f32; LANES], Each<u32> = [u32; LANES]>> Sixteen for S {}
 
-/// `value(i)` at each index. Functions of the standard library over arrays are not always inlined.
+/// `value(i)` at each index, asked for once in ascending order. Functions of the standard library over arrays are not always inlined.
 #[inline(always)]
 pub(super) fn array<T: Copy, const N: usize>(mut value: impl FnMut(usize) -> T) -> [T; N] {
     let mut all = [value(0); N];
