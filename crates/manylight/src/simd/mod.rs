@@ -1,8 +1,9 @@
 //! Instruction sets, chosen at run time, and their vectors.
 //!
-//! Code over a [`Width`] is written once for any number of lanes. Kernels are compiled for each instruction set, and the selected
-//! version is called: a [`SimdKernel`] by [`Isa::run`], a [`LaneKernel`] by [`Isa::run_lanes`]. They may also ignore the
-//! vectors and consist of plain loops, which the compiler then vectorizes.
+//! Code over a [`Width`] is written once for any number of lanes. Kernels are compiled for each
+//! instruction set, and the selected version is called: a [`SimdKernel`] by [`Isa::run`], a
+//! [`LaneKernel`] by [`Isa::run_lanes`]. They may also ignore the vectors and consist of plain
+//! loops, which the compiler then vectorizes.
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -21,14 +22,17 @@ use portable::Portable;
 use std::mem::MaybeUninit;
 use std::sync::OnceLock;
 
-/// The instruction set of this process. The first use selects the best, unless [`select_instruction_set`] has selected another.
+/// The instruction set of this process. The first use selects the best, unless
+/// [`select_instruction_set`] has selected another.
 static SELECTED: OnceLock<Isa> = OnceLock::new();
 
-/// Selects the instruction set of this process by its name: `avx512`, `avx2` or `portable`. Renders by one instruction set have
-/// equal bits on all machines that have it. Call it before the first scene is built.
+/// Selects the instruction set of this process by its name: `avx512`, `avx2` or `portable`. Renders
+/// by one instruction set have equal bits on all machines that have it. Call it before the first
+/// scene is built.
 ///
 /// # Errors
-/// What was found and expected: the machine lacks these instructions, or the process uses others already.
+/// What was found and expected: the machine lacks these instructions, or the process uses others
+/// already.
 pub fn select_instruction_set(name: &str) -> Result<(), String> {
     let available: Vec<Isa> = Instructions::available()
         .into_iter()
@@ -50,20 +54,23 @@ pub fn select_instruction_set(name: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// The instruction set that renders use in this process, such as `x86_64 avx512`. Another one may round otherwise.
+/// The instruction set that renders use in this process, such as `x86_64 avx512`. Another one may
+/// round otherwise.
 pub fn instruction_set() -> String {
     format!("{} {}", std::env::consts::ARCH, Isa::best().name())
 }
 
-/// An instruction set: its vectors of eight lanes, with which the ray tree is traversed, and those of sixteen.
+/// An instruction set: its vectors of eight lanes, with which the ray tree is traversed, and those
+/// of sixteen.
 pub(crate) trait Simd: Width<Each<f32> = [f32; NARROW], Each<u32> = [u32; NARROW]> {
     /// Sixteen lanes.
     type Wide: Sixteen;
 
     /// Sixteen lanes.
     fn wide(self) -> Self::Wide;
-    /// Selects the lanes with near <= far, `span` being (near, far). Writes their words and near values in the order `order`,
-    /// three bits per place. Returns the selected places as bits; as many entries are initialized as bits are set.
+    /// Selects the lanes with near <= far, `span` being (near, far). Writes their words and near
+    /// values in the order `order`, three bits per place. Returns the selected places as bits; as
+    /// many entries are initialized as bits are set.
     fn compress_ordered(
         self,
         order: u32,
@@ -93,8 +100,9 @@ pub(crate) trait SimdKernel {
     fn run<S: Simd>(self, s: S) -> Self::Output;
 }
 
-/// Code that is compiled for one lane and for sixteen: with plain numbers in the portable instruction set, because large code
-/// over arrays becomes poor vector code, in much time of the compiler.
+/// Code that is compiled for one lane and for sixteen: with plain numbers in the portable
+/// instruction set, because large code over arrays becomes poor vector code, in much time of the
+/// compiler.
 pub(crate) trait LaneKernel {
     /// Result of the kernel.
     type Output;
@@ -114,7 +122,8 @@ impl<K: LaneKernel> SimdKernel for InVectors<K> {
     }
 }
 
-/// Code that is compiled once for each type, instead of once for each caller: large code with several callers.
+/// Code that is compiled once for each type, instead of once for each caller: large code with
+/// several callers.
 pub trait Outlined {
     /// Result of the code.
     type Output;
@@ -122,7 +131,8 @@ pub trait Outlined {
     fn run(self) -> Self::Output;
 }
 
-/// Declares functions that are [`Outlined`], with the value `$value`, for the instruction set of `$s`.
+/// Declares functions that are [`Outlined`], with the value `$value`, for the instruction set of
+/// `$s`.
 macro_rules! outlined {
     ($(
         $(#[$attribute:meta])*

@@ -1,4 +1,5 @@
-//! Vector operations in plain Rust: on one number, and on arrays, which the compiler vectorizes as far as the target allows.
+//! Vector operations in plain Rust: on one number, and on arrays, which the compiler vectorizes as
+//! far as the target allows.
 
 use super::width::{NARROW, Width, array};
 use super::{LANES, Outlined, Simd};
