@@ -8,7 +8,8 @@ use super::width::{LANES, NARROW, Outlined, Simd, SimdKernel, Width, array};
 use std::arch::x86_64::*;
 use std::mem::MaybeUninit;
 
-/// Eight lanes; the proof that the machine has AVX2, FMA, BMI1 and POPCNT. Only [`Avx2::detect`] creates one.
+/// Eight lanes; the proof that the machine has AVX2, FMA, BMI1 and POPCNT. Only [`Avx2::detect`]
+/// creates one.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Avx2(());
 
@@ -134,28 +135,32 @@ impl Width for Avx2 {
 
     #[inline(always)]
     fn load(self, x: &[f32; NARROW]) -> __m256 {
-        // SAFETY: `self` proves AVX2; the array is eight readable floats, and the load needs no alignment.
+        // SAFETY: `self` proves AVX2; the array is eight readable floats, and the load needs no
+        // alignment.
         unsafe { _mm256_loadu_ps(x.as_ptr()) }
     }
 
     #[inline(always)]
     fn store(self, x: __m256) -> [f32; NARROW] {
         let mut out = [0.0; NARROW];
-        // SAFETY: `self` proves AVX2; the array is eight writable floats, and the store needs no alignment.
+        // SAFETY: `self` proves AVX2; the array is eight writable floats, and the store needs no
+        // alignment.
         unsafe { _mm256_storeu_ps(out.as_mut_ptr(), x) };
         out
     }
 
     #[inline(always)]
     fn load_words(self, x: &[u32; NARROW]) -> __m256i {
-        // SAFETY: `self` proves AVX2; the array is eight readable words, and the load needs no alignment.
+        // SAFETY: `self` proves AVX2; the array is eight readable words, and the load needs no
+        // alignment.
         unsafe { _mm256_loadu_si256(x.as_ptr().cast()) }
     }
 
     #[inline(always)]
     fn store_words(self, x: __m256i) -> [u32; NARROW] {
         let mut out = [0; NARROW];
-        // SAFETY: `self` proves AVX2; the array is eight writable words, and the store needs no alignment.
+        // SAFETY: `self` proves AVX2; the array is eight writable words, and the store needs no
+        // alignment.
         unsafe { _mm256_storeu_si256(out.as_mut_ptr().cast(), x) };
         out
     }
@@ -220,12 +225,14 @@ impl Width for Avx2 {
         mut row: impl FnMut(usize) -> [&'a [f32; 4]; N],
     ) -> [[__m256; 4]; N] {
         let mut parts = [[self.splat(0.0); 4]; N];
-        // Part i of vector k gets the quad of lane 4 i + k, so that the transposed vectors have the lanes in order.
+        // Part i of vector k gets the quad of lane 4 i + k, so that the transposed vectors have the
+        // lanes in order.
         macro_rules! insert {
             ($part:literal: $($k:literal)*) => {$(
                 let quads = row(4 * $part + $k);
                 for n in 0..N {
-                    // SAFETY: `self` proves AVX2; a quad is four readable floats, and the load needs no alignment.
+                    // SAFETY: `self` proves AVX2; a quad is four readable floats, and the load
+                    // needs no alignment.
                     parts[n][$k] = unsafe {
                         _mm256_insertf128_ps::<$part>(parts[n][$k], _mm_loadu_ps(quads[n].as_ptr()))
                     };
@@ -384,15 +391,15 @@ impl Width for Avx2Wide {
     #[inline(always)]
     fn compress(self, bits: u32, x: [__m256; 2]) -> [f32; LANES] {
         let words = self.compress_words(bits, self.float_bits(x));
-        array(|i| f32::from_bits(words[i]))
+        words.map(f32::from_bits)
     }
 
     #[inline(always)]
     fn compress_words(self, bits: u32, x: [__m256i; 2]) -> [u32; LANES] {
         let mut out = [0; LANES];
         let first = (bits & 0xff).count_ones() as usize;
-        // SAFETY: `self` proves AVX2; the first store covers lanes 0 to 7, the second begins at most at lane 8, and neither
-        // needs alignment.
+        // SAFETY: `self` proves AVX2; the first store covers lanes 0 to 7, the second begins at
+        // most at lane 8, and neither needs alignment.
         unsafe {
             _mm256_storeu_si256(out.as_mut_ptr().cast(), pack(self.0, bits, x[0]));
             let rest = pack(self.0, bits >> NARROW, x[1]);
@@ -406,7 +413,7 @@ impl Width for Avx2Wide {
         let infinity = self.splat(f32::INFINITY);
         let masked = self.select(self.mask(bits), x, infinity);
         // SAFETY: `self` proves AVX2.
-        let lowest = unsafe {
+        let equal = unsafe {
             let eight = _mm256_min_ps(masked[0], masked[1]);
             let four = _mm_min_ps(
                 _mm256_castps256_ps128(eight),
@@ -414,9 +421,12 @@ impl Width for Avx2Wide {
             );
             let two = _mm_min_ps(four, _mm_movehl_ps(four, four));
             let one = _mm_min_ss(two, _mm_movehdup_ps(two));
-            [_mm256_broadcastss_ps(one); 2]
+            let lowest = _mm256_broadcastss_ps(one);
+            [
+                _mm256_cmp_ps::<_CMP_EQ_OQ>(x[0], lowest),
+                _mm256_cmp_ps::<_CMP_EQ_OQ>(x[1], lowest),
+            ]
         };
-        let equal = self.and(self.le(x, lowest), self.le(lowest, x));
         (self.bits(equal) & bits).trailing_zeros()
     }
 
@@ -464,7 +474,8 @@ impl Simd for Avx2 {
         near_out: &mut [MaybeUninit<f32>; NARROW],
     ) -> u32 {
         let words = self.load_words(words);
-        // SAFETY: `self` proves AVX2; both outputs are eight writable words, and the stores need no alignment.
+        // SAFETY: `self` proves AVX2; both outputs are eight writable words, and the stores need no
+        // alignment.
         unsafe {
             let places = _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21);
             let order = _mm256_srlv_epi32(_mm256_set1_epi32(order as i32), places);

@@ -8,8 +8,8 @@ use super::width::{LANES, NARROW, Outlined, Simd, SimdKernel, Width, array};
 use std::arch::x86_64::*;
 use std::mem::MaybeUninit;
 
-/// Eight lanes; the proof that the machine has AVX-512 (F, VL, DQ, BW) and the older sets that kernels enable. Only
-/// [`Avx512::detect`] creates one.
+/// Eight lanes; the proof that the machine has AVX-512 (F, VL, DQ, BW) and the older sets that
+/// kernels enable. Only [`Avx512::detect`] creates one.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Avx512(());
 
@@ -62,7 +62,8 @@ macro_rules! intrinsics {
     )*};
 }
 
-/// The operations of vectors with `$n` lanes: those of registers, the intrinsics of the others by name, and further functions.
+/// The operations of vectors with `$n` lanes: those of registers, the intrinsics of the others by
+/// name, and further functions.
 macro_rules! width {
     ($vectors:ident: $n:ident lanes in $float:ident, $mask:ident, $words:ident;
     $splat:ident, $load:ident, $store:ident, $compress:ident;
@@ -85,28 +86,32 @@ macro_rules! width {
 
             #[inline(always)]
             fn load(self, x: &[f32; $n]) -> $float {
-                // SAFETY: `self` proves AVX-512; the array is readable floats, one per lane, and the load needs no alignment.
+                // SAFETY: `self` proves AVX-512; the array is readable floats, one per lane, and
+                // the load needs no alignment.
                 unsafe { $load(x.as_ptr()) }
             }
 
             #[inline(always)]
             fn store(self, x: $float) -> [f32; $n] {
                 let mut out = [0.0; $n];
-                // SAFETY: `self` proves AVX-512; the array is writable floats, one per lane, and the store needs no alignment.
+                // SAFETY: `self` proves AVX-512; the array is writable floats, one per lane, and
+                // the store needs no alignment.
                 unsafe { $store(out.as_mut_ptr(), x) };
                 out
             }
 
             #[inline(always)]
             fn load_words(self, x: &[u32; $n]) -> $words {
-                // SAFETY: `self` proves AVX-512; the array is readable words, one per lane, and the load needs no alignment.
+                // SAFETY: `self` proves AVX-512; the array is readable words, one per lane, and the
+                // load needs no alignment.
                 unsafe { $load_words(x.as_ptr().cast()) }
             }
 
             #[inline(always)]
             fn store_words(self, x: $words) -> [u32; $n] {
                 let mut out = [0; $n];
-                // SAFETY: `self` proves AVX-512; the array is writable words, one per lane, and the store needs no alignment.
+                // SAFETY: `self` proves AVX-512; the array is writable words, one per lane, and the
+                // store needs no alignment.
                 unsafe { $store_words(out.as_mut_ptr().cast(), x) };
                 out
             }
@@ -275,12 +280,14 @@ width! {
         mut row: impl FnMut(usize) -> [&'a [f32; 4]; N],
     ) -> [[__m512; 4]; N] {
         let mut parts = [[self.splat(0.0); 4]; N];
-        // Part i of vector k gets the quad of lane 4 i + k, so that the transposed vectors have the lanes in order.
+        // Part i of vector k gets the quad of lane 4 i + k, so that the transposed vectors have the
+        // lanes in order.
         macro_rules! insert {
             ($part:literal: $($k:literal)*) => {$(
                 let quads = row(4 * $part + $k);
                 for n in 0..N {
-                    // SAFETY: `self` proves AVX-512; a quad is four readable floats, and the load needs no alignment.
+                    // SAFETY: `self` proves AVX-512; a quad is four readable floats, and the load
+                    // needs no alignment.
                     parts[n][$k] = unsafe {
                         _mm512_insertf32x4::<$part>(parts[n][$k], _mm_loadu_ps(quads[n].as_ptr()))
                     };
@@ -327,7 +334,8 @@ impl Simd for Avx512 {
         near_out: &mut [MaybeUninit<f32>; NARROW],
     ) -> u32 {
         let words = self.load_words(words);
-        // SAFETY: `self` proves AVX-512; both outputs are eight writable words, and the stores need no alignment.
+        // SAFETY: `self` proves AVX-512; both outputs are eight writable words, and the stores need
+        // no alignment.
         unsafe {
             let places = _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21);
             let order = _mm256_srlv_epi32(_mm256_set1_epi32(order as i32), places);

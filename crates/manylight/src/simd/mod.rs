@@ -1,8 +1,9 @@
 //! Instruction sets, chosen at run time, and their vectors.
 //!
-//! Code over a [`Width`] is written once for any number of lanes. Kernels are compiled for each instruction set, and the selected
-//! version is called: a [`SimdKernel`] by [`Isa::run`], a [`LaneKernel`] by [`Isa::run_lanes`]. They may also ignore the
-//! vectors and consist of plain loops, which the compiler then vectorizes.
+//! Code over a [`Width`] is written once for any number of lanes. Kernels are compiled for each
+//! instruction set, and the selected version is called: a [`SimdKernel`] by [`Isa::run`], a
+//! [`LaneKernel`] by [`Isa::run_lanes`]. They may also ignore the vectors and consist of plain
+//! loops, which the compiler then vectorizes.
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -20,14 +21,17 @@ pub(crate) use width::{NARROW, Outlined, Simd, SimdKernel, Sixteen, set_bits};
 use portable::Portable;
 use std::sync::OnceLock;
 
-/// The instruction set of this process. The first use selects the best, unless [`select_instruction_set`] has selected another.
+/// The instruction set of this process. The first use selects the best, unless
+/// [`select_instruction_set`] has selected another.
 static SELECTED: OnceLock<Isa> = OnceLock::new();
 
-/// Selects the instruction set of this process by its name: `avx512`, `avx2` or `portable`. Renders by one instruction set have
-/// equal bits on all machines that have it. Call it before the first scene is built.
+/// Selects the instruction set of this process by its name: `avx512`, `avx2` or `portable`. Renders
+/// by one instruction set have equal bits on all machines that have it. Call it before the first
+/// scene is built.
 ///
 /// # Errors
-/// What was found and expected: the machine lacks these instructions, or the process uses others already.
+/// What was found and expected: the machine lacks these instructions, or the process uses others
+/// already.
 pub fn select_instruction_set(name: &str) -> Result<(), String> {
     let available: Vec<Isa> = Instructions::available()
         .into_iter()
@@ -49,13 +53,15 @@ pub fn select_instruction_set(name: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// The instruction set that renders use in this process, such as `x86_64 avx512`. Another one may round otherwise.
+/// The instruction set that renders use in this process, such as `x86_64 avx512`. Another one may
+/// round otherwise.
 pub fn instruction_set() -> String {
     format!("{} {}", std::env::consts::ARCH, Isa::best().name())
 }
 
-/// Code that is compiled for one lane and for sixteen: with plain numbers in the portable instruction set, because large code
-/// over arrays becomes poor vector code, in much time of the compiler.
+/// Code that is compiled for one lane and for sixteen: with plain numbers in the portable
+/// instruction set, because large code over arrays becomes poor vector code, in much time of the
+/// compiler.
 pub(crate) trait LaneKernel {
     /// Result of the kernel.
     type Output;
@@ -75,7 +81,8 @@ impl<K: LaneKernel> SimdKernel for InVectors<K> {
     }
 }
 
-/// Declares functions that are [`Outlined`], with the value `$value`, for the instruction set of `$s`.
+/// Declares functions that are [`Outlined`], with the value `$value`, for the instruction set of
+/// `$s`.
 macro_rules! outlined {
     ($(
         $(#[$attribute:meta])*

@@ -1,4 +1,5 @@
-//! Vector operations in plain Rust: on one number, and on arrays, which the compiler vectorizes as far as the target allows.
+//! Vector operations in plain Rust: on one number, and on arrays, which the compiler vectorizes as
+//! far as the target allows.
 
 use super::width::{LANES, NARROW, Outlined, Simd, Width, array};
 use std::mem::MaybeUninit;
@@ -10,6 +11,16 @@ pub struct One;
 /// `N` lanes in the portable instruction set, which all machines have.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Portable<const N: usize>;
+
+/// `value(i)` in each lane `i`. A loop over all lanes, which the compiler vectorizes.
+#[inline(always)]
+fn map<const N: usize, T: Copy>(value: impl Fn(usize) -> T) -> [T; N] {
+    let mut out = [value(0); N];
+    for (i, lane) in out.iter_mut().enumerate() {
+        *lane = value(i);
+    }
+    out
+}
 
 /// The operations on the numbers of a lane.
 macro_rules! operations {
@@ -59,7 +70,7 @@ macro_rules! on_arrays {
     ($($name:ident($($arg:ident: $ty:ident),*) -> $out:ident = $value:expr;)*) => {$(
         #[inline(always)]
         fn $name(self, $($arg: Self::$ty),*) -> Self::$out {
-            array(|i| {
+            map(|i| {
                 $(let $arg = $arg[i];)*
                 $value
             })
@@ -171,15 +182,15 @@ impl<const N: usize> Width for Portable<N> {
     }
     #[inline(always)]
     fn mask(self, bits: u32) -> [bool; N] {
-        array(|i| bits >> i & 1 != 0)
+        map(|i| bits >> i & 1 != 0)
     }
     #[inline(always)]
     fn shift_left(self, a: [u32; N], bits: u32) -> [u32; N] {
-        array(|i| a[i] << bits)
+        map(|i| a[i] << bits)
     }
     #[inline(always)]
     fn shift_right(self, a: [u32; N], bits: u32) -> [u32; N] {
-        array(|i| a[i] >> bits)
+        map(|i| a[i] >> bits)
     }
     #[inline(never)]
     fn outline<K: Outlined>(self, kernel: K) -> K::Output {

@@ -9,15 +9,17 @@ pub const LANES: usize = 16;
 /// Number of lanes of narrow vectors.
 pub(crate) const NARROW: usize = 8;
 
-/// A number of lanes, and the operations on that many values: [`One`](super::One), or eight or sixteen in the vectors of an
-/// instruction set. A value of an implementing type proves that the machine has the instructions.
+/// A number of lanes, and the operations on that many values: [`One`](super::One), or eight or
+/// sixteen in the vectors of an instruction set. A value of an implementing type proves that the
+/// machine has the instructions.
 ///
-/// Functions over it must be `inline(always)`: only code inlined into a function with the instructions is compiled for them.
-/// Comparisons with NaN are false. If an argument is NaN, minimum and maximum are the second argument. Words are unsigned, and
-/// their arithmetic wraps. In masks of bits, bit `i` is lane `i`.
+/// Functions over it must be `inline(always)`: only code inlined into a function with the
+/// instructions is compiled for them. Comparisons with NaN are false. If an argument is NaN,
+/// minimum and maximum are the second argument. Words are unsigned, and their arithmetic wraps. In
+/// masks of bits, bit `i` is lane `i`.
 ///
-/// Only [`Width::mul_add`] and [`Width::mul_sub`] round differently between instruction sets. Code without them gives the same
-/// bits in all instruction sets.
+/// Only [`Width::mul_add`] and [`Width::mul_sub`] round differently between instruction sets. Code
+/// without them gives the same bits in all instruction sets.
 #[allow(missing_docs, reason = "the names are those of the operations")]
 pub trait Width: Copy + Debug {
     /// Number of lanes.
@@ -97,7 +99,8 @@ pub trait Width: Copy + Debug {
         compress::<Self, u32>(bits, self.store_words(x))
     }
 
-    /// The first lane with the lowest value among those with set bits. At least one bit must be set.
+    /// The first lane with the lowest value among those with set bits. At least one bit must be
+    /// set.
     #[inline(always)]
     fn lowest(self, bits: u32, x: Self::F) -> u32 {
         let x = self.store(x);
@@ -106,8 +109,9 @@ pub trait Width: Copy + Debug {
         set_bits(bits).fold(first, |best, i| if x[i] < x[best] { i } else { best }) as u32
     }
 
-    /// Transposes rows in memory, one per lane, of `N` times four floats: element `[n][k]` of the result has number `k` of
-    /// `row(i)[n]` in each lane `i`. The lanes are asked for in ascending order.
+    /// Transposes rows in memory, one per lane, of `N` times four floats: element `[n][k]` of the
+    /// result has number `k` of `row(i)[n]` in each lane `i`. The lanes are asked for in ascending
+    /// order.
     #[inline(always)]
     #[allow(
         clippy::needless_range_loop,
@@ -136,15 +140,17 @@ pub(crate) trait Sixteen: Width<Each<f32> = [f32; LANES], Each<u32> = [u32; LANE
 
 impl<S: Width<Each<f32> = [f32; LANES], Each<u32> = [u32; LANES]>> Sixteen for S {}
 
-/// An instruction set: its vectors of eight lanes, with which the ray tree is traversed, and those of sixteen.
+/// An instruction set: its vectors of eight lanes, with which the ray tree is traversed, and those
+/// of sixteen.
 pub(crate) trait Simd: Width<Each<f32> = [f32; NARROW], Each<u32> = [u32; NARROW]> {
     /// Sixteen lanes.
     type Wide: Sixteen;
 
     /// Sixteen lanes.
     fn wide(self) -> Self::Wide;
-    /// Selects the lanes with near <= far, `span` being (near, far). Writes their words and near values in the order `order`,
-    /// three bits per place. Returns the selected places as bits; as many entries are initialized as bits are set.
+    /// Selects the lanes with near <= far, `span` being (near, far). Writes their words and near
+    /// values in the order `order`, three bits per place. Returns the selected places as bits; as
+    /// many entries are initialized as bits are set.
     fn compress_ordered(
         self,
         order: u32,
@@ -163,7 +169,8 @@ pub(crate) trait SimdKernel {
     fn run<S: Simd>(self, s: S) -> Self::Output;
 }
 
-/// Code that is compiled once for each type, instead of once for each caller: large code with several callers.
+/// Code that is compiled once for each type, instead of once for each caller: large code with
+/// several callers.
 pub trait Outlined {
     /// Result of the code.
     type Output;
@@ -182,7 +189,8 @@ pub(crate) fn set_bits(bits: impl Into<u64>) -> impl Iterator<Item = usize> {
     })
 }
 
-/// `value(i)` at each index. Functions of the standard library over arrays are not always inlined.
+/// `value(i)` at each index, asked for once in ascending order. Functions of the standard library
+/// over arrays are not always inlined.
 #[inline(always)]
 pub(super) fn array<T: Copy, const N: usize>(mut value: impl FnMut(usize) -> T) -> [T; N] {
     let mut all = [value(0); N];

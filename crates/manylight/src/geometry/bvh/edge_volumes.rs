@@ -1,8 +1,9 @@
 //! Segments with a common origin against blocks of triangles.
 //!
-//! An edge function is the volume between the origin, the edge and the direction. Its setup serves all rays of a packet. An edge (a, b)
-//! enters as (a - b) x (a + b), which loses less precision for distant edges than a x b. Near a corner the value is subject to rounding;
-//! values that rounding may turn negative count as inside, so that no ray passes between neighbors.
+//! An edge function is the volume between the origin, the edge and the direction. Its setup serves
+//! all rays of a packet. An edge (a, b) enters as (a - b) x (a + b), which loses less precision for
+//! distant edges than a x b. Near a corner the value is subject to rounding; values that rounding
+//! may turn negative count as inside, so that no ray passes between neighbors.
 
 use super::triangle_block::TriangleBlock;
 use crate::lanes::{Float, Mask, Vector, Width};
@@ -10,7 +11,8 @@ use crate::simd::Simd;
 
 /// Edge functions and planes of triangles for an origin.
 pub(super) struct EdgeVolumes<S: Width> {
-    /// Normals of the planes through the origin and each edge; the edge function is their dot product with the direction.
+    /// Normals of the planes through the origin and each edge; the edge function is their dot
+    /// product with the direction.
     pub(super) edges: [Vector<S>; 3],
     /// Tolerance of each edge function for rounding, for a direction with largest component 1.
     pub(super) tolerances: [Float<S>; 3],
@@ -49,8 +51,9 @@ impl<S: Simd> EdgeVolumes<S> {
         }
     }
 
-    /// The triangles that a segment with a direction in a box may hit, as bits; conservative. `middle` and `half` are the center and half
-    /// extents of the box, `size` is the largest component of any direction in it.
+    /// The triangles that a segment with a direction in a box may hit, as bits; conservative.
+    /// `middle` and `half` are the center and half extents of the box, `size` is the largest
+    /// component of any direction in it.
     #[inline(always)]
     pub(super) fn within(&self, middle: Vector<S>, half: Vector<S>, size: f32) -> u32 {
         let reach = self.normal.abs().dot(half);
@@ -71,8 +74,8 @@ impl<S: Simd> EdgeVolumes<S> {
 }
 
 impl<S: Width> EdgeVolumes<S> {
-    /// The lanes in which the segment hits the triangle: all edge functions have one sign, and the parameter `height / (normal · d)` of the
-    /// plane is in (0, 1).
+    /// The lanes in which the segment hits the triangle: all edge functions have one sign, and the
+    /// parameter `height / (normal · d)` of the plane is in (0, 1).
     #[inline(always)]
     pub(super) fn hit_by(&self, segments: &SegmentDirections<S>) -> Mask<S> {
         let facing = self.normal.dot(segments.d);
@@ -98,5 +101,6 @@ pub(super) fn sum_of_sizes<S: Width>(n: Vector<S>) -> Float<S> {
     size.x + size.y + size.z
 }
 
-/// Bound of the rounding error of an edge function, relative to the sum of the magnitudes of its terms.
+/// Bound of the rounding error of an edge function, relative to the sum of the magnitudes of its
+/// terms.
 pub(super) const ROUNDINGS: f32 = 2.0 * f32::EPSILON;

@@ -1,7 +1,8 @@
 //! Sixteen rays in lanes, prepared for tests of boxes and triangles.
 //!
-//! The rays are of one [`class`], so that near planes and the axes of the shear are the same for all. Every lane has the operations of
-//! [`BoxRay`] and [`Sheared`] in the same order, so that a ray has the same bits in a lane as alone.
+//! The rays are of one [`class`], so that near planes and the axes of the shear are the same for
+//! all. Every lane has the operations of [`BoxRay`] and [`Sheared`] in the same order, so that a
+//! ray has the same bits in a lane as alone.
 
 use super::beam::Beam;
 use super::node::WideNode;
@@ -58,7 +59,8 @@ pub(super) struct RayLanes {
 }
 
 impl RayLanes {
-    /// The rays with origins `o` and directions `d`, all of `class`. Unused lanes repeat a used one.
+    /// The rays with origins `o` and directions `d`, all of `class`. Unused lanes repeat a used
+    /// one.
     #[inline(always)]
     pub(super) fn new<S: Sixteen>(s: S, class: usize, o: &Lanes3, d: &Lanes3) -> Self {
         let octant = class / 3;
@@ -102,7 +104,8 @@ impl RayLanes {
         node.order[self.octant % node.order.len()]
     }
 
-    /// Ray parameters of entry into child `lane` of the node, and the lanes that enter it before `reach`.
+    /// Ray parameters of entry into child `lane` of the node, and the lanes that enter it before
+    /// `reach`.
     #[inline(always)]
     pub(super) fn enter<S: Sixteen>(
         &self,

@@ -5,7 +5,7 @@
 )]
 
 use super::build::MAX_DEPTH;
-use crate::lanes::Float;
+use crate::lanes::{Float, Word};
 use crate::simd::{NARROW, Simd};
 use std::mem::MaybeUninit;
 
@@ -118,7 +118,7 @@ impl WordStack {
     /// Pushes the words with set `bits`.
     #[inline(always)]
     pub(super) fn push<S: Simd>(&mut self, s: S, words: &[u32; NARROW], bits: u32) {
-        let words = s.compress_words(bits, s.load_words(words));
+        let words = Word::load(s, words).compress(bits);
         above(&mut self.words, self.len).write_copy_of_slice(&words);
         self.len += (bits.count_ones() as usize).min(NARROW);
     }

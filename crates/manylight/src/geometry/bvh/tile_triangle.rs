@@ -34,7 +34,8 @@ impl LeafTriangles {
 #[derive(Clone, Copy)]
 pub(super) struct Edge<S: Width> {
     pub(super) direction: Vector<S>,
-    /// The midpoint. It loses less precision than the ends, and is the same for both triangles at the edge.
+    /// The midpoint. It loses less precision than the ends, and is the same for both triangles at
+    /// the edge.
     pub(super) middle: Vector<S>,
 }
 
@@ -69,7 +70,8 @@ impl<S: Sixteen> Triangle<S> {
     }
 }
 
-/// The planes through each of sixteen points and one edge. A light `l` is inside if `normal · l + offset >= 0`.
+/// The planes through each of sixteen points and one edge. A light `l` is inside if
+/// `normal · l + offset >= 0`.
 pub(super) struct EdgePlanes {
     pub(super) normal: [[f32; LANES]; 3],
     pub(super) offset: [f32; LANES],
