@@ -1,7 +1,9 @@
-//! The scattering function at a point: its leaves, their values and densities.
+//! The scattering function at a point: its leaves, their values and densities, and upper bounds over cones of directions, for cuts
+//! through a tree of lights.
 
 use super::Lobes;
 use super::exit_transmittance::ExitTransmittance;
+use super::incident_cone::IncidentCone;
 use super::lambert::Lambert;
 use super::leaf::{Given, Leaf};
 use super::lobes::Classes;
@@ -9,7 +11,7 @@ use super::model::Model;
 use super::response::{ByClass, Response};
 use crate::color::Rgb;
 use crate::lanes::{Axes, Color, Float, Mask, One, Vector, Width};
-use crate::math::Vec3;
+use crate::math::{Cone, Spread, Vec3};
 use crate::simd::outlined;
 use std::f32::consts::FRAC_1_PI;
 
@@ -150,6 +152,46 @@ impl<'s> Bsdf<'s> {
     /// `Φ a(wi) b(wo) |wo·ng| / π`.
     pub fn diffuse_weight(&self, wi: Vec3) -> Rgb {
         self.diffuse_weights(wi.into()).into()
+    }
+
+    /// Upper bound of all channels of [`Bsdf::f_cos_wi`] over the directions `wi` in `cone`. Infinite for rough dielectrics of index 1.
+    pub fn bound_f_cos_wi(&self, cone: &Cone, wo: Vec3, lobes: Lobes) -> f32 {
+        let incident = IncidentCone {
+            axis: self.frame.to_local(cone.axis.into()).into(),
+            spread: Spread::new(cone.half_angle),
+            projected: None,
+        };
+        self.bound_local(&incident, self.frame.to_local(wo.into()).into(), lobes)
+    }
+
+    /// [`Bsdf::bound_f_cos_wi`] for directions in the shading frame.
+    pub(super) fn bound_local(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
+        self.leaves()
+            .map(|leaf| leaf.bound(incident, wo, lobes))
+            .sum()
+    }
+
+    /// Upper bound of all channels of [`Bsdf::f_cos_wo`] of the `NON_SPECULAR` lobes over the directions `wo` in `cone`. It is found
+    /// from the reciprocity of the models, with the cosine of `wo` to the geometric normal. Infinite for surfaces that transmit.
+    pub fn bound_f_cos_wo(&self, wi: Vec3, cone: &Cone) -> f32 {
+        if self.transmits() {
+            return f32::INFINITY;
+        }
+        let spread = Spread::new(cone.half_angle);
+        let (ng, ns) = (Vec3::from(self.ng), Vec3::from(self.frame.n));
+        let [lowest, highest] = spread.cosines(cone.axis.dot(ng));
+        let is_untilted = ns == ng || ns == -ng;
+        let leaving = IncidentCone {
+            axis: self.frame.to_local(cone.axis.into()).into(),
+            spread,
+            projected: (!is_untilted).then_some(highest.max(-lowest)),
+        };
+        let local = Vec3::from(self.frame.to_local(wi.into()));
+        let sum: f32 = self
+            .leaves()
+            .map(|leaf| leaf.bound_leaving(local, &leaving, Lobes::NON_SPECULAR))
+            .sum();
+        sum / wi.dot(ng).abs()
     }
 }
 

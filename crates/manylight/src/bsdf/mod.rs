@@ -9,7 +9,6 @@
 //! A [`Bsdf`] is a weighted list of leaves (`leaf.rs`), each a scattering model (`models/`) with the sides and the tilted frame of
 //! its wrappers. [`Materials`] makes it from the material tree (`flatten.rs`).
 
-mod bound;
 mod exit_transmittance;
 mod fixed_wi;
 mod fixed_wo;
