@@ -142,7 +142,7 @@ fn build(
             content: NodeContent::Light(item.id),
             ..LightNode::EMPTY
         };
-        return lights.intensity_bound(item.id);
+        return IntensityBound::of(lights, item.id);
     }
     let middle = split(items, depth);
     let (left, right) = items.split_at_mut(middle);

@@ -10,7 +10,7 @@ mod draw;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use bound::Sent;
+pub(crate) use bound::ReflectedBounds;
 pub use draw::DrawnLight;
 pub(crate) use draw::Receiver;
 
@@ -75,7 +75,7 @@ impl LightTree {
     pub fn bound_lights(&mut self, lights: &VirtualLights) {
         self.nodes.par_iter_mut().for_each(|node| {
             if let NodeContent::Light(id) = node.content {
-                node.intensity = lights.intensity_bound(id);
+                node.intensity = IntensityBound::of(lights, id);
             }
         });
     }

@@ -18,7 +18,7 @@ pub use portable::One;
 pub use width::{LANES, Width};
 pub(crate) use width::{NARROW, Sixteen};
 
-use portable::Portable;
+pub(crate) use portable::Portable;
 use std::mem::MaybeUninit;
 use std::sync::OnceLock;
 

@@ -34,6 +34,30 @@ impl IntensityBound {
         glossy: None,
     };
 
+    /// The bound of [`VirtualLights::intensity`] of light `id`.
+    pub fn of(lights: &VirtualLights, id: LightId) -> Self {
+        let light = &lights.lights()[id.index()];
+        match &light.emission {
+            Emission::Single(index) => IntensityBound {
+                glossy: Some(Box::new(lights.reflection(*index).max_mips())),
+                ..IntensityBound::NONE
+            },
+            Emission::Rich {
+                diffuse, glossy, ..
+            } => IntensityBound {
+                diffuse: diffuse.luminance() * FRAC_1_PI,
+                normals: Cone::from_axis(light.n),
+                spread: Spread::new(0.0),
+                glossy: glossy.map(|index| {
+                    Box::new(match lights.glossy(index) {
+                        Glossy::Table(table) => table.max_mips(),
+                        Glossy::Lobes(mixture) => mixture.max_mips(),
+                    })
+                }),
+            },
+        }
+    }
+
     /// Adds the bound of other lights.
     pub fn add(&mut self, other: &IntensityBound) {
         self.diffuse += other.diffuse;
@@ -92,32 +116,6 @@ impl IntensityBound {
             }
         }
         bounds
-    }
-}
-
-impl VirtualLights<'_> {
-    /// The bound of [`VirtualLights::intensity`] of light `id`.
-    pub fn intensity_bound(&self, id: LightId) -> IntensityBound {
-        let light = &self.lights()[id.index()];
-        match &light.emission {
-            Emission::Single(index) => IntensityBound {
-                glossy: Some(Box::new(self.reflection(*index).max_mips())),
-                ..IntensityBound::NONE
-            },
-            Emission::Rich {
-                diffuse, glossy, ..
-            } => IntensityBound {
-                diffuse: diffuse.luminance() * FRAC_1_PI,
-                normals: Cone::from_axis(light.n),
-                spread: Spread::new(0.0),
-                glossy: glossy.map(|index| {
-                    Box::new(match self.glossy(index) {
-                        Glossy::Table(table) => table.max_mips(),
-                        Glossy::Lobes(mixture) => mixture.max_mips(),
-                    })
-                }),
-            },
-        }
     }
 }
 

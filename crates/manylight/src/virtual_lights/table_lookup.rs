@@ -1,20 +1,18 @@
-//! Bilinear lookups in octahedral tables for sixteen directions at once; see [`crate::math::octahedral`].
+//! Bilinear lookups in octahedral tables; see [`crate::math::octahedral`].
 
 use super::tables::{OctahedralTable, Texel, Texels};
-use crate::lanes::{Color, Float, LaneMask, Lanes3, Mask, Pair, Sixteen, Vector, Width};
+use crate::lanes::{Color, Float, Mask, Pair, Vector, Width};
 
 impl OctahedralTable<'_> {
-    /// [`OctahedralTable::lookup`] in the directions `-wi`, lane by lane; inactive lanes hold any value.
+    /// Bilinear interpolation in the unit directions `w`, also below the horizon; inactive lanes hold any value.
     #[inline(always)]
-    pub(super) fn lookups<W: Sixteen>(&self, w: W, wi: &Lanes3, active: LaneMask) -> Lanes3 {
-        let s = w;
-        let active = Mask::from_bits(s, u32::from(active));
-        let corners = TexelCorners::of(-wi.vectors(s), self.side as f32, active);
+    pub(super) fn lookup<S: Width>(&self, w: Vector<S>, active: Mask<S>) -> Color<S> {
+        let corners = TexelCorners::of(w, self.side as f32, active);
         let sum = match self.texels {
             Texels::Float(texels) => corners.sum(texels),
             Texels::Shared(texels) => corners.sum(texels),
         };
-        Lanes3::of_colors(sum * Color::splat(s, self.scale))
+        sum * Color::splat(w.z.width(), self.scale)
     }
 }
 

@@ -3,8 +3,6 @@
 use super::octahedral_grid::Grid;
 use crate::color::Rgb;
 use crate::lanes::{Color, Width, Word};
-use crate::math::Vec3;
-use crate::math::octahedral::bilinear;
 use bytemuck::{Pod, Zeroable};
 
 /// Format of the texels of a table.
@@ -137,17 +135,6 @@ pub(crate) struct OctahedralTable<'a> {
     /// Value of one unit, per channel.
     pub(crate) scale: Rgb,
     pub(super) side: usize,
-}
-
-impl OctahedralTable<'_> {
-    /// Bilinear interpolation in the unit direction `w`, also below the horizon.
-    pub(super) fn lookup(&self, w: Vec3) -> Rgb {
-        let sum: Rgb = bilinear(w, self.side)
-            .into_iter()
-            .map(|(t, weight)| self.texels.get(t) * weight)
-            .sum();
-        sum * self.scale
-    }
 }
 
 /// One table before it is stored in [`OctahedralTables`].
