@@ -81,6 +81,10 @@ struct Directed<'s> {
 
 /// The models with a fixed `wo`.
 #[derive(Clone, Copy, Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "one for sixteen gather points, and evaluated in the innermost loop"
+)]
 enum ModelToWo<'s> {
     Diffuse(DiffuseToWo<Stored>),
     Plastic(PlasticToWo<Stored>),

@@ -119,6 +119,7 @@ impl<'a, 'b, 's, S: Sixteen> BatchSums<'a, 'b, 's, S> {
             return;
         }
         let connected = ConnectedLight {
+            lights: set,
             id,
             light,
             emission: EmissionView::of(set, id),
@@ -211,7 +212,7 @@ impl<'a, 'b, 's, S: Sixteen> BatchSums<'a, 'b, 's, S> {
             samples: self.samples[b].as_ref(),
         };
         let active = Mask::from_bits(s, u32::from(active));
-        let connection = (self.gather).connect((&self.lights.set, &receivers), light, part, active);
+        let connection = self.gather.connect(&receivers, light, part, active);
         let Connection {
             wi, weight, lit, ..
         } = connection;

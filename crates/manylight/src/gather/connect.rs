@@ -31,6 +31,7 @@ pub(super) trait Receivers<S: Width> {
 
 /// The light of a connection.
 pub(super) struct ConnectedLight<'f, 's, E> {
+    pub(super) lights: &'f VirtualLights<'s>,
     pub(super) id: LightId,
     pub(super) light: &'f VirtualLight<'s>,
     pub(super) emission: E,
@@ -73,10 +74,19 @@ impl<S: Width> Connection<S> {
 
 impl Gather {
     /// The connections of the active points with a part of a light.
+    ///
+    /// ```text
+    /// L = f(wi, wo) cosθ · I(-wi) / d² · w_c · V
+    /// ```
+    ///
+    /// Walter et al., "Lightcuts: A Scalable Approach to Illumination", SIGGRAPH 2005, eq. (1), has the terms as M, I, G and V,
+    /// with the cosine in G. Here the cosine at the light is part of the intensity, and the clamping weight `w_c` bounds the
+    /// singularity. For a light as a sphere, the integral of `f cosθ I` over its directions takes the place of `f cosθ I / d²`.
+    /// `V` is up to the caller, because shadow rays are traced together.
     #[inline(always)]
     pub(super) fn connect<S: Width, E: RadiantIntensity<S>>(
         &self,
-        (lights, x): (&VirtualLights, &impl Receivers<S>),
+        x: &impl Receivers<S>,
         light: &ConnectedLight<E>,
         part: &LightPoint,
         active: Mask<S>,
@@ -96,7 +106,8 @@ impl Gather {
             }
             _ => self.reflected(x, light, part, &at),
         };
-        let flux = x.shares(lights, light.id) * self.lights_per_term(x.lights()) * part.weight;
+        let shares = x.shares(light.lights, light.id);
+        let flux = shares * self.lights_per_term(x.lights()) * part.weight;
         let unclamped = reflected * flux;
         Connection {
             wi,

@@ -10,7 +10,7 @@ use super::points::{BATCHES, Batch};
 use super::{Gather, Gathered, LightIndex};
 use crate::color::Rgb;
 use crate::lanes::{Float, LANES, Lanes, Lanes3, Sixteen, lanes_of};
-use crate::light_tree::{DrawnLight, LightTree, ReflectedBounds};
+use crate::light_tree::{DrawnLight, LightTree, Receiver, ReflectedBounds};
 use crate::math::Vec3;
 use crate::sampling::rng::{self, Pcg};
 use crate::scene::Scene;
@@ -140,9 +140,10 @@ impl SimdKernel for AddCut<'_> {
                 }
                 let parent = cut.swap_remove(k);
                 let set = &self.lights.set;
-                let (heir, drawn) = (self.tree).inherit(set, children, parent.drawn, self.middle);
+                let receiver = Receiver::anywhere(self.middle);
+                let (holder, drawn) = (self.tree).inherit(set, children, parent.drawn, &receiver);
                 for (i, node) in children.into_iter().enumerate() {
-                    let inherited = (i == heir).then_some((parent.slot, drawn));
+                    let inherited = (i == holder).then_some((parent.slot, drawn));
                     self.put(s, inherited, node, &mut cut, &mut sum);
                 }
             }
@@ -157,7 +158,8 @@ impl SimdKernel for AddCut<'_> {
 impl AddCut<'_> {
     /// Samples a representative of a node.
     fn draw(&mut self, node: usize) -> DrawnLight {
-        (self.tree).draw(&self.lights.set, node, self.middle, &mut self.rng)
+        let receiver = Receiver::anywhere(self.middle);
+        (self.tree).draw(&self.lights.set, node, &receiver, &mut self.rng)
     }
 
     /// Whether one surface hides all of a cluster from all points. Tested only if no light of its representative arrives.

@@ -124,6 +124,7 @@ impl<'a, 'b, 's> PairContext<'a, 'b, 's> {
         let set = &self.lights.set;
         let light = &set.lights()[id.index()];
         let connected = ConnectedLight {
+            lights: set,
             id,
             light,
             emission: SingleEmission { lights: set, id },
@@ -176,8 +177,7 @@ impl<'a, 'b, 's> PairContext<'a, 'b, 's> {
             return;
         }
         let everywhere = Mask::splat(One, true);
-        let connection =
-            (self.gather).connect((&self.lights.set, sensor), light, &part, everywhere);
+        let connection = self.gather.connect(sensor, light, &part, everywhere);
         if connection.lit.none() {
             return;
         }

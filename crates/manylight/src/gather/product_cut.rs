@@ -151,10 +151,10 @@ impl ProductCut<'_, '_, '_> {
         let PairContext { tree, lights, .. } = self.context;
         let context = self.context;
         let receiver = context.receiver(pair.gather);
-        let (heir, drawn) = tree.inherit_for(&lights.set, children, pair.drawn, &receiver);
+        let (holder, drawn) = tree.inherit(&lights.set, children, pair.drawn, &receiver);
         for (i, light) in children.into_iter().enumerate() {
             let inherited = Pair { drawn, ..*pair };
-            self.put(pair.gather, light, (i == heir).then_some(inherited));
+            self.put(pair.gather, light, (i == holder).then_some(inherited));
         }
     }
 
@@ -258,7 +258,7 @@ impl ProductCut<'_, '_, '_> {
         let (sensor, sensor_probability) = sensors.draw(gather, self.rng.next_f32());
         let context = self.context;
         let receiver = context.receiver(gather);
-        let drawn = tree.draw_for(&lights.set, light, &receiver, &mut self.rng);
+        let drawn = tree.draw(&lights.set, light, &receiver, &mut self.rng);
         Pair {
             gather,
             light,

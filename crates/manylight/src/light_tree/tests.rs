@@ -120,8 +120,9 @@ fn lights_are_drawn_with_the_probability_reported() {
         let mut reported = vec![0.0; count];
         let mut reported_below = [vec![0.0; count], vec![0.0; count]];
         for _ in 0..trials {
-            let one = tree.draw(&set, 0, p, &mut rng);
-            let (k, own) = tree.inherit(&set, tree.children(0).unwrap(), one, p);
+            let one = tree.draw(&set, 0, &Receiver::anywhere(p), &mut rng);
+            let (k, own) =
+                tree.inherit(&set, tree.children(0).unwrap(), one, &Receiver::anywhere(p));
             let id = one.id.index();
             drawn[id] += 1;
             reported[id] = f64::from(one.probability);

@@ -70,16 +70,6 @@ impl IntensityBound {
         }
     }
 
-    /// Replaces the bound by its maximum over all directions.
-    #[cfg(any(test, feature = "testing"))]
-    pub fn forget_directions(&mut self) {
-        self.normals = Cone::FULL;
-        self.spread = Spread::EVERYWHERE;
-        if let Some(mips) = &mut self.glossy {
-            mips.forget_directions();
-        }
-    }
-
     /// Heap bytes of a bound of lights that are not all diffuse.
     pub const GLOSSY_BYTES: usize = size_of::<MaxMips>();
 
@@ -93,21 +83,16 @@ impl IntensityBound {
 
     /// The bound in W/sr for directions within the angle of `spread` from the unit vector `axis`.
     pub(crate) fn luminance_within(&self, axis: Vec3, spread: Spread) -> f32 {
-        let [_, cos] = spread
-            .plus(self.spread)
-            .cosines(axis.dot(self.normals.axis));
         let glossy = (self.glossy.as_ref()).map_or(0.0, |mips| mips.within(axis, spread));
-        self.diffuse * cos.max(0.0) + glossy
+        self.diffuse_within(axis, spread) + glossy
     }
 
     /// The bounds in W/sr, lane by lane, for directions within the angle of `spreads` from the unit vectors `axes`.
     #[inline(always)]
     pub(crate) fn luminances(&self, axes: &Lanes3, spreads: &[Spread; LANES]) -> Lanes {
-        let n = self.normals.axis;
         let mut bounds = [0.0; LANES];
         for i in 0..LANES {
-            let [_, cos] = spreads[i].plus(self.spread).cosines(axes.vec(i).dot(n));
-            bounds[i] = self.diffuse * cos.max(0.0);
+            bounds[i] = self.diffuse_within(axes.vec(i), spreads[i]);
         }
         if let Some(mips) = &self.glossy {
             let glossy = mips.bounds(axes, spreads);
@@ -116,6 +101,15 @@ impl IntensityBound {
             }
         }
         bounds
+    }
+
+    /// The bound of the diffuse parts within a cone, in W/sr.
+    #[inline(always)]
+    fn diffuse_within(&self, axis: Vec3, spread: Spread) -> f32 {
+        let [_, cos] = spread
+            .plus(self.spread)
+            .cosines(axis.dot(self.normals.axis));
+        self.diffuse * cos.max(0.0)
     }
 }
 

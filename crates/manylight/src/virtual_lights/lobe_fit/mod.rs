@@ -278,7 +278,7 @@ fn responsibility_sums<S: Sixteen>(
             let exponent = apart.length_squared() * (-0.5 * lobe.kappa);
             let front = lobe.weight.max(MIN_WEIGHT) / solid_angle(f64::from(lobe.kappa)) as f32;
             *density = front * exponent.max(LOWEST_EXPONENT).exp();
-            all = all + *density;
+            all += *density;
         }
         let scale = all.recip();
         let weight = flux.weighted_sum(Rgb::LUMINANCE);
