@@ -2,7 +2,7 @@
 //! methods.
 
 use super::connect::{ConnectedLight, Connection};
-use super::light_points::{LightPoint, PointCounts, point_counts, point_of_disc, whole_light};
+use super::light_points::{LightPoint, point_counts, point_of_disc, whole_light};
 use super::points::{BATCHES, Batch, BatchReceivers};
 use super::roulette::Roulette;
 use super::shadow_block::ShadowBlock;
@@ -107,15 +107,19 @@ impl<'a, 'b, 's, S: Sixteen> BatchSums<'a, 'b, 's, S> {
         let cylinder = &self.lights.cylinders[id.index()];
         let is_sphere = self.gather.kernel == Kernel::Sphere;
         let radius = sphere_radius(light, self.gather.area_factor(self.batches[0].lights));
-        let mut counts = [PointCounts::default(); BATCHES];
-        for (counts, batch) in counts.iter_mut().zip(self.batches) {
+        let mut by_count = [1, 4, POINTS].map(|count| (count, [0; BATCHES]));
+        for (b, batch) in self.batches.iter().enumerate() {
             let to = batch.towards(self.s, light.p);
             let facing = batch.facing(to, light, cylinder);
             if facing != 0 {
-                *counts = point_counts(self.gather, light, radius, (to, &batch.u), facing);
+                let u = Float::load(self.s, &batch.u);
+                let counts = point_counts(self.gather, light, radius, to, u);
+                by_count[0].1[b] = facing & counts.one.bits() as LaneMask;
+                by_count[1].1[b] = facing & counts.four.bits() as LaneMask;
+                by_count[2].1[b] = facing & counts.sixteen.bits() as LaneMask;
             }
         }
-        if counts.iter().all(PointCounts::are_empty) {
+        if by_count.iter().all(|(_, active)| *active == [0; BATCHES]) {
             return;
         }
         let connected = ConnectedLight {
@@ -131,11 +135,6 @@ impl<'a, 'b, 's, S: Sixteen> BatchSums<'a, 'b, 's, S> {
                 None
             },
         };
-        let by_count = [
-            (1, by_batch(&counts, |v| v.one)),
-            (4, by_batch(&counts, |v| v.four)),
-            (POINTS, by_batch(&counts, |v| v.sixteen)),
-        ];
         for (count, active) in by_count {
             if active == [0; BATCHES] {
                 continue;

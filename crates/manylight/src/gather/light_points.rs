@@ -3,7 +3,7 @@
 
 use super::clamping::ClampReceiver;
 use super::{Gather, Kernel};
-use crate::lanes::{Float, LaneMask, Lanes, Mask, One, Sixteen, Vector, Width};
+use crate::lanes::{Float, Mask, One, Vector, Width};
 use crate::math::Vec3;
 use crate::virtual_lights::VirtualLight;
 use crate::virtual_lights::moments::POINTS;
@@ -37,30 +37,24 @@ pub(super) struct LightPoint {
     pub(super) directions: Option<usize>,
 }
 
-/// The shading points of a batch, by the number of light points that stand for a light.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct PointCounts {
-    pub(super) one: LaneMask,
-    pub(super) four: LaneMask,
-    pub(super) sixteen: LaneMask,
+/// The number of light points, or of directions, that stand for a light at each shading point: one, four or sixteen.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PointCounts<S: Width> {
+    pub(super) one: Mask<S>,
+    pub(super) four: Mask<S>,
+    pub(super) sixteen: Mask<S>,
 }
 
-impl PointCounts {
-    pub(super) fn are_empty(&self) -> bool {
-        self.one | self.four | self.sixteen == 0
-    }
-}
-
-/// The number of light points that stand for `light` at each shading point in `facing`. `to` are the vectors from the points to the
-/// light, in m, `u` their random numbers in [0, 1), and `radius` is that of the light as a sphere, in m.
+/// The counts for `light` at the ends of the vectors `to`, in m, from shading points with the random numbers `u`. `radius` is that
+/// of the light as a sphere, in m.
 #[inline(always)]
-pub(super) fn point_counts<S: Sixteen>(
+pub(super) fn point_counts<S: Width>(
     gather: &Gather,
     light: &VirtualLight,
     radius: f32,
-    (to, u): (Vector<S>, &Lanes),
-    facing: LaneMask,
-) -> PointCounts {
+    to: Vector<S>,
+    u: Float<S>,
+) -> PointCounts<S> {
     let [sixteen, four] = match gather.kernel {
         Kernel::Disc if is_disc(gather, light) => [
             SIXTEEN_POINTS_WITHIN * light.radius,
@@ -71,27 +65,21 @@ pub(super) fn point_counts<S: Sixteen>(
             FOUR_DIRECTIONS_WITHIN * radius,
         ],
         _ => {
+            let none = Mask::splat(u.width(), false);
             return PointCounts {
-                one: facing,
-                ..PointCounts::default()
+                one: !none,
+                four: none,
+                sixteen: none,
             };
         }
     };
-    let (d2, u) = (to.length_squared(), Float::load(to.z.width(), u));
-    let near = facing & within(d2, u, four).bits() as LaneMask;
-    let sixteen = near & within(d2, u, sixteen).bits() as LaneMask;
+    let d2 = to.length_squared();
+    let near = within(d2, u, four);
+    let sixteen = near & within(d2, u, sixteen);
     PointCounts {
-        one: facing & !near,
+        one: !near,
         four: near & !sixteen,
         sixteen,
-    }
-}
-
-/// Area that each point of `light` represents as seen from `at`, in m².
-pub(super) fn part_area(gather: &Gather, at: &ClampReceiver, light: &VirtualLight) -> f32 {
-    match part_count(gather, at, light) {
-        1 => whole_light(gather, light).area,
-        count => point_of_disc(light, 0, 1.0 / count as f32).area,
     }
 }
 
@@ -100,14 +88,22 @@ pub(super) fn part_count(gather: &Gather, at: &ClampReceiver, light: &VirtualLig
     if !is_disc(gather, light) {
         return 1;
     }
-    let d2 = (light.p - at.p).length_squared();
-    let is_within = |radii: f32| within::<One>(d2.into(), at.u.into(), radii * light.radius).any();
-    if is_within(SIXTEEN_POINTS_WITHIN) {
+    let to: Vector<One> = (light.p - at.p).into();
+    let counts = point_counts(gather, light, 0.0, to, at.u.into());
+    if counts.sixteen.any() {
         POINTS
-    } else if is_within(FOUR_POINTS_WITHIN) {
+    } else if counts.four.any() {
         4
     } else {
         1
+    }
+}
+
+/// Area that each point of `light` represents as seen from `at`, in m².
+pub(super) fn part_area(gather: &Gather, at: &ClampReceiver, light: &VirtualLight) -> f32 {
+    match part_count(gather, at, light) {
+        1 => whole_light(gather, light).area,
+        count => point_of_disc(light, 0, 1.0 / count as f32).area,
     }
 }
 

@@ -1,5 +1,11 @@
 //! Sums over virtual lights at shading points. [`Kernel`] is the shape with which a light is evaluated, [`Strategy`] the choice
-//! of lights that are evaluated.
+//! of lights that are evaluated. All kernels and strategies make their connections by `Gather::connect`.
+//!
+//! | strategy | modules |
+//! |---|---|
+//! | all lights, sixteen points at once | `all_lights`; `batch_sums` connects, `shadow_block` traces, `roulette` leaves out |
+//! | cuts through the light tree, sixteen points at once | `cut`, `occlusion`; `batch_sums` as above |
+//! | cuts through pairs of points and lights | `product_cut`, `pairs`, `gather_tree` |
 
 mod all_lights;
 mod batch_sums;

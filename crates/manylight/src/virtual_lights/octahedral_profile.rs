@@ -5,10 +5,10 @@
 
 use super::octahedral_grid::Grid;
 use super::reflection::{EmissionDomain, Reflection};
+use super::table_lookup::bilinear;
 use crate::bsdf::{FixedWi, Lobes};
 use crate::color::Rgb;
 use crate::math::Vec3;
-use crate::math::octahedral::bilinear;
 use crate::sampling::rng::Pcg;
 
 /// Roughness below which lobes are averaged over each texel; wider lobes are evaluated at the texel's center. Unmeasured.
