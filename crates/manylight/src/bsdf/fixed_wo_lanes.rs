@@ -18,7 +18,7 @@ use crate::lanes::{
     lanes_of,
 };
 use crate::math::{Spread, Vec3};
-use crate::simd::{Isa, Outlined, Portable, Simd, SimdKernel};
+use crate::simd::{Isa, Portable, Simd, SimdKernel, outlined};
 
 /// Fewest directions for which the preparation of lanes pays. Unmeasured: preparation costs about as much as four single values.
 const FEWEST_IN_LANES: usize = 6;
@@ -151,7 +151,7 @@ impl<'b, 's> FixedWoLanes<'b, 's> {
                     let n = functions.frame.n.in_vectors(s);
                     diffuse.in_vectors(s).f_cos_wi(n.dot(wi))
                 }
-                _ => s.outline(Values { functions, wi }),
+                _ => values(functions, wi),
             },
         }
     }
@@ -176,11 +176,7 @@ impl<'b, 's> FixedWoLanes<'b, 's> {
                 }
                 bounds
             }
-            Functions::OfModel(functions) => s.outline(Bounds {
-                functions,
-                axes,
-                spreads,
-            }),
+            Functions::OfModel(functions) => bounds(s, functions, axes, spreads),
         }
     }
 }
@@ -299,21 +295,23 @@ impl<'s> Directed<'s> {
     }
 }
 
-/// [`FixedWoLanes::f_cos_wi`] of one model: a function that its many callers share.
-struct Values<'a, 's, S: Sixteen> {
-    functions: &'a Directed<'s>,
-    wi: Vector<S>,
+outlined! {
+    fn values<S: Sixteen>(
+        functions: &Directed<'_>, wi: Vector<S>,
+    ) -> Color<S> { wi.z.width() => functions.f_cos_wi(wi) }
+
+    fn bounds<S: Sixteen>(
+        _s: S, functions: &Directed<'_>, axes: &Lanes3, spreads: &[Spread; LANES],
+    ) -> Lanes { _s => functions.bounds(axes, spreads) }
 }
 
-impl<S: Sixteen> Outlined for Values<'_, '_, S> {
-    type Output = Color<S>;
-
+impl Directed<'_> {
+    /// See [`FixedWoLanes::f_cos_wi`].
     #[inline(always)]
-    fn run(self) -> Color<S> {
-        let Directed { frame, wo, model } = self.functions;
-        let s = self.wi.z.width();
-        let (wi, wo) = (frame.in_vectors(s).to_local(self.wi), wo.in_vectors(s));
-        match model {
+    fn f_cos_wi<S: Sixteen>(&self, wi: Vector<S>) -> Color<S> {
+        let s = wi.z.width();
+        let (wi, wo) = (self.frame.in_vectors(s).to_local(wi), self.wo.in_vectors(s));
+        match &self.model {
             ModelToWo::Diffuse(m) => m.in_vectors(s).f_cos_wi(wi.z),
             ModelToWo::Plastic(m) => m.in_vectors(s).f_cos_wi(wi.z),
             ModelToWo::RoughConductor(m) => m.in_vectors(s).f_cos_wi(wi, wo),
@@ -328,70 +326,57 @@ impl<S: Sixteen> Outlined for Values<'_, '_, S> {
             }
         }
     }
-}
 
-/// [`FixedWoLanes::bounds`] of one model: a function that its callers share.
-struct Bounds<'a, 's> {
-    functions: &'a Directed<'s>,
-    axes: &'a Lanes3,
-    spreads: &'a [Spread; LANES],
-}
-
-impl Outlined for Bounds<'_, '_> {
-    type Output = Lanes;
-
-    /// Loops over lanes, one for each model, which become vector instructions.
+    /// See [`FixedWoLanes::bounds`]. Loops over lanes, one for each model, which become vector instructions.
     #[inline(always)]
-    fn run(self) -> Lanes {
+    fn bounds(&self, axes: &Lanes3, spreads: &[Spread; LANES]) -> Lanes {
         let mut bounds = [0.0; LANES];
-        match &self.functions.model {
+        match &self.model {
             ModelToWo::Diffuse(m) => {
                 for (i, bound) in bounds.iter_mut().enumerate() {
-                    *bound = m.lane(i).bound(&self.incident(i));
+                    *bound = m.lane(i).bound(&self.incident(i, axes, spreads));
                 }
             }
             ModelToWo::Plastic(m) => {
                 for (i, bound) in bounds.iter_mut().enumerate() {
-                    *bound = m.lane(i).bound(&self.incident(i));
+                    *bound = m.lane(i).bound(&self.incident(i, axes, spreads));
                 }
             }
             ModelToWo::RoughConductor(m) => {
                 for (i, bound) in bounds.iter_mut().enumerate() {
-                    *bound = m.lane(i).bound(&self.incident(i), self.wo(i));
+                    *bound = (m.lane(i)).bound(&self.incident(i, axes, spreads), self.wo(i));
                 }
             }
             ModelToWo::RoughPlastic(m) => {
                 for (i, bound) in bounds.iter_mut().enumerate() {
-                    *bound = m.lane(i).bound(&self.incident(i), self.wo(i));
+                    *bound = (m.lane(i)).bound(&self.incident(i, axes, spreads), self.wo(i));
                 }
             }
             ModelToWo::Principled { front, .. } => {
                 for (i, bound) in bounds.iter_mut().enumerate() {
-                    *bound = front.lane(i).bound(&self.incident(i), self.wo(i));
+                    *bound = (front.lane(i)).bound(&self.incident(i, axes, spreads), self.wo(i));
                 }
             }
         }
         bounds
     }
-}
 
-impl Bounds<'_, '_> {
     /// The cone of lane `i` in the local frame.
     #[inline(always)]
-    fn incident(&self, i: usize) -> IncidentCone {
-        let Axes { s, t, n } = &self.functions.frame;
-        let axis = self.axes.vec(i);
+    fn incident(&self, i: usize, axes: &Lanes3, spreads: &[Spread; LANES]) -> IncidentCone {
+        let Axes { s, t, n } = &self.frame;
+        let axis = axes.vec(i);
         let along = |v: &Vector<Stored>| Vec3::from(v.lane(i)).dot(axis);
         IncidentCone {
             axis: Vec3::new(along(s), along(t), along(n)),
-            spread: self.spreads[i],
+            spread: spreads[i],
             projected: None,
         }
     }
 
     #[inline(always)]
     fn wo(&self, i: usize) -> Vec3 {
-        self.functions.wo.lane(i).into()
+        self.wo.lane(i).into()
     }
 }
 

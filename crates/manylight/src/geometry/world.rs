@@ -8,7 +8,8 @@ use crate::ids::{EmitterId, MaterialId, PrimitiveId, ShapeId};
 use crate::lanes::{One, Width};
 use crate::math::{Aabb, Affine3A, Vec2};
 #[cfg(any(test, feature = "testing"))]
-use crate::simd::{Instructions, outlined};
+use crate::simd::Instructions;
+use crate::simd::outlined;
 use rayon::prelude::*;
 use std::ops::Range;
 

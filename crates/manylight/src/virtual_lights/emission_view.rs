@@ -8,7 +8,7 @@ use crate::bsdf::{ExitTransmittance, FixedWi, Lobes};
 use crate::color::Rgb;
 use crate::ids::LightId;
 use crate::lanes::{Color, Mask, One, Sixteen, Vector, Width};
-use crate::simd::Outlined;
+use crate::simd::outlined;
 use std::f32::consts::FRAC_1_PI;
 
 /// The emission of one light, with all that does not depend on the direction looked up.
@@ -100,11 +100,7 @@ impl<S: Width> RadiantIntensity<S> for RichEmission<'_, '_> {
 impl<S: Sixteen> RadiantIntensity<S> for EmissionView<'_, '_> {
     #[inline(always)]
     fn intensity(&self, w: Vector<S>, active: Mask<S>) -> Color<S> {
-        w.z.width().outline(Intensity {
-            emission: self,
-            w,
-            active,
-        })
+        view_intensity(self, w, active)
     }
 }
 
@@ -122,24 +118,17 @@ impl RadiantIntensity<One> for SingleEmission<'_, '_> {
     }
 }
 
-/// The intensity of an [`EmissionView`]: a function that its many callers share.
-struct Intensity<'a, 'f, 's, S: Width> {
-    emission: &'a EmissionView<'f, 's>,
-    w: Vector<S>,
-    active: Mask<S>,
+outlined! {
+    /// The intensity of an [`EmissionView`].
+    fn view_intensity<S: Sixteen>(
+        view: &EmissionView<'_, '_>, w: Vector<S>, active: Mask<S>,
+    ) -> Color<S> { w.z.width() => view.intensity_inlined(w, active) }
 }
 
-impl<S: Sixteen> Outlined for Intensity<'_, '_, '_, S> {
-    type Output = Color<S>;
-
+impl EmissionView<'_, '_> {
     #[inline(always)]
-    fn run(self) -> Color<S> {
-        let Intensity {
-            emission,
-            w,
-            active,
-        } = self;
-        match emission {
+    fn intensity_inlined<S: Sixteen>(&self, w: Vector<S>, active: Mask<S>) -> Color<S> {
+        match self {
             EmissionView::Single { flux, reflection } => {
                 reflection.f_cos_wo_each(w, active) * Color::splat(w.z.width(), *flux)
             }
