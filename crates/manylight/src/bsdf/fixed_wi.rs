@@ -2,7 +2,7 @@
 
 use super::{Bsdf, FixedWoLanes, LaneModel, Lobes};
 use crate::color::Rgb;
-use crate::lanes::{LANES, LaneMask, Lanes3, Sixteen, Vector, lanes_of};
+use crate::lanes::{Color, LANES, LaneMask, Lanes3, Mask, Sixteen, Vector, lanes_of};
 use crate::math::Vec3;
 use crate::simd::{Isa, Simd, SimdKernel};
 
@@ -13,24 +13,21 @@ pub struct FixedWi<'b, 's> {
     wi: Vec3,
     lobes: Lobes,
     /// By reciprocity: the function of the other direction for `wi` in the place of `wo`, the same in all lanes.
-    lanes: Option<Box<FixedWoLanes<'b, 's>>>,
+    lanes: Option<FixedWoLanes<'b, 's>>,
 }
 
-impl<'s> Bsdf<'s> {
-    /// The function of `wo` for a fixed `wi` and set of lobes.
-    pub fn with_wi(&self, wi: Vec3, lobes: Lobes) -> FixedWi<'_, 's> {
-        let model = self.lane_model();
-        let lanes = || Box::new(FixedWoLanes::alike(model, lobes, self, wi));
+impl<'b, 's> FixedWi<'b, 's> {
+    /// `bsdf` for a fixed `wi` and set of lobes.
+    pub fn new(bsdf: &'b Bsdf<'s>, wi: Vec3, lobes: Lobes) -> Self {
+        let has_lanes = LaneModel::of(bsdf) != LaneModel::Any;
         FixedWi {
-            bsdf: self,
+            bsdf,
             wi,
             lobes,
-            lanes: (model != LaneModel::Any).then(lanes),
+            lanes: has_lanes.then(|| FixedWoLanes::alike(lobes, bsdf, wi)),
         }
     }
-}
 
-impl FixedWi<'_, '_> {
     /// Replaces the contents of `out` by [`Bsdf::f_cos_wo`] in each of the unit directions.
     pub fn f_cos_wo(&self, directions: &[Vec3], out: &mut Vec<Rgb>) {
         out.clear();
@@ -39,24 +36,22 @@ impl FixedWi<'_, '_> {
 
     /// [`Bsdf::f_cos_wo`] in each active lane, for unit directions `wo`. Other lanes are unspecified.
     #[inline(always)]
-    pub(crate) fn f_cos_wo_lanes<W: Sixteen>(&self, w: W, wo: &Lanes3, active: LaneMask) -> Lanes3 {
+    pub(crate) fn f_cos_wo_each<S: Sixteen>(&self, wo: Vector<S>, active: Mask<S>) -> Color<S> {
+        let s = wo.z.width();
         let Some(lanes) = &self.lanes else {
-            let mut out = Lanes3::ZERO;
-            for i in lanes_of(active) {
-                out.set(i, self.bsdf.f_cos_wo(self.wi, wo.vec(i), self.lobes));
+            let (wo, mut values) = (Lanes3::of_vectors(wo), Lanes3::ZERO);
+            for i in lanes_of(active.bits() as LaneMask) {
+                values.set(i, self.bsdf.f_cos_wo(self.wi, wo.vec(i), self.lobes));
             }
-            return out;
+            return values.colors(s);
         };
-        let s = w;
-        let values = lanes.f_cos_wi(w, wo, active).colors(s);
+        let values = lanes.f_cos_wi(wo, active);
         // The reciprocal model is f_s |wi·ns|; f multiplies it by |wi·ns| / |wi·ng|, also for the swapped directions.
         let (ng, ns) = (Vec3::from(self.bsdf.ng), Vec3::from(self.bsdf.frame.n));
         let incident = (self.wi.dot(ns) / self.wi.dot(ng)).abs();
-        let wo = wo.vectors(s);
         let (by_ng, by_ns) = (wo.dot(Vector::splat(s, ng)), wo.dot(Vector::splat(s, ns)));
         // Where `by_ns` is zero, the value is zero as well.
-        let tilt = by_ng.abs() * incident / by_ns.abs().max(f32::MIN_POSITIVE);
-        Lanes3::of_colors(values * tilt)
+        values * (by_ng.abs() * incident / by_ns.abs().max(f32::MIN_POSITIVE))
     }
 }
 
@@ -66,12 +61,13 @@ impl SimdKernel for DirectionsInLanes<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<S: Simd>(self, s: S) {
+    fn run<I: Simd>(self, isa: I) {
         let DirectionsInLanes(fixed, directions, out) = self;
+        let s = isa.wide();
         for chunk in directions.chunks(LANES) {
             let wo = Lanes3::from_fn(|i| chunk[i.min(chunk.len() - 1)]);
-            let used = LaneMask::MAX >> (LANES - chunk.len());
-            let values = fixed.f_cos_wo_lanes(s.wide(), &wo, used);
+            let used = Mask::from_bits(s, u32::MAX >> (32 - chunk.len()));
+            let values = Lanes3::of_colors(fixed.f_cos_wo_each(wo.vectors(s), used));
             out.extend((0..chunk.len()).map(|i| values.rgb(i)));
         }
     }

@@ -17,7 +17,23 @@ pub struct FixedWo<'b, 's> {
     lambert: Option<Rgb>,
 }
 
-impl FixedWo<'_, '_> {
+impl<'b, 's> FixedWo<'b, 's> {
+    /// `bsdf` for a fixed `wo` and set of lobes.
+    #[inline]
+    pub fn new(bsdf: &'b Bsdf<'s>, wo: Vec3, lobes: Lobes) -> Self {
+        let wo = bsdf.frame.to_local(wo.into());
+        let lambert = bsdf
+            .plain_lambert(wo)
+            .filter(|lambert| lobes.has(Lobes::DIFFUSE) && lambert.valid.any())
+            .map(|lambert| Rgb::from(lambert.albedo) * FRAC_1_PI);
+        FixedWo {
+            bsdf,
+            wo: wo.into(),
+            lobes,
+            lambert,
+        }
+    }
+
     /// [`Bsdf::f_cos_wi`] for this `wo` and these lobes.
     #[inline]
     pub fn f_cos_wi(&self, wi: Vec3) -> Rgb {
@@ -41,23 +57,5 @@ impl FixedWo<'_, '_> {
             projected: None,
         };
         self.bsdf.bound_local(&incident, self.wo, self.lobes)
-    }
-}
-
-impl<'s> Bsdf<'s> {
-    /// The function of `wi` for a fixed `wo` and set of lobes.
-    #[inline]
-    pub fn with_wo(&self, wo: Vec3, lobes: Lobes) -> FixedWo<'_, 's> {
-        let wo = self.frame.to_local(wo.into());
-        let lambert = self
-            .plain_lambert(wo)
-            .filter(|lambert| lobes.has(Lobes::DIFFUSE) && lambert.valid.any())
-            .map(|lambert| Rgb::from(lambert.albedo) * FRAC_1_PI);
-        FixedWo {
-            bsdf: self,
-            wo: wo.into(),
-            lobes,
-            lambert,
-        }
     }
 }

@@ -47,6 +47,17 @@ impl IncidentCone {
         self.projected.unwrap_or(highest)
     }
 
+    /// Upper bound of the cosine by which `f` is multiplied, of light from above the surface.
+    #[inline(always)]
+    pub(super) fn projection_above(&self) -> f32 {
+        let [_, highest] = self.cosines();
+        if highest > 0.0 {
+            self.projection(highest)
+        } else {
+            0.0
+        }
+    }
+
     /// Smallest and largest cosine to the unit vector `w`.
     #[inline(always)]
     pub(super) fn cosines_to(&self, w: Vec3) -> [f32; 2] {

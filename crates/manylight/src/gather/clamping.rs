@@ -1,17 +1,9 @@
 //! The clamp on the `1 / d²` singularity of a connection. The sum over lights uses its weight, bias compensation the clamped
 //! fraction, one minus the weight.
-#![expect(
-    clippy::needless_range_loop,
-    reason = "loops over lanes read like what they become: vector instructions"
-)]
 
-use super::light_index::{Assignment, LightIndex};
-use super::points::Batch;
-use super::{Gather, ShadingPoint, Subset};
-use crate::color::Rgb;
-use crate::lanes::{LANES, Lanes, Lanes3};
+use super::{ShadingPoint, Subset};
+use crate::lanes::{Color, Float, Vector, Width};
 use crate::math::Vec3;
-use crate::virtual_lights::SurfaceLocation;
 
 /// Bound on the `1 / d²` singularity of a connection.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,17 +18,17 @@ pub enum Clamp {
     Value(f32),
 }
 
-/// A connection of a shading point `x` with a light, as clamping sees it.
+/// The connection of a point `x` with a light in each lane, as clamping sees it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct ClampedConnection {
+pub(super) struct ClampedConnection<S: Width> {
     /// Unit direction to the light.
-    pub w: Vec3,
+    pub w: Vector<S>,
     /// Inverse of the squared distance, in 1/m².
-    pub inv_d2: f32,
+    pub inv_d2: Float<S>,
     /// `f cosθ_x` of the non-specular lobes, in 1/sr.
-    pub f_cos: Rgb,
+    pub f_cos: Color<S>,
     /// Geometric normal at `x`.
-    pub n_x: Vec3,
+    pub n_x: Vector<S>,
     /// Normal of the light.
     pub n_y: Vec3,
     /// Area that the connected part of the light represents, in m².
@@ -44,67 +36,30 @@ pub(super) struct ClampedConnection {
 }
 
 impl Clamp {
-    /// Weight of a connection in the sum over lights, in (0, 1].
+    /// Weight `w_c` of a connection in the sum over lights, in (0, 1].
     #[inline(always)]
-    pub(super) fn weight(self, connection: &ClampedConnection) -> f32 {
-        let cos_y = connection.w.dot(connection.n_y).abs();
+    pub(super) fn weight<S: Width>(self, connection: &ClampedConnection<S>) -> Float<S> {
+        let ClampedConnection { w, inv_d2, .. } = *connection;
+        let n_y = Vector::splat(w.z.width(), connection.n_y);
         match self {
-            Clamp::None => 1.0,
+            Clamp::None => w.z.same(1.0),
             Clamp::Auto(strength) => {
                 let area = strength * connection.area;
-                let reflected = connection.f_cos.max_channel() * area * cos_y * connection.inv_d2;
+                let reflected = connection.f_cos.max_channel() * area * cosine(w, n_y) * inv_d2;
                 (1.0 + reflected * reflected).sqrt().recip()
             }
             Clamp::Value(limit) => {
-                let cos_x = connection.w.dot(connection.n_x).abs();
-                let geometry = cos_x * cos_y * connection.inv_d2;
+                let geometry = cosine(w, connection.n_x) * cosine(w, n_y) * inv_d2;
                 (limit / geometry).min(1.0)
             }
         }
     }
 }
 
-/// The connections of one batch with a point, as clamping sees them: [`ClampedConnection`] in lanes.
-pub(super) struct ClampedConnections<'a> {
-    pub(super) batch: &'a Batch<'a, 'a>,
-    pub(super) w: &'a Lanes3,
-    pub(super) inv_d2: &'a Lanes,
-    pub(super) f_cos: &'a Lanes3,
-    pub(super) n: Vec3,
-    pub(super) area: f32,
-}
-
-impl ClampedConnections<'_> {
-    /// [`Clamp::weight`] in each lane.
-    #[inline(always)]
-    pub(super) fn weights(&self, clamp: Clamp) -> Lanes {
-        let lane = |clamp: Clamp, i: usize| {
-            clamp.weight(&ClampedConnection {
-                w: self.w.vec(i),
-                inv_d2: self.inv_d2[i],
-                f_cos: self.f_cos.rgb(i),
-                n_x: self.batch.ng.vec(i),
-                n_y: self.n,
-                area: self.area,
-            })
-        };
-        let mut weights = [1.0; LANES];
-        // One loop for each kind, so that the choice is not made in every lane.
-        match clamp {
-            Clamp::None => {}
-            Clamp::Auto(strength) => {
-                for i in 0..LANES {
-                    weights[i] = lane(Clamp::Auto(strength), i);
-                }
-            }
-            Clamp::Value(limit) => {
-                for i in 0..LANES {
-                    weights[i] = lane(Clamp::Value(limit), i);
-                }
-            }
-        }
-        weights
-    }
+/// `|w·n|`.
+#[inline(always)]
+fn cosine<S: Width>(w: Vector<S>, n: Vector<S>) -> Float<S> {
+    (w.x * n.x + w.y * n.y + w.z * n.z).abs()
 }
 
 /// A point at which the clamped fraction is evaluated.
@@ -128,45 +83,5 @@ impl From<&ShadingPoint<'_>> for ClampReceiver {
             u: at.u,
             lights: at.lights,
         }
-    }
-}
-
-impl Gather {
-    /// Fraction of the light from `y` that the clamp removes from the sum at `at`: one minus the weight of a connection with
-    /// the part at `y` of the light to which photons at `y` are assigned. `f_cos` is `f cosθ` of the non-specular lobes at
-    /// `at` for a direction, in 1/sr.
-    pub fn clamped_fraction(
-        &self,
-        lights: &LightIndex,
-        at: &ClampReceiver,
-        y: &SurfaceLocation,
-        assignment: Assignment,
-        f_cos: impl FnOnce(Vec3) -> Rgb,
-    ) -> f32 {
-        if self.clamp == Clamp::None {
-            return 0.0;
-        }
-        let (n_y, area) = match assignment {
-            Assignment::Light(id) => {
-                let light = &lights.set.lights()[id.index()];
-                (light.n, self.part_area(at, light))
-            }
-            Assignment::Unassigned { area } => (y.n, area),
-        };
-        let to_y = y.p - at.p;
-        let d2 = to_y.length_squared();
-        if d2 == 0.0 {
-            return 0.0;
-        }
-        let inv_d = d2.sqrt().recip();
-        let w = to_y * inv_d;
-        1.0 - self.clamp.weight(&ClampedConnection {
-            w,
-            inv_d2: inv_d * inv_d,
-            f_cos: f_cos(w),
-            n_x: at.n,
-            n_y,
-            area: area * self.area_factor(at.lights),
-        })
     }
 }

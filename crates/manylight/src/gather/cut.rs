@@ -4,17 +4,17 @@
 //! at each of which clusters are bounded; many clusters are refined at once, so that the shadow rays of new representatives are
 //! traced together; representatives are sampled by the light that they send to the points.
 
-use super::connect::BatchSums;
+use super::batch_sums::BatchSums;
 use super::occlusion::Occluders;
 use super::points::{BATCHES, Batch};
 use super::{Gather, Gathered, LightIndex};
-use crate::lanes::vectors::luminance;
-use crate::lanes::{LANES, LaneMask, Lanes, Lanes3, lanes_of};
-use crate::light_tree::{DrawnLight, LightTree, Sent};
+use crate::color::Rgb;
+use crate::lanes::{Float, LANES, Lanes, Lanes3, Sixteen, lanes_of};
+use crate::light_tree::{DrawnLight, LightTree, Receiver, ReflectedBounds};
 use crate::math::Vec3;
 use crate::sampling::rng::{self, Pcg};
 use crate::scene::Scene;
-use crate::simd::{self, Isa, Simd, Sixteen};
+use crate::simd::{Isa, Simd, SimdKernel};
 
 /// When the refinement of a cut ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,10 +50,10 @@ struct CutNode {
     /// Its representative: a light below the node.
     drawn: DrawnLight,
     /// Bounds of the light of all its lights at each point; 0 for single lights, which are exact.
-    sent: [Sent; BATCHES],
+    bounds: [ReflectedBounds; BATCHES],
 }
 
-/// See [`Gather::add_cut`].
+/// See [`add`].
 struct AddCut<'a> {
     gather: &'a Gather,
     scene: &'a Scene,
@@ -67,59 +67,56 @@ struct AddCut<'a> {
     rng: Pcg,
 }
 
-impl Gather {
-    /// Adds a cut through the light tree to the sums of the points of up to [`BATCHES`] batches.
-    pub(super) fn add_cut(
-        &self,
-        scene: &Scene,
-        lights: &LightIndex,
-        limits: CutLimits,
-        batches: &[Batch],
-        sums: &mut [Gathered],
-    ) {
-        let tree = lights.tree.as_ref();
-        let tree = tree.expect("invariant: lights have a tree where cuts are asked for");
-        let part = batches[0].lights.lights_per_member() as u32;
-        let first = batches[0].p.vec(0);
-        let key = rng::key(first.to_array()) ^ u64::from(batches[0].u[0].to_bits());
-        Isa::best().run(AddCut {
-            middle: middle(batches),
-            rng: Pcg::new(key),
-            gather: self,
-            scene,
-            lights,
-            tree,
-            limits: CutLimits {
-                max_lights: (limits.max_lights / part).max(1),
-                ..limits
-            },
-            batches,
-            sums,
-        });
-    }
+/// Adds a cut through the light tree to the sums of the points of up to [`BATCHES`] batches.
+pub(super) fn add(
+    gather: &Gather,
+    (scene, lights): (&Scene, &LightIndex),
+    limits: CutLimits,
+    batches: &[Batch],
+    sums: &mut [Gathered],
+) {
+    let tree = lights.tree.as_ref();
+    let tree = tree.expect("invariant: lights have a tree where cuts are asked for");
+    let part = batches[0].lights.lights_per_member() as u32;
+    let first = batches[0].p.vec(0);
+    let key = rng::key(first.to_array()) ^ u64::from(batches[0].u[0].to_bits());
+    Isa::best().run(AddCut {
+        middle: middle(batches),
+        rng: Pcg::new(key),
+        gather,
+        scene,
+        lights,
+        tree,
+        limits: CutLimits {
+            max_lights: (limits.max_lights / part).max(1),
+            ..limits
+        },
+        batches,
+        sums,
+    });
 }
 
-impl simd::SimdKernel for AddCut<'_> {
+impl SimdKernel for AddCut<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<S: Simd>(mut self, s: S) {
-        let w = s.wide();
-        let mut sum = BatchSums::new(w, self.gather, self.scene, self.lights, self.batches, 0);
+    fn run<I: Simd>(mut self, isa: I) {
+        let s = isa.wide();
+        let mut sum = BatchSums::new(s, self.gather, self.scene, self.lights, self.batches, 0);
         let mut cut = Vec::new();
         if let Some(root) = self.tree.root() {
-            self.put(w, None, root, &mut cut, &mut sum);
+            self.put(s, None, root, &mut cut, &mut sum);
         }
-        sum.flush(w, self.sums);
-        let mut allowed = self.allowed(w, &cut, &sum.gathered);
+        sum.flush(self.sums);
+        let mut allowed = self.allowed(s, &cut, &sum.gathered);
         let mut occluders = Occluders::new(self.scene, self.batches);
         let mut coarse = Vec::new();
         loop {
             coarse.clear();
-            let inverses = allowed.map(|allowed| inverse(w, &allowed));
+            let inverses = allowed.map(|allowed| inverse(s, &allowed));
             for (k, cluster) in cut.iter().enumerate() {
-                if is_beyond(w, &cluster.sent, &allowed) {
-                    coarse.push((likeliest(w, &cluster.sent, &inverses), k));
+                if is_beyond(s, &cluster.bounds, &allowed) {
+                    coarse.push((likeliest(s, &cluster.bounds, &inverses), k));
                 }
             }
             let room = (self.limits.max_lights as usize).saturating_sub(cut.len());
@@ -137,20 +134,21 @@ impl simd::SimdKernel for AddCut<'_> {
                 let Some(children) = self.tree.children(cut[k].node) else {
                     continue;
                 };
-                if self.is_hidden(w, &cut[k], &sum.gathered, &mut occluders) {
+                if self.is_hidden(s, &cut[k], &sum.gathered, &mut occluders) {
                     cut.swap_remove(k);
                     continue;
                 }
                 let parent = cut.swap_remove(k);
                 let set = &self.lights.set;
-                let (heir, drawn) = (self.tree).inherit(set, children, parent.drawn, self.middle);
+                let receiver = Receiver::anywhere(self.middle);
+                let (holder, drawn) = (self.tree).inherit(set, children, parent.drawn, &receiver);
                 for (i, node) in children.into_iter().enumerate() {
-                    let inherited = (i == heir).then_some((parent.slot, drawn));
-                    self.put(w, inherited, node, &mut cut, &mut sum);
+                    let inherited = (i == holder).then_some((parent.slot, drawn));
+                    self.put(s, inherited, node, &mut cut, &mut sum);
                 }
             }
-            sum.flush(w, self.sums);
-            allowed = self.allowed(w, &cut, &sum.gathered);
+            sum.flush(self.sums);
+            allowed = self.allowed(s, &cut, &sum.gathered);
         }
         sum.count_clamped(self.sums);
         self.finish(&cut, &sum.gathered, &allowed);
@@ -160,14 +158,15 @@ impl simd::SimdKernel for AddCut<'_> {
 impl AddCut<'_> {
     /// Samples a representative of a node.
     fn draw(&mut self, node: usize) -> DrawnLight {
-        (self.tree).draw(&self.lights.set, node, self.middle, &mut self.rng)
+        let receiver = Receiver::anywhere(self.middle);
+        (self.tree).draw(&self.lights.set, node, &receiver, &mut self.rng)
     }
 
     /// Whether one surface hides all of a cluster from all points. Tested only if no light of its representative arrives.
     #[inline(always)]
-    fn is_hidden<W: Sixteen>(
+    fn is_hidden<S: Sixteen>(
         &self,
-        w: W,
+        s: S,
         cluster: &CutNode,
         gathered: &[[Lanes3; BATCHES]],
         occluders: &mut Occluders,
@@ -176,24 +175,24 @@ impl AddCut<'_> {
         let target = self.lights.set.lights()[cluster.drawn.id.index()].p;
         let node = &self.tree.nodes()[cluster.node];
         arrived.flatten().all(|&x| x == 0.0)
-            && occluders.hide(w, &node.bounds.grown(node.offset), target)
+            && occluders.hide(s, &node.bounds.grown(node.offset), target)
     }
 
     /// Puts a node into the cut, unless no point can receive light from it. Its representative is `inherited` from its parent with
     /// the slot of that, or sampled anew.
     #[inline(always)]
-    fn put<W: Sixteen>(
+    fn put<S: Sixteen>(
         &mut self,
-        w: W,
+        s: S,
         inherited: Option<(usize, DrawnLight)>,
         node: usize,
         cut: &mut Vec<CutNode>,
-        sum: &mut BatchSums,
+        sum: &mut BatchSums<S>,
     ) {
-        let sent = self.sent(w, node);
+        let bounds = self.bounds(s, node);
         let is_leaf = self.tree.children(node).is_none();
-        let bounds = sent.iter().flat_map(|sent| &sent.bounds);
-        if !is_leaf && bounds.copied().all(|bound| bound == 0.0) {
+        let all = bounds.iter().flat_map(|batch| &batch.most);
+        if !is_leaf && all.copied().all(|bound| bound == 0.0) {
             return;
         }
         let (slot, drawn) = match inherited {
@@ -202,7 +201,7 @@ impl AddCut<'_> {
                 let (slot, drawn) = (sum.gathered.len(), self.draw(node));
                 sum.gathered.push([Lanes3::ZERO; BATCHES]);
                 sum.slot = slot;
-                sum.add_light(w, drawn.id, self.sums);
+                sum.add_light(drawn.id, self.sums);
                 (slot, drawn)
             }
         };
@@ -210,54 +209,55 @@ impl AddCut<'_> {
             node,
             slot,
             drawn,
-            sent,
+            bounds,
         });
     }
 
-    /// [`LightNode::sent`] for each point.
+    /// [`LightNode::reflected_bounds`](crate::light_tree::LightNode) for each point.
     #[inline(always)]
-    fn sent<W: Sixteen>(&self, w: W, node: usize) -> [Sent; BATCHES] {
-        let mut sent = [Sent::NOTHING; BATCHES];
+    fn bounds<S: Sixteen>(&self, s: S, node: usize) -> [ReflectedBounds; BATCHES] {
+        let mut bounds = [ReflectedBounds::NOTHING; BATCHES];
         if self.tree.children(node).is_none() {
-            return sent;
+            return bounds;
         }
         let node = &self.tree.nodes()[node];
-        for (sent, batch) in sent.iter_mut().zip(self.batches) {
-            let facing = batch.facing_cluster(w, &node.bounds, &node.normals);
+        for (bounds, batch) in bounds.iter_mut().zip(self.batches) {
+            let facing = batch.facing_cluster(s, &node.bounds, &node.normals);
             if facing == 0 {
                 continue;
             }
-            let all = node.sent(w, &batch.p, &batch.receivers, facing);
+            let all = node.reflected_bounds(s, &batch.p, &batch.receivers, facing);
             for i in lanes_of(facing) {
-                sent.bounds[i] = all.bounds[i];
-                sent.likely[i] = all.likely[i];
+                bounds.most[i] = all.most[i];
+                bounds.likely[i] = all.likely[i];
             }
         }
-        sent
+        bounds
     }
 
     /// Largest error of a cluster at each point, luminance in W/(m² sr): relative to the sum there, or the tolerance of the point.
     #[inline(always)]
-    fn allowed<W: Sixteen>(
+    fn allowed<S: Sixteen>(
         &self,
-        w: W,
+        s: S,
         cut: &[CutNode],
         gathered: &[[Lanes3; BATCHES]],
     ) -> [Lanes; BATCHES] {
         let mut totals = [[0.0; LANES]; BATCHES];
         for (b, total) in totals.iter_mut().enumerate().take(self.batches.len()) {
-            let mut sum = w.splat(0.0);
+            let mut sum = Float::splat(s, 0.0);
             for cluster in cut {
-                let value = luminance(w, gathered[cluster.slot][b].load(w));
-                sum = w.mul_add(value, w.splat(cluster.drawn.probability.recip()), sum);
+                let value = (gathered[cluster.slot][b].colors(s)).weighted_sum(Rgb::LUMINANCE);
+                sum = value.mul_add(sum.same(cluster.drawn.probability.recip()), sum);
             }
-            *total = w.store(sum);
+            *total = sum.store();
         }
         let brightest = totals.iter().flatten().copied().fold(0.0, f32::max);
         let mut allowed = totals
             .map(|total| total.map(|x| self.limits.max_error * x.max(DARKEST_POINT * brightest)));
         for (allowed, batch) in allowed.iter_mut().zip(self.batches) {
-            *allowed = w.store(w.max(w.load(allowed), w.load(&batch.tolerance)));
+            let tolerance = Float::load(s, &batch.tolerance);
+            *allowed = Float::load(s, allowed).max(tolerance).store();
         }
         allowed
     }
@@ -272,7 +272,7 @@ impl AddCut<'_> {
                 }
                 sum.terms = cut.len() as u32;
                 sum.connections = gathered.len() as u64;
-                let bound = cut.iter().map(|c| c.sent[b].bounds[i]).fold(0.0, f32::max);
+                let bound = cut.iter().map(|c| c.bounds[b].most[i]).fold(0.0, f32::max);
                 if bound > 0.0 {
                     sum.cluster_error = bound / allowed[b][i] * self.limits.max_error;
                 }
@@ -294,26 +294,38 @@ fn middle(batches: &[Batch]) -> Vec3 {
 
 /// One over the allowed errors; a large number where no error is allowed.
 #[inline(always)]
-fn inverse<W: Sixteen>(w: W, allowed: &Lanes) -> Lanes {
-    let least = w.splat(f32::MIN_POSITIVE);
-    w.store(w.div(w.splat(1.0), w.max(w.load(allowed), least)))
+fn inverse<S: Sixteen>(s: S, allowed: &Lanes) -> Lanes {
+    let allowed = Float::load(s, allowed);
+    allowed.max(f32::MIN_POSITIVE).recip().store()
 }
 
 /// Whether the bound of a cluster is larger than the allowed error at any of the points.
 #[inline(always)]
-fn is_beyond<W: Sixteen>(w: W, sent: &[Sent; BATCHES], allowed: &[Lanes; BATCHES]) -> bool {
-    let beyond =
-        |(sent, allowed): (&Sent, &Lanes)| w.bits(w.lt(w.load(allowed), w.load(&sent.bounds))) != 0;
-    sent.iter().zip(allowed).any(beyond)
+fn is_beyond<S: Sixteen>(
+    s: S,
+    bounds: &[ReflectedBounds; BATCHES],
+    allowed: &[Lanes; BATCHES],
+) -> bool {
+    for (bounds, allowed) in bounds.iter().zip(allowed) {
+        let most = Float::load(s, &bounds.most);
+        if most.gt(Float::load(s, allowed)).any() {
+            return true;
+        }
+    }
+    false
 }
 
 /// Largest ratio, over the points, of the light that a cluster is likely to send and the allowed error.
 #[inline(always)]
-fn likeliest<W: Sixteen>(w: W, sent: &[Sent; BATCHES], inverses: &[Lanes; BATCHES]) -> f32 {
-    let mut least = w.splat(0.0);
-    for (sent, inverse) in sent.iter().zip(inverses) {
-        let negative = w.mul(w.load(&sent.likely), w.sub(w.splat(0.0), w.load(inverse)));
-        least = w.min(least, negative);
+fn likeliest<S: Sixteen>(
+    s: S,
+    bounds: &[ReflectedBounds; BATCHES],
+    inverses: &[Lanes; BATCHES],
+) -> f32 {
+    let mut largest = Float::splat(s, 0.0);
+    for (bounds, inverse) in bounds.iter().zip(inverses) {
+        let ratio = Float::load(s, &bounds.likely) * Float::load(s, inverse);
+        largest = ratio.max(largest);
     }
-    -w.store(least)[w.lowest(u32::from(LaneMask::MAX), least) as usize]
+    largest.store().into_iter().fold(0.0, f32::max)
 }

@@ -2,10 +2,15 @@
 //!
 //! Source: Walter, Arbree, Bala, Greenberg, "Multidimensional Lightcuts", SIGGRAPH 2006.
 
-use super::{ShadingPoint, WeightedPoint};
+use super::connect::Receivers;
+use super::sphere::SphereSamples;
+use super::{ShadingPoint, Subset, WeightedPoint};
 use crate::bsdf::{FixedWo, LaneModel, Lobes};
 use crate::color::Rgb;
+use crate::ids::LightId;
+use crate::lanes::{Color, Float, Mask, One, Vector};
 use crate::math::{Aabb, Cone, Spread, Vec3};
+use crate::virtual_lights::VirtualLights;
 
 /// Distance that corresponds to a unit distance between normals, relative to the diagonal of all points, as for the light tree.
 /// Unmeasured.
@@ -37,8 +42,8 @@ impl<'b, 's> Sensor<'b, 's> {
     fn new(index: usize, point: &'b WeightedPoint<'s>) -> Self {
         let ShadingPoint { bsdf, wo, .. } = &point.at;
         let receiving = bsdf.receiving_normal(*wo);
-        let fixed = bsdf.with_wo(*wo, Lobes::NON_SPECULAR);
-        let is_lambert = bsdf.lane_model() == LaneModel::Lambert;
+        let fixed = FixedWo::new(bsdf, *wo, Lobes::NON_SPECULAR);
+        let is_lambert = LaneModel::of(bsdf) == LaneModel::Lambert;
         Sensor {
             index,
             at: &point.at,
@@ -58,13 +63,53 @@ impl<'b, 's> Sensor<'b, 's> {
     pub(super) fn receives(&self, p: Vec3, rounding: f32) -> bool {
         let to = p - self.at.x.p;
         self.receiving.is_none_or(|n| n.dot(to) > rounding)
-            && self.at.lit_from.is_none_or(|n| n.dot(to) > 0.0)
     }
 
     /// Upper bound of `T f cosθ` over the directions within `spread` of `axis`, in 1/sr; `T` is the largest channel of the
     /// throughput.
     fn bound(&self, axis: Vec3, spread: Spread) -> f32 {
         self.importance * self.bsdf.bound(axis, spread)
+    }
+}
+
+impl Receivers<One> for Sensor<'_, '_> {
+    #[inline(always)]
+    fn towards(&self, p: Vec3) -> Vector<One> {
+        (p - self.at.x.p).into()
+    }
+
+    #[inline(always)]
+    fn normals(&self) -> Vector<One> {
+        self.at.x.ng.into()
+    }
+
+    #[inline(always)]
+    fn lights(&self) -> Subset {
+        self.at.lights
+    }
+
+    #[inline(always)]
+    fn f_cos_wi(&self, wi: Vector<One>, _: Mask<One>) -> Color<One> {
+        self.bsdf.f_cos_wi(wi.into()).into()
+    }
+
+    #[inline(always)]
+    fn count_light_from(&self, wi: Vector<One>) -> Mask<One> {
+        let is_wanted = |n: Vec3| n.dot(wi.into()) > 0.0;
+        Mask::splat(One, self.at.lit_from.is_none_or(is_wanted))
+    }
+
+    #[inline(always)]
+    fn shares(&self, lights: &VirtualLights, id: LightId) -> Float<One> {
+        let depth = self.at.max_photon_depth;
+        depth
+            .map_or(1.0, |depth| lights.share_up_to(id, depth))
+            .into()
+    }
+
+    #[inline(always)]
+    fn sphere_samples(&self) -> Option<&SphereSamples<One>> {
+        None
     }
 }
 

@@ -3,10 +3,8 @@
 
 use super::clamping::ClampReceiver;
 use super::{Gather, Kernel};
-use crate::lanes::vectors::dot;
-use crate::lanes::{LaneMask, Lanes};
+use crate::lanes::{Float, Mask, One, Vector, Width};
 use crate::math::Vec3;
-use crate::simd::Sixteen;
 use crate::virtual_lights::VirtualLight;
 use crate::virtual_lights::moments::POINTS;
 use std::f32::consts::PI;
@@ -39,107 +37,94 @@ pub(super) struct LightPoint {
     pub(super) directions: Option<usize>,
 }
 
-/// The shading points of a batch, by the number of light points that stand for a light.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct PointCounts {
-    pub(super) one: LaneMask,
-    pub(super) four: LaneMask,
-    pub(super) sixteen: LaneMask,
+/// The number of light points, or of directions, that stand for a light at each shading point: one, four or sixteen.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PointCounts<S: Width> {
+    pub(super) one: Mask<S>,
+    pub(super) four: Mask<S>,
+    pub(super) sixteen: Mask<S>,
 }
 
-impl PointCounts {
-    pub(super) fn are_empty(&self) -> bool {
-        self.one | self.four | self.sixteen == 0
+/// The counts for `light` at the ends of the vectors `to`, in m, from shading points with the random numbers `u`. `radius` is that
+/// of the light as a sphere, in m.
+#[inline(always)]
+pub(super) fn point_counts<S: Width>(
+    gather: &Gather,
+    light: &VirtualLight,
+    radius: f32,
+    to: Vector<S>,
+    u: Float<S>,
+) -> PointCounts<S> {
+    let [sixteen, four] = match gather.kernel {
+        Kernel::Disc if is_disc(gather, light) => [
+            SIXTEEN_POINTS_WITHIN * light.radius,
+            FOUR_POINTS_WITHIN * light.radius,
+        ],
+        Kernel::Sphere => [
+            SIXTEEN_DIRECTIONS_WITHIN * radius,
+            FOUR_DIRECTIONS_WITHIN * radius,
+        ],
+        _ => {
+            let none = Mask::splat(u.width(), false);
+            return PointCounts {
+                one: !none,
+                four: none,
+                sixteen: none,
+            };
+        }
+    };
+    let d2 = to.length_squared();
+    let near = within(d2, u, four);
+    let sixteen = near & within(d2, u, sixteen);
+    PointCounts {
+        one: !near,
+        four: near & !sixteen,
+        sixteen,
     }
 }
 
-/// The shading points of a batch that a light may reach.
-#[derive(Clone, Copy)]
-pub(super) struct FacingPoints<'a, W: Sixteen> {
-    /// Vectors from the points to the light, in m.
-    pub(super) to: [W::F; 3],
-    /// Random numbers of the points, in [0, 1).
-    pub(super) u: &'a Lanes,
-    pub(super) facing: LaneMask,
+/// Number of points that represent `light` as seen from `at`, for the kernels point and disc.
+pub(super) fn part_count(gather: &Gather, at: &ClampReceiver, light: &VirtualLight) -> usize {
+    if !is_disc(gather, light) {
+        return 1;
+    }
+    let to: Vector<One> = (light.p - at.p).into();
+    let counts = point_counts(gather, light, 0.0, to, at.u.into());
+    if counts.sixteen.any() {
+        POINTS
+    } else if counts.four.any() {
+        4
+    } else {
+        1
+    }
 }
 
-impl Gather {
-    /// The number of light points that stand for `light` at each shading point. `radius` is that of the light as a sphere, in m.
-    #[inline(always)]
-    pub(super) fn point_counts<W: Sixteen>(
-        &self,
-        w: W,
-        light: &VirtualLight,
-        radius: f32,
-        points: FacingPoints<W>,
-    ) -> PointCounts {
-        let FacingPoints { to, u, facing } = points;
-        let [sixteen, four] = match self.kernel {
-            Kernel::Disc if self.is_disc(light) => [
-                SIXTEEN_POINTS_WITHIN * light.radius,
-                FOUR_POINTS_WITHIN * light.radius,
-            ],
-            Kernel::Sphere => [
-                SIXTEEN_DIRECTIONS_WITHIN * radius,
-                FOUR_DIRECTIONS_WITHIN * radius,
-            ],
-            _ => {
-                return PointCounts {
-                    one: facing,
-                    ..PointCounts::default()
-                };
-            }
-        };
-        let d2 = dot(w, to, to);
-        let stretch = w.mul_add(w.load(u), w.splat(DISTANCE_SPREAD), w.splat(1.0));
-        let near = facing & within(w, d2, stretch, four);
-        let sixteen = near & within(w, d2, stretch, sixteen);
-        PointCounts {
-            one: facing & !near,
-            four: near & !sixteen,
-            sixteen,
-        }
+/// Area that each point of `light` represents as seen from `at`, in m².
+pub(super) fn part_area(gather: &Gather, at: &ClampReceiver, light: &VirtualLight) -> f32 {
+    match part_count(gather, at, light) {
+        1 => whole_light(gather, light).area,
+        count => point_of_disc(light, 0, 1.0 / count as f32).area,
     }
+}
 
-    /// Area that each point of `light` represents as seen from `at`, in m².
-    pub(super) fn part_area(&self, at: &ClampReceiver, light: &VirtualLight) -> f32 {
-        match self.part_count(at, light) {
-            1 => self.whole_light(light).area,
-            count => point_of_disc(light, 0, 1.0 / count as f32).area,
-        }
-    }
+/// Whether a light is several points from near; see [`LEAST_DISC`].
+#[inline(always)]
+fn is_disc(gather: &Gather, light: &VirtualLight) -> bool {
+    gather.kernel == Kernel::Disc && disc_area(light) > LEAST_DISC * light.area
+}
 
-    /// Number of points that represent `light` as seen from `at`, for the kernels point and disc.
-    pub(super) fn part_count(&self, at: &ClampReceiver, light: &VirtualLight) -> usize {
-        let within = |radii: f32| self.is_disc(light) && is_within(radii, light, at.p, at.u);
-        if within(SIXTEEN_POINTS_WITHIN) {
-            POINTS
-        } else if within(FOUR_POINTS_WITHIN) {
-            4
-        } else {
-            1
-        }
-    }
-
-    /// Whether a light is several points from near; see [`LEAST_DISC`].
-    #[inline(always)]
-    fn is_disc(&self, light: &VirtualLight) -> bool {
-        self.kernel == Kernel::Disc && disc_area(light) > LEAST_DISC * light.area
-    }
-
-    /// The one point that stands for all of `light` from far.
-    #[inline(always)]
-    pub(super) fn whole_light(&self, light: &VirtualLight) -> LightPoint {
-        let (p, area) = match self.kernel {
-            Kernel::Point | Kernel::Sphere => (light.p, light.area),
-            Kernel::Disc => (light.points[0], disc_area(light).max(light.area)),
-        };
-        LightPoint {
-            p,
-            area,
-            weight: 1.0,
-            directions: None,
-        }
+/// The one point that stands for all of `light` from far.
+#[inline(always)]
+pub(super) fn whole_light(gather: &Gather, light: &VirtualLight) -> LightPoint {
+    let (p, area) = match gather.kernel {
+        Kernel::Point | Kernel::Sphere => (light.p, light.area),
+        Kernel::Disc => (light.points[0], disc_area(light).max(light.area)),
+    };
+    LightPoint {
+        p,
+        area,
+        weight: 1.0,
+        directions: None,
     }
 }
 
@@ -160,16 +145,9 @@ fn disc_area(light: &VirtualLight) -> f32 {
     PI * light.radius * light.radius
 }
 
-/// The lanes in which the squared distance `d2` is within `reach`, stretched.
+/// Whether the squared distance `d2` is within `reach`, stretched by the random number `u` of the shading point.
 #[inline(always)]
-fn within<W: Sixteen>(w: W, d2: W::F, stretch: W::F, reach: f32) -> LaneMask {
-    let reach = w.mul(stretch, w.splat(reach));
-    w.bits(w.lt(d2, w.mul(reach, reach))) as LaneMask
-}
-
-/// Whether the point `p` with the random number `u` is within `radii` radii of `light`.
-#[inline(always)]
-fn is_within(radii: f32, light: &VirtualLight, p: Vec3, u: f32) -> bool {
-    let reach = radii * light.radius * (1.0 + DISTANCE_SPREAD * u);
-    (light.p - p).length_squared() < reach * reach
+fn within<S: Width>(d2: Float<S>, u: Float<S>, reach: f32) -> Mask<S> {
+    let stretch = u.mul_add(u.same(DISTANCE_SPREAD), u.same(1.0));
+    d2.lt((stretch * reach).squared())
 }

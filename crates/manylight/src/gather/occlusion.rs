@@ -2,11 +2,9 @@
 
 use super::points::Batch;
 use crate::geometry::{Occluder, Ray};
-use crate::lanes::LaneMask;
-use crate::lanes::vectors::{add3, dot, scale3, splat3};
+use crate::lanes::{Sixteen, Vector};
 use crate::math::{Aabb, Vec3};
 use crate::scene::Scene;
-use crate::simd::Sixteen;
 
 /// Surfaces that are tried first: those that have hidden a box most recently. Unmeasured.
 const RECENT: usize = 8;
@@ -43,10 +41,10 @@ impl<'a> Occluders<'a> {
 
     /// Whether a recent surface, or the one that a ray to `target` meets, hides all of the box `bounds` from all points.
     #[inline(always)]
-    pub(super) fn hide<W: Sixteen>(&mut self, w: W, bounds: &Aabb, target: Vec3) -> bool {
+    pub(super) fn hide<S: Sixteen>(&mut self, s: S, bounds: &Aabb, target: Vec3) -> bool {
         let corners = bounds.corners();
         for k in 0..self.recent.len() {
-            if self.hides(w, &self.recent[k], &corners) {
+            if self.hides(s, &self.recent[k], &corners) {
                 self.recent[..=k].rotate_right(1);
                 return true;
             }
@@ -54,7 +52,7 @@ impl<'a> Occluders<'a> {
         let Some(occluder) = self.surface_towards(target) else {
             return false;
         };
-        if !self.hides(w, &occluder, &corners) {
+        if !self.hides(s, &occluder, &corners) {
             return false;
         }
         self.recent.insert(0, occluder);
@@ -80,28 +78,29 @@ impl<'a> Occluders<'a> {
     /// Whether `occluder` lies between each point and the box with these corners. A convex surface that meets the segments to all
     /// corners meets those to all points of the box.
     #[inline(always)]
-    fn hides<W: Sixteen>(&self, w: W, occluder: &Occluder, corners: &[Vec3; 8]) -> bool {
-        let (n, margin) = (splat3(w, occluder.n), w.splat(self.margin));
+    fn hides<S: Sixteen>(&self, s: S, occluder: &Occluder, corners: &[Vec3; 8]) -> bool {
+        let n = Vector::splat(s, occluder.n);
         for &corner in corners {
             let beyond = occluder.n.dot(corner) - occluder.offset;
             if beyond.abs() <= self.margin {
                 return false;
             }
             for batch in self.batches {
-                let p = batch.p.load(w);
-                let to = batch.towards(w, corner);
-                let before = w.sub(dot(w, n, p), w.splat(occluder.offset));
-                let across = w.sub(before, w.splat(beyond));
-                let at = add3(w, p, scale3(w, to, w.div(before, across)));
-                let mut hidden = w.lt(margin, w.mul_sign(before, w.splat(-beyond)));
-                let least = w.mul(w.splat(GRAZING * GRAZING), dot(w, to, to));
-                hidden = w.and(hidden, w.lt(least, w.mul(across, across)));
+                let p = batch.p.vectors(s);
+                let to = batch.towards(s, corner);
+                let before = n.dot(p) - occluder.offset;
+                let across = before - beyond;
+                let at = p + to * (before / across);
+                let opposite = before * -1f32.copysign(beyond);
+                let mut hidden = opposite.gt(self.margin);
+                let least = to.length_squared() * (GRAZING * GRAZING);
+                hidden = hidden & (across * across).gt(least);
                 for (inwards, least) in occluder.edges {
-                    let inside = dot(w, splat3(w, inwards), at);
-                    hidden = w.and(hidden, w.le(w.splat(least + self.margin), inside));
+                    let inside = Vector::splat(s, inwards).dot(at);
+                    hidden = hidden & inside.ge(least + self.margin);
                 }
                 // Unused lanes repeat a point.
-                if w.bits(hidden) != u32::from(LaneMask::MAX) {
+                if !hidden.all() {
                     return false;
                 }
             }
@@ -131,12 +130,12 @@ mod tests {
         type Output = Vec<(usize, usize)>;
 
         #[inline(always)]
-        fn run<S: Simd>(self, s: S) -> Self::Output {
+        fn run<I: Simd>(self, isa: I) -> Self::Output {
             let mut hidden = Vec::new();
             for (g, &batches) in self.groups.iter().enumerate() {
                 let mut occluders = Occluders::new(self.scene, batches);
                 for (k, bounds) in self.boxes.iter().enumerate() {
-                    if occluders.hide(s.wide(), bounds, bounds.center()) {
+                    if occluders.hide(isa.wide(), bounds, bounds.center()) {
                         hidden.push((g, k));
                     }
                 }

@@ -1,18 +1,20 @@
 //! Pairs of a cluster of gather points and a cluster of lights: upper bounds; and the values of single connections.
 
-use super::clamping::{ClampReceiver, ClampedConnection};
+use super::clamping::ClampReceiver;
+use super::connect::ConnectedLight;
 use super::gather_tree::{GatherNode, GatherTree, Sensor};
-use super::light_points::{LightPoint, point_of_disc};
+use super::light_points::{LightPoint, part_count, point_of_disc, whole_light};
 use super::points::rounding_at;
 use super::{Gather, Gathered, LightIndex};
 use crate::color::Rgb;
 use crate::geometry::Segment;
 use crate::ids::LightId;
+use crate::lanes::{Mask, One};
 use crate::light_tree::{LightNode, LightTree, Receiver};
 use crate::math::{Aabb, Cone, Spread, Vec3};
 use crate::scene::Scene;
-use crate::virtual_lights::VirtualLight;
 use crate::virtual_lights::moments::POINTS;
+use crate::virtual_lights::{SingleEmission, VirtualLight};
 use std::f32::consts::PI;
 
 /// Luminance of the light that the lights of a cluster send through the points of a cluster to the camera, in W/(m² sr).
@@ -27,7 +29,7 @@ pub(super) struct PairBound {
 /// Light of one connection at a gather point, before its throughput.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ConnectionValue {
-    /// `Σ α f cosθ I V / d²` over the parts of the light, with the clamping weight `α`, in W/(m² sr).
+    /// `Σ f cosθ I w_c V / d²` over the parts of the light, in W/(m² sr).
     pub(super) radiance: Rgb,
     /// As in [`Gathered`].
     pub(super) clamped: f32,
@@ -119,14 +121,23 @@ impl<'a, 'b, 's> PairContext<'a, 'b, 's> {
         parts: Parts,
         cost: &mut Gathered,
     ) -> ConnectionValue {
-        let light = &self.lights.set.lights()[id.index()];
-        let receiver = ClampReceiver::from(sensor.at);
-        let depth = sensor.at.max_photon_depth;
-        let share = depth.map_or(1.0, |depth| self.lights.set.share_up_to(id, depth));
+        let set = &self.lights.set;
+        let light = &set.lights()[id.index()];
+        let connected = ConnectedLight {
+            lights: set,
+            id,
+            light,
+            emission: SingleEmission { lights: set, id },
+            radius: 0.0,
+            lobe: None,
+        };
         let mut value = ConnectionValue::default();
-        let mut add = |part: LightPoint| self.add_part(sensor, (id, light), part, &mut value, cost);
-        match (self.gather.part_count(&receiver, light), parts) {
-            (1, _) => add(self.gather.whole_light(light)),
+        let mut add = |part: LightPoint| self.add_part(sensor, &connected, part, &mut value, cost);
+        match (
+            part_count(self.gather, &ClampReceiver::from(sensor.at), light),
+            parts,
+        ) {
+            (1, _) => add(whole_light(self.gather, light)),
             (count, Parts::All) => {
                 for k in 0..count {
                     add(point_of_disc(
@@ -145,59 +156,41 @@ impl<'a, 'b, 's> PairContext<'a, 'b, 's> {
                 });
             }
         }
-        ConnectionValue {
-            radiance: value.radiance * share,
-            clamped: value.clamped * share,
-            unclamped: value.unclamped * share,
-        }
+        value
     }
 
     /// Adds the connection with one part of a light.
     fn add_part(
         &self,
         sensor: &Sensor,
-        (id, light): (LightId, &VirtualLight),
+        light: &ConnectedLight<SingleEmission>,
         part: LightPoint,
         value: &mut ConnectionValue,
         cost: &mut Gathered,
     ) {
-        let x = &sensor.at.x;
-        let to = part.p - x.p;
-        let d2 = to.length_squared();
         cost.connections += 1;
+        let x = &sensor.at.x;
         let rounding = rounding_at(x.p) + rounding_at(part.p);
-        if d2 == 0.0 || !sensor.receives(part.p, rounding) {
+        let VirtualLight { n, offset, .. } = *light.light;
+        let is_behind = light.light.one_sided && (x.p - part.p).dot(n) <= rounding;
+        if is_behind || !sensor.receives(part.p, rounding) {
             return;
         }
-        let w = to / d2.sqrt();
-        if light.one_sided && -to.dot(light.n) <= rounding {
+        let everywhere = Mask::splat(One, true);
+        let connection = self.gather.connect(sensor, light, &part, everywhere);
+        if connection.lit.none() {
             return;
         }
-        let intensity = self.lights.set.intensity(id, -w);
-        if intensity.is_black() {
-            return;
-        }
-        let f_cos = sensor.bsdf.f_cos_wi(w);
-        let unclamped = f_cos * intensity * (part.weight / d2);
-        if unclamped.is_black() {
-            return;
-        }
-        let weight = self.gather.clamp.weight(&ClampedConnection {
-            w,
-            inv_d2: 1.0 / d2,
-            f_cos,
-            n_x: x.ng,
-            n_y: light.n,
-            area: part.area * self.gather.area_factor(sensor.at.lights),
-        });
-        value.unclamped += unclamped.luminance();
-        value.clamped += unclamped.luminance() * (1.0 - weight);
+        let unclamped = connection.unclamped.luminance().get();
+        value.unclamped += unclamped;
+        value.clamped += unclamped * (1.0 - connection.weight.get());
         cost.shadow_rays += 1;
+        let w = Vec3::from(connection.wi);
         let transmittance = self.scene.transmittance(&Segment {
             from: x.offset_towards(w),
-            to: part.p + light.n * light.offset.copysign(-w.dot(light.n)),
+            to: part.p + n * offset.copysign(-w.dot(n)),
         });
-        value.radiance += unclamped * transmittance * weight;
+        value.radiance += Rgb::from(connection.clamped()) * transmittance;
     }
 }
 

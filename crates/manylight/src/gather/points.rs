@@ -1,13 +1,16 @@
 //! The shading points of a tile in lanes: batches of points that have the same lights and scattering functions of one lane model.
 
+use super::connect::Receivers;
+use super::sphere::SphereSamples;
 use super::{ShadingPoint, Subset};
 use crate::bsdf::{FixedWoLanes, LaneModel, Lobes};
 use crate::geometry::SurfacePoint;
-use crate::lanes::vectors::{abs3, dot, splat3, sub3};
-use crate::lanes::{LANES, LaneMask, Lanes, Lanes3, mask};
+use crate::ids::LightId;
+use crate::lanes::{
+    Color, Float, LANES, LaneMask, Lanes, Lanes3, Mask, Sixteen, Vector, Width, mask,
+};
 use crate::math::{Aabb, Cone, Vec3};
-use crate::simd::Sixteen;
-use crate::virtual_lights::VirtualLight;
+use crate::virtual_lights::{VirtualLight, VirtualLights};
 use std::f32::consts::PI;
 
 /// Batches that are processed together: 64 points, one per bit of a mask.
@@ -94,7 +97,7 @@ impl<'b, 's> Batch<'b, 's> {
         let mut kinds: Vec<((LaneModel, Subset), Vec<usize>)> = Vec::new();
         for (i, point) in points.iter().enumerate() {
             let point = point.as_ref();
-            let kind = (point.bsdf.lane_model(), point.lights);
+            let kind = (LaneModel::of(&point.bsdf), point.lights);
             match kinds.iter_mut().find(|(k, _)| *k == kind) {
                 Some((_, members)) => members.push(i),
                 None => kinds.push((kind, vec![i])),
@@ -159,39 +162,33 @@ impl<'b, 's> Batch<'b, 's> {
 
     /// The vectors from all points to `p`.
     #[inline(always)]
-    pub(super) fn towards<W: Sixteen>(&self, w: W, p: Vec3) -> [W::F; 3] {
-        sub3(w, splat3(w, p), self.p.load(w))
+    pub(super) fn towards<S: Sixteen>(&self, s: S, p: Vec3) -> Vector<S> {
+        Vector::splat(s, p) - self.p.vectors(s)
     }
 
     /// The points that may receive light from `light`, at the ends of the vectors `to`: part of the light is on the receiving side of
     /// the point, and, for a one-sided light, the point is on the emitting side of part of it. Points in the plane of a flat
     /// light receive nothing, up to rounding.
     #[inline(always)]
-    pub(super) fn facing<W: Sixteen>(
+    pub(super) fn facing<S: Sixteen>(
         &self,
-        w: W,
-        to: [W::F; 3],
+        to: Vector<S>,
         light: &VirtualLight,
         reach: &LightCylinder,
     ) -> LaneMask {
-        let (receiving, n) = (self.receiving.load(w), splat3(w, light.n));
-        let rounding = w.add(w.load(&self.rounding), w.splat(reach.rounding));
+        let s = to.z.width();
+        let (receiving, n) = (self.receiving.vectors(s), Vector::splat(s, light.n));
+        let rounding = Float::load(s, &self.rounding) + reach.rounding;
         // The points of the light lie in a cylinder around ±n. Its radius counts by the sine of the angle between the normals, which the
         // chord between them bounds.
-        let cos = dot(w, receiving, n);
-        let along = [
-            w.mul_sign(n[0], cos),
-            w.mul_sign(n[1], cos),
-            w.mul_sign(n[2], cos),
-        ];
-        let [x, y, z] = abs3(w, sub3(w, receiving, along));
-        let chord = w.add(w.add(x, y), z);
-        let highest = w.mul_add(chord, w.splat(reach.radius), dot(w, receiving, to));
-        let highest = w.mul_add(w.abs(cos), w.splat(reach.height), highest);
-        let above = w.bits(w.lt(rounding, highest)) as LaneMask;
+        let cos = receiving.dot(n);
+        let apart = abs(receiving - n * cos.sign());
+        let chord = apart.x + apart.y + apart.z;
+        let highest = chord.mul_add(cos.same(reach.radius), receiving.dot(to));
+        let highest = cos.abs().mul_add(cos.same(reach.height), highest);
+        let above = highest.gt(rounding).bits() as LaneMask;
         let before = if light.one_sided {
-            let farthest = w.sub(w.splat(reach.height), dot(w, n, to));
-            w.bits(w.lt(rounding, farthest)) as LaneMask
+            (reach.height - n.dot(to)).gt(rounding).bits() as LaneMask
         } else {
             LaneMask::MAX
         };
@@ -201,36 +198,88 @@ impl<'b, 's> Batch<'b, 's> {
     /// The points that may receive light from some light of a cluster; see [`Batch::facing`]. All lights of the cluster have their points
     /// in `bounds` and their normals, on the emitting side, in `normals`.
     #[inline(always)]
-    pub(super) fn facing_cluster<W: Sixteen>(
+    pub(super) fn facing_cluster<S: Sixteen>(
         &self,
-        w: W,
+        s: S,
         bounds: &Aabb,
         normals: &Cone,
     ) -> LaneMask {
-        let (center, half) = (bounds.center(), splat3(w, bounds.extent() * 0.5));
-        let rounding = w.add(w.load(&self.rounding), w.splat(rounding_at(center)));
-        let (receiving, to) = (self.receiving.load(w), self.towards(w, center));
-        let highest = w.add(dot(w, receiving, to), dot(w, abs3(w, receiving), half));
-        let above = w.bits(w.lt(rounding, highest)) as LaneMask;
+        let (center, half) = (bounds.center(), Vector::splat(s, bounds.extent() * 0.5));
+        let rounding = Float::load(s, &self.rounding) + rounding_at(center);
+        let (receiving, to) = (self.receiving.vectors(s), self.towards(s, center));
+        let highest = receiving.dot(to) + abs(receiving).dot(half);
+        let above = highest.gt(rounding).bits() as LaneMask;
         // The chord to the farthest normal, times the distance, is how much nearer to a horizon a point may be.
         let chord = 2.0 * (0.5 * normals.half_angle.clamp(0.0, PI)).sin();
-        let axis = splat3(w, normals.axis);
-        let farthest = w.add(w.sqrt(dot(w, to, to)), w.sqrt(dot(w, half, half)));
-        let nearest = w.sub(dot(w, axis, to), dot(w, abs3(w, axis), half));
-        let nearest = w.sub(nearest, w.mul(w.splat(chord), farthest));
-        let before = w.bits(w.lt(nearest, w.sub(w.splat(0.0), rounding))) as LaneMask;
+        let axis = Vector::splat(s, normals.axis);
+        let farthest = to.length() + half.length();
+        let nearest = axis.dot(to) - abs(axis).dot(half) - chord * farthest;
+        let before = nearest.lt(-rounding).bits() as LaneMask;
         self.used() & (above | self.open) & before
     }
+}
 
-    /// The points at which light from the unit directions `wi` counts; see [`ShadingPoint::lit_from`].
+/// The points of a batch as receivers of connections.
+pub(super) struct BatchReceivers<'a, 'b, 's, S: Width> {
+    pub(super) s: S,
+    pub(super) batch: &'a Batch<'b, 's>,
+    pub(super) samples: Option<&'a SphereSamples<S>>,
+}
+
+impl<S: Sixteen> Receivers<S> for BatchReceivers<'_, '_, '_, S> {
     #[inline(always)]
-    pub(super) fn lit<W: Sixteen>(&self, w: W, wi: [W::F; 3]) -> LaneMask {
-        if self.limited == 0 {
-            return LaneMask::MAX;
-        }
-        let side = dot(w, self.lit_from.load(w), wi);
-        w.bits(w.lt(w.splat(0.0), side)) as LaneMask | !self.limited
+    fn towards(&self, p: Vec3) -> Vector<S> {
+        self.batch.towards(self.s, p)
     }
+
+    #[inline(always)]
+    fn normals(&self) -> Vector<S> {
+        self.batch.ng.vectors(self.s)
+    }
+
+    #[inline(always)]
+    fn lights(&self) -> Subset {
+        self.batch.lights
+    }
+
+    #[inline(always)]
+    fn f_cos_wi(&self, wi: Vector<S>, active: Mask<S>) -> Color<S> {
+        self.batch.receivers.f_cos_wi(wi, active)
+    }
+
+    #[inline(always)]
+    fn count_light_from(&self, wi: Vector<S>) -> Mask<S> {
+        let Batch {
+            limited, lit_from, ..
+        } = self.batch;
+        if *limited == 0 {
+            return Mask::splat(self.s, true);
+        }
+        let limited = Mask::from_bits(self.s, u32::from(*limited));
+        lit_from.vectors(self.s).dot(wi).gt(0.0) | !limited
+    }
+
+    #[inline(always)]
+    fn shares(&self, lights: &VirtualLights, id: LightId) -> Float<S> {
+        let mut shares = [1.0; LANES];
+        if let Some(depths) = &self.batch.depths {
+            for (share, depth) in shares.iter_mut().zip(depths) {
+                *share = depth.map_or(1.0, |depth| lights.share_up_to(id, depth));
+            }
+        }
+        Float::load(self.s, &shares)
+    }
+
+    #[inline(always)]
+    fn sphere_samples(&self) -> Option<&SphereSamples<S>> {
+        self.samples
+    }
+}
+
+/// Magnitude of each component.
+#[inline(always)]
+fn abs<S: Width>(v: Vector<S>) -> Vector<S> {
+    Vector::new(v.x.abs(), v.y.abs(), v.z.abs())
 }
 
 /// Mirror direction of `w` about the normal `n`.

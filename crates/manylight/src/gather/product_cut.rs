@@ -5,12 +5,11 @@
 //! Bala, "Bidirectional Lightcuts", SIGGRAPH 2012, for gather points at several vertices of a camera path. Deviation:
 //! representatives are drawn at random, after Yuksel, "Stochastic Lightcuts", HPG 2019.
 
-use super::gather_tree::GatherTree;
+use super::light_points::part_count;
 use super::pairs::{ConnectionValue, PairBound, PairContext, Parts};
-use super::{CutLimits, Gather, Gathered, LightIndex, WeightedPoint};
+use super::{CutLimits, Gathered, WeightedPoint};
 use crate::light_tree::DrawnLight;
 use crate::sampling::rng::{self, Pcg};
-use crate::scene::Scene;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
@@ -77,41 +76,33 @@ struct ProductCut<'a, 'b, 's> {
     cost: Gathered,
 }
 
-impl Gather {
-    /// The sums of the lights at the gather points of one pixel, estimated by one cut for the sum over the points, weighted by
-    /// throughput. A sum at a single point has the right expected value, and more noise. The error of a pair of clusters may be
-    /// `tolerance` (luminance, in W/(m² sr)), or the relative error of the limits. The first of the returned sums holds the size and
-    /// the cost of the cut.
-    pub fn sum_of_pixel(
-        &self,
-        scene: &Scene,
-        lights: &LightIndex,
-        limits: CutLimits,
-        tolerance: f32,
-        points: &[WeightedPoint],
-    ) -> Vec<Gathered> {
-        let mut sums = vec![Gathered::default(); points.len()];
-        let sensors = GatherTree::new(points);
-        let context = PairContext::new(self, scene, lights, &sensors);
-        let Some(light_root) = context.tree.root().filter(|_| !sensors.sensors.is_empty()) else {
-            return sums;
-        };
-        let first = &points[0].at;
-        let key = rng::key(first.x.p.to_array()) ^ u64::from(first.u.to_bits());
-        let mut cut = ProductCut {
-            context,
-            rng: Pcg::new(key),
-            pairs: Vec::new(),
-            queue: BinaryHeap::new(),
-            terms: 0,
-            total: 0.0,
-            cost: Gathered::default(),
-        };
-        cut.put(0, light_root, None);
-        let allowed = cut.refine(limits, tolerance);
-        cut.finish(limits, allowed, &mut sums);
-        sums
-    }
+/// See [`Gather::sum_of_pixel`](super::Gather::sum_of_pixel); `points` are the gather points of `context`.
+pub(super) fn sums(
+    context: PairContext,
+    limits: CutLimits,
+    tolerance: f32,
+    points: &[WeightedPoint],
+) -> Vec<Gathered> {
+    let mut sums = vec![Gathered::default(); points.len()];
+    let has_sensors = !context.sensors.sensors.is_empty();
+    let Some(light_root) = context.tree.root().filter(|_| has_sensors) else {
+        return sums;
+    };
+    let first = &points[0].at;
+    let key = rng::key(first.x.p.to_array()) ^ u64::from(first.u.to_bits());
+    let mut cut = ProductCut {
+        context,
+        rng: Pcg::new(key),
+        pairs: Vec::new(),
+        queue: BinaryHeap::new(),
+        terms: 0,
+        total: 0.0,
+        cost: Gathered::default(),
+    };
+    cut.put(0, light_root, None);
+    let allowed = cut.refine(limits, tolerance);
+    cut.finish(limits, allowed, &mut sums);
+    sums
 }
 
 impl ProductCut<'_, '_, '_> {
@@ -160,10 +151,10 @@ impl ProductCut<'_, '_, '_> {
         let PairContext { tree, lights, .. } = self.context;
         let context = self.context;
         let receiver = context.receiver(pair.gather);
-        let (heir, drawn) = tree.inherit_for(&lights.set, children, pair.drawn, &receiver);
+        let (holder, drawn) = tree.inherit(&lights.set, children, pair.drawn, &receiver);
         for (i, light) in children.into_iter().enumerate() {
             let inherited = Pair { drawn, ..*pair };
-            self.put(pair.gather, light, (i == heir).then_some(inherited));
+            self.put(pair.gather, light, (i == holder).then_some(inherited));
         }
     }
 
@@ -221,7 +212,7 @@ impl ProductCut<'_, '_, '_> {
             ..
         } = self.context;
         let light = &lights.set.lights()[pair.drawn.id.index()];
-        gather.part_count(&sensors.sensors[pair.sensor].at.into(), light) > 1
+        part_count(gather, &sensors.sensors[pair.sensor].at.into(), light) > 1
     }
 
     /// The pair with the value of its representative: of a cluster, one part of the light represents it.
@@ -267,7 +258,7 @@ impl ProductCut<'_, '_, '_> {
         let (sensor, sensor_probability) = sensors.draw(gather, self.rng.next_f32());
         let context = self.context;
         let receiver = context.receiver(gather);
-        let drawn = tree.draw_for(&lights.set, light, &receiver, &mut self.rng);
+        let drawn = tree.draw(&lights.set, light, &receiver, &mut self.rng);
         Pair {
             gather,
             light,

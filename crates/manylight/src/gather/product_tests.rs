@@ -6,6 +6,7 @@ use super::tests::{PASS, UNLIMITED, lights, many_lights, many_materials, points,
 use super::*;
 use crate::color::Rgb;
 use crate::ids::LightId;
+use crate::light_tree::Receiver;
 use crate::math::Vec3;
 use crate::particles::{trace_photons, usable_by_virtual_lights};
 use crate::sampling::rng::Pcg;
@@ -48,7 +49,8 @@ fn below(context: &PairContext, node: usize) -> Vec<LightId> {
     match context.tree.children(node) {
         Some(children) => children.map(|child| below(context, child)).concat(),
         None => {
-            let leaf = (context.tree).draw(&context.lights.set, node, Vec3::ZERO, &mut Pcg::new(0));
+            let anywhere = Receiver::anywhere(Vec3::ZERO);
+            let leaf = (context.tree).draw(&context.lights.set, node, &anywhere, &mut Pcg::new(0));
             vec![leaf.id]
         }
     }

@@ -2,10 +2,9 @@
 
 use super::Gather;
 use super::points::{BATCHES, Batch};
-use crate::lanes::vectors::{luminance, scale3};
-use crate::lanes::{LANES, LaneMask, Lanes, Lanes3};
+use crate::color::Rgb;
+use crate::lanes::{Float, LANES, LaneMask, Lanes, Lanes3, Mask, Sixteen};
 use crate::sampling::rng::Pcg;
-use crate::simd::Sixteen;
 
 /// Lights before roulette begins. Unmeasured: a mean over fewer lights says little.
 const FIRST_LIGHTS: f32 = 8.0;
@@ -43,26 +42,25 @@ impl Roulette {
     /// Whether the shadow rays of a light, or of a part `weight` of one, to the points `lit` are traced; `values` are then divided by the
     /// probability.
     #[inline(always)]
-    pub(super) fn survives<W: Sixteen>(
+    pub(super) fn survives<S: Sixteen>(
         &mut self,
-        w: W,
+        s: S,
         weight: f32,
         lit: [LaneMask; BATCHES],
         values: &mut [Lanes3; BATCHES],
     ) -> bool {
         self.lights += weight;
-        let mut largest = w.splat(0.0);
+        let mut largest = Float::splat(s, 0.0);
         for (b, lit) in lit.into_iter().enumerate() {
             if lit != 0 {
-                let lit = w.mask(u32::from(lit));
-                let value = w.select(lit, luminance(w, values[b].load(w)), w.splat(0.0));
-                let sum = w.add(w.load(&self.sums[b]), value);
-                self.sums[b] = w.store(sum);
-                let ratio = w.select(lit, w.div(value, sum), w.splat(0.0));
-                largest = w.max(largest, ratio);
+                let lit = Mask::from_bits(s, u32::from(lit));
+                let value = lit.select(values[b].colors(s).weighted_sum(Rgb::LUMINANCE), 0.0);
+                let sum = Float::load(s, &self.sums[b]) + value;
+                self.sums[b] = sum.store();
+                largest = largest.max(lit.select(value / sum, 0.0));
             }
         }
-        let largest = w.store(largest).into_iter().fold(0.0, f32::max);
+        let largest = largest.store().into_iter().fold(0.0, f32::max);
         let survival = largest * self.lights / (self.threshold * weight);
         if survival >= 1.0 || self.lights <= FIRST_LIGHTS {
             return true;
@@ -71,8 +69,7 @@ impl Roulette {
             return false;
         }
         for values in values {
-            let scaled = scale3(w, values.load(w), w.splat(1.0 / survival));
-            *values = Lanes3::store(w, scaled);
+            *values = Lanes3::of_colors(values.colors(s) * (1.0 / survival));
         }
         true
     }

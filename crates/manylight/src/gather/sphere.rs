@@ -11,17 +11,16 @@
 //!
 //! Source: Hašan, Křivánek, Walter, Bala, "Virtual Spherical Lights for Many-Light Rendering of Glossy Scenes", SIGGRAPH Asia 2009.
 
+use super::connect::{ConnectedLight, Direction, Receivers};
 use super::points::{Batch, mirrored};
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::ids::LightId;
-use crate::lanes::vectors::{add3, dot, mul3, scale3, splat3};
-use crate::lanes::{LaneMask, Lanes, Lanes3};
+use crate::lanes::{Axes, Color, Float, Mask, Sixteen, Vector, Width};
 use crate::math::{Frame, Vec2, Vec3};
 use crate::sampling::rng::Pcg;
 use crate::sampling::warp;
-use crate::simd::Sixteen;
-use crate::virtual_lights::{Emission, EmissionView, VirtualLight, VirtualLights};
+use crate::virtual_lights::{Emission, RadiantIntensity, VirtualLight, VirtualLights};
 use std::f32::consts::{FRAC_1_PI, TAU};
 
 /// Squared radius of the sphere of a light of one photon, times π, relative to the area per light. The sphere then reaches half
@@ -53,45 +52,48 @@ fn mean_cosine(roughness: f32) -> f32 {
     (1.0 - SPREAD_PER_ROUGHNESS * roughness).max(0.0)
 }
 
-/// The directions from the points of a batch to a sphere.
-pub(super) struct DirectionCone<W: Sixteen> {
-    axis: [W::F; 3],
+/// The directions from points to a sphere.
+struct DirectionCone<S: Width> {
+    /// Unit directions to the center.
+    axis: Vector<S>,
     /// Cosine of the half-angle; -1 inside the sphere.
-    cos: W::F,
+    cos: Float<S>,
     /// `1 - cos`.
-    height: W::F,
+    height: Float<S>,
     /// `1 / (π r²)`.
-    inv_disc: W::F,
+    inv_disc: f32,
 }
 
-impl<W: Sixteen> DirectionCone<W> {
-    /// Around the unit directions `axis` to the center at the inverse squared distance `inv_d2`.
+impl<S: Width> DirectionCone<S> {
+    /// To the sphere with this radius, in m, at the end of a connection.
     #[inline(always)]
-    pub(super) fn of(w: W, axis: [W::F; 3], inv_d2: W::F, radius: f32) -> Self {
-        let one = w.splat(1.0);
-        let sin2 = w.mul(w.splat(radius * radius), inv_d2);
-        let outside = w.lt(sin2, one);
-        let cos = w.sqrt(w.max(w.sub(one, sin2), w.splat(0.0)));
+    fn of(at: &Direction<S>, radius: f32) -> Self {
+        let sin2 = radius * radius * at.inv_d2;
+        let outside = sin2.lt(1.0);
+        let cos = (1.0 - sin2).safe_sqrt();
         // Not 1 - cos, which far from the light would be rounding.
-        let height = w.div(sin2, w.add(one, cos));
+        let height = sin2 / (1.0 + cos);
         DirectionCone {
-            axis,
-            cos: w.select(outside, cos, w.splat(-1.0)),
-            height: w.select(outside, height, w.splat(2.0)),
-            inv_disc: w.splat(FRAC_1_PI / (radius * radius).max(f32::MIN_POSITIVE)),
+            axis: at.wi,
+            cos: outside.select(cos, -1.0),
+            height: outside.select(height, 2.0),
+            inv_disc: FRAC_1_PI / (radius * radius).max(f32::MIN_POSITIVE),
         }
+    }
+
+    /// Whether unit directions are within.
+    #[inline(always)]
+    fn contains(&self, w: Vector<S>) -> Mask<S> {
+        w.dot(self.axis).ge(self.cos)
     }
 }
 
 /// Density per solid angle of a lobe with mean cosine `g`, `(1 - g²)/(4π (1 + g² - 2 g cos)^(3/2))`.
 #[inline(always)]
-fn lobe_density<W: Sixteen>(w: W, cos: W::F, g: W::F) -> W::F {
-    let one = w.splat(1.0);
-    let g2 = w.mul(g, g);
-    let base = w.sub(w.add(one, g2), w.mul(w.mul(w.splat(2.0), g), cos));
-    let base = w.max(base, w.splat(1e-6));
-    let top = w.mul(w.sub(one, g2), w.splat(0.25 * FRAC_1_PI));
-    w.div(top, w.mul(base, w.sqrt(base)))
+fn lobe_density<S: Width>(cos: Float<S>, g: Float<S>) -> Float<S> {
+    let g2 = g * g;
+    let base = (1.0 + g2 - 2.0 * g * cos).max(1e-6);
+    (1.0 - g2) * (0.25 * FRAC_1_PI) / (base * base.sqrt())
 }
 
 /// Directions sampled from the glossy lobe of a light of one photon.
@@ -131,29 +133,31 @@ impl LightLobe {
     }
 }
 
-/// Random numbers and directions of the points of a batch.
-#[derive(Debug)]
-pub(super) struct SphereSamples {
+/// Random numbers and directions of points.
+#[derive(Clone, Copy)]
+pub(super) struct SphereSamples<S: Width> {
     /// Cosine and sine of the angles around the axis of Ω.
-    turns: [[Lanes; 2]; MAX_DIRECTIONS],
+    turns: [[S::Each<f32>; 2]; MAX_DIRECTIONS],
     /// Position of the cosine of a direction within its stratum, in [0, 1).
-    shift: Lanes,
-    lobe: Option<PointLobe>,
+    shift: S::Each<f32>,
+    lobe: Option<PointLobe<S>>,
 }
 
 /// Directions from lobes like the reflection of each point.
-#[derive(Debug)]
-struct PointLobe {
+#[derive(Clone, Copy)]
+struct PointLobe<S: Width> {
+    axis: Vector<S>,
     /// Mean cosines.
-    g: Lanes,
-    directions: [Lanes3; LOBE_DIRECTIONS],
+    g: Float<S>,
+    directions: [Vector<S>; LOBE_DIRECTIONS],
     /// `f |w·n|` there.
-    f_cos: [Lanes3; LOBE_DIRECTIONS],
+    f_cos: [Color<S>; LOBE_DIRECTIONS],
 }
 
-impl SphereSamples {
+impl<S: Sixteen> SphereSamples<S> {
+    /// The samples of the points of a batch.
     #[inline(always)]
-    pub(super) fn of<W: Sixteen>(w: W, batch: &Batch) -> Self {
+    pub(super) fn of(s: S, batch: &Batch) -> Self {
         let turn = |i: usize, u: f32| TAU * (u + GOLDEN_TURN * i as f32);
         let turns = std::array::from_fn(|i| {
             [
@@ -165,212 +169,158 @@ impl SphereSamples {
         SphereSamples {
             turns,
             shift: batch.u.map(|u| (61.0 * u).fract()),
-            lobe: glossy.then(|| PointLobe::of(w, batch)),
+            lobe: glossy.then(|| PointLobe::of(s, batch)),
         }
-    }
-
-    /// The integral of the module's doc at the active points, by `count` directions of Ω and those of the lobes; by the
-    /// direction to the center if `count` is 1.
-    #[inline(always)]
-    pub(super) fn integrate<W: Sixteen>(
-        &self,
-        w: W,
-        sphere: &SphereConnection<W>,
-        count: usize,
-    ) -> [W::F; 3] {
-        let SphereConnection { cone, active, .. } = sphere;
-        let solid_angle = w.mul(w.splat(TAU), cone.height);
-        if count == 1 {
-            let value = sphere.integrand(w, cone.axis);
-            return scale3(w, value, w.mul(solid_angle, cone.inv_disc));
-        }
-        let mixture = self.mixture(w, sphere, w.div(w.splat(count as f32), solid_angle));
-        let mut sum = self.cone_directions(w, sphere, &mixture, count);
-        if let Some(lobe) = &self.lobe {
-            for (direction, f_cos) in lobe.directions.iter().zip(&lobe.f_cos) {
-                let d = direction.load(w);
-                let inside = active & w.bits(w.le(cone.cos, dot(w, d, cone.axis))) as LaneMask;
-                if inside != 0 {
-                    let intensity = sphere.emission.intensities(w, direction, inside).load(w);
-                    let value = mixture.weighted(w, d, mul3(w, f_cos.load(w), intensity));
-                    sum = add3(w, sum, only(w, inside, value));
-                }
-            }
-        }
-        if let Some(lobe) = sphere.light_lobe {
-            for (away, intensity) in &lobe.drawn {
-                let d = splat3(w, -*away);
-                let inside = active & w.bits(w.le(cone.cos, dot(w, d, cone.axis))) as LaneMask;
-                if inside != 0 {
-                    let receivers = &sphere.batch.receivers;
-                    let f_cos = receivers.f_cos_wi(w, &Lanes3::store(w, d), inside).load(w);
-                    let intensity = splat3(w, Vec3::from(intensity.to_array()));
-                    let value = mixture.weighted(w, d, mul3(w, f_cos, intensity));
-                    sum = add3(w, sum, only(w, inside, value));
-                }
-            }
-        }
-        scale3(w, sum, cone.inv_disc)
-    }
-
-    /// The density of all directions to a sphere, where those of Ω have density `even`.
-    #[inline(always)]
-    fn mixture<W: Sixteen>(
-        &self,
-        w: W,
-        sphere: &SphereConnection<W>,
-        even: W::F,
-    ) -> SamplingMixture<W> {
-        let at_point = self.lobe.as_ref().map(|lobe| SamplingLobe {
-            axis: sphere.batch.mirrored.load(w),
-            g: w.load(&lobe.g),
-        });
-        let at_light = sphere.light_lobe.map(|lobe| SamplingLobe {
-            axis: splat3(w, -lobe.axis),
-            g: w.splat(lobe.g),
-        });
-        SamplingMixture {
-            even,
-            lobes: [at_point, at_light],
-        }
-    }
-
-    /// The part of the integral by `count` directions of Ω.
-    #[inline(always)]
-    fn cone_directions<W: Sixteen>(
-        &self,
-        w: W,
-        sphere: &SphereConnection<W>,
-        mixture: &SamplingMixture<W>,
-        count: usize,
-    ) -> [W::F; 3] {
-        let cone = &sphere.cone;
-        let frame = around(w, cone.axis);
-        let mut sum = [w.splat(0.0); 3];
-        for i in 0..count.min(MAX_DIRECTIONS) {
-            let v = w.mul(
-                w.add(w.splat(i as f32), w.load(&self.shift)),
-                w.splat(1.0 / count as f32),
-            );
-            let cos = w.sub(w.splat(1.0), w.mul(v, cone.height));
-            let sin = w.sqrt(w.max(w.sub(w.splat(1.0), w.mul(cos, cos)), w.splat(0.0)));
-            let [cos_turn, sin_turn] = &self.turns[i];
-            let (x, y) = (w.mul(sin, w.load(cos_turn)), w.mul(sin, w.load(sin_turn)));
-            let direction = add3(
-                w,
-                scale3(w, cone.axis, cos),
-                add3(w, scale3(w, frame[0], x), scale3(w, frame[1], y)),
-            );
-            let value = sphere.integrand(w, direction);
-            sum = add3(w, sum, mixture.weighted(w, direction, value));
-        }
-        sum
     }
 }
 
-impl PointLobe {
+impl<S: Sixteen> PointLobe<S> {
     #[inline(always)]
-    fn of<W: Sixteen>(w: W, batch: &Batch) -> Self {
+    fn of(s: S, batch: &Batch) -> Self {
         let g = batch.widths.map(mean_cosine);
-        let directions: [Lanes3; LOBE_DIRECTIONS] = std::array::from_fn(|k| {
-            Lanes3::from_fn(|i| {
+        let zero = Vector::splat(s, Vec3::ZERO);
+        let mut lobe = PointLobe {
+            axis: batch.mirrored.vectors(s),
+            g: Float::load(s, &g),
+            directions: [zero; LOBE_DIRECTIONS],
+            f_cos: [Color::black(s); LOBE_DIRECTIONS],
+        };
+        for k in 0..LOBE_DIRECTIONS {
+            let direction = Vector::from_fn(s, |i| {
                 let u = (k as f32 + (17.0 * batch.u[i]).fract()) / LOBE_DIRECTIONS as f32;
                 let turn = (batch.u[i] * 7.0 + GOLDEN_TURN * k as f32).fract();
                 let frame = Frame::from_normal(batch.mirrored.vec(i));
                 frame.to_world(warp::henyey_greenstein(Vec2::new(turn, u), g[i]))
-            })
-        });
-        let f_cos =
-            std::array::from_fn(|k| batch.receivers.f_cos_wi(w, &directions[k], LaneMask::MAX));
-        PointLobe {
-            g,
-            directions,
-            f_cos,
+            });
+            lobe.directions[k] = direction;
+            lobe.f_cos[k] = batch.receivers.f_cos_wi(direction, Mask::splat(s, true));
         }
+        lobe
     }
 }
 
-/// The connections of the points of a batch with a light as a sphere.
-pub(super) struct SphereConnection<'a, W: Sixteen> {
-    pub(super) batch: &'a Batch<'a, 'a>,
-    pub(super) emission: &'a EmissionView<'a, 'a>,
-    /// The glossy lobe of a light of one photon.
-    pub(super) light_lobe: Option<&'a LightLobe>,
-    pub(super) cone: DirectionCone<W>,
-    pub(super) active: LaneMask,
+/// The integral of the module's doc at the points `x`, by `count` directions of Ω and those of the lobes; by the direction to
+/// the center if `count` is 1. Black in inactive lanes.
+#[inline(always)]
+pub(super) fn integrate<S: Width, E: RadiantIntensity<S>>(
+    samples: &SphereSamples<S>,
+    x: &impl Receivers<S>,
+    light: &ConnectedLight<E>,
+    at: &Direction<S>,
+    count: usize,
+) -> Color<S> {
+    let cone = DirectionCone::of(at, light.radius);
+    let solid_angle = TAU * cone.height;
+    if count == 1 {
+        let value = integrand(x, light, cone.axis, at.active);
+        return value * (solid_angle * cone.inv_disc);
+    }
+    let s = solid_angle.width();
+    let mixture = SamplingMixture {
+        even: count as f32 / solid_angle,
+        lobes: [
+            (samples.lobe.as_ref()).map(|lobe| SamplingLobe {
+                axis: lobe.axis,
+                g: lobe.g,
+            }),
+            (light.lobe.as_ref()).map(|lobe| SamplingLobe {
+                axis: Vector::splat(s, -lobe.axis),
+                g: Float::splat(s, lobe.g),
+            }),
+        ],
+    };
+    let mut sum = Color::black(s);
+    let frame = Axes::from_normal(cone.axis);
+    for i in 0..count.min(MAX_DIRECTIONS) {
+        let direction = samples.direction(&cone, &frame, i, count);
+        let value = integrand(x, light, direction, at.active);
+        sum += mixture.weighted(direction, value);
+    }
+    if let Some(lobe) = &samples.lobe {
+        for k in 0..LOBE_DIRECTIONS {
+            let direction = lobe.directions[k];
+            let inside = at.active & cone.contains(direction);
+            if inside.any() {
+                let intensity = light.emission.intensity(-direction, inside);
+                let value = mixture.weighted(direction, lobe.f_cos[k] * intensity);
+                sum += value.within(inside);
+            }
+        }
+    }
+    if let Some(lobe) = &light.lobe {
+        for (away, intensity) in &lobe.drawn {
+            let direction = Vector::splat(s, -*away);
+            let inside = at.active & cone.contains(direction);
+            if inside.any() {
+                let f_cos = x.f_cos_wi(direction, inside);
+                let value = mixture.weighted(direction, f_cos * Color::splat(s, *intensity));
+                sum += value.within(inside);
+            }
+        }
+    }
+    sum * cone.inv_disc
 }
 
-impl<W: Sixteen> SphereConnection<'_, W> {
-    /// `f |w·n| I(-w)` for the unit directions `wi`.
+/// `f |w·n| I(-w)` for the unit directions `wi`; black in inactive lanes.
+#[inline(always)]
+fn integrand<S: Width, E: RadiantIntensity<S>>(
+    x: &impl Receivers<S>,
+    light: &ConnectedLight<E>,
+    wi: Vector<S>,
+    active: Mask<S>,
+) -> Color<S> {
+    let intensity = light.emission.intensity(-wi, active);
+    (x.f_cos_wi(wi, active) * intensity).within(active)
+}
+
+impl<S: Width> SphereSamples<S> {
+    /// Direction `i` of `count` of Ω.
     #[inline(always)]
-    fn integrand(&self, w: W, wi: [W::F; 3]) -> [W::F; 3] {
-        let directions = Lanes3::store(w, wi);
-        let intensity = self
-            .emission
-            .intensities(w, &directions, self.active)
-            .load(w);
-        let f_cos = self
-            .batch
-            .receivers
-            .f_cos_wi(w, &directions, self.active)
-            .load(w);
-        only(w, self.active, mul3(w, f_cos, intensity))
+    fn direction(
+        &self,
+        cone: &DirectionCone<S>,
+        frame: &Axes<S>,
+        i: usize,
+        count: usize,
+    ) -> Vector<S> {
+        let s = cone.cos.width();
+        let v = (i as f32 + Float::load(s, &self.shift)) * (1.0 / count as f32);
+        let cos = 1.0 - v * cone.height;
+        let sin = (1.0 - cos * cos).safe_sqrt();
+        let [cos_turn, sin_turn] = &self.turns[i];
+        let (x, y) = (
+            sin * Float::load(s, cos_turn),
+            sin * Float::load(s, sin_turn),
+        );
+        cone.axis * cos + (frame.s * x + frame.t * y)
     }
 }
 
 /// A lobe with density [`lobe_density`].
-struct SamplingLobe<W: Sixteen> {
-    axis: [W::F; 3],
+#[derive(Clone, Copy)]
+struct SamplingLobe<S: Width> {
+    axis: Vector<S>,
     /// Mean cosine.
-    g: W::F,
+    g: Float<S>,
 }
 
 /// Expected number of samples per solid angle.
-struct SamplingMixture<W: Sixteen> {
+struct SamplingMixture<S: Width> {
     /// Within Ω.
-    even: W::F,
+    even: Float<S>,
     /// At the point and at the light.
-    lobes: [Option<SamplingLobe<W>>; 2],
+    lobes: [Option<SamplingLobe<S>>; 2],
 }
 
-impl<W: Sixteen> SamplingMixture<W> {
+impl<S: Width> SamplingMixture<S> {
     /// `value` in a sampled direction over the density of all directions there: the balance heuristic.
     #[inline(always)]
-    fn weighted(&self, w: W, direction: [W::F; 3], value: [W::F; 3]) -> [W::F; 3] {
+    fn weighted(&self, direction: Vector<S>, value: Color<S>) -> Color<S> {
         let mut density = self.even;
         for lobe in self.lobes.iter().flatten() {
-            let own = lobe_density(w, dot(w, direction, lobe.axis), lobe.g);
-            density = w.mul_add(own, w.splat(LOBE_DIRECTIONS as f32), density);
+            let own = lobe_density(direction.dot(lobe.axis), lobe.g);
+            density = own.mul_add(own.same(LOBE_DIRECTIONS as f32), density);
         }
-        scale3(w, value, w.div(w.splat(1.0), density))
+        value * density.recip()
     }
-}
-
-/// `value` in the active lanes, 0 in the others.
-#[inline(always)]
-pub(super) fn only<W: Sixteen>(w: W, active: LaneMask, value: [W::F; 3]) -> [W::F; 3] {
-    let lanes = w.mask(u32::from(active));
-    [
-        w.select(lanes, value[0], w.splat(0.0)),
-        w.select(lanes, value[1], w.splat(0.0)),
-        w.select(lanes, value[2], w.splat(0.0)),
-    ]
-}
-
-/// Two unit vectors at right angles to the unit vectors `n` and each other. Source: Duff et al., "Building an Orthonormal Basis,
-/// Revisited", JCGT 6(1), 2017.
-#[inline(always)]
-fn around<W: Sixteen>(w: W, n: [W::F; 3]) -> [[W::F; 3]; 2] {
-    let [x, y, z] = n;
-    let sign = w.mul_sign(w.splat(1.0), z);
-    let a = w.div(w.splat(-1.0), w.add(sign, z));
-    let b = w.mul(w.mul(x, y), a);
-    [
-        [
-            w.mul_add(w.mul(sign, w.mul(x, x)), a, w.splat(1.0)),
-            w.mul(sign, b),
-            w.mul(w.splat(-1.0), w.mul(sign, x)),
-        ],
-        [b, w.mul_add(w.mul(y, y), a, sign), w.mul(w.splat(-1.0), y)],
-    ]
 }

@@ -6,7 +6,7 @@ use crate::bsdf::{Lobes, Material};
 use crate::color::Rgb;
 use crate::geometry::Segment;
 use crate::ids::LightId;
-use crate::lanes::{LANES, LaneMask, Lanes3};
+use crate::lanes::{LANES, LaneMask, Lanes3, Mask};
 use crate::math::{Vec2, Vec3};
 use crate::particles::{trace_photons, usable_by_virtual_lights};
 use crate::sampling::rng::Pcg;
@@ -16,7 +16,8 @@ use crate::simd::{self, Isa, Simd};
 use crate::testing::scenes::{Builder, diffuse, glass, glossy_box, rough_metal, rough_plastic};
 use crate::texture::ColorInput;
 use crate::virtual_lights::{
-    GlossyForm, PhotonClusters, TableStorage, VirtualLight, VirtualLights, assign, select,
+    EmissionView, GlossyForm, PhotonClusters, RadiantIntensity, TableStorage, VirtualLight,
+    VirtualLights, assign, select,
 };
 
 pub(super) const PASS: Pass = Pass { seed: 3, index: 1 };
@@ -264,10 +265,10 @@ impl simd::SimdKernel for Facing<'_> {
     type Output = LaneMask;
 
     #[inline(always)]
-    fn run<S: Simd>(self, s: S) -> LaneMask {
+    fn run<I: Simd>(self, isa: I) -> LaneMask {
         let Facing(batch, light, reach) = self;
-        let to = batch.towards(s.wide(), light.p);
-        batch.facing(s.wide(), to, light, reach)
+        let to = batch.towards(isa.wide(), light.p);
+        batch.facing(to, light, reach)
     }
 }
 
@@ -308,16 +309,17 @@ fn no_point_is_left_out_that_sees_a_part_of_a_light() {
     assert!(seen > 1000 && in_plane > 100, "{seen} and {in_plane}");
 }
 
-/// Of one light, at places that see it in given directions.
+/// Of one light, in given directions.
 struct Intensities<'a>(&'a VirtualLights<'a>, LightId, &'a Lanes3);
 
 impl simd::SimdKernel for Intensities<'_> {
     type Output = Lanes3;
 
     #[inline(always)]
-    fn run<S: Simd>(self, s: S) -> Lanes3 {
-        let emission_view = self.0.emission_view(self.1);
-        emission_view.intensities(s.wide(), self.2, LaneMask::MAX)
+    fn run<I: Simd>(self, isa: I) -> Lanes3 {
+        let s = isa.wide();
+        let emission = EmissionView::of(self.0, self.1);
+        Lanes3::of_colors(emission.intensity(self.2.vectors(s), Mask::splat(s, true)))
     }
 }
 
@@ -339,8 +341,7 @@ fn intensities_in_lanes_are_single_intensities() {
                 )
             };
             let w = Lanes3::from_fn(|i| warp::sphere(u(i)));
-            let towards = Lanes3::from_fn(|i| -w.vec(i));
-            let values = Isa::best().run(Intensities(&lights.set, id, &towards));
+            let values = Isa::best().run(Intensities(&lights.set, id, &w));
             for i in 0..LANES {
                 let single = lights.set.intensity(id, w.vec(i));
                 for (a, b) in values.rgb(i).to_array().into_iter().zip(single.to_array()) {

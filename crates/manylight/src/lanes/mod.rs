@@ -15,23 +15,22 @@ mod choices;
 mod functions;
 mod groups;
 mod numbers;
+mod stored;
 #[cfg(test)]
 mod tests;
 mod vector;
-pub(crate) mod vectors;
 
 pub use crate::simd::{LANES, One, Width};
 pub(crate) use crate::simd::{LaneKernel, Sixteen};
 pub(crate) use choices::{power, sample_linear, sphere, split, triangle};
 pub(crate) use functions::{cosine_hemisphere, cosine_hemisphere_pdf, disc};
 pub use numbers::{Float, Mask, Operand, Word};
+pub(crate) use stored::{Stored, lanewise};
 pub use vector::{Axes, Color, Pair, Vector};
 
 use crate::color::Rgb;
 use crate::math::Vec3;
-use crate::math::float;
 use crate::simd::set_bits;
-use vectors::{load3, store3};
 
 /// The three components in lane `i` of a stored [`Vector`] or [`Color`].
 #[inline(always)]
@@ -60,22 +59,6 @@ pub fn mask(test: impl Fn(usize) -> bool) -> LaneMask {
 #[inline(always)]
 pub fn lanes_of(mask: LaneMask) -> impl Iterator<Item = usize> {
     set_bits(mask)
-}
-
-/// Copies lane 0 to all lanes.
-#[inline(always)]
-pub(crate) fn broadcast<T: Copy>(lanes: &mut [T; LANES]) {
-    *lanes = [lanes[0]; LANES];
-}
-
-/// [`float::exp`] of each lane.
-#[inline(always)]
-pub(crate) fn exp<W: Sixteen>(w: W, x: W::F) -> W::F {
-    let mut lanes = w.store(x);
-    for x in &mut lanes {
-        *x = float::exp(*x);
-    }
-    w.load(&lanes)
 }
 
 /// Three values per lane: a vector or a color. Indices: component, lane.
@@ -109,18 +92,6 @@ impl Lanes3 {
         Rgb::new(self.0[0][i], self.0[1][i], self.0[2][i])
     }
 
-    /// Loads all lanes into registers.
-    #[inline(always)]
-    pub(crate) fn load<W: Sixteen>(&self, w: W) -> [W::F; 3] {
-        load3(w, &self.0)
-    }
-
-    /// Stores all lanes from registers.
-    #[inline(always)]
-    pub(crate) fn store<W: Sixteen>(w: W, v: [W::F; 3]) -> Self {
-        Lanes3(store3(w, v))
-    }
-
     /// All lanes as vectors.
     #[inline(always)]
     pub(crate) fn vectors<W: Sixteen>(&self, s: W) -> Vector<W> {
@@ -143,12 +114,6 @@ impl Lanes3 {
     #[inline(always)]
     pub(crate) fn of_colors<W: Sixteen>(colors: Color<W>) -> Self {
         Lanes3(colors.store())
-    }
-
-    /// Copies lane 0 to all lanes.
-    #[inline(always)]
-    pub(crate) fn broadcast(&mut self) {
-        self.0.iter_mut().for_each(broadcast);
     }
 
     /// Sets lane `i`.

@@ -5,7 +5,8 @@
     reason = "the names are those of the operations and components"
 )]
 
-use crate::simd::{One, Width};
+use super::stored::Stored;
+use crate::simd::{One, Sixteen, Width};
 use std::fmt;
 use std::ops::{
     Add, AddAssign, BitAnd, BitOr, BitOrAssign, BitXor, Div, Mul, Neg, Not, Shl, Shr, Sub,
@@ -264,6 +265,32 @@ impl Float<One> {
     #[inline(always)]
     pub fn get(self) -> f32 {
         self.v
+    }
+
+    /// The value in all lanes of `s`.
+    #[inline(always)]
+    pub(crate) fn in_lanes<S: Width>(&self, s: S) -> Float<S> {
+        Float::splat(s, self.v)
+    }
+}
+
+impl Float<Stored> {
+    /// The value of lane `i`.
+    #[inline(always)]
+    pub(crate) fn lane(&self, i: usize) -> Float<One> {
+        self.v[i].into()
+    }
+
+    /// Sets lane `i`.
+    #[inline(always)]
+    pub(crate) fn set_lane(&mut self, i: usize, x: Float<One>) {
+        self.v[i] = x.get();
+    }
+
+    /// All lanes in the vectors of `s`.
+    #[inline(always)]
+    pub(crate) fn in_vectors<S: Sixteen>(&self, s: S) -> Float<S> {
+        Float::load(s, &self.v)
     }
 }
 

@@ -2,23 +2,22 @@
 
 use super::LightNode;
 use crate::bsdf::FixedWoLanes;
-use crate::lanes::{LANES, LaneMask, Lanes, Lanes3};
+use crate::lanes::{LANES, LaneMask, Lanes, Lanes3, Sixteen};
 use crate::math::{Spread, Vec3};
-use crate::simd::Sixteen;
 
 /// Luminance of the light of a node reflected at receivers, lane by lane.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Sent {
+pub(crate) struct ReflectedBounds {
     /// Upper bounds.
-    pub(crate) bounds: Lanes,
+    pub(crate) most: Lanes,
     /// Heuristic estimates for the order of refinement: with lights spread over the node instead of all at its nearest point.
     pub(crate) likely: Lanes,
 }
 
-impl Sent {
+impl ReflectedBounds {
     /// No light at any point.
-    pub(crate) const NOTHING: Sent = Sent {
-        bounds: [0.0; LANES],
+    pub(crate) const NOTHING: ReflectedBounds = ReflectedBounds {
+        most: [0.0; LANES],
         likely: [0.0; LANES],
     };
 }
@@ -36,13 +35,13 @@ impl LightNode {
     /// The product of the maxima of `f |w·n|` and `Σ I` over the cone of directions to the bounding sphere, with `V = 1` and the
     /// distance to the nearest point of the box (Walter et al. 2005, section 4). Infinite for receivers in the box.
     #[inline(always)]
-    pub(crate) fn sent<W: Sixteen>(
+    pub(crate) fn reflected_bounds<S: Sixteen>(
         &self,
-        w: W,
+        s: S,
         p: &Lanes3,
         receivers: &FixedWoLanes,
         active: LaneMask,
-    ) -> Sent {
+    ) -> ReflectedBounds {
         let (center, radius) = (self.bounds.center(), 0.5 * self.bounds.diagonal());
         let (low, high) = (self.bounds.min, self.bounds.max);
         let (mut towards, mut back) = (Lanes3::ZERO, Lanes3::ZERO);
@@ -62,17 +61,17 @@ impl LightNode {
         for i in 0..LANES {
             spreads[i] = Spread::to_ball(radius, distances[i]);
         }
-        let reflected = receivers.bounds(w, &towards, &spreads, active);
+        let reflected = receivers.bounds(s, &towards, &spreads, active);
         let intensities = self.intensity.luminances(&back, &spreads);
-        let mut sent = Sent::NOTHING;
+        let mut bounds = ReflectedBounds::NOTHING;
         for i in 0..LANES {
             // Avoids 0 · ∞.
             if reflected[i] > 0.0 && intensities[i] > 0.0 {
                 let product = reflected[i] * intensities[i];
-                sent.bounds[i] = product / nearest2[i];
-                sent.likely[i] = product / (nearest2[i] + radius * radius);
+                bounds.most[i] = product / nearest2[i];
+                bounds.likely[i] = product / (nearest2[i] + radius * radius);
             }
         }
-        sent
+        bounds
     }
 }

@@ -1,6 +1,6 @@
 //! Top-down construction: sets of lights are split at the plane, in position or normal, at which the two parts cost least.
 
-use super::{LightNode, LightTree, NodeContent};
+use super::{LightNode, NodeContent};
 use crate::ids::LightId;
 use crate::math::{Aabb, Cone};
 use crate::virtual_lights::{IntensityBound, VirtualLight, VirtualLights};
@@ -73,26 +73,24 @@ impl BinBounds {
     }
 }
 
-impl LightTree {
-    /// The tree over the lights with flux for which `is_used` is true.
-    pub fn new(set: &VirtualLights, is_used: impl Fn(LightId) -> bool) -> Self {
-        let lights = set.lights();
-        let used = (0..lights.len() as u32).map(LightId).filter(|&id| {
-            let flux = lights[id.index()].flux.luminance();
-            flux > 0.0 && is_used(id)
-        });
-        let ids: Vec<LightId> = used.collect();
-        if ids.is_empty() {
-            return LightTree::default();
-        }
-        let bounds = Aabb::from_points(ids.iter().map(|id| lights[id.index()].p));
-        let scale = NORMAL_SCALE * bounds.diagonal();
-        let item = |&id: &LightId| TreeItem::new(id, &lights[id.index()], scale);
-        let mut items: Vec<TreeItem> = ids.iter().map(item).collect();
-        let mut nodes = vec![LightNode::EMPTY; 2 * items.len() - 1];
-        build(set, &mut items, &mut nodes, 0, 0);
-        LightTree { nodes }
+/// The nodes of the tree over the lights with flux for which `is_used` is true, in depth-first order.
+pub(super) fn nodes(set: &VirtualLights, is_used: impl Fn(LightId) -> bool) -> Vec<LightNode> {
+    let lights = set.lights();
+    let used = (0..lights.len() as u32).map(LightId).filter(|&id| {
+        let flux = lights[id.index()].flux.luminance();
+        flux > 0.0 && is_used(id)
+    });
+    let ids: Vec<LightId> = used.collect();
+    if ids.is_empty() {
+        return Vec::new();
     }
+    let bounds = Aabb::from_points(ids.iter().map(|id| lights[id.index()].p));
+    let scale = NORMAL_SCALE * bounds.diagonal();
+    let item = |&id: &LightId| TreeItem::new(id, &lights[id.index()], scale);
+    let mut items: Vec<TreeItem> = ids.iter().map(item).collect();
+    let mut nodes = vec![LightNode::EMPTY; 2 * items.len() - 1];
+    build(set, &mut items, &mut nodes, 0, 0);
+    nodes
 }
 
 impl TreeItem {
@@ -142,7 +140,7 @@ fn build(
             content: NodeContent::Light(item.id),
             ..LightNode::EMPTY
         };
-        return lights.intensity_bound(item.id);
+        return IntensityBound::of(lights, item.id);
     }
     let middle = split(items, depth);
     let (left, right) = items.split_at_mut(middle);

@@ -34,7 +34,7 @@ pub(crate) struct Receiver<F: Fn(&LightNode) -> f32> {
 
 impl Receiver<fn(&LightNode) -> f32> {
     /// A receiver with any orientation and scattering function.
-    fn anywhere(p: Vec3) -> Self {
+    pub(crate) fn anywhere(p: Vec3) -> Self {
         Receiver {
             p,
             reflectance: |_| 1.0,
@@ -43,13 +43,8 @@ impl Receiver<fn(&LightNode) -> f32> {
 }
 
 impl LightTree {
-    /// Draws a light of `node` for receivers around `p`.
-    pub fn draw(&self, lights: &VirtualLights, node: usize, p: Vec3, rng: &mut Pcg) -> DrawnLight {
-        self.draw_for(lights, node, &Receiver::anywhere(p), rng)
-    }
-
     /// Draws a light of `node` for `receiver`.
-    pub(crate) fn draw_for(
+    pub(crate) fn draw(
         &self,
         lights: &VirtualLights,
         node: usize,
@@ -75,20 +70,9 @@ impl LightTree {
         }
     }
 
-    /// Converts a light drawn from the parent of `children` for `p` to a draw from the child that contains it. Returns the index, 0 or 1, of
-    /// that child, and the light with its probability there.
-    pub fn inherit(
-        &self,
-        lights: &VirtualLights,
-        children: [usize; 2],
-        drawn: DrawnLight,
-        p: Vec3,
-    ) -> (usize, DrawnLight) {
-        self.inherit_for(lights, children, drawn, &Receiver::anywhere(p))
-    }
-
-    /// [`LightTree::inherit`] for a light drawn for `receiver`.
-    pub(crate) fn inherit_for(
+    /// Converts a light drawn from the parent of `children` for `receiver` to a draw from the child that contains it. Returns
+    /// the index, 0 or 1, of that child, and the light with its probability there.
+    pub(crate) fn inherit(
         &self,
         lights: &VirtualLights,
         children: [usize; 2],

@@ -10,7 +10,7 @@ mod draw;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use bound::Sent;
+pub(crate) use bound::ReflectedBounds;
 pub use draw::DrawnLight;
 pub(crate) use draw::Receiver;
 
@@ -52,6 +52,13 @@ enum NodeContent {
 }
 
 impl LightTree {
+    /// The tree over the lights with flux for which `is_used` is true.
+    pub fn new(set: &VirtualLights, is_used: impl Fn(LightId) -> bool) -> Self {
+        LightTree {
+            nodes: build::nodes(set, is_used),
+        }
+    }
+
     /// Index of the root; `None` without lights.
     pub fn root(&self) -> Option<usize> {
         (!self.nodes.is_empty()).then_some(0)
@@ -75,17 +82,9 @@ impl LightTree {
     pub fn bound_lights(&mut self, lights: &VirtualLights) {
         self.nodes.par_iter_mut().for_each(|node| {
             if let NodeContent::Light(id) = node.content {
-                node.intensity = lights.intensity_bound(id);
+                node.intensity = IntensityBound::of(lights, id);
             }
         });
-    }
-
-    /// Replaces every bound of intensity by its maximum over all directions.
-    #[cfg(any(test, feature = "testing"))]
-    pub fn forget_directions(&mut self) {
-        for node in &mut self.nodes {
-            node.intensity.forget_directions();
-        }
     }
 
     /// Expected bytes per light, with this number of bounds per light that are not diffuse: at most one for inner nodes, and one more with

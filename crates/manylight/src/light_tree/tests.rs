@@ -1,7 +1,7 @@
 //! Nodes bound their lights, all lights are leaves, and draws have the probabilities reported.
 
 use super::*;
-use crate::bsdf::{FixedWoLanes, Lobes};
+use crate::bsdf::{FixedWoLanes, LaneModel, Lobes};
 use crate::lanes::Lanes3;
 use crate::math::{Vec2, Vec3};
 use crate::particles::{Photon, trace_photons, usable_by_virtual_lights};
@@ -21,16 +21,17 @@ const TABLES: GlossyForm = GlossyForm::Table {
     storage: TableStorage::Shared,
 };
 
-/// The bound of [`LightNode::sent`] in the first lane.
+/// The bound of [`LightNode::reflected_bounds`] in the first lane.
 struct BoundAtOne<'a>(&'a LightNode, &'a Lanes3, &'a FixedWoLanes<'a, 'a>);
 
 impl SimdKernel for BoundAtOne<'_> {
     type Output = f32;
 
     #[inline(always)]
-    fn run<S: Simd>(self, s: S) -> f32 {
+    fn run<I: Simd>(self, isa: I) -> f32 {
         let BoundAtOne(node, places, receivers) = self;
-        node.sent(s.wide(), places, receivers, 1).bounds[0]
+        let bounds = node.reflected_bounds(isa.wide(), places, receivers, 1);
+        bounds.most[0]
     }
 }
 
@@ -119,8 +120,9 @@ fn lights_are_drawn_with_the_probability_reported() {
         let mut reported = vec![0.0; count];
         let mut reported_below = [vec![0.0; count], vec![0.0; count]];
         for _ in 0..trials {
-            let one = tree.draw(&set, 0, p, &mut rng);
-            let (k, own) = tree.inherit(&set, tree.children(0).unwrap(), one, p);
+            let one = tree.draw(&set, 0, &Receiver::anywhere(p), &mut rng);
+            let (k, own) =
+                tree.inherit(&set, tree.children(0).unwrap(), one, &Receiver::anywhere(p));
             let id = one.id.index();
             drawn[id] += 1;
             reported[id] = f64::from(one.probability);
@@ -170,7 +172,7 @@ fn hold_bounds(form: Option<GlossyForm>, count: u32) -> (f64, u64) {
             continue;
         }
         let receivers =
-            FixedWoLanes::new(bsdf.lane_model(), Lobes::NON_SPECULAR, once((&bsdf, wo)));
+            FixedWoLanes::new(LaneModel::of(&bsdf), Lobes::NON_SPECULAR, once((&bsdf, wo)));
         let places = Lanes3::from_fn(|_| x.p);
         let bound = Isa::best().run(BoundAtOne(&tree.nodes()[node], &places, &receivers));
         let mut sum = 0.0;

@@ -2,7 +2,6 @@
 //!
 //! Source: Engelhardt and Dachsbacher, "Octahedron Environment Maps", VMV 2008.
 
-use super::float::floor;
 use super::{Vec2, Vec3};
 
 /// Maps a unit direction to the square [0, 1]². The hemisphere z > 0 maps to the inner diamond.
@@ -34,59 +33,6 @@ pub fn direction_from_square(uv: Vec2) -> Vec3 {
         )
     };
     Vec3::new(x, y, z).normalize()
-}
-
-/// Texel indices (row-major, `row * side + column`) and weights of the bilinear lookup at `w` in a `side`² table
-/// with texel centers at `(i + 1/2) / side`. Wraps over the edges of the map, so that the interpolant is continuous.
-#[inline(always)]
-pub fn bilinear(w: Vec3, side: usize) -> [(usize, f32); 4] {
-    let lookup = BilinearLookup::of(w, side as i32);
-    let (texels, weights) = (lookup.texels(side as i32), lookup.weights());
-    std::array::from_fn(|k| (texels[k] as usize, weights[k]))
-}
-
-/// The four texels of a bilinear lookup. Indices are `i32`, so that loops over lanes vectorize.
-#[derive(Clone, Copy, Debug)]
-pub struct BilinearLookup {
-    /// Column of the first texel, from -1 to `side - 1`.
-    pub column: i32,
-    /// Row of the first texel, from -1 to `side - 1`.
-    pub row: i32,
-    /// Position between the centers of the first texel and of the next column and row, in [0, 1).
-    pub fraction: Vec2,
-}
-
-impl BilinearLookup {
-    /// The lookup of the direction `w` in a `side`² table.
-    #[inline(always)]
-    pub fn of(w: Vec3, side: i32) -> Self {
-        let uv = square_from_direction(w) * side as f32 - Vec2::splat(0.5);
-        let ((left, column), (top, row)) = (floor(uv.x), floor(uv.y));
-        BilinearLookup {
-            column,
-            row,
-            fraction: Vec2::new(uv.x - left, uv.y - top),
-        }
-    }
-
-    /// Indices of the four texels: two of the row, two of the next row.
-    #[inline(always)]
-    pub fn texels(self, side: i32) -> [i32; 4] {
-        let (i, j) = (self.column, self.row);
-        [
-            wrapped_texel(i, j, side),
-            wrapped_texel(i + 1, j, side),
-            wrapped_texel(i, j + 1, side),
-            wrapped_texel(i + 1, j + 1, side),
-        ]
-    }
-
-    /// Weights of the four texels.
-    #[inline(always)]
-    pub fn weights(self) -> [f32; 4] {
-        let Vec2 { x, y } = self.fraction;
-        [(1.0 - x) * (1.0 - y), x * (1.0 - y), (1.0 - x) * y, x * y]
-    }
 }
 
 /// Index of the texel in column `i`, row `j` of an `n`² table, with `i` and `j` from -1 to `n`. Beyond an edge the other coordinate is mirrored.
@@ -160,25 +106,5 @@ mod tests {
             })
             .sum();
         assert!((sum - 4.0 * std::f64::consts::PI).abs() < 1e-3, "{sum}");
-    }
-
-    #[test]
-    fn bilinear_weights_sum_to_one_and_wrap_continuously() {
-        let side = 32;
-        let table: Vec<f32> = (0..side * side)
-            .map(|t| texel_direction(t, side).dot(Vec3::new(0.3, 0.5, 0.8)))
-            .collect();
-        let eval = |w: Vec3| {
-            bilinear(w, side)
-                .iter()
-                .map(|&(t, k)| table[t] * k)
-                .sum::<f32>()
-        };
-        for w in directions() {
-            let total: f32 = bilinear(w, side).iter().map(|t| t.1).sum();
-            assert!((total - 1.0).abs() < 1e-5);
-            let nudged = (w + Vec3::new(1e-5, -1e-5, 1e-5)).normalize();
-            assert!((eval(w) - eval(nudged)).abs() < 2e-3, "jump at {w}");
-        }
     }
 }

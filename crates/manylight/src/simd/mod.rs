@@ -18,7 +18,7 @@ pub use portable::One;
 pub use width::{LANES, Width};
 pub(crate) use width::{NARROW, Outlined, Simd, SimdKernel, Sixteen, set_bits};
 
-use portable::Portable;
+pub(crate) use portable::Portable;
 use std::sync::OnceLock;
 
 /// The instruction set of this process. The first use selects the best, unless

@@ -1,4 +1,4 @@
-//! Radiant intensity of a light: in one direction, and in [`LANES`](crate::lanes::LANES) directions at once.
+//! Radiant intensity of a light, in one direction or in one per lane.
 
 use super::glossy::Glossy;
 use super::light::{Emission, VirtualLight};
@@ -7,63 +7,9 @@ use super::set::VirtualLights;
 use crate::bsdf::{ExitTransmittance, FixedWi, Lobes};
 use crate::color::Rgb;
 use crate::ids::LightId;
-use crate::lanes::{Color, LaneMask, Lanes3, Sixteen, Vector};
-use crate::math::Vec3;
-use crate::simd::Outlined;
+use crate::lanes::{Color, Mask, One, Sixteen, Vector, Width};
+use crate::simd::outlined;
 use std::f32::consts::FRAC_1_PI;
-
-impl VirtualLights<'_> {
-    /// Radiant intensity of light `id` in the unit direction `w` away from it, cosine included, in W/sr.
-    #[inline]
-    pub fn intensity(&self, id: LightId, w: Vec3) -> Rgb {
-        let light = &self.lights()[id.index()];
-        match &light.emission {
-            Emission::Single(index) => self.reflection(*index).intensity(w),
-            Emission::Rich {
-                diffuse,
-                exit,
-                glossy,
-            } => {
-                let (cos, cos_s) = (w.dot(light.n), w.dot(light.ns));
-                let mut sum = Rgb::BLACK;
-                if cos > 0.0 && cos_s > 0.0 {
-                    sum += *diffuse * (exit.eval(cos_s) * cos * FRAC_1_PI);
-                }
-                if let Some(glossy) = glossy
-                    && (cos > 0.0 || !light.one_sided)
-                {
-                    sum += self.glossy(*glossy).lookup(w);
-                }
-                sum
-            }
-        }
-    }
-
-    /// The emission of light `id`, prepared for many directions.
-    #[inline(always)]
-    pub(crate) fn emission_view(&self, id: LightId) -> EmissionView<'_, '_> {
-        let light = &self.lights()[id.index()];
-        match &light.emission {
-            Emission::Single(index) => {
-                let Reflection { wi, flux, bsdf } = self.reflection(*index);
-                EmissionView::Single {
-                    flux: *flux,
-                    reflection: bsdf.with_wi(*wi, Lobes::NON_SPECULAR),
-                }
-            }
-            Emission::Rich {
-                diffuse,
-                exit,
-                glossy,
-            } => EmissionView::Rich {
-                light,
-                diffuse: *diffuse,
-                exit,
-                glossy: glossy.map(|index| self.glossy(index)),
-            },
-        }
-    }
-}
 
 /// The emission of one light, with all that does not depend on the direction looked up.
 pub(crate) enum EmissionView<'f, 's> {
@@ -73,76 +19,120 @@ pub(crate) enum EmissionView<'f, 's> {
         reflection: FixedWi<'f, 's>,
     },
     /// See [`Emission::Rich`].
-    Rich {
-        light: &'f VirtualLight<'s>,
-        diffuse: Rgb,
-        exit: &'f ExitTransmittance<'s>,
-        glossy: Option<Glossy<'f>>,
-    },
+    Rich(RichEmission<'f, 's>),
 }
 
-/// [`EmissionView::intensities`]: a function that its many callers share.
-struct Intensities<'a, 'f, 's, W> {
-    emission: &'a EmissionView<'f, 's>,
-    s: W,
-    wi: &'a Lanes3,
-    active: LaneMask,
+/// See [`Emission::Rich`].
+#[derive(Clone, Copy)]
+pub(crate) struct RichEmission<'f, 's> {
+    light: &'f VirtualLight<'s>,
+    diffuse: Rgb,
+    exit: &'f ExitTransmittance<'s>,
+    glossy: Option<Glossy<'f>>,
 }
 
-impl<W: Sixteen> Outlined for Intensities<'_, '_, '_, W> {
-    type Output = Lanes3;
+/// Radiant intensities of a light, cosine included, in W/sr.
+pub(crate) trait RadiantIntensity<S: Width> {
+    /// In the unit directions `w` away from the light; inactive lanes hold any value.
+    fn intensity(&self, w: Vector<S>, active: Mask<S>) -> Color<S>;
+}
 
+impl<'f, 's> EmissionView<'f, 's> {
+    /// The emission of light `id` of `lights`, prepared for many directions.
     #[inline(always)]
-    fn run(self) -> Lanes3 {
-        let Intensities {
-            emission,
-            s,
-            wi,
-            active,
-        } = self;
-        let away = wi.vectors(s);
-        match emission {
-            EmissionView::Single { flux, reflection } => {
-                let wo = Lanes3::of_vectors(-away);
-                let values = reflection.f_cos_wo_lanes(s, &wo, active).colors(s);
-                Lanes3::of_colors(values * Color::splat(s, *flux))
-            }
-            EmissionView::Rich {
-                light,
-                diffuse,
-                exit,
-                glossy,
-            } => {
-                let cos = away.dot(Vector::splat(s, -light.n));
-                let cos_s = away.dot(Vector::splat(s, -light.ns));
-                let above = cos.gt(0.0);
-                let share = exit.at_cosines(cos_s.max(0.0)) * cos * FRAC_1_PI;
-                let diffuse = Color::splat(s, *diffuse) * share;
-                let mut sum = diffuse.within(above & cos_s.gt(0.0));
-                if let Some(glossy) = glossy {
-                    let glossy = glossy.lookups(s, wi, active).colors(s);
-                    sum += if light.one_sided {
-                        glossy.within(above)
-                    } else {
-                        glossy
-                    };
-                }
-                Lanes3::of_colors(sum)
-            }
+    pub(crate) fn of(lights: &'f VirtualLights<'s>, id: LightId) -> Self {
+        let light = &lights.lights()[id.index()];
+        match RichEmission::of(lights, light) {
+            Ok(rich) => EmissionView::Rich(rich),
+            Err(Reflection { wi, flux, bsdf }) => EmissionView::Single {
+                flux: *flux,
+                reflection: FixedWi::new(bsdf, *wi, Lobes::NON_SPECULAR),
+            },
         }
     }
 }
 
-impl EmissionView<'_, '_> {
-    /// [`VirtualLights::intensity`] in the directions `-wi`, lane by lane, where the unit directions `wi` point from the receivers to the
-    /// light; inactive lanes hold any value.
+impl<'f, 's> RichEmission<'f, 's> {
+    /// The emission of `light`, or the light path of which it is a reflection.
     #[inline(always)]
-    pub(crate) fn intensities<W: Sixteen>(&self, w: W, wi: &Lanes3, active: LaneMask) -> Lanes3 {
-        w.outline(Intensities {
-            emission: self,
-            s: w,
-            wi,
-            active,
-        })
+    pub(super) fn of(
+        lights: &'f VirtualLights<'s>,
+        light: &'f VirtualLight<'s>,
+    ) -> Result<Self, &'f Reflection<'s>> {
+        match &light.emission {
+            Emission::Single(index) => Err(lights.reflection(*index)),
+            Emission::Rich {
+                diffuse,
+                exit,
+                glossy,
+            } => Ok(RichEmission {
+                light,
+                diffuse: *diffuse,
+                exit,
+                glossy: glossy.map(|index| lights.glossy(index)),
+            }),
+        }
+    }
+}
+
+impl<S: Width> RadiantIntensity<S> for RichEmission<'_, '_> {
+    #[inline(always)]
+    fn intensity(&self, w: Vector<S>, active: Mask<S>) -> Color<S> {
+        let (s, light) = (w.z.width(), self.light);
+        let cos = w.dot(Vector::splat(s, light.n));
+        let cos_s = w.dot(Vector::splat(s, light.ns));
+        let above = cos.gt(0.0);
+        let share = self.exit.at_cosines(cos_s.max(0.0)) * cos * FRAC_1_PI;
+        let diffuse = Color::splat(s, self.diffuse) * share;
+        let mut sum = diffuse.within(above & cos_s.gt(0.0));
+        if let Some(glossy) = &self.glossy {
+            let glossy = glossy.lookup(w, active);
+            sum += if light.one_sided {
+                glossy.within(above)
+            } else {
+                glossy
+            };
+        }
+        sum
+    }
+}
+
+impl<S: Sixteen> RadiantIntensity<S> for EmissionView<'_, '_> {
+    #[inline(always)]
+    fn intensity(&self, w: Vector<S>, active: Mask<S>) -> Color<S> {
+        view_intensity(self, w, active)
+    }
+}
+
+/// The emission of one light, for single directions.
+#[derive(Clone, Copy)]
+pub(crate) struct SingleEmission<'f, 's> {
+    pub(crate) lights: &'f VirtualLights<'s>,
+    pub(crate) id: LightId,
+}
+
+impl RadiantIntensity<One> for SingleEmission<'_, '_> {
+    #[inline(always)]
+    fn intensity(&self, w: Vector<One>, _: Mask<One>) -> Color<One> {
+        self.lights.intensity(self.id, w.into()).into()
+    }
+}
+
+outlined! {
+    /// The intensity of an [`EmissionView`].
+    fn view_intensity<S: Sixteen>(
+        view: &EmissionView<'_, '_>, w: Vector<S>, active: Mask<S>,
+    ) -> Color<S> { w.z.width() => view.intensity_inlined(w, active) }
+}
+
+impl EmissionView<'_, '_> {
+    #[inline(always)]
+    fn intensity_inlined<S: Sixteen>(&self, w: Vector<S>, active: Mask<S>) -> Color<S> {
+        match self {
+            EmissionView::Single { flux, reflection } => {
+                reflection.f_cos_wo_each(w, active) * Color::splat(w.z.width(), *flux)
+            }
+            EmissionView::Rich(rich) => rich.intensity(w, active),
+        }
     }
 }

@@ -7,10 +7,9 @@ use super::reflection::{EmissionDomain, Reflection, scattered_flux};
 use super::tables::{OctahedralTable, OctahedralTables, PackedTable, TableStorage};
 use super::von_mises_fisher::{VmfLobe, VmfMixture, VmfMixtures};
 use crate::color::Rgb;
-use crate::lanes::{LaneMask, Lanes3};
+use crate::lanes::{Color, Mask, Vector, Width};
 use crate::math::Vec3;
 use crate::sampling::rng::Pcg;
-use crate::simd::Sixteen;
 
 /// The form in which a light stores the radiant intensity of its glossy part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -175,20 +174,12 @@ pub(crate) enum Glossy<'f> {
 }
 
 impl Glossy<'_> {
-    /// Radiant intensity towards the unit vector `w`, in W/sr, also below the horizon.
-    pub(super) fn lookup(&self, w: Vec3) -> Rgb {
-        match self {
-            Glossy::Table(table) => table.lookup(w),
-            Glossy::Lobes(mixture) => mixture.lookup(w),
-        }
-    }
-
-    /// [`Glossy::lookup`] in the directions `-wi`, lane by lane; inactive lanes hold any value.
+    /// Radiant intensity in the unit directions `w`, in W/sr, also below the horizon; inactive lanes hold any value.
     #[inline(always)]
-    pub(super) fn lookups<W: Sixteen>(&self, w: W, wi: &Lanes3, active: LaneMask) -> Lanes3 {
+    pub(super) fn lookup<S: Width>(&self, w: Vector<S>, active: Mask<S>) -> Color<S> {
         match self {
-            Glossy::Table(table) => table.lookups(w, wi, active),
-            Glossy::Lobes(mixture) => mixture.lookups(w, wi),
+            Glossy::Table(table) => table.lookup(w, active),
+            Glossy::Lobes(mixture) => mixture.lookup(w),
         }
     }
 }

@@ -34,6 +34,30 @@ impl IntensityBound {
         glossy: None,
     };
 
+    /// The bound of [`VirtualLights::intensity`] of light `id`.
+    pub fn of(lights: &VirtualLights, id: LightId) -> Self {
+        let light = &lights.lights()[id.index()];
+        match &light.emission {
+            Emission::Single(index) => IntensityBound {
+                glossy: Some(Box::new(lights.reflection(*index).max_mips())),
+                ..IntensityBound::NONE
+            },
+            Emission::Rich {
+                diffuse, glossy, ..
+            } => IntensityBound {
+                diffuse: diffuse.luminance() * FRAC_1_PI,
+                normals: Cone::from_axis(light.n),
+                spread: Spread::new(0.0),
+                glossy: glossy.map(|index| {
+                    Box::new(match lights.glossy(index) {
+                        Glossy::Table(table) => table.max_mips(),
+                        Glossy::Lobes(mixture) => mixture.max_mips(),
+                    })
+                }),
+            },
+        }
+    }
+
     /// Adds the bound of other lights.
     pub fn add(&mut self, other: &IntensityBound) {
         self.diffuse += other.diffuse;
@@ -43,16 +67,6 @@ impl IntensityBound {
             (Some(own), Some(other)) => own.add(other),
             (None, Some(other)) => self.glossy = Some(other.clone()),
             (_, None) => {}
-        }
-    }
-
-    /// Replaces the bound by its maximum over all directions.
-    #[cfg(any(test, feature = "testing"))]
-    pub fn forget_directions(&mut self) {
-        self.normals = Cone::FULL;
-        self.spread = Spread::EVERYWHERE;
-        if let Some(mips) = &mut self.glossy {
-            mips.forget_directions();
         }
     }
 
@@ -69,21 +83,16 @@ impl IntensityBound {
 
     /// The bound in W/sr for directions within the angle of `spread` from the unit vector `axis`.
     pub(crate) fn luminance_within(&self, axis: Vec3, spread: Spread) -> f32 {
-        let [_, cos] = spread
-            .plus(self.spread)
-            .cosines(axis.dot(self.normals.axis));
         let glossy = (self.glossy.as_ref()).map_or(0.0, |mips| mips.within(axis, spread));
-        self.diffuse * cos.max(0.0) + glossy
+        self.diffuse_within(axis, spread) + glossy
     }
 
     /// The bounds in W/sr, lane by lane, for directions within the angle of `spreads` from the unit vectors `axes`.
     #[inline(always)]
     pub(crate) fn luminances(&self, axes: &Lanes3, spreads: &[Spread; LANES]) -> Lanes {
-        let n = self.normals.axis;
         let mut bounds = [0.0; LANES];
         for i in 0..LANES {
-            let [_, cos] = spreads[i].plus(self.spread).cosines(axes.vec(i).dot(n));
-            bounds[i] = self.diffuse * cos.max(0.0);
+            bounds[i] = self.diffuse_within(axes.vec(i), spreads[i]);
         }
         if let Some(mips) = &self.glossy {
             let glossy = mips.bounds(axes, spreads);
@@ -93,31 +102,14 @@ impl IntensityBound {
         }
         bounds
     }
-}
 
-impl VirtualLights<'_> {
-    /// The bound of [`VirtualLights::intensity`] of light `id`.
-    pub fn intensity_bound(&self, id: LightId) -> IntensityBound {
-        let light = &self.lights()[id.index()];
-        match &light.emission {
-            Emission::Single(index) => IntensityBound {
-                glossy: Some(Box::new(self.reflection(*index).max_mips())),
-                ..IntensityBound::NONE
-            },
-            Emission::Rich {
-                diffuse, glossy, ..
-            } => IntensityBound {
-                diffuse: diffuse.luminance() * FRAC_1_PI,
-                normals: Cone::from_axis(light.n),
-                spread: Spread::new(0.0),
-                glossy: glossy.map(|index| {
-                    Box::new(match self.glossy(index) {
-                        Glossy::Table(table) => table.max_mips(),
-                        Glossy::Lobes(mixture) => mixture.max_mips(),
-                    })
-                }),
-            },
-        }
+    /// The bound of the diffuse parts within a cone, in W/sr.
+    #[inline(always)]
+    fn diffuse_within(&self, axis: Vec3, spread: Spread) -> f32 {
+        let [_, cos] = spread
+            .plus(self.spread)
+            .cosines(axis.dot(self.normals.axis));
+        self.diffuse * cos.max(0.0)
     }
 }
 

@@ -55,7 +55,7 @@ mod tests;
 
 pub use assign::assign;
 pub use clusters::PhotonClusters;
-pub(crate) use emission_view::EmissionView;
+pub(crate) use emission_view::{EmissionView, RadiantIntensity, SingleEmission};
 pub use energy::EnergyAccount;
 pub use glossy::GlossyForm;
 pub use intensity_bound::IntensityBound;

@@ -1,8 +1,9 @@
 //! The octahedral grid of all tables of one size: texel directions, solid angles, and integrals of bilinear functions.
 
+use super::table_lookup::bilinear;
 use crate::color::Rgb;
 use crate::math::octahedral::{
-    bilinear, direction_from_square, solid_angle_density, texel_direction, wrapped_texel,
+    direction_from_square, solid_angle_density, texel_direction, wrapped_texel,
 };
 use crate::math::{Vec2, Vec3};
 use crate::simd::{Isa, Simd, SimdKernel};

@@ -5,10 +5,10 @@
 
 use super::octahedral_grid::Grid;
 use super::reflection::{EmissionDomain, Reflection};
-use crate::bsdf::Lobes;
+use super::table_lookup::bilinear;
+use crate::bsdf::{FixedWi, Lobes};
 use crate::color::Rgb;
 use crate::math::Vec3;
-use crate::math::octahedral::bilinear;
 use crate::sampling::rng::Pcg;
 
 /// Roughness below which lobes are averaged over each texel; wider lobes are evaluated at the texel's center. Unmeasured.
@@ -91,7 +91,7 @@ impl Grid {
         let (mut block_values, mut values) = (Vec::new(), Vec::new());
         let (mut samples, mut directions) = (Vec::new(), Vec::new());
         for path in paths {
-            let outgoing = path.bsdf.with_wi(path.wi, Lobes::GLOSSY);
+            let outgoing = FixedWi::new(&path.bsdf, path.wi, Lobes::GLOSSY);
             outgoing.f_cos_wo(&middles, &mut block_values);
             let mut brightest = 0.0f32;
             for value in &mut block_values {

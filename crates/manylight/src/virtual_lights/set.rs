@@ -2,11 +2,14 @@
 
 use super::areas::LightAreas;
 use super::depth_limits::DepthFractions;
+use super::emission_view::{RadiantIntensity, RichEmission};
 use super::energy::EnergyAccount;
 use super::glossy::{Glossy, GlossyForm, Profiles};
 use super::light::VirtualLight;
 use super::reflection::Reflection;
+use crate::color::Rgb;
 use crate::ids::LightId;
+use crate::lanes::{Mask, One};
 use crate::math::Vec3;
 use crate::scene::PathLimits;
 
@@ -32,6 +35,15 @@ impl<'s> VirtualLights<'s> {
     #[inline(always)]
     pub(crate) fn reflection(&self, index: u32) -> &Reflection<'s> {
         &self.reflections[index as usize]
+    }
+
+    /// Radiant intensity of light `id` in the unit direction `w` away from it, cosine included, in W/sr.
+    #[inline]
+    pub fn intensity(&self, id: LightId, w: Vec3) -> Rgb {
+        match RichEmission::of(self, &self.lights[id.index()]) {
+            Ok(rich) => rich.intensity(w.into(), Mask::splat(One, true)).into(),
+            Err(reflection) => reflection.intensity(w),
+        }
     }
 
     /// The glossy profile with the index of [`Emission::Rich`](super::Emission::Rich).

@@ -1,21 +1,32 @@
-//! Bilinear lookups in octahedral tables for sixteen directions at once; see [`crate::math::octahedral`].
+//! Bilinear lookups in octahedral tables; see [`crate::math::octahedral`].
 
 use super::tables::{OctahedralTable, Texel, Texels};
-use crate::lanes::{Color, Float, LaneMask, Lanes3, Mask, Pair, Sixteen, Vector, Width};
+use crate::lanes::{Color, Float, Mask, One, Pair, Vector, Width};
+use crate::math::Vec3;
 
 impl OctahedralTable<'_> {
-    /// [`OctahedralTable::lookup`] in the directions `-wi`, lane by lane; inactive lanes hold any value.
+    /// Bilinear interpolation in the unit directions `w`, also below the horizon; inactive lanes hold any value.
     #[inline(always)]
-    pub(super) fn lookups<W: Sixteen>(&self, w: W, wi: &Lanes3, active: LaneMask) -> Lanes3 {
-        let s = w;
-        let active = Mask::from_bits(s, u32::from(active));
-        let corners = TexelCorners::of(-wi.vectors(s), self.side as f32, active);
+    pub(super) fn lookup<S: Width>(&self, w: Vector<S>, active: Mask<S>) -> Color<S> {
+        let corners = TexelCorners::of(w, self.side as f32, active);
         let sum = match self.texels {
             Texels::Float(texels) => corners.sum(texels),
             Texels::Shared(texels) => corners.sum(texels),
         };
-        Lanes3::of_colors(sum * Color::splat(s, self.scale))
+        sum * Color::splat(w.z.width(), self.scale)
     }
+}
+
+/// Texel indices (row-major, `row * side + column`) and weights of the bilinear lookup at the unit vector `w` in a table of
+/// `side`² texels, with texel centers at `(i + 1/2) / side`. It wraps over the edges of the map, so that the interpolant is
+/// continuous.
+#[inline]
+pub(super) fn bilinear(w: Vec3, side: usize) -> [(usize, f32); 4] {
+    let corners = TexelCorners::<One>::of(w.into(), side as f32, Mask::splat(One, true));
+    std::array::from_fn(|k| {
+        let [texel] = corners.texels[k];
+        (texel as usize, corners.weights[k].get())
+    })
 }
 
 /// The four texels around each lane's direction and their bilinear weights; inactive lanes hold any value.
@@ -96,4 +107,34 @@ fn wrapped_texels<S: Width>(
     let beyond = row.lt(0.0) | row.ge(side);
     let column = beyond.select(side - 1.0 - column, column);
     (row.clamp(0.0, side - 1.0), column)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::octahedral::texel_direction;
+
+    #[test]
+    fn bilinear_weights_sum_to_one_and_wrap_continuously() {
+        let side = 32;
+        let table: Vec<f32> = (0..side * side)
+            .map(|t| texel_direction(t, side).dot(Vec3::new(0.3, 0.5, 0.8)))
+            .collect();
+        let eval = |w: Vec3| {
+            bilinear(w, side)
+                .iter()
+                .map(|&(t, k)| table[t] * k)
+                .sum::<f32>()
+        };
+        for i in 0..2000 {
+            let z = 1.0 - 2.0 * (i as f32 + 0.5) / 2000.0;
+            let (sin, cos) = (i as f32 * 2.399_963).sin_cos();
+            let r = (1.0 - z * z).sqrt();
+            let w = Vec3::new(r * cos, r * sin, z);
+            let total: f32 = bilinear(w, side).iter().map(|t| t.1).sum();
+            assert!((total - 1.0).abs() < 1e-5);
+            let nudged = (w + Vec3::new(1e-5, -1e-5, 1e-5)).normalize();
+            assert!((eval(w) - eval(nudged)).abs() < 2e-3, "jump at {w}");
+        }
+    }
 }

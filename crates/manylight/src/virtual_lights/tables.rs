@@ -2,9 +2,7 @@
 
 use super::octahedral_grid::Grid;
 use crate::color::Rgb;
-use crate::lanes::{Color, Width, Word};
-use crate::math::Vec3;
-use crate::math::octahedral::bilinear;
+use crate::lanes::{Color, One, Width, Word};
 use bytemuck::{Pod, Zeroable};
 
 /// Format of the texels of a table.
@@ -39,9 +37,12 @@ impl TableStorage {
 pub(crate) trait Texel: Pod {
     /// Rounds to the nearest. Channels must be at most [`BRIGHTEST`].
     fn new(color: Rgb) -> Self;
-    fn rgb(self) -> Rgb;
     /// The colors of a texel per lane.
     fn colors<S: Width>(s: S, texels: &S::Each<Self>) -> Color<S>;
+    /// The color.
+    fn rgb(self) -> Rgb {
+        Self::colors(One, &[self]).into()
+    }
 }
 
 /// Value to which the brightest texel of a table is scaled: close to the largest number of [`SharedExponent`].
@@ -50,11 +51,6 @@ const BRIGHTEST: f32 = 32_768.0;
 impl Texel for Rgb {
     fn new(color: Rgb) -> Self {
         color
-    }
-
-    #[inline(always)]
-    fn rgb(self) -> Rgb {
-        self
     }
 
     #[inline(always)]
@@ -87,13 +83,6 @@ impl Texel for SharedExponent {
         }
         let [r, g, b] = color.to_array().map(|x| (x / unit(stored)).round() as u32);
         SharedExponent(r | g << 9 | b << 18 | (stored as u32) << 27)
-    }
-
-    #[inline(always)]
-    fn rgb(self) -> Rgb {
-        let unit = f32::from_bits(((self.0 >> 27) + (UNIT + BIAS) as u32) << 23);
-        let mantissa = |shift: u32| (self.0 >> shift & 511) as i32 as f32;
-        Rgb::new(mantissa(0) * unit, mantissa(9) * unit, mantissa(18) * unit)
     }
 
     #[inline(always)]
@@ -137,17 +126,6 @@ pub(crate) struct OctahedralTable<'a> {
     /// Value of one unit, per channel.
     pub(crate) scale: Rgb,
     pub(super) side: usize,
-}
-
-impl OctahedralTable<'_> {
-    /// Bilinear interpolation in the unit direction `w`, also below the horizon.
-    pub(super) fn lookup(&self, w: Vec3) -> Rgb {
-        let sum: Rgb = bilinear(w, self.side)
-            .into_iter()
-            .map(|(t, weight)| self.texels.get(t) * weight)
-            .sum();
-        sum * self.scale
-    }
 }
 
 /// One table before it is stored in [`OctahedralTables`].

@@ -4,12 +4,9 @@
 //! sphere times the fraction of the lobe above a plane.
 
 use crate::color::Rgb;
-use crate::lanes::vectors::{add3, dot, splat3};
-use crate::lanes::{Lanes3, exp as exp_lanes};
+use crate::lanes::{Color, Vector, Width};
 use crate::math::Vec3;
-use crate::math::float::exp;
 use crate::math::octahedral::{direction_from_square, square_from_direction};
-use crate::simd::Sixteen;
 use bytemuck::{Pod, Zeroable};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -176,12 +173,6 @@ impl VmfLobe {
     pub(crate) fn peak(&self) -> Rgb {
         self.peak
     }
-
-    /// Radiant intensity in the unit direction `w`, in W/sr. Computes `1 - μ·w` as `|w - μ|²/2`, without cancellation near the axis.
-    fn intensity(&self, w: Vec3) -> Rgb {
-        let apart = (w - self.axis()).length_squared();
-        self.peak * exp(-0.5 * self.kappa * apart)
-    }
 }
 
 /// A sum of lobes.
@@ -191,26 +182,19 @@ pub(crate) struct VmfMixture<'a> {
 }
 
 impl VmfMixture<'_> {
-    /// Radiant intensity in the unit direction `w`, in W/sr, also below the horizon.
-    pub(super) fn lookup(&self, w: Vec3) -> Rgb {
-        self.lobes.iter().map(|lobe| lobe.intensity(w)).sum()
-    }
-
-    /// [`VmfMixture::lookup`] in the directions `-wi`, lane by lane.
+    /// Radiant intensity in the unit directions `w`, in W/sr, also below the horizon. Computes `1 - μ·w` as `|w - μ|²/2`, without
+    /// cancellation near the axis.
     #[inline(always)]
-    pub(super) fn lookups<W: Sixteen>(&self, w: W, wi: &Lanes3) -> Lanes3 {
-        let wi = wi.load(w);
-        let mut sum = [w.splat(0.0); 3];
+    pub(super) fn lookup<S: Width>(&self, w: Vector<S>) -> Color<S> {
+        let s = w.z.width();
+        let mut sum = Color::black(s);
         for lobe in self.lobes {
-            let apart = add3(w, wi, splat3(w, lobe.axis()));
-            let exponent = w.mul(dot(w, apart, apart), w.splat(-0.5 * lobe.kappa()));
-            let value = exp_lanes(w, exponent);
-            let peak = splat3(w, Vec3::from(lobe.peak().to_array()));
-            for (sum, peak) in sum.iter_mut().zip(peak) {
-                *sum = w.mul_add(peak, value, *sum);
-            }
+            let apart = w - Vector::splat(s, lobe.axis());
+            let value = (apart.length_squared() * (-0.5 * lobe.kappa)).exp();
+            let peak = Color::splat(s, lobe.peak);
+            sum = peak.zip(sum, |peak, sum| peak.mul_add(value, sum));
         }
-        Lanes3::store(w, sum)
+        sum
     }
 }
 

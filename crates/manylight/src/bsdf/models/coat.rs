@@ -3,7 +3,7 @@
 use super::fresnel::{self, reflect, refract};
 use super::microfacet::Microfacets;
 use crate::bsdf::material::Distribution;
-use crate::lanes::{Float, LANES, LaneKernel, Pair, Vector, Width};
+use crate::lanes::{Float, LANES, LaneKernel, One, Pair, Sixteen, Stored, Vector, Width};
 use crate::simd::Isa;
 use rayon::prelude::*;
 
@@ -30,15 +30,12 @@ pub const COSINES: usize = 64;
 /// Linear interpolation in a table.
 #[inline(always)]
 pub(in crate::bsdf) fn interpolate<S: Width>(table: &[f32; COSINES], cos: Float<S>) -> Float<S> {
-    interpolate_tables(cos.width().each(|_| table).as_ref(), cos)
+    interpolate_tables(&[table; LANES], cos)
 }
 
-/// Linear interpolation in one table per lane.
+/// Linear interpolation in one table per lane: those of the first lanes.
 #[inline(always)]
-pub(in crate::bsdf) fn interpolate_tables<S: Width>(
-    tables: &[&[f32; COSINES]],
-    cos: Float<S>,
-) -> Float<S> {
+fn interpolate_tables<S: Width>(tables: &[&[f32; COSINES]; LANES], cos: Float<S>) -> Float<S> {
     // The factor makes a cosine of 1 lie between the last two entries.
     let at = cos.clamp(0.0, 1.0) * ((COSINES - 1) as f32 * (1.0 - f32::EPSILON));
     let below = at.floor();
@@ -47,6 +44,73 @@ pub(in crate::bsdf) fn interpolate_tables<S: Width>(
     let low = Float::from_fn(s, |i| entry(i, 0));
     let high = Float::from_fn(s, |i| entry(i, 1));
     (at - below).mul_add(high - low, low)
+}
+
+/// The transmittance of a coat from outside in each lane.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::bsdf) struct CoatTables<'s, S: Width> {
+    /// Over the cosine on [0, 1]; with fewer lanes, the first ones count.
+    tables: [&'s [f32; COSINES]; LANES],
+    /// The largest entry of each table.
+    largest: Float<S>,
+}
+
+impl<'s, S: Width> CoatTables<'s, S> {
+    /// The same table in all lanes.
+    #[inline(always)]
+    pub(in crate::bsdf) fn same(s: S, table: &'s [f32; COSINES]) -> Self {
+        CoatTables {
+            tables: [table; LANES],
+            largest: Float::splat(s, table.iter().copied().fold(0.0, f32::max)),
+        }
+    }
+
+    /// The transmittance at the cosine `cos` >= 0.
+    #[inline(always)]
+    pub(in crate::bsdf) fn interpolate(&self, cos: Float<S>) -> Float<S> {
+        interpolate_tables(&self.tables, cos)
+    }
+
+    /// The largest transmittance.
+    #[inline(always)]
+    pub(in crate::bsdf) fn largest(&self) -> Float<S> {
+        self.largest
+    }
+}
+
+/// The tables as a field of a structure in lanes: see [`lanewise`](crate::lanes::lanewise).
+impl<'s> CoatTables<'s, One> {
+    #[inline(always)]
+    pub(in crate::bsdf) fn in_lanes<S: Width>(&self, s: S) -> CoatTables<'s, S> {
+        CoatTables {
+            tables: [self.tables[0]; LANES],
+            largest: self.largest.in_lanes(s),
+        }
+    }
+}
+
+impl<'s> CoatTables<'s, Stored> {
+    #[inline(always)]
+    pub(in crate::bsdf) fn set_lane(&mut self, i: usize, single: CoatTables<'s, One>) {
+        self.tables[i] = single.tables[0];
+        self.largest.set_lane(i, single.largest);
+    }
+
+    #[inline(always)]
+    pub(in crate::bsdf) fn lane(&self, i: usize) -> CoatTables<'s, One> {
+        CoatTables {
+            tables: [self.tables[i]; LANES],
+            largest: self.largest.lane(i),
+        }
+    }
+
+    #[inline(always)]
+    pub(in crate::bsdf) fn in_vectors<S: Sixteen>(&self, s: S) -> CoatTables<'s, S> {
+        CoatTables {
+            tables: self.tables,
+            largest: self.largest.in_vectors(s),
+        }
+    }
 }
 
 impl Coat {
@@ -195,7 +259,6 @@ fn gauss_legendre(n: usize) -> Vec<(f32, f32)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lanes::One;
     use crate::math::{Vec2, Vec3};
 
     #[test]

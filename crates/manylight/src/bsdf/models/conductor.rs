@@ -8,7 +8,7 @@ use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::{ByClass, Response};
 use crate::bsdf::scattering_model::{ModelBound, ScatteringModel};
 use crate::color::Rgb;
-use crate::lanes::{Color, Float, One, Vector, Width};
+use crate::lanes::{Color, Float, One, Vector, Width, lanewise};
 use crate::math::Vec3;
 
 /// Lower bound of the reflectance of rough surfaces where it is estimated at the surface normal: facets reflect at other angles.
@@ -96,16 +96,64 @@ impl<S: Width> ScatteringModel<S> for RoughConductor<S> {
     }
 }
 
+impl<S: Width> RoughConductor<S> {
+    /// The lobe times `weight`, if it is in `lobes`, for a local `wo` above the surface.
+    #[inline(always)]
+    pub(in crate::bsdf) fn with_wo(
+        &self,
+        wo: Vector<S>,
+        lobes: Classes<S>,
+        weight: Float<S>,
+    ) -> RoughConductorToWo<S> {
+        let factor = self.tint * (self.facets.seen(wo) * weight);
+        RoughConductorToWo {
+            facets: self.facets,
+            fresnel: self.fresnel,
+            factor: factor.within(lobes.has(self.facets.class())),
+        }
+    }
+}
+
+/// [`RoughConductor`] with a fixed `wo`.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::bsdf) struct RoughConductorToWo<S: Width> {
+    facets: Microfacets<S>,
+    fresnel: ConductorFresnel<S>,
+    /// The factor of `F D G1(wi)`: tint and [`Microfacets::seen`].
+    factor: Color<S>,
+}
+
+lanewise!(RoughConductorToWo {
+    facets,
+    fresnel,
+    factor
+});
+
+impl<S: Width> RoughConductorToWo<S> {
+    /// `f cosθ_i` for local directions.
+    #[inline(always)]
+    pub(in crate::bsdf) fn f_cos_wi(&self, wi: Vector<S>, wo: Vector<S>) -> Color<S> {
+        let at = self.facets.reflection(wi, wo);
+        self.factor * self.fresnel.reflectance(at.cos) * at.density
+    }
+}
+
+impl RoughConductorToWo<One> {
+    /// Upper bound of all channels of [`RoughConductorToWo::f_cos_wi`] over a cone of `wi`.
+    #[inline(always)]
+    pub(in crate::bsdf) fn bound(&self, incident: &IncidentCone, wo: Vec3) -> f32 {
+        let at = self.facets.reflection_bound(incident, wo);
+        (Rgb::from(self.factor) * self.fresnel.bound(at.cosines)).max_channel() * at.density
+    }
+}
+
 impl ModelBound for RoughConductor<One> {
     #[inline]
     fn bound(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
-        let [_, cos] = incident.cosines();
-        if !lobes.has(self.lobes().get()) || wo.z <= 0.0 || cos <= 0.0 {
+        if wo.z <= 0.0 {
             return 0.0;
         }
-        let halves = incident.halves(wo);
-        let f = (self.fresnel.bound(halves.cosines) * Rgb::from(self.tint)).max_channel();
-        let seen = self.facets.seen(wo.into()).get();
-        f * self.facets.projected_bound(halves.highest, incident) * seen
+        self.with_wo(wo.into(), lobes.into(), 1.0.into())
+            .bound(incident, wo)
     }
 }

@@ -5,7 +5,9 @@ use crate::bsdf::lobes::{Classes, Lobes};
 use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::{ByClass, Response};
 use crate::bsdf::scattering_model::{ModelBound, ScatteringModel};
-use crate::lanes::{Color, Float, One, Vector, Width, cosine_hemisphere, cosine_hemisphere_pdf};
+use crate::lanes::{
+    Color, Float, One, Vector, Width, cosine_hemisphere, cosine_hemisphere_pdf, lanewise,
+};
 use crate::math::Vec3;
 use std::f32::consts::FRAC_1_PI;
 
@@ -53,16 +55,46 @@ impl<S: Width> ScatteringModel<S> for Diffuse<S> {
     }
 }
 
+impl<S: Width> Diffuse<S> {
+    /// The `DIFFUSE` lobe times `weight`, if it is in `lobes`, for any `wo` above the surface.
+    #[inline(always)]
+    pub(in crate::bsdf) fn with_wo(&self, lobes: Classes<S>, weight: Float<S>) -> DiffuseToWo<S> {
+        DiffuseToWo {
+            f: (self.reflectance * (weight * FRAC_1_PI)).within(lobes.diffuse),
+        }
+    }
+}
+
+/// [`Diffuse`] with a fixed `wo`.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::bsdf) struct DiffuseToWo<S: Width> {
+    f: Color<S>,
+}
+
+lanewise!(DiffuseToWo { f });
+
+impl<S: Width> DiffuseToWo<S> {
+    /// `f cosθ_i` at the cosine `cos` of `wi`.
+    #[inline(always)]
+    pub(in crate::bsdf) fn f_cos_wi(&self, cos: Float<S>) -> Color<S> {
+        self.f * cos.max(0.0)
+    }
+}
+
+impl DiffuseToWo<One> {
+    /// Upper bound of all channels of [`DiffuseToWo::f_cos_wi`] over a cone of `wi`.
+    #[inline(always)]
+    pub(in crate::bsdf) fn bound(&self, incident: &IncidentCone) -> f32 {
+        self.f.max_channel().get() * incident.projection_above()
+    }
+}
+
 impl ModelBound for Diffuse<One> {
     #[inline]
     fn bound(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
-        if !lobes.has(Lobes::DIFFUSE) || wo.z <= 0.0 {
+        if wo.z <= 0.0 {
             return 0.0;
         }
-        let [_, cos] = incident.cosines();
-        if cos <= 0.0 {
-            return 0.0;
-        }
-        self.reflectance.max_channel().get() * incident.projection(cos) * FRAC_1_PI
+        self.with_wo(lobes.into(), 1.0.into()).bound(incident)
     }
 }

@@ -1,7 +1,7 @@
 //! Fresnel's equations for dielectrics and conductors, and reflectance averaged over diffuse light (the fits of Mitsuba 3).
 
 use crate::color::Rgb;
-use crate::lanes::{Color, Float, One, Vector, Width};
+use crate::lanes::{Color, Float, One, Vector, Width, lanewise};
 
 /// Reflection and refraction of unpolarised light at a dielectric interface.
 #[derive(Clone, Copy, Debug)]
@@ -124,15 +124,6 @@ impl<S: Width> ConductorFresnel<S> {
         }
     }
 
-    /// From `η² - k²` and `4 η² k²`.
-    #[inline(always)]
-    pub(in crate::bsdf) fn from_terms([difference, product]: [Color<S>; 2]) -> Self {
-        ConductorFresnel {
-            difference,
-            product,
-        }
-    }
-
     /// Reflectance of unpolarised light at the cosine `cos` >= 0.
     #[inline(always)]
     pub(in crate::bsdf) fn reflectance(&self, cos: Float<S>) -> Color<S> {
@@ -145,13 +136,12 @@ impl<S: Width> ConductorFresnel<S> {
     }
 }
 
-impl ConductorFresnel<One> {
-    /// `η² - k²` and `4 η² k²`.
-    #[inline]
-    pub(in crate::bsdf) fn terms(&self) -> [Rgb; 2] {
-        [self.difference.into(), self.product.into()]
-    }
+lanewise!(ConductorFresnel {
+    difference,
+    product
+});
 
+impl ConductorFresnel<One> {
     /// Upper bound of the reflectance for cosines between the two given ones: it has at most one minimum, so it is largest at an end.
     #[inline(always)]
     pub(in crate::bsdf) fn bound(&self, cosines: [f32; 2]) -> Rgb {

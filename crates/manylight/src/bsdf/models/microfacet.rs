@@ -7,9 +7,9 @@
 use crate::bsdf::incident_cone::IncidentCone;
 use crate::bsdf::lobes::Classes;
 use crate::bsdf::material::Distribution;
-use crate::lanes::{Float, One, Pair, Vector, Width, disc};
-use crate::math::Vec2;
+use crate::lanes::{Float, One, Pair, Vector, Width, disc, lanewise};
 use crate::math::float::exp;
+use crate::math::{Vec2, Vec3};
 use std::f32::consts::{FRAC_1_PI, FRAC_2_PI, PI};
 
 /// Smallest roughness alpha that single precision can represent.
@@ -37,20 +37,6 @@ impl<S: Width> Microfacets<S> {
             distribution,
             alpha,
             inv_alpha: Pair::new(alpha.x.recip(), alpha.y.recip()),
-        }
-    }
-
-    /// From the roughness alpha along both axes, and its inverse.
-    #[inline(always)]
-    pub(in crate::bsdf) fn from_roughness(
-        distribution: Distribution,
-        alpha: Pair<S>,
-        inv_alpha: Pair<S>,
-    ) -> Self {
-        Microfacets {
-            distribution,
-            alpha,
-            inv_alpha,
         }
     }
 
@@ -132,6 +118,20 @@ impl<S: Width> Microfacets<S> {
         }
     }
 
+    /// The facets that reflect light from `wi` to `wo`; `wo` is above the surface.
+    #[inline(always)]
+    pub(in crate::bsdf) fn reflection(&self, wi: Vector<S>, wo: Vector<S>) -> FacetReflection<S> {
+        let half = wi + wo;
+        let density = self.visible_density(wi, half);
+        // For light from below, the half vector may be zero.
+        let lit = wi.z.gt(0.0);
+        FacetReflection {
+            density: lit.select(density, 0.0),
+            // |wi + wo| = 2 wo·m for unit vectors.
+            cos: lit.select(0.5 * half.length(), 1.0),
+        }
+    }
+
     /// Density per solid angle of the direction reflected at a facet from [`Microfacets::sample`]: its density over the Jacobian
     /// `4 |v·m|`, which is `D(m) G1(v) / (4 cosθ_v)`.
     #[inline(always)]
@@ -159,18 +159,45 @@ impl<S: Width> Microfacets<S> {
     }
 }
 
-/// Upper bounds, and access to the parameters.
+lanewise!(Microfacets { alpha, inv_alpha; distribution });
+
+/// The microfacets with the half vector of two directions as normal `m`.
+pub(in crate::bsdf) struct FacetReflection<S: Width> {
+    /// `D(m) G1(wi)`; 0 for light from below.
+    pub(in crate::bsdf) density: Float<S>,
+    /// Cosine between `m` and the directions; 1 for light from below.
+    pub(in crate::bsdf) cos: Float<S>,
+}
+
+/// Bounds of [`FacetReflection`] over a cone of directions.
+pub(in crate::bsdf) struct FacetBound {
+    /// Upper bound of the density.
+    pub(in crate::bsdf) density: f32,
+    /// Smallest and largest cosine.
+    pub(in crate::bsdf) cosines: [f32; 2],
+}
+
+/// Upper bounds.
 impl Microfacets<One> {
-    /// Roughness alpha along both axes, and its inverse.
+    /// Bounds of [`Microfacets::reflection`] over a cone of `wi`.
     #[inline(always)]
-    pub(in crate::bsdf) fn roughness(&self) -> [Vec2; 2] {
-        [self.alpha, self.inv_alpha].map(|pair| Vec2::new(pair.x.get(), pair.y.get()))
+    pub(in crate::bsdf) fn reflection_bound(
+        &self,
+        incident: &IncidentCone,
+        wo: Vec3,
+    ) -> FacetBound {
+        let halves = incident.halves(wo);
+        FacetBound {
+            density: self.projected_bound(halves.highest, incident),
+            cosines: halves.cosines,
+        }
     }
 
     /// Upper bound of [`Microfacets::visible_density`] for facet normals with cosines up to `highest` and directions with cosines up to `cos`.
     #[inline(always)]
     pub(in crate::bsdf) fn visible_bound(&self, highest: f32, cos: f32) -> f32 {
-        let [alpha, inv_alpha] = self.roughness();
+        let [alpha, inv_alpha] =
+            [self.alpha, self.inv_alpha].map(|pair| Vec2::new(pair.x.get(), pair.y.get()));
         let scale = inv_alpha.x * inv_alpha.y * FRAC_1_PI;
         // With the larger roughness along both axes.
         let alpha2 = (alpha.x * alpha.x).max(alpha.y * alpha.y);
@@ -316,7 +343,6 @@ const TAIL: [f32; 9] = [
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::Vec3;
     use crate::sampling::warp;
 
     #[test]

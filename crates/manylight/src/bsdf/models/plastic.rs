@@ -1,6 +1,6 @@
 //! A dielectric coat over a Lambertian base, with all interreflections between the two.
 
-use super::coat::{COSINES, Coat, interpolate};
+use super::coat::{COSINES, Coat, CoatTables, interpolate};
 use super::fresnel::{self, reflect};
 use super::microfacet::Microfacets;
 use crate::bsdf::incident_cone::IncidentCone;
@@ -8,7 +8,9 @@ use crate::bsdf::lobes::{Classes, Lobes};
 use crate::bsdf::model_sample::{ModelSample, Numbers};
 use crate::bsdf::response::{ByClass, Response};
 use crate::bsdf::scattering_model::{ModelBound, ScatteringModel};
-use crate::lanes::{Color, Float, One, Vector, Width, cosine_hemisphere, cosine_hemisphere_pdf};
+use crate::lanes::{
+    Color, Float, One, Vector, Width, cosine_hemisphere, cosine_hemisphere_pdf, lanewise,
+};
 use crate::math::Vec3;
 use std::f32::consts::FRAC_1_PI;
 
@@ -101,12 +103,6 @@ impl<S: Width> Plastic<S> {
         }
     }
 
-    /// Albedo of the base under the coat, without the transmittances of entry and exit.
-    #[inline(always)]
-    pub(in crate::bsdf) fn base(&self) -> Color<S> {
-        self.layers.base
-    }
-
     #[inline(always)]
     fn coat_class(&self, s: S) -> Classes<S> {
         Classes::splat(s, Lobes::DELTA)
@@ -176,17 +172,70 @@ impl<S: Width> ScatteringModel<S> for Plastic<S> {
     }
 }
 
+impl<S: Width> Plastic<S> {
+    /// The base times `weight`, if it is in `lobes`, for a local `wo` above the surface. The reflection at the coat is a
+    /// delta lobe.
+    #[inline(always)]
+    pub(in crate::bsdf) fn with_wo(
+        &self,
+        wo: Vector<S>,
+        lobes: Classes<S>,
+        weight: Float<S>,
+    ) -> PlasticToWo<S> {
+        let exit = fresnel::coat_transmittance(wo.z, self.eta);
+        let base = self.layers.base * (exit * weight * FRAC_1_PI);
+        PlasticToWo {
+            eta: wo.z.same(self.eta),
+            inv_eta: wo.z.same(self.eta.recip()),
+            base: base.within(lobes.diffuse),
+        }
+    }
+}
+
+/// The base of [`Plastic`] with a fixed `wo`.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::bsdf) struct PlasticToWo<S: Width> {
+    eta: Float<S>,
+    inv_eta: Float<S>,
+    /// The factor of the transmittance of entry and of the cosine.
+    base: Color<S>,
+}
+
+lanewise!(PlasticToWo { eta, inv_eta, base });
+
+impl<S: Width> PlasticToWo<S> {
+    /// `f cosθ_i` at the cosine `cos` of `wi`.
+    #[inline(always)]
+    pub(in crate::bsdf) fn f_cos_wi(&self, cos: Float<S>) -> Color<S> {
+        let cos = cos.max(0.0);
+        self.base * (self.enters(cos) * cos)
+    }
+
+    /// Transmittance of entry at the cosine `cos` >= 0.
+    #[inline(always)]
+    fn enters(&self, cos: Float<S>) -> Float<S> {
+        1.0 - fresnel::coat_reflectance(cos, self.eta, self.inv_eta)
+    }
+}
+
+impl PlasticToWo<One> {
+    /// Upper bound of all channels of [`PlasticToWo::f_cos_wi`] over a cone of `wi`.
+    #[inline(always)]
+    pub(in crate::bsdf) fn bound(&self, incident: &IncidentCone) -> f32 {
+        let [_, cos] = incident.cosines();
+        let enters = self.enters(cos.max(0.0).into()).get();
+        self.base.max_channel().get() * (enters * incident.projection_above())
+    }
+}
+
 impl ModelBound for Plastic<One> {
     #[inline]
     fn bound(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
-        let [_, cos] = incident.cosines();
-        if !lobes.has(Lobes::DIFFUSE) || wo.z <= 0.0 || cos <= 0.0 {
+        if wo.z <= 0.0 {
             return 0.0;
         }
-        let [enters, leaves] =
-            [cos, wo.z].map(|cos| fresnel::coat_transmittance::<One>(cos.into(), self.eta).get());
-        let projection = incident.projection(cos);
-        self.layers.base.max_channel().get() * (enters * leaves * projection * FRAC_1_PI)
+        self.with_wo(wo.into(), lobes.into(), 1.0.into())
+            .bound(incident)
     }
 }
 
@@ -215,18 +264,6 @@ impl<'s, S: Width> RoughPlastic<'s, S> {
             transmittance: &coat.transmittance,
             layers: Layers::new(eta, reflectance, tint, coat.internal_reflectance, shift),
         }
-    }
-
-    /// Albedo of the base under the coat, without the transmittances of entry and exit.
-    #[inline(always)]
-    pub(in crate::bsdf) fn base(&self) -> Color<S> {
-        self.layers.base
-    }
-
-    /// Factor of the reflection at the coat.
-    #[inline(always)]
-    pub(in crate::bsdf) fn tint(&self) -> Color<S> {
-        self.layers.tint
     }
 
     /// Probability of sampling the coat, for its transmittance in the given direction.
@@ -310,35 +347,75 @@ impl<S: Width> ScatteringModel<S> for RoughPlastic<'_, S> {
     }
 }
 
-impl RoughPlastic<'_, One> {
-    /// Largest transmittance of the coat from outside.
-    #[inline]
-    pub(in crate::bsdf) fn max_transmittance(&self) -> f32 {
-        self.transmittance.iter().copied().fold(0.0, f32::max)
+impl<'s, S: Width> RoughPlastic<'s, S> {
+    /// The `lobes` times `weight`, for a local `wo` above the surface.
+    #[inline(always)]
+    pub(in crate::bsdf) fn with_wo(
+        &self,
+        wo: Vector<S>,
+        lobes: Classes<S>,
+        weight: Float<S>,
+    ) -> RoughPlasticToWo<'s, S> {
+        let exit = interpolate(self.transmittance, wo.z);
+        let base = self.layers.base * (exit * weight * FRAC_1_PI);
+        let specular = self.layers.tint * (self.facets.seen(wo) * weight);
+        RoughPlasticToWo {
+            facets: self.facets,
+            eta: wo.z.same(self.eta),
+            inv_eta: wo.z.same(self.eta.recip()),
+            transmittance: CoatTables::same(wo.z.width(), self.transmittance),
+            base: base.within(lobes.diffuse),
+            specular: specular.within(lobes.has(self.facets.class())),
+        }
+    }
+}
+
+/// [`RoughPlastic`] with a fixed `wo`.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::bsdf) struct RoughPlasticToWo<'s, S: Width> {
+    facets: Microfacets<S>,
+    eta: Float<S>,
+    inv_eta: Float<S>,
+    /// Transmittance of entry.
+    transmittance: CoatTables<'s, S>,
+    /// The factor of the transmittance of entry and of the cosine.
+    base: Color<S>,
+    /// The factor of `F D G1(wi)`.
+    specular: Color<S>,
+}
+
+lanewise!(RoughPlasticToWo<'s> { facets, eta, inv_eta, transmittance, base, specular });
+
+impl<S: Width> RoughPlasticToWo<'_, S> {
+    /// `f cosθ_i` for local directions.
+    #[inline(always)]
+    pub(in crate::bsdf) fn f_cos_wi(&self, wi: Vector<S>, wo: Vector<S>) -> Color<S> {
+        let cos = wi.z.max(0.0);
+        let enters = self.transmittance.interpolate(cos);
+        let at = self.facets.reflection(wi, wo);
+        let f = fresnel::coat_reflectance(at.cos, self.eta, self.inv_eta);
+        self.base * (enters * cos) + self.specular * (f * at.density)
+    }
+}
+
+impl RoughPlasticToWo<'_, One> {
+    /// Upper bound of all channels of [`RoughPlasticToWo::f_cos_wi`] over a cone of `wi`.
+    #[inline(always)]
+    pub(in crate::bsdf) fn bound(&self, incident: &IncidentCone, wo: Vec3) -> f32 {
+        let at = self.facets.reflection_bound(incident, wo);
+        let f = fresnel::coat_reflectance(at.cosines[0].into(), self.eta, self.inv_eta).get();
+        let enters = self.transmittance.largest().get();
+        self.base.max_channel().get() * enters * incident.projection_above()
+            + self.specular.max_channel().get() * (f * at.density)
     }
 }
 
 impl ModelBound for RoughPlastic<'_, One> {
     fn bound(&self, incident: &IncidentCone, wo: Vec3, lobes: Lobes) -> f32 {
-        let [_, cos] = incident.cosines();
-        if wo.z <= 0.0 || cos <= 0.0 {
+        if wo.z <= 0.0 {
             return 0.0;
         }
-        let mut bound = 0.0;
-        if lobes.has(self.facets.class().get()) {
-            let halves = incident.halves(wo);
-            let cos: Float<One> = halves.cosines[0].into();
-            let f = fresnel::dielectric(cos, self.eta.into()).reflectance.get();
-            let visible = self.facets.projected_bound(halves.highest, incident);
-            let seen = self.facets.seen(wo.into()).get();
-            bound += self.tint().max_channel().get() * f * visible * seen;
-        }
-        if lobes.has(Lobes::DIFFUSE) {
-            let enters = self.max_transmittance();
-            let leaves = interpolate::<One>(self.transmittance, wo.z.into()).get();
-            let projection = incident.projection(cos);
-            bound += self.base().max_channel().get() * (enters * leaves * projection * FRAC_1_PI);
-        }
-        bound
+        self.with_wo(wo.into(), lobes.into(), 1.0.into())
+            .bound(incident, wo)
     }
 }

@@ -1,8 +1,8 @@
 //! Evaluation in lanes against evaluation of single functions.
 
 use super::*;
-use crate::bsdf::{FixedWoLanes, LaneModel};
-use crate::lanes::{LANES, LaneMask, Lanes, Lanes3};
+use crate::bsdf::{FixedWo, FixedWoLanes, LaneModel};
+use crate::lanes::{LANES, LaneMask, Lanes, Lanes3, Mask};
 use crate::math::Spread;
 use crate::simd::{Instructions, Isa, Simd, SimdKernel};
 
@@ -13,8 +13,10 @@ impl SimdKernel for InLanes<'_> {
     type Output = Lanes3;
 
     #[inline(always)]
-    fn run<S: Simd>(self, s: S) -> Lanes3 {
-        self.0.f_cos_wi(s.wide(), self.1, LaneMask::MAX)
+    fn run<I: Simd>(self, isa: I) -> Lanes3 {
+        let s = isa.wide();
+        let values = self.0.f_cos_wi(self.1.vectors(s), Mask::splat(s, true));
+        Lanes3::of_colors(values)
     }
 }
 
@@ -57,7 +59,7 @@ fn lanes_have_the_values_of_single_functions() {
                 let directions: Vec<Vec3> = (0..count).map(|_| direction(&mut sampler)).collect();
                 let mut incident = Lanes3::ZERO;
                 (0..LANES).for_each(|i| incident.set(i, direction(&mut sampler)));
-                for model in [bsdf.lane_model(), LaneModel::Any] {
+                for model in [LaneModel::of(&bsdf), LaneModel::Any] {
                     let lanes = FixedWoLanes::new(
                         model,
                         Lobes::NON_SPECULAR,
@@ -66,9 +68,8 @@ fn lanes_have_the_values_of_single_functions() {
                     for isa in Instructions::available().into_iter().filter_map(Isa::new) {
                         let values = isa.run(InLanes(&lanes, &incident));
                         for (i, &wo) in directions.iter().enumerate() {
-                            let single = bsdf
-                                .with_wo(wo, Lobes::NON_SPECULAR)
-                                .f_cos_wi(incident.vec(i));
+                            let single = FixedWo::new(&bsdf, wo, Lobes::NON_SPECULAR);
+                            let single = single.f_cos_wi(incident.vec(i));
                             assert_same(values.rgb(i), single, case.name);
                         }
                         for i in count..LANES {
@@ -88,8 +89,8 @@ impl SimdKernel for BoundsInLanes<'_> {
     type Output = Lanes;
 
     #[inline(always)]
-    fn run<S: Simd>(self, s: S) -> Lanes {
-        self.0.bounds(s.wide(), self.1, self.2, LaneMask::MAX)
+    fn run<I: Simd>(self, isa: I) -> Lanes {
+        (self.0).bounds(isa.wide(), self.1, self.2, LaneMask::MAX)
     }
 }
 
@@ -104,7 +105,7 @@ fn bounds_in_lanes_are_those_of_single_functions() {
                 std::array::from_fn(|_| cone_with_direction(&mut sampler));
             let lobes = Lobes::NON_SPECULAR;
             let lanes = FixedWoLanes::new(
-                bsdf.lane_model(),
+                LaneModel::of(&bsdf),
                 lobes,
                 directions.iter().map(|&wo| (&bsdf, wo)),
             );

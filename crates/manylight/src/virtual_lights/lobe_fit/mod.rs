@@ -14,11 +14,10 @@ mod tests;
 use super::reflection::{EmissionDomain, Reflection, scatter_all};
 use super::von_mises_fisher::{VmfLobe, part_below, solid_angle};
 use crate::color::Rgb;
-use crate::lanes::vectors::{add3, dot, luminance, scale3, splat3, sub3};
-use crate::lanes::{LANES, Lanes3, exp};
+use crate::lanes::{Color, Float, LANES, Lanes3, Sixteen, Vector};
 use crate::math::Vec3;
 use crate::sampling::rng::Pcg;
-use crate::simd::{Isa, Simd, SimdKernel, Sixteen};
+use crate::simd::{Isa, Simd, SimdKernel};
 
 /// Largest number of lobes of a mixture.
 pub(super) const MAX_LOBES: usize = 8;
@@ -255,64 +254,54 @@ impl SimdKernel for ResponsibilitySums<'_> {
     type Output = [[f32; 6]; MAX_LOBES];
 
     #[inline(always)]
-    fn run<S: Simd>(self, s: S) -> Self::Output {
-        responsibility_sums(s.wide(), self.samples, self.components)
+    fn run<I: Simd>(self, isa: I) -> Self::Output {
+        responsibility_sums(isa.wide(), self.samples, self.components)
     }
 }
 
 #[inline(always)]
-fn responsibility_sums<W: Sixteen>(
-    s: W,
+fn responsibility_sums<S: Sixteen>(
+    s: S,
     samples: &[[Lanes3; 2]],
     components: &[Component],
 ) -> [[f32; 6]; MAX_LOBES] {
-    let zero = s.splat(0.0);
-    let mut sums = [[zero; 6]; MAX_LOBES];
+    let zero = Float::splat(s, 0.0);
+    let mut directions = [Vector::new(zero, zero, zero); MAX_LOBES];
+    let mut fluxes = [Color::black(s); MAX_LOBES];
     let mut densities = [zero; MAX_LOBES];
     for [w, flux] in samples {
-        let (w, flux) = (w.load(s), flux.load(s));
+        let (w, flux) = (w.vectors(s), flux.colors(s));
         // Positive, for samples far from all lobes.
-        let mut all = s.splat(f32::MIN_POSITIVE);
+        let mut all = Float::splat(s, f32::MIN_POSITIVE);
         for (density, lobe) in densities.iter_mut().zip(components) {
-            let apart = sub3(s, w, splat3(s, lobe.axis));
-            let exponent = s.mul(dot(s, apart, apart), s.splat(-0.5 * lobe.kappa));
+            let apart = w - Vector::splat(s, lobe.axis);
+            let exponent = apart.length_squared() * (-0.5 * lobe.kappa);
             let front = lobe.weight.max(MIN_WEIGHT) / solid_angle(f64::from(lobe.kappa)) as f32;
-            *density = s.mul(
-                s.splat(front),
-                exp(s, s.max(exponent, s.splat(LOWEST_EXPONENT))),
-            );
-            all = s.add(all, *density);
+            *density = front * exponent.max(LOWEST_EXPONENT).exp();
+            all += *density;
         }
-        let scale = s.div(s.splat(1.0), all);
-        let weight = luminance(s, flux);
-        for ((sum, &density), _) in sums.iter_mut().zip(&densities).zip(components) {
-            let responsibility = s.mul(density, scale);
-            let direction = add3(
-                s,
-                [sum[0], sum[1], sum[2]],
-                scale3(s, w, s.mul(weight, responsibility)),
-            );
-            let color = add3(s, [sum[3], sum[4], sum[5]], scale3(s, flux, responsibility));
-            *sum = [
-                direction[0],
-                direction[1],
-                direction[2],
-                color[0],
-                color[1],
-                color[2],
-            ];
+        let scale = all.recip();
+        let weight = flux.weighted_sum(Rgb::LUMINANCE);
+        for k in 0..components.len().min(MAX_LOBES) {
+            let responsibility = densities[k] * scale;
+            directions[k] = directions[k] + w * (weight * responsibility);
+            fluxes[k] += flux * responsibility;
         }
     }
-    let mut out = [[0.0; 6]; MAX_LOBES];
-    for (out, sums) in out.iter_mut().zip(sums) {
-        for (out, sum) in out.iter_mut().zip(sums) {
-            *out = total(s, sum);
+    let mut sums = [[0.0; 6]; MAX_LOBES];
+    for k in 0..MAX_LOBES {
+        let (direction, flux) = (directions[k], fluxes[k]);
+        let numbers = [
+            direction.x,
+            direction.y,
+            direction.z,
+            flux.r,
+            flux.g,
+            flux.b,
+        ];
+        for (sum, lanes) in sums[k].iter_mut().zip(numbers) {
+            *sum = lanes.store().iter().sum();
         }
     }
-    out
-}
-
-#[inline(always)]
-fn total<W: Sixteen>(s: W, sum: W::F) -> f32 {
-    s.store(sum).iter().sum()
+    sums
 }

@@ -14,7 +14,7 @@ fn hold_bounds(set: &VirtualLights, count: u32) -> f64 {
     for cluster in ids.chunks(5) {
         let mut bound = IntensityBound::NONE;
         for &id in cluster {
-            bound.add(&set.intensity_bound(id));
+            bound.add(&IntensityBound::of(set, id));
         }
         for _ in 0..count {
             let axis = warp::sphere(Vec2::new(rng.next_f32(), rng.next_f32()));

@@ -1,13 +1,10 @@
-//! Reflection on the front of the principled model, without branches, so that loops over it are vectorized.
+//! Reflection on the front of the principled model, without branches.
 
 use super::terms::{ggx_masking, gtr1, schlick_weight};
 use crate::bsdf::incident_cone::IncidentCone;
 use crate::bsdf::models::fresnel;
 use crate::bsdf::models::microfacet::Microfacets;
-use crate::color::Rgb;
-use crate::lanes::{
-    Color, Float, LANES, Lanes, Lanes3, Mask, One, Sixteen, Vector, Width, broadcast,
-};
+use crate::lanes::{Color, Float, Mask, One, Vector, Width, lanewise};
 use crate::math::Vec3;
 
 /// Roughness alpha of the masking of the clear coat (Burley 2012).
@@ -181,6 +178,95 @@ impl<S: Width> PrincipledFront<S> {
     }
 }
 
+lanewise!(PrincipledFront {
+    eta,
+    inv_eta,
+    plain,
+    schlick,
+    schlick_r0,
+    base,
+    sheen,
+    roughness,
+    flatness,
+    layered,
+    clearcoat,
+    clearcoat_excess,
+    clearcoat_norm,
+});
+
+impl<S: Width> PrincipledFront<S> {
+    /// The front with all its light times `weight`.
+    #[inline(always)]
+    fn weighted(self, weight: Float<S>) -> Self {
+        PrincipledFront {
+            plain: self.plain * weight,
+            schlick: self.schlick * weight,
+            schlick_r0: self.schlick_r0 * weight,
+            base: self.base * weight,
+            sheen: self.sheen * weight,
+            clearcoat: self.clearcoat * weight,
+            ..self
+        }
+    }
+
+    /// The front times `weight`, with the `facets` of its main interface, for a local `wo` above the surface.
+    #[inline(always)]
+    pub(super) fn with_wo(
+        self,
+        facets: Microfacets<S>,
+        wo: Vector<S>,
+        weight: Float<S>,
+    ) -> PrincipledToWo<S> {
+        PrincipledToWo {
+            front: self.weighted(weight),
+            facets,
+            seen: facets.seen(wo),
+        }
+    }
+}
+
+/// [`PrincipledFront`] with a fixed `wo`.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::bsdf) struct PrincipledToWo<S: Width> {
+    front: PrincipledFront<S>,
+    facets: Microfacets<S>,
+    /// [`Microfacets::seen`].
+    seen: Float<S>,
+}
+
+lanewise!(PrincipledToWo {
+    front,
+    facets,
+    seen
+});
+
+impl<S: Width> PrincipledToWo<S> {
+    /// [`PrincipledFront::has_extras`].
+    #[inline(always)]
+    pub(in crate::bsdf) fn has_extras(&self) -> Mask<S> {
+        self.front.has_extras()
+    }
+
+    /// `f cosθ_i` for local directions. `EXTRAS` is [`PrincipledToWo::has_extras`].
+    #[inline(always)]
+    pub(in crate::bsdf) fn f_cos_wi<const EXTRAS: bool>(
+        &self,
+        wi: Vector<S>,
+        wo: Vector<S>,
+    ) -> Color<S> {
+        let values = self.front.eval::<EXTRAS>(&self.facets, wi, wo, self.seen);
+        values.within(wi.z.gt(0.0))
+    }
+}
+
+impl PrincipledToWo<One> {
+    /// Upper bound of all channels of [`PrincipledToWo::f_cos_wi`] over a cone of `wi`.
+    #[inline(always)]
+    pub(in crate::bsdf) fn bound(&self, incident: &IncidentCone, wo: Vec3) -> f32 {
+        (self.front).bound(&self.facets, incident, wo, self.seen.get())
+    }
+}
+
 impl PrincipledFront<One> {
     /// Upper bound of all channels of [`PrincipledFront::eval`] over a cone of `wi`.
     #[inline(always)]
@@ -223,127 +309,6 @@ impl PrincipledFront<One> {
             reflectance * interface + rest
         } else {
             0.0
-        }
-    }
-}
-
-/// Sixteen fronts in SIMD lanes.
-#[derive(Clone, Debug)]
-pub(in crate::bsdf) struct PrincipledFrontLanes {
-    eta: Lanes,
-    inv_eta: Lanes,
-    plain: Lanes,
-    schlick: Lanes,
-    schlick_r0: Lanes3,
-    base: Lanes3,
-    sheen: Lanes3,
-    roughness: Lanes,
-    flatness: Lanes,
-    layered: Lanes,
-    clearcoat: Lanes,
-    clearcoat_excess: Lanes,
-    clearcoat_norm: Lanes,
-    /// Whether [`PrincipledFront::has_extras`] is true in some lane.
-    pub(in crate::bsdf) has_extras: bool,
-}
-
-impl PrincipledFrontLanes {
-    /// Lanes without reflection.
-    pub(in crate::bsdf) fn black() -> Self {
-        PrincipledFrontLanes {
-            eta: [1.5; LANES],
-            inv_eta: [1.5f32.recip(); LANES],
-            plain: [0.0; LANES],
-            schlick: [0.0; LANES],
-            schlick_r0: Lanes3::ZERO,
-            base: Lanes3::ZERO,
-            sheen: Lanes3::ZERO,
-            roughness: [1.0; LANES],
-            flatness: [0.0; LANES],
-            layered: [0.0; LANES],
-            clearcoat: [0.0; LANES],
-            clearcoat_excess: [0.0; LANES],
-            clearcoat_norm: [1.0; LANES],
-            has_extras: false,
-        }
-    }
-
-    /// Sets lane `i`.
-    pub(in crate::bsdf) fn set(&mut self, i: usize, front: &PrincipledFront<One>, weight: f32) {
-        self.eta[i] = front.eta.get();
-        self.inv_eta[i] = front.inv_eta.get();
-        self.plain[i] = front.plain.get() * weight;
-        self.schlick[i] = front.schlick.get() * weight;
-        self.schlick_r0.set(i, Rgb::from(front.schlick_r0 * weight));
-        self.base.set(i, Rgb::from(front.base * weight));
-        self.sheen.set(i, Rgb::from(front.sheen * weight));
-        self.roughness[i] = front.roughness.get();
-        self.flatness[i] = front.flatness.get();
-        self.layered[i] = front.layered.get();
-        self.clearcoat[i] = front.clearcoat.get() * weight;
-        self.clearcoat_excess[i] = front.clearcoat_excess.get();
-        self.clearcoat_norm[i] = front.clearcoat_norm.get();
-        self.has_extras |= front.has_extras().any();
-    }
-
-    /// Copies lane 0 to all lanes.
-    pub(in crate::bsdf) fn broadcast(&mut self) {
-        for numbers in [
-            &mut self.eta,
-            &mut self.inv_eta,
-            &mut self.plain,
-            &mut self.schlick,
-            &mut self.roughness,
-            &mut self.flatness,
-            &mut self.layered,
-            &mut self.clearcoat,
-            &mut self.clearcoat_excess,
-            &mut self.clearcoat_norm,
-        ] {
-            broadcast(numbers);
-        }
-        for colors in [&mut self.schlick_r0, &mut self.base, &mut self.sheen] {
-            colors.broadcast();
-        }
-    }
-
-    /// All lanes.
-    #[inline(always)]
-    pub(in crate::bsdf) fn load<W: Sixteen>(&self, s: W) -> PrincipledFront<W> {
-        PrincipledFront {
-            eta: Float::load(s, &self.eta),
-            inv_eta: Float::load(s, &self.inv_eta),
-            plain: Float::load(s, &self.plain),
-            schlick: Float::load(s, &self.schlick),
-            schlick_r0: self.schlick_r0.colors(s),
-            base: self.base.colors(s),
-            sheen: self.sheen.colors(s),
-            roughness: Float::load(s, &self.roughness),
-            flatness: Float::load(s, &self.flatness),
-            layered: Float::load(s, &self.layered),
-            clearcoat: Float::load(s, &self.clearcoat),
-            clearcoat_excess: Float::load(s, &self.clearcoat_excess),
-            clearcoat_norm: Float::load(s, &self.clearcoat_norm),
-        }
-    }
-
-    /// Lane `i`.
-    #[inline(always)]
-    pub(in crate::bsdf) fn lane(&self, i: usize) -> PrincipledFront<One> {
-        PrincipledFront {
-            eta: self.eta[i].into(),
-            inv_eta: self.inv_eta[i].into(),
-            plain: self.plain[i].into(),
-            schlick: self.schlick[i].into(),
-            schlick_r0: self.schlick_r0.rgb(i).into(),
-            base: self.base.rgb(i).into(),
-            sheen: self.sheen.rgb(i).into(),
-            roughness: self.roughness[i].into(),
-            flatness: self.flatness[i].into(),
-            layered: self.layered[i].into(),
-            clearcoat: self.clearcoat[i].into(),
-            clearcoat_excess: self.clearcoat_excess[i].into(),
-            clearcoat_norm: self.clearcoat_norm[i].into(),
         }
     }
 }

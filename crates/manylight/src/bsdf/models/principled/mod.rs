@@ -8,7 +8,8 @@ mod sampling;
 mod terms;
 mod thin;
 
-pub(in crate::bsdf) use front::{PrincipledFront, PrincipledFrontLanes};
+use front::PrincipledFront;
+pub(in crate::bsdf) use front::PrincipledToWo;
 pub(in crate::bsdf) use thin::{PrincipledThin, PrincipledThinParameters};
 
 use super::dielectric::{HalfVector, interface_bounds};
@@ -199,10 +200,15 @@ impl<S: Width> Principled<S> {
         }
     }
 
-    /// Microfacets of the main interface.
+    /// Reflection by `lobes` times `weight`, for a local `wo` above the surface.
     #[inline(always)]
-    pub(in crate::bsdf) fn facets(&self) -> &Microfacets<S> {
-        &self.facets
+    pub(in crate::bsdf) fn with_wo(
+        &self,
+        wo: Vector<S>,
+        lobes: Classes<S>,
+        weight: Float<S>,
+    ) -> PrincipledToWo<S> {
+        self.front(lobes).with_wo(self.facets, wo, weight)
     }
 
     /// See [`terms::gtr1`].
@@ -293,9 +299,9 @@ impl ModelBound for Principled<One> {
         }
         let mut bound = 0.0;
         if wo.z > 0.0 {
-            let seen = self.facets.seen(wo.into()).get();
-            let front = self.front(lobes.into());
-            bound += front.bound(&self.facets, incident, wo, seen);
+            bound += self
+                .with_wo(wo.into(), lobes.into(), 1.0.into())
+                .bound(incident, wo);
         }
         if self.transmits().any() && lobes.has(self.specular_class().get()) {
             let [reflected, transmitted] = interface_bounds(&self.facets, self.eta, incident, wo);

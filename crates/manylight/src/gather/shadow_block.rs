@@ -3,11 +3,11 @@
 use super::Gathered;
 use super::points::{BATCHES, Batch};
 use crate::geometry::Segment;
-use crate::lanes::{LANES, LaneMask, Lanes3};
+use crate::lanes::{Color, LANES, LaneMask, Lanes3, Mask, Sixteen};
 use crate::math::Vec3;
 use crate::math::bits::transpose;
 use crate::scene::Scene;
-use crate::simd::{Sixteen, set_bits};
+use crate::simd::set_bits;
 
 /// Targets of a block: the bits of a mask.
 const TARGETS: usize = 64;
@@ -63,9 +63,9 @@ impl ShadowBlock {
 
     /// Traces the shadow rays and adds the light that arrives to `gathered`, the sums by slot and batch.
     #[inline(always)]
-    pub(super) fn flush<W: Sixteen>(
+    pub(super) fn flush<S: Sixteen>(
         &mut self,
-        w: W,
+        s: S,
         scene: &Scene,
         batches: &[Batch],
         sums: &mut [Gathered],
@@ -77,23 +77,21 @@ impl ShadowBlock {
         let arriving = self.trace(scene, batches, sums);
         for b in 0..batches.len() {
             let mut slot = self.slots[0];
-            let mut sum = gathered[slot][b].load(w);
+            let mut sum = gathered[slot][b].colors(s);
             let targets = self.values.iter().zip(&self.slots);
             for ((values, &own), arriving) in targets.zip(&arriving) {
                 if own != slot {
-                    gathered[slot][b] = Lanes3::store(w, sum);
+                    gathered[slot][b] = Lanes3::of_colors(sum);
                     slot = own;
-                    sum = gathered[slot][b].load(w);
+                    sum = gathered[slot][b].colors(s);
                 }
                 let lanes = (arriving >> (b * LANES)) as LaneMask;
                 if lanes != 0 {
-                    let lanes = w.mask(u32::from(lanes));
-                    for (sum, value) in sum.iter_mut().zip(values[b].load(w)) {
-                        *sum = w.select(lanes, w.add(*sum, value), *sum);
-                    }
+                    let lanes = Mask::from_bits(s, u32::from(lanes));
+                    sum = Color::select(lanes, sum + values[b].colors(s), sum);
                 }
             }
-            gathered[slot][b] = Lanes3::store(w, sum);
+            gathered[slot][b] = Lanes3::of_colors(sum);
         }
         self.targets.clear();
         self.slots.clear();

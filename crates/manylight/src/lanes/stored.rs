@@ -1,0 +1,54 @@
+//! Sixteen lanes in memory, which are written and read one by one.
+
+use super::vector::{Axes, Color, Pair, Vector};
+use crate::simd::{LANES, Portable};
+
+/// Sixteen lanes as plain arrays. Data of this width is made once, and loaded into the vectors of each instruction set.
+pub(crate) type Stored = Portable<LANES>;
+
+/// Conversions of a structure of numbers in lanes, by fields. `in_lanes` gives a single one to all lanes; `set_lane` and
+/// `lane` write and read one lane of a [`Stored`] one, and `in_vectors` loads it into vectors. Fields after a semicolon
+/// are common to the lanes.
+macro_rules! lanewise {
+    ($name:ident $(<$life:lifetime>)? { $($field:ident),* $(,)? $(; $($common:ident),*)? }) => {
+        #[allow(dead_code, reason = "not all structures need all conversions")]
+        impl $(<$life>)? $name<$($life,)? $crate::lanes::One> {
+            #[inline(always)]
+            pub(crate) fn in_lanes<S: $crate::lanes::Width>(&self, s: S) -> $name<$($life,)? S> {
+                $name { $($field: self.$field.in_lanes(s),)* $($($common: self.$common,)*)? }
+            }
+        }
+
+        #[allow(dead_code, reason = "not all structures need all conversions")]
+        impl $(<$life>)? $name<$($life,)? $crate::lanes::Stored> {
+            #[inline(always)]
+            pub(crate) fn set_lane(
+                &mut self,
+                i: usize,
+                single: $name<$($life,)? $crate::lanes::One>,
+            ) {
+                $(self.$field.set_lane(i, single.$field);)*
+            }
+
+            #[inline(always)]
+            pub(crate) fn lane(&self, i: usize) -> $name<$($life,)? $crate::lanes::One> {
+                $name { $($field: self.$field.lane(i),)* $($($common: self.$common,)*)? }
+            }
+
+            #[inline(always)]
+            pub(crate) fn in_vectors<S: $crate::lanes::Sixteen>(
+                &self,
+                s: S,
+            ) -> $name<$($life,)? S> {
+                $name { $($field: self.$field.in_vectors(s),)* $($($common: self.$common,)*)? }
+            }
+        }
+    };
+}
+
+pub(crate) use lanewise;
+
+lanewise!(Pair { x, y });
+lanewise!(Vector { x, y, z });
+lanewise!(Color { r, g, b });
+lanewise!(Axes { s, t, n });
