@@ -5,7 +5,8 @@
 
 use super::density::DensityReceiver;
 use crate::geometry::{Geometry, Ray};
-use crate::math::Frame;
+use crate::math::{Frame, Vec3};
+use crate::sampling::rng;
 use std::f32::consts::TAU;
 
 /// Number of rays for estimates that the camera sees. More give less noise and take more time; not tuned by a measurement.
@@ -14,15 +15,17 @@ pub const COVERAGE_PROBES: u32 = 16;
 pub const COVERAGE_PROBES_INDIRECT: u32 = 8;
 
 /// Fraction of the disc of the given radius (m) around the receiver that is covered by its surface, weighted by the Epanechnikov kernel; in
-/// (0, 1]. Estimated by `probes` short rays; `turn` in [0, 1) rotates their pattern.
+/// (0, 1]. Estimated by `probes` short rays. A hash of `direction` turns their pattern: directions differ
+/// from pass to pass and do not depend on the unit of length.
 pub fn covered_fraction(
     geometry: &Geometry,
     receiver: DensityReceiver,
     radius: f32,
     probes: u32,
-    turn: f32,
+    direction: Vec3,
 ) -> f32 {
     let DensityReceiver { p, n } = receiver;
+    let turn = rng::unit(rng::key(direction.to_array()));
     let frame = Frame::from_normal(n);
     let height = receiver.slab(radius);
     let is_surface = |i: &u32| {
@@ -47,7 +50,6 @@ pub fn covered_fraction(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::Vec3;
     use crate::testing::scenes::{Builder, diffuse};
 
     #[test]
@@ -63,7 +65,7 @@ mod tests {
                 DensityReceiver { p, n: Vec3::Z },
                 radius,
                 COVERAGE_PROBES,
-                0.3,
+                Vec3::Y,
             )
         };
         assert_eq!(at(0.0, 0.1), 1.0);

@@ -126,16 +126,28 @@ impl DensityReceiver {
     }
 }
 
-/// A particle on a surface.
+/// A photon that arrives on a surface; the values are those of [`Photon`].
 pub trait OnSurface: Located {
     /// Geometric normal on the side from which it arrives, unit.
     fn normal(&self) -> Vec3;
+    /// Unit direction to the previous vertex.
+    fn wi(&self) -> Vec3;
+    /// Number of segments from the emitter.
+    fn depth(&self) -> u32;
 }
 
 impl OnSurface for Photon {
     #[inline]
     fn normal(&self) -> Vec3 {
         self.n
+    }
+    #[inline]
+    fn wi(&self) -> Vec3 {
+        self.wi
+    }
+    #[inline]
+    fn depth(&self) -> u32 {
+        u32::from(self.depth)
     }
 }
 

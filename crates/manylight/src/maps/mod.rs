@@ -1,5 +1,6 @@
 //! Particles found by position: nearest neighbors, density estimates, and the compatibility test of surfaces.
 
+mod arriving;
 pub mod compatible;
 pub mod coverage;
 pub mod density;
@@ -7,6 +8,7 @@ pub mod incident;
 pub mod kd_tree;
 pub mod kernel;
 
+pub use arriving::{ArrivingPhotons, PhotonReceiver};
 pub use compatible::Patch;
 pub use coverage::{COVERAGE_PROBES, COVERAGE_PROBES_INDIRECT, covered_fraction};
 pub use incident::{Incident, IncidentMap};

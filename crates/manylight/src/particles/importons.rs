@@ -3,17 +3,16 @@
 use super::tasks::in_path_order;
 use crate::bsdf::Lobes;
 use crate::ids::MaterialId;
-use crate::lanes::{Color, Width, lane};
+use crate::lanes::{Color, Float, Width, lane};
 use crate::math::{Vec2, Vec3};
 use crate::sampling::{Pass, Stream};
 use crate::scene::{PathLimits, Scene};
 use crate::simd::set_bits;
-use crate::transport::past_emitters;
 use crate::transport::stream::{
     Arrivals, Bits, Generators, PacketShader, Vertices, WalkRow, Walks, follow_all, lanes_where,
     shade_packets, used,
 };
-use crate::transport::walk::Previous;
+use crate::transport::walk::visible_part;
 use std::ops::Range;
 
 /// Importance incident at `p` from a gather point: the weight of a virtual light at `p` in the image.
@@ -79,7 +78,7 @@ impl PathTracer<'_> {
         stored
     }
 
-    /// The paths at the camera. What they keep is their index.
+    /// The paths at the camera. They carry their index.
     fn start(&self, pass: Pass, paths: Range<u32>) -> Walks<u32> {
         let scene = self.scene;
         let size = scene.sensor.desc().film.crop_size.as_vec2();
@@ -88,18 +87,9 @@ impl PathTracer<'_> {
             let mut sampler = pass.sampler(Stream::Importon, u64::from(index));
             let film_position: Vec2 = sampler.next_2d() * size;
             let camera = scene.sensor.ray(film_position, sampler.next_2d());
-            walks.push(WalkRow {
-                ray: match self.limits.hide_emitters {
-                    true => past_emitters(scene, camera.ray),
-                    false => camera.ray,
-                },
-                throughput: [camera.weight * self.path_fraction; 3],
-                eta_squared: 1.0,
-                segments: 0,
-                previous: Previous::start(camera.ray.o),
-                sampler,
-                kept: index,
-            });
+            let (ray, _) = visible_part(scene, self.limits.hide_emitters, camera.ray);
+            let throughput = [camera.weight * self.path_fraction; 3];
+            walks.push(WalkRow::start(ray, throughput, sampler, index));
         }
         walks
     }
@@ -142,7 +132,7 @@ impl Round<'_, '_> {
         let n = v.x.normals_towards(v.w_prev).store();
         let (p, wo) = (v.x.p.store(), v.w_prev.store());
         for i in set_bits(receives) {
-            let path = self.walks.kept[v.index.as_ref()[i] as usize];
+            let path = v.payload(self.walks, i);
             let importon = Importon {
                 p: Vec3::from(lane(&p, i)),
                 n: Vec3::from(lane(&n, i)),
@@ -169,15 +159,10 @@ impl Round<'_, '_> {
         }
         let mut generators = v.generators(s, walks);
         let mut throughput = walks.throughput(s, &v.index);
-        let u_through = generators.next();
-        let mut passes = 0;
-        if let Some((through, factor)) = v.passes(u_through, goes_on) {
-            passes = through;
-            throughput = throughput * factor;
-            let kept = (passes, |i| v.kept(walks, i));
-            v.pass_through(walks, self.next, throughput, &generators, kept);
-        }
-        let scatters = lanes_where(goes_on & !passes & !gathered, |i| {
+        let unchanged = |i| v.payload(walks, i);
+        let state = (&mut throughput, &mut generators);
+        let scatters = v.pass_through(walks, self.next, state, goes_on, unchanged);
+        let scatters = lanes_where(scatters & !gathered, |i| {
             v.segments.as_ref()[i] <= MAX_SPECULAR_SEGMENTS
         });
         if scatters != 0 {
@@ -197,18 +182,11 @@ impl Round<'_, '_> {
         let numbers = generators.next_bsdf();
         let sample = v.bsdf.sample_each_wi(v.w_prev, numbers, Lobes::ALL);
         let alive = sample.valid & !sample.weight.is_black();
-        let throughput = (throughput * sample.weight).store();
-        let scattered = v.scattered(&sample);
+        let one = Float::splat(v.w_prev.x.width(), 1.0);
+        let segments = v.next_segments(&sample, throughput * sample.weight, one);
         for i in set_bits(alive.bits() & scatters) {
-            self.next.push(WalkRow {
-                ray: scattered.ray(i),
-                throughput: lane(&throughput, i),
-                eta_squared: 1.0,
-                segments: v.segments.as_ref()[i],
-                previous: scattered.previous(i, None),
-                sampler: generators.get(i),
-                kept: self.walks.kept[v.index.as_ref()[i] as usize],
-            });
+            let path = v.payload(self.walks, i);
+            self.next.push(segments.row(i, generators.get(i), path));
         }
     }
 }

@@ -15,7 +15,6 @@ use crate::transport::stream::{
     Arrivals, Bits, PacketShader, Vertices, WalkRow, Walks, follow_all, follow_photons,
     lanes_where, shade_packets, used,
 };
-use crate::transport::walk::Previous;
 use std::ops::Range;
 
 /// Flux incident at `p` from direction `wi`, already divided by the number of photon paths: for any function `h`
@@ -110,7 +109,7 @@ struct PathTracer<'a, F> {
     segments_added: F,
 }
 
-/// What a photon path keeps.
+/// What a photon path carries.
 #[derive(Clone, Copy, Debug)]
 struct PhotonPath {
     index: u32,
@@ -153,15 +152,9 @@ impl<F: Fn(Lobes, Lobes) -> Option<u32>> PathTracer<'_, F> {
             );
             if let Some(start) = start {
                 let origin = Lobes::NONE;
-                walks.push(WalkRow {
-                    ray: start.ray,
-                    throughput: (start.flux * self.path_fraction).to_array(),
-                    eta_squared: 1.0,
-                    segments: 0,
-                    previous: Previous::start(start.ray.o),
-                    sampler,
-                    kept: PhotonPath { index, origin },
-                });
+                let flux = (start.flux * self.path_fraction).to_array();
+                let path = PhotonPath { index, origin };
+                walks.push(WalkRow::start(start.ray, flux, sampler, path));
             }
         }
         walks
@@ -186,9 +179,9 @@ impl<F: Fn(Lobes, Lobes) -> Option<u32>> PacketShader for Round<'_, '_, F> {
         let used = used(packet.len());
         self.store(s, &v, used);
         let generators = v.generators(s, walks);
-        let kept = |i: usize| Self::path_at(walks, v.index.as_ref()[i]);
+        let path = |i: usize| Self::path_at(walks, v.index.as_ref()[i]);
         let round = (walks, self.tracer.limits);
-        follow_photons(&v, round, used, generators, kept, self.next);
+        follow_photons(&v, round, used, generators, path, self.next);
     }
 }
 
@@ -232,7 +225,7 @@ impl<F: Fn(Lobes, Lobes) -> Option<u32>> Round<'_, '_, F> {
     /// The path of a walk, with the class of its last event.
     #[inline(always)]
     fn path_at(walks: &Walks<PhotonPath>, walk: u32) -> PhotonPath {
-        let (event, path) = (walks.event(walk), walks.kept[walk as usize]);
+        let (event, path) = (walks.event(walk), walks.payload[walk as usize]);
         let origin = match event.has(Lobes::SPECULAR) {
             true => path.origin,
             false => event,

@@ -45,13 +45,17 @@ impl Curve {
         (h >> fine) << (fine + 3) | facing(n) << fine | h & ((1 << fine) - 1)
     }
 
-    /// The photons in the order of the curve around them, so that neighbors in space are neighbors in memory.
-    pub fn sorted(photons: &[Photon]) -> Vec<Photon> {
-        let curve = Curve::around(photons);
+    /// Sort key of a photon.
+    pub fn photon_key(&self, photon: &Photon) -> u64 {
+        self.key(photon.p, photon.n)
+    }
+
+    /// The photons in the order of the curve, so that neighbors in space are neighbors in memory.
+    pub fn sorted(&self, photons: &[Photon]) -> Vec<Photon> {
         let mut keyed: Vec<(u64, u32)> = photons
             .par_iter()
             .enumerate()
-            .map(|(i, photon)| (curve.key(photon.p, photon.n), i as u32))
+            .map(|(i, photon)| (self.photon_key(photon), i as u32))
             .collect();
         keyed.par_sort_unstable();
         let sorted = keyed.into_par_iter().map(|(_, i)| photons[i as usize]);

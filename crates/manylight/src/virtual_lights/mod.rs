@@ -54,6 +54,7 @@ pub(crate) mod testing;
 mod tests;
 
 pub use assign::assign;
+pub use candidates::Candidates;
 pub use clusters::PhotonClusters;
 pub(crate) use emission_view::EmissionView;
 pub use energy::EnergyAccount;

@@ -3,7 +3,7 @@
 //! Source: Simon, Hanika, Dachsbacher, "Rich-VPLs", Eurographics 2015, after Spencer, Jones, "Into the Blue: Better Caustics through
 //! Photon Relaxation", Computer Graphics Forum 2009.
 
-use super::curve::Curve;
+use super::candidates::Candidates;
 use super::select::Site;
 use super::surfaces::Surfaces;
 use crate::maps::{KdTree, Neighbors, Patch};
@@ -42,7 +42,8 @@ struct MovingSite {
 /// Returns the moved sites in the order of the space-filling curve. Their probabilities are those of the selection and do not describe the
 /// density of the moved sites: the flux of lights must come from a rule that does not use them, such as
 /// [`assign`](super::assign::assign).
-pub fn relax(surfaces: &impl Surfaces, photons: &[Photon], sites: &[Site]) -> Vec<Site> {
+pub fn relax(surfaces: &impl Surfaces, candidates: &Candidates, sites: &[Site]) -> Vec<Site> {
+    let photons = &candidates.photons;
     let positions: Vec<Vec3> = photons.iter().map(|photon| photon.p).collect();
     let photon_tree = KdTree::build(positions);
     let mut moving: Vec<MovingSite> = sites
@@ -67,7 +68,6 @@ pub fn relax(surfaces: &impl Surfaces, photons: &[Photon], sites: &[Site]) -> Ve
             break;
         }
     }
-    let curve = Curve::around(photons);
     let mut relaxed: Vec<Site> = sites
         .iter()
         .zip(&moving)
@@ -76,10 +76,8 @@ pub fn relax(surfaces: &impl Surfaces, photons: &[Photon], sites: &[Site]) -> Ve
             ..site
         })
         .collect();
-    relaxed.sort_by_cached_key(|site| {
-        let photon = &photons[site.photon as usize];
-        curve.key(photon.p, photon.n)
-    });
+    let key = |site: &Site| candidates.curve.photon_key(&photons[site.photon as usize]);
+    relaxed.sort_by_cached_key(key);
     relaxed
 }
 
@@ -177,7 +175,7 @@ fn snap(
 #[cfg(test)]
 mod tests {
     use super::super::select::select;
-    use super::super::testing::{OPEN, photons_on_square};
+    use super::super::testing::{OPEN, candidates, photons_on_square};
     use super::*;
 
     /// Mean over lights of the distance to the nearest other one, times the square root of their number.
@@ -190,6 +188,12 @@ mod tests {
                 .fold(f32::INFINITY, f32::min)
         };
         sites.iter().map(nearest).sum::<f32>() / (sites.len() as f32).sqrt()
+    }
+
+    /// The sites after relaxation among photons of equal weight.
+    fn relaxed(photons: &[Photon], sites: &[Site]) -> Vec<Site> {
+        let weights = vec![1.0; photons.len()];
+        relax(&OPEN, &candidates(photons, &weights), sites)
     }
 
     fn placed() -> (Vec<Photon>, Vec<Site>) {
@@ -210,13 +214,13 @@ mod tests {
         // Random points are at 0.5 on average, a hexagonal grid at 1.07.
         let before = mean_distance(&photons, &sites);
         assert!((0.4..0.6).contains(&before), "{before}");
-        let relaxed = relax(&OPEN, &photons, &sites);
-        assert_eq!(relaxed.len(), sites.len());
-        let mut own: Vec<u32> = relaxed.iter().map(|site| site.photon).collect();
+        let moved = relaxed(&photons, &sites);
+        assert_eq!(moved.len(), sites.len());
+        let mut own: Vec<u32> = moved.iter().map(|site| site.photon).collect();
         own.sort_unstable();
         own.dedup();
         assert_eq!(own.len(), sites.len(), "two sites on one photon");
-        let after = mean_distance(&photons, &relaxed);
+        let after = mean_distance(&photons, &moved);
         assert!(after > 0.65, "{after} after {before}");
     }
 
@@ -226,14 +230,14 @@ mod tests {
         for photon in photons.iter_mut().skip(1).step_by(2) {
             photon.n = -photon.n;
         }
-        let relaxed = relax(&OPEN, &photons, &sites);
+        let moved = relaxed(&photons, &sites);
         let facing_up = |sites: &[Site]| {
             let up = sites
                 .iter()
                 .filter(|s| photons[s.photon as usize].n.z > 0.0);
             up.count()
         };
-        assert_eq!(facing_up(&relaxed), facing_up(&sites));
+        assert_eq!(facing_up(&moved), facing_up(&sites));
         assert!((100..200).contains(&facing_up(&sites)));
     }
 
@@ -241,8 +245,8 @@ mod tests {
     fn a_lone_site_stays() {
         let photons = photons_on_square(100, 4);
         let sites = select(&photons, &[1.0; 100], 1, 0.5);
-        let relaxed = relax(&OPEN, &photons, &sites);
-        assert_eq!(relaxed[0].photon, sites[0].photon);
-        assert!(relax(&OPEN, &photons, &[]).is_empty());
+        let moved = relaxed(&photons, &sites);
+        assert_eq!(moved[0].photon, sites[0].photon);
+        assert!(relaxed(&photons, &[]).is_empty());
     }
 }

@@ -47,7 +47,7 @@ pub(crate) fn defensive_weights(weights: &[f32], fluxes: &[f32], by_flux: f32) -
 ///
 /// `weights[j] >= 0` is the luminance of the flux of `photons[j]`, optionally times importance; photons with flux and weight 0 keep a
 /// small probability. `u` in [0, 1) is the only random number (systematic sampling). Sites keep the order of the photons: in the order
-/// of [`Curve::sorted`](super::curve::Curve::sorted) they are spread evenly over each surface.
+/// of the [`Curve`](super::curve::Curve) they are spread evenly over each surface.
 pub fn select(photons: &[Photon], weights: &[f32], count: usize, u: f32) -> Vec<Site> {
     assert_eq!(photons.len(), weights.len(), "one weight per photon");
     let weight = |(photon, &weight): (&Photon, &f32)| match photon.flux.is_black() {
@@ -94,7 +94,8 @@ mod tests {
 
     #[test]
     fn sites_follow_the_curve_and_black_photons_are_left_out() {
-        let mut photons = Curve::sorted(&photons_on_square(3000, 2));
+        let photons = photons_on_square(3000, 2);
+        let mut photons = Curve::around(&photons).sorted(&photons);
         for photon in photons.iter_mut().step_by(2) {
             photon.flux = Rgb::BLACK;
         }
@@ -109,7 +110,7 @@ mod tests {
         let curve = Curve::around(&photons);
         let keys: Vec<u64> = sites
             .iter()
-            .map(|s| curve.key(photons[s.photon as usize].p, photons[s.photon as usize].n))
+            .map(|s| curve.photon_key(&photons[s.photon as usize]))
             .collect();
         assert!(keys.is_sorted());
         // Consecutive lights are close: the mean step along the curve is of the order of the mean spacing, 1/sqrt(300).

@@ -1,5 +1,6 @@
 //! Photons and surfaces for unit tests.
 
+use super::candidates::Candidates;
 use super::surfaces::{SurfaceLocation, Surfaces};
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
@@ -46,6 +47,11 @@ pub(crate) fn photons_on_square(count: usize, key: u64) -> Vec<Photon> {
             }
         })
         .collect()
+}
+
+/// Candidates of these photons and weights.
+pub(crate) fn candidates(photons: &[Photon], weights: &[f32]) -> Candidates {
+    Candidates::new(photons.to_vec(), weights.to_vec())
 }
 
 /// Surfaces with the primitive as material, and without obstacles but for a wall at x = `wall`.

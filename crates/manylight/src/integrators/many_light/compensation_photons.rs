@@ -12,10 +12,11 @@
 //! Source: Sriwasansak, Gruson, Hachisuka, "Efficient Energy-Compensated VPLs Using Photon Splatting", I3D 2018. Here a light
 //! represents many photons, so that the clamped fraction is that of the light to which a photon at `y` is assigned.
 
-use super::axes::Compensation;
+use super::Compensation;
+use super::schedule::{GroupContext, LightSubsets};
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
-use crate::gather::{Assignment, ClampReceiver, Gather, LightIndex, Subset};
+use crate::gather::{Assignment, ClampReceiver, Gather, LightIndex};
 use crate::maps::density::OnSurface;
 use crate::maps::{KdTree, Located};
 use crate::math::Vec3;
@@ -29,11 +30,11 @@ use std::f32::consts::FRAC_1_PI;
 /// Least direction limit, in 1/sr: see [`direction_limit`]. Diffuse surfaces reflect at most `f cosθ = 1/π`. Measured against no
 /// limit: relMSE of 8 passes 7.05 to 0.039 on classroom, where metal in the sun made single bright pixels.
 const LEAST_DIRECTION_LIMIT: f32 = 1.0;
-/// Probability of keeping a photon, divided by the clamped fraction of its light at a white surface. Unmeasured: a larger factor
-/// makes the map larger, a smaller one adds noise.
-const KEPT_PER_CLAMPED_FRACTION: f32 = 8.0;
-/// Least probability of keeping a photon. Unmeasured: bounds the flux of kept photons.
-const LEAST_KEPT: f32 = 1.0 / 32.0;
+/// Survival probability of a photon, divided by the clamped fraction of its light at a white surface.
+/// Unmeasured: a larger factor makes the map larger, a smaller one adds noise.
+const SURVIVAL_PER_CLAMPED_FRACTION: f32 = 8.0;
+/// Least survival probability of a photon. Unmeasured: bounds the flux of photons.
+const LEAST_SURVIVAL: f32 = 1.0 / 32.0;
 
 /// Direction limit at a vertex `y` that a direction from `x` found, in 1/sr: the largest `f cosθ` of the lobes at `y` up to
 /// which directions account for the light of emitters. `f_cos` is `f cosθ` of the lobes at `x` in that direction:
@@ -75,13 +76,15 @@ impl Located for CompensationPhoton {
 impl OnSurface for CompensationPhoton {
     #[inline]
     fn normal(&self) -> Vec3 {
-        self.reflected.photon.n
+        self.reflected.photon.normal()
     }
-}
-
-impl AsRef<Photon> for CompensationPhoton {
-    fn as_ref(&self) -> &Photon {
-        &self.reflected.photon
+    #[inline]
+    fn wi(&self) -> Vec3 {
+        self.reflected.photon.wi()
+    }
+    #[inline]
+    fn depth(&self) -> u32 {
+        self.reflected.photon.depth()
     }
 }
 
@@ -119,16 +122,17 @@ fn low_roughness_reflection(scene: &Scene, photon: &Photon, wo: Vec3) -> Option<
     (f_cos.max_channel() > LEAST_DIRECTION_LIMIT).then_some(f_cos)
 }
 
-/// Assigns the photons to lights. The clamped fraction is that of points that sum `subset`. Photons are kept in proportion to it,
-/// with their flux divided by the probability.
-pub(super) fn assign(
-    scene: &Scene,
-    gather: &Gather,
+/// Assigns the photons to lights. The clamped fraction is that of points that sum the lights of the first
+/// pass. Photons survive in proportion to it, with their flux divided by the probability.
+pub(super) fn assigned(
+    cx: &GroupContext,
+    reflected: Vec<ReflectedPhoton>,
+    (gather, subsets): (&Gather, &LightSubsets),
     lights: &LightIndex,
     nearest: &NearestLights,
-    subset: Subset,
-    reflected: Vec<ReflectedPhoton>,
 ) -> KdTree<CompensationPhoton> {
+    let scene = cx.scene;
+    let subset = subsets.of_pass(cx.group.passes.start);
     let assigned = |mut reflected: ReflectedPhoton| {
         let from = reflected.from;
         let assignment = lights.assignment(nearest.light(scene, &from), &from);
@@ -140,13 +144,15 @@ pub(super) fn assign(
         };
         let white = |w: Vec3| Rgb::splat(FRAC_1_PI * w.dot(at.n).abs());
         let clamped = gather.clamped_fraction(lights, &at, &from, assignment, white);
-        let kept = (KEPT_PER_CLAMPED_FRACTION * clamped).clamp(LEAST_KEPT, 1.0);
-        reflected.photon.flux /= kept;
+        let survival = (SURVIVAL_PER_CLAMPED_FRACTION * clamped).clamp(LEAST_SURVIVAL, 1.0);
+        reflected.photon.flux /= survival;
         let photon = CompensationPhoton {
             reflected,
             assignment,
         };
-        (rng::unit(rng::key(at.p.to_array())) < kept).then_some(photon)
+        (rng::unit(rng::key(at.p.to_array())) < survival).then_some(photon)
     };
-    KdTree::build_ordered(reflected.into_par_iter().filter_map(assigned).collect())
+    cx.run.stats.time("maps", || {
+        KdTree::build_ordered(reflected.into_par_iter().filter_map(assigned).collect())
+    })
 }

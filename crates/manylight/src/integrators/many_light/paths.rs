@@ -1,4 +1,10 @@
-//! The camera paths of a tile, as walks of a stream: what each is followed for.
+//! What each camera path of a tile is followed for: the payload of the walks of its stream.
+//!
+//! | part of a path | starts | ends | file |
+//! |---|---|---|---|
+//! | prefix | at the camera | at a gather point, or on an emitter | `prefix.rs` |
+//! | sampled direction | at a gather point | by compensation, or on an emitter | `direction.rs` |
+//! | chain | where a sampled direction meets specular lobes | at another gather point | `chain.rs` |
 
 use crate::color::Rgb;
 use crate::integrators::camera_round::{CameraPath, FirstPart};
@@ -17,7 +23,7 @@ pub(super) const EMISSION_PATHS: u32 = 4;
 /// by such events may be blurred more. Unmeasured.
 const INDIRECT_RADIUS_ANGLE: f32 = 0.02;
 
-/// What is kept for a camera path.
+/// What a camera path carries.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PathState {
     /// Index of the pixel in the tile.
@@ -62,7 +68,7 @@ pub(super) struct Direction {
 /// See [`PathPart::Chain`].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Chain {
-    /// See [`GatherPath::first_weight`](super::gather_vertices::GatherPath::first_weight).
+    /// See [`GatherPath::first_weight`](super::gather_point::GatherPath::first_weight).
     pub(super) first_weight: f32,
     /// Largest radius of density estimates at the end of the path, in m.
     pub(super) max_photon_radius: f32,

@@ -24,13 +24,16 @@ use crate::ids::LightId;
 use crate::maps::density::{
     Bandwidth, DensityReceiver, OnSurface, density_estimate, progressive_radius_scale,
 };
-use crate::maps::{COVERAGE_PROBES_INDIRECT, KdTree, Located, Neighbors, Patch, covered_fraction};
+use crate::maps::{
+    ArrivingPhotons, COVERAGE_PROBES_INDIRECT, KdTree, Located, Neighbors, Patch, PhotonReceiver,
+    covered_fraction,
+};
 use crate::math::Vec3;
 use crate::particles::Photon;
-use crate::sampling::{Stream, rng};
+use crate::sampling::Stream;
 use crate::scene::{PathLimits, Scene};
 use crate::transport::Vertex;
-use crate::virtual_lights::candidates::keeping_probabilities;
+use crate::virtual_lights::candidates::Candidates;
 use crate::virtual_lights::{NearestLights, SurfaceLocation};
 use rayon::prelude::*;
 
@@ -97,9 +100,14 @@ pub(super) struct CacheParticles {
 }
 
 impl CacheParticles {
-    /// Draws from `photons` with probability by `weights`. Nothing is drawn without compensation, and for bidirectional lightcuts, where
-    /// roulette ends the camera paths.
-    pub(super) fn draw(cx: &GroupContext, photons: &[Photon], weights: &[f32]) -> Self {
+    /// Draws photons with probability by their weights. Nothing is drawn without compensation, and for
+    /// bidirectional lightcuts, where roulette ends the camera paths.
+    pub(super) fn draw(cx: &GroupContext, candidates: &Candidates) -> Self {
+        cx.run.stats.time("maps", || Self::drawn(cx, candidates))
+    }
+
+    fn drawn(cx: &GroupContext, candidates: &Candidates) -> Self {
+        let photons = &candidates.photons;
         let mut particles = CacheParticles::default();
         let is_bidirectional = matches!(cx.method.strategy, Strategy::Bidirectional(_));
         if cx.method.compensation == Compensation::None || is_bidirectional {
@@ -107,17 +115,17 @@ impl CacheParticles {
         }
         let passes = cx.group.passes.len();
         let points = (photons.len() / PHOTONS_PER_POINT).clamp(1, POINTS_PER_PASS * passes);
-        let is_point = keeping_probabilities(photons, weights, points);
-        let is_kept = keeping_probabilities(photons, weights, PHOTONS_PER_PASS * passes);
+        let of_point = candidates.inclusion_probabilities(points);
+        let of_photon = candidates.inclusion_probabilities(PHOTONS_PER_PASS * passes);
         let mut rng = cx.run.pass.sampler(Stream::Selection, 3);
-        for (photon, (is_point, is_kept)) in photons.iter().zip(is_point.iter().zip(is_kept)) {
-            let is_point = is_point.min(MAX_POINT_PROBABILITY);
-            if rng.next_1d() < is_point {
+        for (photon, (of_point, of_photon)) in photons.iter().zip(of_point.iter().zip(of_photon)) {
+            let of_point = of_point.min(MAX_POINT_PROBABILITY);
+            if rng.next_1d() < of_point {
                 particles.points.push(*photon);
-            } else if rng.next_1d() < is_kept {
-                let represented = 1.0 / ((1.0 - is_point) * is_kept);
-                let kept = CachePhoton::new(photon, represented);
-                particles.photons.push(kept);
+            } else if rng.next_1d() < of_photon {
+                let represented = 1.0 / ((1.0 - of_point) * of_photon);
+                let photon = CachePhoton::new(photon, represented);
+                particles.photons.push(photon);
             }
         }
         particles
@@ -135,6 +143,14 @@ impl OnSurface for CachePhoton {
     #[inline]
     fn normal(&self) -> Vec3 {
         self.n
+    }
+    #[inline]
+    fn wi(&self) -> Vec3 {
+        self.wi
+    }
+    #[inline]
+    fn depth(&self) -> u32 {
+        u32::from(self.depth)
     }
 }
 
@@ -204,6 +220,10 @@ impl RadianceCache {
         particles: CacheParticles,
         nearest: &NearestLights,
     ) -> Self {
+        (cx.run.stats).time("maps", || Self::of_particles(cx, particles, nearest))
+    }
+
+    fn of_particles(cx: &GroupContext, particles: CacheParticles, nearest: &NearestLights) -> Self {
         let mut cache = RadianceCache {
             points: KdTree::build(Vec::new()),
             photons: KdTree::build(Vec::new()),
@@ -240,7 +260,9 @@ impl RadianceCache {
             p: photon.p,
             n: photon.n,
         };
-        let radius = self.estimate(receiver, f32::INFINITY, found, |other, kernel| {
+        let bandwidth = self.bandwidth(f32::INFINITY);
+        let photons = &self.photons;
+        let radius = density_estimate(photons, receiver, bandwidth, found, |other, kernel| {
             let a = bsdf.diffuse_weight(other.wi).zip(facing, relative);
             let arriving = other.flux * a * kernel;
             irradiance += arriving;
@@ -251,12 +273,12 @@ impl RadianceCache {
             }
         });
         let all = irradiance.luminance().max(f32::MIN_POSITIVE);
-        // Not by position: results must not depend on the unit of length.
-        let turn = rng::unit(rng::key(photon.wi.to_array()));
+        let (geometry, probes) = (&scene.geometry, COVERAGE_PROBES_INDIRECT);
+        let covered = covered_fraction(geometry, receiver, radius, probes, photon.wi);
         let location = SurfaceLocation::of_photon(photon, scene);
         CachePoint {
             patch: Patch::new(photon.p, photon.n, location.material, 1.0),
-            irradiance: irradiance / covered(scene, receiver, radius, turn),
+            irradiance: irradiance / covered,
             radius,
             light,
             within_limits: within_limits.map(|sum| sum / all),
@@ -295,50 +317,35 @@ impl RadianceCache {
         direction_limit: f32,
         found: &mut Neighbors,
     ) -> Rgb {
-        let (bsdf, wo) = (&y.bsdf, y.w_prev);
-        let receiver = DensityReceiver {
-            p: y.x.p,
-            n: y.x.normal_towards(wo),
+        let at = PhotonReceiver {
+            x: &y.x,
+            bsdf: &y.bsdf,
+            wo: y.w_prev,
+            segments: y.segments,
+            limits: self.limits,
         };
-        let largest = MAX_GLOSSY_RADIUS * point.radius / self.share;
-        let mut arriving: Vec<(&CachePhoton, f32)> = Vec::with_capacity(CACHE_NEIGHBORS);
-        let radius = self.estimate(receiver, largest, found, |photon, kernel| {
-            let cos = photon.wi.dot(y.x.ng).abs();
-            if cos > 0.0 && self.limits.allow(y.segments + u32::from(photon.depth)) {
-                arriving.push((photon, kernel / cos));
-            }
-        });
-        let directions: Vec<Vec3> = arriving.iter().map(|(photon, _)| photon.wi).collect();
-        let mut reflected = Vec::with_capacity(directions.len());
-        bsdf.f_cos_each_wi(&directions, wo, Lobes::NON_SPECULAR, &mut reflected);
+        let n = y.x.normal_towards(y.w_prev);
+        let bandwidth = self.bandwidth(MAX_GLOSSY_RADIUS * point.radius / self.share);
+        let arriving = ArrivingPhotons::around(&self.photons, at, n, bandwidth, found);
         let mut sum = Rgb::BLACK;
-        for (&(photon, kernel), f_cos) in arriving.iter().zip(reflected) {
+        arriving.each(Lobes::NON_SPECULAR, |photon, f_cos, kernel| {
             let fraction = match photon.from_emitter {
                 true => direction_fraction(direction_limit, f_cos),
                 false => 1.0,
             };
             sum += photon.flux * f_cos * (fraction * kernel);
+        });
+        match sum.is_black() {
+            true => sum,
+            false => sum / arriving.covered(&scene.geometry, COVERAGE_PROBES_INDIRECT),
         }
-        if sum.is_black() {
-            return sum;
-        }
-        let turn = rng::unit(rng::key(wo.to_array()));
-        sum / covered(scene, receiver, radius, turn)
     }
 
-    /// Calls `visit` with the photons around a receiver and their kernel weights in 1/m². Returns the radius of the kernel in m.
-    fn estimate<'c>(
-        &'c self,
-        receiver: DensityReceiver,
-        largest: f32,
-        found: &mut Neighbors,
-        visit: impl FnMut(&'c CachePhoton, f32),
-    ) -> f32 {
-        let bandwidth = Bandwidth {
+    fn bandwidth(&self, largest: f32) -> Bandwidth {
+        Bandwidth {
             largest,
             share: self.share,
-        };
-        density_estimate(&self.photons, receiver, bandwidth, found, visit)
+        }
     }
 
     /// Bytes of the cache of a group of `passes` passes with this number of photons, at most.
@@ -348,9 +355,4 @@ impl RadianceCache {
         bytes(PHOTONS_PER_PASS, size_of::<CachePhoton>())
             + bytes(POINTS_PER_PASS, size_of::<CachePoint>())
     }
-}
-
-fn covered(scene: &Scene, receiver: DensityReceiver, radius: f32, turn: f32) -> f32 {
-    let probes = COVERAGE_PROBES_INDIRECT;
-    covered_fraction(&scene.geometry, receiver, radius, probes, turn)
 }

@@ -8,8 +8,7 @@
 //! With progressive resampling, the area that a light represents falls as `1/√(1 + i/16)`, with `i` the first pass of the group.
 //! The bias of the mean over `n` passes falls as `1/√n`, as does its noise.
 
-use super::axes::Resampling;
-use super::settings::ManyLight;
+use super::{ManyLight, Resampling};
 use crate::gather::{Strategy, Subset};
 use crate::integrators::context::PassContext;
 use crate::sampling::Stream;
@@ -48,52 +47,52 @@ pub struct PassGroup {
     pub neighbors: u32,
 }
 
-impl ManyLight {
+impl PassGroup {
     /// The group of pass `index`. It depends on the settings and the index alone.
-    pub fn pass_group(&self, index: u32) -> PassGroup {
-        let passes = self.passes_with(index);
-        let refinement = match self.resampling {
+    pub(super) fn of_pass(method: &ManyLight, index: u32) -> Self {
+        let passes = passes_with(method, index);
+        let refinement = match method.resampling {
             Resampling::New => 1.0,
             Resampling::Progressive => (1.0 + passes.start as f32 / UNREFINED_PASSES).sqrt(),
         };
-        self.group(passes, refinement)
+        PassGroup::new(method, passes, refinement)
     }
 
     /// A group of pass `index` alone, without refinement.
-    pub(super) fn single_pass_group(&self, index: u32) -> PassGroup {
-        self.group(index..index + 1, 1.0)
+    pub(super) fn single_pass(method: &ManyLight, index: u32) -> Self {
+        PassGroup::new(method, index..index + 1, 1.0)
     }
 
-    fn group(&self, passes: Range<u32>, refinement: f32) -> PassGroup {
+    fn new(method: &ManyLight, passes: Range<u32>, refinement: f32) -> Self {
         let count = passes.len() as u32;
-        let shaded = u64::from(self.light_count) * u64::from(count);
+        let shaded = u64::from(method.light_count) * u64::from(count);
         let most = (u64::from(MAX_REFINED_LIGHTS) / shaded.max(1)).max(1);
         let placed_per_shaded = (refinement.round() as u32).min(most as u32);
         PassGroup {
             passes,
             refinement,
-            photon_paths: self.photon_paths * count,
-            importon_paths: self.importon_paths * count,
+            photon_paths: method.photon_paths * count,
+            importon_paths: method.importon_paths * count,
             placed_per_shaded,
-            placed_lights: self.light_count * count * placed_per_shaded,
-            neighbors: (self.neighbors as f32 / refinement) as u32,
+            placed_lights: method.light_count * count * placed_per_shaded,
+            neighbors: (method.neighbors as f32 / refinement) as u32,
         }
     }
+}
 
-    /// The passes that share the lights of pass `index`: a power of two of them, at most [`MAX_GROUP_PASSES`]; one pass with cuts,
-    /// which are through all lights of a pass. Product cuts are through all lights of a group.
-    fn passes_with(&self, index: u32) -> Range<u32> {
-        if matches!(self.strategy, Strategy::Cuts(_)) {
-            return index..index + 1;
-        }
-        let most = MAX_GROUP_PASSES
-            .min(MAX_GROUP_LIGHTS / self.light_count.max(1))
-            .min(MAX_GROUP_PHOTON_PATHS / self.photon_paths.max(1))
-            .min(index);
-        let count = most.checked_ilog2().map_or(1, |log| 1 << log);
-        let start = index - index % count;
-        start..start + count
+/// The passes that share the lights of pass `index`: a power of two of them, at most [`MAX_GROUP_PASSES`]; one pass with cuts,
+/// which are through all lights of a pass. Product cuts are through all lights of a group.
+fn passes_with(method: &ManyLight, index: u32) -> Range<u32> {
+    if matches!(method.strategy, Strategy::Cuts(_)) {
+        return index..index + 1;
     }
+    let most = MAX_GROUP_PASSES
+        .min(MAX_GROUP_LIGHTS / method.light_count.max(1))
+        .min(MAX_GROUP_PHOTON_PATHS / method.photon_paths.max(1))
+        .min(index);
+    let count = most.checked_ilog2().map_or(1, |log| 1 << log);
+    let start = index - index % count;
+    start..start + count
 }
 
 /// What the stages of the method work with to make the lights of a group.

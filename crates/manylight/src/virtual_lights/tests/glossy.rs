@@ -116,7 +116,7 @@ fn many_photons_keep_their_mean_lobe() {
             .map(|set| {
                 let u = (set as f32 + 0.3) / sets as f32;
                 let sites = select(&photons, &weights, lights, u);
-                let (clusters, _) = assign(&scene, &photons, &sites, &weights, 0.1);
+                let (clusters, _) = assign(&scene, &candidates(&photons, &weights), &sites, 0.1);
                 VirtualLights::rich(&scene, unlimited(), &photons, &clusters, TABLE)
             })
             .collect();
@@ -198,7 +198,7 @@ fn storages_agree_within_their_rounding() {
     let photons = photons_on_floor(&scene, 400, 9);
     let weights = vec![1.0; photons.len()];
     let sites = select(&photons, &weights, 10, 0.3);
-    let (clusters, _) = assign(&scene, &photons, &sites, &weights, 0.1);
+    let (clusters, _) = assign(&scene, &candidates(&photons, &weights), &sites, 0.1);
     let set = |storage| {
         let form = GlossyForm::Table { side: 32, storage };
         VirtualLights::rich(&scene, unlimited(), &photons, &clusters, form)

@@ -31,7 +31,7 @@ fn lights_on_a_ball_are_on_its_surface() {
         probability: 1.0,
     }];
     let weights = vec![1.0; photons.len()];
-    let (clusters, _) = assign(&scene, &photons, &sites, &weights, 0.5);
+    let (clusters, _) = assign(&scene, &candidates(&photons, &weights), &sites, 0.5);
     let set = VirtualLights::rich(&scene, unlimited(), &photons, &clusters, TABLE);
     let light = set
         .lights()
@@ -61,16 +61,11 @@ fn lights_are_not_in_holes() {
             )
         })
         .collect();
-    let (clusters, _) = assign(
-        &scene,
-        &photons,
-        &[Site {
-            photon: 0,
-            probability: 1.0,
-        }],
-        &[1.0; 200],
-        0.5,
-    );
+    let sites = [Site {
+        photon: 0,
+        probability: 1.0,
+    }];
+    let (clusters, _) = assign(&scene, &candidates(&photons, &[1.0; 200]), &sites, 0.5);
     let set = VirtualLights::rich(&scene, unlimited(), &photons, &clusters, TABLE);
     for light in set.lights() {
         assert!((light.p.length() - 0.3).abs() < 0.05, "{light:?}");
@@ -83,7 +78,7 @@ fn depth_shares_accumulate_only_in_scenes_with_a_limit() {
     let photons = photons_on_floor(&scene, 2000, 7);
     let weights = vec![1.0; photons.len()];
     let sites = select(&photons, &weights, 10, 0.3);
-    let (clusters, _) = assign(&scene, &photons, &sites, &weights, 0.1);
+    let (clusters, _) = assign(&scene, &candidates(&photons, &weights), &sites, 0.1);
     let share = |max_depth, depth| {
         let limits = PathLimits {
             max_depth,
@@ -141,7 +136,7 @@ fn the_energy_account_of_a_room_balances() {
     );
     let weights: Vec<f32> = photons.iter().map(|p| p.flux.luminance()).collect();
     let sites = select(&photons, &weights, 200, 0.3);
-    let (clusters, _) = assign(&scene, &photons, &sites, &weights, 0.1);
+    let (clusters, _) = assign(&scene, &candidates(&photons, &weights), &sites, 0.1);
     let set = VirtualLights::rich(&scene, unlimited(), &photons, &clusters, TABLE);
     let account = set.energy();
     for c in 0..3 {
