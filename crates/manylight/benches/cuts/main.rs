@@ -134,7 +134,7 @@ impl Measurement {
 /// Measures one number of lights. Returns the number of lights made, and milliseconds per point of each strategy.
 fn bench(scene: &Scene, count: u32, options: &Options) -> (usize, Vec<(String, f64)>) {
     let (set, stats) = prepare(scene, count, ManyLight::rich_lightcuts());
-    let mut lights = set.lights;
+    let lights = set.lights;
     let light_count = lights.set.lights().len();
     let stage = |name| {
         let stages = stats.stages();
@@ -171,12 +171,6 @@ fn bench(scene: &Scene, count: u32, options: &Options) -> (usize, Vec<(String, f
         };
         let cut = sum_by_cuts(scene, &lights, unlimited, &tiles, mean);
         println!("  no limit: {}", comparison(&cut, &all));
-        lights.forget_directions();
-        let isotropic = sum_by_cuts(scene, &lights, unlimited, &tiles, mean);
-        println!(
-            "  bounds without directions: {}",
-            comparison(&isotropic, &all)
-        );
     }
     (light_count, times)
 }

@@ -66,12 +66,4 @@ impl<'s> LightIndex<'s> {
             },
         }
     }
-
-    /// For measurements: bounds of clusters ignore direction.
-    #[cfg(any(test, feature = "testing"))]
-    pub fn forget_directions(&mut self) {
-        if let Some(tree) = &mut self.tree {
-            tree.forget_directions();
-        }
-    }
 }

@@ -80,14 +80,6 @@ impl LightTree {
         });
     }
 
-    /// Replaces every bound of intensity by its maximum over all directions.
-    #[cfg(any(test, feature = "testing"))]
-    pub fn forget_directions(&mut self) {
-        for node in &mut self.nodes {
-            node.intensity.forget_directions();
-        }
-    }
-
     /// Expected bytes per light, with this number of bounds per light that are not diffuse: at most one for inner nodes, and one more with
     /// [`LightTree::bound_lights`].
     pub fn bytes_per_light(glossy_bounds: f64) -> f64 {

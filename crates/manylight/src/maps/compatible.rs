@@ -3,9 +3,9 @@
 use crate::ids::MaterialId;
 use crate::math::Vec3;
 
-/// Smallest cosine between compatible normals on diffuse surfaces: 25°. Smaller angles separate facets of smooth objects, larger ones mix
-/// orientations. Unmeasured.
-const MIN_COS: f32 = 0.906_308;
+/// Smallest cosine between normals on one diffuse surface: 25°. Smaller angles separate facets of smooth
+/// objects; larger ones mix orientations, so that photons of other surfaces bias the image. Unmeasured.
+pub(super) const MIN_COS: f32 = 0.906_308;
 /// Largest angle between compatible normals on glossy surfaces, in rad per unit of roughness. Profiles evaluate the lobe of every photon about
 /// the photon's normal, so this limits the error of position and not that of direction. Unmeasured.
 const ANGLE_PER_ALPHA: f32 = 2.0;

@@ -3,9 +3,11 @@
 //! The bandwidth is the distance of the K-th particle on any surface; only particles on the receiver's side and surface are summed. So the search
 //! stays local where other surfaces have all nearby particles, and the sum is unbiased.
 
-use super::{DensityKernel, KdTree, Located, Neighbors};
+use super::compatible::MIN_COS;
+use super::{KdTree, Located, Neighbors};
 use crate::math::Vec3;
 use crate::particles::{Importon, Photon};
+use std::f32::consts::FRAC_1_PI;
 
 /// K, the number of neighbors in an estimate of importance. Its noise affects the variance of the image, not its mean; fewer neighbors take less
 /// time. Unmeasured.
@@ -20,10 +22,19 @@ const REUSE_MIN_COS: f32 = 0.99;
 const IMPORTON_MIN_COS: f32 = 0.5;
 /// Largest distance of importons from the tangent plane relative to the bandwidth. Unmeasured.
 const IMPORTON_SLAB: f32 = 0.5;
-/// Smallest cosine between normals of photons on one surface: 25°, stricter because photons of other surfaces bias the image. Unmeasured.
-const PHOTON_MIN_COS: f32 = 0.906_308;
 /// Largest distance of photons from the tangent plane relative to the bandwidth. Unmeasured.
 const PHOTON_SLAB: f32 = 0.2;
+
+/// The Epanechnikov kernel `2 / (π r²) (1 - d²/r²)` on a surface, in 1/m², at the squared distance `d2` within
+/// the squared radius `r2`; 0 for an empty disc. Unbiased for homogeneous particles, both for a fixed radius and
+/// for the distance of the K-th neighbor.
+#[inline]
+pub fn epanechnikov(d2: f32, r2: f32) -> f32 {
+    if r2 <= 0.0 {
+        return 0.0;
+    }
+    2.0 * FRAC_1_PI / r2 * (1.0 - d2 / r2).max(0.0)
+}
 
 /// Incident importance per area at `p` on the side of the unit normal `n`, in 1/m²; never negative. Estimated from the K nearest importons with
 /// importance `Ψ_i` at distance `d_i` (Simon et al. 2015):
@@ -43,7 +54,7 @@ pub fn importance_at(importons: &KdTree<Importon>, p: Vec3, n: Vec3, found: &mut
         if n.dot(importon.n) >= IMPORTON_MIN_COS
             && height * height <= IMPORTON_SLAB * IMPORTON_SLAB * r2
         {
-            sum += importon.importance * DensityKernel::Epanechnikov.weight(d2, r2);
+            sum += importon.importance * epanechnikov(d2, r2);
         }
     }
     sum.max(0.0)
@@ -69,6 +80,17 @@ impl<'m> NearbyImportance<'m> {
             found: Neighbors::new(IMPORTANCE_NEIGHBORS),
             last: None,
         }
+    }
+
+    /// The Epanechnikov kernel `2 / (π r²) (1 - d²/r²)` on a surface, in 1/m², at the squared distance `d2` within
+    /// the squared radius `r2`; 0 for an empty disc. Unbiased for homogeneous particles, both for a fixed radius and
+    /// for the distance of the K-th neighbor.
+    #[inline]
+    pub fn epanechnikov(d2: f32, r2: f32) -> f32 {
+        if r2 <= 0.0 {
+            return 0.0;
+        }
+        2.0 * FRAC_1_PI / r2 * (1.0 - d2 / r2).max(0.0)
     }
 
     /// Incident importance per area at `p` on the side of the unit normal `n`, or nearby, in 1/m².
@@ -122,7 +144,7 @@ impl DensityReceiver {
     /// Whether the point `p` within `radius`, with unit normal `n` on its lit side, is on the receiver's surface.
     #[inline]
     pub fn shares_surface(&self, p: Vec3, n: Vec3, radius: f32) -> bool {
-        self.n.dot(n) >= PHOTON_MIN_COS && self.n.dot(p - self.p).abs() <= self.slab(radius)
+        self.n.dot(n) >= MIN_COS && self.n.dot(p - self.p).abs() <= self.slab(radius)
     }
 }
 
@@ -165,7 +187,7 @@ pub fn density_estimate<'m, P: OnSurface + Sync>(
     for (i, d2) in found.iter() {
         let item = &photons.items()[i as usize];
         if receiver.shares_surface(item.position(), item.normal(), radius) {
-            let weight = DensityKernel::Epanechnikov.weight(d2, radius * radius);
+            let weight = epanechnikov(d2, radius * radius);
             if weight > 0.0 {
                 visit(item, weight);
             }
@@ -188,8 +210,30 @@ mod tests {
         }
     }
 
+    /// A kernel with equal weights. With the distance of the K-th neighbor, the density is overestimated by the
+    /// factor K/(K-1).
+    fn constant(_: f32, r2: f32) -> f32 {
+        FRAC_1_PI / r2
+    }
+
+    #[test]
+    fn kernels_integrate_to_one_over_the_disc() {
+        let (r, steps) = (0.3f32, 10_000);
+        for kernel in [constant, epanechnikov] {
+            let sum: f64 = (0..steps)
+                .map(|i| {
+                    let d = r * (i as f32 + 0.5) / steps as f32;
+                    let ring =
+                        std::f64::consts::TAU * f64::from(d) * f64::from(r) / f64::from(steps);
+                    ring * f64::from(kernel(d * d, r * r))
+                })
+                .sum();
+            assert!((sum - 1.0).abs() < 1e-4, "{sum}");
+        }
+    }
+
     /// Mean of `sum / true density` over homogeneous point sets on the unit square, seen from its center.
-    fn mean_density(kernel: DensityKernel, k: usize, trials: usize) -> f64 {
+    fn mean_density(kernel: fn(f32, f32) -> f32, k: usize, trials: usize) -> f64 {
         let count = 400;
         let mut rng = Pcg::new(11);
         let mut found = Neighbors::new(k);
@@ -203,7 +247,7 @@ mod tests {
             let r2 = found.radius_squared();
             sum += found
                 .iter()
-                .map(|(_, d2)| f64::from(kernel.weight(d2, r2)))
+                .map(|(_, d2)| f64::from(kernel(d2, r2)))
                 .sum::<f64>();
         }
         sum / trials as f64 / count as f64
@@ -214,9 +258,9 @@ mod tests {
     #[test]
     fn epanechnikov_is_unbiased_and_the_constant_kernel_is_not() {
         let k = 30;
-        let epanechnikov = mean_density(DensityKernel::Epanechnikov, k, 10_000);
+        let epanechnikov = mean_density(epanechnikov, k, 10_000);
         assert!((epanechnikov - 1.0).abs() < 0.005, "{epanechnikov}");
-        let constant = mean_density(DensityKernel::Constant, k, 10_000);
+        let constant = mean_density(constant, k, 10_000);
         let expected = k as f64 / (k as f64 - 1.0);
         assert!(
             (constant - expected).abs() < 0.005,

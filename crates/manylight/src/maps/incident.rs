@@ -1,5 +1,6 @@
 //! Photons that arrive straight from the environment: they guide the search for its light around them.
 
+use super::compatible::MIN_COS;
 use super::{KdTree, Located, Neighbors};
 use crate::bsdf::Lobes;
 use crate::emitters::EnvironmentLobes;
@@ -7,8 +8,6 @@ use crate::math::Vec3;
 use crate::particles::Photon;
 use crate::scene::Scene;
 
-/// Smallest cosine between the normals of the point and of photons on its surface: 25°.
-const MIN_COS: f32 = 0.906_308;
 /// Number of photons above which only a regular subset is stored. Directions vary slowly over a surface; fewer photons save memory and time. Unmeasured.
 const MAX_PHOTONS: usize = 1 << 18;
 

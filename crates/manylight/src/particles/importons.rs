@@ -12,7 +12,7 @@ use crate::transport::stream::{
     Arrivals, Bits, Generators, PacketShader, Vertices, WalkRow, Walks, follow_all, lanes_where,
     shade_packets, used,
 };
-use crate::transport::walk::visible_part;
+use crate::transport::walk::{MAX_SPECULAR_SEGMENTS, visible_part};
 use std::ops::Range;
 
 /// Importance incident at `p` from a gather point: the weight of a virtual light at `p` in the image.
@@ -27,9 +27,6 @@ pub struct Importon {
     /// Importance `Ψ`, already divided by the number of importon paths.
     pub importance: f32,
 }
-
-/// Largest number of segments of a specular chain; longer ones contribute little.
-const MAX_SPECULAR_SEGMENTS: u32 = 64;
 
 /// Traces `path_count` camera paths through uniform film positions.
 ///

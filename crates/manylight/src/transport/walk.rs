@@ -5,6 +5,9 @@ use crate::geometry::{Ray, SurfacePoint};
 use crate::math::Vec3;
 use crate::scene::{PathLimits, Scene};
 
+/// Most segments of a camera path by specular events: longer ones would carry hardly any light.
+pub(crate) const MAX_SPECULAR_SEGMENTS: u32 = 64;
+
 /// The last scattering event of a walk, or its start.
 #[derive(Clone, Copy, Debug)]
 pub struct Previous {

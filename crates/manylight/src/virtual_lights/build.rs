@@ -40,30 +40,10 @@ const POINT_NUMBERS: u64 = 1;
 const PROFILE_NUMBERS: u64 = 2;
 
 impl<'s> VirtualLights<'s> {
-    /// Lights of one light path each (VPLs): light `k` has the flux of its cluster and emits like the photon at its site.
-    pub fn single(
-        scene: &'s Scene,
-        limits: PathLimits,
-        photons: &[Photon],
-        clusters: &PhotonClusters,
-    ) -> Self {
-        VirtualLights::build(scene, limits, photons, clusters, None, |_| true)
-    }
-
-    /// Rich-VPLs: each light emits like all photons of its cluster, the diffuse part exactly, the glossy part in the given `form`. A light of
-    /// one photon is a VPL.
-    pub fn rich(
-        scene: &'s Scene,
-        limits: PathLimits,
-        photons: &[Photon],
-        clusters: &PhotonClusters,
-        form: GlossyForm,
-    ) -> Self {
-        VirtualLights::build(scene, limits, photons, clusters, Some(form), |_| true)
-    }
-
-    /// [`VirtualLights::rich`] with a `form`, [`VirtualLights::single`] without. Lights for which `is_used` is false have position and flux but no
-    /// emission.
+    /// Without a `form`, lights of one light path each (VPLs): light `k` has the flux of its cluster and emits
+    /// like the photon at its site. With a `form`, Rich-VPLs: each light emits like all photons of its cluster,
+    /// the diffuse part exactly, the glossy part in that form; a light of one photon is a VPL. Lights for which
+    /// `is_used` is false have position and flux but no emission.
     pub fn build(
         scene: &'s Scene,
         limits: PathLimits,

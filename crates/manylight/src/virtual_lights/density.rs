@@ -6,7 +6,8 @@
 use super::clusters::PhotonClusters;
 use super::select::Site;
 use super::surfaces::{SurfaceLocation, Surfaces};
-use crate::maps::{DensityKernel, KdTree, Neighbors};
+use crate::maps::density::epanechnikov;
+use crate::maps::{KdTree, Neighbors};
 use crate::math::Vec3;
 use crate::particles::Photon;
 
@@ -76,10 +77,10 @@ impl<'a, S: Surfaces> Neighborhoods<'a, S> {
         let mut cluster: Vec<(u32, f32)> = found
             .iter()
             .filter_map(|neighbor| on_surface(&neighbor))
-            .map(|(j, d2)| (j, DensityKernel::Epanechnikov.weight(d2, r2)))
+            .map(|(j, d2)| (j, epanechnikov(d2, r2)))
             .collect();
         if cluster.is_empty() {
-            cluster.push((site.photon, DensityKernel::Epanechnikov.weight(0.0, r2)));
+            cluster.push((site.photon, epanechnikov(0.0, r2)));
         }
         cluster
     }

@@ -46,16 +46,6 @@ impl IntensityBound {
         }
     }
 
-    /// Replaces the bound by its maximum over all directions.
-    #[cfg(any(test, feature = "testing"))]
-    pub fn forget_directions(&mut self) {
-        self.normals = Cone::FULL;
-        self.spread = Spread::EVERYWHERE;
-        if let Some(mips) = &mut self.glossy {
-            mips.forget_directions();
-        }
-    }
-
     /// Heap bytes of a bound of lights that are not all diffuse.
     pub const GLOSSY_BYTES: usize = size_of::<MaxMips>();
 

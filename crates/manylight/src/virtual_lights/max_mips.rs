@@ -90,15 +90,6 @@ impl MaxMips {
         }
     }
 
-    /// Replaces every bound by the one over all directions.
-    #[cfg(any(test, feature = "testing"))]
-    pub(super) fn forget_directions(&mut self) {
-        let most = self.everywhere;
-        self.texels.fill(most);
-        self.dilated.fill(most);
-        self.coarse.fill(most);
-    }
-
     /// Upper bounds of the summed luminance, lane by lane, with a direction for each light within the angle of `spreads` from the unit
     /// vectors `axes`.
     ///

@@ -18,9 +18,8 @@ use crate::maps::density::DensityReceiver;
 use crate::math::{Vec2, Vec3};
 use crate::simd::set_bits;
 use crate::transport::stream::{Bits, Walks, lanes_where};
+use crate::transport::walk::MAX_SPECULAR_SEGMENTS;
 
-/// Chains of more segments end: they would carry hardly any light.
-pub(super) const MAX_CHAIN: u32 = 64;
 /// Factor from the throughput of a chain at the first gather point to the probability of following it: low-roughness lobes see bright
 /// surfaces there. Measured at 64, over 4 passes at 160x90: no change beyond 3 % in U-Shape, Garage and Disco.
 const FIRST_SURVIVAL_FACTOR: f32 = 16.0;
@@ -59,7 +58,7 @@ pub(super) fn follow<S: Width>(
     next: &mut Walks<PathState>,
 ) {
     let lanes = lanes & at.v.bsdf.has(Lobes::SPECULAR).bits();
-    let lanes = lanes_where(lanes, |i| at.v.segments.as_ref()[i] < MAX_CHAIN);
+    let lanes = lanes_where(lanes, |i| at.v.segments.as_ref()[i] < MAX_SPECULAR_SEGMENTS);
     if lanes == 0 {
         return;
     }

@@ -1,7 +1,6 @@
 //! The interim maps of the many-light methods, as the camera sees them: the quantities that placement follows, and the
 //! lights before and after relaxation. They are made of the particles and lights of one pass.
 
-use super::chain::MAX_CHAIN;
 use super::lights::{selected_sites, thinned, weighted_by_importance};
 use super::schedule::{GroupContext, PassGroup};
 use super::{ManyLight, Placement, trace};
@@ -17,6 +16,7 @@ use crate::maps::{KdTree, Neighbors};
 use crate::math::{UVec2, Vec2, Vec3};
 use crate::particles::{Importon, Photon};
 use crate::scene::{PathLimits, Scene};
+use crate::transport::walk::MAX_SPECULAR_SEGMENTS;
 use crate::transport::{Vertex, Walk};
 use crate::virtual_lights::Site;
 use crate::virtual_lights::candidates::Candidates;
@@ -178,7 +178,7 @@ impl MapCamera<'_> {
         let ray = self.scene.sensor.ray(film_position, MIDDLE).ray;
         let mut walk = Walk::from_sensor(self.scene, self.limits, ray);
         while let Some(v) = walk.advance() {
-            if v.segments > MAX_CHAIN || !self.limits.allow(v.segments + 1) {
+            if v.segments > MAX_SPECULAR_SEGMENTS || !self.limits.allow(v.segments + 1) {
                 return None;
             }
             if walk.pass_through(&v, MIDDLE.x) {
