@@ -42,19 +42,9 @@ pub fn assign(
         .for_each(|(site, photon)| {
             *site = nearest.site(surfaces, &SurfaceLocation::of_photon(photon, surfaces));
         });
-    let mut unassigned_flux = [0.0; 3];
-    for photon in unassigned(&sites_of).map(|j| &photons[j]) {
-        for (sum, f) in unassigned_flux.iter_mut().zip(photon.flux.to_array()) {
-            *sum += f64::from(f);
-        }
-    }
     let additional = thin_unassigned(candidates, &sites_of, sites.len(), u);
     let (clusters, lights) = collect_clusters(candidates, sites, &sites_of, &additional);
     nearest.set_lights(lights);
-    let clusters = PhotonClusters {
-        unassigned_flux,
-        ..clusters
-    };
     (clusters, nearest)
 }
 
@@ -233,6 +223,14 @@ mod tests {
         })
     }
 
+    fn unassigned_flux(photons: &[Photon], nearest: &NearestLights) -> [f64; 3] {
+        let is_unassigned = |j: &u32| {
+            let location = SurfaceLocation::of_photon(&photons[*j as usize], &OPEN);
+            nearest.site(&OPEN, &location) == UNASSIGNED
+        };
+        flux(photons, (0..photons.len() as u32).filter(is_unassigned))
+    }
+
     #[test]
     fn the_partition_conserves_flux() {
         let mut photons = photons_on_square(20_000, 1);
@@ -245,8 +243,9 @@ mod tests {
         }
         let weights = luminances(&photons);
         let sites = select(&photons, &weights, 300, 0.4);
-        let (clusters, _) = assign(&OPEN, &candidates(&photons, &weights), &sites, 0.7);
-        assert!(clusters.unassigned_flux()[0] > 0.0);
+        let (clusters, nearest) = assign(&OPEN, &candidates(&photons, &weights), &sites, 0.7);
+        let unassigned = unassigned_flux(&photons, &nearest);
+        assert!(unassigned[0] > 0.0);
         let mut assigned = [0.0; 3];
         for k in (0..clusters.len()).filter(|&k| weight(&clusters, k) == 1.0) {
             let f = flux(&photons, clusters.of(k).map(|(j, _)| j));
@@ -261,7 +260,7 @@ mod tests {
             .collect();
         let certain = flux(&photons, certain.into_iter());
         for c in 0..3 {
-            let sum = assigned[c] - certain[c] + clusters.unassigned_flux()[c];
+            let sum = assigned[c] - certain[c] + unassigned[c];
             assert!((sum / total[c] - 1.0).abs() < 1e-6, "{sum} of {}", total[c]);
         }
     }
@@ -359,13 +358,13 @@ mod tests {
         let (mut mean, trials) = (0.0, 50);
         let mut unassigned = 0.0;
         for t in 0..trials {
-            let (clusters, _) = assign(
+            let (clusters, nearest) = assign(
                 &OPEN,
                 &candidates(&photons, &weights),
                 &sites,
                 (t as f32 + 0.5) / trials as f32,
             );
-            unassigned = clusters.unassigned_flux()[1];
+            unassigned = unassigned_flux(&photons, &nearest)[1];
             for k in (0..clusters.len()).filter(|&k| weight(&clusters, k) > 1.0) {
                 let light =
                     photons[clusters.sites()[k].photon as usize].flux * weight(&clusters, k);

@@ -15,8 +15,6 @@ pub struct PhotonClusters {
     /// See [`PhotonClusters::surface`].
     pub(super) surfaces: Vec<f32>,
     pub(super) unassigned_surface: f32,
-    /// Flux of the unassigned photons, before thinning; W per channel.
-    pub(super) unassigned_flux: [f64; 3],
 }
 
 impl PhotonClusters {
@@ -81,10 +79,5 @@ impl PhotonClusters {
     /// Surface represented by the light that an unassigned photon becomes, in the same unit as [`PhotonClusters::surface`].
     pub fn unassigned_surface(&self) -> f32 {
         self.unassigned_surface
-    }
-
-    /// Flux of the unassigned photons, before thinning; W per channel.
-    pub fn unassigned_flux(&self) -> [f64; 3] {
-        self.unassigned_flux
     }
 }

@@ -1,7 +1,7 @@
 //! Surfaces as the stages see them: material, orientation, and visibility over short distances.
 
 use crate::bsdf::Lobes;
-use crate::geometry::{Segment, SurfacePoint};
+use crate::geometry::Segment;
 use crate::ids::MaterialId;
 use crate::maps::Patch;
 use crate::math::Vec3;
@@ -30,15 +30,6 @@ impl SurfaceLocation {
             p: photon.p,
             n: photon.n,
             material: surfaces.material(photon),
-        }
-    }
-
-    /// The surface point `x`, on the side of the geometric normal `n`.
-    pub fn on_surface(scene: &Scene, x: &SurfacePoint, n: Vec3) -> Self {
-        SurfaceLocation {
-            p: x.p,
-            n,
-            material: scene.geometry.primitives()[x.at.primitive.index()].material,
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::candidates::Candidates;
 use super::surfaces::{SurfaceLocation, Surfaces};
-use super::{GlossyForm, PhotonClusters, VirtualLights};
+use super::{GlossyForm, PhotonClusters, VirtualLights, build_lights};
 use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::geometry::SurfaceRef;
@@ -64,7 +64,7 @@ impl<'s> VirtualLights<'s> {
         photons: &[Photon],
         clusters: &PhotonClusters,
     ) -> Self {
-        VirtualLights::build(scene, limits, photons, clusters, None, |_| true)
+        build_lights(scene, limits, photons, clusters, None, |_| true)
     }
 
     /// Rich-VPLs.
@@ -75,7 +75,7 @@ impl<'s> VirtualLights<'s> {
         clusters: &PhotonClusters,
         form: GlossyForm,
     ) -> Self {
-        VirtualLights::build(scene, limits, photons, clusters, Some(form), |_| true)
+        build_lights(scene, limits, photons, clusters, Some(form), |_| true)
     }
 }
 

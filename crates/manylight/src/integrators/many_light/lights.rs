@@ -15,7 +15,9 @@ use crate::virtual_lights::assign::assign;
 use crate::virtual_lights::candidates::Candidates;
 use crate::virtual_lights::density::by_density;
 use crate::virtual_lights::relax::relax;
-use crate::virtual_lights::{NearestLights, PhotonClusters, Site, VirtualLights, select};
+use crate::virtual_lights::{
+    NearestLights, PhotonClusters, Site, VirtualLights, build_lights, select,
+};
 
 /// Most photons per light on average; more of them are thinned before the partition of flux. Unmeasured: beyond it, the
 /// noise of the photons is small beside that of the light positions.
@@ -159,7 +161,7 @@ pub(super) fn lights<'s>(
     };
     let is_shaded = |k| subsets.is_shaded(k);
     let lights = stats.time("lights", || {
-        VirtualLights::build(cx.scene, cx.limits, photons, clusters, form, is_shaded)
+        build_lights(cx.scene, cx.limits, photons, clusters, form, is_shaded)
     });
     Stats::count(&stats.lights, lights.lights().len() as u64);
     Stats::count(&stats.light_bytes, lights.bytes() as u64);

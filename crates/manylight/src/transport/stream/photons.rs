@@ -1,11 +1,26 @@
-//! The step of photons at the vertices of a packet.
+//! Photons: the numbers of their emission, and their step at the vertices of a packet.
 
 use super::{Bits, Generators, Vertices, Walks, lanes_where};
 use crate::bsdf::Lobes;
+use crate::emitters::EmissionNumbers;
 use crate::lanes::{Float, Width};
+use crate::sampling::Sampler;
 use crate::scene::PathLimits;
 use crate::simd::set_bits;
 use crate::transport::roulette::photon_survivals;
+
+impl Sampler {
+    /// Random numbers of one photon emission.
+    #[inline]
+    pub(crate) fn next_emission(&mut self) -> EmissionNumbers {
+        EmissionNumbers {
+            emitter: self.next_1d(),
+            position: self.next_2d(),
+            direction: self.next_2d(),
+            element: self.next_1d(),
+        }
+    }
+}
 
 /// Appends to `next` the photons in `lanes` that go on within the limits: straight through the surface, or scattered if they survive
 /// Russian roulette. Those that scatter carry `payload(i)`.
