@@ -12,7 +12,6 @@ use crate::color::Rgb;
 use crate::emitters::{EmissionGuide, EmissionSample};
 use crate::film::Film;
 use crate::geometry::{Ray, Segment, SurfacePoint, SurfaceRef};
-use crate::ids::MaterialId;
 use crate::lanes::{Vector, Width, lane};
 use crate::math::{UVec2, Vec2, Vec3};
 use crate::sampling::{Sampler, Stream};
@@ -22,8 +21,7 @@ use crate::simd::set_bits;
 use crate::stats::Stats;
 use crate::transport::past_emitters;
 use crate::transport::stream::{
-    Arrivals, Bits, PacketShader, Vertices, WalkRow, Walks, follow_all, follow_photons,
-    lanes_where, shade_packets, used,
+    Bits, VertexShader, Vertices, WalkRow, Walks, follow_and_shade, follow_photons, lanes_where,
 };
 use rayon::prelude::*;
 use std::f32::consts::FRAC_1_PI;
@@ -98,16 +96,7 @@ impl LightTracer<'_> {
             let sampler = run.pass.sampler(Stream::Photon, index);
             walks.extend(self.start(sampler));
         }
-        follow_all(self.scene, walks, |walks, arrivals, next| {
-            let mut round = Round {
-                tracer: self,
-                walks,
-                arrivals,
-                next,
-            };
-            shade_packets(arrivals.runs(), &mut round);
-            self.add_visible();
-        });
+        follow_and_shade(self.scene, walks, self);
         self.add_visible();
     }
 
@@ -178,20 +167,16 @@ impl LightTracer<'_> {
     }
 }
 
-/// One segment of all paths of a task, and the vertices at its end.
-struct Round<'a, 's> {
-    tracer: &'a mut LightTracer<'s>,
-    walks: &'a Walks<()>,
-    arrivals: &'a Arrivals,
-    next: &'a mut Walks<()>,
-}
-
-impl PacketShader for Round<'_, '_> {
+impl VertexShader<()> for LightTracer<'_> {
     #[inline(always)]
-    fn shade<S: Width>(&mut self, s: S, material: MaterialId, packet: &[u32]) {
-        let (scene, walks) = (self.tracer.scene, self.walks);
-        let v = Vertices::new(s, scene, walks, self.arrivals, material, packet);
-        let lanes = used(packet.len());
+    fn shade<S: Width>(
+        &mut self,
+        v: &Vertices<S>,
+        walks: &Walks<()>,
+        lanes: Bits,
+        next: &mut Walks<()>,
+    ) {
+        let (scene, s) = (self.scene, v.w_prev.x.width());
         let mut generators = v.generators(s, walks);
         let u = generators.next_pair();
         let (p, u) = (v.x.p.store(), [u.x.store(), u.y.store()]);
@@ -202,19 +187,18 @@ impl PacketShader for Round<'_, '_> {
                 (scene.sensor).connect(p, [u[0].as_ref()[i], u[1].as_ref()[i]].into())
             }
         });
-        self.connect(s, &v, &seen, lanes);
-        let round = (walks, self.tracer.limits);
-        follow_photons(&v, round, lanes, generators, |_| (), self.next);
+        self.connect_vertices(v, walks, &seen, lanes);
+        follow_photons(v, (walks, self.limits), lanes, generators, |_| (), next);
     }
 }
 
-impl Round<'_, '_> {
+impl LightTracer<'_> {
     /// Connects the vertices in `lanes` with the sensor.
     #[inline(always)]
-    fn connect<S: Width>(
+    fn connect_vertices<S: Width>(
         &mut self,
-        s: S,
         v: &Vertices<S>,
+        walks: &Walks<()>,
         seen: &S::Each<Option<SensorConnection>>,
         lanes: Bits,
     ) {
@@ -223,10 +207,11 @@ impl Round<'_, '_> {
         if lanes == 0 {
             return;
         }
+        let s = v.w_prev.x.width();
         let w = Vector::from_fn(s, |i| seen(i).map_or(Vec3::Z, |seen| seen.w));
         let (f_cos, _) = v.bsdf.responses(v.w_prev, w, Lobes::FINITE);
         let cosines = w.dot(v.x.ng).abs() / v.w_prev.dot(v.x.ng).abs();
-        let intensity = self.walks.throughput(s, &v.index) * f_cos * cosines;
+        let intensity = walks.throughput(s, &v.index) * f_cos * cosines;
         let lit = lanes & (intensity.is_finite() & !intensity.is_black()).bits();
         let (intensity, from) = (intensity.store(), v.x.offset_towards(w).store());
         for i in set_bits(lit) {
@@ -234,7 +219,7 @@ impl Round<'_, '_> {
                 let from = (v.x.at.as_ref()[i], Vec3::from(lane(&from, i)));
                 let intensity = Rgb::from(lane(&intensity, i));
                 let segments = v.segments.as_ref()[i] + 1;
-                self.tracer.connect(from, segments, seen, intensity);
+                self.connect(from, segments, seen, intensity);
             }
         }
     }

@@ -2,15 +2,13 @@
 
 use super::tasks::in_path_order;
 use crate::bsdf::Lobes;
-use crate::ids::MaterialId;
-use crate::lanes::{Color, Float, Width, lane};
+use crate::lanes::{Float, Width, lane};
 use crate::math::{Vec2, Vec3};
 use crate::sampling::{Pass, Stream};
 use crate::scene::{PathLimits, Scene};
 use crate::simd::set_bits;
 use crate::transport::stream::{
-    Arrivals, Bits, Generators, PacketShader, Vertices, WalkRow, Walks, follow_all, lanes_where,
-    shade_packets, used,
+    Bits, VertexShader, Vertices, WalkRow, Walks, follow_and_shade, lanes_where,
 };
 use crate::transport::walk::{MAX_SPECULAR_SEGMENTS, visible_part};
 use std::ops::Range;
@@ -57,22 +55,12 @@ struct PathTracer<'a> {
 impl PathTracer<'_> {
     /// Traces paths, and returns their importons with the index of their path.
     fn trace(&self, pass: Pass, paths: Range<u32>) -> Vec<(u32, Importon)> {
-        let mut stored = Vec::new();
-        follow_all(
-            self.scene,
-            self.start(pass, paths),
-            |walks, arrivals, next| {
-                let mut round = Round {
-                    tracer: self,
-                    walks,
-                    arrivals,
-                    next,
-                    stored: &mut stored,
-                };
-                shade_packets(arrivals.runs(), &mut round);
-            },
-        );
-        stored
+        let mut importons = StoredImportons {
+            limits: self.limits,
+            stored: Vec::new(),
+        };
+        follow_and_shade(self.scene, self.start(pass, paths), &mut importons);
+        importons.stored
     }
 
     /// The paths at the camera. They carry their index.
@@ -92,44 +80,45 @@ impl PathTracer<'_> {
     }
 }
 
-/// One segment of all paths of a task, and the vertices at its end.
-struct Round<'a, 'o> {
-    tracer: &'a PathTracer<'a>,
-    walks: &'a Walks<u32>,
-    arrivals: &'a Arrivals,
-    next: &'o mut Walks<u32>,
-    /// Importons with the index of their path.
-    stored: &'o mut Vec<(u32, Importon)>,
+/// The importons of the paths of a task.
+struct StoredImportons {
+    limits: PathLimits,
+    /// With the index of their path.
+    stored: Vec<(u32, Importon)>,
 }
 
-impl PacketShader for Round<'_, '_> {
+impl VertexShader<u32> for StoredImportons {
     #[inline(always)]
-    fn shade<S: Width>(&mut self, s: S, material: MaterialId, packet: &[u32]) {
-        let (scene, walks) = (self.tracer.scene, self.walks);
-        let v = Vertices::new(s, scene, walks, self.arrivals, material, packet);
-        let used = used(packet.len());
-        let gathered = lanes_where(used, |i| {
+    fn shade<S: Width>(
+        &mut self,
+        v: &Vertices<S>,
+        walks: &Walks<u32>,
+        lanes: Bits,
+        next: &mut Walks<u32>,
+    ) {
+        let gathered = lanes_where(lanes, |i| {
             walks.event(v.index.as_ref()[i]).has(Lobes::NON_SPECULAR)
         });
-        self.store(s, &v, gathered);
-        self.advance(s, &v, used, gathered);
+        self.store(v, walks, gathered);
+        advance(self.limits, v, walks, (lanes, gathered), next);
     }
 }
 
-impl Round<'_, '_> {
+impl StoredImportons {
     /// Stores the importons of the paths that come from a gather point, the lanes `gathered`.
     #[inline(always)]
-    fn store<S: Width>(&mut self, s: S, v: &Vertices<S>, gathered: Bits) {
+    fn store<S: Width>(&mut self, v: &Vertices<S>, walks: &Walks<u32>, gathered: Bits) {
         let receives = gathered & v.bsdf.has(Lobes::NON_SPECULAR).bits();
         if receives == 0 {
             return;
         }
         let transmits = v.bsdf.transmitting().bits();
-        let importance = self.walks.throughput(s, &v.index).luminance().store();
+        let s = v.w_prev.x.width();
+        let importance = walks.throughput(s, &v.index).luminance().store();
         let n = v.x.normals_towards(v.w_prev).store();
         let (p, wo) = (v.x.p.store(), v.w_prev.store());
         for i in set_bits(receives) {
-            let path = v.payload(self.walks, i);
+            let path = v.payload(walks, i);
             let importon = Importon {
                 p: Vec3::from(lane(&p, i)),
                 n: Vec3::from(lane(&n, i)),
@@ -144,46 +133,41 @@ impl Round<'_, '_> {
             }
         }
     }
+}
 
-    /// Scatters the paths, and appends those that go on.
-    #[inline(always)]
-    fn advance<S: Width>(&mut self, s: S, v: &Vertices<S>, used: Bits, gathered: Bits) {
-        let (walks, limits) = (self.walks, self.tracer.limits);
-        // A light here lengthens the path by at least its own connection and one photon segment.
-        let goes_on = lanes_where(used, |i| limits.allow(v.segments.as_ref()[i] + 2));
-        if goes_on == 0 {
-            return;
-        }
-        let mut generators = v.generators(s, walks);
-        let mut throughput = walks.throughput(s, &v.index);
-        let unchanged = |i| v.payload(walks, i);
-        let state = (&mut throughput, &mut generators);
-        let scatters = v.pass_through(walks, self.next, state, goes_on, unchanged);
-        let scatters = lanes_where(scatters & !gathered, |i| {
-            v.segments.as_ref()[i] <= MAX_SPECULAR_SEGMENTS
-        });
-        if scatters != 0 {
-            self.scatter(v, throughput, generators, scatters);
-        }
+/// Appends the paths in `lanes` that go on to `next`. Those that come from a gather point, `gathered`, do
+/// not scatter.
+#[inline(always)]
+fn advance<S: Width>(
+    limits: PathLimits,
+    v: &Vertices<S>,
+    walks: &Walks<u32>,
+    (lanes, gathered): (Bits, Bits),
+    next: &mut Walks<u32>,
+) {
+    // A light here lengthens the path by at least its own connection and one photon segment.
+    let goes_on = lanes_where(lanes, |i| limits.allow(v.segments.as_ref()[i] + 2));
+    if goes_on == 0 {
+        return;
     }
-
-    /// Samples the next directions in the lanes `scatters`.
-    #[inline(always)]
-    fn scatter<S: Width>(
-        &mut self,
-        v: &Vertices<S>,
-        throughput: Color<S>,
-        mut generators: Generators<S>,
-        scatters: Bits,
-    ) {
-        let numbers = generators.next_bsdf();
-        let sample = v.bsdf.sample_each_wi(v.w_prev, numbers, Lobes::ALL);
-        let alive = sample.valid & !sample.weight.is_black();
-        let one = Float::splat(v.w_prev.x.width(), 1.0);
-        let segments = v.next_segments(&sample, throughput * sample.weight, one);
-        for i in set_bits(alive.bits() & scatters) {
-            let path = v.payload(self.walks, i);
-            self.next.push(segments.row(i, generators.get(i), path));
-        }
+    let s = v.w_prev.x.width();
+    let mut generators = v.generators(s, walks);
+    let mut throughput = walks.throughput(s, &v.index);
+    let path = |i| v.payload(walks, i);
+    let state = (&mut throughput, &mut generators);
+    let scatters = v.pass_through(walks, next, state, goes_on, path);
+    let scatters = lanes_where(scatters & !gathered, |i| {
+        v.segments.as_ref()[i] <= MAX_SPECULAR_SEGMENTS
+    });
+    if scatters == 0 {
+        return;
+    }
+    let numbers = generators.next_bsdf();
+    let sample = v.bsdf.sample_each_wi(v.w_prev, numbers, Lobes::ALL);
+    let alive = sample.valid & !sample.weight.is_black();
+    let one = Float::splat(s, 1.0);
+    let segments = v.next_segments(&sample, throughput * sample.weight, one);
+    for i in set_bits(alive.bits() & scatters) {
+        next.push(segments.row(i, generators.get(i), path(i)));
     }
 }

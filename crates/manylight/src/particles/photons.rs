@@ -5,15 +5,13 @@ use crate::bsdf::Lobes;
 use crate::color::Rgb;
 use crate::emitters::EmissionGuide;
 use crate::geometry::SurfaceRef;
-use crate::ids::MaterialId;
 use crate::lanes::{Width, lane};
 use crate::math::Vec3;
 use crate::sampling::{Pass, Stream};
 use crate::scene::{PathLimits, Scene};
 use crate::simd::set_bits;
 use crate::transport::stream::{
-    Arrivals, Bits, PacketShader, Vertices, WalkRow, Walks, follow_all, follow_photons,
-    lanes_where, shade_packets, used,
+    Bits, VertexShader, Vertices, WalkRow, Walks, follow_and_shade, follow_photons, lanes_where,
 };
 use std::ops::Range;
 
@@ -120,22 +118,12 @@ struct PhotonPath {
 impl<F: Fn(Lobes, Lobes) -> Option<u32>> PathTracer<'_, F> {
     /// Traces paths, and returns their photons with the index of their path.
     fn trace(&self, pass: Pass, paths: Range<u32>) -> Vec<(u32, Photon)> {
-        let mut stored = Vec::new();
-        follow_all(
-            self.scene,
-            self.start(pass, paths),
-            |walks, arrivals, next| {
-                let mut round = Round {
-                    tracer: self,
-                    walks,
-                    arrivals,
-                    next,
-                    stored: &mut stored,
-                };
-                shade_packets(arrivals.runs(), &mut round);
-            },
-        );
-        stored
+        let mut photons = StoredPhotons {
+            tracer: self,
+            stored: Vec::new(),
+        };
+        follow_and_shade(self.scene, self.start(pass, paths), &mut photons);
+        photons.stored
     }
 
     /// The paths at their emitters.
@@ -161,37 +149,37 @@ impl<F: Fn(Lobes, Lobes) -> Option<u32>> PathTracer<'_, F> {
     }
 }
 
-/// One segment of all paths of a task, and the vertices at its end.
-struct Round<'a, 'o, F> {
+/// The photons of the paths of a task.
+struct StoredPhotons<'a, F> {
     tracer: &'a PathTracer<'a, F>,
-    walks: &'a Walks<PhotonPath>,
-    arrivals: &'a Arrivals,
-    next: &'o mut Walks<PhotonPath>,
-    /// Photons with the index of their path.
-    stored: &'o mut Vec<(u32, Photon)>,
+    /// With the index of their path.
+    stored: Vec<(u32, Photon)>,
 }
 
-impl<F: Fn(Lobes, Lobes) -> Option<u32>> PacketShader for Round<'_, '_, F> {
+impl<F: Fn(Lobes, Lobes) -> Option<u32>> VertexShader<PhotonPath> for StoredPhotons<'_, F> {
     #[inline(always)]
-    fn shade<S: Width>(&mut self, s: S, material: MaterialId, packet: &[u32]) {
-        let (scene, walks) = (self.tracer.scene, self.walks);
-        let v = Vertices::new(s, scene, walks, self.arrivals, material, packet);
-        let used = used(packet.len());
-        self.store(s, &v, used);
-        let generators = v.generators(s, walks);
-        let path = |i: usize| Self::path_at(walks, v.index.as_ref()[i]);
+    fn shade<S: Width>(
+        &mut self,
+        v: &Vertices<S>,
+        walks: &Walks<PhotonPath>,
+        lanes: Bits,
+        next: &mut Walks<PhotonPath>,
+    ) {
+        self.store(v, walks, lanes);
+        let generators = v.generators(v.w_prev.x.width(), walks);
+        let path = |i: usize| path_at(walks, v.index.as_ref()[i]);
         let round = (walks, self.tracer.limits);
-        follow_photons(&v, round, used, generators, path, self.next);
+        follow_photons(v, round, lanes, generators, path, next);
     }
 }
 
-impl<F: Fn(Lobes, Lobes) -> Option<u32>> Round<'_, '_, F> {
+impl<F: Fn(Lobes, Lobes) -> Option<u32>> StoredPhotons<'_, F> {
     /// Stores the photons at the vertices where they are useful.
     #[inline(always)]
-    fn store<S: Width>(&mut self, s: S, v: &Vertices<S>, used: Bits) {
-        let (tracer, walks) = (self.tracer, self.walks);
+    fn store<S: Width>(&mut self, v: &Vertices<S>, walks: &Walks<PhotonPath>, lanes: Bits) {
+        let tracer = self.tracer;
         let surfaces = v.bsdf.lobes_each();
-        let useful = lanes_where(used, |i| {
+        let useful = lanes_where(lanes, |i| {
             let event = walks.event(v.index.as_ref()[i]);
             let added = (tracer.segments_added)(surfaces.as_ref()[i], event);
             added.is_some_and(|added| tracer.limits.allow(v.segments.as_ref()[i] + added))
@@ -199,13 +187,13 @@ impl<F: Fn(Lobes, Lobes) -> Option<u32>> Round<'_, '_, F> {
         if useful == 0 {
             return;
         }
-        let flux = walks.throughput(s, &v.index);
+        let flux = walks.throughput(v.w_prev.x.width(), &v.index);
         let diffuse_flux = (flux * v.bsdf.diffuse_weights(v.w_prev)).store();
         let n = v.x.normals_towards(v.w_prev).store();
         let (p, wi, flux) = (v.x.p.store(), v.w_prev.store(), flux.store());
         for i in set_bits(useful) {
             let walk = v.index.as_ref()[i];
-            let (previous, path) = (&walks.previous[walk as usize], Self::path_at(walks, walk));
+            let (previous, path) = (&walks.previous[walk as usize], path_at(walks, walk));
             let photon = Photon {
                 p: Vec3::from(lane(&p, i)),
                 n: Vec3::from(lane(&n, i)),
@@ -221,15 +209,15 @@ impl<F: Fn(Lobes, Lobes) -> Option<u32>> Round<'_, '_, F> {
             self.stored.push((path.index, photon));
         }
     }
+}
 
-    /// The path of a walk, with the class of its last event.
-    #[inline(always)]
-    fn path_at(walks: &Walks<PhotonPath>, walk: u32) -> PhotonPath {
-        let (event, path) = (walks.event(walk), walks.payload[walk as usize]);
-        let origin = match event.has(Lobes::SPECULAR) {
-            true => path.origin,
-            false => event,
-        };
-        PhotonPath { origin, ..path }
-    }
+/// The path of a walk, with the class of its last event.
+#[inline(always)]
+fn path_at(walks: &Walks<PhotonPath>, walk: u32) -> PhotonPath {
+    let (event, path) = (walks.event(walk), walks.payload[walk as usize]);
+    let origin = match event.has(Lobes::SPECULAR) {
+        true => path.origin,
+        false => event,
+    };
+    PhotonPath { origin, ..path }
 }
