@@ -1,8 +1,8 @@
-//! What all methods do at the ends of the segments of camera paths: emitted radiance, straight-through transmission, and the layers of
-//! first surfaces and events.
+//! What all methods do at the ends of the segments of camera paths: emitted radiance,
+//! straight-through transmission, and the layers of first surfaces and events.
 //!
-//! Albedo is the reflectance towards the viewer, estimated by the weight of one sampled direction. Its mean over passes is right, and exact
-//! after one pass on a Lambertian surface.
+//! Albedo is the reflectance towards the viewer, estimated by the weight of one sampled direction.
+//! Its mean over passes is right, and exact after one pass on a Lambertian surface.
 
 use super::context::PassContext;
 use super::first_event::{FirstEvent, SampleShare, add_first_event};
@@ -27,7 +27,8 @@ use crate::transport::walk::visible_part;
 
 /// What a camera path carries for a method.
 pub(super) trait CameraPath: Copy {
-    /// What the layers of first surfaces and events need to know; `None` if the path is not in them.
+    /// What the layers of first surfaces and events need to know; `None` if the path is not in
+    /// them.
     fn first(&self) -> Option<FirstPart>;
 
     /// After a segment of this length, in m.
@@ -46,7 +47,8 @@ pub(super) struct FirstPart {
     pub(super) hidden: f32,
     /// The path in the layers of first events.
     pub(super) event: SampleShare,
-    /// Inverse of the number of paths of the pixel in the layers that describe first surfaces; 0 if this one is not in them.
+    /// Inverse of the number of paths of the pixel in the layers that describe first surfaces; 0 if
+    /// this one is not in them.
     pub(super) surface_share: f32,
 }
 
@@ -97,8 +99,8 @@ impl CameraStart {
     }
 }
 
-/// A camera path for each pixel of a tile, at the camera; `payload` is made of its part in the layers of
-/// first surfaces.
+/// A camera path for each pixel of a tile, at the camera; `payload` is made of its part in the
+/// layers of first surfaces.
 pub(super) fn start_paths<T: Copy>(
     scene: (&Scene, PathLimits),
     run: &PassContext,
@@ -125,8 +127,8 @@ pub(super) fn start_paths<T: Copy>(
     walks
 }
 
-/// Follows camera paths to their ends. `shade` does what happens at the ends of the segments of a round,
-/// and appends the paths that go on to its last argument.
+/// Follows camera paths to their ends. `shade` does what happens at the ends of the segments of a
+/// round, and appends the paths that go on to its last argument.
 pub(super) fn follow_paths<'s, T: CameraPath>(
     scene: &'s Scene,
     limits: PathLimits,
@@ -237,8 +239,8 @@ pub(super) struct PathLanes {
 }
 
 impl PathLanes {
-    /// Whether nothing happens at the vertices: no path meets an emitter, fills a layer of first surfaces
-    /// or goes on.
+    /// Whether nothing happens at the vertices: no path meets an emitter, fills a layer of first
+    /// surfaces or goes on.
     #[inline(always)]
     pub(super) fn are_done(self) -> bool {
         self.emits | self.firsts | (self.active & !self.ends) == 0
@@ -275,7 +277,8 @@ impl<'a, 's, T: CameraPath> CameraRound<'a, 's, T> {
         Vertices::new(s, self.scene, self.walks, self.arrivals, material, packet)
     }
 
-    /// The paths that arrive at the vertices `v`, on `material`. They are a reference: moving them costs more than shading them.
+    /// The paths that arrive at the vertices `v`, on `material`. They are a reference: moving them
+    /// costs more than shading them.
     #[inline(always)]
     pub(super) fn arrive<'v, S: Width>(
         &self,
@@ -299,8 +302,9 @@ impl<'a, 's, T: CameraPath> CameraRound<'a, 's, T> {
         self.walks.event(i) == Lobes::NONE && self.walks.payload[i as usize].first().is_some()
     }
 
-    /// Calls `visit` with each path that leaves the scene, and the radiance of the environment along it, weighted by throughput and MIS, in
-    /// W/(m² sr). `guide` as in [`see_environment`]. Adds the first events of these paths.
+    /// Calls `visit` with each path that leaves the scene, and the radiance of the environment
+    /// along it, weighted by throughput and MIS, in W/(m² sr). `guide` as in [`see_environment`].
+    /// Adds the first events of these paths.
     pub(super) fn leave<'g>(
         &self,
         guide: impl Fn(u32) -> Option<&'g EnvironmentLobes>,
@@ -329,8 +333,8 @@ impl<'a, 's, T: CameraPath> CameraRound<'a, 's, T> {
         }
     }
 
-    /// Calls `visit` with the paths in the lanes `emits`, and the radiance that the surfaces emit along them, weighted by throughput and
-    /// MIS, in W/(m² sr).
+    /// Calls `visit` with the paths in the lanes `emits`, and the radiance that the surfaces emit
+    /// along them, weighted by throughput and MIS, in W/(m² sr).
     #[inline(always)]
     pub(super) fn see_emitters<S: Width>(
         &self,
@@ -354,7 +358,8 @@ impl<'a, 's, T: CameraPath> CameraRound<'a, 's, T> {
         }
     }
 
-    /// Adds the layers that describe the first surfaces of the paths in the lanes `firsts`; `samples` draws directions from all lobes.
+    /// Adds the layers that describe the first surfaces of the paths in the lanes `firsts`;
+    /// `samples` draws directions from all lobes.
     #[inline(always)]
     pub(super) fn describe<S: Width>(
         &self,
@@ -387,8 +392,8 @@ impl<'a, 's, T: CameraPath> CameraRound<'a, 's, T> {
         }
     }
 
-    /// The first steps of paths at their vertices: layers of first surfaces, with directions drawn for
-    /// them, then [`CameraRound::pass_through`].
+    /// The first steps of paths at their vertices: layers of first surfaces, with directions drawn
+    /// for them, then [`CameraRound::pass_through`].
     #[inline(always)]
     pub(super) fn describe_and_pass_through<S: Width>(
         &self,
@@ -407,8 +412,8 @@ impl<'a, 's, T: CameraPath> CameraRound<'a, 's, T> {
     }
 
     /// Appends to `next` the paths that continue straight through, and adds the first events of the
-    /// others: where a path ends by the limits, whether it scatters stays open. Returns the lanes in
-    /// which paths scatter.
+    /// others: where a path ends by the limits, whether it scatters stays open. Returns the lanes
+    /// in which paths scatter.
     #[inline(always)]
     pub(super) fn pass_through<S: Width>(
         &self,

@@ -18,8 +18,8 @@ use crate::transport::stream::Vertices;
 #[derive(Clone, Debug)]
 pub(super) struct ShadowRays<T> {
     segments: Vec<Segment>,
-    /// The light, and the number of transparent surfaces that the ray may cross. Each is a vertex of
-    /// the path.
+    /// The light, and the number of transparent surfaces that the ray may cross. Each is a vertex
+    /// of the path.
     light: Vec<(T, u32)>,
     /// By ray: whether an opaque surface blocks it.
     occluded: Vec<bool>,
@@ -92,8 +92,8 @@ impl ReflectingPath {
 /// How the vertices of a packet reflect light of emitters: all that differs between the methods.
 /// The functions must be `inline(always)`.
 pub(super) trait EmitterReflection<S: Width> {
-    /// The light that the paths carry from the samples to their pixels, weighted by MIS: the terms of
-    /// two layers. Unspecified in lanes without a sample.
+    /// The light that the paths carry from the samples to their pixels, weighted by MIS: the terms
+    /// of two layers. Unspecified in lanes without a sample.
     fn reflect(&self, lights: &EmitterSamples<S>) -> [Color<S>; 2];
 
     /// The path in lane `i`.
@@ -113,8 +113,8 @@ pub(super) struct EmitterQuery<'g, S: Width> {
 pub(super) type Connections = ShadowRays<Connection>;
 
 impl Connections {
-    /// Next-event estimation: connects each of the vertices in the lanes of `query` with a point of an
-    /// emitter. The light counts if nothing blocks it: see [`Connections::add_all`].
+    /// Next-event estimation: connects each of the vertices in the lanes of `query` with a point of
+    /// an emitter. The light counts if nothing blocks it: see [`Connections::add_all`].
     #[inline(always)]
     pub(super) fn connect_emitters<'a, S: Width>(
         &mut self,
@@ -155,8 +155,8 @@ impl Connections {
         }
     }
 
-    /// Adds the connections that nothing blocks to the pixels, and empties the list. Returns the number
-    /// of shadow rays.
+    /// Adds the connections that nothing blocks to the pixels, and empties the list. Returns the
+    /// number of shadow rays.
     pub(super) fn add_all(&mut self, scene: &Scene, out: &mut TileSamples) -> u64 {
         self.trace(scene, |connection, transmittance| {
             for (layer, value) in connection.terms {

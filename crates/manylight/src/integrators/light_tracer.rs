@@ -1,9 +1,12 @@
-//! Light tracing: photons splatted on the film. It is the adjoint of the path tracer, kept as a check of all that differs between
-//! the two directions: shading normals, η², emission and sensor importance.
+//! Light tracing: photons splatted on the film. It is the adjoint of the path tracer, kept as a
+//! check of all that differs between the two directions: shading normals, η², emission and sensor
+//! importance.
 //!
-//! It estimates light that reaches the camera directly or from a non-specular or near-delta event, not by delta events: smooth glass
-//! and mirrors in view are black, and the mean of such an image is lower than the mean by path tracing. In the scene staircase2, with a
-//! balustrade of glass, the mean is 3.1 % lower. In the 86 % of the pixels away from the glass it is equal within the noise (0.003 %).
+//! It estimates light that reaches the camera directly or from a non-specular or near-delta event,
+//! not by delta events: smooth glass and mirrors in view are black, and the mean of such an image
+//! is lower than the mean by path tracing. In the scene staircase2, with a balustrade of glass, the
+//! mean is 3.1 % lower. In the 86 % of the pixels away from the glass it is equal within the noise
+//! (0.003 %).
 
 use super::connections::ShadowRays;
 use super::context::PassContext;
@@ -27,7 +30,8 @@ use rayon::prelude::*;
 use std::f32::consts::FRAC_1_PI;
 use std::ops::Range;
 
-/// Paths traced by one task. Unmeasured: large enough that most packets are full, small enough to balance the threads.
+/// Paths traced by one task. Unmeasured: large enough that most packets are full, small enough to
+/// balance the threads.
 const PATHS_PER_TASK: u64 = 4096;
 
 /// A contribution to one pixel.
@@ -47,7 +51,8 @@ pub(super) fn render_pass(
     let path_count = u64::from(size.x) * u64::from(size.y);
     let mut frame = vec![Rgb::BLACK; path_count as usize];
     run.stats.time("shade", || {
-        // Each task has its own list of splats. The lists are added in order: any number of threads gives the same sums.
+        // Each task has its own list of splats. The lists are added in order: any number of threads
+        // gives the same sums.
         let lists: Vec<Vec<Splat>> = (0..path_count.div_ceil(PATHS_PER_TASK))
             .into_par_iter()
             .map(|task| {
@@ -123,14 +128,15 @@ impl LightTracer<'_> {
         };
         let radiance = (scene.emitters).radiance(&scene.geometry, &scene.textures, y, seen.w);
         if !radiance.is_black() {
-            // Lambertian emission: the flux of the path is π L / pdf_area, so that this is L |cos| / pdf_area.
+            // Lambertian emission: the flux of the path is π L / pdf_area, so that this is L |cos|
+            // / pdf_area.
             let intensity = start.flux * (FRAC_1_PI * y.ng.dot(seen.w).abs());
             self.connect((y.at, y.offset_towards(seen.w)), 1, &seen, intensity);
         }
     }
 
-    /// Connects a point, given with the start of a ray to the sensor, by a path of `segments` segments. `intensity` is the radiant intensity
-    /// towards the sensor, in W/sr.
+    /// Connects a point, given with the start of a ray to the sensor, by a path of `segments`
+    /// segments. `intensity` is the radiant intensity towards the sensor, in W/sr.
     fn connect(
         &mut self,
         (at, from): (SurfaceRef, Vec3),
@@ -225,8 +231,8 @@ impl LightTracer<'_> {
     }
 }
 
-/// The part of the line from the surface `at` to the camera on which surfaces occlude: hidden emitters before the first other surface do
-/// not. `None` if `at` is on such an emitter.
+/// The part of the line from the surface `at` to the camera on which surfaces occlude: hidden
+/// emitters before the first other surface do not. `None` if `at` is on such an emitter.
 pub(super) fn line_of_sight(
     scene: &Scene,
     limits: PathLimits,

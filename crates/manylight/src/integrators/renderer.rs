@@ -25,7 +25,8 @@ impl<'s> Renderer<'s> {
         }
     }
 
-    /// Adds one pass to `film`; `false` if it was cancelled and dropped. A pass depends only on the seed and its index.
+    /// Adds one pass to `film`; `false` if it was cancelled and dropped. A pass depends only on the
+    /// seed and its index.
     pub fn render_pass(&mut self, run: &PassContext, film: &mut Film) -> bool {
         let (scene, limits) = (self.scene, self.method.limits);
         if let MethodKind::ManyLight(settings) = &mut self.method.kind {

@@ -4,8 +4,8 @@
 //! L = Σ_j k_j f_j Φ_j / c
 //! ```
 //!
-//! with the kernel `k_j` in 1/m², the scattering function `f_j` in 1/sr, the flux `Φ_j` in W, and the
-//! fraction `c` of the kernel that is surface, so that edges and thin tubes keep their light.
+//! with the kernel `k_j` in 1/m², the scattering function `f_j` in 1/sr, the flux `Φ_j` in W, and
+//! the fraction `c` of the kernel that is surface, so that edges and thin tubes keep their light.
 
 use super::density::{Bandwidth, DensityReceiver, OnSurface, density_estimate};
 use super::{KdTree, Neighbors, covered_fraction};
@@ -42,8 +42,8 @@ pub struct ArrivingPhotons<'m, 'a, 's, P> {
 }
 
 impl<'m, 'a, 's, P: OnSurface + Sync> ArrivingPhotons<'m, 'a, 's, P> {
-    /// The photons within the path limits on the side of the unit normal `n`. As many are searched as
-    /// `found` holds.
+    /// The photons within the path limits on the side of the unit normal `n`. As many are searched
+    /// as `found` holds.
     pub fn around(
         photons: &'m KdTree<P>,
         at: PhotonReceiver<'a, 's>,

@@ -1,4 +1,5 @@
-//! Particles found by position: nearest neighbors, density estimates, and the compatibility test of surfaces.
+//! Particles found by position: nearest neighbors, density estimates, and the compatibility test of
+//! surfaces.
 
 mod arriving;
 pub mod compatible;

@@ -1,4 +1,5 @@
-//! Importons: importance incident at surfaces, traced from the camera by way of the points at which virtual lights are summed.
+//! Importons: importance incident at surfaces, traced from the camera by way of the points at which
+//! virtual lights are summed.
 
 use super::tasks::in_path_order;
 use crate::bsdf::Lobes;
@@ -13,12 +14,14 @@ use crate::transport::stream::{
 use crate::transport::walk::{MAX_SPECULAR_SEGMENTS, visible_part};
 use std::ops::Range;
 
-/// Importance incident at `p` from a gather point: the weight of a virtual light at `p` in the image.
+/// Importance incident at `p` from a gather point: the weight of a virtual light at `p` in the
+/// image.
 #[derive(Clone, Copy, Debug)]
 pub struct Importon {
     /// Position.
     pub p: Vec3,
-    /// Geometric normal on the side from which the importon arrives; for the copy on a transmitting surface, on the other side.
+    /// Geometric normal on the side from which the importon arrives; for the copy on a transmitting
+    /// surface, on the other side.
     pub n: Vec3,
     /// Unit direction to the gather point.
     pub wo: Vec3,
@@ -28,8 +31,9 @@ pub struct Importon {
 
 /// Traces `path_count` camera paths through uniform film positions.
 ///
-/// Each path follows specular events to a gather point, samples a non-specular event there, and deposits an importon at the next surface: a
-/// virtual light there illuminates the gather point (`Ŵ(x3)` in Simon et al. 2015). It ends there, as photons cover the rest of the transport.
+/// Each path follows specular events to a gather point, samples a non-specular event there, and
+/// deposits an importon at the next surface: a virtual light there illuminates the gather point
+/// (`Ŵ(x3)` in Simon et al. 2015). It ends there, as photons cover the rest of the transport.
 pub fn trace_importons(
     scene: &Scene,
     limits: PathLimits,
@@ -135,8 +139,8 @@ impl StoredImportons {
     }
 }
 
-/// Appends the paths in `lanes` that go on to `next`. Those that come from a gather point, `gathered`, do
-/// not scatter.
+/// Appends the paths in `lanes` that go on to `next`. Those that come from a gather point,
+/// `gathered`, do not scatter.
 #[inline(always)]
 fn advance<S: Width>(
     limits: PathLimits,

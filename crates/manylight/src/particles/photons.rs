@@ -15,7 +15,8 @@ use crate::transport::stream::{
 };
 use std::ops::Range;
 
-/// Flux incident at `p` from direction `wi`, already divided by the number of photon paths: for any function `h`
+/// Flux incident at `p` from direction `wi`, already divided by the number of photon paths: for any
+/// function `h`
 ///
 /// ```text
 /// E[Σ_j Φ_j h(p_j, wi_j)] = ∫∫ L_i(p, w) |n·w| h(p, w) dw dA
@@ -30,8 +31,8 @@ pub struct Photon {
     pub wi: Vec3,
     /// Flux `Φ`, in W.
     pub flux: Rgb,
-    /// Flux times [`Bsdf::diffuse_weight`](crate::bsdf::Bsdf::diffuse_weight) at `wi`, in W: the flux of the diffuse lobes before the exit
-    /// transmittance.
+    /// Flux times [`Bsdf::diffuse_weight`](crate::bsdf::Bsdf::diffuse_weight) at `wi`, in W: the
+    /// flux of the diffuse lobes before the exit transmittance.
     pub diffuse_flux: Rgb,
     /// Position of the previous vertex; for infinite lights a point outside of the scene.
     pub prev: Vec3,
@@ -41,7 +42,8 @@ pub struct Photon {
     pub depth: u16,
     /// Class of the scattering event at `prev`; [`Lobes::NONE`] at an emitter.
     pub event: Lobes,
-    /// Class of the last non-specular scattering event; [`Lobes::NONE`] without one since the emitter.
+    /// Class of the last non-specular scattering event; [`Lobes::NONE`] without one since the
+    /// emitter.
     pub origin: Lobes,
 }
 
@@ -51,8 +53,8 @@ impl AsRef<Photon> for Photon {
     }
 }
 
-/// Index of the photon at the vertex from which photon `j` was scattered by non-specular lobes, in a list from [`trace_photons`]; `None` if it came
-/// from an emitter or a specular event.
+/// Index of the photon at the vertex from which photon `j` was scattered by non-specular lobes, in
+/// a list from [`trace_photons`]; `None` if it came from an emitter or a specular event.
 pub fn parent(photons: &[Photon], j: usize) -> Option<usize> {
     let child = &photons[j];
     if !child.event.has(Lobes::NON_SPECULAR) {
@@ -65,20 +67,24 @@ pub fn parent(photons: &[Photon], j: usize) -> Option<usize> {
         .find(|&i| photons[i].p == child.prev)
 }
 
-/// For [`trace_photons`]: the smallest number of segments by which a many-light method extends a photon on a surface with the lobes `surface`, after
-/// an event of the given class; `None` on surfaces without non-specular lobes. A virtual light at depth m makes paths of at least m + 2 segments, a photon of m + 1: caustic photons, and
-/// those that glossy lobes reflect, which compensate clamping.
+/// For [`trace_photons`]: the smallest number of segments by which a many-light method extends a
+/// photon on a surface with the lobes `surface`, after an event of the given class; `None` on
+/// surfaces without non-specular lobes. A virtual light at depth m makes paths of at least m + 2
+/// segments, a photon of m + 1: caustic photons, and those that glossy lobes reflect, which
+/// compensate clamping.
 pub fn usable_by_virtual_lights(surface: Lobes, event: Lobes) -> Option<u32> {
     let is_estimate = event.has(Lobes::SPECULAR) || event.has(Lobes::GLOSSY);
     let segments = if is_estimate { 1 } else { 2 };
     surface.has(Lobes::NON_SPECULAR).then_some(segments)
 }
 
-/// Traces `path_count` photon paths and stores a photon at every vertex where it is useful: `segments_added` returns, for the lobes of a surface and
-/// the class of the previous event, the smallest number of segments that a camera path adds, or `None` for a useless photon.
+/// Traces `path_count` photon paths and stores a photon at every vertex where it is useful:
+/// `segments_added` returns, for the lobes of a surface and the class of the previous event, the
+/// smallest number of segments that a camera path adds, or `None` for a useless photon.
 ///
-/// `guide` concentrates photons on what the camera sees; it changes no expected value. Photons of which every extended path would exceed `limits`
-/// are left out. The list is in path order, the same for any number of threads.
+/// `guide` concentrates photons on what the camera sees; it changes no expected value. Photons of
+/// which every extended path would exceed `limits` are left out. The list is in path order, the
+/// same for any number of threads.
 pub fn trace_photons(
     scene: &Scene,
     guide: &EmissionGuide,

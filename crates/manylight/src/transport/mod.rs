@@ -1,4 +1,5 @@
-//! Random walks of camera paths, photons and importons, as streams; next-event estimation; Russian roulette.
+//! Random walks of camera paths, photons and importons, as streams; next-event estimation; Russian
+//! roulette.
 
 pub mod direct;
 pub mod roulette;

@@ -1,8 +1,9 @@
 //! Flux, rule 1: a partition of the photons among the lights.
 //!
-//! Every photon gives all of its flux to the nearest light of its own surface, so that `Σ F_k = Σ Φ_j` in every realization and for any
-//! placement. (The paper estimates densities instead: see [`density`](super::density).) Photons without such a light are unassigned;
-//! they are thinned without bias into additional lights of one photon each.
+//! Every photon gives all of its flux to the nearest light of its own surface, so that `Σ F_k = Σ
+//! Φ_j` in every realization and for any placement. (The paper estimates densities instead: see
+//! [`density`](super::density).) Photons without such a light are unassigned; they are thinned
+//! without bias into additional lights of one photon each.
 
 use super::candidates::Candidates;
 use super::clusters::PhotonClusters;
@@ -12,20 +13,23 @@ use super::surfaces::{SurfaceLocation, Surfaces};
 use crate::sampling::systematic::{inclusion_probabilities, systematic};
 use rayon::prelude::*;
 
-/// Largest selection weight (importance times flux) of an additional light, in units of the median light's. Smaller values bound
-/// the noise of additional lights and make more of them. Unmeasured.
+/// Largest selection weight (importance times flux) of an additional light, in units of the median
+/// light's. Smaller values bound the noise of additional lights and make more of them. Unmeasured.
 const MAX_UNASSIGNED_WEIGHT: f64 = 10.0;
-/// Number of additional lights per light, where [`MAX_UNASSIGNED_WEIGHT`] allows. Limits the time of a pass; not tuned by a measurement.
+/// Number of additional lights per light, where [`MAX_UNASSIGNED_WEIGHT`] allows. Limits the time
+/// of a pass; not tuned by a measurement.
 const UNASSIGNED_PER_LIGHT: f64 = 0.25;
-/// Surface represented by an additional light, in units of the surface per light around it. It represents many unassigned photons
-/// around it; with the factor 1 the clamp treats it as a small bright light, which makes dark halos beside thin objects.
+/// Surface represented by an additional light, in units of the surface per light around it. It
+/// represents many unassigned photons around it; with the factor 1 the clamp treats it as a small
+/// bright light, which makes dark halos beside thin objects.
 const UNASSIGNED_SURFACE: f32 = 16.0;
 
-/// Assigns every photon to the nearest light, and thins unassigned photons into lights of one photon.
+/// Assigns every photon to the nearest light, and thins unassigned photons into lights of one
+/// photon.
 ///
-/// `u` in [0, 1) is the random number for the thinning. Sites to which no photon is assigned make no light.
-/// Lights and additional lights are sorted along the curve of the candidates. Also returns the cells of the
-/// lights, for any other location.
+/// `u` in [0, 1) is the random number for the thinning. Sites to which no photon is assigned make
+/// no light. Lights and additional lights are sorted along the curve of the candidates. Also
+/// returns the cells of the lights, for any other location.
 pub fn assign(
     surfaces: &impl Surfaces,
     candidates: &Candidates,
@@ -64,8 +68,8 @@ fn unassigned(sites_of: &[u32]) -> impl Iterator<Item = usize> {
         .map(|(j, _)| j)
 }
 
-/// Selects unassigned photons as additional lights. Half of the probability is in proportion to `weights`, half to flux, which
-/// bounds the flux of these lights.
+/// Selects unassigned photons as additional lights. Half of the probability is in proportion to
+/// `weights`, half to flux, which bounds the flux of these lights.
 fn thin_unassigned(
     candidates: &Candidates,
     sites_of: &[u32],
@@ -111,8 +115,8 @@ fn thin_unassigned(
         .collect()
 }
 
-/// Number of additional lights: each gets the weight of the median light, or a larger one, up to [`MAX_UNASSIGNED_WEIGHT`], if there
-/// would be more than [`UNASSIGNED_PER_LIGHT`].
+/// Number of additional lights: each gets the weight of the median light, or a larger one, up to
+/// [`MAX_UNASSIGNED_WEIGHT`], if there would be more than [`UNASSIGNED_PER_LIGHT`].
 fn additional_light_count(unassigned_weight: f64, light_weights: &mut Vec<f64>) -> usize {
     let lights = light_weights.len() as f64;
     light_weights.retain(|&w| w > 0.0);
@@ -131,7 +135,8 @@ fn additional_light_count(unassigned_weight: f64, light_weights: &mut Vec<f64>) 
         .max(1.0) as usize
 }
 
-/// The clusters of all lights along the curve; and for each site the index of its light, or [`UNASSIGNED`] if it has no photons.
+/// The clusters of all lights along the curve; and for each site the index of its light, or
+/// [`UNASSIGNED`] if it has no photons.
 fn collect_clusters(
     candidates: &Candidates,
     sites: &[Site],
@@ -179,7 +184,8 @@ fn collect_clusters(
     (clusters, lights)
 }
 
-/// Sites with photons, by index, and additional lights, counted on from the number of sites, sorted along the curve.
+/// Sites with photons, by index, and additional lights, counted on from the number of sites, sorted
+/// along the curve.
 fn order_along_curve(
     candidates: &Candidates,
     sites: &[Site],
@@ -234,7 +240,8 @@ mod tests {
     #[test]
     fn the_partition_conserves_flux() {
         let mut photons = photons_on_square(20_000, 1);
-        // A few photons have another material, some the other side: unassigned unless they have sites.
+        // A few photons have another material, some the other side: unassigned unless they have
+        // sites.
         for photon in photons.iter_mut().skip(5).step_by(997) {
             photon.at.primitive = PrimitiveId(1);
         }

@@ -1,4 +1,5 @@
-//! From photon clusters to virtual lights: position, extent, diffuse and glossy emission of each light.
+//! From photon clusters to virtual lights: position, extent, diffuse and glossy emission of each
+//! light.
 
 use super::areas::LightAreas;
 use super::clusters::PhotonClusters;
@@ -19,17 +20,20 @@ use crate::sampling::systematic::{inclusion_probabilities, systematic};
 use crate::scene::{PathLimits, Scene};
 use rayon::prelude::*;
 
-/// Number of photons of a cluster that make a glossy profile, for lobes of roughness [`NARROW`] and more. Other photons are drawn for every
-/// light and pass, so that the mean over lights converges to all photons. Measured with [`PATHS_OF_NARROW_LOBES`] against a quarter of
-/// both, over 24 passes: the variance of virtual lights falls from 0.00029 to 0.00016 of relMSE in the CBox, for 6 % more time.
+/// Number of photons of a cluster that make a glossy profile, for lobes of roughness [`NARROW`] and
+/// more. Other photons are drawn for every light and pass, so that the mean over lights converges
+/// to all photons. Measured with [`PATHS_OF_NARROW_LOBES`] against a quarter of both, over 24
+/// passes: the variance of virtual lights falls from 0.00029 to 0.00016 of relMSE in the CBox, for
+/// 6 % more time.
 const PATHS_OF_WIDE_LOBES: usize = 32;
-/// Number of photons of a cluster that make a glossy profile, for narrower lobes: each takes less time, and more must overlap for a smooth profile.
-/// See [`PATHS_OF_WIDE_LOBES`].
+/// Number of photons of a cluster that make a glossy profile, for narrower lobes: each takes less
+/// time, and more must overlap for a smooth profile. See [`PATHS_OF_WIDE_LOBES`].
 const PATHS_OF_NARROW_LOBES: usize = 64;
 /// Roughness below which lobes count as narrow. Unmeasured.
 const NARROW: f32 = 0.3;
-/// Largest ratio `|wi·ns| / |wi·ng|` of a photon in a glossy profile; the flux of photons beyond is reduced to it. The ratio is unbounded
-/// where light grazes the geometric surface under a tilted shading normal: a rare photon would make a profile of many times its flux.
+/// Largest ratio `|wi·ns| / |wi·ng|` of a photon in a glossy profile; the flux of photons beyond is
+/// reduced to it. The ratio is unbounded where light grazes the geometric surface under a tilted
+/// shading normal: a rare photon would make a profile of many times its flux.
 const MAX_TILT: f32 = 2.0;
 /// Number of lights that are made at a time: profiles that are not stored yet take memory, too.
 const BATCH: usize = 4096;
@@ -38,10 +42,11 @@ const POINT_NUMBERS: u64 = 1;
 /// Key of the random numbers for glossy profiles; see [`LightBuilder::numbers`].
 const PROFILE_NUMBERS: u64 = 2;
 
-/// The lights of `clusters`. Without a `form`, lights of one light path each (VPLs): light `k` has the flux of its cluster and emits
-/// like the photon at its site. With a `form`, Rich-VPLs: each light emits like all photons of its cluster,
-/// the diffuse part exactly, the glossy part in that form; a light of one photon is a VPL. Lights for which
-/// `is_used` is false have position and flux but no emission.
+/// The lights of `clusters`. Without a `form`, lights of one light path each (VPLs): light `k` has
+/// the flux of its cluster and emits like the photon at its site. With a `form`, Rich-VPLs: each
+/// light emits like all photons of its cluster, the diffuse part exactly, the glossy part in that
+/// form; a light of one photon is a VPL. Lights for which `is_used` is false have position and flux
+/// but no emission.
 pub fn build_lights<'s>(
     scene: &'s Scene,
     limits: PathLimits,
@@ -211,7 +216,8 @@ impl<'s, 'p> LightBuilder<'s, 'p> {
                 EmissionPart::Diffuse
             }
             None => {
-                // A reflection about a shading normal other than the geometric one may pass below the surface.
+                // A reflection about a shading normal other than the geometric one may pass below
+                // the surface.
                 light.one_sided = light.n == light.ns && bsdf.receiving_normal(light.n).is_some();
                 EmissionPart::Reflection(Box::new(reflection))
             }
@@ -246,8 +252,8 @@ impl<'s, 'p> LightBuilder<'s, 'p> {
         }
     }
 
-    /// Random numbers of this light for one purpose. They are keyed by the direction of incidence, which differs between passes and does not
-    /// depend on the scene's unit of length.
+    /// Random numbers of this light for one purpose. They are keyed by the direction of incidence,
+    /// which differs between passes and does not depend on the scene's unit of length.
     fn numbers(&self, purpose: u64) -> Pcg {
         Pcg::new(mix(mix(self.k as u64) ^ purpose) ^ rng::key(self.site.wi.to_array()))
     }
@@ -270,8 +276,9 @@ impl<'s, 'p> LightBuilder<'s, 'p> {
         profile_maker.make(&paths, width, light.n, &mut rng)
     }
 
-    /// Draws `count` photons of the cluster in proportion to flux, without bias in their sum, with the random number `u`. Each keeps its own
-    /// direction of incidence and scattering function: with a common position instead, nearby sources would appear in a wrong direction.
+    /// Draws `count` photons of the cluster in proportion to flux, without bias in their sum, with
+    /// the random number `u`. Each keeps its own direction of incidence and scattering function:
+    /// with a common position instead, nearby sources would appear in a wrong direction.
     fn light_paths(&self, count: usize, u: f32) -> Vec<Reflection<'s>> {
         let cluster: Vec<(&Photon, f32)> = self.cluster().collect();
         let weights: Vec<f32> = (cluster.iter())

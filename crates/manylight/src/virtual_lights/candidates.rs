@@ -9,12 +9,13 @@ use crate::sampling::systematic::{inclusion_probabilities, systematic};
 use crate::scene::PathLimits;
 use rayon::prelude::*;
 
-/// Probability of including a photon that follows its flux alone, relative to that which follows its
-/// weight. Bounds the flux of included photons where importance is underestimated. Measured against flux
-/// alone: on veach-ajar, the spread of the mean over seeds falls from 0.45 to 0.2 % at 16 passes.
+/// Probability of including a photon that follows its flux alone, relative to that which follows
+/// its weight. Bounds the flux of included photons where importance is underestimated. Measured
+/// against flux alone: on veach-ajar, the spread of the mean over seeds falls from 0.45 to 0.2 % at
+/// 16 passes.
 const INCLUDED_BY_FLUX: f32 = 0.25;
-/// Consecutive photons that share importance estimates. Fixed, so that results do not depend on the number
-/// of threads.
+/// Consecutive photons that share importance estimates. Fixed, so that results do not depend on the
+/// number of threads.
 const PHOTONS_PER_RUN: usize = 1024;
 
 /// Photons that may become virtual lights.
@@ -39,8 +40,8 @@ impl Candidates {
         }
     }
 
-    /// The photons at which a virtual light makes a path within `limits`, by flux, in the order of the
-    /// curve. A light at photon depth m makes paths of at least m + 2 segments.
+    /// The photons at which a virtual light makes a path within `limits`, by flux, in the order of
+    /// the curve. A light at photon depth m makes paths of at least m + 2 segments.
     pub(crate) fn by_flux(limits: PathLimits, mut photons: Vec<Photon>) -> Self {
         photons.retain(|p| limits.allow(u32::from(p.depth) + 2));
         let curve = Curve::around(&photons);
@@ -52,8 +53,8 @@ impl Candidates {
         }
     }
 
-    /// The same photons by importance times flux: the weights of the paper's placement. Importance counts
-    /// as independent of direction.
+    /// The same photons by importance times flux: the weights of the paper's placement. Importance
+    /// counts as independent of direction.
     pub(crate) fn by_importance(self, importons: &KdTree<Importon>) -> Self {
         // Photons that are neighbors on the curve are neighbors in space.
         let runs = self.photons.par_chunks(PHOTONS_PER_RUN);
@@ -81,8 +82,8 @@ impl Candidates {
         inclusion_probabilities(&self.defensive_weights(INCLUDED_BY_FLUX), most, 0.0)
     }
 
-    /// About `most` of the photons, or all if there are fewer, with probability by weight. Flux and weight
-    /// of a photon are divided by its probability. `u` in [0, 1) is the one random number.
+    /// About `most` of the photons, or all if there are fewer, with probability by weight. Flux and
+    /// weight of a photon are divided by its probability. `u` in [0, 1) is the one random number.
     pub(crate) fn thinned(self, most: usize, u: f32) -> Self {
         if self.photons.len() <= most {
             return self;

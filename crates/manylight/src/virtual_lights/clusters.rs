@@ -1,9 +1,11 @@
-//! Photon clusters: the photons that each light represents, with weights on their flux. Both flux rules result in this.
+//! Photon clusters: the photons that each light represents, with weights on their flux. Both flux
+//! rules result in this.
 
 use super::select::Site;
 use rayon::prelude::*;
 
-/// The future lights, in the order of the space-filling curve, each with its photons and their weights.
+/// The future lights, in the order of the space-filling curve, each with its photons and their
+/// weights.
 #[derive(Clone, Debug, Default)]
 pub struct PhotonClusters {
     pub(super) sites: Vec<Site>,
@@ -76,7 +78,8 @@ impl PhotonClusters {
         self.surfaces[k]
     }
 
-    /// Surface represented by the light that an unassigned photon becomes, in the same unit as [`PhotonClusters::surface`].
+    /// Surface represented by the light that an unassigned photon becomes, in the same unit as
+    /// [`PhotonClusters::surface`].
     pub fn unassigned_surface(&self) -> f32 {
         self.unassigned_surface
     }

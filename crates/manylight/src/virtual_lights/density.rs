@@ -1,7 +1,8 @@
 //! Flux, rule 2: a density estimate around each site, our reading of the paper.
 //!
-//! The reflected radiance at a site is estimated from its nearest photons, as in the creation of Rich-VPLs in Simon, Hanika,
-//! Dachsbacher, Eurographics 2015, after Jensen, "Realistic Image Synthesis Using Photon Mapping", 2001.
+//! The reflected radiance at a site is estimated from its nearest photons, as in the creation of
+//! Rich-VPLs in Simon, Hanika, Dachsbacher, Eurographics 2015, after Jensen, "Realistic Image
+//! Synthesis Using Photon Mapping", 2001.
 
 use super::clusters::PhotonClusters;
 use super::select::Site;
@@ -11,15 +12,17 @@ use crate::maps::{KdTree, Neighbors};
 use crate::math::Vec3;
 use crate::particles::Photon;
 
-/// The density rule. Light `k` has the flux of its own photon divided by its probability `a_k` of being kept, and the average emission of the
-/// `neighbors` = K photons nearest to it on its surface, with the Epanechnikov kernel:
+/// The density rule. Light `k` has the flux of its own photon divided by its probability `a_k` of
+/// being kept, and the average emission of the `neighbors` = K photons nearest to it on its
+/// surface, with the Epanechnikov kernel:
 ///
 /// ```text
 /// I_k(ω) = F_k Σ_j w_j Φ_j f(ω_j, ω) |cos θ| / Σ_j w_j |Φ_j|,   F_k = |Φ_k| / a_k,   w_j ∝ 1 - d_j²/d_K²
 /// ```
 ///
-/// with luminances `|Φ|`. The total flux is unbiased in luminance if sites are where selection placed them, and biased after relaxation.
-/// With one neighbor the result is [`PhotonClusters::single_photons`].
+/// with luminances `|Φ|`. The total flux is unbiased in luminance if sites are where selection
+/// placed them, and biased after relaxation. With one neighbor the result is
+/// [`PhotonClusters::single_photons`].
 pub fn by_density(
     surfaces: &impl Surfaces,
     photons: &[Photon],
@@ -62,7 +65,8 @@ impl<'a, S: Surfaces> Neighborhoods<'a, S> {
         }
     }
 
-    /// The nearest photons on the site's surface with their kernel weights in 1/m²; at least the site's photon.
+    /// The nearest photons on the site's surface with their kernel weights in 1/m²; at least the
+    /// site's photon.
     fn of(&self, site: &Site) -> Vec<(u32, f32)> {
         let center = &self.photons[site.photon as usize];
         let patch = self.surfaces.patch(center);

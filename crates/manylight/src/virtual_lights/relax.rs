@@ -1,7 +1,8 @@
-//! Placement, step 2 (optional): relaxation moves sites apart until they are evenly spread over each surface.
+//! Placement, step 2 (optional): relaxation moves sites apart until they are evenly spread over
+//! each surface.
 //!
-//! Source: Simon, Hanika, Dachsbacher, "Rich-VPLs", Eurographics 2015, after Spencer, Jones, "Into the Blue: Better Caustics through
-//! Photon Relaxation", Computer Graphics Forum 2009.
+//! Source: Simon, Hanika, Dachsbacher, "Rich-VPLs", Eurographics 2015, after Spencer, Jones, "Into
+//! the Blue: Better Caustics through Photon Relaxation", Computer Graphics Forum 2009.
 
 use super::candidates::Candidates;
 use super::select::Site;
@@ -13,12 +14,14 @@ use rayon::prelude::*;
 
 /// Largest number of iterations: the paper's 20.
 pub const ITERATIONS: usize = 20;
-/// K, the number of neighbors on the same surface in the sum of displacements. More neighbors make a smoother, slower relaxation. Unmeasured.
+/// K, the number of neighbors on the same surface in the sum of displacements. More neighbors make
+/// a smoother, slower relaxation. Unmeasured.
 const NEIGHBORS: usize = 12;
-/// Number of neighbors searched to find [`NEIGHBORS`] on the same surface: the others lie on other surfaces.
+/// Number of neighbors searched to find [`NEIGHBORS`] on the same surface: the others lie on other
+/// surfaces.
 const NEIGHBORS_SEARCHED: usize = 2 * NEIGHBORS;
-/// Mean displacement per iteration, relative to the mean spacing of sites, below which the iteration stops. Trades evenness for time;
-/// not tuned by a measurement.
+/// Mean displacement per iteration, relative to the mean spacing of sites, below which the
+/// iteration stops. Trades evenness for time; not tuned by a measurement.
 const STOPPING_DISPLACEMENT: f32 = 0.05;
 
 /// The current position of a site.
@@ -36,12 +39,12 @@ struct MovingSite {
 /// Δx = 1/K Σ_k (x - x_k) (d_K / d_k - 1),   d_k = |x - x_k|,
 /// ```
 ///
-/// within the tangent plane, then to the nearest photon of its surface that no other site occupies; repeats both up to
-/// [`ITERATIONS`] times.
+/// within the tangent plane, then to the nearest photon of its surface that no other site occupies;
+/// repeats both up to [`ITERATIONS`] times.
 ///
-/// Returns the moved sites in the order of the space-filling curve. Their probabilities are those of the selection and do not describe the
-/// density of the moved sites: the flux of lights must come from a rule that does not use them, such as
-/// [`assign`](super::assign::assign).
+/// Returns the moved sites in the order of the space-filling curve. Their probabilities are those
+/// of the selection and do not describe the density of the moved sites: the flux of lights must
+/// come from a rule that does not use them, such as [`assign`](super::assign::assign).
 pub fn relax(surfaces: &impl Surfaces, candidates: &Candidates, sites: &[Site]) -> Vec<Site> {
     let photons = &candidates.photons;
     let positions: Vec<Vec3> = photons.iter().map(|photon| photon.p).collect();
@@ -61,7 +64,8 @@ pub fn relax(surfaces: &impl Surfaces, candidates: &Candidates, sites: &[Site]) 
         let distance =
             |(site, before): (&MovingSite, &Vec3)| f64::from(site.patch.p.distance(*before));
         let displacement: f64 = moving.iter().zip(&before).map(distance).sum();
-        // A disc of radius d_K holds K sites, so that one site has the area of a disc of radius d_K/√K.
+        // A disc of radius d_K holds K sites, so that one site has the area of a disc of radius
+        // d_K/√K.
         let spacing = |site: &MovingSite| f64::from(site.reach / (NEIGHBORS as f32).sqrt());
         if displacement < f64::from(STOPPING_DISPLACEMENT) * moving.iter().map(spacing).sum::<f64>()
         {
@@ -135,7 +139,8 @@ fn displaced_site(
     moved
 }
 
-/// Moves every site to the nearest free photon with flux of its surface within d_K; back to its previous photon if none is free.
+/// Moves every site to the nearest free photon with flux of its surface within d_K; back to its
+/// previous photon if none is free.
 fn snap(
     surfaces: &impl Surfaces,
     photons: &[Photon],
@@ -178,7 +183,8 @@ mod tests {
     use super::super::testing::{OPEN, candidates, photons_on_square};
     use super::*;
 
-    /// Mean over lights of the distance to the nearest other one, times the square root of their number.
+    /// Mean over lights of the distance to the nearest other one, times the square root of their
+    /// number.
     fn mean_distance(photons: &[Photon], sites: &[Site]) -> f32 {
         let p = |site: &Site| photons[site.photon as usize].p;
         let nearest = |a: &Site| {

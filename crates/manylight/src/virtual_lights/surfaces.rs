@@ -8,8 +8,8 @@ use crate::math::Vec3;
 use crate::particles::Photon;
 use crate::scene::Scene;
 
-/// Height of the ends of the visibility test above the surface, relative to their distance: clears concave surfaces with up to 25°
-/// between the normals.
+/// Height of the ends of the visibility test above the surface, relative to their distance: clears
+/// concave surfaces with up to 25° between the normals.
 const SIGHT_LIFT: f32 = 0.1;
 
 /// A point on one side of a surface.

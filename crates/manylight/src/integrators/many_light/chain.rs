@@ -1,9 +1,9 @@
-//! Specular events: of prefixes, and of chains, which continue sampled directions from specular surfaces
-//! before a glossy lobe.
+//! Specular events: of prefixes, and of chains, which continue sampled directions from specular
+//! surfaces before a glossy lobe.
 //!
 //! Lights are gathered at the surface behind a chain. Caustic photons carry the same light;
-//! `density_estimates.rs` says which part of it they account for. Light that emitters send through a
-//! chain is estimated by photons: emitters may be small.
+//! `density_estimates.rs` says which part of it they account for. Light that emitters send through
+//! a chain is estimated by photons: emitters may be small.
 
 use super::compensation::MAX_SURVIVAL;
 use super::density_estimates::{caustics_are_dense, photon_fraction};
@@ -20,11 +20,13 @@ use crate::simd::set_bits;
 use crate::transport::stream::{Bits, Walks, lanes_where};
 use crate::transport::walk::MAX_SPECULAR_SEGMENTS;
 
-/// Factor from the throughput of a chain at the first gather point to the probability of following it: low-roughness lobes see bright
-/// surfaces there. Measured at 64, over 4 passes at 160x90: no change beyond 3 % in U-Shape, Garage and Disco.
+/// Factor from the throughput of a chain at the first gather point to the probability of following
+/// it: low-roughness lobes see bright surfaces there. Measured at 64, over 4 passes at 160x90: no
+/// change beyond 3 % in U-Shape, Garage and Disco.
 const FIRST_SURVIVAL_FACTOR: f32 = 16.0;
 
-/// Factor from the weight of a specular path to its probability of survival. Unmeasured: only the weakest paths are terminated.
+/// Factor from the weight of a specular path to its probability of survival. Unmeasured: only the
+/// weakest paths are terminated.
 const SURVIVAL_FACTOR: f32 = 64.0;
 
 /// How a path continues from a vertex by specular events.
@@ -48,7 +50,8 @@ impl Branches {
     };
 }
 
-/// Appends to `next` the paths in `lanes` that continue by specular events; weak ones survive by roulette.
+/// Appends to `next` the paths in `lanes` that continue by specular events; weak ones survive by
+/// roulette.
 #[inline(always)]
 pub(super) fn follow<S: Width>(
     s: S,
@@ -93,8 +96,8 @@ pub(super) fn follow<S: Width>(
     }
 }
 
-/// Random numbers of event `k` of the branches. Paths that the prefix of a pixel splits into fill their
-/// domains evenly.
+/// Random numbers of event `k` of the branches. Paths that the prefix of a pixel splits into fill
+/// their domains evenly.
 #[inline(always)]
 fn event_numbers<S: Width>(
     s: S,
@@ -133,8 +136,8 @@ fn event_numbers<S: Width>(
     }
 }
 
-/// How a path continues from a vertex with specular lobes, at which it arrives along the unit direction
-/// `w`.
+/// How a path continues from a vertex with specular lobes, at which it arrives along the unit
+/// direction `w`.
 fn branches(tile: &mut TileGather, path: &PathState, w: Vec3) -> Branches {
     match &path.part {
         PathPart::Prefix(prefix) => {
@@ -159,8 +162,8 @@ fn branches(tile: &mut TileGather, path: &PathState, w: Vec3) -> Branches {
     }
 }
 
-/// The first event of a chain. It accounts for the part that glossy lobes reflect, less that of caustic
-/// photons.
+/// The first event of a chain. It accounts for the part that glossy lobes reflect, less that of
+/// caustic photons.
 fn first_of_chain(
     tile: &mut TileGather,
     stage: PathStage,

@@ -1,16 +1,18 @@
 //! Bias compensation: directions restore the light that clamping removes.
 //!
-//! The sum over virtual lights at `x` keeps a fraction of the light that the non-specular lobes at `y` reflect towards `x`;
-//! the clamp removes the rest, `clamped_fraction(x, y)`. A direction sampled at `x` that meets `y` takes that fraction of the
-//! radiance at `y` from the radiance cache. Where the cache does not serve, near corners and on transmitting surfaces, it
-//! continues with the probability of that fraction and gathers at `y` all light that arrives there: emitters, photons, and
-//! virtual lights, for which clamping is compensated in the same way. Emission at `y` is direct light at `x`, which is estimated
-//! elsewhere.
+//! The sum over virtual lights at `x` keeps a fraction of the light that the non-specular lobes at
+//! `y` reflect towards `x`; the clamp removes the rest, `clamped_fraction(x, y)`. A direction
+//! sampled at `x` that meets `y` takes that fraction of the radiance at `y` from the radiance
+//! cache. Where the cache does not serve, near corners and on transmitting surfaces, it continues
+//! with the probability of that fraction and gathers at `y` all light that arrives there: emitters,
+//! photons, and virtual lights, for which clamping is compensated in the same way. Emission at `y`
+//! is direct light at `x`, which is estimated elsewhere.
 //!
 //! With bidirectional lightcuts there is no cache: every direction continues by Russian roulette.
 //!
-//! Source: Kollig, Keller, "Illumination in the Presence of Weak Singularities", MCQMC 2004. Deviations: a light represents
-//! many photons, so that the clamped fraction is that of the light to which a photon at `y` is assigned; and the cache.
+//! Source: Kollig, Keller, "Illumination in the Presence of Weak Singularities", MCQMC 2004.
+//! Deviations: a light represents many photons, so that the clamped fraction is that of the light
+//! to which a photon at `y` is assigned; and the cache.
 
 use super::compensation_photons::direction_limit;
 use super::gather_point::{GatherPath, GatherPoint, GatherRole, TileGather};
@@ -29,14 +31,16 @@ use crate::virtual_lights::SurfaceLocation;
 
 /// Largest probability of continuing beyond the second gather point of a camera path. Unmeasured.
 pub(super) const MAX_SURVIVAL: f32 = 0.95;
-/// The search for the light that represents `y` costs more than the rest of the step. So the clamped fraction is first
-/// estimated as if that light represented this many times the area per light around `x`, and the search made with that
-/// probability. Unmeasured.
+/// The search for the light that represents `y` costs more than the rest of the step. So the
+/// clamped fraction is first estimated as if that light represented this many times the area per
+/// light around `x`, and the search made with that probability. Unmeasured.
 const ESTIMATED_AREAS: f32 = 16.0;
-/// Least probability of that search. Unmeasured: bounds the weight of directions for which the estimate is too low.
+/// Least probability of that search. Unmeasured: bounds the weight of directions for which the
+/// estimate is too low.
 const LEAST_SEARCHED: f32 = 1.0 / 8.0;
-/// Factor from the clamped fraction of a direction to the probability of a photon query at a glossy surface. Measured against 1, over
-/// 8 passes at 160x90: relMSE falls by 5 % in the Kitchen and by 10 % in the U-Shape, for 7 and 1 % more time.
+/// Factor from the clamped fraction of a direction to the probability of a photon query at a glossy
+/// surface. Measured against 1, over 8 passes at 160x90: relMSE falls by 5 % in the Kitchen and by
+/// 10 % in the U-Shape, for 7 and 1 % more time.
 const GLOSSY_SURVIVAL_FACTOR: f32 = 4.0;
 
 /// A vertex `y` with non-specular lobes at which a direction arrives.
@@ -54,7 +58,8 @@ pub(super) struct DirectionEnd {
     /// Whether some lobe transmits.
     pub(super) transmits: bool,
     pub(super) is_glossy: bool,
-    /// The scattering function of the diffuse lobes, for light along `n`; only for surfaces that have no others.
+    /// The scattering function of the diffuse lobes, for light along `n`; only for surfaces that
+    /// have no others.
     pub(super) diffuse_f: Rgb,
 }
 
@@ -84,8 +89,8 @@ impl DirectionEnd {
 }
 
 /// Restores the light that non-specular lobes at `y` reflect along the direction, and that clamping
-/// removes from the sum over lights. A transmitting surface is lit from two sides by different lights:
-/// one side is chosen.
+/// removes from the sum over lights. A transmitting surface is lit from two sides by different
+/// lights: one side is chosen.
 pub(super) fn compensate(tile: &mut TileGather, y: &DirectionEnd, sampler: &mut Sampler) {
     let prepared = tile.prepared;
     let lit_side = if y.transmits && sampler.next_1d() >= 0.5 {
@@ -174,8 +179,8 @@ fn compensate_by_cache(
     tile.out.add(y.path.pixel as usize, layer, radiance);
 }
 
-/// Fraction of the light from `y` that the clamp removes at the point where the direction starts, where
-/// `assignment` represents it.
+/// Fraction of the light from `y` that the clamp removes at the point where the direction starts,
+/// where `assignment` represents it.
 fn clamped_fraction(
     tile: &TileGather,
     y: &DirectionEnd,

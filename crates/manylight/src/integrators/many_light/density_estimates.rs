@@ -1,9 +1,10 @@
 //! Density estimates over photons at gather points: caustics, and compensation photons.
 //!
-//! Caustic photons and sampled directions share what glossy lobes see by specular chains. Both can find
-//! the light that other surfaces send through specular events. On a lobe of low roughness single photons
-//! show, while directions find small mirrors rarely. Photons count the fraction [`photon_fraction`] of
-//! the light of a path where [`are_dense`] holds, and directions the rest: docs/path_partition.md.
+//! Caustic photons and sampled directions share what glossy lobes see by specular chains. Both can
+//! find the light that other surfaces send through specular events. On a lobe of low roughness
+//! single photons show, while directions find small mirrors rarely. Photons count the fraction
+//! [`photon_fraction`] of the light of a path where [`are_dense`] holds, and directions the rest:
+//! docs/path_partition.md.
 
 use super::PreparedPasses;
 use super::compensation_photons::{CompensationPhoton, direction_fraction, direction_limit};
@@ -21,33 +22,34 @@ use crate::math::{Vec2, Vec3};
 use crate::particles::Photon;
 use crate::scene::Scene;
 
-/// Caustic photons in a kernel, before it shrinks from pass to pass, from which on they are dense enough
-/// for glossy lobes. Measured at 3 and 8, over 2 passes at 320x180: the variance of caustics in the Disco
-/// is 0.017 of relMSE for both, and 0.0016 and 0.0011 of means of 16x16 pixels; with directions for all
-/// glossy light 0.020 and 0.0011. With 24, photons hardly count.
+/// Caustic photons in a kernel, before it shrinks from pass to pass, from which on they are dense
+/// enough for glossy lobes. Measured at 3 and 8, over 2 passes at 320x180: the variance of caustics
+/// in the Disco is 0.017 of relMSE for both, and 0.0016 and 0.0011 of means of 16x16 pixels; with
+/// directions for all glossy light 0.020 and 0.0011. With 24, photons hardly count.
 const DENSE_PHOTONS: f32 = 8.0;
-/// Largest `f cosθ`, in 1/sr, up to which photons account for all light that a glossy lobe sees by a
-/// specular chain, where photons are dense. Diffuse surfaces reflect at most `1/π`. Measured at 1 and 4,
-/// over 2 passes at 320x180: the same variance of caustics in the Disco within 2 %.
+/// Largest `f cosθ`, in 1/sr, up to which photons account for all light that a glossy lobe sees by
+/// a specular chain, where photons are dense. Diffuse surfaces reflect at most `1/π`. Measured at 1
+/// and 4, over 2 passes at 320x180: the same variance of caustics in the Disco within 2 %.
 const CAUSTIC_PHOTON_LIMIT: f32 = 1.0;
 /// Largest radius of an estimate in pixel widths, before it shrinks from pass to pass. Unmeasured.
 const MAX_RADIUS_PIXELS: f32 = 72.0;
 /// Largest radius of an estimate as a fraction of the scene's diagonal, likewise. Unmeasured.
 const MAX_RADIUS_FRACTION: f32 = 0.03;
 
-/// Fraction of the light reflected by glossy lobes for which caustic photons account, where photons are
-/// dense and the non-specular lobes reflect it with `f_cos`, in 1/sr.
+/// Fraction of the light reflected by glossy lobes for which caustic photons account, where photons
+/// are dense and the non-specular lobes reflect it with `f_cos`, in 1/sr.
 pub(super) fn photon_fraction(f_cos: Rgb) -> f32 {
     (CAUSTIC_PHOTON_LIMIT / f_cos.max_channel()).min(1.0)
 }
 
-/// Whether directions may account for the light of a caustic photon, too: other surfaces have reflected
-/// it.
+/// Whether directions may account for the light of a caustic photon, too: other surfaces have
+/// reflected it.
 fn is_shared_with_directions(photon: &Photon) -> bool {
     photon.origin != Lobes::NONE
 }
 
-/// Whether `near` photons in a kernel are dense. The number falls as the kernel shrinks from pass to pass.
+/// Whether `near` photons in a kernel are dense. The number falls as the kernel shrinks from pass
+/// to pass.
 fn are_dense(near: u32, bandwidth: Bandwidth) -> bool {
     near as f32 >= DENSE_PHOTONS * bandwidth.share * bandwidth.share
 }
@@ -73,8 +75,8 @@ pub(super) fn caustics_are_dense(
     are_dense(near, bandwidth)
 }
 
-/// Radiance at a gather point from photons with a specular last event, in W/(m² sr). Of light that other
-/// surfaces have reflected, directions account for a part of what glossy lobes reflect.
+/// Radiance at a gather point from photons with a specular last event, in W/(m² sr). Of light that
+/// other surfaces have reflected, directions account for a part of what glossy lobes reflect.
 pub(super) fn caustic_radiance(
     prepared: &PreparedPasses,
     point: &GatherPoint,
@@ -140,8 +142,8 @@ pub(super) fn compensation_photon_radiance(
     })
 }
 
-/// A sum over the photons that arrive at a gather point, divided by the covered fraction of the kernel. On
-/// transmitting surfaces light arrives on both sides, unless one of them was chosen.
+/// A sum over the photons that arrive at a gather point, divided by the covered fraction of the
+/// kernel. On transmitting surfaces light arrives on both sides, unless one of them was chosen.
 fn estimate<P: OnSurface + Sync>(
     prepared: &PreparedPasses,
     photons: &KdTree<P>,

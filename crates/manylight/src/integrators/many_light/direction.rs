@@ -1,9 +1,9 @@
 //! Sampled directions: camera paths that leave a gather point along a direction drawn from its
-//! non-specular lobes. They look for emitters, for light that clamping removes from the sum over virtual
-//! lights, and for specular surfaces before glossy lobes.
+//! non-specular lobes. They look for emitters, for light that clamping removes from the sum over
+//! virtual lights, and for specular surfaces before glossy lobes.
 //!
-//! Directions and samples of emitters are drawn at the new gather points of a round, in packets of one
-//! material. The directions are paths of the next round.
+//! Directions and samples of emitters are drawn at the new gather points of a round, in packets of
+//! one material. The directions are paths of the next round.
 
 use super::PreparedPasses;
 use super::compensation::{DirectionEnd, compensate};
@@ -36,7 +36,8 @@ pub(super) struct Sampling<'a, 's> {
     pub(super) next: &'a mut Walks<PathState>,
 }
 
-/// The gather points of a tile from index `first` on, by material; those of one material in their order.
+/// The gather points of a tile from index `first` on, by material; those of one material in their
+/// order.
 pub(super) fn in_order_of_material(points: &[GatherPoint], first: usize) -> Vec<u32> {
     let mut order: Vec<u32> = (first as u32..points.len() as u32).collect();
     order.sort_by_key(|&i| points[i as usize].material.0);

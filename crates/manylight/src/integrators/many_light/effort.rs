@@ -1,13 +1,15 @@
-//! The effort of a pass: how many virtual lights it sums, how many emitters it samples, and how many camera paths a pixel has, by
-//! the variance of each term of the path partition.
+//! The effort of a pass: how many virtual lights it sums, how many emitters it samples, and how
+//! many camera paths a pixel has, by the variance of each term of the path partition.
 //!
-//! A pre-pass shades some pixels twice, with independent lights, at several efforts. The variance of a pass with `n` lights, `E`
-//! emitter samples per direction and `S` camera paths per pixel is modelled as `V = a + b/n + c/E + d/S`, and its cost as linear in
-//! all three. The smallest product of variance and cost gives the smallest error at equal time. The variance also sets the threshold
-//! of roulette before shadow rays.
+//! A pre-pass shades some pixels twice, with independent lights, at several efforts. The variance
+//! of a pass with `n` lights, `E` emitter samples per direction and `S` camera paths per pixel is
+//! modelled as `V = a + b/n + c/E + d/S`, and its cost as linear in all three. The smallest product
+//! of variance and cost gives the smallest error at equal time. The variance also sets the
+//! threshold of roulette before shadow rays.
 //!
-//! The choice depends on the scene, the settings and the seed alone, so that a pass is the same in every render. The samples
-//! of the pre-pass are not used again: no estimate depends on its own noise.
+//! The choice depends on the scene, the settings and the seed alone, so that a pass is the same in
+//! every render. The samples of the pre-pass are not used again: no estimate depends on its own
+//! noise.
 
 use super::gather_point::DIRECTIONS;
 use super::schedule::PassGroup;
@@ -29,28 +31,32 @@ const CAMERA_PATHS: [u32; 2] = [4, 8];
 const MEASURED_FRACTION: f32 = 0.25;
 /// Emitter samples and camera paths with which the pre-pass measures.
 const MEASURED: [(u32, u32); 3] = [(2, 4), (8, 4), (2, 8)];
-/// Least gain in the product of variance and cost for which the effort changes. With 1.15, the noise of the pre-pass changed the effort
-/// in the CBox, at a loss of a third at 30 s.
+/// Least gain in the product of variance and cost for which the effort changes. With 1.15, the
+/// noise of the pre-pass changed the effort in the CBox, at a loss of a third at 30 s.
 const LEAST_GAIN: f64 = 1.3;
-/// Cycles per pixel and pass, measured by a profile of the Garage, and for camera paths by the times of four scenes with 4 and 8 of
-/// them: of a light in the sum, of an emitter sample, of a camera path, and of all the rest.
+/// Cycles per pixel and pass, measured by a profile of the Garage, and for camera paths by the
+/// times of four scenes with 4 and 8 of them: of a light in the sum, of an emitter sample, of a
+/// camera path, and of all the rest.
 const LIGHT_CYCLES: f64 = 780.0;
 const EMITTER_SAMPLE_CYCLES: f64 = 2500.0;
 const CAMERA_PATH_CYCLES: f64 = 35_000.0;
 const REST_CYCLES: f64 = 150_000.0;
 
-/// Threshold of roulette, in mean lights, per light and relative noise of a pass. Veach's analysis gives the square root of the time of
-/// a shadow ray over that of a pixel. Measured at 0, 0.03 and 0.06, over 4 passes at 160x90, without the worst thousandth of the
-/// pixels: variance times time is 1, 0.90 and 0.89 in the Kitchen, 1, 0.97 and 1.01 in the U-Shape, 1, 0.93 and 0.93 in the Disco, 1, 1.01
-/// and 1.00 in the CBox.
+/// Threshold of roulette, in mean lights, per light and relative noise of a pass. Veach's analysis
+/// gives the square root of the time of a shadow ray over that of a pixel. Measured at 0, 0.03 and
+/// 0.06, over 4 passes at 160x90, without the worst thousandth of the pixels: variance times time
+/// is 1, 0.90 and 0.89 in the Kitchen, 1, 0.97 and 1.01 in the U-Shape, 1, 0.93 and 0.93 in the
+/// Disco, 1, 1.01 and 1.00 in the CBox.
 const ROULETTE_PER_NOISE: f32 = 0.03;
-/// Most pixels of the pre-pass, and the least spacing of their columns and rows. At 320x180 the pre-pass of 1620 pixels takes about a
-/// fifth of the time of a pass.
+/// Most pixels of the pre-pass, and the least spacing of their columns and rows. At 320x180 the
+/// pre-pass of 1620 pixels takes about a fifth of the time of a pass.
 const MAX_PIXELS: u32 = 2048;
 const LEAST_SPACING: u32 = 4;
-/// Largest variance of a pixel relative to its squared mean that counts: rare bright samples must not decide.
+/// Largest variance of a pixel relative to its squared mean that counts: rare bright samples must
+/// not decide.
 const MAX_RELATIVE_VARIANCE: f64 = 1.0;
-/// Squared radiance, relative to that of the mean of the image, below which variances count as absolute, as in relMSE.
+/// Squared radiance, relative to that of the mean of the image, below which variances count as
+/// absolute, as in relMSE.
 const DARK: f64 = 0.01;
 /// Layers that the pre-pass records.
 const LAYERS: [Layer; 6] = [
@@ -109,7 +115,8 @@ impl PassModel {
         self.variance(effort) * cost
     }
 
-    /// The threshold of roulette, in proportion to the noise of a pass: in a noisy pass, noise by roulette costs less than shadow rays.
+    /// The threshold of roulette, in proportion to the noise of a pass: in a noisy pass, noise by
+    /// roulette costs less than shadow rays.
     fn roulette(&self, effort: &ManyLight) -> f32 {
         let noise = self.variance(effort).sqrt() as f32;
         ROULETTE_PER_NOISE * noise * effort.light_count as f32
@@ -185,7 +192,8 @@ struct TermVariances {
     rest: f64,
 }
 
-/// Draws positions in at most [`MAX_PIXELS`] pixels: the crossings of columns and rows, one of each in `spacing`, drawn at random.
+/// Draws positions in at most [`MAX_PIXELS`] pixels: the crossings of columns and rows, one of each
+/// in `spacing`, drawn at random.
 fn sparse_pixels(scene: &Scene, pass: Pass) -> FilmSampler {
     let film = &scene.sensor.desc().film;
     let size = film.crop_size;
@@ -207,8 +215,8 @@ fn sparse_pixels(scene: &Scene, pass: Pass) -> FilmSampler {
     film.sampler_of(chosen)
 }
 
-/// The mean over pixels of the variances of a pass, by two passes with independent virtual lights. The passes
-/// are changed by each of `variants` after the lights are made.
+/// The mean over pixels of the variances of a pass, by two passes with independent virtual lights.
+/// The passes are changed by each of `variants` after the lights are made.
 fn term_variances<const N: usize>(
     method: &ManyLight,
     scene: &Scene,

@@ -1,9 +1,9 @@
-//! Gather points: the vertices of camera paths at which all light that non-specular lobes reflect is
-//! estimated.
+//! Gather points: the vertices of camera paths at which all light that non-specular lobes reflect
+//! is estimated.
 //!
-//! Light of emitters is estimated by next-event estimation and by sampled directions, combined by MIS
-//! (`direction.rs`). After the last round follow the sum over virtual lights and the density estimates
-//! over photons. A direction that meets a surface continues in two ways:
+//! Light of emitters is estimated by next-event estimation and by sampled directions, combined by
+//! MIS (`direction.rs`). After the last round follow the sum over virtual lights and the density
+//! estimates over photons. A direction that meets a surface continues in two ways:
 //!
 //! * by bias compensation of the sum over virtual lights (`compensation.rs`);
 //! * by specular events, if a glossy lobe meets a specular surface (`chain.rs`).
@@ -33,14 +33,14 @@ use crate::transport::Vertex;
 pub(super) const DIRECTIONS: u32 = 16;
 /// Fewest directions at a point for which a query of the area per light pays. Unmeasured.
 const AREA_QUERY_DIRECTIONS: u32 = 4;
-/// Beyond the first gather point of a camera path, one light in this many is summed. Unmeasured: such
-/// points add a small part of the image, so that their noise may be larger.
+/// Beyond the first gather point of a camera path, one light in this many is summed. Unmeasured:
+/// such points add a small part of the image, so that their noise may be larger.
 const SPARSE_STEP: u32 = 8;
-/// Number of different sparse subsets in a pass, the same in all tiles: points with the same subset are
-/// summed together.
+/// Number of different sparse subsets in a pass, the same in all tiles: points with the same subset
+/// are summed together.
 const SPARSE_CHOICES: u32 = 4;
-/// Squared distance, relative to the area per light, within which a cached area per light is used again.
-/// Unmeasured.
+/// Squared distance, relative to the area per light, within which a cached area per light is used
+/// again. Unmeasured.
 const CACHED_AREA_REACH: f32 = 0.1;
 
 /// A vertex of a camera path at which light is gathered.
@@ -56,7 +56,8 @@ pub(super) struct GatherPoint<'s> {
     pub(super) numbers: DirectionNumbers,
     /// Random numbers of the paths along the directions.
     pub(super) sampler: Sampler,
-    /// Surface area per light around it, in m²; `None` if too few directions share the query for it.
+    /// Surface area per light around it, in m²; `None` if too few directions share the query for
+    /// it.
     pub(super) area_per_light: Option<f32>,
     /// Guide of next-event estimation.
     pub(super) environment: Option<EnvironmentLobes>,
@@ -81,8 +82,8 @@ pub(super) struct GatherPath {
 }
 
 impl GatherPath {
-    /// Weight for roulette: the largest channel of the throughput times η², which undoes the scaling of
-    /// radiance by refraction.
+    /// Weight for roulette: the largest channel of the throughput times η², which undoes the
+    /// scaling of radiance by refraction.
     pub(super) fn roulette_weight(&self) -> f32 {
         self.throughput.max_channel() * self.eta_squared
     }
@@ -211,7 +212,8 @@ impl<'s, 'o, 't> TileGather<'s, 'o, 't> {
         }
     }
 
-    /// The vertex `v` at the end of `path` becomes a gather point. `lit_from` as in [`ShadingPoint`].
+    /// The vertex `v` at the end of `path` becomes a gather point. `lit_from` as in
+    /// [`ShadingPoint`].
     pub(super) fn gather(
         &mut self,
         v: &Vertex<'s>,

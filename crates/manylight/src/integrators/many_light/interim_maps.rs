@@ -1,5 +1,6 @@
-//! The interim maps of the many-light methods, as the camera sees them: the quantities that placement follows, and the
-//! lights before and after relaxation. They are made of the particles and lights of one pass.
+//! The interim maps of the many-light methods, as the camera sees them: the quantities that
+//! placement follows, and the lights before and after relaxation. They are made of the particles
+//! and lights of one pass.
 
 use super::lights::{selected_sites, thinned, weighted_by_importance};
 use super::schedule::{GroupContext, PassGroup};
@@ -35,8 +36,9 @@ const LIKELIEST: BsdfNumbers = BsdfNumbers {
 
 /// The interim maps: one value per pixel, rows from top to bottom, and the lights.
 ///
-/// The value of a pixel is that at the first vertex with non-specular lobes of the camera path through its center, which takes
-/// the likelier of the specular lobes at each vertex. It is 0 where the path has no such vertex.
+/// The value of a pixel is that at the first vertex with non-specular lobes of the camera path
+/// through its center, which takes the likelier of the specular lobes at each vertex. It is 0 where
+/// the path has no such vertex.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InterimMaps {
     /// Width and height in pixels.
@@ -45,7 +47,8 @@ pub struct InterimMaps {
     pub importance: Vec<f32>,
     /// Irradiance by the photons that may become lights, in W/m².
     pub irradiance: Vec<Rgb>,
-    /// Importance times luminance of irradiance, in W/m⁴: the density of placed lights is proportional to it.
+    /// Importance times luminance of irradiance, in W/m⁴: the density of placed lights is
+    /// proportional to it.
     pub product: Vec<f32>,
     /// Reflectance towards the viewer times cosine: a grey image on which lights can be drawn.
     pub shading: Vec<f32>,
@@ -230,7 +233,8 @@ impl MapCamera<'_> {
         sites.par_iter().map(light).collect()
     }
 
-    /// Film position of a photon, if the camera sees the side on which it arrives, or any side of a transmitting surface.
+    /// Film position of a photon, if the camera sees the side on which it arrives, or any side of a
+    /// transmitting surface.
     fn film_position(&self, photon: &Photon) -> Option<Vec2> {
         let seen = self.scene.sensor.connect(photon.p, MIDDLE)?;
         let x = self.scene.surface_point(photon.at);

@@ -1,5 +1,5 @@
-//! Stages 2 to 4: photons become virtual lights. Each stage calls what [`crate::virtual_lights`] does for
-//! the choices of the method.
+//! Stages 2 to 4: photons become virtual lights. Each stage calls what [`crate::virtual_lights`]
+//! does for the choices of the method.
 
 use super::schedule::{GroupContext, LightSubsets};
 use super::trace;
@@ -19,24 +19,27 @@ use crate::virtual_lights::{
     NearestLights, PhotonClusters, Site, VirtualLights, build_lights, select,
 };
 
-/// Most photons per light on average; more of them are thinned before the partition of flux. Unmeasured: beyond it, the
-/// noise of the photons is small beside that of the light positions.
+/// Most photons per light on average; more of them are thinned before the partition of flux.
+/// Unmeasured: beyond it, the noise of the photons is small beside that of the light positions.
 const PHOTONS_PER_LIGHT: usize = 1024;
-/// Probability of placement that follows flux alone, relative to that which follows importance times flux. Where importons
-/// have missed what matters, photons would otherwise be assigned to a few lights far off, which is a bias.
+/// Probability of placement that follows flux alone, relative to that which follows importance
+/// times flux. Where importons have missed what matters, photons would otherwise be assigned to a
+/// few lights far off, which is a bias.
 const PLACED_BY_FLUX: f32 = 0.1;
 
-/// Factor on the area that a light represents in [`Clamp::Auto`] where clamping is compensated: directions estimate the light
-/// of near surfaces with less noise than lights. Measured over 8 passes at 160x90 against 16: relMSE times time is 1 % lower in the
-/// Kitchen and 16 % in the U-Shape; against 32, 11 and 24 %. Against 4, 16 halves the variance of virtual lights in
-/// the Kitchen (0.0023 to 0.0012) and adds less to that of the compensation (0.0008 to 0.0015).
+/// Factor on the area that a light represents in [`Clamp::Auto`] where clamping is compensated:
+/// directions estimate the light of near surfaces with less noise than lights. Measured over 8
+/// passes at 160x90 against 16: relMSE times time is 1 % lower in the Kitchen and 16 % in the
+/// U-Shape; against 32, 11 and 24 %. Against 4, 16 halves the variance of virtual lights in the
+/// Kitchen (0.0023 to 0.0012) and adds less to that of the compensation (0.0008 to 0.0015).
 const COMPENSATED_CLAMP: f32 = 8.0;
 
 /// Camera rays that estimate the mean of the sum over virtual lights. Unmeasured.
 const PROBES: u32 = 256;
 /// Most clusters of the cut at a probe. Unmeasured.
 const PROBE_CUT: u32 = 64;
-/// A pixel counts as no darker than this fraction of that mean: smaller errors are not seen. Unmeasured.
+/// A pixel counts as no darker than this fraction of that mean: smaller errors are not seen.
+/// Unmeasured.
 pub const DARKEST_PIXEL: f32 = 0.05;
 
 /// Random numbers of the selection of lights.
@@ -58,8 +61,8 @@ impl SelectionNumbers {
     }
 }
 
-/// The photons that may become lights, with the weights that placement follows. Importons are traced if
-/// they are importance times flux.
+/// The photons that may become lights, with the weights that placement follows. Importons are
+/// traced if they are importance times flux.
 pub(super) fn candidates(cx: &GroupContext, photons: Vec<Photon>) -> Candidates {
     let candidates = (cx.run.stats).time("lights", || Candidates::by_flux(cx.limits, photons));
     match cx.method.placement {
@@ -79,8 +82,8 @@ pub(super) fn weighted_by_importance(
     (cx.run.stats).time("importance", || candidates.by_importance(importons))
 }
 
-/// Under the partition rule, no more candidates than the lights of the group need. Refined lights need
-/// fewer, until every photon is a light.
+/// Under the partition rule, no more candidates than the lights of the group need. Refined lights
+/// need fewer, until every photon is a light.
 pub(super) fn thinned(cx: &GroupContext, candidates: Candidates) -> Candidates {
     cx.run.stats.time("lights", || match cx.method.flux {
         FluxRule::Density => candidates,
@@ -119,8 +122,8 @@ pub(super) fn selected_sites(cx: &GroupContext, candidates: &Candidates) -> Vec<
     }
 }
 
-/// The photons that each light represents, and the light that a photon anywhere would be assigned to.
-/// Under the density rule photons are assigned to no light.
+/// The photons that each light represents, and the light that a photon anywhere would be assigned
+/// to. Under the density rule photons are assigned to no light.
 pub(super) fn clusters(
     cx: &GroupContext,
     candidates: &Candidates,
@@ -147,7 +150,8 @@ pub(super) fn clusters(
     })
 }
 
-/// The virtual lights of the clusters. Lights that no pass shades with keep their position and flux alone.
+/// The virtual lights of the clusters. Lights that no pass shades with keep their position and flux
+/// alone.
 pub(super) fn lights<'s>(
     cx: &GroupContext<'_, 's>,
     photons: &[Photon],
@@ -183,7 +187,8 @@ pub(super) fn index<'s>(cx: &GroupContext, lights: VirtualLights<'s>) -> LightIn
 /// How the lights are summed.
 pub(super) fn gather(cx: &GroupContext, lights: &VirtualLights, subsets: &LightSubsets) -> Gather {
     let method = cx.method;
-    // With compensation, the sum is complete whatever is clamped. A cut is through all lights: refined ones are more.
+    // With compensation, the sum is complete whatever is clamped. A cut is through all lights:
+    // refined ones are more.
     let refinement = match (method.compensation, method.strategy) {
         (Compensation::None, Strategy::All) => cx.group.refinement,
         _ => 1.0,
@@ -209,8 +214,8 @@ pub(super) fn gather(cx: &GroupContext, lights: &VirtualLights, subsets: &LightS
     }
 }
 
-/// Radiance by which a cluster of lights may be off in any pixel, luminance in W/(m² sr); 0 without cuts.
-/// Estimated from the mean of the sum over virtual lights at the first surfaces.
+/// Radiance by which a cluster of lights may be off in any pixel, luminance in W/(m² sr); 0 without
+/// cuts. Estimated from the mean of the sum over virtual lights at the first surfaces.
 pub(super) fn cut_tolerance(cx: &GroupContext, gather: &Gather, lights: &LightIndex) -> f32 {
     let Some(limits) = gather.strategy.cut_limits() else {
         return 0.0;

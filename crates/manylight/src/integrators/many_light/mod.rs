@@ -1,4 +1,5 @@
-//! The method of the paper: indirect light from virtual lights. Start reading at [`ManyLight::prepare`].
+//! The method of the paper: indirect light from virtual lights. Start reading at
+//! [`ManyLight::prepare`].
 //!
 //! | stage | file |
 //! |---|---|
@@ -11,12 +12,12 @@
 //! | 5. prepare the compensation of clamping: a radiance cache, and photons | `radiance_cache.rs`, `compensation_photons.rs` |
 //! | 6. shade every pixel by the lights | `shade.rs`, see there for its stages |
 //!
-//! Stages 2 to 4 are made of the modules of [`crate::virtual_lights`]. The settings are in `settings.rs`,
-//! their axes in `axes.rs`, the named methods in `presets.rs`. [`super::partition`] defines which path
-//! belongs to which film layer.
+//! Stages 2 to 4 are made of the modules of [`crate::virtual_lights`]. The settings are in
+//! `settings.rs`, their axes in `axes.rs`, the named methods in `presets.rs`. [`super::partition`]
+//! defines which path belongs to which film layer.
 //!
-//! Source: Simon, Hanika, Dachsbacher, "Rich-VPLs for Improving the Versatility of Many-Light Methods",
-//! Eurographics 2015.
+//! Source: Simon, Hanika, Dachsbacher, "Rich-VPLs for Improving the Versatility of Many-Light
+//! Methods", Eurographics 2015.
 
 mod axes;
 mod chain;
@@ -79,8 +80,8 @@ impl ManyLight {
         // 1. Trace photons from the emitters.
         let photons = trace::photons(cx);
         let maps = PhotonMaps::of(cx, &photons);
-        // 2. Place lights on photons, by importance times flux. Importance comes from importons, traced
-        // from the camera.
+        // 2. Place lights on photons, by importance times flux. Importance comes from importons,
+        //    traced from the camera.
         let candidates = lights::candidates(cx, photons);
         let cache_particles = CacheParticles::draw(cx, &candidates);
         let candidates = lights::thinned(cx, candidates);
@@ -134,8 +135,8 @@ impl ManyLight {
         interim_maps::interim_maps(self, scene, limits, run)
     }
 
-    /// One sample per pixel with the lights of one pass. `prepared` holds those of its group and is made
-    /// where it is missing or of another group. `false` if cancelled.
+    /// One sample per pixel with the lights of one pass. `prepared` holds those of its group and is
+    /// made where it is missing or of another group. `false` if cancelled.
     pub(super) fn render_pass<'s>(
         &self,
         scene: &'s Scene,
@@ -176,7 +177,8 @@ pub struct PreparedPasses<'s> {
     /// The virtual lights.
     pub lights: LightIndex<'s>,
     subsets: LightSubsets,
-    /// Radiance by which a cluster of lights may be off in any pixel, luminance in W/(m² sr); 0 without cuts.
+    /// Radiance by which a cluster of lights may be off in any pixel, luminance in W/(m² sr); 0
+    /// without cuts.
     tolerance: f32,
     /// The light that a photon anywhere would be assigned to.
     pub nearest: NearestLights,

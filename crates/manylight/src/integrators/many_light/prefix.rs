@@ -1,5 +1,5 @@
-//! Prefixes: camera paths through specular events up to their first gather points, with the radiance
-//! emitted on the way.
+//! Prefixes: camera paths through specular events up to their first gather points, with the
+//! radiance emitted on the way.
 
 use super::PreparedPasses;
 use super::density_estimates::max_photon_radius;
@@ -32,8 +32,8 @@ pub(super) fn start(
         let number = positions.index(pixel);
         let mut sampler = pass.sampler(Stream::Pixel, number);
         tile.numbers.push(PixelNumbers::draw(&mut sampler));
-        // A render has few passes. Positions in the pixel are stratified over them, so that edges are
-        // smooth.
+        // A render has few passes. Positions in the pixel are stratified over them, so that edges
+        // are smooth.
         let position =
             |number, k, parts| pass.low_discrepancy_2d_in_parts(Stream::Pixel, number, k, parts);
         for start in 0..starts {
@@ -53,8 +53,8 @@ pub(super) fn start(
     walks
 }
 
-/// A camera path through the point `u` of a pixel, with the index of the pixel in the tile; `number` as in
-/// [`Prefix`].
+/// A camera path through the point `u` of a pixel, with the index of the pixel in the tile;
+/// `number` as in [`Prefix`].
 fn camera_walk(
     prepared: &PreparedPasses,
     positions: &FilmSampler,
@@ -119,8 +119,8 @@ pub(super) fn end<'s, S: Width>(
     }
 }
 
-/// Next-event estimation on near-delta lobes. The light belongs to the emission layer: the prefix that
-/// follows these lobes is the other half of MIS.
+/// Next-event estimation on near-delta lobes. The light belongs to the emission layer: the prefix
+/// that follows these lobes is the other half of MIS.
 #[inline(always)]
 fn connect_near_delta<S: Width>(
     s: S,

@@ -1,18 +1,22 @@
 //! A cache of the radiance that surfaces reflect. It ends the directions of bias compensation.
 //!
-//! A direction sampled at `x` that meets a surface at `y` needs the radiance that the non-specular lobes at `y` reflect towards
-//! `x`. Photons estimate it. Diffuse lobes reflect the irradiance of the nearest cache point, which is estimated ahead from the
-//! photons around that point. Glossy lobes reflect the photons around `y`.
+//! A direction sampled at `x` that meets a surface at `y` needs the radiance that the non-specular
+//! lobes at `y` reflect towards `x`. Photons estimate it. Diffuse lobes reflect the irradiance of
+//! the nearest cache point, which is estimated ahead from the photons around that point. Glossy
+//! lobes reflect the photons around `y`.
 //!
-//! The estimates blur light over their kernels. The kernels shrink from pass to pass as those of caustics, so that the mean
-//! over passes converges to the right image. Near corners, where `x` lies within the kernel at `y`, the cache is not used.
+//! The estimates blur light over their kernels. The kernels shrink from pass to pass as those of
+//! caustics, so that the mean over passes converges to the right image. Near corners, where `x`
+//! lies within the kernel at `y`, the cache is not used.
 //!
-//! Where `x` is far enough, a path never goes on beyond `y`. Going on with probability 1/8, with the difference to the cache
-//! weighted by 8, keeps the expectation of paths without a cache; measured, it has 12 times the variance in the Kitchen
-//! and 10 times in the U-Shape, since each path that goes on is noisy.
+//! Where `x` is far enough, a path never goes on beyond `y`. Going on with probability 1/8, with
+//! the difference to the cache weighted by 8, keeps the expectation of paths without a cache;
+//! measured, it has 12 times the variance in the Kitchen and 10 times in the U-Shape, since each
+//! path that goes on is noisy.
 //!
-//! Sources: Jensen, "Global Illumination Using Photon Maps", EGWR 1996; Christensen, "Faster Photon Map Global Illumination",
-//! JGT 1999, for irradiance at a subset of the photons. Here the light is weighted by the clamped fraction.
+//! Sources: Jensen, "Global Illumination Using Photon Maps", EGWR 1996; Christensen, "Faster Photon
+//! Map Global Illumination", JGT 1999, for irradiance at a subset of the photons. Here the light is
+//! weighted by the clamped fraction.
 
 use super::Compensation;
 use super::compensation_photons::direction_fraction;
@@ -37,27 +41,30 @@ use crate::virtual_lights::candidates::Candidates;
 use crate::virtual_lights::{NearestLights, SurfaceLocation};
 use rayon::prelude::*;
 
-/// Photons in an estimate. Measured against 24, over 8 passes at 160x90: the variance of the compensation falls from 0.0061 to
-/// 0.0042 of relMSE in the U-Shape, for 5 % more time.
+/// Photons in an estimate. Measured against 24, over 8 passes at 160x90: the variance of the
+/// compensation falls from 0.0061 to 0.0042 of relMSE in the U-Shape, for 5 % more time.
 pub(super) const CACHE_NEIGHBORS: usize = 48;
-/// Most photons of the cache per pass of its group. Unmeasured: kernels are narrower with more of them.
+/// Most photons of the cache per pass of its group. Unmeasured: kernels are narrower with more of
+/// them.
 const PHOTONS_PER_PASS: usize = 1 << 17;
 /// Photons per cache point, at least. Unmeasured: most photons must be left for the estimates.
 const PHOTONS_PER_POINT: usize = 8;
-/// Largest probability with which a photon makes a cache point and is none of the estimates. Unmeasured: bounds the flux of the
-/// photons that remain.
+/// Largest probability with which a photon makes a cache point and is none of the estimates.
+/// Unmeasured: bounds the flux of the photons that remain.
 const MAX_POINT_PROBABILITY: f32 = 0.25;
-/// Most cache points per pass of its group. Measured against four times as many, over 8 passes at 160x90: no gain in the Kitchen
-/// and the U-Shape, for 5 to 13 % more time.
+/// Most cache points per pass of its group. Measured against four times as many, over 8 passes at
+/// 160x90: no gain in the Kitchen and the U-Shape, for 5 to 13 % more time.
 const POINTS_PER_PASS: usize = 1 << 14;
 /// Largest distance from `y` to its cache point, in radii of the kernels around. Unmeasured.
 const REACH: f32 = 2.0;
-/// Least distance from `y` to the vertex that it lights, in radii of the kernel. Half of it or twice as much change the error of
-/// Kitchen and U-Shape by at most 3 %.
+/// Least distance from `y` to the vertex that it lights, in radii of the kernel. Half of it or
+/// twice as much change the error of Kitchen and U-Shape by at most 3 %.
 const LEAST_DISTANCE: f32 = 2.0;
-/// Segments by which the camera path to `y` may exceed two, under a limit of path length. Longer ones do without the cache.
+/// Segments by which the camera path to `y` may exceed two, under a limit of path length. Longer
+/// ones do without the cache.
 const MAX_EXTRA_SEGMENTS: usize = 6;
-/// Kernel radius of glossy estimates at most, in radii of the kernel of the cache point. Unmeasured: bounds the search.
+/// Kernel radius of glossy estimates at most, in radii of the kernel of the cache point.
+/// Unmeasured: bounds the search.
 const MAX_GLOSSY_RADIUS: f32 = 2.0;
 
 /// A photon of the cache.
@@ -94,14 +101,14 @@ impl CachePhoton {
 pub(super) struct CacheParticles {
     /// Those of the estimates.
     photons: Vec<CachePhoton>,
-    /// Those at which there are cache points. They are drawn independently of the others: a cell around a photon of the
-    /// estimate would be too bright.
+    /// Those at which there are cache points. They are drawn independently of the others: a cell
+    /// around a photon of the estimate would be too bright.
     points: Vec<Photon>,
 }
 
 impl CacheParticles {
-    /// Draws photons with probability by their weights. Nothing is drawn without compensation, and for
-    /// bidirectional lightcuts, where roulette ends the camera paths.
+    /// Draws photons with probability by their weights. Nothing is drawn without compensation, and
+    /// for bidirectional lightcuts, where roulette ends the camera paths.
     pub(super) fn draw(cx: &GroupContext, candidates: &Candidates) -> Self {
         cx.run.stats.time("maps", || Self::drawn(cx, candidates))
     }
@@ -158,8 +165,8 @@ impl OnSurface for CachePhoton {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CachePoint {
     patch: Patch,
-    /// `Σ_j k_j Φ_j a(wi_j) / a(n)` with the diffuse albedo `a` before the exit transmittance, in W/m²: the irradiance, where `a`
-    /// does not depend on direction.
+    /// `Σ_j k_j Φ_j a(wi_j) / a(n)` with the diffuse albedo `a` before the exit transmittance, in
+    /// W/m²: the irradiance, where `a` does not depend on direction.
     irradiance: Rgb,
     /// Radius of the kernel, in m.
     radius: f32,
@@ -187,8 +194,8 @@ impl CachePoint {
         }
     }
 
-    /// Radiance that diffuse lobes with the scattering function `f`, in 1/sr, reflect along a camera path of `segments` segments, in
-    /// W/(m² sr).
+    /// Radiance that diffuse lobes with the scattering function `f`, in 1/sr, reflect along a
+    /// camera path of `segments` segments, in W/(m² sr).
     pub(super) fn reflected(&self, f: Rgb, segments: u32) -> Rgb {
         let fraction = match segments.saturating_sub(2) as usize {
             0 => 1.0,
@@ -285,8 +292,9 @@ impl RadianceCache {
         }
     }
 
-    /// The nearest cache point of the surface at `y`; `None` if none is near, or if photons do not tell which fraction of their
-    /// light is within the path limits, for camera paths of `segments` segments to `y`.
+    /// The nearest cache point of the surface at `y`; `None` if none is near, or if photons do not
+    /// tell which fraction of their light is within the path limits, for camera paths of `segments`
+    /// segments to `y`.
     pub(super) fn point(&self, y: &SurfaceLocation, segments: u32) -> Option<&CachePoint> {
         let extra = segments.saturating_sub(2) as usize;
         if self.limits.max_depth.is_some() && extra > MAX_EXTRA_SEGMENTS {
@@ -301,15 +309,17 @@ impl RadianceCache {
         let (any, d2) = (self.points).cheapest(y.p, f32::INFINITY, |_, d2| Some(d2))?;
         let radius = points[any as usize].radius;
         let reach = REACH * REACH * d2.max(radius * radius);
-        // The nearest point of any surface usually is of the right one, and bounds the search otherwise.
+        // The nearest point of any surface usually is of the right one, and bounds the search
+        // otherwise.
         let limit = cost(any).map_or(reach, |c| c.min(reach));
         let (k, d2) = self.points.cheapest(y.p, limit, |k, _| cost(k))?;
         let point = &points[k as usize];
         (d2 <= point.radius * point.radius).then_some(point)
     }
 
-    /// Radiance that the non-specular lobes at `y` reflect along the camera path, in W/(m² sr), by the photons around `y`, with the cache
-    /// point of `y`. Directions account for light of emitters up to `direction_limit`.
+    /// Radiance that the non-specular lobes at `y` reflect along the camera path, in W/(m² sr), by
+    /// the photons around `y`, with the cache point of `y`. Directions account for light of
+    /// emitters up to `direction_limit`.
     pub(super) fn glossy_radiance(
         &self,
         scene: &Scene,

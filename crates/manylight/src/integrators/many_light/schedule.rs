@@ -1,12 +1,14 @@
-//! The schedule of passes: which passes share a set of virtual lights, how the lights are divided among them, and how far
-//! the lights are refined.
+//! The schedule of passes: which passes share a set of virtual lights, how the lights are divided
+//! among them, and how far the lights are refined.
 //!
-//! Passes 0, 1, 2-3, 4-7 and then each 8 form a group. The lights of a group are made together and divided evenly along
-//! the space-filling curve. A group of 8 passes has 8 times the lights, each of which represents an 8th of the photons. Such lights
-//! differ less from each other, so that an 8th of them has less noise than a set that is made for one pass.
+//! Passes 0, 1, 2-3, 4-7 and then each 8 form a group. The lights of a group are made together and
+//! divided evenly along the space-filling curve. A group of 8 passes has 8 times the lights, each
+//! of which represents an 8th of the photons. Such lights differ less from each other, so that an
+//! 8th of them has less noise than a set that is made for one pass.
 //!
-//! With progressive resampling, the area that a light represents falls as `1/√(1 + i/16)`, with `i` the first pass of the group.
-//! The bias of the mean over `n` passes falls as `1/√n`, as does its noise.
+//! With progressive resampling, the area that a light represents falls as `1/√(1 + i/16)`, with `i`
+//! the first pass of the group. The bias of the mean over `n` passes falls as `1/√n`, as does its
+//! noise.
 
 use super::{ManyLight, Resampling};
 use crate::gather::{Strategy, Subset};
@@ -21,8 +23,8 @@ const MAX_GROUP_PASSES: u32 = 8;
 const MAX_GROUP_LIGHTS: u32 = 32_768;
 /// Most photon paths of a group of several passes: bounds its memory.
 const MAX_GROUP_PHOTON_PATHS: u32 = 1 << 22;
-/// Passes after which the area that a light represents has shrunk by `1/√2`. Unmeasured: the first 16 passes, the default
-/// of a render, are hardly refined.
+/// Passes after which the area that a light represents has shrunk by `1/√2`. Unmeasured: the first
+/// 16 passes, the default of a render, are hardly refined.
 const UNREFINED_PASSES: f32 = 16.0;
 /// Most lights that are placed in a group for the sake of refinement: bounds its memory.
 const MAX_REFINED_LIGHTS: u32 = 1 << 18;
@@ -32,14 +34,15 @@ const MAX_REFINED_LIGHTS: u32 = 1 << 18;
 pub struct PassGroup {
     /// The passes.
     pub passes: Range<u32>,
-    /// Factor of progressive refinement, at least 1: the area that a light represents is divided by it, up to the rounding of
-    /// `placed_per_shaded`.
+    /// Factor of progressive refinement, at least 1: the area that a light represents is divided by
+    /// it, up to the rounding of `placed_per_shaded`.
     pub refinement: f32,
     /// Emitted photon paths.
     pub photon_paths: u32,
     /// Importon paths.
     pub importon_paths: u32,
-    /// Placed lights per light that a pass sums. The others represent their part of the flux, but are not evaluated.
+    /// Placed lights per light that a pass sums. The others represent their part of the flux, but
+    /// are not evaluated.
     pub placed_per_shaded: u32,
     /// Lights that are placed.
     pub placed_lights: u32,
@@ -80,8 +83,9 @@ impl PassGroup {
     }
 }
 
-/// The passes that share the lights of pass `index`: a power of two of them, at most [`MAX_GROUP_PASSES`]; one pass with cuts,
-/// which are through all lights of a pass. Product cuts are through all lights of a group.
+/// The passes that share the lights of pass `index`: a power of two of them, at most
+/// [`MAX_GROUP_PASSES`]; one pass with cuts, which are through all lights of a pass. Product cuts
+/// are through all lights of a group.
 fn passes_with(method: &ManyLight, index: u32) -> Range<u32> {
     if matches!(method.strategy, Strategy::Cuts(_)) {
         return index..index + 1;
@@ -112,13 +116,14 @@ pub(super) struct LightSubsets {
     passes: Range<u32>,
     /// Number of subsets; some may belong to no pass.
     pub(super) count: u32,
-    /// The subset of the first pass. It is random, so that the mean over passes that end in mid-group is right.
+    /// The subset of the first pass. It is random, so that the mean over passes that end in
+    /// mid-group is right.
     first: u32,
 }
 
 impl LightSubsets {
-    /// Divides `lights` lights among the passes of a group. Where few photons arrive, there are fewer lights than were asked
-    /// for, and some passes share a subset.
+    /// Divides `lights` lights among the passes of a group. Where few photons arrive, there are
+    /// fewer lights than were asked for, and some passes share a subset.
     pub(super) fn divide(cx: &GroupContext, lights: usize) -> Self {
         let GroupContext { method, group, .. } = *cx;
         let passes = group.passes.len() as u32;

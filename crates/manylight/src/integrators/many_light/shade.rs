@@ -1,4 +1,5 @@
-//! Stage 5: shading. All camera paths of a tile advance together, in rounds. A round follows one segment of every path:
+//! Stage 5: shading. All camera paths of a tile advance together, in rounds. A round follows one
+//! segment of every path:
 //!
 //! | stage | file |
 //! |---|---|
@@ -9,8 +10,8 @@
 //! | light that clamping removes, where directions arrive | `compensation.rs`, `radiance_cache.rs` |
 //! | a non-specular vertex becomes a gather point | `gather_point.rs` |
 //!
-//! After the last round follow, for all gather points of the tile together, the sums over virtual lights
-//! ([`crate::gather`]) and over photons (`density_estimates.rs`, `compensation_photons.rs`).
+//! After the last round follow, for all gather points of the tile together, the sums over virtual
+//! lights ([`crate::gather`]) and over photons (`density_estimates.rs`, `compensation_photons.rs`).
 
 use super::density_estimates::{caustic_radiance, compensation_photon_radiance};
 use super::direction::{Sampling, emission_fraction, in_order_of_material};
@@ -33,8 +34,8 @@ use crate::sampling::{Pass, Stream};
 use crate::stats::Stats;
 use crate::transport::stream::{PacketShader, Walks, shade_packets};
 
-/// The tiles of a pass. The points of a tile share a cut and its error: tiles that lie elsewhere in each
-/// pass leave no borders in the mean.
+/// The tiles of a pass. The points of a tile share a cut and its error: tiles that lie elsewhere in
+/// each pass leave no borders in the mean.
 pub(super) fn tiling(strategy: Strategy, pass: Pass) -> Tiling {
     let shift = match strategy {
         Strategy::All | Strategy::Bidirectional(_) => UVec2::ZERO,
@@ -50,7 +51,8 @@ pub(super) fn tiling(strategy: Strategy, pass: Pass) -> Tiling {
 }
 
 impl<'s> PreparedPasses<'s> {
-    /// Shades the pixels of one tile: first its camera paths, then virtual lights and photons at all gather points together.
+    /// Shades the pixels of one tile: first its camera paths, then virtual lights and photons at
+    /// all gather points together.
     pub(super) fn shade_tile(
         &self,
         run: &PassContext,
@@ -74,7 +76,8 @@ impl<'s> PreparedPasses<'s> {
         counts.add_to(run.stats);
     }
 
-    /// Follows the camera paths of a tile to their ends. Returns the number of shadow rays to emitters.
+    /// Follows the camera paths of a tile to their ends. Returns the number of shadow rays to
+    /// emitters.
     fn follow_paths(
         &self,
         run: &PassContext,
@@ -144,8 +147,8 @@ impl<'s> PreparedPasses<'s> {
         }
     }
 
-    /// The sums over virtual lights at the points, which it may reorder. The error of a cluster may be [`PreparedPasses::tolerance`] in a
-    /// pixel.
+    /// The sums over virtual lights at the points, which it may reorder. The error of a cluster may
+    /// be [`PreparedPasses::tolerance`] in a pixel.
     fn sums(&self, points: &mut [GatherPoint<'s>]) -> Vec<Gathered> {
         if let Strategy::Bidirectional(limits) = self.gather.strategy {
             return self.product_sums(points, limits);
@@ -242,7 +245,8 @@ struct TileCounts {
     camera_paths: u64,
     connections: u64,
     shadow_rays: u64,
-    /// Luminance that the clamp removed at the first gather points, and that before clamping, in W/(m² sr).
+    /// Luminance that the clamp removed at the first gather points, and that before clamping, in
+    /// W/(m² sr).
     clamped: f64,
     unclamped: f64,
 }

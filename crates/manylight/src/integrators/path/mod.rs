@@ -1,9 +1,11 @@
 //! The reference: a path tracer with next-event estimation and multiple importance sampling.
 //!
-//! It fills the same layers as the many-light methods, so that each of their terms can be checked by itself.
+//! It fills the same layers as the many-light methods, so that each of their terms can be checked
+//! by itself.
 //!
-//! The paths of a tile are a stream (`transport/stream`). In each round all follow their rays, the vertices are shaded in packets of one
-//! material (`shade`), then all shadow rays are tested (`connections`).
+//! The paths of a tile are a stream (`transport/stream`). In each round all follow their rays, the
+//! vertices are shaded in packets of one material (`shade`), then all shadow rays are tested
+//! (`connections`).
 
 mod shade;
 

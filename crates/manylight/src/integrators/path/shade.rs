@@ -1,4 +1,5 @@
-//! The vertices of a round: emitted radiance, next-event estimation, and the next segment, in packets of one material.
+//! The vertices of a round: emitted radiance, next-event estimation, and the next segment, in
+//! packets of one material.
 
 use super::PathState;
 use crate::bsdf::{BsdfSamples, Lobes};

@@ -1,4 +1,5 @@
-//! The vertices of a round: emitted radiance, density estimates and next-event estimation, and the next segment, in packets of one material.
+//! The vertices of a round: emitted radiance, density estimates and next-event estimation, and the
+//! next segment, in packets of one material.
 
 use super::camera_paths::{PathState, TilePaths};
 use crate::bsdf::Lobes;
@@ -16,7 +17,8 @@ use crate::transport::stream::{Bits, PacketShader, Walks, lanes_where};
 
 /// Directions, and emitter samples, for the lobes that end a camera path. Unmeasured.
 const DIRECTIONS: u32 = 2;
-/// Factor from the weight of a camera path to its probability of survival before `rr_depth`. Unmeasured: only the weakest paths are terminated.
+/// Factor from the weight of a camera path to its probability of survival before `rr_depth`.
+/// Unmeasured: only the weakest paths are terminated.
 const SURVIVAL_FACTOR: f32 = 8.0;
 
 /// The camera paths of a round, at the ends of their segments.
@@ -131,8 +133,8 @@ impl<'s> Arriving<'_, '_, 's, '_, '_> {
         self.follow(s, at, lanes, followed);
     }
 
-    /// Adds the density estimates at the vertices in `lanes`. Returns the guides of directions from lobes that gather, by lane; an empty list
-    /// if there is none.
+    /// Adds the density estimates at the vertices in `lanes`. Returns the guides of directions from
+    /// lobes that gather, by lane; an empty list if there is none.
     #[inline(always)]
     fn gather<S: Width>(
         &mut self,

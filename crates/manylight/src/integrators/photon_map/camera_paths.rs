@@ -37,7 +37,8 @@ pub(super) struct PathState {
 }
 
 impl PathState {
-    /// After a scattering event of class `event`. After a non-specular event, photons estimate what emitters send by specular events.
+    /// After a scattering event of class `event`. After a non-specular event, photons estimate what
+    /// emitters send by specular events.
     #[inline(always)]
     pub(super) fn after(self, event: Lobes) -> Self {
         let stage = self.stage.after(event);

@@ -10,8 +10,8 @@ use crate::particles::Photon;
 use crate::transport::Vertex;
 
 impl TilePaths<'_, '_, '_, '_> {
-    /// Density estimate at `v`, for `gathering` lobes and for photons that come from emitters by specular
-    /// events. The path comes with its throughput.
+    /// Density estimate at `v`, for `gathering` lobes and for photons that come from emitters by
+    /// specular events. The path comes with its throughput.
     pub(super) fn gather(&mut self, path: (&PathState, Rgb), v: &Vertex, gathering: Lobes) {
         let n = v.x.normal_towards(v.w_prev);
         self.gather_from(path, v, gathering, n);
@@ -20,8 +20,8 @@ impl TilePaths<'_, '_, '_, '_> {
         }
     }
 
-    /// The estimate of [`TilePaths::gather`] over photons on the side of the unit normal `n`, in the layers
-    /// of the photons' last events.
+    /// The estimate of [`TilePaths::gather`] over photons on the side of the unit normal `n`, in
+    /// the layers of the photons' last events.
     fn gather_from(
         &mut self,
         (path, throughput): (&PathState, Rgb),

@@ -22,8 +22,8 @@ impl Sampler {
     }
 }
 
-/// Appends to `next` the photons in `lanes` that go on within the limits: straight through the surface, or scattered if they survive
-/// Russian roulette. Those that scatter carry `payload(i)`.
+/// Appends to `next` the photons in `lanes` that go on within the limits: straight through the
+/// surface, or scattered if they survive Russian roulette. Those that scatter carry `payload(i)`.
 #[inline(always)]
 pub(crate) fn follow_photons<S: Width, T: Copy>(
     v: &Vertices<S>,

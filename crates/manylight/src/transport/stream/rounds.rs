@@ -6,8 +6,8 @@ use crate::lanes::{self, LaneKernel, Width};
 use crate::scene::Scene;
 use crate::simd::{Isa, Outlined};
 
-/// Follows walks to their ends. `round` shades the vertices of one segment of all walks, and appends the walks that go on to its last
-/// argument.
+/// Follows walks to their ends. `round` shades the vertices of one segment of all walks, and
+/// appends the walks that go on to its last argument.
 pub(crate) fn follow_all<T: Copy>(
     scene: &Scene,
     mut walks: Walks<T>,
@@ -25,8 +25,8 @@ pub(crate) fn follow_all<T: Copy>(
 
 /// What a method does at the vertices of walks.
 pub(crate) trait VertexShader<T> {
-    /// Shades the vertices `v` of the walks in `lanes`, and appends those that go on to `next`. Must be
-    /// `inline(always)`.
+    /// Shades the vertices `v` of the walks in `lanes`, and appends those that go on to `next`.
+    /// Must be `inline(always)`.
     fn shade<S: Width>(
         &mut self,
         v: &Vertices<S>,
@@ -74,7 +74,8 @@ impl<T, V: VertexShader<T>> PacketShader for Round<'_, T, V> {
 
 /// What a method does with packets.
 pub(crate) trait PacketShader {
-    /// Shades up to [`Width::LANES`] elements of one material, by their indices. Must be `inline(always)`.
+    /// Shades up to [`Width::LANES`] elements of one material, by their indices. Must be
+    /// `inline(always)`.
     fn shade<S: Width>(&mut self, s: S, material: MaterialId, packet: &[u32]);
 }
 
@@ -114,7 +115,8 @@ where
     }
 }
 
-/// A packet. Not part of the loop over packets, which the compiler would copy for every condition on the material.
+/// A packet. Not part of the loop over packets, which the compiler would copy for every condition
+/// on the material.
 struct Packet<'k, P, S> {
     shader: &'k mut P,
     s: S,

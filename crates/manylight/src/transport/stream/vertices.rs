@@ -170,9 +170,10 @@ impl<'a, S: Width> Vertices<'a, S> {
         }
     }
 
-    /// Appends to `next` the walks of the lanes `goes_on` that continue straight through, with the probability of the
-    /// straight-through transmittance; `payload(i)` is what they carry. Returns the lanes in which walks scatter. The throughput of
-    /// all walks is multiplied by the factor of those that pass, or of those that do not.
+    /// Appends to `next` the walks of the lanes `goes_on` that continue straight through, with the
+    /// probability of the straight-through transmittance; `payload(i)` is what they carry. Returns
+    /// the lanes in which walks scatter. The throughput of all walks is multiplied by the factor of
+    /// those that pass, or of those that do not.
     #[inline(always)]
     pub(crate) fn pass_through<T: Copy>(
         &self,
@@ -227,14 +228,16 @@ impl<'a, S: Width> Vertices<'a, S> {
         Float::from_fn(s, |i| walks.eta_squared[self.index.as_ref()[i] as usize])
     }
 
-    /// Fraction of light that does not pass straight through in lane `i`: one minus the largest channel of the transmittance.
+    /// Fraction of light that does not pass straight through in lane `i`: one minus the largest
+    /// channel of the transmittance.
     #[inline(always)]
     pub(crate) fn opacity(&self, i: usize) -> f32 {
         let transmittance = self.bsdf.transmittances(self.w_prev);
         1.0 - transmittance.map_or(0.0, |t| t.max_channel().min(1.0).store().as_ref()[i])
     }
 
-    /// The next segments along sampled directions, of walks that meet no emitters: photons and importons.
+    /// The next segments along sampled directions, of walks that meet no emitters: photons and
+    /// importons.
     #[inline(always)]
     pub(crate) fn next_segments(
         &self,

@@ -16,7 +16,8 @@ use crate::transport::walk::Previous;
 pub(crate) struct Walks<T> {
     /// The next segment.
     pub(crate) rays: Vec<Ray>,
-    /// Camera paths: factor from radiance that arrives to what the sensor measures. Photons: flux, in W. By channel.
+    /// Camera paths: factor from radiance that arrives to what the sensor measures. Photons: flux,
+    /// in W. By channel.
     pub(crate) throughput: [Vec<f32>; 3],
     /// Product of squared relative indices of refraction along a camera path; see
     /// [`camera_survivals`](crate::transport::roulette::camera_survivals).
